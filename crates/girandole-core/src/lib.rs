@@ -1,0 +1,16 @@
+//! The part of Girandole that needs no GPU: scenes and their import, light samples, ray tracing, and the
+//! mathematics that the renderer's shaders mirror.
+//!
+//! Units: metres, radians, W/(sr·m²) for radiance, W/sr for intensity, linear Rec. 709 RGB for colours.
+//! World space is right-handed with +Y up; a camera looks along its −Z.
+
+pub mod brdf;
+pub mod error;
+pub mod image;
+pub mod lights;
+pub mod math;
+pub mod scene;
+pub mod trace;
+
+pub use error::{Error, Result};
+pub use glam;

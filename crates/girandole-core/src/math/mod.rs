@@ -1,0 +1,5 @@
+//! Small pure functions, the ones marked so mirrored in the renderer's `shaders/lib/`.
+
+pub mod octahedral;
+pub mod sequence;
+pub mod warp;

@@ -1,0 +1,298 @@
+//! The scene flattened to world space: what rays, light samples and the renderer work on.
+
+use super::{NONE, Scene};
+use crate::brdf::Surface;
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
+use std::ops::Range;
+
+/// A triangle in world space, counter-clockwise seen from its front.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Triangle {
+    /// Indices into the vertex arrays of [`Geometry`].
+    pub vertices: [u32; 3],
+    /// Index into the scene's objects.
+    pub object: u32,
+    /// Index into the scene's materials.
+    pub material: u32,
+    /// Index into [`Geometry::patches`], or [`NONE`].
+    pub patch: u32,
+}
+
+/// A planar convex polygon in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorldPatch {
+    /// Index into the scene's objects.
+    pub object: u32,
+    /// Index into the scene's materials.
+    pub material: u32,
+    /// Corners, counter-clockwise seen from the front.
+    pub outline: Vec<Vec3>,
+    /// Unit normal of the front side.
+    pub normal: Vec3,
+    /// Its triangles in [`Geometry::triangles`].
+    pub triangles: Range<u32>,
+}
+
+/// What an object occupies in the flattened arrays.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ObjectRange {
+    /// Range of vertices.
+    pub vertices: Range<u32>,
+    /// Range of triangles.
+    pub triangles: Range<u32>,
+    /// Range of patches.
+    pub patches: Range<u32>,
+}
+
+/// A [`Scene`] flattened to world space, relative to [`Geometry::origin`] so that single precision suffices
+/// however far from zero the scene stands.
+#[derive(Clone, Debug, Default)]
+pub struct Geometry {
+    /// World position of what all positions here are relative to: the centre of the scene's bounds.
+    pub origin: DVec3,
+    /// Positions, metres.
+    pub positions: Vec<Vec3>,
+    /// Unit shading normals.
+    pub normals: Vec<Vec3>,
+    /// Unit tangents, bitangent's sign in `w`; zero where the mesh has none.
+    pub tangents: Vec<Vec4>,
+    /// Texture coordinates of set 0 and 1; zero where the mesh has none.
+    pub uvs: Vec<[Vec2; 2]>,
+    /// All triangles that have an area, object by object.
+    pub triangles: Vec<Triangle>,
+    /// All planar convex patches, object by object.
+    pub patches: Vec<WorldPatch>,
+    /// One element an object of the scene.
+    pub objects: Vec<ObjectRange>,
+    /// Smallest and largest corner of the bounds.
+    pub bounds: (Vec3, Vec3),
+    /// Triangles without area or with non-finite corners, which were dropped.
+    pub dropped: usize,
+}
+
+impl Geometry {
+    /// Flattens a scene.
+    pub fn new(scene: &Scene) -> Self {
+        let affines: Vec<DAffine3> = scene.objects.iter().map(|o| scene.world_from_node(o.node)).collect();
+        // The origin: centre of the bounds of all finite positions.
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (object, affine) in scene.objects.iter().zip(&affines) {
+            for p in &scene.meshes[object.mesh].positions {
+                let p = affine.transform_point3(p.as_dvec3());
+                if p.is_finite() {
+                    low = low.min(p);
+                    high = high.max(p);
+                }
+            }
+        }
+        let mut result = Self::default();
+        if low.cmple(high).all() {
+            result.origin = (low + high) * 0.5;
+            result.bounds = ((low - result.origin).as_vec3(), (high - result.origin).as_vec3());
+        }
+        for (index, affine) in affines.iter().enumerate() {
+            result.add_object(scene, index, affine);
+        }
+        result
+    }
+
+    fn add_object(&mut self, scene: &Scene, index: usize, affine: &DAffine3) {
+        let mesh = &scene.meshes[scene.objects[index].mesh];
+        let first_vertex = self.positions.len() as u32;
+        let first_triangle = self.triangles.len() as u32;
+        let first_patch = self.patches.len() as u32;
+        let mirrored = affine.matrix3.determinant() < 0.0;
+        let normal_matrix = affine.matrix3.inverse().transpose();
+        for p in &mesh.positions {
+            self.positions.push((affine.transform_point3(p.as_dvec3()) - self.origin).as_vec3());
+        }
+        for n in &mesh.normals {
+            self.normals.push((normal_matrix * n.as_dvec3()).normalize_or_zero().as_vec3());
+        }
+        for i in 0..mesh.positions.len() {
+            self.tangents.push(mesh.tangents.get(i).map_or(Vec4::ZERO, |t| {
+                let w = if mirrored { -t.w } else { t.w };
+                affine.transform_vector3(t.truncate().as_dvec3()).normalize_or_zero().as_vec3().extend(w)
+            }));
+            self.uvs.push(mesh.uvs.get(i).copied().unwrap_or_default());
+        }
+        // Triangles, in the mesh's order; a mirrored object's turn around. Those without area are dropped.
+        let mut kept_before = Vec::with_capacity(mesh.triangles.len() + 1);
+        for triangle in &mesh.triangles {
+            kept_before.push(self.triangles.len() as u32);
+            let [a, b, c] = triangle.vertices.map(|v| v + first_vertex);
+            let vertices = if mirrored { [a, c, b] } else { [a, b, c] };
+            if self.area_vector(vertices).length_squared() > 0.0
+                && vertices.iter().all(|&v| self.positions[v as usize].is_finite())
+            {
+                self.triangles.push(Triangle {
+                    vertices,
+                    object: index as u32,
+                    material: triangle.material,
+                    patch: NONE,
+                });
+            } else {
+                self.dropped += 1;
+            }
+        }
+        kept_before.push(self.triangles.len() as u32);
+        for patch in &mesh.patches {
+            let range =
+                kept_before[patch.triangles.start as usize]..kept_before[patch.triangles.end as usize];
+            let mut outline: Vec<Vec3> =
+                patch.outline.iter().map(|&v| self.positions[(v + first_vertex) as usize]).collect();
+            if mirrored {
+                outline.reverse();
+            }
+            let normal = super::mesh::polygon_normal(&outline);
+            if range.is_empty() || normal == Vec3::ZERO {
+                continue;
+            }
+            for triangle in &mut self.triangles[range.start as usize..range.end as usize] {
+                triangle.patch = self.patches.len() as u32;
+            }
+            self.patches.push(WorldPatch {
+                object: index as u32,
+                material: self.triangles[range.start as usize].material,
+                outline,
+                normal,
+                triangles: range,
+            });
+        }
+        self.objects.push(ObjectRange {
+            vertices: first_vertex..self.positions.len() as u32,
+            triangles: first_triangle..self.triangles.len() as u32,
+            patches: first_patch..self.patches.len() as u32,
+        });
+    }
+
+    /// Corners of a triangle.
+    pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.triangles[triangle as usize].vertices.map(|v| self.positions[v as usize])
+    }
+
+    /// Unit normal of a triangle's front side.
+    pub fn normal(&self, triangle: u32) -> Vec3 {
+        self.area_vector(self.triangles[triangle as usize].vertices).normalize().as_vec3()
+    }
+
+    /// Area of a triangle, m².
+    pub fn area(&self, triangle: u32) -> f32 {
+        (self.area_vector(self.triangles[triangle as usize].vertices).length() * 0.5) as f32
+    }
+
+    fn area_vector(&self, vertices: [u32; 3]) -> DVec3 {
+        let [a, b, c] = vertices.map(|v| self.positions[v as usize].as_dvec3());
+        (b - a).cross(c - a)
+    }
+
+    /// Length of the bounds' diagonal, metres: what epsilons are relative to.
+    pub fn diagonal(&self) -> f32 {
+        (self.bounds.1 - self.bounds.0).length().max(f32::MIN_POSITIVE)
+    }
+
+    /// Position at barycentric coordinates `(u, v)` of corners 1 and 2.
+    pub fn point(&self, triangle: u32, barycentric: Vec2) -> Vec3 {
+        let [a, b, c] = self.corners(triangle).map(Vec3::as_dvec3);
+        let (u, v) = (f64::from(barycentric.x), f64::from(barycentric.y));
+        (a + (b - a) * u + (c - a) * v).as_vec3()
+    }
+
+    /// Texture coordinates of one set at barycentric coordinates.
+    pub fn uv(&self, triangle: u32, barycentric: Vec2, set: u32) -> Vec2 {
+        let [a, b, c] =
+            self.triangles[triangle as usize].vertices.map(|v| self.uvs[v as usize][set as usize & 1]);
+        a + (b - a) * barycentric.x + (c - a) * barycentric.y
+    }
+
+    /// Whether there is no surface at a point of an alpha-masked triangle.
+    pub fn is_cut_out(&self, scene: &Scene, triangle: u32, barycentric: Vec2) -> bool {
+        let material = &scene.materials[self.triangles[triangle as usize].material as usize];
+        let Some(cutoff) = material.alpha_cutoff else { return false };
+        let texel =
+            material.base_color_texture.map_or(1.0, |t| self.sample(scene, t, triangle, barycentric).w);
+        material.alpha * texel < cutoff
+    }
+
+    /// Radiance that a triangle emits from its front at a point, W/(sr·m²).
+    pub fn emission(&self, scene: &Scene, triangle: u32, barycentric: Vec2) -> Vec3 {
+        let material = &scene.materials[self.triangles[triangle as usize].material as usize];
+        let factor = material
+            .emission_texture
+            .map_or(Vec3::ONE, |t| self.sample(scene, t, triangle, barycentric).truncate());
+        material.emission * factor
+    }
+
+    fn sample(&self, scene: &Scene, texture: super::TextureRef, triangle: u32, barycentric: Vec2) -> Vec4 {
+        let uv = self.uv(triangle, barycentric, texture.uv_set);
+        scene.textures[texture.texture as usize].sample(texture.transform.transform_point2(uv))
+    }
+
+    /// The surface at a point of a triangle as seen from direction `wo` (unit, away from the surface). Seen from
+    /// the back, a double-sided one turns its normals around; a single-sided one is black and faces away.
+    pub fn surface(&self, scene: &Scene, triangle: u32, barycentric: Vec2, wo: Vec3) -> Surface {
+        let t = &self.triangles[triangle as usize];
+        let material = &scene.materials[t.material as usize];
+        let sample = |texture: Option<super::TextureRef>| {
+            texture.map_or(Vec4::ONE, |x| self.sample(scene, x, triangle, barycentric))
+        };
+        let geometric = self.normal(triangle);
+        let weights = [1.0 - barycentric.x - barycentric.y, barycentric.x, barycentric.y];
+        let mut normal = Vec3::ZERO;
+        let mut tangent = Vec4::ZERO;
+        for (&vertex, weight) in t.vertices.iter().zip(weights) {
+            normal += self.normals[vertex as usize] * weight;
+            tangent += self.tangents[vertex as usize] * weight;
+        }
+        normal = normal.normalize_or(geometric);
+        if let Some(map) = material.normal_texture {
+            let texel = self.sample(scene, map.texture, triangle, barycentric).truncate() * 2.0 - 1.0;
+            let along = tangent.truncate();
+            let along = (along - normal * normal.dot(along)).normalize_or_zero();
+            let across = normal.cross(along) * if tangent.w < 0.0 { -1.0 } else { 1.0 };
+            let bent = along * (texel.x * map.scale) + across * (texel.y * map.scale) + normal * texel.z;
+            normal = bent.normalize_or(normal);
+        }
+        let base_color = material.base_color * sample(material.base_color_texture).truncate();
+        let mr = sample(material.metallic_roughness_texture);
+        let specular = material.specular * sample(material.specular_texture).w;
+        let tint = material.specular_color * sample(material.specular_color_texture).truncate();
+        let mut surface = Surface::from_metallic_roughness(
+            base_color,
+            material.metallic * mr.z,
+            material.roughness * mr.y,
+            specular,
+            tint,
+        );
+        surface.position = self.point(triangle, barycentric);
+        surface.geometric_normal = geometric;
+        surface.shading_normal = normal;
+        let from_back = geometric.dot(wo) < 0.0;
+        if from_back && material.double_sided {
+            surface.geometric_normal = -geometric;
+            surface.shading_normal = -normal;
+        }
+        if from_back && !material.double_sided {
+            surface.albedo = Vec3::ZERO;
+            surface.f0 = Vec3::ZERO;
+            surface.f90 = 0.0;
+        } else if material.emits() {
+            surface.emission = self.emission(scene, triangle, barycentric);
+        }
+        surface
+    }
+
+    /// Whether a point looks inside a room: rays in 26 directions all meet a surface's front (or a double-sided one).
+    pub fn encloses(&self, scene: &Scene, point: Vec3) -> bool {
+        let tracer = crate::trace::SceneTracer::new(scene, self);
+        (0..27).filter(|&i| i != 13).all(|i| {
+            let direction = Vec3::new((i % 3) as f32 - 1.0, (i / 3 % 3) as f32 - 1.0, (i / 9) as f32 - 1.0);
+            let direction = (direction + Vec3::new(0.013, 0.007, 0.011)).normalize();
+            tracer.closest_hit(point, direction, f32::INFINITY, NONE).is_some_and(|hit| {
+                let t = &self.triangles[hit.triangle as usize];
+                scene.materials[t.material as usize].double_sided
+                    || self.normal(hit.triangle).dot(direction) < 0.0
+            })
+        })
+    }
+}

@@ -1,0 +1,102 @@
+//! Triangle meshes in object space, with their planar patches.
+
+use glam::{Vec2, Vec3, Vec4};
+use std::ops::Range;
+
+/// One triangle of a mesh, counter-clockwise seen from its front.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MeshTriangle {
+    /// Indices into the mesh's vertex arrays.
+    pub vertices: [u32; 3],
+    /// Index into the scene's materials.
+    pub material: u32,
+}
+
+/// A planar, convex polygon of a mesh that consists of whole triangles of one material.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Patch {
+    /// Vertex indices around the outline, counter-clockwise seen from the front, without collinear corners.
+    pub outline: Vec<u32>,
+    /// The triangles that fill the outline: a range of [`Mesh::triangles`].
+    pub triangles: Range<u32>,
+}
+
+/// An indexed triangle mesh. Vertex arrays have one element a vertex, or none at all where marked optional.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// The name; may be empty.
+    pub name: String,
+    /// Positions, metres.
+    pub positions: Vec<Vec3>,
+    /// Unit shading normals.
+    pub normals: Vec<Vec3>,
+    /// Unit tangents with the bitangent's sign in `w`; empty where no material of the mesh has a normal map.
+    pub tangents: Vec<Vec4>,
+    /// Texture coordinates of set 0 and 1; empty where the mesh has none.
+    pub uvs: Vec<[Vec2; 2]>,
+    /// Triangles: those of patches first, patch by patch.
+    pub triangles: Vec<MeshTriangle>,
+    /// Planar convex parts, see [`mark_patches`](super::mark_patches).
+    pub patches: Vec<Patch>,
+}
+
+impl Mesh {
+    /// Adds a planar convex polygon as a patch, fanned from its first corner. Corners are counter-clockwise seen
+    /// from the front. Call it before any triangle that belongs to no patch is added.
+    pub fn add_polygon(&mut self, corners: &[Vec3], material: u32) {
+        debug_assert_eq!(
+            self.triangles.len(),
+            self.patches.last().map_or(0, |p| p.triangles.end as usize),
+            "patches come first"
+        );
+        let normal = polygon_normal(corners);
+        let first = self.positions.len() as u32;
+        let count = corners.len() as u32;
+        self.positions.extend_from_slice(corners);
+        self.normals.extend(corners.iter().map(|_| normal));
+        if !self.uvs.is_empty() || first == 0 {
+            let square = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+            self.uvs.extend((0..corners.len()).map(|i| [square[i % 4]; 2]));
+        }
+        let start = self.triangles.len() as u32;
+        self.triangles.extend(
+            (1..count - 1).map(|i| MeshTriangle { vertices: [first, first + i, first + i + 1], material }),
+        );
+        self.patches.push(Patch {
+            outline: (first..first + count).collect(),
+            triangles: start..self.triangles.len() as u32,
+        });
+    }
+
+    /// Adds an axis-aligned box as six patches that face outwards.
+    pub fn add_box(&mut self, min: Vec3, max: Vec3, material: u32) {
+        let corner = |x: bool, y: bool, z: bool| {
+            Vec3::new(
+                if x { max.x } else { min.x },
+                if y { max.y } else { min.y },
+                if z { max.z } else { min.z },
+            )
+        };
+        let (f, t) = (false, true);
+        for side in [
+            [corner(f, f, f), corner(f, f, t), corner(f, t, t), corner(f, t, f)],
+            [corner(t, f, t), corner(t, f, f), corner(t, t, f), corner(t, t, t)],
+            [corner(f, f, f), corner(t, f, f), corner(t, f, t), corner(f, f, t)],
+            [corner(f, t, t), corner(t, t, t), corner(t, t, f), corner(f, t, f)],
+            [corner(t, f, f), corner(f, f, f), corner(f, t, f), corner(t, t, f)],
+            [corner(f, f, t), corner(t, f, t), corner(t, t, t), corner(f, t, t)],
+        ] {
+            self.add_polygon(&side, material);
+        }
+    }
+}
+
+/// Unit normal of a planar polygon by Newell's method: counter-clockwise seen from where it points.
+pub(crate) fn polygon_normal(corners: &[Vec3]) -> Vec3 {
+    let mut sum = glam::DVec3::ZERO;
+    for (i, a) in corners.iter().enumerate() {
+        let b = corners[(i + 1) % corners.len()];
+        sum += a.as_dvec3().cross(b.as_dvec3());
+    }
+    sum.normalize_or_zero().as_vec3()
+}

@@ -1,0 +1,170 @@
+//! Scenes: what there is to light, and where it comes from.
+//!
+//! A [`Scene`] holds nodes (a transform hierarchy), meshes with marked planar [`Patch`]es, materials, textures,
+//! cameras, punctual lights and animations. [`Geometry`] is the same scene flattened to world space: that is what
+//! rays, light samples and the renderer work on.
+
+pub mod builtin;
+mod camera;
+mod geometry;
+pub mod gltf;
+mod material;
+mod mesh;
+mod model_file;
+mod motion;
+mod patches;
+
+pub use camera::{Camera, Projection, View};
+pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
+pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
+pub use mesh::{Mesh, MeshTriangle, Patch};
+pub use model_file::load_model;
+pub use motion::{Animation, Channel, Interpolation, Keyframes, Transform};
+pub use patches::mark_patches;
+
+use crate::{Error, Result};
+use glam::{DAffine3, Vec3};
+
+/// Index that means "none" where ids are plain `u32`.
+pub const NONE: u32 = u32::MAX;
+
+/// A transform in the hierarchy. Parents come before their children in [`Scene::nodes`].
+#[derive(Clone, Debug, Default)]
+pub struct Node {
+    /// The name, as in the file; may be empty.
+    pub name: String,
+    /// Index of the parent node; `None` for a root.
+    pub parent: Option<usize>,
+    /// Parent from node.
+    pub local: Transform,
+}
+
+/// A mesh placed in the scene. Its index in [`Scene::objects`] is its stable identity.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// The name, as in the file; may be empty.
+    pub name: String,
+    /// Index into [`Scene::nodes`].
+    pub node: usize,
+    /// Index into [`Scene::meshes`].
+    pub mesh: usize,
+    /// Whether it may move: then light samples are not walked over it.
+    pub dynamic: bool,
+}
+
+/// What a punctual light emits (`KHR_lights_punctual`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PunctualKind {
+    /// Equal intensity in all directions.
+    Point,
+    /// A cone about the node's −Z; angles in radians, `0 ≤ inner < outer ≤ π/2`.
+    Spot {
+        /// Half-angle within which the intensity is full.
+        inner: f32,
+        /// Half-angle at which it reaches zero.
+        outer: f32,
+    },
+    /// Parallel light along the node's −Z; `intensity` is the irradiance on a plane facing it, in W/m².
+    Directional,
+}
+
+/// A light without extent.
+#[derive(Clone, Debug)]
+pub struct PunctualLight {
+    /// The name, as in the file; may be empty.
+    pub name: String,
+    /// Index into [`Scene::nodes`].
+    pub node: usize,
+    /// Its shape.
+    pub kind: PunctualKind,
+    /// Radiant intensity, W/sr (directional: W/m²), linear RGB.
+    pub intensity: Vec3,
+}
+
+/// Everything that is to be lit, and what lights it.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The name: of the built-in scene, or of the file.
+    pub name: String,
+    /// The transform hierarchy, parents first.
+    pub nodes: Vec<Node>,
+    /// Triangle meshes in object space.
+    pub meshes: Vec<Mesh>,
+    /// Meshes placed in the scene.
+    pub objects: Vec<Object>,
+    /// Surface materials.
+    pub materials: Vec<Material>,
+    /// Texture images.
+    pub textures: Vec<Texture>,
+    /// Lights without extent; area lights are meshes whose material emits.
+    pub lights: Vec<PunctualLight>,
+    /// Cameras; never empty after [`Scene::ensure_camera`].
+    pub cameras: Vec<Camera>,
+    /// Node animations, as the file has them.
+    pub animations: Vec<Animation>,
+    /// What the source asked for and is not supported: one sentence each, already logged.
+    pub warnings: Vec<String>,
+}
+
+impl Scene {
+    /// Adds a root node and returns its index.
+    pub fn add_node(&mut self, name: &str, local: Transform) -> usize {
+        self.nodes.push(Node { name: name.into(), parent: None, local });
+        self.nodes.len() - 1
+    }
+
+    /// Adds a mesh on a root node of its own and returns the object's index.
+    pub fn add_object(&mut self, name: &str, mesh: Mesh, local: Transform) -> usize {
+        let node = self.add_node(name, local);
+        self.meshes.push(mesh);
+        self.objects.push(Object { name: name.into(), node, mesh: self.meshes.len() - 1, dynamic: false });
+        self.objects.len() - 1
+    }
+
+    /// Adds a material and returns its index.
+    pub fn add_material(&mut self, material: Material) -> u32 {
+        self.materials.push(material);
+        (self.materials.len() - 1) as u32
+    }
+
+    /// World from node.
+    pub fn world_from_node(&self, node: usize) -> DAffine3 {
+        let mut result = DAffine3::IDENTITY;
+        let mut next = Some(node);
+        while let Some(index) = next {
+            result = self.nodes[index].local.affine() * result;
+            next = self.nodes[index].parent;
+        }
+        result
+    }
+
+    /// The camera with this name, or at this index.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] with the cameras that exist.
+    pub fn camera(&self, name_or_index: &str) -> Result<&Camera> {
+        self.cameras
+            .iter()
+            .find(|c| c.name == name_or_index)
+            .or_else(|| name_or_index.parse::<usize>().ok().and_then(|i| self.cameras.get(i)))
+            .ok_or_else(|| Error::Unknown {
+                kind: "camera",
+                name: name_or_index.into(),
+                known: self
+                    .cameras
+                    .iter()
+                    .enumerate()
+                    .map(|(i, c)| format!("{i} ({})", c.name))
+                    .collect::<Vec<_>>()
+                    .join(", "),
+            })
+    }
+
+    /// Records something the source asks for that is not supported, once.
+    pub fn warn(&mut self, sentence: String) {
+        if !self.warnings.contains(&sentence) {
+            tracing::warn!("{sentence}");
+            self.warnings.push(sentence);
+        }
+    }
+}
