@@ -30,8 +30,6 @@ pub(super) struct Deposits {
     pub samples: Vec<LightSample>,
     /// Whole paths that the samples were divided by.
     pub paths: u32,
-    /// Paths ran out before the samples were complete.
-    pub exhausted: bool,
 }
 
 struct Walk<'a> {
@@ -49,7 +47,7 @@ struct Photon {
     flux: Vec3,
 }
 
-/// Walks until `count` samples are there, or the next path would leave too many, or there is little hope.
+/// Walks until there are at least `count` samples and a path's worth more, or there is little hope.
 pub(super) fn walk(
     scene: &Scene,
     geometry: &Geometry,
@@ -59,14 +57,15 @@ pub(super) fn walk(
     seed: u32,
 ) -> Deposits {
     let walk = Walk { scene, geometry, tracer: SceneTracer::new(scene, geometry), tree, settings, seed };
+    // One path leaves `bounces` samples at most: with room for one more, whole paths suffice for `count`.
+    let room = (count + settings.bounces) as usize;
     let most = 65536 + count.saturating_mul(32);
-    let mut result = Deposits { samples: Vec::new(), paths: 0, exhausted: true };
+    let mut result = Deposits { samples: Vec::new(), paths: 0 };
     'paths: while result.paths < most && !(result.paths >= 65536 && result.samples.is_empty()) {
         let start = result.paths;
-        let wanted = (count - result.samples.len() as u32).clamp(64, 8192);
+        let wanted = (room - result.samples.len()).clamp(64, 8192) as u32;
         for path in walk.paths(start..most.min(start + wanted)) {
-            if result.samples.len() + path.len() > count as usize {
-                result.exhausted = false;
+            if result.samples.len() + path.len() > room {
                 break 'paths;
             }
             result.samples.extend(path);
@@ -119,7 +118,10 @@ impl Walk<'_> {
             let survival = match self.settings.termination {
                 Termination::Throughput if rho.max_element() > 0.0 => 1.0,
                 Termination::Throughput => 0.0,
-                Termination::Albedo => rho.max_element().min(1.0),
+                // What is left of the path's brightest channel.
+                Termination::Albedo => {
+                    ((rho * photon.flux).max_element() / photon.flux.max_element()).min(1.0)
+                }
             };
             let dimension = FIRST_BOUNCE + 3 * (bounce - 1);
             if self.at(path, dimension) >= survival {
