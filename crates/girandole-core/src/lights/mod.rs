@@ -117,7 +117,8 @@ pub enum Termination {
     /// Never: every hit leaves a sample, weaker by the albedo each time.
     Throughput,
     /// At every hit with the probability that the path's brightest channel is absorbed, 1 − max(ρΦ) / max(Φ), on
-    /// grey surfaces 1 − ρ (Russian roulette): samples of even strength, and less error (measured).
+    /// grey surfaces 1 − ρ (Russian roulette): samples of even strength. With 16
+    /// [candidates](LightSettings::candidates) both do equally well; with one, this has a fifth less error.
     #[default]
     Albedo,
 }
@@ -127,7 +128,8 @@ pub enum Termination {
 pub struct LightSettings {
     /// How many samples in all; punctual lights count, and are never left out.
     pub count: u32,
-    /// Share of direct samples, 0 to 1.
+    /// Share of direct samples, 0 to 1. Less leaves more samples to indirect light, which needs them more: 0.1 has the
+    /// least error on the built-in rooms, 0.2 a tenth more, with finer steps in soft shadows; 0.4 has half as much again.
     pub direct_share: f32,
     /// Bounce limit of the random walk; 0 = direct light only.
     pub bounces: u32,
@@ -149,7 +151,7 @@ impl Default for LightSettings {
     fn default() -> Self {
         Self {
             count: 300,
-            direct_share: 0.25,
+            direct_share: 0.2,
             bounces: 5,
             seed: 0,
             termination: Termination::default(),
@@ -250,10 +252,10 @@ impl LightSet {
         {
             let seed = sequence::hash(settings.seed ^ 0x7f4a_7c15);
             let candidates = settings.candidates.min(MAX_LIGHTS / wanted).max(1);
-            let walked = walk::walk(scene, geometry, &tree, settings, wanted * candidates, seed);
+            let walked = walk::walk(scene, geometry, &tree, settings, [wanted, candidates], seed);
             set.paths = walked.paths;
             indirect = walked.samples;
-            if indirect.len() >= wanted as usize {
+            if !walked.exhausted {
                 indirect = thin::thin(&indirect, wanted, geometry.diagonal(), sequence::hash(seed));
             } else {
                 set.warnings.push(format!(
@@ -286,3 +288,6 @@ impl LightSet {
 fn no_light() -> Error {
     Error::Invalid("the scene has no light; give a surface an emission, or add a punctual light".into())
 }
+
+#[cfg(test)]
+mod tests;

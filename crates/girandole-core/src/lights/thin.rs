@@ -28,7 +28,8 @@ fn weight(sample: &LightSample) -> f64 {
     f64::from(sample.intensity.max_element())
 }
 
-/// `count` samples with the expected light of all `samples` (each of which has some), in a spatial order.
+/// `count` samples with the expected light of all `samples` (each of which has some), in a spatial order. Where there
+/// are too few to choose from, strong ones come out several times.
 pub(super) fn thin(samples: &[LightSample], count: u32, diagonal: f32, seed: u32) -> Vec<LightSample> {
     let scale = diagonal * NORMAL_SCALE;
     let item = |(index, s): (usize, &LightSample)| {

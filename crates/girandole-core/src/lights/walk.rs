@@ -5,12 +5,13 @@
 //! 2. At every hit it leaves a sample of intensity `ρ · Φ / π` and goes on, cosine-weighted, with `Φ ← ρ · Φ`.
 //! 3. All deposits are divided by the number of paths.
 //!
-//! Worked example of the last step: 8 samples are wanted, and paths leave 3, 0, 4 and 2 deposits. The fourth would make
-//! it nine, so it is left out altogether: 7 samples, divided by 3 paths (those without a deposit count). Leaving out
-//! the path that overflows is what makes this unbiased: the paths before it are exchangeable, so
-//! `E[Σ_{i<T} d_i / (T − 1)] = E[d]` for the path `T` that overflows (Haldane 1945 for one deposit a path). Cutting that
-//! path in the middle instead, and dividing each bounce by the paths that attempted it, measurably favours short
-//! paths (by 5 to 9 % at 8 samples, 1 % at 75).
+//!
+//! How many paths there are must not depend on what they leave: stopping when enough samples are there, in the middle of
+//! a path, favours short paths (measured with independent paths: 5 to 9 % too bright at 8 samples, 1 % at 75), and even
+//! leaving out the path that overflows, which is right for independent paths, is off by 1 % at 8 for well-spread ones.
+//! So a short pilot walk with a seed of its own finds out how many deposits a path leaves, and sets the number of
+//! paths once and for all. Worked example: 225 samples with 16 candidates each need 3600 deposits; the pilot leaves
+//! 2.1 a path; 1719 paths are walked, and divided by.
 
 use super::emitters::{SourceTree, SpotCone};
 use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
@@ -25,11 +26,18 @@ const FIRST_BOUNCE: u32 = 4;
 /// Bends of a shading normal brighten a deposit by at most this.
 const MAX_BEND: f32 = 8.0;
 
+/// Deposits that the pilot walk waits for: the rate is then known to some 6 %.
+const PILOT_DEPOSITS: usize = 256;
+/// Paths after which the pilot gives up.
+const PILOT_PATHS: u32 = 1 << 16;
+
 /// What the walk left.
 pub(super) struct Deposits {
     pub samples: Vec<LightSample>,
-    /// Whole paths that the samples were divided by.
+    /// The paths that the samples were divided by.
     pub paths: u32,
+    /// There are fewer samples than wanted because little light is reflected.
+    pub exhausted: bool,
 }
 
 struct Walk<'a> {
@@ -47,36 +55,39 @@ struct Photon {
     flux: Vec3,
 }
 
-/// Walks until there are at least `count` samples and a path's worth more, or there is little hope.
+/// Walks as many paths as are likely to leave `candidates` deposits for each of `wanted` samples.
 pub(super) fn walk(
     scene: &Scene,
     geometry: &Geometry,
     tree: &SourceTree,
     settings: &LightSettings,
-    count: u32,
+    [wanted, candidates]: [u32; 2],
     seed: u32,
 ) -> Deposits {
-    let walk = Walk { scene, geometry, tracer: SceneTracer::new(scene, geometry), tree, settings, seed };
-    // One path leaves `bounces` samples at most: with room for one more, whole paths suffice for `count`.
-    let room = (count + settings.bounces) as usize;
-    let most = 65536 + count.saturating_mul(32);
-    let mut result = Deposits { samples: Vec::new(), paths: 0 };
-    'paths: while result.paths < most && !(result.paths >= 65536 && result.samples.is_empty()) {
-        let start = result.paths;
-        let wanted = (room - result.samples.len()).clamp(64, 8192) as u32;
-        for path in walk.paths(start..most.min(start + wanted)) {
-            if result.samples.len() + path.len() > room {
-                break 'paths;
-            }
-            result.samples.extend(path);
-            result.paths += 1;
-        }
+    let tracer = SceneTracer::new(scene, geometry);
+    let mut walk = Walk { scene, geometry, tracer, tree, settings, seed: sequence::hash(seed) };
+    // The pilot.
+    let (mut left, mut paths) = (0, 0);
+    while left < PILOT_DEPOSITS && paths < PILOT_PATHS {
+        left += walk.paths(paths..paths + 256).iter().map(Vec::len).sum::<usize>();
+        paths += 256;
     }
-    let scale = 1.0 / f64::from(result.paths.max(1));
-    for sample in &mut result.samples {
+    if left == 0 {
+        return Deposits { samples: Vec::new(), paths, exhausted: true };
+    }
+    // The walk. A single candidate each needs some to spare.
+    let rate = left as f64 / f64::from(paths);
+    let deposits = f64::from(wanted) * f64::from(candidates).max(1.2) + 8.0;
+    let most = PILOT_PATHS + wanted.saturating_mul(32);
+    let paths = (deposits / rate).ceil().min(f64::from(most)) as u32;
+    walk.seed = seed;
+    let mut samples = walk.paths(0..paths).concat();
+    let scale = 1.0 / f64::from(paths);
+    for sample in &mut samples {
         sample.intensity = (sample.intensity.as_dvec3() * scale).as_vec3();
     }
-    result
+    let exhausted = samples.is_empty() || paths == most && samples.len() < wanted as usize;
+    Deposits { samples, paths, exhausted }
 }
 
 impl Walk<'_> {
