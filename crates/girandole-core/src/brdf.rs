@@ -1,7 +1,9 @@
 //! The reflection model, mirrored in `shaders/lib/brdf.wgsl`: Lambert beside GGX in glTF's metallic-roughness terms.
 //!
 //! glTF attenuates a dielectric's diffuse part by 1 − F(v·h), which depends on the light. Here the albedo has to be
-//! a factor of the sum over lights, so it is attenuated by 1 − max(F0) instead.
+//! a factor of the sum over lights, so it is attenuated by 1 − the cosine-weighted mean of F over the hemisphere,
+//! which for Schlick's Fresnel is F0 + (F90 − F0)/21: what is reflected of light from everywhere to everywhere is
+//! then at most what arrives.
 
 use glam::Vec3;
 
@@ -39,7 +41,9 @@ impl Surface {
         specular_color: Vec3,
     ) -> Self {
         let dielectric_f0 = (0.04 * specular_color).min(Vec3::ONE) * specular;
-        let albedo = base_color * (1.0 - metallic) * (1.0 - dielectric_f0.max_element());
+        let f0 = dielectric_f0.max_element();
+        let mean_fresnel = f0 + (specular - f0) * (1.0 / 21.0);
+        let albedo = base_color * (1.0 - metallic) * (1.0 - mean_fresnel);
         Self {
             albedo,
             f0: dielectric_f0.lerp(base_color, metallic),
@@ -62,7 +66,8 @@ pub fn specular_brdf(normal: Vec3, wo: Vec3, wi: Vec3, f0: Vec3, f90: f32, alpha
     let (nv, nl) = (normal.dot(wo).max(1e-4), normal.dot(wi).max(0.0));
     let (nh, vh) = (normal.dot(h).clamp(0.0, 1.0), wo.dot(h).clamp(0.0, 1.0));
     let a2 = alpha * alpha;
-    let d = nh * nh * (a2 - 1.0) + 1.0;
+    // |n × h|² in place of 1 − (n·h)², of which nothing is left near the peak of a smooth surface.
+    let d = normal.cross(h).length_squared() + a2 * nh * nh;
     let distribution = a2 / (std::f32::consts::PI * d * d);
     let smith = nl * (nv * nv * (1.0 - a2) + a2).sqrt() + nv * (nl * nl * (1.0 - a2) + a2).sqrt();
     let x = 1.0 - vh;
