@@ -16,7 +16,7 @@ mod patches;
 
 pub use camera::{Camera, Projection, View};
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
-pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
+pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap, srgb_decode};
 pub use mesh::{Mesh, MeshTriangle, Patch};
 pub use model_file::load_model;
 pub use motion::{Animation, Channel, Interpolation, Keyframes, Transform};

@@ -1,0 +1,151 @@
+use super::*;
+use crate::scene::{Geometry, NONE};
+use crate::trace::SceneTracer;
+use glam::{DVec3, Vec3};
+
+/// Signed volume by the divergence theorem: positive when triangles face outwards.
+fn volume(mesh: &Mesh) -> f64 {
+    mesh.triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.vertices.map(|v| mesh.positions[v as usize].as_dvec3());
+            a.dot(b.cross(c)) / 6.0
+        })
+        .sum()
+}
+
+/// How often each undirected edge occurs, as (with its direction, against it), by position.
+fn is_closed(mesh: &Mesh) -> bool {
+    let mut edges = std::collections::BTreeMap::new();
+    let key = |v: u32| mesh.positions[v as usize].to_array().map(|c| (c + 0.0).to_bits());
+    for t in &mesh.triangles {
+        for i in 0..3 {
+            let (a, b) = (key(t.vertices[i]), key(t.vertices[(i + 1) % 3]));
+            *edges.entry((a.min(b), a.max(b))).or_insert(0) += if a < b { 1 } else { -1 };
+        }
+    }
+    edges.values().all(|&n| n == 0)
+}
+
+fn normals_agree(mesh: &Mesh, cosine: f64) -> bool {
+    mesh.triangles.iter().all(|t| {
+        let [a, b, c] = t.vertices.map(|v| mesh.positions[v as usize].as_dvec3());
+        let n = (b - a).cross(c - a).normalize();
+        t.vertices.iter().all(|&v| mesh.normals[v as usize].as_dvec3().dot(n) > cosine)
+    })
+}
+
+#[test]
+fn shapes_are_closed_face_outwards_and_have_their_volume() {
+    let pi = std::f64::consts::PI;
+    let cases = [
+        (shapes::cuboid(Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0), 0), 6.0, 0.0),
+        (shapes::torus(2.0, 0.5, 200, 100, 0), 2.0 * pi * pi * 2.0 * 0.25, 0.002),
+        (shapes::sphere(1.0, 200, 100, 0), 4.0 / 3.0 * pi, 0.002),
+        (shapes::cylinder(0.5, 2.0, 200, 0), 0.5 * pi, 0.002),
+    ];
+    for (mesh, expected, tolerance) in cases {
+        let v = volume(&mesh);
+        assert!((v / expected - 1.0).abs() <= tolerance + 1e-6, "{}: {v} against {expected}", mesh.name);
+        assert!(is_closed(&mesh), "{}", mesh.name);
+        assert!(normals_agree(&mesh, 0.99), "{}", mesh.name);
+        // Negative controls: turned inside out, and with a hole.
+        let mut broken = mesh.clone();
+        broken.triangles.iter_mut().for_each(|t| t.vertices.swap(1, 2));
+        assert!(volume(&broken) < 0.0 && !normals_agree(&broken, 0.99));
+        broken.triangles.pop();
+        assert!(!is_closed(&broken));
+    }
+}
+
+#[test]
+fn the_torus_has_820_vertices_and_the_teapot_about_as_many_as_newells() {
+    let torus = shapes::thesis_torus(0);
+    assert_eq!(torus.positions.len(), 820);
+    assert!(is_closed(&torus) && normals_agree(&torus, 0.9));
+    let pot = teapot(6, 0);
+    assert_eq!(pot.positions.len(), 1178);
+    let low = pot.positions.iter().copied().reduce(Vec3::min).unwrap();
+    let high = pot.positions.iter().copied().reduce(Vec3::max).unwrap();
+    assert!(low.y.abs() < 1e-6 && ((high - low).max_element() - 1.0).abs() < 1e-6);
+    assert!(volume(&pot) > 0.05, "{}", volume(&pot));
+    assert!(pot.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
+    // Vertex normals point to where the triangles face (the knob's and the lip's sharp turns aside).
+    let facing = |mesh: &Mesh| {
+        mesh.triangles
+            .iter()
+            .filter(|t| {
+                let [a, b, c] = t.vertices.map(|v| mesh.positions[v as usize].as_dvec3());
+                let mean: DVec3 = t.vertices.iter().map(|&v| mesh.normals[v as usize].as_dvec3()).sum();
+                (b - a).cross(c - a).dot(mean) < 0.0
+            })
+            .count()
+    };
+    assert_eq!(facing(&pot), 0);
+}
+
+#[test]
+fn every_room_is_closed_lit_and_seen_from_inside() {
+    for name in NAMES {
+        let scene = build(name, default_object(name)).unwrap();
+        assert_eq!(scene.name, name);
+        let geometry = Geometry::new(&scene);
+        assert_eq!(geometry.dropped, 0);
+        assert_eq!(scene.cameras[0].name, name);
+        assert!(scene.cameras.len() >= 2);
+        assert!(scene.materials.iter().any(crate::scene::Material::emits));
+        for camera in &scene.cameras {
+            let eye = (scene.world_from_node(camera.node).translation - geometry.origin).as_vec3();
+            assert!(geometry.encloses(&scene, eye), "{name}: {} is in a wall or sees outside", camera.name);
+            // And it has room: nothing within 0.15 m.
+            let tracer = SceneTracer::new(&scene, &geometry);
+            for axis in [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z] {
+                assert_eq!(tracer.closest_hit(eye, axis, 0.05, NONE), None, "{name}: {}", camera.name);
+            }
+        }
+        // Negative control: without its ceiling a room is not closed.
+        let mut open = scene.clone();
+        open.objects.retain(|o| o.name != "ceiling");
+        let geometry = Geometry::new(&open);
+        let eye = (open.world_from_node(open.cameras[0].node).translation - geometry.origin).as_vec3();
+        assert!(!geometry.encloses(&open, eye), "{name}");
+    }
+}
+
+#[test]
+fn moving_objects_are_dynamic_and_stand_where_they_should() {
+    let model = shapes::sphere(7.0, 12, 8, 5);
+    for name in NAMES {
+        let none = build(name, MovingObject::None).unwrap();
+        assert!(none.objects.iter().all(|o| !o.dynamic));
+        for object in [MovingObject::Torus, MovingObject::Teapot, MovingObject::Model(model.clone())] {
+            let scene = build(name, object).unwrap();
+            let dynamic: Vec<usize> =
+                (0..scene.objects.len()).filter(|&i| scene.objects[i].dynamic).collect();
+            assert_eq!(dynamic.len(), 1);
+            assert_eq!(scene.objects.len(), none.objects.len() + 1);
+            let geometry = Geometry::new(&scene);
+            let range = geometry.objects[dynamic[0]].clone();
+            let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+            for p in &geometry.positions[range.vertices.start as usize..range.vertices.end as usize] {
+                low = low.min(*p);
+                high = high.max(*p);
+            }
+            assert!((high - low).max_element() < 0.81 && (high - low).max_element() > 0.4);
+            // It stands on something, without touching it.
+            let tracer = SceneTracer::new(&scene, &geometry);
+            let center = (low + high) * 0.5;
+            let foot = Vec3::new(center.x, low.y + 1e-4, center.z);
+            let hit = tracer.closest_hit_where(foot, Vec3::NEG_Y, 0.01, |t, _| !range.triangles.contains(&t));
+            assert!(hit.is_some(), "{name}: {}", scene.objects[dynamic[0]].name);
+        }
+    }
+}
+
+#[test]
+fn an_unknown_room_lists_those_that_exist() {
+    let error = build("kitchen", MovingObject::None).unwrap_err().to_string();
+    assert!(NAMES.iter().all(|n| error.contains(n)), "{error}");
+    let empty = build("table", MovingObject::Model(Mesh::default())).unwrap_err().to_string();
+    assert!(empty.contains("extent"), "{empty}");
+}
