@@ -62,24 +62,16 @@ fn is_usable(adapter: &wgpu::Adapter) -> bool {
         && wgpu::Limits::default().check_limits(&adapter.limits())
 }
 
-/// All adapters of this machine, the ones that the renderer would choose first. OpenGL is asked only where nothing
-/// better is usable: its libraries write on the standard error stream where there is no display.
-async fn enumerate() -> Vec<wgpu::Adapter> {
-    let of = async |backends| {
-        let descriptor =
-            wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
-        wgpu::Instance::new(descriptor).enumerate_adapters(backends).await
-    };
-    let mut found = of(wgpu::Backends::PRIMARY).await;
-    if !found.iter().any(is_usable) {
-        found.extend(of(wgpu::Backends::SECONDARY).await);
-    }
-    sorted(found)
+fn instance() -> wgpu::Instance {
+    wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle())
 }
 
 /// All adapters of this machine, the ones that the renderer would choose first.
 pub async fn adapters() -> Vec<AdapterReport> {
-    enumerate().await.iter().map(AdapterReport::new).collect()
+    sorted(instance().enumerate_adapters(wgpu::Backends::all()).await)
+        .iter()
+        .map(AdapterReport::new)
+        .collect()
 }
 
 /// Usable ones first, then real GPUs before software, native interfaces before OpenGL.
@@ -115,7 +107,7 @@ impl Gpu {
     /// # Errors
     /// [`Error::NoAdapter`] with the adapters that there are, [`Error::Unsupported`] where the one named cannot do it.
     pub async fn new(name: Option<&str>) -> Result<Self> {
-        let all = enumerate().await;
+        let all = sorted(instance().enumerate_adapters(wgpu::Backends::all()).await);
         let names: Vec<String> = all.iter().map(|a| a.get_info().name).collect();
         let matches = |a: &wgpu::Adapter| {
             name.is_none_or(|n| a.get_info().name.to_lowercase().contains(&n.to_lowercase()))
