@@ -1,1 +1,144 @@
-//! Samples on emitters.
+//! Direct samples: on emitters, and for punctual lights.
+
+use super::emitters::{Source, SourceTree, SpotCone};
+use super::{LightSample, Profile, SampleOrigin};
+use crate::math::sequence;
+use crate::scene::{Geometry, PunctualKind, Scene};
+use crate::trace::lift_distance;
+use glam::{DVec2, DVec3, Vec3};
+
+/// All punctual lights: a point light is two opposite hemispheres, a spot and a directional light one sample each.
+pub(super) fn punctual(scene: &Scene, geometry: &Geometry) -> Vec<LightSample> {
+    let mut samples = Vec::new();
+    for (index, light) in scene.lights.iter().enumerate() {
+        if !(light.intensity.is_finite() && light.intensity.max_element() > 0.0) {
+            continue;
+        }
+        let node = scene.world_from_node(light.node);
+        let normal = node.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Y).as_vec3();
+        let mut sample = LightSample {
+            position: (node.translation - geometry.origin).as_vec3(),
+            normal,
+            intensity: light.intensity,
+            profile: Profile::Hemisphere,
+            origin: SampleOrigin::Punctual { light: index as u32 },
+        };
+        match light.kind {
+            PunctualKind::Point => {
+                samples.push(LightSample { normal: Vec3::Y, ..sample });
+                samples.push(LightSample { normal: Vec3::NEG_Y, ..sample });
+            }
+            PunctualKind::Spot { inner, outer } => {
+                let cone = SpotCone::new(inner, outer);
+                let scale = 1.0 / (cone.cos_inner - cone.cos_outer);
+                let offset = (-cone.cos_outer * scale) as f32;
+                sample.profile = Profile::Spot { scale: scale as f32, offset };
+                samples.push(sample);
+            }
+            PunctualKind::Directional => {
+                let center = (geometry.bounds.0 + geometry.bounds.1) * 0.5;
+                sample.position = center - normal * geometry.diagonal();
+                sample.profile = Profile::Directional;
+                samples.push(sample);
+            }
+        }
+    }
+    samples
+}
+
+/// How many samples each emitter gets: in proportion to power, and at least one. `None` where there are more emitters
+/// than samples.
+fn allocate(weights: &[f64], count: u32) -> Option<Vec<u32>> {
+    if weights.len() > count as usize {
+        return None;
+    }
+    let total: f64 = weights.iter().sum();
+    let mut counts: Vec<u32> = vec![1; weights.len()];
+    let spare = f64::from(count) - weights.len() as f64;
+    // Whole samples of what is due beyond the first, then the largest remainders.
+    let due: Vec<f64> = weights.iter().map(|w| (w / total * f64::from(count) - 1.0).max(0.0)).collect();
+    let due_total: f64 = due.iter().sum();
+    let mut rest = Vec::new();
+    for (i, d) in due.iter().enumerate() {
+        let share = if due_total > 0.0 { d / due_total * spare } else { 0.0 };
+        counts[i] += share as u32;
+        rest.push((share - f64::from(share as u32), i));
+    }
+    rest.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut left = count - counts.iter().sum::<u32>();
+    for &(_, i) in rest.iter().cycle() {
+        if left == 0 {
+            break;
+        }
+        counts[i] += 1;
+        left -= 1;
+    }
+    Some(counts)
+}
+
+/// `count` samples on emitting surfaces (Barczak §4.1).
+///
+/// Each emitter gets its share of samples and keeps all its energy: with `n` of them on an emitter,
+/// `I = Le(y) / (n · p_A(y))`. Where there are more emitters than samples, they share one distribution.
+pub(super) fn area(
+    scene: &Scene,
+    geometry: &Geometry,
+    groups: &[Vec<Source>],
+    count: u32,
+    seed: u32,
+) -> Vec<LightSample> {
+    let weights: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
+    let mut samples = Vec::new();
+    let mut add = |sources: Vec<Source>, count: u32, seed: u32| {
+        if let Some(tree) = SourceTree::new(sources) {
+            on_tree(scene, geometry, &tree, count, seed, &mut samples);
+        }
+    };
+    match allocate(&weights, count) {
+        Some(counts) => {
+            for (i, (group, n)) in groups.iter().zip(counts).enumerate() {
+                add(group.clone(), n, sequence::hash(seed ^ sequence::hash(i as u32)));
+            }
+        }
+        None => add(groups.concat(), count, seed),
+    }
+    samples
+}
+
+/// Samples of one distribution. Points that turn out black are passed over; then the number of tries divides (all but
+/// the one that brought a sample too many, which makes it unbiased: Haldane 1945).
+fn on_tree(
+    scene: &Scene,
+    geometry: &Geometry,
+    tree: &SourceTree,
+    count: u32,
+    seed: u32,
+    samples: &mut Vec<LightSample>,
+) {
+    let first = samples.len();
+    let most = 4096 + count.saturating_mul(64);
+    let mut tries = 0;
+    while tries < most {
+        let at = [0, 1].map(|d| f64::from(sequence::sample(tries, d, seed)));
+        let (source, at) = tree.choose(DVec2::from_array(at));
+        let spot = source.spot(scene, geometry, at).filter(|s| s.radiance.max_element() > 0.0);
+        if let Some(spot) = spot {
+            if samples.len() - first == count as usize {
+                break;
+            }
+            let pdf_area = tree.probability(source) / spot.area;
+            samples.push(LightSample {
+                position: spot.position + spot.normal * lift_distance(geometry, spot.position),
+                normal: spot.normal,
+                intensity: (spot.radiance.as_dvec3() / pdf_area).as_vec3(),
+                profile: Profile::Cosine,
+                origin: SampleOrigin::Emitter { triangle: spot.triangle },
+            });
+        }
+        tries += 1;
+    }
+    let scale = 1.0 / f64::from(tries.max(1));
+    for sample in &mut samples[first..] {
+        sample.intensity = (sample.intensity.as_dvec3() * scale).as_vec3();
+    }
+}

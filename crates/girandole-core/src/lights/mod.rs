@@ -1,9 +1,12 @@
 //! Light samples: all light in a scene as oriented point lights (Barczak §4.1; Keller 1997).
 
 mod direct;
+mod emitters;
 mod walk;
 
+use crate::math::sequence;
 use crate::scene::{Geometry, Scene};
+use crate::{Error, Result};
 use glam::Vec3;
 
 /// How a light sample's intensity depends on direction.
@@ -130,11 +133,22 @@ pub struct LightSettings {
     pub seed: u32,
     /// How paths end before the bounce limit.
     pub termination: Termination,
+    /// Whether the random walk sees objects that are marked [`dynamic`](crate::scene::Object::dynamic). `true` gives
+    /// the right light for the scene as it stands; `false` is the thesis's mode: samples stay where they are when
+    /// such objects move, and miss the light that those reflect or intercept.
+    pub walk_dynamic: bool,
 }
 
 impl Default for LightSettings {
     fn default() -> Self {
-        Self { count: 300, direct_share: 0.25, bounces: 5, seed: 0, termination: Termination::default() }
+        Self {
+            count: 300,
+            direct_share: 0.25,
+            bounces: 5,
+            seed: 0,
+            termination: Termination::default(),
+            walk_dynamic: true,
+        }
     }
 }
 
@@ -154,13 +168,127 @@ pub struct LightSet {
 /// An upper bound on `count`: more is refused with a sentence.
 pub const MAX_LIGHTS: u32 = 1 << 20;
 
-impl LightSet {
-    /// Samples the light of a scene.
+/// An upper bound on `bounces`: more is refused with a sentence.
+pub const MAX_BOUNCES: u32 = 64;
+
+impl LightSettings {
+    /// Whether every setting is in range.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) where a setting is out of range or the scene has no light at all.
-    pub fn sample(scene: &Scene, geometry: &Geometry, settings: &LightSettings) -> crate::Result<Self> {
-        let _ = (scene, geometry, settings);
-        todo!("lights")
+    /// [`Error::Invalid`] that names the setting and its range.
+    pub fn validate(&self) -> Result<()> {
+        let refuse = |sentence: String| Err(Error::Invalid(sentence));
+        if self.count == 0 || self.count > MAX_LIGHTS {
+            return refuse(format!(
+                "{} light samples are not possible; choose 1 to {MAX_LIGHTS}",
+                self.count
+            ));
+        }
+        if !(0.0..=1.0).contains(&self.direct_share) {
+            return refuse(format!(
+                "a direct share of {} is not possible; choose a number from 0 to 1",
+                self.direct_share
+            ));
+        }
+        if self.bounces > MAX_BOUNCES {
+            return refuse(format!("{} bounces are not possible; choose 0 to {MAX_BOUNCES}", self.bounces));
+        }
+        Ok(())
+    }
+}
+
+impl LightSet {
+    /// Samples the light of a scene. There are exactly [`LightSettings::count`] samples wherever the scene allows it:
+    /// punctual lights all have theirs, `direct_share` of all are direct, the rest is left by the random walk. The few
+    /// that the walk has no whole path for (fewer than `bounces`) become direct ones too.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a setting is out of range or the scene has no light at all.
+    pub fn sample(scene: &Scene, geometry: &Geometry, settings: &LightSettings) -> Result<Self> {
+        settings.validate()?;
+        let groups = emitters::area_groups(scene, geometry);
+        let punctual = emitters::punctual_sources(scene, geometry);
+        let mut samples = direct::punctual(scene, geometry);
+        if groups.is_empty() && samples.is_empty() {
+            return Err(Error::Invalid(
+                "the scene has no light; give a surface an emission, or add a punctual light".into(),
+            ));
+        }
+        let mut set = Self::default();
+        let lights = samples.len() as u32;
+        let spare = settings.count.saturating_sub(lights);
+        if lights > settings.count {
+            set.warnings.push(format!(
+                "the scene's punctual lights need {lights} light samples and {} were asked for; \
+                 ask for more, or area lights and indirect light stay dark",
+                settings.count
+            ));
+        }
+        // How many samples are direct; all of them where light is not to bounce.
+        let has_area = !groups.is_empty();
+        let asked = (f64::from(settings.direct_share) * f64::from(settings.count)).round() as u32;
+        let wants_area = has_area && settings.direct_share > 0.0;
+        let mut area = asked.saturating_sub(lights).max(u32::from(wants_area)).min(spare);
+        if !has_area {
+            area = 0;
+        }
+        if settings.bounces == 0 && has_area {
+            area = spare;
+        }
+        // The walk; what it leaves over becomes direct light.
+        let mut indirect = Vec::new();
+        let wanted = if settings.bounces == 0 { 0 } else { spare - area };
+        if let Some(tree) = emitters::SourceTree::new([groups.concat(), punctual].concat())
+            && wanted > 0
+        {
+            let mut settings = *settings;
+            if settings.bounces > wanted {
+                set.warnings.push(format!(
+                    "{wanted} indirect light samples carry {wanted} bounces, not {}; ask for more samples",
+                    settings.bounces
+                ));
+                settings.bounces = wanted;
+            }
+            let seed = sequence::hash(settings.seed ^ 0x7f4a_7c15);
+            let walked = walk::walk(scene, geometry, &tree, &settings, wanted, seed);
+            set.paths = walked.paths;
+            indirect = walked.samples;
+            let missing = wanted - indirect.len() as u32;
+            if walked.exhausted && missing > 0 {
+                set.warnings.push(format!(
+                    "{} paths of light left only {} of {wanted} indirect light samples, because little of it is \
+                     reflected{}",
+                    walked.paths,
+                    indirect.len(),
+                    if has_area { "; the others lie on the emitters" } else { "" }
+                ));
+            }
+            if has_area && (wants_area || walked.exhausted) {
+                area += missing;
+            } else if !walked.exhausted {
+                split(&mut indirect, missing);
+            }
+        }
+        let seed = sequence::hash(settings.seed ^ 0x2545_f491);
+        samples.extend(direct::area(scene, geometry, &groups, area, seed));
+        set.direct = samples.len() as u32;
+        samples.extend(indirect);
+        set.samples = samples;
+        for warning in &set.warnings {
+            tracing::warn!("{warning}");
+        }
+        Ok(set)
+    }
+}
+
+/// Splits the strongest samples in two where they lie, which changes no light, until there are `more` of them.
+fn split(samples: &mut Vec<LightSample>, more: u32) {
+    for _ in 0..more {
+        let brightest = |s: &LightSample| s.intensity.max_element();
+        let strongest = (0..samples.len())
+            .reduce(|a, b| if brightest(&samples[b]) > brightest(&samples[a]) { b } else { a });
+        let Some(strongest) = strongest else { return };
+        samples[strongest].intensity *= 0.5;
+        samples.insert(strongest, samples[strongest]);
     }
 }

@@ -1,0 +1,345 @@
+//! Everything that emits, as sources that direct samples and the walk's paths start from.
+//!
+//! 1. Each emitting triangle (per side) becomes a source; a planar patch that is a parallelogram stays whole, so that
+//!    one continuous map leads from the unit square to it. Triangles with a texture are cut into small ones.
+//! 2. A source's weight is its power by luminance, for textures found on a regular grid, with a floor wherever the
+//!    texture might shine.
+//! 3. A binary tree over sources, halved in power along the longest axis of their centres, turns one point of the
+//!    unit square into a source and a point of it, splitting u and v in turn (hierarchical warping, Clarberg et al.
+//!    2005, §3): points that are well spread in the square stay so over many small sources.
+
+use crate::image::luminance;
+use crate::scene::{Geometry, NONE, PunctualKind, Scene};
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+/// A textured triangle is cut into at most this many squared…
+const MAX_CUTS: f64 = 24.0;
+/// …and estimated at this many squared points in each part.
+const PROBES: u32 = 4;
+/// Weight of a part that looks black, as a share of what it could emit at most.
+const FLOOR: f64 = 0.02;
+
+/// One thing to start from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source {
+    kind: Kind,
+    /// Power by luminance, watts; for textures an estimate that is never too near zero.
+    pub weight: f64,
+    center: Vec3,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Area(Area),
+    Punctual(u32),
+}
+
+/// A flat piece of an emitter: corner + a·edge₁ + b·edge₂ with (a, b) in the unit square, or its lower half.
+#[derive(Clone, Copy, Debug)]
+struct Area {
+    /// The triangles that it lies on; the second is [`NONE`] unless it is a parallelogram.
+    triangles: [u32; 2],
+    corner: DVec3,
+    edges: [DVec3; 2],
+    area: f64,
+    /// Emits behind the triangle.
+    back: bool,
+    /// Radiance varies, or there are holes.
+    textured: bool,
+}
+
+/// A point of an emitter.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    pub position: Vec3,
+    /// Unit, on the side that emits.
+    pub normal: Vec3,
+    pub radiance: Vec3,
+    pub triangle: u32,
+    /// Area of the source it was chosen on, m².
+    pub area: f64,
+}
+
+impl Source {
+    /// The punctual light, if it is one.
+    pub fn punctual(&self) -> Option<u32> {
+        match self.kind {
+            Kind::Punctual(light) => Some(light),
+            Kind::Area(_) => None,
+        }
+    }
+
+    /// The point of an area source at `at` in the unit square, uniform over its area.
+    pub fn spot(&self, scene: &Scene, geometry: &Geometry, at: DVec2) -> Option<Spot> {
+        let Kind::Area(area) = &self.kind else { return None };
+        let at = if area.triangles[1] == NONE { fold(at) } else { at };
+        let position = (area.corner + area.edges[0] * at.x + area.edges[1] * at.y).as_vec3();
+        let (triangle, barycentric) = area
+            .triangles
+            .iter()
+            .filter(|&&t| t != NONE)
+            .map(|&t| (t, barycentric(geometry.corners(t), position)))
+            .max_by(|(_, a), (_, b)| inside(*a).total_cmp(&inside(*b)))?;
+        let mut radiance = geometry.emission(scene, triangle, barycentric);
+        if area.textured && geometry.is_cut_out(scene, triangle, barycentric) {
+            radiance = Vec3::ZERO;
+        }
+        let normal = geometry.normal(triangle);
+        let normal = if area.back { -normal } else { normal };
+        Some(Spot { position, normal, radiance, triangle, area: area.area })
+    }
+}
+
+/// The unit square onto its lower half, where a + b ≤ 1 (Heitz 2019).
+fn fold(s: DVec2) -> DVec2 {
+    if s.x > s.y { DVec2::new(s.x - s.y * 0.5, s.y * 0.5) } else { DVec2::new(s.x * 0.5, s.y - s.x * 0.5) }
+}
+
+/// Weights of corners 1 and 2 at a point of a triangle's plane.
+fn barycentric(corners: [Vec3; 3], point: Vec3) -> Vec2 {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    let normal = (b - a).cross(c - a);
+    let p = point.as_dvec3() - a;
+    let scale = 1.0 / normal.length_squared();
+    Vec2::new(
+        (p.cross(c - a).dot(normal) * scale).clamp(0.0, 1.0) as f32,
+        ((b - a).cross(p).dot(normal) * scale).clamp(0.0, 1.0) as f32,
+    )
+}
+
+/// Largest for the triangle that holds a point best.
+fn inside(barycentric: Vec2) -> f32 {
+    barycentric.min_element().min(1.0 - barycentric.x - barycentric.y)
+}
+
+/// The sources on emitting surfaces, one group for each side of an object's material.
+pub(super) fn area_groups(scene: &Scene, geometry: &Geometry) -> Vec<Vec<Source>> {
+    let mut groups: std::collections::BTreeMap<(u32, u32, bool), Vec<Source>> = BTreeMap::new();
+    let mut index = 0;
+    while index < geometry.triangles.len() as u32 {
+        let triangle = geometry.triangles[index as usize];
+        let material = &scene.materials[triangle.material as usize];
+        if !(material.emits() && material.emission.is_finite()) {
+            index += 1;
+            continue;
+        }
+        let textured = material.emission_texture.is_some() || material.alpha_cutoff.is_some();
+        let patch = geometry.patches.get(triangle.patch as usize);
+        let whole = patch.filter(|p| !textured && p.triangles.start == index && p.triangles.len() == 2);
+        let pieces = match whole.and_then(|p| parallelogram(&p.outline, index)) {
+            Some(area) => vec![(area, f64::from(luminance(material.emission)))],
+            None if textured => cut(scene, geometry, index),
+            None => vec![(part(geometry, index, 1, [0, 0], false), f64::from(luminance(material.emission)))],
+        };
+        for (area, radiance) in pieces {
+            let weight = radiance * area.area * PI;
+            let center = (area.corner + (area.edges[0] + area.edges[1]) * 0.4).as_vec3();
+            for back in [false, true] {
+                if weight > 0.0 && (!back || material.double_sided) {
+                    let source = Source { kind: Kind::Area(Area { back, ..area }), weight, center };
+                    groups.entry((triangle.object, triangle.material, back)).or_default().push(source);
+                }
+            }
+            index += u32::from(area.triangles[1] != NONE);
+        }
+        index += 1;
+    }
+    groups.into_values().collect()
+}
+
+/// A whole patch of two triangles, if its outline is a parallelogram.
+fn parallelogram(outline: &[Vec3], first: u32) -> Option<Area> {
+    let &[a, b, c, d] = outline else { return None };
+    let [a, b, c, d] = [a, b, c, d].map(Vec3::as_dvec3);
+    let edges = [b - a, d - a];
+    let size = edges[0].length().max(edges[1].length());
+    (((a + c) - (b + d)).length() < size * 1e-5).then(|| Area {
+        triangles: [first, first + 1],
+        corner: a,
+        edges,
+        area: edges[0].cross(edges[1]).length(),
+        back: false,
+        textured: false,
+    })
+}
+
+/// Part `[i, j]` of a triangle cut into `n²` equal ones: row by row, the upright ones first.
+fn part(geometry: &Geometry, triangle: u32, n: u32, [i, j]: [u32; 2], textured: bool) -> Area {
+    let [a, b, c] = geometry.corners(triangle).map(Vec3::as_dvec3);
+    let edges = [(b - a) / f64::from(n), (c - a) / f64::from(n)];
+    let upright = i + j < n;
+    let (corner, edges) = if upright {
+        (a + edges[0] * f64::from(i) + edges[1] * f64::from(j), edges)
+    } else {
+        // Those that stand on their heads, counted from the far side.
+        let (i, j) = (n - i, n - j);
+        (a + edges[0] * f64::from(i) + edges[1] * f64::from(j), [-edges[0], -edges[1]])
+    };
+    let area = edges[0].cross(edges[1]).length() * 0.5;
+    Area { triangles: [triangle, NONE], corner, edges, area, back: false, textured }
+}
+
+/// The parts of a textured triangle, about one for 2×2 texels, with the luminance that they are weighted by.
+fn cut(scene: &Scene, geometry: &Geometry, triangle: u32) -> Vec<(Area, f64)> {
+    let material = &scene.materials[geometry.triangles[triangle as usize].material as usize];
+    let texels = [material.emission_texture, material.base_color_texture]
+        .into_iter()
+        .flatten()
+        .map(|t| {
+            let image = &scene.textures[t.texture as usize];
+            let [a, b, c] = [Vec2::ZERO, Vec2::X, Vec2::Y].map(|at| {
+                t.transform.transform_point2(geometry.uv(triangle, at, t.uv_set)).as_dvec2()
+                    * DVec2::new(f64::from(image.width), f64::from(image.height))
+            });
+            (b - a).perp_dot(c - a).abs() * 0.5
+        })
+        .fold(0.0, f64::max);
+    let n = (texels * 0.25).sqrt().ceil().clamp(1.0, MAX_CUTS) as u32;
+    let floor = FLOOR * f64::from(luminance(material.emission));
+    let parts = (0..n).flat_map(|i| (0..n).map(move |j| [i, j]));
+    parts
+        .map(|at| {
+            let area = part(geometry, triangle, n, at, true);
+            let source = Source { kind: Kind::Area(area), weight: 0.0, center: Vec3::ZERO };
+            let probes = (0..PROBES * PROBES).map(|k| {
+                let at = DVec2::new(f64::from(k % PROBES), f64::from(k / PROBES)) + 0.5;
+                let spot = source.spot(scene, geometry, at / f64::from(PROBES));
+                spot.map_or(0.0, |s| f64::from(luminance(s.radiance)))
+            });
+            (area, floor + probes.sum::<f64>() / f64::from(PROBES * PROBES))
+        })
+        .collect()
+}
+
+/// The punctual lights as sources, weighted by the flux that they can send into the scene.
+pub(super) fn punctual_sources(scene: &Scene, geometry: &Geometry) -> Vec<Source> {
+    let sources = scene.lights.iter().enumerate().map(|(index, light)| {
+        let solid_angle = match light.kind {
+            PunctualKind::Point => 4.0 * PI,
+            PunctualKind::Spot { inner, outer } => SpotCone::new(inner, outer).solid_angle(),
+            PunctualKind::Directional => PI * f64::from(geometry.diagonal() * 0.5).powi(2),
+        };
+        let center = (scene.world_from_node(light.node).translation - geometry.origin).as_vec3();
+        let weight = f64::from(luminance(light.intensity)) * solid_angle;
+        Source { kind: Kind::Punctual(index as u32), weight, center }
+    });
+    sources.filter(|s| s.weight > 0.0 && s.weight.is_finite()).collect()
+}
+
+/// glTF's spot: full intensity above one cosine, none below the other, the square of a ramp in between.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SpotCone {
+    pub cos_inner: f64,
+    pub cos_outer: f64,
+}
+
+impl SpotCone {
+    pub fn new(inner: f32, outer: f32) -> Self {
+        let cos_inner = libm::cos(f64::from(inner));
+        let cos_outer = libm::cos(f64::from(outer)).min(cos_inner - 1e-6);
+        Self { cos_inner, cos_outer }
+    }
+
+    /// The integral of the profile over directions, sr.
+    pub fn solid_angle(&self) -> f64 {
+        2.0 * PI * ((1.0 - self.cos_inner) + (self.cos_inner - self.cos_outer) / 3.0)
+    }
+
+    /// The cosine that a share `s` of the light stays above or below: distributed as the profile.
+    pub fn cosine(&self, s: f64) -> f64 {
+        let ramp = (self.cos_inner - self.cos_outer) / 3.0;
+        let at = s * (ramp + 1.0 - self.cos_inner);
+        if at < ramp {
+            self.cos_outer + (self.cos_inner - self.cos_outer) * libm::cbrt(at / ramp)
+        } else {
+            (self.cos_inner + at - ramp).min(1.0)
+        }
+    }
+}
+
+/// A way from the unit square to sources in proportion to their weights.
+pub(super) struct SourceTree {
+    sources: Vec<Source>,
+    /// Inner nodes: share of the first child; children (≥ 0: a node, < 0: source −1 − child).
+    nodes: Vec<(f64, [i64; 2])>,
+    total: f64,
+}
+
+impl SourceTree {
+    /// Builds the tree; `None` without sources.
+    pub fn new(mut sources: Vec<Source>) -> Option<Self> {
+        let total = sources.iter().map(|s| s.weight).sum::<f64>();
+        let mut nodes = Vec::new();
+        if sources.is_empty() {
+            return None;
+        }
+        // Ranges of sources still to be split, with the node and the side that waits for them.
+        let mut open = vec![(0, sources.len(), None::<(usize, usize)>)];
+        while let Some((start, end, parent)) = open.pop() {
+            let child = if end - start == 1 {
+                -1 - start as i64
+            } else {
+                let range = &mut sources[start..end];
+                let (share, middle) = halve(range);
+                nodes.push((share, [0, 0]));
+                let node = nodes.len() - 1;
+                open.push((start + middle, end, Some((node, 1))));
+                open.push((start, start + middle, Some((node, 0))));
+                node as i64
+            };
+            if let Some((node, side)) = parent {
+                nodes[node].1[side] = child;
+            }
+        }
+        Some(Self { sources, nodes, total })
+    }
+
+    /// A source in proportion to weight, and what is left of the point: uniform again over the unit square.
+    pub fn choose(&self, at: DVec2) -> (&Source, DVec2) {
+        const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+        let mut at = at.to_array();
+        let mut node = if self.nodes.is_empty() { -1 } else { 0 };
+        let mut depth = 0;
+        while node >= 0 {
+            let (share, children) = self.nodes[node as usize];
+            let s = &mut at[depth & 1];
+            let second = *s >= share;
+            *s = if second { (*s - share) / (1.0 - share) } else { *s / share }.clamp(0.0, BELOW_ONE);
+            node = children[usize::from(second)];
+            depth += 1;
+        }
+        (&self.sources[(-1 - node) as usize], DVec2::from_array(at))
+    }
+
+    /// The probability of a source.
+    pub fn probability(&self, source: &Source) -> f64 {
+        source.weight / self.total
+    }
+}
+
+/// Sorts sources along the longest axis of their centres and finds where to split them: the first part's share of
+/// the weight, and its length (at least 1, and less than all).
+fn halve(sources: &mut [Source]) -> (f64, usize) {
+    let low = sources.iter().fold(Vec3::INFINITY, |m, s| m.min(s.center));
+    let high = sources.iter().fold(Vec3::NEG_INFINITY, |m, s| m.max(s.center));
+    let size = high - low;
+    let axis = if size.x >= size.y && size.x >= size.z { 0 } else { 1 + usize::from(size.z > size.y) };
+    sources.sort_by(|a, b| a.center[axis].total_cmp(&b.center[axis]));
+    let total: f64 = sources.iter().map(|s| s.weight).sum();
+    let mut first = 0.0;
+    for (i, source) in sources[..sources.len() - 1].iter().enumerate() {
+        let next = first + source.weight;
+        if next >= total * 0.5 || i + 2 == sources.len() {
+            // Whichever cut is nearer to the middle, if there is a choice.
+            return if i > 0 && total * 0.5 - first < next - total * 0.5 {
+                (first / total, i)
+            } else {
+                (next / total, i + 1)
+            };
+        }
+        first = next;
+    }
+    (0.5, sources.len() / 2)
+}
