@@ -6,3 +6,4 @@ mod files;
 mod many_lights;
 mod metrics;
 mod reflection;
+mod truth;
