@@ -200,7 +200,7 @@ impl Integrator<'_> {
     }
 
     fn light_from(&self, light: &Punctual, vertex: &Vertex) -> Vec3 {
-        let (to, wi, irradiance) = light.towards(vertex.start, self.tracer.geometry().diagonal());
+        let (to, wi, irradiance) = light.towards(vertex.surface.position, self.tracer.geometry().diagonal());
         let contribution = bsdf::evaluate(&vertex.surface, vertex.wo, wi) * irradiance;
         if contribution == Vec3::ZERO
             || self.tracer.occluded(vertex.start, vertex.triangle, to, girandole_core::scene::NONE)
