@@ -74,7 +74,7 @@ impl Probe {
         };
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
         let inverse_z = 1.0 / direction[z];
-        if !(origin.is_finite() && inverse_z.is_finite()) {
+        if !(origin.is_finite() && direction.is_finite() && inverse_z.is_finite()) {
             return None;
         }
         let shear = DVec2::new(direction[axes[0]], direction[axes[1]]) * inverse_z;
@@ -131,8 +131,9 @@ impl Traversal {
         let start = (origin + unit * skipped) * scale - unit * BACK_UP;
         let offset = BACK_UP - skipped * scale;
         let per_t = length * scale;
-        let mut this =
-            Self { ray: Ray::new(start.as_vec3a(), unit.as_vec3a(), 0.0, f32::INFINITY), per_t, offset };
+        // `obvhs` takes −0 for positive in one place and negative in another: adding 0 makes it +0.
+        let ray = Ray::new(start.as_vec3a(), unit.as_vec3a() + Vec3A::ZERO, 0.0, f32::INFINITY);
+        let mut this = Self { ray, per_t, offset };
         this.ray.tmax = this.reach(t_max);
         this
     }

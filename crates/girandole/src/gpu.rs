@@ -62,16 +62,26 @@ fn is_usable(adapter: &wgpu::Adapter) -> bool {
         && wgpu::Limits::default().check_limits(&adapter.limits())
 }
 
-fn instance() -> wgpu::Instance {
-    wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle())
-}
-
 /// All adapters of this machine, the ones that the renderer would choose first.
 pub async fn adapters() -> Vec<AdapterReport> {
-    sorted(instance().enumerate_adapters(wgpu::Backends::all()).await)
-        .iter()
-        .map(AdapterReport::new)
-        .collect()
+    enumerate().await.iter().map(AdapterReport::new).collect()
+}
+
+/// Adapters of native interfaces; OpenGL is asked only where there is none that is usable (its loaders write to
+/// stderr).
+async fn enumerate() -> Vec<wgpu::Adapter> {
+    let mut all = Vec::new();
+    for backends in [wgpu::Backends::all() - wgpu::Backends::GL, wgpu::Backends::GL] {
+        let descriptor = wgpu::InstanceDescriptor {
+            backends,
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        };
+        all.extend(wgpu::Instance::new(descriptor).enumerate_adapters(backends).await);
+        if all.iter().any(is_usable) {
+            break;
+        }
+    }
+    sorted(all)
 }
 
 /// Usable ones first, then real GPUs before software, native interfaces before OpenGL.
@@ -107,7 +117,7 @@ impl Gpu {
     /// # Errors
     /// [`Error::NoAdapter`] with the adapters that there are, [`Error::Unsupported`] where the one named cannot do it.
     pub async fn new(name: Option<&str>) -> Result<Self> {
-        let all = sorted(instance().enumerate_adapters(wgpu::Backends::all()).await);
+        let all = enumerate().await;
         let names: Vec<String> = all.iter().map(|a| a.get_info().name).collect();
         let matches = |a: &wgpu::Adapter| {
             name.is_none_or(|n| a.get_info().name.to_lowercase().contains(&n.to_lowercase()))

@@ -10,14 +10,41 @@ override FILTER: u32; // percentage-closer filter: width in texels, 0 = the near
 
 const SLACK = 2e-5;
 const FOOTPRINT = 0.02;
+const NEARBY = 0.7;
+const HOLLOW = 10.0;
 
 // One texel's answer: `a` is the receiver's normal in light space, `height` = −dot(a, p) > 0 its plane's distance to
-// the light, `slope` = −dot(a, p) / norm(p), `centre` the texel's centre in the square.
-fn is_lit(light: Light, texel: vec2u, a: vec3f, height: f32, slope: f32) -> bool {
+// the light, `slope` = height / norm(p), `uv` the receiver's place in the square.
+fn is_lit(light: Light, texel: vec2u, uv: vec2f, a: vec3f, height: f32, slope: f32) -> bool {
   let centre = (vec2f(texel) + 0.5) / light.map_size;
   let stored = textureLoad(atlas, light.map_origin + texel, light.map_page, 0);
   let here = max(-dot(a, decode(centre)), slope);
-  return stored * height <= NEAR * (here * (1.0 + SLACK) + FOOTPRINT / light.map_size);
+  let allowance = NEAR * FOOTPRINT / light.map_size;
+  if stored * height <= NEAR * here * (1.0 + SLACK) + allowance { return true; }
+  if stored * height * NEARBY > NEAR * slope { return false; }
+  // What is seen there is nearer, but not by much: at the foot of a wall or in a hollow it need not be in the way.
+  // Carry its own slope over to the receiver's place: only what is still nearer there blocks.
+  let origin = vec2i(texel);
+  let gradient = vec2f(
+    gradient_along(light, origin, vec2i(1, 0), stored),
+    gradient_along(light, origin, vec2i(0, 1), stored));
+  let carried = stored + dot(gradient, (uv - centre) * light.map_size);
+  return carried * height <= NEAR * slope * (1.0 + SLACK) + HOLLOW * allowance;
+}
+
+// Change a texel of stored depth along one axis, on the surface that `stored` belongs to: of the two sides, the one
+// that continues more nearly straight.
+fn gradient_along(light: Light, at: vec2i, axis: vec2i, stored: f32) -> f32 {
+  let ahead = at_texel(light, at + axis);
+  let behind = at_texel(light, at - axis);
+  let bend_ahead = abs(at_texel(light, at + 2 * axis) - 2.0 * ahead + stored);
+  let bend_behind = abs(at_texel(light, at - 2 * axis) - 2.0 * behind + stored);
+  return select(stored - behind, ahead - stored, bend_ahead < bend_behind);
+}
+
+fn at_texel(light: Light, texel: vec2i) -> f32 {
+  let inside = clamp(texel, vec2i(0), vec2i(i32(light.map_size) - 1));
+  return textureLoad(atlas, light.map_origin + vec2u(inside), light.map_page, 0);
 }
 
 // The same for a directional light: parallel rays, depth linear. `p` is in units of the scene's radius.
@@ -46,7 +73,7 @@ fn visibility(light: Light, position: vec3f, ng: vec3f) -> f32 {
   let slope = height / norm(p);
   let uv = encode(p);
   if FILTER == 0u {
-    return select(0.0, 1.0, is_lit(light, min(vec2u(uv * light.map_size), vec2u(last)), a, height, slope));
+    return select(0.0, 1.0, is_lit(light, min(vec2u(uv * light.map_size), vec2u(last)), uv, a, height, slope));
   }
   return filtered(light, uv, a, p, height, slope);
 }
@@ -71,7 +98,7 @@ fn filtered(light: Light, uv: vec2f, a: vec3f, p: vec3f, height: f32, slope: f32
       sum += weight;
       var seen = false;
       if light.profile == DIRECTIONAL { seen = is_lit_parallel(light, texel, a, p); }
-      else { seen = is_lit(light, texel, a, height, slope); }
+      else { seen = is_lit(light, texel, uv, a, height, slope); }
       lit += select(0.0, weight, seen);
     }
   }

@@ -69,8 +69,8 @@ fn with_coordinates(pixel: vec2u, h: Hit) -> Hit {
 
 fn sample_at(use_: TextureUse, hit: Hit) -> vec4f {
   if use_.texture == NONE { return vec4f(1.0); }
-  let set = use_.uv_set & 1u;
-  return sample_texture(use_, hit.uv[set], hit.uv_dx[set], hit.uv_dy[set]);
+  let chosen = use_.uv_set & 1u;
+  return sample_texture(use_, hit.uv[chosen], hit.uv_dx[chosen], hit.uv_dy[chosen]);
 }
 
 fn has_textures(m: Material) -> bool {
