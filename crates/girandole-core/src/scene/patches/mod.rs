@@ -20,6 +20,8 @@ use rustc_hash::FxHashMap;
 const PLANARITY: f64 = 2e-6;
 /// How far a vertex normal may differ from the face normal.
 const NORMAL_TOLERANCE: f64 = 1e-3;
+/// Triangles along one edge in one direction beyond which it is given up.
+const MAX_SHEETS: usize = 8;
 /// Patches of an imported scene have at least this share of its diagonal squared.
 const MIN_AREA: f64 = 1e-4;
 /// A scene of more metres than this is a mistake, and its squares would leave the range of single precision.
@@ -97,8 +99,10 @@ struct Surface<'m> {
     /// Unit face normals; zero for triangles that are not flat.
     normals: Vec<DVec3>,
     areas: Vec<f64>,
-    /// The triangle of each directed edge; [`NONE`] where several have it.
+    /// The last side (three times its triangle, plus which) along each directed edge.
     edges: FxHashMap<(u32, u32), u32>,
+    /// The side before each along the same edge, or [`NONE`].
+    previous: Vec<u32>,
     tolerance: f64,
 }
 
@@ -112,6 +116,7 @@ impl<'m> Surface<'m> {
         let mut normals = Vec::with_capacity(mesh.triangles.len());
         let mut areas = Vec::with_capacity(mesh.triangles.len());
         let mut edges = FxHashMap::default();
+        let mut previous = vec![NONE; mesh.triangles.len() * 3];
         for (index, triangle) in mesh.triangles.iter().enumerate() {
             let [a, b, c] = triangle.vertices.map(|v| mesh.positions[v as usize].as_dvec3());
             let cross = (b - a).cross(c - a);
@@ -125,20 +130,51 @@ impl<'m> Surface<'m> {
             normals.push(if flat { normal } else { DVec3::ZERO });
             areas.push(cross.length() * 0.5);
             if flat {
-                for edge in sides(triangle.vertices.map(|v| points[v as usize])) {
-                    edges.entry(edge).and_modify(|t| *t = NONE).or_insert(index as u32);
+                for (which, edge) in
+                    sides(triangle.vertices.map(|v| points[v as usize])).into_iter().enumerate()
+                {
+                    let side = (index * 3 + which) as u32;
+                    previous[side as usize] = edges.insert(edge, side).unwrap_or(NONE);
                 }
             }
         }
-        Self { mesh, points, normals, areas, edges, tolerance: extent * PLANARITY }
+        Self { mesh, points, normals, areas, edges, previous, tolerance: extent * PLANARITY }
     }
 
-    /// The flat triangles beyond each side of a flat one.
+    /// The only triangle along a directed edge that faces the same way as `triangle` and is of its material.
+    fn along(&self, edge: (u32, u32), triangle: u32) -> u32 {
+        let mut side = self.edges.get(&edge).copied().unwrap_or(NONE);
+        let mut found = NONE;
+        let alike = |other: u32| {
+            (self.normals[other as usize] - self.normals[triangle as usize]).length()
+                <= 2.0 * NORMAL_TOLERANCE
+                && self.mesh.triangles[other as usize].material
+                    == self.mesh.triangles[triangle as usize].material
+        };
+        for _ in 0..MAX_SHEETS {
+            if side == NONE {
+                return found;
+            }
+            if alike(side / 3) {
+                if found != NONE {
+                    return NONE;
+                }
+                found = side / 3;
+            }
+            side = self.previous[side as usize];
+        }
+        NONE
+    }
+
+    /// The triangles of the same plane and material beyond each side of a flat one. Where more than two meet, as in
+    /// sheets back to back, those that face the same way belong together, unless it is unclear which.
     fn neighbors(&self, triangle: u32) -> [u32; 3] {
         let corners = self.mesh.triangles[triangle as usize].vertices.map(|v| self.points[v as usize]);
         sides(corners).map(|(a, b)| {
-            let own = self.edges.get(&(a, b)).copied().unwrap_or(NONE);
-            if own == NONE { NONE } else { self.edges.get(&(b, a)).copied().unwrap_or(NONE) }
+            let both = |t: u32| [self.along((a, b), t), self.along((b, a), t)];
+            let [own, other] = both(triangle);
+            // Likeness within a tolerance is not transitive, so the other side is asked too.
+            if own == triangle && other != NONE && both(other) == [own, other] { other } else { NONE }
         })
     }
 
@@ -160,7 +196,6 @@ impl<'m> Surface<'m> {
             taken[seed as usize] = true;
             let normal = self.normals[seed as usize];
             let origin = self.corners(seed)[0];
-            let material = self.mesh.triangles[seed as usize].material;
             let mut region = vec![seed];
             let mut next = 0;
             while let Some(&triangle) = region.get(next) {
@@ -168,7 +203,6 @@ impl<'m> Surface<'m> {
                 for other in self.neighbors(triangle) {
                     if other != NONE
                         && !taken[other as usize]
-                        && self.mesh.triangles[other as usize].material == material
                         && (self.normals[other as usize] - normal).length() <= 2.0 * NORMAL_TOLERANCE
                         && self
                             .corners(other)
