@@ -195,3 +195,35 @@ fn light_that_is_there_is_enough() {
     unused.ensure_light();
     assert_eq!(unused.warnings.len(), 1);
 }
+
+#[test]
+fn scenes_of_any_size_are_framed_and_lit() {
+    // Some thousand crooked triangles, from a microscope's to a planet's size.
+    for scale in [1e-5_f32, 1e-2, 1.0, 1e3, 1e7] {
+        let mut mesh = Mesh::default();
+        for i in 0..3000_u32 {
+            let noise = |k: u32| {
+                (i.wrapping_mul(2_654_435_761).wrapping_add(k.wrapping_mul(0x9e37_79b9)) >> 8) as f32
+                    / 16_777_216.0
+            };
+            let at = Vec3::new(noise(1), noise(2), noise(3));
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(
+                [at, at + Vec3::X * 0.05 * noise(4), at + Vec3::Y * 0.05 * noise(5)].map(|p| p * scale),
+            );
+            mesh.normals.extend([Vec3::Z; 3]);
+            mesh.triangles.push(girandole_core::scene::MeshTriangle {
+                vertices: [first, first + 1, first + 2],
+                material: 0,
+            });
+        }
+        let mut scene = Scene::default();
+        scene.add_material(Material::default());
+        scene.add_object("dust", mesh, Transform::IDENTITY);
+        scene.ensure_camera();
+        let (geometry, view) = view(&scene, 1.0);
+        assert!(corners(&geometry).iter().all(|&c| sees(&view, c)), "{scale}: {view:?}");
+        scene.ensure_light();
+        assert_eq!(scene.objects.len(), 2, "{scale}");
+    }
+}
