@@ -10,7 +10,7 @@ use std::process::{Command, ExitCode};
 
 /// Tasks of the workspace.
 #[derive(Parser)]
-#[command(name = "cargo xtask")]
+#[command(name = "xtask", bin_name = "cargo xtask")]
 struct Cli {
     #[command(subcommand)]
     task: Task,

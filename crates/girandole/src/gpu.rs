@@ -1,6 +1,9 @@
 //! Adapters, what the renderer asks of them, and a device of one's own for programs without a window.
 
 use crate::{Error, Result};
+use std::future::Future;
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
 
 /// Features that the renderer uses where a device has them. None is required.
 pub const WANTED_FEATURES: wgpu::Features =
@@ -156,5 +159,20 @@ impl Gpu {
     pub fn wait(&self) -> Result<()> {
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| Error::Device(e.to_string()))?;
         Ok(())
+    }
+
+    /// Runs a future to its end, polling the device in between: for programs that have nothing else to do.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device was lost.
+    pub fn block_on<T>(&self, future: impl Future<Output = T>) -> Result<T> {
+        let mut future = pin!(future);
+        let mut context = Context::from_waker(Waker::noop());
+        loop {
+            if let Poll::Ready(value) = future.as_mut().poll(&mut context) {
+                return Ok(value);
+            }
+            self.wait()?;
+        }
     }
 }

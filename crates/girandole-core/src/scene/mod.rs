@@ -14,15 +14,15 @@ mod material;
 mod mesh;
 mod model_file;
 mod motion;
-mod normals;
 mod patches;
+mod repair;
 
 pub use camera::{Camera, Projection, View};
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
 pub use gltf::{load_gltf, load_gltf_slice};
 pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap, srgb_decode};
 pub use mesh::{Mesh, MeshTriangle, Patch};
-pub use model_file::load_model;
+pub use model_file::{load_model, load_model_slice};
 pub use motion::{Animation, Channel, Interpolation, Keyframes, Transform};
 pub use patches::mark_patches;
 

@@ -1,7 +1,7 @@
 //! Single meshes from PLY, OBJ and glTF files.
 
-use super::gltf::{MAX_TRIANGLES, load_gltf};
-use super::normals::smooth_normals;
+use super::gltf::{MAX_TRIANGLES, load_gltf, load_gltf_slice};
+use super::repair::{drop_duplicates, smooth_normals};
 use super::{Geometry, Mesh, MeshTriangle, Scene};
 use crate::{Error, Result};
 use glam::{Vec2, Vec3};
@@ -15,28 +15,61 @@ type Parsed<T> = std::result::Result<T, String>;
 
 /// Loads one mesh (all its parts merged, material index 0) from a `.ply`, `.obj`, `.glb` or `.gltf` file, in the
 /// file's unit, which should be metres. Normals that the file lacks are smooth: means of the adjoining faces, weighted
-/// by angle. No patches are marked; materials and colours are not read.
+/// by angle. Faces that are listed twice are kept once. No patches are marked; materials and colours are not read.
 ///
 /// # Errors
 /// [`Error::Unknown`] for other kinds of files; [`Error::Read`] or [`Error::Broken`] if the file is not usable.
 pub fn load_model(path: &Path) -> Result<Mesh> {
-    let kind = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let read: fn(&[u8]) -> Parsed<Mesh> = match kind.as_str() {
-        "glb" | "gltf" => return Ok(merge(&load_gltf(path)?)),
-        "ply" => ply,
-        "obj" => obj,
-        _ => {
-            return Err(Error::Unknown {
-                kind: "model file type",
-                name: path.display().to_string(),
-                known: ".ply, .obj, .glb, .gltf".into(),
-            });
+    let kind = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    let mut mesh = match Kind::new(kind, || path.display().to_string())? {
+        Kind::Gltf => merge(&load_gltf(path)?),
+        kind => {
+            let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+            kind.read(&bytes).map_err(|reason| Error::Broken { path: path.into(), reason })?
         }
     };
-    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
-    let mut mesh = read(&bytes).map_err(|reason| Error::Broken { path: path.into(), reason })?;
     mesh.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(mesh)
+}
+
+/// Loads one mesh from the bytes of a file; `kind` is what its name would end with: `ply`, `obj`, `glb` or `gltf`.
+/// Otherwise like [`load_model`].
+///
+/// # Errors
+/// [`Error::Unknown`] for other kinds; [`Error::Broken`] if the data is not usable.
+pub fn load_model_slice(bytes: &[u8], kind: &str) -> Result<Mesh> {
+    match Kind::new(kind, || kind.into())? {
+        Kind::Gltf => Ok(merge(&load_gltf_slice(bytes, None)?)),
+        kind => kind.read(bytes).map_err(|reason| Error::Broken { path: "the model data".into(), reason }),
+    }
+}
+
+enum Kind {
+    Gltf,
+    Ply,
+    Obj,
+}
+
+impl Kind {
+    fn new(extension: &str, name: impl Fn() -> String) -> Result<Self> {
+        match extension.to_ascii_lowercase().as_str() {
+            "glb" | "gltf" => Ok(Self::Gltf),
+            "ply" => Ok(Self::Ply),
+            "obj" => Ok(Self::Obj),
+            _ => Err(Error::Unknown {
+                kind: "model file type",
+                name: name(),
+                known: ".ply, .obj, .glb, .gltf".into(),
+            }),
+        }
+    }
+
+    fn read(&self, bytes: &[u8]) -> Parsed<Mesh> {
+        if bytes.is_empty() {
+            return Err("it is empty; fetch or export it again".into());
+        }
+        if matches!(self, Self::Obj) { obj(bytes) } else { ply(bytes) }
+    }
 }
 
 /// All objects of a scene in world space.
@@ -85,13 +118,15 @@ fn finish(
         }
     }
     let has_uvs = uvs.len() == positions.len() && uvs.iter().all(|uv| uv[0].abs().max_element() < 1e9);
-    Ok(Mesh {
+    let mut mesh = Mesh {
         positions,
         normals,
         uvs: if has_uvs { uvs } else { Vec::new() },
         triangles: triangles.into_iter().map(|vertices| MeshTriangle { vertices, material: 0 }).collect(),
         ..Mesh::default()
-    })
+    };
+    drop_duplicates(&mut mesh);
+    Ok(mesh)
 }
 
 /// A vertex or face of a PLY file.
@@ -148,7 +183,7 @@ impl PropertyAccess for Element {
 }
 
 /// A PLY file, ASCII or binary.
-pub(crate) fn ply(bytes: &[u8]) -> Parsed<Mesh> {
+fn ply(bytes: &[u8]) -> Parsed<Mesh> {
     let broken = |e: &dyn std::fmt::Display| {
         let message: String = e.to_string().lines().next().unwrap_or_default().chars().take(120).collect();
         format!("it is not a PLY file or broken ({message}); fetch or export it again")
@@ -197,12 +232,15 @@ pub(crate) fn ply(bytes: &[u8]) -> Parsed<Mesh> {
 }
 
 /// A Wavefront OBJ file.
-pub(crate) fn obj(bytes: &[u8]) -> Parsed<Mesh> {
+fn obj(bytes: &[u8]) -> Parsed<Mesh> {
     let options =
         tobj::LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true };
-    let (models, _) =
-        tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| Err(tobj::LoadError::OpenFileFailed))
-            .map_err(|e| format!("it is not an OBJ file or broken ({e}); fetch or export it again"))?;
+    // Only names can hold anything but ASCII, and they do not matter.
+    let text = String::from_utf8_lossy(bytes);
+    let (models, _) = tobj::load_obj_buf(&mut Cursor::new(text.as_bytes()), &options, |_| {
+        Err(tobj::LoadError::OpenFileFailed)
+    })
+    .map_err(|e| format!("it is not an OBJ file or broken ({e}); fetch or export it again"))?;
     let (mut positions, mut normals, mut uvs, mut triangles) = (vec![], vec![], vec![], vec![]);
     let mut has_uvs = false;
     let triples = |list: &[f32]| -> Vec<Vec3> { list.chunks_exact(3).map(Vec3::from_slice).collect() };

@@ -4,7 +4,7 @@ use super::accessor::Accessor;
 use super::document::{lookup, shorten};
 use super::texture::MAX_COORDINATE;
 use super::{Importer, MAX_TRIANGLES, MAX_VERTICES, Parsed, tangents};
-use crate::scene::normals::smooth_normals;
+use crate::scene::repair::{drop_duplicates, smooth_normals};
 use crate::scene::{Mesh, MeshTriangle, TextureRef};
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::accessor::{ComponentType, Type};
@@ -40,6 +40,9 @@ impl<'d> Importer<'d> {
         let mut mesh = Mesh { name: json.name.clone().unwrap_or_default(), ..Mesh::default() };
         for (i, primitive) in json.primitives.iter().enumerate() {
             self.primitive(primitive, &mut mesh).map_err(|e| format!("{e} (mesh {index}, primitive {i})"))?;
+        }
+        if drop_duplicates(&mut mesh) > 0 {
+            self.scene.warn("triangles that the file lists twice are kept once".into());
         }
         let result = if mesh.triangles.is_empty() {
             None

@@ -9,7 +9,7 @@
 
 mod polygons;
 
-use super::normals::weld;
+use super::repair::weld;
 use super::{Mesh, MeshTriangle, NONE, Patch, Scene};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use polygons::{Polygon, convex_polygons, whole_polygon};

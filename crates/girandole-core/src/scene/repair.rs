@@ -1,7 +1,8 @@
-//! Vertex normals for meshes without.
+//! What imported meshes lack or have too much of.
 
+use super::Mesh;
 use glam::{DVec3, Vec3};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// The first vertex with the same position, for each vertex.
 pub(crate) fn weld(positions: &[Vec3]) -> Vec<u32> {
@@ -42,4 +43,21 @@ pub(crate) fn smooth_normals(
         })
         .map(|n| n.as_vec3())
         .collect()
+}
+
+/// Drops triangles of the same three positions, front and material as an earlier one, and returns their number. A ray
+/// meets only one of them, so an emitter that is listed twice must not shine twice; and hierarchies over triangles
+/// cannot part them.
+pub(crate) fn drop_duplicates(mesh: &mut Mesh) -> usize {
+    let welded = weld(&mesh.positions);
+    let mut seen: FxHashSet<(u32, [u32; 3])> = FxHashSet::default();
+    seen.reserve(mesh.triangles.len());
+    let before = mesh.triangles.len();
+    mesh.triangles.retain(|t| {
+        let mut points = t.vertices.map(|v| welded[v as usize]);
+        let least = (0..3).min_by_key(|&i| points[i]).unwrap_or(0);
+        points.rotate_left(least);
+        seen.insert((t.material, points))
+    });
+    before - mesh.triangles.len()
 }
