@@ -1,2 +1,61 @@
-//! Placeholder.
-fn main() {}
+//! What the people who work on Girandole need: `cargo xtask --help`.
+
+mod adapter;
+mod test;
+mod truth;
+
+use clap::{Parser, Subcommand};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+/// Tasks of the workspace.
+#[derive(Parser)]
+#[command(name = "xtask", bin_name = "cargo xtask")]
+struct Cli {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Runs all tests; where there is no graphics adapter, installs the software one first if it may
+    Test {
+        /// Passed on to `cargo test`
+        #[arg(last = true)]
+        arguments: Vec<String>,
+    },
+    /// Prints how far renderer and path tracer are from pictures by an independent renderer
+    Truth(truth::Arguments),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().task {
+        Task::Test { arguments } => test::run(&arguments),
+        Task::Truth(arguments) => truth::run(&arguments),
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("error: {error:#}");
+        ExitCode::FAILURE
+    })
+}
+
+/// Cargo, in the workspace's root.
+fn cargo() -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root());
+    command
+}
+
+/// The workspace's root.
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
+}
+
+/// The program `girandole` of a profile, which lies beside this one's.
+fn girandole(profile: &str) -> std::io::Result<PathBuf> {
+    let mut path = std::env::current_exe()?;
+    path.pop();
+    path.set_file_name(profile);
+    path.push(format!("girandole{}", std::env::consts::EXE_SUFFIX));
+    Ok(path)
+}

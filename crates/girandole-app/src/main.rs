@@ -1,2 +1,51 @@
-//! Placeholder.
-fn main() {}
+//! The program `girandole`: renders scenes lit by many shadowed point lights, compares pictures, and tells what
+//! scenes and adapters hold.
+//!
+//! Exit codes: 0 done, 1 a comparison is beyond its thresholds (or a required adapter is missing), 2 anything else,
+//! with one sentence on the standard error stream.
+
+mod args;
+mod compare;
+mod engine;
+mod info;
+mod output;
+mod render;
+mod scene;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    silence_layer();
+    tracing_subscriber::fmt()
+        .with_env_filter(
+            tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "off".into()),
+        )
+        .with_writer(std::io::stderr)
+        .init();
+    let cli = match args::Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return output::command_line_error(&error),
+    };
+    let result = match cli.command {
+        None => render::main_job(),
+        Some(args::Command::Render(args)) => render::run(*args),
+        Some(args::Command::Compare(args)) => compare::run(&args),
+        Some(args::Command::Info(args)) => info::run(&args),
+    };
+    result.unwrap_or_else(|error| {
+        output::error(&format!("{error:#}"));
+        ExitCode::from(2)
+    })
+}
+
+/// Without a session, Mesa's device-selection layer complains of it twice on the standard error stream, with "error:" in
+/// front. The layer reorders adapters, which the library does by itself: it is switched off there.
+#[allow(unsafe_code, reason = "there is no other way to reach the layer, and no other thread yet")]
+fn silence_layer() {
+    let unset = |name| std::env::var_os(name).is_none();
+    if cfg!(target_os = "linux") && unset("XDG_RUNTIME_DIR") && unset("NODEVICE_SELECT") {
+        // SAFETY: this is the first statement of the program; no other thread can read the environment.
+        unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
+    }
+}

@@ -1,7 +1,9 @@
 //! The reflection model, mirrored in `shaders/lib/brdf.wgsl`: Lambert beside GGX in glTF's metallic-roughness terms.
 //!
 //! glTF attenuates a dielectric's diffuse part by 1 − F(v·h), which depends on the light. Here the albedo has to be
-//! a factor of the sum over lights, so it is attenuated by 1 − max(F0) instead.
+//! a factor of the sum over lights, so it is attenuated by 1 − the cosine-weighted mean of F over the hemisphere,
+//! which for Schlick's Fresnel is F0 + (F90 − F0)/21: what is reflected of light from everywhere to everywhere is
+//! then at most what arrives.
 
 use glam::Vec3;
 
@@ -39,7 +41,9 @@ impl Surface {
         specular_color: Vec3,
     ) -> Self {
         let dielectric_f0 = (0.04 * specular_color).min(Vec3::ONE) * specular;
-        let albedo = base_color * (1.0 - metallic) * (1.0 - dielectric_f0.max_element());
+        let f0 = dielectric_f0.max_element();
+        let mean_fresnel = f0 + (specular - f0) * (1.0 / 21.0);
+        let albedo = base_color * (1.0 - metallic) * (1.0 - mean_fresnel);
         Self {
             albedo,
             f0: dielectric_f0.lerp(base_color, metallic),
@@ -62,11 +66,139 @@ pub fn specular_brdf(normal: Vec3, wo: Vec3, wi: Vec3, f0: Vec3, f90: f32, alpha
     let (nv, nl) = (normal.dot(wo).max(1e-4), normal.dot(wi).max(0.0));
     let (nh, vh) = (normal.dot(h).clamp(0.0, 1.0), wo.dot(h).clamp(0.0, 1.0));
     let a2 = alpha * alpha;
-    let d = nh * nh * (a2 - 1.0) + 1.0;
+    // |n × h|² in place of 1 − (n·h)², of which nothing is left near the peak of a smooth surface.
+    let d = normal.cross(h).length_squared() + a2 * nh * nh;
     let distribution = a2 / (std::f32::consts::PI * d * d);
     let smith = nl * (nv * nv * (1.0 - a2) + a2).sqrt() + nv * (nl * nl * (1.0 - a2) + a2).sqrt();
     let x = 1.0 - vh;
     let x5 = x * x * x * x * x;
     let fresnel = f0 + (Vec3::splat(f90) - f0) * x5;
     fresnel * (distribution * 0.5 / smith.max(1e-7))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{PI, TAU};
+
+    fn direction(cosine: f32, phi: f32) -> Vec3 {
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        Vec3::new(sine * phi.cos(), sine * phi.sin(), cosine)
+    }
+
+    /// What share of light from `wo` the lobe reflects: half vectors on a grid that follows the distribution.
+    fn directional_albedo(cosine: f32, f0: f32, f90: f32, alpha: f32) -> f64 {
+        let wo = direction(cosine, 0.0);
+        let a2 = f64::from(alpha).powi(2);
+        let steps = 128;
+        let mut sum = 0.0;
+        for i in 0..steps {
+            for j in 0..steps {
+                let (u, v) =
+                    ((f64::from(i) + 0.5) / f64::from(steps), (f64::from(j) + 0.5) / f64::from(steps));
+                let cos2 = (1.0 - u) / (1.0 + u * (a2 - 1.0));
+                let h = direction(cos2.sqrt() as f32, (TAU * v) as f32);
+                let wi = h * (2.0 * h.dot(wo)) - wo;
+                if wi.z > 0.0 && h.dot(wo) > 0.0 {
+                    let f = specular_brdf(Vec3::Z, wo, wi.normalize(), Vec3::splat(f0), f90, alpha).x;
+                    let distribution = a2 / (PI * (cos2 * (a2 - 1.0) + 1.0).powi(2));
+                    sum += f64::from(f * wi.z * 4.0 * h.dot(wo)) / (distribution * cos2.sqrt());
+                }
+            }
+        }
+        sum / f64::from(steps * steps)
+    }
+
+    /// Mean of [`directional_albedo`] over directions, cosine-weighted.
+    fn albedo(f0: f32, f90: f32, alpha: f32) -> f64 {
+        let mean = (0..16).map(|i| directional_albedo(((i as f32 + 0.5) / 16.0).sqrt(), f0, f90, alpha));
+        mean.sum::<f64>() / 16.0
+    }
+
+    #[test]
+    fn is_reciprocal() {
+        let f0 = Vec3::new(0.9, 0.4, 0.1);
+        for i in 0..200 {
+            let a = direction(0.05 + 0.9 * (i % 7) as f32 / 7.0, i as f32);
+            let b = direction(0.05 + 0.9 * (i % 11) as f32 / 11.0, 2.3 * i as f32);
+            let alpha = 0.05 + 0.9 * (i % 13) as f32 / 13.0;
+            let (forth, back) =
+                (specular_brdf(Vec3::Z, a, b, f0, 1.0, alpha), specular_brdf(Vec3::Z, b, a, f0, 1.0, alpha));
+            assert!((forth - back).abs().max_element() <= 1e-5 * forth.max_element(), "{forth} {back}");
+            // Negative control: another pair is not the same.
+            let other = specular_brdf(Vec3::Z, a, direction(a.z * 0.5, 1.0), f0, 1.0, alpha);
+            assert!((forth - other).abs().max_element() > 1e-5 * forth.max_element());
+        }
+    }
+
+    #[test]
+    fn a_mirror_of_facets_reflects_at_most_everything() {
+        for alpha in [MIN_ALPHA, 0.05, 0.3, 1.0] {
+            for cosine in [0.1, 0.5, 0.9, 1.0] {
+                let share = directional_albedo(cosine, 1.0, 1.0, alpha);
+                assert!(share < 1.001, "α {alpha}, cosine {cosine}: {share}");
+                if alpha < 0.01 {
+                    assert!(share > 0.998, "cosine {cosine}: a smooth one keeps all but {share}");
+                }
+            }
+        }
+        // Known value: α = 1 at normal incidence. With D = 1/π, V = 1/(2(1 + cos i)), it is ∫ cos/(1 + cos) = 1 − ln 2.
+        let share = directional_albedo(1.0, 1.0, 1.0, 1.0);
+        assert!((share - (1.0 - 2f64.ln())).abs() < 1e-3, "{share}");
+    }
+
+    #[test]
+    fn smooth_surfaces_follow_fresnel() {
+        for cosine in [0.2f32, 0.6, 1.0] {
+            let expected = 0.04 + 0.96 * f64::from(1.0 - cosine).powi(5);
+            let share = directional_albedo(cosine, 0.04, 1.0, 0.004);
+            assert!((share / expected - 1.0).abs() < 0.01, "{cosine}: {share} for {expected}");
+        }
+    }
+
+    #[test]
+    fn a_white_surface_wins_no_energy() {
+        let mut most: f64 = 0.0;
+        for roughness in [0.0, 0.2, 0.5, 0.8, 1.0] {
+            for specular in [0.0, 0.5, 1.0] {
+                let s = Surface::from_metallic_roughness(Vec3::ONE, 0.0, roughness, specular, Vec3::ONE);
+                let total = f64::from(s.albedo.x) + albedo(s.f0.x, s.f90, s.alpha);
+                assert!(total < 1.002, "roughness {roughness}, specular {specular}: {total}");
+                most = most.max(total);
+                if specular == 1.0 && roughness == 0.0 {
+                    // Negative control: with 1 − F0 alone for the diffuse part it would win.
+                    assert!(total + f64::from((1.0 - s.f0.x) - s.albedo.x) > 1.03);
+                }
+            }
+            let metal = Surface::from_metallic_roughness(Vec3::ONE, 1.0, roughness, 1.0, Vec3::ONE);
+            assert_eq!(metal.albedo, Vec3::ZERO);
+            assert!(albedo(metal.f0.x, metal.f90, metal.alpha) < 1.002);
+        }
+        assert!(most > 0.99, "{most}");
+    }
+
+    #[test]
+    fn the_peak_keeps_its_precision() {
+        let alpha = f64::from(MIN_ALPHA);
+        for degrees in [0.0f64, 0.02, 0.1, 0.3] {
+            // Half vector off the normal by an angle, both directions mirrored about it, in double precision.
+            let (h, wide) = (degrees.to_radians(), 0.5f64);
+            let at = |angle: f64| Vec3::new(angle.sin() as f32, 0.0, angle.cos() as f32);
+            let (o, i) = (h - wide, h + wide);
+            let found = specular_brdf(Vec3::Z, at(o), at(i), Vec3::ONE, 1.0, MIN_ALPHA).x;
+            let a2 = alpha * alpha;
+            let distribution = a2 / (PI * (h.cos().powi(2) * (a2 - 1.0) + 1.0).powi(2));
+            let lambda = |c: f64| (c * c * (1.0 - a2) + a2).sqrt();
+            let smith = i.cos() * lambda(o.cos()) + o.cos() * lambda(i.cos());
+            let expected = distribution * 0.5 / smith;
+            assert!((f64::from(found) / expected - 1.0).abs() < 2e-3, "{degrees}°: {found} for {expected}");
+        }
+    }
+
+    #[test]
+    fn a_material_without_specular_is_lambertian() {
+        let s = Surface::from_metallic_roughness(Vec3::new(0.2, 0.5, 0.9), 0.0, 0.3, 0.0, Vec3::ONE);
+        assert_eq!((s.albedo, s.f0, s.is_specular()), (Vec3::new(0.2, 0.5, 0.9), Vec3::ZERO, false));
+        assert!(Surface::from_metallic_roughness(Vec3::ONE, 0.0, 0.3, 0.1, Vec3::ONE).is_specular());
+    }
 }

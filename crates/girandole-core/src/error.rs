@@ -13,6 +13,14 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A file could not be written.
+    #[error("cannot write {path}: {source}; check that its folder exists, is writable and has room", path = .path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// A file's content is broken or not what its name promises.
     #[error("{path} is not usable: {reason}", path = .path.display())]
     Broken {

@@ -10,6 +10,7 @@ pub mod image;
 pub mod lights;
 pub mod math;
 pub mod scene;
+pub mod tonemap;
 pub mod trace;
 
 pub use error::{Error, Result};

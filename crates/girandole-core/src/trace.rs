@@ -2,10 +2,15 @@
 //!
 //! The hierarchy comes from `obvhs`; triangles are intersected here, in double precision and watertight, so that
 //! neither the machine's vector width nor the order of traversal can change a result.
+//!
+//! The hierarchy is traversed in a space of its own, where the scene's diagonal is 1 to 2 long and directions have
+//! unit length, because `obvhs` takes boxes for missed whose far side is nearer than 1e-4, and clamps components of a
+//! direction below 1.2e-7. Rays start `BACK_UP` earlier there, and boxes are `MARGIN` larger: more than single
+//! precision can be wrong by.
 
-use crate::scene::{Geometry, Scene};
-use glam::{DVec3, Vec2, Vec3, Vec3A};
-use obvhs::{Boundable, aabb::Aabb, cwbvh::CwBvh, ray::Ray, ray::RayHit};
+use crate::scene::{Geometry, NONE, Scene};
+use glam::{DVec2, DVec3, Vec2, Vec3, Vec3A};
+use obvhs::{Boundable, BvhBuildParams, aabb::Aabb, cwbvh::CwBvh, ray::Ray, ray::RayHit};
 
 /// Where a ray meets a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +28,17 @@ pub struct SceneTracer<'a> {
     scene: &'a Scene,
     geometry: &'a Geometry,
     bvh: CwBvh,
-    masked: Vec<bool>,
+    /// The triangles in the hierarchy's order.
+    leaves: Vec<Leaf>,
+    /// A power of two: hierarchy from scene.
+    scale: f64,
+}
+
+/// A triangle where the traversal finds it.
+struct Leaf {
+    corners: [Vec3; 3],
+    triangle: u32,
+    masked: bool,
 }
 
 struct Bounds(Aabb);
@@ -34,63 +49,136 @@ impl Boundable for Bounds {
     }
 }
 
-/// A ray prepared for the intersection test.
+/// How much earlier rays start in the hierarchy's space.
+const BACK_UP: f64 = 2e-4;
+/// How much larger boxes are in the hierarchy's space, on each side.
+const MARGIN: f32 = 1e-6;
+
+/// A ray prepared for the intersection test (Woop, Benthin and Wald 2013).
 struct Probe {
     origin: DVec3,
-    direction: DVec3,
+    axes: [usize; 3],
+    shear: DVec2,
+    inverse_z: f64,
 }
 
 impl Probe {
-    /// Intersection by signed volumes (Plücker coordinates): the sign at a shared edge is exactly opposite for the
-    /// two triangles that share it, so a ray cannot slip between them.
-    fn intersect(&self, corners: [Vec3; 3]) -> Option<(f64, f64, f64)> {
-        let [a, b, c] = corners.map(|p| p.as_dvec3() - self.origin);
-        let u = self.direction.dot(c.cross(a));
-        let v = self.direction.dot(a.cross(b));
-        let w = self.direction.dot(b.cross(c));
-        if !(u >= 0.0 && v >= 0.0 && w >= 0.0 || u <= 0.0 && v <= 0.0 && w <= 0.0) {
+    fn new(origin: DVec3, direction: DVec3) -> Option<Self> {
+        let size = direction.abs();
+        let z = if size.x >= size.y && size.x >= size.z {
+            0
+        } else if size.y >= size.z {
+            1
+        } else {
+            2
+        };
+        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        let inverse_z = 1.0 / direction[z];
+        if !(origin.is_finite() && direction.is_finite() && inverse_z.is_finite()) {
             return None;
         }
-        let normal = (b - a).cross(c - a);
-        let slope = normal.dot(self.direction);
-        let sum = u + v + w;
-        if slope == 0.0 || sum == 0.0 {
+        let shear = DVec2::new(direction[axes[0]], direction[axes[1]]) * inverse_z;
+        Some(Self { origin, axes, shear, inverse_z })
+    }
+
+    /// Ray parameter and weights of corners 1 and 2. Corners are sheared so that the ray becomes the z axis; they
+    /// come out the same for all triangles that share them, and the signs of the three areas in the plane are exact,
+    /// so a ray cannot slip between triangles that share an edge or a vertex.
+    #[inline]
+    fn intersect(&self, corners: &[Vec3; 3]) -> Option<(f64, f64, f64)> {
+        let project = |corner: Vec3| {
+            let p = corner.as_dvec3() - self.origin;
+            let z = p[self.axes[2]];
+            let plane = DVec2::new(p[self.axes[0]], p[self.axes[1]]) - self.shear * z;
+            (plane, z * self.inverse_z)
+        };
+        let [(a, ta), (b, tb), (c, tc)] = corners.map(project);
+        let (wa, wb, wc) = (doubled_area(b, c), doubled_area(c, a), doubled_area(a, b));
+        let outside = (wa < 0.0 || wb < 0.0 || wc < 0.0) && (wa > 0.0 || wb > 0.0 || wc > 0.0);
+        let sum = wa + wb + wc;
+        if outside || sum == 0.0 {
             return None;
         }
-        Some((normal.dot(a) / slope, u / sum, v / sum))
+        let (u, v, w) = (wb / sum, wc / sum, wa / sum);
+        Some((w * ta + u * tb + v * tc, u, v))
+    }
+}
+
+/// Twice the signed area of the triangle (0, a, b). Its sign is exact: rounding keeps the order of two products, and
+/// where they round to the same number their rounding errors decide.
+#[inline]
+fn doubled_area(a: DVec2, b: DVec2) -> f64 {
+    let (p, q) = (a.x * b.y, a.y * b.x);
+    if p != q || p == 0.0 { p - q } else { a.x.mul_add(b.y, -p) - a.y.mul_add(b.x, -q) }
+}
+
+/// A ray in the hierarchy's space.
+struct Traversal {
+    ray: Ray,
+    /// Hierarchy's distance = (parameter · `per_t`) + `offset`.
+    per_t: f64,
+    offset: f64,
+}
+
+impl Traversal {
+    fn new(tracer: &SceneTracer, origin: DVec3, direction: DVec3, t_max: f64) -> Self {
+        let length = direction.length();
+        let unit = direction / length;
+        let (scale, center) = (tracer.scale, tracer.center());
+        // From far away, start near the scene: distances stay as exact as its size allows.
+        let diagonal = f64::from(tracer.geometry.diagonal());
+        let skipped = ((center - origin).dot(unit) - diagonal).max(0.0);
+        let start = (origin + unit * skipped) * scale - unit * BACK_UP;
+        let offset = BACK_UP - skipped * scale;
+        let per_t = length * scale;
+        // `obvhs` takes −0 for positive in one place and negative in another: adding 0 makes it +0.
+        let ray = Ray::new(start.as_vec3a(), unit.as_vec3a() + Vec3A::ZERO, 0.0, f32::INFINITY);
+        let mut this = Self { ray, per_t, offset };
+        this.ray.tmax = this.reach(t_max);
+        this
+    }
+
+    /// A distance in the hierarchy up to which boxes matter if only hits up to `t` do.
+    fn reach(&self, t: f64) -> f32 {
+        (t * self.per_t + self.offset) as f32 + 4.0 * MARGIN
     }
 }
 
 impl<'a> SceneTracer<'a> {
     /// Builds the hierarchy over all triangles.
     pub fn new(scene: &'a Scene, geometry: &'a Geometry) -> Self {
-        // Boxes grow by a few rounding errors of their largest coordinate: flat ones must not be missed.
+        Self::with_build(scene, geometry, BvhBuildParams::medium_build())
+    }
+
+    fn with_build(scene: &'a Scene, geometry: &'a Geometry, build: BvhBuildParams) -> Self {
+        let scale = libm::exp2(-libm::floor(libm::log2(f64::from(geometry.diagonal()))));
         let bounds: Vec<Bounds> = (0..geometry.triangles.len() as u32)
             .map(|i| {
-                let corners = geometry.corners(i).map(Vec3A::from);
+                let corners = geometry.corners(i).map(|p| (p.as_dvec3() * scale).as_vec3a());
                 let mut aabb = Aabb::from_points(&corners);
-                let margin = (aabb.min.abs().max(aabb.max.abs()).max_element() * 4.0 * f32::EPSILON)
-                    .max(geometry.diagonal() * f32::EPSILON);
-                aabb.min -= margin;
-                aabb.max += margin;
+                aabb.min -= Vec3A::splat(MARGIN);
+                aabb.max += Vec3A::splat(MARGIN);
                 Bounds(aabb)
             })
             .collect();
         let bvh = if bounds.is_empty() {
             CwBvh::default()
         } else {
-            obvhs::cwbvh::builder::build_cwbvh(
-                &bounds,
-                obvhs::BvhBuildParams::medium_build(),
-                &mut std::time::Duration::default(),
-            )
+            obvhs::cwbvh::builder::build_cwbvh(&bounds, build, &mut std::time::Duration::default())
         };
-        let masked = geometry
-            .triangles
+        let leaves = bvh
+            .primitive_indices
             .iter()
-            .map(|t| scene.materials[t.material as usize].alpha_cutoff.is_some())
+            .map(|&triangle| {
+                let material = geometry.triangles[triangle as usize].material;
+                Leaf {
+                    corners: geometry.corners(triangle),
+                    triangle,
+                    masked: scene.materials[material as usize].alpha_cutoff.is_some(),
+                }
+            })
             .collect();
-        Self { scene, geometry, bvh, masked }
+        Self { scene, geometry, bvh, leaves, scale }
     }
 
     /// The geometry that is traced.
@@ -103,12 +191,12 @@ impl<'a> SceneTracer<'a> {
         self.scene
     }
 
-    fn is_surface(&self, triangle: u32, barycentric: Vec2) -> bool {
-        !self.masked[triangle as usize] || !self.geometry.is_cut_out(self.scene, triangle, barycentric)
+    fn center(&self) -> DVec3 {
+        (self.geometry.bounds.0.as_dvec3() + self.geometry.bounds.1.as_dvec3()) * 0.5
     }
 
     /// The first surface along a ray at `0 < t < t_max`, from either side, leaving out triangle `ignored`
-    /// ([`NONE`](crate::scene::NONE) for none). At equal distance the lower triangle index wins.
+    /// ([`NONE`] for none). At equal distance the lower triangle index wins.
     pub fn closest_hit(&self, origin: Vec3, direction: Vec3, t_max: f32, ignored: u32) -> Option<Hit> {
         self.closest_hit_where(origin, direction, t_max, |triangle, _| triangle != ignored)
     }
@@ -130,56 +218,84 @@ impl<'a> SceneTracer<'a> {
         t_max: f32,
         accept: impl Fn(u32, Vec2) -> bool,
     ) -> Option<Hit> {
-        if self.bvh.nodes.is_empty() || !(origin.is_finite() && direction.is_finite()) {
+        if self.leaves.is_empty() {
             return None;
         }
-        let probe = Probe { origin: origin.as_dvec3(), direction: direction.as_dvec3() };
+        let (origin, direction, limit) = (origin.as_dvec3(), direction.as_dvec3(), f64::from(t_max));
+        let probe = Probe::new(origin, direction)?;
+        let traversal = Traversal::new(self, origin, direction, limit);
         let mut best: Option<(f64, u32, Vec2)> = None;
-        let limit = f64::from(t_max);
-        let ray = Ray::new(origin.into(), direction.into(), 0.0, t_max);
-        self.bvh.ray_traverse(ray, &mut RayHit::none(), |_, slot| {
-            let triangle = self.bvh.primitive_indices[slot];
-            let Some((t, u, v)) = probe.intersect(self.geometry.corners(triangle)) else {
+        self.bvh.ray_traverse(traversal.ray, &mut RayHit::none(), |_, slot| {
+            let leaf = &self.leaves[slot];
+            let Some((t, u, v)) = probe.intersect(&leaf.corners) else {
                 return f32::INFINITY;
             };
             let barycentric = Vec2::new(u as f32, v as f32);
-            let nearer = best.is_none_or(|(bt, bi, _)| t < bt || t == bt && triangle < bi);
-            if !(t > 0.0 && t < limit && nearer) || !accept(triangle, barycentric) {
+            let nearer = best.is_none_or(|(bt, bi, _)| t < bt || t == bt && leaf.triangle < bi);
+            let taken = t > 0.0
+                && t < limit
+                && nearer
+                && accept(leaf.triangle, barycentric)
+                && !(leaf.masked && self.geometry.is_cut_out(self.scene, leaf.triangle, barycentric));
+            if !taken {
                 return f32::INFINITY;
             }
-            if !self.is_surface(triangle, barycentric) {
-                return f32::INFINITY;
-            }
-            best = Some((t, triangle, barycentric));
-            // Boxes are tested in single precision: leave room so that an equally distant one is still visited.
-            (t as f32) * (1.0 + 4.0 * f32::EPSILON)
+            best = Some((t, leaf.triangle, barycentric));
+            traversal.reach(t)
         });
         best.map(|(t, triangle, barycentric)| Hit { t: t as f32, triangle, barycentric })
     }
 
-    /// Whether a surface lies strictly between two points, other than the triangles that they lie on
-    /// ([`NONE`](crate::scene::NONE) for none). Points on a surface are best lifted by [`SceneTracer::lift`] first.
+    /// Whether a surface lies strictly between two points, other than the triangles that they lie on ([`NONE`] for
+    /// none). Points on a surface are best lifted by [`SceneTracer::lift`] first.
     pub fn occluded(&self, from: Vec3, from_triangle: u32, to: Vec3, to_triangle: u32) -> bool {
-        if self.bvh.nodes.is_empty() {
-            return false;
+        self.occluder(from, from_triangle, to, to_triangle, NONE).is_some()
+    }
+
+    /// Like [`SceneTracer::occluded`], with some triangle that lies in between (which one is not specified). It
+    /// tries triangle `likely` first ([`NONE`] for none): what blocked a neighbour often blocks here.
+    pub fn occluder(
+        &self,
+        from: Vec3,
+        from_triangle: u32,
+        to: Vec3,
+        to_triangle: u32,
+        likely: u32,
+    ) -> Option<u32> {
+        if self.leaves.is_empty() {
+            return None;
         }
-        let direction = to.as_dvec3() - from.as_dvec3();
-        let probe = Probe { origin: from.as_dvec3(), direction };
-        let ray = Ray::new(from.into(), direction.as_vec3a(), 0.0, 1.0);
-        !self.bvh.ray_traverse_miss(ray, |_, slot| {
-            let triangle = self.bvh.primitive_indices[slot];
-            if triangle == from_triangle || triangle == to_triangle {
-                return f32::INFINITY;
+        let origin = from.as_dvec3();
+        let direction = to.as_dvec3() - origin;
+        let probe = Probe::new(origin, direction)?;
+        let blocks = |corners: &[Vec3; 3], triangle: u32, masked: bool| {
+            triangle != from_triangle
+                && triangle != to_triangle
+                && probe.intersect(corners).is_some_and(|(t, u, v)| {
+                    t > 0.0
+                        && t < 1.0
+                        && !(masked
+                            && self.geometry.is_cut_out(self.scene, triangle, Vec2::new(u as f32, v as f32)))
+                })
+        };
+        if likely != NONE {
+            let material = self.geometry.triangles[likely as usize].material as usize;
+            let masked = self.scene.materials[material].alpha_cutoff.is_some();
+            if blocks(&self.geometry.corners(likely), likely, masked) {
+                return Some(likely);
             }
-            match probe.intersect(self.geometry.corners(triangle)) {
-                Some((t, u, v))
-                    if t > 0.0 && t < 1.0 && self.is_surface(triangle, Vec2::new(u as f32, v as f32)) =>
-                {
-                    0.5
-                }
-                _ => f32::INFINITY,
+        }
+        let mut found = None;
+        let traversal = Traversal::new(self, origin, direction, 1.0);
+        self.bvh.ray_traverse_miss(traversal.ray, |_, slot| {
+            let leaf = &self.leaves[slot];
+            if blocks(&leaf.corners, leaf.triangle, leaf.masked) {
+                found = Some(leaf.triangle);
+                return f32::NEG_INFINITY;
             }
-        })
+            f32::INFINITY
+        });
+        found
     }
 
     /// Moves a point off a surface along its unit normal: far enough for neither rounding nor a coplanar neighbour
@@ -193,3 +309,6 @@ impl<'a> SceneTracer<'a> {
 pub fn lift_distance(geometry: &Geometry, point: Vec3) -> f32 {
     (geometry.diagonal() * 1e-5).max(point.abs().max_element() * 16.0 * f32::EPSILON)
 }
+
+#[cfg(test)]
+mod tests;

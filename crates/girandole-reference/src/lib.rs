@@ -1,1 +1,14 @@
-//! Placeholder.
+//! Ground truth on the CPU, to check the renderer against: a plain path tracer, the exact many-light sum with traced
+//! visibility for a given light set, and the comparison of pictures.
+//!
+//! It shares the scene, the tracer and the reflection model with the renderer, never its light sampling, so that an
+//! error in one cannot hide in the other.
+
+pub mod image_file;
+pub mod metrics;
+mod oracle;
+mod path;
+mod tiles;
+
+pub use oracle::{OracleSettings, oracle, oracle_pixel, radiance, visible};
+pub use path::{Estimate, PathSettings, path_trace};

@@ -1,1 +1,61 @@
-//! Placeholder.
+//! Girandole lights scenes with hundreds to thousands of light samples, each with its own shadow map: soft shadows
+//! from area lights, and indirect light that is blocked by what stands in its way. No ray-tracing hardware, no
+//! denoiser, no history, no bake; every frame stands by itself and repeats bit for bit.
+//!
+//! A picture in four steps: a [`Scene`](core::scene::Scene), its light as a [`LightSet`](core::lights::LightSet), a
+//! [`Renderer`] on the caller's device, and a frame into the caller's texture view.
+//!
+//! ```no_run
+//! use girandole::core::lights::{LightSet, LightSettings};
+//! use girandole::core::scene::builtin::{self, MovingObject};
+//! use girandole::core::scene::{Geometry, View};
+//! use girandole::{RenderSettings, Renderer, RendererOptions};
+//!
+//! # fn picture(device: &wgpu::Device, queue: &wgpu::Queue, target: &wgpu::TextureView) -> Result<(), Box<dyn std::error::Error>> {
+//! let scene = builtin::build("pillars", MovingObject::Torus)?; // or Scene::load("room.glb".as_ref())?
+//! let geometry = Geometry::new(&scene);
+//! let lights = LightSet::sample(&scene, &geometry, &LightSettings { count: 300, ..Default::default() })?;
+//!
+//! let mut renderer = Renderer::new(device, queue, RendererOptions::default())?;
+//! renderer.load(&scene, &geometry, &lights)?;
+//!
+//! let view = View::new(&scene, &geometry, &scene.cameras[0], 1024.0 / 768.0);
+//! let settings = RenderSettings::default();
+//! renderer.render(&view, [1024, 768], &settings)?; // radiance, in linear floating point
+//! renderer.show(&settings, target, wgpu::TextureFormat::Bgra8UnormSrgb)?; // tone-mapped, into the caller's view
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! `examples/headless.rs` is a whole program without a window: a scene made in code, [`Gpu`] for a device of its own,
+//! and [`Renderer::radiance`] to read the picture back.
+//!
+//! What a device has to have: WebGPU's default limits and compute shaders. What the renderer uses where the device was
+//! created with it: [`WANTED_FEATURES`] and [`wanted_limits`]; [`Renderer::new`] says what it does without. The
+//! renderer never blocks: it submits work, and read-backs are futures.
+
+pub use girandole_core as core;
+
+mod atlas;
+mod bind;
+mod error;
+mod gpu;
+mod gpu_scene;
+mod layout;
+mod occluders;
+mod passes;
+mod readback;
+mod renderer;
+mod settings;
+mod shaders;
+mod timers;
+
+#[cfg(test)]
+mod layout_tests;
+
+pub use atlas::{AtlasLayout, MapSlot};
+pub use error::{Error, Result};
+pub use gpu::{AdapterReport, Gpu, WANTED_FEATURES, adapters, wanted_limits};
+pub use occluders::CullCounts;
+pub use renderer::{FrameStats, Renderer};
+pub use settings::{DEFAULT_CLAMP, RenderSettings, RendererOptions, ShadowMap};

@@ -1,6 +1,6 @@
 //! Cameras, and the rays that go through their pixels.
 
-use super::{Geometry, Scene, Transform};
+use super::{Geometry, Scene};
 use glam::{Vec2, Vec3};
 
 /// How a camera projects.
@@ -76,36 +76,5 @@ impl View {
     pub fn pixel_ray(&self, at: Vec2, size: [u32; 2]) -> (Vec3, Vec3) {
         let uv = at / Vec2::new(size[0] as f32, size[1] as f32);
         self.ray(Vec2::new(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y))
-    }
-}
-
-impl Scene {
-    /// Adds a camera that frames the scene, if it has none. From inside where the scene is a closed room.
-    pub fn ensure_camera(&mut self) {
-        if !self.cameras.is_empty() {
-            return;
-        }
-        let geometry = Geometry::new(self);
-        let (min, max) = geometry.bounds;
-        let center = (min + max) * 0.5;
-        let radius = ((max - min).length() * 0.5).max(1e-3);
-        let yfov = 0.8;
-        let direction = Vec3::new(0.45, 0.35, 1.0).normalize();
-        let distance = radius / libm::sinf(yfov * 0.5) * 1.05;
-        let outside = center + direction * distance;
-        // A room is recognised by an eye inside that sees surfaces facing it in every direction.
-        let inside = geometry.encloses(self, center);
-        let (eye, target, yfov) = if inside {
-            (center + (max - center) * Vec3::new(0.75, 0.1, 0.85), center + (min - center) * 0.3, 1.1)
-        } else {
-            (outside, center, yfov)
-        };
-        let shift = geometry.origin.as_vec3();
-        let node = self.add_node("camera", Transform::looking_at(eye + shift, target + shift));
-        self.cameras.push(Camera {
-            name: "camera".into(),
-            node,
-            projection: Projection::Perspective { yfov },
-        });
     }
 }

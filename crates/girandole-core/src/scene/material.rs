@@ -3,7 +3,7 @@
 use glam::{Affine2, Vec2, Vec3, Vec4};
 
 /// How a texture's bytes encode values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColorSpace {
     /// RGB by the sRGB transfer function, alpha linear.
     Srgb,
@@ -182,8 +182,9 @@ impl Texture {
                 let corner = (at - 0.5).floor();
                 let f = at - 0.5 - corner;
                 let (x, y) = (corner.x as i64, corner.y as i64);
-                let top = self.texel(x, y).lerp(self.texel(x + 1, y), f.x);
-                let bottom = self.texel(x, y + 1).lerp(self.texel(x + 1, y + 1), f.x);
+                let (x1, y1) = (x.saturating_add(1), y.saturating_add(1));
+                let top = self.texel(x, y).lerp(self.texel(x1, y), f.x);
+                let bottom = self.texel(x, y1).lerp(self.texel(x1, y1), f.x);
                 top.lerp(bottom, f.y)
             }
         }

@@ -6,19 +6,23 @@
 
 pub mod builtin;
 mod camera;
+mod defaults;
 mod geometry;
 pub mod gltf;
+mod load;
 mod material;
 mod mesh;
 mod model_file;
 mod motion;
 mod patches;
+mod repair;
 
 pub use camera::{Camera, Projection, View};
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
-pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
+pub use gltf::{load_gltf, load_gltf_slice};
+pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap, srgb_decode};
 pub use mesh::{Mesh, MeshTriangle, Patch};
-pub use model_file::load_model;
+pub use model_file::{load_model, load_model_slice};
 pub use motion::{Animation, Channel, Interpolation, Keyframes, Transform};
 pub use patches::mark_patches;
 

@@ -1,1 +1,153 @@
 //! glTF 2.0 import.
+//!
+//! 1. `document`: chunks, JSON, buffers.
+//! 2. `material`, `texture`: all of the file's, in its order.
+//! 3. `nodes`: the hierarchy of the default scene; a `mesh` is read when the first node shows it, so that instances
+//!    share it.
+//! 4. `animation`.
+//! 5. Walls and floors are marked as patches.
+//!
+//! Files come from anywhere, so nothing here trusts them: every index is looked up, every element checked, sizes are
+//! bounded before memory is taken. What is broken is an error; what is merely unsupported is named once by
+//! [`Scene::warn`] and left out.
+
+mod accessor;
+mod animation;
+mod document;
+mod material;
+mod mesh;
+mod nodes;
+mod tangents;
+mod texture;
+
+use super::Scene;
+use crate::{Error, Result};
+use document::Document;
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+/// The rest of a sentence that begins with the file and "is not usable".
+type Parsed<T> = std::result::Result<T, String>;
+
+/// Triangles that a scene may have, instances counted: what 32-bit ids and a few gigabytes of memory can take.
+pub const MAX_TRIANGLES: usize = 50_000_000;
+/// Vertices that a scene may have, instances counted.
+pub const MAX_VERTICES: usize = 100_000_000;
+/// Side of a texture, texels: what every WebGPU device can hold.
+pub const MAX_TEXTURE_SIDE: u32 = 8192;
+/// Texels of all textures together: one gigabyte.
+pub const MAX_TEXELS: usize = 1 << 28;
+
+/// Extensions that are read. Others are named in a warning.
+const SUPPORTED_EXTENSIONS: [&str; 5] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_specular",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// Loads the default scene of a `.glb` or `.gltf` file, with the buffers and images that lie beside it.
+///
+/// Lengths are metres, angles radians, emission W/(sr·m²), intensities W/sr (directional: W/m²). Objects are dynamic
+/// if their node or one above it has `"extras": {"dynamic": true}`. Nothing is added: see
+/// [`Scene::load`](crate::scene::Scene::load) for a camera and light where the file has none.
+///
+/// # Errors
+/// [`Error::Read`] if the file cannot be read; [`Error::Broken`] if it, or a file that it refers to, is not usable.
+pub fn load_gltf(path: &Path) -> Result<Scene> {
+    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let base = path.parent().unwrap_or(Path::new(""));
+    import(&bytes, Some(base)).map_err(|reason| Error::Broken { path: path.into(), reason })
+}
+
+/// Loads the default scene from the bytes of a `.glb` or `.gltf` file; `base` is the folder where the files lie that
+/// it refers to. Otherwise like [`load_gltf`].
+///
+/// # Errors
+/// [`Error::Broken`] if the data, or a file that it refers to, is not usable.
+pub fn load_gltf_slice(bytes: &[u8], base: Option<&Path>) -> Result<Scene> {
+    import(bytes, base).map_err(|reason| Error::Broken { path: "the glTF data".into(), reason })
+}
+
+/// What an import has found so far.
+struct Importer<'d> {
+    document: &'d Document<'d>,
+    scene: Scene,
+    /// Scene mesh of each glTF mesh that was read; `None` if nothing of it can be drawn.
+    meshes: HashMap<usize, Option<usize>>,
+    /// Scene texture by glTF texture and colour space.
+    textures: HashMap<(usize, super::ColorSpace), u32>,
+    /// The material of primitives without one.
+    default_material: Option<u32>,
+    /// Scene node by glTF node.
+    nodes: Vec<Option<usize>>,
+    /// Scene meshes with an object already.
+    shown: HashSet<usize>,
+    triangles: usize,
+    vertices: usize,
+    texels: usize,
+}
+
+fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
+    let document = Document::parse(bytes, base)?;
+    let mut importer = Importer {
+        document: &document,
+        scene: Scene::default(),
+        meshes: HashMap::new(),
+        textures: HashMap::new(),
+        default_material: None,
+        nodes: vec![None; document.root.nodes.len()],
+        shown: HashSet::new(),
+        triangles: 0,
+        vertices: 0,
+        texels: 0,
+    };
+    importer.name_unsupported_extensions();
+    importer.read_materials()?;
+    importer.read_nodes()?;
+    importer.read_animations()?;
+    let mut scene = importer.scene;
+    if scene.objects.is_empty() {
+        let mut reason = String::from("it has no triangles that can be drawn");
+        for warning in &scene.warnings {
+            reason.push_str("; ");
+            reason.push_str(warning);
+        }
+        return Err(reason);
+    }
+    super::patches::mark_scene(&mut scene).map_err(|e| format!("it {e}"))?;
+    Ok(scene)
+}
+
+impl Importer<'_> {
+    fn name_unsupported_extensions(&mut self) {
+        let root = &self.document.root;
+        for name in &root.extensions_required {
+            if !SUPPORTED_EXTENSIONS.contains(&name.as_str()) {
+                let name = document::shorten(name);
+                self.scene.warn(format!(
+                    "the file requires {name}, which is not supported: what can be drawn without it is"
+                ));
+            }
+        }
+        for name in &root.extensions_used {
+            if !SUPPORTED_EXTENSIONS.contains(&name.as_str()) && !root.extensions_required.contains(name) {
+                self.name_unsupported_extension(name);
+            }
+        }
+    }
+
+    /// Names an extension that was met, unless the file announced it and it was named then.
+    fn meet_extension(&mut self, name: &str) {
+        let root = &self.document.root;
+        let announced = root.extensions_used.iter().chain(&root.extensions_required).any(|n| n == name);
+        if !announced && !SUPPORTED_EXTENSIONS.contains(&name) {
+            self.name_unsupported_extension(name);
+        }
+    }
+
+    fn name_unsupported_extension(&mut self, name: &str) {
+        self.scene.warn(format!("{} is not supported and left out", document::shorten(name)));
+    }
+}

@@ -1,0 +1,459 @@
+//! The command line: what may be asked for, and within which bounds.
+
+use crate::engine::gpu::DEFAULT_CLAMP;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use girandole_core::lights::{LightSettings, MAX_LIGHTS, Termination};
+use girandole_core::tonemap::{Exposure, Tonemap};
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  girandole                                              light the room `pillars`
+  girandole render table -o table.png                    a built-in room, tone-mapped
+  girandole render room.glb -o room.exr --camera 1       a glTF file, linear radiance
+  girandole render block --object teapot --lights 1024 --aa 2 -o block.png
+  girandole render table --engine path --paths 256 -o truth.exr
+  girandole compare truth.exr table.exr --max-rel-mse 0.005 --out errors.png
+  girandole info table                                   adapters, and what the scene holds";
+
+/// Lights scenes with hundreds to thousands of shadowed point lights.
+///
+/// Without a command it lights the built-in room `pillars`.
+#[derive(Debug, Parser)]
+#[command(name = "girandole", version, after_help = EXAMPLES, max_term_width = 110)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// What the program can do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Renders a picture of a scene
+    Render(Box<RenderArgs>),
+    /// Compares two pictures: energy, relMSE, RMSE, FLIP, worst pixel
+    Compare(CompareArgs),
+    /// Lists the adapters and what they support, and what a scene holds
+    Info(InfoArgs),
+}
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  girandole render -o pillars.png
+  girandole render table --lights 1024 --bounces 3 --aa 2 -o table.png
+  girandole render block --object teapot --exposure 1.5 --tonemap aces -o block.png
+  girandole render room.glb --camera Front --engine cpu -o room.exr --stats room.json";
+
+/// What to render, and how.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
+pub struct RenderArgs {
+    /// A built-in room (area-lights, table, pillars, block, gap) or a .glb or .gltf file
+    #[arg(default_value = "pillars")]
+    pub scene: String,
+
+    /// The picture: .exr (linear radiance, before exposure) or .png (tone-mapped)
+    #[arg(short, long, value_name = "OUT.{exr,png}", default_value = "girandole.png")]
+    pub output: PathBuf,
+
+    /// Pixels in x and y, each from 1 to 8192
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = parse_size, allow_hyphen_values = true)]
+    pub size: [u32; 2],
+
+    /// A camera of the scene, by name or index; the first if not given
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub camera: Option<String>,
+
+    /// The moving object of a built-in room: none, torus, teapot, or a .ply, .obj or .glb file; if not given, the
+    /// one that the room is best shown with
+    #[arg(long, value_name = "none|torus|teapot|FILE")]
+    pub object: Option<String>,
+
+    #[command(flatten)]
+    pub lights: LightArgs,
+
+    #[command(flatten)]
+    pub quality: QualityArgs,
+
+    /// gpu: shadow maps on a graphics adapter; cpu: the same lights with traced shadows; path: the path tracer;
+    /// auto: gpu where there is an adapter, else cpu
+    #[arg(long, value_enum, default_value_t)]
+    pub engine: Engine,
+
+    /// Paths a pixel (engine path only)
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub paths: u32,
+
+    /// The adapter whose name contains this; see `girandole info`
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+
+    /// Exposure of a .png in stops, or auto: the mean becomes middle grey
+    #[arg(long, value_name = "auto|EV", default_value = "auto", value_parser = parse_exposure)]
+    pub exposure: Exposure,
+
+    /// Tone curve of a .png
+    #[arg(long, value_enum, default_value_t)]
+    pub tonemap: ToneCurve,
+
+    /// Anti-aliasing: samples along each axis of a pixel
+    #[arg(long, value_enum, default_value_t)]
+    pub aa: AntiAliasing,
+
+    /// Writes times and counts as one flat JSON object
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+}
+
+/// Which light samples.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct LightArgs {
+    /// Light samples in all, from 1 to 1048576
+    #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LIGHTS)))]
+    pub lights: u32,
+
+    /// Share of the samples that lie on emitters, 0 to 1; the others are left by random walks
+    #[arg(long, value_name = "SHARE", default_value_t = 0.25, value_parser = parse_share)]
+    pub direct: f32,
+
+    /// Bounces of indirect light, from 0 (direct light only) to 1000; engine path also takes `unlimited`
+    #[arg(long, value_name = "N", default_value = "5", value_parser = parse_bounces)]
+    pub bounces: Bounces,
+
+    /// Same seed, same light samples and paths
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+
+    /// How random walks end before the bounce limit
+    #[arg(long, value_enum, default_value_t)]
+    pub termination: TerminationArg,
+}
+
+impl LightArgs {
+    /// As the library's settings.
+    pub fn settings(&self) -> LightSettings {
+        LightSettings {
+            count: self.lights,
+            direct_share: self.direct,
+            bounces: self.bounces.limit().unwrap_or(u32::MAX),
+            seed: self.seed,
+            termination: match self.termination {
+                TerminationArg::Throughput => Termination::Throughput,
+                TerminationArg::Albedo => Termination::Albedo,
+            },
+            ..LightSettings::default()
+        }
+    }
+}
+
+/// How shadows and shading are done.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct QualityArgs {
+    /// Upper bound of the geometric factor, m⁻², against bright spots near light samples; off: exact
+    #[arg(long, value_name = "off|X", default_value_t = Clamp(Some(DEFAULT_CLAMP)), value_parser = parse_clamp)]
+    pub clamp: Clamp,
+
+    /// Parameterisation of the shadow maps (engine gpu)
+    #[arg(long, value_enum, default_value_t)]
+    pub shadow_map: ShadowMap,
+
+    /// Texels along a side of a shadow map (engine gpu); if not given, from the number of lights and --memory
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192))]
+    pub map_size: Option<u32>,
+
+    /// Percentage-closer filtering: width in texels, 1 to 16 (engine gpu)
+    #[arg(long, value_name = "off|N", default_value = "off", value_parser = parse_pcf)]
+    pub pcf: Pcf,
+
+    /// Budget for shadow maps, MiB (engine gpu)
+    #[arg(long, value_name = "MiB", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub memory: u32,
+
+    /// How the light of a pixel is summed (engine gpu); naive: every light at every pixel
+    #[arg(long, value_enum, default_value_t)]
+    pub mode: Mode,
+}
+
+const COMPARE_EXAMPLES: &str = "\
+relMSE = mean((test − reference)² / (reference² + 0.01)) over valid pixels and channels.
+Exit code: 0, or 1 where a --max-… threshold is exceeded, or 2 where there is nothing to compare.
+
+Examples:
+  girandole compare d6.exr picture.exr --mask mask.exr --trim 0.001 --max-rel-mse 0.005
+  girandole compare reference.png picture.png --json --out errors.png";
+
+/// Which pictures to compare, and what is tolerated.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = COMPARE_EXAMPLES, allow_negative_numbers = true)]
+pub struct CompareArgs {
+    /// The reference picture, .exr or .png
+    #[arg(value_name = "REF")]
+    pub reference: PathBuf,
+
+    /// The picture to judge, of the same size
+    #[arg(value_name = "TEST")]
+    pub test: PathBuf,
+
+    /// Leaves pixels out: R and G above 0 always (emitters, background), B above 0 unless --edges
+    #[arg(long, value_name = "M.exr")]
+    pub mask: Option<PathBuf>,
+
+    /// Keeps the mask's edge pixels (for anti-aliased pictures)
+    #[arg(long, requires = "mask")]
+    pub edges: bool,
+
+    /// Share of the worst pixels that relMSE leaves out, at least 0 and less than 1
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = parse_trim)]
+    pub trim: f32,
+
+    /// Largest relMSE
+    #[arg(long, value_name = "X", value_parser = parse_threshold)]
+    pub max_rel_mse: Option<f64>,
+
+    /// Largest root mean square error
+    #[arg(long, value_name = "X", value_parser = parse_threshold)]
+    pub max_rmse: Option<f64>,
+
+    /// Largest mean FLIP error
+    #[arg(long, value_name = "X", value_parser = parse_threshold)]
+    pub max_flip: Option<f64>,
+
+    /// Largest distance of the energy ratio (test / reference) from 1
+    #[arg(long, value_name = "X", value_parser = parse_threshold)]
+    pub max_energy_error: Option<f64>,
+
+    /// Writes a heat map of the error, .png
+    #[arg(long, value_name = "HEAT.png")]
+    pub out: Option<PathBuf>,
+
+    /// Prints one flat JSON object instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What to tell about.
+#[derive(Args, Clone, Debug)]
+#[command(
+    after_help = "Examples:\n  girandole info\n  girandole info table\n  girandole info --require-adapter"
+)]
+pub struct InfoArgs {
+    /// A built-in room or a .glb or .gltf file
+    pub scene: Option<String>,
+
+    /// Exits with code 1 where no adapter can run the gpu engine
+    #[arg(long)]
+    pub require_adapter: bool,
+}
+
+/// What computes the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Engine {
+    /// gpu where there is an adapter, else cpu
+    #[default]
+    Auto,
+    /// Shadow maps on a graphics adapter
+    Gpu,
+    /// The same light samples with traced shadows
+    Cpu,
+    /// The path tracer
+    Path,
+}
+
+/// How random walks end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum TerminationArg {
+    /// Never early: samples grow weaker with every bounce
+    Throughput,
+    /// By chance at every hit: samples of even strength
+    #[default]
+    Albedo,
+}
+
+/// The parameterisation of shadow maps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ShadowMap {
+    /// Four faces of an octahedron unfolded to a square
+    #[default]
+    Octahedral,
+    /// Brabec 2002
+    Parabolic,
+    /// Five faces of a cube
+    Cube,
+}
+
+/// How the light of a pixel is summed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Mode {
+    /// Visibility determination, light maps, low-resolution pass, pass optimisation
+    Full,
+    /// Visibility determination and low-resolution pass
+    VdLp,
+    /// Visibility determination
+    Vd,
+    /// Every light, every shadow map, at every pixel
+    #[default]
+    Naive,
+}
+
+/// The tone curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ToneCurve {
+    /// AgX: soft
+    #[default]
+    Agx,
+    /// ACES: contrasty
+    Aces,
+    /// Cut off at 1
+    None,
+}
+
+impl From<ToneCurve> for Tonemap {
+    fn from(curve: ToneCurve) -> Self {
+        match curve {
+            ToneCurve::Agx => Self::Agx,
+            ToneCurve::Aces => Self::Aces,
+            ToneCurve::None => Self::None,
+        }
+    }
+}
+
+/// Samples along each axis of a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum AntiAliasing {
+    /// One sample in the middle of a pixel
+    #[default]
+    Off,
+    /// 2 × 2 samples
+    #[value(name = "2")]
+    Two,
+    /// 4 × 4 samples
+    #[value(name = "4")]
+    Four,
+}
+
+impl AntiAliasing {
+    /// As a number.
+    pub fn samples_per_axis(self) -> u32 {
+        match self {
+            Self::Off => 1,
+            Self::Two => 2,
+            Self::Four => 4,
+        }
+    }
+}
+
+/// A limit on bounces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bounces {
+    /// At most so many.
+    Limit(u32),
+    /// No limit.
+    Unlimited,
+}
+
+impl Bounces {
+    /// The limit, if there is one.
+    pub fn limit(self) -> Option<u32> {
+        match self {
+            Self::Limit(n) => Some(n),
+            Self::Unlimited => None,
+        }
+    }
+}
+
+/// Percentage-closer filtering: width in texels, 0 = off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pcf(pub u32);
+
+/// The bound of the geometric factor, m⁻²; none = exact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clamp(pub Option<f32>);
+
+impl std::fmt::Display for Clamp {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self.0 {
+            Some(bound) => write!(f, "{bound}"),
+            None => f.write_str("off"),
+        }
+    }
+}
+
+type Parsed<T> = Result<T, String>;
+
+fn parse_size(text: &str) -> Parsed<[u32; 2]> {
+    let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match sides {
+        Some(size @ [1..=8192, 1..=8192]) => Ok(size),
+        Some(_) => Err("each side must be from 1 to 8192 pixels".into()),
+        None => Err("give width and height in pixels as in 1024x768".into()),
+    }
+}
+
+fn parse_finite(text: &str) -> Parsed<f32> {
+    text.parse::<f32>().ok().filter(|x| x.is_finite()).ok_or_else(|| "give a number".into())
+}
+
+fn parse_share(text: &str) -> Parsed<f32> {
+    parse_finite(text)
+        .ok()
+        .filter(|x| (0.0..=1.0).contains(x))
+        .ok_or_else(|| "give a number from 0 to 1".into())
+}
+
+fn parse_trim(text: &str) -> Parsed<f32> {
+    parse_share(text).ok().filter(|&x| x < 1.0).ok_or_else(|| "give a number from 0 to less than 1".into())
+}
+
+fn parse_threshold(text: &str) -> Parsed<f64> {
+    text.parse::<f64>()
+        .ok()
+        .filter(|x| x.is_finite() && *x >= 0.0)
+        .ok_or_else(|| "give a number that is not negative".into())
+}
+
+fn parse_bounces(text: &str) -> Parsed<Bounces> {
+    match text {
+        "unlimited" => Ok(Bounces::Unlimited),
+        _ => text
+            .parse()
+            .ok()
+            .filter(|n| *n <= 1000)
+            .map(Bounces::Limit)
+            .ok_or_else(|| "give a whole number from 0 to 1000, or unlimited".into()),
+    }
+}
+
+fn parse_clamp(text: &str) -> Parsed<Clamp> {
+    match text {
+        "off" => Ok(Clamp(None)),
+        _ => parse_finite(text)
+            .ok()
+            .filter(|&x| x > 0.0)
+            .map(|x| Clamp(Some(x)))
+            .ok_or_else(|| "give a positive number of 1/m², or off".into()),
+    }
+}
+
+fn parse_pcf(text: &str) -> Parsed<Pcf> {
+    match text {
+        "off" => Ok(Pcf(0)),
+        _ => text
+            .parse()
+            .ok()
+            .filter(|n| (1..=16).contains(n))
+            .map(Pcf)
+            .ok_or_else(|| "give a whole number from 1 to 16, or off".into()),
+    }
+}
+
+fn parse_exposure(text: &str) -> Parsed<Exposure> {
+    match text {
+        "auto" => Ok(Exposure::Auto),
+        _ => parse_finite(text)
+            .ok()
+            .filter(|ev| ev.abs() <= 64.0)
+            .map(Exposure::Ev)
+            .ok_or_else(|| "give stops from -64 to 64, or auto".into()),
+    }
+}

@@ -1,0 +1,75 @@
+//! `girandole compare`: how far one picture is from another.
+
+use crate::args::CompareArgs;
+use crate::output::{self, say};
+use anyhow::Result;
+use girandole_core::tonemap::{Tonemap, to_srgb8};
+use girandole_reference::image_file::{read, write_png};
+use girandole_reference::metrics::{self, CompareOptions, Comparison, HeatMap};
+use serde_json::json;
+use std::process::ExitCode;
+
+/// Compares, prints, judges.
+pub fn run(args: &CompareArgs) -> Result<ExitCode> {
+    if let Some(heat) = &args.out {
+        output::check_writable(heat, &["png"])?;
+    }
+    let reference = read(&args.reference)?;
+    let test = read(&args.test)?;
+    let mask = args.mask.as_deref().map(read).transpose()?;
+    let options = CompareOptions { mask, keep_edges: args.edges, trim: args.trim };
+    let result = metrics::compare(&reference, &test, &options)?;
+    if let Some(heat) = &args.out {
+        let picture = metrics::heat_map(&reference, &test, &options, HeatMap::Relative)?;
+        write_png(heat, picture.width, picture.height, &to_srgb8(&picture, 0.0, Tonemap::None))?;
+    }
+    output::data(&if args.json { as_json(&result)? } else { as_table(&result) })?;
+
+    // The verdict.
+    let energy_error = (result.energy_ratio - 1.0).abs();
+    let mut beyond = Vec::new();
+    for (name, value, limit) in [
+        ("relMSE", result.rel_mse, args.max_rel_mse),
+        ("RMSE", result.rmse, args.max_rmse),
+        ("FLIP", result.flip, args.max_flip),
+        ("energy error", energy_error, args.max_energy_error),
+    ] {
+        // Not-a-number is beyond every limit.
+        if let Some(limit) = limit.filter(|&limit| value.is_nan() || value > limit) {
+            beyond.push(format!("{name} {value:.6} is more than {limit}"));
+        }
+    }
+    if beyond.is_empty() {
+        return Ok(ExitCode::SUCCESS);
+    }
+    say(&format!("beyond the thresholds: {}", beyond.join(", ")));
+    Ok(ExitCode::from(1))
+}
+
+fn as_table(c: &Comparison) -> String {
+    let [x, y] = c.worst_pixel;
+    format!(
+        "valid pixels  {}\n\
+         energy ratio  {:.6}\n\
+         relMSE        {:.6}\n\
+         RMSE          {:.6}\n\
+         FLIP          {:.6}\n\
+         worst pixel   {x},{y} (error {:.6})\n",
+        c.valid_pixels, c.energy_ratio, c.rel_mse, c.rmse, c.flip, c.worst_error
+    )
+}
+
+fn as_json(c: &Comparison) -> Result<String> {
+    let [x, y] = c.worst_pixel;
+    let object = json!({
+        "valid_pixels": c.valid_pixels,
+        "energy_ratio": c.energy_ratio,
+        "rel_mse": c.rel_mse,
+        "rmse": c.rmse,
+        "flip": c.flip,
+        "worst_pixel_x": x,
+        "worst_pixel_y": y,
+        "worst_error": c.worst_error,
+    });
+    Ok(format!("{}\n", serde_json::to_string_pretty(&object)?))
+}

@@ -1,0 +1,33 @@
+//! The exact sum over the light samples, with traced shadows: slow, and right by construction.
+
+use super::{Job, Picture, Stats};
+use crate::output::Progress;
+use girandole_core::image::luminance;
+use girandole_core::trace::SceneTracer;
+use girandole_reference::{OracleSettings, oracle};
+use std::time::Instant;
+
+/// Renders on all cores.
+pub fn render(job: &Job) -> Picture {
+    let start = Instant::now();
+    let tracer = SceneTracer::new(job.scene, job.geometry);
+    let progress = Progress::new("tracing shadows");
+    let settings =
+        OracleSettings { samples_per_axis: job.args.aa.samples_per_axis(), clamp: job.args.quality.clamp.0 };
+    let radiance =
+        oracle(&tracer, job.lights, &job.view, job.args.size, &settings, &|done| progress.set(done));
+    Picture { radiance, frame_ms: start.elapsed().as_secs_f64() * 1e3, stats: Stats::new() }
+}
+
+/// The share of the picture's energy that the bound of the geometric factor loses, estimated on a coarse grid of
+/// pixels.
+pub fn energy_lost_by_clamp(job: &Job) -> f64 {
+    const GRID: [u32; 2] = [64, 48];
+    let tracer = SceneTracer::new(job.scene, job.geometry);
+    let mean = |clamp| {
+        let settings = OracleSettings { samples_per_axis: 1, clamp };
+        f64::from(luminance(oracle(&tracer, job.lights, &job.view, GRID, &settings, &|_| ()).mean()))
+    };
+    let exact = mean(None);
+    if exact > 0.0 { 1.0 - mean(job.args.quality.clamp.0) / exact } else { 0.0 }
+}

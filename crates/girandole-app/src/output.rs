@@ -1,0 +1,119 @@
+//! What the program says and writes: sentences for people on the standard error stream, data on standard output, files whole
+//! or not at all.
+
+use anyhow::{Context, Result, bail};
+use clap::error::ErrorKind;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{self, ErrorKind as IoKind, IsTerminal, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Tells people something. A closed stream is nothing to die of.
+pub fn say(sentence: &str) {
+    let _ = writeln!(io::stderr(), "{sentence}");
+}
+
+/// Says why there is no result, on one line.
+pub fn error(sentence: &str) {
+    let line = sentence.split_whitespace().collect::<Vec<_>>().join(" ");
+    say(&format!("error: {line}"));
+}
+
+/// Writes data to standard output. Whoever closes the pipe has read enough.
+pub fn data(text: &str) -> Result<()> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != IoKind::BrokenPipe => Err(e).context("cannot write to standard output"),
+        _ => Ok(()),
+    }
+}
+
+/// Prints clap's help as it is, and its errors as one sentence.
+pub fn command_line_error(problem: &clap::Error) -> ExitCode {
+    if matches!(problem.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+        let _ = problem.print();
+        return ExitCode::SUCCESS;
+    }
+    let text = problem.render().to_string();
+    let before_usage = text.split("\n\nUsage:").next().unwrap_or_default();
+    let before_hint = before_usage.split("\n\nFor more information").next().unwrap_or_default();
+    let sentence = before_hint.strip_prefix("error: ").unwrap_or(before_hint).replace("\n\n", "; ");
+    error(&format!("{}; see girandole --help", sentence.trim().trim_end_matches('.')));
+    ExitCode::from(2)
+}
+
+/// Checks before the work that a file of one of these kinds can be written.
+pub fn check_writable(path: &Path, extensions: &[&str]) -> Result<()> {
+    let name = path.display();
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    if !extensions.contains(&extension.as_str()) {
+        bail!("cannot write {name}: its name must end in .{}", extensions.join(" or ."));
+    }
+    if path.is_dir() {
+        bail!("cannot write {name}: it is a directory");
+    }
+    let directory = directory_of(path);
+    if !directory.is_dir() {
+        bail!("cannot write {name}: there is no directory {}; make it first", directory.display());
+    }
+    // A read-only directory is noticed now, not after minutes of work.
+    tempfile::tempfile_in(directory).with_context(|| format!("cannot write {name}"))?;
+    Ok(())
+}
+
+fn directory_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Writes a small file under a temporary name and renames it.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let write = || -> io::Result<()> {
+        let mut file = builder.tempfile_in(directory_of(path))?;
+        file.write_all(bytes)?;
+        file.persist(path)?;
+        Ok(())
+    };
+    write().with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// A progress bar where somebody sees it, nothing where nobody does.
+pub struct Progress(ProgressBar);
+
+impl Progress {
+    /// Starts one.
+    pub fn new(what: &str) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::hidden());
+        if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {eta}") {
+            bar.set_style(style);
+        }
+        bar.set_message(what.to_owned());
+        if io::stderr().is_terminal() {
+            bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        Self(bar)
+    }
+
+    /// Shows how much is done, 0 to 1.
+    pub fn set(&self, done: f32) {
+        self.0.set_position((done.clamp(0.0, 1.0) * 1000.0) as u64);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
+/// A number of milliseconds in words that people like.
+pub fn duration(ms: f64) -> String {
+    match ms {
+        ms if ms < 100.0 => format!("{ms:.1} ms"),
+        ms if ms < 1e4 => format!("{ms:.0} ms"),
+        ms if ms < 6e5 => format!("{:.1} s", ms / 1e3),
+        ms => format!("{:.1} min", ms / 6e4),
+    }
+}

@@ -1,0 +1,166 @@
+//! `girandole render`, and what `girandole` does without a command.
+
+use crate::args::{AntiAliasing, Bounces, Cli, Command, Engine, Mode, RenderArgs};
+use crate::engine::{self, Job, Ready, Stats};
+use crate::output::{self, say};
+use crate::scene;
+use anyhow::{Context, Result, bail};
+use clap::Parser;
+use girandole_core::lights::LightSet;
+use girandole_core::scene::{Geometry, View};
+use girandole_core::tonemap;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// The main job: the room `pillars`, to a file.
+pub fn main_job() -> Result<ExitCode> {
+    let Some(Command::Render(args)) = Cli::try_parse_from(["girandole", "render"])?.command else {
+        bail!("the main job is `girandole render`");
+    };
+    check(&args)?;
+    let why = if has_display() { "the window comes in a later version" } else { "there is no display" };
+    say(&format!("{why}: rendering the room {} to {}", args.scene, args.output.display()));
+    // Smooth edges cost four times as much, which is little on a GPU.
+    render(*args, AntiAliasing::Two)
+}
+
+/// Renders what the command line asks for.
+pub fn run(args: RenderArgs) -> Result<ExitCode> {
+    check(&args)?;
+    let aa = args.aa;
+    render(args, aa)
+}
+
+/// Refuses before the work what cannot come to an end.
+fn check(args: &RenderArgs) -> Result<()> {
+    output::check_writable(&args.output, &["exr", "png"])?;
+    if let Some(stats) = &args.stats {
+        output::check_writable(stats, &["json"])?;
+        if stats == &args.output {
+            bail!("the picture and --stats cannot both be {}", stats.display());
+        }
+    }
+    if args.quality.mode != Mode::Naive {
+        bail!("this version has only --mode naive; the others come later");
+    }
+    if args.lights.bounces == Bounces::Unlimited && args.engine != Engine::Path {
+        bail!("only --engine path can follow light without limit; give --bounces a number");
+    }
+    if args.adapter.is_some() && matches!(args.engine, Engine::Cpu | Engine::Path) {
+        bail!("--adapter belongs to --engine gpu; leave one of them out");
+    }
+    Ok(())
+}
+
+fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
+    // The scene.
+    let start = Instant::now();
+    let scene = scene::load(&args.scene, args.object.as_deref())?;
+    let geometry = Geometry::new(&scene);
+    let camera = scene.camera(args.camera.as_deref().unwrap_or("0"))?;
+    let aspect = args.size[0] as f32 / args.size[1] as f32;
+    let view = View::new(&scene, &geometry, camera, aspect);
+    let scene_ms = milliseconds(start);
+
+    // Its light.
+    let start = Instant::now();
+    let by_samples = args.engine != Engine::Path;
+    let lights = if by_samples {
+        LightSet::sample(&scene, &geometry, &args.lights.settings())?
+    } else {
+        LightSet::default()
+    };
+    let lights_ms = milliseconds(start);
+
+    // Somebody to do it. Nothing was said up to here, so that an error stands alone.
+    let engine = Ready::choose(&args)?;
+    if matches!(engine, Ready::Gpu(_)) {
+        args.aa = aa_on_gpu;
+    }
+    for warning in scene.warnings.iter().chain(&lights.warnings) {
+        say(&format!("warning: {warning}"));
+    }
+
+    // The picture.
+    let job = Job { scene: &scene, geometry: &geometry, lights: &lights, view, args: &args };
+    let (name, adapter) = (engine.name(), engine.adapter());
+    let picture = engine.render(&job)?;
+    let ev = args.exposure.ev(&picture.radiance);
+    write_picture(&args.output, &picture.radiance, ev, args.tonemap.into())?;
+
+    // What there is to say about it.
+    let [width, height] = args.size;
+    let by = if by_samples {
+        format!("{} light samples ({} direct)", lights.samples.len(), lights.direct)
+    } else {
+        format!("{} paths a pixel", args.paths)
+    };
+    say(&format!(
+        "wrote {} ({width}×{height}): {} with {by}, {} on {adapter} ({name} engine)",
+        args.output.display(),
+        args.scene,
+        output::duration(picture.frame_ms),
+    ));
+    let mut stats: Stats = picture.stats;
+    if let (true, Some(bound)) = (by_samples, args.quality.clamp.0) {
+        let lost = engine::energy_lost_by_clamp(&job);
+        say(&format!("the bound of {bound} m⁻² loses about {:.2} % of the picture's energy", lost * 100.0));
+        stats.insert("clamp_lost_energy_share".into(), lost.into());
+    }
+    if let Some(path) = &args.stats {
+        let samples = u64::from(args.aa.samples_per_axis()).pow(2);
+        let indirect = lights.samples.len() as u64 - u64::from(lights.direct);
+        for (key, value) in [
+            ("scene", args.scene.as_str().into()),
+            ("engine", name.into()),
+            ("adapter", adapter.into()),
+            ("width", width.into()),
+            ("height", height.into()),
+            ("samples_per_pixel", samples.into()),
+            ("seed", args.lights.seed.into()),
+            ("bounces", args.lights.bounces.limit().into()),
+            ("lights", lights.samples.len().into()),
+            ("direct_lights", lights.direct.into()),
+            ("indirect_lights", indirect.into()),
+            ("paths", lights.paths.into()),
+            ("triangles", geometry.triangles.len().into()),
+            ("patches", geometry.patches.len().into()),
+            ("pairs", (samples * u64::from(width) * u64::from(height) * lights.samples.len() as u64).into()),
+            ("exposure_ev", ev.into()),
+            ("scene_ms", scene_ms.into()),
+            ("light_samples_ms", lights_ms.into()),
+            ("frame_ms", picture.frame_ms.into()),
+        ] {
+            stats.entry(key).or_insert(value);
+        }
+        output::write_whole(path, format!("{}\n", serde_json::to_string_pretty(&stats)?).as_bytes())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn write_picture(
+    path: &Path,
+    radiance: &girandole_core::image::Image,
+    ev: f32,
+    curve: tonemap::Tonemap,
+) -> Result<()> {
+    let is_exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    if is_exr {
+        girandole_reference::image_file::write_exr(path, radiance)?;
+    } else {
+        let bytes = tonemap::to_srgb8(radiance, ev, curve);
+        girandole_reference::image_file::write_png(path, radiance.width, radiance.height, &bytes)
+            .context("the picture is rendered, but not saved")?;
+    }
+    Ok(())
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
+fn has_display() -> bool {
+    cfg!(any(windows, target_os = "macos"))
+        || ["WAYLAND_DISPLAY", "DISPLAY"].iter().any(|v| std::env::var_os(v).is_some_and(|s| !s.is_empty()))
+}

@@ -1,0 +1,31 @@
+//! `--help` names everything.
+
+use crate::{Girandole, stdout};
+
+#[test]
+fn help_names_every_option() {
+    let girandole = Girandole::new();
+    for (command, words) in [
+        ("--help", "render compare info --help --version Examples"),
+        (
+            "render",
+            "SCENE --output -o --size --camera --object --lights --direct --bounces --seed --termination --clamp \
+             --shadow-map octahedral parabolic cube --map-size --pcf --memory --mode full vd-lp vd naive --engine auto \
+             gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats Examples area-lights table \
+             pillars block gap torus teapot 1024x768",
+        ),
+        (
+            "compare",
+            "REF TEST --mask --edges --trim --max-rel-mse --max-rmse --max-flip --max-energy-error --out --json \
+             Examples",
+        ),
+        ("info", "SCENE --require-adapter Examples"),
+    ] {
+        let arguments = if command == "--help" { vec!["--help"] } else { vec![command, "--help"] };
+        let help = stdout(&girandole.succeed(&arguments));
+        for word in words.split_whitespace() {
+            assert!(help.contains(word), "{command} --help does not mention {word}:\n{help}");
+        }
+    }
+    assert!(stdout(&girandole.succeed(&["--version"])).starts_with("girandole "));
+}

@@ -1,0 +1,157 @@
+//! Bad input: one sentence, exit code 2, nothing left behind.
+
+use crate::{Girandole, stderr, stdout};
+use std::process::Output;
+
+/// Whether the program refused as it should, mentioning `fragment`.
+fn refusal(output: &Output, fragment: &str) -> Result<(), String> {
+    let said = stderr(output);
+    let problem = if output.status.code() != Some(2) {
+        format!("exit code {:?}", output.status.code())
+    } else if !said.starts_with("error: ") || said.lines().count() != 1 || said.contains("panicked") {
+        "not one sentence".into()
+    } else if !said.contains(fragment) {
+        format!("no mention of {fragment:?}")
+    } else if !stdout(output).is_empty() {
+        "something on standard output".into()
+    } else {
+        return Ok(());
+    };
+    Err(format!("{problem}: {said}"))
+}
+
+#[test]
+fn a_success_and_another_failure_are_no_refusal() {
+    let girandole = Girandole::new();
+    assert!(refusal(&girandole.run(&["--help"]), "").is_err());
+    assert!(refusal(&girandole.run(&["render", "nowhere"]), "something else").is_err());
+    assert!(refusal(&girandole.run(&["render", "nowhere"]), "nowhere").is_ok());
+}
+
+#[test]
+fn bad_arguments() {
+    let girandole = Girandole::new();
+    std::fs::create_dir(girandole.path().join("folder.png")).unwrap();
+    for (arguments, fragment) in [
+        // Names.
+        ("frobnicate", "frobnicate"),
+        ("--frobnicate", "--frobnicate"),
+        ("render nowhere", "area-lights, table, pillars, block, gap"),
+        ("render nowhere.obj", "nowhere.obj"),
+        ("render nowhere.glb", "nowhere.glb"),
+        ("render nowhere.gltf", "nowhere.gltf"),
+        ("render table --camera 17", "table"),
+        ("render table --camera nobody", "nobody"),
+        ("render table --object cow", "none, torus, teapot"),
+        ("render table --object cow.ply", "cow.ply"),
+        ("render nowhere.glb --object torus", "--object"),
+        ("render table --size 8x6 --lights 4 --adapter nobody's", "nobody's"),
+        ("render table --engine cpu --adapter any", "--adapter"),
+        ("render table --engine warp", "auto, gpu, cpu, path"),
+        ("render table --tonemap loud", "agx, aces, none"),
+        ("render table --shadow-map flat", "octahedral, parabolic, cube"),
+        ("render table --mode full", "naive"),
+        ("render table --mode best", "full, vd-lp, vd, naive"),
+        // Sizes and counts.
+        ("render --size 0x5", "8192"),
+        ("render --size 5x0", "8192"),
+        ("render --size 1000000x5", "8192"),
+        ("render --size 99999999999999999999x5", "1024x768"),
+        ("render --size -5x5", "size"),
+        ("render --size 640", "1024x768"),
+        ("render --size 8x8x8", "1024x768"),
+        ("render --lights 0", "1..="),
+        ("render --lights -3", "--lights"),
+        ("render --lights 99999999999", "1..="),
+        ("render --lights many", "many"),
+        ("render --direct 1.5", "0 to 1"),
+        ("render --direct -0.1", "0 to 1"),
+        ("render --direct nan", "0 to 1"),
+        ("render --bounces -1", "--bounces"),
+        ("render --bounces 4000000000", "1000"),
+        ("render --bounces unlimited", "--engine path"),
+        ("render --seed -1", "--seed"),
+        ("render --clamp nan", "positive"),
+        ("render --clamp 0", "positive"),
+        ("render --clamp -2", "positive"),
+        ("render --clamp inf", "positive"),
+        ("render --map-size 0", "16..=8192"),
+        ("render --map-size 1000000", "16..=8192"),
+        ("render --pcf 0", "1 to 16"),
+        ("render --pcf 99", "1 to 16"),
+        ("render --memory 0", "1..="),
+        ("render --paths 0", "1..="),
+        ("render --exposure nan", "stops"),
+        ("render --exposure inf", "stops"),
+        ("render --exposure 1e9", "stops"),
+        ("render --aa 3", "off, 2, 4"),
+        // Files.
+        ("render table -o picture.bmp", ".exr or .png"),
+        ("render table -o picture", ".exr or .png"),
+        ("render table -o nowhere/picture.png", "no directory nowhere"),
+        ("render table -o folder.png", "directory"),
+        ("render table --stats nowhere/stats.json", "no directory nowhere"),
+        ("render table --stats stats.txt", ".json"),
+        ("render table extra", "extra"),
+        ("compare", "<REF>"),
+        ("compare one.exr", "<TEST>"),
+        ("compare one.exr two.exr", "one.exr"),
+        ("compare one.txt two.txt", ".exr"),
+        ("compare one.exr two.exr --edges", "--mask"),
+        ("compare one.exr two.exr --trim 1", "less than 1"),
+        ("compare one.exr two.exr --trim nan", "less than 1"),
+        ("compare one.exr two.exr --max-rel-mse nan", "not negative"),
+        ("compare one.exr two.exr --max-flip -1", "not negative"),
+        ("compare one.exr two.exr --out heat.exr", ".png"),
+        ("info nowhere", "area-lights"),
+        ("info nowhere.glb", "nowhere.glb"),
+    ] {
+        let words: Vec<&str> = arguments.split(' ').collect();
+        let output = girandole.run(&words);
+        refusal(&output, fragment).unwrap_or_else(|problem| panic!("{arguments}: {problem}"));
+    }
+    assert_eq!(girandole.files(), ["folder.png"]);
+}
+
+#[test]
+fn broken_files() {
+    let girandole = Girandole::new();
+    let header = |length: u32| {
+        let mut glb = b"glTF\x02\0\0\0".to_vec();
+        glb.extend(length.to_le_bytes());
+        glb
+    };
+    for (name, content) in [
+        ("empty.glb", vec![]),
+        ("text.glb", b"hello".to_vec()),
+        ("cut.glb", header(4000)),
+        ("liar.glb", header(u32::MAX)),
+        ("empty.gltf", vec![]),
+        ("text.gltf", b"hello".to_vec()),
+        ("array.gltf", b"[]".to_vec()),
+        ("version.gltf", br#"{"asset":{"version":"1.0"}}"#.to_vec()),
+        ("nothing.gltf", br#"{"asset":{"version":"2.0"}}"#.to_vec()),
+    ] {
+        std::fs::write(girandole.path().join(name), content).unwrap();
+    }
+    let before = girandole.files();
+    for name in &before {
+        let output = girandole.run(&["render", name, "--engine", "cpu", "--size", "8x6", "--lights", "4"]);
+        // A file without anything in it is a valid one; lit by the default light, it is an empty picture.
+        if name == "nothing.gltf" && output.status.success() {
+            std::fs::remove_file(girandole.path().join("girandole.png")).unwrap();
+            continue;
+        }
+        refusal(&output, "").unwrap_or_else(|problem| panic!("{name}: {problem}"));
+    }
+    assert_eq!(girandole.files(), before);
+
+    for name in ["text.exr", "cut.png"] {
+        std::fs::write(girandole.path().join(name), b"\x89PNG\r\n\x1a\n").unwrap();
+        let output = girandole.run(&["compare", name, name]);
+        refusal(&output, name).unwrap_or_else(|problem| panic!("{name}: {problem}"));
+    }
+    std::fs::write(girandole.path().join("text.ply"), b"hello").unwrap();
+    let output = girandole.run(&["render", "table", "--object", "text.ply"]);
+    refusal(&output, "text.ply").unwrap();
+}

@@ -1,0 +1,147 @@
+//! What `girandole render` leaves behind.
+
+use crate::{Girandole, stderr, stdout};
+
+const SMALL: [&str; 6] = ["render", "table", "--size", "48x36", "--lights", "24"];
+
+fn small(more: &[&'static str]) -> Vec<&'static str> {
+    SMALL.into_iter().chain(more.iter().copied()).collect()
+}
+
+#[test]
+fn same_command_same_bytes_on_any_number_of_threads() {
+    let girandole = Girandole::new();
+    for (name, threads) in [("a", "1"), ("b", "2"), ("c", "2")] {
+        for engine in ["cpu", "path"] {
+            for extension in ["png", "exr"] {
+                let file = format!("{name}-{engine}.{extension}");
+                let arguments = [&SMALL[..], &["--engine", engine, "--paths", "4", "-o", &file]].concat();
+                let output =
+                    girandole.command(&arguments).env("RAYON_NUM_THREADS", threads).output().unwrap();
+                assert!(output.status.success(), "{}", stderr(&output));
+                assert_eq!(stdout(&output), "");
+            }
+        }
+    }
+    assert_eq!(girandole.files().len(), 12);
+    for engine in ["cpu", "path"] {
+        for extension in ["png", "exr"] {
+            let of = |name| girandole.bytes(&format!("{name}-{engine}.{extension}"));
+            assert!(of("a") == of("b") && of("b") == of("c"), "{engine} {extension}");
+        }
+    }
+    // Another seed is another picture.
+    girandole.succeed(&small(&["--engine", "cpu", "--seed", "1", "-o", "d.exr"]));
+    assert!(girandole.bytes("d.exr") != girandole.bytes("a-cpu.exr"));
+}
+
+#[test]
+fn exposure_and_tone_curve_concern_pngs_only() {
+    let girandole = Girandole::new();
+    let render = |file: &'static str, more: &[&'static str]| {
+        girandole.succeed(&small(&[&["--engine", "cpu", "-o", file], more].concat()));
+        girandole.bytes(file)
+    };
+    let linear = render("a.exr", &[]);
+    assert!(linear == render("b.exr", &["--exposure", "-3", "--tonemap", "none"]));
+    let shown = render("a.png", &[]);
+    assert!(shown != render("b.png", &["--exposure", "-3"]));
+    assert!(shown != render("c.png", &["--tonemap", "aces"]));
+    // Anti-aliasing concerns both.
+    assert!(linear != render("c.exr", &["--aa", "2"]));
+}
+
+#[test]
+fn options_change_the_picture() {
+    let girandole = Girandole::new();
+    let render = |more: &[&'static str]| {
+        girandole.succeed(&small(&[&["--engine", "cpu", "-o", "picture.exr"], more].concat()));
+        girandole.bytes("picture.exr")
+    };
+    let plain = render(&[]);
+    for more in [
+        ["--lights", "25"],
+        ["--direct", "0.5"],
+        ["--bounces", "0"],
+        ["--clamp", "0.05"],
+        ["--camera", "1"],
+        ["--object", "teapot"],
+        ["--termination", "throughput"],
+    ] {
+        // The later one of an option that is given twice would be an error; take the first away.
+        let base: Vec<&str> = if more[0] == "--lights" { SMALL[..4].to_vec() } else { SMALL.to_vec() };
+        girandole.succeed(&[&base[..], &["--engine", "cpu", "-o", "picture.exr"], &more[..]].concat());
+        assert!(plain != girandole.bytes("picture.exr"), "{more:?} changes nothing");
+    }
+    assert!(plain == render(&[]));
+}
+
+#[test]
+fn statistics_are_one_flat_object() {
+    let girandole = Girandole::new();
+    let output = girandole.succeed(&small(&[
+        "--engine", "cpu", "--aa", "2", "--seed", "7", "-o", "p.png", "--stats", "s.json",
+    ]));
+    assert_eq!(girandole.files(), ["p.png", "s.json"]);
+    assert!(stderr(&output).contains("p.png") && stderr(&output).contains("24 light samples"));
+    let stats = girandole.json("s.json");
+    for (key, value) in &stats {
+        assert!(!value.is_object() && !value.is_array(), "{key} is not flat");
+        assert!(key.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_'), "{key}");
+    }
+    for (key, expected) in [
+        ("width", 48),
+        ("height", 36),
+        ("lights", 24),
+        ("seed", 7),
+        ("bounces", 5),
+        ("pairs", 48 * 36 * 4 * 24),
+    ] {
+        assert_eq!(stats[key], expected, "{key}");
+    }
+    assert_eq!(stats["direct_lights"].as_u64().unwrap() + stats["indirect_lights"].as_u64().unwrap(), 24);
+    assert_eq!(stats["engine"], "cpu");
+    assert!(stats["adapter"].as_str().unwrap().starts_with("CPU"));
+    for key in ["frame_ms", "scene_ms", "light_samples_ms"] {
+        assert!(stats[key].as_f64().unwrap() >= 0.0, "{key}");
+    }
+    assert!(stats["paths"].as_u64().unwrap() > 0);
+}
+
+#[test]
+fn a_picture_that_is_there_is_replaced() {
+    let girandole = Girandole::new();
+    std::fs::write(girandole.path().join("p.png"), "old").unwrap();
+    girandole.succeed(&small(&["--engine", "cpu", "-o", "p.png"]));
+    assert!(girandole.bytes("p.png").starts_with(b"\x89PNG"));
+    assert_eq!(girandole.files(), ["p.png"]);
+}
+
+#[test]
+fn the_bound_of_g_says_what_it_loses() {
+    let girandole = Girandole::new();
+    let output = girandole.succeed(&small(&["--engine", "cpu", "--clamp", "0.05", "--stats", "s.json"]));
+    assert!(stderr(&output).contains("loses about"), "{}", stderr(&output));
+    assert!(girandole.json("s.json")["clamp_lost_energy_share"].as_f64().unwrap() > 0.05);
+    let output = girandole.succeed(&small(&["--engine", "cpu", "--clamp", "off"]));
+    assert!(!stderr(&output).contains("loses"), "{}", stderr(&output));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn without_an_adapter_the_cpu_does_it() {
+    let girandole = Girandole::new();
+    let mut command = girandole.command(&small(&["-o", "auto.exr", "--stats", "s.json"]));
+    let output = crate::without_adapters(&mut command).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stderr(&output).contains("mesa-vulkan-drivers"), "{}", stderr(&output));
+    assert_eq!(girandole.json("s.json")["engine"], "cpu");
+    girandole.succeed(&small(&["--engine", "cpu", "-o", "cpu.exr"]));
+    assert!(girandole.bytes("auto.exr") == girandole.bytes("cpu.exr"));
+    // Who asks for the GPU gets it, or a sentence.
+    let mut command = girandole.command(&small(&["--engine", "gpu", "-o", "gpu.exr"]));
+    let output = crate::without_adapters(&mut command).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
+    assert!(!girandole.files().contains(&"gpu.exr".into()));
+}

@@ -1,0 +1,103 @@
+//! Node animations.
+
+use super::accessor::Accessor;
+use super::document::lookup;
+use super::{Importer, Parsed};
+use crate::scene::{Animation, Channel, Interpolation, Keyframes};
+use glam::{Quat, Vec3};
+use gltf::json;
+use gltf::json::accessor::{ComponentType, Type};
+use gltf::json::animation::Property;
+use gltf::json::validation::Checked;
+
+/// Keys of all channels together; no animation needs more.
+const MAX_KEYS: usize = 1 << 24;
+
+impl Importer<'_> {
+    /// Reads the channels that drive nodes of the scene.
+    pub(super) fn read_animations(&mut self) -> Parsed<()> {
+        let mut keys = 0;
+        for (index, json) in self.document.root.animations.iter().enumerate() {
+            let mut animation =
+                Animation { name: json.name.clone().unwrap_or_default(), channels: Vec::new() };
+            for channel in &json.channels {
+                let channel =
+                    self.channel(json, channel, &mut keys).map_err(|e| format!("{e} (animation {index})"))?;
+                animation.channels.extend(channel);
+            }
+            if !animation.channels.is_empty() {
+                self.scene.animations.push(animation);
+            }
+        }
+        Ok(())
+    }
+
+    fn channel(
+        &mut self,
+        animation: &json::Animation,
+        json: &json::animation::Channel,
+        keys: &mut usize,
+    ) -> Parsed<Option<Channel>> {
+        lookup(&self.document.root.nodes, json.target.node.value(), "node")?;
+        let Some(node) = self.nodes.get(json.target.node.value()).copied().flatten() else { return Ok(None) };
+        let Checked::Valid(property) = json.target.path else {
+            self.scene.warn("animations of anything but nodes are left out".into());
+            return Ok(None);
+        };
+        if property == Property::MorphTargetWeights {
+            self.scene.warn("morph targets are not supported: meshes keep their base shape".into());
+            return Ok(None);
+        }
+        let sampler = lookup(&animation.samplers, json.sampler.value(), "animation sampler")?;
+        let interpolation = match sampler.interpolation {
+            Checked::Valid(json::animation::Interpolation::Linear) => Interpolation::Linear,
+            Checked::Valid(json::animation::Interpolation::Step) => Interpolation::Step,
+            Checked::Valid(json::animation::Interpolation::CubicSpline) => Interpolation::CubicSpline,
+            Checked::Invalid => {
+                return Err("it has a key interpolation that does not exist; export it again".into());
+            }
+        };
+        let input = Accessor::new(self.document, sampler.input.value())?.of(Type::Scalar, "key times")?;
+        if input.component != ComponentType::F32 {
+            return Err("its key times are not floats; export it again".into());
+        }
+        *keys = keys.saturating_add(input.count);
+        if *keys > MAX_KEYS {
+            return Err(format!("its animations have more than {MAX_KEYS} keys; resample them"));
+        }
+        let kind = if property == Property::Rotation { Type::Vec4 } else { Type::Vec3 };
+        let output = Accessor::new(self.document, sampler.output.value())?.of(kind, "key values")?;
+        let values = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        if input.count == 0 || output.count != input.count * values {
+            return Err(format!(
+                "it has {} keys with {} values instead of {values} each; export it again",
+                input.count, output.count
+            ));
+        }
+        let times: Vec<f32> = (0..input.count).map(|i| input.get::<1>(i)[0]).collect();
+        if !(times.iter().all(|t| t.is_finite()) && times.windows(2).all(|w| w[0] < w[1])) {
+            return Err("its key times do not ascend; export it again".into());
+        }
+        let vectors = || -> Parsed<Vec<Vec3>> {
+            (0..output.count).map(|i| finite(Vec3::from(output.get::<3>(i)), Vec3::is_finite)).collect()
+        };
+        let keyframes = match property {
+            Property::Translation => Keyframes::Translation(vectors()?),
+            Property::Scale => Keyframes::Scale(vectors()?),
+            _ => Keyframes::Rotation(
+                (0..output.count)
+                    .map(|i| finite(Quat::from_array(output.get::<4>(i)), Quat::is_finite))
+                    .collect::<Parsed<_>>()?,
+            ),
+        };
+        Ok(Some(Channel { node, times, keyframes, interpolation }))
+    }
+}
+
+fn finite<T: Copy>(value: T, is_finite: impl Fn(T) -> bool) -> Parsed<T> {
+    if is_finite(value) {
+        Ok(value)
+    } else {
+        Err("it has a key without a finite value; export it again".into())
+    }
+}

@@ -1,0 +1,178 @@
+//! The container: GLB chunks, JSON, and the bytes of buffers and other resources.
+
+use super::Parsed;
+use base64::Engine;
+use gltf::json::{self, Root, Value};
+use std::borrow::Cow;
+use std::path::{Component, Path, PathBuf};
+
+/// A parsed file and all its buffers.
+pub(super) struct Document<'a> {
+    pub root: Root,
+    buffers: Vec<Cow<'a, [u8]>>,
+    base: Option<&'a Path>,
+}
+
+/// A part of a buffer.
+#[derive(Clone, Copy)]
+pub(super) struct View<'d> {
+    pub bytes: &'d [u8],
+    /// Distance between elements where it is not their size.
+    pub stride: Option<usize>,
+}
+
+impl<'a> Document<'a> {
+    /// Splits a `.glb` or takes a `.gltf`, parses the JSON and collects the buffers.
+    pub fn parse(bytes: &'a [u8], base: Option<&'a Path>) -> Parsed<Self> {
+        let (text, blob) = split(bytes)?;
+        let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+        let root: Root = json::deserialize::from_slice(text).map_err(|error| broken_json(text, &error))?;
+        let mut document = Self { root, buffers: Vec::new(), base };
+        for (index, buffer) in document.root.buffers.iter().enumerate() {
+            let data = match &buffer.uri {
+                Some(uri) => document.resource(uri).map_err(|e| format!("its buffer {index} {e}"))?,
+                None => Cow::Borrowed(if index == 0 { blob } else { &[] }),
+            };
+            // A buffer without any data is legal where an extension compresses it; views into it are refused later.
+            let wanted = buffer.byte_length.0;
+            if !(data.is_empty() && buffer.uri.is_none()) && (data.len() as u64) < wanted {
+                return Err(format!(
+                    "its buffer {index} should have {wanted} bytes and has {}; the file is cut off, fetch or \
+                     export it again",
+                    data.len()
+                ));
+            }
+            document.buffers.push(data);
+        }
+        Ok(document)
+    }
+
+    /// The bytes of a buffer view.
+    pub fn view(&self, index: usize) -> Parsed<View<'_>> {
+        let view = lookup(&self.root.buffer_views, index, "buffer view")?;
+        let buffer = lookup(&self.buffers, view.buffer.value(), "buffer")?;
+        let start = view.byte_offset.unwrap_or_default().0;
+        let end = start.checked_add(view.byte_length.0);
+        let bytes = end
+            .and_then(|end| buffer.get(usize::try_from(start).ok()?..usize::try_from(end).ok()?))
+            .ok_or_else(|| {
+                format!(
+                    "its buffer view {index} reaches beyond the {} bytes of buffer {}; the file is cut off or was \
+                     edited, export it again",
+                    buffer.len(),
+                    view.buffer.value()
+                )
+            })?;
+        Ok(View { bytes, stride: view.byte_stride.map(|s| s.0) })
+    }
+
+    /// Whether a buffer view is compressed by an extension.
+    pub fn compression_of_view(&self, index: usize) -> Option<&'static str> {
+        let others = &self.root.buffer_views.get(index)?.extensions.as_ref()?.others;
+        ["EXT_meshopt_compression", "KHR_meshopt_compression"].into_iter().find(|e| others.contains_key(*e))
+    }
+
+    /// The bytes that a URI stands for: a `data:` URI, or a file beside the glTF file.
+    pub fn resource(&self, uri: &str) -> Parsed<Cow<'a, [u8]>> {
+        if let Some(data) = uri.strip_prefix("data:") {
+            let (_, data) = data
+                .split_once(";base64,")
+                .ok_or("is a `data:` URI without `;base64,`; export the file with embedded data again")?;
+            let lenient = base64::engine::GeneralPurposeConfig::new()
+                .with_decode_padding_mode(base64::engine::DecodePaddingMode::Indifferent);
+            return base64::engine::GeneralPurpose::new(&base64::alphabet::STANDARD, lenient)
+                .decode(data)
+                .map(Cow::Owned)
+                .map_err(|e| format!("has broken base64 data ({e}); export the file again"));
+        }
+        let name = percent_encoding::percent_decode_str(uri)
+            .decode_utf8()
+            .map_err(|_| format!("has the URI `{}`, which is not UTF-8", shorten(uri)))?;
+        let shown = shorten(&name);
+        if name.contains("://") {
+            return Err(format!("is at `{shown}`; fetch it, put it beside the glTF file and name it there"));
+        }
+        let Some(base) = self.base else {
+            return Err(format!(
+                "is in the file `{shown}`, and there is no folder to look in; load it from a path instead"
+            ));
+        };
+        let relative = PathBuf::from(name.replace('\\', "/"));
+        if relative.components().any(|c| matches!(c, Component::Prefix(_) | Component::RootDir)) {
+            return Err(format!("has the absolute path `{shown}`; name the file relative to the glTF file"));
+        }
+        let path = base.join(relative);
+        // Devices and pipes have no end.
+        if path.exists() && !path.is_file() {
+            return Err(format!("is `{shown}`, which is not a file"));
+        }
+        std::fs::read(&path).map(Cow::Owned).map_err(|e| {
+            format!("is in the file `{shown}`, which cannot be read ({e}); put it beside the glTF file")
+        })
+    }
+}
+
+/// The element of a list that the file refers to.
+pub(super) fn lookup<'l, T>(list: &'l [T], index: usize, what: &str) -> Parsed<&'l T> {
+    list.get(index).ok_or_else(|| {
+        format!("it refers to {what} {index} of {}; the file is inconsistent, export it again", list.len())
+    })
+}
+
+/// JSON and binary chunk.
+fn split(bytes: &[u8]) -> Parsed<(&[u8], &[u8])> {
+    if bytes.is_empty() {
+        return Err("it is empty; fetch or export it again".into());
+    }
+    if !bytes.starts_with(b"glTF") {
+        let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        if start.iter().find(|b| !b.is_ascii_whitespace()) != Some(&b'{') {
+            return Err("it is not a glTF file: it starts with neither `glTF` nor `{`".into());
+        }
+        return Ok((bytes, &[]));
+    }
+    let word =
+        |at: usize| -> Option<u32> { Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?)) };
+    let (Some(version), Some(length)) = (word(4), word(8)) else {
+        return Err(format!("it ends after {} bytes; fetch or export it again", bytes.len()));
+    };
+    if version != 2 {
+        return Err(format!("it is binary glTF of version {version}; convert it to version 2"));
+    }
+    let chunks = bytes.get(..length as usize).ok_or_else(|| {
+        format!("it ends after {} of {length} bytes; fetch or export it again", bytes.len())
+    })?;
+    if chunks.len() < 20 {
+        return Err("its header promises less than a JSON chunk; export it again".into());
+    }
+    let broken = |e: &dyn std::fmt::Display| format!("its chunks are broken ({e}); fetch or export it again");
+    match gltf::Glb::from_slice(chunks) {
+        Ok(gltf::Glb { json: Cow::Borrowed(text), bin: None, .. }) => Ok((text, &[])),
+        Ok(gltf::Glb { json: Cow::Borrowed(text), bin: Some(Cow::Borrowed(blob)), .. }) => Ok((text, blob)),
+        Ok(_) => Err(broken(&"unexpected copy")),
+        Err(gltf::Error::Binary(e)) => Err(broken(&e)),
+        Err(e) => Err(broken(&e)),
+    }
+}
+
+/// Why the JSON cannot be read; old versions fail somewhere in the middle, so they are looked for first.
+fn broken_json(text: &[u8], error: &json::Error) -> String {
+    let value = json::deserialize::from_slice::<Value>(text).ok();
+    let version = value.as_ref().and_then(|v| v.get("asset")?.get("version")?.as_str());
+    match version {
+        Some(version) if !version.starts_with("2.") => {
+            format!("it is glTF of version {}; convert it to version 2.0", shorten(version))
+        }
+        None if value.is_some() => "it is JSON, but not a glTF file: it has no `asset.version`".into(),
+        _ => format!("its JSON is broken ({error}); export it again"),
+    }
+}
+
+/// At most 80 characters of a name from a file.
+pub(super) fn shorten(name: &str) -> String {
+    let mut short: String = name.chars().take(80).collect();
+    if short.len() < name.len() {
+        short.push('…');
+    }
+    short
+}

@@ -1,0 +1,140 @@
+//! Materials: metallic-roughness with `KHR_materials_specular` and `KHR_materials_emissive_strength`.
+
+use super::{Importer, Parsed};
+use crate::scene::{ColorSpace, Material, NormalTexture, TextureRef};
+use glam::Vec3;
+use gltf::json;
+use gltf::json::extensions::texture::TextureTransform;
+use gltf::json::material::AlphaMode;
+use gltf::json::validation::Checked;
+
+/// Brighter than this, W/(sr·m²), is a mistake, and sums would leave the range of single precision.
+const MAX_EMISSION: f32 = 1e12;
+
+impl Importer<'_> {
+    /// Reads all materials, so that indices stay the file's.
+    pub(super) fn read_materials(&mut self) -> Parsed<()> {
+        for (index, json) in self.document.root.materials.iter().enumerate() {
+            let material = self.material(json).map_err(|e| format!("{e} (material {index})"))?;
+            self.scene.add_material(material);
+        }
+        Ok(())
+    }
+
+    /// The material of a primitive that names none.
+    pub(super) fn default_material(&mut self) -> u32 {
+        if let Some(known) = self.default_material {
+            return known;
+        }
+        let material = Material {
+            name: "default".into(),
+            base_color: Vec3::ONE,
+            metallic: 1.0,
+            specular: 1.0,
+            ..Material::default()
+        };
+        let index = self.scene.add_material(material);
+        self.default_material = Some(index);
+        index
+    }
+
+    fn material(&mut self, json: &json::Material) -> Parsed<Material> {
+        let pbr = &json.pbr_metallic_roughness;
+        let [r, g, b, alpha] = pbr.base_color_factor.0.map(|c| c.clamp(0.0, 1.0));
+        let extensions = json.extensions.as_ref();
+        for name in extensions.iter().flat_map(|e| e.others.keys()) {
+            self.meet_extension(name);
+        }
+        if json.occlusion_texture.is_some() {
+            self.scene.warn("occlusion textures are left out: occlusion is computed here".into());
+        }
+        let strength =
+            extensions.and_then(|e| e.emissive_strength.as_ref()).map_or(1.0, |s| s.emissive_strength.0);
+        let emission = Vec3::from(json.emissive_factor.0) * strength;
+        if !(emission.is_finite() && emission.min_element() >= 0.0 && emission.max_element() <= MAX_EMISSION)
+        {
+            return Err(format!(
+                "it emits {emission} W/(sr·m²); emission must lie between 0 and {MAX_EMISSION:e}, correct it"
+            ));
+        }
+        let mut material = Material {
+            name: json.name.clone().unwrap_or_default(),
+            base_color: Vec3::new(r, g, b),
+            alpha,
+            base_color_texture: self.info(pbr.base_color_texture.as_ref(), ColorSpace::Srgb)?,
+            metallic: pbr.metallic_factor.0.clamp(0.0, 1.0),
+            roughness: pbr.roughness_factor.0.clamp(0.0, 1.0),
+            metallic_roughness_texture: self
+                .info(pbr.metallic_roughness_texture.as_ref(), ColorSpace::Linear)?,
+            specular: 1.0,
+            emission,
+            emission_texture: self.info(json.emissive_texture.as_ref(), ColorSpace::Srgb)?,
+            double_sided: json.double_sided,
+            ..Material::default()
+        };
+        if let Some(specular) = extensions.and_then(|e| e.specular.as_ref()) {
+            material.specular = specular.specular_factor.0.clamp(0.0, 1.0);
+            let tint = Vec3::from(specular.specular_color_factor.0);
+            if !(tint.is_finite() && tint.min_element() >= 0.0) {
+                return Err("its specular colour is negative or infinite; correct it".into());
+            }
+            material.specular_color = tint.min(Vec3::splat(f32::MAX.sqrt()));
+            material.specular_texture = self.info(specular.specular_texture.as_ref(), ColorSpace::Linear)?;
+            material.specular_color_texture =
+                self.info(specular.specular_color_texture.as_ref(), ColorSpace::Srgb)?;
+        }
+        if let Some(normal) = &json.normal_texture {
+            let others = normal.extensions.as_ref().map(|e| &e.others);
+            let transform = others
+                .and_then(|o| o.get("KHR_texture_transform"))
+                .map(|v| json::deserialize::from_value::<TextureTransform>(v.clone()))
+                .transpose()
+                .map_err(|e| {
+                    format!("its normal map's KHR_texture_transform is broken ({e}); export it again")
+                })?;
+            let texture = self.texture_ref(
+                normal.index.value(),
+                normal.tex_coord,
+                transform.as_ref(),
+                ColorSpace::Linear,
+            )?;
+            let scale = normal.scale.clamp(-1e3, 1e3);
+            material.normal_texture = texture.map(|texture| NormalTexture { texture, scale });
+        }
+        material.alpha_cutoff = self.alpha_cutoff(json, &material);
+        Ok(material)
+    }
+
+    fn info(
+        &mut self,
+        info: Option<&json::texture::Info>,
+        color_space: ColorSpace,
+    ) -> Parsed<Option<TextureRef>> {
+        let Some(info) = info else { return Ok(None) };
+        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
+        self.texture_ref(info.index.value(), info.tex_coord, transform, color_space)
+    }
+
+    /// Where the surface ends, if anything of it is cut away at all: opaque materials are much cheaper to draw.
+    fn alpha_cutoff(&mut self, json: &json::Material, material: &Material) -> Option<f32> {
+        let texture = material.base_color_texture.map(|t| &self.scene.textures[t.texture as usize]);
+        let least = texture.map_or(255, |t| t.texels.iter().map(|t| t[3]).min().unwrap_or(255));
+        let least = f32::from(least) / 255.0;
+        match json.alpha_mode {
+            Checked::Valid(AlphaMode::Mask) => {
+                let cutoff = json.alpha_cutoff.map_or(0.5, |c| c.0.clamp(0.0, 2.0));
+                (material.alpha * least < cutoff).then_some(cutoff)
+            }
+            Checked::Valid(AlphaMode::Blend) if least < 1.0 => {
+                self.scene.warn("transparency is not supported: textured alpha is cut off at 0.5".into());
+                (material.alpha * least < 0.5).then_some(0.5)
+            }
+            Checked::Valid(AlphaMode::Blend) => {
+                self.scene
+                    .warn("transparency is not supported: surfaces without alpha texture are opaque".into());
+                None
+            }
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,344 @@
+//! Meshes: primitives of all triangle topologies, merged into one mesh.
+
+use super::accessor::Accessor;
+use super::document::{lookup, shorten};
+use super::texture::MAX_COORDINATE;
+use super::{Importer, MAX_TRIANGLES, MAX_VERTICES, Parsed, tangents};
+use crate::scene::repair::{drop_duplicates, smooth_normals};
+use crate::scene::{Mesh, MeshTriangle, TextureRef};
+use glam::{Vec2, Vec3, Vec4};
+use gltf::json::accessor::{ComponentType, Type};
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked;
+use rustc_hash::FxHashMap;
+
+/// The triangles of one primitive with the vertices that they use.
+#[derive(Default)]
+struct Part {
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    tangents: Vec<Vec4>,
+    uvs: Vec<[Vec2; 2]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+/// The accessors of one primitive.
+struct Attributes<'d> {
+    positions: Accessor<'d>,
+    normals: Option<Accessor<'d>>,
+    tangents: Option<Accessor<'d>>,
+    uvs: [Option<Accessor<'d>>; 2],
+}
+
+impl<'d> Importer<'d> {
+    /// The scene's mesh for a glTF mesh, read when it is first asked for. `None` if nothing of it can be drawn.
+    pub(super) fn mesh(&mut self, index: usize) -> Parsed<Option<usize>> {
+        if let Some(&known) = self.meshes.get(&index) {
+            return Ok(known);
+        }
+        let json = lookup(&self.document.root.meshes, index, "mesh")?;
+        let mut mesh = Mesh { name: json.name.clone().unwrap_or_default(), ..Mesh::default() };
+        for (i, primitive) in json.primitives.iter().enumerate() {
+            self.primitive(primitive, &mut mesh).map_err(|e| format!("{e} (mesh {index}, primitive {i})"))?;
+        }
+        if drop_duplicates(&mut mesh) > 0 {
+            self.scene.warn("triangles that the file lists twice are kept once".into());
+        }
+        let result = if mesh.triangles.is_empty() {
+            None
+        } else {
+            self.scene.meshes.push(mesh);
+            Some(self.scene.meshes.len() - 1)
+        };
+        self.meshes.insert(index, result);
+        Ok(result)
+    }
+
+    /// Takes triangles and vertices out of what a scene may have.
+    pub(super) fn account(&mut self, triangles: usize, vertices: usize) -> Parsed<()> {
+        self.triangles = self.triangles.saturating_add(triangles);
+        self.vertices = self.vertices.saturating_add(vertices);
+        if self.triangles > MAX_TRIANGLES || self.vertices > MAX_VERTICES {
+            return Err(format!(
+                "it has more than {MAX_TRIANGLES} triangles or {MAX_VERTICES} vertices, instances counted; simplify \
+                 it or take parts away"
+            ));
+        }
+        Ok(())
+    }
+
+    fn primitive(&mut self, json: &Primitive, mesh: &mut Mesh) -> Parsed<()> {
+        let Checked::Valid(mode) = json.mode else {
+            return Err("it has a primitive of unknown topology; export it again".into());
+        };
+        if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+            self.scene.warn("points and lines are not supported and left out".into());
+            return Ok(());
+        }
+        for name in json.extensions.iter().flat_map(|e| e.others.keys()) {
+            self.meet_extension(name);
+        }
+        if json.targets.as_ref().is_some_and(|t| !t.is_empty()) {
+            self.scene.warn("morph targets are not supported: meshes keep their base shape".into());
+        }
+        let Some(attributes) = self.attributes(json)? else { return Ok(()) };
+        let material = match json.material {
+            Some(material) => {
+                lookup(&self.document.root.materials, material.value(), "material")?;
+                material.value() as u32
+            }
+            None => self.default_material(),
+        };
+        let corners = self.corners(json, mode, attributes.positions.count)?;
+        if corners.is_empty() {
+            return Ok(());
+        }
+        self.account(corners.len(), 0)?;
+        let mut part = self.part(&attributes, &corners)?;
+        let normal_map = self.scene.materials[material as usize].normal_texture;
+        match normal_map {
+            Some(map) => self.tangents(&attributes, &mut part, map.texture),
+            None => part.tangents.clear(),
+        }
+        self.account(0, part.positions.len())?;
+        append(mesh, part, material);
+        Ok(())
+    }
+
+    /// `None` if the primitive cannot be read without an extension.
+    fn attributes(&mut self, json: &Primitive) -> Parsed<Option<Attributes<'d>>> {
+        let mut unreadable = None;
+        for (semantic, accessor) in &json.attributes {
+            match semantic {
+                Checked::Valid(Semantic::Colors(_)) => {
+                    self.scene.warn("vertex colours are not supported and left out".into());
+                }
+                Checked::Invalid => self.scene.warn("vertex attributes of unknown names are left out".into()),
+                _ => {}
+            }
+            let json = lookup(&self.document.root.accessors, accessor.value(), "accessor")?;
+            let view = json.buffer_view.map(|v| v.value());
+            unreadable = unreadable.or(view.and_then(|v| self.document.compression_of_view(v)));
+        }
+        let draco = "KHR_draco_mesh_compression";
+        let find = |semantic: Semantic| json.attributes.get(&Checked::Valid(semantic)).map(|a| a.value());
+        let Some(positions) = find(Semantic::Positions) else {
+            self.scene.warn("primitives without positions are left out".into());
+            return Ok(None);
+        };
+        let compressed = json.extensions.as_ref().is_some_and(|e| e.others.contains_key(draco));
+        let accessor = lookup(&self.document.root.accessors, positions, "accessor")?;
+        if compressed && accessor.buffer_view.is_none() && accessor.sparse.is_none() {
+            unreadable = Some(draco);
+        }
+        if let Some(extension) = unreadable {
+            self.scene.warn(format!("meshes compressed with {extension} are left out: export without it"));
+            return Ok(None);
+        }
+        let read = |semantic: Option<usize>, kind: Type, what: &str| -> Parsed<Option<Accessor<'d>>> {
+            semantic.map(|a| Accessor::new(self.document, a)?.of(kind, what)).transpose()
+        };
+        let attributes = Attributes {
+            positions: Accessor::new(self.document, positions)?.of(Type::Vec3, "positions")?,
+            normals: read(find(Semantic::Normals), Type::Vec3, "normals")?,
+            tangents: read(find(Semantic::Tangents), Type::Vec4, "tangents")?,
+            uvs: [
+                read(find(Semantic::TexCoords(0)), Type::Vec2, "texture coordinates")?,
+                read(find(Semantic::TexCoords(1)), Type::Vec2, "texture coordinates")?,
+            ],
+        };
+        let count = attributes.positions.count;
+        let [uv0, uv1] = &attributes.uvs;
+        for other in [&attributes.normals, &attributes.tangents, uv0, uv1].into_iter().flatten() {
+            if other.count != count {
+                return Err(format!(
+                    "it has {count} positions and {} of another vertex attribute; export it again",
+                    other.count
+                ));
+            }
+        }
+        Ok(Some(attributes))
+    }
+
+    /// The vertex indices of each triangle, all below `count`.
+    fn corners(&mut self, json: &Primitive, mode: Mode, count: usize) -> Parsed<Vec<[u32; 3]>> {
+        let indices = match json.indices {
+            None => None,
+            Some(index) => {
+                let view = lookup(&self.document.root.accessors, index.value(), "accessor")?.buffer_view;
+                if let Some(e) = view.and_then(|v| self.document.compression_of_view(v.value())) {
+                    self.scene.warn(format!("meshes compressed with {e} are left out: export without it"));
+                    return Ok(Vec::new());
+                }
+                let accessor = Accessor::new(self.document, index.value())?.of(Type::Scalar, "indices")?;
+                if !matches!(accessor.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
+                {
+                    return Err("its indices are not unsigned integers; export it again".into());
+                }
+                Some(accessor)
+            }
+        };
+        let length = indices.as_ref().map_or(count, |i| i.count);
+        let triangles = if mode == Mode::Triangles { length / 3 } else { length.saturating_sub(2) };
+        if mode == Mode::Triangles && length % 3 != 0 {
+            self.scene
+                .warn("triangle lists whose length is no multiple of three lose their last corners".into());
+        }
+        // Asked before the memory is taken.
+        if self.triangles.saturating_add(triangles) > MAX_TRIANGLES {
+            self.account(triangles, 0)?;
+        }
+        let mut result = Vec::with_capacity(triangles);
+        for i in 0..triangles {
+            let corners = match mode {
+                Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
+                Mode::TriangleFan => [i + 1, i + 2, 0],
+                _ => [3 * i, 3 * i + 1, 3 * i + 2],
+            };
+            let corners = corners.map(|c| indices.as_ref().map_or(c as u32, |a| a.index(c)));
+            if let Some(bad) = corners.iter().find(|&&c| c as usize >= count) {
+                return Err(format!(
+                    "a triangle has vertex {bad} of {count}; the file is cut off or was edited, export it again"
+                ));
+            }
+            // Strips are joined by triangles that go back and forth.
+            let [a, b, c] = corners;
+            if mode == Mode::Triangles || (a != b && b != c && c != a) {
+                result.push(corners);
+            }
+        }
+        Ok(result)
+    }
+
+    /// Reads the vertices that the triangles use. Without normals, each triangle is flat and has its own.
+    fn part(&mut self, attributes: &Attributes<'_>, corners: &[[u32; 3]]) -> Parsed<Part> {
+        let mut part = Part::default();
+        let flat = attributes.normals.is_none();
+        let mut known: FxHashMap<u32, u32> = FxHashMap::default();
+        for triangle in corners {
+            let mut new = [0; 3];
+            for (slot, &vertex) in new.iter_mut().zip(triangle) {
+                let next = part.positions.len() as u32;
+                *slot = if flat { next } else { *known.entry(vertex).or_insert(next) };
+                if *slot == next {
+                    part.push(attributes, vertex as usize)?;
+                }
+            }
+            if flat {
+                let [a, b, c] = new.map(|v| part.positions[v as usize].as_dvec3());
+                let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+                part.normals.extend([normal; 3]);
+            }
+            part.triangles.push(new);
+            if self.vertices + part.positions.len() > MAX_VERTICES {
+                self.account(0, part.positions.len())?;
+            }
+        }
+        // Unusable normals are computed; those of flat triangles without area do not matter.
+        if !flat && part.normals.contains(&Vec3::ZERO) {
+            self.scene.warn("vertex normals without a direction are replaced by computed ones".into());
+            let triangles = part.triangles.iter().copied();
+            let smooth = smooth_normals(&part.positions, triangles);
+            for (normal, smooth) in part.normals.iter_mut().zip(smooth) {
+                if *normal == Vec3::ZERO {
+                    *normal = smooth;
+                }
+            }
+        }
+        Ok(part)
+    }
+
+    /// The part's tangents: the file's (which count only with its normals), or generated, splitting vertices.
+    fn tangents(&mut self, attributes: &Attributes<'_>, part: &mut Part, texture: TextureRef) {
+        if !part.tangents.is_empty() {
+            return;
+        }
+        if attributes.uvs[texture.uv_set as usize & 1].is_none() {
+            self.scene.warn("normal maps on meshes without texture coordinates are left out".into());
+            part.tangents = vec![Vec4::ZERO; part.positions.len()];
+            return;
+        }
+        let generated = tangents::generate(
+            &part.positions,
+            &part.normals,
+            &part.uvs,
+            texture.uv_set as usize & 1,
+            texture.transform,
+            &part.triangles,
+        );
+        let mut split = Part::default();
+        let mut known: FxHashMap<(u32, [u32; 4]), u32> = FxHashMap::default();
+        for (triangle, tangents) in part.triangles.iter().zip(generated) {
+            let mut new = [0; 3];
+            for ((slot, &vertex), tangent) in new.iter_mut().zip(triangle).zip(tangents) {
+                let next = split.positions.len() as u32;
+                *slot = *known.entry((vertex, tangent.to_array().map(f32::to_bits))).or_insert(next);
+                if *slot == next {
+                    split.positions.push(part.positions[vertex as usize]);
+                    split.normals.push(part.normals[vertex as usize]);
+                    split.uvs.push(part.uvs[vertex as usize]);
+                    split.tangents.push(tangent);
+                }
+            }
+            split.triangles.push(new);
+        }
+        *part = split;
+    }
+}
+
+impl Part {
+    /// Reads one vertex.
+    fn push(&mut self, attributes: &Attributes<'_>, vertex: usize) -> Parsed<()> {
+        let position = Vec3::from(attributes.positions.get::<3>(vertex));
+        if !position.is_finite() {
+            return Err(format!(
+                "its vertex {vertex} is at {}; export it again",
+                shorten(&position.to_string())
+            ));
+        }
+        self.positions.push(position);
+        if let Some(normals) = &attributes.normals {
+            let normal = Vec3::from(normals.get::<3>(vertex)).as_dvec3();
+            self.normals.push(normal.normalize_or_zero().as_vec3());
+            if let Some(tangents) = &attributes.tangents {
+                let tangent = Vec4::from(tangents.get::<4>(vertex));
+                let direction = tangent.truncate().as_dvec3().normalize_or_zero().as_vec3();
+                self.tangents.push(direction.extend(if tangent.w < 0.0 { -1.0 } else { 1.0 }));
+            }
+        }
+        let mut uv = [Vec2::ZERO; 2];
+        for (uv, accessor) in uv.iter_mut().zip(&attributes.uvs) {
+            let Some(accessor) = accessor else { continue };
+            *uv = Vec2::from(accessor.get::<2>(vertex));
+            if !uv.is_finite() || uv.abs().max_element() > MAX_COORDINATE {
+                return Err(format!("its vertex {vertex} has texture coordinates {uv}; export it again"));
+            }
+        }
+        if attributes.uvs.iter().any(Option::is_some) {
+            self.uvs.push(uv);
+        }
+        Ok(())
+    }
+}
+
+/// Adds a part to a mesh, whose optional vertex arrays are as long as its positions or empty.
+fn append(mesh: &mut Mesh, part: Part, material: u32) {
+    let first = mesh.positions.len();
+    let count = first + part.positions.len();
+    mesh.positions.extend(part.positions);
+    mesh.normals.extend(part.normals);
+    if !part.uvs.is_empty() || !mesh.uvs.is_empty() {
+        mesh.uvs.resize(first, [Vec2::ZERO; 2]);
+        mesh.uvs.extend(part.uvs);
+        mesh.uvs.resize(count, [Vec2::ZERO; 2]);
+    }
+    if !part.tangents.is_empty() || !mesh.tangents.is_empty() {
+        mesh.tangents.resize(first, Vec4::ZERO);
+        mesh.tangents.extend(part.tangents);
+        mesh.tangents.resize(count, Vec4::ZERO);
+    }
+    let first = first as u32;
+    mesh.triangles.extend(
+        part.triangles.into_iter().map(|t| MeshTriangle { vertices: t.map(|v| v + first), material }),
+    );
+}

@@ -1,0 +1,146 @@
+//! Images, textures and samplers.
+
+use super::document::{lookup, shorten};
+use super::{Importer, MAX_TEXELS, MAX_TEXTURE_SIDE, Parsed};
+use crate::scene::{ColorSpace, Filter, Texture, TextureRef, Wrap};
+use glam::{Affine2, Mat2, Vec2};
+use gltf::json::extensions::texture::TextureTransform;
+use gltf::json::texture::{MagFilter, MinFilter, WrappingMode};
+use gltf::json::validation::Checked;
+use std::borrow::Cow;
+use std::io::Cursor;
+
+/// Texture coordinates and the factors on them stay exact enough below this.
+pub(super) const MAX_COORDINATE: f32 = 1e9;
+
+impl Importer<'_> {
+    /// A use of a texture. `None` if the texture exists in an unsupported format only.
+    pub(super) fn texture_ref(
+        &mut self,
+        texture: usize,
+        set: u32,
+        transform: Option<&TextureTransform>,
+        color_space: ColorSpace,
+    ) -> Parsed<Option<TextureRef>> {
+        let Some(index) = self.texture(texture, color_space)? else { return Ok(None) };
+        let mut set = transform.and_then(|t| t.tex_coord).unwrap_or(set);
+        if set > 1 {
+            self.scene
+                .warn("texture coordinates beyond set 1 are not supported: set 0 is used instead".into());
+            set = 0;
+        }
+        let transform = match transform {
+            None => Affine2::IDENTITY,
+            Some(t) => {
+                let (offset, scale, angle) = (Vec2::from(t.offset.0), Vec2::from(t.scale.0), t.rotation.0);
+                let size = offset.abs().max(scale.abs()).max_element();
+                if !(offset.is_finite() && scale.is_finite() && angle.is_finite()) || size > MAX_COORDINATE {
+                    return Err(format!(
+                        "its texture {texture} is transformed by absurd numbers; export it again"
+                    ));
+                }
+                let (sin, cos) = (libm::sinf(angle), libm::cosf(angle));
+                let rotation = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
+                Affine2::from_mat2_translation(rotation * Mat2::from_diagonal(scale), offset)
+            }
+        };
+        Ok(Some(TextureRef { texture: index, uv_set: set, transform }))
+    }
+
+    fn texture(&mut self, index: usize, color_space: ColorSpace) -> Parsed<Option<u32>> {
+        if let Some(&known) = self.textures.get(&(index, color_space)) {
+            return Ok(Some(known));
+        }
+        let root = &self.document.root;
+        let json = lookup(&root.textures, index, "texture")?;
+        let source = json.source.value();
+        if source == u32::MAX as usize {
+            let extension = json.extensions.as_ref().and_then(|e| e.others.keys().next());
+            let Some(extension) = extension else {
+                return Err(format!("its texture {index} has no image; export it again"));
+            };
+            self.scene.warn(format!(
+                "textures that exist only as {} are left out: convert them to PNG or JPEG",
+                shorten(extension)
+            ));
+            return Ok(None);
+        }
+        let image = lookup(&root.images, source, "image")?;
+        let (shown, bytes) = match (&image.uri, image.buffer_view) {
+            (Some(uri), _) if uri.starts_with("data:") => {
+                (format!("image {source}"), self.document.resource(uri))
+            }
+            (Some(uri), _) => (format!("texture `{}`", shorten(uri)), self.document.resource(uri)),
+            (None, Some(view)) => {
+                (format!("image {source}"), self.document.view(view.value()).map(|v| Cow::Borrowed(v.bytes)))
+            }
+            (None, None) => (format!("image {source}"), Err("has neither a file nor data".into())),
+        };
+        let bytes = bytes.map_err(|e| format!("its {shown} {e}"))?;
+        let (size, texels) =
+            decode(&bytes, MAX_TEXELS - self.texels).map_err(|e| format!("its {shown} {e}"))?;
+        self.texels += texels.len();
+        let sampler = match json.sampler {
+            Some(sampler) => Some(lookup(&root.samplers, sampler.value(), "sampler")?),
+            None => None,
+        };
+        let wrap = |mode: Option<Checked<WrappingMode>>| match mode {
+            Some(Checked::Valid(WrappingMode::ClampToEdge)) => Wrap::Clamp,
+            Some(Checked::Valid(WrappingMode::MirroredRepeat)) => Wrap::Mirror,
+            _ => Wrap::Repeat,
+        };
+        // Close up, what the file asks for when magnified; a nearest minification alone means nearest too.
+        let filter = match (sampler.and_then(|s| s.mag_filter), sampler.and_then(|s| s.min_filter)) {
+            (Some(Checked::Valid(MagFilter::Nearest)), _) => Filter::Nearest,
+            (None, Some(Checked::Valid(MinFilter::Nearest))) => Filter::Nearest,
+            _ => Filter::Linear,
+        };
+        let name = json.name.clone().or_else(|| image.name.clone());
+        self.scene.textures.push(Texture {
+            name: name.or_else(|| image.uri.as_deref().map(shorten)).unwrap_or_default(),
+            width: size[0],
+            height: size[1],
+            texels,
+            color_space,
+            wrap: [wrap(sampler.map(|s| s.wrap_s)), wrap(sampler.map(|s| s.wrap_t))],
+            filter,
+        });
+        let result = (self.scene.textures.len() - 1) as u32;
+        self.textures.insert((index, color_space), result);
+        Ok(Some(result))
+    }
+}
+
+/// Decodes a PNG or JPEG to 8-bit RGBA; at most `budget` texels.
+fn decode(bytes: &[u8], budget: usize) -> Parsed<([u32; 2], Vec<[u8; 4]>)> {
+    let undecodable = |e: image::ImageError| format!("cannot be decoded ({e}); save it as PNG or JPEG again");
+    let reader = || {
+        image::ImageReader::new(Cursor::new(bytes))
+            .with_guessed_format()
+            .map_err(|e| undecodable(image::ImageError::IoError(e)))
+    };
+    // The header first: the size decides whether the rest is looked at.
+    let (width, height) = reader()?.into_dimensions().map_err(undecodable)?;
+    if width > MAX_TEXTURE_SIDE || height > MAX_TEXTURE_SIDE {
+        return Err(format!(
+            "is {width} × {height} pixels large; scale it down to {MAX_TEXTURE_SIDE} × {MAX_TEXTURE_SIDE} at most"
+        ));
+    }
+    if width as usize * height as usize > budget {
+        return Err(format!(
+            "and those before it have more than {MAX_TEXELS} pixels together; scale them down"
+        ));
+    }
+    let mut limits = image::Limits::default();
+    limits.max_image_width = Some(MAX_TEXTURE_SIDE);
+    limits.max_image_height = Some(MAX_TEXTURE_SIDE);
+    limits.max_alloc = Some(1 << 30);
+    let mut reader = reader()?;
+    reader.limits(limits);
+    let pixels = reader.decode().map_err(undecodable)?.into_rgba8();
+    if width == 0 || height == 0 || pixels.dimensions() != (width, height) {
+        return Err("has no pixels; save it again".into());
+    }
+    let texels = pixels.pixels().map(|p| p.0).collect();
+    Ok(([width, height], texels))
+}

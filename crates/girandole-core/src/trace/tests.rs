@@ -1,0 +1,325 @@
+use super::*;
+use crate::scene::{ColorSpace, Filter, Material, Mesh, MeshTriangle, Texture, TextureRef, Transform, Wrap};
+
+struct Numbers(u64);
+
+impl Numbers {
+    fn unit(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1 << 24) as f32
+    }
+
+    fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
+    }
+}
+
+fn scene(meshes: impl IntoIterator<Item = Mesh>) -> (Scene, Geometry) {
+    let mut scene = Scene::default();
+    scene.add_material(Material::default());
+    scene.add_material(Material { double_sided: true, ..Material::default() });
+    for mesh in meshes {
+        scene.add_object("", mesh, Transform::IDENTITY);
+    }
+    let geometry = Geometry::new(&scene);
+    (scene, geometry)
+}
+
+fn add_triangle(mesh: &mut Mesh, corners: [Vec3; 3]) {
+    let first = mesh.positions.len() as u32;
+    mesh.positions.extend(corners);
+    mesh.normals.extend([Vec3::Y; 3]);
+    mesh.triangles.push(MeshTriangle { vertices: [first, first + 1, first + 2], material: 0 });
+}
+
+fn soup(numbers: &mut Numbers, count: usize, scale: f32) -> Mesh {
+    let mut mesh = Mesh::default();
+    for _ in 0..count {
+        let at = numbers.vector();
+        let size = 0.5 * numbers.unit();
+        add_triangle(&mut mesh, [(); 3].map(|()| (at + numbers.vector() * size) * scale));
+    }
+    mesh
+}
+
+/// A closed sphere of triangles that share vertices at two poles and along all edges.
+fn sphere(rings: u32, segments: u32) -> Mesh {
+    let mut mesh = Mesh::default();
+    let point = |ring: u32, segment: u32| {
+        let theta = std::f32::consts::PI * ring as f32 / rings as f32;
+        let phi = std::f32::consts::TAU * (segment % segments) as f32 / segments as f32;
+        if ring == 0 || ring == rings {
+            return Vec3::new(0.0, if ring == 0 { 1.0 } else { -1.0 }, 0.0);
+        }
+        Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin())
+    };
+    for ring in 0..rings {
+        for segment in 0..segments {
+            let (a, b) = (point(ring, segment), point(ring, segment + 1));
+            let (c, d) = (point(ring + 1, segment), point(ring + 1, segment + 1));
+            if ring > 0 {
+                add_triangle(&mut mesh, [a, b, d]);
+            }
+            if ring + 1 < rings {
+                add_triangle(&mut mesh, [a, d, c]);
+            }
+        }
+    }
+    mesh
+}
+
+fn closed_box() -> Mesh {
+    let mut mesh = Mesh::default();
+    mesh.add_box(Vec3::new(-1.0, -0.7, -0.3), Vec3::new(0.9, 0.8, 0.6), 0);
+    mesh
+}
+
+/// Möller and Trumbore's test, in double precision: shares nothing with the one that it checks.
+fn brute_force(geometry: &Geometry, origin: Vec3, direction: Vec3) -> Option<(f64, u32)> {
+    let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
+    let mut best: Option<(f64, u32)> = None;
+    for i in 0..geometry.triangles.len() as u32 {
+        let [a, b, c] = geometry.corners(i).map(Vec3::as_dvec3);
+        let (ab, ac) = (b - a, c - a);
+        let p = d.cross(ac);
+        let determinant = ab.dot(p);
+        let u = (o - a).dot(p) / determinant;
+        let q = (o - a).cross(ab);
+        let v = d.dot(q) / determinant;
+        let t = ac.dot(q) / determinant;
+        if determinant != 0.0
+            && u >= 0.0
+            && v >= 0.0
+            && u + v <= 1.0
+            && t > 0.0
+            && best.is_none_or(|x| t < x.0)
+        {
+            best = Some((t, i));
+        }
+    }
+    best
+}
+
+#[test]
+fn agrees_with_brute_force_at_every_scale() {
+    let mut numbers = Numbers(1);
+    for scale in [1e-4, 1.0, 3e3] {
+        let (scene, geometry) = scene([soup(&mut numbers, 300, scale)]);
+        let tracer = SceneTracer::new(&scene, &geometry);
+        let mut hits = 0;
+        for i in 0..1500 {
+            // From inside, from outside, and from very far; directions of any length.
+            let distance = [0.5, 3.0, 300.0][i % 3];
+            let origin = numbers.vector() * distance * scale;
+            let target = numbers.vector() * scale;
+            let direction = (target - origin) * [1.0, 1e-3, 40.0][i / 3 % 3];
+            let expected = brute_force(&geometry, origin, direction);
+            let found = tracer.closest_hit(origin, direction, f32::INFINITY, NONE);
+            assert_eq!(found.map(|h| h.triangle), expected.map(|e| e.1), "scale {scale}, ray {i}");
+            if let (Some(hit), Some((t, triangle))) = (found, expected) {
+                hits += 1;
+                assert!((f64::from(hit.t) - t).abs() <= 1e-6 * t, "{} for {t}", hit.t);
+                let at = geometry.point(hit.triangle, hit.barycentric);
+                let miss = (at.as_dvec3() - origin.as_dvec3() - direction.as_dvec3() * t).length();
+                assert!(miss < 1e-6 * f64::from(scale * distance.max(1.0)), "{miss}");
+                let short = origin + direction * (hit.t * 0.999);
+                let long = origin + direction * (hit.t * 1.001);
+                // From very far, rounding the end points makes another ray of it.
+                assert!(distance > 100.0 || !tracer.occluded(origin, NONE, short, NONE));
+                assert!(distance > 100.0 || tracer.occluded(origin, NONE, long, NONE));
+                let next = tracer.closest_hit(origin, direction, f32::INFINITY, triangle);
+                assert!(next.is_none_or(|n| n.triangle != triangle && n.t >= hit.t));
+                // Negative control: brute force over the wrong ray does not agree.
+                let other = brute_force(&geometry, origin, direction + Vec3::splat(0.2) * direction.length());
+                hits -= usize::from(other.is_some_and(|o| o.0 == t));
+            }
+        }
+        assert!(hits > 300, "only {hits} rays tested anything");
+    }
+}
+
+#[test]
+fn axis_parallel_rays_in_boxes() {
+    let mut numbers = Numbers(2);
+    let boxes: Vec<Mesh> = (0..40)
+        .map(|_| {
+            let mut mesh = Mesh::default();
+            let at = numbers.vector() * 4.0;
+            mesh.add_box(at, at + (numbers.vector() + 1.5) * 0.3, 0);
+            mesh
+        })
+        .collect();
+    let (scene, geometry) = scene(boxes);
+    let tracer = SceneTracer::new(&scene, &geometry);
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
+    let mut hits = 0;
+    for i in 0..3000 {
+        // Every other one with negative zeros.
+        let direction = if i / 6 % 2 == 0 { axes[i % 6] } else { -axes[i % 6] };
+        let origin = numbers.vector() * 4.5;
+        let expected = brute_force(&geometry, origin, direction);
+        let found = tracer.closest_hit(origin, direction, f32::INFINITY, NONE);
+        assert_eq!(found.map(|h| h.triangle), expected.map(|e| e.1), "{origin} {direction}");
+        hits += usize::from(found.is_some());
+    }
+    assert!(hits > 100 && hits < 2900, "{hits}");
+}
+
+/// Rays that leave a closed mesh without a hit, among those aimed exactly at its vertices and edges.
+fn leaks(mesh: Mesh) -> usize {
+    let (scene, geometry) = scene([mesh]);
+    let tracer = SceneTracer::new(&scene, &geometry);
+    let mut numbers = Numbers(3);
+    let mut leaks = 0;
+    for _ in 0..12 {
+        let origin = numbers.vector() * 0.25;
+        for i in 0..geometry.triangles.len() as u32 {
+            let [a, b, c] = geometry.corners(i);
+            let share = numbers.unit();
+            for target in [a, b, c, (a + b) * 0.5, (b + c) * 0.5, a + (c - a) * share] {
+                let direction = target - origin;
+                leaks += usize::from(tracer.closest_hit(origin, direction, f32::INFINITY, NONE).is_none());
+                leaks += usize::from(!tracer.occluded(origin, NONE, origin + direction * 3.0, NONE));
+            }
+        }
+    }
+    leaks
+}
+
+#[test]
+fn closed_meshes_do_not_leak() {
+    assert_eq!(leaks(sphere(12, 17)), 0);
+    assert_eq!(leaks(closed_box()), 0);
+    // Negative control: with one triangle taken out, they do.
+    let mut open = sphere(12, 17);
+    open.triangles.pop();
+    assert!(leaks(open) > 10);
+    let mut open = closed_box();
+    open.triangles.pop();
+    open.patches.pop();
+    assert!(leaks(open) > 10);
+}
+
+#[test]
+fn signs_of_areas_are_exact() {
+    // The products differ by less than a rounding error: the plain difference is 0.
+    let e = f64::EPSILON;
+    let (a, b) = (DVec2::new(1.0 + e, 1.0), DVec2::new(1.0, 1.0 - e));
+    assert_eq!(a.x * b.y, 1.0);
+    assert_eq!(doubled_area(a, b), -e * e);
+    assert_eq!(doubled_area(b, a), e * e);
+    assert_eq!(doubled_area(a, a), 0.0);
+}
+
+#[test]
+fn near_walls_block() {
+    // A wall 20 µm from the start of a ray 10 m long.
+    let mut mesh = Mesh::default();
+    let wall = |z: f32| [Vec3::new(-5.0, -5.0, z), Vec3::new(5.0, -5.0, z), Vec3::new(5.0, 5.0, z)];
+    mesh.add_polygon(&wall(2e-5), 0);
+    mesh.add_polygon(&wall(20.0), 0);
+    let (scene, geometry) = scene([mesh]);
+    let tracer = SceneTracer::new(&scene, &geometry);
+    let from = Vec3::new(1.0, -1.0, -geometry.origin.z as f32);
+    let to = from + Vec3::Z * 10.0;
+    assert!(tracer.occluded(from, NONE, to, NONE));
+    assert_eq!(tracer.closest_hit(from, Vec3::Z, f32::INFINITY, NONE).map(|h| h.triangle), Some(0));
+    assert!(!tracer.occluded(from, 0, to, NONE));
+    assert!(!tracer.occluded(from, NONE, to, 0));
+    assert!(!tracer.occluded(from + Vec3::Z * 1e-4, NONE, to, NONE));
+}
+
+#[test]
+fn the_hierarchy_does_not_matter() {
+    let mut numbers = Numbers(4);
+    // Twice the same triangles: the lower index wins everywhere.
+    let mesh = soup(&mut numbers, 200, 1.0);
+    let (scene, geometry) = scene([mesh.clone(), mesh]);
+    let builds = [BvhBuildParams::fastest_build(), BvhBuildParams::very_slow_build()];
+    let [fast, slow] = builds.map(|b| SceneTracer::with_build(&scene, &geometry, b));
+    let mut hits = 0;
+    for _ in 0..3000 {
+        let (origin, direction) = (numbers.vector() * 2.0, numbers.vector());
+        let hit = fast.closest_hit(origin, direction, f32::INFINITY, NONE);
+        assert_eq!(hit, slow.closest_hit(origin, direction, f32::INFINITY, NONE));
+        hits += usize::from(hit.is_some());
+        assert!(hit.is_none_or(|h| h.triangle < 200));
+        let to = origin + direction;
+        let blocked = fast.occluded(origin, NONE, to, NONE);
+        assert_eq!(blocked, slow.occluded(origin, NONE, to, NONE));
+        let guess = (numbers.unit() * 400.0) as u32;
+        assert_eq!(blocked, fast.occluder(origin, NONE, to, NONE, guess).is_some());
+    }
+    assert!(hits > 300, "{hits}");
+}
+
+#[test]
+fn cameras_do_not_see_backs() {
+    let mut mesh = Mesh::default();
+    let square = |z: f32| {
+        [Vec3::new(-1.0, -1.0, z), Vec3::new(1.0, -1.0, z), Vec3::new(1.0, 1.0, z), Vec3::new(-1.0, 1.0, z)]
+    };
+    mesh.add_polygon(&square(-1.0), 0);
+    mesh.add_polygon(&square(1.0), 1);
+    let (scene, geometry) = scene([mesh]);
+    let tracer = SceneTracer::new(&scene, &geometry);
+    let seen = |from: f32| {
+        let origin = Vec3::new(0.1, 0.2, from);
+        tracer.closest_visible(origin, Vec3::Z * -from.signum()).map(|h| (h.triangle / 2, h.t))
+    };
+    // Both face +Z. From behind, only the double-sided one farther away is there; rays hit both.
+    assert_eq!(seen(3.0), Some((1, 2.0)));
+    assert_eq!(seen(-3.0), Some((1, 4.0)));
+    let hit = tracer.closest_hit(Vec3::new(0.1, 0.2, -3.0), Vec3::Z, 10.0, NONE);
+    assert_eq!(hit.map(|h| h.t), Some(2.0));
+    assert_eq!(tracer.closest_hit(Vec3::new(0.1, 0.2, -3.0), Vec3::Z, 2.0, NONE), None);
+}
+
+#[test]
+fn masks_cut_holes() {
+    let mut mesh = Mesh::default();
+    let square = [
+        Vec3::new(-1.0, -1.0, 0.0),
+        Vec3::new(1.0, -1.0, 0.0),
+        Vec3::new(1.0, 1.0, 0.0),
+        Vec3::new(-1.0, 1.0, 0.0),
+    ];
+    mesh.add_polygon(&square, 0);
+    let (mut scene, geometry) = scene([mesh]);
+    scene.textures.push(Texture {
+        name: String::new(),
+        width: 2,
+        height: 1,
+        texels: vec![[255, 255, 255, 0], [255, 255, 255, 255]],
+        color_space: ColorSpace::Srgb,
+        wrap: [Wrap::Clamp; 2],
+        filter: Filter::Nearest,
+    });
+    scene.materials[0].base_color_texture = Some(TextureRef::new(0));
+    let blocked = |scene: &Scene, x: f32| {
+        let tracer = SceneTracer::new(scene, &geometry);
+        let (from, to) = (Vec3::new(x, 0.3, 1.0), Vec3::new(x, 0.3, -1.0));
+        let blocked = tracer.occluded(from, NONE, to, NONE);
+        assert_eq!(blocked, tracer.closest_hit(from, to - from, 1.0, NONE).is_some());
+        assert_eq!(blocked, (0..2).any(|i| tracer.occluder(from, NONE, to, NONE, i).is_some()));
+        blocked
+    };
+    assert!(blocked(&scene, -0.5) && blocked(&scene, 0.5));
+    scene.materials[0].alpha_cutoff = Some(0.5);
+    assert!(!blocked(&scene, -0.5) && blocked(&scene, 0.5));
+}
+
+#[test]
+fn nothing_and_nonsense_are_answered() {
+    let (empty, geometry) = scene([]);
+    let tracer = SceneTracer::new(&empty, &geometry);
+    assert_eq!(tracer.closest_hit(Vec3::ZERO, Vec3::X, f32::INFINITY, NONE), None);
+    assert!(!tracer.occluded(Vec3::ZERO, NONE, Vec3::X, NONE));
+    let (scene, geometry) = scene([closed_box()]);
+    let tracer = SceneTracer::new(&scene, &geometry);
+    for direction in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY] {
+        assert_eq!(tracer.closest_hit(Vec3::ZERO, direction, f32::INFINITY, NONE), None);
+    }
+    assert_eq!(tracer.closest_hit(Vec3::NAN, Vec3::X, f32::INFINITY, NONE), None);
+    assert!(!tracer.occluded(Vec3::ZERO, NONE, Vec3::ZERO, NONE));
+}

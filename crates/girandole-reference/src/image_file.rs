@@ -1,0 +1,181 @@
+//! Pictures in files. What is written appears under its name complete or not at all.
+
+use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, SpecificChannels, WritableImage};
+use girandole_core::glam::Vec3;
+use girandole_core::image::Image;
+use girandole_core::{Error, Result};
+use std::io::{Cursor, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Pixels beyond which a file's header is not believed.
+const MAX_PIXELS: usize = 1 << 28;
+
+/// Reads a picture by the ending of its name: `.exr` as [`read_exr`], `.png` as [`read_png`].
+///
+/// # Errors
+/// Those of the two, and [`Error::Broken`] for another ending.
+pub fn read(path: &Path) -> Result<Image> {
+    match path.extension().map(|e| e.to_ascii_lowercase()) {
+        Some(e) if e == "exr" => read_exr(path),
+        Some(e) if e == "png" => read_png(path),
+        _ => Err(broken(path, "pictures are read from .exr and .png files")),
+    }
+}
+
+/// Reads the channels R, G and B (half, float or integer, in any order) of the first layer that has them, as they
+/// are: linear Rec. 709 by OpenEXR's convention. Further channels are ignored.
+///
+/// # Errors
+/// [`Error::Read`], or [`Error::Broken`] with what is wrong with the file.
+pub fn read_exr(path: &Path) -> Result<Image> {
+    let bytes = read_bytes(path)?;
+    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes), false)
+        .map_err(|e| broken(path, format!("it is no readable OpenEXR file ({e})")))?;
+    let names = |header: &exr::meta::header::Header| -> Vec<String> {
+        header.channels.list.iter().map(|c| c.name.to_string()).collect()
+    };
+    let has_rgb = |header: &exr::meta::header::Header| {
+        let names = names(header);
+        ["R", "G", "B"].iter().all(|c| names.iter().any(|n| n == c))
+    };
+    if !meta.headers.iter().any(has_rgb) {
+        let found: Vec<String> = meta.headers.iter().flat_map(names).collect();
+        let found = found.join(", ");
+        return Err(broken(path, format!("it needs the channels R, G and B, but has {found}")));
+    }
+    if meta.headers.iter().any(|h| h.layer_size.area() > MAX_PIXELS) {
+        return Err(broken(path, "it claims to have more than 2^28 pixels"));
+    }
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required("R")
+        .required("G")
+        .required("B")
+        .collect_pixels(
+            |size, _| Image::new(size.width() as u32, size.height() as u32),
+            |image, at, (r, g, b): (f32, f32, f32)| {
+                image.pixels[at.y() * image.width as usize + at.x()] = Vec3::new(r, g, b);
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(Cursor::new(&bytes))
+        .map_err(|e| broken(path, format!("its pixels cannot be read ({e})")))?;
+    Ok(image.layer_data.channel_data.pixels)
+}
+
+/// Writes a picture as 32-bit float RGB, lossless: linear Rec. 709, the same bytes each time.
+///
+/// # Errors
+/// [`Error::Write`]; [`Error::Invalid`] for a picture without pixels.
+pub fn write_exr(path: &Path, image: &Image) -> Result<()> {
+    check_size(image.width, image.height, image.pixels.len(), 1)?;
+    let width = image.width as usize;
+    let channels = SpecificChannels::rgb(|at: exr::math::Vec2<usize>| {
+        let p = image.pixels[at.y() * width + at.x()];
+        (p.x, p.y, p.z)
+    });
+    let mut file = exr::image::Image::from_channels((width, image.height as usize), channels);
+    let chromaticity = |x, y| exr::math::Vec2(x, y);
+    file.attributes.chromaticities = Some(exr::meta::attribute::Chromaticities {
+        red: chromaticity(0.64, 0.33),
+        green: chromaticity(0.3, 0.6),
+        blue: chromaticity(0.15, 0.06),
+        white: chromaticity(0.3127, 0.329),
+    });
+    let mut bytes = Cursor::new(Vec::new());
+    file.write()
+        .non_parallel()
+        .to_buffered(&mut bytes)
+        .map_err(|e| write_error(path, std::io::Error::other(e)))?;
+    write_bytes(path, bytes.get_ref())
+}
+
+/// Reads a PNG of 8 or 16 bits a channel and decodes its sRGB transfer to linear Rec. 709. Alpha is ignored.
+///
+/// # Errors
+/// [`Error::Read`], or [`Error::Broken`] with what is wrong with the file.
+pub fn read_png(path: &Path) -> Result<Image> {
+    let bytes = read_bytes(path)?;
+    let decoded = image::ImageReader::with_format(Cursor::new(&bytes), image::ImageFormat::Png)
+        .decode()
+        .map_err(|e| broken(path, format!("it is no readable PNG file ({e})")))?
+        .into_rgb32f();
+    let pixels = decoded.pixels().map(|p| Vec3::from(p.0.map(srgb_to_linear))).collect();
+    Ok(Image { width: decoded.width(), height: decoded.height(), pixels })
+}
+
+/// Writes `width × height` pixels of 8-bit sRGB, rows from the top down.
+///
+/// # Errors
+/// [`Error::Write`]; [`Error::Invalid`] if the bytes are not three a pixel, or none.
+pub fn write_png(path: &Path, width: u32, height: u32, rgb8: &[u8]) -> Result<()> {
+    use image::ImageEncoder;
+    check_size(width, height, rgb8.len(), 3)?;
+    let mut bytes = Vec::new();
+    image::codecs::png::PngEncoder::new(&mut bytes)
+        .write_image(rgb8, width, height, image::ExtendedColorType::Rgb8)
+        .map_err(|e| write_error(path, std::io::Error::other(e)))?;
+    write_bytes(path, &bytes)
+}
+
+/// The linear value of an sRGB value in [0, 1] (IEC 61966-2-1).
+pub fn srgb_to_linear(x: f32) -> f32 {
+    if x <= 0.04045 { x / 12.92 } else { libm::powf((x + 0.055) / 1.055, 2.4) }
+}
+
+/// The sRGB value of a linear value; what is outside of [0, 1] is clamped.
+pub fn linear_to_srgb(x: f32) -> f32 {
+    let x = x.clamp(0.0, 1.0);
+    if x <= 0.003_130_8 { x * 12.92 } else { 1.055 * libm::powf(x, 1.0 / 2.4) - 0.055 }
+}
+
+fn check_size(width: u32, height: u32, have: usize, per_pixel: usize) -> Result<()> {
+    let want = width as usize * height as usize * per_pixel;
+    if want == have && have > 0 {
+        return Ok(());
+    }
+    Err(Error::Invalid(format!("a picture of {width}×{height} cannot be written from {have} values")))
+}
+
+fn broken(path: &Path, reason: impl Into<String>) -> Error {
+    Error::Broken { path: path.into(), reason: reason.into() }
+}
+
+fn write_error(path: &Path, source: std::io::Error) -> Error {
+    Error::Write { path: path.into(), source }
+}
+
+fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })
+}
+
+/// Writes to a new file beside `path`, then renames it. If anything goes wrong, that file is removed.
+fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
+    let temporary = beside(path).map_err(|e| write_error(path, e))?;
+    let written = std::fs::OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .open(&temporary)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .and_then(|()| std::fs::rename(&temporary, path));
+    written.map_err(|source| {
+        // Best effort: the first error is the one to tell.
+        let _ = std::fs::remove_file(&temporary);
+        write_error(path, source)
+    })
+}
+
+/// A name in the same folder that no other write of any process uses.
+fn beside(path: &Path) -> std::io::Result<PathBuf> {
+    static COUNTER: AtomicU32 = AtomicU32::new(0);
+    let name = path.file_name().ok_or_else(|| std::io::Error::other("the path names no file"))?;
+    let number = COUNTER.fetch_add(1, Ordering::Relaxed);
+    let mut temporary = std::ffi::OsString::from(".");
+    temporary.push(name);
+    temporary.push(format!(".{}.{number}.part", std::process::id()));
+    Ok(path.with_file_name(temporary))
+}

@@ -1,0 +1,204 @@
+//! How far one picture is from another, in numbers and as a picture.
+
+use crate::image_file::{linear_to_srgb, srgb_to_linear};
+use girandole_core::glam::{DVec3, Vec3};
+use girandole_core::image::Image;
+use girandole_core::{Error, Result};
+use nv_flip::{FlipImageFloat, FlipImageRgb8};
+
+/// Keeps the relative error of dark pixels finite, (W/(sr·m²))².
+const RELATIVE_EPSILON: f64 = 0.01;
+
+/// Which pixels count.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CompareOptions {
+    /// Where a channel is above 0, a pixel shows: an emitter (R), background (G), an edge (B). Emitters and background
+    /// are left out. `None` = all pixels count.
+    pub mask: Option<Image>,
+    /// Whether edge pixels count: only where both pictures are anti-aliased alike.
+    pub keep_edges: bool,
+    /// Share of the worst pixels that is left out of relMSE, in [0, 1): few lights too close to a surface would hide
+    /// all the rest. 0 = none.
+    pub trim: f32,
+}
+
+/// What a comparison finds, over the pixels that count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// How many pixels count.
+    pub valid_pixels: usize,
+    /// Mean of the test over mean of the reference, all channels together; 1 = no light lost or won.
+    pub energy_ratio: f64,
+    /// Mean of (t − r)² / (r² + 0.01) over pixels and channels, after trimming.
+    pub rel_mse: f64,
+    /// Root of the mean of (t − r)² over pixels and channels, W/(sr·m²).
+    pub rmse: f64,
+    /// Mean FLIP (Andersson et al. 2020), 0 = looks the same, 1 = as different as can be: both pictures exposed so
+    /// that 95 % of the reference is below 0.8, clamped, sRGB, at 67 pixels a degree.
+    pub flip: f64,
+    /// Column and row of the pixel with the greatest relative error, trimmed or not.
+    pub worst_pixel: [u32; 2],
+    /// That pixel's mean of (t − r)² / (r² + 0.01) over its channels.
+    pub worst_error: f64,
+    /// Pixels left out by the mask that have a NaN or an infinity in either picture; among those that count, it would
+    /// be an error.
+    pub non_finite: usize,
+}
+
+/// Compares two pictures of the same size.
+///
+/// # Errors
+/// [`Error::Invalid`] where sizes differ, no pixel counts, or a pixel that counts is not finite.
+pub fn compare(reference: &Image, test: &Image, options: &CompareOptions) -> Result<Comparison> {
+    let valid = valid_pixels(reference, test, options)?;
+    let count = valid.iter().filter(|&&v| v).count();
+    if count == 0 {
+        return Err(Error::Invalid("no pixel is left to compare: the mask covers them all".into()));
+    }
+    if !(0.0..1.0).contains(&options.trim) {
+        return Err(Error::Invalid(format!("trim must be in [0, 1), not {}", options.trim)));
+    }
+    let finite = |i: usize| reference.pixels[i].is_finite() && test.pixels[i].is_finite();
+    let bad: Vec<usize> = (0..valid.len()).filter(|&i| !finite(i)).collect();
+    if let Some(&first) = bad.iter().find(|&&i| valid[i]) {
+        let which = if reference.pixels[first].is_finite() { "test picture" } else { "reference" };
+        let [x, y] = position(reference, first);
+        let total = bad.iter().filter(|&&i| valid[i]).count();
+        return Err(Error::Invalid(format!(
+            "{total} pixels are not finite, the first is ({x}, {y}) of the {which}: render it again"
+        )));
+    }
+
+    let (mut sum_reference, mut sum_test, mut squares) = (0.0, 0.0, 0.0);
+    let mut errors = Vec::with_capacity(count);
+    let mut worst = (0, f64::NEG_INFINITY);
+    for i in (0..valid.len()).filter(|&i| valid[i]) {
+        let (r, t) = (reference.pixels[i].as_dvec3(), test.pixels[i].as_dvec3());
+        sum_reference += r.element_sum();
+        sum_test += t.element_sum();
+        squares += (t - r).length_squared();
+        let error = relative_error(r, t);
+        errors.push(error);
+        if error > worst.1 {
+            worst = (i, error);
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    let kept = &errors[..(count - (f64::from(options.trim) * count as f64) as usize).max(1)];
+    let map = flip_map(reference, test, &valid);
+    let flip = map.iter().zip(&valid).filter(|(_, v)| **v).map(|(e, _)| f64::from(*e)).sum::<f64>();
+    Ok(Comparison {
+        valid_pixels: count,
+        energy_ratio: if sum_test == sum_reference { 1.0 } else { sum_test / sum_reference },
+        rel_mse: kept.iter().sum::<f64>() / kept.len() as f64,
+        rmse: (squares / (3 * count) as f64).sqrt(),
+        flip: flip / count as f64,
+        worst_pixel: position(reference, worst.0),
+        worst_error: worst.1,
+        non_finite: bad.len(),
+    })
+}
+
+/// What a heat map shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum HeatMap {
+    /// The root of a pixel's (t − r)² / (r² + 0.01), mean over the channels: 0.1 is about 10 % off.
+    #[default]
+    Relative,
+    /// FLIP, see [`Comparison::flip`].
+    Flip,
+}
+
+/// A picture of where two pictures differ: black = equal, by violet, red and yellow (magma) to white = 1 or more.
+/// The colours are linear Rec. 709, so a PNG of it shows magma as it is. Pixels that do not count are dark green,
+/// those that are not finite cyan.
+///
+/// # Errors
+/// [`Error::Invalid`] where sizes differ.
+pub fn heat_map(reference: &Image, test: &Image, options: &CompareOptions, kind: HeatMap) -> Result<Image> {
+    let valid = valid_pixels(reference, test, options)?;
+    let errors: Vec<f32> = match kind {
+        HeatMap::Flip => flip_map(reference, test, &valid),
+        HeatMap::Relative => reference
+            .pixels
+            .iter()
+            .zip(&test.pixels)
+            .map(|(r, t)| relative_error(r.as_dvec3(), t.as_dvec3()).sqrt() as f32)
+            .collect(),
+    };
+    let colours = nv_flip::magma_lut().to_vec();
+    let last = colours.len() / 3 - 1;
+    let pixel = |i: usize| {
+        if !valid[i] {
+            return Vec3::new(0.0, 0.05, 0.0);
+        }
+        if !(reference.pixels[i].is_finite() && test.pixels[i].is_finite()) {
+            return Vec3::new(0.0, 1.0, 1.0);
+        }
+        let at = 3 * ((errors[i].clamp(0.0, 1.0) * last as f32).round() as usize);
+        Vec3::from([0, 1, 2].map(|c| srgb_to_linear(f32::from(colours[at + c]) / 255.0)))
+    };
+    let pixels = (0..valid.len()).map(pixel).collect();
+    Ok(Image { width: reference.width, height: reference.height, pixels })
+}
+
+fn valid_pixels(reference: &Image, test: &Image, options: &CompareOptions) -> Result<Vec<bool>> {
+    let same_size = |other: &Image, name: &str| {
+        if (other.width, other.height) == (reference.width, reference.height)
+            && other.pixels.len() == reference.pixels.len()
+        {
+            return Ok(());
+        }
+        Err(Error::Invalid(format!(
+            "the {name} has {}×{} pixels and the reference {}×{}: render both at the same size",
+            other.width, other.height, reference.width, reference.height
+        )))
+    };
+    same_size(test, "test picture")?;
+    let Some(mask) = &options.mask else { return Ok(vec![true; reference.pixels.len()]) };
+    same_size(mask, "mask")?;
+    let counts = |m: &Vec3| m.x <= 0.0 && m.y <= 0.0 && (options.keep_edges || m.z <= 0.0);
+    Ok(mask.pixels.iter().map(counts).collect())
+}
+
+fn position(image: &Image, index: usize) -> [u32; 2] {
+    let width = image.width.max(1) as usize;
+    [(index % width) as u32, (index / width) as u32]
+}
+
+fn relative_error(r: DVec3, t: DVec3) -> f64 {
+    ((t - r) * (t - r) / (r * r + RELATIVE_EPSILON)).element_sum() / 3.0
+}
+
+/// The factor that brings 95 % of the reference's pixels below 0.8; 1 for a black picture.
+fn exposure(reference: &Image, valid: &[bool]) -> f32 {
+    let counted = reference.pixels.iter().zip(valid).filter(|(p, v)| **v && p.is_finite());
+    let mut brightness: Vec<f32> = counted.map(|(p, _)| p.max_element()).collect();
+    brightness.sort_by(f32::total_cmp);
+    let at = (brightness.len() as f64 * 0.95) as usize;
+    match brightness.get(at.min(brightness.len().saturating_sub(1))) {
+        Some(&bright) if bright > 0.0 => 0.8 / bright,
+        _ => 1.0,
+    }
+}
+
+/// FLIP of every pixel. Pixels that do not count are the reference's in both pictures, so that they say nothing.
+fn flip_map(reference: &Image, test: &Image, valid: &[bool]) -> Vec<f32> {
+    if valid.is_empty() {
+        return Vec::new();
+    }
+    let exposure = exposure(reference, valid);
+    let encode = |p: Vec3| {
+        // A NaN becomes 0 by the cast.
+        (p * exposure).to_array().map(|x| (linear_to_srgb(x) * 255.0).round() as u8)
+    };
+    let bytes = |image: &Image| -> Vec<u8> {
+        (0..valid.len())
+            .flat_map(|i| encode(if valid[i] { image.pixels[i] } else { reference.pixels[i] }))
+            .collect()
+    };
+    let picture = |image: &Image| FlipImageRgb8::with_data(reference.width, reference.height, &bytes(image));
+    let map: FlipImageFloat =
+        nv_flip::flip(picture(reference), picture(test), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
+    map.to_vec()
+}

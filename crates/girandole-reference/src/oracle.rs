@@ -1,0 +1,162 @@
+//! The exact many-light sum: every light of a set at every pixel, visibility by traced rays.
+
+use crate::tiles;
+use girandole_core::brdf::{Surface, specular_brdf};
+use girandole_core::glam::{DVec3, Vec2, Vec3};
+use girandole_core::image::Image;
+use girandole_core::lights::{LightSample, LightSet, Profile};
+use girandole_core::scene::{NONE, View};
+use girandole_core::trace::SceneTracer;
+use std::f32::consts::FRAC_1_PI;
+
+/// How the sum is taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OracleSettings {
+    /// A pixel is the mean of this many rays in x and in y, on a regular grid (box filter). 1 = its centre only;
+    /// 0 counts as 1.
+    pub samples_per_axis: u32,
+    /// Upper bound of the geometric factor, m⁻²; `None` = exact.
+    pub clamp: Option<f32>,
+}
+
+impl Default for OracleSettings {
+    /// Pixel centres, exact: what a frame without anti-aliasing and clamp is compared with.
+    fn default() -> Self {
+        Self { samples_per_axis: 1, clamp: None }
+    }
+}
+
+/// The picture that a light set gives, exactly: at each point seen, `L = Le + Σ (ρ/π + f) · I · V · G` over all
+/// lights (Barczak §4.1; f is the specular BRDF), V by traced rays. Radiance, W/(sr·m²); the background is black.
+///
+/// Threads and tiles do not change the result. `progress` is told the share that is done, 0 to 1, from any thread.
+pub fn oracle(
+    tracer: &SceneTracer,
+    lights: &LightSet,
+    view: &View,
+    size: [u32; 2],
+    settings: &OracleSettings,
+    progress: &(dyn Fn(f32) + Sync),
+) -> Image {
+    let pixels = tiles::render(
+        size,
+        progress,
+        || vec![NONE; lights.samples.len()],
+        |occluders, pixel| pixel_radiance(tracer, &lights.samples, view, size, pixel, settings, occluders),
+    );
+    Image { width: size[0], height: size[1], pixels }
+}
+
+/// One pixel of [`oracle`], the same bits.
+pub fn oracle_pixel(
+    tracer: &SceneTracer,
+    lights: &LightSet,
+    view: &View,
+    size: [u32; 2],
+    pixel: [u32; 2],
+    settings: &OracleSettings,
+) -> Vec3 {
+    let mut occluders = vec![NONE; lights.samples.len()];
+    pixel_radiance(tracer, &lights.samples, view, size, pixel, settings, &mut occluders)
+}
+
+/// The sum at a point of `triangle`, seen from direction `wo` (unit, away from the surface): its emission and what it
+/// reflects of all lights, W/(sr·m²). `clamp` bounds the geometric factor, m⁻².
+pub fn radiance(
+    tracer: &SceneTracer,
+    lights: &LightSet,
+    surface: &Surface,
+    triangle: u32,
+    wo: Vec3,
+    clamp: Option<f32>,
+) -> Vec3 {
+    let mut occluders = vec![NONE; lights.samples.len()];
+    let clamp = clamp.unwrap_or(f32::INFINITY);
+    sum(tracer, &lights.samples, surface, triangle, wo, clamp, &mut occluders).as_vec3()
+}
+
+/// Whether nothing lies between a surface point and a light: the point is lifted off its triangle, and neither that
+/// one nor the light's own counts. Whether the two face each other is not asked here, see
+/// [`LightSample::geometric_factor`].
+pub fn visible(tracer: &SceneTracer, surface: &Surface, triangle: u32, light: &LightSample) -> bool {
+    occluder(tracer, tracer.lift(surface.position, surface.geometric_normal), triangle, light, NONE).is_none()
+}
+
+fn occluder(
+    tracer: &SceneTracer,
+    lifted: Vec3,
+    triangle: u32,
+    light: &LightSample,
+    likely: u32,
+) -> Option<u32> {
+    let to = if light.profile == Profile::Directional {
+        lifted - light.normal * (lifted.length() + 2.0 * tracer.geometry().diagonal())
+    } else {
+        light.position
+    };
+    tracer.occluder(lifted, triangle, to, light.triangle(), likely)
+}
+
+/// `occluders` remembers for each light what blocked it last: it saves most of the search, never changes the answer.
+fn pixel_radiance(
+    tracer: &SceneTracer,
+    lights: &[LightSample],
+    view: &View,
+    size: [u32; 2],
+    [x, y]: [u32; 2],
+    settings: &OracleSettings,
+    occluders: &mut [u32],
+) -> Vec3 {
+    let n = settings.samples_per_axis.max(1);
+    let clamp = settings.clamp.unwrap_or(f32::INFINITY);
+    let mut total = DVec3::ZERO;
+    for j in 0..n {
+        for i in 0..n {
+            let within = (Vec2::new(i as f32, j as f32) + 0.5) / n as f32;
+            let (origin, direction) = view.pixel_ray(Vec2::new(x as f32, y as f32) + within, size);
+            let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
+            let wo = -direction.normalize();
+            let surface = tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
+            total += sum(tracer, lights, &surface, hit.triangle, wo, clamp, occluders);
+        }
+    }
+    (total / f64::from(n * n)).as_vec3()
+}
+
+fn sum(
+    tracer: &SceneTracer,
+    lights: &[LightSample],
+    surface: &Surface,
+    triangle: u32,
+    wo: Vec3,
+    clamp: f32,
+    occluders: &mut [u32],
+) -> DVec3 {
+    let emission = surface.emission.as_dvec3();
+    let diffuse = surface.albedo * FRAC_1_PI;
+    if diffuse == Vec3::ZERO && !surface.is_specular() {
+        return emission;
+    }
+    let lifted = tracer.lift(surface.position, surface.geometric_normal);
+    let mut reflected = DVec3::ZERO;
+    for (light, last) in lights.iter().zip(occluders) {
+        let Some((factor, wi)) =
+            light.geometric_factor(surface.position, surface.geometric_normal, surface.shading_normal, clamp)
+        else {
+            continue;
+        };
+        let mut brdf = diffuse;
+        if surface.is_specular() {
+            brdf += specular_brdf(surface.shading_normal, wo, wi, surface.f0, surface.f90, surface.alpha);
+        }
+        let contribution = brdf * light.intensity * factor;
+        if contribution == Vec3::ZERO {
+            continue;
+        }
+        match occluder(tracer, lifted, triangle, light, *last) {
+            Some(blocking) => *last = blocking,
+            None => reflected += contribution.as_dvec3(),
+        }
+    }
+    emission + reflected
+}

@@ -1,0 +1,222 @@
+//! A plain path tracer: next-event estimation and BSDF sampling, combined by multiple importance sampling (Veach
+//! 1997). It is written to be checked by eye, not to be fast.
+
+mod bsdf;
+mod emitters;
+mod random;
+
+use crate::tiles;
+use emitters::{Emitters, Punctual};
+use girandole_core::brdf::Surface;
+use girandole_core::glam::{DVec3, Vec2, Vec3};
+use girandole_core::image::Image;
+use girandole_core::scene::View;
+use girandole_core::trace::SceneTracer;
+use random::Random;
+
+/// How long and how many the paths are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PathSettings {
+    /// Paths a pixel; 0 counts as 1. The error falls with the square root.
+    pub paths: u32,
+    /// Bounce limit B: paths have at most B + 2 segments, the camera's included, so 0 is direct light. `None` = no
+    /// limit; Russian roulette ends the paths.
+    pub bounces: Option<u32>,
+    /// Same seed, same picture, whatever the number of threads.
+    pub seed: u32,
+}
+
+impl Default for PathSettings {
+    /// 256 paths without limit: enough to look at.
+    fn default() -> Self {
+        Self { paths: 256, bounces: None, seed: 0 }
+    }
+}
+
+/// What the paths say, and how sure they are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Radiance, W/(sr·m²): mean over a pixel (box filter). The background is black.
+    pub mean: Image,
+    /// Variance of that mean, by pixel and channel: the sample variance of the paths divided by their number.
+    /// Infinite for a single path.
+    pub variance: Image,
+}
+
+/// An unbiased picture of the scene with all its light: emitters, punctual lights, and what they light.
+///
+/// `progress` is told the share that is done, 0 to 1, from any thread.
+pub fn path_trace(
+    tracer: &SceneTracer,
+    view: &View,
+    size: [u32; 2],
+    settings: &PathSettings,
+    progress: &(dyn Fn(f32) + Sync),
+) -> Estimate {
+    let integrator = Integrator {
+        tracer,
+        emitters: Emitters::new(tracer),
+        punctual: Punctual::all(tracer),
+        bounces: settings.bounces,
+    };
+    let paths = settings.paths.max(1);
+    let pixels = tiles::render(
+        size,
+        progress,
+        || (),
+        |(), [x, y]| {
+            let mut random = Random::new(settings.seed, u64::from(y) << 32 | u64::from(x));
+            // Welford's running mean and sum of squares.
+            let (mut mean, mut squares) = (DVec3::ZERO, DVec3::ZERO);
+            for i in 1..=paths {
+                let at = Vec2::new(x as f32, y as f32) + random.square();
+                let (origin, direction) = view.pixel_ray(at, size);
+                let value = integrator.radiance(origin, direction, &mut random).as_dvec3();
+                let step = value - mean;
+                mean += step / f64::from(i);
+                squares += step * (value - mean);
+            }
+            let variance = if paths > 1 {
+                (squares / (f64::from(paths) * f64::from(paths - 1))).as_vec3()
+            } else {
+                Vec3::INFINITY
+            };
+            (mean.as_vec3(), variance)
+        },
+    );
+    let picture = |pixels| Image { width: size[0], height: size[1], pixels };
+    Estimate {
+        mean: picture(pixels.iter().map(|p| p.0).collect()),
+        variance: picture(pixels.iter().map(|p| p.1).collect()),
+    }
+}
+
+/// Bounces before Russian roulette starts.
+const SURE_BOUNCES: u32 = 3;
+/// Punctual lights asked at every vertex; of more, as many are drawn.
+const PUNCTUAL_SAMPLES: usize = 8;
+
+struct Integrator<'a> {
+    tracer: &'a SceneTracer<'a>,
+    emitters: Emitters,
+    punctual: Vec<Punctual>,
+    bounces: Option<u32>,
+}
+
+/// A vertex of a path.
+struct Vertex {
+    surface: Surface,
+    triangle: u32,
+    /// The surface's position, lifted off it: where rays start.
+    start: Vec3,
+    wo: Vec3,
+}
+
+impl Integrator<'_> {
+    /// The radiance that one random path finds along a camera ray.
+    fn radiance(&self, origin: Vec3, direction: Vec3, random: &mut Random) -> Vec3 {
+        let geometry = self.tracer.geometry();
+        let Some(hit) = self.tracer.closest_visible(origin, direction) else { return Vec3::ZERO };
+        let mut vertex = self.vertex(hit.triangle, hit.barycentric, -direction.normalize());
+        let mut result = vertex.surface.emission;
+        let mut beta = Vec3::ONE;
+        for bounce in 0.. {
+            if self.bounces.is_some_and(|limit| bounce > limit) || !reflects(&vertex.surface) {
+                break;
+            }
+            result += beta
+                * (self.light_from_emitters(&vertex, random) + self.light_from_punctual(&vertex, random));
+
+            // On by the BSDF; what emits there counts by its share of both strategies.
+            let Some((wi, pdf)) = bsdf::sample(&vertex.surface, vertex.wo, random) else { break };
+            let reflection = bsdf::evaluate(&vertex.surface, vertex.wo, wi);
+            if reflection == Vec3::ZERO {
+                break;
+            }
+            beta *= reflection / pdf;
+            let Some(hit) = self.tracer.closest_hit(vertex.start, wi, f32::INFINITY, vertex.triangle) else {
+                break;
+            };
+            let next = self.vertex(hit.triangle, hit.barycentric, -wi);
+            if next.surface.emission != Vec3::ZERO {
+                let emitter_pdf = self.emitters.pdf_solid_angle(
+                    hit.triangle,
+                    geometry.normal(hit.triangle),
+                    vertex.start,
+                    next.surface.position,
+                );
+                result += beta * next.surface.emission * share(pdf, emitter_pdf);
+            }
+            vertex = next;
+
+            if self.bounces.is_none() && bounce >= SURE_BOUNCES {
+                let survival = beta.max_element().min(0.95);
+                if random.unit() >= survival {
+                    break;
+                }
+                beta /= survival;
+            }
+        }
+        result
+    }
+
+    fn vertex(&self, triangle: u32, barycentric: Vec2, wo: Vec3) -> Vertex {
+        let surface = self.tracer.geometry().surface(self.tracer.scene(), triangle, barycentric, wo);
+        let start = self.tracer.lift(surface.position, surface.geometric_normal);
+        Vertex { surface, triangle, start, wo }
+    }
+
+    /// Reflected light of one point on the emitters, by its share of both strategies.
+    fn light_from_emitters(&self, vertex: &Vertex, random: &mut Random) -> Vec3 {
+        let Some(point) = self.emitters.sample(self.tracer, random) else { return Vec3::ZERO };
+        let Some(wi) = (point.position - vertex.start).try_normalize() else { return Vec3::ZERO };
+        let pdf = self.emitters.pdf_solid_angle(point.triangle, point.normal, vertex.start, point.position);
+        let reflection = bsdf::evaluate(&vertex.surface, vertex.wo, wi);
+        let towards = if point.normal.dot(wi) < 0.0 {
+            point.normal
+        } else if point.double_sided {
+            -point.normal
+        } else {
+            return Vec3::ZERO;
+        };
+        let light = reflection * point.emission;
+        if light == Vec3::ZERO || pdf <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let end = self.tracer.lift(point.position, towards);
+        if self.tracer.occluded(vertex.start, vertex.triangle, end, point.triangle) {
+            return Vec3::ZERO;
+        }
+        light / pdf * share(pdf, bsdf::pdf(&vertex.surface, vertex.wo, wi))
+    }
+
+    fn light_from_punctual(&self, vertex: &Vertex, random: &mut Random) -> Vec3 {
+        if self.punctual.len() <= PUNCTUAL_SAMPLES {
+            return self.punctual.iter().map(|light| self.light_from(light, vertex)).sum();
+        }
+        let drawn = (0..PUNCTUAL_SAMPLES).map(|_| random.below(self.punctual.len()));
+        let sum: Vec3 = drawn.map(|i| self.light_from(&self.punctual[i], vertex)).sum();
+        sum * (self.punctual.len() as f32 / PUNCTUAL_SAMPLES as f32)
+    }
+
+    fn light_from(&self, light: &Punctual, vertex: &Vertex) -> Vec3 {
+        let (to, wi, irradiance) = light.towards(vertex.surface.position, self.tracer.geometry().diagonal());
+        let contribution = bsdf::evaluate(&vertex.surface, vertex.wo, wi) * irradiance;
+        if contribution == Vec3::ZERO
+            || self.tracer.occluded(vertex.start, vertex.triangle, to, girandole_core::scene::NONE)
+        {
+            return Vec3::ZERO;
+        }
+        contribution
+    }
+}
+
+fn reflects(surface: &Surface) -> bool {
+    surface.albedo != Vec3::ZERO || surface.is_specular()
+}
+
+/// The power heuristic's weight of a strategy with density `mine` beside one with density `other`.
+fn share(mine: f32, other: f32) -> f32 {
+    let ratio = other / mine;
+    1.0 / (1.0 + ratio * ratio)
+}

@@ -1,0 +1,9 @@
+//! The reference checked against closed forms, against itself, and against pictures by an independent renderer.
+
+mod closed_form;
+mod common;
+mod files;
+mod many_lights;
+mod metrics;
+mod reflection;
+mod truth;

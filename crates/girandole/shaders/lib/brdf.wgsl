@@ -1,0 +1,19 @@
+// core: brdf::specular_brdf. GGX, height-correlated Smith (Heitz 2014, eq. 99), Schlick's Fresnel.
+
+const PI = 3.14159265358979;
+
+fn specular_brdf(normal: vec3f, wo: vec3f, wi: vec3f, f0: vec3f, f90: f32, alpha: f32) -> vec3f {
+  let sum = wo + wi;
+  let h = select(vec3f(0.0), normalize(sum), dot(sum, sum) > 0.0);
+  let nv = max(dot(normal, wo), 1e-4);
+  let nl = max(dot(normal, wi), 0.0);
+  let nh = clamp(dot(normal, h), 0.0, 1.0);
+  let vh = clamp(dot(wo, h), 0.0, 1.0);
+  let a2 = alpha * alpha;
+  let d = nh * nh * (a2 - 1.0) + 1.0;
+  let distribution = a2 / (PI * d * d);
+  let smith = nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2);
+  let x = 1.0 - vh;
+  let x5 = x * x * x * x * x;
+  return (f0 + (vec3f(f90) - f0) * x5) * (distribution * 0.5 / max(smith, 1e-7));
+}

@@ -1,0 +1,38 @@
+// Group 0: what changes each frame, and within it with each band of rows, sub-pixel sample and batch of lights.
+
+struct Frame {
+  eye: vec3f,
+  orthographic: u32,
+  right: vec3f, // unit
+  half_width: f32,
+  up: vec3f, // unit
+  half_height: f32,
+  forward: vec3f, // unit
+  near: f32,
+  size: vec2u, // of the whole picture, pixels
+  band: vec2u, // first and last-but-one row of this band
+  offset: vec2f, // of this sample within its pixel, in (0, 1)
+  first_light: u32,
+  end_light: u32,
+  clamp: f32, // of the geometric factor, m⁻²
+  far: f32, // orthographic only: depth of the view
+  sample: u32, // index of this sub-pixel sample
+  samples: u32, // sub-pixel samples a pixel
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+
+struct PixelRay { origin: vec3f, direction: vec3f }
+
+// The ray through a position in pixels from the top left corner (core: View::pixel_ray).
+fn pixel_ray(at: vec2f) -> PixelRay {
+  let uv = at / vec2f(frame.size);
+  let shift = frame.right * ((2.0 * uv.x - 1.0) * frame.half_width) + frame.up * ((1.0 - 2.0 * uv.y) * frame.half_height);
+  if frame.orthographic != 0u { return PixelRay(frame.eye + shift, frame.forward); }
+  return PixelRay(frame.eye, frame.forward + shift);
+}
+
+// Index of a pixel in the band's buffers.
+fn band_index(pixel: vec2u) -> u32 {
+  return (pixel.y - frame.band.x) * frame.size.x + pixel.x;
+}

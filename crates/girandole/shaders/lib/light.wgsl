@@ -1,0 +1,32 @@
+// Light samples (core: lights::LightSample).
+
+struct Light {
+  position: vec3f,
+  profile: u32, // 0 cosine, 1 hemisphere, 2 spot, 3 directional
+  normal: vec3f,
+  scale: f32, // spot: 1 / (cos inner − cos outer); directional: 1 / radius of the scene
+  tangent: vec3f,
+  offset: f32, // spot: −cos outer · scale
+  intensity: vec3f,
+  map_size: f32, // texels across its shadow map
+  map_origin: vec2u, // first texel in its page of the atlas
+  map_page: u32,
+  id: u32,
+}
+
+const SPOT = 2u;
+const DIRECTIONAL = 3u;
+
+// The geometric factor G, bounded (core: LightSample::geometric_factor), where the pair faces each other: `cos_x`
+// and `cos_light` are both cosines times the distance, positive; `r2` is its square.
+fn geometric_factor(light: Light, cos_x: f32, cos_light: f32, r2: f32) -> f32 {
+  if light.profile == 0u { return min(cos_x * cos_light / (r2 * r2), frame.clamp); }
+  if light.profile == DIRECTIONAL { return cos_x; }
+  let inverse_r = inverseSqrt(r2);
+  var falloff = 1.0;
+  if light.profile == SPOT {
+    falloff = clamp(cos_light * inverse_r * light.scale + light.offset, 0.0, 1.0);
+    falloff *= falloff;
+  }
+  return min(cos_x * inverse_r * falloff / r2, frame.clamp);
+}

@@ -1,0 +1,61 @@
+// Light space to the atlas: one face of one light's map as an ordinary projective transform (spec: 2).
+
+struct Page { size: vec2f } // texels
+
+@group(2) @binding(3) var<uniform> page: Page;
+
+struct Projected {
+  position: vec4f,
+  clip: vec4f, // negative outside of the face
+}
+
+// `uv_w` is the square's coordinates times `w`.
+fn place(light: Light, uv_w: vec2f, z: f32, w: f32) -> vec4f {
+  let texel_w = vec2f(light.map_origin) * w + uv_w * light.map_size;
+  return vec4f(2.0 * texel_w.x / page.size.x - w, w - 2.0 * texel_w.y / page.size.y, z, w);
+}
+
+// Faces overlap by a quarter of a texel at seams: pixel centres lie exactly on the diagonals.
+fn project(light: Light, face: u32, point: vec3f) -> Projected {
+  let d = point - light.position;
+  let bitangent = cross(light.normal, light.tangent);
+  let p = vec3f(dot(d, light.tangent), dot(d, bitangent), dot(d, light.normal));
+  var out: Projected;
+  if light.profile == DIRECTIONAL {
+    let s = p * light.scale;
+    out.position = place(light, s.xy * 0.5 + 0.5, 1.0 - s.z * 0.5, 1.0);
+    out.clip = vec4f(1.0 - s.x, 1.0 + s.x, 1.0 - s.y, 1.0 + s.y);
+    return out;
+  }
+  if PARAMETERISATION == 1u {
+    let w = length(p);
+    let q = p.xy / max(w + p.z, 1e-3 * w);
+    out.position = place(light, q * 0.5 + 0.5, min(NEAR / w, 1.0), 1.0);
+    out.clip = vec4f(p.z, 1.0, 1.0, 1.0);
+    return out;
+  }
+  let side = select(-1.0, 1.0, (face & 1u) != 0u);
+  if PARAMETERISATION == 2u {
+    var w = p.z;
+    var uv_w = 0.5 * w + 0.25 * p.xy;
+    if face < 2u {
+      w = side * p.x;
+      uv_w = vec2f(0.5 * w + side * (0.5 * w - 0.25 * p.z), 0.5 * w + 0.25 * p.y);
+    } else if face < 4u {
+      w = side * p.y;
+      uv_w = vec2f(0.5 * w + 0.25 * p.x, 0.5 * w + side * (0.5 * w - 0.25 * p.z));
+    }
+    let overlap = w / light.map_size;
+    out.position = place(light, uv_w, NEAR, w);
+    if face < 2u { out.clip = vec4f(w + p.y + overlap, w - p.y + overlap, w - p.z + overlap, p.z); }
+    else if face < 4u { out.clip = vec4f(w + p.x + overlap, w - p.x + overlap, w - p.z + overlap, p.z); }
+    else { out.clip = vec4f(w + p.x, w - p.x, w + p.y, w - p.y) + overlap; }
+    return out;
+  }
+  let s = vec2f(side, select(-1.0, 1.0, (face & 2u) != 0u));
+  let w = s.x * p.x + s.y * p.y + p.z; // |x| + |y| + z on this face
+  let overlap = 0.25 / light.map_size * w;
+  out.position = place(light, (vec2f(p.x + p.y, p.x - p.y) + w) * 0.5, NEAR, w);
+  out.clip = vec4f(s.x * p.x + overlap, s.y * p.y + overlap, p.z, 1.0);
+  return out;
+}

@@ -1,0 +1,125 @@
+// From a pixel of the visibility buffer to the surface that it shows (core: Geometry::surface).
+
+struct Hit {
+  triangle: u32, // index
+  u: f32, // weights of corners 1 and 2
+  v: f32,
+  position: vec3f,
+  wo: vec3f, // unit, towards the eye
+  geometric_normal: vec3f, // unit, on the side that is seen
+  side: f32, // −1 where the back is seen
+  uv: array<vec2f, 2>,
+  uv_dx: array<vec2f, 2>,
+  uv_dy: array<vec2f, 2>,
+}
+
+// Weights of corners 1 and 2 where a ray meets the triangle's plane; `a` is relative to the ray's origin.
+fn barycentric(direction: vec3f, a: vec3f, e1: vec3f, e2: vec3f) -> vec2f {
+  let p = cross(direction, e2);
+  let inverse = 1.0 / dot(e1, p);
+  let q = cross(-a, e1);
+  return vec2f(dot(-a, p) * inverse, dot(direction, q) * inverse);
+}
+
+fn hit_at(pixel: vec2u, triangle: u32) -> Hit {
+  let t = triangles[triangle];
+  let p0 = vertices[t.vertices.x].position;
+  let e1 = vertices[t.vertices.y].position - p0;
+  let e2 = vertices[t.vertices.z].position - p0;
+  let at = vec2f(pixel) + frame.offset;
+  let ray = pixel_ray(at);
+  let b = barycentric(ray.direction, p0 - ray.origin, e1, e2);
+  var hit: Hit;
+  hit.triangle = triangle;
+  hit.u = b.x;
+  hit.v = b.y;
+  hit.position = p0 + e1 * b.x + e2 * b.y;
+  hit.wo = -normalize(ray.direction);
+  let normal = normalize(cross(e1, e2));
+  hit.side = select(-1.0, 1.0, dot(normal, hit.wo) >= 0.0);
+  hit.geometric_normal = normal * hit.side;
+  return hit;
+}
+
+// Adds texture coordinates and their derivatives: the neighbouring pixels' rays meet the same plane.
+fn with_coordinates(pixel: vec2u, h: Hit) -> Hit {
+  var hit = h;
+  let t = triangles[hit.triangle];
+  let a = vertices[t.vertices.x];
+  let b = vertices[t.vertices.y];
+  let c = vertices[t.vertices.z];
+  let e1 = b.position - a.position;
+  let e2 = c.position - a.position;
+  let at = vec2f(pixel) + frame.offset;
+  let step = 1.0 / sqrt(f32(frame.samples));
+  let x = pixel_ray(at + vec2f(step, 0.0));
+  let y = pixel_ray(at + vec2f(0.0, step));
+  let bx = barycentric(x.direction, a.position - x.origin, e1, e2) - vec2f(hit.u, hit.v);
+  let by = barycentric(y.direction, a.position - y.origin, e1, e2) - vec2f(hit.u, hit.v);
+  let first = array<vec2f, 2>(a.uv0, vec2f(a.u1, a.v1));
+  let d1 = array<vec2f, 2>(b.uv0 - a.uv0, vec2f(b.u1 - a.u1, b.v1 - a.v1));
+  let d2 = array<vec2f, 2>(c.uv0 - a.uv0, vec2f(c.u1 - a.u1, c.v1 - a.v1));
+  for (var i = 0u; i < 2u; i++) {
+    hit.uv[i] = first[i] + d1[i] * hit.u + d2[i] * hit.v;
+    hit.uv_dx[i] = d1[i] * bx.x + d2[i] * bx.y;
+    hit.uv_dy[i] = d1[i] * by.x + d2[i] * by.y;
+  }
+  return hit;
+}
+
+fn sample_at(use_: TextureUse, hit: Hit) -> vec4f {
+  if use_.texture == NONE { return vec4f(1.0); }
+  let chosen = use_.uv_set & 1u;
+  return sample_texture(use_, hit.uv[chosen], hit.uv_dx[chosen], hit.uv_dy[chosen]);
+}
+
+fn has_textures(m: Material) -> bool {
+  return (m.base_color_texture.texture & m.metallic_roughness_texture.texture & m.specular_texture.texture
+    & m.specular_color_texture.texture & m.normal_texture.texture & m.emission_texture.texture) != NONE;
+}
+
+fn shading_normal(hit: Hit, m: Material) -> vec3f {
+  let t = triangles[hit.triangle];
+  let a = vertices[t.vertices.x];
+  let b = vertices[t.vertices.y];
+  let c = vertices[t.vertices.z];
+  let w = 1.0 - hit.u - hit.v;
+  let sum = a.normal * w + b.normal * hit.u + c.normal * hit.v;
+  var normal = select(hit.geometric_normal * hit.side, normalize(sum), dot(sum, sum) > 1e-12);
+  if m.normal_texture.texture != NONE {
+    let texel = sample_at(m.normal_texture, hit).xyz * 2.0 - 1.0;
+    let tangent = a.tangent * w + b.tangent * hit.u + c.tangent * hit.v;
+    let flat = tangent.xyz - normal * dot(normal, tangent.xyz);
+    let along = select(vec3f(0.0), normalize(flat), dot(flat, flat) > 1e-12);
+    let across = cross(normal, along) * select(1.0, -1.0, tangent.w < 0.0);
+    let bent = along * (texel.x * m.normal_scale) + across * (texel.y * m.normal_scale) + normal * texel.z;
+    if dot(bent, bent) > 1e-12 { normal = normalize(bent); }
+  }
+  return normal * hit.side;
+}
+
+// Reflection (core: brdf::Surface::from_metallic_roughness).
+struct Reflection {
+  albedo: vec3f,
+  f90: f32, // 0 = no specular lobe
+  f0: vec3f,
+  alpha: f32,
+}
+
+const MIN_ALPHA = 0.002;
+
+fn reflection(hit: Hit, m: Material) -> Reflection {
+  let base_color = m.base_color * sample_at(m.base_color_texture, hit).xyz;
+  let mr = sample_at(m.metallic_roughness_texture, hit);
+  let metallic = m.metallic * mr.z;
+  let roughness = m.roughness * mr.y;
+  let specular = m.specular * sample_at(m.specular_texture, hit).w;
+  let tint = m.specular_color * sample_at(m.specular_color_texture, hit).xyz;
+  let dielectric = min(0.04 * tint, vec3f(1.0)) * specular;
+  var r: Reflection;
+  r.albedo = base_color * (1.0 - metallic) * (1.0 - max(dielectric.x, max(dielectric.y, dielectric.z)));
+  r.f0 = mix(dielectric, base_color, metallic);
+  r.f90 = mix(specular, 1.0, metallic);
+  r.alpha = max(roughness * roughness, MIN_ALPHA);
+  return r;
+}

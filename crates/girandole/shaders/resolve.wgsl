@@ -1,0 +1,27 @@
+// After the last batch of lights: radiance of this sub-pixel sample, added to those before it (a box filter in linear
+// light); after the last sample, written out.
+
+@group(2) @binding(0) var ids: texture_2d<u32>;
+@group(2) @binding(1) var<storage, read> sums: array<vec4f>;
+@group(2) @binding(2) var<storage, read_write> pixels: array<vec4f>;
+@group(2) @binding(3) var radiance: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) invocation: vec3u) {
+  let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
+  if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
+  let index = band_index(pixel);
+  var sum = vec4f(0.0);
+  if frame.sample > 0u { sum = pixels[index]; }
+  let id = textureLoad(ids, pixel, 0).x;
+  if id > 0u {
+    var hit = hit_at(pixel, id - 1u);
+    let m = materials[triangles[hit.triangle].material];
+    if has_textures(m) { hit = with_coordinates(pixel, hit); }
+    var out = sums[2u * index].xyz * reflection(hit, m).albedo / PI + sums[2u * index + 1u].xyz;
+    if hit.side > 0.0 || m.double_sided != 0u { out += m.emission * sample_at(m.emission_texture, hit).xyz; }
+    sum += vec4f(out, 1.0);
+  }
+  if frame.sample + 1u == frame.samples { textureStore(radiance, pixel, sum / f32(frame.samples)); }
+  else { pixels[index] = sum; }
+}

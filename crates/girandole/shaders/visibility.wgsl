@@ -1,0 +1,44 @@
+// Which triangle each pixel shows, plus one; 0 = none.
+struct Out { @builtin(position) position: vec4f, @location(0) @interpolate(flat) triangle: u32, @location(1) uv: vec2f }
+
+@group(2) @binding(0) var<storage, read> order: array<u32>; // triangles, those without an alpha mask first
+
+@vertex
+fn project_triangle(@builtin(vertex_index) index: u32) -> Out {
+  let id = order[index / 3u];
+  let triangle = triangles[id];
+  let vertex = vertices[triangle.vertices[index % 3u]];
+  let d = vertex.position - frame.eye;
+  let p = vec3f(dot(d, frame.right) / frame.half_width, dot(d, frame.up) / frame.half_height, dot(d, frame.forward));
+  let shift = (2.0 * frame.offset - 1.0) / vec2f(frame.size) * vec2f(-1.0, 1.0);
+  var out: Out;
+  // Reversed depth: near / z, or linear where rays are parallel.
+  if frame.orthographic != 0u { out.position = vec4f(p.xy + shift, 1.0 - p.z / frame.far, 1.0); }
+  else { out.position = vec4f(p.xy + shift * p.z, frame.near, p.z); }
+  // Backs of single-sided surfaces are not there for the camera (glTF).
+  if materials[triangle.material].double_sided == 0u {
+    let a = vertices[triangle.vertices.x].position;
+    let normal = cross(vertices[triangle.vertices.y].position - a, vertices[triangle.vertices.z].position - a);
+    let towards = select(frame.eye - a, -frame.forward, frame.orthographic != 0u);
+    if dot(normal, towards) <= 0.0 { out.position = vec4f(0.0, 0.0, -1.0, 1.0); }
+  }
+  out.triangle = id + 1u;
+  out.uv = select(vertex.uv0, vec2f(vertex.u1, vertex.v1), materials[triangle.material].base_color_texture.uv_set == 1u);
+  return out;
+}
+
+@fragment
+fn opaque(in: Out) -> @location(0) u32 {
+  return in.triangle;
+}
+
+@fragment
+fn masked(in: Out) -> @location(0) u32 {
+  let m = materials[triangles[in.triangle - 1u].material];
+  var alpha = m.alpha;
+  if m.base_color_texture.texture != NONE {
+    alpha *= sample_texture(m.base_color_texture, in.uv, vec2f(0.0), vec2f(0.0)).w;
+  }
+  if alpha < m.alpha_cutoff { discard; }
+  return in.triangle;
+}

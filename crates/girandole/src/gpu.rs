@@ -1,0 +1,178 @@
+//! Adapters, what the renderer asks of them, and a device of one's own for programs without a window.
+
+use crate::{Error, Result};
+use std::future::Future;
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
+/// Features that the renderer uses where a device has them. None is required.
+pub const WANTED_FEATURES: wgpu::Features =
+    wgpu::Features::CLIP_DISTANCES.union(wgpu::Features::TIMESTAMP_QUERY);
+
+/// The limits to ask of an adapter: WebGPU's defaults, and where the adapter has more, larger buffers and textures.
+pub fn wanted_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
+    let has = adapter.limits();
+    wgpu::Limits {
+        max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
+        max_buffer_size: has.max_buffer_size,
+        max_texture_dimension_2d: has.max_texture_dimension_2d,
+        ..wgpu::Limits::default()
+    }
+}
+
+/// What an adapter is and can do.
+#[derive(Clone, Debug)]
+pub struct AdapterReport {
+    /// Its name.
+    pub name: String,
+    /// Vulkan, Metal, Dx12, Gl or BrowserWebGpu.
+    pub backend: String,
+    /// DiscreteGpu, IntegratedGpu, VirtualGpu, Cpu or Other.
+    pub kind: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Whether the renderer runs on it: it meets WebGPU's default limits and can compute.
+    pub usable: bool,
+    /// Whether shadow maps are drawn without a fragment shader.
+    pub clip_distances: bool,
+    /// Whether passes can be timed on the device.
+    pub timestamps: bool,
+    /// Largest texture, texels across.
+    pub max_texture: u32,
+    /// Largest buffer that a shader can see, bytes.
+    pub max_storage: u64,
+}
+
+impl AdapterReport {
+    fn new(adapter: &wgpu::Adapter) -> Self {
+        let (info, features, limits) = (adapter.get_info(), adapter.features(), adapter.limits());
+        Self {
+            backend: format!("{:?}", info.backend),
+            kind: format!("{:?}", info.device_type),
+            driver: format!("{} {}", info.driver, info.driver_info).trim().into(),
+            name: info.name,
+            usable: is_usable(adapter),
+            clip_distances: features.contains(wgpu::Features::CLIP_DISTANCES),
+            timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
+            max_texture: limits.max_texture_dimension_2d,
+            max_storage: limits.max_storage_buffer_binding_size,
+        }
+    }
+}
+
+fn is_usable(adapter: &wgpu::Adapter) -> bool {
+    adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
+        && wgpu::Limits::default().check_limits(&adapter.limits())
+}
+
+/// All adapters of this machine, the ones that the renderer would choose first.
+pub async fn adapters() -> Vec<AdapterReport> {
+    enumerate().await.iter().map(AdapterReport::new).collect()
+}
+
+/// Adapters of native interfaces; OpenGL is asked only where there is none that is usable (its loaders write to
+/// stderr).
+async fn enumerate() -> Vec<wgpu::Adapter> {
+    let mut all = Vec::new();
+    for backends in [wgpu::Backends::all() - wgpu::Backends::GL, wgpu::Backends::GL] {
+        let descriptor = wgpu::InstanceDescriptor {
+            backends,
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        };
+        all.extend(wgpu::Instance::new(descriptor).enumerate_adapters(backends).await);
+        if all.iter().any(is_usable) {
+            break;
+        }
+    }
+    sorted(all)
+}
+
+/// Usable ones first, then real GPUs before software, native interfaces before OpenGL.
+fn sorted(mut adapters: Vec<wgpu::Adapter>) -> Vec<wgpu::Adapter> {
+    adapters.sort_by_key(|a| {
+        let info = a.get_info();
+        let kind = match info.device_type {
+            wgpu::DeviceType::DiscreteGpu => 0,
+            wgpu::DeviceType::IntegratedGpu => 1,
+            wgpu::DeviceType::VirtualGpu => 2,
+            wgpu::DeviceType::Other => 3,
+            wgpu::DeviceType::Cpu => 4,
+        };
+        (!is_usable(a), kind, info.backend == wgpu::Backend::Gl)
+    });
+    adapters
+}
+
+/// A device without a window.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// What it is.
+    pub info: wgpu::AdapterInfo,
+}
+
+impl Gpu {
+    /// Opens the best adapter, or the best one whose name contains `name` (case does not matter).
+    ///
+    /// # Errors
+    /// [`Error::NoAdapter`] with the adapters that there are, [`Error::Unsupported`] where the one named cannot do it.
+    pub async fn new(name: Option<&str>) -> Result<Self> {
+        let all = enumerate().await;
+        let names: Vec<String> = all.iter().map(|a| a.get_info().name).collect();
+        let matches = |a: &wgpu::Adapter| {
+            name.is_none_or(|n| a.get_info().name.to_lowercase().contains(&n.to_lowercase()))
+        };
+        let Some(adapter) = all.into_iter().find(matches) else {
+            return Err(Error::NoAdapter(match name {
+                Some(n) if !names.is_empty() => {
+                    format!("there is no adapter called `{n}`; choose one of: {}", names.join(", "))
+                }
+                _ => "there is no GPU adapter; install a driver (on Debian or Ubuntu without a GPU: apt-get install \
+                      mesa-vulkan-drivers) or use --engine cpu"
+                    .into(),
+            }));
+        };
+        let info = adapter.get_info();
+        if !is_usable(&adapter) {
+            let what = "compute shaders or WebGPU's default limits".into();
+            return Err(Error::Unsupported { adapter: info.name, what });
+        }
+        let (device, queue) = adapter
+            .request_device(&wgpu::DeviceDescriptor {
+                label: Some("girandole"),
+                required_features: adapter.features() & WANTED_FEATURES,
+                required_limits: wanted_limits(&adapter),
+                ..Default::default()
+            })
+            .await
+            .map_err(|e| Error::Device(e.to_string()))?;
+        Ok(Self { device, queue, info })
+    }
+
+    /// Waits until everything submitted so far is done.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device was lost.
+    pub fn wait(&self) -> Result<()> {
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| Error::Device(e.to_string()))?;
+        Ok(())
+    }
+
+    /// Runs a future to its end, polling the device in between: for programs that have nothing else to do.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device was lost.
+    pub fn block_on<T>(&self, future: impl Future<Output = T>) -> Result<T> {
+        let mut future = pin!(future);
+        let mut context = Context::from_waker(Waker::noop());
+        loop {
+            if let Poll::Ready(value) = future.as_mut().poll(&mut context) {
+                return Ok(value);
+            }
+            self.wait()?;
+        }
+    }
+}

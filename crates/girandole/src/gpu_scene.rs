@@ -1,0 +1,164 @@
+//! A scene's buffers on the GPU.
+
+use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
+use crate::{Error, Result, bind};
+use bind::Slot;
+use girandole_core::glam::{Vec2, Vec4};
+use girandole_core::lights::LightSet;
+use girandole_core::scene::{ColorSpace, Filter, Geometry, Scene, Texture, Wrap};
+use wgpu::util::DeviceExt;
+
+/// Slots of bind group 1.
+pub(crate) const SCENE_SLOTS: [Slot; 4] = [Slot::Read; 4];
+
+/// Everything about the scene that shaders read.
+pub(crate) struct GpuScene {
+    /// Bind group 1.
+    pub group: wgpu::BindGroup,
+    /// Triangle indices, those without an alpha mask first.
+    pub order: wgpu::Buffer,
+    /// How many triangles have no mask, and how many have.
+    pub counts: [u32; 2],
+}
+
+/// Creates a storage buffer with these contents (never empty: WebGPU has no empty bindings).
+///
+/// # Errors
+/// [`Error::TooLarge`] beyond the device's limit.
+pub(crate) fn storage<T: bytemuck::Pod>(
+    device: &wgpu::Device,
+    label: &str,
+    contents: &[T],
+) -> Result<wgpu::Buffer> {
+    let limit = device.limits().max_storage_buffer_binding_size;
+    let bytes: &[u8] = bytemuck::cast_slice(contents);
+    if bytes.len() as u64 > limit {
+        return Err(Error::TooLarge(format!(
+            "the scene's {label} take {} MiB and this device binds {} MiB at most; use a smaller scene or --engine cpu",
+            bytes.len() >> 20,
+            limit >> 20
+        )));
+    }
+    let contents = if bytes.is_empty() { &[0; 256] } else { bytes };
+    Ok(device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some(label),
+        contents,
+        usage: wgpu::BufferUsages::STORAGE,
+    }))
+}
+
+impl GpuScene {
+    pub fn new(
+        device: &wgpu::Device,
+        layout: &wgpu::BindGroupLayout,
+        scene: &Scene,
+        geometry: &Geometry,
+    ) -> Result<Self> {
+        let vertices: Vec<Vertex> = (0..geometry.positions.len())
+            .map(|i| {
+                let [uv0, uv1] = geometry.uvs.get(i).copied().unwrap_or_default();
+                Vertex {
+                    position: geometry.positions[i],
+                    normal: geometry.normals[i],
+                    tangent: geometry.tangents.get(i).copied().unwrap_or(Vec4::ZERO),
+                    uv0,
+                    u1: uv1.x,
+                    v1: uv1.y,
+                    padding: Vec2::ZERO,
+                }
+            })
+            .collect();
+        let triangles: Vec<Triangle> = geometry
+            .triangles
+            .iter()
+            .map(|t| Triangle { vertices: t.vertices, material: t.material })
+            .collect();
+        let materials: Vec<GpuMaterial> = scene.materials.iter().map(GpuMaterial::from).collect();
+        let masked =
+            |t: u32| scene.materials[geometry.triangles[t as usize].material as usize].alpha_cutoff.is_some();
+        let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
+        order.sort_by_key(|&t| masked(t));
+        let opaque = order.partition_point(|&t| !masked(t)) as u32;
+        let buffers = [
+            storage(device, "vertices", &vertices)?,
+            storage(device, "triangles", &triangles)?,
+            storage(device, "materials", &materials)?,
+            storage(device, "textures", &pack_textures(&scene.textures)?)?,
+        ];
+        let resources: Vec<_> = buffers.iter().map(|b| b.as_entire_binding()).collect();
+        Ok(Self {
+            group: bind::group(device, layout, &resources),
+            counts: [opaque, order.len() as u32 - opaque],
+            order: storage(device, "draw order", &order)?,
+        })
+    }
+}
+
+/// Light samples for the GPU, without their places in the atlas. `radius` is the scene's.
+pub(crate) fn gpu_lights(lights: &LightSet, radius: f32) -> Vec<Light> {
+    lights.samples.iter().enumerate().map(|(id, sample)| Light::new(id as u32, sample, radius)).collect()
+}
+
+/// All textures in one array, see `lib/texture.wgsl`: a directory, then the texels of all levels.
+fn pack_textures(textures: &[Texture]) -> Result<Vec<u32>> {
+    let mut words = vec![0u32; textures.len() * 4];
+    for (index, texture) in textures.iter().enumerate() {
+        if texture.width > 0xffff || texture.height > 0xffff {
+            return Err(Error::TooLarge(format!(
+                "texture {} is {} × {} texels; scale it below 65536",
+                texture.name, texture.width, texture.height
+            )));
+        }
+        let wrap = |w| match w {
+            Wrap::Repeat => 0,
+            Wrap::Mirror => 1,
+            Wrap::Clamp => 2,
+        };
+        let flags = u32::from(texture.color_space == ColorSpace::Srgb)
+            | u32::from(texture.filter == Filter::Nearest) << 1
+            | wrap(texture.wrap[0]) << 2
+            | wrap(texture.wrap[1]) << 4;
+        let offset = words.len() as u32;
+        let mut level = texture.clone();
+        let mut levels = 0;
+        loop {
+            words.extend(level.texels.iter().map(|t| u32::from_le_bytes(*t)));
+            levels += 1;
+            if level.width == 1 && level.height == 1 {
+                break;
+            }
+            level = halve(&level);
+        }
+        words[index * 4..index * 4 + 4].copy_from_slice(&[
+            offset,
+            texture.width | texture.height << 16,
+            levels,
+            flags,
+        ]);
+    }
+    Ok(words)
+}
+
+/// The next level: each texel the mean of two by two in linear light.
+fn halve(texture: &Texture) -> Texture {
+    let (width, height) = ((texture.width / 2).max(1), (texture.height / 2).max(1));
+    let encode = |v: f32| match texture.color_space {
+        ColorSpace::Srgb => girandole_core::tonemap::srgb_encode(v),
+        ColorSpace::Linear => v,
+    };
+    let byte = |v: f32| (v * 255.0 + 0.5) as u8;
+    let mut texels = Vec::with_capacity(width as usize * height as usize);
+    for y in 0..i64::from(height) {
+        for x in 0..i64::from(width) {
+            let clamped = |dx: i64, dy: i64| {
+                texture.texel(
+                    (2 * x + dx).min(i64::from(texture.width) - 1),
+                    (2 * y + dy).min(i64::from(texture.height) - 1),
+                )
+            };
+            let mean = (clamped(0, 0) + clamped(1, 0) + clamped(0, 1) + clamped(1, 1)) * 0.25;
+            texels.push([byte(encode(mean.x)), byte(encode(mean.y)), byte(encode(mean.z)), byte(mean.w)]);
+        }
+    }
+    Texture { width, height, texels, ..texture.clone() }
+}

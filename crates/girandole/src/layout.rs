@@ -1,0 +1,186 @@
+//! Every struct that both sides see, declared once; a test compares names and offsets with the shaders'.
+
+use bytemuck::{Pod, Zeroable};
+use girandole_core::glam::{Affine2, Vec2, Vec3, Vec4};
+use girandole_core::lights::{LightSample, Profile};
+use girandole_core::scene::{Material, NONE, TextureRef};
+
+/// `Frame` in `lib/frame.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Frame {
+    pub eye: Vec3,
+    pub orthographic: u32,
+    pub right: Vec3,
+    pub half_width: f32,
+    pub up: Vec3,
+    pub half_height: f32,
+    pub forward: Vec3,
+    pub near: f32,
+    pub size: [u32; 2],
+    pub band: [u32; 2],
+    pub offset: Vec2,
+    pub first_light: u32,
+    pub end_light: u32,
+    pub clamp: f32,
+    pub far: f32,
+    pub sample: u32,
+    pub samples: u32,
+}
+
+/// `Vertex` in `lib/scene.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Vertex {
+    pub position: Vec3,
+    pub u1: f32,
+    pub normal: Vec3,
+    pub v1: f32,
+    pub tangent: Vec4,
+    pub uv0: Vec2,
+    pub padding: Vec2,
+}
+
+/// `Triangle` in `lib/scene.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Triangle {
+    pub vertices: [u32; 3],
+    pub material: u32,
+}
+
+/// `TextureUse` in `lib/scene.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct TextureUse {
+    pub matrix: [f32; 4],
+    pub shift: Vec2,
+    pub texture: u32,
+    pub uv_set: u32,
+}
+
+impl From<Option<TextureRef>> for TextureUse {
+    fn from(texture: Option<TextureRef>) -> Self {
+        let t = texture.unwrap_or(TextureRef { texture: NONE, uv_set: 0, transform: Affine2::IDENTITY });
+        Self {
+            matrix: t.transform.matrix2.to_cols_array(),
+            shift: t.transform.translation,
+            texture: t.texture,
+            uv_set: t.uv_set,
+        }
+    }
+}
+
+/// `Material` in `lib/scene.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct GpuMaterial {
+    pub base_color: Vec3,
+    pub alpha: f32,
+    pub emission: Vec3,
+    pub alpha_cutoff: f32,
+    pub specular_color: Vec3,
+    pub specular: f32,
+    pub metallic: f32,
+    pub roughness: f32,
+    pub normal_scale: f32,
+    pub double_sided: u32,
+    pub base_color_texture: TextureUse,
+    pub metallic_roughness_texture: TextureUse,
+    pub specular_texture: TextureUse,
+    pub specular_color_texture: TextureUse,
+    pub normal_texture: TextureUse,
+    pub emission_texture: TextureUse,
+}
+
+impl From<&Material> for GpuMaterial {
+    fn from(m: &Material) -> Self {
+        Self {
+            base_color: m.base_color,
+            alpha: m.alpha,
+            emission: m.emission,
+            alpha_cutoff: m.alpha_cutoff.unwrap_or(-1.0),
+            specular_color: m.specular_color,
+            specular: m.specular,
+            metallic: m.metallic,
+            roughness: m.roughness,
+            normal_scale: m.normal_texture.map_or(1.0, |n| n.scale),
+            double_sided: u32::from(m.double_sided),
+            base_color_texture: m.base_color_texture.into(),
+            metallic_roughness_texture: m.metallic_roughness_texture.into(),
+            specular_texture: m.specular_texture.into(),
+            specular_color_texture: m.specular_color_texture.into(),
+            normal_texture: m.normal_texture.map(|n| n.texture).into(),
+            emission_texture: m.emission_texture.into(),
+        }
+    }
+}
+
+/// `Light` in `lib/light.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub(crate) struct Light {
+    pub position: Vec3,
+    pub profile: u32,
+    pub normal: Vec3,
+    pub scale: f32,
+    pub tangent: Vec3,
+    pub offset: f32,
+    pub intensity: Vec3,
+    pub map_size: f32,
+    pub map_origin: [u32; 2],
+    pub map_page: u32,
+    pub id: u32,
+}
+
+/// [`Light::profile`] of a directional light; shaders know it as `DIRECTIONAL`.
+pub(crate) const DIRECTIONAL: u32 = 3;
+
+impl Light {
+    /// A light sample without its place in the atlas. Maps are turned about their normals by the golden angle from
+    /// one light to the next, so that the edges of their texels do not line up. `radius` is the scene's, in metres.
+    pub fn new(id: u32, sample: &LightSample, radius: f32) -> Self {
+        use girandole_core::math::warp;
+        let (profile, scale, offset) = match sample.profile {
+            Profile::Cosine => (0, 0.0, 0.0),
+            Profile::Hemisphere => (1, 0.0, 0.0),
+            Profile::Spot { scale, offset } => (2, scale, offset),
+            Profile::Directional => (DIRECTIONAL, 1.0 / radius, 0.0),
+        };
+        let (x, y) = warp::frame(sample.normal);
+        let turn = (f64::from(id) * 0.618_033_988_75).fract() as f32 * std::f32::consts::TAU;
+        // A directional map is centred on the scene; its depth runs over the scene's diameter.
+        let position = if profile == DIRECTIONAL { -sample.normal * radius } else { sample.position };
+        Self {
+            position,
+            profile,
+            normal: sample.normal,
+            scale,
+            tangent: x * turn.cos() + y * turn.sin(),
+            offset,
+            intensity: sample.intensity,
+            id,
+            ..Self::default()
+        }
+    }
+}
+
+/// `Item` in `lib/occluders.wgsl`: draw a cluster into a face of a light's map.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct Item {
+    pub light: u32,
+    pub face_cluster: u32,
+}
+
+/// `Display` in `tonemap.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Display {
+    pub size: [u32; 2],
+    pub exposure: f32,
+    pub automatic: u32,
+    pub curve: u32,
+    pub encode: u32,
+    pub padding: [u32; 2],
+}

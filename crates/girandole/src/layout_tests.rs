@@ -1,0 +1,162 @@
+//! Proof that needs no GPU: shaders parse and validate, both sides agree on every field, and a whole frame records
+//! without complaint on a backend that does nothing.
+
+use crate::layout::{Display, Frame, GpuMaterial, Item, Light, TextureUse, Triangle, Vertex};
+use crate::{RenderSettings, Renderer, RendererOptions, ShadowMap, shaders};
+use girandole_core::lights::{LightSettings, LightSet};
+use girandole_core::scene::builtin::{self, MovingObject};
+use girandole_core::scene::{Geometry, Material, Texture, TextureRef, View};
+use std::collections::HashMap;
+use std::mem::offset_of;
+
+type Fields = Vec<(String, u32)>;
+
+macro_rules! fields {
+    ($type:ty as $name:literal: $($field:ident),* $(,)?) => {
+        (
+            $name,
+            size_of::<$type>() as u32,
+            vec![$((stringify!($field).to_string(), offset_of!($type, $field) as u32)),*],
+        )
+    };
+}
+
+fn declared() -> Vec<(&'static str, u32, Fields)> {
+    vec![
+        fields!(Frame as "Frame": eye, orthographic, right, half_width, up, half_height, forward, near, size, band,
+            offset, first_light, end_light, clamp, far, sample, samples),
+        fields!(Vertex as "Vertex": position, u1, normal, v1, tangent, uv0, padding),
+        fields!(Triangle as "Triangle": vertices, material),
+        fields!(TextureUse as "TextureUse": matrix, shift, texture, uv_set),
+        fields!(GpuMaterial as "Material": base_color, alpha, emission, alpha_cutoff, specular_color, specular,
+            metallic, roughness, normal_scale, double_sided, base_color_texture, metallic_roughness_texture,
+            specular_texture, specular_color_texture, normal_texture, emission_texture),
+        fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, map_size, map_origin,
+            map_page, id),
+        fields!(Item as "Item": light, face_cluster),
+        fields!(Display as "Display": size, exposure, automatic, curve, encode, padding),
+    ]
+}
+
+/// Size, and name and offset of each member, of all structs in a shader.
+fn reflected(source: &shaders::Source) -> HashMap<String, (u32, Fields)> {
+    let text = source.concatenated();
+    let module = naga::front::wgsl::parse_str(&text)
+        .unwrap_or_else(|e| panic!("{}: {}", source.name, e.emit_to_string(&text)));
+    naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::all())
+        .validate(&module)
+        .unwrap_or_else(|e| panic!("{}: {}", source.name, e.emit_to_string(&text)));
+    module
+        .types
+        .iter()
+        .filter_map(|(_, ty)| match (&ty.name, &ty.inner) {
+            (Some(name), naga::TypeInner::Struct { members, span }) => {
+                let fields = members.iter().map(|m| (m.name.clone().unwrap_or_default(), m.offset)).collect();
+                Some((name.clone(), (*span, fields)))
+            }
+            _ => None,
+        })
+        .collect()
+}
+
+#[test]
+fn both_sides_agree_on_every_field() {
+    let mut found = HashMap::new();
+    for source in shaders::ALL {
+        found.extend(reflected(source));
+    }
+    for (name, size, fields) in declared() {
+        let (span, members) = found.get(name).unwrap_or_else(|| panic!("no shader declares {name}"));
+        assert_eq!((size, &fields), (*span, members), "{name}");
+    }
+    // The control: fields of equal size that change places are seen, though the size stays the same.
+    let (_, size, mut swapped) = declared().remove(0);
+    swapped.swap(12, 13);
+    assert_eq!(size, found["Frame"].0);
+    assert_ne!(swapped, found["Frame"].1);
+}
+
+fn noop(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::NOOP;
+    descriptor.backend_options.noop.enable = true;
+    let instance = wgpu::Instance::new(descriptor);
+    pollster::block_on(async {
+        let adapter = instance.request_adapter(&Default::default()).await.expect("a no-op adapter");
+        let wanted = wgpu::DeviceDescriptor { required_features: features, ..Default::default() };
+        adapter.request_device(&wanted).await.expect("a no-op device")
+    })
+}
+
+/// The first validation error of whatever `work` does.
+fn first_error(device: &wgpu::Device, work: impl FnOnce()) -> Option<wgpu::Error> {
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    work();
+    pollster::block_on(scope.pop())
+}
+
+#[test]
+fn a_whole_frame_records_without_error() {
+    let mut scene = builtin::build("table", MovingObject::Torus).expect("table");
+    // One masked and one textured material, so that every pipeline has something to draw.
+    scene.textures.push(Texture {
+        name: "checker".into(),
+        width: 2,
+        height: 2,
+        texels: vec![[255; 4], [0; 4], [0; 4], [255; 4]],
+        color_space: girandole_core::scene::ColorSpace::Srgb,
+        wrap: Default::default(),
+        filter: Default::default(),
+    });
+    let last = scene.materials.len() - 1;
+    scene.materials[last] = Material {
+        base_color_texture: Some(TextureRef::new(0)),
+        alpha_cutoff: Some(0.5),
+        ..scene.materials[last].clone()
+    };
+    let geometry = Geometry::new(&scene);
+    let settings = LightSettings { count: 40, ..Default::default() };
+    let lights = LightSet::sample(&scene, &geometry, &settings).expect("lights");
+    let view = View::new(&scene, &geometry, &scene.cameras[0], 1.5);
+    let everything = wgpu::Features::CLIP_DISTANCES | wgpu::Features::TIMESTAMP_QUERY;
+    for features in [wgpu::Features::empty(), everything] {
+        for shadow_map in [ShadowMap::Octahedral, ShadowMap::Parabolic, ShadowMap::Cube] {
+            let (device, queue) = noop(features);
+            let error = first_error(&device, || {
+                let options = RendererOptions { shadow_map, pcf: 2, ..Default::default() };
+                let mut renderer = Renderer::new(&device, &queue, options).expect("renderer");
+                let settings =
+                    RenderSettings { samples_per_axis: 2, lights_per_batch: Some(16), ..Default::default() };
+                renderer.load(&scene, &geometry, &lights).expect("load");
+                renderer.render(&view, [96, 64], &settings).expect("render");
+                for format in [
+                    wgpu::TextureFormat::Rgba8UnormSrgb,
+                    wgpu::TextureFormat::Bgra8Unorm,
+                    wgpu::TextureFormat::Rgba16Float,
+                ] {
+                    let target = device.create_texture(&wgpu::TextureDescriptor {
+                        label: None,
+                        size: wgpu::Extent3d { width: 96, height: 64, depth_or_array_layers: 1 },
+                        mip_level_count: 1,
+                        sample_count: 1,
+                        dimension: wgpu::TextureDimension::D2,
+                        format,
+                        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+                        view_formats: &[],
+                    });
+                    renderer.show(&settings, &target.create_view(&Default::default()), format).expect("show");
+                }
+            });
+            assert!(error.is_none(), "{shadow_map:?}: {error:?}");
+        }
+    }
+    // The control: an error is reported as one.
+    let (device, _) = noop(wgpu::Features::empty());
+    let wrong = || {
+        let _ = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: None,
+            source: wgpu::ShaderSource::Wgsl("fn broken( {".into()),
+        });
+    };
+    assert!(first_error(&device, wrong).is_some());
+}

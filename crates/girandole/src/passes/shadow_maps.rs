@@ -1,0 +1,259 @@
+//! Shadow maps: one draw and one pass an atlas page.
+
+use super::Layouts;
+use crate::atlas::AtlasLayout;
+use crate::bind::{self, Slot};
+use crate::gpu_scene::storage;
+use crate::layout::{Item, Light};
+use crate::occluders::{self, CLUSTER, Clusters, CullCounts, Occluders};
+use crate::settings::RendererOptions;
+use crate::timers::Timers;
+use crate::{Result, shaders};
+use girandole_core::scene::{Geometry, Scene};
+use wgpu::util::DeviceExt;
+
+/// The unit of stored depth: a map holds this over the distance. Nothing nearer to a light blocks it.
+pub(crate) const NEAR: f64 = 1e-6;
+/// Format of the atlas.
+const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+/// Items in one draw at the most: 32 MiB of them.
+const MAX_ITEMS: usize = 4 << 20;
+
+/// The `PARAMETERISATION` that shaders see.
+pub(crate) fn parameterisation(options: &RendererOptions) -> (&'static str, f64) {
+    ("PARAMETERISATION", f64::from(options.shadow_map as u32))
+}
+
+pub(crate) struct ShadowMaps {
+    layout: wgpu::BindGroupLayout,
+    masked_layout: wgpu::BindGroupLayout,
+    opaque: wgpu::RenderPipeline,
+    masked: wgpu::RenderPipeline,
+    faces: u32,
+}
+
+/// The atlas and what is drawn into it.
+pub(crate) struct Atlas {
+    pub layout: AtlasLayout,
+    pub texture: wgpu::Texture,
+    /// All pages as an array.
+    pub view: wgpu::TextureView,
+    pages: Vec<wgpu::TextureView>,
+    page: wgpu::Buffer,
+    occluders: Occluders,
+    positions: [wgpu::Buffer; 2],
+    coordinates: wgpu::Buffer,
+}
+
+impl Atlas {
+    pub fn new(
+        device: &wgpu::Device,
+        layout: AtlasLayout,
+        scene: &Scene,
+        geometry: &Geometry,
+        occluders: Occluders,
+    ) -> Result<Self> {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("shadow atlas"),
+            size: wgpu::Extent3d {
+                width: layout.page_size[0],
+                height: layout.page_size[1],
+                depth_or_array_layers: layout.pages,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: DEPTH,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                | wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let view = |dimension, base_array_layer, array_layer_count| {
+            texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(dimension),
+                base_array_layer,
+                array_layer_count,
+                ..Default::default()
+            })
+        };
+        let size = layout.page_size.map(|s| s as f32);
+        Ok(Self {
+            view: view(wgpu::TextureViewDimension::D2Array, 0, None),
+            pages: (0..layout.pages).map(|i| view(wgpu::TextureViewDimension::D2, i, Some(1))).collect(),
+            page: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("page"),
+                contents: bytemuck::cast_slice(&size),
+                usage: wgpu::BufferUsages::UNIFORM,
+            }),
+            positions: [
+                storage(device, "occluders", &occluders.opaque.positions(geometry))?,
+                storage(device, "masked occluders", &occluders.masked.positions(geometry))?,
+            ],
+            coordinates: storage(
+                device,
+                "mask coordinates",
+                &mask_coordinates(scene, geometry, &occluders.masked),
+            )?,
+            texture,
+            layout,
+            occluders,
+        })
+    }
+
+    /// Triangles left out because they cannot block anything.
+    pub fn left_out(&self) -> usize {
+        self.occluders.left_out
+    }
+}
+
+/// Texture coordinates of each corner of masked triangles, with the material's index as bits.
+fn mask_coordinates(scene: &Scene, geometry: &Geometry, clusters: &Clusters) -> Vec<[f32; 4]> {
+    clusters.corners(|t| {
+        let triangle = &geometry.triangles[t as usize];
+        let set = scene.materials[triangle.material as usize]
+            .base_color_texture
+            .map_or(0, |t| t.uv_set as usize & 1);
+        triangle.vertices.map(|v| {
+            let uv = geometry.uvs.get(v as usize).map_or([0.0; 2], |uv| uv[set].to_array());
+            [uv[0], uv[1], f32::from_bits(triangle.material), 0.0]
+        })
+    })
+}
+
+impl ShadowMaps {
+    pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions) -> Self {
+        let slots = [Slot::Read, Slot::Read, Slot::Read, Slot::Uniform, Slot::Read];
+        let layout = bind::layout(device, "shadow maps", wgpu::ShaderStages::VERTEX, &slots[..4]);
+        let masked_layout = bind::layout(device, "masked shadow maps", wgpu::ShaderStages::VERTEX, &slots);
+        let clips = device.features().contains(wgpu::Features::CLIP_DISTANCES);
+        let source = if clips { shaders::SHADOW_MAPS_CLIP } else { shaders::SHADOW_MAPS_DISCARD };
+        let constants = [parameterisation(options), ("NEAR", NEAR), ("CLUSTER", f64::from(CLUSTER))];
+        let pipeline = |source: &shaders::Source, vertex, fragment: Option<&str>, groups: &[_]| {
+            let module = source.module(device);
+            let compilation_options =
+                wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(source.name),
+                layout: Some(&bind::pipeline_layout(device, groups)),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some(vertex),
+                    compilation_options: compilation_options.clone(),
+                    buffers: &[],
+                },
+                primitive: Default::default(),
+                depth_stencil: Some(wgpu::DepthStencilState {
+                    format: DEPTH,
+                    depth_write_enabled: Some(true),
+                    depth_compare: Some(wgpu::CompareFunction::Greater),
+                    stencil: Default::default(),
+                    bias: Default::default(),
+                }),
+                multisample: Default::default(),
+                fragment: fragment.map(|entry| wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some(entry),
+                    compilation_options: compilation_options.clone(),
+                    targets: &[],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        };
+        Self {
+            opaque: pipeline(&source, "opaque", (!clips).then_some("confine"), &[None, None, Some(&layout)]),
+            masked: pipeline(
+                &shaders::SHADOW_MAPS_MASKED,
+                "masked",
+                Some("cut_out"),
+                &[None, Some(&layouts.scene), Some(&masked_layout)],
+            ),
+            faces: options.shadow_map.faces(),
+            layout,
+            masked_layout,
+        }
+    }
+
+    /// Draws the maps of all lights, page by page.
+    pub fn record(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        timers: &Timers,
+        scene: &wgpu::BindGroup,
+        (lights, light_buffer): (&[Light], &wgpu::Buffer),
+        atlas: &Atlas,
+    ) -> Result<CullCounts> {
+        let mut counts = CullCounts::default();
+        let sets = [&atlas.occluders.opaque, &atlas.occluders.masked];
+        for (page, view) in atlas.pages.iter().enumerate() {
+            let mut of_page = (0..lights.len()).filter(|&i| lights[i].map_page as usize == page).peekable();
+            let mut first = true;
+            while first || of_page.peek().is_some() {
+                // As many lights as fit into one list; as a rule, all of the page's.
+                let mut items = [Vec::new(), Vec::new()];
+                while items.iter().map(Vec::len).sum::<usize>() < MAX_ITEMS
+                    && let Some(index) = of_page.next()
+                {
+                    for (clusters, items) in sets.iter().zip(&mut items) {
+                        if !clusters.bounds.is_empty() || std::ptr::eq(*clusters, sets[0]) {
+                            counts +=
+                                occluders::cull(&lights[index], self.faces, index as u32, clusters, items);
+                        }
+                    }
+                }
+                self.draw(device, encoder, timers, (view, first), scene, light_buffer, atlas, items)?;
+                first = false;
+            }
+        }
+        Ok(counts)
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn draw(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        timers: &Timers,
+        (view, clear): (&wgpu::TextureView, bool),
+        scene: &wgpu::BindGroup,
+        lights: &wgpu::Buffer,
+        atlas: &Atlas,
+        items: [Vec<Item>; 2],
+    ) -> Result<()> {
+        let [opaque, masked] = &items;
+        let lists = [storage(device, "items", opaque)?, storage(device, "masked items", masked)?];
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("shadow maps"),
+            color_attachments: &[],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view,
+                depth_ops: Some(wgpu::Operations {
+                    load: if clear { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load },
+                    store: wgpu::StoreOp::Store,
+                }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: timers.render("shadow_maps_gpu_ms"),
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        if !opaque.is_empty() {
+            let resources =
+                [lights, &atlas.positions[0], &lists[0], &atlas.page].map(|b| b.as_entire_binding());
+            pass.set_pipeline(&self.opaque);
+            pass.set_bind_group(2, &bind::group(device, &self.layout, &resources), &[]);
+            pass.draw(0..3 * CLUSTER, 0..opaque.len() as u32);
+        }
+        if !masked.is_empty() {
+            let resources = [lights, &atlas.positions[1], &lists[1], &atlas.page, &atlas.coordinates]
+                .map(|b| b.as_entire_binding());
+            pass.set_pipeline(&self.masked);
+            pass.set_bind_group(1, scene, &[]);
+            pass.set_bind_group(2, &bind::group(device, &self.masked_layout, &resources), &[]);
+            pass.draw(0..3 * CLUSTER, 0..masked.len() as u32);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,114 @@
+//! What the tests share.
+
+use girandole::core::glam::{Quat, Vec3};
+use girandole::core::image::Image;
+use girandole::core::lights::{LightSet, LightSettings};
+use girandole::core::scene::builtin::{self, MovingObject};
+use girandole::core::scene::{Camera, Geometry, Material, Mesh, Projection, Scene, Transform, View};
+use girandole::core::trace::SceneTracer;
+use girandole::{Gpu, RenderSettings, Renderer, RendererOptions};
+use girandole_reference::OracleSettings;
+use std::future::Future;
+
+/// A test and its name.
+pub type Test = (&'static str, fn(&Context));
+
+/// What every test gets.
+pub struct Context {
+    pub gpu: Gpu,
+}
+
+/// Settings without a bound on the geometric factor.
+pub fn exact() -> RenderSettings {
+    RenderSettings { clamp: None, ..RenderSettings::default() }
+}
+
+/// A scene ready to be lit.
+pub struct Stage {
+    pub scene: Scene,
+    pub geometry: Geometry,
+    pub lights: LightSet,
+}
+
+impl Stage {
+    pub fn new(scene: Scene, settings: &LightSettings) -> Self {
+        let geometry = Geometry::new(&scene);
+        let lights = LightSet::sample(&scene, &geometry, settings).expect("lights");
+        Self { scene, geometry, lights }
+    }
+
+    pub fn builtin(name: &str, count: u32) -> Self {
+        let scene = builtin::build(name, MovingObject::Torus).expect("a built-in scene");
+        Self::new(scene, &LightSettings { count, ..LightSettings::default() })
+    }
+
+    pub fn view(&self, camera: usize, size: [u32; 2]) -> View {
+        View::new(&self.scene, &self.geometry, &self.scene.cameras[camera], size[0] as f32 / size[1] as f32)
+    }
+
+    pub fn tracer(&self) -> SceneTracer<'_> {
+        SceneTracer::new(&self.scene, &self.geometry)
+    }
+
+    pub fn oracle(&self, view: &View, size: [u32; 2], samples_per_axis: u32) -> Image {
+        let settings = OracleSettings { samples_per_axis, clamp: None };
+        girandole_reference::oracle(&self.tracer(), &self.lights, view, size, &settings, &|_| {})
+    }
+}
+
+impl Context {
+    /// Polls a future and the device in turn.
+    pub fn wait<T>(&self, future: impl Future<Output = T>) -> T {
+        self.gpu.block_on(future).expect("the device")
+    }
+
+    pub fn renderer(&self, options: RendererOptions) -> Renderer {
+        Renderer::new(&self.gpu.device, &self.gpu.queue, options).expect("a renderer")
+    }
+
+    /// A picture with exact settings.
+    pub fn picture(&self, stage: &Stage, options: RendererOptions, view: &View, size: [u32; 2]) -> Image {
+        let mut renderer = self.renderer(options);
+        renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
+        self.frame(&mut renderer, view, size, &exact())
+    }
+
+    pub fn frame(&self, renderer: &mut Renderer, view: &View, size: [u32; 2], settings: &RenderSettings) -> Image {
+        renderer.render(view, size, settings).expect("render");
+        self.wait(renderer.radiance()).expect("radiance")
+    }
+}
+
+/// A room of this size with its floor's middle at the origin, made of single inward-facing quads.
+pub fn room(scene: &mut Scene, size: Vec3, material: u32, leave_out: Option<usize>) {
+    let mut shell = Mesh::default();
+    let (low, high) = (Vec3::new(-size.x * 0.5, 0.0, -size.z * 0.5), Vec3::new(size.x * 0.5, size.y, size.z * 0.5));
+    let mut outward = Mesh::default();
+    outward.add_box(low, high, material);
+    for (index, patch) in outward.patches.iter().enumerate() {
+        if Some(index) != leave_out {
+            let corners: Vec<Vec3> = patch.outline.iter().rev().map(|&v| outward.positions[v as usize]).collect();
+            shell.add_polygon(&corners, material);
+        }
+    }
+    scene.add_object("room", shell, Transform::IDENTITY);
+}
+
+/// A square emitter of this side that faces along −Y before `rotation`.
+pub fn lamp(scene: &mut Scene, side: f32, radiance: f32, rotation: Quat, position: Vec3) {
+    let material = scene.add_material(Material::emitter("lamp", Vec3::splat(radiance)));
+    let h = side * 0.5;
+    let mut mesh = Mesh::default();
+    let corners = [Vec3::new(-h, 0.0, -h), Vec3::new(h, 0.0, -h), Vec3::new(h, 0.0, h), Vec3::new(-h, 0.0, h)];
+    mesh.add_polygon(&corners, material);
+    scene.add_object("lamp", mesh, Transform::rigid(rotation, position));
+}
+
+pub fn camera(scene: &mut Scene, eye: Vec3, target: Vec3, yfov: f32) {
+    let node = scene.add_node("camera", Transform::looking_at(eye, target));
+    scene.cameras.push(Camera { name: String::new(), node, projection: Projection::Perspective { yfov } });
+}
+
+pub fn mean(image: &Image) -> f32 {
+    image.mean().element_sum() / 3.0
+}

@@ -1,0 +1,94 @@
+//! No light through walls, however thin and however they stand.
+
+use crate::common::{Context, Stage, Test, camera, lamp, mean, room};
+use girandole::core::glam::{Quat, Vec3};
+use girandole::core::lights::LightSettings;
+use girandole::core::scene::{Material, Mesh, Scene, Transform};
+use girandole::{RendererOptions, ShadowMap};
+
+pub fn tests() -> Vec<Test> {
+    vec![("closed_rooms_stay_dark", closed_rooms)]
+}
+
+const ROOM: Vec3 = Vec3::new(6.0, 3.0, 5.0);
+
+/// A closed room halved by a wall at x = 0; the lamp hangs on the side of +x. The whole is turned by `turn`.
+fn halves(thickness: f32, turn: Quat) -> Stage {
+    let mut scene = Scene::default();
+    let white = scene.add_material(Material::diffuse("white", Vec3::splat(0.7)));
+    room(&mut scene, ROOM, white, None);
+    if thickness > 0.0 {
+        let mut wall = Mesh::default();
+        let half = Vec3::new(thickness * 0.5, 0.0, ROOM.z * 0.5);
+        wall.add_box(-half, half + Vec3::Y * ROOM.y, white);
+        scene.add_object("wall", wall, Transform::IDENTITY);
+    }
+    lamp(&mut scene, 0.8, 15.0, Quat::IDENTITY, Vec3::new(1.4, 2.98, 0.3));
+    // Two cameras: one in the lit half, one in the dark half, mirrored.
+    camera(&mut scene, Vec3::new(2.8, 1.6, 2.2), Vec3::new(0.0, 1.0, -0.6), 1.2);
+    camera(&mut scene, Vec3::new(-2.8, 1.6, 2.2), Vec3::new(0.0, 1.0, -0.6), 1.2);
+    let turned = scene.add_node("turn", Transform::rigid(turn, Vec3::new(3.0, 7.0, -2.0)));
+    for node in 0..turned {
+        scene.nodes[node].parent = Some(turned);
+    }
+    Stage::new(scene, &LightSettings { count: 200, bounces: 3, ..Default::default() })
+}
+
+/// Share of the lit half's mean that the dark half's mean has, and the farthest from the wall, in texels of the map
+/// (projected on what is lit), that a pixel above a thousandth of the lit half's mean lies.
+fn leak(context: &Context, stage: &Stage, shadow_map: ShadowMap, turn: Quat) -> (f32, f32) {
+    let size = [200, 150];
+    let mut renderer = context.renderer(RendererOptions { shadow_map, ..Default::default() });
+    renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
+    let frame = |renderer: &mut _, i| context.frame(renderer, &stage.view(i, size), size, &crate::common::exact());
+    let lit = mean(&frame(&mut renderer, 0));
+    let dark = frame(&mut renderer, 1);
+    let texels = context.wait(renderer.stats()).expect("stats").map_size as f32;
+    let (tracer, view) = (stage.tracer(), stage.view(1, size));
+    let mut farthest = 0f32;
+    for (i, pixel) in dark.pixels.iter().enumerate() {
+        if pixel.element_sum() / 3.0 <= lit * 1e-3 {
+            continue;
+        }
+        let at = girandole::core::glam::Vec2::new((i as u32 % size[0]) as f32, (i as u32 / size[0]) as f32) + 0.5;
+        let (origin, direction) = view.pixel_ray(at, size);
+        let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
+        let s = stage.geometry.surface(&stage.scene, hit.triangle, hit.barycentric, -direction.normalize());
+        // Distance from the wall's plane, in the footprints of the sample whose texels are largest here.
+        let local = turn.inverse() * (s.position + stage.geometry.origin.as_vec3() - Vec3::new(3.0, 7.0, -2.0));
+        let footprint = stage
+            .lights
+            .samples
+            .iter()
+            .filter_map(|l| {
+                let d = l.position - s.position;
+                let cosine = s.geometric_normal.dot(d.normalize());
+                (cosine > 0.0 && l.normal.dot(d) < 0.0).then(|| d.length() * 2.0 / texels / cosine.max(0.1))
+            })
+            .fold(1e-6, f32::max);
+        farthest = farthest.max(local.x.abs() / footprint);
+    }
+    (mean(&dark) / lit, farthest)
+}
+
+fn closed_rooms(context: &Context) {
+    let turns = [
+        Quat::IDENTITY,
+        Quat::from_rotation_y(0.6),
+        Quat::from_rotation_z(std::f32::consts::FRAC_PI_2) * Quat::from_rotation_x(0.3),
+    ];
+    for thickness in [0.001, 0.01, 0.1] {
+        for turn in turns {
+            let stage = halves(thickness, turn);
+            let (share, farthest) = leak(context, &stage, ShadowMap::Octahedral, turn);
+            eprintln!("wall of {thickness} m: dark half {share:.2e} of the lit half, farthest leak {farthest:.2} texels");
+            assert!(share <= 1e-3, "a wall of {thickness} m lets {share} of the light through");
+            assert!(farthest <= 2.0, "light {farthest} texels from a wall of {thickness} m");
+        }
+    }
+    // The controls: without the wall it is not dark, and the parabolic map leaks (Barczak's figure 4-3).
+    let open = halves(0.0, Quat::IDENTITY);
+    assert!(leak(context, &open, ShadowMap::Octahedral, Quat::IDENTITY).0 > 0.1);
+    let thin = halves(0.01, Quat::IDENTITY);
+    assert!(leak(context, &thin, ShadowMap::Parabolic, Quat::IDENTITY).0 > 1e-3);
+}

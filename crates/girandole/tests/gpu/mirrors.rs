@@ -1,0 +1,188 @@
+//! Small functions that stand in Rust and in WGSL under one name, compared on dense grids.
+
+use crate::common::{Context, Test};
+use girandole::core::glam::{Vec2, Vec3, Vec4};
+use girandole::core::{brdf, math, tonemap};
+use wgpu::util::DeviceExt;
+
+pub fn tests() -> Vec<Test> {
+    vec![
+        ("mirror_octahedral", octahedral),
+        ("mirror_brdf", specular),
+        ("mirror_tone_curves", tone_curves),
+        ("parameterisations_invert", parameterisations),
+    ]
+}
+
+/// Runs `map(input) -> vec4f` of `source` over inputs.
+fn run(context: &Context, source: &str, inputs: &[[Vec4; 2]], constants: &[(&str, f64)]) -> Vec<Vec4> {
+    let device = &context.gpu.device;
+    let text = format!(
+        "{source}\n@group(0) @binding(0) var<storage, read> inputs: array<array<vec4f, 2>>;\n\
+         @group(0) @binding(1) var<storage, read_write> outputs: array<vec4f>;\n\
+         @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3u) {{\n\
+         if id.x < arrayLength(&inputs) {{ outputs[id.x] = map(inputs[id.x][0], inputs[id.x][1]); }} }}"
+    );
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl(text.into()),
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: None,
+        module: &module,
+        entry_point: Some("main"),
+        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+        cache: None,
+    });
+    let floats: Vec<f32> = inputs.iter().flatten().flat_map(|v| v.to_array()).collect();
+    let bytes: Vec<u8> = floats.iter().flat_map(|f| f.to_le_bytes()).collect();
+    let input = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: None,
+        contents: &bytes,
+        usage: wgpu::BufferUsages::STORAGE,
+    });
+    let size = inputs.len() as u64 * 16;
+    let buffer = |usage| {
+        device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+    };
+    let output = buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
+    let readable = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
+        ],
+    });
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let mut pass = encoder.begin_compute_pass(&Default::default());
+    pass.set_pipeline(&pipeline);
+    pass.set_bind_group(0, &group, &[]);
+    pass.dispatch_workgroups((inputs.len() as u32).div_ceil(64), 1, 1);
+    drop(pass);
+    encoder.copy_buffer_to_buffer(&output, 0, &readable, 0, size);
+    context.gpu.queue.submit([encoder.finish()]);
+    readable.map_async(wgpu::MapMode::Read, .., |result| result.expect("map"));
+    context.gpu.wait().expect("the device");
+    let view = readable.get_mapped_range(..).expect("mapped");
+    let floats: Vec<f32> =
+        view.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+    floats.chunks_exact(4).map(Vec4::from_slice).collect()
+}
+
+/// Directions over the upper hemisphere, the seams of the octahedron among them.
+fn directions() -> Vec<Vec3> {
+    let n = 48;
+    let mut all = Vec::new();
+    for i in 0..=n {
+        for j in 0..4 * n {
+            let (z, phi) = (i as f32 / n as f32, j as f32 / (4 * n) as f32 * std::f32::consts::TAU);
+            let r = (1.0 - z * z).max(0.0).sqrt();
+            all.push(Vec3::new(r * phi.cos(), r * phi.sin(), z));
+        }
+    }
+    all
+}
+
+fn largest_difference(a: &[Vec4], b: impl Iterator<Item = Vec4>) -> f32 {
+    a.iter().zip(b).map(|(a, b)| (*a - b).abs().max_element()).fold(0.0, f32::max)
+}
+
+fn octahedral(context: &Context) {
+    let directions = directions();
+    let inputs: Vec<_> = directions.iter().map(|d| [d.extend(0.0), Vec4::ZERO]).collect();
+    let library = include_str!("../../shaders/lib/octahedral.wgsl");
+    let encoded = format!("{library} fn map(a: vec4f, b: vec4f) -> vec4f {{ return vec4f(octahedral_encode(a.xyz), 0.0, 0.0); }}");
+    let gpu = run(context, &encoded, &inputs, &[]);
+    let cpu = || directions.iter().map(|d| math::octahedral::encode(*d));
+    assert!(largest_difference(&gpu, cpu().map(|uv| uv.extend(0.0).extend(0.0))) < 1e-6);
+    let decoded = format!("{library} fn map(a: vec4f, b: vec4f) -> vec4f {{ return vec4f(octahedral_decode(a.xy), 0.0); }}");
+    let inputs: Vec<_> = cpu().map(|uv| [uv.extend(0.0).extend(0.0), Vec4::ZERO]).collect();
+    let gpu = run(context, &decoded, &inputs, &[]);
+    let back = cpu().map(|uv| math::octahedral::decode(uv).extend(0.0));
+    assert!(largest_difference(&gpu, back) < 1e-6);
+    // The control: another texel's direction is not taken for the same.
+    let shifted = cpu().map(|uv| math::octahedral::decode(uv + Vec2::splat(1.0 / 512.0)).extend(0.0));
+    assert!(largest_difference(&gpu, shifted) > 1e-3);
+}
+
+fn specular(context: &Context) {
+    let (f0, f90) = (Vec3::new(0.04, 0.5, 0.9), 1.0);
+    let mut inputs = Vec::new();
+    let mut expected = Vec::new();
+    for wi in directions().into_iter().step_by(7) {
+        for (wo, alpha) in [(Vec3::new(0.6, 0.0, 0.8), 0.09), (Vec3::new(0.0, -0.28, 0.96), 0.6)] {
+            inputs.push([wi.extend(alpha), wo.extend(0.0)]);
+            expected.push(brdf::specular_brdf(Vec3::Z, wo, wi, f0, f90, alpha).extend(0.0));
+        }
+    }
+    let source = format!(
+        "{} fn map(a: vec4f, b: vec4f) -> vec4f {{ return vec4f(specular_brdf(vec3f(0.0, 0.0, 1.0), b.xyz, a.xyz, \
+         vec3f(0.04, 0.5, 0.9), 1.0, a.w), 0.0); }}",
+        include_str!("../../shaders/lib/brdf.wgsl")
+    );
+    let relative = |source: &str| {
+        run(context, source, &inputs, &[])
+            .iter()
+            .zip(&expected)
+            .map(|(a, b)| (*a - *b).abs().max_element() / (1.0 + b.max_element()))
+            .fold(0.0, f32::max)
+    };
+    assert!(relative(&source) < 1e-4, "{}", relative(&source));
+    // The control: another Fresnel exponent is seen.
+    assert!(relative(&source.replace("x * x * x * x * x", "x * x * x * x")) > 1e-3);
+}
+
+fn tone_curves(context: &Context) {
+    let colors: Vec<Vec3> = (0..4000)
+        .map(|i| {
+            let y = 2f32.powf(i as f32 / 200.0 - 14.0);
+            Vec3::new(y, y * (0.1 + (i % 7) as f32 * 0.15), y * (0.05 + (i % 11) as f32 * 0.09))
+        })
+        .collect();
+    let inputs: Vec<_> = colors.iter().map(|c| [c.extend(0.0), Vec4::ZERO]).collect();
+    let library = include_str!("../../shaders/lib/tonemap.wgsl");
+    let curves = [tonemap::Tonemap::Agx, tonemap::Tonemap::Aces, tonemap::Tonemap::None];
+    let difference = |index: usize, curve: tonemap::Tonemap| {
+        let source = format!(
+            "{library} fn map(a: vec4f, b: vec4f) -> vec4f {{ let c = tone_curve(a.xyz, {index}u); \
+             return vec4f(srgb_encode(c.x), srgb_encode(c.y), srgb_encode(c.z), 0.0); }}"
+        );
+        let shown = colors.iter().map(|c| {
+            Vec3::from_array(curve.apply(*c).to_array().map(tonemap::srgb_encode)).extend(0.0)
+        });
+        largest_difference(&run(context, &source, &inputs, &[]), shown)
+    };
+    for (index, curve) in curves.into_iter().enumerate() {
+        // Half a step of an 8-bit display.
+        assert!(difference(index, curve) < 0.5 / 255.0, "{curve:?}: {}", difference(index, curve));
+    }
+    assert!(difference(0, curves[1]) > 0.02, "the control: two curves are told apart");
+}
+
+/// `decode(encode(p)) · norm(p) = p` for all three.
+fn parameterisations(context: &Context) {
+    let inputs: Vec<_> = directions().iter().map(|d| [(*d * 3.0).extend(0.0), Vec4::ZERO]).collect();
+    let source = |shift: f32| {
+        format!(
+            "{} {} fn map(a: vec4f, b: vec4f) -> vec4f {{ let uv = encode(a.xyz) + {shift:?}; \
+             return vec4f(decode(uv) * norm(a.xyz), f32(is_mapped(uv))); }}",
+            include_str!("../../shaders/lib/octahedral.wgsl"),
+            include_str!("../../shaders/lib/parameterisation.wgsl")
+        )
+    };
+    for kind in 0..3 {
+        let constants = [("PARAMETERISATION", f64::from(kind))];
+        let error = |shift: f32| {
+            run(context, &source(shift), &inputs, &constants)
+                .iter()
+                .zip(&inputs)
+                .map(|(out, [p, _])| (out.truncate() - p.truncate()).length())
+                .fold(0.0, f32::max)
+        };
+        assert!(error(0.0) < 1e-3, "{kind}: {}", error(0.0));
+        assert!(error(0.01) > 0.01, "the control: a shift is seen");
+    }
+}
