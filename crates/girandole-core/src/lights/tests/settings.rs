@@ -124,3 +124,19 @@ fn the_number_of_threads_does_not_matter() -> std::result::Result<(), rayon::Thr
     assert_eq!(with(1)?, with(5)?);
     Ok(())
 }
+
+#[test]
+fn the_suggested_clamp_follows_the_number_of_samples_and_the_scenes_size() {
+    let suggested = |count: u32, scale: f32| {
+        let mut mesh = closed_box();
+        mesh.positions.iter_mut().for_each(|p| *p *= scale);
+        let (scene, geometry) = scene_of(mesh, vec![Material::emitter("l", Vec3::ONE), Material::default()]);
+        let settings = LightSettings { count, ..LightSettings::default() };
+        LightSet::sample(&scene, &geometry, &settings).unwrap().suggested_clamp(&geometry)
+    };
+    let one = suggested(100, 1.0);
+    assert!((one - 20.0 / 3.0).abs() < 1e-4);
+    assert!(
+        (suggested(200, 1.0) / one - 2.0).abs() < 1e-4 && (suggested(100, 2.0) / one - 0.25).abs() < 1e-4
+    );
+}
