@@ -232,8 +232,7 @@ impl<'a> SceneTracer<'a> {
             };
             let barycentric = Vec2::new(u as f32, v as f32);
             let nearer = best.is_none_or(|(bt, bi, _)| t < bt || t == bt && leaf.triangle < bi);
-            if !(t > 0.0 && t < limit && nearer)
-                || !accept(leaf.triangle, barycentric)
+            if !(t > 0.0 && t < limit && nearer && accept(leaf.triangle, barycentric))
                 || leaf.masked && self.geometry.is_cut_out(self.scene, leaf.triangle, barycentric)
             {
                 return f32::INFINITY;
