@@ -5,7 +5,7 @@
 //!
 //! The hierarchy is traversed in a space of its own, where the scene's diagonal is 1 to 2 long and directions have
 //! unit length, because `obvhs` takes boxes for missed whose far side is nearer than 1e-4, and clamps components of a
-//! direction below 1.2e-7. Rays start [`BACK_UP`] earlier there, and boxes are [`MARGIN`] larger: more than single
+//! direction below 1.2e-7. Rays start `BACK_UP` earlier there, and boxes are `MARGIN` larger: more than single
 //! precision can be wrong by.
 
 use crate::scene::{Geometry, NONE, Scene};
@@ -232,9 +232,12 @@ impl<'a> SceneTracer<'a> {
             };
             let barycentric = Vec2::new(u as f32, v as f32);
             let nearer = best.is_none_or(|(bt, bi, _)| t < bt || t == bt && leaf.triangle < bi);
-            if !(t > 0.0 && t < limit && nearer && accept(leaf.triangle, barycentric))
-                || leaf.masked && self.geometry.is_cut_out(self.scene, leaf.triangle, barycentric)
-            {
+            let taken = t > 0.0
+                && t < limit
+                && nearer
+                && accept(leaf.triangle, barycentric)
+                && !(leaf.masked && self.geometry.is_cut_out(self.scene, leaf.triangle, barycentric));
+            if !taken {
                 return f32::INFINITY;
             }
             best = Some((t, leaf.triangle, barycentric));

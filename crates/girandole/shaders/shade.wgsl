@@ -27,12 +27,14 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     let normal = shading_normal(hit, m);
     let r = reflection(hit, m);
     for (var i = frame.first_light; i < frame.end_light; i++) {
-      let light = lights[i];
-      var to_light = light.position - hit.position;
-      if light.profile == DIRECTIONAL { to_light = -light.normal; }
+      // Of a light that does not face the pixel, only this much is read.
+      let light_normal = lights[i].normal;
+      var to_light = lights[i].position - hit.position;
+      if lights[i].profile == DIRECTIONAL { to_light = -light_normal; }
       let cos_x = dot(normal, to_light);
-      let cos_light = -dot(light.normal, to_light);
+      let cos_light = -dot(light_normal, to_light);
       if min(min(cos_x, cos_light), dot(hit.geometric_normal, to_light)) <= 0.0 { continue; }
+      let light = lights[i];
       let r2 = dot(to_light, to_light);
       let g = geometric_factor(light, cos_x, cos_light, r2) * visibility(light, hit.position, hit.geometric_normal);
       irradiance += light.intensity * g;

@@ -89,10 +89,13 @@ impl Scene {
         let forward = views.first().map_or(Vec3::NEG_Z, |v| v.forward);
         let front = Vec3::new(-forward.x, 0.0, -forward.z).normalize_or(Vec3::Z);
         let side = Vec3::Y.cross(front);
-        // Ever steeper, on either side, until no camera sees it.
+        // Ever steeper, on either side, until no camera sees it; at last from where the first camera looks.
         let places =
             [(0.8, 0.6, -0.6), (0.8, 0.6, 0.6), (1.0, 0.2, -0.2), (1.0, -0.6, -0.6), (1.0, -0.6, 0.6)];
-        let directions = places.map(|(up, f, s)| (Vec3::Y * up + front * f + side * s).normalize());
+        let mut directions: Vec<Vec3> =
+            places.map(|(up, f, s)| (Vec3::Y * up + front * f + side * s).normalize()).into();
+        directions.push((Vec3::Y * 0.5 - forward).normalize_or(Vec3::Y));
+        directions.push(-forward);
         let shift = geometry.origin.as_vec3();
         let place =
             |direction: Vec3| Transform::looking_at(center + direction * distance + shift, center + shift);

@@ -129,7 +129,7 @@ impl<'d> Accessor<'d> {
         if self.kind == kind {
             return Ok(self);
         }
-        Err(format!("its {what} is of type {:?} instead of {kind:?}; export the file again", self.kind))
+        Err(format!("its {what} are of type {:?} instead of {kind:?}; export the file again", self.kind))
     }
 
     fn raw(&self, index: usize, component: usize) -> f64 {

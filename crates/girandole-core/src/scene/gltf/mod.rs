@@ -1,10 +1,10 @@
 //! glTF 2.0 import.
 //!
-//! 1. [`document`]: chunks, JSON, buffers.
-//! 2. [`material`], [`texture`]: all of the file's, in its order.
-//! 3. [`nodes`]: the hierarchy of the default scene; a [`mesh`] is read when the first node shows it, so that instances
+//! 1. `document`: chunks, JSON, buffers.
+//! 2. `material`, `texture`: all of the file's, in its order.
+//! 3. `nodes`: the hierarchy of the default scene; a `mesh` is read when the first node shows it, so that instances
 //!    share it.
-//! 4. [`animation`].
+//! 4. `animation`.
 //! 5. Walls and floors are marked as patches.
 //!
 //! Files come from anywhere, so nothing here trusts them: every index is looked up, every element checked, sizes are

@@ -4,7 +4,7 @@
 //! where the union stays convex. The longest sides go first, so that a regular grid falls into a few large blocks.
 
 use super::super::NONE;
-use super::FlatTriangle;
+use super::surface::FlatTriangle;
 use glam::DVec2;
 use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
@@ -150,13 +150,23 @@ struct Merge<'t> {
 
 impl<'t> Merge<'t> {
     fn new(triangles: &'t [FlatTriangle], members: &'t [u32], tolerance: f64) -> Self {
-        let local: FxHashMap<u32, u32> = members.iter().enumerate().map(|(i, &t)| (t, i as u32)).collect();
+        // Members ascend.
+        let local = |t: u32| {
+            if members.len() == triangles.len() {
+                Some(t)
+            } else {
+                members.binary_search(&t).ok().map(|i| i as u32)
+            }
+        };
         let count = members.len() as u32 * 3;
         let mut twin = vec![NONE; count as usize];
         for (i, &t) in members.iter().enumerate() {
             let triangle = &triangles[t as usize];
             for side in 0..3 {
-                let Some(&other) = local.get(&triangle.neighbors[side]) else { continue };
+                let Some(other) = Some(triangle.neighbors[side]).filter(|&n| n != NONE).and_then(local)
+                else {
+                    continue;
+                };
                 let wanted = triangle.points[(side + 1) % 3];
                 let points = triangles[members[other as usize] as usize].points;
                 if let Some(their) = points.iter().position(|&p| p == wanted) {

@@ -1,0 +1,21 @@
+//! The importers: what they read, what they refuse, and what they do to planar surfaces.
+
+mod builder;
+mod defaults;
+mod gltf_content;
+mod gltf_errors;
+mod models;
+mod mutation;
+mod patches;
+
+/// No file of a few kilobytes may make an importer ask for more memory than this.
+const MEMORY_LIMIT: usize = 256 << 20;
+
+#[global_allocator]
+static ALLOCATOR: cap::Cap<std::alloc::System> = cap::Cap::new(std::alloc::System, MEMORY_LIMIT);
+
+#[test]
+fn the_memory_limit_is_in_force() {
+    assert!(Vec::<u8>::new().try_reserve_exact(MEMORY_LIMIT + 1).is_err());
+    assert!(Vec::<u8>::new().try_reserve_exact(1 << 20).is_ok());
+}

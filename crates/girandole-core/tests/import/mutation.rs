@@ -1,0 +1,239 @@
+//! Files broken in every way that a machine can think of: no panic, no memory beyond the limit of [`crate`].
+
+use crate::builder::{container, some_of_everything};
+use crate::models::binary;
+use girandole_core::scene::{Geometry, Scene, load_gltf_slice, load_model_slice};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+}
+
+/// How many were read, and how many refused.
+#[derive(Debug, Default)]
+struct Tally {
+    read: usize,
+    refused: usize,
+}
+
+impl Tally {
+    fn load(&mut self, bytes: &[u8], which: &str) {
+        let result = catch_unwind(AssertUnwindSafe(|| match load_gltf_slice(bytes, None) {
+            Ok(scene) => {
+                use_all(&scene);
+                true
+            }
+            Err(error) => {
+                let sentence = error.to_string();
+                assert!(
+                    sentence.len() < 700 && sentence.starts_with("the glTF data is not usable: "),
+                    "{sentence}"
+                );
+                false
+            }
+        }));
+        match result {
+            Ok(true) => self.read += 1,
+            Ok(false) => self.refused += 1,
+            Err(_) => panic!("{which}"),
+        }
+    }
+
+    /// A test that reads all or nothing tests little.
+    fn assert_both(&self) {
+        let least = (self.read + self.refused) / 50;
+        assert!(self.read > least && self.refused > least, "{self:?}");
+    }
+}
+
+/// Touches everything that an index leads to.
+fn use_all(scene: &Scene) {
+    let geometry = Geometry::new(scene);
+    for t in 0..geometry.triangles.len() as u32 {
+        let middle = girandole_core::glam::Vec2::splat(0.25);
+        geometry.is_cut_out(scene, t, middle);
+        let surface = geometry.surface(scene, t, middle, geometry.normal(t));
+        assert!(surface.albedo.is_finite() && surface.emission.is_finite(), "{surface:?}");
+    }
+    for mesh in &scene.meshes {
+        assert!(mesh.patches.windows(2).all(|w| w[0].triangles.end == w[1].triangles.start));
+        assert!(mesh.patches.iter().all(|p| p.triangles.end as usize <= mesh.triangles.len()));
+    }
+    for channel in scene.animations.iter().flat_map(|a| &a.channels) {
+        assert!(channel.node < scene.nodes.len() && !channel.times.is_empty());
+    }
+    assert!(
+        scene
+            .cameras
+            .iter()
+            .map(|c| c.node)
+            .chain(scene.lights.iter().map(|l| l.node))
+            .all(|n| n < scene.nodes.len())
+    );
+}
+
+#[test]
+fn every_truncation() {
+    let glb = some_of_everything().glb();
+    let mut tally = Tally::default();
+    for length in 0..glb.len() {
+        tally.load(&glb[..length], "truncated");
+    }
+    assert_eq!((tally.read, tally.refused), (0, glb.len()));
+    tally.load(&glb, "whole");
+    assert_eq!(tally.read, 1);
+    // Cut off, but with a header that does not know it.
+    let mut tally = Tally::default();
+    for length in 20..glb.len() {
+        let mut cut = glb[..length].to_vec();
+        cut[8..12].copy_from_slice(&(length as u32).to_le_bytes());
+        tally.load(&cut, &format!("cut at {length}"));
+    }
+    assert_eq!(tally.read, 0);
+}
+
+#[test]
+fn flipped_bytes() {
+    let glb = some_of_everything().glb();
+    let mut random = Random(1);
+    let mut tally = Tally::default();
+    for round in 0..12_000 {
+        let mut bytes = glb.clone();
+        for _ in 0..=random.below(3) {
+            let at = random.below(bytes.len());
+            bytes[at] = random.next() as u8;
+        }
+        tally.load(&bytes, &format!("round {round}"));
+    }
+    tally.assert_both();
+}
+
+/// Where the numbers of a JSON text are.
+fn numbers(text: &[u8]) -> Vec<std::ops::Range<usize>> {
+    let mut result: Vec<std::ops::Range<usize>> = Vec::new();
+    let mut quoted = false;
+    for (i, c) in text.iter().enumerate() {
+        quoted ^= *c == b'"';
+        if !quoted && (c.is_ascii_digit() || matches!(c, b'-' | b'.' | b'+' | b'e')) {
+            match result.last_mut() {
+                Some(last) if last.end == i => last.end = i + 1,
+                _ if c.is_ascii_digit() || *c == b'-' => result.push(i..i + 1),
+                _ => {}
+            }
+        }
+    }
+    result
+}
+
+#[test]
+fn changed_numbers() {
+    let file = some_of_everything();
+    let glb = file.glb();
+    let length = u32::from_le_bytes([glb[12], glb[13], glb[14], glb[15]]) as usize;
+    let (text, bin) = (&glb[20..20 + length], &glb[28 + length..]);
+    let numbers = numbers(text);
+    assert!(numbers.len() > 100);
+    let values = [
+        "0",
+        "1",
+        "2",
+        "3",
+        "5",
+        "-1",
+        "255",
+        "65535",
+        "65536",
+        "16777216",
+        "2147483647",
+        "4294967295",
+        "4294967296",
+        "18446744073709551615",
+        "1e30",
+        "-1e30",
+        "3.4e38",
+        "1e300",
+        "1e-30",
+        "0.5",
+        "5121",
+        "5123",
+        "5125",
+        "5126",
+        "null",
+        "[]",
+        "{}",
+        "\"\"",
+        "true",
+    ];
+    let mut tally = Tally::default();
+    // Each number by each value, then pairs.
+    for number in &numbers {
+        for value in values {
+            let changed = [&text[..number.start], value.as_bytes(), &text[number.end..]].concat();
+            tally.load(&container(changed, bin), &format!("{number:?} = {value}"));
+        }
+    }
+    let mut random = Random(2);
+    for _ in 0..6000 {
+        let mut pick = [random.below(numbers.len()), random.below(numbers.len())];
+        pick.sort_unstable();
+        if pick[0] == pick[1] {
+            continue;
+        }
+        let [a, b] = pick.map(|i| numbers[i].clone());
+        let [x, y] = [random.below(values.len()), random.below(values.len())].map(|i| values[i].as_bytes());
+        let changed = [&text[..a.start], x, &text[a.end..b.start], y, &text[b.end..]].concat();
+        tally.load(&container(changed, bin), &format!("{a:?}, {b:?}"));
+    }
+    tally.assert_both();
+}
+
+#[test]
+fn changed_models() {
+    let obj = "v 0 0 0\nv 1 0 0 1\nv 1 1 0\nvn 0 0 1\nvt 0 1\no a\nf 1/1/1 2//1 3\nf -1 -2 -3\nl 1 2\ng x\nf 1 2 3 4\nv 1 2 3\n";
+    let ply = String::from_utf8_lossy(&binary(false)).replace("binary_little_endian", "ascii");
+    let files: [(&str, Vec<u8>); 4] =
+        [("ply", binary(false)), ("ply", binary(true)), ("ply", ply.into_bytes()), ("obj", obj.into())];
+    let mut random = Random(3);
+    for (kind, bytes) in files {
+        for round in 0..3000 {
+            let mut bytes = bytes[..bytes.len() - random.below(bytes.len()) * (round % 2)].to_vec();
+            for _ in 0..=random.below(4) {
+                let at = random.below(bytes.len());
+                bytes[at] = if random.below(2) == 0 {
+                    b"0123456789-./ \n"[random.below(15)]
+                } else {
+                    random.next() as u8
+                };
+            }
+            let loaded = catch_unwind(|| load_model_slice(&bytes, kind));
+            match loaded {
+                Ok(Ok(mesh)) => {
+                    assert!(
+                        mesh.triangles
+                            .iter()
+                            .flat_map(|t| t.vertices)
+                            .all(|v| (v as usize) < mesh.positions.len())
+                    );
+                    assert!(
+                        mesh.normals.len() == mesh.positions.len()
+                            && mesh.normals.iter().all(|n| n.is_finite())
+                    );
+                }
+                Ok(Err(error)) => assert!(!error.to_string().contains('\n'), "{error}"),
+                Err(_) => panic!("{kind}, round {round}: {:?}", String::from_utf8_lossy(&bytes)),
+            }
+        }
+    }
+}
