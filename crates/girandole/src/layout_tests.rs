@@ -153,7 +153,7 @@ fn a_whole_frame_records_without_error() {
     // The control: an error is reported as one.
     let (device, _) = noop(wgpu::Features::empty());
     let wrong = || {
-        device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        let _ = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: None,
             source: wgpu::ShaderSource::Wgsl("fn broken( {".into()),
         });

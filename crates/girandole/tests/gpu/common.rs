@@ -62,6 +62,10 @@ impl Context {
         self.gpu.block_on(future).expect("the device")
     }
 
+    pub fn renderer(&self, options: RendererOptions) -> Renderer {
+        Renderer::new(&self.gpu.device, &self.gpu.queue, options).expect("a renderer")
+    }
+
     /// A picture with exact settings.
     pub fn picture(&self, stage: &Stage, options: RendererOptions, view: &View, size: [u32; 2]) -> Image {
         let mut renderer = self.renderer(options);
