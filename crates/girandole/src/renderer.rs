@@ -368,7 +368,7 @@ fn check(size: [u32; 2], settings: &RenderSettings, limits: &wgpu::Limits) -> Re
             settings.samples_per_axis
         )));
     }
-    if settings.clamp.is_some_and(|c| !(c > 0.0)) {
+    if settings.clamp.is_some_and(|c| c.is_nan() || c <= 0.0) {
         return Err(invalid("the bound of the geometric factor (--clamp) has to be positive, or off".into()));
     }
     Ok(())
