@@ -121,6 +121,14 @@ impl Gpu {
     /// # Errors
     /// [`Error::NoAdapter`] with the adapters that there are, [`Error::Unsupported`] where the one named cannot do it.
     pub async fn new(name: Option<&str>) -> Result<Self> {
+        Self::with_features(name, WANTED_FEATURES).await
+    }
+
+    /// The same, using only these of the features that the adapter has.
+    ///
+    /// # Errors
+    /// As for [`Gpu::new`].
+    pub async fn with_features(name: Option<&str>, wanted: wgpu::Features) -> Result<Self> {
         let all = enumerate().await;
         let names: Vec<String> = all.iter().map(|a| a.get_info().name).collect();
         let matches = |a: &wgpu::Adapter| {
@@ -144,7 +152,7 @@ impl Gpu {
         let (device, queue) = adapter
             .request_device(&wgpu::DeviceDescriptor {
                 label: Some("girandole"),
-                required_features: adapter.features() & WANTED_FEATURES,
+                required_features: adapter.features() & wanted,
                 required_limits: wanted_limits(&adapter),
                 ..Default::default()
             })

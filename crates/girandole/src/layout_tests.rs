@@ -3,7 +3,7 @@
 
 use crate::layout::{Display, Frame, GpuMaterial, Item, Light, TextureUse, Triangle, Vertex};
 use crate::{RenderSettings, Renderer, RendererOptions, ShadowMap, shaders};
-use girandole_core::lights::{LightSettings, LightSet};
+use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject};
 use girandole_core::scene::{Geometry, Material, Texture, TextureRef, View};
 use std::collections::HashMap;

@@ -10,8 +10,12 @@ override FILTER: u32; // percentage-closer filter: width in texels, 0 = the near
 
 const SLACK = 2e-5;
 const FOOTPRINT = 0.02;
+// Blockers farther than this share of the distance in front of the receiver block without a second look.
 const NEARBY = 0.7;
+// What remains in hollows of finely tessellated surfaces, in units of FOOTPRINT.
 const HOLLOW = 10.0;
+// Where light grazes, the allowances for rounding are no more than this share of the distance.
+const GRAZING = 0.1;
 
 // One texel's answer: `a` is the receiver's normal in light space, `height` = −dot(a, p) > 0 its plane's distance to
 // the light, `slope` = height / norm(p), `uv` the receiver's place in the square.
@@ -20,7 +24,8 @@ fn is_lit(light: Light, texel: vec2u, uv: vec2f, a: vec3f, height: f32, slope: f
   let stored = textureLoad(atlas, light.map_origin + texel, light.map_page, 0);
   let here = max(-dot(a, decode(centre)), slope);
   let allowance = NEAR * FOOTPRINT / light.map_size;
-  if stored * height <= NEAR * here * (1.0 + SLACK) + allowance { return true; }
+  let most = NEAR * GRAZING * slope;
+  if stored * height <= NEAR * here * (1.0 + SLACK) + min(allowance, most) { return true; }
   if stored * height * NEARBY > NEAR * slope { return false; }
   // What is seen there is nearer, but not by much: at the foot of a wall or in a hollow it need not be in the way.
   // Carry its own slope over to the receiver's place: only what is still nearer there blocks.
@@ -29,7 +34,7 @@ fn is_lit(light: Light, texel: vec2u, uv: vec2f, a: vec3f, height: f32, slope: f
     gradient_along(light, origin, vec2i(1, 0), stored),
     gradient_along(light, origin, vec2i(0, 1), stored));
   let carried = stored + dot(gradient, (uv - centre) * light.map_size);
-  return carried * height <= NEAR * slope * (1.0 + SLACK) + HOLLOW * allowance;
+  return carried * height <= NEAR * slope * (1.0 + SLACK) + min(HOLLOW * allowance, most);
 }
 
 // Change a texel of stored depth along one axis, on the surface that `stored` belongs to: of the two sides, the one
