@@ -2,6 +2,7 @@
 
 use super::{Job, Picture, Stats};
 use crate::args;
+use crate::output::Progress;
 use anyhow::Result;
 use girandole::{FrameStats, Gpu, RenderSettings, Renderer, RendererOptions, ShadowMap};
 use pollster::block_on;
@@ -30,6 +31,7 @@ impl Device {
 
     /// Renders with shadow maps.
     pub fn render(&self, job: &Job) -> Result<Picture> {
+        let _progress = Progress::spinner(&format!("rendering on {}", self.name()));
         let start = Instant::now();
         let quality = &job.args.quality;
         let options = RendererOptions {
