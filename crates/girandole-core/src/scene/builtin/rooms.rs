@@ -221,7 +221,7 @@ pub(super) fn area_lights(object: MovingObject) -> Result<Scene> {
     room.add("ball", shapes::sphere(0.2, 28, 14, blue), vec3(-2.3, 0.7, -1.45));
     room.add("drum", shapes::cylinder(0.22, 0.5, 28, object_material), vec3(2.55, 0.0, 0.6));
     room.moving(object, vec3(1.5, 0.551, -0.5), 35.0, 0.6)?;
-    room.camera("area-lights", vec3(-0.4, 1.65, 2.9), vec3(0.05, 0.75, -1.0), 58.0);
+    room.camera("area-lights", vec3(-0.5, 1.55, 2.9), vec3(0.1, 1.1, -1.0), 66.0);
     room.camera("corner", vec3(3.7, 2.0, 2.7), vec3(-0.6, 0.5, -1.0), 55.0);
     room.camera("pedestals", vec3(0.3, 1.2, 1.7), vec3(0.8, 0.6, -1.0), 50.0);
     Ok(room.scene)
@@ -272,7 +272,7 @@ pub(super) fn pillars(object: MovingObject) -> Result<Scene> {
     room.boxes("plinth", GREY, vec3(-0.2, 0.0, -0.1), 25.0, &[(vec3(-0.4, 0.0, -0.4), vec3(0.8, 0.4, 0.8))]);
     room.boxes("bench", WOOD, vec3(0.0, 0.0, -2.7), 0.0, &[(vec3(-1.2, 0.0, -0.2), vec3(2.4, 0.42, 0.4))]);
     room.moving(object, vec3(-0.2, 0.401, -0.1), 30.0, 0.7)?;
-    room.camera("pillars", vec3(2.6, 1.65, 3.0), vec3(-0.5, 0.85, -0.5), 58.0);
+    room.camera("pillars", vec3(1.2, 1.65, 3.0), vec3(-0.35, 0.95, -0.6), 60.0);
     room.camera("foreground", vec3(2.05, 1.5, 2.1), vec3(1.1, 1.1, 0.2), 60.0);
     room.camera("green-wall", vec3(2.9, 1.5, -0.2), vec3(-2.0, 0.9, -0.2), 55.0);
     Ok(room.scene)
@@ -281,7 +281,7 @@ pub(super) fn pillars(object: MovingObject) -> Result<Scene> {
 /// Figure 5-10: a large grey block shades an object beside it, which only indirect light reaches.
 pub(super) fn block(object: MovingObject) -> Result<Scene> {
     let mut room = Room::new("block", 3.5, 3.0, 3.0, [WHITE, RED, WHITE, WHITE]);
-    room.light("light", [-2.1, -0.4], [1.2, 1.8], WARM * 13.0);
+    room.light("light", [-2.1, -0.4], [1.2, 1.8], WARM * 18.0);
     block_and_plinth(&mut room);
     room.moving(object, vec3(1.35, 0.001, 0.1), 150.0, 0.8)?;
     room.camera("block", vec3(1.9, 1.6, 2.9), vec3(0.35, 0.65, -0.6), 55.0);
@@ -298,7 +298,7 @@ fn block_and_plinth(room: &mut Room) {
 /// Figure 6-1: two halves joined by a narrow gap; the light is in one, the object in the other.
 pub(super) fn gap(object: MovingObject) -> Result<Scene> {
     let mut room = Room::new("gap", 4.0, 3.0, 3.0, [WHITE, WHITE, WHITE, WHITE]);
-    room.light("light", [-2.2, -0.6], [1.4, 1.4], WARM * 22.0);
+    room.light("light", [-1.8, -0.2], [1.8, 1.8], WARM * 40.0);
     // A wall 0.2 m thick from back to front, open for 0.6 m over its whole height.
     let (x, h, z) = (0.1, room.height, room.half.z);
     let (near, far) = (0.15, -0.45);
