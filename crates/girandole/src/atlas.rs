@@ -53,7 +53,8 @@ impl AtlasLayout {
 
     /// A slot in the words of the shaders, see `Light.place`.
     pub(crate) fn place(&self, slot: &MapSlot) -> u32 {
-        slot.page << 24 | slot.origin[1] / self.map_size << 12 | slot.origin[0] / self.map_size
+        let [column, row] = slot.origin.map(|o| o / self.map_size);
+        (slot.page << 24) | (row << 12) | column
     }
 
     /// What shaders need to know about the whole atlas.
