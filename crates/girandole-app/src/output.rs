@@ -1,5 +1,5 @@
-//! What the program says and writes: sentences for people on the standard error stream, data on standard output, files whole
-//! or not at all.
+//! What the program says and writes: sentences for people on the standard error stream, data on standard
+//! output, files whole or not at all.
 
 use anyhow::{Context, Result, bail};
 use clap::error::ErrorKind;
@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, ErrorKind as IoKind, IsTerminal, Write};
 use std::path::Path;
 use std::process::ExitCode;
+use std::time::Duration;
 
 /// Tells people something. A closed stream is nothing to die of.
 pub fn say(sentence: &str) {
@@ -83,10 +84,23 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
 pub struct Progress(ProgressBar);
 
 impl Progress {
-    /// Starts one.
-    pub fn new(what: &str) -> Self {
+    /// A bar for work whose share is known.
+    pub fn bar(what: &str) -> Self {
+        Self::new(what, "{msg} {wide_bar} {percent:>3} % {eta}")
+    }
+
+    /// A sign of life for work that is done elsewhere.
+    pub fn spinner(what: &str) -> Self {
+        let spinner = Self::new(what, "{spinner} {msg} {elapsed}");
+        if !spinner.0.is_hidden() {
+            spinner.0.enable_steady_tick(Duration::from_millis(100));
+        }
+        spinner
+    }
+
+    fn new(what: &str, template: &str) -> Self {
         let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::hidden());
-        if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {eta}") {
+        if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }
         bar.set_message(what.to_owned());

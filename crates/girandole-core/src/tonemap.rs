@@ -164,6 +164,11 @@ pub fn srgb_encode(linear: f32) -> f32 {
     if c <= 0.003_130_8 { c * 12.92 } else { 1.055 * libm::powf(c, 1.0 / 2.4) - 0.055 }
 }
 
+/// The linear value of an sRGB value, 0 to 1: undoes [`srgb_encode`].
+pub fn srgb_decode(encoded: f32) -> f32 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { libm::powf((encoded + 0.055) / 1.055, 2.4) }
+}
+
 /// A picture as 8-bit sRGB, three bytes a pixel, rows from the top down.
 pub fn to_srgb8(image: &Image, ev: f32, tonemap: Tonemap) -> Vec<u8> {
     let scale = libm::exp2f(ev);
@@ -282,7 +287,7 @@ mod tests {
     #[test]
     fn bytes_are_srgb() {
         for byte in 0..=255u8 {
-            let linear = crate::scene::srgb_decode(byte);
+            let linear = srgb_decode(f32::from(byte) / 255.0);
             assert_eq!((srgb_encode(linear) * 255.0 + 0.5) as u8, byte);
         }
         let image = Image {

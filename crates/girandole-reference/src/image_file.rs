@@ -3,6 +3,7 @@
 use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, SpecificChannels, WritableImage};
 use girandole_core::glam::Vec3;
 use girandole_core::image::Image;
+use girandole_core::tonemap::srgb_decode;
 use girandole_core::{Error, Result};
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
@@ -104,7 +105,7 @@ pub fn read_png(path: &Path) -> Result<Image> {
         .decode()
         .map_err(|e| broken(path, format!("it is no readable PNG file ({e})")))?
         .into_rgb32f();
-    let pixels = decoded.pixels().map(|p| Vec3::from(p.0.map(srgb_to_linear))).collect();
+    let pixels = decoded.pixels().map(|p| Vec3::from(p.0.map(srgb_decode))).collect();
     Ok(Image { width: decoded.width(), height: decoded.height(), pixels })
 }
 
@@ -120,17 +121,6 @@ pub fn write_png(path: &Path, width: u32, height: u32, rgb8: &[u8]) -> Result<()
         .write_image(rgb8, width, height, image::ExtendedColorType::Rgb8)
         .map_err(|e| write_error(path, std::io::Error::other(e)))?;
     write_bytes(path, &bytes)
-}
-
-/// The linear value of an sRGB value in [0, 1] (IEC 61966-2-1).
-pub fn srgb_to_linear(x: f32) -> f32 {
-    if x <= 0.04045 { x / 12.92 } else { libm::powf((x + 0.055) / 1.055, 2.4) }
-}
-
-/// The sRGB value of a linear value; what is outside of [0, 1] is clamped.
-pub fn linear_to_srgb(x: f32) -> f32 {
-    let x = x.clamp(0.0, 1.0);
-    if x <= 0.003_130_8 { x * 12.92 } else { 1.055 * libm::powf(x, 1.0 / 2.4) - 0.055 }
 }
 
 fn check_size(width: u32, height: u32, have: usize, per_pixel: usize) -> Result<()> {

@@ -1,8 +1,8 @@
 //! How far one picture is from another, in numbers and as a picture.
 
-use crate::image_file::{linear_to_srgb, srgb_to_linear};
 use girandole_core::glam::{DVec3, Vec3};
 use girandole_core::image::Image;
+use girandole_core::tonemap::{srgb_decode, srgb_encode};
 use girandole_core::{Error, Result};
 use nv_flip::{FlipImageFloat, FlipImageRgb8};
 
@@ -136,7 +136,7 @@ pub fn heat_map(reference: &Image, test: &Image, options: &CompareOptions, kind:
             return Vec3::new(0.0, 1.0, 1.0);
         }
         let at = 3 * ((errors[i].clamp(0.0, 1.0) * last as f32).round() as usize);
-        Vec3::from([0, 1, 2].map(|c| srgb_to_linear(f32::from(colours[at + c]) / 255.0)))
+        Vec3::from([0, 1, 2].map(|c| srgb_decode(f32::from(colours[at + c]) / 255.0)))
     };
     let pixels = (0..valid.len()).map(pixel).collect();
     Ok(Image { width: reference.width, height: reference.height, pixels })
@@ -190,7 +190,7 @@ fn flip_map(reference: &Image, test: &Image, valid: &[bool]) -> Vec<f32> {
     let exposure = exposure(reference, valid);
     let encode = |p: Vec3| {
         // A NaN becomes 0 by the cast.
-        (p * exposure).to_array().map(|x| (linear_to_srgb(x) * 255.0).round() as u8)
+        (p * exposure).to_array().map(|x| (srgb_encode(x) * 255.0).round() as u8)
     };
     let bytes = |image: &Image| -> Vec<u8> {
         (0..valid.len())

@@ -24,9 +24,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         room.add_polygon(&corners, material);
     }
     scene.add_object("room", room, Transform::IDENTITY);
-    scene.add_object("ball", shapes::sphere(0.6, 48, 24, white), Transform::translation(vec3(0.2, 0.6, -0.3)));
+    scene.add_object(
+        "ball",
+        shapes::sphere(0.6, 48, 24, white),
+        Transform::translation(vec3(0.2, 0.6, -0.3)),
+    );
     let node = scene.add_node("camera", Transform::looking_at(vec3(0.0, 1.6, 5.5), vec3(0.0, 1.3, 0.0)));
-    scene.cameras.push(Camera { name: "front".into(), node, projection: Projection::Perspective { yfov: 0.7 } });
+    scene.cameras.push(Camera {
+        name: "front".into(),
+        node,
+        projection: Projection::Perspective { yfov: 0.7 },
+    });
 
     // Its light as 300 samples, and a device of our own; a program with a window hands in the one it has.
     let geometry = Geometry::new(&scene);

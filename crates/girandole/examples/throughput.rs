@@ -49,8 +49,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let geometry = Geometry::new(&scene);
     let lights = LightSet::sample(&scene, &geometry, &LightSettings { count: LIGHTS, ..Default::default() })?;
     let view = View::new(&scene, &geometry, &scene.cameras[0], SIZE[0] as f32 / SIZE[1] as f32);
-    let mut renderer =
-        Renderer::new(&gpu.device, &gpu.queue, RendererOptions { map_size: Some(256), ..Default::default() })?;
+    let mut renderer = Renderer::new(
+        &gpu.device,
+        &gpu.queue,
+        RendererOptions { map_size: Some(256), ..Default::default() },
+    )?;
     renderer.load(&scene, &geometry, &lights)?;
 
     // How many pairs face each other: counted on every fourth pixel in x and y.
@@ -61,10 +64,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let (origin, direction) = view.pixel_ray(Vec2::new(x as f32, y as f32) + 0.5, SIZE);
             let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
             let s = geometry.surface(&scene, hit.triangle, hit.barycentric, -direction.normalize());
-            let pair = |l: &&_| girandole::core::lights::LightSample::geometric_factor(
-                l, s.position, s.geometric_normal, s.shading_normal, f32::MAX,
-            )
-            .is_some();
+            let pair = |l: &&_| {
+                girandole::core::lights::LightSample::geometric_factor(
+                    l,
+                    s.position,
+                    s.geometric_normal,
+                    s.shading_normal,
+                    f32::MAX,
+                )
+                .is_some()
+            };
             facing += 16 * lights.samples.iter().filter(pair).count() as u64;
         }
     }
@@ -112,7 +121,24 @@ impl Bare {
         let lights: Vec<u8> = (0..LIGHTS)
             .flat_map(|i| {
                 let f = i as f32;
-                [(f * 0.37) % 10.0, 3.0, (f * 0.71) % 7.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.1, 0.1, 0.1, 0.0]
+                [
+                    (f * 0.37) % 10.0,
+                    3.0,
+                    (f * 0.71) % 7.0,
+                    0.0,
+                    0.0,
+                    -1.0,
+                    0.0,
+                    0.0,
+                    1.0,
+                    0.0,
+                    0.0,
+                    0.0,
+                    0.1,
+                    0.1,
+                    0.1,
+                    0.0,
+                ]
             })
             .flat_map(f32::to_le_bytes)
             .collect();
@@ -150,16 +176,22 @@ impl Bare {
             cache: None,
         });
         let view = atlas.create_view(&Default::default());
-        let resources =
-            [lights.as_entire_binding(), wgpu::BindingResource::TextureView(&view), image.as_entire_binding()];
+        let resources = [
+            lights.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&view),
+            image.as_entire_binding(),
+        ];
         let entries: Vec<_> = resources
             .into_iter()
             .zip(0..)
             .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         let layout = pipeline.get_bind_group_layout(0);
-        let group =
-            device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries });
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &layout,
+            entries: &entries,
+        });
         Self { pipeline, group }
     }
 

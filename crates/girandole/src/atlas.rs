@@ -4,6 +4,7 @@
 //! Worked example: 300 lights under 256 MiB (64 Mi texels) get ⌊√(2²⁶ / 300)⌋ = 472 → 464 texels across (a multiple
 //! of 16), 17 × 17 tiles fit a page of 8192, so two pages of 13 × 12 tiles are made: 6032 × 5568 texels each.
 
+use crate::layout::Maps;
 use crate::settings::RendererOptions;
 use crate::{Error, Result};
 
@@ -13,6 +14,8 @@ const MIN_SIZE: u32 = 16;
 const MAX_CHOSEN: u32 = 512;
 /// Largest page: what every WebGPU device can hold.
 const MAX_PAGE: u32 = 8192;
+/// Most pages: what a light's place has room for.
+const MAX_PAGES: u32 = 256;
 /// A directional light's map covers the whole scene: it gets this many tiles along each axis.
 const DIRECTIONAL_TILES: u32 = 4;
 
@@ -34,8 +37,10 @@ pub struct AtlasLayout {
     pub page_size: [u32; 2],
     /// How many pages.
     pub pages: u32,
-    /// Texels across a map (directional lights have four times as many).
+    /// Texels across a map.
     pub map_size: u32,
+    /// Texels across the map of a directional light: four times as many where a page holds them.
+    pub parallel_size: u32,
     /// One a light.
     pub slots: Vec<MapSlot>,
 }
@@ -44,6 +49,21 @@ impl AtlasLayout {
     /// Bytes of the depth texture.
     pub fn bytes(&self) -> u64 {
         u64::from(self.page_size[0]) * u64::from(self.page_size[1]) * u64::from(self.pages) * 4
+    }
+
+    /// A slot in the words of the shaders, see `Light.place`.
+    pub(crate) fn place(&self, slot: &MapSlot) -> u32 {
+        let [column, row] = slot.origin.map(|o| o / self.map_size);
+        (slot.page << 24) | (row << 12) | column
+    }
+
+    /// What shaders need to know about the whole atlas.
+    pub(crate) fn maps(&self) -> Maps {
+        Maps {
+            page: self.page_size.map(|s| s as f32),
+            size: self.map_size as f32,
+            parallel_size: self.parallel_size as f32,
+        }
     }
 
     /// Lays out the maps of lights, of which `directional[i]` tells whether light i is a directional one.
@@ -89,6 +109,7 @@ impl AtlasLayout {
             page_size: [columns * size, rows * size],
             pages: 0,
             map_size: size,
+            parallel_size: size * block,
             slots: vec![MapSlot::default(); directional.len()],
         };
         let mut grid = Grid { columns, rows, taken: Vec::new() };
@@ -110,10 +131,11 @@ impl AtlasLayout {
                 result.bytes().div_ceil(1 << 20)
             )));
         }
-        if result.pages > limits.max_texture_array_layers {
+        if result.pages > limits.max_texture_array_layers.min(MAX_PAGES) {
             return Err(Error::TooLarge(format!(
                 "{lights} shadow maps of {size}² texels need {} pages and this device holds {}; use a smaller --map-size",
-                result.pages, limits.max_texture_array_layers
+                result.pages,
+                limits.max_texture_array_layers.min(MAX_PAGES)
             )));
         }
         Ok(result)

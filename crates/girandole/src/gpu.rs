@@ -3,6 +3,7 @@
 use crate::{Error, Result};
 use std::future::Future;
 use std::pin::pin;
+use std::sync::{Arc, OnceLock};
 use std::task::{Context, Poll, Waker};
 
 /// Features that the renderer uses where a device has them. None is required.
@@ -75,10 +76,8 @@ pub async fn adapters() -> Vec<AdapterReport> {
 async fn enumerate() -> Vec<wgpu::Adapter> {
     let mut all = Vec::new();
     for backends in [wgpu::Backends::all() - wgpu::Backends::GL, wgpu::Backends::GL] {
-        let descriptor = wgpu::InstanceDescriptor {
-            backends,
-            ..wgpu::InstanceDescriptor::new_without_display_handle()
-        };
+        let descriptor =
+            wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
         all.extend(wgpu::Instance::new(descriptor).enumerate_adapters(backends).await);
         if all.iter().any(is_usable) {
             break;
@@ -112,6 +111,8 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// What it is.
     pub info: wgpu::AdapterInfo,
+    /// The first error that no call returned, such as a lack of memory.
+    failure: Arc<OnceLock<String>>,
 }
 
 impl Gpu {
@@ -120,6 +121,14 @@ impl Gpu {
     /// # Errors
     /// [`Error::NoAdapter`] with the adapters that there are, [`Error::Unsupported`] where the one named cannot do it.
     pub async fn new(name: Option<&str>) -> Result<Self> {
+        Self::with_features(name, WANTED_FEATURES).await
+    }
+
+    /// The same, using only these of the features that the adapter has.
+    ///
+    /// # Errors
+    /// As for [`Gpu::new`].
+    pub async fn with_features(name: Option<&str>, wanted: wgpu::Features) -> Result<Self> {
         let all = enumerate().await;
         let names: Vec<String> = all.iter().map(|a| a.get_info().name).collect();
         let matches = |a: &wgpu::Adapter| {
@@ -143,22 +152,27 @@ impl Gpu {
         let (device, queue) = adapter
             .request_device(&wgpu::DeviceDescriptor {
                 label: Some("girandole"),
-                required_features: adapter.features() & WANTED_FEATURES,
+                required_features: adapter.features() & wanted,
                 required_limits: wanted_limits(&adapter),
                 ..Default::default()
             })
             .await
             .map_err(|e| Error::Device(e.to_string()))?;
-        Ok(Self { device, queue, info })
+        let failure = Arc::<OnceLock<String>>::default();
+        let slot = failure.clone();
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            let _ = slot.set(error.to_string());
+        }));
+        Ok(Self { device, queue, info, failure })
     }
 
     /// Waits until everything submitted so far is done.
     ///
     /// # Errors
-    /// [`Error::Device`] where the device was lost.
+    /// [`Error::Device`] where the device was lost, or anything before went wrong on it.
     pub fn wait(&self) -> Result<()> {
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| Error::Device(e.to_string()))?;
-        Ok(())
+        self.failure.get().map_or(Ok(()), |failure| Err(Error::Device(failure.clone())))
     }
 
     /// Runs a future to its end, polling the device in between: for programs that have nothing else to do.

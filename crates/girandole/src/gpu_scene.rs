@@ -1,6 +1,7 @@
 //! A scene's buffers on the GPU.
 
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
+use crate::passes::shade::BATCH;
 use crate::{Error, Result, bind};
 use bind::Slot;
 use girandole_core::glam::{Vec2, Vec4};
@@ -30,8 +31,18 @@ pub(crate) fn storage<T: bytemuck::Pod>(
     label: &str,
     contents: &[T],
 ) -> Result<wgpu::Buffer> {
-    let limit = device.limits().max_storage_buffer_binding_size;
     let bytes: &[u8] = bytemuck::cast_slice(contents);
+    check_size(device, label, bytes)?;
+    let contents = if bytes.is_empty() { &[0; 256] } else { bytes };
+    Ok(device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some(label),
+        contents,
+        usage: wgpu::BufferUsages::STORAGE,
+    }))
+}
+
+fn check_size(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Result<()> {
+    let limit = device.limits().max_storage_buffer_binding_size;
     if bytes.len() as u64 > limit {
         return Err(Error::TooLarge(format!(
             "the scene's {label} take {} MiB and this device binds {} MiB at most; use a smaller scene or --engine cpu",
@@ -39,12 +50,7 @@ pub(crate) fn storage<T: bytemuck::Pod>(
             limit >> 20
         )));
     }
-    let contents = if bytes.is_empty() { &[0; 256] } else { bytes };
-    Ok(device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some(label),
-        contents,
-        usage: wgpu::BufferUsages::STORAGE,
-    }))
+    Ok(())
 }
 
 impl GpuScene {
@@ -97,6 +103,18 @@ impl GpuScene {
 /// Light samples for the GPU, without their places in the atlas. `radius` is the scene's.
 pub(crate) fn gpu_lights(lights: &LightSet, radius: f32) -> Vec<Light> {
     lights.samples.iter().enumerate().map(|(id, sample)| Light::new(id as u32, sample, radius)).collect()
+}
+
+/// The buffer of lights: for shadow maps as a whole, for shading in batches, so it goes on for a batch.
+pub(crate) fn light_buffer(device: &wgpu::Device, lights: &[Light]) -> Result<wgpu::Buffer> {
+    let mut padded = lights.to_vec();
+    padded.resize(lights.len() + BATCH as usize, Light::default());
+    check_size(device, "lights", bytemuck::cast_slice::<_, u8>(&padded))?;
+    Ok(device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("lights"),
+        contents: bytemuck::cast_slice(&padded),
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM,
+    }))
 }
 
 /// All textures in one array, see `lib/texture.wgsl`: a directory, then the texels of all levels.

@@ -127,10 +127,16 @@ pub(crate) struct Light {
     pub tangent: Vec3,
     pub offset: f32,
     pub intensity: Vec3,
-    pub map_size: f32,
-    pub map_origin: [u32; 2],
-    pub map_page: u32,
-    pub id: u32,
+    pub place: u32,
+}
+
+/// `Maps` in `lib/light.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub(crate) struct Maps {
+    pub page: [f32; 2],
+    pub size: f32,
+    pub parallel_size: f32,
 }
 
 /// [`Light::profile`] of a directional light; shaders know it as `DIRECTIONAL`.
@@ -159,7 +165,6 @@ impl Light {
             tangent: x * turn.cos() + y * turn.sin(),
             offset,
             intensity: sample.intensity,
-            id,
             ..Self::default()
         }
     }

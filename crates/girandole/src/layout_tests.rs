@@ -1,9 +1,9 @@
 //! Proof that needs no GPU: shaders parse and validate, both sides agree on every field, and a whole frame records
 //! without complaint on a backend that does nothing.
 
-use crate::layout::{Display, Frame, GpuMaterial, Item, Light, TextureUse, Triangle, Vertex};
+use crate::layout::{Display, Frame, GpuMaterial, Item, Light, Maps, TextureUse, Triangle, Vertex};
 use crate::{RenderSettings, Renderer, RendererOptions, ShadowMap, shaders};
-use girandole_core::lights::{LightSettings, LightSet};
+use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject};
 use girandole_core::scene::{Geometry, Material, Texture, TextureRef, View};
 use std::collections::HashMap;
@@ -31,8 +31,8 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(GpuMaterial as "Material": base_color, alpha, emission, alpha_cutoff, specular_color, specular,
             metallic, roughness, normal_scale, double_sided, base_color_texture, metallic_roughness_texture,
             specular_texture, specular_color_texture, normal_texture, emission_texture),
-        fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, map_size, map_origin,
-            map_page, id),
+        fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, place),
+        fields!(Maps as "Maps": page, size, parallel_size),
         fields!(Item as "Item": light, face_cluster),
         fields!(Display as "Display": size, exposure, automatic, curve, encode, padding),
     ]

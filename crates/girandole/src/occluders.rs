@@ -132,9 +132,9 @@ impl std::ops::AddAssign for CullCounts {
 
 /// Appends the items of one light: each cluster in each of `faces` faces that its box touches.
 pub(crate) fn cull(
-    light: &Light,
+    (index, light): (u32, &Light),
+    map_size: f32,
     faces: u32,
-    index: u32,
     clusters: &Clusters,
     items: &mut Vec<Item>,
 ) -> CullCounts {
@@ -145,7 +145,7 @@ pub(crate) fn cull(
     for (cluster, &(centre, extent)) in clusters.bounds.iter().enumerate() {
         let d = centre - light.position;
         // Range of each light-space coordinate over the box; faces overlap by up to a texel at their seams.
-        let overlap = (d.length() + extent.length()) * 2.0 / light.map_size;
+        let overlap = (d.length() + extent.length()) * 2.0 / map_size;
         let range = |axis: Vec3| (axis.dot(d), axis.abs().dot(extent) + overlap);
         let [x, y, z] = [light.tangent, bitangent, light.normal].map(range);
         if light.profile != DIRECTIONAL && z.0 + z.1 < 0.0 {

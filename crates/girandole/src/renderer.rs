@@ -1,12 +1,12 @@
 //! The renderer: passes, a scene on the GPU, and a frame as one function.
 
 use crate::atlas::AtlasLayout;
-use crate::gpu_scene::{GpuScene, gpu_lights, storage};
+use crate::gpu_scene::{GpuScene, gpu_lights, light_buffer};
 use crate::layout::{DIRECTIONAL, Frame, Light};
 use crate::occluders::{CullCounts, Occluders};
 use crate::passes::exposure::Exposure;
 use crate::passes::resolve::{Resolve, ResolveInputs};
-use crate::passes::shade::{Shade, ShadeInputs};
+use crate::passes::shade::{BATCH, GROUP, Needs, Shade, ShadeInputs};
 use crate::passes::shadow_maps::{Atlas, ShadowMaps};
 use crate::passes::tonemap::ToneMapping;
 use crate::passes::visibility::{self, Visibility};
@@ -39,7 +39,8 @@ pub struct Renderer {
     layouts: Layouts,
     shadow_maps: ShadowMaps,
     visibility: Visibility,
-    shade: Shade,
+    /// Compiled for the scene that is loaded.
+    shade: Option<Shade>,
     resolve: Resolve,
     exposure: Exposure,
     tone_mapping: ToneMapping,
@@ -116,7 +117,7 @@ impl Renderer {
         Ok(Self {
             shadow_maps: ShadowMaps::new(device, &layouts, &options),
             visibility: Visibility::new(device, &layouts),
-            shade: Shade::new(device, &layouts, &options),
+            shade: None,
             resolve: Resolve::new(device, &layouts),
             exposure: Exposure::new(device),
             tone_mapping: ToneMapping::new(device),
@@ -141,14 +142,19 @@ impl Renderer {
         let directional: Vec<bool> = samples.iter().map(|l| l.profile == DIRECTIONAL).collect();
         let layout = AtlasLayout::new(&directional, &self.options, &self.device.limits())?;
         for (light, slot) in samples.iter_mut().zip(&layout.slots) {
-            light.map_origin = slot.origin;
-            light.map_page = slot.page;
-            light.map_size = slot.size as f32;
+            light.place = layout.place(slot);
+        }
+        let needs = Needs {
+            specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),
+            plain_lights: samples.iter().all(|l| l.profile == 0),
+        };
+        if self.shade.as_ref().is_none_or(|s| s.needs != needs) {
+            self.shade = Some(Shade::new(&self.device, &self.layouts, &self.options, needs));
         }
         let occluders = Occluders::new(scene, geometry, &samples, self.options.skip_non_blockers);
         self.loaded = Some(Loaded {
             scene: GpuScene::new(&self.device, &self.layouts.scene, scene, geometry)?,
-            light_buffer: storage(&self.device, "lights", &samples)?,
+            light_buffer: light_buffer(&self.device, &samples)?,
             atlas: Atlas::new(&self.device, layout, scene, geometry, occluders)?,
             lights: samples,
             maps_are_stale: true,
@@ -191,17 +197,22 @@ impl Renderer {
             self.targets = None;
             self.targets = Some(Targets::new(&self.device, size));
         }
-        let (Some(loaded), Some(targets)) = (&self.loaded, &self.targets) else {
+        let (Some(loaded), Some(shade), Some(targets)) = (&self.loaded, &self.shade, &self.targets) else {
             return Err(invalid("load a scene before rendering".into()));
         };
 
         // One uniform for each band of rows, sub-pixel sample and batch of lights.
         let lights = loaded.lights.len() as u32;
         let band_pixels = u64::from(size[0]) * u64::from(targets.band_rows);
-        let batch = settings
-            .lights_per_batch
-            .unwrap_or_else(|| (BATCH_PAIRS / band_pixels).clamp(16, 1 << 20) as u32);
-        let steps = steps(size, targets.band_rows, settings.samples_per_axis, lights, batch.max(1));
+        let batch =
+            settings.lights_per_batch.unwrap_or_else(|| (BATCH_PAIRS / band_pixels).clamp(1, 1 << 20) as u32);
+        let steps = steps(
+            size,
+            targets.band_rows,
+            settings.samples_per_axis,
+            lights,
+            batch.next_multiple_of(GROUP).max(GROUP),
+        );
         let frames = FrameUniforms::new(&self.device, &self.layouts.frame, &steps, |step| {
             frame(view, size, settings, loaded.diagonal, step)
         });
@@ -224,10 +235,15 @@ impl Renderer {
             let inputs = ShadeInputs {
                 ids: &targets.ids,
                 atlas: &loaded.atlas.view,
-                lights: &loaded.light_buffer,
+                lights: wgpu::BufferBinding {
+                    buffer: &loaded.light_buffer,
+                    offset: u64::from(step.first_light) * size_of::<Light>() as u64,
+                    size: wgpu::BufferSize::new(u64::from(BATCH) * size_of::<Light>() as u64),
+                },
+                maps: &loaded.atlas.maps,
                 sums: &targets.sums,
             };
-            self.shade.record(device, &mut encoder, timers, band, inputs);
+            shade.record(device, &mut encoder, timers, band, inputs);
             // Multiply by albedo, add emission, average sub-pixel samples.
             if step.end_light == lights {
                 let inputs = ResolveInputs {
@@ -368,7 +384,7 @@ fn check(size: [u32; 2], settings: &RenderSettings, limits: &wgpu::Limits) -> Re
             settings.samples_per_axis
         )));
     }
-    if settings.clamp.is_some_and(|c| !(c > 0.0)) {
+    if settings.clamp.is_some_and(|c| c.is_nan() || c <= 0.0) {
         return Err(invalid("the bound of the geometric factor (--clamp) has to be positive, or off".into()));
     }
     Ok(())

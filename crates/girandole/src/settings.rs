@@ -63,7 +63,8 @@ pub struct RenderSettings {
     pub clamp: Option<f32>,
     /// Anti-aliasing: samples per pixel along each axis, 1 to 16. Default 1; time grows with the square.
     pub samples_per_axis: u32,
-    /// Lights a dispatch; `None` (default) = as many as stay well below a watchdog's patience. Changes no bit.
+    /// Lights a dispatch, rounded up to whole groups of 32; `None` (default) = as many as stay well below a watchdog's
+    /// patience. Changes no bit.
     pub lights_per_batch: Option<u32>,
     /// Scale before tone mapping. Default automatic.
     pub exposure: Exposure,

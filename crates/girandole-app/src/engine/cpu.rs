@@ -11,7 +11,7 @@ use std::time::Instant;
 pub fn render(job: &Job) -> Picture {
     let start = Instant::now();
     let tracer = SceneTracer::new(job.scene, job.geometry);
-    let progress = Progress::new("tracing shadows");
+    let progress = Progress::bar("tracing shadows");
     let settings =
         OracleSettings { samples_per_axis: job.args.aa.samples_per_axis(), clamp: job.args.quality.clamp.0 };
     let radiance =

@@ -2,10 +2,10 @@
 
 use super::{Job, Picture, Stats};
 use crate::args;
+use crate::output::Progress;
 use anyhow::Result;
 use girandole::{FrameStats, Gpu, RenderSettings, Renderer, RendererOptions, ShadowMap};
 use pollster::block_on;
-use std::task::{Context, Poll, Waker};
 use std::time::Instant;
 
 pub use girandole::{AdapterReport, DEFAULT_CLAMP, Error};
@@ -29,20 +29,9 @@ impl Device {
         format!("{} ({:?})", self.0.info.name, self.0.info.backend)
     }
 
-    /// Waits for a read-back: it completes while the device is polled.
-    fn read<T>(&self, future: impl Future<Output = Result<T, Error>>) -> Result<T, Error> {
-        let mut future = std::pin::pin!(future);
-        let mut context = Context::from_waker(Waker::noop());
-        loop {
-            if let Poll::Ready(result) = future.as_mut().poll(&mut context) {
-                return result;
-            }
-            self.0.wait()?;
-        }
-    }
-
     /// Renders with shadow maps.
     pub fn render(&self, job: &Job) -> Result<Picture> {
+        let _progress = Progress::spinner(&format!("rendering on {}", self.name()));
         let start = Instant::now();
         let quality = &job.args.quality;
         let options = RendererOptions {
@@ -73,13 +62,13 @@ impl Device {
         renderer.draw_shadow_maps()?;
         self.0.wait()?;
         let shadow_maps_ms = milliseconds(start);
-        let maps = self.read(renderer.stats())?;
+        let maps = self.0.block_on(renderer.stats())??;
         let start = Instant::now();
         renderer.render(&job.view, job.args.size, &settings)?;
         self.0.wait()?;
         let shading_ms = milliseconds(start);
 
-        let mut stats = statistics(&self.read(renderer.stats())?);
+        let mut stats = statistics(&self.0.block_on(renderer.stats())??);
         for (pass, ms) in maps.gpu_ms {
             stats.insert(pass.into(), ms.into());
         }
@@ -87,7 +76,7 @@ impl Device {
         stats.insert("shadow_maps_ms".into(), shadow_maps_ms.into());
         stats.insert("shading_ms".into(), shading_ms.into());
         Ok(Picture {
-            radiance: self.read(renderer.radiance())?,
+            radiance: self.0.block_on(renderer.radiance())??,
             frame_ms: shadow_maps_ms + shading_ms,
             stats,
         })

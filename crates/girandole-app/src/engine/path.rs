@@ -10,7 +10,7 @@ use std::time::Instant;
 pub fn render(job: &Job) -> Picture {
     let start = Instant::now();
     let tracer = SceneTracer::new(job.scene, job.geometry);
-    let progress = Progress::new("tracing paths");
+    let progress = Progress::bar("tracing paths");
     let settings = PathSettings {
         paths: job.args.paths,
         bounces: job.args.lights.bounces.limit(),

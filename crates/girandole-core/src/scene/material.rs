@@ -1,5 +1,6 @@
 //! Materials and textures, in glTF's terms.
 
+use crate::tonemap::srgb_decode;
 use glam::{Affine2, Vec2, Vec3, Vec4};
 
 /// How a texture's bytes encode values.
@@ -196,7 +197,7 @@ impl Texture {
         let y = wrap(y, self.height, self.wrap[1]);
         let [r, g, b, a] = self.texels[(y * self.width + x) as usize];
         let decode = |byte: u8| match self.color_space {
-            ColorSpace::Srgb => srgb_decode(byte),
+            ColorSpace::Srgb => srgb_decode(f32::from(byte) / 255.0),
             ColorSpace::Linear => f32::from(byte) / 255.0,
         };
         Vec4::new(decode(r), decode(g), decode(b), f32::from(a) / 255.0)
@@ -213,10 +214,4 @@ fn wrap(i: i64, size: u32, wrap: Wrap) -> u32 {
             if m < n { m } else { 2 * n - 1 - m }
         }
     }) as u32
-}
-
-/// The linear value of an sRGB byte (IEC 61966-2-1).
-pub fn srgb_decode(byte: u8) -> f32 {
-    let c = f32::from(byte) / 255.0;
-    if c <= 0.04045 { c / 12.92 } else { libm::powf((c + 0.055) / 1.055, 2.4) }
 }

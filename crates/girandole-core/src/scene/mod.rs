@@ -20,7 +20,7 @@ mod repair;
 pub use camera::{Camera, Projection, View};
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
 pub use gltf::{load_gltf, load_gltf_slice};
-pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap, srgb_decode};
+pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
 pub use mesh::{Mesh, MeshTriangle, Patch};
 pub use model_file::{load_model, load_model_slice};
 pub use motion::{Animation, Channel, Interpolation, Keyframes, Transform};

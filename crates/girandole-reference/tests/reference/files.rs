@@ -2,7 +2,8 @@
 
 use girandole_core::glam::Vec3;
 use girandole_core::image::Image;
-use girandole_reference::image_file::{linear_to_srgb, read, read_exr, write_exr, write_png};
+use girandole_core::tonemap::srgb_encode;
+use girandole_reference::image_file::{read, read_exr, write_exr, write_png};
 use std::path::{Path, PathBuf};
 
 /// A folder of a test's own, removed at the end.
@@ -86,7 +87,7 @@ fn png_is_srgb() {
         .pixels
         .iter()
         .flat_map(|p| p.to_array())
-        .map(|x| (linear_to_srgb(x) * 255.0).round() as u8)
+        .map(|x| (srgb_encode(x) * 255.0).round() as u8)
         .collect();
     assert_eq!(encoded, bytes);
     assert!((image.pixels[31].x - 0.4910).abs() < 1e-3, "{}", image.pixels[31]);

@@ -8,9 +8,10 @@ fn specular_brdf(normal: vec3f, wo: vec3f, wi: vec3f, f0: vec3f, f90: f32, alpha
   let nv = max(dot(normal, wo), 1e-4);
   let nl = max(dot(normal, wi), 0.0);
   let nh = clamp(dot(normal, h), 0.0, 1.0);
+  let nxh = cross(normal, h);
   let vh = clamp(dot(wo, h), 0.0, 1.0);
   let a2 = alpha * alpha;
-  let d = nh * nh * (a2 - 1.0) + 1.0;
+  let d = dot(nxh, nxh) + a2 * nh * nh;
   let distribution = a2 / (PI * d * d);
   let smith = nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2);
   let x = 1.0 - vh;

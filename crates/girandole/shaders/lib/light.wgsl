@@ -8,11 +8,31 @@ struct Light {
   tangent: vec3f,
   offset: f32, // spot: −cos outer · scale
   intensity: vec3f,
-  map_size: f32, // texels across its shadow map
-  map_origin: vec2u, // first texel in its page of the atlas
-  map_page: u32,
-  id: u32,
+  place: u32, // of its shadow map in the atlas: page << 24 | row << 12 | column, in units of Maps.size
 }
+
+// The shadow atlas.
+struct Maps {
+  page: vec2f, // texels of a page
+  size: f32, // texels across a map
+  parallel_size: f32, // texels across the map of a directional light
+}
+
+fn map_size(light: Light) -> f32 {
+  if PLAIN { return maps.size; }
+  return select(maps.size, maps.parallel_size, light.profile == DIRECTIONAL);
+}
+
+// First texel of a light's map in its page, and the page.
+fn map_origin(light: Light) -> vec2u {
+  return vec2u(light.place & 0xfffu, (light.place >> 12u) & 0xfffu) * u32(maps.size);
+}
+
+fn map_page(light: Light) -> u32 {
+  return light.place >> 24u;
+}
+
+override PLAIN: bool = false; // whether all lights have the profile 0
 
 const SPOT = 2u;
 const DIRECTIONAL = 3u;
@@ -20,7 +40,7 @@ const DIRECTIONAL = 3u;
 // The geometric factor G, bounded (core: LightSample::geometric_factor), where the pair faces each other: `cos_x`
 // and `cos_light` are both cosines times the distance, positive; `r2` is its square.
 fn geometric_factor(light: Light, cos_x: f32, cos_light: f32, r2: f32) -> f32 {
-  if light.profile == 0u { return min(cos_x * cos_light / (r2 * r2), frame.clamp); }
+  if PLAIN || light.profile == 0u { return min(cos_x * cos_light / (r2 * r2), frame.clamp); }
   if light.profile == DIRECTIONAL { return cos_x; }
   let inverse_r = inverseSqrt(r2);
   var falloff = 1.0;

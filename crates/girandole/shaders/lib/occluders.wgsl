@@ -6,6 +6,7 @@ struct Item { light: u32, face_cluster: u32 }
 @group(2) @binding(0) var<storage, read> lights: array<Light>;
 @group(2) @binding(1) var<storage, read> positions: array<f32>;
 @group(2) @binding(2) var<storage, read> items: array<Item>;
+@group(2) @binding(3) var<uniform> maps: Maps;
 
 override CLUSTER: u32; // triangles in a cluster
 

@@ -1,9 +1,5 @@
 // Light space to the atlas: one face of one light's map as an ordinary projective transform (spec: 2).
 
-struct Page { size: vec2f } // texels
-
-@group(2) @binding(3) var<uniform> page: Page;
-
 struct Projected {
   position: vec4f,
   clip: vec4f, // negative outside of the face
@@ -11,8 +7,8 @@ struct Projected {
 
 // `uv_w` is the square's coordinates times `w`.
 fn place(light: Light, uv_w: vec2f, z: f32, w: f32) -> vec4f {
-  let texel_w = vec2f(light.map_origin) * w + uv_w * light.map_size;
-  return vec4f(2.0 * texel_w.x / page.size.x - w, w - 2.0 * texel_w.y / page.size.y, z, w);
+  let texel_w = vec2f(map_origin(light)) * w + uv_w * map_size(light);
+  return vec4f(2.0 * texel_w.x / maps.page.x - w, w - 2.0 * texel_w.y / maps.page.y, z, w);
 }
 
 // Faces overlap by a quarter of a texel at seams: pixel centres lie exactly on the diagonals.
@@ -45,7 +41,7 @@ fn project(light: Light, face: u32, point: vec3f) -> Projected {
       w = side * p.y;
       uv_w = vec2f(0.5 * w + 0.25 * p.x, 0.5 * w + side * (0.5 * w - 0.25 * p.z));
     }
-    let overlap = w / light.map_size;
+    let overlap = w / map_size(light);
     out.position = place(light, uv_w, NEAR, w);
     if face < 2u { out.clip = vec4f(w + p.y + overlap, w - p.y + overlap, w - p.z + overlap, p.z); }
     else if face < 4u { out.clip = vec4f(w + p.x + overlap, w - p.x + overlap, w - p.z + overlap, p.z); }
@@ -54,7 +50,7 @@ fn project(light: Light, face: u32, point: vec3f) -> Projected {
   }
   let s = vec2f(side, select(-1.0, 1.0, (face & 2u) != 0u));
   let w = s.x * p.x + s.y * p.y + p.z; // |x| + |y| + z on this face
-  let overlap = 0.25 / light.map_size * w;
+  let overlap = 0.25 / map_size(light) * w;
   out.position = place(light, (vec2f(p.x + p.y, p.x - p.y) + w) * 0.5, NEAR, w);
   out.clip = vec4f(s.x * p.x + overlap, s.y * p.y + overlap, p.z, 1.0);
   return out;

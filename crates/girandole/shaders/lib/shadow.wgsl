@@ -10,26 +10,81 @@ override FILTER: u32; // percentage-closer filter: width in texels, 0 = the near
 
 const SLACK = 2e-5;
 const FOOTPRINT = 0.02;
+// Blockers farther than this share of the distance in front of the receiver block without a second look.
 const NEARBY = 0.7;
+// What remains in hollows of finely tessellated surfaces, in units of FOOTPRINT.
 const HOLLOW = 10.0;
+// Where light grazes, the allowances for rounding are no more than this share of the distance.
+const GRAZING = 0.1;
 
-// One texel's answer: `a` is the receiver's normal in light space, `height` = −dot(a, p) > 0 its plane's distance to
-// the light, `slope` = height / norm(p), `uv` the receiver's place in the square.
-fn is_lit(light: Light, texel: vec2u, uv: vec2f, a: vec3f, height: f32, slope: f32) -> bool {
-  let centre = (vec2f(texel) + 0.5) / light.map_size;
-  let stored = textureLoad(atlas, light.map_origin + texel, light.map_page, 0);
-  let here = max(-dot(a, decode(centre)), slope);
-  let allowance = NEAR * FOOTPRINT / light.map_size;
-  if stored * height <= NEAR * here * (1.0 + SLACK) + allowance { return true; }
-  if stored * height * NEARBY > NEAR * slope { return false; }
-  // What is seen there is nearer, but not by much: at the foot of a wall or in a hollow it need not be in the way.
-  // Carry its own slope over to the receiver's place: only what is still nearer there blocks.
+const LIT = 1u;
+const DARK = 0u;
+const DOUBTFUL = 2u;
+
+// A receiver as a light's map sees it.
+struct Receiver {
+  uv: vec2f, // its place in the map's square
+  normal: vec3f, // geometric, in light space
+  height: f32, // distance of its plane to the light, > 0; for parallel light: depth in units of the scene's radius
+  slope: f32, // height / norm of its position
+}
+
+// `height` is that of the light over the receiver's plane.
+fn receiver(light: Light, position: vec3f, ng: vec3f, height: f32) -> Receiver {
+  let d = position - light.position;
+  let bitangent = cross(light.normal, light.tangent);
+  let p = vec3f(dot(d, light.tangent), dot(d, bitangent), dot(d, light.normal));
+  let normal = vec3f(dot(ng, light.tangent), dot(ng, bitangent), dot(ng, light.normal));
+  if is_parallel(light) {
+    let s = p * light.scale;
+    return Receiver(s.xy * 0.5 + 0.5, normal, s.z, 1.0);
+  }
+  return Receiver(encode(p), normal, height, height / norm(p));
+}
+
+fn is_parallel(light: Light) -> bool {
+  return !PLAIN && light.profile == DIRECTIONAL;
+}
+
+fn texel_of(light: Light, uv: vec2f) -> vec2u {
+  return min(vec2u(uv * map_size(light)), vec2u(u32(map_size(light)) - 1u));
+}
+
+fn centre_of(light: Light, texel: vec2u) -> vec2f {
+  return (vec2f(texel) + 0.5) / map_size(light);
+}
+
+fn stored_at(light: Light, texel: vec2u) -> f32 {
+  return textureLoad(atlas, map_origin(light) + texel, map_page(light), 0);
+}
+
+// One texel's answer: LIT, DARK, or DOUBTFUL where `second_look` is to decide.
+fn first_look(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
+  let centre = centre_of(light, texel);
+  if is_parallel(light) {
+    // Parallel rays: depth is linear, and the plane's depth at the texel's centre follows from its slope.
+    let flat = max(-r.normal.z, 1e-3);
+    let shift = 2.0 * dot(r.normal.xy, centre - r.uv) / flat;
+    let depth = 1.0 - (r.height + min(shift, 0.0)) * 0.5;
+    return select(DARK, LIT, stored <= depth + SLACK + 2.0 * FOOTPRINT / (map_size(light) * flat));
+  }
+  let here = max(-dot(r.normal, decode(centre)), r.slope);
+  let allowance = min(FOOTPRINT / map_size(light), GRAZING * r.slope);
+  let seen = stored * r.height;
+  let near = select(DARK, DOUBTFUL, seen * NEARBY <= NEAR * r.slope);
+  return select(near, LIT, seen <= NEAR * (here * (1.0 + SLACK) + allowance));
+}
+
+// What is seen is nearer than the receiver, but not by much: at the foot of a wall or in a hollow it need not be in
+// the way. Carry its own slope over to the receiver's place: only what is still nearer there blocks.
+fn second_look(light: Light, r: Receiver, texel: vec2u, stored: f32) -> bool {
   let origin = vec2i(texel);
   let gradient = vec2f(
     gradient_along(light, origin, vec2i(1, 0), stored),
     gradient_along(light, origin, vec2i(0, 1), stored));
-  let carried = stored + dot(gradient, (uv - centre) * light.map_size);
-  return carried * height <= NEAR * slope * (1.0 + SLACK) + HOLLOW * allowance;
+  let carried = stored + dot(gradient, (r.uv - centre_of(light, texel)) * map_size(light));
+  let allowance = min(HOLLOW * FOOTPRINT / map_size(light), GRAZING * r.slope);
+  return carried * r.height <= NEAR * (r.slope * (1.0 + SLACK) + allowance);
 }
 
 // Change a texel of stored depth along one axis, on the surface that `stored` belongs to: of the two sides, the one
@@ -43,48 +98,16 @@ fn gradient_along(light: Light, at: vec2i, axis: vec2i, stored: f32) -> f32 {
 }
 
 fn at_texel(light: Light, texel: vec2i) -> f32 {
-  let inside = clamp(texel, vec2i(0), vec2i(i32(light.map_size) - 1));
-  return textureLoad(atlas, light.map_origin + vec2u(inside), light.map_page, 0);
+  return stored_at(light, vec2u(clamp(texel, vec2i(0), vec2i(i32(map_size(light)) - 1))));
 }
 
-// The same for a directional light: parallel rays, depth linear. `p` is in units of the scene's radius.
-fn is_lit_parallel(light: Light, texel: vec2u, a: vec3f, p: vec3f) -> bool {
-  let centre = (vec2f(texel) + 0.5) / light.map_size * 2.0 - 1.0;
-  let stored = textureLoad(atlas, light.map_origin + texel, light.map_page, 0);
-  let shift = dot(a.xy, centre - p.xy) / max(-a.z, 1e-3);
-  let depth = 1.0 - (p.z + min(shift, 0.0)) * 0.5;
-  return stored <= depth + (SLACK + FOOTPRINT * 2.0 / (light.map_size * max(-a.z, 1e-3)));
-}
-
-// Share of the light that arrives: 0 or 1, or between the two with a filter.
-fn visibility(light: Light, position: vec3f, ng: vec3f) -> f32 {
-  let d = position - light.position;
-  let bitangent = cross(light.normal, light.tangent);
-  var p = vec3f(dot(d, light.tangent), dot(d, bitangent), dot(d, light.normal));
-  let a = vec3f(dot(ng, light.tangent), dot(ng, bitangent), dot(ng, light.normal));
-  let last = u32(light.map_size) - 1u;
-  if light.profile == DIRECTIONAL {
-    p *= light.scale;
-    let uv = p.xy * 0.5 + 0.5;
-    if FILTER == 0u { return select(0.0, 1.0, is_lit_parallel(light, min(vec2u(uv * light.map_size), vec2u(last)), a, p)); }
-    return filtered(light, uv, a, p, 0.0, 0.0);
-  }
-  let height = -dot(a, p);
-  let slope = height / norm(p);
-  let uv = encode(p);
-  if FILTER == 0u {
-    return select(0.0, 1.0, is_lit(light, min(vec2u(uv * light.map_size), vec2u(last)), uv, a, height, slope));
-  }
-  return filtered(light, uv, a, p, height, slope);
-}
-
-// Percentage-closer filtering (Reeves et al. 1987): a box of FILTER texels about `uv`, its ends weighted by their
-// share, never beyond the map's border.
-fn filtered(light: Light, uv: vec2f, a: vec3f, p: vec3f, height: f32, slope: f32) -> f32 {
-  let corner = uv * light.map_size - 0.5 * f32(FILTER);
+// Percentage-closer filtering (Reeves et al. 1987): a box of FILTER texels about the receiver's place, its ends
+// weighted by their share, never beyond the map's border.
+fn filtered(light: Light, r: Receiver) -> f32 {
+  let corner = r.uv * map_size(light) - 0.5 * f32(FILTER);
   let first = floor(corner);
   let f = corner - first;
-  let last = i32(light.map_size) - 1;
+  let last = i32(map_size(light)) - 1;
   var lit = 0.0;
   var sum = 0.0;
   for (var y = 0u; y <= FILTER; y++) {
@@ -93,13 +116,12 @@ fn filtered(light: Light, uv: vec2f, a: vec3f, p: vec3f, height: f32, slope: f32
       let at = vec2i(first) + vec2i(i32(x), i32(y));
       if any(at < vec2i(0)) || any(at > vec2i(last)) { continue; }
       let texel = vec2u(at);
-      if light.profile != DIRECTIONAL && !is_mapped((vec2f(texel) + 0.5) / light.map_size) { continue; }
+      if !is_parallel(light) && !is_mapped(centre_of(light, texel)) { continue; }
       let weight = wy * select(select(1.0, f.x, x == FILTER), 1.0 - f.x, x == 0u);
       sum += weight;
-      var seen = false;
-      if light.profile == DIRECTIONAL { seen = is_lit_parallel(light, texel, a, p); }
-      else { seen = is_lit(light, texel, uv, a, height, slope); }
-      lit += select(0.0, weight, seen);
+      let stored = stored_at(light, texel);
+      let look = first_look(light, r, texel, stored);
+      if look == LIT || (look == DOUBTFUL && second_look(light, r, texel, stored)) { lit += weight; }
     }
   }
   return select(1.0, lit / sum, sum > 0.0);

@@ -117,7 +117,8 @@ fn reflection(hit: Hit, m: Material) -> Reflection {
   let tint = m.specular_color * sample_at(m.specular_color_texture, hit).xyz;
   let dielectric = min(0.04 * tint, vec3f(1.0)) * specular;
   var r: Reflection;
-  r.albedo = base_color * (1.0 - metallic) * (1.0 - max(dielectric.x, max(dielectric.y, dielectric.z)));
+  let f0 = max(dielectric.x, max(dielectric.y, dielectric.z));
+  r.albedo = base_color * (1.0 - metallic) * (1.0 - (f0 + (specular - f0) / 21.0));
   r.f0 = mix(dielectric, base_color, metallic);
   r.f90 = mix(specular, 1.0, metallic);
   r.alpha = max(roughness * roughness, MIN_ALPHA);

@@ -8,20 +8,40 @@ use crate::{passes::shadow_maps, shaders, timers::Timers};
 pub(crate) struct Shade {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
+    /// What it was compiled for.
+    pub needs: Needs,
 }
 
+/// What a scene and its lights need of shading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Needs {
+    /// Some material has a specular lobe.
+    pub specular: bool,
+    /// All lights fall off with the cosine.
+    pub plain_lights: bool,
+}
+
+/// Lights are summed in groups of this many; batches are whole groups. Shaders know it as `GROUP`.
+pub(crate) const GROUP: u32 = 128;
+
+/// Most lights in a batch: 32 KiB of a uniform buffer, of which WebGPU binds 64.
+pub(crate) const BATCH: u32 = 512;
+
 /// What shading reads and writes.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(crate) struct ShadeInputs<'a> {
     pub ids: &'a wgpu::TextureView,
     pub atlas: &'a wgpu::TextureView,
-    pub lights: &'a wgpu::Buffer,
+    /// Lights from the first one of the batch on: [`BATCH`] of them at least, used or not.
+    pub lights: wgpu::BufferBinding<'a>,
+    pub maps: &'a wgpu::Buffer,
     pub sums: &'a wgpu::Buffer,
 }
 
 impl Shade {
-    pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions) -> Self {
-        let slots = [Slot::Ids, Slot::DepthArray, Slot::Read, Slot::Write];
+    /// Compiles shading for what a scene and its lights need.
+    pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
+        let slots = [Slot::Ids, Slot::DepthArray, Slot::Uniform, Slot::Write, Slot::Uniform];
         let layout = bind::layout(device, "shade", wgpu::ShaderStages::COMPUTE, &slots);
         let pipeline = bind::compute_pipeline(
             device,
@@ -32,9 +52,11 @@ impl Shade {
                 shadow_maps::parameterisation(options),
                 ("NEAR", shadow_maps::NEAR),
                 ("FILTER", f64::from(options.pcf)),
+                ("SPECULAR", f64::from(u8::from(needs.specular))),
+                ("PLAIN", f64::from(u8::from(needs.plain_lights))),
             ],
         );
-        Self { layout, pipeline }
+        Self { layout, pipeline, needs }
     }
 
     /// Adds the lights of the frame's batch to the sums of the band.
@@ -52,8 +74,9 @@ impl Shade {
             &[
                 wgpu::BindingResource::TextureView(inputs.ids),
                 wgpu::BindingResource::TextureView(inputs.atlas),
-                inputs.lights.as_entire_binding(),
+                wgpu::BindingResource::Buffer(inputs.lights),
                 inputs.sums.as_entire_binding(),
+                inputs.maps.as_entire_binding(),
             ],
         );
         band.dispatch(encoder, "shade", timers.compute("shade_gpu_ms"), &self.pipeline, &group);

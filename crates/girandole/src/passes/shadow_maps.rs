@@ -39,7 +39,8 @@ pub(crate) struct Atlas {
     /// All pages as an array.
     pub view: wgpu::TextureView,
     pages: Vec<wgpu::TextureView>,
-    page: wgpu::Buffer,
+    /// `Maps` for the shaders.
+    pub maps: wgpu::Buffer,
     occluders: Occluders,
     positions: [wgpu::Buffer; 2],
     coordinates: wgpu::Buffer,
@@ -77,13 +78,12 @@ impl Atlas {
                 ..Default::default()
             })
         };
-        let size = layout.page_size.map(|s| s as f32);
         Ok(Self {
             view: view(wgpu::TextureViewDimension::D2Array, 0, None),
             pages: (0..layout.pages).map(|i| view(wgpu::TextureViewDimension::D2, i, Some(1))).collect(),
-            page: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("page"),
-                contents: bytemuck::cast_slice(&size),
+            maps: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("maps"),
+                contents: bytemuck::bytes_of(&layout.maps()),
                 usage: wgpu::BufferUsages::UNIFORM,
             }),
             positions: [
@@ -188,7 +188,8 @@ impl ShadowMaps {
         let mut counts = CullCounts::default();
         let sets = [&atlas.occluders.opaque, &atlas.occluders.masked];
         for (page, view) in atlas.pages.iter().enumerate() {
-            let mut of_page = (0..lights.len()).filter(|&i| lights[i].map_page as usize == page).peekable();
+            let mut of_page =
+                (0..lights.len()).filter(|&i| atlas.layout.slots[i].page as usize == page).peekable();
             let mut first = true;
             while first || of_page.peek().is_some() {
                 // As many lights as fit into one list; as a rule, all of the page's.
@@ -198,8 +199,9 @@ impl ShadowMaps {
                 {
                     for (clusters, items) in sets.iter().zip(&mut items) {
                         if !clusters.bounds.is_empty() || std::ptr::eq(*clusters, sets[0]) {
-                            counts +=
-                                occluders::cull(&lights[index], self.faces, index as u32, clusters, items);
+                            let light = (index as u32, &lights[index]);
+                            let map_size = atlas.layout.slots[index].size as f32;
+                            counts += occluders::cull(light, map_size, self.faces, clusters, items);
                         }
                     }
                 }
@@ -241,13 +243,13 @@ impl ShadowMaps {
         });
         if !opaque.is_empty() {
             let resources =
-                [lights, &atlas.positions[0], &lists[0], &atlas.page].map(|b| b.as_entire_binding());
+                [lights, &atlas.positions[0], &lists[0], &atlas.maps].map(|b| b.as_entire_binding());
             pass.set_pipeline(&self.opaque);
             pass.set_bind_group(2, &bind::group(device, &self.layout, &resources), &[]);
             pass.draw(0..3 * CLUSTER, 0..opaque.len() as u32);
         }
         if !masked.is_empty() {
-            let resources = [lights, &atlas.positions[1], &lists[1], &atlas.page, &atlas.coordinates]
+            let resources = [lights, &atlas.positions[1], &lists[1], &atlas.maps, &atlas.coordinates]
                 .map(|b| b.as_entire_binding());
             pass.set_pipeline(&self.masked);
             pass.set_bind_group(1, scene, &[]);

@@ -73,7 +73,13 @@ impl Context {
         self.frame(&mut renderer, view, size, &exact())
     }
 
-    pub fn frame(&self, renderer: &mut Renderer, view: &View, size: [u32; 2], settings: &RenderSettings) -> Image {
+    pub fn frame(
+        &self,
+        renderer: &mut Renderer,
+        view: &View,
+        size: [u32; 2],
+        settings: &RenderSettings,
+    ) -> Image {
         renderer.render(view, size, settings).expect("render");
         self.wait(renderer.radiance()).expect("radiance")
     }
@@ -82,12 +88,14 @@ impl Context {
 /// A room of this size with its floor's middle at the origin, made of single inward-facing quads.
 pub fn room(scene: &mut Scene, size: Vec3, material: u32, leave_out: Option<usize>) {
     let mut shell = Mesh::default();
-    let (low, high) = (Vec3::new(-size.x * 0.5, 0.0, -size.z * 0.5), Vec3::new(size.x * 0.5, size.y, size.z * 0.5));
+    let (low, high) =
+        (Vec3::new(-size.x * 0.5, 0.0, -size.z * 0.5), Vec3::new(size.x * 0.5, size.y, size.z * 0.5));
     let mut outward = Mesh::default();
     outward.add_box(low, high, material);
     for (index, patch) in outward.patches.iter().enumerate() {
         if Some(index) != leave_out {
-            let corners: Vec<Vec3> = patch.outline.iter().rev().map(|&v| outward.positions[v as usize]).collect();
+            let corners: Vec<Vec3> =
+                patch.outline.iter().rev().map(|&v| outward.positions[v as usize]).collect();
             shell.add_polygon(&corners, material);
         }
     }
@@ -99,7 +107,8 @@ pub fn lamp(scene: &mut Scene, side: f32, radiance: f32, rotation: Quat, positio
     let material = scene.add_material(Material::emitter("lamp", Vec3::splat(radiance)));
     let h = side * 0.5;
     let mut mesh = Mesh::default();
-    let corners = [Vec3::new(-h, 0.0, -h), Vec3::new(h, 0.0, -h), Vec3::new(h, 0.0, h), Vec3::new(-h, 0.0, h)];
+    let corners =
+        [Vec3::new(-h, 0.0, -h), Vec3::new(h, 0.0, -h), Vec3::new(h, 0.0, h), Vec3::new(-h, 0.0, h)];
     mesh.add_polygon(&corners, material);
     scene.add_object("lamp", mesh, Transform::rigid(rotation, position));
 }

@@ -20,7 +20,8 @@ fn main() {
         eprintln!("tests that need an adapter are ignored: {error}");
     }
     let context: Option<&'static Context> = adapter.ok().map(|gpu| &*Box::leak(Box::new(Context { gpu })));
-    let tests = [mirrors::tests(), exact::tests(), oracle::tests(), leaks::tests(), pictures::tests()].concat();
+    let tests =
+        [mirrors::tests(), exact::tests(), oracle::tests(), leaks::tests(), pictures::tests()].concat();
     let trials = tests
         .into_iter()
         .map(|(name, test)| {
@@ -28,7 +29,10 @@ fn main() {
                 let context = context.ok_or("no adapter")?;
                 std::panic::catch_unwind(AssertUnwindSafe(|| test(context))).map_err(|payload| {
                     let text = payload.downcast_ref::<String>().cloned();
-                    Failed::from(text.or_else(|| payload.downcast_ref::<&str>().map(|s| s.to_string())).unwrap_or_default())
+                    Failed::from(
+                        text.or_else(|| payload.downcast_ref::<&str>().map(|s| s.to_string()))
+                            .unwrap_or_default(),
+                    )
                 })
             })
             .with_ignored_flag(context.is_none())

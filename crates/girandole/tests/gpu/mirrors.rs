@@ -94,11 +94,15 @@ fn octahedral(context: &Context) {
     let directions = directions();
     let inputs: Vec<_> = directions.iter().map(|d| [d.extend(0.0), Vec4::ZERO]).collect();
     let library = include_str!("../../shaders/lib/octahedral.wgsl");
-    let encoded = format!("{library} fn map(a: vec4f, b: vec4f) -> vec4f {{ return vec4f(octahedral_encode(a.xyz), 0.0, 0.0); }}");
+    let encoded = format!(
+        "{library} fn map(a: vec4f, b: vec4f) -> vec4f {{ return vec4f(octahedral_encode(a.xyz), 0.0, 0.0); }}"
+    );
     let gpu = run(context, &encoded, &inputs, &[]);
     let cpu = || directions.iter().map(|d| math::octahedral::encode(*d));
     assert!(largest_difference(&gpu, cpu().map(|uv| uv.extend(0.0).extend(0.0))) < 1e-6);
-    let decoded = format!("{library} fn map(a: vec4f, b: vec4f) -> vec4f {{ return vec4f(octahedral_decode(a.xy), 0.0); }}");
+    let decoded = format!(
+        "{library} fn map(a: vec4f, b: vec4f) -> vec4f {{ return vec4f(octahedral_decode(a.xy), 0.0); }}"
+    );
     let inputs: Vec<_> = cpu().map(|uv| [uv.extend(0.0).extend(0.0), Vec4::ZERO]).collect();
     let gpu = run(context, &decoded, &inputs, &[]);
     let back = cpu().map(|uv| math::octahedral::decode(uv).extend(0.0));
@@ -150,9 +154,9 @@ fn tone_curves(context: &Context) {
             "{library} fn map(a: vec4f, b: vec4f) -> vec4f {{ let c = tone_curve(a.xyz, {index}u); \
              return vec4f(srgb_encode(c.x), srgb_encode(c.y), srgb_encode(c.z), 0.0); }}"
         );
-        let shown = colors.iter().map(|c| {
-            Vec3::from_array(curve.apply(*c).to_array().map(tonemap::srgb_encode)).extend(0.0)
-        });
+        let shown = colors
+            .iter()
+            .map(|c| Vec3::from_array(curve.apply(*c).to_array().map(tonemap::srgb_encode)).extend(0.0));
         largest_difference(&run(context, &source, &inputs, &[]), shown)
     };
     for (index, curve) in curves.into_iter().enumerate() {

@@ -11,7 +11,12 @@ pub fn tests() -> Vec<Test> {
 }
 
 /// The bytes of an 8-bit target after `show`, RGB.
-fn shown(context: &Context, stage: &Stage, settings: &RenderSettings, format: wgpu::TextureFormat) -> (Vec<u8>, Image) {
+fn shown(
+    context: &Context,
+    stage: &Stage,
+    settings: &RenderSettings,
+    format: wgpu::TextureFormat,
+) -> (Vec<u8>, Image) {
     let size = [192, 100];
     let mut renderer = context.renderer(RendererOptions::default());
     renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
@@ -39,14 +44,23 @@ fn shown(context: &Context, stage: &Stage, settings: &RenderSettings, format: wg
         target.as_image_copy(),
         wgpu::TexelCopyBufferInfo {
             buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(size[0] * 4), rows_per_image: None },
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(size[0] * 4),
+                rows_per_image: None,
+            },
         },
         wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
     );
     context.gpu.queue.submit([encoder.finish()]);
     buffer.map_async(wgpu::MapMode::Read, .., |result| result.expect("map"));
     context.gpu.wait().expect("the device");
-    let bytes = buffer.get_mapped_range(..).expect("mapped").chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+    let bytes = buffer
+        .get_mapped_range(..)
+        .expect("mapped")
+        .chunks_exact(4)
+        .flat_map(|p| [p[0], p[1], p[2]])
+        .collect();
     (bytes, image)
 }
 
@@ -54,9 +68,11 @@ fn shows(context: &Context) {
     let stage = Stage::builtin("table", 30);
     let worst = |bytes: &[u8], expected: &[u8]| bytes.iter().zip(expected).map(|(a, b)| a.abs_diff(*b)).max();
     for format in [wgpu::TextureFormat::Rgba8UnormSrgb, wgpu::TextureFormat::Rgba8Unorm] {
-        for (exposure, tonemap) in
-            [(Exposure::Auto, Tonemap::Agx), (Exposure::Ev(1.0), Tonemap::Aces), (Exposure::Ev(0.0), Tonemap::None)]
-        {
+        for (exposure, tonemap) in [
+            (Exposure::Auto, Tonemap::Agx),
+            (Exposure::Ev(1.0), Tonemap::Aces),
+            (Exposure::Ev(0.0), Tonemap::None),
+        ] {
             let settings = RenderSettings { exposure, tonemap, ..exact() };
             let (bytes, image) = shown(context, &stage, &settings, format);
             let expected = to_srgb8(&image, exposure.ev(&image), tonemap);
@@ -84,7 +100,10 @@ fn refuses(context: &Context) {
     sentence(renderer.render(&view, [64, 64], &RenderSettings { samples_per_axis: 0, ..exact() }));
     sentence(renderer.render(&view, [64, 64], &RenderSettings { clamp: Some(f32::NAN), ..exact() }));
     let starved = RendererOptions { memory_mib: 1, map_size: Some(1024), ..Default::default() };
-    assert!(sentence(context.renderer(starved).load(&stage.scene, &stage.geometry, &stage.lights)).contains("--memory"));
+    assert!(
+        sentence(context.renderer(starved).load(&stage.scene, &stage.geometry, &stage.lights))
+            .contains("--memory")
+    );
     // The control: what is right is not refused, and is a picture.
     let image = context.frame(&mut renderer, &view, [64, 64], &exact());
     assert!(image.mean().cmpgt(Vec3::splat(1e-3)).all());

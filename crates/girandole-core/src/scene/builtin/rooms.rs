@@ -299,9 +299,9 @@ fn block_and_plinth(room: &mut Room) {
 pub(super) fn gap(object: MovingObject) -> Result<Scene> {
     let mut room = Room::new("gap", 4.0, 3.0, 3.0, [WHITE, WHITE, WHITE, WHITE]);
     room.light("light", [-1.8, -0.2], [1.8, 1.8], WARM * 40.0);
-    // A wall 0.2 m thick from back to front, open for 0.4 m over its whole height.
+    // A wall 0.2 m thick from back to front, open for 0.6 m over its whole height.
     let (x, h, z) = (0.1, room.height, room.half.z);
-    let (near, far) = (0.1, -0.3);
+    let (near, far) = (0.15, -0.45);
     for (name, from, to) in [("back part", -z, far), ("front part", near, z)] {
         let material = room.diffuse(WHITE);
         let mut mesh = Mesh::default();

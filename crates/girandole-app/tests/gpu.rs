@@ -1,0 +1,87 @@
+//! The program on a graphics adapter. Without one, these tests are reported as ignored.
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use std::path::Path;
+use std::process::{Command, Output};
+
+type Check = fn(&Path) -> Result<(), Failed>;
+
+fn main() {
+    let has_adapter = girandole(Path::new("."), "info --require-adapter").status.success();
+    let checks: [(&str, Check); 4] = [
+        ("same_command_same_bytes", same_command_same_bytes),
+        ("agrees_with_traced_shadows", agrees_with_traced_shadows),
+        ("statistics_name_passes_and_counts", statistics_name_passes_and_counts),
+        ("maps_that_do_not_fit_are_refused", maps_that_do_not_fit_are_refused),
+    ];
+    let trials = checks
+        .into_iter()
+        .map(|(name, check)| {
+            let run = move || check(tempfile::tempdir()?.path());
+            Trial::test(name, run).with_ignored_flag(!has_adapter)
+        })
+        .collect();
+    libtest_mimic::run(&Arguments::from_args(), trials).exit();
+}
+
+fn girandole(directory: &Path, arguments: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_girandole"))
+        .args(arguments.split(' '))
+        .current_dir(directory)
+        .output()
+        .unwrap_or_else(|e| panic!("the program does not start: {e}"))
+}
+
+fn succeed(directory: &Path, arguments: &str) -> Result<Output, Failed> {
+    let output = girandole(directory, arguments);
+    let said = String::from_utf8_lossy(&output.stderr);
+    if output.status.success() { Ok(output) } else { Err(format!("{arguments}: {said}").into()) }
+}
+
+fn ensure(condition: bool, otherwise: &str) -> Result<(), Failed> {
+    if condition { Ok(()) } else { Err(otherwise.into()) }
+}
+
+const SMALL: &str = "render table --size 96x72 --lights 48 --engine gpu";
+
+fn same_command_same_bytes(directory: &Path) -> Result<(), Failed> {
+    let render = |more: &str| -> Result<Vec<u8>, Failed> {
+        succeed(directory, &format!("{SMALL} {more} -o p.exr"))?;
+        Ok(std::fs::read(directory.join("p.exr"))?)
+    };
+    let first = render("--aa 2")?;
+    ensure(first == render("--aa 2")?, "the same command leaves other bytes")?;
+    ensure(first != render("--aa off")?, "anti-aliasing changes nothing")?;
+    ensure(first != render("--aa 2 --seed 1")?, "another seed changes nothing")
+}
+
+fn agrees_with_traced_shadows(directory: &Path) -> Result<(), Failed> {
+    succeed(directory, &format!("{SMALL} -o gpu.exr"))?;
+    succeed(directory, &format!("{} -o cpu.exr", SMALL.replace("gpu", "cpu")))?;
+    succeed(directory, "compare cpu.exr gpu.exr --max-rel-mse 1e-3 --max-energy-error 0.005")?;
+    // Parabolic maps bend edges: the same bounds notice.
+    succeed(directory, &format!("{SMALL} --shadow-map parabolic --map-size 16 -o parabolic.exr"))?;
+    let bent = girandole(directory, "compare cpu.exr parabolic.exr --max-rel-mse 1e-3");
+    ensure(bent.status.code() == Some(1), "a coarse parabolic map passes for traced shadows")
+}
+
+fn statistics_name_passes_and_counts(directory: &Path) -> Result<(), Failed> {
+    succeed(directory, &format!("{SMALL} --map-size 64 --stats s.json"))?;
+    let stats: serde_json::Value = serde_json::from_slice(&std::fs::read(directory.join("s.json"))?)?;
+    ensure(stats["engine"] == "gpu" && stats["maps"] == 48 && stats["map_size_texels"] == 64, "counts")?;
+    ensure(stats["pairs"] == 96 * 72 * 48, "pairs")?;
+    let number = |key: &str| stats[key].as_f64().ok_or_else(|| Failed::from(format!("no {key}")));
+    for key in ["setup_ms", "atlas_bytes", "faces_culled", "clusters_culled", "triangles_that_cannot_block"] {
+        number(key)?;
+    }
+    ensure(number("faces_drawn")? > 0.0 && number("clusters_drawn")? > 0.0, "nothing is drawn")?;
+    let parts = number("shadow_maps_ms")? + number("shading_ms")?;
+    ensure((number("frame_ms")? - parts).abs() < 1e-6, "a frame is not the sum of its parts")
+}
+
+fn maps_that_do_not_fit_are_refused(directory: &Path) -> Result<(), Failed> {
+    let output = girandole(directory, &format!("{SMALL} --map-size 4096 --memory 1 -o p.png"));
+    let said = String::from_utf8(output.stderr)?;
+    ensure(output.status.code() == Some(2) && said.lines().count() == 1 && said.contains("--memory"), &said)?;
+    ensure(!directory.join("p.png").exists(), "a picture is left behind")
+}
