@@ -1,6 +1,5 @@
 //! The command line: what may be asked for, and within which bounds.
 
-use crate::engine::gpu::DEFAULT_CLAMP;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use girandole_core::lights::{LightSettings, MAX_LIGHTS, Termination};
 use girandole_core::tonemap::{Exposure, Tonemap};
@@ -150,8 +149,9 @@ impl LightArgs {
 /// How shadows and shading are done.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct QualityArgs {
-    /// Upper bound of the geometric factor, m⁻², against bright spots near light samples; off: exact
-    #[arg(long, value_name = "off|X", default_value_t = Clamp(Some(DEFAULT_CLAMP)), value_parser = parse_clamp)]
+    /// Upper bound of the geometric factor, m⁻², against bright spots near light samples; off: exact; auto: 0.2 × lights
+    /// / (diagonal of the scene)², which about minimises the error
+    #[arg(long, value_name = "auto|off|X", default_value_t = Clamp::Auto, value_parser = parse_clamp)]
     pub clamp: Clamp,
 
     /// Parameterisation of the shadow maps (engine gpu)
@@ -366,15 +366,23 @@ impl Bounces {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pcf(pub u32);
 
-/// The bound of the geometric factor, m⁻²; none = exact.
+/// The bound of the geometric factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clamp(pub Option<f32>);
+pub enum Clamp {
+    /// As the light samples suggest.
+    Auto,
+    /// None.
+    Off,
+    /// This, m⁻².
+    At(f32),
+}
 
 impl std::fmt::Display for Clamp {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        match self.0 {
-            Some(bound) => write!(f, "{bound}"),
-            None => f.write_str("off"),
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Off => f.write_str("off"),
+            Self::At(bound) => write!(f, "{bound}"),
         }
     }
 }
@@ -426,12 +434,13 @@ fn parse_bounces(text: &str) -> Parsed<Bounces> {
 
 fn parse_clamp(text: &str) -> Parsed<Clamp> {
     match text {
-        "off" => Ok(Clamp(None)),
+        "auto" => Ok(Clamp::Auto),
+        "off" => Ok(Clamp::Off),
         _ => parse_finite(text)
             .ok()
             .filter(|&x| x > 0.0)
-            .map(|x| Clamp(Some(x)))
-            .ok_or_else(|| "give a positive number of 1/m², or off".into()),
+            .map(Clamp::At)
+            .ok_or_else(|| "give a positive number of 1/m², auto or off".into()),
     }
 }
 

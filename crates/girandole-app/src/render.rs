@@ -1,6 +1,6 @@
 //! `girandole render`, and what `girandole` does without a command.
 
-use crate::args::{AntiAliasing, Bounces, Cli, Command, Engine, Mode, RenderArgs};
+use crate::args::{AntiAliasing, Bounces, Clamp, Cli, Command, Engine, Mode, RenderArgs};
 use crate::engine::{self, Job, Ready, Stats};
 use crate::output::{self, say};
 use crate::scene;
@@ -83,7 +83,12 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     }
 
     // The picture.
-    let job = Job { scene: &scene, geometry: &geometry, lights: &lights, view, args: &args };
+    let clamp = match args.quality.clamp {
+        Clamp::Auto => Some(lights.suggested_clamp(&geometry)),
+        Clamp::Off => None,
+        Clamp::At(bound) => Some(bound),
+    };
+    let job = Job { scene: &scene, geometry: &geometry, lights: &lights, view, clamp, args: &args };
     let (name, adapter) = (engine.name(), engine.adapter());
     let picture = engine.render(&job)?;
     let ev = args.exposure.ev(&picture.radiance);
@@ -103,9 +108,13 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
         output::duration(picture.frame_ms),
     ));
     let mut stats: Stats = picture.stats;
-    if let (true, Some(bound)) = (by_samples, args.quality.clamp.0) {
+    if let (true, Some(bound)) = (by_samples, clamp) {
         let lost = engine::energy_lost_by_clamp(&job);
-        say(&format!("the bound of {bound} m⁻² loses about {:.2} % of the picture's energy", lost * 100.0));
+        say(&format!(
+            "the bound of {bound:.3} m⁻² loses about {:.2} % of the picture's energy",
+            lost * 100.0
+        ));
+        stats.insert("clamp_per_square_metre".into(), bound.into());
         stats.insert("clamp_lost_energy_share".into(), lost.into());
     }
     if let Some(path) = &args.stats {

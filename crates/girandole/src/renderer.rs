@@ -211,7 +211,7 @@ impl Renderer {
             targets.band_rows,
             settings.samples_per_axis,
             lights,
-            batch.next_multiple_of(GROUP).max(GROUP),
+            batch.next_multiple_of(GROUP).clamp(GROUP, BATCH),
         );
         let frames = FrameUniforms::new(&self.device, &self.layouts.frame, &steps, |step| {
             frame(view, size, settings, loaded.diagonal, step)

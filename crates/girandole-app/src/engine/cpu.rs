@@ -12,8 +12,7 @@ pub fn render(job: &Job) -> Picture {
     let start = Instant::now();
     let tracer = SceneTracer::new(job.scene, job.geometry);
     let progress = Progress::bar("tracing shadows");
-    let settings =
-        OracleSettings { samples_per_axis: job.args.aa.samples_per_axis(), clamp: job.args.quality.clamp.0 };
+    let settings = OracleSettings { samples_per_axis: job.args.aa.samples_per_axis(), clamp: job.clamp };
     let radiance =
         oracle(&tracer, job.lights, &job.view, job.args.size, &settings, &|done| progress.set(done));
     Picture { radiance, frame_ms: start.elapsed().as_secs_f64() * 1e3, stats: Stats::new() }
@@ -29,5 +28,5 @@ pub fn energy_lost_by_clamp(job: &Job) -> f64 {
         f64::from(luminance(oracle(&tracer, job.lights, &job.view, GRID, &settings, &|_| ()).mean()))
     };
     let exact = mean(None);
-    if exact > 0.0 { 1.0 - mean(job.args.quality.clamp.0) / exact } else { 0.0 }
+    if exact > 0.0 { 1.0 - mean(job.clamp) / exact } else { 0.0 }
 }

@@ -8,7 +8,7 @@ use girandole::{FrameStats, Gpu, RenderSettings, Renderer, RendererOptions, Shad
 use pollster::block_on;
 use std::time::Instant;
 
-pub use girandole::{AdapterReport, DEFAULT_CLAMP, Error};
+pub use girandole::{AdapterReport, Error};
 
 /// All adapters of this machine, the best first.
 pub fn adapters() -> Vec<AdapterReport> {
@@ -46,7 +46,7 @@ impl Device {
             ..RendererOptions::default()
         };
         let settings = RenderSettings {
-            clamp: quality.clamp.0,
+            clamp: job.clamp,
             samples_per_axis: job.args.aa.samples_per_axis(),
             exposure: job.args.exposure,
             tonemap: job.args.tonemap.into(),

@@ -27,6 +27,8 @@ pub struct Job<'a> {
     pub lights: &'a LightSet,
     /// From where.
     pub view: View,
+    /// Bound of the geometric factor, m⁻²; none = exact.
+    pub clamp: Option<f32>,
     /// How.
     pub args: &'a RenderArgs,
 }

@@ -151,7 +151,7 @@ impl Default for LightSettings {
     fn default() -> Self {
         Self {
             count: 300,
-            direct_share: 0.2,
+            direct_share: 0.25,
             bounces: 5,
             seed: 0,
             termination: Termination::default(),

@@ -1,6 +1,6 @@
 //! What is promised to the bit, and holes in maps.
 
-use crate::common::{Context, Stage, Test, camera, exact, room};
+use crate::common::{Context, Stage, Test, camera, exact, mean, room};
 use girandole::core::glam::Vec3;
 use girandole::core::lights::{LightSample, LightSet, Profile, SampleOrigin};
 use girandole::core::math::{sequence, warp};
@@ -17,20 +17,31 @@ pub fn tests() -> Vec<Test> {
 }
 
 fn same_bytes(context: &Context) {
-    let size = [200, 150];
-    let stage = Stage::builtin("table", 70);
+    let size = [120, 90];
+    let stage = Stage::builtin("table", 700);
     let view = stage.view(0, size);
     let mut renderer = context.renderer(RendererOptions::default());
     renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
     let settings = |lights_per_batch| RenderSettings { lights_per_batch, samples_per_axis: 2, ..exact() };
     let first = context.frame(&mut renderer, &view, size, &settings(None));
-    for batch in [None, Some(1), Some(7), Some(64), Some(1000)] {
+    for batch in [None, Some(1), Some(7), Some(200), Some(5000)] {
         let again = context.frame(&mut renderer, &view, size, &settings(batch));
         assert!(again.pixels == first.pixels, "batches of {batch:?}");
     }
     let mut fresh = context.renderer(RendererOptions::default());
     fresh.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
     assert!(context.frame(&mut fresh, &view, size, &settings(None)).pixels == first.pixels);
+    // All batches arrive: the whole is what the parts are.
+    let energy = |from: usize, to: usize| {
+        let mut part = stage.lights.clone();
+        part.samples = part.samples[from..to].to_vec();
+        let mut renderer = context.renderer(RendererOptions { map_size: Some(128), ..Default::default() });
+        renderer.load(&stage.scene, &stage.geometry, &part).expect("load");
+        mean(&context.frame(&mut renderer, &view, size, &exact()))
+    };
+    let emitted = energy(0, 0);
+    let (whole, parts) = (energy(0, 700) - emitted, energy(0, 500) + energy(500, 700) - 2.0 * emitted);
+    assert!((whole / parts - 1.0).abs() < 1e-3, "{whole} {parts}");
     // The control: the sum in another order of lights differs somewhere.
     let mut reversed = stage.lights.clone();
     reversed.samples.reverse();

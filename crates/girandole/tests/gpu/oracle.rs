@@ -151,7 +151,9 @@ fn near_shadow_edge(
         let t = s.geometric_normal.dot(d) / s.geometric_normal.dot(direction);
         // The receiver's plane is not seen at all there: its horizon is an edge.
         let there = Surface { position: light.position + direction * t, ..*s };
-        t <= 0.0 || !t.is_finite() || girandole_reference::visible(tracer, &there, hit.triangle, light) != here
+        t <= 0.0
+            || !t.is_finite()
+            || girandole_reference::visible(tracer, &there, hit.triangle, light) != here
     })
 }
 
