@@ -10,7 +10,12 @@
 
 use crate::scene::{Geometry, NONE, Scene};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3A};
-use obvhs::{Boundable, BvhBuildParams, aabb::Aabb, cwbvh::CwBvh, ray::Ray, ray::RayHit};
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
+use obvhs::ploc::PlocBuilder;
+use obvhs::ray::{Ray, RayHit};
+use obvhs::{Boundable, BvhBuildParams};
 
 /// Where a ray meets a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,8 +33,9 @@ pub struct SceneTracer<'a> {
     scene: &'a Scene,
     geometry: &'a Geometry,
     bvh: CwBvh,
-    /// The triangles in the hierarchy's order.
+    /// The triangles in the hierarchy's order, `group` to a leaf.
     leaves: Vec<Leaf>,
+    group: usize,
     /// A power of two: hierarchy from scene.
     scale: f64,
 }
@@ -53,6 +59,8 @@ impl Boundable for Bounds {
 const BACK_UP: f64 = 2e-4;
 /// How much larger boxes are in the hierarchy's space, on each side.
 const MARGIN: f32 = 1e-6;
+/// Levels of a hierarchy that the traversal's stack of 32 has room for.
+const MAX_DEPTH: usize = 31;
 
 /// A ray prepared for the intersection test (Woop, Benthin and Wald 2013).
 struct Probe {
@@ -152,24 +160,44 @@ impl<'a> SceneTracer<'a> {
 
     fn with_build(scene: &'a Scene, geometry: &'a Geometry, build: BvhBuildParams) -> Self {
         let scale = libm::exp2(-libm::floor(libm::log2(f64::from(geometry.diagonal()))));
-        let bounds: Vec<Bounds> = (0..geometry.triangles.len() as u32)
-            .map(|i| {
-                let corners = geometry.corners(i).map(|p| (p.as_dvec3() * scale).as_vec3a());
-                let mut aabb = Aabb::from_points(&corners);
-                aabb.min -= Vec3A::splat(MARGIN);
-                aabb.max += Vec3A::splat(MARGIN);
-                Bounds(aabb)
-            })
-            .collect();
-        let bvh = if bounds.is_empty() {
-            CwBvh::default()
-        } else {
-            obvhs::cwbvh::builder::build_cwbvh(&bounds, build, &mut std::time::Duration::default())
+        let count = geometry.triangles.len();
+        let bounds = |triangles: &[u32]| {
+            let corners = triangles.iter().flat_map(|&i| geometry.corners(i));
+            let corners: Vec<Vec3A> = corners.map(|p| (p.as_dvec3() * scale).as_vec3a()).collect();
+            let mut aabb = Aabb::from_points(&corners);
+            aabb.min -= Vec3A::splat(MARGIN);
+            aabb.max += Vec3A::splat(MARGIN);
+            Bounds(aabb)
         };
+        let all: Vec<u32> = (0..count as u32).collect();
+        // Many boxes that are the same can make a hierarchy deeper than its traversal's stack. Then neighbours in the
+        // list share a leaf, as many as it takes.
+        let mut group = 1;
+        let mut bvh = CwBvh::default();
+        while count > 0 {
+            let boxes: Vec<Bounds> = all.chunks(group).map(bounds).collect();
+            let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
+                build.ploc_search_distance,
+                &boxes,
+                (0..boxes.len() as u32).collect(),
+                build.sort_precision,
+                build.search_depth_threshold,
+            );
+            ReinsertionOptimizer::default().run(&mut binary, build.reinsertion_batch_ratio, None);
+            bvh = bvh2_to_cwbvh(&binary, build.max_prims_per_leaf.clamp(1, 3), true, false);
+            if depth(&bvh) < MAX_DEPTH {
+                break;
+            }
+            group *= 4;
+        }
         let leaves = bvh
             .primitive_indices
             .iter()
-            .map(|&triangle| {
+            .flat_map(|&chunk| {
+                // A chunk that is not full names its last triangle again, which changes nothing.
+                (0..group).map(move |i| (chunk as usize * group + i).min(count - 1) as u32)
+            })
+            .map(|triangle| {
                 let material = geometry.triangles[triangle as usize].material;
                 Leaf {
                     corners: geometry.corners(triangle),
@@ -178,7 +206,13 @@ impl<'a> SceneTracer<'a> {
                 }
             })
             .collect();
-        Self { scene, geometry, bvh, leaves, scale }
+        Self { scene, geometry, bvh, leaves, group, scale }
+    }
+
+    /// The triangles of a leaf.
+    #[inline]
+    fn leaf(&self, slot: usize) -> &[Leaf] {
+        &self.leaves[slot * self.group..(slot + 1) * self.group]
     }
 
     /// The geometry that is traced.
@@ -226,22 +260,22 @@ impl<'a> SceneTracer<'a> {
         let traversal = Traversal::new(self, origin, direction, limit);
         let mut best: Option<(f64, u32, Vec2)> = None;
         self.bvh.ray_traverse(traversal.ray, &mut RayHit::none(), |_, slot| {
-            let leaf = &self.leaves[slot];
-            let Some((t, u, v)) = probe.intersect(&leaf.corners) else {
-                return f32::INFINITY;
-            };
-            let barycentric = Vec2::new(u as f32, v as f32);
-            let nearer = best.is_none_or(|(bt, bi, _)| t < bt || t == bt && leaf.triangle < bi);
-            let taken = t > 0.0
-                && t < limit
-                && nearer
-                && accept(leaf.triangle, barycentric)
-                && !(leaf.masked && self.geometry.is_cut_out(self.scene, leaf.triangle, barycentric));
-            if !taken {
-                return f32::INFINITY;
+            let mut reach = f32::INFINITY;
+            for leaf in self.leaf(slot) {
+                let Some((t, u, v)) = probe.intersect(&leaf.corners) else { continue };
+                let barycentric = Vec2::new(u as f32, v as f32);
+                let nearer = best.is_none_or(|(bt, bi, _)| t < bt || t == bt && leaf.triangle < bi);
+                let taken = t > 0.0
+                    && t < limit
+                    && nearer
+                    && accept(leaf.triangle, barycentric)
+                    && !(leaf.masked && self.geometry.is_cut_out(self.scene, leaf.triangle, barycentric));
+                if taken {
+                    best = Some((t, leaf.triangle, barycentric));
+                    reach = traversal.reach(t);
+                }
             }
-            best = Some((t, leaf.triangle, barycentric));
-            traversal.reach(t)
+            reach
         });
         best.map(|(t, triangle, barycentric)| Hit { t: t as f32, triangle, barycentric })
     }
@@ -288,12 +322,13 @@ impl<'a> SceneTracer<'a> {
         let mut found = None;
         let traversal = Traversal::new(self, origin, direction, 1.0);
         self.bvh.ray_traverse_miss(traversal.ray, |_, slot| {
-            let leaf = &self.leaves[slot];
-            if blocks(&leaf.corners, leaf.triangle, leaf.masked) {
-                found = Some(leaf.triangle);
-                return f32::NEG_INFINITY;
+            match self.leaf(slot).iter().find(|l| blocks(&l.corners, l.triangle, l.masked)) {
+                Some(leaf) => {
+                    found = Some(leaf.triangle);
+                    f32::NEG_INFINITY
+                }
+                None => f32::INFINITY,
             }
-            f32::INFINITY
         });
         found
     }
@@ -303,6 +338,23 @@ impl<'a> SceneTracer<'a> {
     pub fn lift(&self, point: Vec3, normal: Vec3) -> Vec3 {
         point + normal * lift_distance(self.geometry, point)
     }
+}
+
+/// Levels of a hierarchy.
+fn depth(bvh: &CwBvh) -> usize {
+    let mut level: Vec<usize> = if bvh.nodes.is_empty() { Vec::new() } else { vec![0] };
+    let mut depth = 0;
+    while !level.is_empty() {
+        depth += 1;
+        level = level
+            .iter()
+            .flat_map(|&i| {
+                let node = &bvh.nodes[i];
+                (0..node.imask.count_ones() as usize).map(move |child| node.child_base_idx as usize + child)
+            })
+            .collect();
+    }
+    depth
 }
 
 /// How far [`SceneTracer::lift`] moves a point, metres.

@@ -323,3 +323,31 @@ fn nothing_and_nonsense_are_answered() {
     assert_eq!(tracer.closest_hit(Vec3::NAN, Vec3::X, f32::INFINITY, NONE), None);
     assert!(!tracer.occluded(Vec3::ZERO, NONE, Vec3::ZERO, NONE));
 }
+
+/// Triangles that all have the same box make the deepest hierarchies.
+#[test]
+fn many_equal_boxes_are_traced_like_any() {
+    let mut mesh = Mesh::default();
+    let mut numbers = Numbers(11);
+    for _ in 0..3000 {
+        add_triangle(&mut mesh, [Vec3::ZERO, Vec3::ONE, numbers.vector().abs()]);
+    }
+    let (scene, geometry) = scene([mesh]);
+    let tracer = SceneTracer::new(&scene, &geometry);
+    assert!(depth(&tracer.bvh) < MAX_DEPTH);
+    assert!(tracer.group > 1, "the control: single triangles would be too deep a hierarchy");
+    let mut met = 0;
+    for _ in 0..300 {
+        let (origin, target) = (numbers.vector() * 2.0, numbers.vector() * 0.4);
+        let direction = target - origin;
+        let probe = Probe::new(origin.as_dvec3(), direction.as_dvec3()).unwrap();
+        let nearest = (0..geometry.triangles.len() as u32)
+            .filter_map(|i| Some((probe.intersect(&geometry.corners(i))?.0, i)))
+            .filter(|(t, _)| *t > 0.0)
+            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let hit = tracer.closest_hit(origin, direction, f32::INFINITY, NONE);
+        assert_eq!(hit.map(|h| h.triangle), nearest.map(|n| n.1));
+        met += usize::from(hit.is_some());
+    }
+    assert!(met > 100, "{met}");
+}
