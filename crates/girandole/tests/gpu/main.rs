@@ -6,6 +6,7 @@ mod leaks;
 mod mirrors;
 mod oracle;
 mod pictures;
+mod truth;
 
 use common::Context;
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -20,8 +21,15 @@ fn main() {
         eprintln!("tests that need an adapter are ignored: {error}");
     }
     let context: Option<&'static Context> = adapter.ok().map(|gpu| &*Box::leak(Box::new(Context { gpu })));
-    let tests =
-        [mirrors::tests(), exact::tests(), oracle::tests(), leaks::tests(), pictures::tests()].concat();
+    let tests = [
+        mirrors::tests(),
+        exact::tests(),
+        oracle::tests(),
+        leaks::tests(),
+        pictures::tests(),
+        truth::tests(),
+    ]
+    .concat();
     let trials = tests
         .into_iter()
         .map(|(name, test)| {
