@@ -174,21 +174,12 @@ impl<'a> SceneTracer<'a> {
         // list share a leaf, as many as it takes.
         let mut group = 1;
         let mut bvh = CwBvh::default();
-        while count > 0 {
-            let boxes: Vec<Bounds> = all.chunks(group).map(bounds).collect();
-            let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
-                build.ploc_search_distance,
-                &boxes,
-                (0..boxes.len() as u32).collect(),
-                build.sort_precision,
-                build.search_depth_threshold,
-            );
-            ReinsertionOptimizer::default().run(&mut binary, build.reinsertion_batch_ratio, None);
-            bvh = bvh2_to_cwbvh(&binary, build.max_prims_per_leaf.clamp(1, 3), true, false);
-            if depth(&bvh) < MAX_DEPTH {
-                break;
+        if count > 0 {
+            bvh = hierarchy(&all.chunks(group).map(bounds).collect::<Vec<_>>(), &build);
+            while depth(&bvh) >= MAX_DEPTH {
+                group *= 4;
+                bvh = hierarchy(&all.chunks(group).map(bounds).collect::<Vec<_>>(), &build);
             }
-            group *= 4;
         }
         let leaves = bvh
             .primitive_indices
@@ -338,6 +329,19 @@ impl<'a> SceneTracer<'a> {
     pub fn lift(&self, point: Vec3, normal: Vec3) -> Vec3 {
         point + normal * lift_distance(self.geometry, point)
     }
+}
+
+/// Builds as `obvhs` does in `build_cwbvh`, which would panic where the result is too deep.
+fn hierarchy(boxes: &[Bounds], build: &BvhBuildParams) -> CwBvh {
+    let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
+        build.ploc_search_distance,
+        boxes,
+        (0..boxes.len() as u32).collect(),
+        build.sort_precision,
+        build.search_depth_threshold,
+    );
+    ReinsertionOptimizer::default().run(&mut binary, build.reinsertion_batch_ratio, None);
+    bvh2_to_cwbvh(&binary, build.max_prims_per_leaf.clamp(1, 3), true, false)
 }
 
 /// Levels of a hierarchy.

@@ -39,6 +39,7 @@ pub use girandole_core as core;
 mod atlas;
 mod bind;
 mod error;
+mod frame;
 mod gpu;
 mod gpu_scene;
 mod layout;
@@ -48,6 +49,7 @@ mod readback;
 mod renderer;
 mod settings;
 mod shaders;
+mod targets;
 mod timers;
 
 #[cfg(test)]

@@ -1,29 +1,28 @@
 //! The renderer: passes, a scene on the GPU, and a frame as one function.
 
 use crate::atlas::AtlasLayout;
+use crate::frame::{FrameUniforms, frame, steps};
 use crate::gpu_scene::{GpuScene, gpu_lights, light_buffer};
-use crate::layout::{DIRECTIONAL, Frame, Light};
+use crate::layout::{DIRECTIONAL, Light};
 use crate::occluders::{CullCounts, Occluders};
 use crate::passes::exposure::Exposure;
 use crate::passes::resolve::{Resolve, ResolveInputs};
 use crate::passes::shade::{BATCH, GROUP, Needs, Shade, ShadeInputs};
 use crate::passes::shadow_maps::{Atlas, ShadowMaps};
 use crate::passes::tonemap::ToneMapping;
-use crate::passes::visibility::{self, Visibility};
+use crate::passes::visibility::Visibility;
 use crate::passes::{Band, Layouts};
 use crate::readback::{self, TextureCopy};
 use crate::settings::{RenderSettings, RendererOptions};
+use crate::targets::Targets;
 use crate::timers::Timers;
-use crate::{Error, Result, bind};
-use girandole_core::glam::Vec2;
+use crate::{Error, Result};
 use girandole_core::image::Image;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, Scene, View};
 use std::collections::BTreeMap;
 use std::future::Future;
 
-/// Pixels whose sums are held at once: 48 MiB of them.
-const BAND_PIXELS: u32 = 1 << 20;
 /// Pairs of pixel and light in one dispatch, well below a second on a slow GPU.
 const BATCH_PAIRS: u64 = 1 << 28;
 
@@ -59,18 +58,6 @@ struct Loaded {
     counts: CullCounts,
     /// Length of the bounds' diagonal, metres.
     diagonal: f32,
-}
-
-/// What depends on the picture's size alone.
-struct Targets {
-    size: [u32; 2],
-    band_rows: u32,
-    ids: wgpu::TextureView,
-    depth: wgpu::TextureView,
-    sums: wgpu::Buffer,
-    pixels: wgpu::Buffer,
-    radiance: wgpu::Texture,
-    radiance_view: wgpu::TextureView,
 }
 
 /// What a frame did.
@@ -388,130 +375,4 @@ fn check(size: [u32; 2], settings: &RenderSettings, limits: &wgpu::Limits) -> Re
         return Err(invalid("the bound of the geometric factor (--clamp) has to be positive, or off".into()));
     }
     Ok(())
-}
-
-/// One submission: a batch of lights for a sub-pixel sample of a band of rows.
-#[derive(Clone, Copy)]
-struct Step {
-    band: [u32; 2],
-    sample: u32,
-    first_light: u32,
-    end_light: u32,
-}
-
-fn steps(size: [u32; 2], band_rows: u32, samples_per_axis: u32, lights: u32, batch: u32) -> Vec<Step> {
-    let mut steps = Vec::new();
-    for first_row in (0..size[1]).step_by(band_rows as usize) {
-        let band = [first_row, (first_row + band_rows).min(size[1])];
-        for sample in 0..samples_per_axis * samples_per_axis {
-            // Without any light there is still one step, for what emits.
-            for first_light in (0..lights.max(1)).step_by(batch as usize) {
-                let end_light = first_light.saturating_add(batch).min(lights);
-                steps.push(Step { band, sample, first_light, end_light });
-            }
-        }
-    }
-    steps
-}
-
-fn frame(view: &View, size: [u32; 2], settings: &RenderSettings, diagonal: f32, step: &Step) -> Frame {
-    let n = settings.samples_per_axis;
-    let center = |i: u32| (i as f32 + 0.5) / n as f32;
-    Frame {
-        eye: view.eye,
-        orthographic: u32::from(view.orthographic),
-        right: view.right,
-        half_width: view.half_extent.x,
-        up: view.up,
-        half_height: view.half_extent.y,
-        forward: view.forward,
-        near: diagonal * 1e-5,
-        size,
-        band: step.band,
-        offset: Vec2::new(center(step.sample % n), center(step.sample / n)),
-        first_light: step.first_light,
-        end_light: step.end_light,
-        clamp: settings.clamp.unwrap_or(f32::MAX),
-        // Far enough to see the whole scene from any eye that sees it at all.
-        far: (view.eye.length() + diagonal) * 2.0,
-        sample: step.sample,
-        samples: n * n,
-    }
-}
-
-struct FrameUniforms {
-    group: wgpu::BindGroup,
-    stride: u32,
-}
-
-impl FrameUniforms {
-    fn new(
-        device: &wgpu::Device,
-        layout: &wgpu::BindGroupLayout,
-        steps: &[Step],
-        frame: impl Fn(&Step) -> Frame,
-    ) -> Self {
-        use wgpu::util::DeviceExt;
-        let size = size_of::<Frame>();
-        let stride = size.next_multiple_of(device.limits().min_uniform_buffer_offset_alignment as usize);
-        let mut contents = vec![0u8; stride * steps.len()];
-        for (slot, step) in contents.chunks_exact_mut(stride).zip(steps) {
-            slot[..size].copy_from_slice(bytemuck::bytes_of(&frame(step)));
-        }
-        let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("frames"),
-            contents: &contents,
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
-        let binding =
-            wgpu::BufferBinding { buffer: &buffer, offset: 0, size: wgpu::BufferSize::new(size as u64) };
-        Self {
-            group: bind::group(device, layout, &[wgpu::BindingResource::Buffer(binding)]),
-            stride: stride as u32,
-        }
-    }
-}
-
-impl Targets {
-    fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
-        let band_rows = (BAND_PIXELS / size[0]).max(8).min(size[1]);
-        let texture = |label, format, usage| {
-            device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage,
-                view_formats: &[],
-            })
-        };
-        let buffer = |label, elements: u64| {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size: elements * 16,
-                usage: wgpu::BufferUsages::STORAGE,
-                mapped_at_creation: false,
-            })
-        };
-        use wgpu::TextureUsages as U;
-        let radiance = texture(
-            "radiance",
-            wgpu::TextureFormat::Rgba32Float,
-            U::STORAGE_BINDING | U::TEXTURE_BINDING | U::COPY_SRC,
-        );
-        let pixels = u64::from(size[0]) * u64::from(band_rows);
-        Self {
-            size,
-            band_rows,
-            ids: texture("ids", visibility::IDS, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING)
-                .create_view(&Default::default()),
-            depth: texture("depth", visibility::DEPTH, U::RENDER_ATTACHMENT).create_view(&Default::default()),
-            sums: buffer("sums", 2 * pixels),
-            pixels: buffer("pixels", pixels),
-            radiance_view: radiance.create_view(&Default::default()),
-            radiance,
-        }
-    }
 }

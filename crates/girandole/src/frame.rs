@@ -1,0 +1,106 @@
+//! A frame's submissions: bands of rows, sub-pixel samples, batches of lights.
+
+use crate::bind;
+use crate::layout::Frame;
+use crate::settings::RenderSettings;
+use girandole_core::glam::Vec2;
+use girandole_core::scene::View;
+
+/// One submission: a batch of lights for a sub-pixel sample of a band of rows.
+#[derive(Clone, Copy)]
+pub(crate) struct Step {
+    pub band: [u32; 2],
+    pub sample: u32,
+    pub first_light: u32,
+    pub end_light: u32,
+}
+
+/// The submissions of a frame, in order.
+pub(crate) fn steps(
+    size: [u32; 2],
+    band_rows: u32,
+    samples_per_axis: u32,
+    lights: u32,
+    batch: u32,
+) -> Vec<Step> {
+    let mut steps = Vec::new();
+    for first_row in (0..size[1]).step_by(band_rows as usize) {
+        let band = [first_row, (first_row + band_rows).min(size[1])];
+        for sample in 0..samples_per_axis * samples_per_axis {
+            // Without any light there is still one step, for what emits.
+            for first_light in (0..lights.max(1)).step_by(batch as usize) {
+                let end_light = first_light.saturating_add(batch).min(lights);
+                steps.push(Step { band, sample, first_light, end_light });
+            }
+        }
+    }
+    steps
+}
+
+/// The uniform of one submission.
+pub(crate) fn frame(
+    view: &View,
+    size: [u32; 2],
+    settings: &RenderSettings,
+    diagonal: f32,
+    step: &Step,
+) -> Frame {
+    let n = settings.samples_per_axis;
+    let center = |i: u32| (i as f32 + 0.5) / n as f32;
+    Frame {
+        eye: view.eye,
+        orthographic: u32::from(view.orthographic),
+        right: view.right,
+        half_width: view.half_extent.x,
+        up: view.up,
+        half_height: view.half_extent.y,
+        forward: view.forward,
+        near: diagonal * 1e-5,
+        size,
+        band: step.band,
+        offset: Vec2::new(center(step.sample % n), center(step.sample / n)),
+        first_light: step.first_light,
+        end_light: step.end_light,
+        clamp: settings.clamp.unwrap_or(f32::MAX),
+        // Far enough to see the whole scene from any eye that sees it at all.
+        far: (view.eye.length() + diagonal) * 2.0,
+        sample: step.sample,
+        samples: n * n,
+    }
+}
+
+/// All of a frame's uniforms in one buffer.
+pub(crate) struct FrameUniforms {
+    /// Bind group 0, with a dynamic offset.
+    pub group: wgpu::BindGroup,
+    /// Bytes from one uniform to the next.
+    pub stride: u32,
+}
+
+impl FrameUniforms {
+    pub fn new(
+        device: &wgpu::Device,
+        layout: &wgpu::BindGroupLayout,
+        steps: &[Step],
+        frame: impl Fn(&Step) -> Frame,
+    ) -> Self {
+        use wgpu::util::DeviceExt;
+        let size = size_of::<Frame>();
+        let stride = size.next_multiple_of(device.limits().min_uniform_buffer_offset_alignment as usize);
+        let mut contents = vec![0u8; stride * steps.len()];
+        for (slot, step) in contents.chunks_exact_mut(stride).zip(steps) {
+            slot[..size].copy_from_slice(bytemuck::bytes_of(&frame(step)));
+        }
+        let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("frames"),
+            contents: &contents,
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        let binding =
+            wgpu::BufferBinding { buffer: &buffer, offset: 0, size: wgpu::BufferSize::new(size as u64) };
+        Self {
+            group: bind::group(device, layout, &[wgpu::BindingResource::Buffer(binding)]),
+            stride: stride as u32,
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Textures and buffers that depend on the picture's size alone; resizing makes only these anew.
+
+use crate::passes::visibility;
+
+/// Pixels whose sums are held at once: 48 MiB of them.
+const BAND_PIXELS: u32 = 1 << 20;
+
+/// What depends on the picture's size alone.
+pub(crate) struct Targets {
+    pub size: [u32; 2],
+    pub band_rows: u32,
+    pub ids: wgpu::TextureView,
+    pub depth: wgpu::TextureView,
+    pub sums: wgpu::Buffer,
+    pub pixels: wgpu::Buffer,
+    pub radiance: wgpu::Texture,
+    pub radiance_view: wgpu::TextureView,
+}
+
+impl Targets {
+    pub fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
+        let band_rows = (BAND_PIXELS / size[0]).max(8).min(size[1]);
+        let texture = |label, format, usage| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage,
+                view_formats: &[],
+            })
+        };
+        let buffer = |label, elements: u64| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: elements * 16,
+                usage: wgpu::BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            })
+        };
+        use wgpu::TextureUsages as U;
+        let radiance = texture(
+            "radiance",
+            wgpu::TextureFormat::Rgba32Float,
+            U::STORAGE_BINDING | U::TEXTURE_BINDING | U::COPY_SRC,
+        );
+        let pixels = u64::from(size[0]) * u64::from(band_rows);
+        Self {
+            size,
+            band_rows,
+            ids: texture("ids", visibility::IDS, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING)
+                .create_view(&Default::default()),
+            depth: texture("depth", visibility::DEPTH, U::RENDER_ATTACHMENT).create_view(&Default::default()),
+            sums: buffer("sums", 2 * pixels),
+            pixels: buffer("pixels", pixels),
+            radiance_view: radiance.create_view(&Default::default()),
+            radiance,
+        }
+    }
+}
