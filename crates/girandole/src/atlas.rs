@@ -63,6 +63,8 @@ impl AtlasLayout {
             page: self.page_size.map(|s| s as f32),
             size: self.map_size as f32,
             parallel_size: self.parallel_size as f32,
+            texel: 1.0 / self.map_size as f32,
+            parallel_texel: 1.0 / self.parallel_size as f32,
         }
     }
 

@@ -137,6 +137,8 @@ pub(crate) struct Maps {
     pub page: [f32; 2],
     pub size: f32,
     pub parallel_size: f32,
+    pub texel: f32,
+    pub parallel_texel: f32,
 }
 
 /// [`Light::profile`] of a directional light; shaders know it as `DIRECTIONAL`.

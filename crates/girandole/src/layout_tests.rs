@@ -32,7 +32,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
             metallic, roughness, normal_scale, double_sided, base_color_texture, metallic_roughness_texture,
             specular_texture, specular_color_texture, normal_texture, emission_texture),
         fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, place),
-        fields!(Maps as "Maps": page, size, parallel_size),
+        fields!(Maps as "Maps": page, size, parallel_size, texel, parallel_texel),
         fields!(Item as "Item": light, face_cluster),
         fields!(Display as "Display": size, exposure, automatic, curve, encode, padding),
     ]

@@ -1,7 +1,7 @@
 // core: math::octahedral.
 
-fn octahedral_encode(direction: vec3f) -> vec2f {
-  let q = direction.xy / (abs(direction.x) + abs(direction.y) + direction.z);
+// `q` has |x| + |y| + z = 1.
+fn octahedral_encode(q: vec3f) -> vec2f {
   return vec2f(q.x + q.y, q.x - q.y) * 0.5 + 0.5;
 }
 

@@ -10,8 +10,9 @@ fn norm(p: vec3f) -> f32 {
   return abs(p.x) + abs(p.y) + p.z;
 }
 
+// `p` has norm 1.
 fn encode(p: vec3f) -> vec2f {
-  if PARAMETERISATION == 1u { return p.xy / (length(p) + p.z) * 0.5 + 0.5; }
+  if PARAMETERISATION == 1u { return p.xy / (1.0 + p.z) * 0.5 + 0.5; }
   if PARAMETERISATION == 2u { return cube_encode(p); }
   return octahedral_encode(p);
 }
@@ -28,9 +29,9 @@ fn decode(uv: vec2f) -> vec3f {
 // Half a cube unfolded to a cross: the top face is the middle quarter, the four half sides lie around it.
 fn cube_encode(p: vec3f) -> vec2f {
   let a = abs(p);
-  if p.z >= max(a.x, a.y) { return 0.5 + 0.25 * p.xy / p.z; }
-  if a.x >= a.y { return vec2f(0.5 + sign(p.x) * (0.5 - 0.25 * p.z / a.x), 0.5 + 0.25 * p.y / a.x); }
-  return vec2f(0.5 + 0.25 * p.x / a.y, 0.5 + sign(p.y) * (0.5 - 0.25 * p.z / a.y));
+  if p.z >= max(a.x, a.y) { return 0.5 + 0.25 * p.xy; }
+  if a.x >= a.y { return vec2f(0.5 + sign(p.x) * (0.5 - 0.25 * p.z), 0.5 + 0.25 * p.y); }
+  return vec2f(0.5 + 0.25 * p.x, 0.5 + sign(p.y) * (0.5 - 0.25 * p.z));
 }
 
 fn cube_decode(uv: vec2f) -> vec3f {

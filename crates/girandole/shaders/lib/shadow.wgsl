@@ -39,7 +39,8 @@ fn receiver(light: Light, position: vec3f, ng: vec3f, height: f32) -> Receiver {
     let s = p * light.scale;
     return Receiver(s.xy * 0.5 + 0.5, normal, s.z, 1.0);
   }
-  return Receiver(encode(p), normal, height, height / norm(p));
+  let inverse = 1.0 / norm(p);
+  return Receiver(encode(p * inverse), normal, height, height * inverse);
 }
 
 fn is_parallel(light: Light) -> bool {
@@ -51,7 +52,7 @@ fn texel_of(light: Light, uv: vec2f) -> vec2u {
 }
 
 fn centre_of(light: Light, texel: vec2u) -> vec2f {
-  return (vec2f(texel) + 0.5) / map_size(light);
+  return (vec2f(texel) + 0.5) * map_texel(light);
 }
 
 fn stored_at(light: Light, texel: vec2u) -> f32 {
@@ -66,10 +67,10 @@ fn first_look(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
     let flat = max(-r.normal.z, 1e-3);
     let shift = 2.0 * dot(r.normal.xy, centre - r.uv) / flat;
     let depth = 1.0 - (r.height + min(shift, 0.0)) * 0.5;
-    return select(DARK, LIT, stored <= depth + SLACK + 2.0 * FOOTPRINT / (map_size(light) * flat));
+    return select(DARK, LIT, stored <= depth + SLACK + 2.0 * FOOTPRINT * map_texel(light) / flat);
   }
   let here = max(-dot(r.normal, decode(centre)), r.slope);
-  let allowance = min(FOOTPRINT / map_size(light), GRAZING * r.slope);
+  let allowance = min(FOOTPRINT * map_texel(light), GRAZING * r.slope);
   let seen = stored * r.height;
   let near = select(DARK, DOUBTFUL, seen * NEARBY <= NEAR * r.slope);
   return select(near, LIT, seen <= NEAR * (here * (1.0 + SLACK) + allowance));
@@ -83,7 +84,7 @@ fn second_look(light: Light, r: Receiver, texel: vec2u, stored: f32) -> bool {
     gradient_along(light, origin, vec2i(1, 0), stored),
     gradient_along(light, origin, vec2i(0, 1), stored));
   let carried = stored + dot(gradient, (r.uv - centre_of(light, texel)) * map_size(light));
-  let allowance = min(HOLLOW * FOOTPRINT / map_size(light), GRAZING * r.slope);
+  let allowance = min(HOLLOW * FOOTPRINT * map_texel(light), GRAZING * r.slope);
   return carried * r.height <= NEAR * (r.slope * (1.0 + SLACK) + allowance);
 }
 

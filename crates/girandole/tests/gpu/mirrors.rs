@@ -95,7 +95,7 @@ fn octahedral(context: &Context) {
     let inputs: Vec<_> = directions.iter().map(|d| [d.extend(0.0), Vec4::ZERO]).collect();
     let library = include_str!("../../shaders/lib/octahedral.wgsl");
     let encoded = format!(
-        "{library} fn map(a: vec4f, b: vec4f) -> vec4f {{ return vec4f(octahedral_encode(a.xyz), 0.0, 0.0); }}"
+        "{library} fn map(a: vec4f, b: vec4f) -> vec4f {{ return vec4f(octahedral_encode(a.xyz / (abs(a.x) + abs(a.y) + a.z)), 0.0, 0.0); }}"
     );
     let gpu = run(context, &encoded, &inputs, &[]);
     let cpu = || directions.iter().map(|d| math::octahedral::encode(*d));
@@ -171,7 +171,7 @@ fn parameterisations(context: &Context) {
     let inputs: Vec<_> = directions().iter().map(|d| [(*d * 3.0).extend(0.0), Vec4::ZERO]).collect();
     let source = |shift: f32| {
         format!(
-            "{} {} fn map(a: vec4f, b: vec4f) -> vec4f {{ let uv = encode(a.xyz) + {shift:?}; \
+            "{} {} fn map(a: vec4f, b: vec4f) -> vec4f {{ let uv = encode(a.xyz / norm(a.xyz)) + {shift:?}; \
              return vec4f(decode(uv) * norm(a.xyz), f32(is_mapped(uv))); }}",
             include_str!("../../shaders/lib/octahedral.wgsl"),
             include_str!("../../shaders/lib/parameterisation.wgsl")
