@@ -48,63 +48,104 @@ fn specular(light: Light, a: Arriving, s: Shading) -> vec3f {
   return light.intensity * (a.g * specular_brdf(s.ns, s.wo, normalize(a.to_light), r.f0, r.f90, r.alpha));
 }
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) invocation: vec3u) {
-  let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
-  if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
-  let index = 2u * band_index(pixel);
-  var irradiance = vec3f(0.0);
-  var glossy = vec3f(0.0);
+// A pixel and its sums so far.
+struct State {
+  shading: Shading,
+  irradiance: vec3f,
+  glossy: vec3f,
+  doubtful: vec4u, // lights of the group that want a second look, a bit each
+  is_surface: bool,
+}
+
+fn begin(pixel: vec2u) -> State {
+  var state: State;
+  let inside = pixel.x < frame.size.x && pixel.y < frame.band.y;
+  let id = select(0u, textureLoad(ids, min(pixel, frame.size - 1u), 0).x, inside);
+  state.is_surface = id > 0u;
+  if !state.is_surface { return state; }
   if frame.first_light > 0u {
-    irradiance = sums[index].xyz;
-    glossy = sums[index + 1u].xyz;
+    let index = 2u * band_index(pixel);
+    state.irradiance = sums[index].xyz;
+    state.glossy = sums[index + 1u].xyz;
   }
-  let id = textureLoad(ids, pixel, 0).x;
-  if id == 0u { return; }
   var hit = hit_at(pixel, id - 1u);
   let m = materials[triangles[hit.triangle].material];
   if has_textures(m) { hit = with_coordinates(pixel, hit); }
-  var s = Shading(hit.position, hit.geometric_normal, shading_normal(hit, m), hit.wo, Reflection());
-  if SPECULAR { s.reflection = reflection(hit, m); }
+  state.shading = Shading(hit.position, hit.geometric_normal, shading_normal(hit, m), hit.wo, Reflection());
+  if SPECULAR { state.shading.reflection = reflection(hit, m); }
+  return state;
+}
 
+fn end(pixel: vec2u, state: State) {
+  if !state.is_surface { return; }
+  let index = 2u * band_index(pixel);
+  sums[index] = vec4f(state.irradiance, 0.0);
+  sums[index + 1u] = vec4f(state.glossy, 0.0);
+}
+
+fn add(state: ptr<function, State>, light: Light, a: Arriving, seen: f32) {
+  (*state).irradiance += light.intensity * (a.g * seen);
+  if SPECULAR {
+    if (*state).shading.reflection.f90 > 0.0 && a.g * seen > 0.0 {
+      (*state).glossy += specular(light, a, (*state).shading) * seen;
+    }
+  }
+}
+
+// Adds a light with what its map says at first look; the bit of one that wants a second look.
+fn first_sum(state: ptr<function, State>, light: Light, bit: u32) -> u32 {
+  let a = arriving(light, (*state).shading);
+  let r = receiver(light, (*state).shading.position, (*state).shading.ng, a.height);
+  if FILTER > 0u {
+    if a.g > 0.0 { add(state, light, a, filtered(light, r)); }
+    return 0u;
+  }
+  let texel = texel_of(light, r.uv);
+  let look = first_look(light, r, texel, stored_at(light, texel));
+  add(state, light, a, select(0.0, 1.0, look == LIT));
+  return select(0u, bit, look == DOUBTFUL && a.g > 0.0);
+}
+
+fn second_sum(state: ptr<function, State>, first: u32) {
+  while any((*state).doubtful != vec4u(0u)) {
+    let d = (*state).doubtful;
+    let word = select(select(select(3u, 2u, d.z != 0u), 1u, d.y != 0u), 0u, d.x != 0u);
+    let bits = d[word];
+    (*state).doubtful[word] = bits & (bits - 1u);
+    let light = lights[first + 32u * word + firstTrailingBit(bits) - frame.first_light];
+    let a = arriving(light, (*state).shading);
+    let r = receiver(light, (*state).shading.position, (*state).shading.ng, a.height);
+    let texel = texel_of(light, r.uv);
+    add(state, light, a, select(0.0, 1.0, second_look(light, r, texel, stored_at(light, texel))));
+  }
+}
+
+// An invocation shades two pixels, one above the other: lights are read once for both.
+@compute @workgroup_size(8, 4)
+fn main(@builtin(global_invocation_id) invocation: vec3u) {
+  let upper_pixel = vec2u(invocation.x, 2u * invocation.y + frame.band.x);
+  let lower_pixel = upper_pixel + vec2u(0u, 1u);
+  var upper = begin(upper_pixel);
+  var lower = begin(lower_pixel);
+  if !upper.is_surface && !lower.is_surface { return; }
   for (var first = frame.first_light; first < frame.end_light; first += GROUP) {
-    var doubtful = vec4u(0u);
     for (var word = 0u; word < 4u; word++) {
       let start = first + 32u * word;
       let end = min(start + 32u, frame.end_light);
-      var bits = 0u;
+      var upper_bits = 0u;
+      var lower_bits = 0u;
       for (var i = start; i < end; i++) {
         let light = lights[i - frame.first_light];
-        let a = arriving(light, s);
-        let r = receiver(light, s.position, s.ng, a.height);
-        var seen = 0.0;
-        if FILTER > 0u {
-          if a.g > 0.0 { seen = filtered(light, r); }
-        } else {
-          let texel = texel_of(light, r.uv);
-          let look = first_look(light, r, texel, stored_at(light, texel));
-          seen = select(0.0, 1.0, look == LIT);
-          bits |= select(0u, 1u << (i - start), look == DOUBTFUL && a.g > 0.0);
-        }
-        irradiance += light.intensity * (a.g * seen);
-        if SPECULAR { if s.reflection.f90 > 0.0 && a.g * seen > 0.0 { glossy += specular(light, a, s) * seen; } }
+        let bit = 1u << (i - start);
+        upper_bits |= first_sum(&upper, light, bit);
+        lower_bits |= first_sum(&lower, light, bit);
       }
-      doubtful[word] = bits;
+      upper.doubtful[word] = upper_bits;
+      lower.doubtful[word] = lower_bits;
     }
-    while any(doubtful != vec4u(0u)) {
-      let word = select(select(select(3u, 2u, doubtful.z != 0u), 1u, doubtful.y != 0u), 0u, doubtful.x != 0u);
-      let bits = doubtful[word];
-      doubtful[word] = bits & (bits - 1u);
-      let light = lights[first + 32u * word + firstTrailingBit(bits) - frame.first_light];
-      let a = arriving(light, s);
-      let r = receiver(light, s.position, s.ng, a.height);
-      let texel = texel_of(light, r.uv);
-      if second_look(light, r, texel, stored_at(light, texel)) {
-        irradiance += light.intensity * a.g;
-        if SPECULAR { if s.reflection.f90 > 0.0 { glossy += specular(light, a, s); } }
-      }
-    }
+    second_sum(&upper, first);
+    second_sum(&lower, first);
   }
-  sums[index] = vec4f(irradiance, 0.0);
-  sums[index + 1u] = vec4f(glossy, 0.0);
+  end(upper_pixel, upper);
+  end(lower_pixel, lower);
 }
