@@ -47,6 +47,18 @@ pub struct Comparison {
 
 /// Compares two pictures of the same size.
 ///
+/// ```
+/// use girandole_core::{glam::Vec3, image::Image};
+/// use girandole_reference::metrics::{CompareOptions, compare};
+/// let mut reference = Image::new(8, 8);
+/// reference.pixels.fill(Vec3::splat(0.5));
+/// let mut test = reference.clone();
+/// assert_eq!(compare(&reference, &test, &CompareOptions::default())?.rel_mse, 0.0);
+/// test.pixels.fill(Vec3::ONE);
+/// assert!((compare(&reference, &test, &CompareOptions::default())?.energy_ratio - 2.0).abs() < 1e-6);
+/// # Ok::<(), girandole_core::Error>(())
+/// ```
+///
 /// # Errors
 /// [`Error::Invalid`] where sizes differ, no pixel counts, or a pixel that counts is not finite.
 pub fn compare(reference: &Image, test: &Image, options: &CompareOptions) -> Result<Comparison> {

@@ -8,6 +8,12 @@
 use glam::{Vec2, Vec3};
 
 /// The square's coordinates of a direction in the upper hemisphere.
+///
+/// ```
+/// use girandole_core::{glam::{Vec2, Vec3}, math::octahedral::{decode, encode}};
+/// assert_eq!(encode(Vec3::Z), Vec2::splat(0.5));
+/// assert_eq!(decode(encode(Vec3::X)), Vec3::X);
+/// ```
 pub fn encode(direction: Vec3) -> Vec2 {
     let q = direction.truncate() / (direction.x.abs() + direction.y.abs() + direction.z);
     Vec2::new(q.x + q.y, q.x - q.y) * 0.5 + 0.5
