@@ -26,7 +26,7 @@ pub fn wanted_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
 pub struct AdapterReport {
     /// Its name.
     pub name: String,
-    /// Vulkan, Metal, Dx12, Gl or BrowserWebGpu.
+    /// Vulkan, Metal, Dx12 or BrowserWebGpu.
     pub backend: String,
     /// DiscreteGpu, IntegratedGpu, VirtualGpu, Cpu or Other.
     pub kind: String,
@@ -71,22 +71,15 @@ pub async fn adapters() -> Vec<AdapterReport> {
     enumerate().await.iter().map(AdapterReport::new).collect()
 }
 
-/// Adapters of native interfaces; OpenGL is asked only where there is none that is usable (its loaders write to
-/// stderr).
+/// Adapters of Vulkan, Metal and Direct3D 12. OpenGL is left out: its shaders cannot read texels of depth textures.
 async fn enumerate() -> Vec<wgpu::Adapter> {
-    let mut all = Vec::new();
-    for backends in [wgpu::Backends::all() - wgpu::Backends::GL, wgpu::Backends::GL] {
-        let descriptor =
-            wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
-        all.extend(wgpu::Instance::new(descriptor).enumerate_adapters(backends).await);
-        if all.iter().any(is_usable) {
-            break;
-        }
-    }
-    sorted(all)
+    let backends = wgpu::Backends::all() - wgpu::Backends::GL;
+    let descriptor =
+        wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
+    sorted(wgpu::Instance::new(descriptor).enumerate_adapters(backends).await)
 }
 
-/// Usable ones first, then real GPUs before software, native interfaces before OpenGL.
+/// Usable ones first, then real GPUs before software.
 fn sorted(mut adapters: Vec<wgpu::Adapter>) -> Vec<wgpu::Adapter> {
     adapters.sort_by_key(|a| {
         let info = a.get_info();
@@ -97,7 +90,7 @@ fn sorted(mut adapters: Vec<wgpu::Adapter>) -> Vec<wgpu::Adapter> {
             wgpu::DeviceType::Other => 3,
             wgpu::DeviceType::Cpu => 4,
         };
-        (!is_usable(a), kind, info.backend == wgpu::Backend::Gl)
+        (!is_usable(a), kind)
     });
     adapters
 }
