@@ -34,8 +34,22 @@ fn main() -> ExitCode {
         Some(args::Command::Info(args)) => info::run(&args),
     };
     result.unwrap_or_else(|error| {
-        output::error(&format!("{error:#}"));
+        output::error(&sentence(&error));
         ExitCode::from(2)
+    })
+}
+
+/// The error with its causes, each of them once: some errors name theirs themselves.
+fn sentence(error: &anyhow::Error) -> String {
+    error.chain().fold(String::new(), |text, cause| {
+        let cause = cause.to_string();
+        if text.is_empty() {
+            cause
+        } else if text.contains(&cause) {
+            text
+        } else {
+            format!("{text}: {cause}")
+        }
     })
 }
 

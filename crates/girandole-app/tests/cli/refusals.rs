@@ -12,6 +12,8 @@ fn refusal(output: &Output, fragment: &str) -> Result<(), String> {
         "not one sentence".into()
     } else if !said.contains(fragment) {
         format!("no mention of {fragment:?}")
+    } else if said.matches("os error").count() > 1 {
+        "a cause is named twice".into()
     } else if !stdout(output).is_empty() {
         "something on standard output".into()
     } else {
