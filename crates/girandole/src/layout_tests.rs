@@ -1,7 +1,10 @@
 //! Proof that needs no GPU: shaders parse and validate, both sides agree on every field, and a whole frame records
 //! without complaint on a backend that does nothing.
 
-use crate::layout::{Display, Frame, GpuMaterial, Item, Light, Maps, TextureUse, Triangle, Vertex};
+use crate::layout::{
+    DIRECTIONAL, Display, Frame, GpuMaterial, Item, Light, Maps, TextureUse, Triangle, Vertex,
+};
+use crate::passes::shade::{BATCH, GROUP};
 use crate::{RenderSettings, Renderer, RendererOptions, ShadowMap, shaders};
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject};
@@ -74,6 +77,19 @@ fn both_sides_agree_on_every_field() {
     swapped.swap(12, 13);
     assert_eq!(size, found["Frame"].0);
     assert_ne!(swapped, found["Frame"].1);
+}
+
+/// Numbers that shaders need at compile time, where an `override` will not do.
+#[test]
+fn both_sides_agree_on_constants() {
+    let has = |source: &shaders::Source, declaration: String| source.concatenated().contains(&declaration);
+    let group = |n: u32| format!("const GROUP = {n}u;");
+    assert!(has(&shaders::SHADE, group(GROUP)));
+    assert!(has(&shaders::SHADE, format!("lights: array<Light, {BATCH}>;")));
+    assert!(has(&shaders::SHADE, format!("const DIRECTIONAL = {DIRECTIONAL}u;")));
+    assert!(has(&shaders::RESOLVE, format!("const MIN_ALPHA = {:?};", girandole_core::brdf::MIN_ALPHA)));
+    assert_eq!(BATCH % GROUP, 0);
+    assert!(!has(&shaders::SHADE, group(GROUP + 1)), "the control: another number is seen");
 }
 
 fn noop(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {

@@ -63,7 +63,7 @@ pub struct RenderSettings {
     pub clamp: Option<f32>,
     /// Anti-aliasing: samples per pixel along each axis, 1 to 16. Default 1; time grows with the square.
     pub samples_per_axis: u32,
-    /// Lights a dispatch, rounded up to whole groups of 32; `None` (default) = as many as stay well below a watchdog's
+    /// Lights a dispatch, rounded up to whole groups of 128, 512 at the most; `None` (default) = as many as stay well below a watchdog's
     /// patience. Changes no bit.
     pub lights_per_batch: Option<u32>,
     /// Scale before tone mapping. Default automatic.
