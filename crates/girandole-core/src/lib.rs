@@ -12,6 +12,7 @@ pub mod math;
 pub mod scene;
 pub mod tonemap;
 pub mod trace;
+pub mod visibility;
 
 pub use error::{Error, Result};
 pub use glam;

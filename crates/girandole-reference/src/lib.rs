@@ -10,5 +10,5 @@ mod oracle;
 mod path;
 mod tiles;
 
-pub use oracle::{OracleSettings, oracle, oracle_pixel, radiance, visible};
+pub use oracle::{OracleSettings, oracle, oracle_pixel, oracle_with_states, radiance, visible};
 pub use path::{Estimate, PathSettings, path_trace};

@@ -7,6 +7,7 @@ use girandole_core::image::Image;
 use girandole_core::lights::{LightSample, LightSet, Profile};
 use girandole_core::scene::{NONE, View};
 use girandole_core::trace::SceneTracer;
+use girandole_core::visibility::{State, VisibilityDatabase};
 use std::f32::consts::FRAC_1_PI;
 
 /// How the sum is taken.
@@ -38,11 +39,43 @@ pub fn oracle(
     settings: &OracleSettings,
     progress: &(dyn Fn(f32) + Sync),
 ) -> Image {
+    picture(&Sum { tracer, lights: &lights.samples, database: None }, view, size, settings, progress)
+}
+
+/// [`oracle`] with rays only where a visibility database for the same lights calls for them: an unoccluded light
+/// counts without, a fully occluded one not at all. If the database is right, the picture is the same.
+pub fn oracle_with_states(
+    tracer: &SceneTracer,
+    lights: &LightSet,
+    database: &VisibilityDatabase,
+    view: &View,
+    size: [u32; 2],
+    settings: &OracleSettings,
+    progress: &(dyn Fn(f32) + Sync),
+) -> Image {
+    let sum = Sum { tracer, lights: &lights.samples, database: Some(database) };
+    picture(&sum, view, size, settings, progress)
+}
+
+/// What to sum, and how visibility is known.
+struct Sum<'a> {
+    tracer: &'a SceneTracer<'a>,
+    lights: &'a [LightSample],
+    database: Option<&'a VisibilityDatabase>,
+}
+
+fn picture(
+    sum: &Sum,
+    view: &View,
+    size: [u32; 2],
+    settings: &OracleSettings,
+    progress: &(dyn Fn(f32) + Sync),
+) -> Image {
     let pixels = tiles::render(
         size,
         progress,
-        || vec![NONE; lights.samples.len()],
-        |occluders, pixel| pixel_radiance(tracer, &lights.samples, view, size, pixel, settings, occluders),
+        || vec![NONE; sum.lights.len()],
+        |occluders, pixel| sum.pixel(view, size, pixel, settings, occluders),
     );
     Image { width: size[0], height: size[1], pixels }
 }
@@ -57,7 +90,8 @@ pub fn oracle_pixel(
     settings: &OracleSettings,
 ) -> Vec3 {
     let mut occluders = vec![NONE; lights.samples.len()];
-    pixel_radiance(tracer, &lights.samples, view, size, pixel, settings, &mut occluders)
+    let sum = Sum { tracer, lights: &lights.samples, database: None };
+    sum.pixel(view, size, pixel, settings, &mut occluders)
 }
 
 /// The sum at a point of `triangle`, seen from direction `wo` (unit, away from the surface): its emission and what it
@@ -72,7 +106,8 @@ pub fn radiance(
 ) -> Vec3 {
     let mut occluders = vec![NONE; lights.samples.len()];
     let clamp = clamp.unwrap_or(f32::INFINITY);
-    sum(tracer, &lights.samples, surface, triangle, wo, clamp, &mut occluders).as_vec3()
+    let sum = Sum { tracer, lights: &lights.samples, database: None };
+    sum.radiance(surface, triangle, wo, clamp, &mut occluders).as_vec3()
 }
 
 /// Whether nothing lies between a surface point and a light: the point is lifted off its triangle, and neither that
@@ -97,66 +132,79 @@ fn occluder(
     tracer.occluder(lifted, triangle, to, light.triangle(), likely)
 }
 
-/// `occluders` remembers for each light what blocked it last: it saves most of the search, never changes the answer.
-fn pixel_radiance(
-    tracer: &SceneTracer,
-    lights: &[LightSample],
-    view: &View,
-    size: [u32; 2],
-    [x, y]: [u32; 2],
-    settings: &OracleSettings,
-    occluders: &mut [u32],
-) -> Vec3 {
-    let n = settings.samples_per_axis.max(1);
-    let clamp = settings.clamp.unwrap_or(f32::INFINITY);
-    let mut total = DVec3::ZERO;
-    for j in 0..n {
-        for i in 0..n {
-            let within = (Vec2::new(i as f32, j as f32) + 0.5) / n as f32;
-            let (origin, direction) = view.pixel_ray(Vec2::new(x as f32, y as f32) + within, size);
-            let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
-            let wo = -direction.normalize();
-            let surface = tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
-            total += sum(tracer, lights, &surface, hit.triangle, wo, clamp, occluders);
+impl Sum<'_> {
+    /// `occluders` remembers for each light what blocked it last: it saves most of the search, never changes the
+    /// answer.
+    fn pixel(
+        &self,
+        view: &View,
+        size: [u32; 2],
+        [x, y]: [u32; 2],
+        settings: &OracleSettings,
+        occluders: &mut [u32],
+    ) -> Vec3 {
+        let n = settings.samples_per_axis.max(1);
+        let clamp = settings.clamp.unwrap_or(f32::INFINITY);
+        let tracer = self.tracer;
+        let mut total = DVec3::ZERO;
+        for j in 0..n {
+            for i in 0..n {
+                let within = (Vec2::new(i as f32, j as f32) + 0.5) / n as f32;
+                let (origin, direction) = view.pixel_ray(Vec2::new(x as f32, y as f32) + within, size);
+                let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
+                let wo = -direction.normalize();
+                let surface = tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
+                total += self.radiance(&surface, hit.triangle, wo, clamp, occluders);
+            }
         }
+        (total / f64::from(n * n)).as_vec3()
     }
-    (total / f64::from(n * n)).as_vec3()
-}
 
-fn sum(
-    tracer: &SceneTracer,
-    lights: &[LightSample],
-    surface: &Surface,
-    triangle: u32,
-    wo: Vec3,
-    clamp: f32,
-    occluders: &mut [u32],
-) -> DVec3 {
-    let emission = surface.emission.as_dvec3();
-    let diffuse = surface.albedo * FRAC_1_PI;
-    if diffuse == Vec3::ZERO && !surface.is_specular() {
-        return emission;
+    fn radiance(
+        &self,
+        surface: &Surface,
+        triangle: u32,
+        wo: Vec3,
+        clamp: f32,
+        occluders: &mut [u32],
+    ) -> DVec3 {
+        let emission = surface.emission.as_dvec3();
+        let diffuse = surface.albedo * FRAC_1_PI;
+        if diffuse == Vec3::ZERO && !surface.is_specular() {
+            return emission;
+        }
+        let lifted = self.tracer.lift(surface.position, surface.geometric_normal);
+        let front = self.tracer.geometry().normal(triangle).dot(wo) >= 0.0;
+        let states = self.database.and_then(|database| {
+            let leaf = database.receivers().leaf_at(triangle, surface.position, front)?;
+            Some(database.leaf_states(leaf))
+        });
+        let mut reflected = DVec3::ZERO;
+        for (index, (light, last)) in self.lights.iter().zip(occluders).enumerate() {
+            let state = states.map_or(State::Partial, |s| s[index]);
+            if state == State::Full {
+                continue;
+            }
+            let (position, geometric) = (surface.position, surface.geometric_normal);
+            let factor = light.geometric_factor(position, geometric, surface.shading_normal, clamp);
+            let Some((factor, wi)) = factor else { continue };
+            let mut brdf = diffuse;
+            if surface.is_specular() {
+                brdf += specular_brdf(surface.shading_normal, wo, wi, surface.f0, surface.f90, surface.alpha);
+            }
+            let contribution = brdf * light.intensity * factor;
+            if contribution == Vec3::ZERO {
+                continue;
+            }
+            let blocking = match state {
+                State::Unoccluded => None,
+                _ => occluder(self.tracer, lifted, triangle, light, *last),
+            };
+            match blocking {
+                Some(blocking) => *last = blocking,
+                None => reflected += contribution.as_dvec3(),
+            }
+        }
+        emission + reflected
     }
-    let lifted = tracer.lift(surface.position, surface.geometric_normal);
-    let mut reflected = DVec3::ZERO;
-    for (light, last) in lights.iter().zip(occluders) {
-        let Some((factor, wi)) =
-            light.geometric_factor(surface.position, surface.geometric_normal, surface.shading_normal, clamp)
-        else {
-            continue;
-        };
-        let mut brdf = diffuse;
-        if surface.is_specular() {
-            brdf += specular_brdf(surface.shading_normal, wo, wi, surface.f0, surface.f90, surface.alpha);
-        }
-        let contribution = brdf * light.intensity * factor;
-        if contribution == Vec3::ZERO {
-            continue;
-        }
-        match occluder(tracer, lifted, triangle, light, *last) {
-            Some(blocking) => *last = blocking,
-            None => reflected += contribution.as_dvec3(),
-        }
-    }
-    emission + reflected
 }

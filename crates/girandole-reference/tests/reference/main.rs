@@ -7,3 +7,4 @@ mod many_lights;
 mod metrics;
 mod reflection;
 mod truth;
+mod visibility;

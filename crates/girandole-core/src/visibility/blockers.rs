@@ -1,0 +1,171 @@
+//! What can block light, and the hierarchy that finds those that reach into a pyramid.
+
+use super::pyramid::{Blocks, Pyramid, Scratch};
+use super::surfaces::Surfaces;
+use crate::scene::{Geometry, NONE};
+use glam::{DVec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+
+/// Something that can block light: its index is the same as long as the scene's objects and meshes are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Blocker {
+    /// A planar patch: index into [`Geometry::patches`](crate::scene::Geometry::patches).
+    Patch(u32),
+    /// All triangles of an object that belong to none of those: index into the scene's objects.
+    Mesh(u32),
+}
+
+struct Box3 {
+    low: DVec3,
+    high: DVec3,
+    /// Number of items, 0 for an inner node.
+    count: u32,
+    /// First item, or first of two children.
+    first: u32,
+}
+
+/// A hierarchy over some of a scene's blockers. They are numbered as the surfaces: patches, then meshes.
+pub(crate) struct BlockerTree {
+    nodes: Vec<Box3>,
+    items: Vec<u32>,
+}
+
+impl BlockerTree {
+    /// Over the blockers of those objects that `accept` takes.
+    pub fn new(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
+        let all = surfaces.blocker_count();
+        let blockers: Vec<u32> = (0..all).filter(|&b| accept(surfaces.blocker_object(b))).collect();
+        if blockers.is_empty() {
+            return Self { nodes: Vec::new(), items: Vec::new() };
+        }
+        let bounds: Vec<(DVec3, DVec3)> = blockers.iter().map(|&b| surfaces.blocker_box(b)).collect();
+        // The hierarchy is built where the scene's size is about 1.
+        let size =
+            bounds.iter().map(|(low, high)| low.abs().max(high.abs()).max_element()).fold(0.0, f64::max);
+        let scale = if size > 0.0 { 1.0 / size } else { 1.0 };
+        let boxes: Vec<Aabb> = bounds
+            .iter()
+            .map(|(low, high)| {
+                let scaled = |p: &DVec3| Vec3A::from((*p * scale).as_vec3());
+                Aabb::new(scaled(low), scaled(high))
+            })
+            .collect();
+        let binary = PlocBuilder::with_capacity(boxes.len()).build(
+            PlocSearchDistance::Low,
+            &boxes,
+            (0..boxes.len() as u32).collect(),
+            SortPrecision::U64,
+            0,
+        );
+        let items: Vec<u32> = binary.primitive_indices.iter().map(|&i| blockers[i as usize]).collect();
+        let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut nodes: Vec<Box3> = binary
+            .nodes
+            .iter()
+            .map(|n| Box3 { low: empty.0, high: empty.1, count: n.prim_count, first: n.first_index })
+            .collect();
+        // Exact bounds, from the leaves up.
+        let mut order = vec![0_usize];
+        let mut next = 0;
+        while next < order.len() {
+            let node = &nodes[order[next]];
+            if node.count == 0 {
+                order.extend([node.first as usize, node.first as usize + 1]);
+            }
+            next += 1;
+        }
+        for &i in order.iter().rev() {
+            let (count, first) = (nodes[i].count, nodes[i].first as usize);
+            let (low, high) = if count == 0 {
+                (nodes[first].low.min(nodes[first + 1].low), nodes[first].high.max(nodes[first + 1].high))
+            } else {
+                items[first..first + count as usize].iter().fold(empty, |(low, high), &b| {
+                    let (l, h) = surfaces.blocker_box(b);
+                    (low.min(l), high.max(h))
+                })
+            };
+            (nodes[i].low, nodes[i].high) = (low, high);
+        }
+        Self { nodes, items }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// Calls `visit` with all blockers whose boxes reach into a pyramid.
+    pub fn query(&self, pyramid: &Pyramid, scratch: &mut Scratch, open: &mut Vec<u32>, found: &mut Vec<u32>) {
+        open.clear();
+        found.clear();
+        if !self.nodes.is_empty() {
+            open.push(0);
+        }
+        while let Some(i) = open.pop() {
+            let node = &self.nodes[i as usize];
+            scratch.tests += 1;
+            if !pyramid.may_meet_box(node.low, node.high) {
+                continue;
+            }
+            if node.count == 0 {
+                open.extend([node.first, node.first + 1]);
+            } else {
+                found.extend(&self.items[node.first as usize..(node.first + node.count) as usize]);
+            }
+        }
+        found.sort_unstable();
+    }
+}
+
+impl Surfaces {
+    pub fn blocker_count(&self) -> u32 {
+        (self.patches.len() + self.meshes.len()) as u32
+    }
+
+    pub fn blocker(&self, index: u32) -> Blocker {
+        match self.patches.get(index as usize) {
+            Some(patch) => Blocker::Patch(patch.patch),
+            None => Blocker::Mesh(self.meshes[index as usize - self.patches.len()].object),
+        }
+    }
+
+    pub fn blocker_object(&self, index: u32) -> u32 {
+        match self.patches.get(index as usize) {
+            Some(patch) => patch.object,
+            None => self.meshes[index as usize - self.patches.len()].object,
+        }
+    }
+
+    /// The patch blocker that a triangle is part of, or [`NONE`].
+    pub fn blocker_of(&self, geometry: &Geometry, triangle: u32) -> u32 {
+        let Some(triangle) = geometry.triangles.get(triangle as usize) else { return NONE };
+        self.patches.binary_search_by_key(&triangle.patch, |p| p.patch).map_or(NONE, |i| i as u32)
+    }
+
+    fn blocker_box(&self, index: u32) -> (DVec3, DVec3) {
+        match self.patches.get(index as usize) {
+            Some(patch) => (patch.low, patch.high),
+            None => {
+                let root = &self.meshes[index as usize - self.patches.len()].tree.nodes[0];
+                (root.low, root.high)
+            }
+        }
+    }
+
+    /// What a blocker does to a pyramid; `own` is the mesh that the receiver is part of, if any.
+    pub fn test(&self, index: u32, pyramid: &Pyramid, own: Option<u32>, scratch: &mut Scratch) -> Blocks {
+        if let Some(patch) = self.patches.get(index as usize) {
+            return pyramid.test_patch(patch, scratch);
+        }
+        let mesh = index - self.patches.len() as u32;
+        let part = &self.meshes[mesh as usize];
+        let meets = match own {
+            Some(own) if own == mesh => {
+                scratch.tests += 1;
+                !part.convex
+            }
+            _ => pyramid.meets_tree(&part.tree, scratch),
+        };
+        if meets { Blocks::Partial } else { Blocks::None }
+    }
+}

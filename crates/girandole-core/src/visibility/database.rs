@@ -1,0 +1,343 @@
+//! The visibility database: for each node and light the state, and the blockers that decide it.
+
+use super::blockers::{Blocker, BlockerTree};
+use super::hierarchy::{Context, Draft, Frame, Memory, PatchRoot, Row, mesh_nodes};
+use super::pyramid::Apex;
+use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
+use super::surfaces::Surfaces;
+use super::{Entry, State, VisibilitySettings};
+use crate::lights::LightSet;
+use crate::scene::{Geometry, NONE, Scene};
+use glam::DVec3;
+
+/// For each node and light the state, and the blockers that decide it.
+#[derive(Clone, Debug)]
+pub struct VisibilityDatabase {
+    receivers: Receivers,
+    surfaces: Surfaces,
+    lights: usize,
+    /// By node and light, of all blockers.
+    states: Vec<State>,
+    /// By node: what static objects block, and what dynamic ones do.
+    fixed: Vec<Row>,
+    moving: Vec<Row>,
+    tests: u64,
+}
+
+/// What a database consists of.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Counts {
+    /// Nodes of the hierarchy.
+    pub nodes: usize,
+    /// Its leaves.
+    pub leaves: usize,
+    /// Pairs of a leaf and a light.
+    pub pairs: usize,
+    /// How many of them are unoccluded, partially and fully occluded.
+    pub by_state: [usize; 3],
+    /// The same as shares, weighted by the leaves' areas.
+    pub area_shares: [f64; 3],
+    /// Full and partial blockers that are remembered, over all nodes.
+    pub blockers: usize,
+    /// Tests of pyramids against boxes, clusters and polygons, and of lights against receivers, that it took.
+    pub tests: u64,
+}
+
+/// A root in the making.
+enum Root {
+    Patch { simple: u32, back: bool },
+    Mesh(u32),
+}
+
+impl VisibilityDatabase {
+    /// Determines everything from scratch: the hierarchy from static geometry and the lights, then what dynamic
+    /// objects block.
+    pub fn build(
+        scene: &Scene,
+        geometry: &Geometry,
+        lights: &LightSet,
+        settings: &VisibilitySettings,
+    ) -> Self {
+        let surfaces = Surfaces::new(scene, geometry, settings);
+        let apexes: Vec<Apex> = lights.samples.iter().map(Apex::new).collect();
+        let own: Vec<u32> =
+            lights.samples.iter().map(|l| surfaces.blocker_of(geometry, l.triangle())).collect();
+        let dynamic = |object: u32| scene.objects.get(object as usize).is_some_and(|o| o.dynamic);
+        // The hierarchy, with what static objects block.
+        let blockers = BlockerTree::new(&surfaces, |object| !dynamic(object));
+        let context = Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers };
+        let (receivers, fixed, mut tests) = receivers(&context, geometry, settings);
+        // What dynamic ones block besides.
+        let blockers = BlockerTree::new(&surfaces, dynamic);
+        let mut moving = Vec::new();
+        if !blockers.is_empty() {
+            let context = Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers };
+            let (rows, more) = determine(&context, &receivers);
+            moving = rows;
+            tests += more;
+        }
+        let mut states = Vec::with_capacity(fixed.len() * apexes.len());
+        for (node, row) in fixed.iter().enumerate() {
+            match moving.get(node) {
+                Some(other) => states.extend(row.states.iter().zip(&other.states).map(|(a, b)| *a.max(b))),
+                None => states.extend(&row.states),
+            }
+        }
+        Self { receivers, surfaces, lights: apexes.len(), states, fixed, moving, tests }
+    }
+
+    /// The hierarchy of receivers.
+    pub fn receivers(&self) -> &Receivers {
+        &self.receivers
+    }
+
+    /// How many lights there are.
+    pub fn lights(&self) -> usize {
+        self.lights
+    }
+
+    /// The state of any node for a light: fully occluded if one blocker covers it all, or the two do not face each
+    /// other.
+    pub fn state(&self, node: u32, light: u32) -> State {
+        self.states[node as usize * self.lights + light as usize]
+    }
+
+    /// The states of a leaf, one for each light.
+    pub fn leaf_states(&self, leaf: u32) -> &[State] {
+        let first = self.receivers.leaves[leaf as usize].node as usize * self.lights;
+        &self.states[first..first + self.lights]
+    }
+
+    /// The blockers that were found to block a node from a light fully (`true`) or partially. A full one is not
+    /// looked at again below. A partial one has been tested against the children, if there are any.
+    pub fn blockers(&self, node: u32, light: u32) -> impl Iterator<Item = (Blocker, bool)> + '_ {
+        [&self.fixed, &self.moving]
+            .into_iter()
+            .filter_map(move |rows| rows.get(node as usize))
+            .flat_map(move |row| of_light(&row.entries, light))
+            .map(|e| (self.surfaces.blocker(e.blocker()), e.full()))
+    }
+
+    /// How much there is of everything.
+    pub fn counts(&self) -> Counts {
+        let mut counts = Counts {
+            nodes: self.receivers.nodes.len(),
+            leaves: self.receivers.leaves.len(),
+            pairs: self.receivers.leaves.len() * self.lights,
+            blockers: self.fixed.iter().chain(&self.moving).map(|r| r.entries.len()).sum(),
+            tests: self.tests,
+            ..Counts::default()
+        };
+        for (index, leaf) in self.receivers.leaves.iter().enumerate() {
+            for &state in self.leaf_states(index as u32) {
+                counts.by_state[state as usize] += 1;
+                counts.area_shares[state as usize] += f64::from(leaf.area);
+            }
+        }
+        let total: f64 = counts.area_shares.iter().sum();
+        if total > 0.0 {
+            counts.area_shares = counts.area_shares.map(|a| a / total);
+        }
+        counts
+    }
+}
+
+fn of_light(entries: &[Entry], light: u32) -> &[Entry] {
+    let first = entries.partition_point(|e| e.light < light);
+    let count = entries[first..].partition_point(|e| e.light == light);
+    &entries[first..first + count]
+}
+
+/// Rows of all nodes of a given hierarchy, and the number of tests.
+fn determine(context: &Context, receivers: &Receivers) -> (Vec<Row>, u64) {
+    let roots: Vec<usize> =
+        (0..receivers.nodes.len()).filter(|&i| receivers.nodes[i].parent == NONE).collect();
+    let ranges: Vec<_> = roots
+        .iter()
+        .enumerate()
+        .map(|(i, &first)| first..roots.get(i + 1).copied().unwrap_or(receivers.nodes.len()))
+        .collect();
+    let parts = map(&ranges, |range| {
+        let mut memory = Memory::default();
+        let mut rows: Vec<Row> = Vec::with_capacity(range.len());
+        for index in range.clone() {
+            let node = &receivers.nodes[index];
+            let parent = rows.get((node.parent as usize).wrapping_sub(range.start));
+            let shape = receivers.shape(context.surfaces, index as u32);
+            let row = context.row(shape, receivers.mesh(index as u32), parent, &mut memory);
+            rows.push(row);
+        }
+        (rows, memory.scratch.tests)
+    });
+    let tests = parts.iter().map(|p| p.1).sum();
+    (parts.into_iter().flat_map(|p| p.0).collect(), tests)
+}
+
+/// Makes the hierarchy; what blocks its nodes comes with it, and the number of tests.
+fn receivers(
+    context: &Context,
+    geometry: &Geometry,
+    settings: &VisibilitySettings,
+) -> (Receivers, Vec<Row>, u64) {
+    let surfaces = context.surfaces;
+    let sides = |simple: usize| 1 + usize::from(surfaces.patches[simple].double_sided);
+    let total: f64 = (0..surfaces.patches.len()).map(|i| surfaces.patches[i].area * sides(i) as f64).sum();
+    let threshold = total * context.lights.len() as f64 / f64::from(settings.split).max(1e-30);
+    let patches = (0..surfaces.patches.len()).flat_map(|i| {
+        [false, true].into_iter().take(sides(i)).map(move |back| Root::Patch { simple: i as u32, back })
+    });
+    let roots: Vec<Root> = patches.chain((0..surfaces.meshes.len() as u32).map(Root::Mesh)).collect();
+    let frames: Vec<Frame> = surfaces.patches.iter().map(|p| Frame::new(&p.corners, p.normal)).collect();
+    let parts = map(&roots, |root| {
+        let mut memory = Memory::default();
+        let nodes = match *root {
+            Root::Mesh(mesh) => mesh_nodes(context, mesh, settings.cluster_triangles.max(1), &mut memory),
+            Root::Patch { simple, back } => {
+                let frame = frames[simple as usize];
+                PatchRoot { context, settings, simple, back, frame, threshold }.build(&mut memory)
+            }
+        };
+        (nodes, memory.scratch.tests)
+    });
+    let mut result = Receivers {
+        triangles: vec![TriangleReceiver::Leaf(NONE); geometry.triangles.len()],
+        ..Receivers::default()
+    };
+    let mut rows = Vec::new();
+    let mut tests = 0;
+    for (simple, frame) in frames.iter().enumerate() {
+        let patch = &surfaces.patches[simple];
+        for triangle in geometry.patches[patch.patch as usize].triangles.clone() {
+            result.triangles[triangle as usize] = TriangleReceiver::Grid(simple as u32);
+        }
+        result.grids.push(PatchGrid {
+            patch: patch.patch,
+            origin: frame.origin.as_vec3(),
+            axis_u: DVec3::ZERO.as_vec3(),
+            axis_v: DVec3::ZERO.as_vec3(),
+            columns: 1,
+            rows: 1,
+            front: NONE,
+            back: NONE,
+        });
+    }
+    for (root, (drafts, count)) in roots.iter().zip(parts) {
+        tests += count;
+        flatten(surfaces, root, drafts, &mut result, &mut rows);
+    }
+    make_grids(settings, &frames, &mut result);
+    (result, rows, tests)
+}
+
+/// Appends the nodes of a root that are still in its hierarchy.
+fn flatten(
+    surfaces: &Surfaces,
+    root: &Root,
+    mut drafts: Vec<Draft>,
+    result: &mut Receivers,
+    rows: &mut Vec<Row>,
+) {
+    let mut open = std::collections::VecDeque::from([(0_usize, NONE)]);
+    while let Some((draft, parent)) = open.pop_front() {
+        let draft = &mut drafts[draft];
+        let index = result.nodes.len() as u32;
+        if parent != NONE {
+            let children = &mut result.nodes[parent as usize].children;
+            let slot = usize::from(children[0] != NONE);
+            children[slot] = index;
+        }
+        let (source, kind, center, radius) = match *root {
+            Root::Mesh(mesh) => {
+                let cluster = &surfaces.meshes[mesh as usize].tree.nodes[draft.cluster as usize];
+                let kind = LeafKind::Cluster { object: surfaces.meshes[mesh as usize].object };
+                (Source::Cluster { mesh, cluster: draft.cluster }, kind, cluster.center, cluster.radius)
+            }
+            Root::Patch { simple, back } => {
+                let low = draft.corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+                let high = draft.corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+                let center = (low + high) * 0.5;
+                let radius = draft.corners.iter().map(|c| c.distance(center)).fold(0.0, f64::max);
+                let first = result.corners.len() as u32;
+                result.corners.append(&mut draft.corners);
+                let corners = first..result.corners.len() as u32;
+                let kind = LeafKind::Patch { grid: simple, back, cells: draft.cells };
+                (Source::Patch { simple, back, corners }, kind, center, radius)
+            }
+        };
+        let mut leaf = NONE;
+        match draft.children {
+            Some(children) => open.extend(children.map(|c| (c, index))),
+            None => {
+                leaf = result.leaves.len() as u32;
+                result.leaves.push(Leaf {
+                    node: index,
+                    kind,
+                    center: center.as_vec3(),
+                    radius: (radius * (1.0 + 1e-6)) as f32,
+                    area: draft.area as f32,
+                });
+                if let Source::Cluster { mesh, cluster } = source {
+                    let tree = &surfaces.meshes[mesh as usize].tree;
+                    let range = tree.nodes[cluster as usize].range.clone();
+                    for &triangle in &tree.order[range.start as usize..range.end as usize] {
+                        result.triangles[triangle as usize] = TriangleReceiver::Leaf(leaf);
+                    }
+                }
+            }
+        }
+        let area = draft.area as f32;
+        result.nodes.push(Node { parent, children: [NONE; 2], leaf, area, source });
+        rows.push(std::mem::take(&mut draft.row));
+    }
+}
+
+/// Chooses each grid's finest split, brings its leaves' cells to it and enters them.
+fn make_grids(settings: &VisibilitySettings, frames: &[Frame], result: &mut Receivers) {
+    let finest = 1_u32 << settings.max_depth.min(8);
+    // The cells' size, in units of the finest possible split.
+    let mut units = vec![[finest; 2]; frames.len()];
+    for leaf in &result.leaves {
+        if let LeafKind::Patch { grid, cells, .. } = leaf.kind {
+            for (axis, unit) in units[grid as usize].iter_mut().enumerate() {
+                *unit = (*unit).min(cells[axis + 2] - cells[axis]);
+            }
+        }
+    }
+    for (grid, (frame, unit)) in result.grids.iter_mut().zip(frames.iter().zip(&units)) {
+        let [columns, rows] = unit.map(|u| finest / u);
+        let scaled = |side: DVec3, count: u32| {
+            let squared = side.length_squared();
+            if squared > 0.0 { (side * (f64::from(count) / squared)).as_vec3() } else { side.as_vec3() }
+        };
+        (grid.columns, grid.rows) = (columns, rows);
+        grid.axis_u = scaled(frame.sides[0], columns);
+        grid.axis_v = scaled(frame.sides[1], rows);
+    }
+    for (index, leaf) in result.leaves.iter_mut().enumerate() {
+        let LeafKind::Patch { grid, back, cells } = &mut leaf.kind else { continue };
+        let unit = units[*grid as usize];
+        *cells = [cells[0] / unit[0], cells[1] / unit[1], cells[2] / unit[0], cells[3] / unit[1]];
+        let grid = &mut result.grids[*grid as usize];
+        let first = if *back { &mut grid.back } else { &mut grid.front };
+        if *first == NONE {
+            *first = result.cells.len() as u32;
+            result.cells.resize(result.cells.len() + (grid.columns * grid.rows) as usize, NONE);
+        }
+        for row in cells[1]..cells[3] {
+            for column in cells[0]..cells[2] {
+                result.cells[(*first + row * grid.columns + column) as usize] = index as u32;
+            }
+        }
+    }
+}
+
+/// One result for each item, in order, on all cores.
+fn map<T: Sync, R: Send>(items: &[T], f: impl Fn(&T) -> R + Sync + Send) -> Vec<R> {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        items.par_iter().with_max_len(1).map(f).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    items.iter().map(f).collect()
+}

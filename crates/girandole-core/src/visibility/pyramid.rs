@@ -1,0 +1,462 @@
+//! Occlusion pyramids: what can lie between a receiver and a light (Barczak §4.3.1, figure 4-5).
+//!
+//! A pyramid is a set of half-spaces that contain every ray from the receiver's lifted points to the light. All
+//! distances are in double precision, so that only the geometry's own rounding counts, and [`Tolerance`] covers that.
+
+use super::clusters::{Cluster, ClusterTree};
+use super::surfaces::SimplePatch;
+use crate::lights::{LightSample, Profile};
+use crate::scene::Geometry;
+use crate::trace::lift_distance;
+use glam::DVec3;
+
+/// Corners of a receiver's polygon, at most.
+pub(crate) const MOST_CORNERS: usize = 8;
+/// Relative error of the dot products that decide whether a receiver and a light face each other.
+const ROUNDING: f64 = 5e-7;
+
+/// Distances below which nothing is decided, metres.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tolerance {
+    /// How far points are lifted off surfaces.
+    pub lift: f64,
+    /// More than coordinates are rounded by.
+    pub tol: f64,
+    /// What may lie behind a plane that it is said to lie in front of: where surfaces meet.
+    pub edge: f64,
+    /// Extra width of a pyramid: points may be looked up in a neighbouring leaf.
+    pub side: f64,
+}
+
+impl Tolerance {
+    pub fn new(geometry: &Geometry) -> Self {
+        let far = geometry.bounds.0.abs().max(geometry.bounds.1.abs());
+        let lift = f64::from(lift_distance(geometry, far));
+        Self { lift, tol: 0.1 * lift, edge: 0.02 * lift, side: 2.0 * lift }
+    }
+}
+
+/// A light as pyramids see it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Apex {
+    pub position: DVec3,
+    pub normal: DVec3,
+    /// Whether it has a position; otherwise light comes against the normal.
+    pub finite: bool,
+}
+
+impl Apex {
+    pub fn new(light: &LightSample) -> Self {
+        Self {
+            position: light.position.as_dvec3(),
+            normal: light.normal.as_dvec3(),
+            finite: light.profile != Profile::Directional,
+        }
+    }
+
+    fn towards(&self, point: DVec3) -> DVec3 {
+        if self.finite { self.position - point } else { -self.normal }
+    }
+}
+
+/// A receiver as pyramids see it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Shape<'a> {
+    Patch {
+        /// On the surface, counter-clockwise about the normal, at most [`MOST_CORNERS`].
+        corners: &'a [DVec3],
+        normal: DVec3,
+        offset: f64,
+        tilt: f64,
+    },
+    Cluster(&'a Cluster),
+}
+
+/// What a blocker does to a pyramid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Blocks {
+    None,
+    Partial,
+    Full,
+}
+
+/// Inside is `normal · x ≥ offset`; the normal has unit length.
+#[derive(Clone, Copy, Debug, Default)]
+struct Plane {
+    normal: DVec3,
+    offset: f64,
+    /// How far outside something has to be.
+    margin: f64,
+}
+
+/// Working memory for clipping, and the number of tests that were made.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    from: Vec<DVec3>,
+    to: Vec<DVec3>,
+    pub tests: u64,
+}
+
+enum Hull {
+    /// Lifted corners.
+    Polygon([DVec3; MOST_CORNERS], usize),
+    /// Centre, radius and box, all with room for lifted points.
+    Sphere(DVec3, f64, [DVec3; 2]),
+}
+
+/// A receiver and a light that face each other.
+pub(crate) struct Pyramid {
+    apex: Apex,
+    tolerance: Tolerance,
+    hull: Hull,
+    planes: [Plane; MOST_CORNERS + 2],
+    count: usize,
+}
+
+impl Pyramid {
+    /// The pyramid; `None` if no point of the receiver and the light face each other.
+    pub fn new(apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Option<Self> {
+        match shape {
+            Shape::Patch { corners, normal, offset, tilt } => {
+                Self::over_patch(apex, corners, normal, offset, tilt, tolerance)
+            }
+            Shape::Cluster(cluster) => Self::over_cluster(apex, cluster, tolerance),
+        }
+    }
+
+    fn empty(apex: &Apex, hull: Hull, tolerance: &Tolerance) -> Self {
+        let planes = [Plane::default(); MOST_CORNERS + 2];
+        Self { apex: *apex, tolerance: *tolerance, hull, planes, count: 0 }
+    }
+
+    fn push(&mut self, normal: DVec3, offset: f64, margin: f64) {
+        self.planes[self.count] = Plane { normal, offset, margin };
+        self.count += 1;
+    }
+
+    fn over_patch(
+        apex: &Apex,
+        corners: &[DVec3],
+        normal: DVec3,
+        offset: f64,
+        tilt: f64,
+        t: &Tolerance,
+    ) -> Option<Self> {
+        let n = corners.len().min(MOST_CORNERS);
+        let mut lifted = [DVec3::ZERO; MOST_CORNERS];
+        let mut floor = t.lift - t.tol;
+        let mut ceiling = None;
+        if apex.finite {
+            // Behind the patch, or the patch behind the light?
+            let (mut reach, mut low, mut high): (f64, f64, f64) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
+            for corner in &corners[..n] {
+                let away = *corner - apex.position;
+                let z = apex.normal.dot(away);
+                reach = reach.max(away.length_squared());
+                (low, high) = (low.min(z), high.max(z));
+            }
+            reach = reach.sqrt();
+            let height = normal.dot(apex.position) - offset;
+            let doubt = t.tol + ROUNDING * reach;
+            if height < -(doubt + tilt * reach) || high <= -doubt {
+                return None;
+            }
+            floor = floor.min(height);
+            ceiling = Some((low.max(-doubt) + t.lift * normal.dot(apex.normal).min(0.0)).min(0.0));
+        } else {
+            let cosine = -normal.dot(apex.normal);
+            if cosine < -(2.0 * ROUNDING + tilt) {
+                return None;
+            }
+            if cosine < 0.0 {
+                floor = f64::NEG_INFINITY;
+            }
+        }
+        let mut centroid = DVec3::ZERO;
+        for (to, corner) in lifted.iter_mut().zip(&corners[..n]) {
+            *to = *corner + normal * t.lift;
+            centroid += *to;
+        }
+        centroid /= n as f64;
+        let mut pyramid = Self::empty(apex, Hull::Polygon(lifted, n), t);
+        // Sides: any direction serves, if the offset is that of the hull.
+        for i in 0..n {
+            let (a, b) = (lifted[i], lifted[(i + 1) % n]);
+            let (edge, towards) = (b - a, apex.towards(a));
+            let mut side = edge.cross(towards);
+            let length = side.length();
+            if length.is_nan() || length <= 1e-9 * edge.length() * towards.length() {
+                continue;
+            }
+            side /= length;
+            if side.dot(centroid - a) < 0.0 {
+                side = -side;
+            }
+            let mut least = if apex.finite { side.dot(apex.position) } else { f64::INFINITY };
+            for corner in &lifted[..n] {
+                least = least.min(side.dot(*corner));
+            }
+            pyramid.push(side, least, t.side);
+        }
+        if floor > f64::NEG_INFINITY {
+            pyramid.push(normal, offset + floor, t.tol);
+        }
+        if let Some(z) = ceiling {
+            pyramid.push(apex.normal, apex.normal.dot(apex.position) + z, t.tol);
+        }
+        Some(pyramid)
+    }
+
+    fn over_cluster(apex: &Apex, cluster: &Cluster, t: &Tolerance) -> Option<Self> {
+        let (center, room) = (cluster.center, t.lift + t.tol);
+        let radius = cluster.radius + room;
+        let bounds = [cluster.low - room, cluster.high + room];
+        let away = if apex.finite { center - apex.position } else { apex.normal };
+        let distance = away.length();
+        // Whether all triangles face away from all of the light's directions.
+        let spread = match apex.finite {
+            true if distance <= radius => std::f64::consts::FRAC_PI_2,
+            true => libm::asin(radius / distance),
+            false => 0.0,
+        };
+        let cosine = cluster.axis.dot(-away) / distance;
+        let turned = libm::acos(cosine.clamp(-1.0, 1.0));
+        if turned - spread >= std::f64::consts::FRAC_PI_2 + cluster.angle + 1e-3 {
+            return None;
+        }
+        let mut pyramid = Self::empty(apex, Hull::Sphere(center, radius, bounds), t);
+        if apex.finite {
+            let (low, high) = extent(apex.normal, bounds);
+            let plane = apex.normal.dot(apex.position);
+            let z = apex.normal.dot(center) - plane;
+            let (low, high) = ((low - plane).max(z - radius), (high - plane).min(z + radius));
+            let doubt = t.tol + ROUNDING * (distance + radius);
+            if high <= -doubt {
+                return None;
+            }
+            pyramid.push(apex.normal, plane + low.max(-doubt - t.lift).min(0.0), t.tol);
+            if distance <= radius {
+                // The light lies within: the box that holds both.
+                let (low, high) = (bounds[0].min(apex.position), bounds[1].max(apex.position));
+                for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                    pyramid.push(axis, axis.dot(low), t.side);
+                    pyramid.push(-axis, -axis.dot(high), t.side);
+                }
+                return Some(pyramid);
+            }
+        }
+        let axis = away / distance;
+        for across in [axis.any_orthonormal_vector(), axis.cross(axis.any_orthonormal_vector())] {
+            for across in [across, -across] {
+                let (normal, offset) = pyramid.tangent(axis, across);
+                pyramid.push(normal, offset, t.side);
+            }
+        }
+        let (_, far) = extent(axis, bounds);
+        pyramid.push(-axis, -far.min(axis.dot(center) + radius), t.side);
+        Some(pyramid)
+    }
+
+    /// The plane that touches the sphere on the side opposite to `across` (unit, perpendicular to `axis`) and holds
+    /// the light.
+    fn tangent(&self, axis: DVec3, across: DVec3) -> (DVec3, f64) {
+        let Hull::Sphere(center, radius, _) = self.hull else { return (across, f64::NEG_INFINITY) };
+        if !self.apex.finite {
+            return (across, across.dot(center) - radius);
+        }
+        let sine = (radius / self.apex.position.distance(center)).min(1.0);
+        let normal = across * (1.0 - sine * sine).sqrt() + axis * sine;
+        (normal, normal.dot(self.apex.position).min(normal.dot(center) - radius))
+    }
+
+    /// The plane that separates the pyramid over a sphere best from a point beside it.
+    fn facing(&self, point: DVec3) -> Option<Plane> {
+        let Hull::Sphere(center, ..) = self.hull else { return None };
+        let away = if self.apex.finite { center - self.apex.position } else { self.apex.normal };
+        let axis = away.try_normalize()?;
+        let beside = point - center;
+        let across = (axis * axis.dot(beside) - beside).try_normalize()?;
+        let (normal, offset) = self.tangent(axis, across);
+        Some(Plane { normal, offset, margin: self.tolerance.side })
+    }
+
+    /// Smallest and largest `normal · x` over the receiver's lifted points.
+    fn receiver_extent(&self, normal: DVec3) -> (f64, f64) {
+        match &self.hull {
+            Hull::Polygon(corners, n) => {
+                corners[..*n].iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
+                    let d = normal.dot(*c);
+                    (low.min(d), high.max(d))
+                })
+            }
+            Hull::Sphere(center, radius, bounds) => {
+                let (low, high) = extent(normal, *bounds);
+                let d = normal.dot(*center);
+                (low.max(d - radius), high.min(d + radius))
+            }
+        }
+    }
+
+    fn planes(&self) -> &[Plane] {
+        &self.planes[..self.count]
+    }
+
+    /// Whether a box may reach into the pyramid.
+    pub fn may_meet_box(&self, low: DVec3, high: DVec3) -> bool {
+        let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
+        self.planes().iter().all(|p| p.normal.dot(center) + p.normal.abs().dot(half) >= p.offset - p.margin)
+    }
+
+    /// Whether a cluster's bounds may reach into the pyramid.
+    pub fn may_meet_cluster(&self, cluster: &Cluster) -> bool {
+        let sphere = |p: &Plane| p.normal.dot(cluster.center) + cluster.radius >= p.offset - p.margin;
+        self.planes().iter().all(sphere)
+            && self.facing(cluster.center).is_none_or(|p| sphere(&p))
+            && self.may_meet_box(cluster.low, cluster.high)
+    }
+
+    /// Whether any triangle of a tree reaches into the pyramid.
+    pub fn meets_tree(&self, tree: &ClusterTree, scratch: &mut Scratch) -> bool {
+        let mut open = [0; 64];
+        let mut count = usize::from(!tree.nodes.is_empty());
+        while count > 0 {
+            count -= 1;
+            let cluster = &tree.nodes[open[count] as usize];
+            scratch.tests += 1;
+            if !self.may_meet_cluster(cluster) {
+                continue;
+            }
+            if cluster.children[0] != crate::scene::NONE {
+                if count + 2 > open.len() {
+                    return true;
+                }
+                open[count..count + 2].copy_from_slice(&cluster.children);
+                count += 2;
+            } else if tree.triangles(cluster).iter().any(|corners| {
+                scratch.tests += 1;
+                let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+                self.meets_polygon(corners, normal, normal.dot(corners[0]), scratch)
+            }) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// What a patch does to the pyramid.
+    pub fn test_patch(&self, patch: &SimplePatch, scratch: &mut Scratch) -> Blocks {
+        scratch.tests += 1;
+        if patch.opaque && self.is_covered(patch) {
+            return Blocks::Full;
+        }
+        match self.meets_polygon(&patch.corners, patch.normal, patch.offset, scratch) {
+            true => Blocks::Partial,
+            false => Blocks::None,
+        }
+    }
+
+    /// Height of the light above a plane; without a position only its sign counts.
+    fn apex_height(&self, normal: DVec3, offset: f64) -> f64 {
+        if self.apex.finite { normal.dot(self.apex.position) - offset } else { -normal.dot(self.apex.normal) }
+    }
+
+    fn meets_polygon(&self, corners: &[DVec3], normal: DVec3, offset: f64, scratch: &mut Scratch) -> bool {
+        let t = &self.tolerance;
+        // The polygon's plane separates: receiver and light on one side.
+        let (low, high) = self.receiver_extent(normal);
+        let height = self.apex_height(normal, offset);
+        let clear = if self.apex.finite { t.edge } else { 0.0 };
+        if height >= clear && low - offset >= -t.edge || height <= -clear && high - offset <= t.edge {
+            return normal == DVec3::ZERO;
+        }
+        // One of the pyramid's planes separates.
+        let mut cut = 0_u32;
+        for (i, p) in self.planes().iter().enumerate() {
+            let (mut inside, mut outside) = (false, false);
+            for corner in corners {
+                let is_inside = p.normal.dot(*corner) >= p.offset - p.margin;
+                inside |= is_inside;
+                outside |= !is_inside;
+            }
+            if !inside {
+                return false;
+            }
+            cut |= u32::from(outside) << i;
+        }
+        if cut == 0 {
+            return true;
+        }
+        if let Hull::Sphere(..) = self.hull {
+            let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
+            if let Some(p) = self.facing(middle)
+                && corners.iter().all(|c| p.normal.dot(*c) < p.offset - p.margin)
+            {
+                return false;
+            }
+        }
+        // What is left of it after clipping (Sutherland and Hodgman 1974).
+        let Scratch { from, to, .. } = scratch;
+        from.clear();
+        from.extend_from_slice(corners);
+        for (i, p) in self.planes().iter().enumerate() {
+            if cut >> i & 1 == 0 {
+                continue;
+            }
+            clip(from, to, p.normal, p.offset - p.margin);
+            std::mem::swap(from, to);
+            if from.is_empty() {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Whether every ray from the receiver to the light passes through a convex patch.
+    fn is_covered(&self, patch: &SimplePatch) -> bool {
+        let t = &self.tolerance;
+        // The light on one side, the receiver on the other.
+        let (low, high) = self.receiver_extent(patch.normal);
+        let height = self.apex_height(patch.normal, patch.offset);
+        let clear = if self.apex.finite { t.tol } else { 1e-6 };
+        let (depth, sign) = if height >= clear && high - patch.offset <= -t.tol {
+            (patch.offset - low, 1.0)
+        } else if height <= -clear && low - patch.offset >= t.tol {
+            (high - patch.offset, -1.0)
+        } else {
+            return false;
+        };
+        // How much nearer to each other rays are where they pass through the patch.
+        let narrowing = if self.apex.finite { height.abs() / (height.abs() + depth) } else { 1.0 };
+        let margin = t.side.max(t.tol / narrowing);
+        let n = patch.corners.len();
+        (0..n).all(|i| {
+            let (a, b) = (patch.corners[i], patch.corners[(i + 1) % n]);
+            let side = ((b - a).cross(self.apex.towards(a)) * -sign).normalize_or_zero();
+            side != DVec3::ZERO && self.receiver_extent(side).0 - side.dot(a) >= margin
+        })
+    }
+}
+
+/// Smallest and largest `normal · x` over a box.
+fn extent(normal: DVec3, [low, high]: [DVec3; 2]) -> (f64, f64) {
+    let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
+    let (middle, reach) = (normal.dot(center), normal.abs().dot(half));
+    (middle - reach, middle + reach)
+}
+
+/// The part of a convex polygon where `normal · x ≥ offset`.
+pub(crate) fn clip(from: &[DVec3], to: &mut Vec<DVec3>, normal: DVec3, offset: f64) {
+    to.clear();
+    let Some(&last) = from.last() else { return };
+    let (mut a, mut height) = (last, normal.dot(last) - offset);
+    for &b in from {
+        let next = normal.dot(b) - offset;
+        if (height >= 0.0) != (next >= 0.0) {
+            to.push(a + (b - a) * (height / (height - next)));
+        }
+        if next >= 0.0 {
+            to.push(b);
+        }
+        (a, height) = (b, next);
+    }
+}

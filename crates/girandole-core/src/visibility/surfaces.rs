@@ -1,0 +1,162 @@
+//! What the scene's surfaces are made of: simple patches, and trees of clusters of all other triangles.
+
+use super::VisibilitySettings;
+use super::clusters::ClusterTree;
+use super::pyramid::Tolerance;
+use crate::scene::{Geometry, NONE, Scene, WorldPatch};
+use glam::DVec3;
+
+/// Corners of a patch that is treated as a polygon, at most.
+const MOST_CORNERS: usize = 64;
+/// How far the normals of a patch's triangles may differ from the patch's own.
+const MOST_TILT: f64 = 1e-5;
+
+/// A planar convex patch.
+#[derive(Clone, Debug)]
+pub(crate) struct SimplePatch {
+    /// Index into [`Geometry::patches`].
+    pub patch: u32,
+    pub object: u32,
+    /// Counter-clockwise about `normal`.
+    pub corners: Vec<DVec3>,
+    pub normal: DVec3,
+    /// The plane is `normal · x = offset`.
+    pub offset: f64,
+    /// How far its triangles' normals differ from its own.
+    pub tilt: f64,
+    pub double_sided: bool,
+    /// Whether its triangles fill the outline and have no holes.
+    pub opaque: bool,
+    pub area: f64,
+    pub low: DVec3,
+    pub high: DVec3,
+}
+
+/// The triangles of an object that belong to no simple patch.
+#[derive(Clone, Debug)]
+pub(crate) struct MeshPart {
+    pub object: u32,
+    pub tree: ClusterTree,
+    /// Whether no ray from its front meets it again.
+    pub convex: bool,
+}
+
+/// All surfaces of a scene.
+#[derive(Clone, Debug)]
+pub(crate) struct Surfaces {
+    pub patches: Vec<SimplePatch>,
+    pub meshes: Vec<MeshPart>,
+    pub tolerance: Tolerance,
+}
+
+impl Surfaces {
+    pub fn new(scene: &Scene, geometry: &Geometry, settings: &VisibilitySettings) -> Self {
+        let tolerance = Tolerance::new(geometry);
+        let least = f64::from(geometry.diagonal()) * f64::from(settings.least_extent);
+        let mut patches: Vec<SimplePatch> = (0..geometry.patches.len() as u32)
+            .filter_map(|i| SimplePatch::new(scene, geometry, i, least, &tolerance))
+            .collect();
+        // The largest ones, in the geometry's order.
+        if patches.len() > settings.most_patches as usize {
+            patches.sort_by(|a, b| b.area.total_cmp(&a.area).then(a.patch.cmp(&b.patch)));
+            patches.truncate(settings.most_patches as usize);
+            patches.sort_by_key(|p| p.patch);
+        }
+        let mut simple = vec![NONE; geometry.patches.len()];
+        for (i, patch) in patches.iter().enumerate() {
+            simple[patch.patch as usize] = i as u32;
+        }
+        let is_simple = |t: &u32| {
+            let patch = geometry.triangles[*t as usize].patch;
+            patch != NONE && simple[patch as usize] != NONE
+        };
+        let meshes = geometry
+            .objects
+            .iter()
+            .enumerate()
+            .filter_map(|(object, range)| {
+                let triangles: Vec<u32> = range.triangles.clone().filter(|t| !is_simple(t)).collect();
+                (!triangles.is_empty()).then(|| MeshPart {
+                    object: object as u32,
+                    convex: false,
+                    tree: ClusterTree::new(scene, geometry, triangles),
+                })
+            })
+            .collect();
+        Self { patches, meshes, tolerance }
+    }
+}
+
+impl SimplePatch {
+    /// The patch, unless it is too small, not planar and convex enough, or not exactly filled by its triangles.
+    fn new(
+        scene: &Scene,
+        geometry: &Geometry,
+        index: u32,
+        least_extent: f64,
+        tolerance: &Tolerance,
+    ) -> Option<Self> {
+        let WorldPatch { object, material, outline, triangles, .. } = &geometry.patches[index as usize];
+        if outline.len() < 3 || outline.len() > MOST_CORNERS {
+            return None;
+        }
+        let corners: Vec<DVec3> = outline.iter().map(|p| p.as_dvec3()).collect();
+        let extent = corners.iter().flat_map(|a| corners.iter().map(move |b| a.distance(*b)));
+        let extent = extent.fold(0.0, f64::max);
+        let vector = area_vector(&corners);
+        let area = vector.length();
+        if extent < least_extent || area.is_nan() || area <= extent * tolerance.lift {
+            return None;
+        }
+        let normal = vector / area;
+        let offset = corners.iter().map(|c| normal.dot(*c)).sum::<f64>() / corners.len() as f64;
+        // All vertices in the plane and within the outline.
+        let slack = tolerance.tol * 0.5;
+        let edges: Vec<(DVec3, f64)> = (0..corners.len())
+            .map(|i| {
+                let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
+                let inward = normal.cross(b - a).normalize_or_zero();
+                (inward, inward.dot(a))
+            })
+            .collect();
+        let fits = |p: DVec3| {
+            (normal.dot(p) - offset).abs() <= slack && edges.iter().all(|(m, d)| m.dot(p) - d >= -slack)
+        };
+        let mut filled = 0.0;
+        let mut tilt: f64 = 0.0;
+        let mut within = corners.iter().all(|&c| fits(c));
+        for triangle in triangles.clone() {
+            let points = geometry.corners(triangle).map(|p| p.as_dvec3());
+            within &= points.into_iter().all(fits);
+            filled += area_vector(&points).dot(normal);
+            tilt = tilt.max((geometry.normal(triangle).as_dvec3() - normal).length());
+        }
+        if !within || tilt > MOST_TILT || tilt.is_nan() {
+            return None;
+        }
+        let material = &scene.materials[*material as usize];
+        Some(Self {
+            patch: index,
+            object: *object,
+            low: corners.iter().copied().fold(DVec3::INFINITY, DVec3::min),
+            high: corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
+            corners,
+            normal,
+            offset,
+            tilt,
+            double_sided: material.double_sided,
+            opaque: material.alpha_cutoff.is_none() && (filled - area).abs() <= extent * slack,
+            area,
+        })
+    }
+}
+
+/// Area of a planar polygon times its unit normal.
+pub(crate) fn area_vector(corners: &[DVec3]) -> DVec3 {
+    let first = corners.first().copied().unwrap_or_default();
+    let mut sum = DVec3::ZERO;
+    for pair in corners.windows(2) {
+        sum += (pair[0] - first).cross(pair[1] - first);
+    }
+    sum * 0.5
+}
