@@ -1,7 +1,8 @@
 //! The command line: what may be asked for, and within which bounds.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use girandole_core::lights::{LightSettings, MAX_LIGHTS, Termination};
+use girandole_core::lights::{LightSet, LightSettings, MAX_LIGHTS, Termination};
+use girandole_core::scene::Geometry;
 use girandole_core::tonemap::{Exposure, Tonemap};
 use std::path::PathBuf;
 
@@ -13,6 +14,7 @@ Examples:
   girandole render block --object teapot --lights 1024 --aa 2 -o block.png
   girandole render table --engine path --paths 256 -o truth.exr
   girandole compare truth.exr table.exr --max-rel-mse 0.005 --out errors.png
+  girandole bench area-lights --lights 100,300           time the modes against each other
   girandole info table                                   adapters, and what the scene holds";
 
 /// Lights scenes with hundreds to thousands of shadowed point lights.
@@ -35,6 +37,8 @@ pub enum Command {
     Compare(CompareArgs),
     /// Lists the adapters and what they support, and what a scene holds
     Info(InfoArgs),
+    /// Times the modes against each other
+    Bench(Box<BenchArgs>),
 }
 
 const RENDER_EXAMPLES: &str = "\
@@ -72,8 +76,18 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub lights: LightArgs,
 
+    /// How much work is avoided (engine gpu)
+    #[arg(long, value_enum, default_value_t)]
+    pub mode: Mode,
+
     #[command(flatten)]
     pub quality: QualityArgs,
+
+    /// Shows how the picture is made instead (engine gpu): receivers, states (how many lights need a shadow map), states:N
+    /// (of light N: green unoccluded, yellow partially, red fully blocked), light-maps, levels (where points were
+    /// shaded), lights (where they are), atlas (of shadow maps)
+    #[arg(long, value_name = "VIEW", value_parser = parse_debug)]
+    pub debug: Option<DebugView>,
 
     /// gpu: shadow maps on a graphics adapter; cpu: the same lights with traced shadows; path: the path tracer;
     /// auto: gpu where there is an adapter, else cpu
@@ -170,9 +184,15 @@ pub struct QualityArgs {
     #[arg(long, value_name = "MiB", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub memory: u32,
 
-    /// How the light of a pixel is summed (engine gpu); naive: every light at every pixel
-    #[arg(long, value_enum, default_value_t)]
-    pub mode: Mode,
+    /// Light maps: the sum of all lights that can reach a patch, from which what is blocked is subtracted; if not given,
+    /// on in mode full only (engine gpu)
+    #[arg(long, value_enum, value_name = "on|off")]
+    pub light_maps: Option<Switch>,
+
+    /// Modes vd-lp and full: by what share the light of neighbouring points may differ, and pixels between them still
+    /// be interpolated; 0 shades every pixel
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05, value_parser = parse_share)]
+    pub tolerance: f32,
 }
 
 const COMPARE_EXAMPLES: &str = "\
@@ -232,6 +252,67 @@ pub struct CompareArgs {
     pub json: bool,
 }
 
+const BENCH_EXAMPLES: &str = "\
+A frame is everything from the camera to tone-mapped pixels with shadow maps, visibility and light maps in place and the
+exposure fixed, by the clock around submitting and waiting. Modes take turns; the first round warms up; medians are shown.
+
+Examples:
+  girandole bench
+  girandole bench area-lights table --lights 25,50,100,200,300 --modes naive,vd,vd-lp,full --json times.json
+  girandole bench pillars --modes vd,full --light-maps on --size 1920x1080 --csv times.csv";
+
+/// What to time.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = BENCH_EXAMPLES, allow_negative_numbers = true)]
+pub struct BenchArgs {
+    /// Built-in rooms, .glb or .gltf files
+    #[arg(default_values = ["area-lights", "table", "pillars"])]
+    pub scenes: Vec<String>,
+
+    /// Numbers of light samples
+    #[arg(long, value_name = "N,…", default_value = "300", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LIGHTS)))]
+    pub lights: Vec<u32>,
+
+    /// Modes to compare; ratios refer to the first
+    #[arg(long, value_enum, value_name = "MODE,…", default_values = ["naive", "vd", "vd-lp", "full"], value_delimiter = ',')]
+    pub modes: Vec<Mode>,
+
+    /// Timed rounds, after one to warm up
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub repeat: u32,
+
+    /// Pixels in x and y, each from 1 to 8192
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = parse_size, allow_hyphen_values = true)]
+    pub size: [u32; 2],
+
+    /// The moving object of built-in rooms; see `girandole render --help`
+    #[arg(long, value_name = "none|torus|teapot|FILE")]
+    pub object: Option<String>,
+
+    /// Anti-aliasing: samples along each axis of a pixel
+    #[arg(long, value_enum, default_value_t)]
+    pub aa: AntiAliasing,
+
+    /// Same seed, same light samples
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+
+    #[command(flatten)]
+    pub quality: QualityArgs,
+
+    /// The adapter whose name contains this; see `girandole info`
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+
+    /// Writes the table as comma-separated values
+    #[arg(long, value_name = "FILE.csv")]
+    pub csv: Option<PathBuf>,
+
+    /// Writes everything that was measured as an array of flat objects
+    #[arg(long, value_name = "FILE.json")]
+    pub json: Option<PathBuf>,
+}
+
 /// What to tell about.
 #[derive(Args, Clone, Debug)]
 #[command(
@@ -282,18 +363,39 @@ pub enum ShadowMap {
     Cube,
 }
 
-/// How the light of a pixel is summed.
+/// How much work is avoided.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Mode {
-    /// Visibility determination, light maps, low-resolution pass, pass optimisation
+    /// Visibility determination, light maps, low resolution where that is enough
+    #[default]
     Full,
-    /// Visibility determination and low-resolution pass
+    /// Visibility determination, and low resolution where that is enough
     VdLp,
-    /// Visibility determination
+    /// Visibility determination: shadow maps are read only where something may block the light
     Vd,
     /// Every light, every shadow map, at every pixel
-    #[default]
     Naive,
+}
+
+impl Mode {
+    /// As in `--mode`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::VdLp => "vd-lp",
+            Self::Vd => "vd",
+            Self::Naive => "naive",
+        }
+    }
+}
+
+/// On or off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// Yes
+    On,
+    /// No
+    Off,
 }
 
 /// The tone curve.
@@ -377,6 +479,17 @@ pub enum Clamp {
     At(f32),
 }
 
+impl Clamp {
+    /// The bound, m⁻².
+    pub fn bound(self, lights: &LightSet, geometry: &Geometry) -> Option<f32> {
+        match self {
+            Self::Auto => Some(lights.suggested_clamp(geometry)),
+            Self::Off => None,
+            Self::At(bound) => Some(bound),
+        }
+    }
+}
+
 impl std::fmt::Display for Clamp {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
@@ -385,6 +498,23 @@ impl std::fmt::Display for Clamp {
             Self::At(bound) => write!(f, "{bound}"),
         }
     }
+}
+
+/// What to show instead of the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DebugView {
+    /// Leaf receivers.
+    Receivers,
+    /// States of one light, or how many lights are partially blocked.
+    States(Option<u32>),
+    /// Light maps.
+    LightMaps,
+    /// Where points were shaded.
+    Levels,
+    /// Where lights are.
+    Lights,
+    /// Shadow maps.
+    Atlas,
 }
 
 type Parsed<T> = Result<T, String>;
@@ -442,6 +572,23 @@ fn parse_clamp(text: &str) -> Parsed<Clamp> {
             .map(Clamp::At)
             .ok_or_else(|| "give a positive number of 1/m², auto or off".into()),
     }
+}
+
+fn parse_debug(text: &str) -> Parsed<DebugView> {
+    Ok(match text {
+        "receivers" => DebugView::Receivers,
+        "states" => DebugView::States(None),
+        "light-maps" => DebugView::LightMaps,
+        "levels" => DebugView::Levels,
+        "lights" => DebugView::Lights,
+        "atlas" => DebugView::Atlas,
+        _ => {
+            let light = text.strip_prefix("states:").and_then(|n| n.parse().ok());
+            DebugView::States(Some(
+                light.ok_or("give receivers, states, states:N, light-maps, levels, lights or atlas")?,
+            ))
+        }
+    })
 }
 
 fn parse_pcf(text: &str) -> Parsed<Pcf> {

@@ -5,6 +5,7 @@
 //! with one sentence on the standard error stream.
 
 mod args;
+mod bench;
 mod compare;
 mod engine;
 mod info;
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
         Some(args::Command::Render(args)) => render::run(*args),
         Some(args::Command::Compare(args)) => compare::run(&args),
         Some(args::Command::Info(args)) => info::run(&args),
+        Some(args::Command::Bench(args)) => bench::run(&args),
     };
     result.unwrap_or_else(|error| {
         output::error(&sentence(&error));

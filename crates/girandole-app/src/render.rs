@@ -1,6 +1,6 @@
 //! `girandole render`, and what `girandole` does without a command.
 
-use crate::args::{AntiAliasing, Bounces, Clamp, Cli, Command, Engine, Mode, RenderArgs};
+use crate::args::{AntiAliasing, Bounces, Cli, Command, DebugView, Engine, RenderArgs};
 use crate::engine::{self, Job, Ready, Stats};
 use crate::output::{self, say};
 use crate::scene;
@@ -41,11 +41,11 @@ fn check(args: &RenderArgs) -> Result<()> {
             bail!("the picture and --stats cannot both be {}", stats.display());
         }
     }
-    if args.quality.mode != Mode::Naive {
-        bail!("this version has only --mode naive; the others come later");
-    }
     if args.lights.bounces == Bounces::Unlimited && args.engine != Engine::Path {
         bail!("only --engine path can follow light without limit; give --bounces a number");
+    }
+    if args.debug.is_some() && matches!(args.engine, Engine::Cpu | Engine::Path) {
+        bail!("--debug belongs to --engine gpu; leave one of them out");
     }
     if args.adapter.is_some() && matches!(args.engine, Engine::Cpu | Engine::Path) {
         bail!("--adapter belongs to --engine gpu; leave one of them out");
@@ -83,16 +83,18 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     }
 
     // The picture.
-    let clamp = match args.quality.clamp {
-        Clamp::Auto => Some(lights.suggested_clamp(&geometry)),
-        Clamp::Off => None,
-        Clamp::At(bound) => Some(bound),
-    };
+    let clamp = args.quality.clamp.bound(&lights, &geometry);
     let job = Job { scene: &scene, geometry: &geometry, lights: &lights, view, clamp, args: &args };
     let (name, adapter) = (engine.name(), engine.adapter());
     let picture = engine.render(&job)?;
-    let ev = args.exposure.ev(&picture.radiance);
-    write_picture(&args.output, &picture.radiance, ev, args.tonemap.into())?;
+    // Debug views are colours already.
+    let shows_debug = args.debug.is_some_and(|view| view != DebugView::Lights);
+    let (ev, curve) = if shows_debug {
+        (0.0, tonemap::Tonemap::None)
+    } else {
+        (args.exposure.ev(&picture.radiance), args.tonemap.into())
+    };
+    write_picture(&args.output, &picture.radiance, ev, curve)?;
 
     // What there is to say about it.
     let [width, height] = args.size;

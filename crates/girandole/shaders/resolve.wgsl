@@ -15,11 +15,14 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   if frame.sample > 0u { sum = pixels[index]; }
   let id = textureLoad(ids, pixel, 0).x;
   if id > 0u {
-    var hit = hit_at(pixel, id - 1u);
-    let m = materials[triangles[hit.triangle].material];
-    if has_textures(m) { hit = with_coordinates(pixel, hit); }
-    var out = sums[2u * index].xyz * reflection(hit, m).albedo / PI + sums[2u * index + 1u].xyz;
-    if hit.side > 0.0 || m.double_sided != 0u { out += m.emission * sample_at(m.emission_texture, hit).xyz; }
+    let m = materials[triangles[id - 1u].material];
+    var hit: Hit;
+    if has_textures(m) { hit = with_coordinates(pixel, hit_at(pixel, id - 1u)); }
+    // The second element is specular radiance, or the direction of light, which is no part of the picture.
+    let second = sums[2u * index + 1u];
+    var out = sums[2u * index].xyz * reflection(hit, m).albedo / PI + select(second.xyz, vec3f(0.0), second.w > 0.0);
+    // Of a single-sided surface only the front is ever seen.
+    out += m.emission * sample_at(m.emission_texture, hit).xyz;
     sum += vec4f(out, 1.0);
   }
   if frame.sample + 1u == frame.samples { textureStore(radiance, pixel, sum / f32(frame.samples)); }

@@ -1,25 +1,32 @@
-//! A frame's submissions: bands of rows, sub-pixel samples, batches of lights.
+//! A frame's dispatches: bands of rows, sub-pixel samples, grids of points, batches of lights.
 
 use crate::bind;
 use crate::layout::Frame;
+use crate::passes::shade::BATCH;
 use crate::settings::RenderSettings;
 use girandole_core::glam::Vec2;
 use girandole_core::scene::View;
 
-/// One submission: a batch of lights for a sub-pixel sample of a band of rows.
-#[derive(Clone, Copy)]
+/// A batch of lights for a grid of points of a sub-pixel sample of a band of rows.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
     pub band: [u32; 2],
     pub sample: u32,
+    /// Pixels from a point of the grid to the next.
+    pub step: u32,
     pub first_light: u32,
     pub end_light: u32,
+    /// Whether all lights are done after this one.
+    pub last_batch: bool,
 }
 
-/// The submissions of a frame, in order.
+/// The dispatches of a frame, in order: for each band and sample, and for each of `grids` (their steps in pixels),
+/// batches of lights.
 pub(crate) fn steps(
     size: [u32; 2],
     band_rows: u32,
     samples_per_axis: u32,
+    grids: &[u32],
     lights: u32,
     batch: u32,
 ) -> Vec<Step> {
@@ -27,17 +34,20 @@ pub(crate) fn steps(
     for first_row in (0..size[1]).step_by(band_rows as usize) {
         let band = [first_row, (first_row + band_rows).min(size[1])];
         for sample in 0..samples_per_axis * samples_per_axis {
-            // Without any light there is still one step, for what emits.
-            for first_light in (0..lights.max(1)).step_by(batch as usize) {
-                let end_light = first_light.saturating_add(batch).min(lights);
-                steps.push(Step { band, sample, first_light, end_light });
+            for &step in grids {
+                // Without any light there is still one step, for what emits.
+                for first_light in (0..lights.max(1)).step_by(batch as usize) {
+                    let end_light = first_light.saturating_add(batch).min(lights);
+                    let last_batch = end_light == lights;
+                    steps.push(Step { band, sample, step, first_light, end_light, last_batch });
+                }
             }
         }
     }
     steps
 }
 
-/// The uniform of one submission.
+/// The uniform of one dispatch.
 pub(crate) fn frame(
     view: &View,
     size: [u32; 2],
@@ -66,6 +76,12 @@ pub(crate) fn frame(
         far: (view.eye.length() + diagonal) * 2.0,
         sample: step.sample,
         samples: n * n,
+        last_row: step.band[1].min(size[1] - 1),
+        step: step.step,
+        batch: step.first_light / BATCH,
+        last_batch: u32::from(step.last_batch),
+        tolerance: settings.tolerance,
+        ..Frame::default()
     }
 }
 

@@ -26,6 +26,28 @@ pub(crate) struct Frame {
     pub far: f32,
     pub sample: u32,
     pub samples: u32,
+    pub last_row: u32,
+    pub step: u32,
+    pub batch: u32,
+    pub last_batch: u32,
+    pub tolerance: f32,
+    pub padding_a: u32,
+    pub padding_b: u32,
+    pub padding_c: u32,
+}
+
+/// `Plan` in `lib/plan.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct Plan {
+    pub grids_at: u32,
+    pub cells_at: u32,
+    pub leaves: u32,
+    pub batches: u32,
+    pub ranges_at: u32,
+    pub chunks_at: u32,
+    pub sorted_at: u32,
+    pub light_maps: u32,
 }
 
 /// `Vertex` in `lib/scene.wgsl`.

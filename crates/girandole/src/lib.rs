@@ -35,9 +35,11 @@
 //! renderer never blocks: it submits work, and read-backs are futures.
 
 pub use girandole_core as core;
+pub use wgpu;
 
 mod atlas;
 mod bind;
+mod draw;
 mod error;
 mod frame;
 mod gpu;
@@ -46,7 +48,9 @@ mod layout;
 mod occluders;
 mod passes;
 mod readback;
+mod receivers;
 mod renderer;
+mod selection;
 mod settings;
 mod shaders;
 mod targets;
@@ -59,5 +63,5 @@ pub use atlas::{AtlasLayout, MapSlot};
 pub use error::{Error, Result};
 pub use gpu::{AdapterReport, Gpu, WANTED_FEATURES, adapters, wanted_limits};
 pub use occluders::CullCounts;
-pub use renderer::{FrameStats, Renderer};
-pub use settings::{DEFAULT_CLAMP, RenderSettings, RendererOptions, ShadowMap};
+pub use renderer::{FrameStats, PairCounts, Renderer};
+pub use settings::{DEFAULT_CLAMP, DebugView, Mode, RenderSettings, RendererOptions, ShadowMap};

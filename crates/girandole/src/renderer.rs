@@ -1,30 +1,32 @@
 //! The renderer: passes, a scene on the GPU, and a frame as one function.
 
 use crate::atlas::AtlasLayout;
-use crate::frame::{FrameUniforms, frame, steps};
 use crate::gpu_scene::{GpuScene, gpu_lights, light_buffer};
 use crate::layout::{DIRECTIONAL, Light};
 use crate::occluders::{CullCounts, Occluders};
-use crate::passes::exposure::Exposure;
-use crate::passes::resolve::{Resolve, ResolveInputs};
-use crate::passes::shade::{BATCH, GROUP, Needs, Shade, ShadeInputs};
+use crate::passes::Layouts;
+use crate::passes::debug::Debug;
+use crate::passes::exposure;
+use crate::passes::resolve::Resolve;
+use crate::passes::select::Select;
+use crate::passes::shade::{Needs, Shade};
 use crate::passes::shadow_maps::{Atlas, ShadowMaps};
 use crate::passes::tonemap::ToneMapping;
 use crate::passes::visibility::Visibility;
-use crate::passes::{Band, Layouts};
 use crate::readback::{self, TextureCopy};
-use crate::settings::{RenderSettings, RendererOptions};
+use crate::receivers::Receivers;
+use crate::selection::Selection;
+use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions};
 use crate::targets::Targets;
 use crate::timers::Timers;
 use crate::{Error, Result};
 use girandole_core::image::Image;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, Scene, View};
+use girandole_core::tonemap::Exposure;
+use girandole_core::visibility::VisibilityDatabase;
 use std::collections::BTreeMap;
 use std::future::Future;
-
-/// Pairs of pixel and light in one dispatch, well below a second on a slow GPU.
-const BATCH_PAIRS: u64 = 1 << 28;
 
 /// Lights a scene; see the [crate's front page](crate) for an example.
 ///
@@ -32,32 +34,50 @@ const BATCH_PAIRS: u64 = 1 << 28;
 /// 3. [`Renderer::render`] draws shadow maps that are missing and sums all lights into a picture in floating point.
 /// 4. [`Renderer::show`] tone-maps it into a texture view of the caller; [`Renderer::radiance`] reads it back.
 pub struct Renderer {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-    options: RendererOptions,
-    layouts: Layouts,
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    pub(crate) options: RendererOptions,
+    pub(crate) layouts: Layouts,
     shadow_maps: ShadowMaps,
-    visibility: Visibility,
+    pub(crate) visibility: Visibility,
     /// Compiled for the scene that is loaded.
-    shade: Option<Shade>,
-    resolve: Resolve,
-    exposure: Exposure,
+    pub(crate) shade: Option<Shade>,
+    /// The same.
+    pub(crate) select: Option<Select>,
+    /// The same.
+    pub(crate) resolve: Option<Resolve>,
+    /// Made when it is asked for.
+    pub(crate) debug: Option<Debug>,
+    exposure: exposure::Exposure,
     tone_mapping: ToneMapping,
-    timers: Timers,
-    loaded: Option<Loaded>,
-    targets: Option<Targets>,
+    pub(crate) timers: Timers,
+    pub(crate) loaded: Option<Loaded>,
+    pub(crate) targets: Option<Targets>,
+    pub(crate) selection: Option<Selection>,
+    /// How the last picture was drawn.
+    pub(crate) drawn: Option<Drawn>,
+}
+
+/// How a picture was drawn.
+pub(crate) struct Drawn {
+    pub settings: RenderSettings,
+    pub size: [u32; 2],
 }
 
 /// A scene and its lights on the GPU.
-struct Loaded {
-    scene: GpuScene,
-    lights: Vec<Light>,
-    light_buffer: wgpu::Buffer,
-    atlas: Atlas,
+pub(crate) struct Loaded {
+    pub scene: GpuScene,
+    pub lights: Vec<Light>,
+    pub light_buffer: wgpu::Buffer,
+    pub atlas: Atlas,
     maps_are_stale: bool,
     counts: CullCounts,
     /// Length of the bounds' diagonal, metres.
-    diagonal: f32,
+    pub diagonal: f32,
+    pub needs: Needs,
+    pub receivers: Option<Receivers>,
+    /// The bound of the geometric factor that light maps were made with.
+    pub light_maps_for: Option<Option<f32>>,
 }
 
 /// What a frame did.
@@ -75,8 +95,35 @@ pub struct FrameStats {
     pub non_blockers: usize,
     /// Faces and clusters drawn and culled when the maps were last drawn.
     pub culling: CullCounts,
+    /// Points shaded, by pixels from point to point: 1, 2, 4, 8; and further samples of pixels at edges. All other
+    /// pixels were interpolated.
+    pub points: [u64; 5],
+    /// Pairs of point and light.
+    pub pairs: PairCounts,
+    /// Leaf receivers, and how many of them have a light map.
+    pub leaves: [u32; 2],
     /// Milliseconds on the device by pass, where it has timestamps; names end in `_gpu_ms`.
     pub gpu_ms: BTreeMap<&'static str, f64>,
+}
+
+/// What became of the pairs of shaded point and light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PairCounts {
+    /// Summed by what a shadow map says.
+    pub looked_up: u64,
+    /// Summed without a look, because nothing can block.
+    pub unshadowed: u64,
+    /// Taken from a light map.
+    pub mapped: u64,
+    /// Left out, because the light cannot arrive.
+    pub skipped: u64,
+}
+
+impl PairCounts {
+    /// Pairs that were evaluated one by one.
+    pub fn evaluated(&self) -> u64 {
+        self.looked_up + self.unshadowed
+    }
 }
 
 impl Renderer {
@@ -105,8 +152,10 @@ impl Renderer {
             shadow_maps: ShadowMaps::new(device, &layouts, &options),
             visibility: Visibility::new(device, &layouts),
             shade: None,
-            resolve: Resolve::new(device, &layouts),
-            exposure: Exposure::new(device),
+            select: None,
+            resolve: None,
+            debug: None,
+            exposure: exposure::Exposure::new(device),
             tone_mapping: ToneMapping::new(device),
             timers: Timers::new(device, queue),
             device: device.clone(),
@@ -115,6 +164,8 @@ impl Renderer {
             layouts,
             loaded: None,
             targets: None,
+            selection: None,
+            drawn: None,
         })
     }
 
@@ -134,9 +185,11 @@ impl Renderer {
         let needs = Needs {
             specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),
             plain_lights: samples.iter().all(|l| l.profile == 0),
+            textures: !scene.textures.is_empty(),
+            curved: is_curved(scene, geometry),
         };
-        if self.shade.as_ref().is_none_or(|s| s.needs != needs) {
-            self.shade = Some(Shade::new(&self.device, &self.layouts, &self.options, needs));
+        if self.resolve.as_ref().is_none_or(|r| r.textures != needs.textures) {
+            self.resolve = Some(Resolve::new(&self.device, &self.layouts, needs.textures));
         }
         let occluders = Occluders::new(scene, geometry, &samples, self.options.skip_non_blockers);
         self.loaded = Some(Loaded {
@@ -147,7 +200,36 @@ impl Renderer {
             maps_are_stale: true,
             counts: CullCounts::default(),
             diagonal: geometry.diagonal(),
+            needs,
+            receivers: None,
+            light_maps_for: None,
         });
+        Ok(())
+    }
+
+    /// Takes what visibility determination says of the scene that is loaded: every mode but [`Mode::Naive`] needs it.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] before [`Renderer::load`] or where the database was built for other lights or another scene;
+    /// [`Error::TooLarge`] where it exceeds the device's limits.
+    pub fn load_visibility(
+        &mut self,
+        scene: &Scene,
+        geometry: &Geometry,
+        lights: &LightSet,
+        database: &VisibilityDatabase,
+    ) -> Result<()> {
+        let Some(loaded) = &mut self.loaded else {
+            return Err(invalid("load the scene before its visibility".into()));
+        };
+        if loaded.lights.len() != lights.samples.len()
+            || database.receivers().triangles.len() != geometry.triangles.len()
+        {
+            return Err(invalid("this visibility database belongs to another scene or other lights".into()));
+        }
+        loaded.receivers = Some(Receivers::new(&self.device, scene, geometry, lights, database)?);
+        loaded.light_maps_for = None;
+        self.selection = None;
         Ok(())
     }
 
@@ -177,72 +259,23 @@ impl Renderer {
     /// [`Error::TooLarge`] where the picture exceeds the device's limits; [`Error::Scene`] for settings out of range
     /// or before [`Renderer::load`].
     pub fn render(&mut self, view: &View, size: [u32; 2], settings: &RenderSettings) -> Result<()> {
-        check(size, settings, &self.device.limits())?;
+        let lights = self.loaded.as_ref().map_or(0, |l| l.lights.len() as u32);
+        check(size, settings, lights, &self.device.limits())?;
         self.timers.reset();
         self.draw_shadow_maps()?;
         if self.targets.as_ref().is_none_or(|t| t.size != size) {
             self.targets = None;
             self.targets = Some(Targets::new(&self.device, size));
         }
-        let (Some(loaded), Some(shade), Some(targets)) = (&self.loaded, &self.shade, &self.targets) else {
-            return Err(invalid("load a scene before rendering".into()));
-        };
-
-        // One uniform for each band of rows, sub-pixel sample and batch of lights.
-        let lights = loaded.lights.len() as u32;
-        let band_pixels = u64::from(size[0]) * u64::from(targets.band_rows);
-        let batch =
-            settings.lights_per_batch.unwrap_or_else(|| (BATCH_PAIRS / band_pixels).clamp(1, 1 << 20) as u32);
-        let steps = steps(
-            size,
-            targets.band_rows,
-            settings.samples_per_axis,
-            lights,
-            batch.next_multiple_of(GROUP).clamp(GROUP, BATCH),
-        );
-        let frames = FrameUniforms::new(&self.device, &self.layouts.frame, &steps, |step| {
-            frame(view, size, settings, loaded.diagonal, step)
-        });
-
-        for (index, step) in steps.iter().enumerate() {
-            let band = Band {
-                frame: &frames.group,
-                frame_offset: index as u32 * frames.stride,
-                scene: &loaded.scene.group,
-                size: [size[0], step.band[1] - step.band[0]],
-            };
-            let mut encoder = self.device.create_command_encoder(&Default::default());
-            let (device, timers) = (&self.device, &self.timers);
-            // Which triangle does each pixel show, at this sub-pixel sample?
-            if step.first_light == 0 {
-                let views = [&targets.ids, &targets.depth];
-                self.visibility.record(device, &mut encoder, timers, band, &loaded.scene, views);
-            }
-            // Sum this batch of lights, each with its shadow map.
-            let inputs = ShadeInputs {
-                ids: &targets.ids,
-                atlas: &loaded.atlas.view,
-                lights: wgpu::BufferBinding {
-                    buffer: &loaded.light_buffer,
-                    offset: u64::from(step.first_light) * size_of::<Light>() as u64,
-                    size: wgpu::BufferSize::new(u64::from(BATCH) * size_of::<Light>() as u64),
-                },
-                maps: &loaded.atlas.maps,
-                sums: &targets.sums,
-            };
-            shade.record(device, &mut encoder, timers, band, inputs);
-            // Multiply by albedo, add emission, average sub-pixel samples.
-            if step.end_light == lights {
-                let inputs = ResolveInputs {
-                    ids: &targets.ids,
-                    sums: &targets.sums,
-                    pixels: &targets.pixels,
-                    radiance: &targets.radiance_view,
-                };
-                self.resolve.record(device, &mut encoder, timers, band, inputs);
-            }
-            self.queue.submit([encoder.finish()]);
+        self.drawn = None;
+        if settings.debug.is_some() {
+            self.debug.get_or_insert_with(|| Debug::new(&self.device, &self.layouts));
         }
+        match settings.mode {
+            Mode::Naive => self.draw_naive(view, size, settings)?,
+            _ => self.draw_selected(view, size, settings)?,
+        }
+        self.drawn = Some(Drawn { settings: *settings, size });
         Ok(())
     }
 
@@ -259,7 +292,9 @@ impl Renderer {
     ) -> Result<()> {
         let Some(targets) = &self.targets else { return Err(invalid("render before showing".into())) };
         let mut encoder = self.device.create_command_encoder(&Default::default());
-        self.exposure.record(&self.device, &mut encoder, &targets.radiance_view, targets.size);
+        if settings.exposure == Exposure::Auto {
+            self.exposure.record(&self.device, &mut encoder, &targets.radiance_view, targets.size);
+        }
         self.tone_mapping.record(
             &self.device,
             &mut encoder,
@@ -335,8 +370,20 @@ impl Renderer {
     pub async fn stats(&self) -> Result<FrameStats> {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let timestamps = self.timers.resolve(&self.device, &mut encoder);
+        let tally = self.copy_tally(&mut encoder);
         self.queue.submit([encoder.finish()]);
         let mut stats = FrameStats::default();
+        if let Some(tally) = tally {
+            let bytes = readback::bytes(&tally).await?;
+            self.count(&bytemuck::pod_collect_to_vec::<u8, u32>(&bytes), &mut stats);
+        }
+        if let (Some(l), Some(drawn)) = (&self.loaded, &self.drawn)
+            && drawn.settings.mode == Mode::Naive
+        {
+            let samples = u64::from(drawn.settings.samples_per_axis).pow(2);
+            stats.points[0] = samples * u64::from(drawn.size[0]) * u64::from(drawn.size[1]);
+            stats.pairs.looked_up = stats.points[0] * l.lights.len() as u64;
+        }
         if let Some(l) = &self.loaded {
             stats.lights = l.lights.len() as u32;
             stats.map_size = l.atlas.layout.map_size;
@@ -353,11 +400,56 @@ impl Renderer {
     }
 }
 
-fn invalid(sentence: String) -> Error {
+impl Renderer {
+    /// Records the read-back of how many points of each leaf were shaded.
+    fn copy_tally(&self, encoder: &mut wgpu::CommandEncoder) -> Option<wgpu::Buffer> {
+        let selection = self.selection.as_ref()?;
+        self.drawn.as_ref().filter(|d| d.settings.mode != Mode::Naive)?;
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("tally"),
+            size: selection.tally.size(),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        encoder.copy_buffer_to_buffer(&selection.tally, 0, &buffer, 0, selection.tally.size());
+        Some(buffer)
+    }
+
+    /// Points and pairs from the tally.
+    fn count(&self, tally: &[u32], stats: &mut FrameStats) {
+        let (Some(loaded), Some(drawn)) = (&self.loaded, &self.drawn) else { return };
+        let Some(receivers) = &loaded.receivers else { return };
+        stats.leaves = [receivers.leaves, receivers.mapped];
+        let maps = drawn.settings.uses_light_maps();
+        for (row, points) in tally.chunks_exact(receivers.leaves.max(1) as usize).zip(&mut stats.points) {
+            for ((&count, parts), &skipped) in row.iter().zip(&receivers.parts).zip(&receivers.skipped) {
+                let count = u64::from(count);
+                *points += count;
+                let [mapped, unshadowed, added, subtracted] = parts.map(|n| count * u64::from(n));
+                stats.pairs.looked_up += added + subtracted;
+                stats.pairs.unshadowed += unshadowed + if maps { 0 } else { mapped };
+                stats.pairs.mapped += if maps { mapped } else { 0 };
+                stats.pairs.skipped += count * u64::from(skipped);
+            }
+        }
+    }
+}
+
+/// Whether some surface has normals that vary from point to point.
+fn is_curved(scene: &Scene, geometry: &Geometry) -> bool {
+    geometry.triangles.iter().any(|t| {
+        let [a, b, c] = t.vertices.map(|v| geometry.normals[v as usize]);
+        a.dot(b).min(b.dot(c)) < 0.99999
+            || scene.materials[t.material as usize].normal_texture.is_some()
+            || t.patch == girandole_core::scene::NONE
+    })
+}
+
+pub(crate) fn invalid(sentence: String) -> Error {
     Error::Scene(girandole_core::Error::Invalid(sentence))
 }
 
-fn check(size: [u32; 2], settings: &RenderSettings, limits: &wgpu::Limits) -> Result<()> {
+fn check(size: [u32; 2], settings: &RenderSettings, lights: u32, limits: &wgpu::Limits) -> Result<()> {
     let largest = limits.max_texture_dimension_2d;
     if size.contains(&0) || size.iter().any(|&s| s > largest) {
         return Err(Error::TooLarge(format!(
@@ -370,6 +462,24 @@ fn check(size: [u32; 2], settings: &RenderSettings, limits: &wgpu::Limits) -> Re
             "{} samples per axis are not possible; take 1 to 16",
             settings.samples_per_axis
         )));
+    }
+    match settings.debug {
+        None | Some(DebugView::LightPositions | DebugView::Atlas) => {}
+        Some(_) if settings.mode == Mode::Naive => {
+            return Err(invalid(
+                "the naive mode has no receivers and levels to show; choose another mode".into(),
+            ));
+        }
+        Some(DebugView::States(Some(light))) if light >= lights => {
+            return Err(invalid(format!(
+                "there is no light {light}; the last one is {}",
+                lights.saturating_sub(1)
+            )));
+        }
+        Some(_) => {}
+    }
+    if settings.tolerance.is_nan() || settings.tolerance < 0.0 {
+        return Err(invalid("the tolerance of interpolation has to be 0 or positive".into()));
     }
     if settings.clamp.is_some_and(|c| c.is_nan() || c <= 0.0) {
         return Err(invalid("the bound of the geometric factor (--clamp) has to be positive, or off".into()));

@@ -55,9 +55,58 @@ impl Default for RendererOptions {
     }
 }
 
+/// How much work a frame avoids (Barczak §5.2). Every mode but [`Mode::Naive`] needs a
+/// [visibility database](crate::Renderer::load_visibility).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// Every light, every shadow map, at every pixel.
+    Naive,
+    /// Visibility determination: shadow maps are read only where something may block the light. The picture is that
+    /// of [`Mode::Naive`], without the errors of shadow maps where nothing can block.
+    Visibility,
+    /// The same, and shading at a low resolution where that is enough.
+    LowResolution,
+    /// The same, and light maps.
+    #[default]
+    Full,
+}
+
+impl Mode {
+    /// Whether pixels are interpolated where light hardly changes.
+    pub fn has_low_resolution(self) -> bool {
+        matches!(self, Self::LowResolution | Self::Full)
+    }
+}
+
+/// A picture of how the picture is made. Colours are linear, from 0 to 1: show them without a tone curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DebugView {
+    /// Leaf receivers, each in a colour of its own.
+    Receivers,
+    /// One light's states: green N, yellow P, dark red F; or how many lights are P (white: all of them).
+    States(Option<u32>),
+    /// What light maps hold.
+    LightMaps,
+    /// Where points were shaded: blue every 8 pixels, green 4, yellow 2, red each; the rest was interpolated.
+    Levels,
+    /// Light samples as dots over the picture; rings where they are hidden.
+    LightPositions,
+    /// The first page of the shadow atlas.
+    Atlas,
+}
+
 /// What may change from frame to frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderSettings {
+    /// How much work is avoided. Default full.
+    pub mode: Mode,
+    /// Light maps: `None` (default) = in [`Mode::Full`] only.
+    pub light_maps: Option<bool>,
+    /// Low resolution: largest difference of the light that neighbouring points receive, as a share of it, for what
+    /// lies between to be interpolated. Default 0.05; lower shades more points, above 0.2 shadows blur visibly.
+    pub tolerance: f32,
+    /// Shows how the picture is made in its place. Default no.
+    pub debug: Option<DebugView>,
     /// Bound of the geometric factor in m⁻²; `None` = exact, which speckles where samples are close. Lower is
     /// smoother and loses more light in corners.
     pub clamp: Option<f32>,
@@ -77,9 +126,20 @@ pub struct RenderSettings {
 /// number of samples and the scene's size.
 pub const DEFAULT_CLAMP: f32 = 1.0;
 
+impl RenderSettings {
+    /// Whether light maps are used.
+    pub fn uses_light_maps(&self) -> bool {
+        self.mode != Mode::Naive && self.light_maps.unwrap_or(self.mode == Mode::Full)
+    }
+}
+
 impl Default for RenderSettings {
     fn default() -> Self {
         Self {
+            mode: Mode::default(),
+            light_maps: None,
+            tolerance: 0.05,
+            debug: None,
             clamp: Some(DEFAULT_CLAMP),
             samples_per_axis: 1,
             lights_per_batch: None,

@@ -11,12 +11,17 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     brdf,
     frame,
     light,
+    light_map,
+    maps,
     occluders,
     octahedral,
     parameterisation,
+    pixel_surface,
+    plan,
     project,
     scene,
     shadow,
+    sum,
     surface,
     texture,
     tonemap
@@ -43,29 +48,75 @@ macro_rules! source {
 }
 
 pub(crate) const VISIBILITY: Source = source!(visibility, "", [frame, scene, texture]);
-pub(crate) const SHADE: Source =
-    source!(shade, "", [frame, scene, texture, surface, brdf, light, octahedral, parameterisation, shadow]);
+pub(crate) const SHADE: Source = source!(
+    shade,
+    "",
+    [frame, scene, texture, surface, brdf, light, maps, octahedral, parameterisation, shadow, sum]
+);
+pub(crate) const SURFACES: Source =
+    source!(surfaces, "", [frame, scene, texture, surface, plan, pixel_surface]);
+pub(crate) const SELECT: Source = source!(select, "", [frame, pixel_surface]);
+pub(crate) const SORT: Source = source!(sort, "", [frame, plan]);
+pub(crate) const SCATTER: Source = source!(scatter, "", [plan]);
+pub(crate) const GATHER: Source = source!(
+    gather,
+    "",
+    [
+        frame,
+        scene,
+        texture,
+        surface,
+        brdf,
+        light,
+        maps,
+        octahedral,
+        parameterisation,
+        shadow,
+        sum,
+        plan,
+        pixel_surface,
+        light_map
+    ]
+);
+pub(crate) const DEBUG_LEAVES: Source = source!(debug_leaves, "", [frame, pixel_surface]);
+pub(crate) const DEBUG_LEVELS: Source = source!(debug_levels, "", [frame]);
+pub(crate) const DEBUG_LIGHT_MAPS: Source =
+    source!(debug_light_maps, "", [frame, plan, pixel_surface, light_map]);
+pub(crate) const DEBUG_LIGHTS: Source = source!(debug_lights, "", [frame, scene, texture, surface, light]);
+pub(crate) const DEBUG_ATLAS: Source = source!(debug_atlas, "", [frame]);
+pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, plan]);
 pub(crate) const RESOLVE: Source = source!(resolve, "", [frame, scene, texture, surface, brdf]);
 pub(crate) const SHADOW_MAPS_CLIP: Source = source!(
     shadow_maps_clip,
     "enable clip_distances;\n",
-    [frame, light, octahedral, parameterisation, project, occluders]
+    [frame, light, maps, octahedral, parameterisation, project, occluders]
 );
 pub(crate) const SHADOW_MAPS_DISCARD: Source =
-    source!(shadow_maps_discard, "", [frame, light, octahedral, parameterisation, project, occluders]);
+    source!(shadow_maps_discard, "", [frame, light, maps, octahedral, parameterisation, project, occluders]);
 pub(crate) const SHADOW_MAPS_MASKED: Source = source!(
     shadow_maps_masked,
     "",
-    [frame, scene, texture, light, octahedral, parameterisation, project, occluders]
+    [frame, scene, texture, light, maps, octahedral, parameterisation, project, occluders]
 );
 pub(crate) const EXPOSURE: Source = source!(exposure, "", []);
 pub(crate) const TONEMAP: Source = source!(tonemap, "", [tonemap]);
 
 /// All passes, for the tests that need no GPU.
 #[cfg(test)]
-pub(crate) const ALL: [&Source; 8] = [
+pub(crate) const ALL: [&Source; 19] = [
     &VISIBILITY,
     &SHADE,
+    &SURFACES,
+    &SELECT,
+    &SORT,
+    &SCATTER,
+    &GATHER,
+    &DEBUG_LEAVES,
+    &DEBUG_LEVELS,
+    &DEBUG_LIGHT_MAPS,
+    &DEBUG_LIGHTS,
+    &DEBUG_ATLAS,
+    &LIGHT_MAPS,
     &RESOLVE,
     &SHADOW_MAPS_CLIP,
     &SHADOW_MAPS_DISCARD,

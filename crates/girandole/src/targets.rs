@@ -4,6 +4,8 @@ use crate::passes::visibility;
 
 /// Pixels whose sums are held at once: 48 MiB of them.
 const BAND_PIXELS: u32 = 1 << 20;
+/// Pixels from point to point of the coarsest grid that is shaded.
+pub(crate) const COARSEST: u32 = 8;
 
 /// What depends on the picture's size alone.
 pub(crate) struct Targets {
@@ -19,7 +21,8 @@ pub(crate) struct Targets {
 
 impl Targets {
     pub fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
-        let band_rows = (BAND_PIXELS / size[0]).max(8).min(size[1]);
+        // Whole cells of the coarsest grid of points, which goes on to the row below.
+        let band_rows = (BAND_PIXELS / size[0] / COARSEST * COARSEST).max(COARSEST).min(size[1]);
         let texture = |label, format, usage| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
@@ -46,7 +49,7 @@ impl Targets {
             wgpu::TextureFormat::Rgba32Float,
             U::STORAGE_BINDING | U::TEXTURE_BINDING | U::COPY_SRC,
         );
-        let pixels = u64::from(size[0]) * u64::from(band_rows);
+        let pixels = u64::from(size[0]) * u64::from(band_rows + 1);
         Self {
             size,
             band_rows,

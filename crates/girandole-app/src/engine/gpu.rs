@@ -4,7 +4,11 @@ use super::{Job, Picture, Stats};
 use crate::args;
 use crate::output::Progress;
 use anyhow::Result;
-use girandole::{FrameStats, Gpu, RenderSettings, Renderer, RendererOptions, ShadowMap};
+use girandole::wgpu;
+use girandole::{DebugView, FrameStats, Gpu, Mode, RenderSettings, Renderer, RendererOptions, ShadowMap};
+use girandole_core::lights::LightSet;
+use girandole_core::scene::{Geometry, Scene, View};
+use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
 use pollster::block_on;
 use std::time::Instant;
 
@@ -32,59 +36,231 @@ impl Device {
     /// Renders with shadow maps.
     pub fn render(&self, job: &Job) -> Result<Picture> {
         let _progress = Progress::spinner(&format!("rendering on {}", self.name()));
-        let start = Instant::now();
-        let quality = &job.args.quality;
-        let options = RendererOptions {
-            shadow_map: match quality.shadow_map {
-                args::ShadowMap::Octahedral => ShadowMap::Octahedral,
-                args::ShadowMap::Parabolic => ShadowMap::Parabolic,
-                args::ShadowMap::Cube => ShadowMap::Cube,
-            },
-            map_size: quality.map_size,
-            memory_mib: quality.memory,
-            pcf: quality.pcf.0,
-            ..RendererOptions::default()
-        };
+        let args = job.args;
         let settings = RenderSettings {
-            clamp: job.clamp,
-            samples_per_axis: job.args.aa.samples_per_axis(),
-            exposure: job.args.exposure,
-            tonemap: job.args.tonemap.into(),
-            ..RenderSettings::default()
+            exposure: args.exposure,
+            tonemap: args.tonemap.into(),
+            debug: args.debug.map(|view| match view {
+                args::DebugView::Receivers => DebugView::Receivers,
+                args::DebugView::States(light) => DebugView::States(light),
+                args::DebugView::LightMaps => DebugView::LightMaps,
+                args::DebugView::Levels => DebugView::Levels,
+                args::DebugView::Lights => DebugView::LightPositions,
+                args::DebugView::Atlas => DebugView::Atlas,
+            }),
+            ..settings(args.mode, &args.quality, job.clamp, args.aa)
         };
-        let mut renderer = Renderer::new(&self.0.device, &self.0.queue, options)?;
+        let visibility = visibility(job.scene, job.geometry, job.lights, args.mode);
+        let start = Instant::now();
+        let mut renderer = Renderer::new(&self.0.device, &self.0.queue, options(&args.quality))?;
         renderer.load(job.scene, job.geometry, job.lights)?;
+        if let Some((database, _)) = &visibility {
+            renderer.load_visibility(job.scene, job.geometry, job.lights, database)?;
+        }
         self.0.wait()?;
         let setup_ms = milliseconds(start);
 
-        // The two halves of a frame, each by the clock around submitting and waiting.
+        // The parts of a frame, each by the clock around submitting and waiting.
         let start = Instant::now();
         renderer.draw_shadow_maps()?;
         self.0.wait()?;
         let shadow_maps_ms = milliseconds(start);
         let maps = self.0.block_on(renderer.stats())??;
         let start = Instant::now();
-        renderer.render(&job.view, job.args.size, &settings)?;
+        renderer.render(&job.view, args.size, &settings)?;
         self.0.wait()?;
         let shading_ms = milliseconds(start);
 
-        let mut stats = statistics(&self.0.block_on(renderer.stats())??);
+        let pixels = u64::from(args.size[0]) * u64::from(args.size[1]);
+        let mut stats = statistics(&self.0.block_on(renderer.stats())??, pixels);
         for (pass, ms) in maps.gpu_ms {
             stats.insert(pass.into(), ms.into());
         }
+        let visibility_ms = visibility.map_or(0.0, |(_, ms)| ms);
+        stats.insert("mode".into(), args.mode.name().into());
         stats.insert("setup_ms".into(), setup_ms.into());
         stats.insert("shadow_maps_ms".into(), shadow_maps_ms.into());
+        stats.insert("visibility_ms".into(), visibility_ms.into());
         stats.insert("shading_ms".into(), shading_ms.into());
         Ok(Picture {
             radiance: self.0.block_on(renderer.radiance())??,
-            frame_ms: shadow_maps_ms + shading_ms,
+            frame_ms: shadow_maps_ms + visibility_ms + shading_ms,
             stats,
         })
     }
+
+    /// Times modes in alternation on one scene with its lights.
+    pub fn time(&self, trial: &Trial, progress: &dyn Fn(f32)) -> Result<Vec<Stats>> {
+        let Trial { scene, geometry, lights, view, args, .. } = trial;
+        let mut renderer = Renderer::new(&self.0.device, &self.0.queue, options(&args.quality))?;
+        let target = self.target(args.size);
+        let clamp = args.quality.clamp.bound(lights, geometry);
+        let rounds = args.repeat + 1;
+        let mut times = vec![[Vec::new(), Vec::new()]; args.modes.len()];
+        let [mut maps, mut determination] = [Vec::new(), Vec::new()];
+        let mut results = vec![Stats::new(); args.modes.len()];
+        // What is done once for a scene that stands still.
+        for _ in 0..2 {
+            renderer.load(scene, geometry, lights)?;
+            self.0.wait()?;
+            let start = Instant::now();
+            renderer.draw_shadow_maps()?;
+            self.0.wait()?;
+            maps.push(milliseconds(start));
+            if let Some((database, ms)) = visibility(scene, geometry, lights, args::Mode::Full) {
+                renderer.load_visibility(scene, geometry, lights, &database)?;
+                determination.push(ms);
+            }
+        }
+        for round in 0..rounds {
+            for (index, &mode) in args.modes.iter().enumerate() {
+                let settings = RenderSettings {
+                    exposure: girandole_core::tonemap::Exposure::Ev(0.0),
+                    ..settings(mode, &args.quality, clamp, args.aa)
+                };
+                let start = Instant::now();
+                renderer.render(view, args.size, &settings)?;
+                renderer.show(&settings, &target, FORMAT)?;
+                let recorded = milliseconds(start);
+                self.0.wait()?;
+                if round > 0 {
+                    times[index][0].push(milliseconds(start));
+                    times[index][1].push(recorded);
+                }
+                if round + 1 == rounds {
+                    let pixels = u64::from(args.size[0]) * u64::from(args.size[1]);
+                    results[index] = statistics(&self.0.block_on(renderer.stats())??, pixels);
+                }
+                progress(
+                    (round as f32 * args.modes.len() as f32 + index as f32 + 1.0)
+                        / (rounds as usize * args.modes.len()) as f32,
+                );
+            }
+        }
+        for ((result, times), mode) in results.iter_mut().zip(&mut times).zip(&args.modes) {
+            let shortest = times[0].iter().copied().fold(f64::INFINITY, f64::min);
+            for (key, value) in [
+                ("mode", mode.name().into()),
+                ("frame_ms", median(&mut times[0]).into()),
+                ("frame_min_ms", shortest.into()),
+                ("record_ms", median(&mut times[1]).into()),
+                ("shadow_maps_ms", maps[1].into()),
+                ("visibility_ms", if *mode == args::Mode::Naive { 0.0 } else { determination[1] }.into()),
+            ] {
+                result.insert(key.into(), value);
+            }
+        }
+        Ok(results)
+    }
+
+    fn target(&self, [width, height]: [u32; 2]) -> wgpu::TextureView {
+        let texture = self.0.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("target"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        texture.create_view(&Default::default())
+    }
 }
 
-fn statistics(frame: &FrameStats) -> Stats {
+/// Of the target that is shown while timing.
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+
+/// A scene with its lights, to be timed.
+pub struct Trial<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The same, flattened.
+    pub geometry: &'a Geometry,
+    /// Its light.
+    pub lights: &'a LightSet,
+    /// From where.
+    pub view: View,
+    /// How.
+    pub args: &'a args::BenchArgs,
+}
+
+fn options(quality: &args::QualityArgs) -> RendererOptions {
+    RendererOptions {
+        shadow_map: match quality.shadow_map {
+            args::ShadowMap::Octahedral => ShadowMap::Octahedral,
+            args::ShadowMap::Parabolic => ShadowMap::Parabolic,
+            args::ShadowMap::Cube => ShadowMap::Cube,
+        },
+        map_size: quality.map_size,
+        memory_mib: quality.memory,
+        pcf: quality.pcf.0,
+        ..RendererOptions::default()
+    }
+}
+
+fn settings(
+    mode: args::Mode,
+    quality: &args::QualityArgs,
+    clamp: Option<f32>,
+    aa: args::AntiAliasing,
+) -> RenderSettings {
+    RenderSettings {
+        mode: match mode {
+            args::Mode::Naive => Mode::Naive,
+            args::Mode::Vd => Mode::Visibility,
+            args::Mode::VdLp => Mode::LowResolution,
+            args::Mode::Full => Mode::Full,
+        },
+        light_maps: quality.light_maps.map(|s| s == args::Switch::On),
+        tolerance: quality.tolerance,
+        clamp,
+        samples_per_axis: aa.samples_per_axis(),
+        ..RenderSettings::default()
+    }
+}
+
+/// Who blocks whom, and the milliseconds that it took; nothing where the mode does not ask.
+fn visibility(
+    scene: &Scene,
+    geometry: &Geometry,
+    lights: &LightSet,
+    mode: args::Mode,
+) -> Option<(VisibilityDatabase, f64)> {
+    if mode == args::Mode::Naive {
+        return None;
+    }
+    let start = Instant::now();
+    let database = VisibilityDatabase::build(scene, geometry, lights, &VisibilitySettings::default());
+    Some((database, milliseconds(start)))
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) * 0.5 }
+}
+
+fn statistics(frame: &FrameStats, pixels: u64) -> Stats {
     let mut stats = Stats::new();
+    let pairs = frame.pairs;
+    let points: u64 = frame.points.iter().sum();
+    let all = (pairs.evaluated() + pairs.mapped + pairs.skipped).max(1) as f64;
+    for (key, value) in [
+        ("share_shaded_at_step_1", frame.points[0] as f64 / pixels as f64),
+        ("share_shaded_at_step_2", frame.points[1] as f64 / pixels as f64),
+        ("share_shaded_at_step_4", frame.points[2] as f64 / pixels as f64),
+        ("share_shaded_at_step_8", frame.points[3] as f64 / pixels as f64),
+        ("share_shaded_again_at_edges", frame.points[4] as f64 / pixels as f64),
+        ("share_pairs_looked_up", pairs.looked_up as f64 / all),
+        ("share_pairs_unshadowed", pairs.unshadowed as f64 / all),
+        ("share_pairs_in_light_maps", pairs.mapped as f64 / all),
+        ("share_pairs_fully_blocked", pairs.skipped as f64 / all),
+        ("look_ups_per_pixel", pairs.looked_up as f64 / pixels as f64),
+        ("pairs_per_pixel", pairs.evaluated() as f64 / pixels as f64),
+    ] {
+        stats.insert(key.into(), value.into());
+    }
     for (key, value) in [
         ("maps", u64::from(frame.lights)),
         ("map_size_texels", frame.map_size.into()),
@@ -95,6 +271,10 @@ fn statistics(frame: &FrameStats) -> Stats {
         ("faces_culled", frame.culling.faces_culled),
         ("clusters_drawn", frame.culling.clusters_drawn),
         ("clusters_culled", frame.culling.clusters_culled),
+        ("points_shaded", points),
+        ("pairs_evaluated", pairs.evaluated()),
+        ("leaves", frame.leaves[0].into()),
+        ("light_maps", frame.leaves[1].into()),
     ] {
         stats.insert(key.into(), value.into());
     }

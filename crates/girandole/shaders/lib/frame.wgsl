@@ -18,6 +18,14 @@ struct Frame {
   far: f32, // orthographic only: depth of the view
   sample: u32, // index of this sub-pixel sample
   samples: u32, // sub-pixel samples a pixel
+  last_row: u32, // last row of the band's grids of points: one below the band where there is one
+  step: u32, // pixels from a point of the grid to the next
+  batch: u32, // index of the batch of lights
+  last_batch: u32, // whether it is the last one
+  tolerance: f32, // largest difference between neighbours that are interpolated, as a share
+  padding_a: u32,
+  padding_b: u32,
+  padding_c: u32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

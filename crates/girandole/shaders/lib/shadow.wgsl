@@ -11,7 +11,7 @@ override FILTER: u32; // percentage-closer filter: width in texels, 0 = the near
 const SLACK = 2e-5;
 const FOOTPRINT = 0.02;
 // Blockers farther than this share of the distance in front of the receiver block without a second look.
-const NEARBY = 0.7;
+const NEARBY = 0.95;
 // What remains in hollows of finely tessellated surfaces, in units of FOOTPRINT.
 const HOLLOW = 10.0;
 // Where light grazes, the allowances for rounding are no more than this share of the distance.

@@ -1,13 +1,16 @@
 //! One file a pass: `new` makes pipelines, `record` records. None owns scene state.
 
+pub(crate) mod debug;
 pub(crate) mod exposure;
 pub(crate) mod resolve;
+pub(crate) mod select;
 pub(crate) mod shade;
 pub(crate) mod shadow_maps;
 pub(crate) mod tonemap;
 pub(crate) mod visibility;
 
 use crate::bind::{self, Slot};
+use crate::shaders;
 
 /// Bind group layouts that passes share: 0 the frame, 1 the scene.
 pub(crate) struct Layouts {
@@ -38,24 +41,66 @@ pub(crate) struct Band<'a> {
     pub size: [u32; 2],
 }
 
-impl Band<'_> {
-    /// Dispatches 8 × 8 pixels a group over the band.
-    pub fn dispatch(
+/// How many workgroups.
+#[derive(Clone, Copy)]
+pub(crate) enum Groups<'a> {
+    /// These.
+    Count([u32; 2]),
+    /// What the device finds at an offset in a buffer.
+    Indirect(&'a wgpu::Buffer, u64),
+}
+
+impl Groups<'_> {
+    /// Groups of 8 × 8 over so many points.
+    pub fn tiles(points: [u32; 2]) -> Self {
+        Self::Count(points.map(|n| n.div_ceil(8)))
+    }
+}
+
+/// A compute pipeline with bind groups 0 (frame), 1 (scene) and 2 (its own).
+pub(crate) struct Kernel {
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::ComputePipeline,
+    label: &'static str,
+}
+
+impl Kernel {
+    pub fn new(
+        device: &wgpu::Device,
+        layouts: &Layouts,
+        source: &shaders::Source,
+        entry: &'static str,
+        slots: &[Slot],
+        constants: &[(&str, f64)],
+    ) -> Self {
+        let layout = bind::layout(device, source.name, wgpu::ShaderStages::COMPUTE, slots);
+        let groups = [Some(&layouts.frame), Some(&layouts.scene), Some(&layout)];
+        let pipeline = bind::compute_pipeline(device, &source.module(device), entry, &groups, constants);
+        Self { layout, pipeline, label: source.name }
+    }
+
+    /// Records one dispatch with these resources as bind group 2.
+    pub fn record(
         &self,
+        device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
-        label: &str,
         timestamps: Option<wgpu::ComputePassTimestampWrites>,
-        pipeline: &wgpu::ComputePipeline,
-        group: &wgpu::BindGroup,
+        band: Band,
+        resources: &[wgpu::BindingResource],
+        groups: Groups,
     ) {
+        let group = bind::group(device, &self.layout, resources);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(label),
+            label: Some(self.label),
             timestamp_writes: timestamps,
         });
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, self.frame, &[self.frame_offset]);
-        pass.set_bind_group(1, self.scene, &[]);
-        pass.set_bind_group(2, group, &[]);
-        pass.dispatch_workgroups(self.size[0].div_ceil(8), self.size[1].div_ceil(8), 1);
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, band.frame, &[band.frame_offset]);
+        pass.set_bind_group(1, band.scene, &[]);
+        pass.set_bind_group(2, &group, &[]);
+        match groups {
+            Groups::Count([x, y]) => pass.dispatch_workgroups(x, y, 1),
+            Groups::Indirect(buffer, offset) => pass.dispatch_workgroups_indirect(buffer, offset),
+        }
     }
 }

@@ -1,12 +1,13 @@
 //! From sums over lights to the radiance of pixels.
 
-use super::{Band, Layouts};
-use crate::bind::{self, Slot};
+use super::{Band, Groups, Kernel, Layouts};
+use crate::bind::Slot;
 use crate::{shaders, timers::Timers};
 
 pub(crate) struct Resolve {
-    layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::ComputePipeline,
+    kernel: Kernel,
+    /// Whether it was compiled for textures.
+    pub textures: bool,
 }
 
 /// What resolving reads and writes.
@@ -19,17 +20,10 @@ pub(crate) struct ResolveInputs<'a> {
 }
 
 impl Resolve {
-    pub fn new(device: &wgpu::Device, layouts: &Layouts) -> Self {
+    pub fn new(device: &wgpu::Device, layouts: &Layouts, textures: bool) -> Self {
         let slots = [Slot::Ids, Slot::Read, Slot::Write, Slot::Radiance];
-        let layout = bind::layout(device, "resolve", wgpu::ShaderStages::COMPUTE, &slots);
-        let pipeline = bind::compute_pipeline(
-            device,
-            &shaders::RESOLVE.module(device),
-            "main",
-            &[Some(&layouts.frame), Some(&layouts.scene), Some(&layout)],
-            &[],
-        );
-        Self { layout, pipeline }
+        let constants = [("TEXTURES", f64::from(u8::from(textures)))];
+        Self { kernel: Kernel::new(device, layouts, &shaders::RESOLVE, "main", &slots, &constants), textures }
     }
 
     pub fn record(
@@ -40,16 +34,13 @@ impl Resolve {
         band: Band,
         inputs: ResolveInputs,
     ) {
-        let group = bind::group(
-            device,
-            &self.layout,
-            &[
-                wgpu::BindingResource::TextureView(inputs.ids),
-                inputs.sums.as_entire_binding(),
-                inputs.pixels.as_entire_binding(),
-                wgpu::BindingResource::TextureView(inputs.radiance),
-            ],
-        );
-        band.dispatch(encoder, "resolve", timers.compute("resolve_gpu_ms"), &self.pipeline, &group);
+        let resources = [
+            wgpu::BindingResource::TextureView(inputs.ids),
+            inputs.sums.as_entire_binding(),
+            inputs.pixels.as_entire_binding(),
+            wgpu::BindingResource::TextureView(inputs.radiance),
+        ];
+        let time = timers.compute("resolve_gpu_ms");
+        self.kernel.record(device, encoder, time, band, &resources, Groups::tiles(band.size));
     }
 }

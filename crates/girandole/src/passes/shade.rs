@@ -1,13 +1,12 @@
 //! Naive shading: every pixel, every light, every shadow map.
 
-use super::{Band, Layouts};
-use crate::bind::{self, Slot};
+use super::{Band, Groups, Kernel, Layouts};
+use crate::bind::Slot;
 use crate::settings::RendererOptions;
 use crate::{passes::shadow_maps, shaders, timers::Timers};
 
 pub(crate) struct Shade {
-    layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::ComputePipeline,
+    kernel: Kernel,
     /// What it was compiled for.
     pub needs: Needs,
 }
@@ -19,6 +18,10 @@ pub(crate) struct Needs {
     pub specular: bool,
     /// All lights fall off with the cosine.
     pub plain_lights: bool,
+    /// Some material has a texture.
+    pub textures: bool,
+    /// Some surface has normals that vary.
+    pub curved: bool,
 }
 
 /// Lights are summed in groups of this many; batches are whole groups. Shaders know it as `GROUP`.
@@ -42,21 +45,8 @@ impl Shade {
     /// Compiles shading for what a scene and its lights need.
     pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
         let slots = [Slot::Ids, Slot::DepthArray, Slot::Uniform, Slot::Write, Slot::Uniform];
-        let layout = bind::layout(device, "shade", wgpu::ShaderStages::COMPUTE, &slots);
-        let pipeline = bind::compute_pipeline(
-            device,
-            &shaders::SHADE.module(device),
-            "main",
-            &[Some(&layouts.frame), Some(&layouts.scene), Some(&layout)],
-            &[
-                shadow_maps::parameterisation(options),
-                ("NEAR", shadow_maps::NEAR),
-                ("FILTER", f64::from(options.pcf)),
-                ("SPECULAR", f64::from(u8::from(needs.specular))),
-                ("PLAIN", f64::from(u8::from(needs.plain_lights))),
-            ],
-        );
-        Self { layout, pipeline, needs }
+        let constants = constants(options, needs);
+        Self { kernel: Kernel::new(device, layouts, &shaders::SHADE, "main", &slots, &constants), needs }
     }
 
     /// Adds the lights of the frame's batch to the sums of the band.
@@ -68,17 +58,26 @@ impl Shade {
         band: Band,
         inputs: ShadeInputs,
     ) {
-        let group = bind::group(
-            device,
-            &self.layout,
-            &[
-                wgpu::BindingResource::TextureView(inputs.ids),
-                wgpu::BindingResource::TextureView(inputs.atlas),
-                wgpu::BindingResource::Buffer(inputs.lights),
-                inputs.sums.as_entire_binding(),
-                inputs.maps.as_entire_binding(),
-            ],
-        );
-        band.dispatch(encoder, "shade", timers.compute("shade_gpu_ms"), &self.pipeline, &group);
+        let resources = [
+            wgpu::BindingResource::TextureView(inputs.ids),
+            wgpu::BindingResource::TextureView(inputs.atlas),
+            wgpu::BindingResource::Buffer(inputs.lights),
+            inputs.sums.as_entire_binding(),
+            inputs.maps.as_entire_binding(),
+        ];
+        let time = timers.compute("shade_gpu_ms");
+        self.kernel.record(device, encoder, time, band, &resources, Groups::tiles(band.size));
     }
+}
+
+/// What every kernel that looks at shadow maps is compiled with.
+pub(crate) fn constants(options: &RendererOptions, needs: Needs) -> [(&'static str, f64); 6] {
+    [
+        shadow_maps::parameterisation(options),
+        ("NEAR", shadow_maps::NEAR),
+        ("FILTER", f64::from(options.pcf)),
+        ("SPECULAR", f64::from(u8::from(needs.specular))),
+        ("PLAIN", f64::from(u8::from(needs.plain_lights))),
+        ("TEXTURES", f64::from(u8::from(needs.textures))),
+    ]
 }

@@ -1,0 +1,135 @@
+//! `girandole bench`: the modes against each other.
+
+use crate::args::BenchArgs;
+use crate::engine::Stats;
+use crate::engine::gpu::{Device, Trial};
+use crate::output::{self, Progress, say};
+use crate::scene;
+use anyhow::{Result, bail};
+use girandole_core::lights::{LightSet, LightSettings};
+use girandole_core::scene::{Geometry, View};
+use serde_json::Value;
+use std::fmt::Write;
+use std::process::ExitCode;
+
+/// Columns of the table: heading, key, factor, digits after the point.
+const COLUMNS: [(&str, &str, f64, usize); 9] = [
+    ("frame ms", "frame_ms", 1.0, 1),
+    ("ratio", "ratio", 1.0, 2),
+    ("pairs/px", "pairs_per_pixel", 1.0, 2),
+    ("looks/px", "look_ups_per_pixel", 1.0, 2),
+    ("shaded %", "share_shaded", 100.0, 1),
+    ("maps ms", "shadow_maps_ms", 1.0, 0),
+    ("vis ms", "visibility_ms", 1.0, 0),
+    ("leaves", "leaves", 1.0, 0),
+    ("record ms", "record_ms", 1.0, 1),
+];
+
+/// Times what the command line asks for.
+pub fn run(args: &BenchArgs) -> Result<ExitCode> {
+    for (path, extension) in [(&args.csv, "csv"), (&args.json, "json")] {
+        if let Some(path) = path {
+            output::check_writable(path, &[extension])?;
+        }
+    }
+    if args.modes.iter().enumerate().any(|(i, mode)| args.modes[..i].contains(mode)) {
+        bail!("--modes names a mode twice; name each once");
+    }
+    // Everything is loaded first, so that a misspelt name costs no minutes.
+    let mut scenes = Vec::new();
+    for name in &args.scenes {
+        let builtin = girandole_core::scene::builtin::NAMES.contains(&name.as_str());
+        scenes.push((name, scene::load(name, args.object.as_deref().filter(|_| builtin))?));
+    }
+    let device = Device::open(args.adapter.as_deref())?;
+    say(&format!("timing {} rounds on {}", args.repeat, device.name()));
+    let mut rows: Vec<Stats> = Vec::new();
+    for (name, scene) in &scenes {
+        let geometry = Geometry::new(scene);
+        let aspect = args.size[0] as f32 / args.size[1] as f32;
+        let view = View::new(scene, &geometry, scene.camera("0")?, aspect);
+        for &count in &args.lights {
+            let settings = LightSettings { count, seed: args.seed, ..LightSettings::default() };
+            let lights = LightSet::sample(scene, &geometry, &settings)?;
+            let progress = Progress::bar(&format!("{name} with {count} lights"));
+            let trial = Trial { scene, geometry: &geometry, lights: &lights, view, args };
+            let mut results = device.time(&trial, &|done| progress.set(done))?;
+            let base = number(&results[0], "frame_ms");
+            for row in &mut results {
+                let shaded = ["1", "2", "4", "8"].map(|s| number(row, &format!("share_shaded_at_step_{s}")));
+                for (key, value) in [
+                    ("scene", Value::from(name.as_str())),
+                    ("adapter", device.name().into()),
+                    ("lights", lights.samples.len().into()),
+                    ("width", args.size[0].into()),
+                    ("height", args.size[1].into()),
+                    ("samples_per_axis", args.aa.samples_per_axis().into()),
+                    ("ratio", (base / number(row, "frame_ms")).into()),
+                    ("share_shaded", shaded.iter().sum::<f64>().into()),
+                ] {
+                    row.insert(key.into(), value);
+                }
+            }
+            drop(progress);
+            rows.extend(results);
+        }
+    }
+    output::data(&table(&rows))?;
+    if let Some(path) = &args.csv {
+        output::write_whole(path, csv(&rows).as_bytes())?;
+    }
+    if let Some(path) = &args.json {
+        output::write_whole(path, format!("{}\n", serde_json::to_string_pretty(&rows)?).as_bytes())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn number(row: &Stats, key: &str) -> f64 {
+    row.get(key).and_then(Value::as_f64).unwrap_or(0.0)
+}
+
+fn text<'a>(row: &'a Stats, key: &str) -> &'a str {
+    row.get(key).and_then(Value::as_str).unwrap_or_default()
+}
+
+fn table(rows: &[Stats]) -> String {
+    let width = rows.iter().map(|r| text(r, "scene").chars().count()).max().unwrap_or(0).max(5);
+    let mut out = format!("{:width$} {:>6} {:>6}", "scene", "lights", "mode");
+    for (heading, ..) in COLUMNS {
+        let _ = write!(out, " {heading:>9}");
+    }
+    out.push('\n');
+    for row in rows {
+        let _ = write!(
+            out,
+            "{:width$} {:>6} {:>6}",
+            text(row, "scene"),
+            number(row, "lights"),
+            text(row, "mode")
+        );
+        for (_, key, factor, digits) in COLUMNS {
+            let _ = write!(out, " {:>9.digits$}", number(row, key) * factor);
+        }
+        out.push('\n');
+    }
+    out
+}
+
+/// All of the table's columns under the names that the JSON file has.
+fn csv(rows: &[Stats]) -> String {
+    let mut out = String::from("scene,lights,mode,width,height");
+    for (_, key, ..) in COLUMNS {
+        let _ = write!(out, ",{key}");
+    }
+    out.push('\n');
+    for row in rows {
+        // A path may hold commas and quotes.
+        let scene = format!("\"{}\"", text(row, "scene").replace('"', "\"\""));
+        let _ = write!(out, "{scene},{},{}", number(row, "lights"), text(row, "mode"));
+        for key in ["width", "height"].iter().chain(COLUMNS.iter().map(|(_, key, ..)| key)) {
+            let _ = write!(out, ",{}", number(row, key));
+        }
+        out.push('\n');
+    }
+    out
+}

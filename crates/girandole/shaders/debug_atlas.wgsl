@@ -1,0 +1,23 @@
+// Debug view: the first page of the shadow atlas, near blockers bright.
+
+@group(2) @binding(0) var atlas: texture_depth_2d_array;
+@group(2) @binding(1) var radiance: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) invocation: vec3u) {
+  let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
+  if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
+  let page = textureDimensions(atlas).xy;
+  // The whole page, its aspect kept.
+  let scale = max(vec2f(page) / vec2f(frame.size), vec2f(0.0));
+  let texel = vec2u(vec2f(pixel) * max(scale.x, scale.y));
+  var value = 0.0;
+  if all(texel < page) {
+    let stored = textureLoad(atlas, texel, 0, 0);
+    // Stored is near / distance; shown is distance, on the scale of the scene.
+    if stored > 0.0 { value = exp(-4.0 * NEAR / stored / frame.far); }
+  }
+  textureStore(radiance, pixel, vec4f(vec3f(value), 1.0));
+}
+
+override NEAR: f32;

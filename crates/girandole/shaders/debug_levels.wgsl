@@ -1,0 +1,23 @@
+// Debug view: where points were shaded. The coarsest grid is blue, finer ones green, yellow and red, what was
+// interpolated is a dim picture of the light.
+
+@group(2) @binding(0) var<storage, read> surfaces: array<vec4u>;
+@group(2) @binding(1) var<storage, read> sums: array<vec4f>;
+@group(2) @binding(2) var radiance: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) invocation: vec3u) {
+  let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
+  if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
+  let index = band_index(pixel);
+  let sum = sums[2u * index];
+  let dim = 0.3 * sum.xyz / (1.0 + max(sum.x, max(sum.y, sum.z)));
+  var color = select(vec3f(0.0), dim, surfaces[index].x != 0u);
+  if surfaces[index].x != 0u {
+    if sum.w == 1.0 { color = vec3f(0.9, 0.05, 0.03); }
+    if sum.w == 2.0 { color = vec3f(0.9, 0.6, 0.02); }
+    if sum.w == 4.0 { color = vec3f(0.05, 0.7, 0.1); }
+    if sum.w == 8.0 { color = vec3f(0.1, 0.3, 1.0); }
+  }
+  textureStore(radiance, pixel, vec4f(color, 1.0));
+}

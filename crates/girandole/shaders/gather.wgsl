@@ -1,0 +1,90 @@
+// Fused shading: each point walks the lights of its leaf receiver (Barczak §4.3.1). Points are sorted by leaf, so that
+// neighbours walk the same list. A list has four kinds of lights: those in the light map that nothing blocks,
+// which are done; those that nothing blocks and that are not in the map, summed without a look; those that something
+// may block, summed by what their shadow map says; and the same in the light map, subtracted where they are blocked
+// (§4.3.2).
+
+@group(2) @binding(0) var ids: texture_2d<u32>;
+@group(2) @binding(1) var atlas: texture_depth_2d_array;
+@group(2) @binding(2) var<uniform> lights: array<Light, 512>;
+// Two elements a pixel: irradiance; specular radiance, or the direction of light.
+@group(2) @binding(3) var<storage, read_write> sums: array<vec4f>;
+@group(2) @binding(4) var<uniform> maps: Maps;
+@group(2) @binding(5) var<storage, read> queue: array<u32>;
+@group(2) @binding(6) var<storage, read> lists: array<u32>;
+@group(2) @binding(7) var<storage, read> light_maps: array<vec4f>;
+@group(2) @binding(8) var<uniform> plan: Plan;
+
+fn begin(index: u32, leaf: u32) -> State {
+  var state: State;
+  state.is_surface = index != NONE;
+  if !state.is_surface { return state; }
+  let pixel = vec2u(index % frame.size.x, index / frame.size.x + frame.band.x);
+  state.shading = shading_at(pixel, textureLoad(ids, pixel, 0).x - 1u);
+  if frame.first_light > 0u {
+    state.irradiance = sums[2u * index].xyz;
+    let second = sums[2u * index + 1u];
+    if second.w > 0.0 { state.toward = second.xyz; } else { state.glossy = second.xyz; }
+  } else if plan.light_maps != 0u && lists[leaf * LEAF_WORDS] != NO_MAP {
+    state.irradiance = mapped_irradiance(leaf * LEAF_WORDS, state.shading.position);
+  }
+  return state;
+}
+
+fn end(index: u32, state: State) {
+  if !state.is_surface { return; }
+  sums[2u * index] = vec4f(select(state.irradiance, max(state.irradiance, vec3f(0.0)), frame.last_batch != 0u), f32(frame.step));
+  let is_direction = CURVED && state.shading.reflection.f90 <= 0.0;
+  sums[2u * index + 1u] = select(vec4f(state.glossy, 0.0), vec4f(state.toward, 1.0), is_direction);
+}
+
+fn second_looks(state: ptr<function, State>, first: u32) {
+  while any((*state).doubtful != vec4u(0u)) { second_sum(state, lights[lists[first + next_doubtful(state)]]); }
+}
+
+// An invocation shades a chunk, two points of a leaf: lights are read once for both.
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) invocation: vec3u) {
+  let chunk = invocation.x;
+  if chunk >= queue[1] { return; }
+  let record = queue[plan.chunks_at + chunk];
+  let leaf = record & LEAF;
+  let slot = plan.sorted_at + chunk * CHUNK;
+  let first_index = queue[slot];
+  let second_index = select(NONE, queue[slot + 1u], (record >> 24u) > 1u);
+  var one = begin(first_index, leaf);
+  var other = begin(second_index, leaf);
+  if !one.is_surface && !other.is_surface { return; }
+  let range = plan.ranges_at + (leaf * plan.batches + frame.batch) * RANGE;
+  let has_maps = plan.light_maps != 0u;
+  let unshadowed = lists[range + select(0u, 1u, has_maps)];
+  let shadowed = lists[range + 2u];
+  let end_of_list = lists[range + 4u];
+  let subtracted = select(end_of_list, lists[range + 3u], has_maps);
+  for (var i = unshadowed; i < shadowed; i++) {
+    let light = lights[lists[i]];
+    add(&one, light, arriving(light, one.shading), 1.0);
+    add(&other, light, arriving(light, other.shading), 1.0);
+  }
+  for (var first = shadowed; first < end_of_list; first += GROUP) {
+    for (var word = 0u; word < 4u; word++) {
+      let start = first + 32u * word;
+      let end = min(start + 32u, end_of_list);
+      var one_bits = 0u;
+      var other_bits = 0u;
+      for (var i = start; i < end; i++) {
+        let light = lights[lists[i]];
+        let bit = 1u << (i - start);
+        let known = select(0.0, 1.0, i >= subtracted);
+        one_bits |= first_sum(&one, light, bit, known);
+        other_bits |= first_sum(&other, light, bit, known);
+      }
+      one.doubtful[word] = one_bits;
+      other.doubtful[word] = other_bits;
+    }
+    second_looks(&one, first);
+    second_looks(&other, first);
+  }
+  end(first_index, one);
+  end(second_index, other);
+}

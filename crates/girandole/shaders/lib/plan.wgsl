@@ -1,0 +1,18 @@
+// Where things are in the buffers of visibility determination (Rust: receivers.rs).
+
+struct Plan {
+  grids_at: u32, // in `receivers`: grids of patches, 16 words each
+  cells_at: u32, // in `receivers`: cells of the grids, a leaf each
+  leaves: u32,
+  batches: u32, // of lights
+  ranges_at: u32, // in `lists`: RANGE words for each leaf and batch
+  chunks_at: u32, // in `queue`: chunks
+  sorted_at: u32, // in `queue`: points in order of leaves
+  light_maps: u32, // whether lights that are not shadowed are taken from light maps
+}
+
+const LEAF_WORDS = 24u; // a leaf's record in `lists`
+const RANGE = 5u; // bounds of the four kinds of lights of a leaf and batch
+const CHUNK = 2u; // points of one leaf that are shaded together
+const SIDE = 9u; // texels across a light map
+const NO_MAP = 0xffffffffu;

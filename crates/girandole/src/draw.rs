@@ -1,0 +1,251 @@
+//! Drawing a frame: with every light at every pixel, or with no more than the picture needs.
+
+use crate::Result;
+use crate::frame::{FrameUniforms, Step, frame, steps};
+use crate::passes::Band;
+use crate::passes::debug::DebugInputs;
+use crate::passes::resolve::ResolveInputs;
+use crate::passes::select::{Choice, Select, batch_of};
+use crate::passes::shade::{BATCH, GROUP, Shade, ShadeInputs};
+use crate::receivers::Receivers;
+use crate::renderer::{Loaded, Renderer, invalid};
+use crate::selection::Selection;
+use crate::settings::RenderSettings;
+use crate::targets::{COARSEST, Targets};
+use girandole_core::scene::View;
+
+/// Pairs of pixel and light in one dispatch, well below a second on a slow GPU.
+const BATCH_PAIRS: u64 = 1 << 28;
+
+impl Renderer {
+    /// Every light at every pixel.
+    pub(crate) fn draw_naive(
+        &mut self,
+        view: &View,
+        size: [u32; 2],
+        settings: &RenderSettings,
+    ) -> Result<()> {
+        let (Some(loaded), Some(targets), Some(resolve)) = (&self.loaded, &self.targets, &self.resolve)
+        else {
+            return Err(invalid("load a scene before rendering".into()));
+        };
+        let needs = loaded.needs;
+        if self.shade.as_ref().is_none_or(|s| s.needs != needs) {
+            self.shade = Some(Shade::new(&self.device, &self.layouts, &self.options, needs));
+        }
+        let Some(shade) = &self.shade else { return Ok(()) };
+
+        // One uniform for each band of rows, sub-pixel sample and batch of lights.
+        let lights = loaded.lights.len() as u32;
+        let band_pixels = u64::from(size[0]) * u64::from(targets.band_rows);
+        let batch =
+            settings.lights_per_batch.unwrap_or_else(|| (BATCH_PAIRS / band_pixels).clamp(1, 1 << 20) as u32);
+        let steps = steps(
+            size,
+            targets.band_rows,
+            settings.samples_per_axis,
+            &[1],
+            lights,
+            batch.next_multiple_of(GROUP).clamp(GROUP, BATCH),
+        );
+        let frames = FrameUniforms::new(&self.device, &self.layouts.frame, &steps, |step| {
+            frame(view, size, settings, loaded.diagonal, step)
+        });
+
+        for (index, step) in steps.iter().enumerate() {
+            let band = Band {
+                frame: &frames.group,
+                frame_offset: index as u32 * frames.stride,
+                scene: &loaded.scene.group,
+                size: [size[0], step.band[1] - step.band[0]],
+            };
+            let mut encoder = self.device.create_command_encoder(&Default::default());
+            let (device, timers) = (&self.device, &self.timers);
+            // Which triangle does each pixel show, at this sub-pixel sample?
+            if step.first_light == 0 {
+                let views = [&targets.ids, &targets.depth];
+                self.visibility.record(device, &mut encoder, timers, band, &loaded.scene, views);
+            }
+            // Sum this batch of lights, each with its shadow map.
+            let inputs = ShadeInputs {
+                ids: &targets.ids,
+                atlas: &loaded.atlas.view,
+                lights: batch_of(&loaded.light_buffer, step.first_light),
+                maps: &loaded.atlas.maps,
+                sums: &targets.sums,
+            };
+            shade.record(device, &mut encoder, timers, band, inputs);
+            // Multiply by albedo, add emission, average sub-pixel samples.
+            if step.last_batch {
+                let inputs = ResolveInputs {
+                    ids: &targets.ids,
+                    sums: &targets.sums,
+                    pixels: &targets.pixels,
+                    radiance: &targets.radiance_view,
+                };
+                resolve.record(device, &mut encoder, timers, band, inputs);
+                self.record_debug(&mut encoder, band, settings, (loaded, targets), None)?;
+            }
+            self.queue.submit([encoder.finish()]);
+        }
+        Ok(())
+    }
+
+    /// What the picture needs (Barczak §4.3): each point sums the lights that its receiver is known to see or may see;
+    /// at low resolution, points that their neighbours cannot stand for.
+    pub(crate) fn draw_selected(
+        &mut self,
+        view: &View,
+        size: [u32; 2],
+        settings: &RenderSettings,
+    ) -> Result<()> {
+        self.prepare_selected(settings)?;
+        let (Some(loaded), Some(select), Some(targets), Some(selection), Some(resolve)) =
+            (&self.loaded, &self.select, &self.targets, &self.selection, &self.resolve)
+        else {
+            return Err(invalid("load a scene before rendering".into()));
+        };
+        let Some(receivers) = &loaded.receivers else { return Ok(()) };
+        let (device, timers) = (&self.device, &self.timers);
+
+        // One uniform for each band of rows, sub-pixel sample, grid of points and batch of lights.
+        let grids: &[u32] = if settings.mode.has_low_resolution() { &GRIDS } else { &[1] };
+        let lights = loaded.lights.len() as u32;
+        let steps = steps(size, targets.band_rows, settings.samples_per_axis, grids, lights, BATCH);
+        let frames = FrameUniforms::new(device, &self.layouts.frame, &steps, |step| {
+            frame(view, size, settings, loaded.diagonal, step)
+        });
+        let mut encoder = device.create_command_encoder(&Default::default());
+        encoder.clear_buffer(&selection.tally, 0, None);
+        for (index, step) in steps.iter().enumerate() {
+            let band = Band {
+                frame: &frames.group,
+                frame_offset: index as u32 * frames.stride,
+                scene: &loaded.scene.group,
+                size: [size[0], step.band[1] - step.band[0]],
+            };
+            let is_first = step.first_light == 0;
+            // Which triangle does each pixel show, and which receiver is that?
+            if is_first && step.step == grids[0] {
+                let views = [&targets.ids, &targets.depth];
+                self.visibility.record(device, &mut encoder, timers, band, &loaded.scene, views);
+                let pair = (receivers, selection);
+                select.record_surfaces(device, &mut encoder, timers, band, &targets.ids, pair);
+            }
+            // Which points of this grid have to be shaded?
+            if is_first {
+                let choice = if step.step == grids[0] { Choice::Every } else { Choice::Refine };
+                let points = (choice, step.step);
+                select.record_points(device, &mut encoder, timers, band, points, (selection, &targets.sums));
+            }
+            // Sum this batch of their receivers' lights.
+            let inputs = ShadeInputs {
+                ids: &targets.ids,
+                atlas: &loaded.atlas.view,
+                lights: batch_of(&loaded.light_buffer, step.first_light),
+                maps: &loaded.atlas.maps,
+                sums: &targets.sums,
+            };
+            select.record_gather(device, &mut encoder, timers, band, inputs, (receivers, selection));
+            // Multiply by albedo, add emission, average sub-pixel samples.
+            if step.last_batch && step.step == 1 {
+                let inputs = ResolveInputs {
+                    ids: &targets.ids,
+                    sums: &targets.sums,
+                    pixels: &targets.pixels,
+                    radiance: &targets.radiance_view,
+                };
+                resolve.record(device, &mut encoder, timers, band, inputs);
+                let pair = Some((receivers, selection));
+                self.record_debug(&mut encoder, band, settings, (loaded, targets), pair)?;
+                // A watchdog's patience is limited.
+                let full =
+                    std::mem::replace(&mut encoder, device.create_command_encoder(&Default::default()));
+                self.queue.submit([full.finish()]);
+            }
+        }
+        Ok(())
+    }
+
+    /// The debug view over a band, if one is asked for.
+    fn record_debug(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        band: Band,
+        settings: &RenderSettings,
+        (loaded, targets): (&Loaded, &Targets),
+        selected: Option<(&Receivers, &Selection)>,
+    ) -> Result<()> {
+        let (Some(debug), Some(view)) = (&self.debug, settings.debug) else { return Ok(()) };
+        let inputs =
+            DebugInputs { targets, atlas: &loaded.atlas.view, lights: &loaded.light_buffer, selected };
+        debug.record(&self.device, encoder, band, (view, loaded.lights.len() as u32), inputs)
+    }
+
+    /// Compiles, allocates and bakes what is missing.
+    fn prepare_selected(&mut self, settings: &RenderSettings) -> Result<()> {
+        let (Some(loaded), Some(targets)) = (&mut self.loaded, &self.targets) else { return Ok(()) };
+        let Some(receivers) = &loaded.receivers else {
+            return Err(invalid(
+                "load a visibility database before rendering, or choose the naive mode".into(),
+            ));
+        };
+        let needs = loaded.needs;
+        if self.select.as_ref().is_none_or(|s| s.needs != needs) {
+            self.select = Some(Select::new(&self.device, &self.layouts, &self.options, needs));
+        }
+        let capacity = Selection::capacity(targets);
+        let plan = Selection::plan(receivers, capacity, settings.uses_light_maps());
+        if self.selection.as_ref().is_none_or(|s| s.key != (capacity, plan)) {
+            self.selection = None;
+            self.selection = Some(Selection::new(&self.device, capacity, plan)?);
+        }
+        if settings.uses_light_maps()
+            && loaded.light_maps_for != Some(settings.clamp)
+            && let Some(select) = &self.select
+        {
+            bake_light_maps(
+                &self.device,
+                &self.queue,
+                (&self.layouts.frame, &self.timers, select),
+                loaded,
+                settings,
+            );
+            loaded.light_maps_for = Some(settings.clamp);
+        }
+        Ok(())
+    }
+}
+
+/// Grids of points of the low-resolution pass, from the coarsest: pixels from point to point.
+const GRIDS: [u32; 4] = [COARSEST, COARSEST / 2, COARSEST / 4, COARSEST / 8];
+
+/// Sums the lights of all leaves' light maps, batch by batch.
+fn bake_light_maps(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    (layout, timers, select): (&wgpu::BindGroupLayout, &crate::timers::Timers, &Select),
+    loaded: &Loaded,
+    settings: &RenderSettings,
+) {
+    let Some(receivers) = &loaded.receivers else { return };
+    let plan = receivers.plan_buffer(device);
+    let steps = steps([1, 1], 1, 1, &[1], loaded.lights.len() as u32, BATCH);
+    let frames = FrameUniforms::new(device, layout, &steps, |step: &Step| crate::layout::Frame {
+        batch: step.first_light / BATCH,
+        clamp: settings.clamp.unwrap_or(f32::MAX),
+        ..Default::default()
+    });
+    let mut encoder = device.create_command_encoder(&Default::default());
+    for (index, step) in steps.iter().enumerate() {
+        let band = Band {
+            frame: &frames.group,
+            frame_offset: index as u32 * frames.stride,
+            scene: &loaded.scene.group,
+            size: [1, 1],
+        };
+        let lights = batch_of(&loaded.light_buffer, step.first_light);
+        select.record_light_maps(device, &mut encoder, timers, band, lights, (receivers, &plan));
+    }
+    queue.submit([encoder.finish()]);
+}

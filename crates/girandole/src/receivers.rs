@@ -1,0 +1,274 @@
+//! The visibility database on the GPU: where a pixel finds its leaf receiver, which lights that leaf sums in which
+//! way, and light maps.
+//!
+//! Each leaf has a list of lights for each batch, in four parts. F lights are in none of them.
+//!
+//! | | in the light map | not in it |
+//! |---|---|---|
+//! | N: nothing blocks | 0: nothing left to do | 1: add |
+//! | P: something may block | 3: look, and subtract where it is blocked | 2: look, and add where it is not |
+
+use crate::gpu_scene::storage;
+use crate::layout::Plan;
+use crate::passes::shade::BATCH;
+use crate::{Error, Result};
+use girandole_core::glam::Vec3;
+use girandole_core::lights::{LightSample, LightSet, Profile};
+use girandole_core::scene::{Geometry, NONE, Scene};
+use girandole_core::visibility::{LeafKind, State, TriangleReceiver, VisibilityDatabase};
+use wgpu::util::DeviceExt;
+
+/// Texels across a light map; shaders know it as `SIDE`.
+pub(crate) const SIDE: u32 = 9;
+/// Words of a leaf's record; shaders know it as `LEAF_WORDS`.
+pub(crate) const LEAF_WORDS: usize = 24;
+/// Words for a leaf and batch; shaders know it as `RANGE`.
+pub(crate) const RANGE: usize = 5;
+/// Groups in x of the dispatch over leaves.
+pub(crate) const LIGHT_MAP_GROUPS: u32 = 32768;
+/// In `receivers`: the triangle belongs to a mesh cluster.
+const CLUSTERED: u32 = 1 << 31;
+/// A leaf's index has 24 bits.
+const MAX_LEAVES: usize = 1 << 24;
+/// Largest error of interpolating a light's contribution in a light map, as a share of what the leaf receives.
+const INTERPOLATION_ERROR: f32 = 5e-4;
+
+/// What visibility determination says, on the GPU.
+pub(crate) struct Receivers {
+    pub receivers: wgpu::Buffer,
+    pub lists: wgpu::Buffer,
+    pub light_maps: wgpu::Buffer,
+    pub leaves: u32,
+    /// Offsets in the buffers; those that depend on the picture are missing.
+    pub plan: Plan,
+    /// For each leaf, how many lights are in each part of its lists.
+    pub parts: Vec<[u32; 4]>,
+    /// For each leaf, how many lights cannot light it at all.
+    pub skipped: Vec<u32>,
+    /// How many leaves have a light map.
+    pub mapped: u32,
+    /// For each leaf, the state of each light.
+    pub states: Vec<State>,
+    /// For each leaf and light, the part of the lists that it is in, or [`NO_PART`].
+    pub kinds: Vec<u8>,
+    /// Lights.
+    pub lights: u32,
+}
+
+/// [`Receivers::kinds`]: the light does not light the leaf.
+pub(crate) const NO_PART: u8 = 4;
+
+/// A leaf patch in world space.
+struct Rectangle {
+    corner: Vec3,
+    across: Vec3,
+    up: Vec3,
+    normal: Vec3,
+}
+
+impl Receivers {
+    pub fn new(
+        device: &wgpu::Device,
+        scene: &Scene,
+        geometry: &Geometry,
+        lights: &LightSet,
+        database: &VisibilityDatabase,
+    ) -> Result<Self> {
+        let tree = database.receivers();
+        let count = tree.leaves.len();
+        if count >= MAX_LEAVES {
+            return Err(Error::TooLarge(format!("{count} receivers are too many; use --mode naive")));
+        }
+        // Where pixels find their leaf.
+        let mut words: Vec<u32> = Vec::new();
+        for (triangle, receiver) in geometry.triangles.iter().zip(&tree.triangles) {
+            words.push(match *receiver {
+                TriangleReceiver::Grid(grid) => grid,
+                TriangleReceiver::Leaf(leaf) => leaf | CLUSTERED,
+            });
+            words.push(triangle.object);
+        }
+        let grids_at = words.len() as u32;
+        for grid in &tree.grids {
+            let bits = |v: Vec3| v.to_array().map(f32::to_bits);
+            words.extend(bits(grid.origin));
+            words.push(grid.columns);
+            words.extend(bits(grid.axis_u));
+            words.push(grid.rows);
+            words.extend(bits(grid.axis_v));
+            words.push(grid.front);
+            // The back of a single-sided patch is never seen.
+            words.push(if grid.back == NONE { grid.front } else { grid.back });
+            words.extend([0; 3]);
+        }
+        let cells_at = words.len() as u32;
+        words.extend(&tree.cells);
+
+        // Leaf records, then ranges, then lists.
+        let batches = (lights.samples.len() as u32).div_ceil(BATCH).max(1);
+        let ranges_at = count * LEAF_WORDS;
+        let mut lists = vec![0u32; ranges_at + count * batches as usize * RANGE];
+        let mut parts = vec![[0; 4]; count];
+        let mut skipped = vec![0; count];
+        let mut kinds = vec![NO_PART; count * lights.samples.len()];
+        let mut all_states = Vec::with_capacity(kinds.len());
+        let mut mapped = 0;
+        for leaf in 0..count {
+            let rectangle = rectangle(geometry, database, leaf);
+            let has_map = rectangle.is_some() && is_plain(scene, geometry, database, leaf);
+            let record = leaf * LEAF_WORDS;
+            lists[record] = if has_map { mapped * SIDE * SIDE } else { NONE };
+            mapped += u32::from(has_map);
+            if let Some(r) = &rectangle {
+                write_record(&mut lists[record..record + LEAF_WORDS], r);
+            }
+            let states = database.leaf_states(leaf as u32);
+            let in_map = in_map(&lights.samples, states, rectangle.as_ref().filter(|_| has_map));
+            for batch in 0..batches {
+                let range = ranges_at + (leaf * batches as usize + batch as usize) * RANGE;
+                let first = (batch * BATCH) as usize;
+                let end = (first + BATCH as usize).min(lights.samples.len());
+                lists[range] = lists.len() as u32;
+                for part in 0..4u8 {
+                    for light in first..end {
+                        let kind = match (states[light], in_map[light]) {
+                            (State::Unoccluded, true) => 0,
+                            (State::Unoccluded, false) => 1,
+                            (State::Partial, false) => 2,
+                            (State::Partial, true) => 3,
+                            (State::Full, _) => continue,
+                        };
+                        if kind == part {
+                            lists.push((light - first) as u32);
+                            parts[leaf][usize::from(part)] += 1;
+                            kinds[leaf * lights.samples.len() + light] = kind;
+                        }
+                    }
+                    lists[range + 1 + usize::from(part)] = lists.len() as u32;
+                }
+            }
+            all_states.extend_from_slice(states);
+            skipped[leaf] = states.iter().filter(|s| **s == State::Full).count() as u32;
+        }
+        let map_size = u64::from((mapped * SIDE * SIDE).max(16)) * 16;
+        if map_size > device.limits().max_storage_buffer_binding_size {
+            return Err(Error::TooLarge(format!("{mapped} light maps are too many; use --light-maps off")));
+        }
+        Ok(Self {
+            receivers: storage(device, "receivers", &words)?,
+            lists: storage(device, "lists of lights", &lists)?,
+            light_maps: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("light maps"),
+                size: map_size,
+                usage: wgpu::BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            }),
+            leaves: count as u32,
+            plan: Plan {
+                grids_at,
+                cells_at,
+                leaves: count as u32,
+                batches,
+                ranges_at: ranges_at as u32,
+                ..Plan::default()
+            },
+            parts,
+            skipped,
+            mapped,
+            states: all_states,
+            kinds,
+            lights: lights.samples.len() as u32,
+        })
+    }
+
+    /// The plan as far as it depends on no picture, for baking light maps.
+    pub fn plan_buffer(&self, device: &wgpu::Device) -> wgpu::Buffer {
+        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("plan"),
+            contents: bytemuck::bytes_of(&self.plan),
+            usage: wgpu::BufferUsages::UNIFORM,
+        })
+    }
+}
+
+/// The part of its patch's plane that a leaf covers; `None` for clusters.
+fn rectangle(geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) -> Option<Rectangle> {
+    let tree = database.receivers();
+    let LeafKind::Patch { grid, back, cells: [column, row, end_column, end_row] } = tree.leaves[leaf].kind
+    else {
+        return None;
+    };
+    let grid = &tree.grids[grid as usize];
+    let cell = [grid.axis_u, grid.axis_v].map(|axis| axis / axis.length_squared());
+    let normal = geometry.patches[grid.patch as usize].normal;
+    Some(Rectangle {
+        corner: grid.origin + cell[0] * column as f32 + cell[1] * row as f32,
+        across: cell[0] * (end_column - column) as f32,
+        up: cell[1] * (end_row - row) as f32,
+        normal: if back { -normal } else { normal },
+    })
+}
+
+fn write_record(record: &mut [u32], r: &Rectangle) {
+    for (at, axis) in [(1, r.across), (5, r.up)] {
+        let scaled = axis / axis.length_squared() * (SIDE - 1) as f32;
+        let row = scaled.extend(-scaled.dot(r.corner)).to_array();
+        record[at..at + 4].copy_from_slice(&row.map(f32::to_bits));
+    }
+    for (at, v) in [(9, r.corner), (12, r.across), (15, r.up), (18, r.normal)] {
+        record[at..at + 3].copy_from_slice(&v.to_array().map(f32::to_bits));
+    }
+}
+
+/// Whether a leaf patch reflects what a light map holds and nothing else: its shading normal is that of its plane,
+/// and it has no specular lobe, which depends on where one looks from.
+fn is_plain(scene: &Scene, geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) -> bool {
+    let tree = database.receivers();
+    let LeafKind::Patch { grid, .. } = tree.leaves[leaf].kind else { return false };
+    let patch = &geometry.patches[tree.grids[grid as usize].patch as usize];
+    let material = &scene.materials[patch.material as usize];
+    let flat = patch.triangles.clone().all(|t| {
+        geometry.triangles[t as usize]
+            .vertices
+            .iter()
+            .all(|&v| geometry.normals[v as usize].normalize_or(patch.normal).dot(patch.normal) > 0.99999)
+    });
+    flat && material.normal_texture.is_none() && material.specular == 0.0 && material.metallic == 0.0
+}
+
+/// Which lights a leaf's light map holds: those whose contribution changes little from texel to texel. The error of
+/// bilinear interpolation is about h² / 8 · |G″| in either direction; over a plane at distance z, z² / r⁴ has |G″| ≤
+/// 4 / r⁴.
+fn in_map(lights: &[LightSample], states: &[State], rectangle: Option<&Rectangle>) -> Vec<bool> {
+    let Some(r) = rectangle else { return vec![false; lights.len()] };
+    let center = r.corner + (r.across + r.up) * 0.5;
+    let (u2, v2) = (r.across.length_squared(), r.up.length_squared());
+    let spacing2 = u2.max(v2) / ((SIDE - 1) * (SIDE - 1)) as f32;
+    let luminance = |l: &LightSample| l.intensity.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+    let received: f32 = lights
+        .iter()
+        .zip(states)
+        .filter(|(_, s)| **s != State::Full)
+        .filter_map(|(l, _)| {
+            l.geometric_factor(center, r.normal, r.normal, f32::INFINITY).map(|(g, _)| g * luminance(l))
+        })
+        .sum();
+    lights
+        .iter()
+        .map(|light| match light.profile {
+            Profile::Directional => true,
+            // Its cone has an edge.
+            Profile::Spot { .. } => false,
+            Profile::Cosine | Profile::Hemisphere => {
+                let d = light.position - r.corner;
+                let nearest = r.corner
+                    + r.across * (d.dot(r.across) / u2).clamp(0.0, 1.0)
+                    + r.up * (d.dot(r.up) / v2).clamp(0.0, 1.0);
+                let distance2 = (light.position - nearest).length_squared();
+                let height = d.dot(r.normal);
+                let error = luminance(light) * height * spacing2 / (distance2 * distance2 * distance2.sqrt());
+                error <= INTERPOLATION_ERROR * received
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,81 @@
+//! Buffers that hold what the picture needs: they depend on its size and on the number of leaf receivers.
+
+use crate::layout::Plan;
+use crate::receivers::Receivers;
+use crate::targets::Targets;
+use crate::{Error, Result};
+use wgpu::util::DeviceExt;
+
+/// Points of one leaf that are shaded together; shaders know it as `CHUNK`.
+pub(crate) const CHUNK: u32 = 2;
+/// Words before the lists in `counts` and `queue`.
+const HEADER: u32 = 16;
+/// Rows of the tally: steps of 1, 2, 4 and 8 pixels, and further samples at edges.
+pub(crate) const TALLY_ROWS: u32 = 5;
+
+/// Surfaces of pixels, points to shade and their order.
+pub(crate) struct Selection {
+    pub surfaces: wgpu::Buffer,
+    pub counts: wgpu::Buffer,
+    pub points: wgpu::Buffer,
+    pub queue: wgpu::Buffer,
+    pub arguments: wgpu::Buffer,
+    pub tally: wgpu::Buffer,
+    pub plan: wgpu::Buffer,
+    /// What it was made for.
+    pub key: (u32, Plan),
+}
+
+impl Selection {
+    /// Points that the targets' bands hold at most.
+    pub fn capacity(targets: &Targets) -> u32 {
+        targets.size[0] * (targets.band_rows + 1)
+    }
+
+    /// The plan of the buffers for so many points.
+    pub fn plan(receivers: &Receivers, capacity: u32, light_maps: bool) -> Plan {
+        let chunks_at = HEADER + receivers.leaves;
+        let chunks = capacity / CHUNK + receivers.leaves;
+        Plan { chunks_at, sorted_at: chunks_at + chunks, light_maps: u32::from(light_maps), ..receivers.plan }
+    }
+
+    /// # Errors
+    /// [`Error::TooLarge`] where a buffer exceeds the device's limit.
+    pub fn new(device: &wgpu::Device, capacity: u32, plan: Plan) -> Result<Self> {
+        use wgpu::BufferUsages as U;
+        let limit = device.limits().max_storage_buffer_binding_size;
+        let buffer = |label, words: u64, usage| {
+            if words * 4 > limit {
+                return Err(Error::TooLarge(format!(
+                    "the {label} of this picture take {} MiB and this device binds {} MiB at most; use a smaller \
+                     picture or --mode naive",
+                    words >> 18,
+                    limit >> 20
+                )));
+            }
+            let size = words * 4;
+            Ok(device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage: U::STORAGE | usage,
+                mapped_at_creation: false,
+            }))
+        };
+        let (leaves, points) = (u64::from(plan.leaves), u64::from(capacity));
+        let sorted = (u64::from(plan.sorted_at - plan.chunks_at)) * u64::from(CHUNK);
+        Ok(Self {
+            surfaces: buffer("surfaces", 4 * points, U::empty())?,
+            counts: buffer("counts", u64::from(HEADER) + leaves, U::empty())?,
+            points: buffer("points", 4 * points, U::empty())?,
+            queue: buffer("queue", u64::from(plan.sorted_at) + sorted, U::empty())?,
+            arguments: buffer("arguments", 8, U::INDIRECT)?,
+            tally: buffer("tally", u64::from(TALLY_ROWS) * leaves.max(1), U::COPY_SRC | U::COPY_DST)?,
+            plan: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("plan"),
+                contents: bytemuck::bytes_of(&plan),
+                usage: U::UNIFORM,
+            }),
+            key: (capacity, plan),
+        })
+    }
+}
