@@ -4,9 +4,10 @@
 //! cargo run --release -p girandole-core --example pass_optimiser -- [objects] [lights] [lights per pass]
 //! ```
 //!
-//! `room`: objects and lights strewn over a floor with discs that block light; an object needs a light if a disc blocks
-//! part of the way between them, widened by the object's radius, but not all of it. `random`: each object needs each
-//! light with a probability of one half, which no room comes close to. `same`: all objects need all lights.
+//! Times are the best of five. `room`: objects and lights strewn over a floor with discs that block light; an object
+//! needs a light if a disc blocks part of the way between them, widened by the object's radius, but not all of it.
+//! `random`: each object needs each light with a probability of one half, which no room comes close to. `same`: all
+//! objects need all lights.
 
 use girandole_core::elements::{LightSets, Optimiser, optimise, passes, unmerged};
 use std::time::Instant;
@@ -52,8 +53,8 @@ fn room(objects: u32, lights: u32, discs: usize, disc: f32, radius: f32) -> Ligh
     sets
 }
 
-fn main() {
-    let numbers: Vec<u32> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
+fn main() -> Result<(), std::num::ParseIntError> {
+    let numbers: Vec<u32> = std::env::args().skip(1).map(|a| a.parse()).collect::<Result<_, _>>()?;
     let number = |i: usize, default| numbers.get(i).copied().unwrap_or(default);
     let (objects, lights, per_pass) = (number(0, 1000), number(1, 300), number(2, 7));
     let mut half = Numbers(2);
@@ -91,4 +92,5 @@ fn main() {
             1e3 * start.elapsed().as_secs_f64(),
         );
     }
+    Ok(())
 }
