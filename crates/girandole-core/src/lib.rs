@@ -5,6 +5,7 @@
 //! World space is right-handed with +Y up; a camera looks along its −Z.
 
 pub mod brdf;
+pub mod elements;
 pub mod error;
 pub mod image;
 pub mod lights;
