@@ -142,14 +142,14 @@ impl VisibilityDatabase {
     }
 }
 
-fn of_light(entries: &[Entry], light: u32) -> &[Entry] {
+pub(super) fn of_light(entries: &[Entry], light: u32) -> &[Entry] {
     let first = entries.partition_point(|e| e.light < light);
     let count = entries[first..].partition_point(|e| e.light == light);
     &entries[first..first + count]
 }
 
 /// Rows of all nodes of a given hierarchy, and the number of tests.
-fn determine(context: &Context, receivers: &Receivers) -> (Vec<Row>, u64) {
+pub(super) fn determine(context: &Context, receivers: &Receivers) -> (Vec<Row>, u64) {
     let roots: Vec<usize> =
         (0..receivers.nodes.len()).filter(|&i| receivers.nodes[i].parent == NONE).collect();
     let ranges: Vec<_> = roots

@@ -8,6 +8,8 @@ use glam::DVec3;
 
 /// Corners of a patch that is treated as a polygon, at most.
 const MOST_CORNERS: usize = 64;
+/// Triangles of a mesh that is examined for convexity, at most.
+const MOST_CONVEX: usize = 1200;
 /// How far the normals of a patch's triangles may differ from the patch's own.
 const MOST_TILT: f64 = 1e-5;
 
@@ -78,7 +80,7 @@ impl Surfaces {
                 let triangles: Vec<u32> = range.triangles.clone().filter(|t| !is_simple(t)).collect();
                 (!triangles.is_empty()).then(|| MeshPart {
                     object: object as u32,
-                    convex: false,
+                    convex: is_convex(scene, geometry, &triangles, &tolerance),
                     tree: ClusterTree::new(scene, geometry, triangles),
                 })
             })
@@ -149,6 +151,27 @@ impl SimplePatch {
             area,
         })
     }
+}
+
+/// Whether all of some triangles lie behind the plane of each of them, so that no ray that leaves one from its front
+/// meets another. More than about a thousand are not looked at.
+fn is_convex(scene: &Scene, geometry: &Geometry, triangles: &[u32], tolerance: &Tolerance) -> bool {
+    if triangles.len() > MOST_CONVEX {
+        return false;
+    }
+    let double_sided =
+        |t: &u32| scene.materials[geometry.triangles[*t as usize].material as usize].double_sided;
+    let mut points: Vec<u32> =
+        triangles.iter().flat_map(|&t| geometry.triangles[t as usize].vertices).collect();
+    points.sort_unstable();
+    points.dedup();
+    let points: Vec<DVec3> = points.iter().map(|&v| geometry.positions[v as usize].as_dvec3()).collect();
+    triangles.iter().all(|t| {
+        let normal = geometry.normal(*t).as_dvec3();
+        let [a, b, c] = geometry.corners(*t).map(|p| normal.dot(p.as_dvec3()));
+        let most = a.min(b).min(c) + tolerance.tol;
+        !double_sided(t) && points.iter().all(|p| normal.dot(*p) <= most)
+    })
 }
 
 /// Area of a planar polygon times its unit normal.
