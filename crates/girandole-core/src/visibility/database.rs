@@ -158,7 +158,7 @@ pub(super) fn determine(context: &Context, receivers: &Receivers) -> (Vec<Row>, 
         .map(|(i, &first)| first..roots.get(i + 1).copied().unwrap_or(receivers.nodes.len()))
         .collect();
     let parts = map(&ranges, |range| {
-        let mut memory = Memory::default();
+        let mut memory = Memory::new();
         let mut rows: Vec<Row> = Vec::with_capacity(range.len());
         for index in range.clone() {
             let node = &receivers.nodes[index];
@@ -189,7 +189,7 @@ fn receivers(
     let roots: Vec<Root> = patches.chain((0..surfaces.meshes.len() as u32).map(Root::Mesh)).collect();
     let frames: Vec<Frame> = surfaces.patches.iter().map(|p| Frame::new(&p.corners, p.normal)).collect();
     let parts = map(&roots, |root| {
-        let mut memory = Memory::default();
+        let mut memory = Memory::new();
         let nodes = match *root {
             Root::Mesh(mesh) => mesh_nodes(context, mesh, settings.cluster_triangles.max(1), &mut memory),
             Root::Patch { simple, back } => {

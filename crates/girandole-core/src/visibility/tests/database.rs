@@ -129,7 +129,7 @@ fn the_hierarchy_finds_what_all_blockers_against_each_leaf_do() {
         let (mut pairs, mut tighter, mut split) = (0, 0, 0);
         for (index, leaf) in receivers.leaves.iter().enumerate() {
             let shape = receivers.shape(&surfaces, leaf.node);
-            let row = context.row(shape, receivers.mesh(leaf.node), None, &mut Memory::default());
+            let row = context.row(shape, receivers.mesh(leaf.node), None, &mut Memory::new());
             split += usize::from(receivers.nodes[leaf.node as usize].parent != NONE);
             for (found, brute) in database.leaf_states(index as u32).iter().zip(&row.states) {
                 pairs += 1;
@@ -144,28 +144,38 @@ fn the_hierarchy_finds_what_all_blockers_against_each_leaf_do() {
     }
 }
 
-/// A room with `count²` boxes, or one mesh of about `count²` · 100 triangles.
-fn grown(count: u32, mesh: bool) -> f64 {
+/// What grows fourfold when `count` doubles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Growth {
+    /// The number of boxes in a room.
+    Boxes,
+    /// The triangles of a mesh.
+    Mesh,
+}
+
+/// Tests a pair of node and light.
+fn tests_of(growth: Growth, count: u32) -> f64 {
     let mut scene = empty_scene();
-    add(&mut scene, room(vec3(-4.0, 0.0, -4.0), vec3(4.0, 3.0, 4.0)));
-    if mesh {
+    let half = 4.0;
+    add(&mut scene, room(vec3(-half, 0.0, -half), vec3(half, 3.0, half)));
+    if growth == Growth::Mesh {
         let mut torus = shapes::torus(1.0, 0.4, 10 * count, 5 * count, 0);
         torus.positions.iter_mut().for_each(|p| p.y += 1.4);
         add(&mut scene, torus);
     } else {
         for i in 0..count * count {
-            let step = 6.0 / count as f32;
-            let at = vec3((i % count) as f32, 0.0, (i / count) as f32) * step - vec3(3.0, 0.0, 3.0);
+            let step = half * 1.5 / count as f32;
+            let at = vec3((i % count) as f32, 0.0, (i / count) as f32) * step - vec3(half, 0.0, half) * 0.75;
             let mut furniture = Mesh::default();
             let size = step * 0.5;
-            furniture.add_box(at, at + vec3(size, size * 2.0, size), 0);
+            furniture.add_box(at, at + vec3(size, size, size), 0);
             add(&mut scene, furniture);
         }
     }
     let geometry = Geometry::new(&scene);
     let tracer = SceneTracer::new(&scene, &geometry);
     let mut numbers = Numbers(9);
-    // Lights on the shell only, so that they are the same ones.
+    // Lights on the shell only.
     let lights: Vec<_> = (0..60).map(|i| bounce(&tracer, i % 12, barycentric(&mut numbers))).collect();
     let counts = build(&scene, &geometry, lights.clone()).counts();
     counts.tests as f64 / (counts.nodes * lights.len()) as f64
@@ -173,11 +183,10 @@ fn grown(count: u32, mesh: bool) -> f64 {
 
 #[test]
 fn tests_grow_slower_than_the_scene() {
-    for mesh in [false, true] {
-        let (small, large) = (grown(4, mesh), grown(8, mesh));
-        println!("mesh {mesh}: {small:.2} tests a pair, {large:.2} with four times the geometry");
-        assert!(large < small * 2.0, "mesh {mesh}: {small} {large}");
-        // Negative control: all blockers against all would be four times as many.
-        assert!(small > 1.0);
+    // All blockers against all nodes and lights would be four times as many a pair.
+    for (growth, most) in [(Growth::Boxes, 3.2), (Growth::Mesh, 1.5)] {
+        let (small, large) = (tests_of(growth, 4), tests_of(growth, 8));
+        println!("{growth:?}: {small:.2} tests a pair, {large:.2} with four times the geometry");
+        assert!(large < small * most && small > 1.0, "{growth:?}: {small} {large}");
     }
 }

@@ -103,6 +103,7 @@ proptest! {
         check_receivers(&geometry, &database, &mut numbers);
         let verdict = verify(&scene, &geometry, &lights, &database, 400, &mut numbers);
         prop_assert_eq!(verdict.wrong, 0, "{:?}", verdict);
+        prop_assert!(verdict.seams * 50 < verdict.rays.iter().sum(), "{:?}", verdict);
         prop_assert!(verdict.wrong_if_swapped > 0, "{:?}", verdict);
     }
 }
