@@ -19,7 +19,7 @@ pub struct VisibilityDatabase {
     /// By node and light, of all blockers.
     states: Vec<State>,
     /// By node: what static objects block, and what dynamic ones do.
-    fixed: Vec<Row>,
+    pub(super) fixed: Vec<Row>,
     moving: Vec<Row>,
     tests: u64,
 }
@@ -60,8 +60,7 @@ impl VisibilityDatabase {
     ) -> Self {
         let surfaces = Surfaces::new(scene, geometry, settings);
         let apexes: Vec<Apex> = lights.samples.iter().map(Apex::new).collect();
-        let own: Vec<u32> =
-            lights.samples.iter().map(|l| surfaces.blocker_of(geometry, l.triangle())).collect();
+        let own: Vec<u32> = lights.samples.iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let dynamic = |object: u32| scene.objects.get(object as usize).is_some_and(|o| o.dynamic);
         // The hierarchy, with what static objects block.
         let blockers = BlockerTree::new(&surfaces, |object| !dynamic(object));
@@ -207,11 +206,12 @@ fn receivers(
     let mut tests = 0;
     for (simple, frame) in frames.iter().enumerate() {
         let patch = &surfaces.patches[simple];
-        for triangle in geometry.patches[patch.patch as usize].triangles.clone() {
+        for triangle in patch.triangles.clone() {
             result.triangles[triangle as usize] = TriangleReceiver::Grid(simple as u32);
         }
         result.grids.push(PatchGrid {
             patch: patch.patch,
+            object: patch.object,
             origin: frame.origin.as_vec3(),
             axis_u: DVec3::ZERO.as_vec3(),
             axis_v: DVec3::ZERO.as_vec3(),
