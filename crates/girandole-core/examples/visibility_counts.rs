@@ -5,9 +5,12 @@
 //! ```
 
 use girandole_core::Result;
+use girandole_core::glam::Vec2;
 use girandole_core::lights::{LightSet, LightSettings};
+use girandole_core::math::sequence;
 use girandole_core::scene::{Geometry, Scene, builtin};
-use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
+use girandole_core::trace::SceneTracer;
+use girandole_core::visibility::{State, VisibilityDatabase, VisibilitySettings};
 use std::path::Path;
 use std::time::Instant;
 
@@ -21,7 +24,8 @@ fn report(scene: &Scene, count: u32, settings: &VisibilitySettings) -> Result<()
         database = Some(VisibilityDatabase::build(scene, &geometry, &lights, settings));
         best = best.min(start.elapsed().as_secs_f64() * 1e3);
     }
-    let Some(c) = database.map(|d| d.counts()) else { return Ok(()) };
+    let Some(database) = database else { return Ok(()) };
+    let c = database.counts();
     let per_pair = c.tests as f64 / (c.nodes * lights.samples.len()) as f64;
     let [n, p, f] = c.area_shares.map(|s| s * 100.0);
     println!(
@@ -29,7 +33,56 @@ fn report(scene: &Scene, count: u32, settings: &VisibilitySettings) -> Result<()
          {} blockers",
         scene.name, c.nodes, c.leaves, c.blockers
     );
+    let [free, blocked, mixed] = partial_by_rays(scene, &geometry, &lights, &database);
+    println!("{:12} of P rays find {free:.1} % free, {blocked:.1} % blocked, {mixed:.1} % both", "");
     Ok(())
+}
+
+/// What rays say about partially occluded pairs: percent by area that seem free, blocked, and truly partial.
+fn partial_by_rays(
+    scene: &Scene,
+    geometry: &Geometry,
+    lights: &LightSet,
+    database: &VisibilityDatabase,
+) -> [f64; 3] {
+    let tracer = SceneTracer::new(scene, geometry);
+    let receivers = database.receivers();
+    // By leaf: some points, with triangle and normal.
+    let mut points = vec![Vec::new(); receivers.leaves.len()];
+    for triangle in 0..geometry.triangles.len() as u32 {
+        let share = geometry.area(triangle) / geometry.diagonal().powi(2);
+        for i in 0..(share * 3e5) as u32 + 2 {
+            let [u, v] = [0, 1].map(|d| sequence::sample(i, d, triangle));
+            let at = if u + v > 1.0 { Vec2::new(1.0 - u, 1.0 - v) } else { Vec2::new(u, v) };
+            let (position, normal) = (geometry.point(triangle, at), geometry.normal(triangle));
+            if let Some(leaf) = receivers.leaf_at(triangle, position, true)
+                && points[leaf as usize].len() < 64
+            {
+                points[leaf as usize].push((position, normal, triangle));
+            }
+        }
+    }
+    let mut shares = [0.0; 3];
+    for (index, points) in points.iter().enumerate() {
+        for (light, &state) in lights.samples.iter().zip(database.leaf_states(index as u32)) {
+            if state != State::Partial {
+                continue;
+            }
+            let (mut free, mut blocked) = (false, false);
+            for &(position, normal, triangle) in points {
+                if light.geometric_factor(position, normal, normal, f32::INFINITY).is_some() {
+                    let from = tracer.lift(position, normal);
+                    let hit = tracer.occluded(from, triangle, light.position, light.triangle());
+                    blocked |= hit;
+                    free |= !hit;
+                }
+            }
+            let kind = if free && blocked { 2 } else { usize::from(!free) };
+            shares[kind] += f64::from(receivers.leaves[index].area);
+        }
+    }
+    let total: f64 = shares.iter().sum::<f64>().max(1e-30);
+    shares.map(|s| s / total * 100.0)
 }
 
 fn main() -> Result<()> {

@@ -2,7 +2,7 @@
 
 use super::pyramid::{Blocks, Pyramid, Scratch};
 use super::surfaces::Surfaces;
-use crate::scene::{Geometry, NONE};
+use crate::scene::NONE;
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
@@ -12,6 +12,9 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 pub enum Blocker {
     /// A planar patch: index into [`Geometry::patches`](crate::scene::Geometry::patches).
     Patch(u32),
+    /// A large triangle that is part of no such patch: index into
+    /// [`Geometry::triangles`](crate::scene::Geometry::triangles).
+    Triangle(u32),
     /// All triangles of an object that belong to none of those: index into the scene's objects.
     Mesh(u32),
 }
@@ -124,6 +127,7 @@ impl Surfaces {
 
     pub fn blocker(&self, index: u32) -> Blocker {
         match self.patches.get(index as usize) {
+            Some(patch) if patch.patch == NONE => Blocker::Triangle(patch.triangles.start),
             Some(patch) => Blocker::Patch(patch.patch),
             None => Blocker::Mesh(self.meshes[index as usize - self.patches.len()].object),
         }
@@ -137,9 +141,10 @@ impl Surfaces {
     }
 
     /// The patch blocker that a triangle is part of, or [`NONE`].
-    pub fn blocker_of(&self, geometry: &Geometry, triangle: u32) -> u32 {
-        let Some(triangle) = geometry.triangles.get(triangle as usize) else { return NONE };
-        self.patches.binary_search_by_key(&triangle.patch, |p| p.patch).map_or(NONE, |i| i as u32)
+    pub fn blocker_of(&self, triangle: u32) -> u32 {
+        let index = self.patches.partition_point(|p| p.triangles.end <= triangle);
+        let found = self.patches.get(index).is_some_and(|p| p.triangles.contains(&triangle));
+        if found { index as u32 } else { NONE }
     }
 
     fn blocker_box(&self, index: u32) -> (DVec3, DVec3) {

@@ -19,7 +19,7 @@ pub struct VisibilityDatabase {
     /// By node and light, of all blockers.
     states: Vec<State>,
     /// By node: what static objects block, and what dynamic ones do.
-    fixed: Vec<Row>,
+    pub(super) fixed: Vec<Row>,
     moving: Vec<Row>,
     tests: u64,
 }
@@ -60,8 +60,7 @@ impl VisibilityDatabase {
     ) -> Self {
         let surfaces = Surfaces::new(scene, geometry, settings);
         let apexes: Vec<Apex> = lights.samples.iter().map(Apex::new).collect();
-        let own: Vec<u32> =
-            lights.samples.iter().map(|l| surfaces.blocker_of(geometry, l.triangle())).collect();
+        let own: Vec<u32> = lights.samples.iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let dynamic = |object: u32| scene.objects.get(object as usize).is_some_and(|o| o.dynamic);
         // The hierarchy, with what static objects block.
         let blockers = BlockerTree::new(&surfaces, |object| !dynamic(object));
@@ -158,7 +157,7 @@ pub(super) fn determine(context: &Context, receivers: &Receivers) -> (Vec<Row>, 
         .map(|(i, &first)| first..roots.get(i + 1).copied().unwrap_or(receivers.nodes.len()))
         .collect();
     let parts = map(&ranges, |range| {
-        let mut memory = Memory::default();
+        let mut memory = Memory::new();
         let mut rows: Vec<Row> = Vec::with_capacity(range.len());
         for index in range.clone() {
             let node = &receivers.nodes[index];
@@ -189,7 +188,7 @@ fn receivers(
     let roots: Vec<Root> = patches.chain((0..surfaces.meshes.len() as u32).map(Root::Mesh)).collect();
     let frames: Vec<Frame> = surfaces.patches.iter().map(|p| Frame::new(&p.corners, p.normal)).collect();
     let parts = map(&roots, |root| {
-        let mut memory = Memory::default();
+        let mut memory = Memory::new();
         let nodes = match *root {
             Root::Mesh(mesh) => mesh_nodes(context, mesh, settings.cluster_triangles.max(1), &mut memory),
             Root::Patch { simple, back } => {
@@ -207,11 +206,12 @@ fn receivers(
     let mut tests = 0;
     for (simple, frame) in frames.iter().enumerate() {
         let patch = &surfaces.patches[simple];
-        for triangle in geometry.patches[patch.patch as usize].triangles.clone() {
+        for triangle in patch.triangles.clone() {
             result.triangles[triangle as usize] = TriangleReceiver::Grid(simple as u32);
         }
         result.grids.push(PatchGrid {
             patch: patch.patch,
+            object: patch.object,
             origin: frame.origin.as_vec3(),
             axis_u: DVec3::ZERO.as_vec3(),
             axis_v: DVec3::ZERO.as_vec3(),

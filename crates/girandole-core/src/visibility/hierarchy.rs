@@ -25,11 +25,18 @@ pub(crate) struct Context<'a> {
 }
 
 /// Working memory.
-#[derive(Default)]
 pub(crate) struct Memory {
     pub scratch: Scratch,
+    pyramid: Pyramid,
     open: Vec<u32>,
     found: Vec<u32>,
+}
+
+impl Memory {
+    pub fn new() -> Self {
+        let scratch = Scratch::default();
+        Self { scratch, pyramid: Pyramid::new(), open: Vec::new(), found: Vec::new() }
+    }
 }
 
 impl Context<'_> {
@@ -49,21 +56,22 @@ impl Context<'_> {
                 continue;
             }
             memory.scratch.tests += 1;
-            let Some(pyramid) = Pyramid::new(light, shape, &self.surfaces.tolerance) else {
+            let pyramid = &mut memory.pyramid;
+            if !pyramid.set(light, shape, &self.surfaces.tolerance) {
                 *state = State::Full;
                 continue;
-            };
+            }
             if above == State::Full {
                 *state = State::Full;
             }
             if parent.is_none() {
-                self.blockers.query(&pyramid, &mut memory.scratch, &mut memory.open, &mut memory.found);
+                self.blockers.query(pyramid, &mut memory.scratch, &mut memory.open, &mut memory.found);
             } else {
                 memory.found.clear();
                 memory.found.extend(inherited.iter().filter(|e| !e.full()).map(|e| e.blocker()));
             }
             for &blocker in &memory.found {
-                let found = match self.surfaces.test(blocker, &pyramid, own, &mut memory.scratch) {
+                let found = match self.surfaces.test(blocker, pyramid, own, &mut memory.scratch) {
                     Blocks::None => continue,
                     Blocks::Partial => State::Partial,
                     // The triangle that a light lies on does not block it.

@@ -3,7 +3,8 @@
 //! For each pair of a receiver (a piece of surface) and a light sample, the [`VisibilityDatabase`] knows one of three
 //! [`State`]s. It is conservative: whatever is in doubt is [`State::Partial`]. With visibility traced as the reference
 //! does it (points lifted by [`lift_distance`](crate::trace::lift_distance)), a ray between an unoccluded pair is never
-//! blocked, and one between a fully occluded pair always is, or the two do not face each other.
+//! blocked, and one between a fully occluded pair always is, or the two do not face each other. Left out is the very
+//! seam of two surfaces, within 5e-7 of the scene's diagonal, where rounding decides which side a point is on.
 //!
 //! Receivers form a hierarchy: planar patches are split while that pays, meshes are trees of clusters. A light and a
 //! receiver span an occlusion pyramid; what lies outside of it blocks nothing. Where a blocker is found to block
@@ -74,7 +75,7 @@ pub struct VisibilitySettings {
 impl Default for VisibilitySettings {
     fn default() -> Self {
         Self {
-            split: 3000.0,
+            split: 5000.0,
             max_depth: 6,
             least_gain: 0.12,
             cluster_triangles: 128,

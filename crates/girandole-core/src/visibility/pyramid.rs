@@ -97,6 +97,13 @@ pub(crate) struct Scratch {
     pub tests: u64,
 }
 
+/// Heights above a plane: the light's, and the receiver's lowest and highest lifted point's.
+struct Sides {
+    light: f64,
+    low: f64,
+    high: f64,
+}
+
 enum Hull {
     /// Lifted corners.
     Polygon([DVec3; MOST_CORNERS], usize),
@@ -104,7 +111,7 @@ enum Hull {
     Sphere(DVec3, f64, [DVec3; 2]),
 }
 
-/// A receiver and a light that face each other.
+/// A receiver and a light that face each other; made anew for each pair in the same place.
 pub(crate) struct Pyramid {
     apex: Apex,
     tolerance: Tolerance,
@@ -114,19 +121,22 @@ pub(crate) struct Pyramid {
 }
 
 impl Pyramid {
-    /// The pyramid; `None` if no point of the receiver and the light face each other.
-    pub fn new(apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Option<Self> {
-        match shape {
-            Shape::Patch { corners, normal, offset, tilt } => {
-                Self::over_patch(apex, corners, normal, offset, tilt, tolerance)
-            }
-            Shape::Cluster(cluster) => Self::over_cluster(apex, cluster, tolerance),
-        }
+    pub fn new() -> Self {
+        let apex = Apex { position: DVec3::ZERO, normal: DVec3::ZERO, finite: false };
+        let hull = Hull::Sphere(DVec3::ZERO, 0.0, [DVec3::ZERO; 2]);
+        let tolerance = Tolerance { lift: 0.0, tol: 0.0, edge: 0.0, side: 0.0 };
+        Self { apex, tolerance, hull, planes: [Plane::default(); MOST_CORNERS + 2], count: 0 }
     }
 
-    fn empty(apex: &Apex, hull: Hull, tolerance: &Tolerance) -> Self {
-        let planes = [Plane::default(); MOST_CORNERS + 2];
-        Self { apex: *apex, tolerance: *tolerance, hull, planes, count: 0 }
+    /// Makes it the pyramid of a pair; false if no point of the receiver and the light face each other.
+    pub fn set(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> bool {
+        (self.apex, self.tolerance, self.count) = (*apex, *tolerance, 0);
+        match shape {
+            Shape::Patch { corners, normal, offset, tilt } => {
+                self.set_patch(apex, corners, normal, offset, tilt, tolerance)
+            }
+            Shape::Cluster(cluster) => self.set_cluster(apex, cluster, tolerance),
+        }
     }
 
     fn push(&mut self, normal: DVec3, offset: f64, margin: f64) {
@@ -134,14 +144,15 @@ impl Pyramid {
         self.count += 1;
     }
 
-    fn over_patch(
+    fn set_patch(
+        &mut self,
         apex: &Apex,
         corners: &[DVec3],
         normal: DVec3,
         offset: f64,
         tilt: f64,
         t: &Tolerance,
-    ) -> Option<Self> {
+    ) -> bool {
         let n = corners.len().min(MOST_CORNERS);
         let mut lifted = [DVec3::ZERO; MOST_CORNERS];
         let mut floor = t.lift - t.tol;
@@ -159,14 +170,14 @@ impl Pyramid {
             let height = normal.dot(apex.position) - offset;
             let doubt = t.tol + ROUNDING * reach;
             if height < -(doubt + tilt * reach) || high <= -doubt {
-                return None;
+                return false;
             }
             floor = floor.min(height);
             ceiling = Some((low.max(-doubt) + t.lift * normal.dot(apex.normal).min(0.0)).min(0.0));
         } else {
             let cosine = -normal.dot(apex.normal);
             if cosine < -(2.0 * ROUNDING + tilt) {
-                return None;
+                return false;
             }
             if cosine < 0.0 {
                 floor = f64::NEG_INFINITY;
@@ -178,7 +189,7 @@ impl Pyramid {
             centroid += *to;
         }
         centroid /= n as f64;
-        let mut pyramid = Self::empty(apex, Hull::Polygon(lifted, n), t);
+        self.hull = Hull::Polygon(lifted, n);
         // Sides: any direction serves, if the offset is that of the hull.
         for i in 0..n {
             let (a, b) = (lifted[i], lifted[(i + 1) % n]);
@@ -196,18 +207,18 @@ impl Pyramid {
             for corner in &lifted[..n] {
                 least = least.min(side.dot(*corner));
             }
-            pyramid.push(side, least, t.side);
+            self.push(side, least, t.side);
         }
         if floor > f64::NEG_INFINITY {
-            pyramid.push(normal, offset + floor, t.tol);
+            self.push(normal, offset + floor, t.tol);
         }
         if let Some(z) = ceiling {
-            pyramid.push(apex.normal, apex.normal.dot(apex.position) + z, t.tol);
+            self.push(apex.normal, apex.normal.dot(apex.position) + z, t.tol);
         }
-        Some(pyramid)
+        true
     }
 
-    fn over_cluster(apex: &Apex, cluster: &Cluster, t: &Tolerance) -> Option<Self> {
+    fn set_cluster(&mut self, apex: &Apex, cluster: &Cluster, t: &Tolerance) -> bool {
         let (center, room) = (cluster.center, t.lift + t.tol);
         let radius = cluster.radius + room;
         let bounds = [cluster.low - room, cluster.high + room];
@@ -222,9 +233,9 @@ impl Pyramid {
         let cosine = cluster.axis.dot(-away) / distance;
         let turned = libm::acos(cosine.clamp(-1.0, 1.0));
         if turned - spread >= std::f64::consts::FRAC_PI_2 + cluster.angle + 1e-3 {
-            return None;
+            return false;
         }
-        let mut pyramid = Self::empty(apex, Hull::Sphere(center, radius, bounds), t);
+        self.hull = Hull::Sphere(center, radius, bounds);
         if apex.finite {
             let (low, high) = extent(apex.normal, bounds);
             let plane = apex.normal.dot(apex.position);
@@ -232,29 +243,29 @@ impl Pyramid {
             let (low, high) = ((low - plane).max(z - radius), (high - plane).min(z + radius));
             let doubt = t.tol + ROUNDING * (distance + radius);
             if high <= -doubt {
-                return None;
+                return false;
             }
-            pyramid.push(apex.normal, plane + low.max(-doubt - t.lift).min(0.0), t.tol);
+            self.push(apex.normal, plane + low.max(-doubt - t.lift).min(0.0), t.tol);
             if distance <= radius {
                 // The light lies within: the box that holds both.
                 let (low, high) = (bounds[0].min(apex.position), bounds[1].max(apex.position));
                 for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-                    pyramid.push(axis, axis.dot(low), t.side);
-                    pyramid.push(-axis, -axis.dot(high), t.side);
+                    self.push(axis, axis.dot(low), t.side);
+                    self.push(-axis, -axis.dot(high), t.side);
                 }
-                return Some(pyramid);
+                return true;
             }
         }
         let axis = away / distance;
         for across in [axis.any_orthonormal_vector(), axis.cross(axis.any_orthonormal_vector())] {
             for across in [across, -across] {
-                let (normal, offset) = pyramid.tangent(axis, across);
-                pyramid.push(normal, offset, t.side);
+                let (normal, offset) = self.tangent(axis, across);
+                self.push(normal, offset, t.side);
             }
         }
         let (_, far) = extent(axis, bounds);
-        pyramid.push(-axis, -far.min(axis.dot(center) + radius), t.side);
-        Some(pyramid)
+        self.push(-axis, -far.min(axis.dot(center) + radius), t.side);
+        true
     }
 
     /// The plane that touches the sphere on the side opposite to `across` (unit, perpendicular to `axis`) and holds
@@ -335,7 +346,8 @@ impl Pyramid {
             } else if tree.triangles(cluster).iter().any(|corners| {
                 scratch.tests += 1;
                 let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
-                self.meets_polygon(corners, normal, normal.dot(corners[0]), scratch)
+                normal == DVec3::ZERO
+                    || self.meets_polygon(corners, &self.sides(normal, normal.dot(corners[0])), scratch)
             }) {
                 return true;
             }
@@ -346,28 +358,34 @@ impl Pyramid {
     /// What a patch does to the pyramid.
     pub fn test_patch(&self, patch: &SimplePatch, scratch: &mut Scratch) -> Blocks {
         scratch.tests += 1;
-        if patch.opaque && self.is_covered(patch) {
-            return Blocks::Full;
+        let sides = self.sides(patch.normal, patch.offset);
+        if !self.meets_polygon(&patch.corners, &sides, scratch) {
+            return Blocks::None;
         }
-        match self.meets_polygon(&patch.corners, patch.normal, patch.offset, scratch) {
-            true => Blocks::Partial,
-            false => Blocks::None,
+        match patch.opaque && self.is_covered(patch, &sides) {
+            true => Blocks::Full,
+            false => Blocks::Partial,
         }
     }
 
-    /// Height of the light above a plane; without a position only its sign counts.
-    fn apex_height(&self, normal: DVec3, offset: f64) -> f64 {
-        if self.apex.finite { normal.dot(self.apex.position) - offset } else { -normal.dot(self.apex.normal) }
-    }
-
-    fn meets_polygon(&self, corners: &[DVec3], normal: DVec3, offset: f64, scratch: &mut Scratch) -> bool {
-        let t = &self.tolerance;
-        // The polygon's plane separates: receiver and light on one side.
+    /// On which sides of a plane light and receiver are.
+    fn sides(&self, normal: DVec3, offset: f64) -> Sides {
         let (low, high) = self.receiver_extent(normal);
-        let height = self.apex_height(normal, offset);
-        let clear = if self.apex.finite { t.edge } else { 0.0 };
-        if height >= clear && low - offset >= -t.edge || height <= -clear && high - offset <= t.edge {
-            return normal == DVec3::ZERO;
+        // Without a position only the sign of the light's height counts.
+        let light = if self.apex.finite {
+            normal.dot(self.apex.position) - offset
+        } else {
+            -normal.dot(self.apex.normal)
+        };
+        Sides { light, low: low - offset, high: high - offset }
+    }
+
+    fn meets_polygon(&self, corners: &[DVec3], sides: &Sides, scratch: &mut Scratch) -> bool {
+        // The polygon's plane separates: receiver and light on one side.
+        let edge = self.tolerance.edge;
+        let clear = if self.apex.finite { edge } else { 0.0 };
+        if sides.light >= clear && sides.low >= -edge || sides.light <= -clear && sides.high <= edge {
+            return false;
         }
         // One of the pyramid's planes separates.
         let mut cut = 0_u32;
@@ -412,16 +430,15 @@ impl Pyramid {
     }
 
     /// Whether every ray from the receiver to the light passes through a convex patch.
-    fn is_covered(&self, patch: &SimplePatch) -> bool {
+    fn is_covered(&self, patch: &SimplePatch, sides: &Sides) -> bool {
         let t = &self.tolerance;
         // The light on one side, the receiver on the other.
-        let (low, high) = self.receiver_extent(patch.normal);
-        let height = self.apex_height(patch.normal, patch.offset);
         let clear = if self.apex.finite { t.tol } else { 1e-6 };
-        let (depth, sign) = if height >= clear && high - patch.offset <= -t.tol {
-            (patch.offset - low, 1.0)
-        } else if height <= -clear && low - patch.offset >= t.tol {
-            (high - patch.offset, -1.0)
+        let height = sides.light;
+        let (depth, sign) = if height >= clear && sides.high <= -t.tol {
+            (-sides.low, 1.0)
+        } else if height <= -clear && sides.low >= t.tol {
+            (sides.high, -1.0)
         } else {
             return false;
         };

@@ -67,8 +67,11 @@ pub struct Leaf {
 /// A grid over a patch's bounding rectangle; each cell belongs to one leaf a side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PatchGrid {
-    /// Index into [`Geometry::patches`](crate::scene::Geometry::patches).
+    /// Index into [`Geometry::patches`](crate::scene::Geometry::patches); [`NONE`] for a large triangle that is part
+    /// of none.
     pub patch: u32,
+    /// Index into the scene's objects.
+    pub object: u32,
     /// Where column and row are 0.
     pub origin: Vec3,
     /// `axis_u · (p − origin)` is the column of a point, 0 to `columns`.
@@ -101,7 +104,7 @@ pub struct Receivers {
     pub nodes: Vec<Node>,
     /// The nodes without children.
     pub leaves: Vec<Leaf>,
-    /// One grid for each patch that is a receiver of its own.
+    /// One grid for each patch or large triangle that is a receiver of its own.
     pub grids: Vec<PatchGrid>,
     /// Leaves by cell, see [`PatchGrid::front`].
     pub cells: Vec<u32>,

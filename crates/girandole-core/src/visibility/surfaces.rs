@@ -5,20 +5,25 @@ use super::clusters::ClusterTree;
 use super::pyramid::Tolerance;
 use crate::scene::{Geometry, NONE, Scene, WorldPatch};
 use glam::DVec3;
+use std::ops::Range;
 
 /// Corners of a patch that is treated as a polygon, at most.
 const MOST_CORNERS: usize = 64;
 /// Triangles of a mesh that is examined for convexity, at most.
 const MOST_CONVEX: usize = 1200;
+/// Area of a triangle that is treated as a polygon, as a share of the scene's diagonal squared, at least.
+const LEAST_AREA: f64 = 1e-3;
 /// How far the normals of a patch's triangles may differ from the patch's own.
 const MOST_TILT: f64 = 1e-5;
 
-/// A planar convex patch.
+/// A planar convex patch, or a large triangle that is part of none.
 #[derive(Clone, Debug)]
 pub(crate) struct SimplePatch {
-    /// Index into [`Geometry::patches`].
+    /// Index into [`Geometry::patches`], or [`NONE`].
     pub patch: u32,
     pub object: u32,
+    /// Its triangles in [`Geometry::triangles`].
+    pub triangles: Range<u32>,
     /// Counter-clockwise about `normal`.
     pub corners: Vec<DVec3>,
     pub normal: DVec3,
@@ -56,22 +61,36 @@ impl Surfaces {
         let tolerance = Tolerance::new(geometry);
         let least = f64::from(geometry.diagonal()) * f64::from(settings.least_extent);
         let mut patches: Vec<SimplePatch> = (0..geometry.patches.len() as u32)
-            .filter_map(|i| SimplePatch::new(scene, geometry, i, least, &tolerance))
+            .filter_map(|i| {
+                let WorldPatch { outline, triangles, .. } = &geometry.patches[i as usize];
+                let corners = outline.iter().map(|p| p.as_dvec3()).collect();
+                SimplePatch::new(scene, geometry, (corners, triangles.clone()), i, least, &tolerance)
+            })
             .collect();
+        // Large triangles that are part of none.
+        let mut simple = vec![false; geometry.triangles.len()];
+        for triangle in patches.iter().flat_map(|p| p.triangles.clone()) {
+            simple[triangle as usize] = true;
+        }
+        let large = f64::from(geometry.diagonal()).powi(2) * LEAST_AREA;
+        for triangle in 0..geometry.triangles.len() as u32 {
+            if !simple[triangle as usize] && f64::from(geometry.area(triangle)) >= large {
+                let corners = geometry.corners(triangle).map(|p| p.as_dvec3()).to_vec();
+                let range = triangle..triangle + 1;
+                patches.extend(SimplePatch::new(scene, geometry, (corners, range), NONE, least, &tolerance));
+            }
+        }
         // The largest ones, in the geometry's order.
         if patches.len() > settings.most_patches as usize {
-            patches.sort_by(|a, b| b.area.total_cmp(&a.area).then(a.patch.cmp(&b.patch)));
+            patches.sort_by(|a, b| b.area.total_cmp(&a.area).then(a.triangles.start.cmp(&b.triangles.start)));
             patches.truncate(settings.most_patches as usize);
-            patches.sort_by_key(|p| p.patch);
         }
-        let mut simple = vec![NONE; geometry.patches.len()];
-        for (i, patch) in patches.iter().enumerate() {
-            simple[patch.patch as usize] = i as u32;
+        patches.sort_by_key(|p| p.triangles.start);
+        simple.fill(false);
+        for triangle in patches.iter().flat_map(|p| p.triangles.clone()) {
+            simple[triangle as usize] = true;
         }
-        let is_simple = |t: &u32| {
-            let patch = geometry.triangles[*t as usize].patch;
-            patch != NONE && simple[patch as usize] != NONE
-        };
+        let is_simple = |t: &u32| simple[*t as usize];
         let meshes = geometry
             .objects
             .iter()
@@ -94,15 +113,16 @@ impl SimplePatch {
     fn new(
         scene: &Scene,
         geometry: &Geometry,
-        index: u32,
+        (corners, triangles): (Vec<DVec3>, Range<u32>),
+        patch: u32,
         least_extent: f64,
         tolerance: &Tolerance,
     ) -> Option<Self> {
-        let WorldPatch { object, material, outline, triangles, .. } = &geometry.patches[index as usize];
-        if outline.len() < 3 || outline.len() > MOST_CORNERS {
+        if corners.len() < 3 || corners.len() > MOST_CORNERS {
             return None;
         }
-        let corners: Vec<DVec3> = outline.iter().map(|p| p.as_dvec3()).collect();
+        let first = &geometry.triangles[triangles.start as usize];
+        let (object, material) = (first.object, first.material);
         let extent = corners.iter().flat_map(|a| corners.iter().map(move |b| a.distance(*b)));
         let extent = extent.fold(0.0, f64::max);
         let vector = area_vector(&corners);
@@ -136,10 +156,11 @@ impl SimplePatch {
         if !within || tilt > MOST_TILT || tilt.is_nan() {
             return None;
         }
-        let material = &scene.materials[*material as usize];
+        let material = &scene.materials[material as usize];
         Some(Self {
-            patch: index,
-            object: *object,
+            patch,
+            object,
+            triangles,
             low: corners.iter().copied().fold(DVec3::INFINITY, DVec3::min),
             high: corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
             corners,

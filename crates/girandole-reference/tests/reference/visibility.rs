@@ -44,18 +44,18 @@ fn same_picture(scene: &Scene, lights: Option<LightSet>, partial: std::ops::Rang
         let with = |database| oracle_with_states(&tracer, &lights, database, &view, SIZE, &settings, &|_| ());
         let found = different(&expected, &with(&database));
         assert_eq!(found, 0, "{} {}: {found} pixels", scene.name, camera.name);
-        noticed |= different(&expected, &with(&wrong)) > 100;
+        noticed = noticed || different(&expected, &with(&wrong)) > 100;
     }
     assert!(noticed, "{}: wrong states are not told", scene.name);
 }
 
 #[test]
 fn built_in_rooms() {
-    for name in builtin::NAMES {
-        for object in [MovingObject::Torus, MovingObject::Teapot] {
-            let scene = builtin::build(name, object).expect("it is built in");
-            same_picture(&scene, None, 0.01..0.5);
-        }
+    for (i, name) in builtin::NAMES.iter().enumerate() {
+        let object = if i % 2 == 0 { MovingObject::Torus } else { MovingObject::Teapot };
+        let scene = builtin::build(name, object).expect("it is built in");
+        assert!(scene.objects.iter().any(|o| o.dynamic));
+        same_picture(&scene, None, 0.01..0.5);
     }
 }
 

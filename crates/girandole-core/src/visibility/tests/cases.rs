@@ -61,6 +61,12 @@ fn states_of_a_square() {
         assert_eq!(of_floor(vec![], light(vec3(0.0, 2.0, 0.0), Vec3::Y, profile)), Full);
         assert_eq!(of_floor(vec![], light(vec3(0.0, 2.0, 0.0), Vec3::X, profile)), Unoccluded);
     }
+    // A large triangle that is no patch serves as one, and covers it or does not.
+    let mut triangle = polygon(&[vec3(-1.1, 1.0, -1.1), vec3(-1.1, 1.0, 2.2), vec3(2.2, 1.0, -1.1)], 0);
+    triangle.patches.clear();
+    assert_eq!(of_floor(vec![triangle.clone()], above(2.0)), Full);
+    triangle.positions.iter_mut().for_each(|p| p.x += 0.7);
+    assert_eq!(of_floor(vec![triangle], above(2.0)), Partial);
     // No single polygon covers it, though two do.
     let halves = [-1.0, 1.0].map(|s| square(vec3(s * 0.6, 1.0, 0.0), 0.6, 0));
     assert_eq!(of_floor(halves.to_vec(), above(2.0)), Partial);

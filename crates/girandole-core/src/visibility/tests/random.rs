@@ -33,7 +33,7 @@ fn random_room(numbers: &mut Numbers) -> Scene {
         let dynamic = numbers.unit() < 0.25;
         let size = (numbers.vector().abs() + 0.05) * 0.5;
         let mut at = numbers.vector() * half * 0.8;
-        match numbers.below(4) {
+        match numbers.below(5) {
             0 => {
                 // Furniture stands on the floor or against a wall.
                 at.y = -half.y;
@@ -56,6 +56,17 @@ fn random_room(numbers: &mut Numbers) -> Scene {
                 place(&mut scene, polygon(&corners, material), numbers.rotation(), at, dynamic);
             }
             2 => {
+                // Two large triangles in different planes.
+                let corner = |x: f32, z: f32, y: f32| vec3(x * size.x * 3.0, y, z * size.z * 3.0);
+                let mut mesh = Mesh::default();
+                let (a, b, c, d) =
+                    (corner(-1., -1., 0.), corner(-1., 1., 0.3), corner(1., 1., 0.), corner(1., -1., 0.2));
+                mesh.add_polygon(&[a, b, c], material);
+                mesh.add_polygon(&[a, c, d], material);
+                mesh.patches.clear();
+                place(&mut scene, mesh, numbers.rotation(), at, dynamic);
+            }
+            3 => {
                 let mesh = shapes::torus(size.x, size.x * 0.4, 14, 9, material);
                 place(&mut scene, mesh, numbers.rotation(), at, dynamic);
             }
@@ -103,6 +114,7 @@ proptest! {
         check_receivers(&geometry, &database, &mut numbers);
         let verdict = verify(&scene, &geometry, &lights, &database, 400, &mut numbers);
         prop_assert_eq!(verdict.wrong, 0, "{:?}", verdict);
+        prop_assert!(verdict.seams * 50 < verdict.rays.iter().sum(), "{:?}", verdict);
         prop_assert!(verdict.wrong_if_swapped > 0, "{:?}", verdict);
     }
 }
