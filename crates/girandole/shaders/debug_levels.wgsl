@@ -1,8 +1,9 @@
 // Debug view: where points were shaded. The coarsest grid is blue, finer ones green, yellow and red, what was
 // interpolated is a dim picture of the light.
 
-@group(2) @binding(0) var<storage, read> surfaces: array<vec4u>;
+@group(2) @binding(0) var ids: texture_2d<u32>;
 @group(2) @binding(1) var<storage, read> sums: array<vec4f>;
+@group(2) @binding(3) var light: texture_2d<f32>;
 @group(2) @binding(2) var radiance: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)
@@ -11,9 +12,11 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
   let index = band_index(pixel);
   let sum = sums[2u * index];
-  let dim = 0.3 * sum.xyz / (1.0 + max(sum.x, max(sum.y, sum.z)));
-  var color = select(vec3f(0.0), dim, surfaces[index].x != 0u);
-  if surfaces[index].x != 0u {
+  let arrived = textureLoad(light, vec2u(pixel.x, pixel.y - frame.band.x), 0).xyz;
+  let dim = 0.3 * arrived / (1.0 + max(arrived.x, max(arrived.y, arrived.z)));
+  let id = textureLoad(ids, pixel, 0).x;
+  var color = select(vec3f(0.0), dim, id != 0u);
+  if id != 0u {
     if sum.w == 1.0 { color = vec3f(0.9, 0.05, 0.03); }
     if sum.w == 2.0 { color = vec3f(0.9, 0.6, 0.02); }
     if sum.w == 4.0 { color = vec3f(0.05, 0.7, 0.1); }

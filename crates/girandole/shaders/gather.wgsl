@@ -7,13 +7,17 @@
 @group(2) @binding(0) var ids: texture_2d<u32>;
 @group(2) @binding(1) var atlas: texture_depth_2d_array;
 @group(2) @binding(2) var<uniform> lights: array<Light, 512>;
-// Two elements a pixel: irradiance; specular radiance, or the direction of light.
+// What earlier batches of lights gave, two elements a pixel: irradiance; specular radiance, or the direction of light.
 @group(2) @binding(3) var<storage, read_write> sums: array<vec4f>;
 @group(2) @binding(4) var<uniform> maps: Maps;
 @group(2) @binding(5) var<storage, read> queue: array<u32>;
 @group(2) @binding(6) var<storage, read> lists: array<u32>;
 @group(2) @binding(7) var<storage, read> light_maps: array<vec4f>;
 @group(2) @binding(8) var<uniform> plan: Plan;
+// The grid of points: irradiance and key of the surface; the second element.
+@group(2) @binding(9) var fine_light: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(10) var fine_second: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(11) var keys: texture_2d<u32>;
 
 fn begin(index: u32, leaf: u32) -> State {
   var state: State;
@@ -33,9 +37,18 @@ fn begin(index: u32, leaf: u32) -> State {
 
 fn end(index: u32, state: State) {
   if !state.is_surface { return; }
-  sums[2u * index] = vec4f(select(state.irradiance, max(state.irradiance, vec3f(0.0)), frame.last_batch != 0u), f32(frame.step));
   let is_direction = CURVED && state.shading.reflection.f90 <= 0.0;
-  sums[2u * index + 1u] = select(vec4f(state.glossy, 0.0), vec4f(state.toward, 1.0), is_direction);
+  let second = select(vec4f(state.glossy, 0.0), vec4f(state.toward, 1.0), is_direction);
+  if frame.last_batch == 0u || frame.debug != 0u {
+    sums[2u * index] = vec4f(state.irradiance, f32(frame.step));
+    sums[2u * index + 1u] = second;
+  }
+  if frame.last_batch != 0u {
+    let pixel = vec2u(index % frame.size.x, index / frame.size.x);
+    let point = (pixel + frame.step - 1u) / frame.step;
+    textureStore(fine_light, point, vec4f(max(state.irradiance, vec3f(0.0)), f32(textureLoad(keys, pixel, 0).x)));
+    if CURVED || SPECULAR { textureStore(fine_second, point, second); }
+  }
 }
 
 fn second_looks(state: ptr<function, State>, first: u32) {
@@ -48,7 +61,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let chunk = invocation.x;
   if chunk >= queue[1] { return; }
   let record = queue[plan.chunks_at + chunk];
-  let leaf = record & LEAF;
+  let leaf = record & 0xffffffu;
   let slot = plan.sorted_at + chunk * CHUNK;
   let first_index = queue[slot];
   let second_index = select(NONE, queue[slot + 1u], (record >> 24u) > 1u);
@@ -76,8 +89,11 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
         let light = lights[lists[i]];
         let bit = 1u << (i - start);
         let known = select(0.0, 1.0, i >= subtracted);
-        one_bits |= first_sum(&one, light, bit, known);
-        other_bits |= first_sum(&other, light, bit, known);
+        // Both maps are read before either answer is needed: memory is what this loop waits for.
+        let one_look = look_at(light, one.shading);
+        let other_look = look_at(light, other.shading);
+        one_bits |= first_sum(&one, light, one_look, bit, known);
+        other_bits |= first_sum(&other, light, other_look, bit, known);
       }
       one.doubtful[word] = one_bits;
       other.doubtful[word] = other_bits;

@@ -2,9 +2,12 @@
 // light); after the last sample, written out.
 
 @group(2) @binding(0) var ids: texture_2d<u32>;
-@group(2) @binding(1) var<storage, read> sums: array<vec4f>;
+@group(2) @binding(1) var light: texture_2d<f32>; // irradiance
+@group(2) @binding(4) var second: texture_2d<f32>; // specular radiance, or the direction of light
 @group(2) @binding(2) var<storage, read_write> pixels: array<vec4f>;
 @group(2) @binding(3) var radiance: texture_storage_2d<rgba32float, write>;
+
+override SPECULAR: bool; // whether any material has a specular lobe
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
@@ -18,9 +21,13 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     let m = materials[triangles[id - 1u].material];
     var hit: Hit;
     if has_textures(m) { hit = with_coordinates(pixel, hit_at(pixel, id - 1u)); }
-    // The second element is specular radiance, or the direction of light, which is no part of the picture.
-    let second = sums[2u * index + 1u];
-    var out = sums[2u * index].xyz * reflection(hit, m).albedo / PI + select(second.xyz, vec3f(0.0), second.w > 0.0);
+    let point = vec2u(pixel.x, pixel.y - frame.band.x);
+    var out = textureLoad(light, point, 0).xyz * reflection(hit, m).albedo / PI;
+    if SPECULAR {
+      // The direction of light is no part of the picture.
+      let other = textureLoad(second, point, 0);
+      out += select(other.xyz, vec3f(0.0), other.w > 0.0);
+    }
     // Of a single-sided surface only the front is ever seen.
     out += m.emission * sample_at(m.emission_texture, hit).xyz;
     sum += vec4f(out, 1.0);

@@ -8,6 +8,9 @@
 // Two elements a pixel: irradiance, specular radiance.
 @group(2) @binding(3) var<storage, read_write> sums: array<vec4f>;
 @group(2) @binding(4) var<uniform> maps: Maps;
+// The picture of sums, after the last batch.
+@group(2) @binding(5) var fine_light: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(6) var fine_second: texture_storage_2d<rgba32float, write>;
 
 fn begin(pixel: vec2u) -> State {
   var state: State;
@@ -26,9 +29,15 @@ fn begin(pixel: vec2u) -> State {
 
 fn end(pixel: vec2u, state: State) {
   if !state.is_surface { return; }
-  let index = 2u * band_index(pixel);
-  sums[index] = vec4f(state.irradiance, 1.0);
-  sums[index + 1u] = vec4f(state.glossy, 0.0);
+  if frame.last_batch != 0u {
+    let point = pixel - vec2u(0u, frame.band.x);
+    textureStore(fine_light, point, vec4f(state.irradiance, 1.0));
+    if SPECULAR { textureStore(fine_second, point, vec4f(state.glossy, 0.0)); }
+  } else {
+    let index = 2u * band_index(pixel);
+    sums[index] = vec4f(state.irradiance, 1.0);
+    sums[index + 1u] = vec4f(state.glossy, 0.0);
+  }
 }
 
 fn second_looks(state: ptr<function, State>, first: u32) {
@@ -54,8 +63,11 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
       for (var i = start; i < end; i++) {
         let light = lights[i - frame.first_light];
         let bit = 1u << (i - start);
-        upper_bits |= first_sum(&upper, light, bit, 0.0);
-        lower_bits |= first_sum(&lower, light, bit, 0.0);
+        // Both maps are read before either answer is needed: memory is what this loop waits for.
+        let upper_look = look_at(light, upper.shading);
+        let lower_look = look_at(light, lower.shading);
+        upper_bits |= first_sum(&upper, light, upper_look, bit, 0.0);
+        lower_bits |= first_sum(&lower, light, lower_look, bit, 0.0);
       }
       upper.doubtful[word] = upper_bits;
       lower.doubtful[word] = lower_bits;

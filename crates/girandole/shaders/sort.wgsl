@@ -1,13 +1,13 @@
 // Sorts the points to shade by their leaf receivers, in chunks of one leaf each (a counting sort). Their order within
 // a leaf depends on chance and does not matter: each point is summed by itself.
 
-@group(2) @binding(0) var<storage, read_write> counts: array<u32>; // points in all, 15 spare, points of each leaf
-@group(2) @binding(1) var<storage, read_write> queue: array<u32>; // points, chunks, spare; first chunks, chunks, points
+@group(2) @binding(0) var<storage, read_write> wanted: array<u32>; // how many points, points of each leaf, points
+@group(2) @binding(1) var<storage, read_write> queue: array<u32>; // how many points and chunks; first chunks, chunks, points
 @group(2) @binding(2) var<storage, read_write> arguments: array<u32>; // of the dispatches that sort and that shade
 @group(2) @binding(3) var<storage, read_write> tally: array<u32>; // points of each level and leaf
 @group(2) @binding(4) var<uniform> plan: Plan;
+@group(2) @binding(5) var<storage, read_write> open: array<u32>; // see refine.wgsl
 
-const FIRSTS = 16u; // in `queue`: first chunk of each leaf
 const LANES = 256u;
 const EXTRA_ROW = 4u; // of the tally: further samples of pixels at edges
 
@@ -20,7 +20,7 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
   let first = min(lane.x * share, plan.leaves);
   let end = min(first + share, plan.leaves);
   var chunks = 0u;
-  for (var leaf = first; leaf < end; leaf++) { chunks += (counts[16u + leaf] + CHUNK - 1u) / CHUNK; }
+  for (var leaf = first; leaf < end; leaf++) { chunks += (wanted[COUNTS + leaf] + CHUNK - 1u) / CHUNK; }
   chunks_before[lane.x] = chunks;
   workgroupBarrier();
   for (var reach = 1u; reach < LANES; reach *= 2u) {
@@ -33,8 +33,8 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
   let row = select(firstTrailingBit(frame.step), EXTRA_ROW, frame.sample > 0u);
   var next = chunks_before[lane.x] - chunks;
   for (var leaf = first; leaf < end; leaf++) {
-    let count = counts[16u + leaf];
-    counts[16u + leaf] = 0u;
+    let count = wanted[COUNTS + leaf];
+    wanted[COUNTS + leaf] = 0u;
     tally[row * plan.leaves + leaf] += count;
     queue[FIRSTS + leaf] = next;
     for (var i = 0u; i < count; i += CHUNK) {
@@ -43,8 +43,12 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
     }
   }
   if lane.x == LANES - 1u {
-    let points = counts[0];
-    counts[0] = 0u;
+    open[0] = 0u;
+    open[1] = 1u;
+    open[2] = 1u;
+    open[3] = 0u;
+    let points = wanted[0];
+    wanted[0] = 0u;
     queue[0] = points;
     queue[1] = next;
     arguments[0] = (points + 63u) / 64u;

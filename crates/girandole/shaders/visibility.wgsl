@@ -1,7 +1,15 @@
-// Which triangle each pixel shows, plus one; 0 = none.
-struct Out { @builtin(position) position: vec4f, @location(0) @interpolate(flat) triangle: u32, @location(1) uv: vec2f }
+// Which triangle each pixel shows, plus one; 0 = none. And the key of its surface.
+struct Out {
+  @builtin(position) position: vec4f,
+  @location(0) @interpolate(flat) triangle: u32,
+  @location(1) uv: vec2f,
+  @location(2) @interpolate(flat) key: u32,
+}
+
+struct Shown { @location(0) triangle: u32, @location(1) key: u32 }
 
 @group(2) @binding(0) var<storage, read> order: array<u32>; // triangles, those without an alpha mask first
+@group(2) @binding(1) var<storage, read> surface_keys: array<u32>; // of each triangle, see lib/pixel_surface.wgsl
 
 @vertex
 fn project_triangle(@builtin(vertex_index) index: u32) -> Out {
@@ -23,22 +31,23 @@ fn project_triangle(@builtin(vertex_index) index: u32) -> Out {
     if dot(normal, towards) <= 0.0 { out.position = vec4f(0.0, 0.0, -1.0, 1.0); }
   }
   out.triangle = id + 1u;
+  out.key = surface_keys[id];
   out.uv = select(vertex.uv0, vec2f(vertex.u1, vertex.v1), materials[triangle.material].base_color_texture.uv_set == 1u);
   return out;
 }
 
 @fragment
-fn opaque(in: Out) -> @location(0) u32 {
-  return in.triangle;
+fn opaque(in: Out) -> Shown {
+  return Shown(in.triangle, in.key);
 }
 
 @fragment
-fn masked(in: Out) -> @location(0) u32 {
+fn masked(in: Out) -> Shown {
   let m = materials[triangles[in.triangle - 1u].material];
   var alpha = m.alpha;
   if m.base_color_texture.texture != NONE {
     alpha *= sample_texture(m.base_color_texture, in.uv, vec2f(0.0), vec2f(0.0)).w;
   }
   if alpha < m.alpha_cutoff { discard; }
-  return in.triangle;
+  return Shown(in.triangle, in.key);
 }

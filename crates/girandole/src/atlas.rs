@@ -16,6 +16,8 @@ const MAX_CHOSEN: u32 = 512;
 const MAX_PAGE: u32 = 8192;
 /// Most pages: what a light's place has room for.
 const MAX_PAGES: u32 = 256;
+/// Pages are kept narrow as long as there are no more than this.
+const WANTED_PAGES: u64 = 32;
 /// A directional light's map covers the whole scene: it gets this many tiles along each axis.
 const DIRECTIONAL_TILES: u32 = 4;
 
@@ -101,11 +103,11 @@ impl AtlasLayout {
         let block = DIRECTIONAL_TILES.min(max_page / size);
         let per_side = max_page / size;
         let tiles = tiles_of(block);
-        let pages = tiles.div_ceil(u64::from(per_side).pow(2)).max(1);
-        // The most nearly square grid that holds a page's share.
-        let share = tiles.div_ceil(pages).max(1);
+        // Few columns: where textures are stored row by row, the rows of a map then lie close together.
         let least = if suns > 0 { block } else { 1 };
-        let columns = ((share as f64).sqrt().ceil() as u32).clamp(least, per_side);
+        let columns = (tiles.div_ceil(u64::from(per_side) * WANTED_PAGES) as u32).clamp(least, per_side);
+        let pages = tiles.div_ceil(u64::from(columns) * u64::from(per_side)).max(1);
+        let share = tiles.div_ceil(pages).max(1);
         let rows = (share.div_ceil(u64::from(columns)) as u32).clamp(least, per_side);
         let mut result = Self {
             page_size: [columns * size, rows * size],

@@ -63,7 +63,7 @@ impl Renderer {
             let (device, timers) = (&self.device, &self.timers);
             // Which triangle does each pixel show, at this sub-pixel sample?
             if step.first_light == 0 {
-                let views = [&targets.ids, &targets.depth];
+                let views = [&targets.ids, &targets.keys, &targets.depth];
                 self.visibility.record(device, &mut encoder, timers, band, &loaded.scene, views);
             }
             // Sum this batch of lights, each with its shadow map.
@@ -73,13 +73,14 @@ impl Renderer {
                 lights: batch_of(&loaded.light_buffer, step.first_light),
                 maps: &loaded.atlas.maps,
                 sums: &targets.sums,
+                grid: &targets.grids[0],
             };
             shade.record(device, &mut encoder, timers, band, inputs);
             // Multiply by albedo, add emission, average sub-pixel samples.
             if step.last_batch {
                 let inputs = ResolveInputs {
                     ids: &targets.ids,
-                    sums: &targets.sums,
+                    grid: &targets.grids[0],
                     pixels: &targets.pixels,
                     radiance: &targets.radiance_view,
                 };
@@ -117,6 +118,9 @@ impl Renderer {
         });
         let mut encoder = device.create_command_encoder(&Default::default());
         encoder.clear_buffer(&selection.tally, 0, None);
+        if settings.debug.is_some() {
+            encoder.clear_buffer(&targets.sums, 0, None);
+        }
         for (index, step) in steps.iter().enumerate() {
             let band = Band {
                 frame: &frames.group,
@@ -125,18 +129,17 @@ impl Renderer {
                 size: [size[0], step.band[1] - step.band[0]],
             };
             let is_first = step.first_light == 0;
-            // Which triangle does each pixel show, and which receiver is that?
+            // Which triangle does each pixel show, and of which surface?
             if is_first && step.step == grids[0] {
-                let views = [&targets.ids, &targets.depth];
+                let views = [&targets.ids, &targets.keys, &targets.depth];
                 self.visibility.record(device, &mut encoder, timers, band, &loaded.scene, views);
-                let pair = (receivers, selection);
-                select.record_surfaces(device, &mut encoder, timers, band, &targets.ids, pair);
             }
             // Which points of this grid have to be shaded?
             if is_first {
                 let choice = if step.step == grids[0] { Choice::Every } else { Choice::Refine };
                 let points = (choice, step.step);
-                select.record_points(device, &mut encoder, timers, band, points, (selection, &targets.sums));
+                let buffers = (receivers, selection, targets);
+                select.record_points(device, &mut encoder, timers, band, points, buffers);
             }
             // Sum this batch of their receivers' lights.
             let inputs = ShadeInputs {
@@ -145,13 +148,15 @@ impl Renderer {
                 lights: batch_of(&loaded.light_buffer, step.first_light),
                 maps: &loaded.atlas.maps,
                 sums: &targets.sums,
+                grid: &targets.grids[step.step.ilog2() as usize],
             };
-            select.record_gather(device, &mut encoder, timers, band, inputs, (receivers, selection));
+            let buffers = (receivers, selection, &targets.keys);
+            select.record_gather(device, &mut encoder, timers, band, inputs, buffers);
             // Multiply by albedo, add emission, average sub-pixel samples.
             if step.last_batch && step.step == 1 {
                 let inputs = ResolveInputs {
                     ids: &targets.ids,
-                    sums: &targets.sums,
+                    grid: &targets.grids[0],
                     pixels: &targets.pixels,
                     radiance: &targets.radiance_view,
                 };

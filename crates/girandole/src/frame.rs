@@ -81,6 +81,7 @@ pub(crate) fn frame(
         batch: step.first_light / BATCH,
         last_batch: u32::from(step.last_batch),
         tolerance: settings.tolerance,
+        debug: u32::from(settings.debug.is_some()),
         ..Frame::default()
     }
 }

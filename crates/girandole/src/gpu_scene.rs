@@ -2,6 +2,7 @@
 
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
 use crate::passes::shade::BATCH;
+use crate::surface_keys::surface_keys;
 use crate::{Error, Result, bind};
 use bind::Slot;
 use girandole_core::glam::{Vec2, Vec4};
@@ -18,6 +19,8 @@ pub(crate) struct GpuScene {
     pub group: wgpu::BindGroup,
     /// Triangle indices, those without an alpha mask first.
     pub order: wgpu::Buffer,
+    /// Keys of the triangles' surfaces.
+    pub keys: wgpu::Buffer,
     /// How many triangles have no mask, and how many have.
     pub counts: [u32; 2],
 }
@@ -96,6 +99,7 @@ impl GpuScene {
             group: bind::group(device, layout, &resources),
             counts: [opaque, order.len() as u32 - opaque],
             order: storage(device, "draw order", &order)?,
+            keys: storage(device, "surface keys", &surface_keys(scene, geometry))?,
         })
     }
 }

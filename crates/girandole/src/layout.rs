@@ -31,7 +31,7 @@ pub(crate) struct Frame {
     pub batch: u32,
     pub last_batch: u32,
     pub tolerance: f32,
-    pub padding_a: u32,
+    pub debug: u32,
     pub padding_b: u32,
     pub padding_c: u32,
 }
@@ -47,7 +47,11 @@ pub(crate) struct Plan {
     pub ranges_at: u32,
     pub chunks_at: u32,
     pub sorted_at: u32,
+    pub points_at: u32,
     pub light_maps: u32,
+    pub padding_a: u32,
+    pub padding_b: u32,
+    pub padding_c: u32,
 }
 
 /// `Vertex` in `lib/scene.wgsl`.

@@ -53,6 +53,7 @@ mod renderer;
 mod selection;
 mod settings;
 mod shaders;
+mod surface_keys;
 mod targets;
 mod timers;
 

@@ -11,6 +11,7 @@
 use crate::gpu_scene::storage;
 use crate::layout::Plan;
 use crate::passes::shade::BATCH;
+use crate::surface_keys::is_flat;
 use crate::{Error, Result};
 use girandole_core::glam::Vec3;
 use girandole_core::lights::{LightSample, LightSet, Profile};
@@ -79,14 +80,22 @@ impl Receivers {
         if count >= MAX_LEAVES {
             return Err(Error::TooLarge(format!("{count} receivers are too many; use --mode naive")));
         }
+        // Leaves with lists of equal length lie side by side: points are shaded in that order, and neighbours in it
+        // finish together.
+        let mut order: Vec<u32> = (0..count as u32).collect();
+        order
+            .sort_by_key(|&leaf| database.leaf_states(leaf).iter().filter(|s| **s == State::Partial).count());
+        let mut rank = vec![0; count];
+        for (place, &leaf) in order.iter().enumerate() {
+            rank[leaf as usize] = place as u32;
+        }
         // Where pixels find their leaf.
         let mut words: Vec<u32> = Vec::new();
-        for (triangle, receiver) in geometry.triangles.iter().zip(&tree.triangles) {
+        for receiver in &tree.triangles {
             words.push(match *receiver {
                 TriangleReceiver::Grid(grid) => grid,
-                TriangleReceiver::Leaf(leaf) => leaf | CLUSTERED,
+                TriangleReceiver::Leaf(leaf) => rank[leaf as usize] | CLUSTERED,
             });
-            words.push(triangle.object);
         }
         let grids_at = words.len() as u32;
         for grid in &tree.grids {
@@ -102,7 +111,7 @@ impl Receivers {
             words.extend([0; 3]);
         }
         let cells_at = words.len() as u32;
-        words.extend(&tree.cells);
+        words.extend(tree.cells.iter().map(|&leaf| rank[leaf as usize]));
 
         // Leaf records, then ranges, then lists.
         let batches = (lights.samples.len() as u32).div_ceil(BATCH).max(1);
@@ -113,16 +122,16 @@ impl Receivers {
         let mut kinds = vec![NO_PART; count * lights.samples.len()];
         let mut all_states = Vec::with_capacity(kinds.len());
         let mut mapped = 0;
-        for leaf in 0..count {
-            let rectangle = rectangle(geometry, database, leaf);
-            let has_map = rectangle.is_some() && is_plain(scene, geometry, database, leaf);
+        for (leaf, &source) in order.iter().enumerate() {
+            let rectangle = rectangle(geometry, database, source as usize);
+            let has_map = rectangle.is_some() && is_plain(scene, geometry, database, source as usize);
             let record = leaf * LEAF_WORDS;
             lists[record] = if has_map { mapped * SIDE * SIDE } else { NONE };
             mapped += u32::from(has_map);
             if let Some(r) = &rectangle {
                 write_record(&mut lists[record..record + LEAF_WORDS], r);
             }
-            let states = database.leaf_states(leaf as u32);
+            let states = database.leaf_states(source);
             let in_map = in_map(&lights.samples, states, rectangle.as_ref().filter(|_| has_map));
             for batch in 0..batches {
                 let range = ranges_at + (leaf * batches as usize + batch as usize) * RANGE;
@@ -194,13 +203,15 @@ impl Receivers {
 /// The part of its patch's plane that a leaf covers; `None` for clusters.
 fn rectangle(geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) -> Option<Rectangle> {
     let tree = database.receivers();
-    let LeafKind::Patch { grid, back, cells: [column, row, end_column, end_row] } = tree.leaves[leaf].kind
+    let LeafKind::Patch { grid: grid_index, back, cells: [column, row, end_column, end_row] } =
+        tree.leaves[leaf].kind
     else {
         return None;
     };
-    let grid = &tree.grids[grid as usize];
+    let grid = &tree.grids[grid_index as usize];
     let cell = [grid.axis_u, grid.axis_v].map(|axis| axis / axis.length_squared());
-    let normal = geometry.patches[grid.patch as usize].normal;
+    // A lone triangle has no patch and gets no map.
+    let normal = geometry.patches.get(grid.patch as usize)?.normal;
     Some(Rectangle {
         corner: grid.origin + cell[0] * column as f32 + cell[1] * row as f32,
         across: cell[0] * (end_column - column) as f32,
@@ -225,15 +236,9 @@ fn write_record(record: &mut [u32], r: &Rectangle) {
 fn is_plain(scene: &Scene, geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) -> bool {
     let tree = database.receivers();
     let LeafKind::Patch { grid, .. } = tree.leaves[leaf].kind else { return false };
-    let patch = &geometry.patches[tree.grids[grid as usize].patch as usize];
+    let Some(patch) = geometry.patches.get(tree.grids[grid as usize].patch as usize) else { return false };
     let material = &scene.materials[patch.material as usize];
-    let flat = patch.triangles.clone().all(|t| {
-        geometry.triangles[t as usize]
-            .vertices
-            .iter()
-            .all(|&v| geometry.normals[v as usize].normalize_or(patch.normal).dot(patch.normal) > 0.99999)
-    });
-    flat && material.normal_texture.is_none() && material.specular == 0.0 && material.metallic == 0.0
+    is_flat(scene, geometry, patch) && material.specular == 0.0 && material.metallic == 0.0
 }
 
 /// Which lights a leaf's light map holds: those whose contribution changes little from texel to texel. The error of

@@ -188,8 +188,9 @@ impl Renderer {
             textures: !scene.textures.is_empty(),
             curved: is_curved(scene, geometry),
         };
-        if self.resolve.as_ref().is_none_or(|r| r.textures != needs.textures) {
-            self.resolve = Some(Resolve::new(&self.device, &self.layouts, needs.textures));
+        let key = [needs.textures, needs.specular];
+        if self.resolve.as_ref().is_none_or(|r| r.key != key) {
+            self.resolve = Some(Resolve::new(&self.device, &self.layouts, key));
         }
         let occluders = Occluders::new(scene, geometry, &samples, self.options.skip_non_blockers);
         self.loaded = Some(Loaded {

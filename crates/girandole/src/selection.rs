@@ -8,16 +8,20 @@ use wgpu::util::DeviceExt;
 
 /// Points of one leaf that are shaded together; shaders know it as `CHUNK`.
 pub(crate) const CHUNK: u32 = 2;
-/// Words before the lists in `counts` and `queue`.
-const HEADER: u32 = 16;
+/// Words before the lists in `wanted` and `queue`; shaders know it as `COUNTS` and `FIRSTS`.
+pub(crate) const HEADER: u32 = 16;
+/// Words of a point in `wanted`; shaders know it as `POINT_WORDS`.
+pub(crate) const POINT_WORDS: u32 = 3;
 /// Rows of the tally: steps of 1, 2, 4 and 8 pixels, and further samples at edges.
 pub(crate) const TALLY_ROWS: u32 = 5;
 
-/// Surfaces of pixels, points to shade and their order.
+/// Points to shade and their order.
 pub(crate) struct Selection {
-    pub surfaces: wgpu::Buffer,
-    pub counts: wgpu::Buffer,
-    pub points: wgpu::Buffer,
+    /// Places that may have to be shaded, and how many workgroups look at them.
+    pub open: wgpu::Buffer,
+    /// Points to shade, as they were found.
+    pub wanted: wgpu::Buffer,
+    /// The same in order of leaves.
     pub queue: wgpu::Buffer,
     pub arguments: wgpu::Buffer,
     pub tally: wgpu::Buffer,
@@ -36,7 +40,13 @@ impl Selection {
     pub fn plan(receivers: &Receivers, capacity: u32, light_maps: bool) -> Plan {
         let chunks_at = HEADER + receivers.leaves;
         let chunks = capacity / CHUNK + receivers.leaves;
-        Plan { chunks_at, sorted_at: chunks_at + chunks, light_maps: u32::from(light_maps), ..receivers.plan }
+        Plan {
+            chunks_at,
+            sorted_at: chunks_at + chunks,
+            points_at: HEADER + receivers.leaves,
+            light_maps: u32::from(light_maps),
+            ..receivers.plan
+        }
     }
 
     /// # Errors
@@ -64,9 +74,12 @@ impl Selection {
         let (leaves, points) = (u64::from(plan.leaves), u64::from(capacity));
         let sorted = (u64::from(plan.sorted_at - plan.chunks_at)) * u64::from(CHUNK);
         Ok(Self {
-            surfaces: buffer("surfaces", 4 * points, U::empty())?,
-            counts: buffer("counts", u64::from(HEADER) + leaves, U::empty())?,
-            points: buffer("points", 4 * points, U::empty())?,
+            open: buffer("open places", 4 + points, U::INDIRECT)?,
+            wanted: buffer(
+                "points",
+                u64::from(HEADER) + leaves + u64::from(POINT_WORDS) * points,
+                U::empty(),
+            )?,
             queue: buffer("queue", u64::from(plan.sorted_at) + sorted, U::empty())?,
             arguments: buffer("arguments", 8, U::INDIRECT)?,
             tally: buffer("tally", u64::from(TALLY_ROWS) * leaves.max(1), U::COPY_SRC | U::COPY_DST)?,

@@ -10,6 +10,7 @@ macro_rules! lib {
 const LIBRARY: &[(&str, &str)] = &lib!(
     brdf,
     frame,
+    grid,
     light,
     light_map,
     maps,
@@ -19,6 +20,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     pixel_surface,
     plan,
     project,
+    receiver,
     scene,
     shadow,
     sum,
@@ -53,9 +55,9 @@ pub(crate) const SHADE: Source = source!(
     "",
     [frame, scene, texture, surface, brdf, light, maps, octahedral, parameterisation, shadow, sum]
 );
-pub(crate) const SURFACES: Source =
-    source!(surfaces, "", [frame, scene, texture, surface, plan, pixel_surface]);
-pub(crate) const SELECT: Source = source!(select, "", [frame, pixel_surface]);
+pub(crate) const REFINE: Source = source!(refine, "", [frame, grid, pixel_surface]);
+pub(crate) const CHECK: Source =
+    source!(check, "", [frame, scene, texture, surface, plan, grid, pixel_surface, receiver]);
 pub(crate) const SORT: Source = source!(sort, "", [frame, plan]);
 pub(crate) const SCATTER: Source = source!(scatter, "", [plan]);
 pub(crate) const GATHER: Source = source!(
@@ -74,14 +76,14 @@ pub(crate) const GATHER: Source = source!(
         shadow,
         sum,
         plan,
-        pixel_surface,
         light_map
     ]
 );
-pub(crate) const DEBUG_LEAVES: Source = source!(debug_leaves, "", [frame, pixel_surface]);
+pub(crate) const DEBUG_LEAVES: Source =
+    source!(debug_leaves, "", [frame, scene, texture, surface, plan, receiver]);
 pub(crate) const DEBUG_LEVELS: Source = source!(debug_levels, "", [frame]);
 pub(crate) const DEBUG_LIGHT_MAPS: Source =
-    source!(debug_light_maps, "", [frame, plan, pixel_surface, light_map]);
+    source!(debug_light_maps, "", [frame, scene, texture, surface, plan, receiver, light_map]);
 pub(crate) const DEBUG_LIGHTS: Source = source!(debug_lights, "", [frame, scene, texture, surface, light]);
 pub(crate) const DEBUG_ATLAS: Source = source!(debug_atlas, "", [frame]);
 pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, plan]);
@@ -106,8 +108,8 @@ pub(crate) const TONEMAP: Source = source!(tonemap, "", [tonemap]);
 pub(crate) const ALL: [&Source; 19] = [
     &VISIBILITY,
     &SHADE,
-    &SURFACES,
-    &SELECT,
+    &REFINE,
+    &CHECK,
     &SORT,
     &SCATTER,
     &GATHER,

@@ -15,6 +15,10 @@ pub(crate) struct Targets {
     pub depth: wgpu::TextureView,
     pub sums: wgpu::Buffer,
     pub pixels: wgpu::Buffer,
+    /// Keys of surfaces.
+    pub keys: wgpu::TextureView,
+    /// The band's grids of points by step, 1, 2, 4 and 8 pixels: irradiance and key; the second element.
+    pub grids: [[wgpu::TextureView; 2]; 4],
     pub radiance: wgpu::Texture,
     pub radiance_view: wgpu::TextureView,
 }
@@ -23,10 +27,10 @@ impl Targets {
     pub fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
         // Whole cells of the coarsest grid of points, which goes on to the row below.
         let band_rows = (BAND_PIXELS / size[0] / COARSEST * COARSEST).max(COARSEST).min(size[1]);
-        let texture = |label, format, usage| {
+        let sized = |label, [width, height]: [u32; 2], format, usage| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
-                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,
@@ -35,11 +39,12 @@ impl Targets {
                 view_formats: &[],
             })
         };
+        let texture = |label, format, usage| sized(label, size, format, usage);
         let buffer = |label, elements: u64| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
                 size: elements * 16,
-                usage: wgpu::BufferUsages::STORAGE,
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             })
         };
@@ -49,6 +54,14 @@ impl Targets {
             wgpu::TextureFormat::Rgba32Float,
             U::STORAGE_BINDING | U::TEXTURE_BINDING | U::COPY_SRC,
         );
+        let band = [size[0], band_rows + 1];
+        let grid = |level: u32| {
+            let points = band.map(|n| (n - 1).div_ceil(1 << level) + 1);
+            let usage = U::STORAGE_BINDING | U::TEXTURE_BINDING;
+            ["light", "second"].map(|label| {
+                sized(label, points, wgpu::TextureFormat::Rgba32Float, usage).create_view(&Default::default())
+            })
+        };
         let pixels = u64::from(size[0]) * u64::from(band_rows + 1);
         Self {
             size,
@@ -56,6 +69,9 @@ impl Targets {
             ids: texture("ids", visibility::IDS, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING)
                 .create_view(&Default::default()),
             depth: texture("depth", visibility::DEPTH, U::RENDER_ATTACHMENT).create_view(&Default::default()),
+            keys: texture("keys", visibility::IDS, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING)
+                .create_view(&Default::default()),
+            grids: std::array::from_fn(|level| grid(level as u32)),
             sums: buffer("sums", 2 * pixels),
             pixels: buffer("pixels", pixels),
             radiance_view: radiance.create_view(&Default::default()),

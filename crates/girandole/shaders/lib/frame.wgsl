@@ -23,7 +23,7 @@ struct Frame {
   batch: u32, // index of the batch of lights
   last_batch: u32, // whether it is the last one
   tolerance: f32, // largest difference between neighbours that are interpolated, as a share
-  padding_a: u32,
+  debug: u32, // whether sums are kept for a debug view
   padding_b: u32,
   padding_c: u32,
 }

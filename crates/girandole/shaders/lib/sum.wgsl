@@ -76,18 +76,26 @@ fn add(state: ptr<function, State>, light: Light, a: Arriving, seen: f32) {
 
 const LUMINANCE = vec3f(0.2126, 0.7152, 0.0722);
 
+// A place in a light's map, and what is stored there.
+struct Look { receiver: Receiver, texel: vec2u, stored: f32 }
+
+fn look_at(light: Light, s: Shading) -> Look {
+  let r = receiver(light, s.position, s.ng, dot(s.ng, light.position - s.position));
+  let texel = texel_of(light, r.uv);
+  if FILTER > 0u { return Look(r, texel, 0.0); }
+  return Look(r, texel, stored_at(light, texel));
+}
+
 // Adds a light with what its map says at first look, less `known`; the bit of one that wants a second look.
-fn first_sum(state: ptr<function, State>, light: Light, bit: u32, known: f32) -> u32 {
+fn first_sum(state: ptr<function, State>, light: Light, look: Look, bit: u32, known: f32) -> u32 {
   let a = arriving(light, (*state).shading);
-  let r = receiver(light, (*state).shading.position, (*state).shading.ng, a.height);
   if FILTER > 0u {
-    if a.g > 0.0 { add(state, light, a, filtered(light, r) - known); }
+    if a.g > 0.0 { add(state, light, a, filtered(light, look.receiver) - known); }
     return 0u;
   }
-  let texel = texel_of(light, r.uv);
-  let look = first_look(light, r, texel, stored_at(light, texel));
-  add(state, light, a, select(0.0, 1.0, look == LIT) - known);
-  return select(0u, bit, look == DOUBTFUL && a.g > 0.0);
+  let answer = first_look(light, look.receiver, look.texel, look.stored);
+  add(state, light, a, select(0.0, 1.0, answer == LIT) - known);
+  return select(0u, bit, answer == DOUBTFUL && a.g > 0.0);
 }
 
 // Adds a light that the first look left in the dark if the second sees it.

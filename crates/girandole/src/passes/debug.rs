@@ -1,7 +1,7 @@
 //! Debug views: they take the place of the picture.
 
 use super::{Band, Groups, Kernel, Layouts, shadow_maps};
-use crate::bind::Slot::{DepthArray, Ids, Radiance, Read};
+use crate::bind::Slot::{DepthArray, Float, Ids, Radiance, Read, Uniform};
 use crate::gpu_scene::storage;
 use crate::receivers::Receivers;
 use crate::selection::Selection;
@@ -34,9 +34,9 @@ impl Debug {
             Kernel::new(device, layouts, source, "main", slots, constants)
         };
         Self {
-            leaves: kernel(&shaders::DEBUG_LEAVES, &[Read, Read, Radiance], &[]),
-            levels: kernel(&shaders::DEBUG_LEVELS, &[Read, Read, Radiance], &[]),
-            light_maps: kernel(&shaders::DEBUG_LIGHT_MAPS, &[Read, Read, Read, Radiance], &[]),
+            leaves: kernel(&shaders::DEBUG_LEAVES, &[Ids, Read, Read, Uniform, Radiance], &[]),
+            levels: kernel(&shaders::DEBUG_LEVELS, &[Ids, Read, Radiance, Float], &[]),
+            light_maps: kernel(&shaders::DEBUG_LIGHT_MAPS, &[Ids, Read, Read, Read, Uniform, Radiance], &[]),
             lights: kernel(&shaders::DEBUG_LIGHTS, &[Read, Ids, Radiance], &[]),
             atlas: kernel(&shaders::DEBUG_ATLAS, &[DepthArray, Radiance], &[("NEAR", shadow_maps::NEAR)]),
         }
@@ -51,6 +51,7 @@ impl Debug {
         (view, lights): (DebugView, u32),
         inputs: DebugInputs,
     ) -> Result<()> {
+        let ids = wgpu::BindingResource::TextureView(&inputs.targets.ids);
         let radiance = wgpu::BindingResource::TextureView(&inputs.targets.radiance_view);
         let tiles = Groups::tiles(band.size);
         let mut run = |kernel: &Kernel, resources: &[wgpu::BindingResource], groups| {
@@ -58,26 +59,27 @@ impl Debug {
         };
         match (view, inputs.selected) {
             (DebugView::LightPositions, _) => {
-                let ids = wgpu::BindingResource::TextureView(&inputs.targets.ids);
                 let groups = Groups::Count([lights, 1]);
                 run(&self.lights, &[inputs.lights.as_entire_binding(), ids, radiance], groups);
             }
             (DebugView::Atlas, _) => {
                 run(&self.atlas, &[wgpu::BindingResource::TextureView(inputs.atlas), radiance], tiles);
             }
-            (DebugView::Levels, Some((_, selection))) => {
-                let sums = inputs.targets.sums.as_entire_binding();
-                run(&self.levels, &[selection.surfaces.as_entire_binding(), sums, radiance], tiles);
+            (DebugView::Levels, Some(_)) => {
+                let light = wgpu::BindingResource::TextureView(&inputs.targets.grids[0][0]);
+                run(&self.levels, &[ids, inputs.targets.sums.as_entire_binding(), radiance, light], tiles);
             }
             (DebugView::LightMaps, Some((receivers, selection))) => {
-                let buffers = [&selection.surfaces, &receivers.lists, &receivers.light_maps];
-                let [a, b, c] = buffers.map(|b| b.as_entire_binding());
-                run(&self.light_maps, &[a, b, c, radiance], tiles);
+                let buffers =
+                    [&receivers.receivers, &receivers.lists, &receivers.light_maps, &selection.plan];
+                let [a, b, c, d] = buffers.map(|b| b.as_entire_binding());
+                run(&self.light_maps, &[ids, a, b, c, d, radiance], tiles);
             }
             (DebugView::Receivers | DebugView::States(_), Some((receivers, selection))) => {
                 let colors = storage(device, "colours", &leaf_colors(view, receivers))?;
-                let surfaces = selection.surfaces.as_entire_binding();
-                run(&self.leaves, &[surfaces, colors.as_entire_binding(), radiance], tiles);
+                let buffers = [&receivers.receivers, &colors, &selection.plan];
+                let [a, b, c] = buffers.map(|b| b.as_entire_binding());
+                run(&self.leaves, &[ids, a, b, c, radiance], tiles);
             }
             // Refused before.
             (_, None) => {}

@@ -62,6 +62,7 @@ pub(crate) struct Kernel {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
     label: &'static str,
+    sees_scene: bool,
 }
 
 impl Kernel {
@@ -74,9 +75,11 @@ impl Kernel {
         constants: &[(&str, f64)],
     ) -> Self {
         let layout = bind::layout(device, source.name, wgpu::ShaderStages::COMPUTE, slots);
-        let groups = [Some(&layouts.frame), Some(&layouts.scene), Some(&layout)];
+        // A pass that does not look at the scene has that many storage buffers more for itself.
+        let sees_scene = source.uses.contains(&"scene");
+        let groups = [Some(&layouts.frame), sees_scene.then_some(&layouts.scene), Some(&layout)];
         let pipeline = bind::compute_pipeline(device, &source.module(device), entry, &groups, constants);
-        Self { layout, pipeline, label: source.name }
+        Self { layout, pipeline, label: source.name, sees_scene }
     }
 
     /// Records one dispatch with these resources as bind group 2.
@@ -96,7 +99,9 @@ impl Kernel {
         });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, band.frame, &[band.frame_offset]);
-        pass.set_bind_group(1, band.scene, &[]);
+        if self.sees_scene {
+            pass.set_bind_group(1, band.scene, &[]);
+        }
         pass.set_bind_group(2, &group, &[]);
         match groups {
             Groups::Count([x, y]) => pass.dispatch_workgroups(x, y, 1),

@@ -6,24 +6,25 @@ use crate::{shaders, timers::Timers};
 
 pub(crate) struct Resolve {
     kernel: Kernel,
-    /// Whether it was compiled for textures.
-    pub textures: bool,
+    /// What it was compiled for: textures, specular lobes.
+    pub key: [bool; 2],
 }
 
 /// What resolving reads and writes.
 #[derive(Clone, Copy)]
 pub(crate) struct ResolveInputs<'a> {
     pub ids: &'a wgpu::TextureView,
-    pub sums: &'a wgpu::Buffer,
+    pub grid: &'a [wgpu::TextureView; 2],
     pub pixels: &'a wgpu::Buffer,
     pub radiance: &'a wgpu::TextureView,
 }
 
 impl Resolve {
-    pub fn new(device: &wgpu::Device, layouts: &Layouts, textures: bool) -> Self {
-        let slots = [Slot::Ids, Slot::Read, Slot::Write, Slot::Radiance];
-        let constants = [("TEXTURES", f64::from(u8::from(textures)))];
-        Self { kernel: Kernel::new(device, layouts, &shaders::RESOLVE, "main", &slots, &constants), textures }
+    pub fn new(device: &wgpu::Device, layouts: &Layouts, key: [bool; 2]) -> Self {
+        let slots = [Slot::Ids, Slot::Float, Slot::Write, Slot::Radiance, Slot::Float];
+        let [textures, specular] = key.map(|k| f64::from(u8::from(k)));
+        let constants = [("TEXTURES", textures), ("SPECULAR", specular)];
+        Self { kernel: Kernel::new(device, layouts, &shaders::RESOLVE, "main", &slots, &constants), key }
     }
 
     pub fn record(
@@ -36,9 +37,10 @@ impl Resolve {
     ) {
         let resources = [
             wgpu::BindingResource::TextureView(inputs.ids),
-            inputs.sums.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&inputs.grid[0]),
             inputs.pixels.as_entire_binding(),
             wgpu::BindingResource::TextureView(inputs.radiance),
+            wgpu::BindingResource::TextureView(&inputs.grid[1]),
         ];
         let time = timers.compute("resolve_gpu_ms");
         self.kernel.record(device, encoder, time, band, &resources, Groups::tiles(band.size));

@@ -7,13 +7,14 @@ use crate::bind::Slot;
 use crate::receivers::{LIGHT_MAP_GROUPS, Receivers};
 use crate::selection::Selection;
 use crate::settings::RendererOptions;
+use crate::targets::Targets;
 use crate::{shaders, timers::Timers};
 
 /// The kernels, compiled for a scene.
 pub(crate) struct Select {
-    surfaces: Kernel,
     every: Kernel,
     refine: Kernel,
+    check: Kernel,
     allot: Kernel,
     scatter: Kernel,
     gather: Kernel,
@@ -33,30 +34,37 @@ pub(crate) enum Choice {
 
 impl Select {
     pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
-        use Slot::{DepthArray, Ids, Read, Uniform, Write};
+        use Slot::{DepthArray, Float, Ids, Radiance, Read, Uniform, Write};
         let flag = |name, value: bool| (name, f64::from(u8::from(value)));
-        let [curved, specular] = [flag("CURVED", needs.curved), flag("SPECULAR", needs.specular)];
+        let [curved, specular, textures] = [
+            flag("CURVED", needs.curved),
+            flag("SPECULAR", needs.specular),
+            flag("TEXTURES", needs.textures),
+        ];
         let kernel = |source, entry, slots: &[Slot], constants: &[(&str, f64)]| {
             Kernel::new(device, layouts, source, entry, slots, constants)
         };
-        let points = [Read, Write, Write, Write];
+        let check = [Ids, Read, Write, Uniform, Ids, Float, Float, Radiance, Radiance, Read];
         let mut gather = constants(options, needs).to_vec();
         gather.push(curved);
         Self {
-            surfaces: kernel(
-                &shaders::SURFACES,
+            every: kernel(&shaders::CHECK, "every", &check, &[textures]),
+            refine: kernel(
+                &shaders::REFINE,
                 "main",
-                &[Ids, Read, Write, Uniform],
-                &[flag("TEXTURES", needs.textures)],
+                &[Ids, Float, Float, Radiance, Radiance, Write],
+                &[curved, specular],
             ),
-            every: kernel(&shaders::SELECT, "every", &points, &[]),
-            refine: kernel(&shaders::SELECT, "refine", &points, &[curved, specular]),
-            allot: kernel(&shaders::SORT, "allot", &[Write, Write, Write, Write, Uniform], &[]),
+            check: kernel(&shaders::CHECK, "check", &check, &[curved, specular, textures]),
+            allot: kernel(&shaders::SORT, "allot", &[Write, Write, Write, Write, Uniform, Write], &[]),
             scatter: kernel(&shaders::SCATTER, "main", &[Read, Write, Uniform], &[]),
             gather: kernel(
                 &shaders::GATHER,
                 "main",
-                &[Ids, DepthArray, Uniform, Write, Uniform, Read, Read, Read, Uniform],
+                &[
+                    Ids, DepthArray, Uniform, Write, Uniform, Read, Read, Read, Uniform, Radiance, Radiance,
+                    Ids,
+                ],
                 &gather,
             ),
             light_maps: kernel(
@@ -69,26 +77,6 @@ impl Select {
         }
     }
 
-    /// Which surface each pixel shows, from triangle ids.
-    pub fn record_surfaces(
-        &self,
-        device: &wgpu::Device,
-        encoder: &mut wgpu::CommandEncoder,
-        timers: &Timers,
-        band: Band,
-        ids: &wgpu::TextureView,
-        (receivers, selection): (&Receivers, &Selection),
-    ) {
-        let resources = [
-            wgpu::BindingResource::TextureView(ids),
-            receivers.receivers.as_entire_binding(),
-            selection.surfaces.as_entire_binding(),
-            selection.plan.as_entire_binding(),
-        ];
-        let groups = Groups::tiles([band.size[0], band.size[1] + 1]);
-        self.surfaces.record(device, encoder, timers.compute("surfaces_gpu_ms"), band, &resources, groups);
-    }
-
     /// Chooses points of the frame's grid and sorts them by leaf.
     pub fn record_points(
         &self,
@@ -97,25 +85,58 @@ impl Select {
         timers: &Timers,
         band: Band,
         (choice, step): (Choice, u32),
-        (selection, sums): (&Selection, &wgpu::Buffer),
+        (receivers, selection, targets): (&Receivers, &Selection, &Targets),
     ) {
-        let resources =
-            [&selection.surfaces, sums, &selection.counts, &selection.points].map(|b| b.as_entire_binding());
-        let kernel = match choice {
-            Choice::Every => &self.every,
-            Choice::Refine => &self.refine,
-        };
-        let points = [band.size[0], band.size[1] + 1].map(|n| (n - 1).div_ceil(step) + 1);
-        let time = timers.compute("select_gpu_ms");
-        kernel.record(device, encoder, time, band, &resources, Groups::tiles(points));
+        let level = step.ilog2() as usize;
+        let fine = targets.grids[level].each_ref().map(wgpu::BindingResource::TextureView);
+        // The coarsest grid of all reads none; it is given another one, which it does not touch.
+        let coarse = &targets.grids[if level == 3 { 0 } else { level + 1 }];
+        let coarse = coarse.each_ref().map(wgpu::BindingResource::TextureView);
+        let keys = wgpu::BindingResource::TextureView(&targets.keys);
+        let spacing = if choice == Choice::Refine { 2 * step } else { step };
+        let points = [band.size[0], band.size[1] + 1].map(|n| (n - 1).div_ceil(spacing) + 1);
+        let look = [
+            wgpu::BindingResource::TextureView(&targets.ids),
+            receivers.receivers.as_entire_binding(),
+            selection.wanted.as_entire_binding(),
+            selection.plan.as_entire_binding(),
+            keys.clone(),
+            coarse[0].clone(),
+            coarse[1].clone(),
+            fine[0].clone(),
+            fine[1].clone(),
+            selection.open.as_entire_binding(),
+        ];
+        match choice {
+            Choice::Every => {
+                let time = timers.compute("select_gpu_ms");
+                self.every.record(device, encoder, time, band, &look, Groups::tiles(points));
+            }
+            Choice::Refine => {
+                let [coarse_light, coarse_second] = coarse;
+                let [fine_light, fine_second] = fine;
+                let open = selection.open.as_entire_binding();
+                let resources = [keys, coarse_light, coarse_second, fine_light, fine_second, open];
+                let time = timers.compute("select_gpu_ms");
+                self.refine.record(device, encoder, time, band, &resources, Groups::tiles(points));
+                let groups = Groups::Indirect(&selection.open, 0);
+                self.check.record(device, encoder, timers.compute("select_gpu_ms"), band, &look, groups);
+            }
+        }
 
-        let resources =
-            [&selection.counts, &selection.queue, &selection.arguments, &selection.tally, &selection.plan]
-                .map(|b| b.as_entire_binding());
+        let resources = [
+            &selection.wanted,
+            &selection.queue,
+            &selection.arguments,
+            &selection.tally,
+            &selection.plan,
+            &selection.open,
+        ]
+        .map(|b| b.as_entire_binding());
         let time = timers.compute("sort_gpu_ms");
         self.allot.record(device, encoder, time, band, &resources, Groups::Count([1, 1]));
 
-        let resources = [&selection.points, &selection.queue, &selection.plan].map(|b| b.as_entire_binding());
+        let resources = [&selection.wanted, &selection.queue, &selection.plan].map(|b| b.as_entire_binding());
         let groups = Groups::Indirect(&selection.arguments, 0);
         self.scatter.record(device, encoder, timers.compute("sort_gpu_ms"), band, &resources, groups);
     }
@@ -128,7 +149,7 @@ impl Select {
         timers: &Timers,
         band: Band,
         inputs: ShadeInputs,
-        (receivers, selection): (&Receivers, &Selection),
+        (receivers, selection, keys): (&Receivers, &Selection, &wgpu::TextureView),
     ) {
         let resources = [
             wgpu::BindingResource::TextureView(inputs.ids),
@@ -140,6 +161,9 @@ impl Select {
             receivers.lists.as_entire_binding(),
             receivers.light_maps.as_entire_binding(),
             selection.plan.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&inputs.grid[0]),
+            wgpu::BindingResource::TextureView(&inputs.grid[1]),
+            wgpu::BindingResource::TextureView(keys),
         ];
         let groups = Groups::Indirect(&selection.arguments, 16);
         self.gather.record(device, encoder, timers.compute("shade_gpu_ms"), band, &resources, groups);

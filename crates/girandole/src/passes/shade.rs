@@ -39,12 +39,22 @@ pub(crate) struct ShadeInputs<'a> {
     pub lights: wgpu::BufferBinding<'a>,
     pub maps: &'a wgpu::Buffer,
     pub sums: &'a wgpu::Buffer,
+    /// Where the last batch leaves what it all came to.
+    pub grid: &'a [wgpu::TextureView; 2],
 }
 
 impl Shade {
     /// Compiles shading for what a scene and its lights need.
     pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
-        let slots = [Slot::Ids, Slot::DepthArray, Slot::Uniform, Slot::Write, Slot::Uniform];
+        let slots = [
+            Slot::Ids,
+            Slot::DepthArray,
+            Slot::Uniform,
+            Slot::Write,
+            Slot::Uniform,
+            Slot::Radiance,
+            Slot::Radiance,
+        ];
         let constants = constants(options, needs);
         Self { kernel: Kernel::new(device, layouts, &shaders::SHADE, "main", &slots, &constants), needs }
     }
@@ -64,6 +74,8 @@ impl Shade {
             wgpu::BindingResource::Buffer(inputs.lights),
             inputs.sums.as_entire_binding(),
             inputs.maps.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&inputs.grid[0]),
+            wgpu::BindingResource::TextureView(&inputs.grid[1]),
         ];
         let time = timers.compute("shade_gpu_ms");
         self.kernel.record(device, encoder, time, band, &resources, Groups::tiles(band.size));

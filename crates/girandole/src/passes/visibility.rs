@@ -18,7 +18,8 @@ pub(crate) struct Visibility {
 
 impl Visibility {
     pub fn new(device: &wgpu::Device, layouts: &Layouts) -> Self {
-        let layout = bind::layout(device, "visibility", wgpu::ShaderStages::VERTEX, &[Slot::Read]);
+        let layout =
+            bind::layout(device, "visibility", wgpu::ShaderStages::VERTEX, &[Slot::Read, Slot::Read]);
         let module = shaders::VISIBILITY.module(device);
         let groups =
             bind::pipeline_layout(device, &[Some(&layouts.frame), Some(&layouts.scene), Some(&layout)]);
@@ -45,7 +46,7 @@ impl Visibility {
                     module: &module,
                     entry_point: Some(entry),
                     compilation_options: Default::default(),
-                    targets: &[Some(IDS.into())],
+                    targets: &[Some(IDS.into()), Some(IDS.into())],
                 }),
                 multiview_mask: None,
                 cache: None,
@@ -61,20 +62,26 @@ impl Visibility {
         timers: &Timers,
         band: Band,
         scene: &GpuScene,
-        [ids, depth]: [&wgpu::TextureView; 2],
+        [ids, keys, depth]: [&wgpu::TextureView; 3],
     ) {
-        let group = bind::group(device, &self.layout, &[scene.order.as_entire_binding()]);
+        let group = bind::group(
+            device,
+            &self.layout,
+            &[scene.order.as_entire_binding(), scene.keys.as_entire_binding()],
+        );
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("visibility"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: ids,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(Default::default()),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
+            color_attachments: &[ids, keys].map(|view| {
+                Some(wgpu::RenderPassColorAttachment {
+                    view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(Default::default()),
+                        store: wgpu::StoreOp::Store,
+                    },
+                })
+            }),
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: depth,
                 depth_ops: Some(wgpu::Operations {

@@ -1,0 +1,153 @@
+// The places that `refine.wgsl` left open: on curved surfaces, near edges, in light that changes. Each is interpolated
+// after all, or it is shaded.
+
+@group(2) @binding(0) var ids: texture_2d<u32>;
+@group(2) @binding(1) var<storage, read> receivers: array<u32>;
+@group(2) @binding(2) var<storage, read_write> wanted: array<atomic<u32>>; // how many points, points of each leaf, points
+@group(2) @binding(3) var<uniform> plan: Plan;
+@group(2) @binding(4) var keys: texture_2d<u32>;
+// The coarser grid: irradiance and key; specular radiance, or the direction of light.
+@group(2) @binding(5) var coarse_light: texture_2d<f32>;
+@group(2) @binding(6) var coarse_second: texture_2d<f32>;
+@group(2) @binding(7) var fine_light: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(8) var fine_second: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(9) var<storage, read> open: array<u32>;
+
+override CURVED: bool = false;
+override SPECULAR: bool = false;
+
+// Normals of a curved surface that are interpolated between differ by less than 26 degrees,
+const BEND = 0.9;
+// and one sees the other's point over itself by less than 17.
+const RISE = 0.3;
+// Steepest change that is interpolated where it is even, in units of the tolerance.
+const STEEPEST = 5.0;
+const PI = 3.14159265358979;
+
+fn want(at: vec2u) {
+  let pixel = at + vec2u(0u, frame.band.x);
+  let leaf = leaf_of(pixel, textureLoad(ids, pixel, 0).x);
+  let slot = plan.points_at + POINT_WORDS * atomicAdd(&wanted[0], 1u);
+  atomicStore(&wanted[slot], at.y * frame.size.x + at.x);
+  atomicStore(&wanted[slot + 1u], leaf);
+  atomicStore(&wanted[slot + 2u], atomicAdd(&wanted[COUNTS + leaf], 1u));
+}
+
+fn key_at(at: vec2u) -> u32 {
+  return textureLoad(keys, at + vec2u(0u, frame.band.x), 0).x;
+}
+
+// Shades all points of the grid: the coarsest one, or with a step of 1 every pixel.
+@compute @workgroup_size(8, 8)
+fn every(@builtin(global_invocation_id) invocation: vec3u) {
+  if any(invocation.xy >= grid_size(frame.step)) { return; }
+  let at = place_of(invocation.xy, frame.step);
+  if key_at(at) != 0u { want(at); } else { textureStore(fine_light, invocation.xy, vec4f(0.0)); }
+}
+
+// A surface point whose normal counts.
+struct Place { position: vec3f, normal: vec3f }
+
+fn place_at(at: vec2u) -> Place {
+  let pixel = at + vec2u(0u, frame.band.x);
+  let triangle = max(textureLoad(ids, pixel, 0).x, 1u) - 1u;
+  var hit = hit_at(pixel, triangle);
+  let m = materials[triangles[triangle].material];
+  if TEXTURES { hit = with_coordinates(pixel, hit); }
+  return Place(hit.position, shading_normal(hit, m));
+}
+
+// What a point of the coarser grid would have a place receive; whether both lie on one surface.
+struct Neighbour { irradiance: vec3f, second: vec3f, fits: bool }
+
+fn neighbour(point: vec2i, place: Place, key: u32) -> Neighbour {
+  let size = vec2i(grid_size(2u * frame.step));
+  let inside = all(point >= vec2i(0)) && all(point < size);
+  let at = vec2u(clamp(point, vec2i(0), size - 1));
+  let light = textureLoad(coarse_light, at, 0);
+  var result = Neighbour(light.xyz, vec3f(0.0), inside && u32(light.w) == key);
+  if CURVED || SPECULAR { result.second = textureLoad(coarse_second, at, 0).xyz; }
+  if CURVED {
+    if (key & BENT) != 0u {
+      // On a curved surface light comes from a direction, and the place's normal differs.
+      let other = place_at(place_of(at, 2u * frame.step));
+      let between = other.position - place.position;
+      let rise = max(abs(dot(other.normal, between)), abs(dot(place.normal, between)));
+      let toward = result.second;
+      let cosine = dot(other.normal, toward);
+      // Where all light grazes, its direction says little of what a turned surface would receive.
+      result.fits = result.fits && dot(other.normal, place.normal) > BEND && rise <= RISE * length(between)
+        && cosine >= 0.1 * length(toward);
+      result.irradiance *= max(dot(place.normal, toward), 0.0) / max(cosine, 1e-20);
+    }
+  }
+  return result;
+}
+
+// Largest difference of what two neighbours receive; 0 where one of them lies elsewhere.
+fn spread(a: Neighbour, b: Neighbour, key: u32) -> f32 {
+  var d = abs(a.irradiance - b.irradiance);
+  if SPECULAR { d = max(d, select(abs(a.second - b.second) * PI, vec3f(0.0), (key & BENT) != 0u)); }
+  return select(0.0, max(d.x, max(d.y, d.z)), a.fits && b.fits);
+}
+
+// By how much light bends at `near`: `beyond` lies as far from it as `across` on the other side.
+fn bend(near: Neighbour, across: Neighbour, beyond: vec2i, place: Place, key: u32) -> f32 {
+  let next = neighbour(beyond, place, key);
+  let d = abs(next.irradiance - 2.0 * near.irradiance + across.irradiance);
+  return select(spread(near, across, key), max(d.x, max(d.y, d.z)), next.fits);
+}
+
+@compute @workgroup_size(64)
+fn check(@builtin(global_invocation_id) invocation: vec3u) {
+  if invocation.x >= open[3] { return; }
+  let packed = open[4u + invocation.x];
+  let at = vec2u(packed & 0xffffu, packed >> 16u);
+  let wide = 2u * frame.step;
+  let last = last_point();
+  let key = key_at(at);
+  var place: Place;
+  if CURVED { place = place_at(at); }
+  // Neighbours on the coarser grid; along an axis on which this place lies on it, the place itself.
+  let on_grid = (at == last) | (at % wide == vec2u(0u));
+  let low = select(at / wide, (at + wide - 1u) / wide, on_grid);
+  let high = select(low + 1u, low, on_grid);
+  let span = place_of(high, wide) - place_of(low, wide);
+  let t = select(vec2f(at - place_of(low, wide)) / vec2f(max(span, vec2u(1u))), vec2f(0.0), on_grid);
+  let pa = vec2i(low);
+  let pb = vec2i(vec2u(high.x, low.y));
+  let pc = vec2i(vec2u(low.x, high.y));
+  let pd = vec2i(high);
+  let a = neighbour(pa, place, key);
+  let b = neighbour(pb, place, key);
+  let c = neighbour(pc, place, key);
+  let d = neighbour(pd, place, key);
+  // Bilinear weights, of those neighbours that lie on the same surface.
+  let w = vec4f((1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y)
+    * vec4f(f32(a.fits), f32(b.fits), f32(c.fits), f32(d.fits));
+  let weight = dot(w, vec4f(1.0));
+  let scale = 1.0 / max(weight, 1e-6);
+  let value = (a.irradiance * w.x + b.irradiance * w.y + c.irradiance * w.z + d.irradiance * w.w) * scale;
+  let second = (a.second * w.x + b.second * w.y + c.second * w.z + d.second * w.w) * scale;
+  let range = max(max(spread(a, b, key), spread(c, d, key)),
+    max(max(spread(a, c, key), spread(b, d, key)), max(spread(a, d, key), spread(b, c, key))));
+  let allowed = allowed_range(value);
+  let all_fit = a.fits && b.fits && c.fits && d.fits;
+  // Near an edge some neighbours lie elsewhere: half of them will do where they agree, in the end a quarter.
+  let least = select(0.45, 0.2, frame.step == 1u);
+  var stands = weight > least && range <= select(0.5, 1.0, all_fit) * allowed;
+  // Light that changes evenly may be interpolated over a larger range: what counts is how it bends.
+  if all_fit && !stands && range <= STEEPEST * allowed {
+    let reach = select(vec2i(1), vec2i(0), on_grid);
+    let most = max(max(bend(a, d, pa - reach, place, key), bend(d, a, pd + reach, place, key)),
+      max(bend(b, c, pb + vec2i(1, -1) * reach, place, key), bend(c, b, pc + vec2i(-1, 1) * reach, place, key)));
+    stands = most <= allowed;
+  }
+  if stands && (key & SHINY) == 0u {
+    let point = (at + frame.step - 1u) / frame.step;
+    textureStore(fine_light, point, vec4f(value, f32(key)));
+    if CURVED || SPECULAR { textureStore(fine_second, point, vec4f(second, select(0.0, 1.0, (key & BENT) != 0u))); }
+  } else {
+    want(at);
+  }
+}

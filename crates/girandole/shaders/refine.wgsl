@@ -1,0 +1,87 @@
+// Where to shade (Barczak §4.3.3, and beyond): the picture is a pyramid of grids of points, each with half the step of
+// the one before. The coarsest grid is shaded. A point of a finer one is interpolated between its neighbours on the
+// coarser one where they lie on the same surface and the light that they receive changes little or evenly, and shaded
+// where not. So edges, contacts and the shadows of strong lights are found by halving, and what is interpolated is
+// continuous, because neighbouring cells share the points between them.
+//
+// This pass settles the simple cases, nearly all of them: a plane, in nearly even light. `check.wgsl` looks at the rest.
+
+@group(2) @binding(0) var keys: texture_2d<u32>;
+// The coarser grid: irradiance and key; specular radiance, or the direction of light.
+@group(2) @binding(1) var coarse_light: texture_2d<f32>;
+@group(2) @binding(2) var coarse_second: texture_2d<f32>;
+@group(2) @binding(3) var fine_light: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(4) var fine_second: texture_storage_2d<rgba32float, write>;
+// Workgroups of the next pass (3 words), how many places, places: row << 16 | column.
+@group(2) @binding(5) var<storage, read_write> open: array<atomic<u32>>;
+
+override CURVED: bool = false;
+override SPECULAR: bool = false;
+
+struct Known { light: vec4f, second: vec4f }
+
+fn known(point: vec2u) -> Known {
+  var second = vec4f(0.0);
+  if SPECULAR { second = textureLoad(coarse_second, point, 0); }
+  return Known(textureLoad(coarse_light, point, 0), second);
+}
+
+// Writes a place between neighbours of which `least` and `most` are the extremes; whether it could not be settled.
+fn settle(point: vec2u, at: vec2u, value: Known, least: Known, most: Known, exists: bool) -> bool {
+  if !exists { return false; }
+  let key = textureLoad(keys, at + vec2u(0u, frame.band.x), 0).x;
+  var range = most.light - least.light;
+  if SPECULAR { range = max(range, vec4f((most.second - least.second).xyz * PI, 0.0)); }
+  let same = least.light.w == most.light.w && u32(least.light.w) == key && (key & (BENT | SHINY)) == 0u;
+  let stands = same && max(range.x, max(range.y, range.z)) <= allowed_range(value.light.xyz);
+  textureStore(fine_light, point, select(vec4f(0.0), vec4f(value.light.xyz, f32(key)), key != 0u));
+  if SPECULAR { textureStore(fine_second, point, value.second); }
+  return key != 0u && !stands;
+}
+
+const PI = 3.14159265358979;
+
+fn lowest(a: Known, b: Known) -> Known { return Known(min(a.light, b.light), min(a.second, b.second)); }
+fn highest(a: Known, b: Known) -> Known { return Known(max(a.light, b.light), max(a.second, b.second)); }
+fn blend(a: Known, b: Known, t: f32) -> Known { return Known(mix(a.light, b.light, t), mix(a.second, b.second, t)); }
+
+// One invocation for a cell of the coarser grid: its first corner, and the three places between its corners.
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) invocation: vec3u) {
+  let coarse = grid_size(2u * frame.step);
+  let fine = grid_size(frame.step);
+  if any(invocation.xy >= coarse) { return; }
+  let next = min(invocation.xy + 1u, coarse - 1u);
+  let is_last = invocation.xy == coarse - 1u;
+  let corner = select(2u * invocation.xy, fine - 1u, is_last);
+  let at = place_of(invocation.xy, 2u * frame.step);
+  let middle = at + frame.step;
+  // Where the grids end there may be no place between the last two points.
+  let exists = !is_last & (middle < last_point());
+  let t = f32(frame.step) / max(vec2f(place_of(next, 2u * frame.step) - at), vec2f(1.0));
+  let a = known(invocation.xy);
+  let b = known(vec2u(next.x, invocation.y));
+  let c = known(vec2u(invocation.x, next.y));
+  let d = known(next);
+  textureStore(fine_light, corner, a.light);
+  if CURVED || SPECULAR { textureStore(fine_second, corner, textureLoad(coarse_second, invocation.xy, 0)); }
+  let ab = blend(a, b, t.x);
+  let ac = blend(a, c, t.y);
+  let abcd = blend(ab, blend(c, d, t.x), t.y);
+  let right = vec2u(middle.x, at.y);
+  let below = vec2u(at.x, middle.y);
+  let open_right = settle(corner + vec2u(1u, 0u), right, ab, lowest(a, b), highest(a, b), exists.x);
+  let open_below = settle(corner + vec2u(0u, 1u), below, ac, lowest(a, c), highest(a, c), exists.y);
+  let open_middle = settle(corner + 1u, middle, abcd, lowest(lowest(a, b), lowest(c, d)),
+    highest(highest(a, b), highest(c, d)), all(exists));
+  let count = u32(open_right) + u32(open_below) + u32(open_middle);
+  if count > 0u {
+    var slot = atomicAdd(&open[3], count);
+    atomicMax(&open[0], (slot + count + 63u) / 64u);
+    if open_right { atomicStore(&open[4u + slot], right.y << 16u | right.x); }
+    slot += u32(open_right);
+    if open_below { atomicStore(&open[4u + slot], below.y << 16u | below.x); }
+    slot += u32(open_below);
+    if open_middle { atomicStore(&open[4u + slot], middle.y << 16u | middle.x); }
+  }
+}

@@ -1,0 +1,76 @@
+//! Keys of surfaces: equal for triangles between whose pixels light may be interpolated.
+
+use girandole_core::glam::Vec3;
+use girandole_core::scene::{Geometry, Scene, Triangle, WorldPatch};
+
+/// Normals vary; shaders know it as `BENT`.
+pub(crate) const BENT: u32 = 1 << 23;
+/// Reflections cannot be interpolated; shaders know it as `SHINY`.
+pub(crate) const SHINY: u32 = 1 << 22;
+
+/// One key a triangle, 24 bits, never 0.
+pub(crate) fn surface_keys(scene: &Scene, geometry: &Geometry) -> Vec<u32> {
+    let planes = planes(scene, geometry);
+    geometry
+        .triangles
+        .iter()
+        .map(|t| surface_key(scene, t, planes.get(t.patch as usize).copied().flatten()))
+        .collect()
+}
+
+/// For each patch whose shading normal is that of its plane, the number of that plane: coplanar patches that face the
+/// same way share one.
+fn planes(scene: &Scene, geometry: &Geometry) -> Vec<Option<u32>> {
+    let tolerance = geometry.diagonal() * 1e-5;
+    let mut known: Vec<(Vec3, f32)> = Vec::new();
+    let mut found: std::collections::HashMap<[i32; 4], Vec<u32>> = std::collections::HashMap::new();
+    geometry
+        .patches
+        .iter()
+        .map(|patch| {
+            if !is_flat(scene, geometry, patch) {
+                return None;
+            }
+            let distance = patch.normal.dot(patch.outline[0]);
+            let cell = |x: f32, size: f32| (x / size).round() as i32;
+            let [x, y, z] = patch.normal.to_array().map(|x| cell(x, 1e-3));
+            let candidates = found.entry([x, y, z, cell(distance, 10.0 * tolerance)]).or_default();
+            let same = |&&plane: &&u32| {
+                let (normal, d): (Vec3, f32) = known[plane as usize];
+                normal.dot(patch.normal) > 1.0 - 1e-7 && (d - distance).abs() < tolerance
+            };
+            Some(candidates.iter().find(same).copied().unwrap_or_else(|| {
+                known.push((patch.normal, distance));
+                let plane = known.len() as u32 - 1;
+                candidates.push(plane);
+                plane
+            }))
+        })
+        .collect()
+}
+
+/// Whether the shading normals of a patch are that of its plane everywhere.
+pub(crate) fn is_flat(scene: &Scene, geometry: &Geometry, patch: &WorldPatch) -> bool {
+    scene.materials[patch.material as usize].normal_texture.is_none()
+        && patch.triangles.clone().all(|t| {
+            geometry.triangles[t as usize]
+                .vertices
+                .iter()
+                .all(|&v| geometry.normals[v as usize].normalize_or(patch.normal).dot(patch.normal) > 0.99999)
+        })
+}
+
+/// What tells pixels of one surface from others, see `lib/pixel_surface.wgsl`.
+fn surface_key(scene: &Scene, triangle: &Triangle, plane: Option<u32>) -> u32 {
+    let material = &scene.materials[triangle.material as usize];
+    let reflects = material.specular > 0.0 || material.metallic > 0.0;
+    // Sharp reflections change from pixel to pixel, and so do those of curved surfaces.
+    let is_rough =
+        plane.is_some() && material.metallic_roughness_texture.is_none() && material.roughness >= 0.5;
+    let shiny = if reflects && !is_rough { SHINY } else { 0 };
+    // Different reflections are not interpolated between.
+    let number = plane.unwrap_or(triangle.object);
+    let mixed = if reflects { number.wrapping_mul(0x9e37_79b9) >> 10 ^ triangle.material } else { number };
+    let bent = if plane.is_none() { BENT } else { 0 };
+    bent | shiny | (mixed.wrapping_add(1) & (SHINY - 1)).max(1)
+}
