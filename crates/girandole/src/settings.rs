@@ -87,7 +87,7 @@ pub enum DebugView {
     States(Option<u32>),
     /// What light maps hold.
     LightMaps,
-    /// Where points were shaded: blue every 8 pixels, green 4, yellow 2, red each; the rest was interpolated.
+    /// Where points were shaded: violet every 16 pixels, blue 8, green 4, yellow 2, red each; the rest was interpolated.
     Levels,
     /// Light samples as dots over the picture; rings where they are hidden.
     LightPositions,

@@ -17,8 +17,8 @@ pub(crate) struct Targets {
     pub pixels: wgpu::Buffer,
     /// Keys of surfaces.
     pub keys: wgpu::TextureView,
-    /// The band's grids of points by step, 1, 2, 4 and 8 pixels: irradiance and key; the second element.
-    pub grids: [[wgpu::TextureView; 2]; 4],
+    /// The band's grids of points by step, 1, 2, 4, 8 and 16 pixels: irradiance and key; the second element.
+    pub grids: [[wgpu::TextureView; 2]; 5],
     pub radiance: wgpu::Texture,
     pub radiance_view: wgpu::TextureView,
 }

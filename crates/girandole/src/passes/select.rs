@@ -90,7 +90,7 @@ impl Select {
         let level = step.ilog2() as usize;
         let fine = targets.grids[level].each_ref().map(wgpu::BindingResource::TextureView);
         // The coarsest grid of all reads none; it is given another one, which it does not touch.
-        let coarse = &targets.grids[if level == 3 { 0 } else { level + 1 }];
+        let coarse = targets.grids.get(level + 1).unwrap_or(&targets.grids[0]);
         let coarse = coarse.each_ref().map(wgpu::BindingResource::TextureView);
         let keys = wgpu::BindingResource::TextureView(&targets.keys);
         let spacing = if choice == Choice::Refine { 2 * step } else { step };
