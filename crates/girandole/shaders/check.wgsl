@@ -24,15 +24,6 @@ const RISE = 0.3;
 const STEEPEST = 5.0;
 const PI = 3.14159265358979;
 
-fn want(at: vec2u) {
-  let pixel = at + vec2u(0u, frame.band.x);
-  let leaf = leaf_of(pixel, textureLoad(ids, pixel, 0).x);
-  let slot = plan.points_at + POINT_WORDS * atomicAdd(&wanted[0], 1u);
-  atomicStore(&wanted[slot], at.y * frame.size.x + at.x);
-  atomicStore(&wanted[slot + 1u], leaf);
-  atomicStore(&wanted[slot + 2u], atomicAdd(&wanted[COUNTS + leaf], 1u));
-}
-
 fn key_at(at: vec2u) -> u32 {
   return textureLoad(keys, at + vec2u(0u, frame.band.x), 0).x;
 }

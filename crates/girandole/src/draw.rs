@@ -112,7 +112,11 @@ impl Renderer {
         // One uniform for each band of rows, sub-pixel sample, grid of points and batch of lights.
         let grids: &[u32] = if settings.mode.has_low_resolution() { &GRIDS } else { &[1] };
         let lights = loaded.lights.len() as u32;
-        let steps = steps(size, targets.band_rows, settings.samples_per_axis, grids, lights, BATCH);
+        let mut steps = steps(size, targets.band_rows, settings.samples_per_axis, grids, lights, BATCH);
+        if settings.mode.has_low_resolution() {
+            // Coarse grids do not grow with anti-aliasing.
+            steps.retain(|s| s.sample == 0 || s.step == 1);
+        }
         let frames = FrameUniforms::new(device, &self.layouts.frame, &steps, |step| {
             frame(view, size, settings, loaded.diagonal, step)
         });
@@ -129,14 +133,20 @@ impl Renderer {
                 size: [size[0], step.band[1] - step.band[0]],
             };
             let is_first = step.first_light == 0;
+            let is_further = step.sample > 0 && settings.mode.has_low_resolution();
             // Which triangle does each pixel show, and of which surface?
-            if is_first && step.step == grids[0] {
+            if is_first && (step.step == grids[0] || is_further) {
                 let views = [&targets.ids, &targets.keys, &targets.depth];
                 self.visibility.record(device, &mut encoder, timers, band, &loaded.scene, views);
             }
-            // Which points of this grid have to be shaded?
+            // Which points of this grid have to be shaded? At low resolution, all samples of a pixel but the first
+            // take what that one and its neighbours have, where they can.
             if is_first {
-                let choice = if step.step == grids[0] { Choice::Every } else { Choice::Refine };
+                let choice = match () {
+                    () if is_further => Choice::Edges,
+                    () if step.step == grids[0] => Choice::Every,
+                    () => Choice::Refine,
+                };
                 let points = (choice, step.step);
                 let buffers = (receivers, selection, targets);
                 select.record_points(device, &mut encoder, timers, band, points, buffers);
@@ -148,7 +158,7 @@ impl Renderer {
                 lights: batch_of(&loaded.light_buffer, step.first_light),
                 maps: &loaded.atlas.maps,
                 sums: &targets.sums,
-                grid: &targets.grids[step.step.ilog2() as usize],
+                grid: if is_further { &targets.sample } else { &targets.grids[step.step.ilog2() as usize] },
             };
             let buffers = (receivers, selection, &targets.keys);
             select.record_gather(device, &mut encoder, timers, band, inputs, buffers);
@@ -156,7 +166,7 @@ impl Renderer {
             if step.last_batch && step.step == 1 {
                 let inputs = ResolveInputs {
                     ids: &targets.ids,
-                    grid: &targets.grids[0],
+                    grid: if is_further { &targets.sample } else { &targets.grids[0] },
                     pixels: &targets.pixels,
                     radiance: &targets.radiance_view,
                 };

@@ -57,6 +57,13 @@ pub(crate) fn frame(
 ) -> Frame {
     let n = settings.samples_per_axis;
     let center = |i: u32| (i as f32 + 0.5) / n as f32;
+    // The first sample is the one next to the pixel's centre.
+    let central = (n - 1) / 2 * (n + 1);
+    let place = match step.sample {
+        0 => central,
+        s if s == central => 0,
+        s => s,
+    };
     Frame {
         eye: view.eye,
         orthographic: u32::from(view.orthographic),
@@ -68,7 +75,7 @@ pub(crate) fn frame(
         near: diagonal * 1e-5,
         size,
         band: step.band,
-        offset: Vec2::new(center(step.sample % n), center(step.sample / n)),
+        offset: Vec2::new(center(place % n), center(place / n)),
         first_light: step.first_light,
         end_light: step.end_light,
         clamp: settings.clamp.unwrap_or(f32::MAX),

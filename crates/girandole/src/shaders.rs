@@ -26,7 +26,8 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     sum,
     surface,
     texture,
-    tonemap
+    tonemap,
+    want
 );
 
 /// A pass: its name, its source, the library files it uses.
@@ -57,7 +58,9 @@ pub(crate) const SHADE: Source = source!(
 );
 pub(crate) const REFINE: Source = source!(refine, "", [frame, grid, pixel_surface]);
 pub(crate) const CHECK: Source =
-    source!(check, "", [frame, scene, texture, surface, plan, grid, pixel_surface, receiver]);
+    source!(check, "", [frame, scene, texture, surface, plan, grid, pixel_surface, receiver, want]);
+pub(crate) const EDGES: Source =
+    source!(edges, "", [frame, scene, texture, surface, plan, grid, pixel_surface, receiver, want]);
 pub(crate) const SORT: Source = source!(sort, "", [frame, plan]);
 pub(crate) const SCATTER: Source = source!(scatter, "", [plan]);
 pub(crate) const GATHER: Source = source!(
@@ -105,11 +108,12 @@ pub(crate) const TONEMAP: Source = source!(tonemap, "", [tonemap]);
 
 /// All passes, for the tests that need no GPU.
 #[cfg(test)]
-pub(crate) const ALL: [&Source; 19] = [
+pub(crate) const ALL: [&Source; 20] = [
     &VISIBILITY,
     &SHADE,
     &REFINE,
     &CHECK,
+    &EDGES,
     &SORT,
     &SCATTER,
     &GATHER,

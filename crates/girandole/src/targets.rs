@@ -19,6 +19,8 @@ pub(crate) struct Targets {
     pub keys: wgpu::TextureView,
     /// The band's grids of points by step, 1, 2, 4, 8 and 16 pixels: irradiance and key; the second element.
     pub grids: [[wgpu::TextureView; 2]; 5],
+    /// The same, of a further sample of each pixel.
+    pub sample: [wgpu::TextureView; 2],
     pub radiance: wgpu::Texture,
     pub radiance_view: wgpu::TextureView,
 }
@@ -72,6 +74,7 @@ impl Targets {
             keys: texture("keys", visibility::IDS, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING)
                 .create_view(&Default::default()),
             grids: std::array::from_fn(|level| grid(level as u32)),
+            sample: grid(0),
             sums: buffer("sums", 2 * pixels),
             pixels: buffer("pixels", pixels),
             radiance_view: radiance.create_view(&Default::default()),

@@ -15,6 +15,7 @@ pub(crate) struct Select {
     every: Kernel,
     refine: Kernel,
     check: Kernel,
+    edges: Kernel,
     allot: Kernel,
     scatter: Kernel,
     gather: Kernel,
@@ -30,6 +31,8 @@ pub(crate) enum Choice {
     Every,
     /// Those that cannot be interpolated from the coarser grid.
     Refine,
+    /// Further samples that neither their pixel's first one nor its neighbours' stand for.
+    Edges,
 }
 
 impl Select {
@@ -56,6 +59,7 @@ impl Select {
                 &[curved, specular],
             ),
             check: kernel(&shaders::CHECK, "check", &check, &[curved, specular, textures]),
+            edges: kernel(&shaders::EDGES, "main", &check[..9], &[curved, specular, textures]),
             allot: kernel(&shaders::SORT, "allot", &[Write, Write, Write, Write, Uniform, Write], &[]),
             scatter: kernel(&shaders::SCATTER, "main", &[Read, Write, Uniform], &[]),
             gather: kernel(
@@ -88,9 +92,12 @@ impl Select {
         (receivers, selection, targets): (&Receivers, &Selection, &Targets),
     ) {
         let level = step.ilog2() as usize;
-        let fine = targets.grids[level].each_ref().map(wgpu::BindingResource::TextureView);
         // The coarsest grid of all reads none; it is given another one, which it does not touch.
-        let coarse = targets.grids.get(level + 1).unwrap_or(&targets.grids[0]);
+        let (fine, coarse) = match choice {
+            Choice::Edges => (&targets.sample, &targets.grids[0]),
+            _ => (&targets.grids[level], targets.grids.get(level + 1).unwrap_or(&targets.grids[0])),
+        };
+        let fine = fine.each_ref().map(wgpu::BindingResource::TextureView);
         let coarse = coarse.each_ref().map(wgpu::BindingResource::TextureView);
         let keys = wgpu::BindingResource::TextureView(&targets.keys);
         let spacing = if choice == Choice::Refine { 2 * step } else { step };
@@ -111,6 +118,10 @@ impl Select {
             Choice::Every => {
                 let time = timers.compute("select_gpu_ms");
                 self.every.record(device, encoder, time, band, &look, Groups::tiles(points));
+            }
+            Choice::Edges => {
+                let time = timers.compute("edges_gpu_ms");
+                self.edges.record(device, encoder, time, band, &look[..9], Groups::tiles(points));
             }
             Choice::Refine => {
                 let [coarse_light, coarse_second] = coarse;
