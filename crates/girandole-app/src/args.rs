@@ -189,6 +189,14 @@ pub struct QualityArgs {
     #[arg(long, value_enum, value_name = "on|off")]
     pub light_maps: Option<Switch>,
 
+    /// How points are shaded in all modes but naive (engine gpu); both give the same picture
+    #[arg(long, value_enum, default_value_t)]
+    pub shading: ShadingArg,
+
+    /// Multipass shading: lights a draw
+    #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=32))]
+    pub lights_per_pass: u32,
+
     /// Modes vd-lp and full: by what share the light of neighbouring points may differ, and pixels between them still
     /// be interpolated; 0 shades every pixel
     #[arg(long, value_name = "SHARE", default_value_t = 0.05, value_parser = parse_share)]
@@ -387,6 +395,16 @@ impl Mode {
             Self::Naive => "naive",
         }
     }
+}
+
+/// How points are shaded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ShadingArg {
+    /// In one dispatch, each point walks the lights of its receiver
+    #[default]
+    Fused,
+    /// A few lights a draw, added by blending; mode full optimises the passes
+    Multipass,
 }
 
 /// On or off.

@@ -1,16 +1,18 @@
 //! Drawing a frame: with every light at every pixel, or with no more than the picture needs.
 
 use crate::Result;
+use crate::elements::{Draws, DrawsKey};
 use crate::frame::{FrameUniforms, Step, frame, steps};
 use crate::passes::Band;
 use crate::passes::debug::DebugInputs;
+use crate::passes::multipass::Multipass;
 use crate::passes::resolve::ResolveInputs;
 use crate::passes::select::{Choice, Select, batch_of};
 use crate::passes::shade::{BATCH, GROUP, Shade, ShadeInputs};
 use crate::receivers::Receivers;
 use crate::renderer::{Loaded, Renderer, invalid};
 use crate::selection::Selection;
-use crate::settings::RenderSettings;
+use crate::settings::{Mode, RenderSettings, Shading};
 use crate::targets::{COARSEST, Targets};
 use girandole_core::scene::View;
 
@@ -161,7 +163,18 @@ impl Renderer {
                 grid: if is_further { &targets.sample } else { &targets.grids[step.step.ilog2() as usize] },
             };
             let buffers = (receivers, selection, &targets.keys);
-            select.record_gather(device, &mut encoder, timers, band, inputs, buffers);
+            match (&self.multipass, &loaded.draws) {
+                (Some(multipass), Some(draws)) if settings.shading != Shading::Fused => {
+                    // Draws know no batches: the last step sums all lights.
+                    if step.last_batch {
+                        let rows = step.band[1].min(size[1] - 1) + 1 - step.band[0];
+                        let place = (band, step.step, rows);
+                        let lights = (draws, &loaded.light_buffer);
+                        multipass.record(device, &mut encoder, timers, place, inputs, buffers, lights);
+                    }
+                }
+                _ => select.record_gather(device, &mut encoder, timers, band, inputs, buffers),
+            }
             // Multiply by albedo, add emission, average sub-pixel samples.
             if step.last_batch && step.step == 1 {
                 let inputs = ResolveInputs {
@@ -208,6 +221,19 @@ impl Renderer {
         let needs = loaded.needs;
         if self.select.as_ref().is_none_or(|s| s.needs != needs) {
             self.select = Some(Select::new(&self.device, &self.layouts, &self.options, needs));
+        }
+        if let Shading::Multipass { lights_per_pass } = settings.shading {
+            if self.multipass.as_ref().is_none_or(|m| m.needs != needs) {
+                self.multipass = Some(Multipass::new(&self.device, &self.layouts, &self.options, needs));
+            }
+            let key = DrawsKey {
+                lights_per_pass,
+                light_maps: settings.uses_light_maps(),
+                optimised: settings.mode == Mode::Full,
+            };
+            if loaded.draws.as_ref().is_none_or(|d| d.key != key) {
+                loaded.draws = Some(Draws::new(&self.device, receivers, key)?);
+            }
         }
         let capacity = Selection::capacity(targets);
         let plan = Selection::plan(receivers, capacity, settings.uses_light_maps());

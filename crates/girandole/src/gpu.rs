@@ -7,8 +7,9 @@ use std::sync::{Arc, OnceLock};
 use std::task::{Context, Poll, Waker};
 
 /// Features that the renderer uses where a device has them. None is required.
-pub const WANTED_FEATURES: wgpu::Features =
-    wgpu::Features::CLIP_DISTANCES.union(wgpu::Features::TIMESTAMP_QUERY);
+pub const WANTED_FEATURES: wgpu::Features = wgpu::Features::CLIP_DISTANCES
+    .union(wgpu::Features::TIMESTAMP_QUERY)
+    .union(wgpu::Features::FLOAT32_BLENDABLE);
 
 /// The limits to ask of an adapter: WebGPU's defaults, and where the adapter has more, larger buffers and textures.
 pub fn wanted_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {

@@ -167,6 +167,17 @@ pub(crate) struct Maps {
     pub parallel_texel: f32,
 }
 
+/// `Draw` in `multipass.wgsl`: the lights of one draw.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct Draw {
+    pub element: u32,
+    pub count: u32,
+    pub lights_in_all: u32,
+    pub leaf_words: u32,
+    pub lights: [u32; 32],
+}
+
 /// [`Light::profile`] of a directional light; shaders know it as `DIRECTIONAL`.
 pub(crate) const DIRECTIONAL: u32 = 3;
 

@@ -1,12 +1,14 @@
 //! The renderer: passes, a scene on the GPU, and a frame as one function.
 
 use crate::atlas::AtlasLayout;
+use crate::elements::{Draws, MAX_LIGHTS_PER_PASS};
 use crate::gpu_scene::{GpuScene, gpu_lights, light_buffer};
 use crate::layout::{DIRECTIONAL, Light};
 use crate::occluders::{CullCounts, Occluders};
 use crate::passes::Layouts;
 use crate::passes::debug::Debug;
 use crate::passes::exposure;
+use crate::passes::multipass::Multipass;
 use crate::passes::resolve::Resolve;
 use crate::passes::select::Select;
 use crate::passes::shade::{Needs, Shade};
@@ -16,7 +18,7 @@ use crate::passes::visibility::Visibility;
 use crate::readback::{self, TextureCopy};
 use crate::receivers::Receivers;
 use crate::selection::Selection;
-use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions};
+use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading};
 use crate::targets::Targets;
 use crate::timers::Timers;
 use crate::{Error, Result};
@@ -47,6 +49,8 @@ pub struct Renderer {
     /// The same.
     pub(crate) resolve: Option<Resolve>,
     /// Made when it is asked for.
+    pub(crate) multipass: Option<Multipass>,
+    /// Made when it is asked for.
     pub(crate) debug: Option<Debug>,
     exposure: exposure::Exposure,
     tone_mapping: ToneMapping,
@@ -76,6 +80,8 @@ pub(crate) struct Loaded {
     pub diagonal: f32,
     pub needs: Needs,
     pub receivers: Option<Receivers>,
+    /// What multipass shading draws.
+    pub draws: Option<Draws>,
     /// The bound of the geometric factor that light maps were made with.
     pub light_maps_for: Option<Option<f32>>,
 }
@@ -100,6 +106,8 @@ pub struct FrameStats {
     pub points: [u64; 6],
     /// Pairs of point and light.
     pub pairs: PairCounts,
+    /// Multipass shading: passes for each set of points, and how many it would take without optimisation.
+    pub passes: [u32; 2],
     /// Leaf receivers, and how many of them have a light map.
     pub leaves: [u32; 2],
     /// Milliseconds on the device by pass, where it has timestamps; names end in `_gpu_ms`.
@@ -154,6 +162,7 @@ impl Renderer {
             shade: None,
             select: None,
             resolve: None,
+            multipass: None,
             debug: None,
             exposure: exposure::Exposure::new(device),
             tone_mapping: ToneMapping::new(device),
@@ -203,6 +212,7 @@ impl Renderer {
             diagonal: geometry.diagonal(),
             needs,
             receivers: None,
+            draws: None,
             light_maps_for: None,
         });
         Ok(())
@@ -230,6 +240,7 @@ impl Renderer {
         }
         loaded.receivers = Some(Receivers::new(&self.device, scene, geometry, lights, database)?);
         loaded.light_maps_for = None;
+        loaded.draws = None;
         self.selection = None;
         Ok(())
     }
@@ -421,6 +432,9 @@ impl Renderer {
         let (Some(loaded), Some(drawn)) = (&self.loaded, &self.drawn) else { return };
         let Some(receivers) = &loaded.receivers else { return };
         stats.leaves = [receivers.leaves, receivers.mapped];
+        if let (Shading::Multipass { .. }, Some(draws)) = (drawn.settings.shading, &loaded.draws) {
+            stats.passes = [draws.count, draws.unmerged];
+        }
         let maps = drawn.settings.uses_light_maps();
         for (row, points) in tally.chunks_exact(receivers.leaves.max(1) as usize).zip(&mut stats.points) {
             for ((&count, parts), &skipped) in row.iter().zip(&receivers.parts).zip(&receivers.skipped) {
@@ -478,6 +492,16 @@ fn check(size: [u32; 2], settings: &RenderSettings, lights: u32, limits: &wgpu::
             )));
         }
         Some(_) => {}
+    }
+    if let Shading::Multipass { lights_per_pass } = settings.shading {
+        if !(1..=MAX_LIGHTS_PER_PASS).contains(&lights_per_pass) {
+            return Err(invalid(format!(
+                "{lights_per_pass} lights a pass are not possible; take 1 to {MAX_LIGHTS_PER_PASS}"
+            )));
+        }
+        if settings.mode == Mode::Naive {
+            return Err(invalid("the naive mode has no passes; choose another mode or fused shading".into()));
+        }
     }
     if settings.tolerance.is_nan() || settings.tolerance < 0.0 {
         return Err(invalid("the tolerance of interpolation has to be 0 or positive".into()));

@@ -95,6 +95,20 @@ pub enum DebugView {
     Atlas,
 }
 
+/// How points are shaded, in all modes but [`Mode::Naive`]. Both give the same picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Shading {
+    /// One dispatch: each point walks the lights of its receiver.
+    #[default]
+    Fused,
+    /// A few lights a draw, added by the blending unit, as Barczak's thesis does it (§4.3.4). Slower; where the device
+    /// cannot blend 32-bit floats, sums have 16 bits. In [`Mode::Full`] the passes are optimised (§4.3.5).
+    Multipass {
+        /// Lights a draw, 1 to 32. The thesis has 7: more need fewer passes.
+        lights_per_pass: u32,
+    },
+}
+
 /// What may change from frame to frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderSettings {
@@ -102,6 +116,8 @@ pub struct RenderSettings {
     pub mode: Mode,
     /// Light maps: `None` (default) = in [`Mode::Full`] only.
     pub light_maps: Option<bool>,
+    /// How points are shaded. Default fused.
+    pub shading: Shading,
     /// Low resolution: largest difference of the light that neighbouring points receive, as a share of it, for what
     /// lies between to be interpolated. Default 0.05; lower shades more points, above 0.2 shadows blur visibly.
     pub tolerance: f32,
@@ -138,6 +154,7 @@ impl Default for RenderSettings {
         Self {
             mode: Mode::default(),
             light_maps: None,
+            shading: Shading::default(),
             tolerance: 0.05,
             debug: None,
             clamp: Some(DEFAULT_CLAMP),

@@ -89,6 +89,26 @@ pub(crate) const DEBUG_LIGHT_MAPS: Source =
     source!(debug_light_maps, "", [frame, scene, texture, surface, plan, receiver, light_map]);
 pub(crate) const DEBUG_LIGHTS: Source = source!(debug_lights, "", [frame, scene, texture, surface, light]);
 pub(crate) const DEBUG_ATLAS: Source = source!(debug_atlas, "", [frame]);
+pub(crate) const MULTIPASS: Source = source!(
+    multipass,
+    "",
+    [
+        frame,
+        scene,
+        texture,
+        surface,
+        brdf,
+        light,
+        maps,
+        octahedral,
+        parameterisation,
+        shadow,
+        sum,
+        plan,
+        grid
+    ]
+);
+pub(crate) const COLLECT: Source = source!(collect, "", [frame, scene, texture, surface, plan, light_map]);
 pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, plan]);
 pub(crate) const RESOLVE: Source = source!(resolve, "", [frame, scene, texture, surface, brdf]);
 pub(crate) const SHADOW_MAPS_CLIP: Source = source!(
@@ -108,7 +128,7 @@ pub(crate) const TONEMAP: Source = source!(tonemap, "", [tonemap]);
 
 /// All passes, for the tests that need no GPU.
 #[cfg(test)]
-pub(crate) const ALL: [&Source; 20] = [
+pub(crate) const ALL: [&Source; 22] = [
     &VISIBILITY,
     &SHADE,
     &REFINE,
@@ -117,6 +137,8 @@ pub(crate) const ALL: [&Source; 20] = [
     &SORT,
     &SCATTER,
     &GATHER,
+    &MULTIPASS,
+    &COLLECT,
     &DEBUG_LEAVES,
     &DEBUG_LEVELS,
     &DEBUG_LIGHT_MAPS,

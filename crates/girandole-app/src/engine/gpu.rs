@@ -5,7 +5,9 @@ use crate::args;
 use crate::output::Progress;
 use anyhow::Result;
 use girandole::wgpu;
-use girandole::{DebugView, FrameStats, Gpu, Mode, RenderSettings, Renderer, RendererOptions, ShadowMap};
+use girandole::{
+    DebugView, FrameStats, Gpu, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap,
+};
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, Scene, View};
 use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
@@ -212,6 +214,12 @@ fn settings(
             args::Mode::VdLp => Mode::LowResolution,
             args::Mode::Full => Mode::Full,
         },
+        shading: match quality.shading {
+            args::ShadingArg::Multipass if mode != args::Mode::Naive => {
+                Shading::Multipass { lights_per_pass: quality.lights_per_pass }
+            }
+            _ => Shading::Fused,
+        },
         light_maps: quality.light_maps.map(|s| s == args::Switch::On),
         tolerance: quality.tolerance,
         clamp,
@@ -274,6 +282,8 @@ fn statistics(frame: &FrameStats, pixels: u64) -> Stats {
         ("clusters_culled", frame.culling.clusters_culled),
         ("points_shaded", points),
         ("pairs_evaluated", pairs.evaluated()),
+        ("passes", frame.passes[0].into()),
+        ("passes_before_optimisation", frame.passes[1].into()),
         ("leaves", frame.leaves[0].into()),
         ("light_maps", frame.leaves[1].into()),
     ] {

@@ -2,6 +2,7 @@
 
 pub(crate) mod debug;
 pub(crate) mod exposure;
+pub(crate) mod multipass;
 pub(crate) mod resolve;
 pub(crate) mod select;
 pub(crate) mod shade;

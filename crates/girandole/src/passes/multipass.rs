@@ -1,0 +1,184 @@
+//! Multipass shading (Barczak §4.3.4): a few lights a draw, added by the blending unit.
+
+use super::shade::{Needs, ShadeInputs, constants};
+use super::{Band, Groups, Kernel, Layouts};
+use crate::bind::{self, Slot};
+use crate::elements::Draws;
+use crate::receivers::Receivers;
+use crate::selection::Selection;
+use crate::settings::RendererOptions;
+use crate::{shaders, timers::Timers};
+
+pub(crate) struct Multipass {
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::RenderPipeline,
+    collect: Kernel,
+    format: wgpu::TextureFormat,
+    /// What it was compiled for.
+    pub needs: Needs,
+}
+
+/// The targets that draws add to, for one size of grid.
+struct Sums {
+    light: wgpu::TextureView,
+    second: wgpu::TextureView,
+}
+
+impl Multipass {
+    pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
+        use Slot::{DepthArray, Float, Ids, Radiance, Read, Uniform, UniformAt};
+        // Sums of hundreds of lights want 32 bits; where the device cannot blend those, 16 have to do.
+        let format = if device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
+            wgpu::TextureFormat::Rgba32Float
+        } else {
+            wgpu::TextureFormat::Rgba16Float
+        };
+        let slots = [Ids, DepthArray, Read, Uniform, Read, Uniform, Read, Read, UniformAt];
+        let stages = wgpu::ShaderStages::VERTEX_FRAGMENT;
+        let layout = bind::layout(device, "multipass", stages, &slots);
+        let module = shaders::MULTIPASS.module(device);
+        let mut constants = constants(options, needs).to_vec();
+        let flag = |name, value: bool| (name, f64::from(u8::from(value)));
+        constants.push(flag("CURVED", needs.curved));
+        let compilation_options =
+            wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+        let adds = wgpu::BlendComponent {
+            src_factor: wgpu::BlendFactor::One,
+            dst_factor: wgpu::BlendFactor::One,
+            operation: wgpu::BlendOperation::Add,
+        };
+        let target = Some(wgpu::ColorTargetState {
+            format,
+            blend: Some(wgpu::BlendState { color: adds, alpha: adds }),
+            write_mask: wgpu::ColorWrites::ALL,
+        });
+        let groups = [Some(&layouts.frame), Some(&layouts.scene), Some(&layout)];
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("multipass"),
+            layout: Some(&bind::pipeline_layout(device, &groups)),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("place"),
+                compilation_options: compilation_options.clone(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState {
+                topology: wgpu::PrimitiveTopology::PointList,
+                ..Default::default()
+            },
+            depth_stencil: None,
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("shade"),
+                compilation_options,
+                targets: &[target.clone(), target],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        let collect = [Ids, Read, Read, Read, Uniform, Ids, Float, Float, Radiance, Radiance];
+        let constants = [
+            flag("CURVED", needs.curved),
+            flag("SPECULAR", needs.specular),
+            flag("TEXTURES", needs.textures),
+        ];
+        let collect = Kernel::new(device, layouts, &shaders::COLLECT, "main", &collect, &constants);
+        Self { layout, pipeline, collect, format, needs }
+    }
+
+    /// Textures of a grid's size that start at 0.
+    fn sums(&self, device: &wgpu::Device, [width, height]: [u32; 2]) -> Sums {
+        let texture = |label| {
+            let descriptor = wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: self.format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            };
+            device.create_texture(&descriptor).create_view(&Default::default())
+        };
+        Sums { light: texture("sums"), second: texture("second sums") }
+    }
+
+    /// Shades the points that were chosen last, with all lights. `rows` are those of the band's grids.
+    #[allow(clippy::too_many_arguments)]
+    pub fn record(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        timers: &Timers,
+        (band, step, rows): (Band, u32, u32),
+        inputs: ShadeInputs,
+        (receivers, selection, keys): (&Receivers, &Selection, &wgpu::TextureView),
+        (draws, lights): (&Draws, &wgpu::Buffer),
+    ) {
+        let sums = self.sums(device, [band.size[0], rows].map(|n| (n - 1).div_ceil(step) + 1));
+        let draw = wgpu::BufferBinding {
+            buffer: &draws.uniforms,
+            offset: 0,
+            size: wgpu::BufferSize::new(size_of::<crate::layout::Draw>() as u64),
+        };
+        let group = bind::group(
+            device,
+            &self.layout,
+            &[
+                wgpu::BindingResource::TextureView(inputs.ids),
+                wgpu::BindingResource::TextureView(inputs.atlas),
+                lights.as_entire_binding(),
+                inputs.maps.as_entire_binding(),
+                selection.queue.as_entire_binding(),
+                selection.plan.as_entire_binding(),
+                draws.parts.as_entire_binding(),
+                draws.members.as_entire_binding(),
+                wgpu::BindingResource::Buffer(draw),
+            ],
+        );
+        let attachment = |view| {
+            Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("multipass"),
+            color_attachments: &[attachment(&sums.light), attachment(&sums.second)],
+            depth_stencil_attachment: None,
+            timestamp_writes: timers.render("shade_gpu_ms"),
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, band.frame, &[band.frame_offset]);
+        pass.set_bind_group(1, band.scene, &[]);
+        for index in 0..draws.count {
+            pass.set_bind_group(2, &group, &[index * draws.stride]);
+            pass.draw_indirect(&selection.arguments, 32);
+        }
+        drop(pass);
+
+        let resources = [
+            wgpu::BindingResource::TextureView(inputs.ids),
+            selection.queue.as_entire_binding(),
+            receivers.lists.as_entire_binding(),
+            receivers.light_maps.as_entire_binding(),
+            selection.plan.as_entire_binding(),
+            wgpu::BindingResource::TextureView(keys),
+            wgpu::BindingResource::TextureView(&sums.light),
+            wgpu::BindingResource::TextureView(&sums.second),
+            wgpu::BindingResource::TextureView(&inputs.grid[0]),
+            wgpu::BindingResource::TextureView(&inputs.grid[1]),
+        ];
+        let groups = Groups::Indirect(&selection.arguments, 16);
+        self.collect.record(device, encoder, timers.compute("collect_gpu_ms"), band, &resources, groups);
+    }
+}
