@@ -46,6 +46,9 @@ pub struct Arguments {
     /// As in `girandole render`: gpu or cpu
     #[arg(long, default_value = "gpu")]
     engine: String,
+    /// As in `girandole render`: full, vd-lp, vd or naive
+    #[arg(long, default_value = "full")]
+    mode: String,
 }
 
 struct Bench<'a> {
@@ -110,7 +113,16 @@ impl Bench<'_> {
                         bounces,
                         against,
                         seed,
-                        &["--engine", &self.arguments.engine, "--lights", &count, "--clamp", "off"],
+                        &[
+                            "--engine",
+                            &self.arguments.engine,
+                            "--mode",
+                            &self.arguments.mode,
+                            "--lights",
+                            &count,
+                            "--clamp",
+                            "off",
+                        ],
                     )
                 })
                 .collect::<Result<Vec<_>>>()?;

@@ -56,9 +56,13 @@ fn same_command_same_bytes(directory: &Path) -> Result<(), Failed> {
 }
 
 fn agrees_with_traced_shadows(directory: &Path) -> Result<(), Failed> {
-    succeed(directory, &format!("{SMALL} -o gpu.exr"))?;
+    succeed(directory, &format!("{SMALL} --mode naive -o gpu.exr"))?;
+    succeed(directory, &format!("{SMALL} --mode vd -o vd.exr"))?;
+    succeed(directory, &format!("{SMALL} -o full.exr"))?;
     succeed(directory, &format!("{} -o cpu.exr", SMALL.replace("gpu", "cpu")))?;
     succeed(directory, "compare cpu.exr gpu.exr --max-rel-mse 1e-3 --max-energy-error 0.005")?;
+    succeed(directory, "compare cpu.exr vd.exr --max-rel-mse 1e-3 --max-energy-error 0.005")?;
+    succeed(directory, "compare cpu.exr full.exr --max-rel-mse 1e-2 --max-energy-error 0.01")?;
     // Parabolic maps bend edges: the same bounds notice.
     succeed(directory, &format!("{SMALL} --shadow-map parabolic --map-size 16 -o parabolic.exr"))?;
     let bent = girandole(directory, "compare cpu.exr parabolic.exr --max-rel-mse 1e-3");
@@ -74,8 +78,21 @@ fn statistics_name_passes_and_counts(directory: &Path) -> Result<(), Failed> {
     for key in ["setup_ms", "atlas_bytes", "faces_culled", "clusters_culled", "triangles_that_cannot_block"] {
         number(key)?;
     }
+    // Why it is fast: where points were shaded, and what became of their pairs with lights.
+    let sum = |keys: &[&str]| keys.iter().map(|k| number(k)).sum::<Result<f64, Failed>>();
+    let states =
+        ["looked_up", "unshadowed", "in_light_maps", "fully_blocked"].map(|s| format!("share_pairs_{s}"));
+    let shares = sum(&states.each_ref().map(String::as_str))?;
+    ensure((shares - 1.0).abs() < 1e-6, "the shares of pairs are not the whole")?;
+    let steps = ["1", "2", "4", "8"].map(|s| format!("share_shaded_at_step_{s}"));
+    let shaded = sum(&steps.each_ref().map(String::as_str))?;
+    ensure(
+        shaded > 0.015 && shaded < 0.9 && number("look_ups_per_pixel")? < 48.0,
+        "the picture is not interpolated",
+    )?;
+    ensure(stats["mode"] == "full" && number("leaves")? > 10.0 && number("light_maps")? > 10.0, "receivers")?;
     ensure(number("faces_drawn")? > 0.0 && number("clusters_drawn")? > 0.0, "nothing is drawn")?;
-    let parts = number("shadow_maps_ms")? + number("shading_ms")?;
+    let parts = number("shadow_maps_ms")? + number("visibility_ms")? + number("shading_ms")?;
     ensure((number("frame_ms")? - parts).abs() < 1e-6, "a frame is not the sum of its parts")
 }
 

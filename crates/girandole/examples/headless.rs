@@ -5,6 +5,7 @@ use girandole::core::lights::{LightSet, LightSettings};
 use girandole::core::scene::builtin::shapes;
 use girandole::core::scene::{Camera, Geometry, Material, Mesh, Projection, Scene, Transform, View};
 use girandole::core::tonemap::{Exposure, Tonemap, to_srgb8};
+use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole::{Gpu, RenderSettings, Renderer, RendererOptions};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -42,6 +43,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let gpu = pollster::block_on(Gpu::new(None))?;
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, RendererOptions::default())?;
     renderer.load(&scene, &geometry, &lights)?;
+    let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default());
+    renderer.load_visibility(&scene, &geometry, &lights, &visibility)?;
     let view = View::new(&scene, &geometry, &scene.cameras[0], 4.0 / 3.0);
     renderer.render(&view, [640, 480], &RenderSettings::default())?;
     let image = gpu.block_on(renderer.radiance())??;

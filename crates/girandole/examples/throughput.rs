@@ -8,7 +8,7 @@ use girandole::core::lights::{LightSet, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject};
 use girandole::core::scene::{Geometry, View};
 use girandole::core::trace::SceneTracer;
-use girandole::{Gpu, RenderSettings, Renderer, RendererOptions};
+use girandole::{Gpu, Mode, RenderSettings, Renderer, RendererOptions};
 use std::time::Instant;
 use wgpu::util::DeviceExt;
 
@@ -82,7 +82,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut times = [Vec::new(), Vec::new()];
     for _ in 0..6 {
         let start = Instant::now();
-        renderer.render(&view, SIZE, &RenderSettings::default())?;
+        renderer.render(&view, SIZE, &RenderSettings { mode: Mode::Naive, ..Default::default() })?;
         gpu.wait()?;
         times[0].push(start.elapsed().as_secs_f64());
         let start = Instant::now();

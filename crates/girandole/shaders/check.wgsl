@@ -125,7 +125,7 @@ fn check(@builtin(global_invocation_id) invocation: vec3u) {
   let allowed = allowed_range(value);
   let all_fit = a.fits && b.fits && c.fits && d.fits;
   // Near an edge some neighbours lie elsewhere: three of four will do where they agree, on a plane in the end half.
-  let least = select(0.7, 0.45, frame.step == 1u && (key & BENT) == 0u);
+  let least = select(0.7, 0.45, frame.step == 1u && (key & BENT) == 0u && !any(on_grid));
   var stands = weight > least && range <= select(0.5, 1.0, all_fit) * allowed;
   // Light that changes evenly may be interpolated over a larger range: what counts is how it bends.
   if all_fit && !stands && range <= STEEPEST * allowed {

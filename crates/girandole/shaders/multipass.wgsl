@@ -9,16 +9,16 @@
 @group(2) @binding(5) var<uniform> plan: Plan;
 // Four bits a leaf and light: the part of the lists that the light is in.
 @group(2) @binding(6) var<storage, read> parts: array<u32>;
-// A bit an element and leaf: whether it belongs to it.
+// See batch.wgsl.
 @group(2) @binding(7) var<storage, read> members: array<u32>;
 @group(2) @binding(8) var<uniform> draw: Draw;
 
 // What one draw sums.
 struct Draw {
-  element: u32,
+  first_member: u32, // in `members`
+  member_count: u32,
   count: u32, // lights
   lights_in_all: u32,
-  leaf_words: u32, // words of an element in `members`
   lights: array<vec4u, 8>,
 }
 
@@ -30,14 +30,22 @@ struct Out {
 
 @vertex
 fn place(@builtin(vertex_index) vertex: u32) -> Out {
-  let record = queue[plan.chunks_at + vertex / CHUNK];
-  let leaf = record & 0xffffffu;
-  let member = (members[draw.element * draw.leaf_words + leaf / 32u] >> (leaf % 32u)) & 1u;
+  // The last member with no more chunks before it than this vertex has.
+  let ordinal = vertex / CHUNK;
+  var low = 0u;
+  var high = draw.member_count;
+  while high - low > 1u {
+    let middle = (low + high) / 2u;
+    if members[draw.first_member + 2u * middle + 1u] <= ordinal { low = middle; } else { high = middle; }
+  }
+  let member = draw.first_member + 2u * low;
+  let leaf = members[member];
+  let chunk = queue[FIRSTS + leaf] + ordinal - members[member + 1u];
   var out: Out;
   out.position = vec4f(0.0, 0.0, -1.0, 1.0);
   out.leaf = leaf;
-  if member == 0u || vertex % CHUNK >= (record >> 24u) { return out; }
-  out.index = queue[plan.sorted_at + vertex];
+  if vertex % CHUNK >= (queue[plan.chunks_at + chunk] >> 24u) { return out; }
+  out.index = queue[plan.sorted_at + chunk * CHUNK + vertex % CHUNK];
   // The middle of the texel of this grid.
   let pixel = vec2u(out.index % frame.size.x, out.index / frame.size.x);
   let point = vec2f((pixel + frame.step - 1u) / frame.step) + 0.5;

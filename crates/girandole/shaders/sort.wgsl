@@ -57,10 +57,5 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
     arguments[4] = (next + 63u) / 64u;
     arguments[5] = 1u;
     arguments[6] = 1u;
-    // Of the draws of multipass shading: vertices, instances, first ones.
-    arguments[8] = CHUNK * next;
-    arguments[9] = 1u;
-    arguments[10] = 0u;
-    arguments[11] = 0u;
   }
 }

@@ -2,7 +2,7 @@
 //! to need under a memory budget.
 //!
 //! Worked example: 300 lights under 256 MiB (64 Mi texels) get ⌊√(2²⁶ / 300)⌋ = 472 → 464 texels across (a multiple
-//! of 16), 17 × 17 tiles fit a page of 8192, so two pages of 13 × 12 tiles are made: 6032 × 5568 texels each.
+//! of 16), 17 tiles fit a page of 8192 one above the other, so 18 pages of 464 × 7888 texels are made.
 
 use crate::layout::Maps;
 use crate::settings::RendererOptions;
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn the_worked_example_holds() {
         let l = layout(&[false; 300], RendererOptions::default()).unwrap();
-        assert_eq!((l.map_size, l.pages, l.page_size), (464, 2, [6032, 5568]));
+        assert_eq!((l.map_size, l.pages, l.page_size), (464, 18, [464, 7888]));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Drawing a frame: with every light at every pixel, or with no more than the picture needs.
 
 use crate::Result;
-use crate::elements::{Draws, DrawsKey};
+use crate::elements::{Draws, DrawsKey, in_view};
 use crate::frame::{FrameUniforms, Step, frame, steps};
 use crate::passes::Band;
 use crate::passes::debug::DebugInputs;
@@ -102,7 +102,7 @@ impl Renderer {
         size: [u32; 2],
         settings: &RenderSettings,
     ) -> Result<()> {
-        self.prepare_selected(settings)?;
+        self.prepare_selected(view, settings)?;
         let (Some(loaded), Some(select), Some(targets), Some(selection), Some(resolve)) =
             (&self.loaded, &self.select, &self.targets, &self.selection, &self.resolve)
         else {
@@ -211,7 +211,7 @@ impl Renderer {
     }
 
     /// Compiles, allocates and bakes what is missing.
-    fn prepare_selected(&mut self, settings: &RenderSettings) -> Result<()> {
+    fn prepare_selected(&mut self, view: &View, settings: &RenderSettings) -> Result<()> {
         let (Some(loaded), Some(targets)) = (&mut self.loaded, &self.targets) else { return Ok(()) };
         let Some(receivers) = &loaded.receivers else {
             return Err(invalid(
@@ -230,6 +230,7 @@ impl Renderer {
                 lights_per_pass,
                 light_maps: settings.uses_light_maps(),
                 optimised: settings.mode == Mode::Full,
+                in_view: in_view(receivers, view),
             };
             if loaded.draws.as_ref().is_none_or(|d| d.key != key) {
                 loaded.draws = Some(Draws::new(&self.device, receivers, key)?);

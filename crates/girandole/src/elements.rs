@@ -5,7 +5,9 @@ use crate::gpu_scene::storage;
 use crate::layout::Draw;
 use crate::receivers::{NO_PART, Receivers};
 use crate::{Error, Result};
-use girandole_core::elements::{Element, LightSets, optimise, unmerged};
+use girandole_core::elements::{LightSets, optimise, unmerged};
+use girandole_core::glam::Vec2;
+use girandole_core::scene::View;
 use wgpu::util::DeviceExt;
 
 /// Most lights a draw, what [`Draw`] has room for.
@@ -19,8 +21,13 @@ pub(crate) struct Draws {
     pub count: u32,
     /// Four bits a leaf and light: the part of its lists that the light is in.
     pub parts: wgpu::Buffer,
-    /// A bit an element and leaf.
+    /// Where the members of each element are; their leaves. See `batch.wgsl`.
     pub members: wgpu::Buffer,
+    /// Arguments of an indirect draw for each element.
+    pub arguments: wgpu::Buffer,
+    pub elements: u32,
+    /// The element of each draw.
+    pub element_of: Vec<u32>,
     /// Passes without optimisation.
     pub unmerged: u32,
     /// What it was made for.
@@ -28,11 +35,31 @@ pub(crate) struct Draws {
 }
 
 /// What draws depend on, beside the receivers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct DrawsKey {
     pub lights_per_pass: u32,
     pub light_maps: bool,
     pub optimised: bool,
+    /// Leaves that may be in view.
+    pub in_view: Vec<bool>,
+}
+
+/// Which leaves may be in view: those whose bounding spheres meet the camera's pyramid.
+pub(crate) fn in_view(receivers: &Receivers, view: &View) -> Vec<bool> {
+    let half = view.half_extent;
+    receivers
+        .bounds
+        .iter()
+        .map(|&(center, radius)| {
+            let d = center - view.eye;
+            let (depth, across) = (d.dot(view.forward), Vec2::new(d.dot(view.right), d.dot(view.up)).abs());
+            if view.orthographic {
+                return across.cmple(half + radius).all();
+            }
+            let slant = (Vec2::ONE + half * half).map(f32::sqrt);
+            depth >= -radius && (across - half * depth).cmple(slant * radius).all()
+        })
+        .collect()
 }
 
 impl Draws {
@@ -45,7 +72,7 @@ impl Draws {
         let counts = |kind: u8| kind >= first_part && kind < NO_PART;
         let mut sets = LightSets::new(receivers.leaves as usize, lights);
         for (index, &kind) in receivers.kinds.iter().enumerate() {
-            if counts(kind) {
+            if counts(kind) && key.in_view[index / lights] {
                 sets.insert((index / lights) as u32, (index % lights) as u32);
             }
         }
@@ -55,26 +82,29 @@ impl Draws {
 
         let stride =
             size_of::<Draw>().next_multiple_of(device.limits().min_uniform_buffer_offset_alignment as usize);
-        let leaf_words = receivers.leaves.div_ceil(32).max(1);
         let mut uniforms = Vec::new();
-        let mut members = vec![0u32; elements.len() * leaf_words as usize];
-        let mut count = 0;
+        let mut members = vec![0u32; 2 * elements.len()];
+        let mut element_of = Vec::new();
         for (index, element) in elements.iter().enumerate() {
-            mark(element, &mut members[index * leaf_words as usize..][..leaf_words as usize]);
+            let first_member = members.len() as u32;
+            members[2 * index] = first_member;
+            members[2 * index + 1] = element.objects.len() as u32;
+            members.extend(element.objects.iter().flat_map(|&leaf| [leaf, 0]));
             for group in element.lights.chunks(key.lights_per_pass as usize) {
                 let mut draw = Draw {
-                    element: index as u32,
+                    first_member,
+                    member_count: element.objects.len() as u32,
                     count: group.len() as u32,
                     lights_in_all: receivers.lights,
-                    leaf_words,
                     lights: [0; MAX_LIGHTS_PER_PASS as usize],
                 };
                 draw.lights[..group.len()].copy_from_slice(group);
                 uniforms.extend_from_slice(bytemuck::bytes_of(&draw));
                 uniforms.resize(uniforms.len().next_multiple_of(stride), 0);
-                count += 1;
+                element_of.push(index as u32);
             }
         }
+        let count = element_of.len() as u32;
         if uniforms.len() as u64 > device.limits().max_buffer_size {
             return Err(Error::TooLarge(format!(
                 "{count} passes are too many for this device; use --shading fused"
@@ -98,14 +128,16 @@ impl Draws {
             count,
             parts: storage(device, "parts", &parts)?,
             members: storage(device, "members", &members)?,
+            arguments: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("draw arguments"),
+                size: 16 * elements.len().max(1) as u64,
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
+                mapped_at_creation: false,
+            }),
+            elements: elements.len() as u32,
+            element_of,
             unmerged: unmerged_passes,
             key,
         })
-    }
-}
-
-fn mark(element: &Element, words: &mut [u32]) {
-    for &leaf in &element.objects {
-        words[leaf as usize / 32] |= 1 << (leaf % 32);
     }
 }

@@ -171,10 +171,10 @@ pub(crate) struct Maps {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub(crate) struct Draw {
-    pub element: u32,
+    pub first_member: u32,
+    pub member_count: u32,
     pub count: u32,
     pub lights_in_all: u32,
-    pub leaf_words: u32,
     pub lights: [u32; 32],
 }
 

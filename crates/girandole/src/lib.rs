@@ -2,13 +2,15 @@
 //! from area lights, and indirect light that is blocked by what stands in its way. No ray-tracing hardware, no
 //! denoiser, no history, no bake; every frame stands by itself and repeats bit for bit.
 //!
-//! A picture in four steps: a [`Scene`](core::scene::Scene), its light as a [`LightSet`](core::lights::LightSet), a
-//! [`Renderer`] on the caller's device, and a frame into the caller's texture view.
+//! A picture in five steps: a [`Scene`](core::scene::Scene), its light as a [`LightSet`](core::lights::LightSet), a
+//! [`Renderer`] on the caller's device, what blocks whom
+//! ([`VisibilityDatabase`](core::visibility::VisibilityDatabase)), and a frame into the caller's texture view.
 //!
 //! ```no_run
 //! use girandole::core::lights::{LightSet, LightSettings};
 //! use girandole::core::scene::builtin::{self, MovingObject};
 //! use girandole::core::scene::{Geometry, View};
+//! use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
 //! use girandole::{RenderSettings, Renderer, RendererOptions};
 //!
 //! # fn picture(device: &wgpu::Device, queue: &wgpu::Queue, target: &wgpu::TextureView) -> Result<(), Box<dyn std::error::Error>> {
@@ -18,6 +20,9 @@
 //!
 //! let mut renderer = Renderer::new(device, queue, RendererOptions::default())?;
 //! renderer.load(&scene, &geometry, &lights)?;
+//! // Which lights need a shadow map where: every mode but the naive one asks for it.
+//! let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default());
+//! renderer.load_visibility(&scene, &geometry, &lights, &visibility)?;
 //!
 //! let view = View::new(&scene, &geometry, &scene.cameras[0], 1024.0 / 768.0);
 //! let settings = RenderSettings::default();

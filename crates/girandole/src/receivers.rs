@@ -28,7 +28,7 @@ pub(crate) const RANGE: usize = 5;
 /// Groups in x of the dispatch over leaves.
 pub(crate) const LIGHT_MAP_GROUPS: u32 = 32768;
 /// In `receivers`: the triangle belongs to a mesh cluster.
-const CLUSTERED: u32 = 1 << 31;
+pub(crate) const CLUSTERED: u32 = 1 << 31;
 /// A leaf's index has 24 bits.
 const MAX_LEAVES: usize = 1 << 24;
 /// Largest error of interpolating a light's contribution in a light map, as a share of what the leaf receives.
@@ -52,6 +52,8 @@ pub(crate) struct Receivers {
     pub states: Vec<State>,
     /// For each leaf and light, the part of the lists that it is in, or [`NO_PART`].
     pub kinds: Vec<u8>,
+    /// For each leaf, centre and radius of a sphere around it.
+    pub bounds: Vec<(Vec3, f32)>,
     /// Lights.
     pub lights: u32,
 }
@@ -185,6 +187,10 @@ impl Receivers {
             skipped,
             mapped,
             states: all_states,
+            bounds: order
+                .iter()
+                .map(|&leaf| (tree.leaves[leaf as usize].center, tree.leaves[leaf as usize].radius))
+                .collect(),
             kinds,
             lights: lights.samples.len() as u32,
         })

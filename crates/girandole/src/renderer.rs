@@ -234,6 +234,7 @@ impl Renderer {
             return Err(invalid("load the scene before its visibility".into()));
         };
         if loaded.lights.len() != lights.samples.len()
+            || database.lights() != lights.samples.len()
             || database.receivers().triangles.len() != geometry.triangles.len()
         {
             return Err(invalid("this visibility database belongs to another scene or other lights".into()));

@@ -108,6 +108,7 @@ pub(crate) const MULTIPASS: Source = source!(
         grid
     ]
 );
+pub(crate) const BATCH: Source = source!(batch, "", [plan]);
 pub(crate) const COLLECT: Source = source!(collect, "", [frame, scene, texture, surface, plan, light_map]);
 pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, plan]);
 pub(crate) const RESOLVE: Source = source!(resolve, "", [frame, scene, texture, surface, brdf]);
@@ -128,7 +129,7 @@ pub(crate) const TONEMAP: Source = source!(tonemap, "", [tonemap]);
 
 /// All passes, for the tests that need no GPU.
 #[cfg(test)]
-pub(crate) const ALL: [&Source; 22] = [
+pub(crate) const ALL: [&Source; 23] = [
     &VISIBILITY,
     &SHADE,
     &REFINE,
@@ -139,6 +140,7 @@ pub(crate) const ALL: [&Source; 22] = [
     &GATHER,
     &MULTIPASS,
     &COLLECT,
+    &BATCH,
     &DEBUG_LEAVES,
     &DEBUG_LEVELS,
     &DEBUG_LIGHT_MAPS,

@@ -6,11 +6,12 @@ use crate::{Girandole, stdout};
 fn help_names_every_option() {
     let girandole = Girandole::new();
     for (command, words) in [
-        ("--help", "render compare info --help --version Examples"),
+        ("--help", "render compare info bench --help --version Examples"),
         (
             "render",
             "SCENE --output -o --size --camera --object --lights --direct --bounces --seed --termination --clamp \
-             --shadow-map octahedral parabolic cube --map-size --pcf --memory --mode full vd-lp vd naive --engine auto \
+             --shadow-map octahedral parabolic cube --map-size --pcf --memory --mode full vd-lp vd naive --light-maps on off \
+             --shading fused multipass --lights-per-pass --tolerance --debug receivers states levels atlas --engine auto \
              gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats Examples area-lights table \
              pillars block gap torus teapot 1024x768",
         ),
@@ -20,6 +21,11 @@ fn help_names_every_option() {
              Examples",
         ),
         ("info", "SCENE --require-adapter Examples"),
+        (
+            "bench",
+            "SCENES --lights --modes full vd-lp vd naive --repeat --size --object --aa --seed --adapter --csv --json \
+             --light-maps --shading --lights-per-pass --clamp --map-size --memory Examples",
+        ),
     ] {
         let arguments = if command == "--help" { vec!["--help"] } else { vec![command, "--help"] };
         let help = stdout(&girandole.succeed(&arguments));

@@ -1,5 +1,6 @@
 //! The program from outside: exit codes, messages, files.
 
+mod bench;
 mod compare;
 mod help;
 mod info;

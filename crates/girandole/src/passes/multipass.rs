@@ -12,6 +12,7 @@ use crate::{shaders, timers::Timers};
 pub(crate) struct Multipass {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::RenderPipeline,
+    batch: Kernel,
     collect: Kernel,
     format: wgpu::TextureFormat,
     /// What it was compiled for.
@@ -84,7 +85,9 @@ impl Multipass {
             flag("TEXTURES", needs.textures),
         ];
         let collect = Kernel::new(device, layouts, &shaders::COLLECT, "main", &collect, &constants);
-        Self { layout, pipeline, collect, format, needs }
+        let batch = [Read, Slot::Write, Slot::Write, Uniform];
+        let batch = Kernel::new(device, layouts, &shaders::BATCH, "main", &batch, &[]);
+        Self { layout, pipeline, batch, collect, format, needs }
     }
 
     /// Textures of a grid's size that start at 0.
@@ -117,6 +120,12 @@ impl Multipass {
         (receivers, selection, keys): (&Receivers, &Selection, &wgpu::TextureView),
         (draws, lights): (&Draws, &wgpu::Buffer),
     ) {
+        // How many points each element has.
+        let resources = [&selection.queue, &draws.members, &draws.arguments, &selection.plan]
+            .map(|b| b.as_entire_binding());
+        let groups = Groups::Count([draws.elements.div_ceil(64), 1]);
+        self.batch.record(device, encoder, timers.compute("sort_gpu_ms"), band, &resources, groups);
+
         let sums = self.sums(device, [band.size[0], rows].map(|n| (n - 1).div_ceil(step) + 1));
         let draw = wgpu::BufferBinding {
             buffer: &draws.uniforms,
@@ -160,9 +169,9 @@ impl Multipass {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, band.frame, &[band.frame_offset]);
         pass.set_bind_group(1, band.scene, &[]);
-        for index in 0..draws.count {
-            pass.set_bind_group(2, &group, &[index * draws.stride]);
-            pass.draw_indirect(&selection.arguments, 32);
+        for (index, &element) in draws.element_of.iter().enumerate() {
+            pass.set_bind_group(2, &group, &[index as u32 * draws.stride]);
+            pass.draw_indirect(&draws.arguments, 16 * u64::from(element));
         }
         drop(pass);
 

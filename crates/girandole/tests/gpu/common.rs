@@ -6,7 +6,8 @@ use girandole::core::lights::{LightSet, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject};
 use girandole::core::scene::{Camera, Geometry, Material, Mesh, Projection, Scene, Transform, View};
 use girandole::core::trace::SceneTracer;
-use girandole::{Gpu, RenderSettings, Renderer, RendererOptions};
+use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
+use girandole::{Gpu, Mode, RenderSettings, Renderer, RendererOptions};
 use girandole_reference::OracleSettings;
 use std::future::Future;
 
@@ -18,9 +19,9 @@ pub struct Context {
     pub gpu: Gpu,
 }
 
-/// Settings without a bound on the geometric factor.
+/// Every light at every pixel, without a bound on the geometric factor.
 pub fn exact() -> RenderSettings {
-    RenderSettings { clamp: None, ..RenderSettings::default() }
+    RenderSettings { mode: Mode::Naive, clamp: None, ..RenderSettings::default() }
 }
 
 /// A scene ready to be lit.
@@ -44,6 +45,11 @@ impl Stage {
 
     pub fn view(&self, camera: usize, size: [u32; 2]) -> View {
         View::new(&self.scene, &self.geometry, &self.scene.cameras[camera], size[0] as f32 / size[1] as f32)
+    }
+
+    pub fn visibility(&self) -> VisibilityDatabase {
+        let settings = VisibilitySettings::default();
+        VisibilityDatabase::build(&self.scene, &self.geometry, &self.lights, &settings)
     }
 
     pub fn tracer(&self) -> SceneTracer<'_> {
@@ -71,6 +77,16 @@ impl Context {
         let mut renderer = self.renderer(options);
         renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
         self.frame(&mut renderer, view, size, &exact())
+    }
+
+    /// A renderer with a scene and its visibility.
+    pub fn loaded(&self, stage: &Stage, options: RendererOptions) -> Renderer {
+        let mut renderer = self.renderer(options);
+        renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
+        renderer
+            .load_visibility(&stage.scene, &stage.geometry, &stage.lights, &stage.visibility())
+            .expect("visibility");
+        renderer
     }
 
     pub fn frame(

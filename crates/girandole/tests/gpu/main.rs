@@ -6,6 +6,7 @@ mod leaks;
 mod mirrors;
 mod oracle;
 mod pictures;
+mod selected;
 mod truth;
 
 use common::Context;
@@ -27,6 +28,7 @@ fn main() {
         oracle::tests(),
         leaks::tests(),
         pictures::tests(),
+        selected::tests(),
         truth::tests(),
     ]
     .concat();

@@ -1,0 +1,389 @@
+//! Frames that shade only what the picture needs, beside the naive one.
+
+use crate::common::{Context, Stage, Test, exact, mean};
+use girandole::core::glam::Vec2;
+use girandole::core::image::Image;
+use girandole::core::lights::{LightSet, LightSettings};
+use girandole::core::scene::builtin::{self, MovingObject};
+use girandole::core::scene::{Material, Scene};
+use girandole::{DebugView, Gpu, Mode, RenderSettings, RendererOptions, Shading, WANTED_FEATURES};
+use girandole_reference::metrics::{CompareOptions, compare};
+use std::path::Path;
+
+pub fn tests() -> Vec<Test> {
+    vec![
+        ("vd_differs_only_where_a_map_contradicts_a_ray", pair_by_pair),
+        ("vd_is_naive_but_for_errors_of_maps", vd_is_naive),
+        ("full_is_close_to_naive", full_is_close),
+        ("tolerance_0_shades_all_that_differs", no_tolerance),
+        ("light_maps_change_little", light_maps),
+        ("fused_is_multipass", fused_is_multipass),
+        ("many_batches_and_sizes", batches_and_sizes),
+        ("selected_frames_repeat_bit_for_bit", repeats),
+        ("anti_aliasing_shades_edges_only", anti_aliasing),
+        ("debug_views_show_what_they_promise", debug_views),
+        ("selected_modes_refuse_with_a_sentence", refuses),
+    ]
+}
+
+fn settings(mode: Mode) -> RenderSettings {
+    RenderSettings { mode, ..exact() }
+}
+
+/// The default bound of the geometric factor, as the program sets it.
+fn bounded(stage: &Stage, mode: Mode) -> RenderSettings {
+    RenderSettings { clamp: Some(stage.lights.suggested_clamp(&stage.geometry)), ..settings(mode) }
+}
+
+fn flip(reference: &Image, test: &Image) -> f64 {
+    compare(reference, test, &CompareOptions::default()).expect("comparable").flip
+}
+
+fn truth(scene: &str, count: u32) -> Stage {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../girandole-reference/tests/truth").join(scene);
+    let loaded = Scene::load(&path.join("scene.glb")).expect("a scene");
+    Stage::new(loaded, &LightSettings { count, ..Default::default() })
+}
+
+/// All built-in rooms and all scenes of the truth.
+fn stages(count: u32) -> Vec<(String, Stage)> {
+    let builtin = builtin::NAMES.iter().map(|n| (n.to_string(), Stage::builtin(n, count)));
+    let truth = ["cornell", "table", "punctual"].map(|n| (format!("truth/{n}"), truth(n, count)));
+    builtin.chain(truth).collect()
+}
+
+/// One light at a time: where the two modes differ, the naive map says the opposite of a ray, and the other mode says
+/// what the ray says.
+fn pair_by_pair(context: &Context) {
+    let size = [128, 96];
+    let (mut pairs, mut differing, mut wrong, mut contradictions) = (0usize, 0usize, 0usize, 0usize);
+    for name in ["table", "pillars"] {
+        let stage = Stage::builtin(name, 300);
+        let view = stage.view(0, size);
+        let tracer = stage.tracer();
+        for light in stage.lights.samples.iter().step_by(23) {
+            let alone = Stage {
+                scene: stage.scene.clone(),
+                geometry: stage.geometry.clone(),
+                lights: LightSet { samples: vec![*light], direct: 1, ..LightSet::default() },
+            };
+            let options = RendererOptions { map_size: Some(464), ..Default::default() };
+            let mut renderer = context.loaded(&alone, options);
+            let naive = context.frame(&mut renderer, &view, size, &settings(Mode::Naive));
+            let vd = context.frame(&mut renderer, &view, size, &settings(Mode::Visibility));
+            let average = mean(&naive);
+            for i in 0..naive.pixels.len() {
+                let at = Vec2::new((i % size[0] as usize) as f32, (i / size[0] as usize) as f32) + 0.5;
+                let (origin, direction) = view.pixel_ray(at, size);
+                let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
+                let s = stage.geometry.surface(
+                    &stage.scene,
+                    hit.triangle,
+                    hit.barycentric,
+                    -direction.normalize(),
+                );
+                let g = light.geometric_factor(s.position, s.geometric_normal, s.shading_normal, f32::MAX);
+                if g.is_none() || s.emission.max_element() > 0.0 || s.albedo.max_element() <= 0.0 {
+                    continue;
+                }
+                pairs += 1;
+                let traced = girandole_reference::visible(&tracer, &s, hit.triangle, light);
+                let lit = |image: &Image| image.pixels[i].max_element() > 0.0;
+                contradictions += usize::from(lit(&naive) != traced);
+                let largest = naive.pixels[i].max_element().max(average);
+                if (naive.pixels[i] - vd.pixels[i]).abs().max_element() > 1e-5 * largest {
+                    differing += 1;
+                    wrong += usize::from(lit(&naive) == traced || lit(&vd) != traced);
+                }
+            }
+        }
+    }
+    eprintln!("{differing} of {pairs} pairs differ; maps contradict rays on {contradictions}");
+    assert!(pairs > 100_000, "{pairs}");
+    assert_eq!(wrong, 0, "of {differing} pairs that differ");
+    assert!(differing * 200 <= pairs, "{differing} of {pairs} pairs differ");
+    // The control: maps do contradict rays, so the search means something.
+    assert!(contradictions >= differing && contradictions > 0);
+}
+
+fn vd_is_naive(context: &Context) {
+    let size = [256, 192];
+    for (name, stage) in stages(120) {
+        let view = stage.view(0, size);
+        let mut renderer = context.loaded(&stage, RendererOptions::default());
+        let naive = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
+        let vd = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Visibility));
+        let error = flip(&naive, &vd);
+        eprintln!("{name}: FLIP {error:.5}");
+        assert!(error <= 0.005, "{name}: FLIP {error}");
+        // The control: without one light in twenty the picture is another one.
+        let mut fewer = stage.lights.clone();
+        fewer.samples =
+            fewer.samples.iter().enumerate().filter(|(i, _)| i % 20 != 7).map(|(_, l)| *l).collect();
+        renderer.load(&stage.scene, &stage.geometry, &fewer).expect("load");
+        let other = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
+        assert!(flip(&naive, &other) > 0.005, "{name}");
+    }
+}
+
+fn full_is_close(context: &Context) {
+    let size = [400, 300];
+    for (name, stage) in stages(300) {
+        let view = stage.view(0, size);
+        let mut renderer = context.loaded(&stage, RendererOptions::default());
+        let naive = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
+        let full = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Full));
+        let stats = context.wait(renderer.stats()).expect("stats");
+        let points: u64 = stats.points.iter().sum();
+        let share = points as f64 / (f64::from(size[0]) * f64::from(size[1]));
+        let error = flip(&naive, &full);
+        let energy = f64::from(mean(&full) / mean(&naive));
+        eprintln!("{name}: FLIP {error:.4}, energy {energy:.4}, {:.1} % of the pixels shaded", share * 100.0);
+        assert!(error <= 0.02, "{name}: FLIP {error}");
+        assert!((energy - 1.0).abs() < 0.005, "{name}: energy {energy}");
+        assert!(share < 0.2, "{name}: {share} of the pixels shaded");
+        // The control: interpolating whatever lies on one plane is seen.
+        let careless = RenderSettings { tolerance: 100.0, ..bounded(&stage, Mode::Full) };
+        let careless = context.frame(&mut renderer, &view, size, &careless);
+        assert!(flip(&naive, &careless) > 1.5 * error, "{name}");
+    }
+}
+
+fn no_tolerance(context: &Context) {
+    let size = [161, 119];
+    for stage in [Stage::builtin("table", 60), truth("punctual", 60)] {
+        let view = stage.view(0, size);
+        let mut renderer = context.loaded(&stage, RendererOptions::default());
+        let vd = context.frame(&mut renderer, &view, size, &settings(Mode::Visibility));
+        let low = |tolerance| RenderSettings { tolerance, ..settings(Mode::LowResolution) };
+        let all = context.frame(&mut renderer, &view, size, &low(0.0));
+        let largest = |a: &Image, b: &Image| {
+            let differences = a.pixels.iter().zip(&b.pixels).map(|(a, b)| (*a - *b).abs().max_element());
+            differences.fold(0.0, f32::max) / mean(a)
+        };
+        assert!(largest(&vd, &all) < 1e-5, "{}", largest(&vd, &all));
+        // The control: with a tolerance it is not the same.
+        let some = context.frame(&mut renderer, &view, size, &low(0.05));
+        assert!(largest(&vd, &some) > 1e-3);
+    }
+}
+
+fn light_maps(context: &Context) {
+    let size = [256, 192];
+    for (name, stage) in stages(200) {
+        let view = stage.view(0, size);
+        let mut renderer = context.loaded(&stage, RendererOptions::default());
+        let with = |light_maps| RenderSettings { light_maps, ..bounded(&stage, Mode::Visibility) };
+        let off = context.frame(&mut renderer, &view, size, &with(Some(false)));
+        let on = context.frame(&mut renderer, &view, size, &with(Some(true)));
+        let stats = context.wait(renderer.stats()).expect("stats");
+        let c = compare(&off, &on, &CompareOptions::default()).expect("comparable");
+        eprintln!("{name}: FLIP {:.5}, relMSE {:.2e}, {} maps", c.flip, c.rel_mse, stats.leaves[1]);
+        assert!(c.flip <= 0.006 && c.rel_mse < 1e-4, "{name}: {c:?}");
+        assert!(stats.leaves[1] > 0 && stats.pairs.mapped > 0, "{name}: no light maps");
+        assert!(on.pixels.iter().all(|p| p.min_element() >= 0.0), "{name}: below 0");
+        // The control: a map made with another bound is another map.
+        let other = RenderSettings { clamp: Some(0.02), ..with(Some(true)) };
+        let other = context.frame(&mut renderer, &view, size, &other);
+        assert!(flip(&off, &other) > 0.006, "{name}");
+        // And it is made anew when the bound changes back.
+        assert!(context.frame(&mut renderer, &view, size, &with(Some(true))).pixels == on.pixels, "{name}");
+    }
+}
+
+/// A room whose things reflect like mirrors, like satin and not at all.
+fn glossy(count: u32) -> Stage {
+    let mut scene = builtin::build("table", MovingObject::Teapot).expect("table");
+    for (index, material) in scene.materials.iter_mut().enumerate() {
+        let shine = Material { specular: 1.0, roughness: [0.2, 0.7][index % 2], ..material.clone() };
+        if index % 3 > 0 {
+            *material = shine;
+        }
+    }
+    Stage::new(scene, &LightSettings { count, ..Default::default() })
+}
+
+fn fused_is_multipass(context: &Context) {
+    let size = [96, 72];
+    let largest = |a: &Image, b: &Image| {
+        let differences = a.pixels.iter().zip(&b.pixels).map(|(a, b)| (*a - *b).abs().max_element());
+        differences.fold(0.0, f32::max) / a.pixels.iter().map(|p| p.max_element()).fold(0.0, f32::max)
+    };
+    let half =
+        pollster::block_on(Gpu::with_features(None, WANTED_FEATURES - wgpu::Features::FLOAT32_BLENDABLE));
+    let half = Context { gpu: half.expect("the same adapter") };
+    for stage in [Stage::builtin("table", 40), glossy(40), truth("punctual", 40)] {
+        let view = stage.view(0, size);
+        for mode in [Mode::Visibility, Mode::LowResolution, Mode::Full] {
+            let fused = RenderSettings { samples_per_axis: 2, ..bounded(&stage, mode) };
+            let several = RenderSettings { shading: Shading::Multipass { lights_per_pass: 7 }, ..fused };
+            let mut renderer = context.loaded(&stage, RendererOptions::default());
+            let one = context.frame(&mut renderer, &view, size, &fused);
+            let many = context.frame(&mut renderer, &view, size, &several);
+            let passes = context.wait(renderer.stats()).expect("stats").passes;
+            assert!(passes[0] > 0 && passes[0] <= passes[1], "{passes:?}");
+            assert_eq!(passes[0] < passes[1], mode == Mode::Full, "{mode:?}: {passes:?}");
+            if context.gpu.device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
+                assert!(largest(&one, &many) < 1e-5, "{mode:?}: {}", largest(&one, &many));
+            }
+            let mut renderer = half.loaded(&stage, RendererOptions::default());
+            let rough = half.frame(&mut renderer, &view, size, &several);
+            let error = flip(&one, &rough);
+            assert!(error <= 0.01, "{mode:?}: FLIP {error}");
+            // The control: 16 bits are seen at the finer scale.
+            assert!(largest(&one, &rough) > 1e-5);
+        }
+    }
+}
+
+fn batches_and_sizes(context: &Context) {
+    // 700 lights are two batches.
+    let stage = Stage::builtin("table", 700);
+    let mut renderer = context.loaded(&stage, RendererOptions { map_size: Some(128), ..Default::default() });
+    let view = stage.view(0, [160, 120]);
+    let naive = context.frame(&mut renderer, &view, [160, 120], &bounded(&stage, Mode::Naive));
+    for (mode, bound) in [(Mode::Visibility, 0.005), (Mode::LowResolution, 0.02), (Mode::Full, 0.02)] {
+        let picture = context.frame(&mut renderer, &view, [160, 120], &bounded(&stage, mode));
+        assert!(flip(&naive, &picture) < bound, "{mode:?}: {}", flip(&naive, &picture));
+    }
+    // Any size, down to a pixel, and more rows than a band has.
+    let stage = Stage::builtin("pillars", 8);
+    let mut renderer = context.loaded(&stage, RendererOptions { map_size: Some(256), ..Default::default() });
+    for size in [[1, 1], [2, 1], [1, 9], [8, 8], [9, 9], [17, 3], [33, 31], [8000, 160]] {
+        let view = stage.view(0, size);
+        let naive = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
+        for samples_per_axis in [1, 3] {
+            if size[0] == 8000 && samples_per_axis > 1 {
+                continue;
+            }
+            let full = RenderSettings { samples_per_axis, ..bounded(&stage, Mode::Full) };
+            let full = context.frame(&mut renderer, &view, size, &full);
+            let energy = mean(&full) / mean(&naive);
+            let slack = if size[0] * size[1] < 300 { 0.3 } else { 0.05 };
+            assert!((energy - 1.0).abs() < slack, "{size:?}, {samples_per_axis}: {energy}");
+            if size[0] == 8000 {
+                // Bands of 128 rows: nothing is seen of where they meet.
+                let row = |image: &Image, y: usize| image.pixels[y * 8000..(y + 1) * 8000].to_vec();
+                let error = |y: usize| {
+                    let pairs = row(&naive, y).into_iter().zip(row(&full, y));
+                    pairs.map(|(a, b)| (a - b).abs().max_element()).sum::<f32>() / 8000.0
+                };
+                let elsewhere = (100..156).map(error).sum::<f32>() / 56.0;
+                assert!(error(127).max(error(128)) < 3.0 * elsewhere + 1e-4, "{} {elsewhere}", error(128));
+            }
+        }
+    }
+}
+
+fn repeats(context: &Context) {
+    let size = [200, 150];
+    let stage = Stage::builtin("area-lights", 150);
+    let mut renderer = context.loaded(&stage, RendererOptions::default());
+    let full = RenderSettings { samples_per_axis: 2, ..bounded(&stage, Mode::Full) };
+    let first = context.frame(&mut renderer, &stage.view(0, size), size, &full);
+    // Whatever was drawn in between.
+    for mode in [Mode::Visibility, Mode::Naive, Mode::LowResolution] {
+        context.frame(&mut renderer, &stage.view(1, [96, 80]), [96, 80], &bounded(&stage, mode));
+        let again = context.frame(&mut renderer, &stage.view(0, size), size, &full);
+        assert!(again.pixels == first.pixels, "after {mode:?}");
+    }
+    let mut fresh = context.loaded(&stage, RendererOptions::default());
+    assert!(context.frame(&mut fresh, &stage.view(0, size), size, &full).pixels == first.pixels);
+    // The control: another camera is another picture.
+    assert!(context.frame(&mut fresh, &stage.view(1, size), size, &full).pixels != first.pixels);
+}
+
+fn anti_aliasing(context: &Context) {
+    let size = [320, 240];
+    for name in ["table", "pillars"] {
+        let stage = Stage::builtin(name, 150);
+        let view = stage.view(0, size);
+        let mut renderer = context.loaded(&stage, RendererOptions::default());
+        let mut frame = |mode, samples_per_axis| {
+            let settings = RenderSettings { samples_per_axis, ..bounded(&stage, mode) };
+            let picture = context.frame(&mut renderer, &view, size, &settings);
+            (picture, context.wait(renderer.stats()).expect("stats"))
+        };
+        let (rough, one) = frame(Mode::Full, 1);
+        let (smooth, four) = frame(Mode::Full, 2);
+        let (reference, _) = frame(Mode::Naive, 2);
+        let ratio = four.pairs.evaluated() as f64 / one.pairs.evaluated() as f64;
+        eprintln!("{name}: {ratio:.3} × the pairs, FLIP {:.4}", flip(&reference, &smooth));
+        assert!((1.0..=1.6).contains(&ratio), "{name}: {ratio}");
+        // Coarse grids stay the same.
+        assert_eq!(four.points[3], one.points[3], "{name}");
+        assert!(flip(&reference, &smooth) < 0.02, "{name}");
+        // The control: without it the edges are seen.
+        assert!(flip(&reference, &rough) > 1.5 * flip(&reference, &smooth), "{name}");
+    }
+}
+
+fn debug_views(context: &Context) {
+    let size = [160, 120];
+    let stage = Stage::builtin("table", 50);
+    let view = stage.view(0, size);
+    let mut renderer = context.loaded(&stage, RendererOptions::default());
+    let mut show = |debug| {
+        let settings = RenderSettings { debug: Some(debug), ..bounded(&stage, Mode::Full) };
+        let picture = context.frame(&mut renderer, &view, size, &settings);
+        let mut colors: Vec<[u32; 3]> =
+            picture.pixels.iter().map(|p| p.to_array().map(f32::to_bits)).collect();
+        assert!(picture.pixels.iter().all(|p| p.is_finite() && p.min_element() >= 0.0), "{debug:?}");
+        colors.sort_unstable();
+        colors.dedup();
+        (picture, colors.len())
+    };
+    assert!(show(DebugView::Receivers).1 > 50);
+    // States: three colours, a little darker where surfaces turn away; another light, another picture.
+    let (of_one, _) = show(DebugView::States(Some(0)));
+    let green = of_one.pixels.iter().filter(|p| p.y > 4.0 * p.x).count();
+    let yellow = of_one.pixels.iter().filter(|p| p.x > p.y && p.y > 0.5 * p.x).count();
+    assert!(green > 1000 && yellow > 500, "{green} {yellow}");
+    assert!(show(DebugView::States(Some(40))).0.pixels != of_one.pixels);
+    assert!(show(DebugView::States(None)).1 > 10);
+    let (maps, shades) = show(DebugView::LightMaps);
+    assert!(shades > 1000 && maps.pixels.iter().any(|p| p.max_element() == 0.0), "the torus has no map");
+    // Levels: as many points in the coarsest grid's colour as it has.
+    let (levels, _) = show(DebugView::Levels);
+    let coarsest = levels.pixels.iter().filter(|p| p.z == 1.0).count();
+    assert_eq!(coarsest, 21 * 16, "points every 8 pixels, and at the last column and row");
+    assert!(show(DebugView::LightPositions).0.pixels.iter().any(|p| p.max_element() == 1.0));
+    assert!(show(DebugView::Atlas).1 > 20);
+}
+
+fn refuses(context: &Context) {
+    let stage = Stage::builtin("table", 20);
+    let view = stage.view(0, [64, 64]);
+    let sentence = |result: girandole::Result<()>, about: &str| {
+        let text = result.expect_err("an error").to_string();
+        assert!(text.contains(about) && !text.contains('\n'), "{text}");
+    };
+    let mut renderer = context.renderer(RendererOptions::default());
+    let database = stage.visibility();
+    let (scene, geometry) = (&stage.scene, &stage.geometry);
+    sentence(renderer.load_visibility(scene, geometry, &stage.lights, &database), "load the scene");
+    renderer.load(scene, geometry, &stage.lights).expect("load");
+    sentence(renderer.render(&view, [64, 64], &settings(Mode::Full)), "visibility database");
+    let other = Stage::builtin("table", 21);
+    sentence(renderer.load_visibility(scene, geometry, &stage.lights, &other.visibility()), "other lights");
+    renderer.load_visibility(scene, geometry, &stage.lights, &database).expect("visibility");
+    let debug = |mode, view| RenderSettings { debug: Some(view), ..settings(mode) };
+    sentence(renderer.render(&view, [64, 64], &debug(Mode::Naive, DebugView::Levels)), "another mode");
+    sentence(
+        renderer.render(&view, [64, 64], &debug(Mode::Full, DebugView::States(Some(20)))),
+        "no light 20",
+    );
+    for tolerance in [f32::NAN, -1.0] {
+        let wrong = RenderSettings { tolerance, ..settings(Mode::Full) };
+        sentence(renderer.render(&view, [64, 64], &wrong), "tolerance");
+    }
+    let several = |mode, lights_per_pass| RenderSettings {
+        shading: Shading::Multipass { lights_per_pass },
+        ..settings(mode)
+    };
+    sentence(renderer.render(&view, [64, 64], &several(Mode::Full, 0)), "lights a pass");
+    sentence(renderer.render(&view, [64, 64], &several(Mode::Full, 33)), "lights a pass");
+    sentence(renderer.render(&view, [64, 64], &several(Mode::Naive, 7)), "naive");
+    // The control: what was refused is possible with other settings.
+    renderer.render(&view, [64, 64], &settings(Mode::Full)).expect("a frame");
+}
