@@ -17,21 +17,29 @@ pub enum Blocker {
     Triangle(u32),
     /// All triangles of an object that belong to none of those: index into the scene's objects.
     Mesh(u32),
+    /// Some of the static ones: a node of the hierarchy over them.
+    Group(u32),
 }
 
-struct Box3 {
-    low: DVec3,
-    high: DVec3,
+#[derive(Clone, Debug)]
+pub(crate) struct Box3 {
+    pub low: DVec3,
+    pub high: DVec3,
     /// Number of items, 0 for an inner node.
-    count: u32,
+    pub count: u32,
     /// First item, or first of two children.
-    first: u32,
+    pub first: u32,
+    /// [`NONE`] for the root.
+    pub parent: u32,
+    /// Extent of the largest opaque polygon, 0 if there is none.
+    pub extent: f64,
 }
 
 /// A hierarchy over some of a scene's blockers. They are numbered as the surfaces: patches, then meshes.
+#[derive(Clone, Debug)]
 pub(crate) struct BlockerTree {
-    nodes: Vec<Box3>,
-    items: Vec<u32>,
+    pub nodes: Vec<Box3>,
+    pub items: Vec<u32>,
 }
 
 impl BlockerTree {
@@ -66,7 +74,14 @@ impl BlockerTree {
         let mut nodes: Vec<Box3> = binary
             .nodes
             .iter()
-            .map(|n| Box3 { low: empty.0, high: empty.1, count: n.prim_count, first: n.first_index })
+            .map(|n| Box3 {
+                low: empty.0,
+                high: empty.1,
+                count: n.prim_count,
+                first: n.first_index,
+                parent: NONE,
+                extent: 0.0,
+            })
             .collect();
         // Exact bounds, from the leaves up.
         let mut order = vec![0_usize];
@@ -80,6 +95,10 @@ impl BlockerTree {
         }
         for &i in order.iter().rev() {
             let (count, first) = (nodes[i].count, nodes[i].first as usize);
+            if count == 0 {
+                nodes[first].parent = i as u32;
+                nodes[first + 1].parent = i as u32;
+            }
             let (low, high) = if count == 0 {
                 (nodes[first].low.min(nodes[first + 1].low), nodes[first].high.max(nodes[first + 1].high))
             } else {
@@ -88,9 +107,37 @@ impl BlockerTree {
                     (low.min(l), high.max(h))
                 })
             };
+            let extent =
+                |b: &u32| surfaces.patches.get(*b as usize).filter(|p| p.opaque).map_or(0.0, |p| p.extent);
+            nodes[i].extent = if count == 0 {
+                nodes[first].extent.max(nodes[first + 1].extent)
+            } else {
+                items[first..first + count as usize].iter().map(extent).fold(0.0, f64::max)
+            };
             (nodes[i].low, nodes[i].high) = (low, high);
         }
         Self { nodes, items }
+    }
+
+    /// The one blocker of a node, or the group that it is.
+    pub fn blocker(&self, surfaces: &Surfaces, node: u32) -> Blocker {
+        match &self.nodes[node as usize] {
+            Box3 { count: 1, first, .. } => surfaces.blocker(self.items[*first as usize]),
+            _ => Blocker::Group(node),
+        }
+    }
+
+    /// All blockers below a node.
+    pub fn members(&self, node: u32) -> Vec<u32> {
+        let mut found = Vec::new();
+        let mut open = vec![node];
+        while let Some(node) = open.pop().and_then(|i| self.nodes.get(i as usize)) {
+            match node.count {
+                0 => open.extend([node.first + 1, node.first]),
+                count => found.extend(&self.items[node.first as usize..(node.first + count) as usize]),
+            }
+        }
+        found
     }
 
     pub fn is_empty(&self) -> bool {

@@ -15,6 +15,8 @@ use glam::DVec3;
 pub struct VisibilityDatabase {
     receivers: Receivers,
     surfaces: Surfaces,
+    /// Over static blockers.
+    pub(super) groups: BlockerTree,
     lights: usize,
     /// By node and light, of all blockers.
     states: Vec<State>,
@@ -63,14 +65,21 @@ impl VisibilityDatabase {
         let own: Vec<u32> = lights.samples.iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let dynamic = |object: u32| scene.objects.get(object as usize).is_some_and(|o| o.dynamic);
         // The hierarchy, with what static objects block.
-        let blockers = BlockerTree::new(&surfaces, |object| !dynamic(object));
-        let context = Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers };
+        let groups = BlockerTree::new(&surfaces, |object| !dynamic(object));
+        let context =
+            Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &groups, grouped: true };
         let (receivers, fixed, mut tests) = receivers(&context, geometry, settings);
         // What dynamic ones block besides.
         let blockers = BlockerTree::new(&surfaces, dynamic);
         let mut moving = Vec::new();
         if !blockers.is_empty() {
-            let context = Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers };
+            let context = Context {
+                surfaces: &surfaces,
+                lights: &apexes,
+                own: &own,
+                blockers: &blockers,
+                grouped: false,
+            };
             let (rows, more) = determine(&context, &receivers);
             moving = rows;
             tests += more;
@@ -82,7 +91,7 @@ impl VisibilityDatabase {
                 None => states.extend(&row.states),
             }
         }
-        Self { receivers, surfaces, lights: apexes.len(), states, fixed, moving, tests }
+        Self { receivers, surfaces, groups, lights: apexes.len(), states, fixed, moving, tests }
     }
 
     /// The hierarchy of receivers.
@@ -110,11 +119,16 @@ impl VisibilityDatabase {
     /// The blockers that were found to block a node from a light fully (`true`) or partially. A full one is not
     /// looked at again below. A partial one has been tested against the children, if there are any.
     pub fn blockers(&self, node: u32, light: u32) -> impl Iterator<Item = (Blocker, bool)> + '_ {
-        [&self.fixed, &self.moving]
-            .into_iter()
-            .filter_map(move |rows| rows.get(node as usize))
-            .flat_map(move |row| of_light(&row.entries, light))
-            .map(|e| (self.surfaces.blocker(e.blocker()), e.full()))
+        let fixed = entries_of(&self.fixed, node, light)
+            .map(|e| (self.groups.blocker(&self.surfaces, e.blocker()), e.full()));
+        let moving =
+            entries_of(&self.moving, node, light).map(|e| (self.surfaces.blocker(e.blocker()), e.full()));
+        fixed.chain(moving)
+    }
+
+    /// The blockers of a [`Blocker::Group`].
+    pub fn members(&self, group: u32) -> impl Iterator<Item = Blocker> + '_ {
+        self.groups.members(group).into_iter().map(|b| self.surfaces.blocker(b))
     }
 
     /// How much there is of everything.
@@ -139,6 +153,12 @@ impl VisibilityDatabase {
         }
         counts
     }
+}
+
+/// What blocks a node from a light.
+fn entries_of(rows: &[Row], node: u32, light: u32) -> impl Iterator<Item = &Entry> {
+    let entries = rows.get(node as usize).map_or(&[][..], |row| of_light(&row.entries, light));
+    entries.iter().filter(|e| !e.is_facing())
 }
 
 pub(super) fn of_light(entries: &[Entry], light: u32) -> &[Entry] {

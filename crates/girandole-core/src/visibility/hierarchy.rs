@@ -1,7 +1,7 @@
 //! Determination for one root: the adaptive split of a patch, and what blocks each node.
 
 use super::blockers::BlockerTree;
-use super::pyramid::{Apex, Blocks, MOST_CORNERS, Pyramid, Scratch, Shape, clip};
+use super::pyramid::{Apex, Blocks, Facing, MOST_CORNERS, Place, Pyramid, Scratch, Shape, clip};
 use super::receivers::{cluster_of, patch_shape};
 use super::surfaces::{Surfaces, area_vector};
 use super::{Entry, State, VisibilitySettings};
@@ -22,6 +22,8 @@ pub(crate) struct Context<'a> {
     /// For each light the blocker that it lies on, or [`NONE`].
     pub own: &'a [u32],
     pub blockers: &'a BlockerTree,
+    /// Whether groups of blockers may stand for their members; otherwise each blocker is found.
+    pub grouped: bool,
 }
 
 /// Working memory.
@@ -49,40 +51,121 @@ impl Context<'_> {
             let (inherited, others) = rest.split_at(count);
             rest = others;
             let above = parent.map_or(State::Unoccluded, |p| p.states[index]);
-            let tested = parent.is_none() || inherited.iter().any(|e| !e.full());
             let state = &mut row.states[index];
-            if above == State::Full && !tested {
-                *state = State::Full;
+            // What has been decided for all below.
+            if parent.is_some() && inherited.iter().all(|e| e.full()) {
+                *state = above;
                 continue;
             }
             memory.scratch.tests += 1;
-            let pyramid = &mut memory.pyramid;
-            if !pyramid.set(light, shape, &self.surfaces.tolerance) {
+            let facing = memory.pyramid.set(light, shape, &self.surfaces.tolerance);
+            if facing == Facing::None {
                 *state = State::Full;
                 continue;
             }
-            if above == State::Full {
-                *state = State::Full;
-            }
-            if parent.is_none() {
-                self.blockers.query(pyramid, &mut memory.scratch, &mut memory.open, &mut memory.found);
+            let asked = inherited.iter().filter(|e| !e.full() && !e.is_facing()).map(|e| e.blocker());
+            memory.open.clear();
+            if self.grouped {
+                if parent.is_some() {
+                    memory.open.extend(asked.rev());
+                } else {
+                    memory.open.extend((!self.blockers.is_empty()).then_some(0));
+                }
+                *state = self.search(index as u32, own, memory);
             } else {
                 memory.found.clear();
-                memory.found.extend(inherited.iter().filter(|e| !e.full()).map(|e| e.blocker()));
+                if parent.is_some() {
+                    memory.found.extend(asked);
+                } else {
+                    let Memory { scratch, pyramid, open, found, .. } = memory;
+                    self.blockers.query(pyramid, scratch, open, found);
+                }
+                *state = self.each(index as u32, own, memory);
+                if above == State::Full {
+                    *state = State::Full;
+                }
             }
-            for &blocker in &memory.found {
-                let found = match self.surfaces.test(blocker, pyramid, own, &mut memory.scratch) {
-                    Blocks::None => continue,
-                    Blocks::Partial => State::Partial,
-                    // The triangle that a light lies on does not block it.
-                    Blocks::Full if self.own[index] == blocker => State::Partial,
-                    Blocks::Full => State::Full,
-                };
-                *state = (*state).max(found);
-                row.entries.push(Entry::new(index as u32, blocker, found == State::Full));
+            let found = memory.found.iter();
+            row.entries.extend(found.map(|&code| Entry { light: index as u32, code }));
+            if *state == State::Unoccluded && facing != Facing::All {
+                row.entries.push(Entry::facing(index as u32));
             }
         }
         row
+    }
+
+    /// Each blocker for itself: replaces those found by the codes of those that block something.
+    fn each(&self, index: u32, own: Option<u32>, memory: &mut Memory) -> State {
+        let mut state = State::Unoccluded;
+        let Memory { scratch, pyramid, found, .. } = memory;
+        found.retain_mut(|blocker| {
+            let blocks = self.surfaces.test(*blocker, pyramid, own, scratch);
+            // The triangle that a light lies on does not block it.
+            let full = blocks == Blocks::Full && self.own[index as usize] != *blocker;
+            *blocker = Entry::new(index, *blocker, full).code;
+            state = state.max(match blocks {
+                Blocks::None => State::Unoccluded,
+                _ if full => State::Full,
+                _ => State::Partial,
+            });
+            blocks != Blocks::None
+        });
+        state
+    }
+
+    /// Goes through groups only as far as the state calls for: until one blocker is partial, and from there on where
+    /// one may be full. Leaves the codes of what the children have to look at.
+    fn search(&self, index: u32, own: Option<u32>, memory: &mut Memory) -> State {
+        let Memory { scratch, pyramid, open, found, .. } = memory;
+        found.clear();
+        let mut state = State::Unoccluded;
+        while let Some(group) = open.pop() {
+            let node = &self.blockers.nodes[group as usize];
+            if state == State::Partial {
+                scratch.tests += 1;
+                if !pyramid.may_be_covered(node.low, node.high, node.extent) {
+                    found.push(Entry::new(index, group, false).code);
+                    continue;
+                }
+            }
+            if node.count == 0 {
+                scratch.tests += 1;
+                match pyramid.place(node.low, node.high) {
+                    Place::Outside => continue,
+                    Place::Crossing => {}
+                    Place::Inside if state == State::Partial => {}
+                    // Whatever it is, it blocks something.
+                    Place::Inside => {
+                        scratch.tests += 1;
+                        if !pyramid.may_be_covered(node.low, node.high, node.extent) {
+                            found.push(Entry::new(index, group, false).code);
+                            state = State::Partial;
+                            continue;
+                        }
+                    }
+                }
+                open.extend([node.first, node.first + 1]);
+                continue;
+            }
+            let mut partial = false;
+            for &blocker in &self.blockers.items[node.first as usize..(node.first + node.count) as usize] {
+                match self.surfaces.test(blocker, pyramid, own, scratch) {
+                    Blocks::None => {}
+                    // The triangle that a light lies on does not block it.
+                    Blocks::Full if self.own[index as usize] != blocker => {
+                        found.clear();
+                        found.push(Entry::new(index, group, true).code);
+                        return State::Full;
+                    }
+                    Blocks::Full | Blocks::Partial => partial = true,
+                }
+            }
+            if partial {
+                found.push(Entry::new(index, group, false).code);
+                state = State::Partial;
+            }
+        }
+        state
     }
 }
 

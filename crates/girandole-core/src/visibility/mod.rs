@@ -27,6 +27,7 @@
 //! ```
 
 mod blockers;
+mod bundle;
 mod clusters;
 mod database;
 mod hierarchy;
@@ -102,6 +103,15 @@ pub(crate) struct Entry {
 impl Entry {
     fn new(light: u32, blocker: u32, full: bool) -> Self {
         Self { light, code: blocker << 1 | u32::from(full) }
+    }
+
+    /// That only parts of the receiver face the light.
+    fn facing(light: u32) -> Self {
+        Self { light, code: u32::MAX << 1 }
+    }
+
+    fn is_facing(self) -> bool {
+        self.code == u32::MAX << 1
     }
 
     fn blocker(self) -> u32 {

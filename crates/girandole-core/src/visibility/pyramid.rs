@@ -3,6 +3,7 @@
 //! A pyramid is a set of half-spaces that contain every ray from the receiver's lifted points to the light. All
 //! distances are in double precision, so that only the geometry's own rounding counts, and [`Tolerance`] covers that.
 
+use super::bundle::Bundle;
 use super::clusters::{Cluster, ClusterTree};
 use super::surfaces::SimplePatch;
 use crate::lights::{LightSample, Profile};
@@ -54,7 +55,7 @@ impl Apex {
         }
     }
 
-    fn towards(&self, point: DVec3) -> DVec3 {
+    pub fn towards(&self, point: DVec3) -> DVec3 {
         if self.finite { self.position - point } else { -self.normal }
     }
 }
@@ -78,6 +79,22 @@ pub(crate) enum Blocks {
     None,
     Partial,
     Full,
+}
+
+/// Which of a receiver's points and a light face each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Facing {
+    None,
+    Some,
+    All,
+}
+
+/// Where a box is, as a pyramid sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    Outside,
+    Crossing,
+    Inside,
 }
 
 /// Inside is `normal · x ≥ offset`; the normal has unit length.
@@ -104,7 +121,7 @@ struct Sides {
     high: f64,
 }
 
-enum Hull {
+pub(crate) enum Hull {
     /// Lifted corners.
     Polygon([DVec3; MOST_CORNERS], usize),
     /// Centre, radius and box, all with room for lifted points.
@@ -118,6 +135,10 @@ pub(crate) struct Pyramid {
     hull: Hull,
     planes: [Plane; MOST_CORNERS + 2],
     count: usize,
+    /// Made when they are first asked for.
+    bundle: Bundle,
+    slabs: [(DVec3, f64, f64); 6],
+    slabs_known: bool,
 }
 
 impl Pyramid {
@@ -125,11 +146,22 @@ impl Pyramid {
         let apex = Apex { position: DVec3::ZERO, normal: DVec3::ZERO, finite: false };
         let hull = Hull::Sphere(DVec3::ZERO, 0.0, [DVec3::ZERO; 2]);
         let tolerance = Tolerance { lift: 0.0, tol: 0.0, edge: 0.0, side: 0.0 };
-        Self { apex, tolerance, hull, planes: [Plane::default(); MOST_CORNERS + 2], count: 0 }
+        Self {
+            apex,
+            tolerance,
+            hull,
+            planes: [Plane::default(); MOST_CORNERS + 2],
+            count: 0,
+            bundle: Bundle::default(),
+            slabs: [(DVec3::ZERO, 0.0, 0.0); 6],
+            slabs_known: false,
+        }
     }
 
-    /// Makes it the pyramid of a pair; false if no point of the receiver and the light face each other.
-    pub fn set(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> bool {
+    /// Makes it the pyramid of a pair, unless no point of the receiver and the light face each other.
+    pub fn set(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Facing {
+        self.bundle.count = 0;
+        self.slabs_known = false;
         (self.apex, self.tolerance, self.count) = (*apex, *tolerance, 0);
         match shape {
             Shape::Patch { corners, normal, offset, tilt } => {
@@ -152,11 +184,12 @@ impl Pyramid {
         offset: f64,
         tilt: f64,
         t: &Tolerance,
-    ) -> bool {
+    ) -> Facing {
         let n = corners.len().min(MOST_CORNERS);
         let mut lifted = [DVec3::ZERO; MOST_CORNERS];
         let mut floor = t.lift - t.tol;
         let mut ceiling = None;
+        let mut facing = Facing::Some;
         if apex.finite {
             // Behind the patch, or the patch behind the light?
             let (mut reach, mut low, mut high): (f64, f64, f64) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
@@ -170,17 +203,22 @@ impl Pyramid {
             let height = normal.dot(apex.position) - offset;
             let doubt = t.tol + ROUNDING * reach;
             if height < -(doubt + tilt * reach) || high <= -doubt {
-                return false;
+                return Facing::None;
+            }
+            if height >= 0.0 && low >= 0.0 {
+                facing = Facing::All;
             }
             floor = floor.min(height);
             ceiling = Some((low.max(-doubt) + t.lift * normal.dot(apex.normal).min(0.0)).min(0.0));
         } else {
             let cosine = -normal.dot(apex.normal);
             if cosine < -(2.0 * ROUNDING + tilt) {
-                return false;
+                return Facing::None;
             }
             if cosine < 0.0 {
                 floor = f64::NEG_INFINITY;
+            } else {
+                facing = Facing::All;
             }
         }
         let mut centroid = DVec3::ZERO;
@@ -215,10 +253,10 @@ impl Pyramid {
         if let Some(z) = ceiling {
             self.push(apex.normal, apex.normal.dot(apex.position) + z, t.tol);
         }
-        true
+        facing
     }
 
-    fn set_cluster(&mut self, apex: &Apex, cluster: &Cluster, t: &Tolerance) -> bool {
+    fn set_cluster(&mut self, apex: &Apex, cluster: &Cluster, t: &Tolerance) -> Facing {
         let (center, room) = (cluster.center, t.lift + t.tol);
         let radius = cluster.radius + room;
         let bounds = [cluster.low - room, cluster.high + room];
@@ -233,8 +271,12 @@ impl Pyramid {
         let cosine = cluster.axis.dot(-away) / distance;
         let turned = libm::acos(cosine.clamp(-1.0, 1.0));
         if turned - spread >= std::f64::consts::FRAC_PI_2 + cluster.angle + 1e-3 {
-            return false;
+            return Facing::None;
         }
+        let mut facing = match turned + spread + cluster.angle + 1e-3 < std::f64::consts::FRAC_PI_2 {
+            true => Facing::All,
+            false => Facing::Some,
+        };
         self.hull = Hull::Sphere(center, radius, bounds);
         if apex.finite {
             let (low, high) = extent(apex.normal, bounds);
@@ -243,7 +285,10 @@ impl Pyramid {
             let (low, high) = ((low - plane).max(z - radius), (high - plane).min(z + radius));
             let doubt = t.tol + ROUNDING * (distance + radius);
             if high <= -doubt {
-                return false;
+                return Facing::None;
+            }
+            if low < 0.0 {
+                facing = Facing::Some;
             }
             self.push(apex.normal, plane + low.max(-doubt - t.lift).min(0.0), t.tol);
             if distance <= radius {
@@ -253,7 +298,7 @@ impl Pyramid {
                     self.push(axis, axis.dot(low), t.side);
                     self.push(-axis, -axis.dot(high), t.side);
                 }
-                return true;
+                return facing;
             }
         }
         let axis = away / distance;
@@ -265,7 +310,7 @@ impl Pyramid {
         }
         let (_, far) = extent(axis, bounds);
         self.push(-axis, -far.min(axis.dot(center) + radius), t.side);
-        true
+        facing
     }
 
     /// The plane that touches the sphere on the side opposite to `across` (unit, perpendicular to `axis`) and holds
@@ -316,6 +361,66 @@ impl Pyramid {
     pub fn may_meet_box(&self, low: DVec3, high: DVec3) -> bool {
         let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
         self.planes().iter().all(|p| p.normal.dot(center) + p.normal.abs().dot(half) >= p.offset - p.margin)
+    }
+
+    /// The pyramid's extent along the axes of boxes, and across them and itself.
+    fn set_slabs(&mut self) {
+        let middle = match &self.hull {
+            Hull::Polygon(corners, n) => corners[..*n].iter().sum::<DVec3>() / *n as f64,
+            Hull::Sphere(center, ..) => *center,
+        };
+        let along = self.apex.towards(middle).normalize_or_zero();
+        for i in 0..6 {
+            let axis = [DVec3::X, DVec3::Y, DVec3::Z][i % 3];
+            let normal = if i < 3 { axis } else { along.cross(axis).normalize_or_zero() };
+            let (low, high) = self.receiver_extent(normal);
+            let (mut low, mut high) = (low - self.tolerance.side, high + self.tolerance.side);
+            if self.apex.finite {
+                let light = normal.dot(self.apex.position);
+                (low, high) = (low.min(light - self.tolerance.side), high.max(light + self.tolerance.side));
+            } else {
+                let slope = normal.dot(along);
+                low = if slope < -1e-12 { f64::NEG_INFINITY } else { low };
+                high = if slope > 1e-12 { f64::INFINITY } else { high };
+            }
+            self.slabs[i] = (normal, low, high);
+        }
+        self.slabs_known = true;
+    }
+
+    /// Where a box is; what is inside is so by more than what is in doubt.
+    pub fn place(&mut self, low: DVec3, high: DVec3) -> Place {
+        let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
+        if !self.slabs_known {
+            self.set_slabs();
+        }
+        // The box's own axes, and those across both it and the pyramid.
+        let outside = |(normal, least, most): &(DVec3, f64, f64)| {
+            let (middle, reach) = (normal.dot(center), normal.abs().dot(half));
+            middle + reach < *least || middle - reach > *most
+        };
+        if self.slabs.iter().any(outside) {
+            return Place::Outside;
+        }
+        let mut place = Place::Inside;
+        for p in self.planes() {
+            let (middle, reach) = (p.normal.dot(center) - p.offset, p.normal.abs().dot(half));
+            if middle + reach < -p.margin {
+                return Place::Outside;
+            }
+            if middle - reach < p.margin {
+                place = Place::Crossing;
+            }
+        }
+        place
+    }
+
+    /// Whether a polygon in a box, and not wider than `extent`, may cover the receiver.
+    pub fn may_be_covered(&mut self, low: DVec3, high: DVec3, extent: f64) -> bool {
+        if self.bundle.count == 0 {
+            self.bundle.set(&self.apex, &self.hull);
+        }
+        extent > 0.0 && self.bundle.passes(low, high, extent)
     }
 
     /// Whether a cluster's bounds may reach into the pyramid.
