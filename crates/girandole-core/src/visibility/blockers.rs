@@ -1,5 +1,6 @@
 //! What can block light, and the hierarchy that finds those that reach into a pyramid.
 
+use super::clusters::Cluster;
 use super::pyramid::{Blocks, Pyramid, Scratch};
 use super::surfaces::Surfaces;
 use crate::scene::NONE;
@@ -29,8 +30,9 @@ pub(crate) struct Box3 {
     pub count: u32,
     /// First item, or first of two children.
     pub first: u32,
-    /// [`NONE`] for the root.
-    pub parent: u32,
+    /// The mesh that all of it is part of, or [`NONE`], and its cluster.
+    pub mesh: u32,
+    pub cluster: u32,
     /// Extent of the largest opaque polygon, 0 if there is none.
     pub extent: f64,
 }
@@ -79,7 +81,8 @@ impl BlockerTree {
                 high: empty.1,
                 count: n.prim_count,
                 first: n.first_index,
-                parent: NONE,
+                mesh: NONE,
+                cluster: NONE,
                 extent: 0.0,
             })
             .collect();
@@ -95,10 +98,6 @@ impl BlockerTree {
         }
         for &i in order.iter().rev() {
             let (count, first) = (nodes[i].count, nodes[i].first as usize);
-            if count == 0 {
-                nodes[first].parent = i as u32;
-                nodes[first + 1].parent = i as u32;
-            }
             let (low, high) = if count == 0 {
                 (nodes[first].low.min(nodes[first + 1].low), nodes[first].high.max(nodes[first + 1].high))
             } else {
@@ -119,9 +118,40 @@ impl BlockerTree {
         Self { nodes, items }
     }
 
+    /// Over the blockers of those objects that `accept` takes, and on to the clusters of meshes.
+    pub fn detailed(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
+        let mut tree = Self::new(surfaces, accept);
+        let mut next = 0;
+        while next < tree.nodes.len() {
+            let end = tree.nodes.len() as u32;
+            let node = &mut tree.nodes[next];
+            if node.mesh == NONE && node.count == 1 {
+                let blocker = tree.items[node.first as usize];
+                if let Some(mesh) = blocker.checked_sub(surfaces.patches.len() as u32) {
+                    (node.mesh, node.cluster) = (mesh, 0);
+                }
+            }
+            if node.mesh != NONE {
+                let (mesh, item) = (node.mesh, node.first);
+                let clusters = &surfaces.meshes[mesh as usize].tree.nodes;
+                let children = clusters[node.cluster as usize].children;
+                if children[0] != NONE {
+                    (node.count, node.first) = (0, end);
+                    tree.nodes.extend(children.map(|cluster| {
+                        let Cluster { low, high, .. } = clusters[cluster as usize];
+                        Box3 { low, high, count: 1, first: item, mesh, cluster, extent: 0.0 }
+                    }));
+                }
+            }
+            next += 1;
+        }
+        tree
+    }
+
     /// The one blocker of a node, or the group that it is.
     pub fn blocker(&self, surfaces: &Surfaces, node: u32) -> Blocker {
         match &self.nodes[node as usize] {
+            Box3 { mesh, .. } if *mesh != NONE => surfaces.blocker(surfaces.patches.len() as u32 + mesh),
             Box3 { count: 1, first, .. } => surfaces.blocker(self.items[*first as usize]),
             _ => Blocker::Group(node),
         }
@@ -137,6 +167,9 @@ impl BlockerTree {
                 count => found.extend(&self.items[node.first as usize..(node.first + count) as usize]),
             }
         }
+        // The clusters of a mesh are one.
+        found.sort_unstable();
+        found.dedup();
         found
     }
 
@@ -205,7 +238,7 @@ impl Surfaces {
     }
 
     /// What a blocker does to a pyramid; `own` is the mesh that the receiver is part of, if any.
-    pub fn test(&self, index: u32, pyramid: &Pyramid, own: Option<u32>, scratch: &mut Scratch) -> Blocks {
+    pub fn test(&self, index: u32, pyramid: &mut Pyramid, own: Option<u32>, scratch: &mut Scratch) -> Blocks {
         if let Some(patch) = self.patches.get(index as usize) {
             return pyramid.test_patch(patch, scratch);
         }

@@ -1,7 +1,7 @@
 //! The visibility database: for each node and light the state, and the blockers that decide it.
 
 use super::blockers::{Blocker, BlockerTree};
-use super::hierarchy::{Context, Draft, Frame, Memory, PatchRoot, Row, mesh_nodes};
+use super::hierarchy::{Context, Draft, Frame, Memory, Part, PatchRoot, Row, mesh_nodes};
 use super::pyramid::Apex;
 use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
 use super::surfaces::Surfaces;
@@ -16,13 +16,13 @@ pub struct VisibilityDatabase {
     receivers: Receivers,
     surfaces: Surfaces,
     /// Over static blockers.
-    pub(super) groups: BlockerTree,
+    groups: BlockerTree,
     lights: usize,
     /// By node and light, of all blockers.
     states: Vec<State>,
     /// By node: what static objects block, and what dynamic ones do.
-    pub(super) fixed: Vec<Row>,
-    moving: Vec<Row>,
+    fixed: Vec<Row>,
+    pub(super) moving: Vec<Row>,
     tests: u64,
 }
 
@@ -65,10 +65,15 @@ impl VisibilityDatabase {
         let own: Vec<u32> = lights.samples.iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let dynamic = |object: u32| scene.objects.get(object as usize).is_some_and(|o| o.dynamic);
         // The hierarchy, with what static objects block.
-        let groups = BlockerTree::new(&surfaces, |object| !dynamic(object));
+        let groups = BlockerTree::detailed(&surfaces, |object| !dynamic(object));
         let context =
             Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &groups, grouped: true };
-        let (receivers, fixed, mut tests) = receivers(&context, geometry, settings);
+        let (receivers, mut fixed, mut tests) = receivers(&context, geometry, settings);
+        // What static ones block stays as it is, and what decided it is enough.
+        for row in &mut fixed {
+            row.entries.retain(|e| !e.is_facing());
+            row.entries.dedup_by_key(|e| e.light);
+        }
         // What dynamic ones block besides.
         let blockers = BlockerTree::new(&surfaces, dynamic);
         let mut moving = Vec::new();
@@ -116,8 +121,10 @@ impl VisibilityDatabase {
         &self.states[first..first + self.lights]
     }
 
-    /// The blockers that were found to block a node from a light fully (`true`) or partially. A full one is not
-    /// looked at again below. A partial one has been tested against the children, if there are any.
+    /// What was found to block a node from a light fully (`true`) or partially. Of static objects this is the one
+    /// blocker or [`Blocker::Group`] that decides their state, as it stays the same for as long as they stand; of
+    /// dynamic ones it is each patch or mesh. Below a full one nothing is looked at again. Where a node has none, its
+    /// parent's decide, or the light and it do not face each other.
     pub fn blockers(&self, node: u32, light: u32) -> impl Iterator<Item = (Blocker, bool)> + '_ {
         let fixed = entries_of(&self.fixed, node, light)
             .map(|e| (self.groups.blocker(&self.surfaces, e.blocker()), e.full()));
@@ -137,7 +144,13 @@ impl VisibilityDatabase {
             nodes: self.receivers.nodes.len(),
             leaves: self.receivers.leaves.len(),
             pairs: self.receivers.leaves.len() * self.lights,
-            blockers: self.fixed.iter().chain(&self.moving).map(|r| r.entries.len()).sum(),
+            blockers: self
+                .fixed
+                .iter()
+                .chain(&self.moving)
+                .flat_map(|r| &r.entries)
+                .filter(|e| !e.is_facing())
+                .count(),
             tests: self.tests,
             ..Counts::default()
         };
@@ -156,7 +169,7 @@ impl VisibilityDatabase {
 }
 
 /// What blocks a node from a light.
-fn entries_of(rows: &[Row], node: u32, light: u32) -> impl Iterator<Item = &Entry> {
+pub(super) fn entries_of(rows: &[Row], node: u32, light: u32) -> impl Iterator<Item = &Entry> {
     let entries = rows.get(node as usize).map_or(&[][..], |row| of_light(&row.entries, light));
     entries.iter().filter(|e| !e.is_facing())
 }
@@ -183,7 +196,8 @@ pub(super) fn determine(context: &Context, receivers: &Receivers) -> (Vec<Row>, 
             let node = &receivers.nodes[index];
             let parent = rows.get((node.parent as usize).wrapping_sub(range.start));
             let shape = receivers.shape(context.surfaces, index as u32);
-            let row = context.row(shape, receivers.mesh(index as u32), parent, &mut memory);
+            let part = Part { own: receivers.mesh(index as u32), last: node.leaf != NONE };
+            let row = context.row(shape, part, parent, &mut memory);
             rows.push(row);
         }
         (rows, memory.scratch.tests)

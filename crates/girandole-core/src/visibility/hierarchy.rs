@@ -15,6 +15,14 @@ pub(crate) struct Row {
     pub entries: Vec<Entry>,
 }
 
+impl Row {
+    /// For how many lights the children have to be looked at.
+    fn undecided(&self) -> usize {
+        let mut last = NONE;
+        self.entries.iter().filter(|e| !e.full() && std::mem::replace(&mut last, e.light) != e.light).count()
+    }
+}
+
 /// What determination needs to know.
 pub(crate) struct Context<'a> {
     pub surfaces: &'a Surfaces,
@@ -24,6 +32,15 @@ pub(crate) struct Context<'a> {
     pub blockers: &'a BlockerTree,
     /// Whether groups of blockers may stand for their members; otherwise each blocker is found.
     pub grouped: bool,
+}
+
+/// What a node is part of.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Part {
+    /// The mesh.
+    pub own: Option<u32>,
+    /// Whether it is certain to have no children.
+    pub last: bool,
 }
 
 /// Working memory.
@@ -42,8 +59,9 @@ impl Memory {
 }
 
 impl Context<'_> {
-    /// The row of a node, given its parent's. `own` is the mesh that it is part of.
-    pub fn row(&self, shape: Shape, own: Option<u32>, parent: Option<&Row>, memory: &mut Memory) -> Row {
+    /// The row of a node, given its parent's.
+    pub fn row(&self, shape: Shape, part: Part, parent: Option<&Row>, memory: &mut Memory) -> Row {
+        let Part { own, last } = part;
         let mut row = Row { states: vec![State::Unoccluded; self.lights.len()], entries: Vec::new() };
         let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
         for (index, light) in self.lights.iter().enumerate() {
@@ -71,7 +89,7 @@ impl Context<'_> {
                 } else {
                     memory.open.extend((!self.blockers.is_empty()).then_some(0));
                 }
-                *state = self.search(index as u32, own, memory);
+                *state = self.search(index as u32, own, last, memory);
             } else {
                 memory.found.clear();
                 if parent.is_some() {
@@ -115,36 +133,68 @@ impl Context<'_> {
 
     /// Goes through groups only as far as the state calls for: until one blocker is partial, and from there on where
     /// one may be full. Leaves the codes of what the children have to look at.
-    fn search(&self, index: u32, own: Option<u32>, memory: &mut Memory) -> State {
+    fn search(&self, index: u32, own: Option<u32>, last: bool, memory: &mut Memory) -> State {
         let Memory { scratch, pyramid, open, found, .. } = memory;
         found.clear();
         let mut state = State::Unoccluded;
         while let Some(group) = open.pop() {
             let node = &self.blockers.nodes[group as usize];
-            if state == State::Partial {
+            // Part of the receiver's own mesh.
+            if node.mesh != NONE && own == Some(node.mesh) {
                 scratch.tests += 1;
+                if !self.surfaces.meshes[node.mesh as usize].convex {
+                    found.push(Entry::new(index, group, false).code);
+                    state = State::Partial;
+                }
+                continue;
+            }
+            let decided = state == State::Partial;
+            if decided {
+                // What holds no polygon never covers anything.
+                scratch.tests += u64::from(node.extent > 0.0);
                 if !pyramid.may_be_covered(node.low, node.high, node.extent) {
+                    if last {
+                        continue;
+                    }
+                    scratch.tests += 1;
+                    if pyramid.place(node.low, node.high) == Place::Outside {
+                        continue;
+                    }
                     found.push(Entry::new(index, group, false).code);
                     continue;
                 }
             }
             if node.count == 0 {
-                scratch.tests += 1;
-                match pyramid.place(node.low, node.high) {
-                    Place::Outside => continue,
-                    Place::Crossing => {}
-                    Place::Inside if state == State::Partial => {}
-                    // Whatever it is, it blocks something.
-                    Place::Inside => {
-                        scratch.tests += 1;
-                        if !pyramid.may_be_covered(node.low, node.high, node.extent) {
-                            found.push(Entry::new(index, group, false).code);
-                            state = State::Partial;
-                            continue;
+                if !decided {
+                    scratch.tests += 1;
+                    match pyramid.place(node.low, node.high) {
+                        Place::Outside => continue,
+                        Place::Crossing => {}
+                        // Whatever it is, it blocks something.
+                        Place::Inside => {
+                            scratch.tests += 1;
+                            if !pyramid.may_be_covered(node.low, node.high, node.extent) {
+                                found.push(Entry::new(index, group, false).code);
+                                state = State::Partial;
+                                continue;
+                            }
                         }
                     }
                 }
-                open.extend([node.first, node.first + 1]);
+                let mut order = [node.first + 1, node.first];
+                let [a, b] = order.map(|c| &self.blockers.nodes[c as usize]);
+                if pyramid.remoteness(a.low, a.high) < pyramid.remoteness(b.low, b.high) {
+                    order.swap(0, 1);
+                }
+                open.extend(order);
+                continue;
+            }
+            if node.mesh != NONE {
+                let tree = &self.surfaces.meshes[node.mesh as usize].tree;
+                if pyramid.meets_cluster(tree, node.cluster, scratch) {
+                    found.push(Entry::new(index, group, false).code);
+                    state = State::Partial;
+                }
                 continue;
             }
             let mut partial = false;
@@ -259,8 +309,11 @@ impl PatchRoot<'_> {
             corners.reverse();
         }
         let shape = patch_shape(self.context.surfaces, self.simple, self.back, &corners);
-        let row = self.context.row(shape, None, parent.map(|p| &p.row), memory);
         let area = area_vector(&outline).length();
+        // It is not split if it is too small even were all partial that may be.
+        let asked = parent.map_or(self.context.lights.len(), |p| p.row.undecided());
+        let part = Part { own: None, last: area * asked as f64 <= self.threshold };
+        let row = self.context.row(shape, part, parent.map(|p| &p.row), memory);
         Draft { cells, corners, cluster: NONE, area, row, children: None, outline, depth, credit: LOOK_AHEAD }
     }
 
@@ -355,9 +408,11 @@ pub(crate) fn mesh_nodes(context: &Context, mesh: u32, triangles: u32, memory: &
     while next < open.len() {
         let (index, parent): (u32, Option<usize>) = open[next];
         let cluster = cluster_of(context.surfaces, mesh, index);
-        let row = context.row(Shape::Cluster(cluster), Some(mesh), parent.map(|p| &nodes[p].row), memory);
+        let last = cluster.range.len() <= triangles as usize || cluster.children[0] == NONE;
+        let part = Part { own: Some(mesh), last };
+        let row = context.row(Shape::Cluster(cluster), part, parent.map(|p| &nodes[p].row), memory);
         let mut children = None;
-        if cluster.range.len() > triangles as usize && cluster.children[0] != NONE {
+        if !last {
             children = Some([open.len(), open.len() + 1]);
             open.extend(cluster.children.map(|c| (c, Some(next))));
         }

@@ -139,6 +139,8 @@ pub(crate) struct Pyramid {
     bundle: Bundle,
     slabs: [(DVec3, f64, f64); 6],
     slabs_known: bool,
+    /// A point of the line from the receiver to the light, and its direction.
+    axis: [DVec3; 2],
 }
 
 impl Pyramid {
@@ -155,6 +157,7 @@ impl Pyramid {
             bundle: Bundle::default(),
             slabs: [(DVec3::ZERO, 0.0, 0.0); 6],
             slabs_known: false,
+            axis: [DVec3::ZERO; 2],
         }
     }
 
@@ -370,6 +373,7 @@ impl Pyramid {
             Hull::Sphere(center, ..) => *center,
         };
         let along = self.apex.towards(middle).normalize_or_zero();
+        self.axis = [middle, along];
         for i in 0..6 {
             let axis = [DVec3::X, DVec3::Y, DVec3::Z][i % 3];
             let normal = if i < 3 { axis } else { along.cross(axis).normalize_or_zero() };
@@ -386,6 +390,12 @@ impl Pyramid {
             self.slabs[i] = (normal, low, high);
         }
         self.slabs_known = true;
+    }
+
+    /// How far the middle of a box is from that of the pyramid, less the box's size.
+    pub fn remoteness(&self, low: DVec3, high: DVec3) -> f64 {
+        let [origin, along] = self.axis;
+        ((low + high) * 0.5 - origin).cross(along).length() - 0.5 * (high - low).length()
     }
 
     /// Where a box is; what is inside is so by more than what is in doubt.
@@ -417,10 +427,13 @@ impl Pyramid {
 
     /// Whether a polygon in a box, and not wider than `extent`, may cover the receiver.
     pub fn may_be_covered(&mut self, low: DVec3, high: DVec3, extent: f64) -> bool {
+        if extent <= 0.0 {
+            return false;
+        }
         if self.bundle.count == 0 {
             self.bundle.set(&self.apex, &self.hull);
         }
-        extent > 0.0 && self.bundle.passes(low, high, extent)
+        self.bundle.passes(low, high, extent)
     }
 
     /// Whether a cluster's bounds may reach into the pyramid.
@@ -432,7 +445,7 @@ impl Pyramid {
     }
 
     /// Whether any triangle of a tree reaches into the pyramid.
-    pub fn meets_tree(&self, tree: &ClusterTree, scratch: &mut Scratch) -> bool {
+    pub fn meets_tree(&mut self, tree: &ClusterTree, scratch: &mut Scratch) -> bool {
         let mut open = [0; 64];
         let mut count = usize::from(!tree.nodes.is_empty());
         while count > 0 {
@@ -442,22 +455,42 @@ impl Pyramid {
             if !self.may_meet_cluster(cluster) {
                 continue;
             }
+            match self.place(cluster.low, cluster.high) {
+                Place::Outside => continue,
+                Place::Inside => return true,
+                Place::Crossing => {}
+            }
             if cluster.children[0] != crate::scene::NONE {
                 if count + 2 > open.len() {
                     return true;
                 }
                 open[count..count + 2].copy_from_slice(&cluster.children);
+                let [a, b] = cluster.children.map(|c| &tree.nodes[c as usize]);
+                if self.remoteness(a.low, a.high) < self.remoteness(b.low, b.high) {
+                    open.swap(count, count + 1);
+                }
                 count += 2;
-            } else if tree.triangles(cluster).iter().any(|corners| {
-                scratch.tests += 1;
-                let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
-                normal == DVec3::ZERO
-                    || self.meets_polygon(corners, &self.sides(normal, normal.dot(corners[0])), scratch)
-            }) {
+            } else if self.meets_triangles(tree, cluster, scratch) {
                 return true;
             }
         }
         false
+    }
+
+    /// Whether any triangle of a cluster reaches into the pyramid.
+    pub fn meets_cluster(&self, tree: &ClusterTree, cluster: u32, scratch: &mut Scratch) -> bool {
+        let cluster = &tree.nodes[cluster as usize];
+        scratch.tests += 1;
+        self.may_meet_cluster(cluster) && self.meets_triangles(tree, cluster, scratch)
+    }
+
+    fn meets_triangles(&self, tree: &ClusterTree, cluster: &Cluster, scratch: &mut Scratch) -> bool {
+        tree.triangles(cluster).iter().any(|corners| {
+            scratch.tests += 1;
+            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+            normal == DVec3::ZERO
+                || self.meets_polygon(corners, &self.sides(normal, normal.dot(corners[0])), scratch)
+        })
     }
 
     /// What a patch does to the pyramid.

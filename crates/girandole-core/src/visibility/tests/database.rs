@@ -3,9 +3,10 @@
 use super::*;
 use crate::lights::LightSettings;
 use crate::scene::builtin::{self, MovingObject, shapes};
+use crate::visibility::Blocker;
 use crate::visibility::blockers::BlockerTree;
 use crate::visibility::database::determine;
-use crate::visibility::hierarchy::{Context, Memory};
+use crate::visibility::hierarchy::{Context, Memory, Part};
 use crate::visibility::pyramid::Apex;
 use crate::visibility::surfaces::Surfaces;
 
@@ -68,24 +69,33 @@ fn dynamic_objects_are_blockers_like_others() {
             determine(&context, database.receivers()).0
         };
         let (all, fixed) = (rows(&|_| true), rows(&|object| !scene.objects[object as usize].dynamic));
-        let mut without = 0;
+        let (mut without, mut pairs, mut looser, mut blocked) = (0, 0, 0, 0);
         for node in 0..database.receivers().nodes.len() as u32 {
             for index in 0..apexes.len() as u32 {
-                let state = all[node as usize].states[index as usize];
-                assert_eq!(database.state(node, index), state, "{name} {node} {index}");
-                without += usize::from(fixed[node as usize].states[index as usize] != state);
-                let mut found: Vec<_> = database.blockers(node, index).collect();
+                // Groups of static blockers may be in doubt where each for itself is not.
+                let (found, each) = (database.state(node, index), all[node as usize].states[index as usize]);
+                pairs += 1;
+                looser += usize::from(found != each && found == State::Partial);
+                assert!(
+                    found == each || found == State::Partial || each == State::Partial,
+                    "{name} {node} {index} {found:?} {each:?}"
+                );
+                without += usize::from(fixed[node as usize].states[index as usize] != each);
+                // What moves is found each for itself.
+                let moves = |b: u32| scene.objects[surfaces.blocker_object(b) as usize].dynamic;
+                let entries = super::super::database::entries_of(&database.moving, node, index);
+                let mut found: Vec<_> = entries.map(|e| (e.blocker(), e.full())).collect();
+                let entries = super::super::database::entries_of(&all, node, index);
                 let mut expected: Vec<_> =
-                    super::super::database::of_light(&all[node as usize].entries, index)
-                        .iter()
-                        .map(|e| (surfaces.blocker(e.blocker()), e.full()))
-                        .collect();
-                let key = |(blocker, full): &(super::super::Blocker, bool)| (format!("{blocker:?}"), *full);
-                found.sort_by_key(key);
-                expected.sort_by_key(key);
+                    entries.map(|e| (e.blocker(), e.full())).filter(|e| moves(e.0)).collect();
+                found.sort_unstable();
+                expected.sort_unstable();
+                blocked += expected.len();
                 assert_eq!(found, expected);
             }
         }
+        println!("{name}: {looser} of {pairs} pairs are looser in groups");
+        assert!(looser * 1000 <= pairs && blocked > 100, "{name}: {looser} of {pairs}, {blocked}");
         assert!(without > 100, "{name}: they matter: {without}");
         // The hierarchy is that of the scene without them, as far as receivers go.
         let receivers = database.receivers().clone();
@@ -129,41 +139,41 @@ fn the_hierarchy_finds_what_all_blockers_against_each_leaf_do() {
         let context =
             Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers, grouped: false };
         let receivers = database.receivers();
-        let (mut pairs, mut tighter, mut split, mut blocked) = (0, 0, 0, 0);
+        let (mut pairs, mut tighter, mut looser, mut split, mut blocked) = (0, 0, 0, 0, 0);
         for (index, leaf) in receivers.leaves.iter().enumerate() {
             let shape = receivers.shape(&surfaces, leaf.node);
-            let row = context.row(shape, receivers.mesh(leaf.node), None, &mut Memory::new());
+            let part = Part { own: receivers.mesh(leaf.node), last: true };
+            let row = context.row(shape, part, None, &mut Memory::new());
             split += usize::from(receivers.nodes[leaf.node as usize].parent != NONE);
-            // What was decided at the leaf and at its ancestors.
-            let mut decided = Vec::new();
-            let mut up = leaf.node;
-            while up != NONE {
-                let entries = &database.fixed[up as usize].entries;
-                let is_leaf = up == leaf.node;
-                decided
-                    .extend(entries.iter().filter(|e| is_leaf || e.full()).map(|e| (e.light, e.blocker())));
-                up = receivers.nodes[up as usize].parent;
-            }
-            decided.sort_unstable();
-            for entry in &row.entries {
-                blocked += 1;
-                let found = decided.binary_search(&(entry.light, entry.blocker())).is_ok();
-                // Unless an ancestor faces away as a whole, which a single leaf's wider bounds may not show.
-                let state = database.state(leaf.node, entry.light);
-                assert!(found || !entry.full() || state == State::Full);
-                tighter += usize::from(!found && state != State::Full);
-            }
-            for (found, brute) in database.leaf_states(index as u32).iter().zip(&row.states) {
+            for (light, (&found, &brute)) in
+                database.leaf_states(index as u32).iter().zip(&row.states).enumerate()
+            {
                 pairs += 1;
-                if found != brute {
-                    assert_eq!(*brute, State::Partial, "{name} leaf {index}: {found:?}");
-                    tighter += 1;
+                // The parent's bounds may show more; groups may be in doubt.
+                tighter += usize::from(found != brute && found != State::Partial);
+                looser += usize::from(found != brute && found == State::Partial);
+                assert!(found == brute || found == State::Partial || brute == State::Partial);
+                // One of the blockers that are named does block a part.
+                let partial: Vec<Blocker> = super::super::database::of_light(&row.entries, light as u32)
+                    .iter()
+                    .filter(|e| !e.is_facing())
+                    .map(|e| surfaces.blocker(e.blocker()))
+                    .collect();
+                blocked += partial.len();
+                if found == State::Partial && brute == State::Partial {
+                    let named = database.blockers(leaf.node, light as u32).flat_map(|(b, _)| match b {
+                        Blocker::Group(group) => database.members(group).collect(),
+                        one => vec![one],
+                    });
+                    assert!(named.into_iter().any(|b| partial.contains(&b)), "{name} leaf {index} {light}");
                 }
             }
         }
-        println!("{name}: {pairs} pairs, {blocked} blockers, {tighter} times the hierarchy knows more");
+        println!(
+            "{name}: {pairs} pairs, {blocked} blockers; the hierarchy knows more {tighter} times, less {looser}"
+        );
         assert!(split > 50 && blocked > 1000, "{name}: {split} {blocked}");
-        assert!(tighter * 100 < pairs + blocked, "{name}: {tighter} of {pairs} and {blocked}");
+        assert!(tighter * 100 < pairs && looser * 1000 < pairs, "{name}: {tighter} {looser} of {pairs}");
     }
 }
 
