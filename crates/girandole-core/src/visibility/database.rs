@@ -2,8 +2,8 @@
 
 use super::blockers::{Blocker, BlockerTree};
 use super::hierarchy::{Context, Draft, Frame, Memory, Part, PatchRoot, Row, mesh_nodes};
-use super::pyramid::Apex;
 use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
+use super::shapes::Apex;
 use super::surfaces::Surfaces;
 use super::{Entry, State, VisibilitySettings};
 use crate::lights::LightSet;

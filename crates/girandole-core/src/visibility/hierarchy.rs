@@ -1,8 +1,9 @@
 //! Determination for one root: the adaptive split of a patch, and what blocks each node.
 
 use super::blockers::BlockerTree;
-use super::pyramid::{Apex, Blocks, Facing, MOST_CORNERS, Place, Pyramid, Scratch, Shape, clip};
+use super::pyramid::{Blocks, Facing, Place, Pyramid, Scratch, clip};
 use super::receivers::{cluster_of, patch_shape};
+use super::shapes::{Apex, MOST_CORNERS, Shape};
 use super::surfaces::{Surfaces, area_vector};
 use super::{Entry, State, VisibilitySettings};
 use crate::scene::NONE;

@@ -27,12 +27,13 @@
 //! ```
 
 mod blockers;
-mod bundle;
+mod boxes;
 mod clusters;
 mod database;
 mod hierarchy;
 mod pyramid;
 mod receivers;
+mod shapes;
 mod surfaces;
 
 pub use blockers::Blocker;

@@ -3,75 +3,11 @@
 //! A pyramid is a set of half-spaces that contain every ray from the receiver's lifted points to the light. All
 //! distances are in double precision, so that only the geometry's own rounding counts, and [`Tolerance`] covers that.
 
-use super::bundle::Bundle;
+use super::boxes::{Bundle, Slabs};
 use super::clusters::{Cluster, ClusterTree};
+use super::shapes::{Apex, Hull, MOST_CORNERS, ROUNDING, Shape, Tolerance, extent};
 use super::surfaces::SimplePatch;
-use crate::lights::{LightSample, Profile};
-use crate::scene::Geometry;
-use crate::trace::lift_distance;
 use glam::DVec3;
-
-/// Corners of a receiver's polygon, at most.
-pub(crate) const MOST_CORNERS: usize = 8;
-/// Relative error of the dot products that decide whether a receiver and a light face each other.
-const ROUNDING: f64 = 5e-7;
-
-/// Distances below which nothing is decided, metres.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Tolerance {
-    /// How far points are lifted off surfaces.
-    pub lift: f64,
-    /// More than coordinates are rounded by.
-    pub tol: f64,
-    /// What may lie behind a plane that it is said to lie in front of: where surfaces meet.
-    pub edge: f64,
-    /// Extra width of a pyramid: points may be looked up in a neighbouring leaf.
-    pub side: f64,
-}
-
-impl Tolerance {
-    pub fn new(geometry: &Geometry) -> Self {
-        let far = geometry.bounds.0.abs().max(geometry.bounds.1.abs());
-        let lift = f64::from(lift_distance(geometry, far));
-        Self { lift, tol: 0.1 * lift, edge: 0.02 * lift, side: 2.0 * lift }
-    }
-}
-
-/// A light as pyramids see it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Apex {
-    pub position: DVec3,
-    pub normal: DVec3,
-    /// Whether it has a position; otherwise light comes against the normal.
-    pub finite: bool,
-}
-
-impl Apex {
-    pub fn new(light: &LightSample) -> Self {
-        Self {
-            position: light.position.as_dvec3(),
-            normal: light.normal.as_dvec3(),
-            finite: light.profile != Profile::Directional,
-        }
-    }
-
-    pub fn towards(&self, point: DVec3) -> DVec3 {
-        if self.finite { self.position - point } else { -self.normal }
-    }
-}
-
-/// A receiver as pyramids see it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Shape<'a> {
-    Patch {
-        /// On the surface, counter-clockwise about the normal, at most [`MOST_CORNERS`].
-        corners: &'a [DVec3],
-        normal: DVec3,
-        offset: f64,
-        tilt: f64,
-    },
-    Cluster(&'a Cluster),
-}
 
 /// What a blocker does to a pyramid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,13 +57,6 @@ struct Sides {
     high: f64,
 }
 
-pub(crate) enum Hull {
-    /// Lifted corners.
-    Polygon([DVec3; MOST_CORNERS], usize),
-    /// Centre, radius and box, all with room for lifted points.
-    Sphere(DVec3, f64, [DVec3; 2]),
-}
-
 /// A receiver and a light that face each other; made anew for each pair in the same place.
 pub(crate) struct Pyramid {
     apex: Apex,
@@ -137,10 +66,7 @@ pub(crate) struct Pyramid {
     count: usize,
     /// Made when they are first asked for.
     bundle: Bundle,
-    slabs: [(DVec3, f64, f64); 6],
-    slabs_known: bool,
-    /// A point of the line from the receiver to the light, and its direction.
-    axis: [DVec3; 2],
+    slabs: Slabs,
 }
 
 impl Pyramid {
@@ -155,16 +81,14 @@ impl Pyramid {
             planes: [Plane::default(); MOST_CORNERS + 2],
             count: 0,
             bundle: Bundle::default(),
-            slabs: [(DVec3::ZERO, 0.0, 0.0); 6],
-            slabs_known: false,
-            axis: [DVec3::ZERO; 2],
+            slabs: Slabs::default(),
         }
     }
 
     /// Makes it the pyramid of a pair, unless no point of the receiver and the light face each other.
     pub fn set(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Facing {
         self.bundle.count = 0;
-        self.slabs_known = false;
+        self.slabs.count = 0;
         (self.apex, self.tolerance, self.count) = (*apex, *tolerance, 0);
         match shape {
             Shape::Patch { corners, normal, offset, tilt } => {
@@ -341,19 +265,7 @@ impl Pyramid {
 
     /// Smallest and largest `normal · x` over the receiver's lifted points.
     fn receiver_extent(&self, normal: DVec3) -> (f64, f64) {
-        match &self.hull {
-            Hull::Polygon(corners, n) => {
-                corners[..*n].iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
-                    let d = normal.dot(*c);
-                    (low.min(d), high.max(d))
-                })
-            }
-            Hull::Sphere(center, radius, bounds) => {
-                let (low, high) = extent(normal, *bounds);
-                let d = normal.dot(*center);
-                (low.max(d - radius), high.min(d + radius))
-            }
-        }
+        self.hull.extent(normal)
     }
 
     fn planes(&self) -> &[Plane] {
@@ -366,52 +278,16 @@ impl Pyramid {
         self.planes().iter().all(|p| p.normal.dot(center) + p.normal.abs().dot(half) >= p.offset - p.margin)
     }
 
-    /// The pyramid's extent along the axes of boxes, and across them and itself.
-    fn set_slabs(&mut self) {
-        let middle = match &self.hull {
-            Hull::Polygon(corners, n) => corners[..*n].iter().sum::<DVec3>() / *n as f64,
-            Hull::Sphere(center, ..) => *center,
-        };
-        let along = self.apex.towards(middle).normalize_or_zero();
-        self.axis = [middle, along];
-        for i in 0..6 {
-            let axis = [DVec3::X, DVec3::Y, DVec3::Z][i % 3];
-            let normal = if i < 3 { axis } else { along.cross(axis).normalize_or_zero() };
-            let (low, high) = self.receiver_extent(normal);
-            let (mut low, mut high) = (low - self.tolerance.side, high + self.tolerance.side);
-            if self.apex.finite {
-                let light = normal.dot(self.apex.position);
-                (low, high) = (low.min(light - self.tolerance.side), high.max(light + self.tolerance.side));
-            } else {
-                let slope = normal.dot(along);
-                low = if slope < -1e-12 { f64::NEG_INFINITY } else { low };
-                high = if slope > 1e-12 { f64::INFINITY } else { high };
-            }
-            self.slabs[i] = (normal, low, high);
-        }
-        self.slabs_known = true;
-    }
-
-    /// How far the middle of a box is from that of the pyramid, less the box's size.
+    /// How far a box is from the line between receiver and light, less its size.
     pub fn remoteness(&self, low: DVec3, high: DVec3) -> f64 {
-        let [origin, along] = self.axis;
-        ((low + high) * 0.5 - origin).cross(along).length() - 0.5 * (high - low).length()
+        let middle = self.hull.middle();
+        let along = self.apex.towards(middle).normalize_or_zero();
+        ((low + high) * 0.5 - middle).cross(along).length() - 0.5 * (high - low).length()
     }
 
     /// Where a box is; what is inside is so by more than what is in doubt.
     pub fn place(&mut self, low: DVec3, high: DVec3) -> Place {
         let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
-        if !self.slabs_known {
-            self.set_slabs();
-        }
-        // The box's own axes, and those across both it and the pyramid.
-        let outside = |(normal, least, most): &(DVec3, f64, f64)| {
-            let (middle, reach) = (normal.dot(center), normal.abs().dot(half));
-            middle + reach < *least || middle - reach > *most
-        };
-        if self.slabs.iter().any(outside) {
-            return Place::Outside;
-        }
         let mut place = Place::Inside;
         for p in self.planes() {
             let (middle, reach) = (p.normal.dot(center) - p.offset, p.normal.abs().dot(half));
@@ -420,6 +296,14 @@ impl Pyramid {
             }
             if middle - reach < p.margin {
                 place = Place::Crossing;
+            }
+        }
+        if place == Place::Crossing {
+            if self.slabs.count == 0 {
+                self.slabs.set(&self.apex, &self.hull, self.tolerance.side);
+            }
+            if self.slabs.miss(center, half) {
+                return Place::Outside;
             }
         }
         place
@@ -590,13 +474,6 @@ impl Pyramid {
             side != DVec3::ZERO && self.receiver_extent(side).0 - side.dot(a) >= margin
         })
     }
-}
-
-/// Smallest and largest `normal · x` over a box.
-fn extent(normal: DVec3, [low, high]: [DVec3; 2]) -> (f64, f64) {
-    let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
-    let (middle, reach) = (normal.dot(center), normal.abs().dot(half));
-    (middle - reach, middle + reach)
 }
 
 /// The part of a convex polygon where `normal · x ≥ offset`.

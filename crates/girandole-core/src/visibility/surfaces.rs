@@ -2,7 +2,7 @@
 
 use super::VisibilitySettings;
 use super::clusters::ClusterTree;
-use super::pyramid::Tolerance;
+use super::shapes::Tolerance;
 use crate::scene::{Geometry, NONE, Scene, WorldPatch};
 use glam::DVec3;
 use std::ops::Range;

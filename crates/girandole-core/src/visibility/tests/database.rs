@@ -7,7 +7,7 @@ use crate::visibility::Blocker;
 use crate::visibility::blockers::BlockerTree;
 use crate::visibility::database::determine;
 use crate::visibility::hierarchy::{Context, Memory, Part};
-use crate::visibility::pyramid::Apex;
+use crate::visibility::shapes::Apex;
 use crate::visibility::surfaces::Surfaces;
 
 fn sampled(scene: &Scene, geometry: &Geometry, count: u32) -> LightSet {

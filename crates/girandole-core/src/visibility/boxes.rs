@@ -1,9 +1,10 @@
-//! Rays from a light to some points of a receiver: a polygon that covers the receiver is hit by all of them.
+//! Boxes against a pyramid: what cannot reach into it, and what cannot cover the receiver.
 
-use super::pyramid::{Apex, Hull, MOST_CORNERS};
+use super::shapes::{Apex, Hull, MOST_CORNERS};
 use glam::DVec3;
 
-/// Some rays of a pyramid, from the receiver's outermost points to the light.
+/// Some rays of a pyramid, from the receiver's outermost points to the light: a polygon that covers the receiver is hit
+/// by all of them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Bundle {
     rays: [Ray; MOST_CORNERS],
@@ -62,6 +63,45 @@ impl Bundle {
             // Rays meet at the light.
             let narrowed = if ray.length == 1.0 { ray.width * (1.0 - leave) } else { ray.width };
             enter <= leave && narrowed <= extent
+        })
+    }
+}
+
+/// Directions that may separate a box from a pyramid where the pyramid's own planes do not: the box's axes, and those
+/// across them and the pyramid (Gottschalk, Lin and Manocha 1996). With the pyramid's least and greatest extent.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Slabs {
+    slabs: [(DVec3, f64, f64); 6],
+    /// How many there are, 0 before they are made.
+    pub count: usize,
+}
+
+impl Slabs {
+    pub fn set(&mut self, apex: &Apex, hull: &Hull, margin: f64) {
+        let along = apex.towards(hull.middle()).normalize_or_zero();
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        let normals = axes.into_iter().chain(axes.map(|axis| along.cross(axis).normalize_or_zero()));
+        for (slab, normal) in self.slabs.iter_mut().zip(normals) {
+            let (mut low, mut high) = hull.extent(normal);
+            if apex.finite {
+                let light = normal.dot(apex.position);
+                (low, high) = (low.min(light), high.max(light));
+            } else {
+                // It has no end towards the light.
+                let slope = normal.dot(along);
+                low = if slope < -1e-12 { f64::NEG_INFINITY } else { low };
+                high = if slope > 1e-12 { f64::INFINITY } else { high };
+            }
+            *slab = (normal, low - margin, high + margin);
+        }
+        self.count = self.slabs.len();
+    }
+
+    /// Whether a box lies outside.
+    pub fn miss(&self, center: DVec3, half: DVec3) -> bool {
+        self.slabs[..self.count].iter().any(|(normal, low, high)| {
+            let (middle, reach) = (normal.dot(center), normal.abs().dot(half));
+            middle + reach < *low || middle - reach > *high
         })
     }
 }
