@@ -184,7 +184,7 @@ impl Context<'_> {
                 }
                 let mut order = [node.first + 1, node.first];
                 let [a, b] = order.map(|c| &self.blockers.nodes[c as usize]);
-                if pyramid.remoteness(a.low, a.high) < pyramid.remoteness(b.low, b.high) {
+                if !decided && pyramid.remoteness(a.low, a.high) < pyramid.remoteness(b.low, b.high) {
                     order.swap(0, 1);
                 }
                 open.extend(order);
