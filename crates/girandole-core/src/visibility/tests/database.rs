@@ -16,6 +16,7 @@ fn sampled(scene: &Scene, geometry: &Geometry, count: u32) -> LightSet {
 }
 
 /// All states and blockers.
+#[cfg(feature = "parallel")]
 fn contents(database: &VisibilityDatabase) -> (Vec<State>, Vec<Vec<(super::super::Blocker, bool)>>) {
     let nodes = 0..database.receivers().nodes.len() as u32;
     let pairs: Vec<(u32, u32)> =
