@@ -1,5 +1,6 @@
 //! What can block light, and the hierarchy that finds those that reach into a pyramid.
 
+use super::clusters::Cluster;
 use super::pyramid::{Blocks, Pyramid, Scratch};
 use super::surfaces::Surfaces;
 use crate::scene::NONE;
@@ -17,21 +18,30 @@ pub enum Blocker {
     Triangle(u32),
     /// All triangles of an object that belong to none of those: index into the scene's objects.
     Mesh(u32),
+    /// Some of the static ones: a node of the hierarchy over them.
+    Group(u32),
 }
 
-struct Box3 {
-    low: DVec3,
-    high: DVec3,
+#[derive(Clone, Debug)]
+pub(crate) struct Box3 {
+    pub low: DVec3,
+    pub high: DVec3,
     /// Number of items, 0 for an inner node.
-    count: u32,
+    pub count: u32,
     /// First item, or first of two children.
-    first: u32,
+    pub first: u32,
+    /// The mesh that all of it is part of, or [`NONE`], and its cluster.
+    pub mesh: u32,
+    pub cluster: u32,
+    /// Extent of the largest opaque polygon, 0 if there is none.
+    pub extent: f64,
 }
 
 /// A hierarchy over some of a scene's blockers. They are numbered as the surfaces: patches, then meshes.
+#[derive(Clone, Debug)]
 pub(crate) struct BlockerTree {
-    nodes: Vec<Box3>,
-    items: Vec<u32>,
+    pub nodes: Vec<Box3>,
+    pub items: Vec<u32>,
 }
 
 impl BlockerTree {
@@ -66,7 +76,15 @@ impl BlockerTree {
         let mut nodes: Vec<Box3> = binary
             .nodes
             .iter()
-            .map(|n| Box3 { low: empty.0, high: empty.1, count: n.prim_count, first: n.first_index })
+            .map(|n| Box3 {
+                low: empty.0,
+                high: empty.1,
+                count: n.prim_count,
+                first: n.first_index,
+                mesh: NONE,
+                cluster: NONE,
+                extent: 0.0,
+            })
             .collect();
         // Exact bounds, from the leaves up.
         let mut order = vec![0_usize];
@@ -88,9 +106,71 @@ impl BlockerTree {
                     (low.min(l), high.max(h))
                 })
             };
+            let extent =
+                |b: &u32| surfaces.patches.get(*b as usize).filter(|p| p.opaque).map_or(0.0, |p| p.extent);
+            nodes[i].extent = if count == 0 {
+                nodes[first].extent.max(nodes[first + 1].extent)
+            } else {
+                items[first..first + count as usize].iter().map(extent).fold(0.0, f64::max)
+            };
             (nodes[i].low, nodes[i].high) = (low, high);
         }
         Self { nodes, items }
+    }
+
+    /// Over the blockers of those objects that `accept` takes, and on to the clusters of meshes.
+    pub fn detailed(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
+        let mut tree = Self::new(surfaces, accept);
+        let mut next = 0;
+        while next < tree.nodes.len() {
+            let end = tree.nodes.len() as u32;
+            let node = &mut tree.nodes[next];
+            if node.mesh == NONE && node.count == 1 {
+                let blocker = tree.items[node.first as usize];
+                if let Some(mesh) = blocker.checked_sub(surfaces.patches.len() as u32) {
+                    (node.mesh, node.cluster) = (mesh, 0);
+                }
+            }
+            if node.mesh != NONE {
+                let (mesh, item) = (node.mesh, node.first);
+                let clusters = &surfaces.meshes[mesh as usize].tree.nodes;
+                let children = clusters[node.cluster as usize].children;
+                if children[0] != NONE {
+                    (node.count, node.first) = (0, end);
+                    tree.nodes.extend(children.map(|cluster| {
+                        let Cluster { low, high, .. } = clusters[cluster as usize];
+                        Box3 { low, high, count: 1, first: item, mesh, cluster, extent: 0.0 }
+                    }));
+                }
+            }
+            next += 1;
+        }
+        tree
+    }
+
+    /// The one blocker of a node, or the group that it is.
+    pub fn blocker(&self, surfaces: &Surfaces, node: u32) -> Blocker {
+        match &self.nodes[node as usize] {
+            Box3 { mesh, .. } if *mesh != NONE => surfaces.blocker(surfaces.patches.len() as u32 + mesh),
+            Box3 { count: 1, first, .. } => surfaces.blocker(self.items[*first as usize]),
+            _ => Blocker::Group(node),
+        }
+    }
+
+    /// All blockers below a node.
+    pub fn members(&self, node: u32) -> Vec<u32> {
+        let mut found = Vec::new();
+        let mut open = vec![node];
+        while let Some(node) = open.pop().and_then(|i| self.nodes.get(i as usize)) {
+            match node.count {
+                0 => open.extend([node.first + 1, node.first]),
+                count => found.extend(&self.items[node.first as usize..(node.first + count) as usize]),
+            }
+        }
+        // The clusters of a mesh are one.
+        found.sort_unstable();
+        found.dedup();
+        found
     }
 
     pub fn is_empty(&self) -> bool {
@@ -158,7 +238,7 @@ impl Surfaces {
     }
 
     /// What a blocker does to a pyramid; `own` is the mesh that the receiver is part of, if any.
-    pub fn test(&self, index: u32, pyramid: &Pyramid, own: Option<u32>, scratch: &mut Scratch) -> Blocks {
+    pub fn test(&self, index: u32, pyramid: &mut Pyramid, own: Option<u32>, scratch: &mut Scratch) -> Blocks {
         if let Some(patch) = self.patches.get(index as usize) {
             return pyramid.test_patch(patch, scratch);
         }

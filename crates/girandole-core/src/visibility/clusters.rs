@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 /// Triangles of a leaf, at most.
-pub(crate) const LEAF_TRIANGLES: usize = 16;
+pub(crate) const LEAF_TRIANGLES: usize = 8;
 
 /// Some triangles and their bounds.
 #[derive(Clone, Debug)]

@@ -1,9 +1,9 @@
 //! The visibility database: for each node and light the state, and the blockers that decide it.
 
 use super::blockers::{Blocker, BlockerTree};
-use super::hierarchy::{Context, Draft, Frame, Memory, PatchRoot, Row, mesh_nodes};
-use super::pyramid::Apex;
+use super::hierarchy::{Context, Draft, Frame, Memory, Part, PatchRoot, Row, mesh_nodes};
 use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
+use super::shapes::Apex;
 use super::surfaces::Surfaces;
 use super::{Entry, State, VisibilitySettings};
 use crate::lights::LightSet;
@@ -15,12 +15,14 @@ use glam::DVec3;
 pub struct VisibilityDatabase {
     receivers: Receivers,
     surfaces: Surfaces,
+    /// Over static blockers.
+    groups: BlockerTree,
     lights: usize,
     /// By node and light, of all blockers.
     states: Vec<State>,
     /// By node: what static objects block, and what dynamic ones do.
-    pub(super) fixed: Vec<Row>,
-    moving: Vec<Row>,
+    fixed: Vec<Row>,
+    pub(super) moving: Vec<Row>,
     tests: u64,
 }
 
@@ -63,14 +65,26 @@ impl VisibilityDatabase {
         let own: Vec<u32> = lights.samples.iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let dynamic = |object: u32| scene.objects.get(object as usize).is_some_and(|o| o.dynamic);
         // The hierarchy, with what static objects block.
-        let blockers = BlockerTree::new(&surfaces, |object| !dynamic(object));
-        let context = Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers };
-        let (receivers, fixed, mut tests) = receivers(&context, geometry, settings);
+        let groups = BlockerTree::detailed(&surfaces, |object| !dynamic(object));
+        let context =
+            Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &groups, grouped: true };
+        let (receivers, mut fixed, mut tests) = receivers(&context, geometry, settings);
+        // What static ones block stays as it is, and what decided it is enough.
+        for row in &mut fixed {
+            row.entries.retain(|e| !e.is_facing());
+            row.entries.dedup_by_key(|e| e.light);
+        }
         // What dynamic ones block besides.
         let blockers = BlockerTree::new(&surfaces, dynamic);
         let mut moving = Vec::new();
         if !blockers.is_empty() {
-            let context = Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers };
+            let context = Context {
+                surfaces: &surfaces,
+                lights: &apexes,
+                own: &own,
+                blockers: &blockers,
+                grouped: false,
+            };
             let (rows, more) = determine(&context, &receivers);
             moving = rows;
             tests += more;
@@ -82,7 +96,7 @@ impl VisibilityDatabase {
                 None => states.extend(&row.states),
             }
         }
-        Self { receivers, surfaces, lights: apexes.len(), states, fixed, moving, tests }
+        Self { receivers, surfaces, groups, lights: apexes.len(), states, fixed, moving, tests }
     }
 
     /// The hierarchy of receivers.
@@ -107,14 +121,21 @@ impl VisibilityDatabase {
         &self.states[first..first + self.lights]
     }
 
-    /// The blockers that were found to block a node from a light fully (`true`) or partially. A full one is not
-    /// looked at again below. A partial one has been tested against the children, if there are any.
+    /// What was found to block a node from a light fully (`true`) or partially. Of static objects this is the one
+    /// blocker or [`Blocker::Group`] that decides their state, as it stays the same for as long as they stand; of
+    /// dynamic ones it is each patch or mesh. Below a full one nothing is looked at again. Where a node has none, its
+    /// parent's decide, or the light and it do not face each other.
     pub fn blockers(&self, node: u32, light: u32) -> impl Iterator<Item = (Blocker, bool)> + '_ {
-        [&self.fixed, &self.moving]
-            .into_iter()
-            .filter_map(move |rows| rows.get(node as usize))
-            .flat_map(move |row| of_light(&row.entries, light))
-            .map(|e| (self.surfaces.blocker(e.blocker()), e.full()))
+        let fixed = entries_of(&self.fixed, node, light)
+            .map(|e| (self.groups.blocker(&self.surfaces, e.blocker()), e.full()));
+        let moving =
+            entries_of(&self.moving, node, light).map(|e| (self.surfaces.blocker(e.blocker()), e.full()));
+        fixed.chain(moving)
+    }
+
+    /// The blockers of a [`Blocker::Group`].
+    pub fn members(&self, group: u32) -> impl Iterator<Item = Blocker> + '_ {
+        self.groups.members(group).into_iter().map(|b| self.surfaces.blocker(b))
     }
 
     /// How much there is of everything.
@@ -123,7 +144,13 @@ impl VisibilityDatabase {
             nodes: self.receivers.nodes.len(),
             leaves: self.receivers.leaves.len(),
             pairs: self.receivers.leaves.len() * self.lights,
-            blockers: self.fixed.iter().chain(&self.moving).map(|r| r.entries.len()).sum(),
+            blockers: self
+                .fixed
+                .iter()
+                .chain(&self.moving)
+                .flat_map(|r| &r.entries)
+                .filter(|e| !e.is_facing())
+                .count(),
             tests: self.tests,
             ..Counts::default()
         };
@@ -139,6 +166,12 @@ impl VisibilityDatabase {
         }
         counts
     }
+}
+
+/// What blocks a node from a light.
+pub(super) fn entries_of(rows: &[Row], node: u32, light: u32) -> impl Iterator<Item = &Entry> {
+    let entries = rows.get(node as usize).map_or(&[][..], |row| of_light(&row.entries, light));
+    entries.iter().filter(|e| !e.is_facing())
 }
 
 pub(super) fn of_light(entries: &[Entry], light: u32) -> &[Entry] {
@@ -163,7 +196,8 @@ pub(super) fn determine(context: &Context, receivers: &Receivers) -> (Vec<Row>, 
             let node = &receivers.nodes[index];
             let parent = rows.get((node.parent as usize).wrapping_sub(range.start));
             let shape = receivers.shape(context.surfaces, index as u32);
-            let row = context.row(shape, receivers.mesh(index as u32), parent, &mut memory);
+            let part = Part { own: receivers.mesh(index as u32), last: node.leaf != NONE };
+            let row = context.row(shape, part, parent, &mut memory);
             rows.push(row);
         }
         (rows, memory.scratch.tests)

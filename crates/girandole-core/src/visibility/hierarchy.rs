@@ -1,8 +1,9 @@
 //! Determination for one root: the adaptive split of a patch, and what blocks each node.
 
 use super::blockers::BlockerTree;
-use super::pyramid::{Apex, Blocks, MOST_CORNERS, Pyramid, Scratch, Shape, clip};
+use super::pyramid::{Blocks, Facing, Place, Pyramid, Scratch, clip};
 use super::receivers::{cluster_of, patch_shape};
+use super::shapes::{Apex, MOST_CORNERS, Shape};
 use super::surfaces::{Surfaces, area_vector};
 use super::{Entry, State, VisibilitySettings};
 use crate::scene::NONE;
@@ -15,6 +16,14 @@ pub(crate) struct Row {
     pub entries: Vec<Entry>,
 }
 
+impl Row {
+    /// For how many lights the children have to be looked at.
+    fn undecided(&self) -> usize {
+        let mut last = NONE;
+        self.entries.iter().filter(|e| !e.full() && std::mem::replace(&mut last, e.light) != e.light).count()
+    }
+}
+
 /// What determination needs to know.
 pub(crate) struct Context<'a> {
     pub surfaces: &'a Surfaces,
@@ -22,6 +31,17 @@ pub(crate) struct Context<'a> {
     /// For each light the blocker that it lies on, or [`NONE`].
     pub own: &'a [u32],
     pub blockers: &'a BlockerTree,
+    /// Whether groups of blockers may stand for their members; otherwise each blocker is found.
+    pub grouped: bool,
+}
+
+/// What a node is part of.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Part {
+    /// The mesh.
+    pub own: Option<u32>,
+    /// Whether it is certain to have no children.
+    pub last: bool,
 }
 
 /// Working memory.
@@ -40,8 +60,9 @@ impl Memory {
 }
 
 impl Context<'_> {
-    /// The row of a node, given its parent's. `own` is the mesh that it is part of.
-    pub fn row(&self, shape: Shape, own: Option<u32>, parent: Option<&Row>, memory: &mut Memory) -> Row {
+    /// The row of a node, given its parent's.
+    pub fn row(&self, shape: Shape, part: Part, parent: Option<&Row>, memory: &mut Memory) -> Row {
+        let Part { own, last } = part;
         let mut row = Row { states: vec![State::Unoccluded; self.lights.len()], entries: Vec::new() };
         let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
         for (index, light) in self.lights.iter().enumerate() {
@@ -49,40 +70,153 @@ impl Context<'_> {
             let (inherited, others) = rest.split_at(count);
             rest = others;
             let above = parent.map_or(State::Unoccluded, |p| p.states[index]);
-            let tested = parent.is_none() || inherited.iter().any(|e| !e.full());
             let state = &mut row.states[index];
-            if above == State::Full && !tested {
-                *state = State::Full;
+            // What has been decided for all below.
+            if parent.is_some() && inherited.iter().all(|e| e.full()) {
+                *state = above;
                 continue;
             }
             memory.scratch.tests += 1;
-            let pyramid = &mut memory.pyramid;
-            if !pyramid.set(light, shape, &self.surfaces.tolerance) {
+            let facing = memory.pyramid.set(light, shape, &self.surfaces.tolerance);
+            if facing == Facing::None {
                 *state = State::Full;
                 continue;
             }
-            if above == State::Full {
-                *state = State::Full;
-            }
-            if parent.is_none() {
-                self.blockers.query(pyramid, &mut memory.scratch, &mut memory.open, &mut memory.found);
+            let asked = inherited.iter().filter(|e| !e.full() && !e.is_facing()).map(|e| e.blocker());
+            memory.open.clear();
+            if self.grouped {
+                if parent.is_some() {
+                    memory.open.extend(asked.rev());
+                } else {
+                    memory.open.extend((!self.blockers.is_empty()).then_some(0));
+                }
+                *state = self.search(index as u32, own, last, memory);
             } else {
                 memory.found.clear();
-                memory.found.extend(inherited.iter().filter(|e| !e.full()).map(|e| e.blocker()));
+                if parent.is_some() {
+                    memory.found.extend(asked);
+                } else {
+                    let Memory { scratch, pyramid, open, found, .. } = memory;
+                    self.blockers.query(pyramid, scratch, open, found);
+                }
+                *state = self.each(index as u32, own, memory);
+                if above == State::Full {
+                    *state = State::Full;
+                }
             }
-            for &blocker in &memory.found {
-                let found = match self.surfaces.test(blocker, pyramid, own, &mut memory.scratch) {
-                    Blocks::None => continue,
-                    Blocks::Partial => State::Partial,
-                    // The triangle that a light lies on does not block it.
-                    Blocks::Full if self.own[index] == blocker => State::Partial,
-                    Blocks::Full => State::Full,
-                };
-                *state = (*state).max(found);
-                row.entries.push(Entry::new(index as u32, blocker, found == State::Full));
+            let found = memory.found.iter();
+            row.entries.extend(found.map(|&code| Entry { light: index as u32, code }));
+            if *state == State::Unoccluded && facing != Facing::All {
+                row.entries.push(Entry::facing(index as u32));
             }
         }
         row
+    }
+
+    /// Each blocker for itself: replaces those found by the codes of those that block something.
+    fn each(&self, index: u32, own: Option<u32>, memory: &mut Memory) -> State {
+        let mut state = State::Unoccluded;
+        let Memory { scratch, pyramid, found, .. } = memory;
+        found.retain_mut(|blocker| {
+            let blocks = self.surfaces.test(*blocker, pyramid, own, scratch);
+            // The triangle that a light lies on does not block it.
+            let full = blocks == Blocks::Full && self.own[index as usize] != *blocker;
+            *blocker = Entry::new(index, *blocker, full).code;
+            state = state.max(match blocks {
+                Blocks::None => State::Unoccluded,
+                _ if full => State::Full,
+                _ => State::Partial,
+            });
+            blocks != Blocks::None
+        });
+        state
+    }
+
+    /// Goes through groups only as far as the state calls for: until one blocker is partial, and from there on where
+    /// one may be full. Leaves the codes of what the children have to look at.
+    fn search(&self, index: u32, own: Option<u32>, last: bool, memory: &mut Memory) -> State {
+        let Memory { scratch, pyramid, open, found, .. } = memory;
+        found.clear();
+        let mut state = State::Unoccluded;
+        while let Some(group) = open.pop() {
+            let node = &self.blockers.nodes[group as usize];
+            // Part of the receiver's own mesh.
+            if node.mesh != NONE && own == Some(node.mesh) {
+                scratch.tests += 1;
+                if !self.surfaces.meshes[node.mesh as usize].convex {
+                    found.push(Entry::new(index, group, false).code);
+                    state = State::Partial;
+                }
+                continue;
+            }
+            let decided = state == State::Partial;
+            if decided {
+                // What holds no polygon never covers anything.
+                scratch.tests += u64::from(node.extent > 0.0);
+                if !pyramid.may_be_covered(node.low, node.high, node.extent) {
+                    if last {
+                        continue;
+                    }
+                    scratch.tests += 1;
+                    if pyramid.place(node.low, node.high) == Place::Outside {
+                        continue;
+                    }
+                    found.push(Entry::new(index, group, false).code);
+                    continue;
+                }
+            }
+            if node.count == 0 {
+                if !decided {
+                    scratch.tests += 1;
+                    match pyramid.place(node.low, node.high) {
+                        Place::Outside => continue,
+                        Place::Crossing => {}
+                        // Whatever it is, it blocks something.
+                        Place::Inside => {
+                            scratch.tests += 1;
+                            if !pyramid.may_be_covered(node.low, node.high, node.extent) {
+                                found.push(Entry::new(index, group, false).code);
+                                state = State::Partial;
+                                continue;
+                            }
+                        }
+                    }
+                }
+                let mut order = [node.first + 1, node.first];
+                let [a, b] = order.map(|c| &self.blockers.nodes[c as usize]);
+                if !decided && pyramid.remoteness(a.low, a.high) < pyramid.remoteness(b.low, b.high) {
+                    order.swap(0, 1);
+                }
+                open.extend(order);
+                continue;
+            }
+            if node.mesh != NONE {
+                let tree = &self.surfaces.meshes[node.mesh as usize].tree;
+                if pyramid.meets_cluster(tree, node.cluster, scratch) {
+                    found.push(Entry::new(index, group, false).code);
+                    state = State::Partial;
+                }
+                continue;
+            }
+            let mut partial = false;
+            for &blocker in &self.blockers.items[node.first as usize..(node.first + node.count) as usize] {
+                match self.surfaces.test(blocker, pyramid, own, scratch) {
+                    Blocks::None => {}
+                    // The triangle that a light lies on does not block it.
+                    Blocks::Full if self.own[index as usize] != blocker => {
+                        found.clear();
+                        found.push(Entry::new(index, group, true).code);
+                        return State::Full;
+                    }
+                    Blocks::Full | Blocks::Partial => partial = true,
+                }
+            }
+            if partial {
+                found.push(Entry::new(index, group, false).code);
+                state = State::Partial;
+            }
+        }
+        state
     }
 }
 
@@ -176,8 +310,11 @@ impl PatchRoot<'_> {
             corners.reverse();
         }
         let shape = patch_shape(self.context.surfaces, self.simple, self.back, &corners);
-        let row = self.context.row(shape, None, parent.map(|p| &p.row), memory);
         let area = area_vector(&outline).length();
+        // It is not split if it is too small even were all partial that may be.
+        let asked = parent.map_or(self.context.lights.len(), |p| p.row.undecided());
+        let part = Part { own: None, last: area * asked as f64 <= self.threshold };
+        let row = self.context.row(shape, part, parent.map(|p| &p.row), memory);
         Draft { cells, corners, cluster: NONE, area, row, children: None, outline, depth, credit: LOOK_AHEAD }
     }
 
@@ -272,9 +409,11 @@ pub(crate) fn mesh_nodes(context: &Context, mesh: u32, triangles: u32, memory: &
     while next < open.len() {
         let (index, parent): (u32, Option<usize>) = open[next];
         let cluster = cluster_of(context.surfaces, mesh, index);
-        let row = context.row(Shape::Cluster(cluster), Some(mesh), parent.map(|p| &nodes[p].row), memory);
+        let last = cluster.range.len() <= triangles as usize || cluster.children[0] == NONE;
+        let part = Part { own: Some(mesh), last };
+        let row = context.row(Shape::Cluster(cluster), part, parent.map(|p| &nodes[p].row), memory);
         let mut children = None;
-        if cluster.range.len() > triangles as usize && cluster.children[0] != NONE {
+        if !last {
             children = Some([open.len(), open.len() + 1]);
             open.extend(cluster.children.map(|c| (c, Some(next))));
         }

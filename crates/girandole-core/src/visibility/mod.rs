@@ -10,6 +10,12 @@
 //! receiver span an occlusion pyramid; what lies outside of it blocks nothing. Where a blocker is found to block
 //! nothing, or everything, that holds for all nodes below; where it blocks a part, the children are tested against it.
 //!
+//! Blockers form a hierarchy as well, down to clusters of meshes. Static ones never leave, so that no list of them is
+//! needed, and a *group* stands for its members wherever those cannot change the state: once anything blocks a part,
+//! only what may cover the whole receiver is looked at, and the rest is left, closed, to the receiver's children. A
+//! group may cover a receiver only if all rays from its corners to the light pass through the group's box, and only
+//! if its largest polygon is as wide as the pyramid is there. Dynamic blockers are found each for itself.
+//!
 //! ```
 //! use girandole_core::lights::{LightSet, LightSettings};
 //! use girandole_core::scene::{Geometry, builtin};
@@ -27,11 +33,13 @@
 //! ```
 
 mod blockers;
+mod boxes;
 mod clusters;
 mod database;
 mod hierarchy;
 mod pyramid;
 mod receivers;
+mod shapes;
 mod surfaces;
 
 pub use blockers::Blocker;
@@ -75,7 +83,7 @@ pub struct VisibilitySettings {
 impl Default for VisibilitySettings {
     fn default() -> Self {
         Self {
-            split: 5000.0,
+            split: 7000.0,
             max_depth: 6,
             least_gain: 0.12,
             cluster_triangles: 128,
@@ -102,6 +110,15 @@ pub(crate) struct Entry {
 impl Entry {
     fn new(light: u32, blocker: u32, full: bool) -> Self {
         Self { light, code: blocker << 1 | u32::from(full) }
+    }
+
+    /// That only parts of the receiver face the light.
+    fn facing(light: u32) -> Self {
+        Self { light, code: u32::MAX << 1 }
+    }
+
+    fn is_facing(self) -> bool {
+        self.code == u32::MAX << 1
     }
 
     fn blocker(self) -> u32 {

@@ -3,74 +3,11 @@
 //! A pyramid is a set of half-spaces that contain every ray from the receiver's lifted points to the light. All
 //! distances are in double precision, so that only the geometry's own rounding counts, and [`Tolerance`] covers that.
 
+use super::boxes::{Bundle, Slabs};
 use super::clusters::{Cluster, ClusterTree};
+use super::shapes::{Apex, Hull, MOST_CORNERS, ROUNDING, Shape, Tolerance, extent};
 use super::surfaces::SimplePatch;
-use crate::lights::{LightSample, Profile};
-use crate::scene::Geometry;
-use crate::trace::lift_distance;
 use glam::DVec3;
-
-/// Corners of a receiver's polygon, at most.
-pub(crate) const MOST_CORNERS: usize = 8;
-/// Relative error of the dot products that decide whether a receiver and a light face each other.
-const ROUNDING: f64 = 5e-7;
-
-/// Distances below which nothing is decided, metres.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Tolerance {
-    /// How far points are lifted off surfaces.
-    pub lift: f64,
-    /// More than coordinates are rounded by.
-    pub tol: f64,
-    /// What may lie behind a plane that it is said to lie in front of: where surfaces meet.
-    pub edge: f64,
-    /// Extra width of a pyramid: points may be looked up in a neighbouring leaf.
-    pub side: f64,
-}
-
-impl Tolerance {
-    pub fn new(geometry: &Geometry) -> Self {
-        let far = geometry.bounds.0.abs().max(geometry.bounds.1.abs());
-        let lift = f64::from(lift_distance(geometry, far));
-        Self { lift, tol: 0.1 * lift, edge: 0.02 * lift, side: 2.0 * lift }
-    }
-}
-
-/// A light as pyramids see it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Apex {
-    pub position: DVec3,
-    pub normal: DVec3,
-    /// Whether it has a position; otherwise light comes against the normal.
-    pub finite: bool,
-}
-
-impl Apex {
-    pub fn new(light: &LightSample) -> Self {
-        Self {
-            position: light.position.as_dvec3(),
-            normal: light.normal.as_dvec3(),
-            finite: light.profile != Profile::Directional,
-        }
-    }
-
-    fn towards(&self, point: DVec3) -> DVec3 {
-        if self.finite { self.position - point } else { -self.normal }
-    }
-}
-
-/// A receiver as pyramids see it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Shape<'a> {
-    Patch {
-        /// On the surface, counter-clockwise about the normal, at most [`MOST_CORNERS`].
-        corners: &'a [DVec3],
-        normal: DVec3,
-        offset: f64,
-        tilt: f64,
-    },
-    Cluster(&'a Cluster),
-}
 
 /// What a blocker does to a pyramid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +15,22 @@ pub(crate) enum Blocks {
     None,
     Partial,
     Full,
+}
+
+/// Which of a receiver's points and a light face each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Facing {
+    None,
+    Some,
+    All,
+}
+
+/// Where a box is, as a pyramid sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    Outside,
+    Crossing,
+    Inside,
 }
 
 /// Inside is `normal · x ≥ offset`; the normal has unit length.
@@ -104,13 +57,6 @@ struct Sides {
     high: f64,
 }
 
-enum Hull {
-    /// Lifted corners.
-    Polygon([DVec3; MOST_CORNERS], usize),
-    /// Centre, radius and box, all with room for lifted points.
-    Sphere(DVec3, f64, [DVec3; 2]),
-}
-
 /// A receiver and a light that face each other; made anew for each pair in the same place.
 pub(crate) struct Pyramid {
     apex: Apex,
@@ -118,6 +64,9 @@ pub(crate) struct Pyramid {
     hull: Hull,
     planes: [Plane; MOST_CORNERS + 2],
     count: usize,
+    /// Made when they are first asked for.
+    bundle: Bundle,
+    slabs: Slabs,
 }
 
 impl Pyramid {
@@ -125,11 +74,21 @@ impl Pyramid {
         let apex = Apex { position: DVec3::ZERO, normal: DVec3::ZERO, finite: false };
         let hull = Hull::Sphere(DVec3::ZERO, 0.0, [DVec3::ZERO; 2]);
         let tolerance = Tolerance { lift: 0.0, tol: 0.0, edge: 0.0, side: 0.0 };
-        Self { apex, tolerance, hull, planes: [Plane::default(); MOST_CORNERS + 2], count: 0 }
+        Self {
+            apex,
+            tolerance,
+            hull,
+            planes: [Plane::default(); MOST_CORNERS + 2],
+            count: 0,
+            bundle: Bundle::default(),
+            slabs: Slabs::default(),
+        }
     }
 
-    /// Makes it the pyramid of a pair; false if no point of the receiver and the light face each other.
-    pub fn set(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> bool {
+    /// Makes it the pyramid of a pair, unless no point of the receiver and the light face each other.
+    pub fn set(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Facing {
+        self.bundle.count = 0;
+        self.slabs.count = 0;
         (self.apex, self.tolerance, self.count) = (*apex, *tolerance, 0);
         match shape {
             Shape::Patch { corners, normal, offset, tilt } => {
@@ -152,11 +111,12 @@ impl Pyramid {
         offset: f64,
         tilt: f64,
         t: &Tolerance,
-    ) -> bool {
+    ) -> Facing {
         let n = corners.len().min(MOST_CORNERS);
         let mut lifted = [DVec3::ZERO; MOST_CORNERS];
         let mut floor = t.lift - t.tol;
         let mut ceiling = None;
+        let mut facing = Facing::Some;
         if apex.finite {
             // Behind the patch, or the patch behind the light?
             let (mut reach, mut low, mut high): (f64, f64, f64) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
@@ -170,17 +130,22 @@ impl Pyramid {
             let height = normal.dot(apex.position) - offset;
             let doubt = t.tol + ROUNDING * reach;
             if height < -(doubt + tilt * reach) || high <= -doubt {
-                return false;
+                return Facing::None;
+            }
+            if height >= 0.0 && low >= 0.0 {
+                facing = Facing::All;
             }
             floor = floor.min(height);
             ceiling = Some((low.max(-doubt) + t.lift * normal.dot(apex.normal).min(0.0)).min(0.0));
         } else {
             let cosine = -normal.dot(apex.normal);
             if cosine < -(2.0 * ROUNDING + tilt) {
-                return false;
+                return Facing::None;
             }
             if cosine < 0.0 {
                 floor = f64::NEG_INFINITY;
+            } else {
+                facing = Facing::All;
             }
         }
         let mut centroid = DVec3::ZERO;
@@ -215,10 +180,10 @@ impl Pyramid {
         if let Some(z) = ceiling {
             self.push(apex.normal, apex.normal.dot(apex.position) + z, t.tol);
         }
-        true
+        facing
     }
 
-    fn set_cluster(&mut self, apex: &Apex, cluster: &Cluster, t: &Tolerance) -> bool {
+    fn set_cluster(&mut self, apex: &Apex, cluster: &Cluster, t: &Tolerance) -> Facing {
         let (center, room) = (cluster.center, t.lift + t.tol);
         let radius = cluster.radius + room;
         let bounds = [cluster.low - room, cluster.high + room];
@@ -233,8 +198,12 @@ impl Pyramid {
         let cosine = cluster.axis.dot(-away) / distance;
         let turned = libm::acos(cosine.clamp(-1.0, 1.0));
         if turned - spread >= std::f64::consts::FRAC_PI_2 + cluster.angle + 1e-3 {
-            return false;
+            return Facing::None;
         }
+        let mut facing = match turned + spread + cluster.angle + 1e-3 < std::f64::consts::FRAC_PI_2 {
+            true => Facing::All,
+            false => Facing::Some,
+        };
         self.hull = Hull::Sphere(center, radius, bounds);
         if apex.finite {
             let (low, high) = extent(apex.normal, bounds);
@@ -243,7 +212,10 @@ impl Pyramid {
             let (low, high) = ((low - plane).max(z - radius), (high - plane).min(z + radius));
             let doubt = t.tol + ROUNDING * (distance + radius);
             if high <= -doubt {
-                return false;
+                return Facing::None;
+            }
+            if low < 0.0 {
+                facing = Facing::Some;
             }
             self.push(apex.normal, plane + low.max(-doubt - t.lift).min(0.0), t.tol);
             if distance <= radius {
@@ -253,7 +225,7 @@ impl Pyramid {
                     self.push(axis, axis.dot(low), t.side);
                     self.push(-axis, -axis.dot(high), t.side);
                 }
-                return true;
+                return facing;
             }
         }
         let axis = away / distance;
@@ -265,7 +237,7 @@ impl Pyramid {
         }
         let (_, far) = extent(axis, bounds);
         self.push(-axis, -far.min(axis.dot(center) + radius), t.side);
-        true
+        facing
     }
 
     /// The plane that touches the sphere on the side opposite to `across` (unit, perpendicular to `axis`) and holds
@@ -293,19 +265,7 @@ impl Pyramid {
 
     /// Smallest and largest `normal · x` over the receiver's lifted points.
     fn receiver_extent(&self, normal: DVec3) -> (f64, f64) {
-        match &self.hull {
-            Hull::Polygon(corners, n) => {
-                corners[..*n].iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
-                    let d = normal.dot(*c);
-                    (low.min(d), high.max(d))
-                })
-            }
-            Hull::Sphere(center, radius, bounds) => {
-                let (low, high) = extent(normal, *bounds);
-                let d = normal.dot(*center);
-                (low.max(d - radius), high.min(d + radius))
-            }
-        }
+        self.hull.extent(normal)
     }
 
     fn planes(&self) -> &[Plane] {
@@ -318,6 +278,48 @@ impl Pyramid {
         self.planes().iter().all(|p| p.normal.dot(center) + p.normal.abs().dot(half) >= p.offset - p.margin)
     }
 
+    /// How far a box is from the line between receiver and light, less its size.
+    pub fn remoteness(&self, low: DVec3, high: DVec3) -> f64 {
+        let middle = self.hull.middle();
+        let along = self.apex.towards(middle).normalize_or_zero();
+        ((low + high) * 0.5 - middle).cross(along).length() - 0.5 * (high - low).length()
+    }
+
+    /// Where a box is; what is inside is so by more than what is in doubt.
+    pub fn place(&mut self, low: DVec3, high: DVec3) -> Place {
+        let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
+        let mut place = Place::Inside;
+        for p in self.planes() {
+            let (middle, reach) = (p.normal.dot(center) - p.offset, p.normal.abs().dot(half));
+            if middle + reach < -p.margin {
+                return Place::Outside;
+            }
+            if middle - reach < p.margin {
+                place = Place::Crossing;
+            }
+        }
+        if place == Place::Crossing {
+            if self.slabs.count == 0 {
+                self.slabs.set(&self.apex, &self.hull, self.tolerance.side);
+            }
+            if self.slabs.miss(center, half) {
+                return Place::Outside;
+            }
+        }
+        place
+    }
+
+    /// Whether a polygon in a box, and not wider than `extent`, may cover the receiver.
+    pub fn may_be_covered(&mut self, low: DVec3, high: DVec3, extent: f64) -> bool {
+        if extent <= 0.0 {
+            return false;
+        }
+        if self.bundle.count == 0 {
+            self.bundle.set(&self.apex, &self.hull);
+        }
+        self.bundle.passes(low, high, extent)
+    }
+
     /// Whether a cluster's bounds may reach into the pyramid.
     pub fn may_meet_cluster(&self, cluster: &Cluster) -> bool {
         let sphere = |p: &Plane| p.normal.dot(cluster.center) + cluster.radius >= p.offset - p.margin;
@@ -327,7 +329,7 @@ impl Pyramid {
     }
 
     /// Whether any triangle of a tree reaches into the pyramid.
-    pub fn meets_tree(&self, tree: &ClusterTree, scratch: &mut Scratch) -> bool {
+    pub fn meets_tree(&mut self, tree: &ClusterTree, scratch: &mut Scratch) -> bool {
         let mut open = [0; 64];
         let mut count = usize::from(!tree.nodes.is_empty());
         while count > 0 {
@@ -337,22 +339,42 @@ impl Pyramid {
             if !self.may_meet_cluster(cluster) {
                 continue;
             }
+            match self.place(cluster.low, cluster.high) {
+                Place::Outside => continue,
+                Place::Inside => return true,
+                Place::Crossing => {}
+            }
             if cluster.children[0] != crate::scene::NONE {
                 if count + 2 > open.len() {
                     return true;
                 }
                 open[count..count + 2].copy_from_slice(&cluster.children);
+                let [a, b] = cluster.children.map(|c| &tree.nodes[c as usize]);
+                if self.remoteness(a.low, a.high) < self.remoteness(b.low, b.high) {
+                    open.swap(count, count + 1);
+                }
                 count += 2;
-            } else if tree.triangles(cluster).iter().any(|corners| {
-                scratch.tests += 1;
-                let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
-                normal == DVec3::ZERO
-                    || self.meets_polygon(corners, &self.sides(normal, normal.dot(corners[0])), scratch)
-            }) {
+            } else if self.meets_triangles(tree, cluster, scratch) {
                 return true;
             }
         }
         false
+    }
+
+    /// Whether any triangle of a cluster reaches into the pyramid.
+    pub fn meets_cluster(&self, tree: &ClusterTree, cluster: u32, scratch: &mut Scratch) -> bool {
+        let cluster = &tree.nodes[cluster as usize];
+        scratch.tests += 1;
+        self.may_meet_cluster(cluster) && self.meets_triangles(tree, cluster, scratch)
+    }
+
+    fn meets_triangles(&self, tree: &ClusterTree, cluster: &Cluster, scratch: &mut Scratch) -> bool {
+        tree.triangles(cluster).iter().any(|corners| {
+            scratch.tests += 1;
+            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+            normal == DVec3::ZERO
+                || self.meets_polygon(corners, &self.sides(normal, normal.dot(corners[0])), scratch)
+        })
     }
 
     /// What a patch does to the pyramid.
@@ -452,13 +474,6 @@ impl Pyramid {
             side != DVec3::ZERO && self.receiver_extent(side).0 - side.dot(a) >= margin
         })
     }
-}
-
-/// Smallest and largest `normal · x` over a box.
-fn extent(normal: DVec3, [low, high]: [DVec3; 2]) -> (f64, f64) {
-    let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
-    let (middle, reach) = (normal.dot(center), normal.abs().dot(half));
-    (middle - reach, middle + reach)
 }
 
 /// The part of a convex polygon where `normal · x ≥ offset`.

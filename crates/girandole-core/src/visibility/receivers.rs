@@ -1,7 +1,7 @@
 //! The hierarchy of receivers, and which leaf a point of a surface belongs to.
 
 use super::clusters::Cluster;
-use super::pyramid::Shape;
+use super::shapes::Shape;
 use super::surfaces::Surfaces;
 use crate::scene::NONE;
 use glam::{DVec3, Vec3};

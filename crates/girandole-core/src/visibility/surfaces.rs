@@ -2,7 +2,7 @@
 
 use super::VisibilitySettings;
 use super::clusters::ClusterTree;
-use super::pyramid::Tolerance;
+use super::shapes::Tolerance;
 use crate::scene::{Geometry, NONE, Scene, WorldPatch};
 use glam::DVec3;
 use std::ops::Range;
@@ -35,6 +35,8 @@ pub(crate) struct SimplePatch {
     /// Whether its triangles fill the outline and have no holes.
     pub opaque: bool,
     pub area: f64,
+    /// Greatest distance of two corners.
+    pub extent: f64,
     pub low: DVec3,
     pub high: DVec3,
 }
@@ -170,6 +172,7 @@ impl SimplePatch {
             double_sided: material.double_sided,
             opaque: material.alpha_cutoff.is_none() && (filled - area).abs() <= extent * slack,
             area,
+            extent,
         })
     }
 }

@@ -3,10 +3,11 @@
 use super::*;
 use crate::lights::LightSettings;
 use crate::scene::builtin::{self, MovingObject, shapes};
+use crate::visibility::Blocker;
 use crate::visibility::blockers::BlockerTree;
 use crate::visibility::database::determine;
-use crate::visibility::hierarchy::{Context, Memory};
-use crate::visibility::pyramid::Apex;
+use crate::visibility::hierarchy::{Context, Memory, Part};
+use crate::visibility::shapes::Apex;
 use crate::visibility::surfaces::Surfaces;
 
 fn sampled(scene: &Scene, geometry: &Geometry, count: u32) -> LightSet {
@@ -15,6 +16,7 @@ fn sampled(scene: &Scene, geometry: &Geometry, count: u32) -> LightSet {
 }
 
 /// All states and blockers.
+#[cfg(feature = "parallel")]
 fn contents(database: &VisibilityDatabase) -> (Vec<State>, Vec<Vec<(super::super::Blocker, bool)>>) {
     let nodes = 0..database.receivers().nodes.len() as u32;
     let pairs: Vec<(u32, u32)> =
@@ -58,28 +60,43 @@ fn dynamic_objects_are_blockers_like_others() {
         let own: Vec<u32> = lights.samples.iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let rows = |accept: &dyn Fn(u32) -> bool| {
             let blockers = BlockerTree::new(&surfaces, accept);
-            let context = Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers };
+            let context = Context {
+                surfaces: &surfaces,
+                lights: &apexes,
+                own: &own,
+                blockers: &blockers,
+                grouped: false,
+            };
             determine(&context, database.receivers()).0
         };
         let (all, fixed) = (rows(&|_| true), rows(&|object| !scene.objects[object as usize].dynamic));
-        let mut without = 0;
+        let (mut without, mut pairs, mut looser, mut blocked) = (0, 0, 0, 0);
         for node in 0..database.receivers().nodes.len() as u32 {
             for index in 0..apexes.len() as u32 {
-                let state = all[node as usize].states[index as usize];
-                assert_eq!(database.state(node, index), state, "{name} {node} {index}");
-                without += usize::from(fixed[node as usize].states[index as usize] != state);
-                let mut found: Vec<_> = database.blockers(node, index).collect();
+                // Groups of static blockers may be in doubt where each for itself is not.
+                let (found, each) = (database.state(node, index), all[node as usize].states[index as usize]);
+                pairs += 1;
+                looser += usize::from(found != each && found == State::Partial);
+                assert!(
+                    found == each || found == State::Partial || each == State::Partial,
+                    "{name} {node} {index} {found:?} {each:?}"
+                );
+                without += usize::from(fixed[node as usize].states[index as usize] != each);
+                // What moves is found each for itself.
+                let moves = |b: u32| scene.objects[surfaces.blocker_object(b) as usize].dynamic;
+                let entries = super::super::database::entries_of(&database.moving, node, index);
+                let mut found: Vec<_> = entries.map(|e| (e.blocker(), e.full())).collect();
+                let entries = super::super::database::entries_of(&all, node, index);
                 let mut expected: Vec<_> =
-                    super::super::database::of_light(&all[node as usize].entries, index)
-                        .iter()
-                        .map(|e| (surfaces.blocker(e.blocker()), e.full()))
-                        .collect();
-                let key = |(blocker, full): &(super::super::Blocker, bool)| (format!("{blocker:?}"), *full);
-                found.sort_by_key(key);
-                expected.sort_by_key(key);
+                    entries.map(|e| (e.blocker(), e.full())).filter(|e| moves(e.0)).collect();
+                found.sort_unstable();
+                expected.sort_unstable();
+                blocked += expected.len();
                 assert_eq!(found, expected);
             }
         }
+        println!("{name}: {looser} of {pairs} pairs are looser in groups");
+        assert!(looser * 1000 <= pairs && blocked > 100, "{name}: {looser} of {pairs}, {blocked}");
         assert!(without > 100, "{name}: they matter: {without}");
         // The hierarchy is that of the scene without them, as far as receivers go.
         let receivers = database.receivers().clone();
@@ -110,6 +127,7 @@ fn dynamic_objects_are_blockers_like_others() {
 
 #[test]
 fn the_hierarchy_finds_what_all_blockers_against_each_leaf_do() {
+    let mut groups = 0;
     for name in builtin::NAMES {
         let scene = builtin::build(name, MovingObject::None).expect("it is built in");
         let geometry = Geometry::new(&scene);
@@ -120,44 +138,50 @@ fn the_hierarchy_finds_what_all_blockers_against_each_leaf_do() {
         let apexes: Vec<Apex> = lights.samples.iter().map(Apex::new).collect();
         let own: Vec<u32> = lights.samples.iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let blockers = BlockerTree::new(&surfaces, |_| true);
-        let context = Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers };
+        let context =
+            Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers, grouped: false };
         let receivers = database.receivers();
-        let (mut pairs, mut tighter, mut split, mut blocked) = (0, 0, 0, 0);
+        let (mut pairs, mut tighter, mut looser, mut split, mut blocked) = (0, 0, 0, 0, 0);
         for (index, leaf) in receivers.leaves.iter().enumerate() {
             let shape = receivers.shape(&surfaces, leaf.node);
-            let row = context.row(shape, receivers.mesh(leaf.node), None, &mut Memory::new());
+            let part = Part { own: receivers.mesh(leaf.node), last: true };
+            let row = context.row(shape, part, None, &mut Memory::new());
             split += usize::from(receivers.nodes[leaf.node as usize].parent != NONE);
-            // What was decided at the leaf and at its ancestors.
-            let mut decided = Vec::new();
-            let mut up = leaf.node;
-            while up != NONE {
-                let entries = &database.fixed[up as usize].entries;
-                let is_leaf = up == leaf.node;
-                decided
-                    .extend(entries.iter().filter(|e| is_leaf || e.full()).map(|e| (e.light, e.blocker())));
-                up = receivers.nodes[up as usize].parent;
-            }
-            decided.sort_unstable();
-            for entry in &row.entries {
-                blocked += 1;
-                let found = decided.binary_search(&(entry.light, entry.blocker())).is_ok();
-                // Unless an ancestor faces away as a whole, which a single leaf's wider bounds may not show.
-                let state = database.state(leaf.node, entry.light);
-                assert!(found || !entry.full() || state == State::Full);
-                tighter += usize::from(!found && state != State::Full);
-            }
-            for (found, brute) in database.leaf_states(index as u32).iter().zip(&row.states) {
+            for (light, (&found, &brute)) in
+                database.leaf_states(index as u32).iter().zip(&row.states).enumerate()
+            {
                 pairs += 1;
-                if found != brute {
-                    assert_eq!(*brute, State::Partial, "{name} leaf {index}: {found:?}");
-                    tighter += 1;
+                // The parent's bounds may show more; groups may be in doubt.
+                tighter += usize::from(found != brute && found != State::Partial);
+                looser += usize::from(found != brute && found == State::Partial);
+                assert!(found == brute || found == State::Partial || brute == State::Partial);
+                // One of the blockers that are named does block a part.
+                let partial: Vec<Blocker> = super::super::database::of_light(&row.entries, light as u32)
+                    .iter()
+                    .filter(|e| !e.is_facing())
+                    .map(|e| surfaces.blocker(e.blocker()))
+                    .collect();
+                blocked += partial.len();
+                if found == State::Partial && brute == State::Partial {
+                    let named = database.blockers(leaf.node, light as u32).flat_map(|(b, _)| match b {
+                        Blocker::Group(group) => database.members(group).collect(),
+                        one => vec![one],
+                    });
+                    assert!(named.into_iter().any(|b| partial.contains(&b)), "{name} leaf {index} {light}");
                 }
             }
         }
-        println!("{name}: {pairs} pairs, {blocked} blockers, {tighter} times the hierarchy knows more");
+        println!(
+            "{name}: {pairs} pairs, {blocked} blockers; the hierarchy knows more {tighter} times, less {looser}"
+        );
         assert!(split > 50 && blocked > 1000, "{name}: {split} {blocked}");
-        assert!(tighter * 100 < pairs + blocked, "{name}: {tighter} of {pairs} and {blocked}");
+        assert!(tighter * 100 < pairs && looser * 1000 < pairs, "{name}: {tighter} {looser} of {pairs}");
+        for node in 0..receivers.nodes.len() as u32 {
+            let named = (0..apexes.len() as u32).flat_map(|light| database.blockers(node, light));
+            groups += named.filter(|(b, full)| matches!(b, Blocker::Group(_)) && !full).count();
+        }
     }
+    assert!(groups > 100, "groups stand for their members: {groups}");
 }
 
 /// What grows fourfold when `count` doubles.
@@ -167,12 +191,14 @@ enum Growth {
     Boxes,
     /// The triangles of a mesh.
     Mesh,
+    /// A room's area with the number of boxes in it.
+    Hall,
 }
 
 /// Tests a pair of node and light.
 fn tests_of(growth: Growth, count: u32) -> f64 {
     let mut scene = empty_scene();
-    let half = 4.0;
+    let half = if growth == Growth::Hall { count as f32 } else { 4.0 };
     add(&mut scene, room(vec3(-half, 0.0, -half), vec3(half, 3.0, half)));
     if growth == Growth::Mesh {
         let mut torus = shapes::torus(1.0, 0.4, 10 * count, 5 * count, 0);
@@ -199,11 +225,15 @@ fn tests_of(growth: Growth, count: u32) -> f64 {
 
 #[test]
 fn tests_grow_slower_than_the_scene() {
-    // All blockers against all nodes and lights would be four times as many a pair. Boxes that stand close enough
-    // to shade each other do not save much.
-    for (growth, most) in [(Growth::Boxes, 3.6), (Growth::Mesh, 1.5)] {
-        let (small, large) = (tests_of(growth, 4), tests_of(growth, 8));
-        println!("{growth:?}: {small:.2} tests a pair, {large:.2} with four times the geometry");
-        assert!(large < small * most && small > 1.0, "{growth:?}: {small} {large}");
+    // With all blockers against all nodes and lights it would be 4 and 16. For boxes that stand close enough to shade
+    // each other it does not fall, as there are more roots, each of which starts from all blockers.
+    for (growth, most) in
+        [(Growth::Boxes, [2.8, 2.3]), (Growth::Mesh, [1.15, 0.95]), (Growth::Hall, [3.3, 2.6])]
+    {
+        let found = [4, 8, 16].map(|count| tests_of(growth, count));
+        println!("{growth:?}: {found:.2?} tests a pair with 1, 4 and 16 times the geometry");
+        for (pair, most) in found.windows(2).zip(most) {
+            assert!(pair[1] < pair[0] * most && pair[0] > 1.0, "{growth:?}: {found:?}");
+        }
     }
 }

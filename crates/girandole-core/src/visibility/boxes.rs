@@ -1,0 +1,107 @@
+//! Boxes against a pyramid: what cannot reach into it, and what cannot cover the receiver.
+
+use super::shapes::{Apex, Hull, MOST_CORNERS};
+use glam::DVec3;
+
+/// Some rays of a pyramid, from the receiver's outermost points to the light: a polygon that covers the receiver is hit
+/// by all of them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Bundle {
+    rays: [Ray; MOST_CORNERS],
+    /// How many there are, 0 before they are made.
+    pub count: usize,
+}
+
+/// From `origin`, where the receiver is, as far as `length` times what `inverse` is the inverse of.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ray {
+    origin: DVec3,
+    inverse: DVec3,
+    length: f64,
+    /// Distance from the farthest other ray at the receiver, across that ray.
+    width: f64,
+}
+
+impl Bundle {
+    pub fn set(&mut self, apex: &Apex, hull: &Hull) {
+        let mut points = [DVec3::ZERO; MOST_CORNERS];
+        self.count = match hull {
+            Hull::Polygon(corners, n) => {
+                points = *corners;
+                *n
+            }
+            // The middles of the box's sides lie within the sphere.
+            Hull::Sphere(center, _, [low, high]) => {
+                let half = (*high - *low) * 0.5;
+                for axis in 0..3 {
+                    let mut to = DVec3::ZERO;
+                    to[axis] = half[axis];
+                    (points[axis * 2], points[axis * 2 + 1]) = (*center + to, *center - to);
+                }
+                6
+            }
+        };
+        for i in 0..self.count {
+            let towards = apex.towards(points[i]);
+            let across = |other: &DVec3| {
+                let direction = apex.towards(*other);
+                (*other - points[i]).cross(direction).length_squared() / direction.length_squared()
+            };
+            let width = points[..self.count].iter().map(across).fold(0.0, f64::max).sqrt();
+            let length = if apex.finite { 1.0 } else { f64::INFINITY };
+            self.rays[i] = Ray { origin: points[i], inverse: towards.recip(), length, width };
+        }
+    }
+
+    /// Whether all rays pass through a box at which they are at most `extent` apart.
+    pub fn passes(&self, low: DVec3, high: DVec3, extent: f64) -> bool {
+        self.rays[..self.count].iter().all(|ray| {
+            let (a, b) = ((low - ray.origin) * ray.inverse, (high - ray.origin) * ray.inverse);
+            // `min` and `max` take the number where the other is none: a ray within the plane of a side.
+            let enter = a.min(b).max_element().max(0.0);
+            let leave = a.max(b).min_element().min(ray.length);
+            // Rays meet at the light.
+            let narrowed = if ray.length == 1.0 { ray.width * (1.0 - leave) } else { ray.width };
+            enter <= leave && narrowed <= extent
+        })
+    }
+}
+
+/// Directions that may separate a box from a pyramid where the pyramid's own planes do not: the box's axes, and those
+/// across them and the pyramid (Gottschalk, Lin and Manocha 1996). With the pyramid's least and greatest extent.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Slabs {
+    slabs: [(DVec3, f64, f64); 6],
+    /// How many there are, 0 before they are made.
+    pub count: usize,
+}
+
+impl Slabs {
+    pub fn set(&mut self, apex: &Apex, hull: &Hull, margin: f64) {
+        let along = apex.towards(hull.middle()).normalize_or_zero();
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        let normals = axes.into_iter().chain(axes.map(|axis| along.cross(axis).normalize_or_zero()));
+        for (slab, normal) in self.slabs.iter_mut().zip(normals) {
+            let (mut low, mut high) = hull.extent(normal);
+            if apex.finite {
+                let light = normal.dot(apex.position);
+                (low, high) = (low.min(light), high.max(light));
+            } else {
+                // It has no end towards the light.
+                let slope = normal.dot(along);
+                low = if slope < -1e-12 { f64::NEG_INFINITY } else { low };
+                high = if slope > 1e-12 { f64::INFINITY } else { high };
+            }
+            *slab = (normal, low - margin, high + margin);
+        }
+        self.count = self.slabs.len();
+    }
+
+    /// Whether a box lies outside.
+    pub fn miss(&self, center: DVec3, half: DVec3) -> bool {
+        self.slabs[..self.count].iter().any(|(normal, low, high)| {
+            let (middle, reach) = (normal.dot(center), normal.abs().dot(half));
+            middle + reach < *low || middle - reach > *high
+        })
+    }
+}
