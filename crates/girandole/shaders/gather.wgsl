@@ -104,3 +104,59 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   end(first_index, one);
   end(second_index, other);
 }
+
+// Where points are few, a device with thousands of lanes has more of them: LANES lanes share a point's lists.
+const LANES = 16u;
+
+var<workgroup> shares: array<vec3f, 64>;
+var<workgroup> second_shares: array<vec3f, 64>;
+
+fn sum_now(state: ptr<function, State>, light: Light, known: f32) {
+  if first_sum(state, light, look_at(light, (*state).shading), 1u, known) != 0u { second_sum(state, light); }
+}
+
+@compute @workgroup_size(64)
+fn wide(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+  let lane = local.x % LANES;
+  let slot = (group.y * WIDE_GROUPS + group.x) * (64u / LANES) + local.x / LANES;
+  let chunk = slot / CHUNK;
+  let record = select(0u, queue[plan.chunks_at + chunk], chunk < queue[1]);
+  let leaf = record & 0xffffffu;
+  let exists = slot % CHUNK < (record >> 24u);
+  let index = select(NONE, queue[plan.sorted_at + slot], exists);
+  var state = begin(index, leaf);
+  if exists {
+    // What there is so far counts once.
+    if lane > 0u {
+      state.irradiance = vec3f(0.0);
+      state.glossy = vec3f(0.0);
+      state.toward = vec3f(0.0);
+    }
+    let range = plan.ranges_at + (leaf * plan.batches + frame.batch) * RANGE;
+    let has_maps = plan.light_maps != 0u;
+    let shadowed = lists[range + 2u];
+    let end_of_list = lists[range + 4u];
+    let subtracted = select(end_of_list, lists[range + 3u], has_maps);
+    for (var i = lists[range + select(0u, 1u, has_maps)] + lane; i < shadowed; i += LANES) {
+      let light = lights[lists[i]];
+      add(&state, light, arriving(light, state.shading), 1.0);
+    }
+    for (var i = shadowed + lane; i < end_of_list; i += LANES) {
+      sum_now(&state, lights[lists[i]], select(0.0, 1.0, i >= subtracted));
+    }
+  }
+  let is_direction = CURVED && state.shading.reflection.f90 <= 0.0;
+  shares[local.x] = state.irradiance;
+  second_shares[local.x] = select(state.glossy, state.toward, is_direction);
+  workgroupBarrier();
+  if lane > 0u || !exists { return; }
+  // In order of lanes, so that sums repeat.
+  for (var i = 1u; i < LANES; i++) {
+    state.irradiance += shares[local.x + i];
+    let second = second_shares[local.x + i];
+    if is_direction { state.toward += second; } else { state.glossy += second; }
+  }
+  end(index, state);
+}
+
+const WIDE_GROUPS = 32768u; // of a row of workgroups

@@ -57,5 +57,10 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
     arguments[4] = (next + 63u) / 64u;
     arguments[5] = 1u;
     arguments[6] = 1u;
+    // 16 lanes a point, in rows of workgroups.
+    let groups = (CHUNK * next + 3u) / 4u;
+    arguments[8] = min(groups, 32768u);
+    arguments[9] = (groups + 32767u) / 32768u;
+    arguments[10] = 1u;
   }
 }

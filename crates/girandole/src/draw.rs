@@ -173,7 +173,10 @@ impl Renderer {
                         multipass.record(device, &mut encoder, timers, place, inputs, buffers, lights);
                     }
                 }
-                _ => select.record_gather(device, &mut encoder, timers, band, inputs, buffers),
+                _ => {
+                    let is_sparse = settings.mode.has_low_resolution();
+                    select.record_gather(device, &mut encoder, timers, (band, is_sparse), inputs, buffers);
+                }
             }
             // Multiply by albedo, add emission, average sub-pixel samples.
             if step.last_batch && step.step == 1 {
@@ -237,10 +240,13 @@ impl Renderer {
             }
         }
         let capacity = Selection::capacity(targets);
-        let plan = Selection::plan(receivers, capacity, settings.uses_light_maps());
+        let plan = Selection::plan(receivers, capacity);
         if self.selection.as_ref().is_none_or(|s| s.key != (capacity, plan)) {
             self.selection = None;
             self.selection = Some(Selection::new(&self.device, capacity, plan)?);
+        }
+        if let Some(selection) = &mut self.selection {
+            selection.light_maps = settings.uses_light_maps();
         }
         if settings.uses_light_maps()
             && loaded.light_maps_for != Some(settings.clamp)

@@ -115,6 +115,10 @@ fn both_sides_agree_on_constants() {
     flag(&shaders::REFINE, "SHINY", surface_keys::SHINY);
     flag(&shaders::CHECK, "CLUSTERED", receivers::CLUSTERED);
     flag(&shaders::GATHER, "NO_MAP", girandole_core::scene::NONE);
+    assert!(has(&shaders::SORT, "(CHUNK * next + 3u) / 4u".into()), "64 lanes are 4 points");
+    number(&shaders::GATHER, "LANES", 16);
+    number(&shaders::GATHER, "WIDE_GROUPS", 32768);
+    assert!(has(&shaders::SORT, "min(groups, 32768u)".into()));
     assert!(has(&shaders::LIGHT_MAPS, format!("group.y * {}u", receivers::LIGHT_MAP_GROUPS)));
     assert!(has(&shaders::MULTIPASS, format!("array<vec4u, {}>", elements::MAX_LIGHTS_PER_PASS / 4)));
     assert!(!has(&shaders::SHADE, group(GROUP + 1)), "the control: another number is seen");

@@ -25,7 +25,10 @@ pub(crate) struct Selection {
     pub queue: wgpu::Buffer,
     pub arguments: wgpu::Buffer,
     pub tally: wgpu::Buffer,
-    pub plan: wgpu::Buffer,
+    /// Without light maps, and with them.
+    plans: [wgpu::Buffer; 2],
+    /// Whether this frame uses them.
+    pub light_maps: bool,
     /// What it was made for.
     pub key: (u32, Plan),
 }
@@ -37,16 +40,20 @@ impl Selection {
     }
 
     /// The plan of the buffers for so many points.
-    pub fn plan(receivers: &Receivers, capacity: u32, light_maps: bool) -> Plan {
+    pub fn plan(receivers: &Receivers, capacity: u32) -> Plan {
         let chunks_at = HEADER + receivers.leaves;
         let chunks = capacity / CHUNK + receivers.leaves;
         Plan {
             chunks_at,
             sorted_at: chunks_at + chunks,
             points_at: HEADER + receivers.leaves,
-            light_maps: u32::from(light_maps),
             ..receivers.plan
         }
+    }
+
+    /// The plan of this frame.
+    pub fn plan_buffer(&self) -> &wgpu::Buffer {
+        &self.plans[usize::from(self.light_maps)]
     }
 
     /// # Errors
@@ -81,13 +88,16 @@ impl Selection {
                 U::empty(),
             )?,
             queue: buffer("queue", u64::from(plan.sorted_at) + sorted, U::empty())?,
-            arguments: buffer("arguments", 8, U::INDIRECT)?,
+            arguments: buffer("arguments", 12, U::INDIRECT)?,
             tally: buffer("tally", u64::from(TALLY_ROWS) * leaves.max(1), U::COPY_SRC | U::COPY_DST)?,
-            plan: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("plan"),
-                contents: bytemuck::bytes_of(&plan),
-                usage: U::UNIFORM,
+            plans: [0, 1].map(|light_maps| {
+                device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                    label: Some("plan"),
+                    contents: bytemuck::bytes_of(&Plan { light_maps, ..plan }),
+                    usage: U::UNIFORM,
+                })
             }),
+            light_maps: false,
             key: (capacity, plan),
         })
     }

@@ -38,9 +38,19 @@ pub struct RendererOptions {
     /// Percentage-closer filter: width in texels, 0 (default) = off. N costs (N + 1)² look-ups a pair; with hundreds
     /// of lights, edges average out without it.
     pub pcf: u32,
+    /// Whether 16 lanes of the device share each point of the low-resolution modes: faster where there are thousands of
+    /// lanes, slower on software devices. `None` (default) = as the device is.
+    pub lanes_share_points: Option<bool>,
     /// Leave surfaces out of the shadow maps that have the whole scene on one side (default true). Only tests and
     /// figures want them in.
     pub skip_non_blockers: bool,
+}
+
+impl RendererOptions {
+    /// Whether lanes share points on a device of this kind.
+    pub(crate) fn shares_points(&self, kind: wgpu::DeviceType) -> bool {
+        self.lanes_share_points.unwrap_or(kind != wgpu::DeviceType::Cpu)
+    }
 }
 
 impl Default for RendererOptions {
@@ -50,6 +60,7 @@ impl Default for RendererOptions {
             map_size: None,
             memory_mib: 256,
             pcf: 0,
+            lanes_share_points: None,
             skip_non_blockers: true,
         }
     }

@@ -121,7 +121,7 @@ impl Multipass {
         (draws, lights): (&Draws, &wgpu::Buffer),
     ) {
         // How many points each element has.
-        let resources = [&selection.queue, &draws.members, &draws.arguments, &selection.plan]
+        let resources = [&selection.queue, &draws.members, &draws.arguments, selection.plan_buffer()]
             .map(|b| b.as_entire_binding());
         let groups = Groups::Count([draws.elements.div_ceil(64), 1]);
         self.batch.record(device, encoder, timers.compute("sort_gpu_ms"), band, &resources, groups);
@@ -141,7 +141,7 @@ impl Multipass {
                 lights.as_entire_binding(),
                 inputs.maps.as_entire_binding(),
                 selection.queue.as_entire_binding(),
-                selection.plan.as_entire_binding(),
+                selection.plan_buffer().as_entire_binding(),
                 draws.parts.as_entire_binding(),
                 draws.members.as_entire_binding(),
                 wgpu::BindingResource::Buffer(draw),
@@ -180,7 +180,7 @@ impl Multipass {
             selection.queue.as_entire_binding(),
             receivers.lists.as_entire_binding(),
             receivers.light_maps.as_entire_binding(),
-            selection.plan.as_entire_binding(),
+            selection.plan_buffer().as_entire_binding(),
             wgpu::BindingResource::TextureView(keys),
             wgpu::BindingResource::TextureView(&sums.light),
             wgpu::BindingResource::TextureView(&sums.second),

@@ -19,6 +19,8 @@ pub(crate) struct Select {
     allot: Kernel,
     scatter: Kernel,
     gather: Kernel,
+    /// For few points, where the device has lanes enough.
+    wide: Option<Kernel>,
     light_maps: Kernel,
     /// What they were compiled for.
     pub needs: Needs,
@@ -48,6 +50,8 @@ impl Select {
             Kernel::new(device, layouts, source, entry, slots, constants)
         };
         let check = [Ids, Read, Write, Uniform, Ids, Float, Float, Radiance, Radiance, Read];
+        let shade =
+            [Ids, DepthArray, Uniform, Write, Uniform, Read, Read, Read, Uniform, Radiance, Radiance, Ids];
         let mut gather = constants(options, needs).to_vec();
         gather.push(curved);
         Self {
@@ -62,15 +66,10 @@ impl Select {
             edges: kernel(&shaders::EDGES, "main", &check[..9], &[curved, specular, textures]),
             allot: kernel(&shaders::SORT, "allot", &[Write, Write, Write, Write, Uniform, Write], &[]),
             scatter: kernel(&shaders::SCATTER, "main", &[Read, Write, Uniform], &[]),
-            gather: kernel(
-                &shaders::GATHER,
-                "main",
-                &[
-                    Ids, DepthArray, Uniform, Write, Uniform, Read, Read, Read, Uniform, Radiance, Radiance,
-                    Ids,
-                ],
-                &gather,
-            ),
+            gather: kernel(&shaders::GATHER, "main", &shade, &gather),
+            wide: options
+                .shares_points(device.adapter_info().device_type)
+                .then(|| kernel(&shaders::GATHER, "wide", &shade, &gather)),
             light_maps: kernel(
                 &shaders::LIGHT_MAPS,
                 "main",
@@ -106,7 +105,7 @@ impl Select {
             wgpu::BindingResource::TextureView(&targets.ids),
             receivers.receivers.as_entire_binding(),
             selection.wanted.as_entire_binding(),
-            selection.plan.as_entire_binding(),
+            selection.plan_buffer().as_entire_binding(),
             keys.clone(),
             coarse[0].clone(),
             coarse[1].clone(),
@@ -140,25 +139,26 @@ impl Select {
             &selection.queue,
             &selection.arguments,
             &selection.tally,
-            &selection.plan,
+            selection.plan_buffer(),
             &selection.open,
         ]
         .map(|b| b.as_entire_binding());
         let time = timers.compute("sort_gpu_ms");
         self.allot.record(device, encoder, time, band, &resources, Groups::Count([1, 1]));
 
-        let resources = [&selection.wanted, &selection.queue, &selection.plan].map(|b| b.as_entire_binding());
+        let resources =
+            [&selection.wanted, &selection.queue, selection.plan_buffer()].map(|b| b.as_entire_binding());
         let groups = Groups::Indirect(&selection.arguments, 0);
         self.scatter.record(device, encoder, timers.compute("sort_gpu_ms"), band, &resources, groups);
     }
 
-    /// Shades the points that were chosen last with the frame's batch of lights.
+    /// Shades the points that were chosen last with the frame's batch of lights; `is_sparse`: they are few.
     pub fn record_gather(
         &self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
         timers: &Timers,
-        band: Band,
+        (band, is_sparse): (Band, bool),
         inputs: ShadeInputs,
         (receivers, selection, keys): (&Receivers, &Selection, &wgpu::TextureView),
     ) {
@@ -171,13 +171,17 @@ impl Select {
             selection.queue.as_entire_binding(),
             receivers.lists.as_entire_binding(),
             receivers.light_maps.as_entire_binding(),
-            selection.plan.as_entire_binding(),
+            selection.plan_buffer().as_entire_binding(),
             wgpu::BindingResource::TextureView(&inputs.grid[0]),
             wgpu::BindingResource::TextureView(&inputs.grid[1]),
             wgpu::BindingResource::TextureView(keys),
         ];
-        let groups = Groups::Indirect(&selection.arguments, 16);
-        self.gather.record(device, encoder, timers.compute("shade_gpu_ms"), band, &resources, groups);
+        let (kernel, offset) = match &self.wide {
+            Some(wide) if is_sparse => (wide, 32),
+            _ => (&self.gather, 16),
+        };
+        let groups = Groups::Indirect(&selection.arguments, offset);
+        kernel.record(device, encoder, timers.compute("shade_gpu_ms"), band, &resources, groups);
     }
 
     /// Adds the frame's batch of lights to all light maps.

@@ -20,6 +20,7 @@ pub fn tests() -> Vec<Test> {
         ("fused_is_multipass", fused_is_multipass),
         ("many_batches_and_sizes", batches_and_sizes),
         ("selected_frames_repeat_bit_for_bit", repeats),
+        ("lanes_that_share_points_sum_the_same", shared_points),
         ("anti_aliasing_shades_edges_only", anti_aliasing),
         ("debug_views_show_what_they_promise", debug_views),
         ("selected_modes_refuse_with_a_sentence", refuses),
@@ -291,6 +292,36 @@ fn repeats(context: &Context) {
     assert!(context.frame(&mut fresh, &stage.view(0, size), size, &full).pixels == first.pixels);
     // The control: another camera is another picture.
     assert!(context.frame(&mut fresh, &stage.view(1, size), size, &full).pixels != first.pixels);
+}
+
+fn shared_points(context: &Context) {
+    let size = [112, 84];
+    let largest = |a: &Image, b: &Image| {
+        let differences = a.pixels.iter().zip(&b.pixels).map(|(a, b)| (*a - *b).abs().max_element());
+        differences.fold(0.0, f32::max) / mean(a)
+    };
+    for stage in [Stage::builtin("table", 600), glossy(60), truth("punctual", 60)] {
+        let view = stage.view(0, size);
+        let picture = |share, mode, seed_tolerance| {
+            let options = RendererOptions {
+                lanes_share_points: Some(share),
+                map_size: Some(96),
+                ..RendererOptions::default()
+            };
+            let mut renderer = context.loaded(&stage, options);
+            let settings = RenderSettings { tolerance: seed_tolerance, ..bounded(&stage, mode) };
+            context.frame(&mut renderer, &view, size, &settings)
+        };
+        for mode in [Mode::LowResolution, Mode::Full] {
+            // Without tolerance, lest rounding decide what is interpolated.
+            let (alone, shared) = (picture(false, mode, 0.0), picture(true, mode, 0.0));
+            assert!(largest(&alone, &shared) < 2e-5, "{mode:?}: {}", largest(&alone, &shared));
+            assert!(flip(&picture(false, mode, 0.05), &picture(true, mode, 0.05)) < 0.005, "{mode:?}");
+        }
+        // The control: light maps make more of a difference.
+        let other = picture(true, Mode::LowResolution, 0.0);
+        assert!(largest(&picture(true, Mode::Full, 0.0), &other) > 2e-5);
+    }
 }
 
 fn anti_aliasing(context: &Context) {
