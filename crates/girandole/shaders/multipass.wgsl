@@ -1,5 +1,5 @@
-// Multipass shading (Barczak §4.3.4): each draw sums a few lights at the points of an element's receivers; the blending
-// unit adds it to what earlier draws left. A point is a primitive of its own.
+// Multipass shading (Barczak §4.3.4): each pass sums a few lights at the points of an element's receivers; the blending
+// unit adds it to what earlier passes left. A point is a primitive of its own.
 
 @group(2) @binding(0) var ids: texture_2d<u32>;
 @group(2) @binding(1) var atlas: texture_depth_2d_array;
@@ -9,43 +9,47 @@
 @group(2) @binding(5) var<uniform> plan: Plan;
 // Four bits a leaf and light: the part of the lists that the light is in.
 @group(2) @binding(6) var<storage, read> parts: array<u32>;
-// See batch.wgsl.
-@group(2) @binding(7) var<storage, read> members: array<u32>;
-@group(2) @binding(8) var<uniform> draw: Draw;
-
-// What one draw sums.
-struct Draw {
-  first_member: u32, // in `members`
-  member_count: u32,
-  count: u32, // lights
-  lights_in_all: u32,
-  lights: array<vec4u, 8>,
-}
+@group(2) @binding(7) var<storage, read> elements: array<u32>; // see lib/elements.wgsl
+@group(2) @binding(8) var<uniform> passes: Passes;
 
 struct Out {
   @builtin(position) position: vec4f,
   @location(0) @interpolate(flat) index: u32,
   @location(1) @interpolate(flat) leaf: u32,
+  @location(2) @interpolate(flat) lights: vec2u, // where they are in `elements`, and how many
 }
 
-@vertex
-fn place(@builtin(vertex_index) vertex: u32) -> Out {
-  // The last member with no more chunks before it than this vertex has.
-  let ordinal = vertex / CHUNK;
+// The last of `count` entries, `stride` words apart, with no more than `value` in its word.
+fn last_below(first: u32, stride: u32, count: u32, value: u32) -> u32 {
   var low = 0u;
-  var high = draw.member_count;
+  var high = count;
   while high - low > 1u {
     let middle = (low + high) / 2u;
-    if members[draw.first_member + 2u * middle + 1u] <= ordinal { low = middle; } else { high = middle; }
+    if elements[first + stride * middle] <= value { low = middle; } else { high = middle; }
   }
-  let member = draw.first_member + 2u * low;
-  let leaf = members[member];
-  let chunk = queue[FIRSTS + leaf] + ordinal - members[member + 1u];
+  return low;
+}
+
+// One draw holds all passes of all elements, one after another; each vertex is a point of one pass.
+@vertex
+fn place(@builtin(vertex_index) vertex: u32) -> Out {
+  let element = ELEMENT_WORDS * last_below(5u, ELEMENT_WORDS, passes.elements, vertex);
+  let in_element = vertex - elements[element + 5u];
+  let in_a_pass = max(elements[element + 4u], 1u);
+  let pass_ = in_element / in_a_pass;
+  let in_pass = in_element % in_a_pass;
+  // The last member with no more chunks before it than this vertex has.
+  let first = elements[element];
+  let member = first + 2u * last_below(first + 1u, 2u, elements[element + 1u], in_pass / CHUNK);
+  let leaf = elements[member];
+  let chunk = queue[FIRSTS + leaf] + in_pass / CHUNK - elements[member + 1u];
   var out: Out;
   out.position = vec4f(0.0, 0.0, -1.0, 1.0);
   out.leaf = leaf;
-  if vertex % CHUNK >= (queue[plan.chunks_at + chunk] >> 24u) { return out; }
-  out.index = queue[plan.sorted_at + chunk * CHUNK + vertex % CHUNK];
+  let skipped = pass_ * passes.lights_per_pass;
+  out.lights = vec2u(elements[element + 2u] + skipped, min(elements[element + 3u] - skipped, passes.lights_per_pass));
+  if in_pass % CHUNK >= (queue[plan.chunks_at + chunk] >> 24u) { return out; }
+  out.index = queue[plan.sorted_at + chunk * CHUNK + in_pass % CHUNK];
   // The middle of the texel of this grid.
   let pixel = vec2u(out.index % frame.size.x, out.index / frame.size.x);
   let point = vec2f((pixel + frame.step - 1u) / frame.step) + 0.5;
@@ -71,9 +75,9 @@ fn shade(in: Out) -> Sums {
   let pixel = vec2u(in.index % frame.size.x, in.index / frame.size.x + frame.band.x);
   var state: State;
   state.shading = shading_at(pixel, textureLoad(ids, pixel, 0).x - 1u);
-  for (var i = 0u; i < draw.count; i++) {
-    let light = draw.lights[i / 4u][i % 4u];
-    let nibble = in.leaf * draw.lights_in_all + light;
+  for (var i = 0u; i < in.lights.y; i++) {
+    let light = elements[in.lights.x + i];
+    let nibble = in.leaf * passes.lights_in_all + light;
     let part = (parts[nibble / 8u] >> (4u * (nibble % 8u))) & 15u;
     if part < 4u { sum_light(&state, lights[light], part); }
   }

@@ -167,15 +167,14 @@ pub(crate) struct Maps {
     pub parallel_texel: f32,
 }
 
-/// `Draw` in `multipass.wgsl`: the lights of one draw.
+/// `Passes` in `lib/elements.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub(crate) struct Draw {
-    pub first_member: u32,
-    pub member_count: u32,
-    pub count: u32,
+pub(crate) struct Passes {
+    pub elements: u32,
+    pub lights_per_pass: u32,
     pub lights_in_all: u32,
-    pub lights: [u32; 32],
+    pub padding: u32,
 }
 
 /// [`Light::profile`] of a directional light; shaders know it as `DIRECTIONAL`.

@@ -2,7 +2,7 @@
 //! without complaint on a backend that does nothing.
 
 use crate::layout::{
-    DIRECTIONAL, Display, Draw, Frame, GpuMaterial, Item, Light, Maps, Plan, TextureUse, Triangle, Vertex,
+    DIRECTIONAL, Display, Frame, GpuMaterial, Item, Light, Maps, Passes, Plan, TextureUse, Triangle, Vertex,
 };
 use crate::passes::shade::{BATCH, GROUP};
 use crate::{
@@ -35,7 +35,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
             debug, padding_b, padding_c),
         fields!(Plan as "Plan": grids_at, cells_at, leaves, batches, ranges_at, chunks_at, sorted_at, points_at,
             light_maps, padding_a, padding_b, padding_c),
-        fields!(Draw as "Draw": first_member, member_count, count, lights_in_all, lights),
+        fields!(Passes as "Passes": elements, lights_per_pass, lights_in_all, padding),
         fields!(Vertex as "Vertex": position, u1, normal, v1, tangent, uv0, padding),
         fields!(Triangle as "Triangle": vertices, material),
         fields!(TextureUse as "TextureUse": matrix, shift, texture, uv_set),
@@ -120,7 +120,7 @@ fn both_sides_agree_on_constants() {
     number(&shaders::GATHER, "WIDE_GROUPS", 32768);
     assert!(has(&shaders::SORT, "min(groups, 32768u)".into()));
     assert!(has(&shaders::LIGHT_MAPS, format!("group.y * {}u", receivers::LIGHT_MAP_GROUPS)));
-    assert!(has(&shaders::MULTIPASS, format!("array<vec4u, {}>", elements::MAX_LIGHTS_PER_PASS / 4)));
+    number(&shaders::MULTIPASS, "ELEMENT_WORDS", elements::ELEMENT_WORDS as u32);
     assert!(!has(&shaders::SHADE, group(GROUP + 1)), "the control: another number is seen");
 }
 

@@ -9,6 +9,7 @@ macro_rules! lib {
 
 const LIBRARY: &[(&str, &str)] = &lib!(
     brdf,
+    elements,
     frame,
     grid,
     light,
@@ -105,10 +106,11 @@ pub(crate) const MULTIPASS: Source = source!(
         shadow,
         sum,
         plan,
-        grid
+        grid,
+        elements
     ]
 );
-pub(crate) const BATCH: Source = source!(batch, "", [plan]);
+pub(crate) const BATCH: Source = source!(batch, "", [plan, elements]);
 pub(crate) const COLLECT: Source = source!(collect, "", [frame, scene, texture, surface, plan, light_map]);
 pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, plan]);
 pub(crate) const RESOLVE: Source = source!(resolve, "", [frame, scene, texture, surface, brdf]);

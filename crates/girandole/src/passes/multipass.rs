@@ -27,14 +27,14 @@ struct Sums {
 
 impl Multipass {
     pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
-        use Slot::{DepthArray, Float, Ids, Radiance, Read, Uniform, UniformAt};
+        use Slot::{DepthArray, Float, Ids, Radiance, Read, Uniform};
         // Sums of hundreds of lights want 32 bits; where the device cannot blend those, 16 have to do.
         let format = if device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
             wgpu::TextureFormat::Rgba32Float
         } else {
             wgpu::TextureFormat::Rgba16Float
         };
-        let slots = [Ids, DepthArray, Read, Uniform, Read, Uniform, Read, Read, UniformAt];
+        let slots = [Ids, DepthArray, Read, Uniform, Read, Uniform, Read, Read, Uniform];
         let stages = wgpu::ShaderStages::VERTEX_FRAGMENT;
         let layout = bind::layout(device, "multipass", stages, &slots);
         let module = shaders::MULTIPASS.module(device);
@@ -85,7 +85,7 @@ impl Multipass {
             flag("TEXTURES", needs.textures),
         ];
         let collect = Kernel::new(device, layouts, &shaders::COLLECT, "main", &collect, &constants);
-        let batch = [Read, Slot::Write, Slot::Write, Uniform];
+        let batch = [Read, Slot::Write, Slot::Write, Uniform, Uniform];
         let batch = Kernel::new(device, layouts, &shaders::BATCH, "main", &batch, &[]);
         Self { layout, pipeline, batch, collect, format, needs }
     }
@@ -121,17 +121,13 @@ impl Multipass {
         (draws, lights): (&Draws, &wgpu::Buffer),
     ) {
         // How many points each element has.
-        let resources = [&selection.queue, &draws.members, &draws.arguments, selection.plan_buffer()]
-            .map(|b| b.as_entire_binding());
-        let groups = Groups::Count([draws.elements.div_ceil(64), 1]);
-        self.batch.record(device, encoder, timers.compute("sort_gpu_ms"), band, &resources, groups);
+        let buffers =
+            [&selection.queue, &draws.elements, &draws.arguments, selection.plan_buffer(), &draws.passes];
+        let time = timers.compute("sort_gpu_ms");
+        let resources = buffers.map(|b| b.as_entire_binding());
+        self.batch.record(device, encoder, time, band, &resources, Groups::Count([1, 1]));
 
         let sums = self.sums(device, [band.size[0], rows].map(|n| (n - 1).div_ceil(step) + 1));
-        let draw = wgpu::BufferBinding {
-            buffer: &draws.uniforms,
-            offset: 0,
-            size: wgpu::BufferSize::new(size_of::<crate::layout::Draw>() as u64),
-        };
         let group = bind::group(
             device,
             &self.layout,
@@ -143,8 +139,8 @@ impl Multipass {
                 selection.queue.as_entire_binding(),
                 selection.plan_buffer().as_entire_binding(),
                 draws.parts.as_entire_binding(),
-                draws.members.as_entire_binding(),
-                wgpu::BindingResource::Buffer(draw),
+                draws.elements.as_entire_binding(),
+                draws.passes.as_entire_binding(),
             ],
         );
         let attachment = |view| {
@@ -169,10 +165,8 @@ impl Multipass {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, band.frame, &[band.frame_offset]);
         pass.set_bind_group(1, band.scene, &[]);
-        for (index, &element) in draws.element_of.iter().enumerate() {
-            pass.set_bind_group(2, &group, &[index as u32 * draws.stride]);
-            pass.draw_indirect(&draws.arguments, 16 * u64::from(element));
-        }
+        pass.set_bind_group(2, &group, &[]);
+        pass.draw_indirect(&draws.arguments, 0);
         drop(pass);
 
         let resources = [
