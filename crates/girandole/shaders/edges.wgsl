@@ -1,5 +1,6 @@
-// Further samples of a pixel: what they receive is what the first sample of this pixel or of a neighbour received, if
-// that lies on the same surface. Only where none does, at the edges of geometry, a sample is shaded by itself.
+// Further samples of a pixel: what they receive is interpolated between the first samples of this pixel and of its
+// neighbours on their side, those that lie on the same surface. Only where none does, at the edges of geometry, a sample
+// is shaded by itself.
 
 @group(2) @binding(0) var ids: texture_2d<u32>;
 @group(2) @binding(1) var<storage, read> receivers: array<u32>;
@@ -15,39 +16,47 @@
 override CURVED: bool = false;
 override SPECULAR: bool = false;
 
-// Steps to the neighbours, the nearest first, for a sample in the lower right of its pixel.
-const NEAREST = array<vec2i, 8>(vec2i(1, 0), vec2i(0, 1), vec2i(1, 1), vec2i(-1, 0), vec2i(0, -1), vec2i(1, -1), vec2i(-1, 1), vec2i(-1, -1));
+struct Blend { light: vec3f, second: vec4f, weight: f32 }
+
+// Adds the first sample of a pixel to the blend if it lies on the surface.
+fn add_first(blend: ptr<function, Blend>, at: vec2i, key: u32, weight: f32) {
+  if any(at < vec2i(0)) || any(at > vec2i(last_point())) { return; }
+  let light = textureLoad(first_light, vec2u(at), 0);
+  if u32(light.w) != key { return; }
+  (*blend).light += light.xyz * weight;
+  if CURVED || SPECULAR { (*blend).second += textureLoad(first_second, vec2u(at), 0) * weight; }
+  (*blend).weight += weight;
+}
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let at = invocation.xy;
   if any(at > last_point()) { return; }
   let key = textureLoad(keys, at + vec2u(0u, frame.band.x), 0).x;
-  var light = textureLoad(first_light, at, 0);
-  var source = at;
   if key == 0u {
     textureStore(sample_light, at, vec4f(0.0));
     return;
   }
-  var found = u32(light.w) == key;
-  if !found {
-    // The nearest ones first: on the side to which this sample lies.
-    let side = vec2i(select(vec2f(-1.0), vec2f(1.0), frame.offset > vec2f(0.5)));
-    for (var i = 0u; i < 8u && !found; i++) {
-      let neighbour = vec2i(at) + NEAREST[i] * side;
-      if any(neighbour < vec2i(0)) || any(neighbour > vec2i(last_point())) { continue; }
-      let other = textureLoad(first_light, vec2u(neighbour), 0);
-      if u32(other.w) == key {
-        light = other;
-        source = vec2u(neighbour);
-        found = true;
-      }
-    }
-  }
-  if found && (key & SHINY) == 0u {
-    textureStore(sample_light, at, light);
-    if CURVED || SPECULAR { textureStore(sample_second, at, textureLoad(first_second, source, 0)); }
+  // Where this sample lies from its pixel's first one, which is the one next to the pixel's centre.
+  let n = u32(sqrt(f32(frame.samples)) + 0.5);
+  let shift = frame.offset - (f32((n - 1u) / 2u) + 0.5) / f32(n);
+  let side = vec2i(select(vec2f(-1.0), vec2f(1.0), shift >= vec2f(0.0)));
+  let t = abs(shift);
+  let here = vec2i(at);
+  var blend: Blend;
+  add_first(&blend, here, key, (1.0 - t.x) * (1.0 - t.y));
+  add_first(&blend, here + vec2i(side.x, 0), key, t.x * (1.0 - t.y));
+  add_first(&blend, here + vec2i(0, side.y), key, (1.0 - t.x) * t.y);
+  add_first(&blend, here + side, key, t.x * t.y);
+  // At an edge, one of the other neighbours may have seen the surface.
+  for (var i = 0u; i < 5u && blend.weight <= 0.0; i++) { add_first(&blend, here + BEHIND[i] * side, key, 1.0); }
+  if blend.weight > 0.0 && (key & SHINY) == 0u {
+    textureStore(sample_light, at, vec4f(blend.light / blend.weight, f32(key)));
+    if CURVED || SPECULAR { textureStore(sample_second, at, blend.second / blend.weight); }
   } else {
     want(at);
   }
 }
+
+// Steps to the neighbours on the other sides, the nearest first.
+const BEHIND = array<vec2i, 5>(vec2i(-1, 0), vec2i(0, -1), vec2i(1, -1), vec2i(-1, 1), vec2i(-1, -1));
