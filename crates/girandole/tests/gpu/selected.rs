@@ -343,7 +343,7 @@ fn anti_aliasing(context: &Context) {
         let ratio = four.pairs.evaluated() as f64 / one.pairs.evaluated() as f64;
         let [smooth_error, rough_error] = [&smooth, &rough].map(|p| flip(&reference, p));
         eprintln!("{name}: {ratio:.3} × the pairs, FLIP {smooth_error:.4}, without {rough_error:.4}");
-        assert!((1.0..=1.6).contains(&ratio), "{name}: {ratio}");
+        assert!((0.9..=1.6).contains(&ratio), "{name}: {ratio}");
         // Coarse grids stay the same.
         assert_eq!(four.points[3], one.points[3], "{name}");
         assert!(smooth_error < 0.02, "{name}");
