@@ -2,11 +2,10 @@
 // neighbours walk the same list. A list has four kinds of lights: those in the light map that nothing blocks,
 // which are done; those that nothing blocks and that are not in the map, summed without a look; those that something
 // may block, summed by what their shadow map says; and the same in the light map, subtracted where they are blocked
-// (§4.3.2).
+// (§4.3.2). `lights` are declared in lib/lights_uniform.wgsl or lib/lights_storage.wgsl.
 
 @group(2) @binding(0) var ids: texture_2d<u32>;
 @group(2) @binding(1) var atlas: texture_depth_2d_array;
-@group(2) @binding(2) var<uniform> lights: array<Light, 512>;
 // What earlier batches of lights gave, two elements a pixel: irradiance; specular radiance, or the direction of light.
 @group(2) @binding(3) var<storage, read_write> sums: array<vec4f>;
 @group(2) @binding(4) var<uniform> maps: Maps;
@@ -46,7 +45,7 @@ fn end(index: u32, state: State) {
   if frame.last_batch != 0u {
     let pixel = vec2u(index % frame.size.x, index / frame.size.x);
     let point = (pixel + frame.step - 1u) / frame.step;
-    textureStore(fine_light, point, vec4f(max(state.irradiance, vec3f(0.0)), f32(textureLoad(keys, pixel, 0).x)));
+    textureStore(fine_light, point, vec4f(max(state.irradiance, vec3f(0.0)), f32(textureLoad(keys, pixel + vec2u(0u, frame.band.x), 0).x)));
     if CURVED || SPECULAR { textureStore(fine_second, point, second); }
   }
 }

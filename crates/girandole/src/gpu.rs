@@ -18,6 +18,8 @@ pub fn wanted_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
         max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
         max_buffer_size: has.max_buffer_size,
         max_texture_dimension_2d: has.max_texture_dimension_2d,
+        // One more than the default is used where it is there.
+        max_storage_buffers_per_shader_stage: has.max_storage_buffers_per_shader_stage.min(16),
         ..wgpu::Limits::default()
     }
 }

@@ -14,6 +14,8 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     grid,
     light,
     light_map,
+    lights_storage,
+    lights_uniform,
     maps,
     occluders,
     octahedral,
@@ -80,7 +82,28 @@ pub(crate) const GATHER: Source = source!(
         shadow,
         sum,
         plan,
-        light_map
+        light_map,
+        lights_uniform
+    ]
+);
+pub(crate) const GATHER_STORED: Source = source!(
+    gather,
+    "",
+    [
+        frame,
+        scene,
+        texture,
+        surface,
+        brdf,
+        light,
+        maps,
+        octahedral,
+        parameterisation,
+        shadow,
+        sum,
+        plan,
+        light_map,
+        lights_storage
     ]
 );
 pub(crate) const DEBUG_LEAVES: Source =
@@ -131,7 +154,7 @@ pub(crate) const TONEMAP: Source = source!(tonemap, "", [tonemap]);
 
 /// All passes, for the tests that need no GPU.
 #[cfg(test)]
-pub(crate) const ALL: [&Source; 23] = [
+pub(crate) const ALL: [&Source; 24] = [
     &VISIBILITY,
     &SHADE,
     &REFINE,
@@ -140,6 +163,7 @@ pub(crate) const ALL: [&Source; 23] = [
     &SORT,
     &SCATTER,
     &GATHER,
+    &GATHER_STORED,
     &MULTIPASS,
     &COLLECT,
     &BATCH,

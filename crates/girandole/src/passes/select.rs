@@ -50,8 +50,16 @@ impl Select {
             Kernel::new(device, layouts, source, entry, slots, constants)
         };
         let check = [Ids, Read, Write, Uniform, Ids, Float, Float, Radiance, Radiance, Read];
+        // Lanes that read different lights at once want a storage buffer, which is the ninth.
+        let is_software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        let has_room = device.limits().max_storage_buffers_per_shader_stage > 8;
+        let (source, lights) = if has_room && !is_software {
+            (&shaders::GATHER_STORED, Read)
+        } else {
+            (&shaders::GATHER, Uniform)
+        };
         let shade =
-            [Ids, DepthArray, Uniform, Write, Uniform, Read, Read, Read, Uniform, Radiance, Radiance, Ids];
+            [Ids, DepthArray, lights, Write, Uniform, Read, Read, Read, Uniform, Radiance, Radiance, Ids];
         let mut gather = constants(options, needs).to_vec();
         gather.push(curved);
         Self {
@@ -66,10 +74,10 @@ impl Select {
             edges: kernel(&shaders::EDGES, "main", &check[..9], &[curved, specular, textures]),
             allot: kernel(&shaders::SORT, "allot", &[Write, Write, Write, Write, Uniform, Write], &[]),
             scatter: kernel(&shaders::SCATTER, "main", &[Read, Write, Uniform], &[]),
-            gather: kernel(&shaders::GATHER, "main", &shade, &gather),
+            gather: kernel(source, "main", &shade, &gather),
             wide: options
                 .shares_points(device.adapter_info().device_type)
-                .then(|| kernel(&shaders::GATHER, "wide", &shade, &gather)),
+                .then(|| kernel(source, "wide", &shade, &gather)),
             light_maps: kernel(
                 &shaders::LIGHT_MAPS,
                 "main",

@@ -266,6 +266,9 @@ fn batches_and_sizes(context: &Context) {
             let slack = if size[0] * size[1] < 300 { 0.5 } else { 0.05 };
             assert!((energy - 1.0).abs() < slack, "{size:?}, {samples_per_axis}: {energy}");
             if size[0] == 8000 {
+                // Points are as few in the second band as in the first.
+                let points: u64 = context.wait(renderer.stats()).expect("stats").points.iter().sum();
+                assert!(points * 5 < 8000 * 160, "{points}");
                 // Bands of 128 rows: nothing is seen of where they meet.
                 let row = |image: &Image, y: usize| image.pixels[y * 8000..(y + 1) * 8000].to_vec();
                 let error = |y: usize| {
