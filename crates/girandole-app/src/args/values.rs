@@ -1,0 +1,303 @@
+//! Values of options: their names on the command line, and their ranges.
+
+use clap::ValueEnum;
+use girandole_core::lights::LightSet;
+use girandole_core::scene::Geometry;
+use girandole_core::tonemap::{Exposure, Tonemap};
+
+/// What computes the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Engine {
+    /// gpu where there is an adapter, else cpu
+    #[default]
+    Auto,
+    /// Shadow maps on a graphics adapter
+    Gpu,
+    /// The same light samples with traced shadows
+    Cpu,
+    /// The path tracer
+    Path,
+}
+
+/// How random walks end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum TerminationArg {
+    /// Never early: samples grow weaker with every bounce
+    Throughput,
+    /// By chance at every hit: samples of even strength
+    #[default]
+    Albedo,
+}
+
+/// The parameterisation of shadow maps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ShadowMap {
+    /// Four faces of an octahedron unfolded to a square
+    #[default]
+    Octahedral,
+    /// Brabec 2002
+    Parabolic,
+    /// Five faces of a cube
+    Cube,
+}
+
+/// How much work is avoided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Mode {
+    /// Visibility determination, light maps, low resolution where that is enough
+    #[default]
+    Full,
+    /// Visibility determination, and low resolution where that is enough
+    VdLp,
+    /// Visibility determination: shadow maps are read only where something may block the light
+    Vd,
+    /// Every light, every shadow map, at every pixel
+    Naive,
+}
+
+impl Mode {
+    /// As in `--mode`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::VdLp => "vd-lp",
+            Self::Vd => "vd",
+            Self::Naive => "naive",
+        }
+    }
+}
+
+/// How points are shaded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ShadingArg {
+    /// In one dispatch, each point walks the lights of its receiver
+    #[default]
+    Fused,
+    /// A few lights a draw, added by blending; mode full optimises the passes
+    Multipass,
+}
+
+/// On or off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// Yes
+    On,
+    /// No
+    Off,
+}
+
+/// The tone curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ToneCurve {
+    /// AgX: soft
+    #[default]
+    Agx,
+    /// ACES: contrasty
+    Aces,
+    /// Cut off at 1
+    None,
+}
+
+impl From<ToneCurve> for Tonemap {
+    fn from(curve: ToneCurve) -> Self {
+        match curve {
+            ToneCurve::Agx => Self::Agx,
+            ToneCurve::Aces => Self::Aces,
+            ToneCurve::None => Self::None,
+        }
+    }
+}
+
+/// Samples along each axis of a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum AntiAliasing {
+    /// One sample in the middle of a pixel
+    #[default]
+    Off,
+    /// 2 × 2 samples
+    #[value(name = "2")]
+    Two,
+    /// 4 × 4 samples
+    #[value(name = "4")]
+    Four,
+}
+
+impl AntiAliasing {
+    /// As a number.
+    pub fn samples_per_axis(self) -> u32 {
+        match self {
+            Self::Off => 1,
+            Self::Two => 2,
+            Self::Four => 4,
+        }
+    }
+}
+
+/// A limit on bounces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bounces {
+    /// At most so many.
+    Limit(u32),
+    /// No limit.
+    Unlimited,
+}
+
+impl Bounces {
+    /// The limit, if there is one.
+    pub fn limit(self) -> Option<u32> {
+        match self {
+            Self::Limit(n) => Some(n),
+            Self::Unlimited => None,
+        }
+    }
+}
+
+/// Percentage-closer filtering: width in texels, 0 = off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pcf(pub u32);
+
+/// The bound of the geometric factor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Clamp {
+    /// As the light samples suggest.
+    Auto,
+    /// None.
+    Off,
+    /// This, m⁻².
+    At(f32),
+}
+
+impl Clamp {
+    /// The bound, m⁻².
+    pub fn bound(self, lights: &LightSet, geometry: &Geometry) -> Option<f32> {
+        match self {
+            Self::Auto => Some(lights.suggested_clamp(geometry)),
+            Self::Off => None,
+            Self::At(bound) => Some(bound),
+        }
+    }
+}
+
+impl std::fmt::Display for Clamp {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Off => f.write_str("off"),
+            Self::At(bound) => write!(f, "{bound}"),
+        }
+    }
+}
+
+/// What to show instead of the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DebugView {
+    /// Leaf receivers.
+    Receivers,
+    /// States of one light, or how many lights are partially blocked.
+    States(Option<u32>),
+    /// Light maps.
+    LightMaps,
+    /// Where points were shaded.
+    Levels,
+    /// Where lights are.
+    Lights,
+    /// Shadow maps.
+    Atlas,
+}
+
+type Parsed<T> = Result<T, String>;
+
+pub(super) fn parse_size(text: &str) -> Parsed<[u32; 2]> {
+    let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match sides {
+        Some(size @ [1..=8192, 1..=8192]) => Ok(size),
+        Some(_) => Err("each side must be from 1 to 8192 pixels".into()),
+        None => Err("give width and height in pixels as in 1024x768".into()),
+    }
+}
+
+pub(super) fn parse_finite(text: &str) -> Parsed<f32> {
+    text.parse::<f32>().ok().filter(|x| x.is_finite()).ok_or_else(|| "give a number".into())
+}
+
+pub(super) fn parse_share(text: &str) -> Parsed<f32> {
+    parse_finite(text)
+        .ok()
+        .filter(|x| (0.0..=1.0).contains(x))
+        .ok_or_else(|| "give a number from 0 to 1".into())
+}
+
+pub(super) fn parse_trim(text: &str) -> Parsed<f32> {
+    parse_share(text).ok().filter(|&x| x < 1.0).ok_or_else(|| "give a number from 0 to less than 1".into())
+}
+
+pub(super) fn parse_threshold(text: &str) -> Parsed<f64> {
+    text.parse::<f64>()
+        .ok()
+        .filter(|x| x.is_finite() && *x >= 0.0)
+        .ok_or_else(|| "give a number that is not negative".into())
+}
+
+pub(super) fn parse_bounces(text: &str) -> Parsed<Bounces> {
+    match text {
+        "unlimited" => Ok(Bounces::Unlimited),
+        _ => text
+            .parse()
+            .ok()
+            .filter(|n| *n <= 1000)
+            .map(Bounces::Limit)
+            .ok_or_else(|| "give a whole number from 0 to 1000, or unlimited".into()),
+    }
+}
+
+pub(super) fn parse_clamp(text: &str) -> Parsed<Clamp> {
+    match text {
+        "auto" => Ok(Clamp::Auto),
+        "off" => Ok(Clamp::Off),
+        _ => parse_finite(text)
+            .ok()
+            .filter(|&x| x > 0.0)
+            .map(Clamp::At)
+            .ok_or_else(|| "give a positive number of 1/m², auto or off".into()),
+    }
+}
+
+pub(super) fn parse_debug(text: &str) -> Parsed<DebugView> {
+    Ok(match text {
+        "receivers" => DebugView::Receivers,
+        "states" => DebugView::States(None),
+        "light-maps" => DebugView::LightMaps,
+        "levels" => DebugView::Levels,
+        "lights" => DebugView::Lights,
+        "atlas" => DebugView::Atlas,
+        _ => {
+            let light = text.strip_prefix("states:").and_then(|n| n.parse().ok());
+            DebugView::States(Some(
+                light.ok_or("give receivers, states, states:N, light-maps, levels, lights or atlas")?,
+            ))
+        }
+    })
+}
+
+pub(super) fn parse_pcf(text: &str) -> Parsed<Pcf> {
+    match text {
+        "off" => Ok(Pcf(0)),
+        _ => text
+            .parse()
+            .ok()
+            .filter(|n| (1..=16).contains(n))
+            .map(Pcf)
+            .ok_or_else(|| "give a whole number from 1 to 16, or off".into()),
+    }
+}
+
+pub(super) fn parse_exposure(text: &str) -> Parsed<Exposure> {
+    match text {
+        "auto" => Ok(Exposure::Auto),
+        _ => parse_finite(text)
+            .ok()
+            .filter(|ev| ev.abs() <= 64.0)
+            .map(Exposure::Ev)
+            .ok_or_else(|| "give stops from -64 to 64, or auto".into()),
+    }
+}
