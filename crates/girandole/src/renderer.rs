@@ -88,7 +88,7 @@ pub(crate) struct Loaded {
 impl Renderer {
     /// Compiles the renderer for a device. Needs WebGPU's default limits and compute; uses
     /// [`WANTED_FEATURES`](crate::WANTED_FEATURES) where the device was created with them: without clip distances
-    /// shadow maps are confined by discarding fragments, without timestamps [`FrameStats::gpu_ms`] stays empty.
+    /// shadow maps are confined by discarding fragments, without timestamps [`FrameStats::gpu_ms`](crate::FrameStats::gpu_ms) stays empty.
     ///
     /// # Errors
     /// [`Error::Unsupported`] where the device's limits are below WebGPU's defaults.

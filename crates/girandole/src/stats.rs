@@ -59,7 +59,7 @@ impl Renderer {
     /// What the last frame did. The future completes while the device is polled.
     ///
     /// # Errors
-    /// [`Error::Device`] where the device was lost.
+    /// [`Error::Device`](crate::Error::Device) where the device was lost.
     pub async fn stats(&self) -> Result<FrameStats> {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let timestamps = self.timers.resolve(&self.device, &mut encoder);
