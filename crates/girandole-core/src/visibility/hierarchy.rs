@@ -393,8 +393,9 @@ impl PatchRoot<'_> {
     }
 }
 
-/// How many levels a split may take to pay.
-const LOOK_AHEAD: u32 = 3;
+/// How many levels a split may take to pay. In a furnished room something blocks a little of every light for a half
+/// and for a quarter of the floor: gains begin where pieces are smaller than what stands between.
+const LOOK_AHEAD: u32 = 7;
 
 /// Area × partially occluded lights.
 fn cost(node: &Draft) -> f64 {

@@ -83,7 +83,7 @@ pub struct VisibilitySettings {
 impl Default for VisibilitySettings {
     fn default() -> Self {
         Self {
-            split: 7000.0,
+            split: 3000.0,
             max_depth: 6,
             least_gain: 0.12,
             cluster_triangles: 128,
