@@ -200,7 +200,7 @@ pub struct QualityArgs {
     #[arg(long, value_enum, default_value_t)]
     pub shading: ShadingArg,
 
-    /// Multipass shading: lights a draw
+    /// Multipass shading: lights a pass
     #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=32))]
     pub lights_per_pass: u32,
 

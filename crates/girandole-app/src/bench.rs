@@ -56,8 +56,7 @@ pub fn run(args: &BenchArgs) -> Result<ExitCode> {
             let mut results = device.time(&trial, &|done| progress.set(done))?;
             let base = number(&results[0], "frame_ms");
             for row in &mut results {
-                let shaded =
-                    ["1", "2", "4", "8", "16"].map(|s| number(row, &format!("share_shaded_at_step_{s}")));
+                let shaded = ["1", "2", "4", "8"].map(|s| number(row, &format!("share_shaded_at_step_{s}")));
                 for (key, value) in [
                     ("scene", Value::from(name.as_str())),
                     ("adapter", device.name().into()),

@@ -1,6 +1,8 @@
 //! `girandole render`, and what `girandole` does without a command.
 
-use crate::args::{AntiAliasing, Bounces, Cli, Command, DebugView, Engine, RenderArgs};
+use crate::args::{
+    AntiAliasing, Bounces, Cli, Command, DebugView, Engine, Mode, RenderArgs, ShadingArg, Switch,
+};
 use crate::engine::{self, Job, Ready, Stats};
 use crate::output::{self, say};
 use crate::scene;
@@ -43,6 +45,12 @@ fn check(args: &RenderArgs) -> Result<()> {
     }
     if args.lights.bounces == Bounces::Unlimited && args.engine != Engine::Path {
         bail!("only --engine path can follow light without limit; give --bounces a number");
+    }
+    if args.mode == Mode::Naive && args.quality.shading == ShadingArg::Multipass {
+        bail!("--mode naive has no passes; choose another mode or leave --shading out");
+    }
+    if args.mode == Mode::Naive && args.quality.light_maps == Some(Switch::On) {
+        bail!("--mode naive has no light maps; choose another mode or leave --light-maps out");
     }
     if args.debug.is_some() && matches!(args.engine, Engine::Cpu | Engine::Path) {
         bail!("--debug belongs to --engine gpu; leave one of them out");

@@ -1,4 +1,4 @@
-// Debug view: where points were shaded. The coarsest grid is violet, finer ones blue, green, yellow and red, what was
+// Debug view: where points were shaded. The coarsest grid is blue, finer ones green, yellow and red, what was
 // interpolated is a dim picture of the light.
 
 @group(2) @binding(0) var ids: texture_2d<u32>;
@@ -20,7 +20,6 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     if sum.w == 1.0 { color = vec3f(0.9, 0.05, 0.03); }
     if sum.w == 2.0 { color = vec3f(0.9, 0.6, 0.02); }
     if sum.w == 4.0 { color = vec3f(0.05, 0.7, 0.1); }
-    if sum.w == 16.0 { color = vec3f(0.7, 0.2, 1.0); }
     if sum.w == 8.0 { color = vec3f(0.1, 0.3, 1.0); }
   }
   textureStore(radiance, pixel, vec4f(color, 1.0));

@@ -6,10 +6,13 @@
 @group(2) @binding(2) var radiance: texture_storage_2d<rgba32float, write>;
 
 const RADIUS = 4;
+const ROW = 32768u; // workgroups
 
 @compute @workgroup_size(9, 9)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) lane: vec3u) {
-  let light = lights[frame.first_light + group.x];
+  let index = group.y * ROW + group.x;
+  if index >= frame.end_light { return; }
+  let light = lights[index];
   let d = light.position - frame.eye;
   let depth = dot(d, frame.forward);
   var across = vec2f(dot(d, frame.right) / frame.half_width, -dot(d, frame.up) / frame.half_height);

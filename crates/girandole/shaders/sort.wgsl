@@ -9,7 +9,7 @@
 @group(2) @binding(5) var<storage, read_write> open: array<u32>; // see refine.wgsl
 
 const LANES = 256u;
-const EXTRA_ROW = 5u; // of the tally: further samples of pixels at edges
+const EXTRA_ROW = 4u; // of the tally: further samples of pixels at edges
 
 var<workgroup> chunks_before: array<u32, 256>;
 

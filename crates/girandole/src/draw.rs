@@ -164,8 +164,10 @@ impl Renderer {
             };
             let buffers = (receivers, selection, &targets.keys);
             match (&self.multipass, &loaded.draws) {
-                (Some(multipass), Some(draws)) if settings.shading != Shading::Fused => {
-                    // Draws know no batches: the last step sums all lights.
+                (Some(multipass), Some(draws))
+                    if settings.shading != Shading::Fused && settings.debug.is_none() =>
+                {
+                    // Debug views show what fused shading leaves. Draws know no batches: the last step sums all lights.
                     if step.last_batch {
                         let rows = step.band[1].min(size[1] - 1) + 1 - step.band[0];
                         let place = (band, step.step, rows);

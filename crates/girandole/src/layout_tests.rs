@@ -116,6 +116,7 @@ fn both_sides_agree_on_constants() {
     flag(&shaders::CHECK, "CLUSTERED", receivers::CLUSTERED);
     flag(&shaders::GATHER, "NO_MAP", girandole_core::scene::NONE);
     assert!(has(&shaders::SORT, "(CHUNK * next + 3u) / 4u".into()), "64 lanes are 4 points");
+    number(&shaders::DEBUG_LIGHTS, "ROW", crate::passes::debug::ROW);
     number(&shaders::GATHER, "LANES", 16);
     number(&shaders::GATHER, "WIDE_GROUPS", 32768);
     assert!(has(&shaders::SORT, "min(groups, 32768u)".into()));

@@ -12,8 +12,8 @@ pub(crate) const CHUNK: u32 = 2;
 pub(crate) const HEADER: u32 = 16;
 /// Words of a point in `wanted`; shaders know it as `POINT_WORDS`.
 pub(crate) const POINT_WORDS: u32 = 3;
-/// Rows of the tally: steps of 1, 2, 4, 8 and 16 pixels, and further samples at edges.
-pub(crate) const TALLY_ROWS: u32 = 6;
+/// Rows of the tally: steps of 1, 2, 4 and 8 pixels, and further samples at edges.
+pub(crate) const TALLY_ROWS: u32 = 5;
 
 /// Points to shade and their order.
 pub(crate) struct Selection {

@@ -98,7 +98,7 @@ pub enum DebugView {
     States(Option<u32>),
     /// What light maps hold.
     LightMaps,
-    /// Where points were shaded: violet every 16 pixels, blue 8, green 4, yellow 2, red each; the rest was interpolated.
+    /// Where points were shaded: blue every 8 pixels, green 4, yellow 2, red each; the rest was interpolated.
     Levels,
     /// Light samples as dots over the picture; rings where they are hidden.
     LightPositions,
@@ -112,10 +112,10 @@ pub enum Shading {
     /// One dispatch: each point walks the lights of its receiver.
     #[default]
     Fused,
-    /// A few lights a draw, added by the blending unit, as Barczak's thesis does it (§4.3.4). Slower; where the device
+    /// A few lights a pass, added by the blending unit, as Barczak's thesis does it (§4.3.4). Slower; where the device
     /// cannot blend 32-bit floats, sums have 16 bits. In [`Mode::Full`] the passes are optimised (§4.3.5).
     Multipass {
-        /// Lights a draw, 1 to 32. The thesis has 7: more need fewer passes.
+        /// Lights a pass, 1 to 32. The thesis has 7: more need fewer passes.
         lights_per_pass: u32,
     },
 }
@@ -137,10 +137,11 @@ pub struct RenderSettings {
     /// Bound of the geometric factor in m⁻²; `None` = exact, which speckles where samples are close. Lower is
     /// smoother and loses more light in corners.
     pub clamp: Option<f32>,
-    /// Anti-aliasing: samples per pixel along each axis, 1 to 16. Default 1; time grows with the square.
+    /// Anti-aliasing: samples per pixel along each axis, 1 to 16. Default 1; time grows with the
+    /// square, at low resolution by much less.
     pub samples_per_axis: u32,
-    /// Lights a dispatch, rounded up to whole groups of 128, 512 at the most; `None` (default) = as many as stay well below a watchdog's
-    /// patience. Changes no bit.
+    /// [`Mode::Naive`]: lights a dispatch, rounded up to whole groups of 128, 512 at the most; `None` (default) = as
+    /// many as stay well below a watchdog's patience. Changes no bit.
     pub lights_per_batch: Option<u32>,
     /// Scale before tone mapping. Default automatic.
     pub exposure: Exposure,

@@ -22,9 +22,9 @@ pub struct FrameStats {
     pub non_blockers: usize,
     /// Faces and clusters drawn and culled when the maps were last drawn.
     pub culling: CullCounts,
-    /// Points shaded, by pixels from point to point: 1, 2, 4, 8, 16; and further samples of pixels at edges. All other
+    /// Points shaded, by pixels from point to point: 1, 2, 4, 8; and further samples of pixels at edges. All other
     /// pixels were interpolated.
-    pub points: [u64; 6],
+    pub points: [u64; 5],
     /// Pairs of point and light.
     pub pairs: PairCounts,
     /// Multipass shading: passes for each set of points, and how many it would take without optimisation.

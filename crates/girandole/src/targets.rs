@@ -17,8 +17,8 @@ pub(crate) struct Targets {
     pub pixels: wgpu::Buffer,
     /// Keys of surfaces.
     pub keys: wgpu::TextureView,
-    /// The band's grids of points by step, 1, 2, 4, 8 and 16 pixels: irradiance and key; the second element.
-    pub grids: [[wgpu::TextureView; 2]; 5],
+    /// The band's grids of points by step, 1, 2, 4 and 8 pixels: irradiance and key; the second element.
+    pub grids: [[wgpu::TextureView; 2]; 4],
     /// The same, of a further sample of each pixel.
     pub sample: [wgpu::TextureView; 2],
     pub radiance: wgpu::Texture,

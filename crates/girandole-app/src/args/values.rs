@@ -73,7 +73,7 @@ pub enum ShadingArg {
     /// In one dispatch, each point walks the lights of its receiver
     #[default]
     Fused,
-    /// A few lights a draw, added by blending; mode full optimises the passes
+    /// A few lights a pass, added by blending; mode full optimises the passes
     Multipass,
 }
 

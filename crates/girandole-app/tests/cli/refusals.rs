@@ -56,6 +56,8 @@ fn bad_arguments() {
         ("render table --debug states:x", "states:N"),
         ("render table --debug levels --engine cpu", "--debug"),
         ("render table --tolerance 2", "0 to 1"),
+        ("render table --mode naive --shading multipass", "--shading"),
+        ("render table --mode naive --light-maps on", "--light-maps"),
         ("render table --shading twice", "fused, multipass"),
         ("render table --lights-per-pass 33", "1..=32"),
         ("bench nowhere", "nowhere"),

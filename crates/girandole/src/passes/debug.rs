@@ -18,6 +18,9 @@ pub(crate) struct Debug {
     atlas: Kernel,
 }
 
+/// Workgroups in a row of the dispatch over lights; shaders know it as `ROW`.
+pub(crate) const ROW: u32 = 32768;
+
 /// What a view may show, beside the picture.
 #[derive(Clone, Copy)]
 pub(crate) struct DebugInputs<'a> {
@@ -59,7 +62,7 @@ impl Debug {
         };
         match (view, inputs.selected) {
             (DebugView::LightPositions, _) => {
-                let groups = Groups::Count([lights, 1]);
+                let groups = Groups::Count([lights.min(ROW), lights.div_ceil(ROW)]);
                 run(&self.lights, &[inputs.lights.as_entire_binding(), ids, radiance], groups);
             }
             (DebugView::Atlas, _) => {

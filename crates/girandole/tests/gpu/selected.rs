@@ -23,6 +23,7 @@ pub fn tests() -> Vec<Test> {
         ("lanes_that_share_points_sum_the_same", shared_points),
         ("anti_aliasing_shades_edges_only", anti_aliasing),
         ("debug_views_show_what_they_promise", debug_views),
+        ("dots_show_lights_of_all_batches", light_dots),
         ("selected_modes_refuse_with_a_sentence", refuses),
     ]
 }
@@ -389,6 +390,39 @@ fn debug_views(context: &Context) {
     assert_eq!(coarsest, 21 * 16, "points every 8 pixels, and at the last column and row");
     assert!(show(DebugView::LightPositions).0.pixels.iter().any(|p| p.max_element() == 1.0));
     assert!(show(DebugView::Atlas).1 > 20);
+}
+
+/// Share of the lights in view that have a dot where `view` projects them.
+fn light_dots(context: &Context) {
+    let size = [640, 480];
+    let stage = Stage::builtin("table", 700);
+    let view = stage.view(0, size);
+    let mut renderer = context.loaded(&stage, RendererOptions { map_size: Some(32), ..Default::default() });
+    for mode in [Mode::Naive, Mode::Full] {
+        let mut shown = |debug| {
+            let picture =
+                context.frame(&mut renderer, &view, size, &RenderSettings { debug, ..bounded(&stage, mode) });
+            let (mut inside, mut dots) = (0, 0);
+            for light in &stage.lights.samples {
+                let d = light.position - view.eye;
+                let depth = d.dot(view.forward);
+                let across = Vec2::new(d.dot(view.right), -d.dot(view.up)) / (view.half_extent * depth);
+                let at = ((across * 0.5 + 0.5) * Vec2::new(640.0, 480.0)).floor();
+                if depth > 0.0 && at.cmpge(Vec2::ZERO).all() && at.cmplt(Vec2::new(637.0, 480.0)).all() {
+                    inside += 1;
+                    let beside = picture.pixels[at.y as usize * 640 + at.x as usize + 3];
+                    dots += usize::from(beside.max_element() == 1.0);
+                }
+            }
+            (inside, dots)
+        };
+        // Some are hidden by the rims of others.
+        let (inside, dots) = shown(Some(DebugView::LightPositions));
+        assert!(inside > 150 && dots * 10 > inside * 8, "{mode:?}: {dots} of {inside}");
+        // The control: without the view there are none.
+        let (_, none) = shown(None);
+        assert!(none * 20 < inside, "{mode:?}: {none}");
+    }
 }
 
 fn refuses(context: &Context) {
