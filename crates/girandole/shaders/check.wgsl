@@ -90,9 +90,10 @@ fn bend(near: Neighbour, across: Neighbour, beyond: vec2i, place: Place, key: u3
 }
 
 @compute @workgroup_size(64)
-fn check(@builtin(global_invocation_id) invocation: vec3u) {
-  if invocation.x >= open[3] { return; }
-  let packed = open[4u + invocation.x];
+fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+  let index = 64u * dealt(group.x, (open[3] + 63u) / 64u) + local.x;
+  if index >= open[3] { return; }
+  let packed = open[4u + index];
   let at = vec2u(packed & 0xffffu, packed >> 16u);
   let wide = 2u * frame.step;
   let last = last_point();

@@ -24,11 +24,11 @@ fn begin(index: u32, leaf: u32) -> State {
   if !state.is_surface { return state; }
   let pixel = vec2u(index % frame.size.x, index / frame.size.x + frame.band.x);
   state.shading = shading_at(pixel, textureLoad(ids, pixel, 0).x - 1u);
-  if frame.first_light > 0u {
+  if tied(frame.first_light, index) > 0u {
     state.irradiance = sums[2u * index].xyz;
     let second = sums[2u * index + 1u];
     if second.w > 0.0 { state.toward = second.xyz; } else { state.glossy = second.xyz; }
-  } else if plan.light_maps != 0u && lists[leaf * LEAF_WORDS] != NO_MAP {
+  } else if lists[leaf * LEAF_WORDS] != NO_MAP && tied(plan.light_maps, index) != 0u {
     state.irradiance = mapped_irradiance(leaf * LEAF_WORDS, state.shading.position);
   }
   return state;
@@ -38,11 +38,11 @@ fn end(index: u32, state: State) {
   if !state.is_surface { return; }
   let is_direction = CURVED && state.shading.reflection.f90 <= 0.0;
   let second = select(vec4f(state.glossy, 0.0), vec4f(state.toward, 1.0), is_direction);
-  if frame.last_batch == 0u || frame.debug != 0u {
+  if tied(frame.debug | (frame.last_batch ^ 1u), index) != 0u {
     sums[2u * index] = vec4f(state.irradiance, f32(frame.step));
     sums[2u * index + 1u] = second;
   }
-  if frame.last_batch != 0u {
+  if tied(frame.last_batch, index) != 0u {
     let pixel = vec2u(index % frame.size.x, index / frame.size.x);
     let point = (pixel + frame.step - 1u) / frame.step;
     textureStore(fine_light, point, vec4f(max(state.irradiance, vec3f(0.0)), f32(textureLoad(keys, pixel + vec2u(0u, frame.band.x), 0).x)));
@@ -56,8 +56,8 @@ fn second_looks(state: ptr<function, State>, first: u32) {
 
 // An invocation shades a chunk, two points of a leaf: lights are read once for both.
 @compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) invocation: vec3u) {
-  let chunk = invocation.x;
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+  let chunk = 64u * dealt(group.x, (queue[1] + 63u) / 64u) + local.x;
   if chunk >= queue[1] { return; }
   let record = queue[plan.chunks_at + chunk];
   let leaf = record & 0xffffffu;

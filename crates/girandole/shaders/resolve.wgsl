@@ -15,7 +15,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
   let index = band_index(pixel);
   var sum = vec4f(0.0);
-  if frame.sample > 0u { sum = pixels[index]; }
+  if tied(frame.sample, index) > 0u { sum = pixels[index]; }
   let id = textureLoad(ids, pixel, 0).x;
   if id > 0u {
     let m = materials[triangles[id - 1u].material];
@@ -32,6 +32,6 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     out += m.emission * sample_at(m.emission_texture, hit).xyz;
     sum += vec4f(out, 1.0);
   }
-  if frame.sample + 1u == frame.samples { textureStore(radiance, pixel, sum / f32(frame.samples)); }
+  if tied(frame.sample + 1u, index) == frame.samples { textureStore(radiance, pixel, sum / f32(frame.samples)); }
   else { pixels[index] = sum; }
 }

@@ -4,14 +4,13 @@ struct Display {
   size: vec2u,
   exposure: f32, // stops
   automatic: u32,
-  curve: u32,
-  encode: u32, // whether the target wants sRGB values rather than linear ones
-  padding: vec2u,
 }
 
 @group(0) @binding(0) var<uniform> display: Display;
 @group(0) @binding(1) var radiance: texture_2d<f32>;
 @group(0) @binding(2) var<storage, read> automatic: array<f32>;
+
+override ENCODE: bool; // whether the target wants sRGB values rather than linear ones
 
 @vertex
 fn fullscreen(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
@@ -22,7 +21,7 @@ fn fullscreen(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
 fn show(@builtin(position) at: vec4f) -> @location(0) vec4f {
   let pixel = min(vec2u(at.xy), display.size - 1u);
   let stops = select(display.exposure, automatic[0], display.automatic != 0u);
-  let shown = tone_curve(textureLoad(radiance, pixel, 0).xyz * exp2(stops), display.curve);
-  if display.encode == 0u { return vec4f(shown, 1.0); }
+  let shown = tone_curve(textureLoad(radiance, pixel, 0).xyz * exp2(stops));
+  if !ENCODE { return vec4f(shown, 1.0); }
   return vec4f(srgb_encode(shown.x), srgb_encode(shown.y), srgb_encode(shown.z), 1.0);
 }

@@ -21,8 +21,8 @@ fn project_triangle(@builtin(vertex_index) index: u32) -> Out {
   let shift = (2.0 * frame.offset - 1.0) / vec2f(frame.size) * vec2f(-1.0, 1.0);
   var out: Out;
   // Reversed depth: near / z, or linear where rays are parallel.
-  if frame.orthographic != 0u { out.position = vec4f(p.xy + shift, 1.0 - p.z / frame.far, 1.0); }
-  else { out.position = vec4f(p.xy + shift * p.z, frame.near, p.z); }
+  let parallel = vec4f(p.xy + shift, 1.0 - p.z / frame.far, 1.0);
+  out.position = select(vec4f(p.xy + shift * p.z, frame.near, p.z), parallel, frame.orthographic != 0u);
   // Backs of single-sided surfaces are not there for the camera (glTF).
   if materials[triangle.material].double_sided == 0u {
     let a = vertices[triangle.vertices.x].position;

@@ -223,7 +223,4 @@ pub(crate) struct Display {
     pub size: [u32; 2],
     pub exposure: f32,
     pub automatic: u32,
-    pub curve: u32,
-    pub encode: u32,
-    pub padding: [u32; 2],
 }

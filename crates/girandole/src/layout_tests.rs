@@ -45,7 +45,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, place),
         fields!(Maps as "Maps": page, size, parallel_size, texel, parallel_texel),
         fields!(Item as "Item": light, face_cluster),
-        fields!(Display as "Display": size, exposure, automatic, curve, encode, padding),
+        fields!(Display as "Display": size, exposure, automatic),
     ]
 }
 

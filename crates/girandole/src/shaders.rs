@@ -26,9 +26,11 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     receiver,
     scene,
     shadow,
+    deal,
     sum,
     surface,
     texture,
+    tied,
     tonemap,
     want
 );
@@ -61,7 +63,7 @@ pub(crate) const SHADE: Source = source!(
 );
 pub(crate) const REFINE: Source = source!(refine, "", [frame, grid, pixel_surface]);
 pub(crate) const CHECK: Source =
-    source!(check, "", [frame, scene, texture, surface, plan, grid, pixel_surface, receiver, want]);
+    source!(check, "", [frame, scene, texture, surface, plan, grid, pixel_surface, receiver, deal, want]);
 pub(crate) const EDGES: Source =
     source!(edges, "", [frame, scene, texture, surface, plan, grid, pixel_surface, receiver, want]);
 pub(crate) const SORT: Source = source!(sort, "", [frame, plan]);
@@ -83,7 +85,9 @@ pub(crate) const GATHER: Source = source!(
         sum,
         plan,
         light_map,
-        lights_uniform
+        lights_uniform,
+        deal,
+        tied
     ]
 );
 pub(crate) const GATHER_STORED: Source = source!(
@@ -103,7 +107,9 @@ pub(crate) const GATHER_STORED: Source = source!(
         sum,
         plan,
         light_map,
-        lights_storage
+        lights_storage,
+        deal,
+        tied
     ]
 );
 pub(crate) const DEBUG_LEAVES: Source =
@@ -136,7 +142,7 @@ pub(crate) const MULTIPASS: Source = source!(
 pub(crate) const BATCH: Source = source!(batch, "", [plan, elements]);
 pub(crate) const COLLECT: Source = source!(collect, "", [frame, scene, texture, surface, plan, light_map]);
 pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, plan]);
-pub(crate) const RESOLVE: Source = source!(resolve, "", [frame, scene, texture, surface, brdf]);
+pub(crate) const RESOLVE: Source = source!(resolve, "", [frame, scene, texture, surface, brdf, tied]);
 pub(crate) const SHADOW_MAPS_CLIP: Source = source!(
     shadow_maps_clip,
     "enable clip_distances;\n",

@@ -36,8 +36,8 @@ struct PixelRay { origin: vec3f, direction: vec3f }
 fn pixel_ray(at: vec2f) -> PixelRay {
   let uv = at / vec2f(frame.size);
   let shift = frame.right * ((2.0 * uv.x - 1.0) * frame.half_width) + frame.up * ((1.0 - 2.0 * uv.y) * frame.half_height);
-  if frame.orthographic != 0u { return PixelRay(frame.eye + shift, frame.forward); }
-  return PixelRay(frame.eye, frame.forward + shift);
+  let is_parallel = frame.orthographic != 0u;
+  return PixelRay(frame.eye + select(vec3f(0.0), shift, is_parallel), frame.forward + select(shift, vec3f(0.0), is_parallel));
 }
 
 // Index of a pixel in the band's buffers.

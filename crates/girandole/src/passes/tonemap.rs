@@ -7,12 +7,14 @@ use crate::shaders;
 use girandole_core::tonemap::{Exposure, Tonemap};
 use wgpu::util::DeviceExt;
 
-/// A pipeline for each format of target that was asked for so far.
+/// A pipeline for each format of target and curve that were asked for so far.
 pub(crate) struct ToneMapping {
     layout: wgpu::BindGroupLayout,
     module: wgpu::ShaderModule,
-    pipelines: Vec<(wgpu::TextureFormat, wgpu::RenderPipeline)>,
+    pipelines: Vec<(Key, wgpu::RenderPipeline)>,
 }
+
+type Key = (wgpu::TextureFormat, Tonemap);
 
 impl ToneMapping {
     pub fn new(device: &wgpu::Device) -> Self {
@@ -24,11 +26,24 @@ impl ToneMapping {
         }
     }
 
-    /// Makes the pipeline for a format unless it exists, and returns its index.
-    fn pipeline(&mut self, device: &wgpu::Device, format: wgpu::TextureFormat) -> usize {
-        if let Some(index) = self.pipelines.iter().position(|(f, _)| *f == format) {
+    /// Makes a pipeline unless it exists, and returns its index.
+    fn pipeline(&mut self, device: &wgpu::Device, key: Key) -> usize {
+        if let Some(index) = self.pipelines.iter().position(|(k, _)| *k == key) {
             return index;
         }
+        let (format, tonemap) = key;
+        let curve = match tonemap {
+            Tonemap::Agx => 0,
+            Tonemap::Aces => 1,
+            Tonemap::None => 2,
+        };
+        // A target with an sRGB format encodes by itself; floating-point targets stay linear.
+        let float = format.has_color_aspect()
+            && format.sample_type(None, None).is_some_and(|t| {
+                matches!(t, wgpu::TextureSampleType::Float { .. })
+                    && format.target_component_alignment() != Some(1)
+            });
+        let encode = !format.is_srgb() && !float;
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("tonemap"),
             layout: Some(&bind::pipeline_layout(device, &[Some(&self.layout)])),
@@ -44,13 +59,16 @@ impl ToneMapping {
             fragment: Some(wgpu::FragmentState {
                 module: &self.module,
                 entry_point: Some("show"),
-                compilation_options: Default::default(),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &[("CURVE", f64::from(curve)), ("ENCODE", f64::from(u8::from(encode)))],
+                    ..Default::default()
+                },
                 targets: &[Some(format.into())],
             }),
             multiview_mask: None,
             cache: None,
         });
-        self.pipelines.push((format, pipeline));
+        self.pipelines.push((key, pipeline));
         self.pipelines.len() - 1
     }
 
@@ -65,13 +83,7 @@ impl ToneMapping {
         size: [u32; 2],
         (target, format): (&wgpu::TextureView, wgpu::TextureFormat),
     ) {
-        let index = self.pipeline(device, format);
-        // A target with an sRGB format encodes by itself; floating-point targets stay linear.
-        let float = format.has_color_aspect()
-            && format.sample_type(None, None).is_some_and(|t| {
-                matches!(t, wgpu::TextureSampleType::Float { .. })
-                    && format.target_component_alignment() != Some(1)
-            });
+        let index = self.pipeline(device, (format, settings.tonemap));
         let display = Display {
             size,
             exposure: match settings.exposure {
@@ -79,13 +91,6 @@ impl ToneMapping {
                 Exposure::Auto => 0.0,
             },
             automatic: u32::from(settings.exposure == Exposure::Auto),
-            curve: match settings.tonemap {
-                Tonemap::Agx => 0,
-                Tonemap::Aces => 1,
-                Tonemap::None => 2,
-            },
-            encode: u32::from(!format.is_srgb() && !float),
-            ..Display::default()
         };
         let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("display"),
