@@ -22,7 +22,6 @@ const BEND = 0.9;
 const RISE = 0.3;
 // Steepest change that is interpolated where it is even, in units of the tolerance.
 const STEEPEST = 5.0;
-const PI = 3.14159265358979;
 
 fn key_at(at: vec2u) -> u32 {
   return textureLoad(keys, at + vec2u(0u, frame.band.x), 0).x;
@@ -136,9 +135,16 @@ fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loca
     stands = most <= allowed;
   }
   if stands && (key & SHINY) == 0u {
-    let point = (at + frame.step - 1u) / frame.step;
-    textureStore(fine_light, point, vec4f(value, f32(key)));
-    if CURVED || SPECULAR { textureStore(fine_second, point, vec4f(second, select(0.0, 1.0, (key & BENT) != 0u))); }
+    let other = vec4f(second, select(0.0, 1.0, (key & BENT) != 0u));
+    if FINAL {
+      let pixel = at + vec2u(0u, frame.band.x);
+      let paint = paint_of(triangles[max(textureLoad(ids, pixel, 0).x, 1u) - 1u].material);
+      textureStore(fine_light, pixel, radiance_of(paint, value, other));
+    } else {
+      let point = (at + frame.step - 1u) / frame.step;
+      textureStore(fine_light, point, vec4f(value, f32(key)));
+      if CURVED || SPECULAR { textureStore(fine_second, point, other); }
+    }
   } else {
     want(at);
   }

@@ -43,10 +43,17 @@ fn end(index: u32, state: State) {
     sums[2u * index + 1u] = second;
   }
   if tied(frame.last_batch, index) != 0u {
-    let pixel = vec2u(index % frame.size.x, index / frame.size.x);
-    let point = (pixel + frame.step - 1u) / frame.step;
-    textureStore(fine_light, point, vec4f(max(state.irradiance, vec3f(0.0)), f32(textureLoad(keys, pixel + vec2u(0u, frame.band.x), 0).x)));
-    if CURVED || SPECULAR { textureStore(fine_second, point, second); }
+    let at = vec2u(index % frame.size.x, index / frame.size.x);
+    let pixel = at + vec2u(0u, frame.band.x);
+    let irradiance = max(state.irradiance, vec3f(0.0));
+    if FINAL {
+      let paint = paint_of(triangles[textureLoad(ids, pixel, 0).x - 1u].material);
+      textureStore(fine_light, pixel, radiance_of(paint, irradiance, second));
+    } else {
+      let point = (at + frame.step - 1u) / frame.step;
+      textureStore(fine_light, point, vec4f(irradiance, f32(textureLoad(keys, pixel, 0).x)));
+      if CURVED || SPECULAR { textureStore(fine_second, point, second); }
+    }
   }
 }
 

@@ -4,6 +4,8 @@
 // where not. So edges, contacts and the shadows of strong lights are found by halving, and what is interpolated is
 // continuous, because neighbouring cells share the points between them.
 //
+// With FINAL, points are the picture's pixels, and what is stored is their radiance.
+//
 // This pass settles the simple cases, nearly all of them: a plane, in nearly even light. `check.wgsl` looks at the rest.
 
 @group(2) @binding(0) var keys: texture_2d<u32>;
@@ -14,6 +16,7 @@
 @group(2) @binding(4) var fine_second: texture_storage_2d<rgba32float, write>;
 // Workgroups of the next pass (3 words), how many places, places: row << 16 | column.
 @group(2) @binding(5) var<storage, read_write> open: array<atomic<u32>>;
+@group(2) @binding(6) var ids: texture_2d<u32>;
 
 override CURVED: bool = false;
 override SPECULAR: bool = false;
@@ -26,20 +29,30 @@ fn known(point: vec2u) -> Known {
   return Known(textureLoad(coarse_light, point, 0), second);
 }
 
+// Writes a point; pixels of a cell mostly share their paint.
+fn store(point: vec2u, at: vec2u, value: Known, key: u32, paint: ptr<function, Paint>) {
+  if FINAL {
+    let pixel = at + vec2u(0u, frame.band.x);
+    let material = triangles[max(textureLoad(ids, pixel, 0).x, 1u) - 1u].material;
+    if material != (*paint).material { *paint = paint_of(material); }
+    textureStore(fine_light, pixel, select(vec4f(0.0), radiance_of(*paint, value.light.xyz, value.second), key != 0u));
+  } else {
+    textureStore(fine_light, point, select(vec4f(0.0), vec4f(value.light.xyz, f32(key)), key != 0u));
+    if SPECULAR { textureStore(fine_second, point, value.second); }
+  }
+}
+
 // Writes a place between neighbours of which `least` and `most` are the extremes; whether it could not be settled.
-fn settle(point: vec2u, at: vec2u, value: Known, least: Known, most: Known, exists: bool) -> bool {
+fn settle(point: vec2u, at: vec2u, value: Known, least: Known, most: Known, exists: bool, paint: ptr<function, Paint>) -> bool {
   if !exists { return false; }
   let key = textureLoad(keys, at + vec2u(0u, frame.band.x), 0).x;
   var range = most.light - least.light;
   if SPECULAR { range = max(range, vec4f((most.second - least.second).xyz * PI, 0.0)); }
   let same = least.light.w == most.light.w && u32(least.light.w) == key && (key & (BENT | SHINY)) == 0u;
   let stands = same && max(range.x, max(range.y, range.z)) <= allowed_range(value.light.xyz);
-  textureStore(fine_light, point, select(vec4f(0.0), vec4f(value.light.xyz, f32(key)), key != 0u));
-  if SPECULAR { textureStore(fine_second, point, value.second); }
+  store(point, at, value, key, paint);
   return key != 0u && !stands;
 }
-
-const PI = 3.14159265358979;
 
 fn lowest(a: Known, b: Known) -> Known { return Known(min(a.light, b.light), min(a.second, b.second)); }
 fn highest(a: Known, b: Known) -> Known { return Known(max(a.light, b.light), max(a.second, b.second)); }
@@ -57,23 +70,31 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let at = place_of(invocation.xy, 2u * frame.step);
   let middle = at + frame.step;
   // Where the grids end there may be no place between the last two points.
-  let exists = !is_last & (middle < last_point());
+  var exists = !is_last & (middle < last_point());
   let t = f32(frame.step) / max(vec2f(place_of(next, 2u * frame.step) - at), vec2f(1.0));
   let a = known(invocation.xy);
   let b = known(vec2u(next.x, invocation.y));
   let c = known(vec2u(invocation.x, next.y));
   let d = known(next);
-  textureStore(fine_light, corner, a.light);
-  if CURVED || SPECULAR { textureStore(fine_second, corner, textureLoad(coarse_second, invocation.xy, 0)); }
+  var paint = Paint(NONE, vec3f(0.0), vec3f(0.0));
+  if FINAL {
+    // The row below the band is the next band's.
+    let rows = frame.band.y - frame.band.x;
+    exists &= vec2<bool>(at.y < rows, middle.y < rows);
+    if at.y < rows { store(corner, at, a, u32(a.light.w), &paint); }
+  } else {
+    textureStore(fine_light, corner, a.light);
+    if CURVED || SPECULAR { textureStore(fine_second, corner, textureLoad(coarse_second, invocation.xy, 0)); }
+  }
   let ab = blend(a, b, t.x);
   let ac = blend(a, c, t.y);
   let abcd = blend(ab, blend(c, d, t.x), t.y);
   let right = vec2u(middle.x, at.y);
   let below = vec2u(at.x, middle.y);
-  let open_right = settle(corner + vec2u(1u, 0u), right, ab, lowest(a, b), highest(a, b), exists.x);
-  let open_below = settle(corner + vec2u(0u, 1u), below, ac, lowest(a, c), highest(a, c), exists.y);
+  let open_right = settle(corner + vec2u(1u, 0u), right, ab, lowest(a, b), highest(a, b), exists.x, &paint);
+  let open_below = settle(corner + vec2u(0u, 1u), below, ac, lowest(a, c), highest(a, c), exists.y, &paint);
   let open_middle = settle(corner + 1u, middle, abcd, lowest(lowest(a, b), lowest(c, d)),
-    highest(highest(a, b), highest(c, d)), all(exists));
+    highest(highest(a, b), highest(c, d)), all(exists), &paint);
   let count = u32(open_right) + u32(open_below) + u32(open_middle);
   if count > 0u {
     var slot = atomicAdd(&open[3], count);

@@ -22,15 +22,15 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     var hit: Hit;
     if has_textures(m) { hit = with_coordinates(pixel, hit_at(pixel, id - 1u)); }
     let point = vec2u(pixel.x, pixel.y - frame.band.x);
-    var out = textureLoad(light, point, 0).xyz * reflection(hit, m).albedo / PI;
-    if SPECULAR {
-      // The direction of light is no part of the picture.
-      let other = textureLoad(second, point, 0);
-      out += select(other.xyz, vec3f(0.0), other.w > 0.0);
-    }
     // Of a single-sided surface only the front is ever seen.
-    out += m.emission * sample_at(m.emission_texture, hit).xyz;
-    sum += vec4f(out, 1.0);
+    var paint = Paint(0u, m.albedo / PI, m.emission);
+    if TEXTURES {
+      paint.albedo = reflection(hit, m).albedo / PI;
+      paint.emission *= sample_at(m.emission_texture, hit).xyz;
+    }
+    var other = vec4f(0.0);
+    if SPECULAR { other = textureLoad(second, point, 0); }
+    sum += radiance_of(paint, textureLoad(light, point, 0).xyz, other);
   }
   if tied(frame.sample + 1u, index) == frame.samples { textureStore(radiance, pixel, sum / f32(frame.samples)); }
   else { pixels[index] = sum; }

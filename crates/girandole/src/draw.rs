@@ -75,7 +75,7 @@ impl Renderer {
                 lights: batch_of(&loaded.light_buffer, step.first_light),
                 maps: &loaded.atlas.maps,
                 sums: &targets.sums,
-                grid: &targets.grids[0],
+                grid: targets.grids[0].each_ref(),
             };
             shade.record(device, &mut encoder, timers, band, inputs);
             // Multiply by albedo, add emission, average sub-pixel samples.
@@ -127,6 +127,12 @@ impl Renderer {
         if settings.debug.is_some() {
             encoder.clear_buffer(&targets.sums, 0, None);
         }
+        // Nothing but the picture asks for what its pixels receive.
+        let is_last = settings.samples_per_axis == 1
+            && settings.debug.is_none()
+            && settings.mode.has_low_resolution()
+            && settings.shading == Shading::Fused
+            && select.stores_radiance();
         for (index, step) in steps.iter().enumerate() {
             let band = Band {
                 frame: &frames.group,
@@ -134,6 +140,7 @@ impl Renderer {
                 scene: &loaded.scene.group,
                 size: [size[0], step.band[1] - step.band[0]],
             };
+            let is_final = is_last && step.step == 1;
             let is_first = step.first_light == 0;
             let is_further = step.sample > 0 && settings.mode.has_low_resolution();
             // Which triangle does each pixel show, and of which surface?
@@ -149,18 +156,19 @@ impl Renderer {
                     () if step.step == grids[0] => Choice::Every,
                     () => Choice::Refine,
                 };
-                let points = (choice, step.step);
+                let points = (choice, step.step, is_final);
                 let buffers = (receivers, selection, targets);
                 select.record_points(device, &mut encoder, timers, band, points, buffers);
             }
             // Sum this batch of their receivers' lights.
+            let grid = if is_further { &targets.sample } else { &targets.grids[step.step.ilog2() as usize] };
             let inputs = ShadeInputs {
                 ids: &targets.ids,
                 atlas: &loaded.atlas.view,
                 lights: batch_of(&loaded.light_buffer, step.first_light),
                 maps: &loaded.atlas.maps,
                 sums: &targets.sums,
-                grid: if is_further { &targets.sample } else { &targets.grids[step.step.ilog2() as usize] },
+                grid: [if is_final { &targets.radiance_view } else { &grid[0] }, &grid[1]],
             };
             let buffers = (receivers, selection, &targets.keys);
             match (&self.multipass, &loaded.draws) {
@@ -177,18 +185,21 @@ impl Renderer {
                 }
                 _ => {
                     let is_sparse = settings.mode.has_low_resolution();
-                    select.record_gather(device, &mut encoder, timers, (band, is_sparse), inputs, buffers);
+                    let what = (band, is_sparse, is_final);
+                    select.record_gather(device, &mut encoder, timers, what, inputs, buffers);
                 }
             }
             // Multiply by albedo, add emission, average sub-pixel samples.
             if step.last_batch && step.step == 1 {
-                let inputs = ResolveInputs {
-                    ids: &targets.ids,
-                    grid: if is_further { &targets.sample } else { &targets.grids[0] },
-                    pixels: &targets.pixels,
-                    radiance: &targets.radiance_view,
-                };
-                resolve.record(device, &mut encoder, timers, band, inputs);
+                if !is_final {
+                    let inputs = ResolveInputs {
+                        ids: &targets.ids,
+                        grid,
+                        pixels: &targets.pixels,
+                        radiance: &targets.radiance_view,
+                    };
+                    resolve.record(device, &mut encoder, timers, band, inputs);
+                }
                 let pair = Some((receivers, selection));
                 self.record_debug(&mut encoder, band, settings, (loaded, targets), pair)?;
                 // A watchdog's patience is limited.

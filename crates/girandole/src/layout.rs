@@ -1,6 +1,7 @@
 //! Every struct that both sides see, declared once; a test compares names and offsets with the shaders'.
 
 use bytemuck::{Pod, Zeroable};
+use girandole_core::brdf::Surface;
 use girandole_core::glam::{Affine2, Vec2, Vec3, Vec4};
 use girandole_core::lights::{LightSample, Profile};
 use girandole_core::scene::{Material, NONE, TextureRef};
@@ -111,6 +112,8 @@ pub(crate) struct GpuMaterial {
     pub roughness: f32,
     pub normal_scale: f32,
     pub double_sided: u32,
+    pub albedo: Vec3,
+    pub padding: f32,
     pub base_color_texture: TextureUse,
     pub metallic_roughness_texture: TextureUse,
     pub specular_texture: TextureUse,
@@ -132,6 +135,15 @@ impl From<&Material> for GpuMaterial {
             roughness: m.roughness,
             normal_scale: m.normal_texture.map_or(1.0, |n| n.scale),
             double_sided: u32::from(m.double_sided),
+            albedo: Surface::from_metallic_roughness(
+                m.base_color,
+                m.metallic,
+                m.roughness,
+                m.specular,
+                m.specular_color,
+            )
+            .albedo,
+            padding: 0.0,
             base_color_texture: m.base_color_texture.into(),
             metallic_roughness_texture: m.metallic_roughness_texture.into(),
             specular_texture: m.specular_texture.into(),

@@ -40,7 +40,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(Triangle as "Triangle": vertices, material),
         fields!(TextureUse as "TextureUse": matrix, shift, texture, uv_set),
         fields!(GpuMaterial as "Material": base_color, alpha, emission, alpha_cutoff, specular_color, specular,
-            metallic, roughness, normal_scale, double_sided, base_color_texture, metallic_roughness_texture,
+            metallic, roughness, normal_scale, double_sided, albedo, padding, base_color_texture, metallic_roughness_texture,
             specular_texture, specular_color_texture, normal_texture, emission_texture),
         fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, place),
         fields!(Maps as "Maps": page, size, parallel_size, texel, parallel_texel),

@@ -9,6 +9,7 @@ macro_rules! lib {
 
 const LIBRARY: &[(&str, &str)] = &lib!(
     brdf,
+    deal,
     elements,
     frame,
     grid,
@@ -23,10 +24,10 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     pixel_surface,
     plan,
     project,
+    radiance,
     receiver,
     scene,
     shadow,
-    deal,
     sum,
     surface,
     texture,
@@ -61,9 +62,12 @@ pub(crate) const SHADE: Source = source!(
     "",
     [frame, scene, texture, surface, brdf, light, maps, octahedral, parameterisation, shadow, sum]
 );
-pub(crate) const REFINE: Source = source!(refine, "", [frame, grid, pixel_surface]);
-pub(crate) const CHECK: Source =
-    source!(check, "", [frame, scene, texture, surface, plan, grid, pixel_surface, receiver, deal, want]);
+pub(crate) const REFINE: Source = source!(refine, "", [frame, scene, brdf, grid, pixel_surface, radiance]);
+pub(crate) const CHECK: Source = source!(
+    check,
+    "",
+    [frame, scene, texture, surface, brdf, plan, grid, pixel_surface, receiver, radiance, deal, want]
+);
 pub(crate) const EDGES: Source =
     source!(edges, "", [frame, scene, texture, surface, plan, grid, pixel_surface, receiver, want]);
 pub(crate) const SORT: Source = source!(sort, "", [frame, plan]);
@@ -86,6 +90,7 @@ pub(crate) const GATHER: Source = source!(
         plan,
         light_map,
         lights_uniform,
+        radiance,
         deal,
         tied
     ]
@@ -108,6 +113,7 @@ pub(crate) const GATHER_STORED: Source = source!(
         plan,
         light_map,
         lights_storage,
+        radiance,
         deal,
         tied
     ]
@@ -142,7 +148,8 @@ pub(crate) const MULTIPASS: Source = source!(
 pub(crate) const BATCH: Source = source!(batch, "", [plan, elements]);
 pub(crate) const COLLECT: Source = source!(collect, "", [frame, scene, texture, surface, plan, light_map]);
 pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, plan]);
-pub(crate) const RESOLVE: Source = source!(resolve, "", [frame, scene, texture, surface, brdf, tied]);
+pub(crate) const RESOLVE: Source =
+    source!(resolve, "", [frame, scene, texture, surface, brdf, radiance, tied]);
 pub(crate) const SHADOW_MAPS_CLIP: Source = source!(
     shadow_maps_clip,
     "enable clip_distances;\n",

@@ -34,6 +34,8 @@ struct Material {
   roughness: f32,
   normal_scale: f32,
   double_sided: u32,
+  albedo: vec3f, // of the diffuse reflection, but for textures
+  padding: f32,
   base_color_texture: TextureUse,
   metallic_roughness_texture: TextureUse,
   specular_texture: TextureUse,

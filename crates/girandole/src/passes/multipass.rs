@@ -178,8 +178,8 @@ impl Multipass {
             wgpu::BindingResource::TextureView(keys),
             wgpu::BindingResource::TextureView(&sums.light),
             wgpu::BindingResource::TextureView(&sums.second),
-            wgpu::BindingResource::TextureView(&inputs.grid[0]),
-            wgpu::BindingResource::TextureView(&inputs.grid[1]),
+            wgpu::BindingResource::TextureView(inputs.grid[0]),
+            wgpu::BindingResource::TextureView(inputs.grid[1]),
         ];
         let groups = Groups::Indirect(&selection.arguments, 16);
         self.collect.record(device, encoder, timers.compute("collect_gpu_ms"), band, &resources, groups);

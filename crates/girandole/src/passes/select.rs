@@ -13,17 +13,24 @@ use crate::{shaders, timers::Timers};
 /// The kernels, compiled for a scene.
 pub(crate) struct Select {
     every: Kernel,
-    refine: Kernel,
-    check: Kernel,
+    points: PointKernels,
+    /// For the last grid, whose points are the picture's pixels: they store radiance. Without textures only.
+    pixels: Option<PointKernels>,
     edges: Kernel,
     allot: Kernel,
     scatter: Kernel,
-    gather: Kernel,
-    /// For few points, where the device has lanes enough.
-    wide: Option<Kernel>,
     light_maps: Kernel,
     /// What they were compiled for.
     pub needs: Needs,
+}
+
+/// The kernels that store points of a grid.
+struct PointKernels {
+    refine: Kernel,
+    check: Kernel,
+    gather: Kernel,
+    /// For few points, where the device has lanes enough.
+    wide: Option<Kernel>,
 }
 
 /// Which points of a grid to shade.
@@ -60,24 +67,27 @@ impl Select {
         };
         let shade =
             [Ids, DepthArray, lights, Write, Uniform, Read, Read, Read, Uniform, Radiance, Radiance, Ids];
-        let mut gather = constants(options, needs).to_vec();
-        gather.push(curved);
+        let points = |is_final: bool| {
+            let is_final = flag("FINAL", is_final);
+            let mut gather = constants(options, needs).to_vec();
+            gather.extend([curved, is_final]);
+            let refine = [Ids, Float, Float, Radiance, Radiance, Write, Ids];
+            PointKernels {
+                refine: kernel(&shaders::REFINE, "main", &refine, &[curved, specular, is_final]),
+                check: kernel(&shaders::CHECK, "check", &check, &[curved, specular, textures, is_final]),
+                gather: kernel(source, "main", &shade, &gather),
+                wide: options
+                    .shares_points(device.adapter_info().device_type)
+                    .then(|| kernel(source, "wide", &shade, &gather)),
+            }
+        };
         Self {
             every: kernel(&shaders::CHECK, "every", &check, &[textures]),
-            refine: kernel(
-                &shaders::REFINE,
-                "main",
-                &[Ids, Float, Float, Radiance, Radiance, Write],
-                &[curved, specular],
-            ),
-            check: kernel(&shaders::CHECK, "check", &check, &[curved, specular, textures]),
+            points: points(false),
+            pixels: (!needs.textures).then(|| points(true)),
             edges: kernel(&shaders::EDGES, "main", &check[..9], &[curved, specular, textures]),
             allot: kernel(&shaders::SORT, "allot", &[Write, Write, Write, Write, Uniform, Write], &[]),
             scatter: kernel(&shaders::SCATTER, "main", &[Read, Write, Uniform], &[]),
-            gather: kernel(source, "main", &shade, &gather),
-            wide: options
-                .shares_points(device.adapter_info().device_type)
-                .then(|| kernel(source, "wide", &shade, &gather)),
             light_maps: kernel(
                 &shaders::LIGHT_MAPS,
                 "main",
@@ -88,14 +98,23 @@ impl Select {
         }
     }
 
-    /// Chooses points of the frame's grid and sorts them by leaf.
+    /// Whether the last grid can store the picture's radiance.
+    pub fn stores_radiance(&self) -> bool {
+        self.pixels.is_some()
+    }
+
+    fn kernels(&self, is_final: bool) -> &PointKernels {
+        if is_final && let Some(pixels) = &self.pixels { pixels } else { &self.points }
+    }
+
+    /// Chooses points of the frame's grid and sorts them by leaf; `is_final`: their radiance is stored.
     pub fn record_points(
         &self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
         timers: &Timers,
         band: Band,
-        (choice, step): (Choice, u32),
+        (choice, step, is_final): (Choice, u32, bool),
         (receivers, selection, targets): (&Receivers, &Selection, &Targets),
     ) {
         let level = step.ilog2() as usize;
@@ -104,7 +123,8 @@ impl Select {
             Choice::Edges => (&targets.sample, &targets.grids[0]),
             _ => (&targets.grids[level], targets.grids.get(level + 1).unwrap_or(&targets.grids[0])),
         };
-        let fine = fine.each_ref().map(wgpu::BindingResource::TextureView);
+        let stored = if is_final { &targets.radiance_view } else { &fine[0] };
+        let fine = [stored, &fine[1]].map(wgpu::BindingResource::TextureView);
         let coarse = coarse.each_ref().map(wgpu::BindingResource::TextureView);
         let keys = wgpu::BindingResource::TextureView(&targets.keys);
         let spacing = if choice == Choice::Refine { 2 * step } else { step };
@@ -134,11 +154,14 @@ impl Select {
                 let [coarse_light, coarse_second] = coarse;
                 let [fine_light, fine_second] = fine;
                 let open = selection.open.as_entire_binding();
-                let resources = [keys, coarse_light, coarse_second, fine_light, fine_second, open];
+                let ids = wgpu::BindingResource::TextureView(&targets.ids);
+                let resources = [keys, coarse_light, coarse_second, fine_light, fine_second, open, ids];
                 let time = timers.compute("select_gpu_ms");
-                self.refine.record(device, encoder, time, band, &resources, Groups::tiles(points));
+                let kernels = self.kernels(is_final);
+                kernels.refine.record(device, encoder, time, band, &resources, Groups::tiles(points));
                 let groups = Groups::Indirect(&selection.open, 0);
-                self.check.record(device, encoder, timers.compute("select_gpu_ms"), band, &look, groups);
+                let time = timers.compute("select_gpu_ms");
+                kernels.check.record(device, encoder, time, band, &look, groups);
             }
         }
 
@@ -160,13 +183,14 @@ impl Select {
         self.scatter.record(device, encoder, timers.compute("sort_gpu_ms"), band, &resources, groups);
     }
 
-    /// Shades the points that were chosen last with the frame's batch of lights; `is_sparse`: they are few.
+    /// Shades the points that were chosen last with the frame's batch of lights; `is_sparse`: they are few; `is_final`:
+    /// their radiance is stored.
     pub fn record_gather(
         &self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
         timers: &Timers,
-        (band, is_sparse): (Band, bool),
+        (band, is_sparse, is_final): (Band, bool, bool),
         inputs: ShadeInputs,
         (receivers, selection, keys): (&Receivers, &Selection, &wgpu::TextureView),
     ) {
@@ -180,13 +204,14 @@ impl Select {
             receivers.lists.as_entire_binding(),
             receivers.light_maps.as_entire_binding(),
             selection.plan_buffer().as_entire_binding(),
-            wgpu::BindingResource::TextureView(&inputs.grid[0]),
-            wgpu::BindingResource::TextureView(&inputs.grid[1]),
+            wgpu::BindingResource::TextureView(inputs.grid[0]),
+            wgpu::BindingResource::TextureView(inputs.grid[1]),
             wgpu::BindingResource::TextureView(keys),
         ];
-        let (kernel, offset) = match &self.wide {
+        let kernels = self.kernels(is_final);
+        let (kernel, offset) = match &kernels.wide {
             Some(wide) if is_sparse => (wide, 32),
-            _ => (&self.gather, 16),
+            _ => (&kernels.gather, 16),
         };
         let groups = Groups::Indirect(&selection.arguments, offset);
         kernel.record(device, encoder, timers.compute("shade_gpu_ms"), band, &resources, groups);

@@ -40,7 +40,7 @@ pub(crate) struct ShadeInputs<'a> {
     pub maps: &'a wgpu::Buffer,
     pub sums: &'a wgpu::Buffer,
     /// Where the last batch leaves what it all came to.
-    pub grid: &'a [wgpu::TextureView; 2],
+    pub grid: [&'a wgpu::TextureView; 2],
 }
 
 impl Shade {
@@ -74,8 +74,8 @@ impl Shade {
             wgpu::BindingResource::Buffer(inputs.lights),
             inputs.sums.as_entire_binding(),
             inputs.maps.as_entire_binding(),
-            wgpu::BindingResource::TextureView(&inputs.grid[0]),
-            wgpu::BindingResource::TextureView(&inputs.grid[1]),
+            wgpu::BindingResource::TextureView(inputs.grid[0]),
+            wgpu::BindingResource::TextureView(inputs.grid[1]),
         ];
         let time = timers.compute("shade_gpu_ms");
         self.kernel.record(device, encoder, time, band, &resources, Groups::tiles(band.size));
