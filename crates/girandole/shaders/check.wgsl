@@ -124,8 +124,9 @@ fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loca
     max(max(spread(a, c, key), spread(b, d, key)), max(spread(a, d, key), spread(b, c, key))));
   let allowed = allowed_range(value);
   let all_fit = a.fits && b.fits && c.fits && d.fits;
-  // Near an edge some neighbours lie elsewhere: three of four will do where they agree, on a plane in the end half.
-  let least = select(0.7, 0.45, frame.step == 1u && (key & BENT) == 0u && !any(on_grid));
+  // Near an edge some neighbours lie elsewhere: three of four will do where they agree, and from pixel to pixel of a
+  // plane one.
+  let least = select(0.7, 0.2, frame.step == 1u && (key & BENT) == 0u && frame.tolerance > 0.0);
   var stands = weight > least && range <= select(0.5, 1.0, all_fit) * allowed;
   // Light that changes evenly may be interpolated over a larger range: what counts is how it bends.
   if all_fit && !stands && range <= STEEPEST * allowed {
