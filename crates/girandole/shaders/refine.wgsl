@@ -59,7 +59,7 @@ fn highest(a: Known, b: Known) -> Known { return Known(max(a.light, b.light), ma
 fn blend(a: Known, b: Known, t: f32) -> Known { return Known(mix(a.light, b.light, t), mix(a.second, b.second, t)); }
 
 // One invocation for a cell of the coarser grid: its first corner, and the three places between its corners.
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(64, 1)
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let coarse = grid_size(2u * frame.step);
   let fine = grid_size(frame.step);
