@@ -90,7 +90,7 @@ fn bend(near: Neighbour, across: Neighbour, beyond: vec2i, place: Place, key: u3
 
 @compute @workgroup_size(64)
 fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-  let index = 64u * dealt(group.x, (open[3] + 63u) / 64u) + local.x;
+  let index = 64u * dealt(group.x, workgroups_of(open[3])) + local.x;
   if index >= open[3] { return; }
   let packed = open[4u + index];
   let at = vec2u(packed & 0xffffu, packed >> 16u);

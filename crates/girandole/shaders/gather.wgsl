@@ -64,7 +64,7 @@ fn second_looks(state: ptr<function, State>, first: u32) {
 // An invocation shades a chunk, two points of a leaf: lights are read once for both.
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-  let chunk = 64u * dealt(group.x, (queue[1] + 63u) / 64u) + local.x;
+  let chunk = 64u * dealt(group.x, workgroups_of(queue[1])) + local.x;
   if chunk >= queue[1] { return; }
   let record = queue[plan.chunks_at + chunk];
   let leaf = record & 0xffffffu;

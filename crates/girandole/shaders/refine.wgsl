@@ -98,7 +98,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let count = u32(open_right) + u32(open_below) + u32(open_middle);
   if count > 0u {
     var slot = atomicAdd(&open[3], count);
-    atomicMax(&open[0], (slot + count + 63u) / 64u);
+    atomicMax(&open[0], workgroups_of(slot + count));
     if open_right { atomicStore(&open[4u + slot], right.y << 16u | right.x); }
     slot += u32(open_right);
     if open_below { atomicStore(&open[4u + slot], below.y << 16u | below.x); }

@@ -54,7 +54,7 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
     arguments[0] = (points + 63u) / 64u;
     arguments[1] = 1u;
     arguments[2] = 1u;
-    arguments[4] = (next + 63u) / 64u;
+    arguments[4] = workgroups_of(next);
     arguments[5] = 1u;
     arguments[6] = 1u;
     // 16 lanes a point, in rows of workgroups.

@@ -62,7 +62,7 @@ pub(crate) const SHADE: Source = source!(
     "",
     [frame, scene, texture, surface, brdf, light, maps, octahedral, parameterisation, shadow, sum]
 );
-pub(crate) const REFINE: Source = source!(refine, "", [frame, scene, brdf, grid, pixel_surface, radiance]);
+pub(crate) const REFINE: Source = source!(refine, "", [frame, scene, brdf, grid, pixel_surface, radiance, deal]);
 pub(crate) const CHECK: Source = source!(
     check,
     "",
@@ -70,7 +70,7 @@ pub(crate) const CHECK: Source = source!(
 );
 pub(crate) const EDGES: Source =
     source!(edges, "", [frame, scene, texture, surface, plan, grid, pixel_surface, receiver, want]);
-pub(crate) const SORT: Source = source!(sort, "", [frame, plan]);
+pub(crate) const SORT: Source = source!(sort, "", [frame, plan, deal]);
 pub(crate) const SCATTER: Source = source!(scatter, "", [plan]);
 pub(crate) const GATHER: Source = source!(
     gather,
