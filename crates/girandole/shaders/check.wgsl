@@ -16,8 +16,10 @@
 override CURVED: bool = false;
 override SPECULAR: bool = false;
 
-// Normals of a curved surface that are interpolated between differ by less than 26 degrees,
+// Normals of a curved surface that are interpolated between differ by less than 26 degrees, those of a normal map, which
+// turn back and forth, by less than 14,
 const BEND = 0.9;
+const RIPPLE = 0.97;
 // and one sees the other's point over itself by less than 17.
 const RISE = 0.3;
 // Steepest change that is interpolated where it is even, in units of the tolerance.
@@ -36,7 +38,7 @@ fn every(@builtin(global_invocation_id) invocation: vec3u) {
 }
 
 // A surface point whose normal counts.
-struct Place { position: vec3f, normal: vec3f }
+struct Place { position: vec3f, geometric: vec3f, normal: vec3f, bend: f32 }
 
 fn place_at(at: vec2u) -> Place {
   let pixel = at + vec2u(0u, frame.band.x);
@@ -44,7 +46,8 @@ fn place_at(at: vec2u) -> Place {
   var hit = hit_at(pixel, triangle);
   let m = materials[triangles[triangle].material];
   if TEXTURES { hit = with_coordinates(pixel, hit); }
-  return Place(hit.position, shading_normal(hit, m));
+  let is_mapped = TEXTURES && m.normal_texture.texture != NONE;
+  return Place(hit.position, hit.geometric_normal, shading_normal(hit, m), select(BEND, RIPPLE, is_mapped));
 }
 
 // What a point of the coarser grid would have a place receive; whether both lie on one surface.
@@ -62,11 +65,11 @@ fn neighbour(point: vec2i, place: Place, key: u32) -> Neighbour {
       // On a curved surface light comes from a direction, and the place's normal differs.
       let other = place_at(place_of(at, 2u * frame.step));
       let between = other.position - place.position;
-      let rise = max(abs(dot(other.normal, between)), abs(dot(place.normal, between)));
+      let rise = max(abs(dot(other.geometric, between)), abs(dot(place.geometric, between)));
       let toward = result.second;
       let cosine = dot(other.normal, toward);
       // Where all light grazes, its direction says little of what a turned surface would receive.
-      result.fits = result.fits && dot(other.normal, place.normal) > BEND && rise <= RISE * length(between)
+      result.fits = result.fits && dot(other.normal, place.normal) > place.bend && rise <= RISE * length(between)
         && cosine >= 0.1 * length(toward);
       result.irradiance *= max(dot(place.normal, toward), 0.0) / max(cosine, 1e-20);
     }

@@ -62,7 +62,8 @@ pub(crate) const SHADE: Source = source!(
     "",
     [frame, scene, texture, surface, brdf, light, maps, octahedral, parameterisation, shadow, sum]
 );
-pub(crate) const REFINE: Source = source!(refine, "", [frame, scene, brdf, grid, pixel_surface, radiance, deal]);
+pub(crate) const REFINE: Source =
+    source!(refine, "", [frame, scene, brdf, grid, pixel_surface, radiance, deal]);
 pub(crate) const CHECK: Source = source!(
     check,
     "",

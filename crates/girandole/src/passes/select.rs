@@ -158,7 +158,14 @@ impl Select {
                 let resources = [keys, coarse_light, coarse_second, fine_light, fine_second, open, ids];
                 let time = timers.compute("select_gpu_ms");
                 let kernels = self.kernels(is_final);
-                kernels.refine.record(device, encoder, time, band, &resources, Groups::Count([points[0].div_ceil(64), points[1]]));
+                kernels.refine.record(
+                    device,
+                    encoder,
+                    time,
+                    band,
+                    &resources,
+                    Groups::Count([points[0].div_ceil(64), points[1]]),
+                );
                 let groups = Groups::Indirect(&selection.open, 0);
                 let time = timers.compute("select_gpu_ms");
                 kernels.check.record(device, encoder, time, band, &look, groups);

@@ -3,6 +3,7 @@
 mod common;
 mod exact;
 mod leaks;
+mod materials;
 mod mirrors;
 mod oracle;
 mod pictures;
@@ -27,6 +28,7 @@ fn main() {
         exact::tests(),
         oracle::tests(),
         leaks::tests(),
+        materials::tests(),
         pictures::tests(),
         selected::tests(),
         truth::tests(),

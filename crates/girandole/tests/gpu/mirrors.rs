@@ -151,13 +151,13 @@ fn tone_curves(context: &Context) {
     let curves = [tonemap::Tonemap::Agx, tonemap::Tonemap::Aces, tonemap::Tonemap::None];
     let difference = |index: usize, curve: tonemap::Tonemap| {
         let source = format!(
-            "{library} fn map(a: vec4f, b: vec4f) -> vec4f {{ let c = tone_curve(a.xyz, {index}u); \
+            "{library} fn map(a: vec4f, b: vec4f) -> vec4f {{ let c = tone_curve(a.xyz); \
              return vec4f(srgb_encode(c.x), srgb_encode(c.y), srgb_encode(c.z), 0.0); }}"
         );
         let shown = colors
             .iter()
             .map(|c| Vec3::from_array(curve.apply(*c).to_array().map(tonemap::srgb_encode)).extend(0.0));
-        largest_difference(&run(context, &source, &inputs, &[]), shown)
+        largest_difference(&run(context, &source, &inputs, &[("CURVE", index as f64)]), shown)
     };
     for (index, curve) in curves.into_iter().enumerate() {
         // Half a step of an 8-bit display.

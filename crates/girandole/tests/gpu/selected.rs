@@ -33,11 +33,11 @@ fn settings(mode: Mode) -> RenderSettings {
 }
 
 /// The default bound of the geometric factor, as the program sets it.
-fn bounded(stage: &Stage, mode: Mode) -> RenderSettings {
+pub fn bounded(stage: &Stage, mode: Mode) -> RenderSettings {
     RenderSettings { clamp: Some(stage.lights.suggested_clamp(&stage.geometry)), ..settings(mode) }
 }
 
-fn flip(reference: &Image, test: &Image) -> f64 {
+pub fn flip(reference: &Image, test: &Image) -> f64 {
     compare(reference, test, &CompareOptions::default()).expect("comparable").flip
 }
 
@@ -195,7 +195,7 @@ fn light_maps(context: &Context) {
 }
 
 /// A room whose things reflect like mirrors, like satin and not at all.
-fn glossy(count: u32) -> Stage {
+pub fn glossy(count: u32) -> Stage {
     let mut scene = builtin::build("table", MovingObject::Teapot).expect("table");
     for (index, material) in scene.materials.iter_mut().enumerate() {
         let shine = Material { specular: 1.0, roughness: [0.2, 0.7][index % 2], ..material.clone() };
@@ -334,9 +334,9 @@ fn shared_points(context: &Context) {
 }
 
 fn anti_aliasing(context: &Context) {
-    let size = [320, 240];
+    let size = [400, 300];
     for name in ["table", "pillars"] {
-        let stage = Stage::builtin(name, 150);
+        let stage = Stage::builtin(name, 300);
         let view = stage.view(0, size);
         let mut renderer = context.loaded(&stage, RendererOptions::default());
         let mut frame = |mode, samples_per_axis| {

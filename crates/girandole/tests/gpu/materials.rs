@@ -1,0 +1,100 @@
+//! Full frames of surfaces that vary: with normal maps, with textures, with reflections.
+
+use crate::common::{Context, Stage, Test, mean};
+use crate::selected::{bounded, flip, glossy};
+use girandole::core::glam::{Vec2, Vec3};
+use girandole::core::lights::LightSettings;
+use girandole::core::scene::builtin::{self, MovingObject};
+use girandole::core::scene::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
+use girandole::{Mode, RendererOptions};
+
+pub fn tests() -> Vec<Test> {
+    vec![
+        ("normal_mapped_surfaces_are_close_to_naive", normal_maps),
+        ("the_last_grid_stores_what_resolving_would", last_grid),
+    ]
+}
+
+fn square(side: u32, texels: Vec<[u8; 4]>) -> Texture {
+    Texture {
+        name: String::new(),
+        width: side,
+        height: side,
+        texels,
+        color_space: ColorSpace::Linear,
+        wrap: [Wrap::Repeat; 2],
+        filter: Filter::Linear,
+    }
+}
+
+/// A room whose surfaces all have ripples as normal maps, a few to the metre.
+fn rippled(name: &str, count: u32, ripples: f32, scale: f32) -> Stage {
+    let mut scene = builtin::build(name, MovingObject::Torus).expect("a room");
+    let texture = scene.textures.len() as u32;
+    let texels = (0..64 * 64).map(|i| {
+        let slope = |x: i32| 0.5 * (x as f32 * std::f32::consts::TAU / 64.0).sin();
+        let normal = Vec3::new(slope(i % 64), slope(i / 64), 1.0).normalize();
+        let byte = |x: f32| ((x * 0.5 + 0.5) * 255.0).round() as u8;
+        [byte(normal.x), byte(normal.y), byte(normal.z), 255]
+    });
+    scene.textures.push(square(64, texels.collect()));
+    for material in &mut scene.materials {
+        material.normal_texture = Some(NormalTexture { texture: TextureRef::new(texture), scale });
+    }
+    for mesh in &mut scene.meshes {
+        let frames = mesh.normals.iter().map(|n| (n.any_orthonormal_vector(), *n));
+        mesh.tangents = frames.clone().map(|(t, _)| t.extend(1.0)).collect();
+        let uvs = frames
+            .zip(&mesh.positions)
+            .map(|((t, n), p)| [Vec2::new(p.dot(t), p.dot(n.cross(t))) * ripples; 2]);
+        mesh.uvs = uvs.collect();
+    }
+    Stage::new(scene, &LightSettings { count, ..Default::default() })
+}
+
+fn normal_maps(context: &Context) {
+    let size = [400, 300];
+    for (name, ripples) in [("table", 0.5), ("table", 3.0), ("pillars", 1.0)] {
+        let stage = rippled(name, 200, ripples, 1.0);
+        let view = stage.view(0, size);
+        let mut renderer = context.loaded(&stage, RendererOptions::default());
+        let naive = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
+        let vd = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Visibility));
+        let full = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Full));
+        let points: u64 = context.wait(renderer.stats()).expect("stats").points.iter().sum();
+        let share = points as f64 / (f64::from(size[0]) * f64::from(size[1]));
+        let energy = f64::from(mean(&full) / mean(&naive));
+        let error = flip(&naive, &full);
+        eprintln!("{name}, {ripples}/m: FLIP {error:.4}, energy {energy:.4}, {:.1} % shaded", share * 100.0);
+        assert!(flip(&naive, &vd) <= 0.005, "{name}: FLIP {}", flip(&naive, &vd));
+        assert!(error <= 0.02, "{name}: FLIP {error}");
+        assert!((energy - 1.0).abs() < 0.005, "{name}: energy {energy}");
+        // They are served from coarse points too.
+        assert!(share < 0.3, "{name}: {share} of the pixels shaded");
+        // The control: ripples are seen.
+        let flat = rippled(name, 200, ripples, 0.0);
+        let mut renderer = context.loaded(&flat, RendererOptions::default());
+        let flat = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
+        assert!(flip(&naive, &flat) > 2.0 * error, "{name}: {}", flip(&naive, &flat));
+    }
+}
+
+/// Without textures the last grid stores radiance; a scene with one, though nothing shows it, is resolved afterwards.
+fn last_grid(context: &Context) {
+    let size = [161, 119];
+    let stage = glossy(60);
+    let view = stage.view(0, size);
+    let mut textured = stage.scene.clone();
+    textured.textures.push(square(1, vec![[255; 4]]));
+    let base_color_texture = Some(TextureRef::new(textured.textures.len() as u32 - 1));
+    textured.materials.push(Material { base_color_texture, ..Material::default() });
+    let textured = Stage { scene: textured, geometry: stage.geometry.clone(), lights: stage.lights.clone() };
+    let pictures = [&stage, &textured].map(|stage| {
+        let mut renderer = context.loaded(stage, RendererOptions::default());
+        context.frame(&mut renderer, &view, size, &bounded(stage, Mode::Full))
+    });
+    let differences =
+        pictures[0].pixels.iter().zip(&pictures[1].pixels).map(|(a, b)| (*a - *b).abs().max_element());
+    let largest = differences.fold(0.0, f32::max) / mean(&pictures[0]);
+    assert!(largest < 1e-5, "{largest}");
+}
