@@ -348,14 +348,18 @@ fn anti_aliasing(context: &Context) {
         let (smooth, four) = frame(Mode::Full, 2);
         let (reference, _) = frame(Mode::Naive, 2);
         let ratio = four.pairs.evaluated() as f64 / one.pairs.evaluated() as f64;
-        let [smooth_error, rough_error] = [&smooth, &rough].map(|p| flip(&reference, p));
-        eprintln!("{name}: {ratio:.3} × the pairs, FLIP {smooth_error:.4}, without {rough_error:.4}");
+        let [smooth_error, rough_error] = [&smooth, &rough]
+            .map(|p| compare(&reference, p, &CompareOptions::default()).expect("comparable"));
+        eprintln!(
+            "{name}: {ratio:.3} × the pairs, FLIP {:.4} and relMSE {:.5}, without {:.4} and {:.5}",
+            smooth_error.flip, smooth_error.rel_mse, rough_error.flip, rough_error.rel_mse
+        );
         assert!((0.9..=1.6).contains(&ratio), "{name}: {ratio}");
         // Coarse grids stay the same.
         assert_eq!(four.points[3], one.points[3], "{name}");
-        assert!(smooth_error < 0.02, "{name}");
+        assert!(smooth_error.flip < 0.02, "{name}");
         // The control: without it the edges are seen.
-        assert!(rough_error > 1.2 * smooth_error, "{name}");
+        assert!(rough_error.rel_mse > 2.0 * smooth_error.rel_mse, "{name}");
     }
 }
 
