@@ -22,6 +22,8 @@ const BEND = 0.9;
 const RIPPLE = 0.97;
 // and one sees the other's point over itself by less than 17.
 const RISE = 0.3;
+// How even light has to be to go on up to an edge, in the same units.
+const EVEN = 0.5;
 // Steepest change that is interpolated where it is even, in units of the tolerance.
 const STEEPEST = 5.0;
 
@@ -85,10 +87,14 @@ fn spread(a: Neighbour, b: Neighbour, key: u32) -> f32 {
 }
 
 // By how much light bends at `near`: `beyond` lies as far from it as `across` on the other side.
-fn bend(near: Neighbour, across: Neighbour, beyond: vec2i, place: Place, key: u32) -> f32 {
-  let next = neighbour(beyond, place, key);
-  let d = abs(next.irradiance - 2.0 * near.irradiance + across.irradiance);
-  return select(spread(near, across, key), max(d.x, max(d.y, d.z)), next.fits);
+fn bend(near: Neighbour, across: Neighbour, beyond: Neighbour, key: u32) -> f32 {
+  let d = abs(beyond.irradiance - 2.0 * near.irradiance + across.irradiance);
+  return select(spread(near, across, key), max(d.x, max(d.y, d.z)), beyond.fits);
+}
+
+// Whether light changes little towards `near`, or that lies elsewhere.
+fn is_even(near: Neighbour, beyond: Neighbour, key: u32, allowed: f32) -> bool {
+  return !near.fits || (beyond.fits && spread(near, beyond, key) <= allowed);
 }
 
 @compute @workgroup_size(64)
@@ -121,7 +127,7 @@ fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loca
     * vec4f(f32(a.fits), f32(b.fits), f32(c.fits), f32(d.fits));
   let weight = dot(w, vec4f(1.0));
   let scale = 1.0 / max(weight, 1e-6);
-  let value = (a.irradiance * w.x + b.irradiance * w.y + c.irradiance * w.z + d.irradiance * w.w) * scale;
+  var value = (a.irradiance * w.x + b.irradiance * w.y + c.irradiance * w.z + d.irradiance * w.w) * scale;
   let second = (a.second * w.x + b.second * w.y + c.second * w.z + d.second * w.w) * scale;
   let range = max(max(spread(a, b, key), spread(c, d, key)),
     max(max(spread(a, c, key), spread(b, d, key)), max(spread(a, d, key), spread(b, c, key))));
@@ -131,12 +137,24 @@ fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loca
   // plane one.
   let least = select(0.7, 0.2, frame.step == 1u && (key & BENT) == 0u && frame.tolerance > 0.0);
   var stands = weight > least && range <= select(0.5, 1.0, all_fit) * allowed;
-  // Light that changes evenly may be interpolated over a larger range: what counts is how it bends.
-  if all_fit && !stands && range <= STEEPEST * allowed {
+  if !stands {
     let reach = select(vec2i(1), vec2i(0), on_grid);
-    let most = max(max(bend(a, d, pa - reach, place, key), bend(d, a, pd + reach, place, key)),
-      max(bend(b, c, pb + vec2i(1, -1) * reach, place, key), bend(c, b, pc + vec2i(-1, 1) * reach, place, key)));
-    stands = most <= allowed;
+    let a2 = neighbour(pa - reach, place, key);
+    let b2 = neighbour(pb + vec2i(1, -1) * reach, place, key);
+    let c2 = neighbour(pc + vec2i(-1, 1) * reach, place, key);
+    let d2 = neighbour(pd + reach, place, key);
+    if all_fit {
+      // Light that changes evenly may be interpolated over a larger range: what counts is how it bends.
+      let most = max(max(bend(a, d, a2, key), bend(d, a, d2, key)), max(bend(b, c, b2, key), bend(c, b, c2, key)));
+      stands = range <= STEEPEST * allowed && most <= allowed;
+    } else if (key & BENT) == 0u && frame.tolerance > 0.0 {
+      // On a plane, light that is even up to an edge goes on there.
+      let even = EVEN * allowed;
+      stands = weight > 0.2 && range <= even && is_even(a, a2, key, even) && is_even(b, b2, key, even)
+        && is_even(c, c2, key, even) && is_even(d, d2, key, even);
+      value += (w.x * (a.irradiance - a2.irradiance) + w.y * (b.irradiance - b2.irradiance)
+        + w.z * (c.irradiance - c2.irradiance) + w.w * (d.irradiance - d2.irradiance)) * (0.5 * scale);
+    }
   }
   if stands && (key & SHINY) == 0u {
     let other = vec4f(second, select(0.0, 1.0, (key & BENT) != 0u));
