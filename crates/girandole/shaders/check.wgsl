@@ -27,8 +27,9 @@ const EVEN = 0.5;
 // Steepest change that is interpolated where it is even, in units of the tolerance.
 const STEEPEST = 5.0;
 
-fn key_at(at: vec2u) -> u32 {
-  return textureLoad(keys, at + vec2u(0u, frame.band.x), 0).x;
+// Key and material of the pixel at a place.
+fn shown_at(at: vec2u) -> vec2u {
+  return textureLoad(keys, at + vec2u(0u, frame.band.x), 0).xy;
 }
 
 // Shades all points of the grid: the coarsest one, or with a step of 1 every pixel.
@@ -36,7 +37,7 @@ fn key_at(at: vec2u) -> u32 {
 fn every(@builtin(global_invocation_id) invocation: vec3u) {
   if any(invocation.xy >= grid_size(frame.step)) { return; }
   let at = place_of(invocation.xy, frame.step);
-  if key_at(at) != 0u { want(at); } else { textureStore(fine_light, invocation.xy, vec4f(0.0)); }
+  if shown_at(at).x != 0u { want(at); } else { textureStore(fine_light, invocation.xy, vec4f(0.0)); }
 }
 
 // A surface point whose normal counts.
@@ -105,7 +106,8 @@ fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loca
   let at = vec2u(packed & 0xffffu, packed >> 16u);
   let wide = 2u * frame.step;
   let last = last_point();
-  let key = key_at(at);
+  let shown = shown_at(at);
+  let key = shown.x;
   var place: Place;
   if CURVED { place = place_at(at); }
   // Neighbours on the coarser grid; along an axis on which this place lies on it, the place itself.
@@ -160,8 +162,7 @@ fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loca
     let other = vec4f(second, select(0.0, 1.0, (key & BENT) != 0u));
     if FINAL {
       let pixel = at + vec2u(0u, frame.band.x);
-      let paint = paint_of(triangles[max(textureLoad(ids, pixel, 0).x, 1u) - 1u].material);
-      textureStore(fine_light, pixel, radiance_of(paint, value, other));
+      textureStore(fine_light, pixel, radiance_of(paint_of(shown.y), value, other));
     } else {
       let point = (at + frame.step - 1u) / frame.step;
       textureStore(fine_light, point, vec4f(value, f32(key)));

@@ -46,12 +46,12 @@ fn end(index: u32, state: State) {
     let at = vec2u(index % frame.size.x, index / frame.size.x);
     let pixel = at + vec2u(0u, frame.band.x);
     let irradiance = max(state.irradiance, vec3f(0.0));
+    let shown = textureLoad(keys, pixel, 0).xy;
     if FINAL {
-      let paint = paint_of(triangles[textureLoad(ids, pixel, 0).x - 1u].material);
-      textureStore(fine_light, pixel, radiance_of(paint, irradiance, second));
+      textureStore(fine_light, pixel, radiance_of(paint_of(shown.y), irradiance, second));
     } else {
       let point = (at + frame.step - 1u) / frame.step;
-      textureStore(fine_light, point, vec4f(irradiance, f32(textureLoad(keys, pixel, 0).x)));
+      textureStore(fine_light, point, vec4f(irradiance, f32(shown.x)));
       if CURVED || SPECULAR { textureStore(fine_second, point, second); }
     }
   }

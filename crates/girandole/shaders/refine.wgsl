@@ -16,7 +16,6 @@
 @group(2) @binding(4) var fine_second: texture_storage_2d<rgba32float, write>;
 // Workgroups of the next pass (3 words), how many places, places: row << 16 | column.
 @group(2) @binding(5) var<storage, read_write> open: array<atomic<u32>>;
-@group(2) @binding(6) var ids: texture_2d<u32>;
 
 override CURVED: bool = false;
 override SPECULAR: bool = false;
@@ -29,15 +28,13 @@ fn known(point: vec2u) -> Known {
   return Known(textureLoad(coarse_light, point, 0), second);
 }
 
-// Writes a point; pixels of a cell mostly share their paint.
-fn store(point: vec2u, at: vec2u, value: Known, key: u32, paint: ptr<function, Paint>) {
+// Writes a point, given its pixel's key and material; pixels of a cell mostly share their paint.
+fn store(point: vec2u, pixel: vec2u, value: Known, shown: vec2u, paint: ptr<function, Paint>) {
   if FINAL {
-    let pixel = at + vec2u(0u, frame.band.x);
-    let material = triangles[max(textureLoad(ids, pixel, 0).x, 1u) - 1u].material;
-    if material != (*paint).material { *paint = paint_of(material); }
-    textureStore(fine_light, pixel, select(vec4f(0.0), radiance_of(*paint, value.light.xyz, value.second), key != 0u));
+    if shown.y != (*paint).material { *paint = paint_of(shown.y); }
+    textureStore(fine_light, pixel, select(vec4f(0.0), radiance_of(*paint, value.light.xyz, value.second), shown.x != 0u));
   } else {
-    textureStore(fine_light, point, select(vec4f(0.0), vec4f(value.light.xyz, f32(key)), key != 0u));
+    textureStore(fine_light, point, select(vec4f(0.0), vec4f(value.light.xyz, f32(shown.x)), shown.x != 0u));
     if SPECULAR { textureStore(fine_second, point, value.second); }
   }
 }
@@ -45,12 +42,14 @@ fn store(point: vec2u, at: vec2u, value: Known, key: u32, paint: ptr<function, P
 // Writes a place between neighbours of which `least` and `most` are the extremes; whether it could not be settled.
 fn settle(point: vec2u, at: vec2u, value: Known, least: Known, most: Known, exists: bool, paint: ptr<function, Paint>) -> bool {
   if !exists { return false; }
-  let key = textureLoad(keys, at + vec2u(0u, frame.band.x), 0).x;
+  let pixel = at + vec2u(0u, frame.band.x);
+  let shown = textureLoad(keys, pixel, 0).xy;
+  let key = shown.x;
   var range = most.light - least.light;
   if SPECULAR { range = max(range, vec4f((most.second - least.second).xyz * PI, 0.0)); }
   let same = least.light.w == most.light.w && u32(least.light.w) == key && (key & (BENT | SHINY)) == 0u;
   let stands = same && max(range.x, max(range.y, range.z)) <= allowed_range(value.light.xyz);
-  store(point, at, value, key, paint);
+  store(point, pixel, value, shown, paint);
   return key != 0u && !stands;
 }
 
@@ -81,7 +80,10 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     // The row below the band is the next band's.
     let rows = frame.band.y - frame.band.x;
     exists &= vec2<bool>(at.y < rows, middle.y < rows);
-    if at.y < rows { store(corner, at, a, u32(a.light.w), &paint); }
+    if at.y < rows {
+      let pixel = at + vec2u(0u, frame.band.x);
+      store(corner, pixel, a, textureLoad(keys, pixel, 0).xy, &paint);
+    }
   } else {
     textureStore(fine_light, corner, a.light);
     if CURVED || SPECULAR { textureStore(fine_second, corner, textureLoad(coarse_second, invocation.xy, 0)); }

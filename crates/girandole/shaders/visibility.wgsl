@@ -1,12 +1,12 @@
-// Which triangle each pixel shows, plus one; 0 = none. And the key of its surface.
+// Which triangle each pixel shows, plus one; 0 = none. And the key of its surface and its material.
 struct Out {
   @builtin(position) position: vec4f,
   @location(0) @interpolate(flat) triangle: u32,
   @location(1) uv: vec2f,
-  @location(2) @interpolate(flat) key: u32,
+  @location(2) @interpolate(flat) key: vec2u,
 }
 
-struct Shown { @location(0) triangle: u32, @location(1) key: u32 }
+struct Shown { @location(0) triangle: u32, @location(1) key: vec2u }
 
 @group(2) @binding(0) var<storage, read> order: array<u32>; // triangles, those without an alpha mask first
 @group(2) @binding(1) var<storage, read> surface_keys: array<u32>; // of each triangle, see lib/pixel_surface.wgsl
@@ -31,7 +31,7 @@ fn project_triangle(@builtin(vertex_index) index: u32) -> Out {
     if dot(normal, towards) <= 0.0 { out.position = vec4f(0.0, 0.0, -1.0, 1.0); }
   }
   out.triangle = id + 1u;
-  out.key = surface_keys[id];
+  out.key = vec2u(surface_keys[id], triangle.material);
   out.uv = select(vertex.uv0, vec2f(vertex.u1, vertex.v1), materials[triangle.material].base_color_texture.uv_set == 1u);
   return out;
 }

@@ -15,7 +15,7 @@ pub(crate) struct Targets {
     pub depth: wgpu::TextureView,
     pub sums: wgpu::Buffer,
     pub pixels: wgpu::Buffer,
-    /// Keys of surfaces.
+    /// Keys of surfaces, and materials.
     pub keys: wgpu::TextureView,
     /// The band's grids of points by step, 1, 2, 4 and 8 pixels: irradiance and key; the second element.
     pub grids: [[wgpu::TextureView; 2]; 4],
@@ -71,7 +71,7 @@ impl Targets {
             ids: texture("ids", visibility::IDS, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING)
                 .create_view(&Default::default()),
             depth: texture("depth", visibility::DEPTH, U::RENDER_ATTACHMENT).create_view(&Default::default()),
-            keys: texture("keys", visibility::IDS, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING)
+            keys: texture("keys", visibility::KEYS, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING)
                 .create_view(&Default::default()),
             grids: std::array::from_fn(|level| grid(level as u32)),
             sample: grid(0),

@@ -71,7 +71,7 @@ impl Select {
             let is_final = flag("FINAL", is_final);
             let mut gather = constants(options, needs).to_vec();
             gather.extend([curved, is_final]);
-            let refine = [Ids, Float, Float, Radiance, Radiance, Write, Ids];
+            let refine = [Ids, Float, Float, Radiance, Radiance, Write];
             PointKernels {
                 refine: kernel(&shaders::REFINE, "main", &refine, &[curved, specular, is_final]),
                 check: kernel(&shaders::CHECK, "check", &check, &[curved, specular, textures, is_final]),
@@ -154,8 +154,7 @@ impl Select {
                 let [coarse_light, coarse_second] = coarse;
                 let [fine_light, fine_second] = fine;
                 let open = selection.open.as_entire_binding();
-                let ids = wgpu::BindingResource::TextureView(&targets.ids);
-                let resources = [keys, coarse_light, coarse_second, fine_light, fine_second, open, ids];
+                let resources = [keys, coarse_light, coarse_second, fine_light, fine_second, open];
                 let time = timers.compute("select_gpu_ms");
                 let kernels = self.kernels(is_final);
                 kernels.refine.record(

@@ -7,6 +7,8 @@ use crate::{shaders, timers::Timers};
 
 /// Format of the triangle ids.
 pub(crate) const IDS: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+/// Format of keys and materials.
+pub(crate) const KEYS: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
 /// Format of the camera's depth.
 pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
@@ -46,7 +48,7 @@ impl Visibility {
                     module: &module,
                     entry_point: Some(entry),
                     compilation_options: Default::default(),
-                    targets: &[Some(IDS.into()), Some(IDS.into())],
+                    targets: &[Some(IDS.into()), Some(KEYS.into())],
                 }),
                 multiview_mask: None,
                 cache: None,
