@@ -13,7 +13,6 @@
 @group(2) @binding(7) var sample_light: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(8) var sample_second: texture_storage_2d<rgba32float, write>;
 
-override CURVED: bool = false;
 override SPECULAR: bool = false;
 
 struct Blend { light: vec3f, second: vec4f, weight: f32 }
@@ -24,11 +23,12 @@ fn add_first(blend: ptr<function, Blend>, at: vec2i, key: u32, weight: f32) {
   let light = textureLoad(first_light, vec2u(at), 0);
   if u32(light.w) != key { return; }
   (*blend).light += light.xyz * weight;
-  if CURVED || SPECULAR { (*blend).second += textureLoad(first_second, vec2u(at), 0) * weight; }
+  if SPECULAR { (*blend).second += textureLoad(first_second, vec2u(at), 0) * weight; }
   (*blend).weight += weight;
 }
 
-@compute @workgroup_size(8, 8)
+// Along rows, so that stores fill whole pages.
+@compute @workgroup_size(64, 1)
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let at = invocation.xy;
   if any(at > last_point()) { return; }
@@ -52,7 +52,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   for (var i = 0u; i < 5u && blend.weight <= 0.0; i++) { add_first(&blend, here + BEHIND[i] * side, key, 1.0); }
   if blend.weight > 0.0 && (key & SHINY) == 0u {
     textureStore(sample_light, at, vec4f(blend.light / blend.weight, f32(key)));
-    if CURVED || SPECULAR { textureStore(sample_second, at, blend.second / blend.weight); }
+    if SPECULAR { textureStore(sample_second, at, blend.second / blend.weight); }
   } else {
     want(at);
   }

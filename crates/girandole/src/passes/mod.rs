@@ -56,6 +56,11 @@ impl Groups<'_> {
     pub fn tiles(points: [u32; 2]) -> Self {
         Self::Count(points.map(|n| n.div_ceil(8)))
     }
+
+    /// Groups of 64 × 1 over so many points.
+    pub fn rows([width, height]: [u32; 2]) -> Self {
+        Self::Count([width.div_ceil(64), height])
+    }
 }
 
 /// A compute pipeline with bind groups 0 (frame), 1 (scene) and 2 (its own).

@@ -85,7 +85,7 @@ impl Select {
             every: kernel(&shaders::CHECK, "every", &check, &[textures]),
             points: points(false),
             pixels: (!needs.textures).then(|| points(true)),
-            edges: kernel(&shaders::EDGES, "main", &check[..9], &[curved, specular, textures]),
+            edges: kernel(&shaders::EDGES, "main", &check[..9], &[specular, textures]),
             allot: kernel(&shaders::SORT, "allot", &[Write, Write, Write, Write, Uniform, Write], &[]),
             scatter: kernel(&shaders::SCATTER, "main", &[Read, Write, Uniform], &[]),
             light_maps: kernel(
@@ -148,7 +148,7 @@ impl Select {
             }
             Choice::Edges => {
                 let time = timers.compute("edges_gpu_ms");
-                self.edges.record(device, encoder, time, band, &look[..9], Groups::tiles(points));
+                self.edges.record(device, encoder, time, band, &look[..9], Groups::rows(points));
             }
             Choice::Refine => {
                 let [coarse_light, coarse_second] = coarse;
@@ -157,14 +157,7 @@ impl Select {
                 let resources = [keys, coarse_light, coarse_second, fine_light, fine_second, open];
                 let time = timers.compute("select_gpu_ms");
                 let kernels = self.kernels(is_final);
-                kernels.refine.record(
-                    device,
-                    encoder,
-                    time,
-                    band,
-                    &resources,
-                    Groups::Count([points[0].div_ceil(64), points[1]]),
-                );
+                kernels.refine.record(device, encoder, time, band, &resources, Groups::rows(points));
                 let groups = Groups::Indirect(&selection.open, 0);
                 let time = timers.compute("select_gpu_ms");
                 kernels.check.record(device, encoder, time, band, &look, groups);
