@@ -10,8 +10,10 @@
 // The first sample's: irradiance and key; specular radiance, or the direction of light.
 @group(2) @binding(5) var first_light: texture_2d<f32>;
 @group(2) @binding(6) var first_second: texture_2d<f32>;
-@group(2) @binding(7) var sample_light: texture_storage_2d<rgba32float, write>;
-@group(2) @binding(8) var sample_second: texture_storage_2d<rgba32float, write>;
+// This sample's; with FINAL the picture.
+@group(2) @binding(7) var fine_light: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(8) var fine_second: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(9) var<storage, read_write> sums: array<vec4f>;
 
 override SPECULAR: bool = false;
 
@@ -32,9 +34,13 @@ fn add_first(blend: ptr<function, Blend>, at: vec2i, key: u32, weight: f32) {
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let at = invocation.xy;
   if any(at > last_point()) { return; }
-  let key = textureLoad(keys, at + vec2u(0u, frame.band.x), 0).x;
+  let pixel = at + vec2u(0u, frame.band.x);
+  // The row below the band is the next band's.
+  if FINAL && pixel.y >= frame.band.y { return; }
+  let shown = textureLoad(keys, pixel, 0).xy;
+  let key = shown.x;
   if key == 0u {
-    textureStore(sample_light, at, vec4f(0.0));
+    if FINAL { add_sample(pixel, vec4f(0.0)); } else { textureStore(fine_light, at, vec4f(0.0)); }
     return;
   }
   // Where this sample lies from its pixel's first one, which is the one next to the pixel's centre.
@@ -51,8 +57,14 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   // At an edge, one of the other neighbours may have seen the surface.
   for (var i = 0u; i < 5u && blend.weight <= 0.0; i++) { add_first(&blend, here + BEHIND[i] * side, key, 1.0); }
   if blend.weight > 0.0 && (key & SHINY) == 0u {
-    textureStore(sample_light, at, vec4f(blend.light / blend.weight, f32(key)));
-    if SPECULAR { textureStore(sample_second, at, blend.second / blend.weight); }
+    let light = blend.light / blend.weight;
+    let second = blend.second / blend.weight;
+    if FINAL {
+      add_sample(pixel, radiance_of(paint_of(shown.y), light, second));
+    } else {
+      textureStore(fine_light, at, vec4f(light, f32(key)));
+      if SPECULAR { textureStore(fine_second, at, second); }
+    }
   } else {
     want(at);
   }

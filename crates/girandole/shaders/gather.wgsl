@@ -6,7 +6,7 @@
 
 @group(2) @binding(0) var ids: texture_2d<u32>;
 @group(2) @binding(1) var atlas: texture_depth_2d_array;
-// What earlier batches of lights gave, two elements a pixel: irradiance; specular radiance, or the direction of light.
+// What earlier batches of lights gave, two elements a pixel (and the samples, see lib/samples.wgsl): irradiance; specular radiance, or the direction of light.
 @group(2) @binding(3) var<storage, read_write> sums: array<vec4f>;
 @group(2) @binding(4) var<uniform> maps: Maps;
 @group(2) @binding(5) var<storage, read> queue: array<u32>;
@@ -48,7 +48,7 @@ fn end(index: u32, state: State) {
     let irradiance = max(state.irradiance, vec3f(0.0));
     let shown = textureLoad(keys, pixel, 0).xy;
     if FINAL {
-      textureStore(fine_light, pixel, radiance_of(paint_of(shown.y), irradiance, second));
+      add_sample(pixel, radiance_of(paint_of(shown.y), irradiance, second));
     } else {
       let point = (at + frame.step - 1u) / frame.step;
       textureStore(fine_light, point, vec4f(irradiance, f32(shown.x)));

@@ -1,11 +1,11 @@
-// After the last batch of lights: radiance of this sub-pixel sample, added to those before it (a box filter in linear
-// light); after the last sample, written out.
+// After the last batch of lights: radiance of this sub-pixel sample, added to those before it; after the last sample,
+// written out.
 
 @group(2) @binding(0) var ids: texture_2d<u32>;
 @group(2) @binding(1) var light: texture_2d<f32>; // irradiance
 @group(2) @binding(4) var second: texture_2d<f32>; // specular radiance, or the direction of light
-@group(2) @binding(2) var<storage, read_write> pixels: array<vec4f>;
-@group(2) @binding(3) var radiance: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(2) var<storage, read_write> sums: array<vec4f>;
+@group(2) @binding(3) var fine_light: texture_storage_2d<rgba32float, write>; // the picture
 
 override SPECULAR: bool; // whether any material has a specular lobe
 
@@ -13,9 +13,7 @@ override SPECULAR: bool; // whether any material has a specular lobe
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
-  let index = band_index(pixel);
-  var sum = vec4f(0.0);
-  if tied(frame.sample, index) > 0u { sum = pixels[index]; }
+  var sent = vec4f(0.0);
   let id = textureLoad(ids, pixel, 0).x;
   if id > 0u {
     let m = materials[triangles[id - 1u].material];
@@ -30,8 +28,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     }
     var other = vec4f(0.0);
     if SPECULAR { other = textureLoad(second, point, 0); }
-    sum += radiance_of(paint, textureLoad(light, point, 0).xyz, other);
+    sent = radiance_of(paint, textureLoad(light, point, 0).xyz, other);
   }
-  if tied(frame.sample + 1u, index) == frame.samples { textureStore(radiance, pixel, sum / f32(frame.samples)); }
-  else { pixels[index] = sum; }
+  add_sample(pixel, sent);
 }

@@ -83,7 +83,7 @@ impl Renderer {
                 let inputs = ResolveInputs {
                     ids: &targets.ids,
                     grid: &targets.grids[0],
-                    pixels: &targets.pixels,
+                    sums: &targets.sums,
                     radiance: &targets.radiance_view,
                 };
                 resolve.record(device, &mut encoder, timers, band, inputs);
@@ -127,9 +127,8 @@ impl Renderer {
         if settings.debug.is_some() {
             encoder.clear_buffer(&targets.sums, 0, None);
         }
-        // Nothing but the picture asks for what its pixels receive.
-        let is_last = settings.samples_per_axis == 1
-            && settings.debug.is_none()
+        // Nothing but the picture asks for what its pixels receive, unless further samples do of the first ones.
+        let is_last = settings.debug.is_none()
             && settings.mode.has_low_resolution()
             && settings.shading == Shading::Fused
             && select.stores_radiance();
@@ -140,9 +139,9 @@ impl Renderer {
                 scene: &loaded.scene.group,
                 size: [size[0], step.band[1] - step.band[0]],
             };
-            let is_final = is_last && step.step == 1;
             let is_first = step.first_light == 0;
             let is_further = step.sample > 0 && settings.mode.has_low_resolution();
+            let is_final = is_last && step.step == 1 && (is_further || settings.samples_per_axis == 1);
             // Which triangle does each pixel show, and of which surface?
             if is_first && (step.step == grids[0] || is_further) {
                 let views = [&targets.ids, &targets.keys, &targets.depth];
@@ -195,7 +194,7 @@ impl Renderer {
                     let inputs = ResolveInputs {
                         ids: &targets.ids,
                         grid,
-                        pixels: &targets.pixels,
+                        sums: &targets.sums,
                         radiance: &targets.radiance_view,
                     };
                     resolve.record(device, &mut encoder, timers, band, inputs);

@@ -26,6 +26,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     project,
     radiance,
     receiver,
+    samples,
     scene,
     shadow,
     sum,
@@ -69,8 +70,25 @@ pub(crate) const CHECK: Source = source!(
     "",
     [frame, scene, texture, surface, brdf, plan, grid, pixel_surface, receiver, radiance, deal, want]
 );
-pub(crate) const EDGES: Source =
-    source!(edges, "", [frame, scene, texture, surface, plan, grid, pixel_surface, receiver, want]);
+pub(crate) const EDGES: Source = source!(
+    edges,
+    "",
+    [
+        frame,
+        scene,
+        texture,
+        surface,
+        brdf,
+        plan,
+        grid,
+        pixel_surface,
+        receiver,
+        radiance,
+        samples,
+        tied,
+        want
+    ]
+);
 pub(crate) const SORT: Source = source!(sort, "", [frame, plan, deal]);
 pub(crate) const SCATTER: Source = source!(scatter, "", [plan]);
 pub(crate) const GATHER: Source = source!(
@@ -92,6 +110,7 @@ pub(crate) const GATHER: Source = source!(
         light_map,
         lights_uniform,
         radiance,
+        samples,
         deal,
         tied
     ]
@@ -115,6 +134,7 @@ pub(crate) const GATHER_STORED: Source = source!(
         light_map,
         lights_storage,
         radiance,
+        samples,
         deal,
         tied
     ]
@@ -150,7 +170,7 @@ pub(crate) const BATCH: Source = source!(batch, "", [plan, elements]);
 pub(crate) const COLLECT: Source = source!(collect, "", [frame, scene, texture, surface, plan, light_map]);
 pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, plan]);
 pub(crate) const RESOLVE: Source =
-    source!(resolve, "", [frame, scene, texture, surface, brdf, radiance, tied]);
+    source!(resolve, "", [frame, scene, texture, surface, brdf, radiance, samples, tied]);
 pub(crate) const SHADOW_MAPS_CLIP: Source = source!(
     shadow_maps_clip,
     "enable clip_distances;\n",

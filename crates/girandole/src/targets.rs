@@ -13,8 +13,8 @@ pub(crate) struct Targets {
     pub band_rows: u32,
     pub ids: wgpu::TextureView,
     pub depth: wgpu::TextureView,
+    /// Two elements a pixel for batches of lights, one for its samples.
     pub sums: wgpu::Buffer,
-    pub pixels: wgpu::Buffer,
     /// Keys of surfaces, and materials.
     pub keys: wgpu::TextureView,
     /// The band's grids of points by step, 1, 2, 4 and 8 pixels: irradiance and key; the second element.
@@ -75,8 +75,7 @@ impl Targets {
                 .create_view(&Default::default()),
             grids: std::array::from_fn(|level| grid(level as u32)),
             sample: grid(0),
-            sums: buffer("sums", 2 * pixels),
-            pixels: buffer("pixels", pixels),
+            sums: buffer("sums", 3 * pixels),
             radiance_view: radiance.create_view(&Default::default()),
             radiance,
         }

@@ -15,7 +15,7 @@ pub(crate) struct Resolve {
 pub(crate) struct ResolveInputs<'a> {
     pub ids: &'a wgpu::TextureView,
     pub grid: &'a [wgpu::TextureView; 2],
-    pub pixels: &'a wgpu::Buffer,
+    pub sums: &'a wgpu::Buffer,
     pub radiance: &'a wgpu::TextureView,
 }
 
@@ -38,7 +38,7 @@ impl Resolve {
         let resources = [
             wgpu::BindingResource::TextureView(inputs.ids),
             wgpu::BindingResource::TextureView(&inputs.grid[0]),
-            inputs.pixels.as_entire_binding(),
+            inputs.sums.as_entire_binding(),
             wgpu::BindingResource::TextureView(inputs.radiance),
             wgpu::BindingResource::TextureView(&inputs.grid[1]),
         ];

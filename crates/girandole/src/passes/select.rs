@@ -16,7 +16,6 @@ pub(crate) struct Select {
     points: PointKernels,
     /// For the last grid, whose points are the picture's pixels: they store radiance. Without textures only.
     pixels: Option<PointKernels>,
-    edges: Kernel,
     allot: Kernel,
     scatter: Kernel,
     light_maps: Kernel,
@@ -28,6 +27,7 @@ pub(crate) struct Select {
 struct PointKernels {
     refine: Kernel,
     check: Kernel,
+    edges: Kernel,
     gather: Kernel,
     /// For few points, where the device has lanes enough.
     wide: Option<Kernel>,
@@ -71,10 +71,12 @@ impl Select {
             let is_final = flag("FINAL", is_final);
             let mut gather = constants(options, needs).to_vec();
             gather.extend([curved, is_final]);
+            let edges = [Ids, Read, Write, Uniform, Ids, Float, Float, Radiance, Radiance, Write];
             let refine = [Ids, Float, Float, Radiance, Radiance, Write];
             PointKernels {
                 refine: kernel(&shaders::REFINE, "main", &refine, &[curved, specular, is_final]),
                 check: kernel(&shaders::CHECK, "check", &check, &[curved, specular, textures, is_final]),
+                edges: kernel(&shaders::EDGES, "main", &edges, &[specular, textures, is_final]),
                 gather: kernel(source, "main", &shade, &gather),
                 wide: options
                     .shares_points(device.adapter_info().device_type)
@@ -85,7 +87,6 @@ impl Select {
             every: kernel(&shaders::CHECK, "every", &check, &[textures]),
             points: points(false),
             pixels: (!needs.textures).then(|| points(true)),
-            edges: kernel(&shaders::EDGES, "main", &check[..9], &[specular, textures]),
             allot: kernel(&shaders::SORT, "allot", &[Write, Write, Write, Write, Uniform, Write], &[]),
             scatter: kernel(&shaders::SCATTER, "main", &[Read, Write, Uniform], &[]),
             light_maps: kernel(
@@ -129,7 +130,7 @@ impl Select {
         let keys = wgpu::BindingResource::TextureView(&targets.keys);
         let spacing = if choice == Choice::Refine { 2 * step } else { step };
         let points = [band.size[0], band.size[1] + 1].map(|n| (n - 1).div_ceil(spacing) + 1);
-        let look = [
+        let mut look = [
             wgpu::BindingResource::TextureView(&targets.ids),
             receivers.receivers.as_entire_binding(),
             selection.wanted.as_entire_binding(),
@@ -148,7 +149,8 @@ impl Select {
             }
             Choice::Edges => {
                 let time = timers.compute("edges_gpu_ms");
-                self.edges.record(device, encoder, time, band, &look[..9], Groups::rows(points));
+                look[9] = targets.sums.as_entire_binding();
+                self.kernels(is_final).edges.record(device, encoder, time, band, &look, Groups::rows(points));
             }
             Choice::Refine => {
                 let [coarse_light, coarse_second] = coarse;
