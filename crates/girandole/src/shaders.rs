@@ -8,6 +8,7 @@ macro_rules! lib {
 }
 
 const LIBRARY: &[(&str, &str)] = &lib!(
+    blend,
     brdf,
     deal,
     elements,
@@ -70,8 +71,10 @@ pub(crate) const CHECK: Source = source!(
     "",
     [frame, scene, texture, surface, brdf, plan, grid, pixel_surface, receiver, radiance, deal, want]
 );
-pub(crate) const EDGES: Source = source!(
-    edges,
+pub(crate) const EDGES: Source =
+    source!(edges, "", [frame, scene, brdf, grid, pixel_surface, radiance, samples, tied, deal, blend]);
+pub(crate) const BEHIND: Source = source!(
+    behind,
     "",
     [
         frame,
@@ -86,6 +89,7 @@ pub(crate) const EDGES: Source = source!(
         radiance,
         samples,
         tied,
+        blend,
         want
     ]
 );
@@ -188,12 +192,13 @@ pub(crate) const TONEMAP: Source = source!(tonemap, "", [tonemap]);
 
 /// All passes, for the tests that need no GPU.
 #[cfg(test)]
-pub(crate) const ALL: [&Source; 24] = [
+pub(crate) const ALL: [&Source; 25] = [
     &VISIBILITY,
     &SHADE,
     &REFINE,
     &CHECK,
     &EDGES,
+    &BEHIND,
     &SORT,
     &SCATTER,
     &GATHER,

@@ -28,6 +28,7 @@ struct PointKernels {
     refine: Kernel,
     check: Kernel,
     edges: Kernel,
+    behind: Kernel,
     gather: Kernel,
     /// For few points, where the device has lanes enough.
     wide: Option<Kernel>,
@@ -71,12 +72,14 @@ impl Select {
             let is_final = flag("FINAL", is_final);
             let mut gather = constants(options, needs).to_vec();
             gather.extend([curved, is_final]);
-            let edges = [Ids, Read, Write, Uniform, Ids, Float, Float, Radiance, Radiance, Write];
+            let edges = [Ids, Float, Float, Radiance, Radiance, Write, Write];
+            let behind = [Ids, Read, Write, Uniform, Ids, Float, Float, Radiance, Radiance, Write, Read];
             let refine = [Ids, Float, Float, Radiance, Radiance, Write];
             PointKernels {
                 refine: kernel(&shaders::REFINE, "main", &refine, &[curved, specular, is_final]),
                 check: kernel(&shaders::CHECK, "check", &check, &[curved, specular, textures, is_final]),
-                edges: kernel(&shaders::EDGES, "main", &edges, &[specular, textures, is_final]),
+                edges: kernel(&shaders::EDGES, "main", &edges, &[specular, is_final]),
+                behind: kernel(&shaders::BEHIND, "main", &behind, &[specular, textures, is_final]),
                 gather: kernel(source, "main", &shade, &gather),
                 wide: options
                     .shares_points(device.adapter_info().device_type)
@@ -130,7 +133,7 @@ impl Select {
         let keys = wgpu::BindingResource::TextureView(&targets.keys);
         let spacing = if choice == Choice::Refine { 2 * step } else { step };
         let points = [band.size[0], band.size[1] + 1].map(|n| (n - 1).div_ceil(spacing) + 1);
-        let mut look = [
+        let look = [
             wgpu::BindingResource::TextureView(&targets.ids),
             receivers.receivers.as_entire_binding(),
             selection.wanted.as_entire_binding(),
@@ -148,9 +151,15 @@ impl Select {
                 self.every.record(device, encoder, time, band, &look, Groups::tiles(points));
             }
             Choice::Edges => {
+                let [ids, receivers, wanted, plan, keys, first, second, light, other, open] = look;
+                let sums = targets.sums.as_entire_binding();
+                let [edges, behind] = [&self.kernels(is_final).edges, &self.kernels(is_final).behind];
+                let resources = [&keys, &first, &second, &light, &other, &sums, &open].map(Clone::clone);
                 let time = timers.compute("edges_gpu_ms");
-                look[9] = targets.sums.as_entire_binding();
-                self.kernels(is_final).edges.record(device, encoder, time, band, &look, Groups::rows(points));
+                edges.record(device, encoder, time, band, &resources, Groups::rows(points));
+                let resources = [ids, receivers, wanted, plan, keys, first, second, light, other, sums, open];
+                let groups = Groups::Indirect(&selection.open, 0);
+                behind.record(device, encoder, timers.compute("edges_gpu_ms"), band, &resources, groups);
             }
             Choice::Refine => {
                 let [coarse_light, coarse_second] = coarse;
