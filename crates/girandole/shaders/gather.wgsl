@@ -28,6 +28,7 @@ fn begin(index: u32, leaf: u32) -> State {
     state.irradiance = sums[2u * index].xyz;
     let second = sums[2u * index + 1u];
     if second.w > 0.0 { state.toward = second.xyz; } else { state.glossy = second.xyz; }
+    // In this order: with the uniform first, Mesa 22.3 crashes when it binds the kernel.
   } else if lists[leaf * LEAF_WORDS] != NO_MAP && tied(plan.light_maps, index) != 0u {
     state.irradiance = mapped_irradiance(leaf * LEAF_WORDS, state.shading.position);
   }
