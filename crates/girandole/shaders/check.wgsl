@@ -22,10 +22,10 @@ const BEND = 0.9;
 const RIPPLE = 0.97;
 // and one sees the other's point over itself by less than 17.
 const RISE = 0.3;
-// How even light has to be to go on up to an edge, in the same units.
-const EVEN = 0.5;
-// Steepest change that is interpolated where it is even, in units of the tolerance.
+// Steepest change that is interpolated where it is even, in units of the tolerance,
 const STEEPEST = 5.0;
+// and largest with which light goes on up to an edge.
+const EVEN = 0.5;
 
 // Key and material of the pixel at a place.
 fn shown_at(at: vec2u) -> vec2u {

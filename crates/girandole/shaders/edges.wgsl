@@ -13,7 +13,6 @@
 
 override SPECULAR: bool = false;
 
-// Along rows, so that stores fill whole pages.
 @compute @workgroup_size(64, 1)
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let at = invocation.xy;

@@ -6,7 +6,8 @@
 
 @group(2) @binding(0) var ids: texture_2d<u32>;
 @group(2) @binding(1) var atlas: texture_depth_2d_array;
-// What earlier batches of lights gave, two elements a pixel (and the samples, see lib/samples.wgsl): irradiance; specular radiance, or the direction of light.
+// What earlier batches of lights gave, two elements a pixel: irradiance; specular radiance, or the direction of light.
+// And the samples, see lib/samples.wgsl.
 @group(2) @binding(3) var<storage, read_write> sums: array<vec4f>;
 @group(2) @binding(4) var<uniform> maps: Maps;
 @group(2) @binding(5) var<storage, read> queue: array<u32>;

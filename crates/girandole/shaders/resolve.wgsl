@@ -21,7 +21,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     if has_textures(m) { hit = with_coordinates(pixel, hit_at(pixel, id - 1u)); }
     let point = vec2u(pixel.x, pixel.y - frame.band.x);
     // Of a single-sided surface only the front is ever seen.
-    var paint = Paint(0u, m.albedo / PI, m.emission);
+    var paint = paint_of(triangles[id - 1u].material);
     if TEXTURES {
       paint.albedo = reflection(hit, m).albedo / PI;
       paint.emission *= sample_at(m.emission_texture, hit).xyz;

@@ -128,7 +128,7 @@ impl Renderer {
             encoder.clear_buffer(&targets.sums, 0, None);
         }
         // Nothing but the picture asks for what its pixels receive, unless further samples do of the first ones.
-        let is_last = settings.debug.is_none()
+        let stores_radiance = settings.debug.is_none()
             && settings.mode.has_low_resolution()
             && settings.shading == Shading::Fused
             && select.stores_radiance();
@@ -141,7 +141,8 @@ impl Renderer {
             };
             let is_first = step.first_light == 0;
             let is_further = step.sample > 0 && settings.mode.has_low_resolution();
-            let is_final = is_last && step.step == 1 && (is_further || settings.samples_per_axis == 1);
+            let is_final =
+                stores_radiance && step.step == 1 && (is_further || settings.samples_per_axis == 1);
             // Which triangle does each pixel show, and of which surface?
             if is_first && (step.step == grids[0] || is_further) {
                 let views = [&targets.ids, &targets.keys, &targets.depth];

@@ -95,54 +95,37 @@ pub(crate) const BEHIND: Source = source!(
 );
 pub(crate) const SORT: Source = source!(sort, "", [frame, plan, deal]);
 pub(crate) const SCATTER: Source = source!(scatter, "", [plan]);
-pub(crate) const GATHER: Source = source!(
-    gather,
-    "",
-    [
-        frame,
-        scene,
-        texture,
-        surface,
-        brdf,
-        light,
-        maps,
-        octahedral,
-        parameterisation,
-        shadow,
-        sum,
-        plan,
-        light_map,
-        lights_uniform,
-        radiance,
-        samples,
-        deal,
-        tied
-    ]
-);
-pub(crate) const GATHER_STORED: Source = source!(
-    gather,
-    "",
-    [
-        frame,
-        scene,
-        texture,
-        surface,
-        brdf,
-        light,
-        maps,
-        octahedral,
-        parameterisation,
-        shadow,
-        sum,
-        plan,
-        light_map,
-        lights_storage,
-        radiance,
-        samples,
-        deal,
-        tied
-    ]
-);
+macro_rules! gather {
+    ($lights:ident) => {
+        source!(
+            gather,
+            "",
+            [
+                frame,
+                scene,
+                texture,
+                surface,
+                brdf,
+                light,
+                maps,
+                octahedral,
+                parameterisation,
+                shadow,
+                sum,
+                plan,
+                light_map,
+                $lights,
+                radiance,
+                samples,
+                deal,
+                tied
+            ]
+        )
+    };
+}
+
+pub(crate) const GATHER: Source = gather!(lights_uniform);
+pub(crate) const GATHER_STORED: Source = gather!(lights_storage);
 pub(crate) const DEBUG_LEAVES: Source =
     source!(debug_leaves, "", [frame, scene, texture, surface, plan, receiver]);
 pub(crate) const DEBUG_LEVELS: Source = source!(debug_levels, "", [frame]);

@@ -57,7 +57,7 @@ impl Groups<'_> {
         Self::Count(points.map(|n| n.div_ceil(8)))
     }
 
-    /// Groups of 64 × 1 over so many points.
+    /// Groups of 64 × 1 over so many points, for kernels that store them all: rows fill whole pages of memory.
     pub fn rows([width, height]: [u32; 2]) -> Self {
         Self::Count([width.div_ceil(64), height])
     }

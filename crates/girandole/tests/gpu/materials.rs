@@ -3,10 +3,11 @@
 use crate::common::{Context, Stage, Test, mean};
 use crate::selected::{bounded, flip, glossy};
 use girandole::core::glam::{Vec2, Vec3};
+use girandole::core::image::Image;
 use girandole::core::lights::LightSettings;
 use girandole::core::scene::builtin::{self, MovingObject};
 use girandole::core::scene::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
-use girandole::{Mode, RendererOptions};
+use girandole::{Mode, RenderSettings, RendererOptions};
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -89,12 +90,23 @@ fn last_grid(context: &Context) {
     let base_color_texture = Some(TextureRef::new(textured.textures.len() as u32 - 1));
     textured.materials.push(Material { base_color_texture, ..Material::default() });
     let textured = Stage { scene: textured, geometry: stage.geometry.clone(), lights: stage.lights.clone() };
-    let pictures = [&stage, &textured].map(|stage| {
-        let mut renderer = context.loaded(stage, RendererOptions::default());
-        context.frame(&mut renderer, &view, size, &bounded(stage, Mode::Full))
-    });
-    let differences =
-        pictures[0].pixels.iter().zip(&pictures[1].pixels).map(|(a, b)| (*a - *b).abs().max_element());
-    let largest = differences.fold(0.0, f32::max) / mean(&pictures[0]);
-    assert!(largest < 1e-5, "{largest}");
+    for samples_per_axis in [1, 2] {
+        let pictures = [&stage, &textured].map(|stage| {
+            let mut renderer = context.loaded(stage, RendererOptions::default());
+            let settings = RenderSettings { samples_per_axis, ..bounded(stage, Mode::Full) };
+            let picture = context.frame(&mut renderer, &view, size, &settings);
+            // Further samples interpolate between the first ones, which are resolved.
+            let passes = context.wait(renderer.stats()).expect("stats").gpu_ms;
+            let resolved = passes.iter().any(|(pass, _)| *pass == "resolve_gpu_ms");
+            (picture, resolved, passes.is_empty())
+        });
+        let [(once, resolved, untimed), (after, resolved_after, _)] = &pictures;
+        let largest = |a: &Image, b: &Image| {
+            let differences = a.pixels.iter().zip(&b.pixels).map(|(a, b)| (*a - *b).abs().max_element());
+            differences.fold(0.0, f32::max) / mean(a)
+        };
+        assert!(largest(once, after) < 1e-5, "{}", largest(once, after));
+        // The control: two ways were compared.
+        assert!(*untimed || *resolved_after && *resolved == (samples_per_axis > 1));
+    }
 }
