@@ -1,7 +1,6 @@
 // Debug view: the first page of the shadow atlas, near blockers bright.
 
-@group(2) @binding(0) var atlas: texture_depth_2d_array;
-@group(2) @binding(1) var radiance: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(0) var radiance: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
@@ -13,7 +12,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let texel = vec2u(vec2f(pixel) * max(scale.x, scale.y));
   var value = 0.0;
   if all(texel < page) {
-    let stored = textureLoad(atlas, texel, 0, 0);
+    let stored = atlas_at(texel, 0u);
     // Stored is near / distance; shown is distance, on the scale of the scene.
     if stored > 0.0 { value = exp(-4.0 * NEAR / stored / frame.far); }
   }

@@ -5,7 +5,6 @@
 // (§4.3.2). `lights` are declared in lib/lights_uniform.wgsl or lib/lights_storage.wgsl.
 
 @group(2) @binding(0) var ids: texture_2d<u32>;
-@group(2) @binding(1) var atlas: texture_depth_2d_array;
 // What earlier batches of lights gave, two elements a pixel: irradiance; specular radiance, or the direction of light.
 // And the samples, see lib/samples.wgsl.
 @group(2) @binding(3) var<storage, read_write> sums: array<vec4f>;
@@ -93,15 +92,29 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local
       let end = min(start + 32u, end_of_list);
       var one_bits = 0u;
       var other_bits = 0u;
-      for (var i = start; i < end; i++) {
+      // Two lights at a time, the last one alone where they are odd.
+      for (var i = start; i < end; i += 2u) {
         let light = lights[lists[i]];
+        let next = lights[lists[min(i + 1u, end - 1u)]];
         let bit = 1u << (i - start);
+        let next_bit = select(0u, bit << 1u, i + 1u < end);
         let known = select(0.0, 1.0, i >= subtracted);
-        // Both maps are read before either answer is needed: memory is what this loop waits for.
-        let one_look = look_at(light, one.shading);
-        let other_look = look_at(light, other.shading);
-        one_bits |= first_sum(&one, light, one_look, bit, known);
-        other_bits |= first_sum(&other, light, other_look, bit, known);
+        let next_known = select(0.0, 1.0, i + 1u >= subtracted);
+        // Memory is what this loop waits for: four texels are on their way at once. None is asked for before all places
+        // are known, which compilers would not see to by themselves.
+        var one_aim = aim_at(light, one.shading);
+        let other_aim = aim_at(light, other.shading);
+        let one_next = aim_at(next, one.shading);
+        let other_next = aim_at(next, other.shading);
+        one_aim.texel += (other_aim.texel | one_next.texel | other_next.texel) >> vec2u(31u);
+        let one_look = look(light, one_aim);
+        let other_look = look(light, other_aim);
+        let one_next_look = look(next, one_next);
+        let other_next_look = look(next, other_next);
+        one_bits |= first_sum(&one, light, one_aim, one_look, bit, known);
+        other_bits |= first_sum(&other, light, other_aim, other_look, bit, known);
+        one_bits |= first_sum(&one, next, one_next, one_next_look, next_bit, next_known);
+        other_bits |= first_sum(&other, next, other_next, other_next_look, next_bit, next_known);
       }
       one.doubtful[word] = one_bits;
       other.doubtful[word] = other_bits;
@@ -120,7 +133,8 @@ var<workgroup> shares: array<vec3f, 64>;
 var<workgroup> second_shares: array<vec3f, 64>;
 
 fn sum_now(state: ptr<function, State>, light: Light, known: f32) {
-  if first_sum(state, light, look_at(light, (*state).shading), 1u, known) != 0u { second_sum(state, light); }
+  let aim = aim_at(light, (*state).shading);
+  if first_sum(state, light, aim, look(light, aim), 1u, known) != 0u { second_sum(state, light); }
 }
 
 @compute @workgroup_size(64)

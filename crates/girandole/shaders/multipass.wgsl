@@ -2,7 +2,6 @@
 // unit adds it to what earlier passes left. A point is a primitive of its own.
 
 @group(2) @binding(0) var ids: texture_2d<u32>;
-@group(2) @binding(1) var atlas: texture_depth_2d_array;
 @group(2) @binding(2) var<storage, read> lights: array<Light>;
 @group(2) @binding(3) var<uniform> maps: Maps;
 @group(2) @binding(4) var<storage, read> queue: array<u32>;
@@ -66,8 +65,8 @@ fn sum_light(state: ptr<function, State>, light: Light, part: u32) {
     return;
   }
   let known = select(0.0, 1.0, part == 3u && plan.light_maps != 0u);
-  let look = look_at(light, (*state).shading);
-  if first_sum(state, light, look, 1u, known) != 0u { second_sum(state, light); }
+  let aim = aim_at(light, (*state).shading);
+  if first_sum(state, light, aim, look(light, aim), 1u, known) != 0u { second_sum(state, light); }
 }
 
 @fragment

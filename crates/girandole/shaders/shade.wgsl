@@ -2,7 +2,6 @@
 // order of lights, in groups of GROUP, so the size of batches (whole groups) and bands changes nothing.
 
 @group(2) @binding(0) var ids: texture_2d<u32>;
-@group(2) @binding(1) var atlas: texture_depth_2d_array;
 // A batch of lights: uniform buffers are by far the quickest to read where neighbours read the same.
 @group(2) @binding(2) var<uniform> lights: array<Light, 512>;
 // Two elements a pixel: irradiance, specular radiance.
@@ -63,11 +62,13 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
       for (var i = start; i < end; i++) {
         let light = lights[i - frame.first_light];
         let bit = 1u << (i - start);
-        // Both maps are read before either answer is needed: memory is what this loop waits for.
-        let upper_look = look_at(light, upper.shading);
-        let lower_look = look_at(light, lower.shading);
-        upper_bits |= first_sum(&upper, light, upper_look, bit, 0.0);
-        lower_bits |= first_sum(&lower, light, lower_look, bit, 0.0);
+        // Both texels are read before either answer is needed: memory is what this loop waits for.
+        let upper_aim = aim_at(light, upper.shading);
+        let lower_aim = aim_at(light, lower.shading);
+        let upper_look = look(light, upper_aim);
+        let lower_look = look(light, lower_aim);
+        upper_bits |= first_sum(&upper, light, upper_aim, upper_look, bit, 0.0);
+        lower_bits |= first_sum(&lower, light, lower_aim, lower_look, bit, 0.0);
       }
       upper.doubtful[word] = upper_bits;
       lower.doubtful[word] = lower_bits;

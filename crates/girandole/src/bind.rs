@@ -17,6 +17,8 @@ pub(crate) enum Slot {
     Float,
     /// Array of depth textures.
     DepthArray,
+    /// Array of storage textures, r32float, read.
+    ImageArray,
     /// Storage texture, rgba32float, written.
     Radiance,
 }
@@ -54,6 +56,11 @@ pub(crate) fn layout(
                 Slot::DepthArray => {
                     texture(wgpu::TextureSampleType::Depth, wgpu::TextureViewDimension::D2Array)
                 }
+                Slot::ImageArray => wgpu::BindingType::StorageTexture {
+                    access: wgpu::StorageTextureAccess::ReadOnly,
+                    format: wgpu::TextureFormat::R32Float,
+                    view_dimension: wgpu::TextureViewDimension::D2Array,
+                },
                 Slot::Radiance => wgpu::BindingType::StorageTexture {
                     access: wgpu::StorageTextureAccess::WriteOnly,
                     format: wgpu::TextureFormat::Rgba32Float,

@@ -159,7 +159,7 @@ impl Renderer {
         self.loaded = Some(Loaded {
             scene: GpuScene::new(&self.device, &self.layouts.scene, scene, geometry)?,
             light_buffer: light_buffer(&self.device, &samples)?,
-            atlas: Atlas::new(&self.device, layout, scene, geometry, occluders)?,
+            atlas: Atlas::new(&self.device, &self.options, layout, scene, geometry, occluders)?,
             lights: samples,
             maps_are_stale: true,
             counts: CullCounts::default(),
@@ -236,7 +236,7 @@ impl Renderer {
         }
         self.drawn = None;
         if settings.debug.is_some() {
-            self.debug.get_or_insert_with(|| Debug::new(&self.device, &self.layouts));
+            self.debug.get_or_insert_with(|| Debug::new(&self.device, &self.layouts, &self.options));
         }
         match settings.mode {
             Mode::Naive => self.draw_naive(view, size, settings)?,

@@ -41,6 +41,10 @@ pub struct RendererOptions {
     /// Whether 16 lanes of the device share each point of the low-resolution modes: faster where there are thousands of
     /// lanes, slower on software devices. `None` (default) = as the device is.
     pub lanes_share_points: Option<bool>,
+    /// Whether shadow maps, drawn as depth, are copied to a texture that shaders load from as an image: software devices
+    /// need a third of the instructions for that, and drawing maps takes half as long again. `None` (default) = as the
+    /// device is.
+    pub copy_maps: Option<bool>,
     /// Leave surfaces out of the shadow maps that have the whole scene on one side (default true). Only tests and
     /// figures want them in.
     pub skip_non_blockers: bool,
@@ -50,6 +54,11 @@ impl RendererOptions {
     /// Whether lanes share points on a device of this kind.
     pub(crate) fn shares_points(&self, kind: wgpu::DeviceType) -> bool {
         self.lanes_share_points.unwrap_or(kind != wgpu::DeviceType::Cpu)
+    }
+
+    /// Whether maps are copied on a device of this kind.
+    pub(crate) fn copies_maps(&self, kind: wgpu::DeviceType) -> bool {
+        self.copy_maps.unwrap_or(kind == wgpu::DeviceType::Cpu)
     }
 }
 
@@ -61,6 +70,7 @@ impl Default for RendererOptions {
             memory_mib: 256,
             pcf: 0,
             lanes_share_points: None,
+            copy_maps: None,
             skip_non_blockers: true,
         }
     }

@@ -8,6 +8,8 @@ macro_rules! lib {
 }
 
 const LIBRARY: &[(&str, &str)] = &lib!(
+    atlas_depth,
+    atlas_image,
     blend,
     brdf,
     deal,
@@ -58,10 +60,16 @@ macro_rules! source {
     };
 }
 
+/// A pass that reads shadow maps: where they are drawn, and from copies.
+macro_rules! reads_maps {
+    ($name:ident, [$($used:ident),* $(,)?]) => {
+        [source!($name, "", [atlas_depth, $($used),*]), source!($name, "", [atlas_image, $($used),*])]
+    };
+}
+
 pub(crate) const VISIBILITY: Source = source!(visibility, "", [frame, scene, texture]);
-pub(crate) const SHADE: Source = source!(
+pub(crate) const SHADE: [Source; 2] = reads_maps!(
     shade,
-    "",
     [frame, scene, texture, surface, brdf, light, maps, octahedral, parameterisation, shadow, sum]
 );
 pub(crate) const REFINE: Source =
@@ -97,9 +105,8 @@ pub(crate) const SORT: Source = source!(sort, "", [frame, plan, deal]);
 pub(crate) const SCATTER: Source = source!(scatter, "", [plan]);
 macro_rules! gather {
     ($lights:ident) => {
-        source!(
+        reads_maps!(
             gather,
-            "",
             [
                 frame,
                 scene,
@@ -124,18 +131,17 @@ macro_rules! gather {
     };
 }
 
-pub(crate) const GATHER: Source = gather!(lights_uniform);
-pub(crate) const GATHER_STORED: Source = gather!(lights_storage);
+pub(crate) const GATHER: [Source; 2] = gather!(lights_uniform);
+pub(crate) const GATHER_STORED: [Source; 2] = gather!(lights_storage);
 pub(crate) const DEBUG_LEAVES: Source =
     source!(debug_leaves, "", [frame, scene, texture, surface, plan, receiver]);
 pub(crate) const DEBUG_LEVELS: Source = source!(debug_levels, "", [frame]);
 pub(crate) const DEBUG_LIGHT_MAPS: Source =
     source!(debug_light_maps, "", [frame, scene, texture, surface, plan, receiver, light_map]);
 pub(crate) const DEBUG_LIGHTS: Source = source!(debug_lights, "", [frame, scene, texture, surface, light]);
-pub(crate) const DEBUG_ATLAS: Source = source!(debug_atlas, "", [frame]);
-pub(crate) const MULTIPASS: Source = source!(
+pub(crate) const DEBUG_ATLAS: [Source; 2] = reads_maps!(debug_atlas, [frame]);
+pub(crate) const MULTIPASS: [Source; 2] = reads_maps!(
     multipass,
-    "",
     [
         frame,
         scene,
@@ -175,25 +181,30 @@ pub(crate) const TONEMAP: Source = source!(tonemap, "", [tonemap]);
 
 /// All passes, for the tests that need no GPU.
 #[cfg(test)]
-pub(crate) const ALL: [&Source; 25] = [
+pub(crate) const ALL: [&Source; 30] = [
     &VISIBILITY,
-    &SHADE,
+    &SHADE[0],
+    &SHADE[1],
     &REFINE,
     &CHECK,
     &EDGES,
     &BEHIND,
     &SORT,
     &SCATTER,
-    &GATHER,
-    &GATHER_STORED,
-    &MULTIPASS,
+    &GATHER[0],
+    &GATHER[1],
+    &GATHER_STORED[0],
+    &GATHER_STORED[1],
+    &MULTIPASS[0],
+    &MULTIPASS[1],
     &COLLECT,
     &BATCH,
     &DEBUG_LEAVES,
     &DEBUG_LEVELS,
     &DEBUG_LIGHT_MAPS,
     &DEBUG_LIGHTS,
-    &DEBUG_ATLAS,
+    &DEBUG_ATLAS[0],
+    &DEBUG_ATLAS[1],
     &LIGHT_MAPS,
     &RESOLVE,
     &SHADOW_MAPS_CLIP,

@@ -56,7 +56,7 @@ fn centre_of(light: Light, texel: vec2u) -> vec2f {
 }
 
 fn stored_at(light: Light, texel: vec2u) -> f32 {
-  return textureLoad(atlas, map_origin(light) + texel, map_page(light), 0);
+  return atlas_at(map_origin(light) + texel, map_page(light));
 }
 
 // One texel's answer: LIT, DARK, or DOUBTFUL where `second_look` is to decide.

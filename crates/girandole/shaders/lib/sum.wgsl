@@ -1,4 +1,4 @@
-// Sums over lights at a point. A pass that uses it binds `lights`, `atlas`, `maps` and `ids`.
+// Sums over lights at a point. A pass that uses it binds `lights`, `maps` and `ids`, and names one of lib/atlas_*.wgsl.
 //
 // Software adapters execute both sides of every branch; only loops jump. So the rare second look at a shadow map is
 // put off to a loop of its own at the end of each group, and what a scene does not need is not compiled in.
@@ -76,25 +76,30 @@ fn add(state: ptr<function, State>, light: Light, a: Arriving, seen: f32) {
 
 const LUMINANCE = vec3f(0.2126, 0.7152, 0.0722);
 
-// A place in a light's map, and what is stored there.
-struct Look { receiver: Receiver, texel: vec2u, stored: f32 }
+// A place in a light's map.
+struct Aim { receiver: Receiver, texel: vec2u }
 
-fn look_at(light: Light, s: Shading) -> Look {
+fn aim_at(light: Light, s: Shading) -> Aim {
   let r = receiver(light, s.position, s.ng, dot(s.ng, light.position - s.position));
-  let texel = texel_of(light, r.uv);
-  if FILTER > 0u { return Look(r, texel, 0.0); }
-  return Look(r, texel, stored_at(light, texel));
+  return Aim(r, texel_of(light, r.uv));
 }
 
-// Adds a light with what its map says at first look, less `known`; the bit of one that wants a second look.
-fn first_sum(state: ptr<function, State>, light: Light, look: Look, bit: u32, known: f32) -> u32 {
+// What is stored there; filters look for themselves.
+fn look(light: Light, aim: Aim) -> f32 {
+  if FILTER > 0u { return 0.0; }
+  return stored_at(light, aim.texel);
+}
+
+// Adds a light with what its map says at first look, less `known`; the bit of one that wants a second look. With a bit
+// of 0 nothing is added.
+fn first_sum(state: ptr<function, State>, light: Light, aim: Aim, stored: f32, bit: u32, known: f32) -> u32 {
   let a = arriving(light, (*state).shading);
   if FILTER > 0u {
-    if a.g > 0.0 { add(state, light, a, filtered(light, look.receiver) - known); }
+    if a.g > 0.0 && bit != 0u { add(state, light, a, filtered(light, aim.receiver) - known); }
     return 0u;
   }
-  let answer = first_look(light, look.receiver, look.texel, look.stored);
-  add(state, light, a, select(0.0, 1.0, answer == LIT) - known);
+  let answer = first_look(light, aim.receiver, aim.texel, stored);
+  add(state, light, a, select(0.0, select(0.0, 1.0, answer == LIT) - known, bit != 0u));
   return select(0u, bit, answer == DOUBTFUL && a.g > 0.0);
 }
 

@@ -1,11 +1,11 @@
 //! Debug views: they take the place of the picture.
 
 use super::{Band, Groups, Kernel, Layouts, shadow_maps};
-use crate::bind::Slot::{DepthArray, Float, Ids, Radiance, Read, Uniform};
+use crate::bind::Slot::{Float, Ids, Radiance, Read, Uniform};
 use crate::gpu_scene::storage;
 use crate::receivers::Receivers;
 use crate::selection::Selection;
-use crate::settings::DebugView;
+use crate::settings::{DebugView, RendererOptions};
 use crate::targets::Targets;
 use crate::{Result, shaders};
 use girandole_core::visibility::State;
@@ -32,7 +32,8 @@ pub(crate) struct DebugInputs<'a> {
 }
 
 impl Debug {
-    pub fn new(device: &wgpu::Device, layouts: &Layouts) -> Self {
+    pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions) -> Self {
+        let (atlas, maps) = shadow_maps::reads(device, options, &shaders::DEBUG_ATLAS);
         let kernel = |source, slots: &[_], constants: &[_]| {
             Kernel::new(device, layouts, source, "main", slots, constants)
         };
@@ -41,7 +42,7 @@ impl Debug {
             levels: kernel(&shaders::DEBUG_LEVELS, &[Ids, Read, Radiance, Float], &[]),
             light_maps: kernel(&shaders::DEBUG_LIGHT_MAPS, &[Ids, Read, Read, Read, Uniform, Radiance], &[]),
             lights: kernel(&shaders::DEBUG_LIGHTS, &[Read, Ids, Radiance], &[]),
-            atlas: kernel(&shaders::DEBUG_ATLAS, &[DepthArray, Radiance], &[("NEAR", shadow_maps::NEAR)]),
+            atlas: kernel(atlas, &[Radiance, maps], &[("NEAR", shadow_maps::NEAR)]),
         }
     }
 
@@ -66,7 +67,7 @@ impl Debug {
                 run(&self.lights, &[inputs.lights.as_entire_binding(), ids, radiance], groups);
             }
             (DebugView::Atlas, _) => {
-                run(&self.atlas, &[wgpu::BindingResource::TextureView(inputs.atlas), radiance], tiles);
+                run(&self.atlas, &[radiance, wgpu::BindingResource::TextureView(inputs.atlas)], tiles);
             }
             (DebugView::Levels, Some(_)) => {
                 let light = wgpu::BindingResource::TextureView(&inputs.targets.grids[0][0]);

@@ -1,7 +1,7 @@
 //! Multipass shading (Barczak §4.3.4): a few lights a draw, added by the blending unit.
 
 use super::shade::{Needs, ShadeInputs, constants};
-use super::{Band, Groups, Kernel, Layouts};
+use super::{Band, Groups, Kernel, Layouts, shadow_maps};
 use crate::bind::{self, Slot};
 use crate::elements::Draws;
 use crate::receivers::Receivers;
@@ -27,17 +27,18 @@ struct Sums {
 
 impl Multipass {
     pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
-        use Slot::{DepthArray, Float, Ids, Radiance, Read, Uniform};
+        use Slot::{Float, Ids, Radiance, Read, Uniform};
         // Sums of hundreds of lights want 32 bits; where the device cannot blend those, 16 have to do.
         let format = if device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
             wgpu::TextureFormat::Rgba32Float
         } else {
             wgpu::TextureFormat::Rgba16Float
         };
-        let slots = [Ids, DepthArray, Read, Uniform, Read, Uniform, Read, Read, Uniform];
+        let (source, maps) = shadow_maps::reads(device, options, &shaders::MULTIPASS);
+        let slots = [Ids, maps, Read, Uniform, Read, Uniform, Read, Read, Uniform];
         let stages = wgpu::ShaderStages::VERTEX_FRAGMENT;
         let layout = bind::layout(device, "multipass", stages, &slots);
-        let module = shaders::MULTIPASS.module(device);
+        let module = source.module(device);
         let mut constants = constants(options, needs).to_vec();
         let flag = |name, value: bool| (name, f64::from(u8::from(value)));
         constants.push(flag("CURVED", needs.curved));

@@ -2,7 +2,7 @@
 //! receiver, and their shading (Barczak §4.3).
 
 use super::shade::{BATCH, Needs, ShadeInputs, constants};
-use super::{Band, Groups, Kernel, Layouts};
+use super::{Band, Groups, Kernel, Layouts, shadow_maps};
 use crate::bind::Slot;
 use crate::receivers::{LIGHT_MAP_GROUPS, Receivers};
 use crate::selection::Selection;
@@ -47,7 +47,7 @@ pub(crate) enum Choice {
 
 impl Select {
     pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
-        use Slot::{DepthArray, Float, Ids, Radiance, Read, Uniform, Write};
+        use Slot::{Float, Ids, Radiance, Read, Uniform, Write};
         let flag = |name, value: bool| (name, f64::from(u8::from(value)));
         let [curved, specular, textures] = [
             flag("CURVED", needs.curved),
@@ -61,13 +61,13 @@ impl Select {
         // Lanes that read different lights at once want a storage buffer, which is the ninth.
         let is_software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
         let has_room = device.limits().max_storage_buffers_per_shader_stage > 8;
-        let (source, lights) = if has_room && !is_software {
+        let (sources, lights) = if has_room && !is_software {
             (&shaders::GATHER_STORED, Read)
         } else {
             (&shaders::GATHER, Uniform)
         };
-        let shade =
-            [Ids, DepthArray, lights, Write, Uniform, Read, Read, Read, Uniform, Radiance, Radiance, Ids];
+        let (source, maps) = shadow_maps::reads(device, options, sources);
+        let shade = [Ids, maps, lights, Write, Uniform, Read, Read, Read, Uniform, Radiance, Radiance, Ids];
         let points = |is_final: bool| {
             let is_final = flag("FINAL", is_final);
             let mut gather = constants(options, needs).to_vec();

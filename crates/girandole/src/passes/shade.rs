@@ -46,17 +46,11 @@ pub(crate) struct ShadeInputs<'a> {
 impl Shade {
     /// Compiles shading for what a scene and its lights need.
     pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
-        let slots = [
-            Slot::Ids,
-            Slot::DepthArray,
-            Slot::Uniform,
-            Slot::Write,
-            Slot::Uniform,
-            Slot::Radiance,
-            Slot::Radiance,
-        ];
+        let (source, maps) = shadow_maps::reads(device, options, &shaders::SHADE);
+        let slots =
+            [Slot::Ids, maps, Slot::Uniform, Slot::Write, Slot::Uniform, Slot::Radiance, Slot::Radiance];
         let constants = constants(options, needs);
-        Self { kernel: Kernel::new(device, layouts, &shaders::SHADE, "main", &slots, &constants), needs }
+        Self { kernel: Kernel::new(device, layouts, source, "main", &slots, &constants), needs }
     }
 
     /// Adds the lights of the frame's batch to the sums of the band.

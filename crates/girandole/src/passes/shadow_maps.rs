@@ -32,13 +32,28 @@ pub(crate) struct ShadowMaps {
     faces: u32,
 }
 
+/// The shader and the slot for the maps of a pass that reads them.
+pub(crate) fn reads<'a>(
+    device: &wgpu::Device,
+    options: &RendererOptions,
+    sources: &'a [shaders::Source; 2],
+) -> (&'a shaders::Source, Slot) {
+    match options.copies_maps(device.adapter_info().device_type) {
+        false => (&sources[0], Slot::DepthArray),
+        true => (&sources[1], Slot::ImageArray),
+    }
+}
+
 /// The atlas and what is drawn into it.
 pub(crate) struct Atlas {
     pub layout: AtlasLayout,
     pub texture: wgpu::Texture,
     /// All pages as an array.
     pub view: wgpu::TextureView,
+    /// Where each page is drawn.
     pages: Vec<wgpu::TextureView>,
+    /// The way from there to the atlas, if that is another texture.
+    copy: Option<PageCopy>,
     /// `Maps` for the shaders.
     pub maps: wgpu::Buffer,
     occluders: Occluders,
@@ -49,38 +64,37 @@ pub(crate) struct Atlas {
 impl Atlas {
     pub fn new(
         device: &wgpu::Device,
+        options: &RendererOptions,
         layout: AtlasLayout,
         scene: &Scene,
         geometry: &Geometry,
         occluders: Occluders,
     ) -> Result<Self> {
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("shadow atlas"),
-            size: wgpu::Extent3d {
-                width: layout.page_size[0],
-                height: layout.page_size[1],
-                depth_or_array_layers: layout.pages,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: DEPTH,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-                | wgpu::TextureUsages::TEXTURE_BINDING
-                | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
-        let view = |dimension, base_array_layer, array_layer_count| {
-            texture.create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(dimension),
-                base_array_layer,
-                array_layer_count,
+        use wgpu::TextureUsages as U;
+        let copy = options
+            .copies_maps(device.adapter_info().device_type)
+            .then(|| PageCopy::new(device, layout.page_size));
+        let (format, usage) = match &copy {
+            None => (DEPTH, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING),
+            Some(_) => (wgpu::TextureFormat::R32Float, U::STORAGE_BINDING | U::COPY_DST),
+        };
+        let texture = pages(device, layout.page_size, layout.pages, format, usage | U::COPY_SRC);
+        let page = |i: u32| match &copy {
+            None => texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                base_array_layer: i,
+                array_layer_count: Some(1),
                 ..Default::default()
-            })
+            }),
+            Some(copy) => copy.depth.create_view(&Default::default()),
         };
         Ok(Self {
-            view: view(wgpu::TextureViewDimension::D2Array, 0, None),
-            pages: (0..layout.pages).map(|i| view(wgpu::TextureViewDimension::D2, i, Some(1))).collect(),
+            view: texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2Array),
+                ..Default::default()
+            }),
+            pages: (0..layout.pages).map(page).collect(),
+            copy,
             maps: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("maps"),
                 contents: bytemuck::bytes_of(&layout.maps()),
@@ -104,6 +118,65 @@ impl Atlas {
     /// Triangles left out because they cannot block anything.
     pub fn left_out(&self) -> usize {
         self.occluders.left_out
+    }
+}
+
+/// Pages of texels.
+fn pages(
+    device: &wgpu::Device,
+    [width, height]: [u32; 2],
+    count: u32,
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("shadow atlas"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: count },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+/// One page of depth for all to be drawn in, and a buffer on the way from there: textures of different formats are not
+/// copied directly.
+struct PageCopy {
+    depth: wgpu::Texture,
+    buffer: wgpu::Buffer,
+    bytes_per_row: u32,
+}
+
+impl PageCopy {
+    fn new(device: &wgpu::Device, page_size: [u32; 2]) -> Self {
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        let bytes_per_row = (page_size[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        Self {
+            depth: pages(device, page_size, 1, DEPTH, usage),
+            buffer: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("page of the shadow atlas"),
+                size: u64::from(bytes_per_row) * u64::from(page_size[1]),
+                usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+            bytes_per_row,
+        }
+    }
+
+    /// Copies what is drawn to a page of the atlas.
+    fn record(&self, encoder: &mut wgpu::CommandEncoder, atlas: &wgpu::Texture, page: u32) {
+        let mut target = atlas.as_image_copy();
+        target.origin.z = page;
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(self.bytes_per_row),
+            rows_per_image: None,
+        };
+        let buffer = wgpu::TexelCopyBufferInfo { buffer: &self.buffer, layout };
+        encoder.copy_texture_to_buffer(self.depth.as_image_copy(), buffer, self.depth.size());
+        encoder.copy_buffer_to_texture(buffer, target, self.depth.size());
     }
 }
 
@@ -207,6 +280,9 @@ impl ShadowMaps {
                 }
                 self.draw(device, encoder, timers, (view, first), scene, light_buffer, atlas, items)?;
                 first = false;
+            }
+            if let Some(copy) = &atlas.copy {
+                copy.record(encoder, &atlas.texture, page as u32);
             }
         }
         Ok(counts)
