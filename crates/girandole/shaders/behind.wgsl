@@ -11,7 +11,7 @@
 @group(2) @binding(7) var fine_light: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(8) var fine_second: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(9) var<storage, read_write> sums: array<vec4f>;
-@group(2) @binding(10) var<storage, read> open: array<u32>;
+@group(2) @binding(10) var<storage, read> open: array<u32>; // see lib/grid.wgsl
 
 override SPECULAR: bool = false;
 
@@ -21,7 +21,7 @@ const BEHIND = array<vec2i, 5>(vec2i(-1, 0), vec2i(0, -1), vec2i(1, -1), vec2i(-
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
   if invocation.x >= open[3] { return; }
-  let packed = open[4u + invocation.x];
+  let packed = open[FIRST_PLACE + invocation.x];
   let at = vec2u(packed & 0xffffu, packed >> 16u);
   let shown = textureLoad(keys, at + vec2u(0u, frame.band.x), 0).xy;
   let side = side_of(shift_of_sample());

@@ -11,9 +11,12 @@
 @group(2) @binding(6) var coarse_second: texture_2d<f32>;
 @group(2) @binding(7) var fine_light: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(8) var fine_second: texture_storage_2d<rgba32float, write>;
-@group(2) @binding(9) var<storage, read> open: array<u32>;
+@group(2) @binding(9) var<storage, read> open: array<u32>; // see lib/grid.wgsl
 
-override CURVED: bool = false;
+override CURVED: bool = false; // whether some surface is
+// Whether to look at the places on curved surfaces, or at all others. Devices that execute both sides of a branch would
+// spend most of their time on what curved ones need.
+override BENT_PLACES: bool = false;
 override SPECULAR: bool = false;
 
 // Normals of a curved surface that are interpolated between differ by less than 26 degrees, those of a normal map, which
@@ -62,54 +65,53 @@ fn neighbour(point: vec2i, place: Place, key: u32) -> Neighbour {
   let at = vec2u(clamp(point, vec2i(0), size - 1));
   let light = textureLoad(coarse_light, at, 0);
   var result = Neighbour(light.xyz, vec3f(0.0), inside && u32(light.w) == key);
-  if CURVED || SPECULAR { result.second = textureLoad(coarse_second, at, 0).xyz; }
-  if CURVED {
-    if (key & BENT) != 0u {
-      // On a curved surface light comes from a direction, and the place's normal differs.
-      let other = place_at(place_of(at, 2u * frame.step));
-      let between = other.position - place.position;
-      let rise = max(abs(dot(other.geometric, between)), abs(dot(place.geometric, between)));
-      let toward = result.second;
-      let cosine = dot(other.normal, toward);
-      // Where all light grazes, its direction says little of what a turned surface would receive.
-      result.fits = result.fits && dot(other.normal, place.normal) > place.bend && rise <= RISE * length(between)
-        && cosine >= 0.1 * length(toward);
-      result.irradiance *= max(dot(place.normal, toward), 0.0) / max(cosine, 1e-20);
-    }
+  if BENT_PLACES || SPECULAR { result.second = textureLoad(coarse_second, at, 0).xyz; }
+  if BENT_PLACES {
+    // On a curved surface light comes from a direction, and the place's normal differs.
+    let other = place_at(place_of(at, 2u * frame.step));
+    let between = other.position - place.position;
+    let rise = max(abs(dot(other.geometric, between)), abs(dot(place.geometric, between)));
+    let toward = result.second;
+    let cosine = dot(other.normal, toward);
+    // Where all light grazes, its direction says little of what a turned surface would receive.
+    result.fits = result.fits && dot(other.normal, place.normal) > place.bend && rise <= RISE * length(between)
+      && cosine >= 0.1 * length(toward);
+    result.irradiance *= max(dot(place.normal, toward), 0.0) / max(cosine, 1e-20);
   }
   return result;
 }
 
 // Largest difference of what two neighbours receive; 0 where one of them lies elsewhere.
-fn spread(a: Neighbour, b: Neighbour, key: u32) -> f32 {
+fn spread(a: Neighbour, b: Neighbour) -> f32 {
   var d = abs(a.irradiance - b.irradiance);
-  if SPECULAR { d = max(d, select(abs(a.second - b.second) * PI, vec3f(0.0), (key & BENT) != 0u)); }
+  if SPECULAR && !BENT_PLACES { d = max(d, abs(a.second - b.second) * PI); }
   return select(0.0, max(d.x, max(d.y, d.z)), a.fits && b.fits);
 }
 
 // By how much light bends at `near`: `beyond` lies as far from it as `across` on the other side.
-fn bend(near: Neighbour, across: Neighbour, beyond: Neighbour, key: u32) -> f32 {
+fn bend(near: Neighbour, across: Neighbour, beyond: Neighbour) -> f32 {
   let d = abs(beyond.irradiance - 2.0 * near.irradiance + across.irradiance);
-  return select(spread(near, across, key), max(d.x, max(d.y, d.z)), beyond.fits);
+  return select(spread(near, across), max(d.x, max(d.y, d.z)), beyond.fits);
 }
 
 // Whether light changes little towards `near`, or that lies elsewhere.
-fn is_even(near: Neighbour, beyond: Neighbour, key: u32, allowed: f32) -> bool {
-  return !near.fits || (beyond.fits && spread(near, beyond, key) <= allowed);
+fn is_even(near: Neighbour, beyond: Neighbour, allowed: f32) -> bool {
+  return !near.fits || (beyond.fits && spread(near, beyond) <= allowed);
 }
 
 @compute @workgroup_size(64)
 fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-  let index = 64u * dealt(group.x, workgroups_of(open[3])) + local.x;
-  if index >= open[3] { return; }
-  let packed = open[4u + index];
+  let count = open[select(3u, BENT_HEADER + 3u, BENT_PLACES)];
+  let index = 64u * dealt(group.x, workgroups_of(count)) + local.x;
+  if index >= count { return; }
+  let packed = open[select(FIRST_PLACE + index, arrayLength(&open) - 1u - index, BENT_PLACES)];
   let at = vec2u(packed & 0xffffu, packed >> 16u);
   let wide = 2u * frame.step;
   let last = last_point();
   let shown = shown_at(at);
   let key = shown.x;
   var place: Place;
-  if CURVED { place = place_at(at); }
+  if BENT_PLACES { place = place_at(at); }
   // Neighbours on the coarser grid; along an axis on which this place lies on it, the place itself.
   let on_grid = (at == last) | (at % wide == vec2u(0u));
   let low = select(at / wide, (at + wide - 1u) / wide, on_grid);
@@ -131,13 +133,13 @@ fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loca
   let scale = 1.0 / max(weight, 1e-6);
   var value = (a.irradiance * w.x + b.irradiance * w.y + c.irradiance * w.z + d.irradiance * w.w) * scale;
   let second = (a.second * w.x + b.second * w.y + c.second * w.z + d.second * w.w) * scale;
-  let range = max(max(spread(a, b, key), spread(c, d, key)),
-    max(max(spread(a, c, key), spread(b, d, key)), max(spread(a, d, key), spread(b, c, key))));
+  let range = max(max(spread(a, b), spread(c, d)),
+    max(max(spread(a, c), spread(b, d)), max(spread(a, d), spread(b, c))));
   let allowed = allowed_range(value);
   let all_fit = a.fits && b.fits && c.fits && d.fits;
   // Near an edge some neighbours lie elsewhere: three of four will do where they agree, and from pixel to pixel of a
   // plane one.
-  let least = select(0.7, 0.2, frame.step == 1u && (key & BENT) == 0u && frame.tolerance > 0.0);
+  let least = select(0.7, 0.2, frame.step == 1u && !BENT_PLACES && frame.tolerance > 0.0);
   var stands = weight > least && range <= select(0.5, 1.0, all_fit) * allowed;
   if !stands {
     let reach = select(vec2i(1), vec2i(0), on_grid);
@@ -147,19 +149,19 @@ fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loca
     let d2 = neighbour(pd + reach, place, key);
     if all_fit {
       // Light that changes evenly may be interpolated over a larger range: what counts is how it bends.
-      let most = max(max(bend(a, d, a2, key), bend(d, a, d2, key)), max(bend(b, c, b2, key), bend(c, b, c2, key)));
+      let most = max(max(bend(a, d, a2), bend(d, a, d2)), max(bend(b, c, b2), bend(c, b, c2)));
       stands = range <= STEEPEST * allowed && most <= allowed;
-    } else if (key & BENT) == 0u && frame.tolerance > 0.0 {
+    } else if !BENT_PLACES && frame.tolerance > 0.0 {
       // On a plane, light that is even up to an edge goes on there.
       let even = EVEN * allowed;
-      stands = weight > 0.2 && range <= even && is_even(a, a2, key, even) && is_even(b, b2, key, even)
-        && is_even(c, c2, key, even) && is_even(d, d2, key, even);
+      stands = weight > 0.2 && range <= even && is_even(a, a2, even) && is_even(b, b2, even)
+        && is_even(c, c2, even) && is_even(d, d2, even);
       value += (w.x * (a.irradiance - a2.irradiance) + w.y * (b.irradiance - b2.irradiance)
         + w.z * (c.irradiance - c2.irradiance) + w.w * (d.irradiance - d2.irradiance)) * (0.5 * scale);
     }
   }
   if stands && (key & SHINY) == 0u {
-    let other = vec4f(second, select(0.0, 1.0, (key & BENT) != 0u));
+    let other = vec4f(second, select(0.0, 1.0, BENT_PLACES));
     if FINAL {
       let pixel = at + vec2u(0u, frame.band.x);
       textureStore(fine_light, pixel, radiance_of(paint_of(shown.y), value, other));

@@ -9,7 +9,7 @@
 @group(2) @binding(3) var fine_light: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(4) var fine_second: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(5) var<storage, read_write> sums: array<vec4f>;
-@group(2) @binding(6) var<storage, read_write> open: array<atomic<u32>>; // see refine.wgsl
+@group(2) @binding(6) var<storage, read_write> open: array<atomic<u32>>; // see lib/grid.wgsl
 
 override SPECULAR: bool = false;
 
@@ -40,6 +40,6 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   } else {
     let slot = atomicAdd(&open[3], 1u);
     atomicMax(&open[0], workgroups_of(slot + 1u));
-    atomicStore(&open[4u + slot], at.y << 16u | at.x);
+    atomicStore(&open[FIRST_PLACE + slot], at.y << 16u | at.x);
   }
 }

@@ -14,8 +14,7 @@
 @group(2) @binding(2) var coarse_second: texture_2d<f32>;
 @group(2) @binding(3) var fine_light: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(4) var fine_second: texture_storage_2d<rgba32float, write>;
-// Workgroups of the next pass (3 words), how many places, places: row << 16 | column.
-@group(2) @binding(5) var<storage, read_write> open: array<atomic<u32>>;
+@group(2) @binding(5) var<storage, read_write> open: array<atomic<u32>>; // see lib/grid.wgsl
 
 override CURVED: bool = false;
 override SPECULAR: bool = false;
@@ -39,9 +38,13 @@ fn store(point: vec2u, pixel: vec2u, value: Known, shown: vec2u, paint: ptr<func
   }
 }
 
-// Writes a place between neighbours of which `least` and `most` are the extremes; whether it could not be settled.
-fn settle(point: vec2u, at: vec2u, value: Known, least: Known, most: Known, exists: bool, paint: ptr<function, Paint>) -> bool {
-  if !exists { return false; }
+const SETTLED = 0u;
+const OPEN = 1u;
+const OPEN_BENT = 2u;
+
+// Writes a place between neighbours of which `least` and `most` are the extremes; whether that settles it.
+fn settle(point: vec2u, at: vec2u, value: Known, least: Known, most: Known, exists: bool, paint: ptr<function, Paint>) -> u32 {
+  if !exists { return SETTLED; }
   let pixel = at + vec2u(0u, frame.band.x);
   let shown = textureLoad(keys, pixel, 0).xy;
   let key = shown.x;
@@ -50,7 +53,11 @@ fn settle(point: vec2u, at: vec2u, value: Known, least: Known, most: Known, exis
   let same = least.light.w == most.light.w && u32(least.light.w) == key && (key & (BENT | SHINY)) == 0u;
   let stands = same && max(range.x, max(range.y, range.z)) <= allowed_range(value.light.xyz);
   store(point, pixel, value, shown, paint);
-  return key != 0u && !stands;
+  return select(SETTLED, select(OPEN, OPEN_BENT, (key & BENT) != 0u), key != 0u && !stands);
+}
+
+fn leave_open(slot: u32, at: vec2u) {
+  atomicStore(&open[slot], at.y << 16u | at.x);
 }
 
 fn lowest(a: Known, b: Known) -> Known { return Known(min(a.light, b.light), min(a.second, b.second)); }
@@ -97,14 +104,25 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let open_below = settle(corner + vec2u(0u, 1u), below, ac, lowest(a, c), highest(a, c), exists.y, &paint);
   let open_middle = settle(corner + 1u, middle, abcd, lowest(lowest(a, b), lowest(c, d)),
     highest(highest(a, b), highest(c, d)), all(exists), &paint);
-  let count = u32(open_right) + u32(open_below) + u32(open_middle);
+  let answers = vec3u(open_right, open_below, open_middle);
+  let flat_ones = select(vec3u(0u), vec3u(1u), answers == vec3u(OPEN));
+  let bent_ones = select(vec3u(0u), vec3u(1u), answers == vec3u(OPEN_BENT));
+  let count = flat_ones.x + flat_ones.y + flat_ones.z;
   if count > 0u {
-    var slot = atomicAdd(&open[3], count);
+    let slot = atomicAdd(&open[3], count);
     atomicMax(&open[0], workgroups_of(slot + count));
-    if open_right { atomicStore(&open[4u + slot], right.y << 16u | right.x); }
-    slot += u32(open_right);
-    if open_below { atomicStore(&open[4u + slot], below.y << 16u | below.x); }
-    slot += u32(open_below);
-    if open_middle { atomicStore(&open[4u + slot], middle.y << 16u | middle.x); }
+    let first = FIRST_PLACE + slot;
+    if flat_ones.x != 0u { leave_open(first, right); }
+    if flat_ones.y != 0u { leave_open(first + flat_ones.x, below); }
+    if flat_ones.z != 0u { leave_open(first + flat_ones.x + flat_ones.y, middle); }
+  }
+  let bent_count = bent_ones.x + bent_ones.y + bent_ones.z;
+  if CURVED && bent_count > 0u {
+    let slot = atomicAdd(&open[BENT_HEADER + 3u], bent_count);
+    atomicMax(&open[BENT_HEADER], workgroups_of(slot + bent_count));
+    let last = arrayLength(&open) - 1u - slot;
+    if bent_ones.x != 0u { leave_open(last, right); }
+    if bent_ones.y != 0u { leave_open(last - bent_ones.x, below); }
+    if bent_ones.z != 0u { leave_open(last - bent_ones.x - bent_ones.y, middle); }
   }
 }

@@ -6,7 +6,7 @@
 @group(2) @binding(2) var<storage, read_write> arguments: array<u32>; // of the dispatches that sort and that shade
 @group(2) @binding(3) var<storage, read_write> tally: array<u32>; // points of each level and leaf
 @group(2) @binding(4) var<uniform> plan: Plan;
-@group(2) @binding(5) var<storage, read_write> open: array<u32>; // see refine.wgsl
+@group(2) @binding(5) var<storage, read_write> open: array<u32>; // see lib/grid.wgsl
 
 const LANES = 256u;
 const EXTRA_ROW = 4u; // of the tally: further samples of pixels at edges
@@ -43,10 +43,12 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
     }
   }
   if lane.x == LANES - 1u {
-    open[0] = 0u;
-    open[1] = 1u;
-    open[2] = 1u;
-    open[3] = 0u;
+    for (var header = 0u; header < FIRST_PLACE; header += BENT_HEADER) {
+      open[header] = 0u;
+      open[header + 1u] = 1u;
+      open[header + 2u] = 1u;
+      open[header + 3u] = 0u;
+    }
     let points = wanted[0];
     wanted[0] = 0u;
     queue[0] = points;

@@ -12,16 +12,18 @@ struct Display {
 
 override ENCODE: bool; // whether the target wants sRGB values rather than linear ones
 
+struct Out { @builtin(position) position: vec4f, @location(0) @interpolate(flat) exposure: f32 }
+
 @vertex
-fn fullscreen(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
-  return vec4f(f32(i & 1u) * 4.0 - 1.0, f32(i >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+fn fullscreen(@builtin(vertex_index) i: u32) -> Out {
+  let stops = select(display.exposure, automatic[0], display.automatic != 0u);
+  return Out(vec4f(f32(i & 1u) * 4.0 - 1.0, f32(i >> 1u) * 4.0 - 1.0, 0.0, 1.0), exp2(stops));
 }
 
 @fragment
-fn show(@builtin(position) at: vec4f) -> @location(0) vec4f {
-  let pixel = min(vec2u(at.xy), display.size - 1u);
-  let stops = select(display.exposure, automatic[0], display.automatic != 0u);
-  let shown = tone_curve(textureLoad(radiance, pixel, 0).xyz * exp2(stops));
+fn show(in: Out) -> @location(0) vec4f {
+  let pixel = min(vec2u(in.position.xy), display.size - 1u);
+  let shown = tone_curve(textureLoad(radiance, pixel, 0).xyz * in.exposure);
   if !ENCODE { return vec4f(shown, 1.0); }
   return vec4f(srgb_encode(shown.x), srgb_encode(shown.y), srgb_encode(shown.z), 1.0);
 }

@@ -81,7 +81,7 @@ impl Selection {
         let (leaves, points) = (u64::from(plan.leaves), u64::from(capacity));
         let sorted = (u64::from(plan.sorted_at - plan.chunks_at)) * u64::from(CHUNK);
         Ok(Self {
-            open: buffer("open places", 4 + points, U::INDIRECT)?,
+            open: buffer("open places", 8 + points, U::INDIRECT)?,
             wanted: buffer(
                 "points",
                 u64::from(HEADER) + leaves + u64::from(POINT_WORDS) * points,

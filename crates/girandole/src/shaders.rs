@@ -101,7 +101,7 @@ pub(crate) const BEHIND: Source = source!(
         want
     ]
 );
-pub(crate) const SORT: Source = source!(sort, "", [frame, plan, deal]);
+pub(crate) const SORT: Source = source!(sort, "", [frame, plan, grid, deal]);
 pub(crate) const SCATTER: Source = source!(scatter, "", [plan]);
 macro_rules! gather {
     ($lights:ident) => {

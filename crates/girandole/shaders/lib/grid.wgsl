@@ -10,6 +10,11 @@ fn grid_size(step: u32) -> vec2u {
   return (last_point() + step - 1u) / step + 1u;
 }
 
+// Places that are still open are kept in one buffer: workgroups of the pass that looks at them (3 words) and how many
+// there are, the same for those on curved surfaces, then places, row << 16 | column: from the front, and from the back.
+const BENT_HEADER = 4u;
+const FIRST_PLACE = 8u;
+
 // Where a point lies, relative to the band.
 fn place_of(point: vec2u, step: u32) -> vec2u {
   return min(point * step, last_point());

@@ -27,6 +27,8 @@ pub(crate) struct Select {
 struct PointKernels {
     refine: Kernel,
     check: Kernel,
+    /// The same for places on curved surfaces, if there are any.
+    check_bent: Option<Kernel>,
     edges: Kernel,
     behind: Kernel,
     gather: Kernel,
@@ -75,9 +77,14 @@ impl Select {
             let edges = [Ids, Float, Float, Radiance, Radiance, Write, Write];
             let behind = [Ids, Read, Write, Uniform, Ids, Float, Float, Radiance, Radiance, Write, Read];
             let refine = [Ids, Float, Float, Radiance, Radiance, Write];
+            let check_places = |bent: bool| {
+                let constants = [curved, specular, textures, is_final, flag("BENT_PLACES", bent)];
+                kernel(&shaders::CHECK, "check", &check, &constants)
+            };
             PointKernels {
                 refine: kernel(&shaders::REFINE, "main", &refine, &[curved, specular, is_final]),
-                check: kernel(&shaders::CHECK, "check", &check, &[curved, specular, textures, is_final]),
+                check: check_places(false),
+                check_bent: needs.curved.then(|| check_places(true)),
                 edges: kernel(&shaders::EDGES, "main", &edges, &[specular, is_final]),
                 behind: kernel(&shaders::BEHIND, "main", &behind, &[specular, textures, is_final]),
                 gather: kernel(source, "main", &shade, &gather),
@@ -172,6 +179,10 @@ impl Select {
                 let groups = Groups::Indirect(&selection.open, 0);
                 let time = timers.compute("select_gpu_ms");
                 kernels.check.record(device, encoder, time, band, &look, groups);
+                if let Some(check) = &kernels.check_bent {
+                    let groups = Groups::Indirect(&selection.open, 16);
+                    check.record(device, encoder, timers.compute("select_gpu_ms"), band, &look, groups);
+                }
             }
         }
 

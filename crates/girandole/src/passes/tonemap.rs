@@ -20,7 +20,7 @@ impl ToneMapping {
     pub fn new(device: &wgpu::Device) -> Self {
         let slots = [Slot::Uniform, Slot::Float, Slot::Read];
         Self {
-            layout: bind::layout(device, "tonemap", wgpu::ShaderStages::FRAGMENT, &slots),
+            layout: bind::layout(device, "tonemap", wgpu::ShaderStages::VERTEX_FRAGMENT, &slots),
             module: shaders::TONEMAP.module(device),
             pipelines: Vec::new(),
         }

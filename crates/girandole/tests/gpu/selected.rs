@@ -21,6 +21,7 @@ pub fn tests() -> Vec<Test> {
         ("many_batches_and_sizes", batches_and_sizes),
         ("selected_frames_repeat_bit_for_bit", repeats),
         ("lanes_that_share_points_sum_the_same", shared_points),
+        ("copied_maps_give_the_same_picture", copied_maps),
         ("anti_aliasing_shades_edges_only", anti_aliasing),
         ("debug_views_show_what_they_promise", debug_views),
         ("dots_show_lights_of_all_batches", light_dots),
@@ -330,6 +331,38 @@ fn shared_points(context: &Context) {
         // The control: light maps make more of a difference.
         let other = picture(true, Mode::LowResolution, 0.0);
         assert!(largest(&picture(true, Mode::Full, 0.0), &other) > 2e-5);
+    }
+}
+
+fn copied_maps(context: &Context) {
+    let size = [112, 84];
+    let cases = [
+        (Mode::Naive, Shading::Fused, None),
+        (Mode::Full, Shading::Fused, None),
+        (Mode::Visibility, Shading::Multipass { lights_per_pass: 3 }, None),
+        (Mode::Naive, Shading::Fused, Some(DebugView::Atlas)),
+    ];
+    // Pages of many maps, of maps whose rows are no multiple of what copies ask for, and one with a sun.
+    for (stage, map_size) in
+        [(Stage::builtin("table", 60), Some(300)), (glossy(30), Some(100)), (truth("punctual", 60), None)]
+    {
+        let view = stage.view(0, size);
+        let pictures = |copy, map_size| {
+            let options = RendererOptions { copy_maps: Some(copy), map_size, ..RendererOptions::default() };
+            let mut renderer = context.loaded(&stage, options);
+            let pictures = cases.map(|(mode, shading, debug)| {
+                let settings = RenderSettings { shading, debug, ..bounded(&stage, mode) };
+                context.frame(&mut renderer, &view, size, &settings).pixels
+            });
+            (pictures, context.wait(renderer.shadow_map(7)).expect("a map"))
+        };
+        let (copied, drawn) = (pictures(true, map_size), pictures(false, map_size));
+        assert!(copied == drawn);
+        // The control: other maps make other pictures.
+        let other = pictures(true, Some(80));
+        for (picture, other) in copied.0.iter().zip(&other.0) {
+            assert!(picture != other);
+        }
     }
 }
 
