@@ -138,8 +138,9 @@ fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loca
   let allowed = allowed_range(value);
   let all_fit = a.fits && b.fits && c.fits && d.fits;
   // Near an edge some neighbours lie elsewhere: three of four will do where they agree, and from pixel to pixel of a
-  // plane one.
-  let least = select(0.7, 0.2, frame.step == 1u && !BENT_PLACES && frame.tolerance > 0.0);
+  // plane one. (The key is asked lest uniforms alone decide, see lib/tied.wgsl.)
+  let may_extend = (key & BENT) == 0u && frame.tolerance > 0.0;
+  let least = select(0.7, 0.2, may_extend && frame.step == 1u);
   var stands = weight > least && range <= select(0.5, 1.0, all_fit) * allowed;
   if !stands {
     let reach = select(vec2i(1), vec2i(0), on_grid);
@@ -151,7 +152,7 @@ fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loca
       // Light that changes evenly may be interpolated over a larger range: what counts is how it bends.
       let most = max(max(bend(a, d, a2), bend(d, a, d2)), max(bend(b, c, b2), bend(c, b, c2)));
       stands = range <= STEEPEST * allowed && most <= allowed;
-    } else if !BENT_PLACES && frame.tolerance > 0.0 {
+    } else if may_extend {
       // On a plane, light that is even up to an edge goes on there.
       let even = EVEN * allowed;
       stands = weight > 0.2 && range <= even && is_even(a, a2, even) && is_even(b, b2, even)
