@@ -70,15 +70,14 @@ impl Bundle {
                 6
             }
         };
+        let towards = points.map(|p| apex.towards(p));
+        let inverse_squares = towards.map(|t| t.length_squared().recip());
+        let length = if apex.finite { 1.0 } else { f64::INFINITY };
         for i in 0..self.count {
-            let towards = apex.towards(points[i]);
-            let across = |other: &DVec3| {
-                let direction = apex.towards(*other);
-                (*other - points[i]).cross(direction).length_squared() / direction.length_squared()
-            };
-            let width = points[..self.count].iter().map(across).fold(0.0, f64::max).sqrt();
-            let length = if apex.finite { 1.0 } else { f64::INFINITY };
-            self.rays[i] = Ray { origin: points[i], inverse: towards.recip(), length, width };
+            let across =
+                |j: usize| (points[j] - points[i]).cross(towards[j]).length_squared() * inverse_squares[j];
+            let width = (0..self.count).map(across).fold(0.0, f64::max).sqrt();
+            self.rays[i] = Ray { origin: points[i], inverse: towards[i].recip(), length, width };
         }
         self.width = self.rays[..self.count].iter().map(|r| r.width).fold(0.0, f64::max);
     }
