@@ -2,11 +2,16 @@
 
 use super::clusters::Cluster;
 use super::pyramid::{Blocks, Pyramid, Scratch};
-use super::surfaces::Surfaces;
+use super::shapes::{Apex, extent};
+use super::surfaces::{SimplePatch, Surfaces};
 use crate::scene::NONE;
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+
+/// Share of the hierarchy's nodes that are moved to a better place.
+const REINSERTED: f32 = 0.5;
 
 /// Something that can block light: its index is the same as long as the scene's objects and meshes are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -33,7 +38,7 @@ pub(crate) struct Box3 {
     /// The mesh that all of it is part of, or [`NONE`], and its cluster.
     pub mesh: u32,
     pub cluster: u32,
-    /// Extent of the largest opaque polygon, 0 if there is none.
+    /// Extent of the largest polygon that may cover something, 0 if there is none.
     pub extent: f64,
 }
 
@@ -64,16 +69,17 @@ impl BlockerTree {
                 Aabb::new(scaled(low), scaled(high))
             })
             .collect();
-        let binary = PlocBuilder::with_capacity(boxes.len()).build(
+        let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
             PlocSearchDistance::Low,
             &boxes,
             (0..boxes.len() as u32).collect(),
             SortPrecision::U64,
             0,
         );
+        ReinsertionOptimizer::default().run(&mut binary, REINSERTED, None);
         let items: Vec<u32> = binary.primitive_indices.iter().map(|&i| blockers[i as usize]).collect();
         let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let mut nodes: Vec<Box3> = binary
+        let nodes: Vec<Box3> = binary
             .nodes
             .iter()
             .map(|n| Box3 {
@@ -86,41 +92,89 @@ impl BlockerTree {
                 extent: 0.0,
             })
             .collect();
-        // Exact bounds, from the leaves up.
+        let mut tree = Self { nodes, items };
+        // Exact bounds.
+        for i in tree.leaves_first() {
+            let (count, first) = (tree.nodes[i].count, tree.nodes[i].first as usize);
+            let joined = |(low, high): (DVec3, DVec3), (l, h): (DVec3, DVec3)| (low.min(l), high.max(h));
+            (tree.nodes[i].low, tree.nodes[i].high) = if count == 0 {
+                tree.nodes[first..first + 2].iter().map(|n| (n.low, n.high)).fold(empty, joined)
+            } else {
+                tree.items[first..first + count as usize]
+                    .iter()
+                    .map(|&b| surfaces.blocker_box(b))
+                    .fold(empty, joined)
+            };
+        }
+        tree
+    }
+
+    /// All nodes, children before their parents.
+    fn leaves_first(&self) -> Vec<usize> {
         let mut order = vec![0_usize];
         let mut next = 0;
         while next < order.len() {
-            let node = &nodes[order[next]];
+            let node = &self.nodes[order[next]];
             if node.count == 0 {
                 order.extend([node.first as usize, node.first as usize + 1]);
             }
             next += 1;
         }
-        for &i in order.iter().rev() {
-            let (count, first) = (nodes[i].count, nodes[i].first as usize);
-            let (low, high) = if count == 0 {
-                (nodes[first].low.min(nodes[first + 1].low), nodes[first].high.max(nodes[first + 1].high))
-            } else {
-                items[first..first + count as usize].iter().fold(empty, |(low, high), &b| {
-                    let (l, h) = surfaces.blocker_box(b);
-                    (low.min(l), high.max(h))
-                })
-            };
-            let extent =
-                |b: &u32| surfaces.patches.get(*b as usize).filter(|p| p.opaque).map_or(0.0, |p| p.extent);
-            nodes[i].extent = if count == 0 {
-                nodes[first].extent.max(nodes[first + 1].extent)
-            } else {
-                items[first..first + count as usize].iter().map(extent).fold(0.0, f64::max)
-            };
-            (nodes[i].low, nodes[i].high) = (low, high);
-        }
-        Self { nodes, items }
+        order.reverse();
+        order
     }
 
-    /// Over the blockers of those objects that `accept` takes, and on to the clusters of meshes.
-    pub fn detailed(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
+    /// Whether anything may lie in front of a plane.
+    fn reaches(&self, surfaces: &Surfaces, normal: DVec3, offset: f64) -> bool {
+        let mut open = vec![0];
+        while let Some(i) = open.pop() {
+            let node: &Box3 = &self.nodes[i as usize];
+            if extent(normal, [node.low, node.high]).1 <= offset {
+                continue;
+            }
+            if node.count == 0 {
+                open.extend([node.first, node.first + 1]);
+                continue;
+            }
+            let items = &self.items[node.first as usize..(node.first + node.count) as usize];
+            let in_front = |b: &u32| match surfaces.patches.get(*b as usize) {
+                Some(patch) => patch.corners.iter().any(|c| normal.dot(*c) > offset),
+                None => true,
+            };
+            if items.iter().any(in_front) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Enters what may cover something: opaque polygons with a surface or a light on either side. A room's walls do
+    /// not, and they would make every group that they are in look large.
+    fn enter_extents(&mut self, surfaces: &Surfaces, lights: &[Apex]) {
+        let divides = |patch: &SimplePatch| {
+            [1.0, -1.0].into_iter().all(|sign| {
+                let (normal, offset) = (patch.normal * sign, patch.offset * sign + surfaces.tolerance.tol);
+                self.reaches(surfaces, normal, offset) || lights.iter().any(|l| l.is_in_front(normal, offset))
+            })
+        };
+        let covers = |b: &u32| surfaces.patches.get(*b as usize).filter(|p| p.opaque && divides(p));
+        let of_item: Vec<f64> = self.items.iter().map(|b| covers(b).map_or(0.0, |p| p.extent)).collect();
+        for i in self.leaves_first() {
+            let (count, first) = (self.nodes[i].count, self.nodes[i].first as usize);
+            self.nodes[i].extent = match count {
+                0 => self.nodes[first].extent.max(self.nodes[first + 1].extent),
+                _ => of_item[first..first + count as usize].iter().copied().fold(0.0, f64::max),
+            };
+        }
+    }
+
+    /// The same with what may cover something, and on to the clusters of meshes.
+    pub fn detailed(surfaces: &Surfaces, lights: &[Apex], accept: impl Fn(u32) -> bool) -> Self {
         let mut tree = Self::new(surfaces, accept);
+        if tree.is_empty() {
+            return tree;
+        }
+        tree.enter_extents(surfaces, lights);
         let mut next = 0;
         while next < tree.nodes.len() {
             let end = tree.nodes.len() as u32;

@@ -3,6 +3,30 @@
 use super::shapes::{Apex, Hull, MOST_CORNERS};
 use glam::DVec3;
 
+/// What a group of blockers may cover, of a receiver and its parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Cover {
+    /// Nothing that is wider, metres.
+    pub widest: f32,
+    /// Nothing that has one of these corners of the receiver, a bit each: rays from there to the light miss the group.
+    pub missed: u8,
+}
+
+impl Cover {
+    /// As long as nothing is known.
+    pub const ANY: Self = Self { widest: f32::INFINITY, missed: 0 };
+
+    /// The same for a part of the receiver, given which of the receiver's corners its own are: counted from 1, 0 for
+    /// new ones.
+    pub fn of_part(self, corners: &[u8; MOST_CORNERS]) -> Self {
+        if self.missed == 0 {
+            return self;
+        }
+        let missed = |i: usize| u8::from(u32::from(self.missed) << 1 >> corners[i] & 1 == 1);
+        Self { missed: (0..MOST_CORNERS).fold(0, |bits, i| bits | missed(i) << i), ..self }
+    }
+}
+
 /// Some rays of a pyramid, from the receiver's outermost points to the light: a polygon that covers the receiver is hit
 /// by all of them.
 #[derive(Clone, Copy, Debug, Default)]
@@ -10,6 +34,10 @@ pub(crate) struct Bundle {
     rays: [Ray; MOST_CORNERS],
     /// How many there are, 0 before they are made.
     pub count: usize,
+    /// Whether they start at the receiver's corners, so that all others lie between them.
+    corners: bool,
+    /// Greatest width of them.
+    pub width: f64,
 }
 
 /// From `origin`, where the receiver is, as far as `length` times what `inverse` is the inverse of.
@@ -25,6 +53,7 @@ struct Ray {
 impl Bundle {
     pub fn set(&mut self, apex: &Apex, hull: &Hull) {
         let mut points = [DVec3::ZERO; MOST_CORNERS];
+        self.corners = matches!(hull, Hull::Polygon(..));
         self.count = match hull {
             Hull::Polygon(corners, n) => {
                 points = *corners;
@@ -41,29 +70,59 @@ impl Bundle {
                 6
             }
         };
+        let towards = points.map(|p| apex.towards(p));
+        let inverse_squares = towards.map(|t| t.length_squared().recip());
+        let length = if apex.finite { 1.0 } else { f64::INFINITY };
         for i in 0..self.count {
-            let towards = apex.towards(points[i]);
-            let across = |other: &DVec3| {
-                let direction = apex.towards(*other);
-                (*other - points[i]).cross(direction).length_squared() / direction.length_squared()
-            };
-            let width = points[..self.count].iter().map(across).fold(0.0, f64::max).sqrt();
-            let length = if apex.finite { 1.0 } else { f64::INFINITY };
-            self.rays[i] = Ray { origin: points[i], inverse: towards.recip(), length, width };
+            let across =
+                |j: usize| (points[j] - points[i]).cross(towards[j]).length_squared() * inverse_squares[j];
+            let width = (0..self.count).map(across).fold(0.0, f64::max).sqrt();
+            self.rays[i] = Ray { origin: points[i], inverse: towards[i].recip(), length, width };
         }
+        self.width = self.rays[..self.count].iter().map(|r| r.width).fold(0.0, f64::max);
     }
 
-    /// Whether all rays pass through a box at which they are at most `extent` apart.
-    pub fn passes(&self, low: DVec3, high: DVec3, extent: f64) -> bool {
-        self.rays[..self.count].iter().all(|ray| {
+    /// Whether all rays pass through a box at which they are at most `extent` apart. If not, `cover` becomes what that
+    /// shows for the receiver's parts.
+    pub fn passes(&self, low: DVec3, high: DVec3, extent: f64, cover: &mut Cover) -> bool {
+        let (mut missed, mut narrow) = (0_u8, true);
+        for (i, ray) in self.rays[..self.count].iter().enumerate() {
             let (a, b) = ((low - ray.origin) * ray.inverse, (high - ray.origin) * ray.inverse);
             // `min` and `max` take the number where the other is none: a ray within the plane of a side.
             let enter = a.min(b).max_element().max(0.0);
             let leave = a.max(b).min_element().min(ray.length);
-            // Rays meet at the light.
-            let narrowed = if ray.length == 1.0 { ray.width * (1.0 - leave) } else { ray.width };
-            enter <= leave && narrowed <= extent
-        })
+            missed |= u8::from(enter > leave) << i;
+            narrow &= ray.width * ray.narrowing(leave) <= extent;
+        }
+        let passes = missed == 0 && narrow;
+        if self.corners && !passes {
+            let widest = extent / self.narrowest(low, high) * (1.0 + 1e-6);
+            *cover = Cover { widest: cover.widest.min(widest as f32), missed };
+        }
+        passes
+    }
+
+    /// How much nearer to each other rays are, at least, where they leave a box. Along an axis that all rays follow the
+    /// same way, none leaves later than the last of those at the corners.
+    fn narrowest(&self, low: DVec3, high: DVec3) -> f64 {
+        let rays = &self.rays[..self.count];
+        let mut leave: f64 = 1.0;
+        for axis in 0..3 {
+            let forward = rays[0].inverse[axis] > 0.0;
+            if rays.iter().all(|r| if forward { r.inverse[axis] > 0.0 } else { r.inverse[axis] < 0.0 }) {
+                let end = if forward { high[axis] } else { low[axis] };
+                let ends = rays.iter().map(|r| (end - r.origin[axis]) * r.inverse[axis]);
+                leave = leave.min(ends.fold(0.0, f64::max));
+            }
+        }
+        rays[0].narrowing(leave)
+    }
+}
+
+impl Ray {
+    /// How much nearer to the others it is than at the receiver: rays meet at the light.
+    fn narrowing(&self, at: f64) -> f64 {
+        if self.length == 1.0 { 1.0 - at } else { 1.0 }
     }
 }
 

@@ -1,9 +1,10 @@
 //! The visibility database: for each node and light the state, and the blockers that decide it.
 
 use super::blockers::{Blocker, BlockerTree};
+use super::groups::{Groups, Side};
 use super::hierarchy::{Context, Draft, Frame, Memory, Part, PatchRoot, Row, mesh_nodes};
 use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
-use super::shapes::Apex;
+use super::shapes::{Apex, Shape};
 use super::surfaces::Surfaces;
 use super::{Entry, State, VisibilitySettings};
 use crate::lights::LightSet;
@@ -65,7 +66,7 @@ impl VisibilityDatabase {
         let own: Vec<u32> = lights.samples.iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let dynamic = |object: u32| scene.objects.get(object as usize).is_some_and(|o| o.dynamic);
         // The hierarchy, with what static objects block.
-        let groups = BlockerTree::detailed(&surfaces, |object| !dynamic(object));
+        let groups = BlockerTree::detailed(&surfaces, &apexes, |object| !dynamic(object));
         let context =
             Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &groups, grouped: true };
         let (receivers, mut fixed, mut tests) = receivers(&context, geometry, settings);
@@ -196,7 +197,7 @@ pub(super) fn determine(context: &Context, receivers: &Receivers) -> (Vec<Row>, 
             let node = &receivers.nodes[index];
             let parent = rows.get((node.parent as usize).wrapping_sub(range.start));
             let shape = receivers.shape(context.surfaces, index as u32);
-            let part = Part { own: receivers.mesh(index as u32), last: node.leaf != NONE };
+            let part = Part { own: receivers.mesh(index as u32), last: node.leaf != NONE, ..Part::default() };
             let row = context.row(shape, part, parent, &mut memory);
             rows.push(row);
         }
@@ -216,22 +217,29 @@ fn receivers(
     let sides = |simple: usize| 1 + usize::from(surfaces.patches[simple].double_sided);
     let total: f64 = (0..surfaces.patches.len()).map(|i| surfaces.patches[i].area * sides(i) as f64).sum();
     let threshold = total * context.lights.len() as f64 / f64::from(settings.split).max(1e-30);
-    let patches = (0..surfaces.patches.len()).flat_map(|i| {
-        [false, true].into_iter().take(sides(i)).map(move |back| Root::Patch { simple: i as u32, back })
-    });
-    let roots: Vec<Root> = patches.chain((0..surfaces.meshes.len() as u32).map(Root::Mesh)).collect();
+    let of_patch = |i: usize| [false, true].into_iter().take(sides(i)).map(move |back| (i as u32, back));
+    let patches: Vec<Side> = (0..surfaces.patches.len()).flat_map(of_patch).collect();
     let frames: Vec<Frame> = surfaces.patches.iter().map(|p| Frame::new(&p.corners, p.normal)).collect();
-    let parts = map(&roots, |root| {
+    let build = |index: u32, above: &Row| {
         let mut memory = Memory::new();
-        let nodes = match *root {
-            Root::Mesh(mesh) => mesh_nodes(context, mesh, settings.cluster_triangles.max(1), &mut memory),
-            Root::Patch { simple, back } => {
-                let frame = frames[simple as usize];
-                PatchRoot { context, settings, simple, back, frame, threshold }.build(&mut memory)
-            }
-        };
-        (nodes, memory.scratch.tests)
-    });
+        let (simple, back) = patches[index as usize];
+        let frame = frames[simple as usize];
+        let nodes = PatchRoot { context, settings, simple, back, above, frame, threshold }.build(&mut memory);
+        Built { index, nodes, tests: memory.scratch.tests }
+    };
+    let mut parts = Vec::new();
+    if !patches.is_empty() {
+        parts = descend(context, &Groups::new(surfaces, &patches), 0, None, &build);
+    }
+    parts.sort_unstable_by_key(|part| part.index);
+    let meshes: Vec<u32> = (0..surfaces.meshes.len() as u32).collect();
+    parts.extend(map(&meshes, |&index| {
+        let mut memory = Memory::new();
+        let nodes = mesh_nodes(context, index, settings.cluster_triangles.max(1), &mut memory);
+        Built { index, nodes, tests: memory.scratch.tests }
+    }));
+    let roots = patches.iter().map(|&(simple, back)| Root::Patch { simple, back });
+    let roots = roots.chain(meshes.iter().map(|&mesh| Root::Mesh(mesh)));
     let mut result = Receivers {
         triangles: vec![TriangleReceiver::Leaf(NONE); geometry.triangles.len()],
         ..Receivers::default()
@@ -255,12 +263,44 @@ fn receivers(
             back: NONE,
         });
     }
-    for (root, (drafts, count)) in roots.iter().zip(parts) {
-        tests += count;
-        flatten(surfaces, root, drafts, &mut result, &mut rows);
+    for (root, part) in roots.zip(parts) {
+        tests += part.tests;
+        flatten(surfaces, &root, part.nodes, &mut result, &mut rows);
     }
     make_grids(settings, &frames, &mut result);
     (result, rows, tests)
+}
+
+/// What is below one root.
+struct Built {
+    index: u32,
+    nodes: Vec<Draft>,
+    tests: u64,
+}
+
+/// What is below each member of a group, in any order; `build` makes it, given what is known of the group.
+fn descend(
+    context: &Context,
+    groups: &Groups,
+    index: u32,
+    above: Option<&Row>,
+    build: &(impl Fn(u32, &Row) -> Built + Sync + Send),
+) -> Vec<Built> {
+    let group = &groups.nodes[index as usize];
+    let mut memory = Memory::new();
+    let part = Part { root: true, ..Part::default() };
+    let row = context.row(Shape::Group(group), part, above, &mut memory);
+    let mut built = if group.bounds.children[0] == NONE {
+        let members = group.bounds.range.start as usize..group.bounds.range.end as usize;
+        map(&groups.order[members], |&member| build(member, &row))
+    } else {
+        let below = |&child: &u32| descend(context, groups, child, Some(&row), build);
+        map(&group.bounds.children, below).into_iter().flatten().collect()
+    };
+    if let Some(first) = built.first_mut() {
+        first.tests += memory.scratch.tests;
+    }
+    built
 }
 
 /// Appends the nodes of a root that are still in its hierarchy.

@@ -1,6 +1,7 @@
 //! Determination for one root: the adaptive split of a patch, and what blocks each node.
 
 use super::blockers::BlockerTree;
+use super::boxes::Cover;
 use super::pyramid::{Blocks, Facing, Place, Pyramid, Scratch, clip};
 use super::receivers::{cluster_of, patch_shape};
 use super::shapes::{Apex, MOST_CORNERS, Shape};
@@ -42,27 +43,40 @@ pub(crate) struct Part {
     pub own: Option<u32>,
     /// Whether it is certain to have no children.
     pub last: bool,
+    /// Whether only groups are above it: the blocker that covers one of those is named again.
+    pub root: bool,
+    /// Which of the parent's corners its own are: counted from 1, 0 for new ones.
+    pub corners: [u8; MOST_CORNERS],
 }
 
 /// Working memory.
 pub(crate) struct Memory {
     pub scratch: Scratch,
     pyramid: Pyramid,
-    open: Vec<u32>,
-    found: Vec<u32>,
+    /// Groups to look at, and what they may cover.
+    open: Vec<(u32, Cover)>,
+    /// Blockers that may reach into the pyramid, and room to find them.
+    near: Vec<u32>,
+    stack: Vec<u32>,
+    found: Vec<Entry>,
 }
 
 impl Memory {
     pub fn new() -> Self {
-        let scratch = Scratch::default();
-        Self { scratch, pyramid: Pyramid::new(), open: Vec::new(), found: Vec::new() }
+        Self {
+            scratch: Scratch::default(),
+            pyramid: Pyramid::new(),
+            open: Vec::new(),
+            near: Vec::new(),
+            stack: Vec::new(),
+            found: Vec::new(),
+        }
     }
 }
 
 impl Context<'_> {
     /// The row of a node, given its parent's.
     pub fn row(&self, shape: Shape, part: Part, parent: Option<&Row>, memory: &mut Memory) -> Row {
-        let Part { own, last } = part;
         let mut row = Row { states: vec![State::Unoccluded; self.lights.len()], entries: Vec::new() };
         let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
         for (index, light) in self.lights.iter().enumerate() {
@@ -74,6 +88,9 @@ impl Context<'_> {
             // What has been decided for all below.
             if parent.is_some() && inherited.iter().all(|e| e.full()) {
                 *state = above;
+                if part.root {
+                    row.entries.extend_from_slice(inherited);
+                }
                 continue;
             }
             memory.scratch.tests += 1;
@@ -82,30 +99,30 @@ impl Context<'_> {
                 *state = State::Full;
                 continue;
             }
-            let asked = inherited.iter().filter(|e| !e.full() && !e.is_facing()).map(|e| e.blocker());
-            memory.open.clear();
+            let asked = inherited.iter().filter(|e| !e.full() && !e.is_facing());
             if self.grouped {
+                memory.open.clear();
                 if parent.is_some() {
-                    memory.open.extend(asked.rev());
+                    let below = |e: &Entry| (e.blocker(), e.cover.of_part(&part.corners));
+                    memory.open.extend(asked.rev().map(below));
                 } else {
-                    memory.open.extend((!self.blockers.is_empty()).then_some(0));
+                    memory.open.extend((!self.blockers.is_empty()).then_some((0, Cover::ANY)));
                 }
-                *state = self.search(index as u32, own, last, memory);
+                *state = self.search(index as u32, part, memory);
             } else {
-                memory.found.clear();
                 if parent.is_some() {
-                    memory.found.extend(asked);
+                    memory.near.clear();
+                    memory.near.extend(asked.map(|e| e.blocker()));
                 } else {
-                    let Memory { scratch, pyramid, open, found, .. } = memory;
-                    self.blockers.query(pyramid, scratch, open, found);
+                    let Memory { scratch, pyramid, stack, near, .. } = memory;
+                    self.blockers.query(pyramid, scratch, stack, near);
                 }
-                *state = self.each(index as u32, own, memory);
+                *state = self.each(index as u32, part.own, memory);
                 if above == State::Full {
                     *state = State::Full;
                 }
             }
-            let found = memory.found.iter();
-            row.entries.extend(found.map(|&code| Entry { light: index as u32, code }));
+            row.entries.extend_from_slice(&memory.found);
             if *state == State::Unoccluded && facing != Facing::All {
                 row.entries.push(Entry::facing(index as u32));
             }
@@ -113,57 +130,57 @@ impl Context<'_> {
         row
     }
 
-    /// Each blocker for itself: replaces those found by the codes of those that block something.
+    /// Each blocker for itself.
     fn each(&self, index: u32, own: Option<u32>, memory: &mut Memory) -> State {
         let mut state = State::Unoccluded;
-        let Memory { scratch, pyramid, found, .. } = memory;
-        found.retain_mut(|blocker| {
-            let blocks = self.surfaces.test(*blocker, pyramid, own, scratch);
+        let Memory { scratch, pyramid, near, found, .. } = memory;
+        found.clear();
+        for &blocker in near.iter() {
+            let blocks = self.surfaces.test(blocker, pyramid, own, scratch);
+            if blocks == Blocks::None {
+                continue;
+            }
             // The triangle that a light lies on does not block it.
-            let full = blocks == Blocks::Full && self.own[index as usize] != *blocker;
-            *blocker = Entry::new(index, *blocker, full).code;
-            state = state.max(match blocks {
-                Blocks::None => State::Unoccluded,
-                _ if full => State::Full,
-                _ => State::Partial,
-            });
-            blocks != Blocks::None
-        });
+            let full = blocks == Blocks::Full && self.own[index as usize] != blocker;
+            found.push(Entry::new(index, blocker, full));
+            state = state.max(if full { State::Full } else { State::Partial });
+        }
         state
     }
 
     /// Goes through groups only as far as the state calls for: until one blocker is partial, and from there on where
     /// one may be full. Leaves the codes of what the children have to look at.
-    fn search(&self, index: u32, own: Option<u32>, last: bool, memory: &mut Memory) -> State {
+    fn search(&self, index: u32, part: Part, memory: &mut Memory) -> State {
         let Memory { scratch, pyramid, open, found, .. } = memory;
+        let Part { own, last, .. } = part;
         found.clear();
         let mut state = State::Unoccluded;
-        while let Some(group) = open.pop() {
+        while let Some((group, mut cover)) = open.pop() {
             let node = &self.blockers.nodes[group as usize];
+            let bounds = (node.low, node.high, node.extent);
             // Part of the receiver's own mesh.
             if node.mesh != NONE && own == Some(node.mesh) {
                 scratch.tests += 1;
                 if !self.surfaces.meshes[node.mesh as usize].convex {
-                    found.push(Entry::new(index, group, false).code);
+                    found.push(Entry::new(index, group, false));
                     state = State::Partial;
                 }
                 continue;
             }
             let decided = state == State::Partial;
-            if decided {
-                // What holds no polygon never covers anything.
-                scratch.tests += u64::from(node.extent > 0.0);
-                if !pyramid.may_be_covered(node.low, node.high, node.extent) {
-                    if last {
-                        continue;
-                    }
+            if decided && !pyramid.may_be_covered(bounds, &mut cover, scratch) {
+                if last {
+                    continue;
+                }
+                // A patch's parts know by `cover` what not to ask again; to those of others it is left out.
+                if pyramid.is_round() {
                     scratch.tests += 1;
                     if pyramid.place(node.low, node.high) == Place::Outside {
                         continue;
                     }
-                    found.push(Entry::new(index, group, false).code);
-                    continue;
                 }
+                found.push(Entry { cover, ..Entry::new(index, group, false) });
+                continue;
             }
             if node.count == 0 {
                 if !decided {
@@ -173,9 +190,8 @@ impl Context<'_> {
                         Place::Crossing => {}
                         // Whatever it is, it blocks something.
                         Place::Inside => {
-                            scratch.tests += 1;
-                            if !pyramid.may_be_covered(node.low, node.high, node.extent) {
-                                found.push(Entry::new(index, group, false).code);
+                            if !pyramid.may_be_covered(bounds, &mut cover, scratch) {
+                                found.push(Entry { cover, ..Entry::new(index, group, false) });
                                 state = State::Partial;
                                 continue;
                             }
@@ -187,13 +203,13 @@ impl Context<'_> {
                 if !decided && pyramid.remoteness(a.low, a.high) < pyramid.remoteness(b.low, b.high) {
                     order.swap(0, 1);
                 }
-                open.extend(order);
+                open.extend(order.map(|child| (child, cover)));
                 continue;
             }
             if node.mesh != NONE {
                 let tree = &self.surfaces.meshes[node.mesh as usize].tree;
                 if pyramid.meets_cluster(tree, node.cluster, scratch) {
-                    found.push(Entry::new(index, group, false).code);
+                    found.push(Entry::new(index, group, false));
                     state = State::Partial;
                 }
                 continue;
@@ -205,14 +221,14 @@ impl Context<'_> {
                     // The triangle that a light lies on does not block it.
                     Blocks::Full if self.own[index as usize] != blocker => {
                         found.clear();
-                        found.push(Entry::new(index, group, true).code);
+                        found.push(Entry::new(index, group, true));
                         return State::Full;
                     }
                     Blocks::Full | Blocks::Partial => partial = true,
                 }
             }
             if partial {
-                found.push(Entry::new(index, group, false).code);
+                found.push(Entry::new(index, group, false));
                 state = State::Partial;
             }
         }
@@ -279,6 +295,8 @@ pub(crate) struct PatchRoot<'a> {
     pub settings: &'a VisibilitySettings,
     pub simple: u32,
     pub back: bool,
+    /// What is known of the group that it is part of.
+    pub above: &'a Row,
     pub frame: Frame,
     /// Area × partially occluded lights above which a node may be split.
     pub threshold: f64,
@@ -312,9 +330,15 @@ impl PatchRoot<'_> {
         let shape = patch_shape(self.context.surfaces, self.simple, self.back, &corners);
         let area = area_vector(&outline).length();
         // It is not split if it is too small even were all partial that may be.
-        let asked = parent.map_or(self.context.lights.len(), |p| p.row.undecided());
-        let part = Part { own: None, last: area * asked as f64 <= self.threshold };
-        let row = self.context.row(shape, part, parent.map(|p| &p.row), memory);
+        let above = parent.map_or(self.above, |p| &p.row);
+        let asked = above.undecided();
+        let last = area * asked as f64 <= self.threshold;
+        let mut part = Part { last, root: parent.is_none(), ..Part::default() };
+        for (index, corner) in part.corners.iter_mut().zip(&corners) {
+            let same = parent.and_then(|p| p.corners.iter().position(|c| c == corner));
+            *index = same.map_or(0, |i| i as u8 + 1);
+        }
+        let row = self.context.row(shape, part, Some(above), memory);
         Draft { cells, corners, cluster: NONE, area, row, children: None, outline, depth, credit: LOOK_AHEAD }
     }
 
@@ -411,7 +435,7 @@ pub(crate) fn mesh_nodes(context: &Context, mesh: u32, triangles: u32, memory: &
         let (index, parent): (u32, Option<usize>) = open[next];
         let cluster = cluster_of(context.surfaces, mesh, index);
         let last = cluster.range.len() <= triangles as usize || cluster.children[0] == NONE;
-        let part = Part { own: Some(mesh), last };
+        let part = Part { own: Some(mesh), last, ..Part::default() };
         let row = context.row(Shape::Cluster(cluster), part, parent.map(|p| &nodes[p].row), memory);
         let mut children = None;
         if !last {

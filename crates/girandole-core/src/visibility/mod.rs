@@ -14,7 +14,13 @@
 //! needed, and a *group* stands for its members wherever those cannot change the state: once anything blocks a part,
 //! only what may cover the whole receiver is looked at, and the rest is left, closed, to the receiver's children. A
 //! group may cover a receiver only if all rays from its corners to the light pass through the group's box, and only
-//! if its largest polygon is as wide as the pyramid is there. Dynamic blockers are found each for itself.
+//! if its largest polygon is as wide as the pyramid is there. What that shows is kept: a part of the receiver that has
+//! a corner whose ray misses the group, or is still too wide, need not ask again. Dynamic blockers are found each for
+//! itself.
+//!
+//! Patches that face the same way and are near each other form groups too, above the hierarchy of receivers: a light
+//! behind all of a group is behind each member, and what does not reach into the group's pyramid reaches into none of
+//! theirs.
 //!
 //! ```
 //! use girandole_core::lights::{LightSet, LightSettings};
@@ -36,6 +42,7 @@ mod blockers;
 mod boxes;
 mod clusters;
 mod database;
+mod groups;
 mod hierarchy;
 mod pyramid;
 mod receivers;
@@ -101,20 +108,21 @@ impl VisibilitySettings {
 }
 
 /// A full or partial blocker of a pair: `light`, and an index into the blockers with the lowest bit set if full.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Entry {
     light: u32,
     code: u32,
+    cover: boxes::Cover,
 }
 
 impl Entry {
     fn new(light: u32, blocker: u32, full: bool) -> Self {
-        Self { light, code: blocker << 1 | u32::from(full) }
+        Self { light, code: blocker << 1 | u32::from(full), cover: boxes::Cover::ANY }
     }
 
     /// That only parts of the receiver face the light.
     fn facing(light: u32) -> Self {
-        Self { light, code: u32::MAX << 1 }
+        Self { light, code: u32::MAX << 1, cover: boxes::Cover::ANY }
     }
 
     fn is_facing(self) -> bool {

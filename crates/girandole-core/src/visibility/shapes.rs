@@ -1,6 +1,7 @@
 //! Receivers and lights as occlusion pyramids see them.
 
 use super::clusters::Cluster;
+use super::groups::Group;
 use crate::lights::{LightSample, Profile};
 use crate::scene::Geometry;
 use crate::trace::lift_distance;
@@ -53,6 +54,11 @@ impl Apex {
     pub fn towards(&self, point: DVec3) -> DVec3 {
         if self.finite { self.position - point } else { -self.normal }
     }
+
+    /// Whether it is in front of a plane, or its light comes from there.
+    pub fn is_in_front(&self, normal: DVec3, offset: f64) -> bool {
+        if self.finite { normal.dot(self.position) > offset } else { normal.dot(self.normal) < 0.0 }
+    }
 }
 
 /// A receiver as pyramids see it.
@@ -66,6 +72,7 @@ pub(crate) enum Shape<'a> {
         tilt: f64,
     },
     Cluster(&'a Cluster),
+    Group(&'a Group),
 }
 
 /// Convex, and it holds all lifted points of a receiver.

@@ -14,7 +14,7 @@ const MOST_CONVEX: usize = 1200;
 /// Area of a triangle that is treated as a polygon, as a share of the scene's diagonal squared, at least.
 const LEAST_AREA: f64 = 1e-3;
 /// How far the normals of a patch's triangles may differ from the patch's own.
-const MOST_TILT: f64 = 1e-5;
+pub(crate) const MOST_TILT: f64 = 1e-5;
 
 /// A planar convex patch, or a large triangle that is part of none.
 #[derive(Clone, Debug)]

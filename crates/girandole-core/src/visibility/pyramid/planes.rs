@@ -1,0 +1,207 @@
+//! The planes of a pyramid, and whether receiver and light face each other.
+
+use super::{Facing, Plane, Pyramid};
+use crate::visibility::clusters::Cluster;
+use crate::visibility::groups::Group;
+use crate::visibility::shapes::{Apex, Hull, MOST_CORNERS, ROUNDING, Shape, Tolerance, extent};
+use crate::visibility::surfaces::MOST_TILT;
+use glam::DVec3;
+
+/// Radians from their common axis within which receivers face about the same way.
+const MOST_SPREAD: f64 = 1.0;
+
+impl Pyramid {
+    /// Makes it the pyramid of a pair, unless no point of the receiver and the light face each other.
+    pub fn set(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Facing {
+        self.bundle.count = 0;
+        self.slabs.count = 0;
+        (self.apex, self.tolerance, self.count) = (*apex, *tolerance, 0);
+        match shape {
+            Shape::Patch { corners, normal, offset, tilt } => {
+                self.set_patch(apex, corners, normal, offset, tilt, tolerance)
+            }
+            Shape::Cluster(cluster) => {
+                self.set_cluster(apex, cluster, tolerance.lift + tolerance.tol, tolerance)
+            }
+            Shape::Group(group) => self.set_group(apex, group, tolerance),
+        }
+    }
+
+    fn push(&mut self, normal: DVec3, offset: f64, margin: f64) {
+        self.planes[self.count] = Plane { normal, offset, margin };
+        self.count += 1;
+    }
+
+    fn set_patch(
+        &mut self,
+        apex: &Apex,
+        corners: &[DVec3],
+        normal: DVec3,
+        offset: f64,
+        tilt: f64,
+        t: &Tolerance,
+    ) -> Facing {
+        let n = corners.len().min(MOST_CORNERS);
+        let mut lifted = [DVec3::ZERO; MOST_CORNERS];
+        let mut floor = t.lift - t.tol;
+        let mut ceiling = None;
+        let mut facing = Facing::Some;
+        if apex.finite {
+            // Behind the patch, or the patch behind the light?
+            let (mut reach, mut low, mut high): (f64, f64, f64) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
+            for corner in &corners[..n] {
+                let away = *corner - apex.position;
+                let z = apex.normal.dot(away);
+                reach = reach.max(away.length_squared());
+                (low, high) = (low.min(z), high.max(z));
+            }
+            reach = reach.sqrt();
+            let height = normal.dot(apex.position) - offset;
+            let doubt = t.tol + ROUNDING * reach;
+            if height < -(doubt + tilt * reach) || high <= -doubt {
+                return Facing::None;
+            }
+            if height >= 0.0 && low >= 0.0 {
+                facing = Facing::All;
+            }
+            floor = floor.min(height);
+            ceiling = Some((low.max(-doubt) + t.lift * normal.dot(apex.normal).min(0.0)).min(0.0));
+        } else {
+            let cosine = -normal.dot(apex.normal);
+            if cosine < -(2.0 * ROUNDING + tilt) {
+                return Facing::None;
+            }
+            if cosine < 0.0 {
+                floor = f64::NEG_INFINITY;
+            } else {
+                facing = Facing::All;
+            }
+        }
+        let mut centroid = DVec3::ZERO;
+        for (to, corner) in lifted.iter_mut().zip(&corners[..n]) {
+            *to = *corner + normal * t.lift;
+            centroid += *to;
+        }
+        centroid /= n as f64;
+        self.hull = Hull::Polygon(lifted, n);
+        // Sides: any direction serves, if the offset is that of the hull.
+        for i in 0..n {
+            let (a, b) = (lifted[i], lifted[(i + 1) % n]);
+            let (edge, towards) = (b - a, apex.towards(a));
+            let mut side = edge.cross(towards);
+            let length = side.length();
+            if length.is_nan() || length <= 1e-9 * edge.length() * towards.length() {
+                continue;
+            }
+            side /= length;
+            if side.dot(centroid - a) < 0.0 {
+                side = -side;
+            }
+            let mut least = if apex.finite { side.dot(apex.position) } else { f64::INFINITY };
+            for corner in &lifted[..n] {
+                least = least.min(side.dot(*corner));
+            }
+            self.push(side, least, t.side);
+        }
+        if floor > f64::NEG_INFINITY {
+            self.push(normal, offset + floor, t.tol);
+        }
+        if let Some(z) = ceiling {
+            self.push(apex.normal, apex.normal.dot(apex.position) + z, t.tol);
+        }
+        facing
+    }
+
+    /// Its points lie within `room` of its bounds.
+    fn set_cluster(&mut self, apex: &Apex, cluster: &Cluster, room: f64, t: &Tolerance) -> Facing {
+        let (center, radius) = (cluster.center, cluster.radius + room);
+        let bounds = [cluster.low - room, cluster.high + room];
+        let away = if apex.finite { center - apex.position } else { apex.normal };
+        let distance = away.length();
+        // Whether all triangles face away from all of the light's directions.
+        let spread = match apex.finite {
+            true if distance <= radius => std::f64::consts::FRAC_PI_2,
+            true => libm::asin(radius / distance),
+            false => 0.0,
+        };
+        let cosine = cluster.axis.dot(-away) / distance;
+        let turned = libm::acos(cosine.clamp(-1.0, 1.0));
+        if turned - spread >= std::f64::consts::FRAC_PI_2 + cluster.angle + 1e-3 {
+            return Facing::None;
+        }
+        let mut facing = match turned + spread + cluster.angle + 1e-3 < std::f64::consts::FRAC_PI_2 {
+            true => Facing::All,
+            false => Facing::Some,
+        };
+        self.hull = Hull::Sphere(center, radius, bounds);
+        if apex.finite {
+            let (low, high) = extent(apex.normal, bounds);
+            let plane = apex.normal.dot(apex.position);
+            let z = apex.normal.dot(center) - plane;
+            let (low, high) = ((low - plane).max(z - radius), (high - plane).min(z + radius));
+            let doubt = t.tol + ROUNDING * (distance + radius);
+            if high <= -doubt {
+                return Facing::None;
+            }
+            if low < 0.0 {
+                facing = Facing::Some;
+            }
+            self.push(apex.normal, plane + low.max(-doubt - t.lift).min(0.0), t.tol);
+            if distance <= radius {
+                // The light lies within: the box that holds both.
+                let (low, high) = (bounds[0].min(apex.position), bounds[1].max(apex.position));
+                for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                    self.push(axis, axis.dot(low), t.side);
+                    self.push(-axis, -axis.dot(high), t.side);
+                }
+                return facing;
+            }
+        }
+        let axis = away / distance;
+        for across in [axis.any_orthonormal_vector(), axis.cross(axis.any_orthonormal_vector())] {
+            for across in [across, -across] {
+                let (normal, offset) = self.tangent(axis, across);
+                self.push(normal, offset, t.side);
+            }
+        }
+        let (_, far) = extent(axis, bounds);
+        self.push(-axis, -far.min(axis.dot(center) + radius), t.side);
+        facing
+    }
+
+    /// The plane that touches the sphere on the side opposite to `across` (unit, perpendicular to `axis`) and holds
+    /// the light.
+    pub(super) fn tangent(&self, axis: DVec3, across: DVec3) -> (DVec3, f64) {
+        let Hull::Sphere(center, radius, _) = self.hull else { return (across, f64::NEG_INFINITY) };
+        if !self.apex.finite {
+            return (across, across.dot(center) - radius);
+        }
+        let sine = (radius / self.apex.position.distance(center)).min(1.0);
+        let normal = across * (1.0 - sine * sine).sqrt() + axis * sine;
+        (normal, normal.dot(self.apex.position).min(normal.dot(center) - radius))
+    }
+
+    /// As a cluster; if its members face about the same way, nothing below the lowest of them is between them and the
+    /// light.
+    fn set_group(&mut self, apex: &Apex, group: &Group, t: &Tolerance) -> Facing {
+        let Cluster { center, radius, axis, angle, .. } = group.bounds;
+        let facing = self.set_cluster(apex, &group.bounds, t.tol, t);
+        if facing == Facing::None || angle > MOST_SPREAD {
+            return facing;
+        }
+        let mut floor = group.floor + t.lift * libm::cos(angle) - t.tol;
+        if apex.finite {
+            // Behind all of them, whichever of their normals counts?
+            let reach = apex.position.distance(center) + radius;
+            let height = axis.dot(apex.position);
+            if height < group.floor - (t.tol + (ROUNDING + MOST_TILT + angle) * reach) {
+                return Facing::None;
+            }
+            floor = floor.min(height);
+        } else if axis.dot(apex.normal) > 0.0 {
+            return facing;
+        }
+        self.push(axis, floor, t.tol);
+        facing
+    }
+}
