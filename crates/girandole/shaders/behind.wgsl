@@ -28,8 +28,9 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   var blend: Blend;
   if (shown.x & SHINY) == 0u {
     for (var i = 0u; i < 5u && blend.weight <= 0.0; i++) {
-      add_first(&blend, vec2i(at) + BEHIND[i] * side, shown.x, 1.0);
+      add_first(&blend, first_at(vec2i(at) + BEHIND[i] * side), shown.x, 1.0);
     }
   }
-  if blend.weight > 0.0 { store_blend(at, shown, blend); } else { want(at); }
+  var paint = NO_PAINT;
+  if blend.weight > 0.0 { store_blend(at, shown, blend, &paint); } else { want(at); }
 }

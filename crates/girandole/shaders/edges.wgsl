@@ -13,33 +13,50 @@
 
 override SPECULAR: bool = false;
 
+// Neighbouring pixels of an invocation: they share first samples, and mostly their paint.
+const RUN = 4u;
+
+// The first samples of a column in the two rows that a sample lies between.
+struct Column { near: First, far: First }
+
+fn column_at(x: i32, rows: vec2i) -> Column {
+  return Column(first_at(vec2i(x, rows.x)), first_at(vec2i(x, rows.y)));
+}
+
 @compute @workgroup_size(64, 1)
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
-  let at = invocation.xy;
-  if any(at > last_point()) { return; }
-  let pixel = at + vec2u(0u, frame.band.x);
+  let last = last_point();
+  let start = vec2u(RUN * invocation.x, invocation.y);
+  if any(start > last) { return; }
   // The row below the band is the next band's.
-  if FINAL && pixel.y >= frame.band.y { return; }
-  let shown = textureLoad(keys, pixel, 0).xy;
-  let key = shown.x;
-  if key == 0u {
-    if FINAL { add_sample(pixel, vec4f(0.0)); } else { textureStore(fine_light, at, vec4f(0.0)); }
-    return;
-  }
+  if FINAL && start.y + frame.band.x >= frame.band.y { return; }
   let shift = shift_of_sample();
   let side = side_of(shift);
   let t = abs(shift);
-  let here = vec2i(at);
-  var blend: Blend;
-  add_first(&blend, here, key, (1.0 - t.x) * (1.0 - t.y));
-  add_first(&blend, here + vec2i(side.x, 0), key, t.x * (1.0 - t.y));
-  add_first(&blend, here + vec2i(0, side.y), key, (1.0 - t.x) * t.y);
-  add_first(&blend, here + side, key, t.x * t.y);
-  if blend.weight > 0.0 && (key & SHINY) == 0u {
-    store_blend(at, shown, blend);
-  } else {
-    let slot = atomicAdd(&open[3], 1u);
-    atomicMax(&open[0], workgroups_of(slot + 1u));
-    atomicStore(&open[FIRST_PLACE + slot], at.y << 16u | at.x);
+  let rows = i32(start.y) + vec2i(0, side.y);
+  // Of the columns to the left and right of the sample, its pixel's own is one.
+  let own_is_left = side.x > 0;
+  let weight_left = select(t.x, 1.0 - t.x, own_is_left);
+  var paint = NO_PAINT;
+  var left = column_at(i32(start.x) + min(side.x, 0), rows);
+  for (var x = start.x; x < min(start.x + RUN, last.x + 1u); x++) {
+    let right = column_at(i32(x) + max(side.x, 0), rows);
+    let at = vec2u(x, start.y);
+    let pixel = at + vec2u(0u, frame.band.x);
+    let shown = textureLoad(keys, pixel, 0).xy;
+    let key = shown.x;
+    var blend: Blend;
+    add_first(&blend, left.near, key, weight_left * (1.0 - t.y));
+    add_first(&blend, right.near, key, (1.0 - weight_left) * (1.0 - t.y));
+    add_first(&blend, left.far, key, weight_left * t.y);
+    add_first(&blend, right.far, key, (1.0 - weight_left) * t.y);
+    if key == 0u || (blend.weight > 0.0 && (key & SHINY) == 0u) {
+      store_blend(at, shown, blend, &paint);
+    } else {
+      let slot = atomicAdd(&open[3], 1u);
+      atomicMax(&open[0], workgroups_of(slot + 1u));
+      atomicStore(&open[FIRST_PLACE + slot], at.y << 16u | at.x);
+    }
+    left = right;
   }
 }

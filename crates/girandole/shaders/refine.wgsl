@@ -82,7 +82,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let b = known(vec2u(next.x, invocation.y));
   let c = known(vec2u(invocation.x, next.y));
   let d = known(next);
-  var paint = Paint(NONE, vec3f(0.0), vec3f(0.0));
+  var paint = NO_PAINT;
   if FINAL {
     // The row below the band is the next band's.
     let rows = frame.band.y - frame.band.x;

@@ -92,37 +92,40 @@ fn both_sides_agree_on_every_field() {
 fn both_sides_agree_on_constants() {
     let has = |source: &shaders::Source, declaration: String| source.concatenated().contains(&declaration);
     let group = |n: u32| format!("const GROUP = {n}u;");
-    assert!(has(&shaders::SHADE, group(GROUP)));
-    assert!(has(&shaders::SHADE, format!("lights: array<Light, {BATCH}>;")));
-    assert!(has(&shaders::SHADE, format!("const DIRECTIONAL = {DIRECTIONAL}u;")));
+    assert!(has(&shaders::SHADE[0], group(GROUP)));
+    assert!(has(&shaders::SHADE[0], format!("lights: array<Light, {BATCH}>;")));
+    assert!(has(&shaders::SHADE[0], format!("const DIRECTIONAL = {DIRECTIONAL}u;")));
     assert!(has(&shaders::RESOLVE, format!("const MIN_ALPHA = {:?};", girandole_core::brdf::MIN_ALPHA)));
     assert_eq!(BATCH % GROUP, 0);
     let number = |source, name: &str, n: u32| {
         assert!(has(source, format!("const {name} = {n}u;")), "{name} = {n}");
         assert!(!has(source, format!("const {name} = {}u;", n + 1)), "the control: {name}");
     };
-    number(&shaders::GATHER, "SIDE", receivers::SIDE);
-    number(&shaders::GATHER, "LEAF_WORDS", receivers::LEAF_WORDS as u32);
-    number(&shaders::GATHER, "RANGE", receivers::RANGE as u32);
-    number(&shaders::GATHER, "CHUNK", selection::CHUNK);
+    number(&shaders::GATHER[0], "SIDE", receivers::SIDE);
+    number(&shaders::GATHER[0], "LEAF_WORDS", receivers::LEAF_WORDS as u32);
+    number(&shaders::GATHER[0], "RANGE", receivers::RANGE as u32);
+    number(&shaders::GATHER[0], "CHUNK", selection::CHUNK);
     number(&shaders::SORT, "COUNTS", selection::HEADER);
     number(&shaders::SORT, "FIRSTS", selection::HEADER);
     number(&shaders::SORT, "EXTRA_ROW", selection::TALLY_ROWS - 1);
     number(&shaders::CHECK, "POINT_WORDS", selection::POINT_WORDS);
+    number(&shaders::REFINE, "BENT_HEADER", selection::BENT_HEADER);
+    number(&shaders::REFINE, "FIRST_PLACE", selection::FIRST_PLACE);
+    number(&shaders::EDGES, "RUN", crate::passes::select::EDGE_RUN);
     let flag =
         |source, name: &str, n: u32| assert!(has(source, format!("const {name} = {n:#x}u;")), "{name}");
     flag(&shaders::REFINE, "BENT", surface_keys::BENT);
     flag(&shaders::REFINE, "SHINY", surface_keys::SHINY);
     flag(&shaders::CHECK, "CLUSTERED", receivers::CLUSTERED);
-    flag(&shaders::GATHER, "NO_MAP", girandole_core::scene::NONE);
+    flag(&shaders::GATHER[0], "NO_MAP", girandole_core::scene::NONE);
     assert!(has(&shaders::SORT, "(CHUNK * next + 3u) / 4u".into()), "64 lanes are 4 points");
     number(&shaders::DEBUG_LIGHTS, "ROW", crate::passes::debug::ROW);
-    number(&shaders::GATHER, "LANES", 16);
-    number(&shaders::GATHER, "WIDE_GROUPS", 32768);
+    number(&shaders::GATHER[0], "LANES", 16);
+    number(&shaders::GATHER[0], "WIDE_GROUPS", 32768);
     assert!(has(&shaders::SORT, "min(groups, 32768u)".into()));
     assert!(has(&shaders::LIGHT_MAPS, format!("group.y * {}u", receivers::LIGHT_MAP_GROUPS)));
-    number(&shaders::MULTIPASS, "ELEMENT_WORDS", elements::ELEMENT_WORDS as u32);
-    assert!(!has(&shaders::SHADE, group(GROUP + 1)), "the control: another number is seen");
+    number(&shaders::MULTIPASS[0], "ELEMENT_WORDS", elements::ELEMENT_WORDS as u32);
+    assert!(!has(&shaders::SHADE[0], group(GROUP + 1)), "the control: another number is seen");
 }
 
 fn noop(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {

@@ -15,6 +15,11 @@ pub(crate) const POINT_WORDS: u32 = 3;
 /// Rows of the tally: steps of 1, 2, 4 and 8 pixels, and further samples at edges.
 pub(crate) const TALLY_ROWS: u32 = 5;
 
+/// Words of `open` before what is said of places on curved surfaces, and before the places; shaders know them by the
+/// same names.
+pub(crate) const BENT_HEADER: u32 = 4;
+pub(crate) const FIRST_PLACE: u32 = 8;
+
 /// Points to shade and their order.
 pub(crate) struct Selection {
     /// Places that may have to be shaded, and how many workgroups look at them.
@@ -81,7 +86,7 @@ impl Selection {
         let (leaves, points) = (u64::from(plan.leaves), u64::from(capacity));
         let sorted = (u64::from(plan.sorted_at - plan.chunks_at)) * u64::from(CHUNK);
         Ok(Self {
-            open: buffer("open places", 8 + points, U::INDIRECT)?,
+            open: buffer("open places", u64::from(FIRST_PLACE) + points, U::INDIRECT)?,
             wanted: buffer(
                 "points",
                 u64::from(HEADER) + leaves + u64::from(POINT_WORDS) * points,

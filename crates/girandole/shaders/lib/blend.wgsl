@@ -3,13 +3,26 @@
 
 struct Blend { light: vec3f, second: vec4f, weight: f32 }
 
-// Adds the first sample of a pixel to the blend if it lies on the surface.
-fn add_first(blend: ptr<function, Blend>, at: vec2i, key: u32, weight: f32) {
-  if any(at < vec2i(0)) || any(at > vec2i(last_point())) { return; }
-  let light = textureLoad(first_light, vec2u(at), 0);
-  if u32(light.w) != key { return; }
-  (*blend).light += light.xyz * weight;
-  if SPECULAR { (*blend).second += textureLoad(first_second, vec2u(at), 0) * weight; }
+// A pixel's first sample.
+struct First { light: vec4f, second: vec4f }
+
+const NOWHERE = -1.0; // in place of a key
+
+fn first_at(at: vec2i) -> First {
+  let last = vec2i(last_point());
+  let inside = all(at >= vec2i(0)) && all(at <= last);
+  let place = vec2u(clamp(at, vec2i(0), last));
+  var first = First(textureLoad(first_light, place, 0), vec4f(0.0));
+  if SPECULAR { first.second = textureLoad(first_second, place, 0); }
+  if !inside { first.light.w = NOWHERE; }
+  return first;
+}
+
+// Adds a first sample to the blend if it lies on the surface.
+fn add_first(blend: ptr<function, Blend>, first: First, key: u32, weight: f32) {
+  if first.light.w != f32(key) { return; }
+  (*blend).light += first.light.xyz * weight;
+  if SPECULAR { (*blend).second += first.second * weight; }
   (*blend).weight += weight;
 }
 
@@ -23,14 +36,17 @@ fn side_of(shift: vec2f) -> vec2i {
   return vec2i(select(vec2f(-1.0), vec2f(1.0), shift >= vec2f(0.0)));
 }
 
-// Writes a sample, given its pixel's key and material.
-fn store_blend(at: vec2u, shown: vec2u, blend: Blend) {
+// Writes a sample, given its pixel's key and material; neighbours mostly share their paint. Where there is no surface it
+// is black.
+fn store_blend(at: vec2u, shown: vec2u, blend: Blend, paint: ptr<function, Paint>) {
   let light = blend.light / blend.weight;
   let second = blend.second / blend.weight;
   if FINAL {
-    add_sample(at + vec2u(0u, frame.band.x), radiance_of(paint_of(shown.y), light, second));
+    while shown.y != (*paint).material { *paint = paint_of(shown.y); }
+    let radiance = select(vec4f(0.0), radiance_of(*paint, light, second), shown.x != 0u);
+    add_sample(at + vec2u(0u, frame.band.x), radiance);
   } else {
-    textureStore(fine_light, at, vec4f(light, f32(shown.x)));
+    textureStore(fine_light, at, select(vec4f(0.0), vec4f(light, f32(shown.x)), shown.x != 0u));
     if SPECULAR { textureStore(fine_second, at, second); }
   }
 }

@@ -5,6 +5,8 @@ override FINAL: bool = false; // whether points are the picture's pixels: what i
 // What a material makes of light.
 struct Paint { material: u32, albedo: vec3f, emission: vec3f }
 
+const NO_PAINT = Paint(0xffffffffu, vec3f(0.0), vec3f(0.0));
+
 fn paint_of(material: u32) -> Paint {
   return Paint(material, materials[material].albedo / PI, materials[material].emission);
 }

@@ -5,7 +5,7 @@ use super::shade::{BATCH, Needs, ShadeInputs, constants};
 use super::{Band, Groups, Kernel, Layouts, shadow_maps};
 use crate::bind::Slot;
 use crate::receivers::{LIGHT_MAP_GROUPS, Receivers};
-use crate::selection::Selection;
+use crate::selection::{BENT_HEADER, Selection};
 use crate::settings::RendererOptions;
 use crate::targets::Targets;
 use crate::{shaders, timers::Timers};
@@ -35,6 +35,9 @@ struct PointKernels {
     /// For few points, where the device has lanes enough.
     wide: Option<Kernel>,
 }
+
+/// Pixels of an invocation at edges; shaders know it as `RUN`.
+pub(crate) const EDGE_RUN: u32 = 4;
 
 /// Which points of a grid to shade.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,7 +166,8 @@ impl Select {
                 let [edges, behind] = [&self.kernels(is_final).edges, &self.kernels(is_final).behind];
                 let resources = [&keys, &first, &second, &light, &other, &sums, &open].map(Clone::clone);
                 let time = timers.compute("edges_gpu_ms");
-                edges.record(device, encoder, time, band, &resources, Groups::rows(points));
+                let runs = [points[0].div_ceil(EDGE_RUN), points[1]];
+                edges.record(device, encoder, time, band, &resources, Groups::rows(runs));
                 let resources = [ids, receivers, wanted, plan, keys, first, second, light, other, sums, open];
                 let groups = Groups::Indirect(&selection.open, 0);
                 behind.record(device, encoder, timers.compute("edges_gpu_ms"), band, &resources, groups);
@@ -180,7 +184,7 @@ impl Select {
                 let time = timers.compute("select_gpu_ms");
                 kernels.check.record(device, encoder, time, band, &look, groups);
                 if let Some(check) = &kernels.check_bent {
-                    let groups = Groups::Indirect(&selection.open, 16);
+                    let groups = Groups::Indirect(&selection.open, u64::from(BENT_HEADER) * 4);
                     check.record(device, encoder, timers.compute("select_gpu_ms"), band, &look, groups);
                 }
             }
