@@ -240,7 +240,7 @@ impl BlockerTree {
         }
         while let Some(i) = open.pop() {
             let node = &self.nodes[i as usize];
-            scratch.tests += 1;
+            scratch.tests.boxes += 1;
             if !pyramid.may_meet_box(node.low, node.high) {
                 continue;
             }
@@ -300,7 +300,7 @@ impl Surfaces {
         let part = &self.meshes[mesh as usize];
         let meets = match own {
             Some(own) if own == mesh => {
-                scratch.tests += 1;
+                scratch.tests.blockers += 1;
                 !part.convex
             }
             _ => pyramid.meets_tree(&part.tree, scratch),

@@ -3,6 +3,7 @@
 use super::blockers::{Blocker, BlockerTree};
 use super::groups::{Groups, Side};
 use super::hierarchy::{Context, Draft, Frame, Memory, Part, PatchRoot, Row, mesh_nodes};
+use super::pyramid::Tests;
 use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
 use super::shapes::{Apex, Shape};
 use super::surfaces::Surfaces;
@@ -24,7 +25,7 @@ pub struct VisibilityDatabase {
     /// By node: what static objects block, and what dynamic ones do.
     fixed: Vec<Row>,
     pub(super) moving: Vec<Row>,
-    tests: u64,
+    tests: Tests,
 }
 
 /// What a database consists of.
@@ -42,8 +43,8 @@ pub struct Counts {
     pub area_shares: [f64; 3],
     /// Full and partial blockers that are remembered, over all nodes.
     pub blockers: usize,
-    /// Tests of pyramids against boxes, clusters and polygons, and of lights against receivers, that it took.
-    pub tests: u64,
+    /// Tests that it took.
+    pub tests: Tests,
 }
 
 /// A root in the making.
@@ -182,7 +183,7 @@ pub(super) fn of_light(entries: &[Entry], light: u32) -> &[Entry] {
 }
 
 /// Rows of all nodes of a given hierarchy, and the number of tests.
-pub(super) fn determine(context: &Context, receivers: &Receivers) -> (Vec<Row>, u64) {
+pub(super) fn determine(context: &Context, receivers: &Receivers) -> (Vec<Row>, Tests) {
     let roots: Vec<usize> =
         (0..receivers.nodes.len()).filter(|&i| receivers.nodes[i].parent == NONE).collect();
     let ranges: Vec<_> = roots
@@ -203,7 +204,10 @@ pub(super) fn determine(context: &Context, receivers: &Receivers) -> (Vec<Row>, 
         }
         (rows, memory.scratch.tests)
     });
-    let tests = parts.iter().map(|p| p.1).sum();
+    let mut tests = Tests::default();
+    for part in &parts {
+        tests += part.1;
+    }
     (parts.into_iter().flat_map(|p| p.0).collect(), tests)
 }
 
@@ -212,7 +216,7 @@ fn receivers(
     context: &Context,
     geometry: &Geometry,
     settings: &VisibilitySettings,
-) -> (Receivers, Vec<Row>, u64) {
+) -> (Receivers, Vec<Row>, Tests) {
     let surfaces = context.surfaces;
     let sides = |simple: usize| 1 + usize::from(surfaces.patches[simple].double_sided);
     let total: f64 = (0..surfaces.patches.len()).map(|i| surfaces.patches[i].area * sides(i) as f64).sum();
@@ -245,7 +249,7 @@ fn receivers(
         ..Receivers::default()
     };
     let mut rows = Vec::new();
-    let mut tests = 0;
+    let mut tests = Tests::default();
     for (simple, frame) in frames.iter().enumerate() {
         let patch = &surfaces.patches[simple];
         for triangle in patch.triangles.clone() {
@@ -275,7 +279,7 @@ fn receivers(
 struct Built {
     index: u32,
     nodes: Vec<Draft>,
-    tests: u64,
+    tests: Tests,
 }
 
 /// What is below each member of a group, in any order; `build` makes it, given what is known of the group.

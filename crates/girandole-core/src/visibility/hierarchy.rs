@@ -93,7 +93,7 @@ impl Context<'_> {
                 }
                 continue;
             }
-            memory.scratch.tests += 1;
+            memory.scratch.tests.boxes += 1;
             let facing = memory.pyramid.set(light, shape, &self.surfaces.tolerance);
             if facing == Facing::None {
                 *state = State::Full;
@@ -160,7 +160,7 @@ impl Context<'_> {
             let bounds = (node.low, node.high, node.extent);
             // Part of the receiver's own mesh.
             if node.mesh != NONE && own == Some(node.mesh) {
-                scratch.tests += 1;
+                scratch.tests.blockers += 1;
                 if !self.surfaces.meshes[node.mesh as usize].convex {
                     found.push(Entry::new(index, group, false));
                     state = State::Partial;
@@ -174,7 +174,7 @@ impl Context<'_> {
                 }
                 // A patch's parts know by `cover` what not to ask again; to those of others it is left out.
                 if pyramid.is_round() {
-                    scratch.tests += 1;
+                    scratch.tests.boxes += 1;
                     if pyramid.place(node.low, node.high) == Place::Outside {
                         continue;
                     }
@@ -184,7 +184,7 @@ impl Context<'_> {
             }
             if node.count == 0 {
                 if !decided {
-                    scratch.tests += 1;
+                    scratch.tests.boxes += 1;
                     match pyramid.place(node.low, node.high) {
                         Place::Outside => continue,
                         Place::Crossing => {}

@@ -51,6 +51,7 @@ mod surfaces;
 
 pub use blockers::Blocker;
 pub use database::{Counts, VisibilityDatabase};
+pub use pyramid::Tests;
 pub use receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, TriangleReceiver};
 
 /// What is known about the rays between a receiver and a light.

@@ -44,12 +44,35 @@ struct Plane {
     margin: f64,
 }
 
-/// Working memory for clipping, and the number of tests that were made.
+/// How many tests were made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tests {
+    /// Of lights against receivers, and of pyramids against boxes of hierarchies.
+    pub boxes: u64,
+    /// Of pyramids against polygons, clusters and triangles.
+    pub blockers: u64,
+}
+
+impl Tests {
+    /// All of them.
+    pub fn total(self) -> u64 {
+        self.boxes + self.blockers
+    }
+}
+
+impl std::ops::AddAssign for Tests {
+    fn add_assign(&mut self, other: Self) {
+        self.boxes += other.boxes;
+        self.blockers += other.blockers;
+    }
+}
+
+/// Working memory for clipping, and the tests that were made.
 #[derive(Default)]
 pub(crate) struct Scratch {
     from: Vec<DVec3>,
     to: Vec<DVec3>,
-    pub tests: u64,
+    pub tests: Tests,
 }
 
 /// Heights above a plane: the light's, and the receiver's lowest and highest lifted point's.
@@ -161,7 +184,7 @@ impl Pyramid {
         if self.bundle.width as f32 > cover.widest {
             return false;
         }
-        scratch.tests += 1;
+        scratch.tests.boxes += 1;
         self.bundle.passes(low, high, extent, cover)
     }
 
@@ -185,7 +208,7 @@ impl Pyramid {
         while count > 0 {
             count -= 1;
             let cluster = &tree.nodes[open[count] as usize];
-            scratch.tests += 1;
+            scratch.tests.blockers += 1;
             if !self.may_meet_cluster(cluster) {
                 continue;
             }
@@ -214,13 +237,13 @@ impl Pyramid {
     /// Whether any triangle of a cluster reaches into the pyramid.
     pub fn meets_cluster(&self, tree: &ClusterTree, cluster: u32, scratch: &mut Scratch) -> bool {
         let cluster = &tree.nodes[cluster as usize];
-        scratch.tests += 1;
+        scratch.tests.blockers += 1;
         self.may_meet_cluster(cluster) && self.meets_triangles(tree, cluster, scratch)
     }
 
     fn meets_triangles(&self, tree: &ClusterTree, cluster: &Cluster, scratch: &mut Scratch) -> bool {
         tree.triangles(cluster).iter().any(|corners| {
-            scratch.tests += 1;
+            scratch.tests.blockers += 1;
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
             normal == DVec3::ZERO
                 || self.meets_polygon(corners, &self.sides(normal, normal.dot(corners[0])), scratch)
@@ -229,7 +252,7 @@ impl Pyramid {
 
     /// What a patch does to the pyramid.
     pub fn test_patch(&self, patch: &SimplePatch, scratch: &mut Scratch) -> Blocks {
-        scratch.tests += 1;
+        scratch.tests.blockers += 1;
         let sides = self.sides(patch.normal, patch.offset);
         if !self.meets_polygon(&patch.corners, &sides, scratch) {
             return Blocks::None;
