@@ -42,8 +42,8 @@ pub struct RendererOptions {
     /// lanes, slower on software devices. `None` (default) = as the device is.
     pub lanes_share_points: Option<bool>,
     /// Whether shadow maps, drawn as depth, are copied to a texture that shaders load from as an image: software devices
-    /// need a third of the instructions for that, and drawing maps takes half as long again. `None` (default) = as the
-    /// device is.
+    /// need a third of the instructions for that. Drawing maps takes half as long again, and memory for two more pages
+    /// of the atlas. `None` (default) = as the device is.
     pub copy_maps: Option<bool>,
     /// Leave surfaces out of the shadow maps that have the whole scene on one side (default true). Only tests and
     /// figures want them in.
