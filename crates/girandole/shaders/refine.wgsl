@@ -53,7 +53,7 @@ fn settle(point: vec2u, at: vec2u, value: Known, least: Known, most: Known, exis
   let same = least.light.w == most.light.w && u32(least.light.w) == key && (key & (BENT | SHINY)) == 0u;
   let stands = same && max(range.x, max(range.y, range.z)) <= allowed_range(value.light.xyz);
   store(point, pixel, value, shown, paint);
-  return select(SETTLED, select(OPEN, OPEN_BENT, (key & BENT) != 0u), key != 0u && !stands);
+  return select(SETTLED, select(OPEN, OPEN_BENT, CURVED && (key & BENT) != 0u), key != 0u && !stands);
 }
 
 fn leave_open(slot: u32, at: vec2u) {
@@ -117,7 +117,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     if flat_ones.z != 0u { leave_open(first + flat_ones.x + flat_ones.y, middle); }
   }
   let bent_count = bent_ones.x + bent_ones.y + bent_ones.z;
-  if CURVED && bent_count > 0u {
+  if bent_count > 0u {
     let slot = atomicAdd(&open[BENT_HEADER + 3u], bent_count);
     atomicMax(&open[BENT_HEADER], workgroups_of(slot + bent_count));
     let last = arrayLength(&open) - 1u - slot;

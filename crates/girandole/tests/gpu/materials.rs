@@ -11,6 +11,7 @@ use girandole::{Mode, RenderSettings, RendererOptions};
 
 pub fn tests() -> Vec<Test> {
     vec![
+        ("planes_with_tilted_normals_are_filled", tilted_normals),
         ("normal_mapped_surfaces_are_close_to_naive", normal_maps),
         ("the_last_grid_stores_what_resolving_would", last_grid),
     ]
@@ -108,5 +109,31 @@ fn last_grid(context: &Context) {
         assert!(largest(once, after) < 1e-5, "{}", largest(once, after));
         // The control: two ways were compared.
         assert!(*untimed || *resolved_after && *resolved == (samples_per_axis > 1));
+    }
+}
+
+/// Planes whose normals are the same everywhere, but not those of the plane, in scenes without anything curved.
+fn tilted_normals(context: &Context) {
+    let size = [200, 150];
+    for name in ["pillars", "block"] {
+        let mut scene = builtin::build(name, MovingObject::None).expect("a room");
+        for normal in scene.meshes.iter_mut().flat_map(|m| &mut m.normals) {
+            *normal = (*normal + Vec3::new(0.1, 0.05, 0.08)).normalize();
+        }
+        let stage = Stage::new(scene, &LightSettings { count: 100, ..Default::default() });
+        let view = stage.view(0, size);
+        let mut renderer = context.loaded(&stage, RendererOptions::default());
+        let mut picture = |mode| context.frame(&mut renderer, &view, size, &bounded(&stage, mode));
+        let naive = picture(Mode::Naive);
+        let found = flip(&naive, &picture(Mode::Full));
+        assert!(found < 0.03, "{name}: FLIP {found}");
+        // The control: the normals count.
+        let straight = Stage::new(
+            builtin::build(name, MovingObject::None).expect("a room"),
+            &LightSettings { count: 100, ..Default::default() },
+        );
+        let mut renderer = context.loaded(&straight, RendererOptions::default());
+        let straight = context.frame(&mut renderer, &view, size, &bounded(&straight, Mode::Full));
+        assert!(flip(&naive, &straight) > 0.03, "{name}: {}", flip(&naive, &straight));
     }
 }
