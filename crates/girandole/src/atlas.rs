@@ -48,7 +48,7 @@ pub struct AtlasLayout {
 }
 
 impl AtlasLayout {
-    /// Bytes of the depth texture.
+    /// Bytes of the pages.
     pub fn bytes(&self) -> u64 {
         u64::from(self.page_size[0]) * u64::from(self.page_size[1]) * u64::from(self.pages) * 4
     }

@@ -16,7 +16,7 @@ pub struct FrameStats {
     pub map_size: u32,
     /// Pages of the atlas.
     pub atlas_pages: u32,
-    /// Bytes of the atlas.
+    /// Bytes of the atlas, and of what it is copied through.
     pub atlas_bytes: u64,
     /// Triangles left out of the shadow maps because they cannot block.
     pub non_blockers: usize,
@@ -81,7 +81,7 @@ impl Renderer {
             stats.lights = l.lights.len() as u32;
             stats.map_size = l.atlas.layout.map_size;
             stats.atlas_pages = l.atlas.layout.pages;
-            stats.atlas_bytes = l.atlas.layout.bytes();
+            stats.atlas_bytes = l.atlas.bytes();
             stats.non_blockers = l.atlas.left_out();
             stats.culling = l.counts;
         }

@@ -39,8 +39,10 @@ fn side_of(shift: vec2f) -> vec2i {
 // Writes a sample, given its pixel's key and material; neighbours mostly share their paint. Where there is no surface it
 // is black.
 fn store_blend(at: vec2u, shown: vec2u, blend: Blend, paint: ptr<function, Paint>) {
-  let light = blend.light / blend.weight;
-  let second = blend.second / blend.weight;
+  // Where there is no surface there may be no weight.
+  let weight = max(blend.weight, 1e-6);
+  let light = blend.light / weight;
+  let second = blend.second / weight;
   if FINAL {
     while shown.y != (*paint).material { *paint = paint_of(shown.y); }
     let radiance = select(vec4f(0.0), radiance_of(*paint, light, second), shown.x != 0u);

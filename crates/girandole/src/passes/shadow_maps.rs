@@ -115,6 +115,12 @@ impl Atlas {
         })
     }
 
+    /// Bytes of the pages, and of what they are copied through.
+    pub fn bytes(&self) -> u64 {
+        let [width, height] = self.layout.page_size.map(u64::from);
+        self.layout.bytes() + self.copy.as_ref().map_or(0, |c| width * height * 4 + c.buffer.size())
+    }
+
     /// Triangles left out because they cannot block anything.
     pub fn left_out(&self) -> usize {
         self.occluders.left_out
