@@ -100,10 +100,28 @@ fn is_even(near: Neighbour, beyond: Neighbour, allowed: f32) -> bool {
 }
 
 @compute @workgroup_size(64)
-fn check(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+fn check(@builtin(global_invocation_id) invocation: vec3u, @builtin(local_invocation_id) local: vec3u) {
   let count = open[select(3u, BENT_HEADER + 3u, BENT_PLACES)];
-  let index = 64u * dealt(group.x, workgroups_of(count)) + local.x;
-  if index >= count { return; }
+  if !TAKES {
+    if invocation.x < count { check_place(invocation.x); }
+    return;
+  }
+  if local.x >= TAKING { return; }
+  let runs = (count + RUN - 1u) / RUN;
+  loop {
+    let run = atomicAdd(&wanted[CURSOR], 1u);
+    if run >= runs {
+      if leaves_last(run, runs) { atomicStore(&wanted[CURSOR], 0u); }
+      break;
+    }
+    for (var index = RUN * run; index < min(RUN * run + RUN, count); index++) { check_place(index); }
+  }
+}
+
+const CURSOR = 1u; // in `wanted`: the next run of places to take
+const RUN = 8u;
+
+fn check_place(index: u32) {
   let packed = open[select(FIRST_PLACE + index, arrayLength(&open) - 1u - index, BENT_PLACES)];
   let at = vec2u(packed & 0xffffu, packed >> 16u);
   let wide = 2u * frame.step;

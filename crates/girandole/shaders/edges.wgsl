@@ -54,7 +54,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
       store_blend(at, shown, blend, &paint);
     } else {
       let slot = atomicAdd(&open[3], 1u);
-      atomicMax(&open[0], workgroups_of(slot + 1u));
+      atomicMax(&open[0], slot / 64u + 1u);
       atomicStore(&open[FIRST_PLACE + slot], at.y << 16u | at.x);
     }
     left = right;

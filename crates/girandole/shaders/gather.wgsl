@@ -9,7 +9,7 @@
 // And the samples, see lib/samples.wgsl.
 @group(2) @binding(3) var<storage, read_write> sums: array<vec4f>;
 @group(2) @binding(4) var<uniform> maps: Maps;
-@group(2) @binding(5) var<storage, read> queue: array<u32>;
+@group(2) @binding(5) var<storage, read_write> queue: array<atomic<u32>>;
 @group(2) @binding(6) var<storage, read> lists: array<u32>;
 @group(2) @binding(7) var<storage, read> light_maps: array<vec4f>;
 @group(2) @binding(8) var<uniform> plan: Plan;
@@ -17,6 +17,10 @@
 @group(2) @binding(9) var fine_light: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(10) var fine_second: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(11) var keys: texture_2d<u32>;
+
+const CURSOR = 2u; // in `queue`: the next chunk to take
+
+fn queued(at: u32) -> u32 { return atomicLoad(&queue[at]); }
 
 fn begin(index: u32, leaf: u32) -> State {
   var state: State;
@@ -62,16 +66,31 @@ fn second_looks(state: ptr<function, State>, first: u32) {
   while any((*state).doubtful != vec4u(0u)) { second_sum(state, lights[lists[first + next_doubtful(state)]]); }
 }
 
-// An invocation shades a chunk, two points of a leaf: lights are read once for both.
 @compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-  let chunk = 64u * dealt(group.x, workgroups_of(queue[1])) + local.x;
-  if chunk >= queue[1] { return; }
-  let record = queue[plan.chunks_at + chunk];
+fn main(@builtin(global_invocation_id) invocation: vec3u, @builtin(local_invocation_id) local: vec3u) {
+  let chunks = queued(1u);
+  if !TAKES {
+    if invocation.x < chunks { shade_chunk(invocation.x); }
+    return;
+  }
+  if local.x >= TAKING { return; }
+  loop {
+    let chunk = atomicAdd(&queue[CURSOR], 1u);
+    if chunk >= chunks {
+      if leaves_last(chunk, chunks) { atomicStore(&queue[CURSOR], 0u); }
+      break;
+    }
+    shade_chunk(chunk);
+  }
+}
+
+// Two points of a leaf: lights are read once for both.
+fn shade_chunk(chunk: u32) {
+  let record = queued(plan.chunks_at + chunk);
   let leaf = record & 0xffffffu;
   let slot = plan.sorted_at + chunk * CHUNK;
-  let first_index = queue[slot];
-  let second_index = select(NONE, queue[slot + 1u], (record >> 24u) > 1u);
+  let first_index = queued(slot);
+  let second_index = select(NONE, queued(slot + 1u), (record >> 24u) > 1u);
   var one = begin(first_index, leaf);
   var other = begin(second_index, leaf);
   if !one.is_surface && !other.is_surface { return; }
@@ -106,11 +125,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local
         let other_aim = aim_at(light, other.shading);
         let one_next = aim_at(next, one.shading);
         let other_next = aim_at(next, other.shading);
-        one_aim.texel += (other_aim.texel | one_next.texel | other_next.texel) >> vec2u(31u);
-        let one_look = look(light, one_aim);
-        let other_look = look(light, other_aim);
-        let one_next_look = look(next, one_next);
-        let other_next_look = look(next, other_next);
+        one_aim.at += (other_aim.at | one_next.at | other_next.at) >> vec3u(31u);
+        let one_look = look(one_aim);
+        let other_look = look(other_aim);
+        let one_next_look = look(one_next);
+        let other_next_look = look(other_next);
         one_bits |= first_sum(&one, light, one_aim, one_look, bit, known);
         other_bits |= first_sum(&other, light, other_aim, other_look, bit, known);
         one_bits |= first_sum(&one, next, one_next, one_next_look, next_bit, next_known);
@@ -134,7 +153,7 @@ var<workgroup> second_shares: array<vec3f, 64>;
 
 fn sum_now(state: ptr<function, State>, light: Light, known: f32) {
   let aim = aim_at(light, (*state).shading);
-  if first_sum(state, light, aim, look(light, aim), 1u, known) != 0u { second_sum(state, light); }
+  if first_sum(state, light, aim, look(aim), 1u, known) != 0u { second_sum(state, light); }
 }
 
 @compute @workgroup_size(64)
@@ -142,10 +161,10 @@ fn wide(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local
   let lane = local.x % LANES;
   let slot = (group.y * WIDE_GROUPS + group.x) * (64u / LANES) + local.x / LANES;
   let chunk = slot / CHUNK;
-  let record = select(0u, queue[plan.chunks_at + chunk], chunk < queue[1]);
+  let record = select(0u, queued(plan.chunks_at + chunk), chunk < queued(1u));
   let leaf = record & 0xffffffu;
   let exists = slot % CHUNK < (record >> 24u);
-  let index = select(NONE, queue[plan.sorted_at + slot], exists);
+  let index = select(NONE, queued(plan.sorted_at + slot), exists);
   var state = begin(index, leaf);
   if exists {
     // What there is so far counts once.

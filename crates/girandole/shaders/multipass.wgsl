@@ -66,7 +66,7 @@ fn sum_light(state: ptr<function, State>, light: Light, part: u32) {
   }
   let known = select(0.0, 1.0, part == 3u && plan.light_maps != 0u);
   let aim = aim_at(light, (*state).shading);
-  if first_sum(state, light, aim, look(light, aim), 1u, known) != 0u { second_sum(state, light); }
+  if first_sum(state, light, aim, look(aim), 1u, known) != 0u { second_sum(state, light); }
 }
 
 @fragment

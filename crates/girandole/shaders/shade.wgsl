@@ -65,8 +65,8 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
         // Both texels are read before either answer is needed: memory is what this loop waits for.
         let upper_aim = aim_at(light, upper.shading);
         let lower_aim = aim_at(light, lower.shading);
-        let upper_look = look(light, upper_aim);
-        let lower_look = look(light, lower_aim);
+        let upper_look = look(upper_aim);
+        let lower_look = look(lower_aim);
         upper_bits |= first_sum(&upper, light, upper_aim, upper_look, bit, 0.0);
         lower_bits |= first_sum(&lower, light, lower_aim, lower_look, bit, 0.0);
       }

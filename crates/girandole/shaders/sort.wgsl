@@ -43,7 +43,7 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
     }
   }
   if lane.x == LANES - 1u {
-    for (var header = 0u; header < FIRST_PLACE; header += BENT_HEADER) {
+    for (var header = 0u; header <= BENT_HEADER; header += BENT_HEADER) {
       open[header] = 0u;
       open[header + 1u] = 1u;
       open[header + 2u] = 1u;
@@ -56,7 +56,7 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
     arguments[0] = (points + 63u) / 64u;
     arguments[1] = 1u;
     arguments[2] = 1u;
-    arguments[4] = workgroups_of(next);
+    arguments[4] = (next + 63u) / 64u;
     arguments[5] = 1u;
     arguments[6] = 1u;
     // 16 lanes a point, in rows of workgroups.

@@ -132,6 +132,12 @@ impl Renderer {
         })
     }
 
+    /// Whether passes are timed from now on, for [`FrameStats::gpu_ms`](crate::FrameStats::gpu_ms) (default no). On
+    /// software devices timestamps take about a tenth of a frame in [`Mode::Full`].
+    pub fn time_passes(&mut self, on: bool) {
+        self.timers.on = on;
+    }
+
     /// Takes a scene and its light samples; their shadow maps are drawn with the next frame.
     ///
     /// # Errors

@@ -12,7 +12,6 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     atlas_image,
     blend,
     brdf,
-    deal,
     elements,
     frame,
     grid,
@@ -34,6 +33,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     shadow,
     sum,
     surface,
+    take,
     texture,
     tied,
     tonemap,
@@ -73,14 +73,14 @@ pub(crate) const SHADE: [Source; 2] = reads_maps!(
     [frame, scene, texture, surface, brdf, light, maps, octahedral, parameterisation, shadow, sum]
 );
 pub(crate) const REFINE: Source =
-    source!(refine, "", [frame, scene, brdf, grid, pixel_surface, radiance, deal]);
+    source!(refine, "", [frame, scene, brdf, grid, pixel_surface, radiance]);
 pub(crate) const CHECK: Source = source!(
     check,
     "",
-    [frame, scene, texture, surface, brdf, plan, grid, pixel_surface, receiver, radiance, deal, want]
+    [frame, scene, texture, surface, brdf, plan, grid, pixel_surface, receiver, radiance, take, want]
 );
 pub(crate) const EDGES: Source =
-    source!(edges, "", [frame, scene, brdf, grid, pixel_surface, radiance, samples, tied, deal, blend]);
+    source!(edges, "", [frame, scene, brdf, grid, pixel_surface, radiance, samples, tied, blend]);
 pub(crate) const BEHIND: Source = source!(
     behind,
     "",
@@ -101,7 +101,7 @@ pub(crate) const BEHIND: Source = source!(
         want
     ]
 );
-pub(crate) const SORT: Source = source!(sort, "", [frame, plan, grid, deal]);
+pub(crate) const SORT: Source = source!(sort, "", [frame, plan, grid]);
 pub(crate) const SCATTER: Source = source!(scatter, "", [plan]);
 macro_rules! gather {
     ($lights:ident) => {
@@ -124,7 +124,7 @@ macro_rules! gather {
                 $lights,
                 radiance,
                 samples,
-                deal,
+                take,
                 tied
             ]
         )

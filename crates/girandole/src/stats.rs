@@ -31,7 +31,8 @@ pub struct FrameStats {
     pub passes: [u32; 2],
     /// Leaf receivers, and how many of them have a light map.
     pub leaves: [u32; 2],
-    /// Milliseconds on the device by pass, where it has timestamps; names end in `_gpu_ms`.
+    /// Milliseconds on the device by pass, where it has timestamps and [`Renderer::time_passes`] asked for them; names
+    /// end in `_gpu_ms`.
     pub gpu_ms: BTreeMap<&'static str, f64>,
 }
 

@@ -8,6 +8,8 @@ const CAPACITY: u32 = 1024;
 
 /// Collects the duration of each pass under a name; passes of one name add up.
 pub(crate) struct Timers {
+    /// Whether passes are timed from now on.
+    pub on: bool,
     set: Option<wgpu::QuerySet>,
     names: RefCell<Vec<&'static str>>,
     period_ns: f32,
@@ -22,12 +24,12 @@ impl Timers {
                 count: 2 * CAPACITY,
             })
         });
-        Self { set, names: RefCell::new(Vec::new()), period_ns: queue.get_timestamp_period() }
+        Self { on: false, set, names: RefCell::new(Vec::new()), period_ns: queue.get_timestamp_period() }
     }
 
     fn next(&self, name: &'static str) -> Option<(&wgpu::QuerySet, u32)> {
         let mut names = self.names.borrow_mut();
-        let set = self.set.as_ref().filter(|_| (names.len() as u32) < CAPACITY)?;
+        let set = self.set.as_ref().filter(|_| self.on && (names.len() as u32) < CAPACITY)?;
         names.push(name);
         Some((set, names.len() as u32 - 1))
     }

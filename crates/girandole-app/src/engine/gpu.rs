@@ -55,6 +55,7 @@ impl Device {
         let visibility = visibility(job.scene, job.geometry, job.lights, &[args.mode])?;
         let start = Instant::now();
         let mut renderer = Renderer::new(&self.0.device, &self.0.queue, options(&args.quality))?;
+        renderer.time_passes(true);
         renderer.load(job.scene, job.geometry, job.lights)?;
         if let Some((database, _)) = &visibility {
             renderer.load_visibility(job.scene, job.geometry, job.lights, database)?;
@@ -97,7 +98,8 @@ impl Device {
         let mut renderer = Renderer::new(&self.0.device, &self.0.queue, options(&args.quality))?;
         let target = self.target(args.size);
         let clamp = args.quality.clamp.bound(lights, geometry);
-        let rounds = args.repeat + 1;
+        // One to warm up, and one for the times of passes, which would take time from the others.
+        let rounds = args.repeat + 2;
         let mut times = vec![[Vec::new(), Vec::new()]; args.modes.len()];
         let [mut maps_ms, mut visibility_ms] = [0.0; 2];
         let mut results = vec![Stats::new(); args.modes.len()];
@@ -115,6 +117,7 @@ impl Device {
             }
         }
         for round in 0..rounds {
+            renderer.time_passes(round + 1 == rounds);
             for (index, &mode) in args.modes.iter().enumerate() {
                 let settings = RenderSettings {
                     exposure: girandole_core::tonemap::Exposure::Ev(0.0),
@@ -125,7 +128,7 @@ impl Device {
                 renderer.show(&settings, &target, FORMAT)?;
                 let recorded = milliseconds(start);
                 self.0.wait()?;
-                if round > 0 {
+                if round > 0 && round + 1 < rounds {
                     times[index][0].push(milliseconds(start));
                     times[index][1].push(recorded);
                 }

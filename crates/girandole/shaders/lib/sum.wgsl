@@ -76,18 +76,19 @@ fn add(state: ptr<function, State>, light: Light, a: Arriving, seen: f32) {
 
 const LUMINANCE = vec3f(0.2126, 0.7152, 0.0722);
 
-// A place in a light's map.
-struct Aim { receiver: Receiver, texel: vec2u }
+// A place in a light's map, and in the atlas: column, row, page.
+struct Aim { receiver: Receiver, texel: vec2u, at: vec3u }
 
 fn aim_at(light: Light, s: Shading) -> Aim {
   let r = receiver(light, s.position, s.ng, dot(s.ng, light.position - s.position));
-  return Aim(r, texel_of(light, r.uv));
+  let texel = texel_of(light, r.uv);
+  return Aim(r, texel, vec3u(map_origin(light) + texel, map_page(light)));
 }
 
 // What is stored there; filters look for themselves.
-fn look(light: Light, aim: Aim) -> f32 {
+fn look(aim: Aim) -> f32 {
   if FILTER > 0u { return 0.0; }
-  return stored_at(light, aim.texel);
+  return atlas_at(aim.at.xy, aim.at.z);
 }
 
 // Adds a light with what its map says at first look, less `known`; the bit of one that wants a second look. With a bit

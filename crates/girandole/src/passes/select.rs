@@ -19,6 +19,8 @@ pub(crate) struct Select {
     allot: Kernel,
     scatter: Kernel,
     light_maps: Kernel,
+    /// Whether few invocations take item after item (shaders: lib/take.wgsl), rather than each having one.
+    takes: bool,
     /// What they were compiled for.
     pub needs: Needs,
 }
@@ -38,6 +40,9 @@ struct PointKernels {
 
 /// Pixels of an invocation at edges; shaders know it as `RUN`.
 pub(crate) const EDGE_RUN: u32 = 4;
+
+/// Workgroups of invocations that take items; shaders know them as `TAKERS / TAKING`.
+const TAKERS: [u32; 2] = [32, 1];
 
 /// Which points of a grid to shade.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +70,7 @@ impl Select {
         let check = [Ids, Read, Write, Uniform, Ids, Float, Float, Radiance, Radiance, Read];
         // Lanes that read different lights at once want a storage buffer, which is the ninth.
         let is_software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        let takes = flag("TAKES", is_software);
         let has_room = device.limits().max_storage_buffers_per_shader_stage > 8;
         let (sources, lights) = if has_room && !is_software {
             (&shaders::GATHER_STORED, Read)
@@ -72,16 +78,16 @@ impl Select {
             (&shaders::GATHER, Uniform)
         };
         let (source, maps) = shadow_maps::reads(device, options, sources);
-        let shade = [Ids, maps, lights, Write, Uniform, Read, Read, Read, Uniform, Radiance, Radiance, Ids];
+        let shade = [Ids, maps, lights, Write, Uniform, Write, Read, Read, Uniform, Radiance, Radiance, Ids];
         let points = |is_final: bool| {
             let is_final = flag("FINAL", is_final);
             let mut gather = constants(options, needs).to_vec();
-            gather.extend([curved, is_final]);
+            gather.extend([curved, is_final, takes]);
             let edges = [Ids, Float, Float, Radiance, Radiance, Write, Write];
             let behind = [Ids, Read, Write, Uniform, Ids, Float, Float, Radiance, Radiance, Write, Read];
             let refine = [Ids, Float, Float, Radiance, Radiance, Write];
             let check_places = |bent: bool| {
-                let constants = [curved, specular, textures, is_final, flag("BENT_PLACES", bent)];
+                let constants = [curved, specular, textures, is_final, takes, flag("BENT_PLACES", bent)];
                 kernel(&shaders::CHECK, "check", &check, &constants)
             };
             PointKernels {
@@ -108,6 +114,7 @@ impl Select {
                 &[Uniform, Read, Write, Uniform],
                 &[flag("PLAIN", needs.plain_lights)],
             ),
+            takes: is_software,
             needs,
         }
     }
@@ -115,6 +122,11 @@ impl Select {
     /// Whether the last grid can store the picture's radiance.
     pub fn stores_radiance(&self) -> bool {
         self.pixels.is_some()
+    }
+
+    /// Workgroups of a kernel that takes items, where there would be `each` if every invocation had one.
+    fn taken<'a>(&self, each: Groups<'a>) -> Groups<'a> {
+        if self.takes { Groups::Count(TAKERS) } else { each }
     }
 
     fn kernels(&self, is_final: bool) -> &PointKernels {
@@ -180,11 +192,11 @@ impl Select {
                 let time = timers.compute("select_gpu_ms");
                 let kernels = self.kernels(is_final);
                 kernels.refine.record(device, encoder, time, band, &resources, Groups::rows(points));
-                let groups = Groups::Indirect(&selection.open, 0);
+                let groups = self.taken(Groups::Indirect(&selection.open, 0));
                 let time = timers.compute("select_gpu_ms");
                 kernels.check.record(device, encoder, time, band, &look, groups);
                 if let Some(check) = &kernels.check_bent {
-                    let groups = Groups::Indirect(&selection.open, u64::from(BENT_HEADER) * 4);
+                    let groups = self.taken(Groups::Indirect(&selection.open, u64::from(BENT_HEADER) * 4));
                     check.record(device, encoder, timers.compute("select_gpu_ms"), band, &look, groups);
                 }
             }
@@ -234,11 +246,10 @@ impl Select {
             wgpu::BindingResource::TextureView(keys),
         ];
         let kernels = self.kernels(is_final);
-        let (kernel, offset) = match &kernels.wide {
-            Some(wide) if is_sparse => (wide, 32),
-            _ => (&kernels.gather, 16),
+        let (kernel, groups) = match &kernels.wide {
+            Some(wide) if is_sparse => (wide, Groups::Indirect(&selection.arguments, 32)),
+            _ => (&kernels.gather, self.taken(Groups::Indirect(&selection.arguments, 16))),
         };
-        let groups = Groups::Indirect(&selection.arguments, offset);
         kernel.record(device, encoder, timers.compute("shade_gpu_ms"), band, &resources, groups);
     }
 
