@@ -14,9 +14,6 @@
 @group(2) @binding(9) var<storage, read> open: array<u32>; // see lib/grid.wgsl
 
 override CURVED: bool = false; // whether some surface is
-// Whether to look at the places on curved surfaces, or at all others. Devices that execute both sides of a branch would
-// spend most of their time on what curved ones need.
-override BENT_PLACES: bool = false;
 override SPECULAR: bool = false;
 
 // Normals of a curved surface that are interpolated between differ by less than 26 degrees, those of a normal map, which
@@ -44,7 +41,7 @@ fn every(@builtin(global_invocation_id) invocation: vec3u) {
 }
 
 // A surface point whose normal counts.
-struct Place { position: vec3f, geometric: vec3f, normal: vec3f, bend: f32 }
+struct Place { is_bent: bool, position: vec3f, geometric: vec3f, normal: vec3f, bend: f32 }
 
 fn place_at(at: vec2u) -> Place {
   let pixel = at + vec2u(0u, frame.band.x);
@@ -53,20 +50,20 @@ fn place_at(at: vec2u) -> Place {
   let m = materials[triangles[triangle].material];
   if TEXTURES { hit = with_coordinates(pixel, hit); }
   let is_mapped = TEXTURES && m.normal_texture.texture != NONE;
-  return Place(hit.position, hit.geometric_normal, shading_normal(hit, m), select(BEND, RIPPLE, is_mapped));
+  return Place(true, hit.position, hit.geometric_normal, shading_normal(hit, m), select(BEND, RIPPLE, is_mapped));
 }
 
 // What a point of the coarser grid would have a place receive; whether both lie on one surface.
-struct Neighbour { irradiance: vec3f, second: vec3f, fits: bool }
+struct Neighbour { irradiance: vec3f, second: vec3f, fits: bool, is_bent: bool }
 
 fn neighbour(point: vec2i, place: Place, key: u32) -> Neighbour {
   let size = vec2i(grid_size(2u * frame.step));
   let inside = all(point >= vec2i(0)) && all(point < size);
   let at = vec2u(clamp(point, vec2i(0), size - 1));
   let light = textureLoad(coarse_light, at, 0);
-  var result = Neighbour(light.xyz, vec3f(0.0), inside && u32(light.w) == key);
-  if BENT_PLACES || SPECULAR { result.second = textureLoad(coarse_second, at, 0).xyz; }
-  if BENT_PLACES {
+  var result = Neighbour(light.xyz, vec3f(0.0), inside && u32(light.w) == key, place.is_bent);
+  if place.is_bent || SPECULAR { result.second = textureLoad(coarse_second, at, 0).xyz; }
+  if place.is_bent {
     // On a curved surface light comes from a direction, and the place's normal differs.
     let other = place_at(place_of(at, 2u * frame.step));
     let between = other.position - place.position;
@@ -84,7 +81,7 @@ fn neighbour(point: vec2i, place: Place, key: u32) -> Neighbour {
 // Largest difference of what two neighbours receive; 0 where one of them lies elsewhere.
 fn spread(a: Neighbour, b: Neighbour) -> f32 {
   var d = abs(a.irradiance - b.irradiance);
-  if SPECULAR && !BENT_PLACES { d = max(d, abs(a.second - b.second) * PI); }
+  if SPECULAR && !a.is_bent { d = max(d, abs(a.second - b.second) * PI); }
   return select(0.0, max(d.x, max(d.y, d.z)), a.fits && b.fits);
 }
 
@@ -99,14 +96,17 @@ fn is_even(near: Neighbour, beyond: Neighbour, allowed: f32) -> bool {
   return !near.fits || (beyond.fits && spread(near, beyond) <= allowed);
 }
 
+// Places on curved surfaces have loops or a dispatch of their own: where both sides of a branch are executed, others would
+// spend most of their time on what these need.
+
 @compute @workgroup_size(64)
 fn check(@builtin(global_invocation_id) invocation: vec3u, @builtin(local_invocation_id) local: vec3u) {
-  let count = open[select(3u, BENT_HEADER + 3u, BENT_PLACES)];
   if !TAKES {
-    if invocation.x < count { check_place(invocation.x); }
+    if invocation.x < open[3] { check_place(invocation.x, false); }
     return;
   }
   if local.x >= TAKING { return; }
+  let count = open[3];
   let runs = (count + RUN - 1u) / RUN;
   loop {
     let run = atomicAdd(&wanted[CURSOR], 1u);
@@ -114,22 +114,38 @@ fn check(@builtin(global_invocation_id) invocation: vec3u, @builtin(local_invoca
       if leaves_last(run, runs) { atomicStore(&wanted[CURSOR], 0u); }
       break;
     }
-    for (var index = RUN * run; index < min(RUN * run + RUN, count); index++) { check_place(index); }
+    for (var index = RUN * run; index < min(RUN * run + RUN, count); index++) { check_place(index, false); }
+  }
+  if !CURVED { return; }
+  let bent_count = open[BENT_HEADER + 3u];
+  let bent_runs = (bent_count + RUN - 1u) / RUN;
+  loop {
+    let run = atomicAdd(&wanted[CURSOR + 1u], 1u);
+    if run >= bent_runs {
+      if leaves_last(run, bent_runs) { atomicStore(&wanted[CURSOR + 1u], 0u); }
+      break;
+    }
+    for (var index = RUN * run; index < min(RUN * run + RUN, bent_count); index++) { check_place(index, true); }
   }
 }
 
-const CURSOR = 1u; // in `wanted`: the next run of places to take
+@compute @workgroup_size(64)
+fn check_bent(@builtin(global_invocation_id) invocation: vec3u) {
+  if invocation.x < open[BENT_HEADER + 3u] { check_place(invocation.x, true); }
+}
+
+const CURSOR = 1u; // in `wanted`: the next run of places to take, and of those on curved surfaces
 const RUN = 8u;
 
-fn check_place(index: u32) {
-  let packed = open[select(FIRST_PLACE + index, arrayLength(&open) - 1u - index, BENT_PLACES)];
+fn check_place(index: u32, is_bent: bool) {
+  let packed = open[select(FIRST_PLACE + index, arrayLength(&open) - 1u - index, is_bent)];
   let at = vec2u(packed & 0xffffu, packed >> 16u);
   let wide = 2u * frame.step;
   let last = last_point();
   let shown = shown_at(at);
   let key = shown.x;
   var place: Place;
-  if BENT_PLACES { place = place_at(at); }
+  if is_bent { place = place_at(at); }
   // Neighbours on the coarser grid; along an axis on which this place lies on it, the place itself.
   let on_grid = (at == last) | (at % wide == vec2u(0u));
   let low = select(at / wide, (at + wide - 1u) / wide, on_grid);
@@ -180,7 +196,7 @@ fn check_place(index: u32) {
     }
   }
   if stands && (key & SHINY) == 0u {
-    let other = vec4f(second, select(0.0, 1.0, BENT_PLACES));
+    let other = vec4f(second, select(0.0, 1.0, is_bent));
     if FINAL {
       let pixel = at + vec2u(0u, frame.band.x);
       textureStore(fine_light, pixel, radiance_of(paint_of(shown.y), value, other));

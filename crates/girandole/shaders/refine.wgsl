@@ -93,7 +93,9 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     }
   } else {
     textureStore(fine_light, corner, a.light);
-    if CURVED || SPECULAR { textureStore(fine_second, corner, textureLoad(coarse_second, invocation.xy, 0)); }
+    if SPECULAR || (CURVED && (u32(a.light.w) & BENT) != 0u) {
+      textureStore(fine_second, corner, textureLoad(coarse_second, invocation.xy, 0));
+    }
   }
   let ab = blend(a, b, t.x);
   let ac = blend(a, c, t.y);

@@ -1,4 +1,4 @@
-// The second half of sorting: points to their places.
+// The second half of sorting where points are many: each to its place.
 
 @group(2) @binding(0) var<storage, read> wanted: array<u32>; // how many points, points of each leaf, points
 @group(2) @binding(1) var<storage, read_write> queue: array<u32>; // how many points and chunks; first chunks, chunks, points
@@ -6,7 +6,5 @@
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
-  if invocation.x >= queue[0] { return; }
-  let at = plan.points_at + POINT_WORDS * invocation.x;
-  queue[plan.sorted_at + queue[FIRSTS + wanted[at + 1u]] * CHUNK + wanted[at + 2u]] = wanted[at];
+  if invocation.x < queue[0] { put_in_order(invocation.x); }
 }

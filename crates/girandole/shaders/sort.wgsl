@@ -8,10 +8,13 @@
 @group(2) @binding(4) var<uniform> plan: Plan;
 @group(2) @binding(5) var<storage, read_write> open: array<u32>; // see lib/grid.wgsl
 
+override SCATTERS: bool = false; // whether points are few: then this pass brings them to their places as well
+
 const LANES = 256u;
 const EXTRA_ROW = 4u; // of the tally: further samples of pixels at edges
 
 var<workgroup> chunks_before: array<u32, 256>;
+var<workgroup> points_in_all: u32;
 
 // One group: where the chunks of each leaf begin.
 @compute @workgroup_size(256)
@@ -64,5 +67,11 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
     arguments[8] = min(groups, 32768u);
     arguments[9] = (groups + 32767u) / 32768u;
     arguments[10] = 1u;
+    points_in_all = points;
+  }
+  if SCATTERS {
+    storageBarrier();
+    let points = workgroupUniformLoad(&points_in_all);
+    for (var point = lane.x; point < points; point += LANES) { put_in_order(point); }
   }
 }

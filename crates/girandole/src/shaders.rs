@@ -22,6 +22,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     maps,
     occluders,
     octahedral,
+    order,
     parameterisation,
     pixel_surface,
     plan,
@@ -101,8 +102,8 @@ pub(crate) const BEHIND: Source = source!(
         want
     ]
 );
-pub(crate) const SORT: Source = source!(sort, "", [frame, plan, grid]);
-pub(crate) const SCATTER: Source = source!(scatter, "", [plan]);
+pub(crate) const SORT: Source = source!(sort, "", [frame, plan, grid, order]);
+pub(crate) const SCATTER: Source = source!(scatter, "", [plan, order]);
 macro_rules! gather {
     ($lights:ident) => {
         reads_maps!(

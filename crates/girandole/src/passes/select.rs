@@ -18,6 +18,8 @@ pub(crate) struct Select {
     pixels: Option<PointKernels>,
     allot: Kernel,
     scatter: Kernel,
+    /// Both in one, for few points where a dispatch costs more than what it does.
+    allot_few: Option<Kernel>,
     light_maps: Kernel,
     /// Whether few invocations take item after item (shaders: lib/take.wgsl), rather than each having one.
     takes: bool,
@@ -29,7 +31,7 @@ pub(crate) struct Select {
 struct PointKernels {
     refine: Kernel,
     check: Kernel,
-    /// The same for places on curved surfaces, if there are any.
+    /// The same for places on curved surfaces, if there are any and if `check` leaves them.
     check_bent: Option<Kernel>,
     edges: Kernel,
     behind: Kernel,
@@ -86,14 +88,13 @@ impl Select {
             let edges = [Ids, Float, Float, Radiance, Radiance, Write, Write];
             let behind = [Ids, Read, Write, Uniform, Ids, Float, Float, Radiance, Radiance, Write, Read];
             let refine = [Ids, Float, Float, Radiance, Radiance, Write];
-            let check_places = |bent: bool| {
-                let constants = [curved, specular, textures, is_final, takes, flag("BENT_PLACES", bent)];
-                kernel(&shaders::CHECK, "check", &check, &constants)
+            let check_places = |entry| {
+                kernel(&shaders::CHECK, entry, &check, &[curved, specular, textures, is_final, takes])
             };
             PointKernels {
                 refine: kernel(&shaders::REFINE, "main", &refine, &[curved, specular, is_final]),
-                check: check_places(false),
-                check_bent: needs.curved.then(|| check_places(true)),
+                check: check_places("check"),
+                check_bent: (needs.curved && !is_software).then(|| check_places("check_bent")),
                 edges: kernel(&shaders::EDGES, "main", &edges, &[specular, is_final]),
                 behind: kernel(&shaders::BEHIND, "main", &behind, &[specular, textures, is_final]),
                 gather: kernel(source, "main", &shade, &gather),
@@ -102,11 +103,16 @@ impl Select {
                     .then(|| kernel(source, "wide", &shade, &gather)),
             }
         };
+        let allot = |scatters| {
+            let slots = [Write, Write, Write, Write, Uniform, Write];
+            kernel(&shaders::SORT, "allot", &slots, &[flag("SCATTERS", scatters)])
+        };
         Self {
             every: kernel(&shaders::CHECK, "every", &check, &[textures]),
             points: points(false),
             pixels: (!needs.textures).then(|| points(true)),
-            allot: kernel(&shaders::SORT, "allot", &[Write, Write, Write, Write, Uniform, Write], &[]),
+            allot: allot(false),
+            allot_few: is_software.then(|| allot(true)),
             scatter: kernel(&shaders::SCATTER, "main", &[Read, Write, Uniform], &[]),
             light_maps: kernel(
                 &shaders::LIGHT_MAPS,
@@ -196,7 +202,7 @@ impl Select {
                 let time = timers.compute("select_gpu_ms");
                 kernels.check.record(device, encoder, time, band, &look, groups);
                 if let Some(check) = &kernels.check_bent {
-                    let groups = self.taken(Groups::Indirect(&selection.open, u64::from(BENT_HEADER) * 4));
+                    let groups = Groups::Indirect(&selection.open, u64::from(BENT_HEADER) * 4);
                     check.record(device, encoder, timers.compute("select_gpu_ms"), band, &look, groups);
                 }
             }
@@ -212,8 +218,12 @@ impl Select {
         ]
         .map(|b| b.as_entire_binding());
         let time = timers.compute("sort_gpu_ms");
+        let are_few = choice != Choice::Every || step > 1;
+        if let Some(allot) = self.allot_few.as_ref().filter(|_| are_few) {
+            allot.record(device, encoder, time, band, &resources, Groups::Count([1, 1]));
+            return;
+        }
         self.allot.record(device, encoder, time, band, &resources, Groups::Count([1, 1]));
-
         let resources =
             [&selection.wanted, &selection.queue, selection.plan_buffer()].map(|b| b.as_entire_binding());
         let groups = Groups::Indirect(&selection.arguments, 0);
