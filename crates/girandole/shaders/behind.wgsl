@@ -12,6 +12,7 @@
 @group(2) @binding(8) var fine_second: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(9) var<storage, read_write> sums: array<vec4f>;
 @group(2) @binding(10) var<storage, read> open: array<u32>; // see lib/grid.wgsl
+@group(2) @binding(11) var picture: texture_storage_2d<rg32uint, write>;
 
 override SPECULAR: bool = false;
 

@@ -12,6 +12,7 @@
 @group(2) @binding(7) var fine_light: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(8) var fine_second: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(9) var<storage, read> open: array<u32>; // see lib/grid.wgsl
+@group(2) @binding(10) var picture: texture_storage_2d<rg32uint, write>;
 
 override CURVED: bool = false; // whether some surface is
 override SPECULAR: bool = false;
@@ -199,7 +200,7 @@ fn check_place(index: u32, is_bent: bool) {
     let other = vec4f(second, select(0.0, 1.0, is_bent));
     if FINAL {
       let pixel = at + vec2u(0u, frame.band.x);
-      textureStore(fine_light, pixel, radiance_of(paint_of(shown.y), value, other));
+      textureStore(picture, pixel, pack_radiance(radiance_of(paint_of(shown.y), value, other)));
     } else {
       let point = (at + frame.step - 1u) / frame.step;
       textureStore(fine_light, point, vec4f(value, f32(key)));

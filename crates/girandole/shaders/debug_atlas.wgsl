@@ -1,6 +1,6 @@
 // Debug view: the first page of the shadow atlas, near blockers bright.
 
-@group(2) @binding(0) var radiance: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(0) var picture: texture_storage_2d<rg32uint, write>;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
@@ -16,7 +16,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     // Stored is near / distance; shown is distance, on the scale of the scene.
     if stored > 0.0 { value = exp(-4.0 * NEAR / stored / frame.far); }
   }
-  textureStore(radiance, pixel, vec4f(vec3f(value), 1.0));
+  textureStore(picture, pixel, pack_radiance(vec3f(value)));
 }
 
 override NEAR: f32;

@@ -4,7 +4,7 @@
 @group(2) @binding(1) var<storage, read> receivers: array<u32>;
 @group(2) @binding(2) var<storage, read> colors: array<vec4f>;
 @group(2) @binding(3) var<uniform> plan: Plan;
-@group(2) @binding(4) var radiance: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(4) var picture: texture_storage_2d<rg32uint, write>;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
@@ -12,10 +12,10 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
   let id = textureLoad(ids, pixel, 0).x;
   if id == 0u {
-    textureStore(radiance, pixel, vec4f(0.0));
+    textureStore(picture, pixel, pack_radiance(vec3f(0.0)));
     return;
   }
   let hit = hit_at(pixel, id - 1u);
   let facing = dot(hit.geometric_normal, hit.wo);
-  textureStore(radiance, pixel, vec4f(colors[leaf_of(pixel, id)].xyz * (0.6 + 0.4 * facing), 1.0));
+  textureStore(picture, pixel, pack_radiance(colors[leaf_of(pixel, id)].xyz * (0.6 + 0.4 * facing)));
 }

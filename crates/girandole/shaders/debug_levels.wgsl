@@ -4,7 +4,7 @@
 @group(2) @binding(0) var ids: texture_2d<u32>;
 @group(2) @binding(1) var<storage, read> sums: array<vec4f>;
 @group(2) @binding(3) var light: texture_2d<f32>;
-@group(2) @binding(2) var radiance: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(2) var picture: texture_storage_2d<rg32uint, write>;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
@@ -22,5 +22,5 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     if sum.w == 4.0 { color = vec3f(0.05, 0.7, 0.1); }
     if sum.w == 8.0 { color = vec3f(0.1, 0.3, 1.0); }
   }
-  textureStore(radiance, pixel, vec4f(color, 1.0));
+  textureStore(picture, pixel, pack_radiance(color));
 }

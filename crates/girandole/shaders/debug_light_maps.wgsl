@@ -5,7 +5,7 @@
 @group(2) @binding(2) var<storage, read> lists: array<u32>;
 @group(2) @binding(3) var<storage, read> light_maps: array<vec4f>;
 @group(2) @binding(4) var<uniform> plan: Plan;
-@group(2) @binding(5) var radiance: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(5) var picture: texture_storage_2d<rg32uint, write>;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
@@ -17,5 +17,5 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     let record = leaf_of(pixel, id) * LEAF_WORDS;
     if lists[record] != NO_MAP { light = mapped_irradiance(record, hit_at(pixel, id - 1u).position); }
   }
-  textureStore(radiance, pixel, vec4f(light / (1.0 + max(light.x, max(light.y, light.z))), 1.0));
+  textureStore(picture, pixel, pack_radiance(light / (1.0 + max(light.x, max(light.y, light.z)))));
 }

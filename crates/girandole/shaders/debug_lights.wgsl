@@ -3,7 +3,7 @@
 
 @group(2) @binding(0) var<storage, read> lights: array<Light>;
 @group(2) @binding(1) var ids: texture_2d<u32>;
-@group(2) @binding(2) var radiance: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(2) var picture: texture_storage_2d<rg32uint, write>;
 
 const RADIUS = 4;
 const ROW = 32768u; // workgroups
@@ -33,5 +33,5 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) lane:
   if hidden && distance < 2.5 { return; }
   let brightest = max(light.intensity.x, max(light.intensity.y, light.intensity.z));
   let color = select(light.intensity / brightest, vec3f(0.02), distance > 3.4);
-  textureStore(radiance, pixel, vec4f(color, 1.0));
+  textureStore(picture, pixel, pack_radiance(color));
 }

@@ -5,11 +5,12 @@
 // The first sample's: irradiance and key; specular radiance, or the direction of light.
 @group(2) @binding(1) var first_light: texture_2d<f32>;
 @group(2) @binding(2) var first_second: texture_2d<f32>;
-// This sample's; with FINAL the picture.
+// This sample's.
 @group(2) @binding(3) var fine_light: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(4) var fine_second: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(5) var<storage, read_write> sums: array<vec4f>;
 @group(2) @binding(6) var<storage, read_write> open: array<atomic<u32>>; // see lib/grid.wgsl
+@group(2) @binding(7) var picture: texture_storage_2d<rg32uint, write>;
 
 override SPECULAR: bool = false;
 

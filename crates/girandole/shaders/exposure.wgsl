@@ -3,7 +3,7 @@
 
 struct Exposure { stops: f32 }
 
-@group(0) @binding(0) var radiance: texture_2d<f32>;
+@group(0) @binding(0) var picture: texture_2d<u32>;
 @group(0) @binding(1) var<storage, read_write> histogram: array<atomic<u32>, 256>;
 @group(0) @binding(2) var<storage, read_write> exposure: Exposure;
 
@@ -18,8 +18,8 @@ fn clear(@builtin(local_invocation_index) bin: u32) {
 
 @compute @workgroup_size(8, 8)
 fn count(@builtin(global_invocation_id) id: vec3u) {
-  if any(id.xy >= textureDimensions(radiance)) { return; }
-  let y = dot(textureLoad(radiance, id.xy, 0).xyz, vec3f(0.2126, 0.7152, 0.0722));
+  if any(id.xy >= textureDimensions(picture)) { return; }
+  let y = dot(unpack_radiance(textureLoad(picture, id.xy, 0).xy), vec3f(0.2126, 0.7152, 0.0722));
   let bits = bitcast<u32>(y);
   if !(y > 0.0) || bits >= 0x7f800000u { return; }
   let first = u32(127 + MIN_LOG2) * BINS_PER_STOP;

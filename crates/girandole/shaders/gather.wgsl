@@ -17,6 +17,7 @@
 @group(2) @binding(9) var fine_light: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(10) var fine_second: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(11) var keys: texture_2d<u32>;
+@group(2) @binding(12) var picture: texture_storage_2d<rg32uint, write>;
 
 const CURSOR = 2u; // in `queue`: the next chunk to take
 

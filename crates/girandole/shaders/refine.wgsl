@@ -15,6 +15,7 @@
 @group(2) @binding(3) var fine_light: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(4) var fine_second: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(5) var<storage, read_write> open: array<atomic<u32>>; // see lib/grid.wgsl
+@group(2) @binding(6) var picture: texture_storage_2d<rg32uint, write>;
 
 override CURVED: bool = false;
 override SPECULAR: bool = false;
@@ -31,7 +32,8 @@ fn known(point: vec2u) -> Known {
 fn store(point: vec2u, pixel: vec2u, value: Known, shown: vec2u, paint: ptr<function, Paint>) {
   if FINAL {
     if shown.y != (*paint).material { *paint = paint_of(shown.y); }
-    textureStore(fine_light, pixel, select(vec4f(0.0), radiance_of(*paint, value.light.xyz, value.second), shown.x != 0u));
+    let radiance = radiance_of(*paint, value.light.xyz, value.second);
+    textureStore(picture, pixel, pack_radiance(select(vec3f(0.0), radiance, shown.x != 0u)));
   } else {
     textureStore(fine_light, point, select(vec4f(0.0), vec4f(value.light.xyz, f32(shown.x)), shown.x != 0u));
     if SPECULAR { textureStore(fine_second, point, value.second); }

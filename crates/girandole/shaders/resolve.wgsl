@@ -5,7 +5,7 @@
 @group(2) @binding(1) var light: texture_2d<f32>; // irradiance
 @group(2) @binding(4) var second: texture_2d<f32>; // specular radiance, or the direction of light
 @group(2) @binding(2) var<storage, read_write> sums: array<vec4f>;
-@group(2) @binding(3) var fine_light: texture_storage_2d<rgba32float, write>; // the picture
+@group(2) @binding(3) var picture: texture_storage_2d<rg32uint, write>;
 
 override SPECULAR: bool; // whether any material has a specular lobe
 
@@ -13,7 +13,7 @@ override SPECULAR: bool; // whether any material has a specular lobe
 fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
-  var sent = vec4f(0.0);
+  var sent = vec3f(0.0);
   let id = textureLoad(ids, pixel, 0).x;
   if id > 0u {
     let m = materials[triangles[id - 1u].material];

@@ -1,4 +1,4 @@
-// Shows the radiance on the caller's target.
+// Shows the picture on the caller's target.
 
 struct Display {
   size: vec2u,
@@ -7,7 +7,7 @@ struct Display {
 }
 
 @group(0) @binding(0) var<uniform> display: Display;
-@group(0) @binding(1) var radiance: texture_2d<f32>;
+@group(0) @binding(1) var picture: texture_2d<u32>;
 @group(0) @binding(2) var<storage, read> automatic: array<f32>;
 
 override ENCODE: bool; // whether the target wants sRGB values rather than linear ones
@@ -23,7 +23,7 @@ fn fullscreen(@builtin(vertex_index) i: u32) -> Out {
 @fragment
 fn show(in: Out) -> @location(0) vec4f {
   let pixel = min(vec2u(in.position.xy), display.size - 1u);
-  let shown = tone_curve(textureLoad(radiance, pixel, 0).xyz * in.exposure);
+  let shown = tone_curve(unpack_radiance(textureLoad(picture, pixel, 0).xy) * in.exposure);
   if !ENCODE { return vec4f(shown, 1.0); }
   return vec4f(srgb_encode(shown.x), srgb_encode(shown.y), srgb_encode(shown.z), 1.0);
 }

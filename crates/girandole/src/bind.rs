@@ -1,5 +1,7 @@
 //! Bind groups: layout and group come from one list of slots.
 
+use crate::targets;
+
 /// What a binding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Slot {
@@ -11,7 +13,7 @@ pub(crate) enum Slot {
     Read,
     /// Storage buffer that is written.
     Write,
-    /// Integer texture.
+    /// Texture of whole numbers.
     Ids,
     /// Float texture that is not filtered.
     Float,
@@ -19,8 +21,10 @@ pub(crate) enum Slot {
     DepthArray,
     /// Array of storage textures, r32float, read.
     ImageArray,
-    /// Storage texture, rgba32float, written.
-    Radiance,
+    /// Grid of points: storage texture, rgba32float, written.
+    Grid,
+    /// The picture: storage texture, rg32uint, written (see `packed`).
+    Picture,
 }
 
 /// The layout of these slots, bound from 0 up.
@@ -61,9 +65,9 @@ pub(crate) fn layout(
                     format: wgpu::TextureFormat::R32Float,
                     view_dimension: wgpu::TextureViewDimension::D2Array,
                 },
-                Slot::Radiance => wgpu::BindingType::StorageTexture {
+                Slot::Grid | Slot::Picture => wgpu::BindingType::StorageTexture {
                     access: wgpu::StorageTextureAccess::WriteOnly,
-                    format: wgpu::TextureFormat::Rgba32Float,
+                    format: if *slot == Slot::Grid { targets::GRID } else { targets::PICTURE },
                     view_dimension: wgpu::TextureViewDimension::D2,
                 },
             },

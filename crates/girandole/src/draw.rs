@@ -84,7 +84,7 @@ impl Renderer {
                     ids: &targets.ids,
                     grid: &targets.grids[0],
                     sums: &targets.sums,
-                    radiance: &targets.radiance_view,
+                    picture: &targets.picture_view,
                 };
                 resolve.record(device, &mut encoder, timers, band, inputs);
                 self.record_debug(&mut encoder, band, settings, (loaded, targets), None)?;
@@ -168,9 +168,9 @@ impl Renderer {
                 lights: batch_of(&loaded.light_buffer, step.first_light),
                 maps: &loaded.atlas.maps,
                 sums: &targets.sums,
-                grid: [if is_final { &targets.radiance_view } else { &grid[0] }, &grid[1]],
+                grid: grid.each_ref(),
             };
-            let buffers = (receivers, selection, &targets.keys);
+            let buffers = (receivers, selection, targets);
             match (&self.multipass, &loaded.draws) {
                 (Some(multipass), Some(draws))
                     if settings.shading != Shading::Fused && settings.debug.is_none() =>
@@ -180,7 +180,7 @@ impl Renderer {
                         let rows = step.band[1].min(size[1] - 1) + 1 - step.band[0];
                         let place = (band, step.step, rows);
                         let lights = (draws, &loaded.light_buffer);
-                        multipass.record(device, &mut encoder, timers, place, inputs, buffers, lights);
+                        multipass.record(device, &mut encoder, timers, place, inputs, (receivers, selection, &targets.keys), lights);
                     }
                 }
                 _ => {
@@ -196,7 +196,7 @@ impl Renderer {
                         ids: &targets.ids,
                         grid,
                         sums: &targets.sums,
-                        radiance: &targets.radiance_view,
+                        picture: &targets.picture_view,
                     };
                     resolve.record(device, &mut encoder, timers, band, inputs);
                 }

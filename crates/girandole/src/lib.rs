@@ -52,6 +52,7 @@ mod gpu;
 mod gpu_scene;
 mod layout;
 mod occluders;
+mod packed;
 mod passes;
 mod readback;
 mod receivers;

@@ -1,8 +1,6 @@
 //! Reading buffers and textures back, without blocking: futures that the caller polls while the device is polled.
 
 use crate::{Error, Result};
-use girandole_core::glam::Vec3;
-use girandole_core::image::Image;
 use std::sync::{Arc, Mutex};
 use std::task::{Poll, Waker};
 
@@ -79,24 +77,15 @@ impl TextureCopy {
         Self { buffer, row_bytes: row_bytes as usize, padded: padded as usize, rows: height as usize }
     }
 
-    /// The texels' floats, rows without padding.
-    pub async fn floats(self) -> Result<Vec<f32>> {
+    /// The texels' words, rows without padding.
+    pub async fn words(self) -> Result<Vec<u32>> {
         let bytes = bytes(&self.buffer).await?;
-        let mut floats = Vec::with_capacity(self.row_bytes / 4 * self.rows);
+        let mut words = Vec::with_capacity(self.row_bytes / 4 * self.rows);
         for row in bytes.chunks_exact(self.padded) {
-            floats.extend(
-                row[..self.row_bytes].chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+            words.extend(
+                row[..self.row_bytes].chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])),
             );
         }
-        Ok(floats)
-    }
-}
-
-/// RGBA floats as a picture.
-pub(crate) fn image(size: [u32; 2], floats: &[f32]) -> Image {
-    Image {
-        width: size[0],
-        height: size[1],
-        pixels: floats.chunks_exact(4).map(|c| Vec3::new(c[0], c[1], c[2])).collect(),
+        Ok(words)
     }
 }

@@ -15,7 +15,8 @@ use crate::passes::shade::{Needs, Shade};
 use crate::passes::shadow_maps::{Atlas, ShadowMaps};
 use crate::passes::tonemap::ToneMapping;
 use crate::passes::visibility::Visibility;
-use crate::readback::{self, TextureCopy};
+use crate::packed::unpack_radiance;
+use crate::readback::TextureCopy;
 use crate::receivers::Receivers;
 use crate::selection::Selection;
 use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading};
@@ -266,12 +267,12 @@ impl Renderer {
         let Some(targets) = &self.targets else { return Err(invalid("render before showing".into())) };
         let mut encoder = self.device.create_command_encoder(&Default::default());
         if settings.exposure == Exposure::Auto {
-            self.exposure.record(&self.device, &mut encoder, &targets.radiance_view, targets.size);
+            self.exposure.record(&self.device, &mut encoder, &targets.picture_view, targets.size);
         }
         self.tone_mapping.record(
             &self.device,
             &mut encoder,
-            &targets.radiance_view,
+            &targets.picture_view,
             &self.exposure.stops,
             settings,
             targets.size,
@@ -294,7 +295,7 @@ impl Renderer {
                 .map(|y| {
                     let size = [targets.size[0], targets.band_rows.min(targets.size[1] - y)];
                     let origin = wgpu::Origin3d { x: 0, y, z: 0 };
-                    TextureCopy::record(&self.device, &mut encoder, &targets.radiance, origin, size, 16)
+                    TextureCopy::record(&self.device, &mut encoder, &targets.picture, origin, size, 8)
                 })
                 .collect();
             self.queue.submit([encoder.finish()]);
@@ -302,11 +303,11 @@ impl Renderer {
         });
         async move {
             let (size, copies) = copy.ok_or_else(|| invalid("render before reading back".into()))?;
-            let mut floats = Vec::with_capacity(size[0] as usize * size[1] as usize * 4);
+            let mut pixels = Vec::with_capacity(size[0] as usize * size[1] as usize);
             for copy in copies {
-                floats.extend(copy.floats().await?);
+                pixels.extend(copy.words().await?.chunks_exact(2).map(|w| unpack_radiance([w[0], w[1]])));
             }
-            Ok(readback::image(size, &floats))
+            Ok(Image { width: size[0], height: size[1], pixels })
         }
     }
 
@@ -329,10 +330,10 @@ impl Renderer {
         });
         async move {
             let (copy, slot, width) = copy.ok_or_else(|| invalid(format!("there is no light {light}")))?;
-            let page = copy.floats().await?;
+            let page = copy.words().await?;
             let [x, y] = slot.origin.map(|o| o as usize);
             let size = slot.size as usize;
-            Ok((y..y + size).flat_map(|row| page[row * width + x..row * width + x + size].to_vec()).collect())
+            Ok((y..y + size).flat_map(|row| page[row * width + x..row * width + x + size].iter().map(|&bits| f32::from_bits(bits))).collect())
         }
     }
 }

@@ -23,6 +23,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     occluders,
     octahedral,
     order,
+    packed,
     parameterisation,
     pixel_surface,
     plan,
@@ -74,14 +75,14 @@ pub(crate) const SHADE: [Source; 2] = reads_maps!(
     [frame, scene, texture, surface, brdf, light, maps, octahedral, parameterisation, shadow, sum]
 );
 pub(crate) const REFINE: Source =
-    source!(refine, "", [frame, scene, brdf, grid, pixel_surface, radiance]);
+    source!(refine, "", [frame, scene, brdf, grid, pixel_surface, radiance, packed]);
 pub(crate) const CHECK: Source = source!(
     check,
     "",
-    [frame, scene, texture, surface, brdf, plan, grid, pixel_surface, receiver, radiance, take, want]
+    [frame, scene, texture, surface, brdf, plan, grid, pixel_surface, receiver, radiance, packed, take, want]
 );
 pub(crate) const EDGES: Source =
-    source!(edges, "", [frame, scene, brdf, grid, pixel_surface, radiance, samples, tied, blend]);
+    source!(edges, "", [frame, scene, brdf, grid, pixel_surface, radiance, packed, samples, tied, blend]);
 pub(crate) const BEHIND: Source = source!(
     behind,
     "",
@@ -96,6 +97,7 @@ pub(crate) const BEHIND: Source = source!(
         pixel_surface,
         receiver,
         radiance,
+        packed,
         samples,
         tied,
         blend,
@@ -124,6 +126,7 @@ macro_rules! gather {
                 light_map,
                 $lights,
                 radiance,
+                packed,
                 samples,
                 take,
                 tied
@@ -135,12 +138,12 @@ macro_rules! gather {
 pub(crate) const GATHER: [Source; 2] = gather!(lights_uniform);
 pub(crate) const GATHER_STORED: [Source; 2] = gather!(lights_storage);
 pub(crate) const DEBUG_LEAVES: Source =
-    source!(debug_leaves, "", [frame, scene, texture, surface, plan, receiver]);
-pub(crate) const DEBUG_LEVELS: Source = source!(debug_levels, "", [frame]);
+    source!(debug_leaves, "", [frame, scene, texture, surface, plan, receiver, packed]);
+pub(crate) const DEBUG_LEVELS: Source = source!(debug_levels, "", [frame, packed]);
 pub(crate) const DEBUG_LIGHT_MAPS: Source =
-    source!(debug_light_maps, "", [frame, scene, texture, surface, plan, receiver, light_map]);
-pub(crate) const DEBUG_LIGHTS: Source = source!(debug_lights, "", [frame, scene, texture, surface, light]);
-pub(crate) const DEBUG_ATLAS: [Source; 2] = reads_maps!(debug_atlas, [frame]);
+    source!(debug_light_maps, "", [frame, scene, texture, surface, plan, receiver, light_map, packed]);
+pub(crate) const DEBUG_LIGHTS: Source = source!(debug_lights, "", [frame, scene, texture, surface, light, packed]);
+pub(crate) const DEBUG_ATLAS: [Source; 2] = reads_maps!(debug_atlas, [frame, packed]);
 pub(crate) const MULTIPASS: [Source; 2] = reads_maps!(
     multipass,
     [
@@ -164,7 +167,7 @@ pub(crate) const BATCH: Source = source!(batch, "", [plan, elements]);
 pub(crate) const COLLECT: Source = source!(collect, "", [frame, scene, texture, surface, plan, light_map]);
 pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, plan]);
 pub(crate) const RESOLVE: Source =
-    source!(resolve, "", [frame, scene, texture, surface, brdf, radiance, samples, tied]);
+    source!(resolve, "", [frame, scene, texture, surface, brdf, radiance, packed, samples, tied]);
 pub(crate) const SHADOW_MAPS_CLIP: Source = source!(
     shadow_maps_clip,
     "enable clip_distances;\n",
@@ -177,8 +180,8 @@ pub(crate) const SHADOW_MAPS_MASKED: Source = source!(
     "",
     [frame, scene, texture, light, maps, octahedral, parameterisation, project, occluders]
 );
-pub(crate) const EXPOSURE: Source = source!(exposure, "", []);
-pub(crate) const TONEMAP: Source = source!(tonemap, "", [tonemap]);
+pub(crate) const EXPOSURE: Source = source!(exposure, "", [packed]);
+pub(crate) const TONEMAP: Source = source!(tonemap, "", [tonemap, packed]);
 
 /// All passes, for the tests that need no GPU.
 #[cfg(test)]

@@ -7,6 +7,11 @@ const BAND_PIXELS: u32 = 1 << 20;
 /// Pixels from point to point of the coarsest grid that is shaded.
 pub(crate) const COARSEST: u32 = 8;
 
+/// Format of grids of points.
+pub(crate) const GRID: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+/// Format of the picture, see `packed`.
+pub(crate) const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
+
 /// What depends on the picture's size alone.
 pub(crate) struct Targets {
     pub size: [u32; 2],
@@ -21,8 +26,8 @@ pub(crate) struct Targets {
     pub grids: [[wgpu::TextureView; 2]; 4],
     /// The same, of a further sample of each pixel.
     pub sample: [wgpu::TextureView; 2],
-    pub radiance: wgpu::Texture,
-    pub radiance_view: wgpu::TextureView,
+    pub picture: wgpu::Texture,
+    pub picture_view: wgpu::TextureView,
 }
 
 impl Targets {
@@ -51,17 +56,13 @@ impl Targets {
             })
         };
         use wgpu::TextureUsages as U;
-        let radiance = texture(
-            "radiance",
-            wgpu::TextureFormat::Rgba32Float,
-            U::STORAGE_BINDING | U::TEXTURE_BINDING | U::COPY_SRC,
-        );
+        let picture = texture("picture", PICTURE, U::STORAGE_BINDING | U::TEXTURE_BINDING | U::COPY_SRC);
         let band = [size[0], band_rows + 1];
         let grid = |level: u32| {
             let points = band.map(|n| (n - 1).div_ceil(1 << level) + 1);
             let usage = U::STORAGE_BINDING | U::TEXTURE_BINDING;
             ["light", "second"].map(|label| {
-                sized(label, points, wgpu::TextureFormat::Rgba32Float, usage).create_view(&Default::default())
+                sized(label, points, GRID, usage).create_view(&Default::default())
             })
         };
         let pixels = u64::from(size[0]) * u64::from(band_rows + 1);
@@ -76,8 +77,8 @@ impl Targets {
             grids: std::array::from_fn(|level| grid(level as u32)),
             sample: grid(0),
             sums: buffer("sums", 3 * pixels),
-            radiance_view: radiance.create_view(&Default::default()),
-            radiance,
+            picture_view: picture.create_view(&Default::default()),
+            picture,
         }
     }
 }

@@ -45,7 +45,7 @@ fn store_blend(at: vec2u, shown: vec2u, blend: Blend, paint: ptr<function, Paint
   let second = blend.second / weight;
   if FINAL {
     while shown.y != (*paint).material { *paint = paint_of(shown.y); }
-    let radiance = select(vec4f(0.0), radiance_of(*paint, light, second), shown.x != 0u);
+    let radiance = select(vec3f(0.0), radiance_of(*paint, light, second), shown.x != 0u);
     add_sample(at + vec2u(0u, frame.band.x), radiance);
   } else {
     textureStore(fine_light, at, select(vec4f(0.0), vec4f(light, f32(shown.x)), shown.x != 0u));

@@ -11,9 +11,9 @@ fn paint_of(material: u32) -> Paint {
   return Paint(material, materials[material].albedo / PI, materials[material].emission);
 }
 
-fn radiance_of(paint: Paint, irradiance: vec3f, second: vec4f) -> vec4f {
+fn radiance_of(paint: Paint, irradiance: vec3f, second: vec4f) -> vec3f {
   var radiance = irradiance * paint.albedo + paint.emission;
   // The direction of light is no part of the picture.
   if SPECULAR { radiance += select(second.xyz, vec3f(0.0), second.w > 0.0); }
-  return vec4f(radiance, 1.0);
+  return radiance;
 }

@@ -1,7 +1,7 @@
 //! Debug views: they take the place of the picture.
 
 use super::{Band, Groups, Kernel, Layouts, shadow_maps};
-use crate::bind::Slot::{Float, Ids, Radiance, Read, Uniform};
+use crate::bind::Slot::{Float, Ids, Picture, Read, Uniform};
 use crate::gpu_scene::storage;
 use crate::receivers::Receivers;
 use crate::selection::Selection;
@@ -38,11 +38,11 @@ impl Debug {
             Kernel::new(device, layouts, source, "main", slots, constants)
         };
         Self {
-            leaves: kernel(&shaders::DEBUG_LEAVES, &[Ids, Read, Read, Uniform, Radiance], &[]),
-            levels: kernel(&shaders::DEBUG_LEVELS, &[Ids, Read, Radiance, Float], &[]),
-            light_maps: kernel(&shaders::DEBUG_LIGHT_MAPS, &[Ids, Read, Read, Read, Uniform, Radiance], &[]),
-            lights: kernel(&shaders::DEBUG_LIGHTS, &[Read, Ids, Radiance], &[]),
-            atlas: kernel(atlas, &[Radiance, maps], &[("NEAR", shadow_maps::NEAR)]),
+            leaves: kernel(&shaders::DEBUG_LEAVES, &[Ids, Read, Read, Uniform, Picture], &[]),
+            levels: kernel(&shaders::DEBUG_LEVELS, &[Ids, Read, Picture, Float], &[]),
+            light_maps: kernel(&shaders::DEBUG_LIGHT_MAPS, &[Ids, Read, Read, Read, Uniform, Picture], &[]),
+            lights: kernel(&shaders::DEBUG_LIGHTS, &[Read, Ids, Picture], &[]),
+            atlas: kernel(atlas, &[Picture, maps], &[("NEAR", shadow_maps::NEAR)]),
         }
     }
 
@@ -56,7 +56,7 @@ impl Debug {
         inputs: DebugInputs,
     ) -> Result<()> {
         let ids = wgpu::BindingResource::TextureView(&inputs.targets.ids);
-        let radiance = wgpu::BindingResource::TextureView(&inputs.targets.radiance_view);
+        let picture = wgpu::BindingResource::TextureView(&inputs.targets.picture_view);
         let tiles = Groups::tiles(band.size);
         let mut run = |kernel: &Kernel, resources: &[wgpu::BindingResource], groups| {
             kernel.record(device, encoder, None, band, resources, groups);
@@ -64,26 +64,26 @@ impl Debug {
         match (view, inputs.selected) {
             (DebugView::LightPositions, _) => {
                 let groups = Groups::Count([lights.min(ROW), lights.div_ceil(ROW)]);
-                run(&self.lights, &[inputs.lights.as_entire_binding(), ids, radiance], groups);
+                run(&self.lights, &[inputs.lights.as_entire_binding(), ids, picture], groups);
             }
             (DebugView::Atlas, _) => {
-                run(&self.atlas, &[radiance, wgpu::BindingResource::TextureView(inputs.atlas)], tiles);
+                run(&self.atlas, &[picture, wgpu::BindingResource::TextureView(inputs.atlas)], tiles);
             }
             (DebugView::Levels, Some(_)) => {
                 let light = wgpu::BindingResource::TextureView(&inputs.targets.grids[0][0]);
-                run(&self.levels, &[ids, inputs.targets.sums.as_entire_binding(), radiance, light], tiles);
+                run(&self.levels, &[ids, inputs.targets.sums.as_entire_binding(), picture, light], tiles);
             }
             (DebugView::LightMaps, Some((receivers, selection))) => {
                 let buffers =
                     [&receivers.receivers, &receivers.lists, &receivers.light_maps, selection.plan_buffer()];
                 let [a, b, c, d] = buffers.map(|b| b.as_entire_binding());
-                run(&self.light_maps, &[ids, a, b, c, d, radiance], tiles);
+                run(&self.light_maps, &[ids, a, b, c, d, picture], tiles);
             }
             (DebugView::Receivers | DebugView::States(_), Some((receivers, selection))) => {
                 let colors = storage(device, "colours", &leaf_colors(view, receivers))?;
                 let buffers = [&receivers.receivers, &colors, selection.plan_buffer()];
                 let [a, b, c] = buffers.map(|b| b.as_entire_binding());
-                run(&self.leaves, &[ids, a, b, c, radiance], tiles);
+                run(&self.leaves, &[ids, a, b, c, picture], tiles);
             }
             // Refused before.
             (_, None) => {}

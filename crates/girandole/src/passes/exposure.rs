@@ -15,7 +15,7 @@ pub(crate) struct Exposure {
 
 impl Exposure {
     pub fn new(device: &wgpu::Device) -> Self {
-        let slots = [Slot::Float, Slot::Write, Slot::Write];
+        let slots = [Slot::Ids, Slot::Write, Slot::Write];
         let layout = bind::layout(device, "exposure", wgpu::ShaderStages::COMPUTE, &slots);
         let module = shaders::EXPOSURE.module(device);
         let pipeline = |entry| bind::compute_pipeline(device, &module, entry, &[Some(&layout)], &[]);
@@ -41,14 +41,14 @@ impl Exposure {
         &self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
-        radiance: &wgpu::TextureView,
+        picture: &wgpu::TextureView,
         size: [u32; 2],
     ) {
         let group = bind::group(
             device,
             &self.layout,
             &[
-                wgpu::BindingResource::TextureView(radiance),
+                wgpu::BindingResource::TextureView(picture),
                 self.histogram.as_entire_binding(),
                 self.stops.as_entire_binding(),
             ],

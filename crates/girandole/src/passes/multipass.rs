@@ -27,7 +27,7 @@ struct Sums {
 
 impl Multipass {
     pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
-        use Slot::{Float, Ids, Radiance, Read, Uniform};
+        use Slot::{Float, Grid, Ids, Read, Uniform};
         // Sums of hundreds of lights want 32 bits; where the device cannot blend those, 16 have to do.
         let format = if device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
             wgpu::TextureFormat::Rgba32Float
@@ -79,7 +79,7 @@ impl Multipass {
             multiview_mask: None,
             cache: None,
         });
-        let collect = [Ids, Read, Read, Read, Uniform, Ids, Float, Float, Radiance, Radiance];
+        let collect = [Ids, Read, Read, Read, Uniform, Ids, Float, Float, Grid, Grid];
         let constants = [
             flag("CURVED", needs.curved),
             flag("SPECULAR", needs.specular),

@@ -16,12 +16,12 @@ pub(crate) struct ResolveInputs<'a> {
     pub ids: &'a wgpu::TextureView,
     pub grid: &'a [wgpu::TextureView; 2],
     pub sums: &'a wgpu::Buffer,
-    pub radiance: &'a wgpu::TextureView,
+    pub picture: &'a wgpu::TextureView,
 }
 
 impl Resolve {
     pub fn new(device: &wgpu::Device, layouts: &Layouts, key: [bool; 2]) -> Self {
-        let slots = [Slot::Ids, Slot::Float, Slot::Write, Slot::Radiance, Slot::Float];
+        let slots = [Slot::Ids, Slot::Float, Slot::Write, Slot::Picture, Slot::Float];
         let [textures, specular] = key.map(|k| f64::from(u8::from(k)));
         let constants = [("TEXTURES", textures), ("SPECULAR", specular)];
         Self { kernel: Kernel::new(device, layouts, &shaders::RESOLVE, "main", &slots, &constants), key }
@@ -39,7 +39,7 @@ impl Resolve {
             wgpu::BindingResource::TextureView(inputs.ids),
             wgpu::BindingResource::TextureView(&inputs.grid[0]),
             inputs.sums.as_entire_binding(),
-            wgpu::BindingResource::TextureView(inputs.radiance),
+            wgpu::BindingResource::TextureView(inputs.picture),
             wgpu::BindingResource::TextureView(&inputs.grid[1]),
         ];
         let time = timers.compute("resolve_gpu_ms");

@@ -59,7 +59,7 @@ pub(crate) enum Choice {
 
 impl Select {
     pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
-        use Slot::{Float, Ids, Radiance, Read, Uniform, Write};
+        use Slot::{Float, Grid, Ids, Picture, Read, Uniform, Write};
         let flag = |name, value: bool| (name, f64::from(u8::from(value)));
         let [curved, specular, textures] = [
             flag("CURVED", needs.curved),
@@ -69,7 +69,7 @@ impl Select {
         let kernel = |source, entry, slots: &[Slot], constants: &[(&str, f64)]| {
             Kernel::new(device, layouts, source, entry, slots, constants)
         };
-        let check = [Ids, Read, Write, Uniform, Ids, Float, Float, Radiance, Radiance, Read];
+        let check = [Ids, Read, Write, Uniform, Ids, Float, Float, Grid, Grid, Read, Picture];
         // Lanes that read different lights at once want a storage buffer, which is the ninth.
         let is_software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
         let takes = flag("TAKES", is_software);
@@ -80,14 +80,15 @@ impl Select {
             (&shaders::GATHER, Uniform)
         };
         let (source, maps) = shadow_maps::reads(device, options, sources);
-        let shade = [Ids, maps, lights, Write, Uniform, Write, Read, Read, Uniform, Radiance, Radiance, Ids];
+        let shade =
+            [Ids, maps, lights, Write, Uniform, Write, Read, Read, Uniform, Grid, Grid, Ids, Picture];
         let points = |is_final: bool| {
             let is_final = flag("FINAL", is_final);
             let mut gather = constants(options, needs).to_vec();
             gather.extend([curved, is_final, takes]);
-            let edges = [Ids, Float, Float, Radiance, Radiance, Write, Write];
-            let behind = [Ids, Read, Write, Uniform, Ids, Float, Float, Radiance, Radiance, Write, Read];
-            let refine = [Ids, Float, Float, Radiance, Radiance, Write];
+            let edges = [Ids, Float, Float, Grid, Grid, Write, Write, Picture];
+            let behind = [Ids, Read, Write, Uniform, Ids, Float, Float, Grid, Grid, Write, Read, Picture];
+            let refine = [Ids, Float, Float, Grid, Grid, Write, Picture];
             let check_places = |entry| {
                 kernel(&shaders::CHECK, entry, &check, &[curved, specular, textures, is_final, takes])
             };
@@ -155,8 +156,8 @@ impl Select {
             Choice::Edges => (&targets.sample, &targets.grids[0]),
             _ => (&targets.grids[level], targets.grids.get(level + 1).unwrap_or(&targets.grids[0])),
         };
-        let stored = if is_final { &targets.radiance_view } else { &fine[0] };
-        let fine = [stored, &fine[1]].map(wgpu::BindingResource::TextureView);
+        let fine = fine.each_ref().map(wgpu::BindingResource::TextureView);
+        let picture = wgpu::BindingResource::TextureView(&targets.picture_view);
         let coarse = coarse.each_ref().map(wgpu::BindingResource::TextureView);
         let keys = wgpu::BindingResource::TextureView(&targets.keys);
         let spacing = if choice == Choice::Refine { 2 * step } else { step };
@@ -172,6 +173,7 @@ impl Select {
             fine[0].clone(),
             fine[1].clone(),
             selection.open.as_entire_binding(),
+            picture.clone(),
         ];
         match choice {
             Choice::Every => {
@@ -179,14 +181,16 @@ impl Select {
                 self.every.record(device, encoder, time, band, &look, Groups::tiles(points));
             }
             Choice::Edges => {
-                let [ids, receivers, wanted, plan, keys, first, second, light, other, open] = look;
+                let [ids, receivers, wanted, plan, keys, first, second, light, other, open, picture] = look;
                 let sums = targets.sums.as_entire_binding();
                 let [edges, behind] = [&self.kernels(is_final).edges, &self.kernels(is_final).behind];
-                let resources = [&keys, &first, &second, &light, &other, &sums, &open].map(Clone::clone);
+                let resources =
+                    [&keys, &first, &second, &light, &other, &sums, &open, &picture].map(Clone::clone);
                 let time = timers.compute("edges_gpu_ms");
                 let runs = [points[0].div_ceil(EDGE_RUN), points[1]];
                 edges.record(device, encoder, time, band, &resources, Groups::rows(runs));
-                let resources = [ids, receivers, wanted, plan, keys, first, second, light, other, sums, open];
+                let resources =
+                    [ids, receivers, wanted, plan, keys, first, second, light, other, sums, open, picture];
                 let groups = Groups::Indirect(&selection.open, 0);
                 behind.record(device, encoder, timers.compute("edges_gpu_ms"), band, &resources, groups);
             }
@@ -194,7 +198,7 @@ impl Select {
                 let [coarse_light, coarse_second] = coarse;
                 let [fine_light, fine_second] = fine;
                 let open = selection.open.as_entire_binding();
-                let resources = [keys, coarse_light, coarse_second, fine_light, fine_second, open];
+                let resources = [keys, coarse_light, coarse_second, fine_light, fine_second, open, picture];
                 let time = timers.compute("select_gpu_ms");
                 let kernels = self.kernels(is_final);
                 kernels.refine.record(device, encoder, time, band, &resources, Groups::rows(points));
@@ -239,7 +243,7 @@ impl Select {
         timers: &Timers,
         (band, is_sparse, is_final): (Band, bool, bool),
         inputs: ShadeInputs,
-        (receivers, selection, keys): (&Receivers, &Selection, &wgpu::TextureView),
+        (receivers, selection, targets): (&Receivers, &Selection, &Targets),
     ) {
         let resources = [
             wgpu::BindingResource::TextureView(inputs.ids),
@@ -253,7 +257,8 @@ impl Select {
             selection.plan_buffer().as_entire_binding(),
             wgpu::BindingResource::TextureView(inputs.grid[0]),
             wgpu::BindingResource::TextureView(inputs.grid[1]),
-            wgpu::BindingResource::TextureView(keys),
+            wgpu::BindingResource::TextureView(&targets.keys),
+            wgpu::BindingResource::TextureView(&targets.picture_view),
         ];
         let kernels = self.kernels(is_final);
         let (kernel, groups) = match &kernels.wide {

@@ -18,7 +18,7 @@ type Key = (wgpu::TextureFormat, Tonemap);
 
 impl ToneMapping {
     pub fn new(device: &wgpu::Device) -> Self {
-        let slots = [Slot::Uniform, Slot::Float, Slot::Read];
+        let slots = [Slot::Uniform, Slot::Ids, Slot::Read];
         Self {
             layout: bind::layout(device, "tonemap", wgpu::ShaderStages::VERTEX_FRAGMENT, &slots),
             module: shaders::TONEMAP.module(device),
@@ -77,7 +77,7 @@ impl ToneMapping {
         &mut self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
-        radiance: &wgpu::TextureView,
+        picture: &wgpu::TextureView,
         stops: &wgpu::Buffer,
         settings: &RenderSettings,
         size: [u32; 2],
@@ -102,7 +102,7 @@ impl ToneMapping {
             &self.layout,
             &[
                 uniform.as_entire_binding(),
-                wgpu::BindingResource::TextureView(radiance),
+                wgpu::BindingResource::TextureView(picture),
                 stops.as_entire_binding(),
             ],
         );
