@@ -101,32 +101,31 @@ fn is_even(near: Neighbour, beyond: Neighbour, allowed: f32) -> bool {
 // spend most of their time on what these need.
 
 @compute @workgroup_size(64)
-fn check(@builtin(global_invocation_id) invocation: vec3u, @builtin(local_invocation_id) local: vec3u) {
+fn check(@builtin(global_invocation_id) invocation: vec3u, @builtin(local_invocation_id) local: vec3u,
+  @builtin(num_workgroups) groups: vec3u) {
+  let count = open[3];
   if !TAKES {
-    if invocation.x < open[3] { check_place(invocation.x, false); }
+    if invocation.x < count { check_place(invocation.x, false); }
     return;
   }
   if local.x >= TAKING { return; }
-  let count = open[3];
-  let runs = (count + RUN - 1u) / RUN;
-  loop {
-    let run = atomicAdd(&wanted[CURSOR], 1u);
-    if run >= runs {
-      if leaves_last(run, runs) { atomicStore(&wanted[CURSOR], 0u); }
-      break;
-    }
-    for (var index = RUN * run; index < min(RUN * run + RUN, count); index++) { check_place(index, false); }
+  for (var taken = 0u; taken < QUOTA; taken++) {
+    let first = RUN * atomicAdd(&wanted[CURSOR], 1u);
+    if first >= count { break; }
+    for (var index = first; index < min(first + RUN, count); index++) { check_place(index, false); }
   }
-  if !CURVED { return; }
-  let bent_count = open[BENT_HEADER + 3u];
-  let bent_runs = (bent_count + RUN - 1u) / RUN;
-  loop {
-    let run = atomicAdd(&wanted[CURSOR + 1u], 1u);
-    if run >= bent_runs {
-      if leaves_last(run, bent_runs) { atomicStore(&wanted[CURSOR + 1u], 0u); }
-      break;
+  if CURVED {
+    let bent_count = open[BENT_HEADER + 3u];
+    for (var taken = 0u; taken < QUOTA; taken++) {
+      let first = RUN * atomicAdd(&wanted[BENT_CURSOR], 1u);
+      if first >= bent_count { break; }
+      for (var index = first; index < min(first + RUN, bent_count); index++) { check_place(index, true); }
     }
-    for (var index = RUN * run; index < min(RUN * run + RUN, bent_count); index++) { check_place(index, true); }
+  }
+  if atomicAdd(&wanted[LEFT], 1u) + 1u == TAKING * groups.x {
+    atomicStore(&wanted[CURSOR], 0u);
+    atomicStore(&wanted[BENT_CURSOR], 0u);
+    atomicStore(&wanted[LEFT], 0u);
   }
 }
 
@@ -135,8 +134,11 @@ fn check_bent(@builtin(global_invocation_id) invocation: vec3u) {
   if invocation.x < open[BENT_HEADER + 3u] { check_place(invocation.x, true); }
 }
 
-const CURSOR = 1u; // in `wanted`: the next run of places to take, and of those on curved surfaces
-const RUN = 8u;
+// In `wanted`, for lib/take.wgsl: the next run of places, of those on curved surfaces, and how many have left.
+const CURSOR = 1u;
+const BENT_CURSOR = 2u;
+const LEFT = 3u;
+const RUN = 8u; // places taken at once
 
 fn check_place(index: u32, is_bent: bool) {
   let packed = open[select(FIRST_PLACE + index, arrayLength(&open) - 1u - index, is_bent)];

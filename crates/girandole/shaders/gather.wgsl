@@ -19,7 +19,9 @@
 @group(2) @binding(11) var keys: texture_2d<u32>;
 @group(2) @binding(12) var picture: texture_storage_2d<rg32uint, write>;
 
-const CURSOR = 2u; // in `queue`: the next chunk to take
+// In `queue`, for lib/take.wgsl: the next chunk, and how many have left.
+const CURSOR = 2u;
+const LEFT = 3u;
 
 fn queued(at: u32) -> u32 { return atomicLoad(&queue[at]); }
 
@@ -68,20 +70,22 @@ fn second_looks(state: ptr<function, State>, first: u32) {
 }
 
 @compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) invocation: vec3u, @builtin(local_invocation_id) local: vec3u) {
+fn main(@builtin(global_invocation_id) invocation: vec3u, @builtin(local_invocation_id) local: vec3u,
+  @builtin(num_workgroups) groups: vec3u) {
   let chunks = queued(1u);
   if !TAKES {
     if invocation.x < chunks { shade_chunk(invocation.x); }
     return;
   }
   if local.x >= TAKING { return; }
-  loop {
+  for (var taken = 0u; taken < QUOTA; taken++) {
     let chunk = atomicAdd(&queue[CURSOR], 1u);
-    if chunk >= chunks {
-      if leaves_last(chunk, chunks) { atomicStore(&queue[CURSOR], 0u); }
-      break;
-    }
+    if chunk >= chunks { break; }
     shade_chunk(chunk);
+  }
+  if atomicAdd(&queue[LEFT], 1u) + 1u == TAKING * groups.x {
+    atomicStore(&queue[CURSOR], 0u);
+    atomicStore(&queue[LEFT], 0u);
   }
 }
 

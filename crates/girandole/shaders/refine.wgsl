@@ -123,7 +123,8 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let bent_count = bent_ones.x + bent_ones.y + bent_ones.z;
   if bent_count > 0u {
     let slot = atomicAdd(&open[BENT_HEADER + 3u], bent_count);
-    atomicMax(&open[BENT_HEADER], (slot + bent_count + 63u) / 64u);
+    // One dispatch takes places of both kinds, see check.wgsl.
+    atomicMax(&open[select(BENT_HEADER, 0u, TAKES)], (slot + bent_count + 63u) / 64u);
     let last = arrayLength(&open) - 1u - slot;
     if bent_ones.x != 0u { leave_open(last, right); }
     if bent_ones.y != 0u { leave_open(last - bent_ones.x, below); }

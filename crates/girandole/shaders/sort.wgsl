@@ -1,7 +1,7 @@
 // Sorts the points to shade by their leaf receivers, in chunks of one leaf each (a counting sort). Their order within
 // a leaf depends on chance and does not matter: each point is summed by itself.
 
-@group(2) @binding(0) var<storage, read_write> wanted: array<u32>; // how many points, points of each leaf, points
+@group(2) @binding(0) var<storage, read_write> wanted: array<atomic<u32>>; // how many points, points of each leaf, points
 @group(2) @binding(1) var<storage, read_write> queue: array<u32>; // how many points and chunks; first chunks, chunks, points
 @group(2) @binding(2) var<storage, read_write> arguments: array<u32>; // of the dispatches that sort and that shade
 @group(2) @binding(3) var<storage, read_write> tally: array<u32>; // points of each level and leaf
@@ -23,7 +23,7 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
   let first = min(lane.x * share, plan.leaves);
   let end = min(first + share, plan.leaves);
   var chunks = 0u;
-  for (var leaf = first; leaf < end; leaf++) { chunks += (wanted[COUNTS + leaf] + CHUNK - 1u) / CHUNK; }
+  for (var leaf = first; leaf < end; leaf++) { chunks += (atomicLoad(&wanted[COUNTS + leaf]) + CHUNK - 1u) / CHUNK; }
   chunks_before[lane.x] = chunks;
   workgroupBarrier();
   for (var reach = 1u; reach < LANES; reach *= 2u) {
@@ -36,14 +36,10 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
   let row = select(firstTrailingBit(frame.step), EXTRA_ROW, frame.sample > 0u);
   var next = chunks_before[lane.x] - chunks;
   for (var leaf = first; leaf < end; leaf++) {
-    let count = wanted[COUNTS + leaf];
-    wanted[COUNTS + leaf] = 0u;
+    let count = atomicLoad(&wanted[COUNTS + leaf]);
     tally[row * plan.leaves + leaf] += count;
     queue[FIRSTS + leaf] = next;
-    for (var i = 0u; i < count; i += CHUNK) {
-      queue[plan.chunks_at + next] = leaf | (min(count - i, CHUNK) << 24u);
-      next++;
-    }
+    next += (count + CHUNK - 1u) / CHUNK;
   }
   if lane.x == LANES - 1u {
     for (var header = 0u; header <= BENT_HEADER; header += BENT_HEADER) {
@@ -52,14 +48,15 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
       open[header + 2u] = 1u;
       open[header + 3u] = 0u;
     }
-    let points = wanted[0];
-    wanted[0] = 0u;
+    let points = atomicLoad(&wanted[0]);
+    atomicStore(&wanted[0], 0u);
     queue[0] = points;
     queue[1] = next;
     arguments[0] = (points + 63u) / 64u;
     arguments[1] = 1u;
     arguments[2] = 1u;
-    arguments[4] = (next + 63u) / 64u;
+    // Enough to occupy all threads where invocations take chunks, see lib/take.wgsl.
+    arguments[4] = max((next + 63u) / 64u, 32u);
     arguments[5] = 1u;
     arguments[6] = 1u;
     // 16 lanes a point, in rows of workgroups.

@@ -75,7 +75,7 @@ pub(crate) const SHADE: [Source; 2] = reads_maps!(
     [frame, scene, texture, surface, brdf, light, maps, octahedral, parameterisation, shadow, sum]
 );
 pub(crate) const REFINE: Source =
-    source!(refine, "", [frame, scene, brdf, grid, pixel_surface, radiance, packed]);
+    source!(refine, "", [frame, scene, brdf, grid, pixel_surface, radiance, packed, take]);
 pub(crate) const CHECK: Source = source!(
     check,
     "",

@@ -55,7 +55,7 @@ impl Device {
         let visibility = visibility(job.scene, job.geometry, job.lights, &[args.mode])?;
         let start = Instant::now();
         let mut renderer = Renderer::new(&self.0.device, &self.0.queue, options(&args.quality))?;
-        renderer.time_passes(true);
+        renderer.time_passes(args.stats.is_some());
         renderer.load(job.scene, job.geometry, job.lights)?;
         if let Some((database, _)) = &visibility {
             renderer.load_visibility(job.scene, job.geometry, job.lights, database)?;

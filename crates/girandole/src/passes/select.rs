@@ -21,8 +21,6 @@ pub(crate) struct Select {
     /// Both in one, for few points where a dispatch costs more than what it does.
     allot_few: Option<Kernel>,
     light_maps: Kernel,
-    /// Whether few invocations take item after item (shaders: lib/take.wgsl), rather than each having one.
-    takes: bool,
     /// What they were compiled for.
     pub needs: Needs,
 }
@@ -42,9 +40,6 @@ struct PointKernels {
 
 /// Pixels of an invocation at edges; shaders know it as `RUN`.
 pub(crate) const EDGE_RUN: u32 = 4;
-
-/// Workgroups of invocations that take items; shaders know them as `TAKERS / TAKING`.
-const TAKERS: [u32; 2] = [32, 1];
 
 /// Which points of a grid to shade.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +67,7 @@ impl Select {
         let check = [Ids, Read, Write, Uniform, Ids, Float, Float, Grid, Grid, Read, Picture];
         // Lanes that read different lights at once want a storage buffer, which is the ninth.
         let is_software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        // Whether few invocations take item after item (shaders: lib/take.wgsl).
         let takes = flag("TAKES", is_software);
         let has_room = device.limits().max_storage_buffers_per_shader_stage > 8;
         let (sources, lights) = if has_room && !is_software {
@@ -93,7 +89,7 @@ impl Select {
                 kernel(&shaders::CHECK, entry, &check, &[curved, specular, textures, is_final, takes])
             };
             PointKernels {
-                refine: kernel(&shaders::REFINE, "main", &refine, &[curved, specular, is_final]),
+                refine: kernel(&shaders::REFINE, "main", &refine, &[curved, specular, is_final, takes]),
                 check: check_places("check"),
                 check_bent: (needs.curved && !is_software).then(|| check_places("check_bent")),
                 edges: kernel(&shaders::EDGES, "main", &edges, &[specular, is_final]),
@@ -114,14 +110,13 @@ impl Select {
             pixels: (!needs.textures).then(|| points(true)),
             allot: allot(false),
             allot_few: is_software.then(|| allot(true)),
-            scatter: kernel(&shaders::SCATTER, "main", &[Read, Write, Uniform], &[]),
+            scatter: kernel(&shaders::SCATTER, "main", &[Write, Write, Uniform], &[]),
             light_maps: kernel(
                 &shaders::LIGHT_MAPS,
                 "main",
                 &[Uniform, Read, Write, Uniform],
                 &[flag("PLAIN", needs.plain_lights)],
             ),
-            takes: is_software,
             needs,
         }
     }
@@ -129,11 +124,6 @@ impl Select {
     /// Whether the last grid can store the picture's radiance.
     pub fn stores_radiance(&self) -> bool {
         self.pixels.is_some()
-    }
-
-    /// Workgroups of a kernel that takes items, where there would be `each` if every invocation had one.
-    fn taken<'a>(&self, each: Groups<'a>) -> Groups<'a> {
-        if self.takes { Groups::Count(TAKERS) } else { each }
     }
 
     fn kernels(&self, is_final: bool) -> &PointKernels {
@@ -202,7 +192,7 @@ impl Select {
                 let time = timers.compute("select_gpu_ms");
                 let kernels = self.kernels(is_final);
                 kernels.refine.record(device, encoder, time, band, &resources, Groups::rows(points));
-                let groups = self.taken(Groups::Indirect(&selection.open, 0));
+                let groups = Groups::Indirect(&selection.open, 0);
                 let time = timers.compute("select_gpu_ms");
                 kernels.check.record(device, encoder, time, band, &look, groups);
                 if let Some(check) = &kernels.check_bent {
@@ -263,7 +253,7 @@ impl Select {
         let kernels = self.kernels(is_final);
         let (kernel, groups) = match &kernels.wide {
             Some(wide) if is_sparse => (wide, Groups::Indirect(&selection.arguments, 32)),
-            _ => (&kernels.gather, self.taken(Groups::Indirect(&selection.arguments, 16))),
+            _ => (&kernels.gather, Groups::Indirect(&selection.arguments, 16)),
         };
         kernel.record(device, encoder, timers.compute("shade_gpu_ms"), band, &resources, groups);
     }

@@ -10,6 +10,7 @@ use girandole::{RenderSettings, RendererOptions, ShadowMap};
 pub fn tests() -> Vec<Test> {
     vec![
         ("same_bytes_twice_and_in_any_batch", same_bytes),
+        ("what_emits_is_read_back_in_any_unit", emission),
         ("maps_of_a_closed_box_have_no_hole", no_holes),
         ("filters_stay_within_their_map", filters_stay),
         ("without_clip_distances_the_picture_is_the_same", without_clip_distances),
@@ -47,6 +48,30 @@ fn same_bytes(context: &Context) {
     reversed.samples.reverse();
     fresh.load(&stage.scene, &stage.geometry, &reversed).expect("load");
     assert!(context.frame(&mut fresh, &view, size, &settings(None)).pixels != first.pixels);
+}
+
+fn emission(context: &Context) {
+    let size = [9, 7];
+    for color in
+        [Vec3::new(1.0, 1e-4, 0.333), Vec3::new(3e-20, 7e-20, 0.0), Vec3::new(2e25, 1.999_999e30, 1e30)]
+    {
+        let mut scene = Scene::default();
+        let material = scene.add_material(Material::emitter("wall", color));
+        room(&mut scene, Vec3::splat(4.0), material, None);
+        camera(&mut scene, Vec3::new(0.0, 2.0, 1.0), Vec3::new(0.2, 1.0, -2.0), 1.2);
+        let geometry = Geometry::new(&scene);
+        let stage = Stage { scene, geometry, lights: LightSet::default() };
+        let view = stage.view(0, size);
+        for samples_per_axis in [1, 2] {
+            let mut renderer = context.renderer(RendererOptions::default());
+            renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
+            let settings = RenderSettings { samples_per_axis, ..exact() };
+            for shown in context.frame(&mut renderer, &view, size, &settings).pixels {
+                let error = (shown - color).abs().max_element() / color.max_element();
+                assert!(error <= 2f32.powi(-17), "{shown} for {color}: {error}");
+            }
+        }
+    }
 }
 
 /// Samples anywhere in a box, in any direction.

@@ -11,6 +11,7 @@ pub fn tests() -> Vec<Test> {
         ("mirror_brdf", specular),
         ("mirror_tone_curves", tone_curves),
         ("parameterisations_invert", parameterisations),
+        ("packed_radiance_is_exact_to_18_bits", packed),
     ]
 }
 
@@ -164,6 +165,33 @@ fn tone_curves(context: &Context) {
         assert!(difference(index, curve) < 0.5 / 255.0, "{curve:?}: {}", difference(index, curve));
     }
     assert!(difference(0, curves[1]) > 0.02, "the control: two curves are told apart");
+}
+
+fn packed(context: &Context) {
+    let mut colors = vec![Vec3::ZERO, Vec3::splat(f32::INFINITY), Vec3::new(-1.0, f32::NAN, 2.0)];
+    colors.extend((0..6000).map(|i| {
+        let y = 2f32.powf(i as f32 / 26.0 - 105.0);
+        y * Vec3::new(1.0, (i % 13) as f32 / 12.0, 1.0 / (1 + i % 600) as f32)
+    }));
+    // All bits of the mantissa: what rounds up to the next power of two.
+    colors.extend((0..64).map(|i| Vec3::new(f32::from_bits(0x3fff_ffff - i), 1.0, 0.0)));
+    let inputs: Vec<_> = colors.iter().map(|c| [c.extend(0.0), Vec4::ZERO]).collect();
+    let library = include_str!("../../shaders/lib/packed.wgsl");
+    let error = |library: &str| {
+        let source = format!(
+            "{library} fn map(a: vec4f, b: vec4f) -> vec4f {{ return vec4f(unpack_radiance(pack_radiance(a.xyz).xy), 0.0); }}"
+        );
+        let back = run(context, &source, &inputs, &[]);
+        assert_eq!(back[0], Vec4::ZERO);
+        assert!(back[1].x > 2.9e38 && back[1].is_finite(), "{}", back[1]);
+        assert!(back[2].x == 0.0 && (back[2].z - 2.0).abs() < 1e-5 && !back[2].is_nan(), "{}", back[2]);
+        let errors = colors.iter().zip(&back).skip(3);
+        errors.map(|(c, b)| (b.truncate() - *c).abs().max_element() / c.max_element()).fold(0.0, f32::max)
+    };
+    assert!(error(library) <= 2f32.powi(-18), "{}", error(library));
+    // The control: what truncates instead of rounding errs more.
+    let truncating = library.replace(" + 0.5), vec3u(0x3ffffu)", "), vec3u(0x3ffffu)");
+    assert!(error(&truncating) > 2f32.powi(-18), "{}", error(&truncating));
 }
 
 /// `decode(encode(p)) · norm(p) = p` for all three.

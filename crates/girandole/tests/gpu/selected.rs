@@ -1,7 +1,7 @@
 //! Frames that shade only what the picture needs, beside the naive one.
 
-use crate::common::{Context, Stage, Test, exact, mean};
-use girandole::core::glam::Vec2;
+use crate::common::{Context, Stage, Test, camera, exact, lamp, mean, room};
+use girandole::core::glam::{Quat, Vec2, Vec3};
 use girandole::core::image::Image;
 use girandole::core::lights::{LightSet, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject};
@@ -19,6 +19,7 @@ pub fn tests() -> Vec<Test> {
         ("light_maps_change_little", light_maps),
         ("fused_is_multipass", fused_is_multipass),
         ("many_batches_and_sizes", batches_and_sizes),
+        ("receivers_may_fill_the_picture", large_receivers),
         ("selected_frames_repeat_bit_for_bit", repeats),
         ("lanes_that_share_points_sum_the_same", shared_points),
         ("copied_maps_give_the_same_picture", copied_maps),
@@ -284,6 +285,25 @@ fn batches_and_sizes(context: &Context) {
             }
         }
     }
+}
+
+/// Mesa's software driver ends an invocation's loops after 65535 rounds: nothing may take as many as there are points.
+fn large_receivers(context: &Context) {
+    let size = [1400, 1000];
+    let mut scene = Scene::default();
+    let white = scene.add_material(Material::diffuse("white", Vec3::splat(0.7)));
+    room(&mut scene, Vec3::new(6.0, 3.0, 6.0), white, None);
+    lamp(&mut scene, 0.5, 10.0, Quat::IDENTITY, Vec3::new(0.0, 2.9, 0.0));
+    camera(&mut scene, Vec3::new(0.0, 1.5, 2.5), Vec3::new(0.3, 0.0, 0.0), 0.9);
+    let stage = Stage::new(scene, &LightSettings { count: 4, ..Default::default() });
+    let view = stage.view(0, size);
+    let mut renderer = context.loaded(&stage, RendererOptions::default());
+    let naive = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
+    let vd = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Visibility));
+    let stats = context.wait(renderer.stats()).expect("stats");
+    assert!(flip(&naive, &vd) < 0.001, "{}", flip(&naive, &vd));
+    assert!(stats.points[0] >= 1400 * 1000, "{}", stats.points[0]);
+    assert!(stats.leaves[0] < 8, "{}", stats.leaves[0]);
 }
 
 fn repeats(context: &Context) {
