@@ -100,29 +100,25 @@ fn is_even(near: Neighbour, beyond: Neighbour, allowed: f32) -> bool {
 // Places on curved surfaces have loops or a dispatch of their own: where both sides of a branch are executed, others would
 // spend most of their time on what these need.
 
-@compute @workgroup_size(64)
-fn check(@builtin(global_invocation_id) invocation: vec3u, @builtin(local_invocation_id) local: vec3u,
-  @builtin(num_workgroups) groups: vec3u) {
+@compute @workgroup_size(WIDTH)
+fn check(@builtin(global_invocation_id) invocation: vec3u, @builtin(num_workgroups) groups: vec3u) {
   let count = open[3];
-  if !TAKES {
-    if invocation.x < count { check_place(invocation.x, false); }
-    return;
-  }
-  if local.x >= TAKING { return; }
-  for (var taken = 0u; taken < QUOTA; taken++) {
-    let first = RUN * atomicAdd(&wanted[CURSOR], 1u);
+  var first = invocation.x;
+  for (var taken = 0u; taken < select(1u, QUOTA, TAKES); taken++) {
+    if TAKES { first = PLACES * atomicAdd(&wanted[CURSOR], 1u); }
     if first >= count { break; }
-    for (var index = first; index < min(first + RUN, count); index++) { check_place(index, false); }
+    for (var index = first; index < min(first + select(1u, PLACES, TAKES), count); index++) { check_place(index, false); }
   }
+  if !TAKES { return; }
   if CURVED {
     let bent_count = open[BENT_HEADER + 3u];
     for (var taken = 0u; taken < QUOTA; taken++) {
-      let first = RUN * atomicAdd(&wanted[BENT_CURSOR], 1u);
-      if first >= bent_count { break; }
-      for (var index = first; index < min(first + RUN, bent_count); index++) { check_place(index, true); }
+      let first_bent = PLACES * atomicAdd(&wanted[BENT_CURSOR], 1u);
+      if first_bent >= bent_count { break; }
+      for (var index = first_bent; index < min(first_bent + PLACES, bent_count); index++) { check_place(index, true); }
     }
   }
-  if atomicAdd(&wanted[LEFT], 1u) + 1u == TAKING * groups.x {
+  if atomicAdd(&wanted[LEFT], 1u) + 1u == WIDTH * groups.x {
     atomicStore(&wanted[CURSOR], 0u);
     atomicStore(&wanted[BENT_CURSOR], 0u);
     atomicStore(&wanted[LEFT], 0u);
@@ -138,7 +134,6 @@ fn check_bent(@builtin(global_invocation_id) invocation: vec3u) {
 const CURSOR = 1u;
 const BENT_CURSOR = 2u;
 const LEFT = 3u;
-const RUN = 8u; // places taken at once
 
 fn check_place(index: u32, is_bent: bool) {
   let packed = open[select(FIRST_PLACE + index, arrayLength(&open) - 1u - index, is_bent)];

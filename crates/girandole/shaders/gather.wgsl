@@ -69,21 +69,16 @@ fn second_looks(state: ptr<function, State>, first: u32) {
   while any((*state).doubtful != vec4u(0u)) { second_sum(state, lights[lists[first + next_doubtful(state)]]); }
 }
 
-@compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) invocation: vec3u, @builtin(local_invocation_id) local: vec3u,
-  @builtin(num_workgroups) groups: vec3u) {
+@compute @workgroup_size(WIDTH)
+fn main(@builtin(global_invocation_id) invocation: vec3u, @builtin(num_workgroups) groups: vec3u) {
   let chunks = queued(1u);
-  if !TAKES {
-    if invocation.x < chunks { shade_chunk(invocation.x); }
-    return;
-  }
-  if local.x >= TAKING { return; }
-  for (var taken = 0u; taken < QUOTA; taken++) {
-    let chunk = atomicAdd(&queue[CURSOR], 1u);
+  var chunk = invocation.x;
+  for (var taken = 0u; taken < select(1u, QUOTA, TAKES); taken++) {
+    if TAKES { chunk = atomicAdd(&queue[CURSOR], 1u); }
     if chunk >= chunks { break; }
     shade_chunk(chunk);
   }
-  if atomicAdd(&queue[LEFT], 1u) + 1u == TAKING * groups.x {
+  if TAKES && atomicAdd(&queue[LEFT], 1u) + 1u == WIDTH * groups.x {
     atomicStore(&queue[CURSOR], 0u);
     atomicStore(&queue[LEFT], 0u);
   }

@@ -114,7 +114,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let count = flat_ones.x + flat_ones.y + flat_ones.z;
   if count > 0u {
     let slot = atomicAdd(&open[3], count);
-    atomicMax(&open[0], (slot + count + 63u) / 64u);
+    atomicMax(&open[0], workgroups_of(slot + count, PLACES));
     let first = FIRST_PLACE + slot;
     if flat_ones.x != 0u { leave_open(first, right); }
     if flat_ones.y != 0u { leave_open(first + flat_ones.x, below); }
@@ -124,7 +124,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   if bent_count > 0u {
     let slot = atomicAdd(&open[BENT_HEADER + 3u], bent_count);
     // One dispatch takes places of both kinds, see check.wgsl.
-    atomicMax(&open[select(BENT_HEADER, 0u, TAKES)], (slot + bent_count + 63u) / 64u);
+    atomicMax(&open[select(BENT_HEADER, 0u, TAKES)], workgroups_of(slot + bent_count, PLACES));
     let last = arrayLength(&open) - 1u - slot;
     if bent_ones.x != 0u { leave_open(last, right); }
     if bent_ones.y != 0u { leave_open(last - bent_ones.x, below); }

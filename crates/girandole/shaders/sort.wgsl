@@ -55,8 +55,7 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
     arguments[0] = (points + 63u) / 64u;
     arguments[1] = 1u;
     arguments[2] = 1u;
-    // Enough to occupy all threads where invocations take chunks, see lib/take.wgsl.
-    arguments[4] = max((next + 63u) / 64u, 32u);
+    arguments[4] = workgroups_of(next, 1u);
     arguments[5] = 1u;
     arguments[6] = 1u;
     // 16 lanes a point, in rows of workgroups.

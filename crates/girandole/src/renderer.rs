@@ -5,6 +5,7 @@ use crate::elements::{Draws, MAX_LIGHTS_PER_PASS};
 use crate::gpu_scene::{GpuScene, gpu_lights, light_buffer};
 use crate::layout::{DIRECTIONAL, Light};
 use crate::occluders::{CullCounts, Occluders};
+use crate::packed::unpack_radiance;
 use crate::passes::Layouts;
 use crate::passes::debug::Debug;
 use crate::passes::exposure;
@@ -15,7 +16,6 @@ use crate::passes::shade::{Needs, Shade};
 use crate::passes::shadow_maps::{Atlas, ShadowMaps};
 use crate::passes::tonemap::ToneMapping;
 use crate::passes::visibility::Visibility;
-use crate::packed::unpack_radiance;
 use crate::readback::TextureCopy;
 use crate::receivers::Receivers;
 use crate::selection::Selection;
@@ -333,7 +333,11 @@ impl Renderer {
             let page = copy.words().await?;
             let [x, y] = slot.origin.map(|o| o as usize);
             let size = slot.size as usize;
-            Ok((y..y + size).flat_map(|row| page[row * width + x..row * width + x + size].iter().map(|&bits| f32::from_bits(bits))).collect())
+            Ok((y..y + size)
+                .flat_map(|row| {
+                    page[row * width + x..row * width + x + size].iter().map(|&bits| f32::from_bits(bits))
+                })
+                .collect())
         }
     }
 }

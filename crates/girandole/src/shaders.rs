@@ -104,7 +104,7 @@ pub(crate) const BEHIND: Source = source!(
         want
     ]
 );
-pub(crate) const SORT: Source = source!(sort, "", [frame, plan, grid, order]);
+pub(crate) const SORT: Source = source!(sort, "", [frame, plan, grid, order, take]);
 pub(crate) const SCATTER: Source = source!(scatter, "", [plan, order]);
 macro_rules! gather {
     ($lights:ident) => {
@@ -142,7 +142,8 @@ pub(crate) const DEBUG_LEAVES: Source =
 pub(crate) const DEBUG_LEVELS: Source = source!(debug_levels, "", [frame, packed]);
 pub(crate) const DEBUG_LIGHT_MAPS: Source =
     source!(debug_light_maps, "", [frame, scene, texture, surface, plan, receiver, light_map, packed]);
-pub(crate) const DEBUG_LIGHTS: Source = source!(debug_lights, "", [frame, scene, texture, surface, light, packed]);
+pub(crate) const DEBUG_LIGHTS: Source =
+    source!(debug_lights, "", [frame, scene, texture, surface, light, packed]);
 pub(crate) const DEBUG_ATLAS: [Source; 2] = reads_maps!(debug_atlas, [frame, packed]);
 pub(crate) const MULTIPASS: [Source; 2] = reads_maps!(
     multipass,

@@ -61,9 +61,8 @@ impl Targets {
         let grid = |level: u32| {
             let points = band.map(|n| (n - 1).div_ceil(1 << level) + 1);
             let usage = U::STORAGE_BINDING | U::TEXTURE_BINDING;
-            ["light", "second"].map(|label| {
-                sized(label, points, GRID, usage).create_view(&Default::default())
-            })
+            ["light", "second"]
+                .map(|label| sized(label, points, GRID, usage).create_view(&Default::default()))
         };
         let pixels = u64::from(size[0]) * u64::from(band_rows + 1);
         Self {

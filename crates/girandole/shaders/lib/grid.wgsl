@@ -15,6 +15,8 @@ fn grid_size(step: u32) -> vec2u {
 const BENT_HEADER = 4u;
 const FIRST_PLACE = 8u;
 
+const PLACES = 8u; // of them are taken at once, see lib/take.wgsl
+
 // Where a point lies, relative to the band.
 fn place_of(point: vec2u, step: u32) -> vec2u {
   return min(point * step, last_point());

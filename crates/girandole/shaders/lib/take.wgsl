@@ -1,10 +1,16 @@
 // Who does what. On a GPU each invocation stands for one item. Mesa's software driver deals the workgroups out to its
-// threads beforehand, one run each, and then waits for the slowest; there a few invocations of each workgroup take one
-// item after another until none is left. They are enough for half of them to take all. The last to leave sets the
-// cursors back.
+// threads beforehand, one run each, and then waits for the slowest; there small workgroups take one item after another
+// until none is left. They are enough for half of them to take all. The last invocation to leave sets the cursors back.
 
 override TAKES: bool = false;
+override WIDTH: u32 = 64u; // invocations of a workgroup; eight where they take
 
-const TAKING = 8u; // invocations of each workgroup that take
 // Items that one takes at most: the driver ends an invocation's loops after 65535 rounds, all of them counted together.
-const QUOTA = 16u;
+const QUOTA = 32u;
+const FEWEST = 16u; // workgroups that take, to occupy all threads
+
+// Workgroups for so many items, `run` of which are taken at once.
+fn workgroups_of(items: u32, run: u32) -> u32 {
+  if !TAKES { return (items + 63u) / 64u; }
+  return max((items + 128u * run - 1u) / (128u * run), FEWEST);
+}

@@ -69,6 +69,7 @@ impl Select {
         let is_software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
         // Whether few invocations take item after item (shaders: lib/take.wgsl).
         let takes = flag("TAKES", is_software);
+        let width = ("WIDTH", if is_software { 8.0 } else { 64.0 });
         let has_room = device.limits().max_storage_buffers_per_shader_stage > 8;
         let (sources, lights) = if has_room && !is_software {
             (&shaders::GATHER_STORED, Read)
@@ -76,17 +77,16 @@ impl Select {
             (&shaders::GATHER, Uniform)
         };
         let (source, maps) = shadow_maps::reads(device, options, sources);
-        let shade =
-            [Ids, maps, lights, Write, Uniform, Write, Read, Read, Uniform, Grid, Grid, Ids, Picture];
+        let shade = [Ids, maps, lights, Write, Uniform, Write, Read, Read, Uniform, Grid, Grid, Ids, Picture];
         let points = |is_final: bool| {
             let is_final = flag("FINAL", is_final);
             let mut gather = constants(options, needs).to_vec();
-            gather.extend([curved, is_final, takes]);
+            gather.extend([curved, is_final, takes, width]);
             let edges = [Ids, Float, Float, Grid, Grid, Write, Write, Picture];
             let behind = [Ids, Read, Write, Uniform, Ids, Float, Float, Grid, Grid, Write, Read, Picture];
             let refine = [Ids, Float, Float, Grid, Grid, Write, Picture];
             let check_places = |entry| {
-                kernel(&shaders::CHECK, entry, &check, &[curved, specular, textures, is_final, takes])
+                kernel(&shaders::CHECK, entry, &check, &[curved, specular, textures, is_final, takes, width])
             };
             PointKernels {
                 refine: kernel(&shaders::REFINE, "main", &refine, &[curved, specular, is_final, takes]),
@@ -102,7 +102,7 @@ impl Select {
         };
         let allot = |scatters| {
             let slots = [Write, Write, Write, Write, Uniform, Write];
-            kernel(&shaders::SORT, "allot", &slots, &[flag("SCATTERS", scatters)])
+            kernel(&shaders::SORT, "allot", &slots, &[flag("SCATTERS", scatters), takes])
         };
         Self {
             every: kernel(&shaders::CHECK, "every", &check, &[textures]),

@@ -47,8 +47,7 @@ impl Shade {
     /// Compiles shading for what a scene and its lights need.
     pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
         let (source, maps) = shadow_maps::reads(device, options, &shaders::SHADE);
-        let slots =
-            [Slot::Ids, maps, Slot::Uniform, Slot::Write, Slot::Uniform, Slot::Grid, Slot::Grid];
+        let slots = [Slot::Ids, maps, Slot::Uniform, Slot::Write, Slot::Uniform, Slot::Grid, Slot::Grid];
         let constants = constants(options, needs);
         Self { kernel: Kernel::new(device, layouts, source, "main", &slots, &constants), needs }
     }

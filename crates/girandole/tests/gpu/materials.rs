@@ -105,7 +105,8 @@ fn last_grid(context: &Context) {
         let [(once, resolved, untimed), (after, resolved_after, _)] = &pictures;
         let largest = |a: &Image, b: &Image| {
             let level = mean(a);
-            let difference = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element() / (a.max_element() + level);
+            let difference =
+                |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element() / (a.max_element() + level);
             a.pixels.iter().zip(&b.pixels).map(difference).fold(0.0, f32::max)
         };
         assert!(largest(once, after) < 1e-5, "{}", largest(once, after));
