@@ -63,6 +63,10 @@ fn allot(@builtin(local_invocation_id) lane: vec3u) {
     arguments[8] = min(groups, 32768u);
     arguments[9] = (groups + 32767u) / 32768u;
     arguments[10] = 1u;
+    // An invocation for each chunk.
+    arguments[12] = (next + 63u) / 64u;
+    arguments[13] = 1u;
+    arguments[14] = 1u;
     points_in_all = points;
   }
   if SCATTERS {

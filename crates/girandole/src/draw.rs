@@ -180,15 +180,7 @@ impl Renderer {
                         let rows = step.band[1].min(size[1] - 1) + 1 - step.band[0];
                         let place = (band, step.step, rows);
                         let lights = (draws, &loaded.light_buffer);
-                        multipass.record(
-                            device,
-                            &mut encoder,
-                            timers,
-                            place,
-                            inputs,
-                            (receivers, selection, &targets.keys),
-                            lights,
-                        );
+                        multipass.record(device, &mut encoder, timers, place, inputs, buffers, lights);
                     }
                 }
                 _ => {

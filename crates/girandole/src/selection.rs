@@ -93,7 +93,7 @@ impl Selection {
                 U::empty(),
             )?,
             queue: buffer("queue", u64::from(plan.sorted_at) + sorted, U::empty())?,
-            arguments: buffer("arguments", 12, U::INDIRECT)?,
+            arguments: buffer("arguments", 16, U::INDIRECT)?,
             tally: buffer("tally", u64::from(TALLY_ROWS) * leaves.max(1), U::COPY_SRC | U::COPY_DST)?,
             plans: [0, 1].map(|light_maps| {
                 device.create_buffer_init(&wgpu::util::BufferInitDescriptor {

@@ -12,5 +12,7 @@ const FEWEST = 16u; // workgroups that take, to occupy all threads
 // Workgroups for so many items, `run` of which are taken at once.
 fn workgroups_of(items: u32, run: u32) -> u32 {
   if !TAKES { return (items + 63u) / 64u; }
-  return max((items + 128u * run - 1u) / (128u * run), FEWEST);
+  // Half of what eight invocations take at most.
+  let share = 4u * QUOTA * run;
+  return max((items + share - 1u) / share, FEWEST);
 }

@@ -7,6 +7,7 @@ use crate::elements::Draws;
 use crate::receivers::Receivers;
 use crate::selection::Selection;
 use crate::settings::RendererOptions;
+use crate::targets::Targets;
 use crate::{shaders, timers::Timers};
 
 pub(crate) struct Multipass {
@@ -118,7 +119,7 @@ impl Multipass {
         timers: &Timers,
         (band, step, rows): (Band, u32, u32),
         inputs: ShadeInputs,
-        (receivers, selection, keys): (&Receivers, &Selection, &wgpu::TextureView),
+        (receivers, selection, targets): (&Receivers, &Selection, &Targets),
         (draws, lights): (&Draws, &wgpu::Buffer),
     ) {
         // How many points each element has.
@@ -176,13 +177,13 @@ impl Multipass {
             receivers.lists.as_entire_binding(),
             receivers.light_maps.as_entire_binding(),
             selection.plan_buffer().as_entire_binding(),
-            wgpu::BindingResource::TextureView(keys),
+            wgpu::BindingResource::TextureView(&targets.keys),
             wgpu::BindingResource::TextureView(&sums.light),
             wgpu::BindingResource::TextureView(&sums.second),
             wgpu::BindingResource::TextureView(inputs.grid[0]),
             wgpu::BindingResource::TextureView(inputs.grid[1]),
         ];
-        let groups = Groups::Indirect(&selection.arguments, 16);
+        let groups = Groups::Indirect(&selection.arguments, 48);
         self.collect.record(device, encoder, timers.compute("collect_gpu_ms"), band, &resources, groups);
     }
 }
