@@ -20,6 +20,13 @@ pub(crate) const TALLY_ROWS: u32 = 5;
 pub(crate) const BENT_HEADER: u32 = 4;
 pub(crate) const FIRST_PLACE: u32 = 8;
 
+/// Bytes before the dispatches in `arguments`: of points to put in order, of chunks as they are shaded, of lanes that
+/// share points, and of an invocation for each chunk.
+pub(crate) const SCATTER_AT: u64 = 0;
+pub(crate) const GATHER_AT: u64 = 16;
+pub(crate) const WIDE_AT: u64 = 32;
+pub(crate) const CHUNKS_AT: u64 = 48;
+
 /// Points to shade and their order.
 pub(crate) struct Selection {
     /// Places that may have to be shaded, and how many workgroups look at them.

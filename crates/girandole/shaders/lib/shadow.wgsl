@@ -55,8 +55,14 @@ fn centre_of(light: Light, texel: vec2u) -> vec2f {
   return (vec2f(texel) + 0.5) * map_texel(light);
 }
 
+// Column, row and page of a map's texel.
+fn in_atlas(light: Light, texel: vec2u) -> vec3u {
+  return vec3u(map_origin(light) + texel, map_page(light));
+}
+
 fn stored_at(light: Light, texel: vec2u) -> f32 {
-  return atlas_at(map_origin(light) + texel, map_page(light));
+  let at = in_atlas(light, texel);
+  return atlas_at(at.xy, at.z);
 }
 
 // One texel's answer: LIT, DARK, or DOUBTFUL where `second_look` is to decide.

@@ -76,13 +76,13 @@ fn add(state: ptr<function, State>, light: Light, a: Arriving, seen: f32) {
 
 const LUMINANCE = vec3f(0.2126, 0.7152, 0.0722);
 
-// A place in a light's map, and in the atlas: column, row, page.
+// A place in a light's map, and in the atlas.
 struct Aim { receiver: Receiver, texel: vec2u, at: vec3u }
 
 fn aim_at(light: Light, s: Shading) -> Aim {
   let r = receiver(light, s.position, s.ng, dot(s.ng, light.position - s.position));
   let texel = texel_of(light, r.uv);
-  return Aim(r, texel, vec3u(map_origin(light) + texel, map_page(light)));
+  return Aim(r, texel, in_atlas(light, texel));
 }
 
 // What is stored there; filters look for themselves.

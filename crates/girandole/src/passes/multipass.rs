@@ -5,7 +5,7 @@ use super::{Band, Groups, Kernel, Layouts, shadow_maps};
 use crate::bind::{self, Slot};
 use crate::elements::Draws;
 use crate::receivers::Receivers;
-use crate::selection::Selection;
+use crate::selection::{CHUNKS_AT, Selection};
 use crate::settings::RendererOptions;
 use crate::targets::Targets;
 use crate::{shaders, timers::Timers};
@@ -183,7 +183,7 @@ impl Multipass {
             wgpu::BindingResource::TextureView(inputs.grid[0]),
             wgpu::BindingResource::TextureView(inputs.grid[1]),
         ];
-        let groups = Groups::Indirect(&selection.arguments, 48);
+        let groups = Groups::Indirect(&selection.arguments, CHUNKS_AT);
         self.collect.record(device, encoder, timers.compute("collect_gpu_ms"), band, &resources, groups);
     }
 }

@@ -5,7 +5,7 @@ use super::shade::{BATCH, Needs, ShadeInputs, constants};
 use super::{Band, Groups, Kernel, Layouts, shadow_maps};
 use crate::bind::Slot;
 use crate::receivers::{LIGHT_MAP_GROUPS, Receivers};
-use crate::selection::{BENT_HEADER, Selection};
+use crate::selection::{BENT_HEADER, GATHER_AT, SCATTER_AT, Selection, WIDE_AT};
 use crate::settings::RendererOptions;
 use crate::targets::Targets;
 use crate::{shaders, timers::Timers};
@@ -220,7 +220,7 @@ impl Select {
         self.allot.record(device, encoder, time, band, &resources, Groups::Count([1, 1]));
         let resources =
             [&selection.wanted, &selection.queue, selection.plan_buffer()].map(|b| b.as_entire_binding());
-        let groups = Groups::Indirect(&selection.arguments, 0);
+        let groups = Groups::Indirect(&selection.arguments, SCATTER_AT);
         self.scatter.record(device, encoder, timers.compute("sort_gpu_ms"), band, &resources, groups);
     }
 
@@ -252,8 +252,8 @@ impl Select {
         ];
         let kernels = self.kernels(is_final);
         let (kernel, groups) = match &kernels.wide {
-            Some(wide) if is_sparse => (wide, Groups::Indirect(&selection.arguments, 32)),
-            _ => (&kernels.gather, Groups::Indirect(&selection.arguments, 16)),
+            Some(wide) if is_sparse => (wide, Groups::Indirect(&selection.arguments, WIDE_AT)),
+            _ => (&kernels.gather, Groups::Indirect(&selection.arguments, GATHER_AT)),
         };
         kernel.record(device, encoder, timers.compute("shade_gpu_ms"), band, &resources, groups);
     }

@@ -134,6 +134,15 @@ pub fn camera(scene: &mut Scene, eye: Vec3, target: Vec3, yfov: f32) {
     scene.cameras.push(Camera { name: String::new(), node, projection: Projection::Perspective { yfov } });
 }
 
+/// Largest difference beyond what storing a pixel in 18 bits may make, as a share of the mean.
+pub fn beyond_storage(a: &Image, b: &Image) -> f32 {
+    let difference = |(a, b): (&Vec3, &Vec3)| {
+        let quantum = 2f32.powi(-17) * a.max_element().max(b.max_element());
+        (*a - *b).abs().max_element() - quantum
+    };
+    a.pixels.iter().zip(&b.pixels).map(difference).fold(0.0, f32::max) / mean(a)
+}
+
 pub fn mean(image: &Image) -> f32 {
     image.mean().element_sum() / 3.0
 }

@@ -67,8 +67,10 @@ fn emission(context: &Context) {
             renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
             let settings = RenderSettings { samples_per_axis, ..exact() };
             for shown in context.frame(&mut renderer, &view, size, &settings).pixels {
-                let error = (shown - color).abs().max_element() / color.max_element();
-                assert!(error <= 2f32.powi(-17), "{shown} for {color}: {error}");
+                let error = |color: Vec3| (shown - color).abs().max_element() / color.max_element();
+                assert!(error(color) <= 2f32.powi(-17), "{shown} for {color}: {}", error(color));
+                let brighter = color * (1.0 + 2f32.powi(-15));
+                assert!(error(brighter) > 2f32.powi(-17), "the control: {shown} for {brighter}");
             }
         }
     }

@@ -8,6 +8,7 @@ mod mirrors;
 mod oracle;
 mod pictures;
 mod selected;
+mod sizes;
 mod truth;
 
 use common::Context;
@@ -31,6 +32,7 @@ fn main() {
         materials::tests(),
         pictures::tests(),
         selected::tests(),
+        sizes::tests(),
         truth::tests(),
     ]
     .concat();

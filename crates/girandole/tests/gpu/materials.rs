@@ -1,9 +1,8 @@
 //! Full frames of surfaces that vary: with normal maps, with textures, with reflections.
 
-use crate::common::{Context, Stage, Test, mean};
+use crate::common::{Context, Stage, Test, beyond_storage, mean};
 use crate::selected::{bounded, flip, glossy};
 use girandole::core::glam::{Vec2, Vec3};
-use girandole::core::image::Image;
 use girandole::core::lights::LightSettings;
 use girandole::core::scene::builtin::{self, MovingObject};
 use girandole::core::scene::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
@@ -103,13 +102,7 @@ fn last_grid(context: &Context) {
             (picture, resolved, passes.is_empty())
         });
         let [(once, resolved, untimed), (after, resolved_after, _)] = &pictures;
-        let largest = |a: &Image, b: &Image| {
-            let level = mean(a);
-            let difference =
-                |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element() / (a.max_element() + level);
-            a.pixels.iter().zip(&b.pixels).map(difference).fold(0.0, f32::max)
-        };
-        assert!(largest(once, after) < 1e-5, "{}", largest(once, after));
+        assert!(beyond_storage(once, after) < 1e-5, "{}", beyond_storage(once, after));
         // The control: two ways were compared.
         assert!(*untimed || *resolved_after && *resolved == (samples_per_axis > 1));
     }

@@ -1,0 +1,83 @@
+//! Frames that shade only what the picture needs, at the ends of what sizes and numbers may be.
+
+use crate::common::{Context, Stage, Test, camera, lamp, mean, room};
+use crate::selected::{bounded, flip};
+use girandole::core::glam::{Quat, Vec3};
+use girandole::core::image::Image;
+use girandole::core::lights::LightSettings;
+use girandole::core::scene::{Material, Scene};
+use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
+use girandole::{Mode, RenderSettings, RendererOptions};
+
+pub fn tests() -> Vec<Test> {
+    vec![("many_batches_and_sizes", batches_and_sizes), ("receivers_may_fill_the_picture", large_receivers)]
+}
+
+fn batches_and_sizes(context: &Context) {
+    // 700 lights are two batches.
+    let stage = Stage::builtin("table", 700);
+    let mut renderer = context.loaded(&stage, RendererOptions { map_size: Some(128), ..Default::default() });
+    let view = stage.view(0, [160, 120]);
+    let naive = context.frame(&mut renderer, &view, [160, 120], &bounded(&stage, Mode::Naive));
+    for (mode, bound) in [(Mode::Visibility, 0.005), (Mode::LowResolution, 0.02), (Mode::Full, 0.02)] {
+        let careful = RenderSettings { tolerance: 0.05, ..bounded(&stage, mode) };
+        let picture = context.frame(&mut renderer, &view, [160, 120], &careful);
+        assert!(flip(&naive, &picture) < bound, "{mode:?}: {}", flip(&naive, &picture));
+    }
+    // Any size, down to a pixel, and more rows than a band has.
+    let stage = Stage::builtin("pillars", 8);
+    let mut renderer = context.loaded(&stage, RendererOptions { map_size: Some(256), ..Default::default() });
+    for size in [[1, 1], [2, 1], [1, 9], [8, 8], [9, 9], [17, 3], [33, 31], [8000, 160]] {
+        let view = stage.view(0, size);
+        for samples_per_axis in [1, 3] {
+            if size[0] == 8000 && samples_per_axis > 1 {
+                continue;
+            }
+            let naive = RenderSettings { samples_per_axis, ..bounded(&stage, Mode::Naive) };
+            let naive = context.frame(&mut renderer, &view, size, &naive);
+            let full = RenderSettings { samples_per_axis, ..bounded(&stage, Mode::Full) };
+            let full = context.frame(&mut renderer, &view, size, &full);
+            let energy = mean(&full) / mean(&naive);
+            // A pixel that holds half a wall is too coarse for its samples to share their light.
+            let slack = if size[0] * size[1] < 300 { 0.5 } else { 0.05 };
+            assert!((energy - 1.0).abs() < slack, "{size:?}, {samples_per_axis}: {energy}");
+            if size[0] == 8000 {
+                // Points are as few in the second band as in the first.
+                let points: u64 = context.wait(renderer.stats()).expect("stats").points.iter().sum();
+                assert!(points * 5 < 8000 * 160, "{points}");
+                // Bands of 128 rows: nothing is seen of where they meet.
+                let row = |image: &Image, y: usize| image.pixels[y * 8000..(y + 1) * 8000].to_vec();
+                let error = |y: usize| {
+                    let pairs = row(&naive, y).into_iter().zip(row(&full, y));
+                    pairs.map(|(a, b)| (a - b).abs().max_element()).sum::<f32>() / 8000.0
+                };
+                let elsewhere = (100..156).map(error).sum::<f32>() / 56.0;
+                assert!(error(127).max(error(128)) < 3.0 * elsewhere + 1e-4, "{} {elsewhere}", error(128));
+            }
+        }
+    }
+}
+
+/// Mesa's software driver ends an invocation's loops after 65535 rounds: nothing may take as many as there are points.
+fn large_receivers(context: &Context) {
+    let size = [1400, 1000];
+    let mut scene = Scene::default();
+    let white = scene.add_material(Material::diffuse("white", Vec3::splat(0.7)));
+    room(&mut scene, Vec3::new(6.0, 3.0, 6.0), white, None);
+    lamp(&mut scene, 0.5, 10.0, Quat::IDENTITY, Vec3::new(0.0, 2.9, 0.0));
+    camera(&mut scene, Vec3::new(0.0, 1.5, 2.5), Vec3::new(0.3, 0.0, 0.0), 0.9);
+    let stage = Stage::new(scene, &LightSettings { count: 4, ..Default::default() });
+    let view = stage.view(0, size);
+    let mut renderer = context.loaded(&stage, RendererOptions::default());
+    let settings = VisibilitySettings::flat();
+    let database = VisibilityDatabase::build(&stage.scene, &stage.geometry, &stage.lights, &settings);
+    renderer.load_visibility(&stage.scene, &stage.geometry, &stage.lights, &database).expect("visibility");
+    let naive = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
+    let vd = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Visibility));
+    let stats = context.wait(renderer.stats()).expect("stats");
+    assert!(flip(&naive, &vd) < 0.001, "{}", flip(&naive, &vd));
+    assert!(stats.points[0] >= 1400 * 1000, "{}", stats.points[0]);
+    // Two points a round.
+    let rounds = stats.points[0] / u64::from(stats.leaves[0]) / 2;
+    assert!(rounds > 65535, "{rounds}");
+}
