@@ -1,5 +1,6 @@
 //! A binary tree of clusters over some triangles of an object: receivers near the root, blockers down to the leaves.
 
+use super::shapes::extent;
 use crate::scene::{Geometry, NONE, Scene};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -75,6 +76,25 @@ impl ClusterTree {
         }
         let corners = order.iter().map(|&t| geometry.corners(t).map(|p| p.as_dvec3())).collect();
         Self { nodes, order, corners }
+    }
+
+    /// Whether any corner has `normal · x > offset`; `None` where that takes more than `left` clusters, which is what is
+    /// left of them.
+    pub fn reaches(&self, normal: DVec3, offset: f64, left: &mut u32) -> Option<bool> {
+        let mut open = vec![0];
+        while let Some(cluster) = open.pop().and_then(|i: u32| self.nodes.get(i as usize)) {
+            *left = left.checked_sub(1)?;
+            let of_sphere = normal.dot(cluster.center) + cluster.radius;
+            if of_sphere.min(extent(normal, [cluster.low, cluster.high]).1) <= offset {
+                continue;
+            }
+            if cluster.children[0] != NONE {
+                open.extend(cluster.children);
+            } else if self.triangles(cluster).iter().flatten().any(|c| normal.dot(*c) > offset) {
+                return Some(true);
+            }
+        }
+        Some(false)
     }
 
     /// The triangles' corners of a cluster.

@@ -185,7 +185,11 @@ impl Context<'_> {
             if node.count == 0 {
                 if !decided {
                     scratch.tests.boxes += 1;
-                    match pyramid.place(node.low, node.high) {
+                    let place = match self.surfaces.meshes.get(node.mesh as usize) {
+                        Some(part) => pyramid.place_cluster(&part.tree.nodes[node.cluster as usize]),
+                        None => pyramid.place(node.low, node.high),
+                    };
+                    match place {
                         Place::Outside => continue,
                         Place::Crossing => {}
                         // Whatever it is, it blocks something.

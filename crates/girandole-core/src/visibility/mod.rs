@@ -18,6 +18,9 @@
 //! a corner whose ray misses the group, or is still too wide, need not ask again. Dynamic blockers are found each for
 //! itself.
 //!
+//! Clusters of meshes that reach into a pyramid are taken to block something once they are small beside the receiver, so
+//! that the number of tests hardly depends on how finely a mesh is tessellated.
+//!
 //! Patches that face the same way and are near each other form groups too, above the hierarchy of receivers: a light
 //! behind all of a group is behind each member, and what does not reach into the group's pyramid reaches into none of
 //! theirs.

@@ -35,6 +35,9 @@ pub(crate) enum Place {
     Inside,
 }
 
+/// Clusters whose radius is at most this share of the receiver's, as the light sees them, are not looked into.
+const FINE: f64 = 1.0 / 6.0;
+
 /// Inside is `normal · x ≥ offset`; the normal has unit length.
 #[derive(Clone, Copy, Debug, Default)]
 struct Plane {
@@ -209,10 +212,7 @@ impl Pyramid {
             count -= 1;
             let cluster = &tree.nodes[open[count] as usize];
             scratch.tests.blockers += 1;
-            if !self.may_meet_cluster(cluster) {
-                continue;
-            }
-            match self.place(cluster.low, cluster.high) {
+            match self.place_cluster(cluster) {
                 Place::Outside => continue,
                 Place::Inside => return true,
                 Place::Crossing => {}
@@ -234,11 +234,37 @@ impl Pyramid {
         false
     }
 
+    /// Where a cluster's bounds are; small ones that cross the pyramid's sides count as inside.
+    pub fn place_cluster(&mut self, cluster: &Cluster) -> Place {
+        if !self.may_meet_cluster(cluster) {
+            return Place::Outside;
+        }
+        match self.place(cluster.low, cluster.high) {
+            Place::Crossing if self.is_fine(cluster) => Place::Inside,
+            place => place,
+        }
+    }
+
+    /// Whether a cluster is so small beside the receiver, as the light sees them, that its triangles are not looked at:
+    /// how finely a mesh is tessellated does not matter then.
+    fn is_fine(&self, cluster: &Cluster) -> bool {
+        let room = self.hull.radius() * FINE;
+        if !self.apex.finite {
+            return cluster.radius <= room;
+        }
+        let squared = |point: DVec3| point.distance_squared(self.apex.position);
+        cluster.radius.powi(2) * squared(self.hull.middle()) <= room.powi(2) * squared(cluster.center)
+    }
+
     /// Whether any triangle of a cluster reaches into the pyramid.
-    pub fn meets_cluster(&self, tree: &ClusterTree, cluster: u32, scratch: &mut Scratch) -> bool {
+    pub fn meets_cluster(&mut self, tree: &ClusterTree, cluster: u32, scratch: &mut Scratch) -> bool {
         let cluster = &tree.nodes[cluster as usize];
         scratch.tests.blockers += 1;
-        self.may_meet_cluster(cluster) && self.meets_triangles(tree, cluster, scratch)
+        match self.place_cluster(cluster) {
+            Place::Outside => false,
+            Place::Inside => true,
+            Place::Crossing => self.meets_triangles(tree, cluster, scratch),
+        }
     }
 
     fn meets_triangles(&self, tree: &ClusterTree, cluster: &Cluster, scratch: &mut Scratch) -> bool {

@@ -9,12 +9,13 @@ use std::ops::Range;
 
 /// Corners of a patch that is treated as a polygon, at most.
 const MOST_CORNERS: usize = 64;
-/// Triangles of a mesh that is examined for convexity, at most.
-const MOST_CONVEX: usize = 1200;
 /// Area of a triangle that is treated as a polygon, as a share of the scene's diagonal squared, at least.
 const LEAST_AREA: f64 = 1e-3;
 /// How far the normals of a patch's triangles may differ from the patch's own.
 pub(crate) const MOST_TILT: f64 = 1e-5;
+
+/// Clusters that are visited to find whether a mesh is convex, at most.
+const MOST_VISITS: u32 = 1 << 21;
 
 /// A planar convex patch, or a large triangle that is part of none.
 #[derive(Clone, Debug)]
@@ -99,10 +100,10 @@ impl Surfaces {
             .enumerate()
             .filter_map(|(object, range)| {
                 let triangles: Vec<u32> = range.triangles.clone().filter(|t| !is_simple(t)).collect();
-                (!triangles.is_empty()).then(|| MeshPart {
-                    object: object as u32,
-                    convex: is_convex(scene, geometry, &triangles, &tolerance),
-                    tree: ClusterTree::new(scene, geometry, triangles),
+                (!triangles.is_empty()).then(|| {
+                    let tree = ClusterTree::new(scene, geometry, triangles);
+                    let convex = is_convex(scene, geometry, &tree, &tolerance);
+                    MeshPart { object: object as u32, tree, convex }
                 })
             })
             .collect();
@@ -177,24 +178,15 @@ impl SimplePatch {
     }
 }
 
-/// Whether all of some triangles lie behind the plane of each of them, so that no ray that leaves one from its front
-/// meets another. More than about a thousand are not looked at.
-fn is_convex(scene: &Scene, geometry: &Geometry, triangles: &[u32], tolerance: &Tolerance) -> bool {
-    if triangles.len() > MOST_CONVEX {
-        return false;
-    }
-    let double_sided =
-        |t: &u32| scene.materials[geometry.triangles[*t as usize].material as usize].double_sided;
-    let mut points: Vec<u32> =
-        triangles.iter().flat_map(|&t| geometry.triangles[t as usize].vertices).collect();
-    points.sort_unstable();
-    points.dedup();
-    let points: Vec<DVec3> = points.iter().map(|&v| geometry.positions[v as usize].as_dvec3()).collect();
-    triangles.iter().all(|t| {
-        let normal = geometry.normal(*t).as_dvec3();
-        let [a, b, c] = geometry.corners(*t).map(|p| normal.dot(p.as_dvec3()));
-        let most = a.min(b).min(c) + tolerance.tol;
-        !double_sided(t) && points.iter().all(|p| normal.dot(*p) <= most)
+/// Whether all of a mesh's triangles lie behind the plane of each of them, so that no ray that leaves one from its front
+/// meets another. Not found for many triangles that are all but in one plane.
+fn is_convex(scene: &Scene, geometry: &Geometry, tree: &ClusterTree, tolerance: &Tolerance) -> bool {
+    let mut left = MOST_VISITS;
+    tree.order.iter().zip(&tree.corners).all(|(&t, corners)| {
+        let normal = geometry.normal(t).as_dvec3();
+        let least = corners.iter().map(|c| normal.dot(*c)).fold(f64::INFINITY, f64::min);
+        let double_sided = scene.materials[geometry.triangles[t as usize].material as usize].double_sided;
+        !double_sided && tree.reaches(normal, least + tolerance.tol, &mut left) == Some(false)
     })
 }
 

@@ -88,18 +88,18 @@ fn parallel_light() {
 
 #[test]
 fn meshes_as_blockers_and_receivers() {
-    let ball = |x: f32, y: f32| {
-        let mut mesh = shapes::sphere(0.3, 24, 12, 0);
+    let ball = |x: f32, y: f32, rings: u32| {
+        let mut mesh = shapes::sphere(0.3, 2 * rings, rings, 0);
         mesh.positions.iter_mut().for_each(|p| *p += vec3(x, y, 0.0));
         mesh
     };
-    assert_eq!(of_floor(vec![ball(0.0, 1.0)], above(2.0)), State::Partial);
-    assert_eq!(of_floor(vec![ball(0.95, 1.0)], above(2.0)), State::Unoccluded);
+    assert_eq!(of_floor(vec![ball(0.0, 1.0, 12)], above(2.0)), State::Partial);
+    assert_eq!(of_floor(vec![ball(0.95, 1.0, 12)], above(2.0)), State::Unoccluded);
     // A ball under a board and one beside it; their undersides face away from the light.
     let mut scene = empty_scene();
     let board = add(&mut scene, square(vec3(0.0, 1.0, 0.0), 0.5, 0));
-    let hidden = add(&mut scene, ball(0.0, 0.0));
-    let lit = add(&mut scene, ball(3.0, 0.0));
+    let hidden = add(&mut scene, ball(0.0, 0.0, 12));
+    let lit = add(&mut scene, ball(3.0, 0.0, 40));
     let geometry = Geometry::new(&scene);
     let database = build(
         &scene,

@@ -1,8 +1,9 @@
 //! The database as a whole: order of work, dynamic objects, blockers, growth.
 
+use super::growth::{Growth, grown, lights_on_shell};
 use super::*;
 use crate::lights::LightSettings;
-use crate::scene::builtin::{self, MovingObject, shapes};
+use crate::scene::builtin::{self, MovingObject};
 use crate::visibility::Blocker;
 use crate::visibility::blockers::BlockerTree;
 use crate::visibility::database::determine;
@@ -10,7 +11,7 @@ use crate::visibility::hierarchy::{Context, Memory, Part};
 use crate::visibility::shapes::Apex;
 use crate::visibility::surfaces::Surfaces;
 
-fn sampled(scene: &Scene, geometry: &Geometry, count: u32) -> LightSet {
+pub fn sampled(scene: &Scene, geometry: &Geometry, count: u32) -> LightSet {
     let settings = LightSettings { count, ..LightSettings::default() };
     LightSet::sample(scene, geometry, &settings).expect("there is light")
 }
@@ -141,7 +142,7 @@ fn the_hierarchy_finds_what_all_blockers_against_each_leaf_do() {
         let context =
             Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers, grouped: false };
         let receivers = database.receivers();
-        let (mut pairs, mut tighter, mut looser, mut split, mut blocked) = (0, 0, 0, 0, 0);
+        let (mut pairs, mut tighter, mut looser, mut split, mut blocked, mut doubted) = (0, 0, 0, 0, 0, 0);
         for (index, leaf) in receivers.leaves.iter().enumerate() {
             let shape = receivers.shape(&surfaces, leaf.node);
             let part = Part { own: receivers.mesh(leaf.node), last: true, ..Part::default() };
@@ -167,7 +168,11 @@ fn the_hierarchy_finds_what_all_blockers_against_each_leaf_do() {
                         Blocker::Group(group) => database.members(group).collect(),
                         one => vec![one],
                     });
-                    assert!(named.into_iter().any(|b| partial.contains(&b)), "{name} leaf {index} {light}");
+                    // A mesh may be there for a cluster that is too small to be looked into.
+                    let named: Vec<Blocker> = named.collect();
+                    let known = named.iter().any(|b| partial.contains(b));
+                    doubted += usize::from(!known);
+                    assert!(known || matches!(named[..], [Blocker::Mesh(_)]), "{name} leaf {index} {light}");
                 }
             }
         }
@@ -176,84 +181,13 @@ fn the_hierarchy_finds_what_all_blockers_against_each_leaf_do() {
         );
         assert!(split > 50 && blocked > 1000, "{name}: {split} {blocked}");
         assert!(tighter * 100 < pairs && looser * 1000 < pairs, "{name}: {tighter} {looser} of {pairs}");
+        assert!(doubted * 1000 < pairs, "{name}: {doubted} of {pairs}");
         for node in 0..receivers.nodes.len() as u32 {
             let named = (0..apexes.len() as u32).flat_map(|light| database.blockers(node, light));
             groups += named.filter(|(b, full)| matches!(b, Blocker::Group(_)) && !full).count();
         }
     }
     assert!(groups > 100, "groups stand for their members: {groups}");
-}
-
-/// What grows fourfold when `count` doubles.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Growth {
-    /// The number of boxes in a room.
-    Boxes,
-    /// The triangles of a mesh.
-    Mesh,
-    /// A room's area with the number of boxes in it.
-    Hall,
-}
-
-fn grown(growth: Growth, count: u32) -> Scene {
-    let mut scene = empty_scene();
-    let half = if growth == Growth::Hall { count as f32 } else { 4.0 };
-    add(&mut scene, room(vec3(-half, 0.0, -half), vec3(half, 3.0, half)));
-    if growth == Growth::Mesh {
-        let mut torus = shapes::torus(1.0, 0.4, 10 * count, 5 * count, 0);
-        torus.positions.iter_mut().for_each(|p| p.y += 1.4);
-        add(&mut scene, torus);
-    } else {
-        for i in 0..count * count {
-            let step = half * 1.5 / count as f32;
-            let at = vec3((i % count) as f32, 0.0, (i / count) as f32) * step - vec3(half, 0.0, half) * 0.75;
-            let mut furniture = Mesh::default();
-            let size = step * 0.5;
-            furniture.add_box(at, at + vec3(size, size, size), 0);
-            add(&mut scene, furniture);
-        }
-    }
-    scene
-}
-
-/// On the shell only.
-fn lights_on_shell(scene: &Scene, geometry: &Geometry) -> Vec<LightSample> {
-    let tracer = SceneTracer::new(scene, geometry);
-    let mut numbers = Numbers(9);
-    (0..60).map(|i| bounce(&tracer, i % 12, barycentric(&mut numbers))).collect()
-}
-
-/// Tests a pair of node and light: all, and those of blockers.
-fn tests_of(growth: Growth, count: u32) -> [f64; 2] {
-    let scene = grown(growth, count);
-    let geometry = Geometry::new(&scene);
-    let lights = lights_on_shell(&scene, &geometry);
-    let counts = build(&scene, &geometry, lights.clone()).counts();
-    [counts.tests.total(), counts.tests.blockers].map(|n| n as f64 / (counts.nodes * lights.len()) as f64)
-}
-
-#[test]
-fn tests_grow_slower_than_the_scene() {
-    // With all blockers against all nodes and lights each step would be 4. A mesh's clusters know of each other what
-    // they block, so tests of blockers fall. For boxes that stand close enough to shade each other they do not: each of
-    // their sides has to find what stands before it, in a hierarchy that grows.
-    for (growth, all, blockers) in [
-        (Growth::Boxes, [1.75, 1.7], [1.35, 1.1]),
-        (Growth::Mesh, [1.1, 0.9], [0.95, 0.8]),
-        (Growth::Hall, [1.8, 2.3], [1.3, 1.4]),
-    ] {
-        let found = [4, 8, 16].map(|count| tests_of(growth, count));
-        println!(
-            "{growth:?}: {found:.2?} tests a pair with 1, 4 and 16 times the geometry, all and of blockers"
-        );
-        for (step, most) in all.into_iter().zip(blockers).map(|(a, b)| [a, b]).enumerate() {
-            for (kind, most) in most.into_iter().enumerate() {
-                let [before, after] = [found[step][kind], found[step + 1][kind]];
-                let least = [1.0, 0.5][kind];
-                assert!(after < before * most && before > least, "{growth:?}: {found:?}");
-            }
-        }
-    }
 }
 
 #[test]

@@ -1,5 +1,6 @@
 mod cases;
 mod database;
+mod growth;
 mod random;
 
 use super::{State, VisibilityDatabase, VisibilitySettings};
