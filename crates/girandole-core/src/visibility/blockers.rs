@@ -1,5 +1,6 @@
 //! What can block light, and the hierarchy that finds those that reach into a pyramid.
 
+use super::boxes::Reach;
 use super::clusters::Cluster;
 use super::pyramid::{Blocks, Pyramid, Scratch};
 use super::shapes::{Apex, extent};
@@ -231,8 +232,8 @@ impl BlockerTree {
         self.nodes.is_empty()
     }
 
-    /// Calls `visit` with all blockers whose boxes reach into a pyramid.
-    pub fn query(&self, pyramid: &Pyramid, scratch: &mut Scratch, open: &mut Vec<u32>, found: &mut Vec<u32>) {
+    /// Finds all blockers whose boxes are near the rays between a receiver and a light.
+    pub fn query(&self, reach: &Reach, scratch: &mut Scratch, open: &mut Vec<u32>, found: &mut Vec<u32>) {
         open.clear();
         found.clear();
         if !self.nodes.is_empty() {
@@ -241,7 +242,7 @@ impl BlockerTree {
         while let Some(i) = open.pop() {
             let node = &self.nodes[i as usize];
             scratch.tests.boxes += 1;
-            if !pyramid.may_meet_box(node.low, node.high) {
+            if !reach.meets(node.low, node.high) {
                 continue;
             }
             if node.count == 0 {
@@ -281,7 +282,12 @@ impl Surfaces {
         if found { index as u32 } else { NONE }
     }
 
-    fn blocker_box(&self, index: u32) -> (DVec3, DVec3) {
+    /// The mesh that a blocker is, if it is one.
+    pub fn mesh_of(&self, blocker: u32) -> Option<u32> {
+        blocker.checked_sub(self.patches.len() as u32)
+    }
+
+    pub fn blocker_box(&self, index: u32) -> (DVec3, DVec3) {
         match self.patches.get(index as usize) {
             Some(patch) => (patch.low, patch.high),
             None => {

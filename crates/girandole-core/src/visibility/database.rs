@@ -2,9 +2,10 @@
 
 use super::blockers::{Blocker, BlockerTree};
 use super::groups::{Groups, Side};
-use super::hierarchy::{Context, Draft, Frame, Memory, Part, PatchRoot, Row, mesh_nodes};
+use super::hierarchy::{Draft, Frame, PatchRoot, mesh_nodes};
 use super::pyramid::Tests;
 use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
+use super::rows::{Context, Memory, Part, Row};
 use super::shapes::{Apex, Shape};
 use super::surfaces::Surfaces;
 use super::{Entry, State, VisibilitySettings};
@@ -68,33 +69,23 @@ impl VisibilityDatabase {
         let dynamic = |object: u32| scene.objects.get(object as usize).is_some_and(|o| o.dynamic);
         // The hierarchy, with what static objects block.
         let groups = BlockerTree::detailed(&surfaces, &apexes, |object| !dynamic(object));
-        let context =
-            Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &groups, grouped: true };
-        let (receivers, mut fixed, mut tests) = receivers(&context, geometry, settings);
-        // What static ones block stays as it is, and what decided it is enough.
-        for row in &mut fixed {
-            row.entries.retain(|e| !e.is_facing());
-            row.entries.dedup_by_key(|e| e.light);
-        }
+        let context = Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &groups };
+        let (receivers, fixed, mut tests) = receivers(&context, geometry, settings);
         // What dynamic ones block besides.
         let blockers = BlockerTree::new(&surfaces, dynamic);
         let mut moving = Vec::new();
         if !blockers.is_empty() {
-            let context = Context {
-                surfaces: &surfaces,
-                lights: &apexes,
-                own: &own,
-                blockers: &blockers,
-                grouped: false,
-            };
-            let (rows, more) = determine(&context, &receivers);
+            let context = Context { blockers: &blockers, ..context };
+            let (rows, more) = determine(&context, &receivers, |node, shape, part, parent, memory| {
+                context.row_of_each(shape, part.own, (parent, &fixed[node]), memory)
+            });
             moving = rows;
             tests += more;
         }
         let mut states = Vec::with_capacity(fixed.len() * apexes.len());
         for (node, row) in fixed.iter().enumerate() {
             match moving.get(node) {
-                Some(other) => states.extend(row.states.iter().zip(&other.states).map(|(a, b)| *a.max(b))),
+                Some(with_moving) => states.extend(&with_moving.states),
                 None => states.extend(&row.states),
             }
         }
@@ -124,9 +115,11 @@ impl VisibilityDatabase {
     }
 
     /// What was found to block a node from a light fully (`true`) or partially. Of static objects this is the one
-    /// blocker or [`Blocker::Group`] that decides their state, as it stays the same for as long as they stand; of
-    /// dynamic ones it is each patch or mesh. Below a full one nothing is looked at again. Where a node has none, its
-    /// parent's decide, or the light and it do not face each other.
+    /// blocker or [`Blocker::Group`] that decides their state, as it stays the same for as long as they stand. Of
+    /// dynamic ones it is each patch or mesh where static ones leave the pair unoccluded; where those block a part of
+    /// it, dynamic patches, and each mesh that is near, looked at or not; where those block all, none. Below a full one
+    /// nothing is looked at again. Where a node has none, its parent's decide, or the light and it do not face each
+    /// other.
     pub fn blockers(&self, node: u32, light: u32) -> impl Iterator<Item = (Blocker, bool)> + '_ {
         let fixed = entries_of(&self.fixed, node, light)
             .map(|e| (self.groups.blocker(&self.surfaces, e.blocker()), e.full()));
@@ -146,13 +139,7 @@ impl VisibilityDatabase {
             nodes: self.receivers.nodes.len(),
             leaves: self.receivers.leaves.len(),
             pairs: self.receivers.leaves.len() * self.lights,
-            blockers: self
-                .fixed
-                .iter()
-                .chain(&self.moving)
-                .flat_map(|r| &r.entries)
-                .filter(|e| !e.is_facing())
-                .count(),
+            blockers: self.fixed.iter().chain(&self.moving).map(|r| r.entries.len()).sum(),
             tests: self.tests,
             ..Counts::default()
         };
@@ -172,8 +159,7 @@ impl VisibilityDatabase {
 
 /// What blocks a node from a light.
 pub(super) fn entries_of(rows: &[Row], node: u32, light: u32) -> impl Iterator<Item = &Entry> {
-    let entries = rows.get(node as usize).map_or(&[][..], |row| of_light(&row.entries, light));
-    entries.iter().filter(|e| !e.is_facing())
+    rows.get(node as usize).map_or(&[][..], |row| of_light(&row.entries, light)).iter()
 }
 
 pub(super) fn of_light(entries: &[Entry], light: u32) -> &[Entry] {
@@ -182,8 +168,13 @@ pub(super) fn of_light(entries: &[Entry], light: u32) -> &[Entry] {
     &entries[first..first + count]
 }
 
-/// Rows of all nodes of a given hierarchy, and the number of tests.
-pub(super) fn determine(context: &Context, receivers: &Receivers) -> (Vec<Row>, Tests) {
+/// Rows of all nodes of a given hierarchy, each as `row` makes it of the node, its parent's row and memory to work in;
+/// and the number of tests.
+pub(super) fn determine(
+    context: &Context,
+    receivers: &Receivers,
+    row: impl Fn(usize, Shape, Part, Option<&Row>, &mut Memory) -> Row + Sync + Send,
+) -> (Vec<Row>, Tests) {
     let roots: Vec<usize> =
         (0..receivers.nodes.len()).filter(|&i| receivers.nodes[i].parent == NONE).collect();
     let ranges: Vec<_> = roots
@@ -199,8 +190,7 @@ pub(super) fn determine(context: &Context, receivers: &Receivers) -> (Vec<Row>, 
             let parent = rows.get((node.parent as usize).wrapping_sub(range.start));
             let shape = receivers.shape(context.surfaces, index as u32);
             let part = Part { own: receivers.mesh(index as u32), last: node.leaf != NONE, ..Part::default() };
-            let row = context.row(shape, part, parent, &mut memory);
-            rows.push(row);
+            rows.push(row(index, shape, part, parent, &mut memory));
         }
         (rows, memory.scratch.tests)
     });

@@ -1,244 +1,13 @@
-//! Determination for one root: the adaptive split of a patch, and what blocks each node.
+//! Determination for one root: the adaptive split of a patch, and the clusters of a mesh.
 
-use super::blockers::BlockerTree;
-use super::boxes::Cover;
-use super::pyramid::{Blocks, Facing, Place, Pyramid, Scratch, clip};
+use super::pyramid::clip;
 use super::receivers::{cluster_of, patch_shape};
-use super::shapes::{Apex, MOST_CORNERS, Shape};
-use super::surfaces::{Surfaces, area_vector};
-use super::{Entry, State, VisibilitySettings};
+use super::rows::{Context, Memory, Part, Row};
+use super::shapes::{MOST_CORNERS, Shape};
+use super::surfaces::area_vector;
+use super::{State, VisibilitySettings};
 use crate::scene::NONE;
 use glam::DVec3;
-
-/// What is known of a node: a state for each light, and what decides it, by light and blocker.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Row {
-    pub states: Vec<State>,
-    pub entries: Vec<Entry>,
-}
-
-impl Row {
-    /// For how many lights the children have to be looked at.
-    fn undecided(&self) -> usize {
-        let mut last = NONE;
-        self.entries.iter().filter(|e| !e.full() && std::mem::replace(&mut last, e.light) != e.light).count()
-    }
-}
-
-/// What determination needs to know.
-pub(crate) struct Context<'a> {
-    pub surfaces: &'a Surfaces,
-    pub lights: &'a [Apex],
-    /// For each light the blocker that it lies on, or [`NONE`].
-    pub own: &'a [u32],
-    pub blockers: &'a BlockerTree,
-    /// Whether groups of blockers may stand for their members; otherwise each blocker is found.
-    pub grouped: bool,
-}
-
-/// What a node is part of.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Part {
-    /// The mesh.
-    pub own: Option<u32>,
-    /// Whether it is certain to have no children.
-    pub last: bool,
-    /// Whether only groups are above it: the blocker that covers one of those is named again.
-    pub root: bool,
-    /// Which of the parent's corners its own are: counted from 1, 0 for new ones.
-    pub corners: [u8; MOST_CORNERS],
-}
-
-/// Working memory.
-pub(crate) struct Memory {
-    pub scratch: Scratch,
-    pyramid: Pyramid,
-    /// Groups to look at, and what they may cover.
-    open: Vec<(u32, Cover)>,
-    /// Blockers that may reach into the pyramid, and room to find them.
-    near: Vec<u32>,
-    stack: Vec<u32>,
-    found: Vec<Entry>,
-}
-
-impl Memory {
-    pub fn new() -> Self {
-        Self {
-            scratch: Scratch::default(),
-            pyramid: Pyramid::new(),
-            open: Vec::new(),
-            near: Vec::new(),
-            stack: Vec::new(),
-            found: Vec::new(),
-        }
-    }
-}
-
-impl Context<'_> {
-    /// The row of a node, given its parent's.
-    pub fn row(&self, shape: Shape, part: Part, parent: Option<&Row>, memory: &mut Memory) -> Row {
-        let mut row = Row { states: vec![State::Unoccluded; self.lights.len()], entries: Vec::new() };
-        let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
-        for (index, light) in self.lights.iter().enumerate() {
-            let count = rest.iter().take_while(|e| e.light == index as u32).count();
-            let (inherited, others) = rest.split_at(count);
-            rest = others;
-            let above = parent.map_or(State::Unoccluded, |p| p.states[index]);
-            let state = &mut row.states[index];
-            // What has been decided for all below.
-            if parent.is_some() && inherited.iter().all(|e| e.full()) {
-                *state = above;
-                if part.root {
-                    row.entries.extend_from_slice(inherited);
-                }
-                continue;
-            }
-            memory.scratch.tests.boxes += 1;
-            let facing = memory.pyramid.set(light, shape, &self.surfaces.tolerance);
-            if facing == Facing::None {
-                *state = State::Full;
-                continue;
-            }
-            let asked = inherited.iter().filter(|e| !e.full() && !e.is_facing());
-            if self.grouped {
-                memory.open.clear();
-                if parent.is_some() {
-                    let below = |e: &Entry| (e.blocker(), e.cover.of_part(&part.corners));
-                    memory.open.extend(asked.rev().map(below));
-                } else {
-                    memory.open.extend((!self.blockers.is_empty()).then_some((0, Cover::ANY)));
-                }
-                *state = self.search(index as u32, part, memory);
-            } else {
-                if parent.is_some() {
-                    memory.near.clear();
-                    memory.near.extend(asked.map(|e| e.blocker()));
-                } else {
-                    let Memory { scratch, pyramid, stack, near, .. } = memory;
-                    self.blockers.query(pyramid, scratch, stack, near);
-                }
-                *state = self.each(index as u32, part.own, memory);
-                if above == State::Full {
-                    *state = State::Full;
-                }
-            }
-            row.entries.extend_from_slice(&memory.found);
-            if *state == State::Unoccluded && facing != Facing::All {
-                row.entries.push(Entry::facing(index as u32));
-            }
-        }
-        row
-    }
-
-    /// Each blocker for itself.
-    fn each(&self, index: u32, own: Option<u32>, memory: &mut Memory) -> State {
-        let mut state = State::Unoccluded;
-        let Memory { scratch, pyramid, near, found, .. } = memory;
-        found.clear();
-        for &blocker in near.iter() {
-            let blocks = self.surfaces.test(blocker, pyramid, own, scratch);
-            if blocks == Blocks::None {
-                continue;
-            }
-            // The triangle that a light lies on does not block it.
-            let full = blocks == Blocks::Full && self.own[index as usize] != blocker;
-            found.push(Entry::new(index, blocker, full));
-            state = state.max(if full { State::Full } else { State::Partial });
-        }
-        state
-    }
-
-    /// Goes through groups only as far as the state calls for: until one blocker is partial, and from there on where
-    /// one may be full. Leaves the codes of what the children have to look at.
-    fn search(&self, index: u32, part: Part, memory: &mut Memory) -> State {
-        let Memory { scratch, pyramid, open, found, .. } = memory;
-        let Part { own, last, .. } = part;
-        found.clear();
-        let mut state = State::Unoccluded;
-        while let Some((group, mut cover)) = open.pop() {
-            let node = &self.blockers.nodes[group as usize];
-            let bounds = (node.low, node.high, node.extent);
-            // Part of the receiver's own mesh.
-            if node.mesh != NONE && own == Some(node.mesh) {
-                scratch.tests.blockers += 1;
-                if !self.surfaces.meshes[node.mesh as usize].convex {
-                    found.push(Entry::new(index, group, false));
-                    state = State::Partial;
-                }
-                continue;
-            }
-            let decided = state == State::Partial;
-            if decided && !pyramid.may_be_covered(bounds, &mut cover, scratch) {
-                if last {
-                    continue;
-                }
-                // A patch's parts know by `cover` what not to ask again; to those of others it is left out.
-                if pyramid.is_round() {
-                    scratch.tests.boxes += 1;
-                    if pyramid.place(node.low, node.high) == Place::Outside {
-                        continue;
-                    }
-                }
-                found.push(Entry { cover, ..Entry::new(index, group, false) });
-                continue;
-            }
-            if node.count == 0 {
-                if !decided {
-                    scratch.tests.boxes += 1;
-                    let place = match self.surfaces.meshes.get(node.mesh as usize) {
-                        Some(part) => pyramid.place_cluster(&part.tree.nodes[node.cluster as usize]),
-                        None => pyramid.place(node.low, node.high),
-                    };
-                    match place {
-                        Place::Outside => continue,
-                        Place::Crossing => {}
-                        // Whatever it is, it blocks something.
-                        Place::Inside => {
-                            if !pyramid.may_be_covered(bounds, &mut cover, scratch) {
-                                found.push(Entry { cover, ..Entry::new(index, group, false) });
-                                state = State::Partial;
-                                continue;
-                            }
-                        }
-                    }
-                }
-                let mut order = [node.first + 1, node.first];
-                let [a, b] = order.map(|c| &self.blockers.nodes[c as usize]);
-                if !decided && pyramid.remoteness(a.low, a.high) < pyramid.remoteness(b.low, b.high) {
-                    order.swap(0, 1);
-                }
-                open.extend(order.map(|child| (child, cover)));
-                continue;
-            }
-            if node.mesh != NONE {
-                let tree = &self.surfaces.meshes[node.mesh as usize].tree;
-                if pyramid.meets_cluster(tree, node.cluster, scratch) {
-                    found.push(Entry::new(index, group, false));
-                    state = State::Partial;
-                }
-                continue;
-            }
-            let mut partial = false;
-            for &blocker in &self.blockers.items[node.first as usize..(node.first + node.count) as usize] {
-                match self.surfaces.test(blocker, pyramid, own, scratch) {
-                    Blocks::None => {}
-                    // The triangle that a light lies on does not block it.
-                    Blocks::Full if self.own[index as usize] != blocker => {
-                        found.clear();
-                        found.push(Entry::new(index, group, true));
-                        return State::Full;
-                    }
-                    Blocks::Full | Blocks::Partial => partial = true,
-                }
-            }
-            if partial {
-                found.push(Entry::new(index, group, false));
-                state = State::Partial;
-            }
-        }
-        state
-    }
-}
 
 /// A node in the making.
 pub(crate) struct Draft {
@@ -372,35 +141,40 @@ impl PatchRoot<'_> {
         let finest = self.finest();
         let root = self.draft([0, 0, finest, finest], patch.corners.clone(), [0; 2], None, memory);
         let mut nodes = vec![root];
-        let mut next = 0;
-        while next < nodes.len() {
-            let index = next;
-            next += 1;
-            let node = &nodes[index];
-            if node.credit == 0 || cost(node) <= self.threshold {
-                continue;
+        let mut open = vec![0];
+        while let Some(index) = open.pop() {
+            let children = self.split(&nodes[index], memory);
+            nodes[index].row.settle();
+            if let Some(children) = children {
+                let places = [nodes.len(), nodes.len() + 1];
+                nodes[index].children = Some(places);
+                nodes.extend(children);
+                open.extend(places);
             }
-            let length = |axis: usize| self.frame.sides[axis].length() / f64::from(1 << node.depth[axis]);
-            let longer = usize::from(length(1) > length(0) * (1.0 + 1e-6));
-            let Some((axis, halves)) =
-                [longer, 1 - longer].into_iter().find_map(|axis| Some((axis, self.halves(node, axis)?)))
-            else {
-                continue;
-            };
-            let mut depth = node.depth;
-            depth[axis] += 1;
-            let mut children =
-                halves.map(|(cells, outline)| self.draft(cells, outline, depth, Some(node), memory));
-            let after: f64 = children.iter().map(cost).sum();
-            let pays = after <= cost(node) * (1.0 - f64::from(self.settings.least_gain));
-            for child in &mut children {
-                child.credit = if pays { LOOK_AHEAD } else { node.credit - 1 };
-            }
-            nodes[index].children = Some([nodes.len(), nodes.len() + 1]);
-            nodes.extend(children);
         }
         self.collapse(&mut nodes);
         nodes
+    }
+
+    /// The node's halves, unless it is small or they are not expected to gain anything.
+    fn split(&self, node: &Draft, memory: &mut Memory) -> Option<[Draft; 2]> {
+        if node.credit == 0 || cost(node) <= self.threshold {
+            return None;
+        }
+        let length = |axis: usize| self.frame.sides[axis].length() / f64::from(1 << node.depth[axis]);
+        let longer = usize::from(length(1) > length(0) * (1.0 + 1e-6));
+        let (axis, halves) =
+            [longer, 1 - longer].into_iter().find_map(|axis| Some((axis, self.halves(node, axis)?)))?;
+        let mut depth = node.depth;
+        depth[axis] += 1;
+        let mut children =
+            halves.map(|(cells, outline)| self.draft(cells, outline, depth, Some(node), memory));
+        let after: f64 = children.iter().map(cost).sum();
+        let pays = after <= cost(node) * (1.0 - f64::from(self.settings.least_gain));
+        for child in &mut children {
+            child.credit = if pays { LOOK_AHEAD } else { node.credit - 1 };
+        }
+        Some(children)
     }
 
     /// Undoes splits that gained too little.
@@ -440,9 +214,15 @@ pub(crate) fn mesh_nodes(context: &Context, mesh: u32, triangles: u32, memory: &
         let cluster = cluster_of(context.surfaces, mesh, index);
         let last = cluster.range.len() <= triangles as usize || cluster.children[0] == NONE;
         let part = Part { own: Some(mesh), last, ..Part::default() };
-        let row = context.row(Shape::Cluster(cluster), part, parent.map(|p| &nodes[p].row), memory);
+        let mut row = context.row(Shape::Cluster(cluster), part, parent.map(|p| &nodes[p].row), memory);
+        // Children are made in pairs.
+        if let Some(parent) = parent.filter(|_| next % 2 == 0) {
+            nodes[parent].row.settle();
+        }
         let mut children = None;
-        if !last {
+        if last {
+            row.settle();
+        } else {
             children = Some([open.len(), open.len() + 1]);
             open.extend(cluster.children.map(|c| (c, Some(next))));
         }

@@ -16,7 +16,8 @@
 //! group may cover a receiver only if all rays from its corners to the light pass through the group's box, and only
 //! if its largest polygon is as wide as the pyramid is there. What that shows is kept: a part of the receiver that has
 //! a corner whose ray misses the group, or is still too wide, need not ask again. Dynamic blockers are found each for
-//! itself.
+//! itself, as far as they can change what static ones leave: not where those cover a receiver, and where they block a
+//! part of it, only patches, which might cover it.
 //!
 //! Clusters of meshes that reach into a pyramid are taken to block something once they are small beside the receiver, so
 //! that the number of tests hardly depends on how finely a mesh is tessellated.
@@ -49,6 +50,7 @@ mod groups;
 mod hierarchy;
 mod pyramid;
 mod receivers;
+mod rows;
 mod shapes;
 mod surfaces;
 

@@ -139,11 +139,14 @@ impl Pyramid {
         self.planes().iter().all(|p| p.normal.dot(center) + p.normal.abs().dot(half) >= p.offset - p.margin)
     }
 
-    /// How far a box is from the line between receiver and light, less its size.
-    pub fn remoteness(&self, low: DVec3, high: DVec3) -> f64 {
+    /// Which of two boxes is nearer to the line between receiver and light, for the size that it has.
+    pub fn is_nearer(&self, [(low, high), other]: [(DVec3, DVec3); 2]) -> bool {
         let middle = self.hull.middle();
-        let along = self.apex.towards(middle).normalize_or_zero();
-        ((low + high) * 0.5 - middle).cross(along).length() - 0.5 * (high - low).length()
+        let along = self.apex.towards(middle);
+        let beside = |(low, high): (DVec3, DVec3)| {
+            ((low + high) * 0.5 - middle).cross(along).length_squared() / (high - low).length_squared()
+        };
+        beside((low, high)) < beside(other)
     }
 
     /// Where a box is; what is inside is so by more than what is in doubt.
@@ -223,7 +226,7 @@ impl Pyramid {
                 }
                 open[count..count + 2].copy_from_slice(&cluster.children);
                 let [a, b] = cluster.children.map(|c| &tree.nodes[c as usize]);
-                if self.remoteness(a.low, a.high) < self.remoteness(b.low, b.high) {
+                if self.is_nearer([(a.low, a.high), (b.low, b.high)]) {
                     open.swap(count, count + 1);
                 }
                 count += 2;

@@ -75,6 +75,21 @@ pub(crate) enum Shape<'a> {
     Group(&'a Group),
 }
 
+impl Shape<'_> {
+    /// Centre and radius of a sphere that holds its pyramids' ends, with all that is in doubt beside them.
+    pub fn sphere(&self, tolerance: &Tolerance) -> (DVec3, f64) {
+        let room = 4.0 * (tolerance.lift + tolerance.side);
+        match self {
+            Self::Patch { corners, .. } => {
+                let center = corners.iter().sum::<DVec3>() / corners.len() as f64;
+                (center, corners.iter().map(|c| c.distance(center)).fold(0.0, f64::max) + room)
+            }
+            Self::Cluster(cluster) => (cluster.center, cluster.radius + room),
+            Self::Group(group) => (group.bounds.center, group.bounds.radius + room),
+        }
+    }
+}
+
 /// Convex, and it holds all lifted points of a receiver.
 pub(crate) enum Hull {
     /// Lifted corners.

@@ -89,19 +89,17 @@ impl Pyramid {
             let (a, b) = (lifted[i], lifted[(i + 1) % n]);
             let (edge, towards) = (b - a, apex.towards(a));
             let mut side = edge.cross(towards);
-            let length = side.length();
-            if length.is_nan() || length <= 1e-9 * edge.length() * towards.length() {
+            let squared = side.length_squared();
+            if squared.is_nan() || squared <= 1e-18 * edge.length_squared() * towards.length_squared() {
                 continue;
             }
-            side /= length;
+            side *= squared.sqrt().recip();
             if side.dot(centroid - a) < 0.0 {
                 side = -side;
             }
-            let mut least = if apex.finite { side.dot(apex.position) } else { f64::INFINITY };
-            for corner in &lifted[..n] {
-                least = least.min(side.dot(*corner));
-            }
-            self.push(side, least, t.side);
+            // It holds all three up to rounding; the other corners are within, as the polygon is convex.
+            let light = if apex.finite { side.dot(apex.position) } else { f64::INFINITY };
+            self.push(side, light.min(side.dot(a)).min(side.dot(b)), t.side);
         }
         if floor > f64::NEG_INFINITY {
             self.push(normal, offset + floor, t.tol);
