@@ -14,8 +14,9 @@
 
 override SPECULAR: bool = false;
 
-// Neighbouring pixels of an invocation: they share first samples, and mostly their paint.
-const RUN = 4u;
+// Neighbouring pixels of an invocation: they share first samples, and mostly their paint. Lanes of a GPU do better side
+// by side.
+override RUN: u32 = 1u;
 
 // The first samples of a column in the two rows that a sample lies between.
 struct Column { near: First, far: First }
@@ -39,6 +40,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
   let own_is_left = side.x > 0;
   let weight_left = select(t.x, 1.0 - t.x, own_is_left);
   var paint = NO_PAINT;
+  var left_open = 0u; // a bit each
   var left = column_at(i32(start.x) + min(side.x, 0), rows);
   for (var x = start.x; x < min(start.x + RUN, last.x + 1u); x++) {
     let right = column_at(i32(x) + max(side.x, 0), rows);
@@ -54,10 +56,31 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
     if key == 0u || (blend.weight > 0.0 && (key & SHINY) == 0u) {
       store_blend(at, shown, blend, &paint);
     } else {
-      let slot = atomicAdd(&open[3], 1u);
-      atomicMax(&open[0], slot / 64u + 1u);
-      atomicStore(&open[FIRST_PLACE + slot], at.y << 16u | at.x);
+      left_open |= 1u << (x - start.x);
     }
     left = right;
+  }
+  if left_open != 0u {
+    let count = countOneBits(left_open);
+    var slot = atomicAdd(&open[3], count);
+    atomicMax(&open[0], (slot + count + 63u) / 64u);
+    for (; left_open != 0u; left_open &= left_open - 1u) {
+      atomicStore(&open[FIRST_PLACE + slot], start.y << 16u | (start.x + firstTrailingBit(left_open)));
+      slot++;
+    }
+  }
+}
+
+// The first samples themselves, where those that follow store radiance.
+@compute @workgroup_size(64, 1)
+fn first(@builtin(global_invocation_id) invocation: vec3u) {
+  let start = vec2u(RUN * invocation.x, invocation.y);
+  if start.x >= frame.size.x || start.y + frame.band.x >= frame.band.y { return; }
+  var paint = NO_PAINT;
+  for (var x = start.x; x < min(start.x + RUN, frame.size.x); x++) {
+    let at = vec2u(x, start.y);
+    let one = first_at(vec2i(at));
+    var blend = Blend(one.light.xyz, one.second, 1.0);
+    store_blend(at, textureLoad(keys, at + vec2u(0u, frame.band.x), 0).xy, blend, &paint);
   }
 }

@@ -191,7 +191,9 @@ impl Renderer {
             }
             // Multiply by albedo, add emission, average sub-pixel samples.
             if step.last_batch && step.step == 1 {
-                if !is_final {
+                if stores_radiance && !is_final {
+                    select.record_first(device, &mut encoder, timers, band, (selection, targets));
+                } else if !is_final {
                     let inputs = ResolveInputs {
                         ids: &targets.ids,
                         grid,

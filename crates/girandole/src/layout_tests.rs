@@ -111,7 +111,6 @@ fn both_sides_agree_on_constants() {
     number(&shaders::CHECK, "POINT_WORDS", selection::POINT_WORDS);
     number(&shaders::REFINE, "BENT_HEADER", selection::BENT_HEADER);
     number(&shaders::REFINE, "FIRST_PLACE", selection::FIRST_PLACE);
-    number(&shaders::EDGES, "RUN", crate::passes::select::EDGE_RUN);
     let flag =
         |source, name: &str, n: u32| assert!(has(source, format!("const {name} = {n:#x}u;")), "{name}");
     flag(&shaders::REFINE, "BENT", surface_keys::BENT);

@@ -16,11 +16,15 @@ pub(crate) struct Select {
     points: PointKernels,
     /// For the last grid, whose points are the picture's pixels: they store radiance. Without textures only.
     pixels: Option<PointKernels>,
+    /// First samples' radiance, where further samples store theirs at once.
+    first: Option<Kernel>,
     allot: Kernel,
     scatter: Kernel,
     /// Both in one, for few points where a dispatch costs more than what it does.
     allot_few: Option<Kernel>,
     light_maps: Kernel,
+    /// Pixels of an invocation at edges.
+    edge_run: u32,
     /// What they were compiled for.
     pub needs: Needs,
 }
@@ -37,9 +41,6 @@ struct PointKernels {
     /// For few points, where the device has lanes enough.
     wide: Option<Kernel>,
 }
-
-/// Pixels of an invocation at edges; shaders know it as `RUN`.
-pub(crate) const EDGE_RUN: u32 = 4;
 
 /// Which points of a grid to shade.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +71,8 @@ impl Select {
         // Whether few invocations take item after item (shaders: lib/take.wgsl).
         let takes = flag("TAKES", is_software);
         let width = ("WIDTH", if is_software { 8.0 } else { 64.0 });
+        let edge_run = if is_software { 8 } else { 1 };
+        let run = ("RUN", f64::from(edge_run));
         let has_room = device.limits().max_storage_buffers_per_shader_stage > 8;
         let (sources, lights) = if has_room && !is_software {
             (&shaders::GATHER_STORED, Read)
@@ -78,11 +81,11 @@ impl Select {
         };
         let (source, maps) = shadow_maps::reads(device, options, sources);
         let shade = [Ids, maps, lights, Write, Uniform, Write, Read, Read, Uniform, Grid, Grid, Ids, Picture];
+        let edges = [Ids, Float, Float, Grid, Grid, Write, Write, Picture];
         let points = |is_final: bool| {
             let is_final = flag("FINAL", is_final);
             let mut gather = constants(options, needs).to_vec();
             gather.extend([curved, is_final, takes, width]);
-            let edges = [Ids, Float, Float, Grid, Grid, Write, Write, Picture];
             let behind = [Ids, Read, Write, Uniform, Ids, Float, Float, Grid, Grid, Write, Read, Picture];
             let refine = [Ids, Float, Float, Grid, Grid, Write, Picture];
             let check_places = |entry| {
@@ -92,7 +95,7 @@ impl Select {
                 refine: kernel(&shaders::REFINE, "main", &refine, &[curved, specular, is_final, takes]),
                 check: check_places("check"),
                 check_bent: (needs.curved && !is_software).then(|| check_places("check_bent")),
-                edges: kernel(&shaders::EDGES, "main", &edges, &[specular, is_final]),
+                edges: kernel(&shaders::EDGES, "main", &edges, &[specular, is_final, run]),
                 behind: kernel(&shaders::BEHIND, "main", &behind, &[specular, textures, is_final]),
                 gather: kernel(source, "main", &shade, &gather),
                 wide: options
@@ -108,6 +111,8 @@ impl Select {
             every: kernel(&shaders::CHECK, "every", &check, &[textures]),
             points: points(false),
             pixels: (!needs.textures).then(|| points(true)),
+            first: (!needs.textures)
+                .then(|| kernel(&shaders::EDGES, "first", &edges, &[specular, flag("FINAL", true), run])),
             allot: allot(false),
             allot_few: is_software.then(|| allot(true)),
             scatter: kernel(&shaders::SCATTER, "main", &[Write, Write, Uniform], &[]),
@@ -117,6 +122,7 @@ impl Select {
                 &[Uniform, Read, Write, Uniform],
                 &[flag("PLAIN", needs.plain_lights)],
             ),
+            edge_run,
             needs,
         }
     }
@@ -177,7 +183,7 @@ impl Select {
                 let resources =
                     [&keys, &first, &second, &light, &other, &sums, &open, &picture].map(Clone::clone);
                 let time = timers.compute("edges_gpu_ms");
-                let runs = [points[0].div_ceil(EDGE_RUN), points[1]];
+                let runs = [points[0].div_ceil(self.edge_run), points[1]];
                 edges.record(device, encoder, time, band, &resources, Groups::rows(runs));
                 let resources =
                     [ids, receivers, wanted, plan, keys, first, second, light, other, sums, open, picture];
@@ -222,6 +228,32 @@ impl Select {
             [&selection.wanted, &selection.queue, selection.plan_buffer()].map(|b| b.as_entire_binding());
         let groups = Groups::Indirect(&selection.arguments, SCATTER_AT);
         self.scatter.record(device, encoder, timers.compute("sort_gpu_ms"), band, &resources, groups);
+    }
+
+    /// Stores the radiance of first samples, where the last grid has what they receive.
+    pub fn record_first(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        timers: &Timers,
+        band: Band,
+        (selection, targets): (&Selection, &Targets),
+    ) {
+        let Some(first) = &self.first else { return };
+        let [[light, second], [other_light, other_second]] = [&targets.grids[0], &targets.sample]
+            .map(|g| g.each_ref().map(wgpu::BindingResource::TextureView));
+        let resources = [
+            wgpu::BindingResource::TextureView(&targets.keys),
+            light,
+            second,
+            other_light,
+            other_second,
+            targets.sums.as_entire_binding(),
+            selection.open.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&targets.picture_view),
+        ];
+        let groups = Groups::rows([band.size[0].div_ceil(self.edge_run), band.size[1]]);
+        first.record(device, encoder, timers.compute("resolve_gpu_ms"), band, &resources, groups);
     }
 
     /// Shades the points that were chosen last with the frame's batch of lights; `is_sparse`: they are few; `is_final`:
