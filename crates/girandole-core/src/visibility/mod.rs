@@ -19,9 +19,6 @@
 //! itself, as far as they can change what static ones leave: not where those cover a receiver, and where they block a
 //! part of it, only patches, which might cover it.
 //!
-//! Clusters of meshes that reach into a pyramid are taken to block something once they are small beside the receiver, so
-//! that the number of tests hardly depends on how finely a mesh is tessellated.
-//!
 //! Patches that face the same way and are near each other form groups too, above the hierarchy of receivers: a light
 //! behind all of a group is behind each member, and what does not reach into the group's pyramid reaches into none of
 //! theirs.

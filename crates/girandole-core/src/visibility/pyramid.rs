@@ -35,9 +35,6 @@ pub(crate) enum Place {
     Inside,
 }
 
-/// Clusters whose radius is at most this share of the receiver's, as the light sees them, are not looked into.
-const FINE: f64 = 1.0 / 6.0;
-
 /// Inside is `normal · x ≥ offset`; the normal has unit length.
 #[derive(Clone, Copy, Debug, Default)]
 struct Plane {
@@ -237,26 +234,9 @@ impl Pyramid {
         false
     }
 
-    /// Where a cluster's bounds are; small ones that cross the pyramid's sides count as inside.
+    /// Where a cluster's bounds are.
     pub fn place_cluster(&mut self, cluster: &Cluster) -> Place {
-        if !self.may_meet_cluster(cluster) {
-            return Place::Outside;
-        }
-        match self.place(cluster.low, cluster.high) {
-            Place::Crossing if self.is_fine(cluster) => Place::Inside,
-            place => place,
-        }
-    }
-
-    /// Whether a cluster is so small beside the receiver, as the light sees them, that its triangles are not looked at:
-    /// how finely a mesh is tessellated does not matter then.
-    fn is_fine(&self, cluster: &Cluster) -> bool {
-        let room = self.hull.radius() * FINE;
-        if !self.apex.finite {
-            return cluster.radius <= room;
-        }
-        let squared = |point: DVec3| point.distance_squared(self.apex.position);
-        cluster.radius.powi(2) * squared(self.hull.middle()) <= room.powi(2) * squared(cluster.center)
+        if self.may_meet_cluster(cluster) { self.place(cluster.low, cluster.high) } else { Place::Outside }
     }
 
     /// Whether any triangle of a cluster reaches into the pyramid.

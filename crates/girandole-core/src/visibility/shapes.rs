@@ -106,17 +106,6 @@ impl Hull {
         }
     }
 
-    /// No point of it is further from its middle.
-    pub fn radius(&self) -> f64 {
-        match self {
-            Self::Polygon(corners, n) => {
-                let middle = self.middle();
-                corners[..*n].iter().map(|c| c.distance_squared(middle)).fold(0.0, f64::max).sqrt()
-            }
-            Self::Sphere(_, radius, _) => *radius,
-        }
-    }
-
     /// Smallest and largest `normal · x` over all of it.
     pub fn extent(&self, normal: DVec3) -> (f64, f64) {
         match self {
