@@ -223,8 +223,13 @@ impl Renderer {
         selected: Option<(&Receivers, &Selection)>,
     ) -> Result<()> {
         let (Some(debug), Some(view)) = (&self.debug, settings.debug) else { return Ok(()) };
-        let inputs =
-            DebugInputs { targets, atlas: &loaded.atlas.view, lights: &loaded.light_buffer, selected };
+        let inputs = DebugInputs {
+            targets,
+            atlas: &loaded.atlas.view,
+            lights: &loaded.light_buffer,
+            maps: &loaded.atlas.maps,
+            selected,
+        };
         debug.record(&self.device, encoder, band, (view, loaded.lights.len() as u32), inputs)
     }
 

@@ -112,7 +112,7 @@ pub enum DebugView {
     Levels,
     /// Light samples as dots over the picture; rings where they are hidden.
     LightPositions,
-    /// The first page of the shadow atlas.
+    /// The shadow map of each light, in rows: near blockers bright, dark blue where there are none.
     Atlas,
 }
 

@@ -144,7 +144,7 @@ pub(crate) const DEBUG_LIGHT_MAPS: Source =
     source!(debug_light_maps, "", [frame, scene, texture, surface, plan, receiver, light_map, packed]);
 pub(crate) const DEBUG_LIGHTS: Source =
     source!(debug_lights, "", [frame, scene, texture, surface, light, packed]);
-pub(crate) const DEBUG_ATLAS: [Source; 2] = reads_maps!(debug_atlas, [frame, packed]);
+pub(crate) const DEBUG_ATLAS: [Source; 2] = reads_maps!(debug_atlas, [frame, light, maps, packed]);
 pub(crate) const MULTIPASS: [Source; 2] = reads_maps!(
     multipass,
     [

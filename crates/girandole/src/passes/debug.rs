@@ -27,6 +27,8 @@ pub(crate) struct DebugInputs<'a> {
     pub targets: &'a Targets,
     pub atlas: &'a wgpu::TextureView,
     pub lights: &'a wgpu::Buffer,
+    /// Where in the atlas maps are.
+    pub maps: &'a wgpu::Buffer,
     /// There in all modes but the naive one.
     pub selected: Option<(&'a Receivers, &'a Selection)>,
 }
@@ -42,7 +44,7 @@ impl Debug {
             levels: kernel(&shaders::DEBUG_LEVELS, &[Ids, Read, Picture, Float], &[]),
             light_maps: kernel(&shaders::DEBUG_LIGHT_MAPS, &[Ids, Read, Read, Read, Uniform, Picture], &[]),
             lights: kernel(&shaders::DEBUG_LIGHTS, &[Read, Ids, Picture], &[]),
-            atlas: kernel(atlas, &[Picture, maps], &[("NEAR", shadow_maps::NEAR)]),
+            atlas: kernel(atlas, &[Picture, maps, Read, Uniform], &[("NEAR", shadow_maps::NEAR)]),
         }
     }
 
@@ -67,7 +69,9 @@ impl Debug {
                 run(&self.lights, &[inputs.lights.as_entire_binding(), ids, picture], groups);
             }
             (DebugView::Atlas, _) => {
-                run(&self.atlas, &[picture, wgpu::BindingResource::TextureView(inputs.atlas)], tiles);
+                let atlas = wgpu::BindingResource::TextureView(inputs.atlas);
+                let [lights, maps] = [inputs.lights, inputs.maps].map(|b| b.as_entire_binding());
+                run(&self.atlas, &[picture, atlas, lights, maps], tiles);
             }
             (DebugView::Levels, Some(_)) => {
                 let light = wgpu::BindingResource::TextureView(&inputs.targets.grids[0][0]);

@@ -381,7 +381,16 @@ fn debug_views(context: &Context) {
     let coarsest = levels.pixels.iter().filter(|p| p.z == 1.0).count();
     assert_eq!(coarsest, 21 * 16, "points every 8 pixels, and at the last column and row");
     assert!(show(DebugView::LightPositions).0.pixels.iter().any(|p| p.max_element() == 1.0));
-    assert!(show(DebugView::Atlas).1 > 20);
+    // One map a light, 17 pixels wide with a line between them: 9 × 7 of them have room.
+    let atlas = show(DebugView::Atlas).0.pixels;
+    let map =
+        |light: usize| (0..16 * 16).map(move |i| (light / 9 * 17 + i / 16) * 160 + light % 9 * 17 + i % 16);
+    let of_map = |light: usize| map(light).map(|i| atlas[i]).collect::<Vec<_>>();
+    assert!((0..50).all(|light| of_map(light).iter().all(|p| p.z > 0.0)), "what is empty is blue");
+    let shown = (0..50).filter(|&light| of_map(light).iter().any(|p| p.x > 0.1)).count();
+    assert!(shown > 40, "most lights have something before them: {shown} of 50");
+    assert!((50..63).all(|light| of_map(light).iter().all(|p| p.max_element() == 0.0)));
+    assert!((1..50).all(|light| of_map(light) != of_map(light - 1)), "no two are the same");
 }
 
 /// Share of the lights in view that have a dot where `view` projects them.
