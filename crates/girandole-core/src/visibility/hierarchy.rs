@@ -1,5 +1,6 @@
 //! Determination for one root: the adaptive split of a patch, and the clusters of a mesh.
 
+use super::clusters::Cluster;
 use super::pyramid::clip;
 use super::receivers::{cluster_of, patch_shape};
 use super::rows::{Context, Memory, Part, Row};
@@ -140,18 +141,7 @@ impl PatchRoot<'_> {
         let patch = &self.context.surfaces.patches[self.simple as usize];
         let finest = self.finest();
         let root = self.draft([0, 0, finest, finest], patch.corners.clone(), [0; 2], None, memory);
-        let mut nodes = vec![root];
-        let mut open = vec![0];
-        while let Some(index) = open.pop() {
-            let children = self.split(&nodes[index], memory);
-            nodes[index].row.settle();
-            if let Some(children) = children {
-                let places = [nodes.len(), nodes.len() + 1];
-                nodes[index].children = Some(places);
-                nodes.extend(children);
-                open.extend(places);
-            }
-        }
+        let mut nodes = grow(root, |node| self.split(node, memory));
         self.collapse(&mut nodes);
         nodes
     }
@@ -206,38 +196,42 @@ fn cost(node: &Draft) -> f64 {
 
 /// A mesh's clusters down to those of at most so many triangles.
 pub(crate) fn mesh_nodes(context: &Context, mesh: u32, triangles: u32, memory: &mut Memory) -> Vec<Draft> {
-    let mut nodes: Vec<Draft> = Vec::new();
-    let mut open = vec![(0, None)];
-    let mut next = 0;
-    while next < open.len() {
-        let (index, parent): (u32, Option<usize>) = open[next];
+    let is_last =
+        |cluster: &Cluster| cluster.range.len() <= triangles as usize || cluster.children[0] == NONE;
+    let mut draft = |index: u32, parent: Option<&Row>| {
         let cluster = cluster_of(context.surfaces, mesh, index);
-        let last = cluster.range.len() <= triangles as usize || cluster.children[0] == NONE;
-        let part = Part { own: Some(mesh), last, ..Part::default() };
-        let mut row = context.row(Shape::Cluster(cluster), part, parent.map(|p| &nodes[p].row), memory);
-        // Children are made in pairs.
-        if let Some(parent) = parent.filter(|_| next % 2 == 0) {
-            nodes[parent].row.settle();
-        }
-        let mut children = None;
-        if last {
-            row.settle();
-        } else {
-            children = Some([open.len(), open.len() + 1]);
-            open.extend(cluster.children.map(|c| (c, Some(next))));
-        }
-        nodes.push(Draft {
+        let part = Part { own: Some(mesh), last: is_last(cluster), ..Part::default() };
+        Draft {
             cells: [0; 4],
             corners: Vec::new(),
             cluster: index,
             area: cluster.area,
-            row,
-            children,
+            row: context.row(Shape::Cluster(cluster), part, parent, memory),
+            children: None,
             outline: Vec::new(),
             depth: [0; 2],
             credit: 0,
-        });
-        next += 1;
+        }
+    };
+    grow(draft(0, None), |node| {
+        let cluster = cluster_of(context.surfaces, mesh, node.cluster);
+        (!is_last(cluster)).then(|| cluster.children.map(|child| draft(child, Some(&node.row))))
+    })
+}
+
+/// Splits a node and its children for as long as `split` does; what only children ask of a node is forgotten then.
+fn grow(root: Draft, mut split: impl FnMut(&Draft) -> Option<[Draft; 2]>) -> Vec<Draft> {
+    let mut nodes = vec![root];
+    let mut open = vec![0];
+    while let Some(index) = open.pop() {
+        let children = split(&nodes[index]);
+        nodes[index].row.settle();
+        if let Some(children) = children {
+            let places = [nodes.len(), nodes.len() + 1];
+            nodes[index].children = Some(places);
+            nodes.extend(children);
+            open.extend(places);
+        }
     }
     nodes
 }

@@ -130,12 +130,6 @@ impl Pyramid {
         &self.planes[..self.count]
     }
 
-    /// Whether a box may reach into the pyramid.
-    pub fn may_meet_box(&self, low: DVec3, high: DVec3) -> bool {
-        let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
-        self.planes().iter().all(|p| p.normal.dot(center) + p.normal.abs().dot(half) >= p.offset - p.margin)
-    }
-
     /// Which of two boxes is nearer to the line between receiver and light, for the size that it has.
     pub fn is_nearer(&self, [(low, high), other]: [(DVec3, DVec3); 2]) -> bool {
         let middle = self.hull.middle();
@@ -196,14 +190,6 @@ impl Pyramid {
         matches!(self.hull, Hull::Sphere(..))
     }
 
-    /// Whether a cluster's bounds may reach into the pyramid.
-    pub fn may_meet_cluster(&self, cluster: &Cluster) -> bool {
-        let sphere = |p: &Plane| p.normal.dot(cluster.center) + cluster.radius >= p.offset - p.margin;
-        self.planes().iter().all(sphere)
-            && self.facing(cluster.center).is_none_or(|p| sphere(&p))
-            && self.may_meet_box(cluster.low, cluster.high)
-    }
-
     /// Whether any triangle of a tree reaches into the pyramid.
     pub fn meets_tree(&mut self, tree: &ClusterTree, scratch: &mut Scratch) -> bool {
         let mut open = [0; 64];
@@ -234,9 +220,12 @@ impl Pyramid {
         false
     }
 
-    /// Where a cluster's bounds are.
+    /// Where a cluster's bounds are, its sphere and its box.
     pub fn place_cluster(&mut self, cluster: &Cluster) -> Place {
-        if self.may_meet_cluster(cluster) { self.place(cluster.low, cluster.high) } else { Place::Outside }
+        let reaches = |p: &Plane| p.normal.dot(cluster.center) + cluster.radius >= p.offset - p.margin;
+        let sphere =
+            self.planes().iter().all(reaches) && self.facing(cluster.center).is_none_or(|p| reaches(&p));
+        if sphere { self.place(cluster.low, cluster.high) } else { Place::Outside }
     }
 
     /// Whether any triangle of a cluster reaches into the pyramid.

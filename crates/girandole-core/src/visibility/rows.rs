@@ -86,9 +86,7 @@ impl Context<'_> {
             entries: Vec::with_capacity(rest.len()),
         };
         for (index, light) in self.lights.iter().enumerate() {
-            let count = rest.iter().take_while(|e| e.light == index as u32).count();
-            let (inherited, others) = rest.split_at(count);
-            rest = others;
+            let inherited = take_light(&mut rest, index as u32);
             let above = parent.map_or(State::Unoccluded, |p| p.states[index]);
             let state = &mut row.states[index];
             // What has been decided for all below.
@@ -135,47 +133,48 @@ impl Context<'_> {
         let mut row = Row { states: fixed.states.clone(), entries: Vec::new() };
         let bounds = shape.sphere(&self.surfaces.tolerance);
         for (index, (light, state)) in self.lights.iter().zip(&mut row.states).enumerate() {
-            let count = rest.iter().take_while(|e| e.light == index as u32).count();
-            let (inherited, others) = rest.split_at(count);
-            rest = others;
+            let inherited = take_light(&mut rest, index as u32);
             let covered = parent.is_some_and(|p| p.states[index] == State::Full);
-            if *state == State::Full || parent.is_some() && inherited.iter().all(|e| e.full()) {
-                *state = if covered { State::Full } else { *state };
-                continue;
-            }
-            let Memory { scratch, pyramid, stack, near, .. } = &mut *memory;
-            let reach = Reach::new(light, bounds);
-            if parent.is_some() {
-                scratch.tests.boxes += inherited.len() as u64;
-                near.clear();
-                near.extend(inherited.iter().filter(|e| !e.full()).map(|e| e.blocker()).filter(|b| {
-                    let (low, high) = self.surfaces.blocker_box(*b);
-                    reach.meets(low, high)
-                }));
-            } else {
-                self.blockers.query(&reach, scratch, stack, near);
-            }
-            let is_own = |b: &u32| self.surfaces.mesh_of(*b) == own;
-            if own.is_some_and(|mesh| !self.surfaces.meshes[mesh as usize].convex) && near.iter().any(is_own)
-            {
-                *state = State::Partial;
-            }
-            if *state == State::Partial && near.iter().all(|b| self.surfaces.mesh_of(*b).is_some()) {
-                row.entries.extend(near.iter().map(|b| Entry::new(index as u32, *b, false)));
-            } else if !near.is_empty() {
-                scratch.tests.boxes += 1;
-                if pyramid.set(light, shape, &self.surfaces.tolerance) == Facing::None {
-                    *state = State::Full;
-                    continue;
+            let is_settled = parent.is_some() && inherited.iter().all(|e| e.full());
+            if *state != State::Full && !is_settled {
+                self.find_near(&Reach::new(light, bounds), parent.map(|_| inherited), memory);
+                let Memory { scratch, pyramid, near, .. } = &mut *memory;
+                let is_own = |b: &u32| self.surfaces.mesh_of(*b) == own;
+                let shades_itself = own.is_some_and(|mesh| !self.surfaces.meshes[mesh as usize].convex);
+                if shades_itself && near.iter().any(is_own) {
+                    *state = State::Partial;
                 }
-                *state = (*state).max(self.each(index as u32, own, memory));
-                row.entries.extend_from_slice(&memory.found);
+                if *state == State::Partial && near.iter().all(|b| self.surfaces.mesh_of(*b).is_some()) {
+                    row.entries.extend(near.iter().map(|b| Entry::new(index as u32, *b, false)));
+                } else if !near.is_empty() {
+                    scratch.tests.boxes += 1;
+                    if pyramid.set(light, shape, &self.surfaces.tolerance) == Facing::None {
+                        *state = State::Full;
+                    } else {
+                        *state = (*state).max(self.each(index as u32, own, memory));
+                        row.entries.extend_from_slice(&memory.found);
+                    }
+                }
             }
             if covered {
                 *state = State::Full;
             }
         }
         row
+    }
+
+    /// Leaves in `near` the blockers that are near: of those that are inherited, if any are, else of all.
+    fn find_near(&self, reach: &Reach, inherited: Option<&[Entry]>, memory: &mut Memory) {
+        let Memory { scratch, stack, near, .. } = memory;
+        let Some(inherited) = inherited else {
+            return self.blockers.query(reach, scratch, stack, near);
+        };
+        scratch.tests.boxes += inherited.len() as u64;
+        near.clear();
+        near.extend(inherited.iter().filter(|e| !e.full()).map(|e| e.blocker()).filter(|b| {
+            let (low, high) = self.surfaces.blocker_box(*b);
+            reach.meets(low, high)
+        }));
     }
 
     /// Each blocker for itself.
@@ -286,4 +285,12 @@ impl Context<'_> {
         }
         state
     }
+}
+
+/// Takes a light's entries from the front of those that are left.
+fn take_light<'a>(rest: &mut &'a [Entry], light: u32) -> &'a [Entry] {
+    let count = rest.iter().take_while(|e| e.light == light).count();
+    let (taken, others) = rest.split_at(count);
+    *rest = others;
+    taken
 }

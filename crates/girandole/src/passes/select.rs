@@ -15,9 +15,7 @@ pub(crate) struct Select {
     every: Kernel,
     points: PointKernels,
     /// For the last grid, whose points are the picture's pixels: they store radiance. Without textures only.
-    pixels: Option<PointKernels>,
-    /// First samples' radiance, where further samples store theirs at once.
-    first: Option<Kernel>,
+    pixels: Option<PixelKernels>,
     allot: Kernel,
     scatter: Kernel,
     /// Both in one, for few points where a dispatch costs more than what it does.
@@ -40,6 +38,13 @@ struct PointKernels {
     gather: Kernel,
     /// For few points, where the device has lanes enough.
     wide: Option<Kernel>,
+}
+
+/// The kernels that store radiance.
+struct PixelKernels {
+    points: PointKernels,
+    /// For first samples, where further ones follow.
+    first: Kernel,
 }
 
 /// Which points of a grid to shade.
@@ -110,9 +115,10 @@ impl Select {
         Self {
             every: kernel(&shaders::CHECK, "every", &check, &[textures]),
             points: points(false),
-            pixels: (!needs.textures).then(|| points(true)),
-            first: (!needs.textures)
-                .then(|| kernel(&shaders::EDGES, "first", &edges, &[specular, flag("FINAL", true), run])),
+            pixels: (!needs.textures).then(|| PixelKernels {
+                points: points(true),
+                first: kernel(&shaders::EDGES, "first", &edges, &[specular, flag("FINAL", true), run]),
+            }),
             allot: allot(false),
             allot_few: is_software.then(|| allot(true)),
             scatter: kernel(&shaders::SCATTER, "main", &[Write, Write, Uniform], &[]),
@@ -133,7 +139,7 @@ impl Select {
     }
 
     fn kernels(&self, is_final: bool) -> &PointKernels {
-        if is_final && let Some(pixels) = &self.pixels { pixels } else { &self.points }
+        if is_final && let Some(pixels) = &self.pixels { &pixels.points } else { &self.points }
     }
 
     /// Chooses points of the frame's grid and sorts them by leaf; `is_final`: their radiance is stored.
@@ -239,7 +245,7 @@ impl Select {
         band: Band,
         (selection, targets): (&Selection, &Targets),
     ) {
-        let Some(first) = &self.first else { return };
+        let Some(PixelKernels { first, .. }) = &self.pixels else { return };
         let [[light, second], [other_light, other_second]] = [&targets.grids[0], &targets.sample]
             .map(|g| g.each_ref().map(wgpu::BindingResource::TextureView));
         let resources = [

@@ -97,9 +97,11 @@ impl Pyramid {
             if side.dot(centroid - a) < 0.0 {
                 side = -side;
             }
-            // It holds all three up to rounding; the other corners are within, as the polygon is convex.
-            let light = if apex.finite { side.dot(apex.position) } else { f64::INFINITY };
-            self.push(side, light.min(side.dot(a)).min(side.dot(b)), t.side);
+            let mut least = if apex.finite { side.dot(apex.position) } else { f64::INFINITY };
+            for corner in &lifted[..n] {
+                least = least.min(side.dot(*corner));
+            }
+            self.push(side, least, t.side);
         }
         if floor > f64::NEG_INFINITY {
             self.push(normal, offset + floor, t.tol);

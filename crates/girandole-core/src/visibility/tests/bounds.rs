@@ -73,7 +73,7 @@ fn convexity_is_found_by_few_visits() {
     let mut left = 1000;
     assert_eq!(tree.reaches(up, 1.001, &mut left), Some(false));
     assert_eq!(tree.reaches(up, 0.9, &mut left), Some(true));
-    assert!(left > 700 && left < 1000, "of 1700 clusters: {left}");
+    assert!(left > 700 && left < 1000, "of 2047 clusters: {left}");
     let mut few = 3;
     assert_eq!(tree.reaches(up, 0.999, &mut few), None);
 }

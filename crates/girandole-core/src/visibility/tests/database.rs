@@ -1,8 +1,7 @@
-//! The database as a whole: order of work, dynamic objects, blockers, growth.
+//! The database as a whole: order of work, dynamic objects, blockers.
 
 use super::growth::{Growth, grown, lights_on_shell};
 use super::*;
-use crate::lights::LightSettings;
 use crate::scene::builtin::{self, MovingObject};
 use crate::visibility::blockers::BlockerTree;
 use crate::visibility::database::{determine, entries_of, of_light};
@@ -10,11 +9,6 @@ use crate::visibility::rows::{Context, Memory, Part, Row};
 use crate::visibility::shapes::{Apex, Shape};
 use crate::visibility::surfaces::Surfaces;
 use crate::visibility::{Blocker, Receivers};
-
-pub fn sampled(scene: &Scene, geometry: &Geometry, count: u32) -> LightSet {
-    let settings = LightSettings { count, ..LightSettings::default() };
-    LightSet::sample(scene, geometry, &settings).expect("there is light")
-}
 
 /// Rows of all nodes with each blocker for itself.
 fn each_alone(context: &Context, receivers: &Receivers) -> Vec<Row> {

@@ -1,6 +1,5 @@
 //! How the number of tests grows with the scene.
 
-use super::database::sampled;
 use super::*;
 use crate::scene::builtin::{self, MovingObject, shapes};
 use crate::scene::{MeshTriangle, mark_patches};

@@ -5,7 +5,7 @@ mod growth;
 mod random;
 
 use super::{State, VisibilityDatabase, VisibilitySettings};
-use crate::lights::{LightSample, LightSet, Profile, SampleOrigin};
+use crate::lights::{LightSample, LightSet, LightSettings, Profile, SampleOrigin};
 use crate::scene::{Geometry, Material, Mesh, NONE, Scene, Transform};
 use crate::trace::SceneTracer;
 use glam::{Quat, Vec2, Vec3, vec3};
@@ -93,6 +93,12 @@ pub fn set(samples: Vec<LightSample>) -> LightSet {
 
 pub fn build(scene: &Scene, geometry: &Geometry, samples: Vec<LightSample>) -> VisibilityDatabase {
     VisibilityDatabase::build(scene, geometry, &set(samples), &VisibilitySettings::default())
+}
+
+/// As many light samples of a scene.
+pub fn sampled(scene: &Scene, geometry: &Geometry, count: u32) -> LightSet {
+    let settings = LightSettings { count, ..LightSettings::default() };
+    LightSet::sample(scene, geometry, &settings).expect("there is light")
 }
 
 /// Uniform barycentric coordinates.
