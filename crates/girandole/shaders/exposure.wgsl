@@ -3,9 +3,9 @@
 
 struct Exposure { stops: f32 }
 
-@group(0) @binding(0) var picture: texture_2d<u32>;
-@group(0) @binding(1) var<storage, read_write> histogram: array<atomic<u32>, 256>;
-@group(0) @binding(2) var<storage, read_write> exposure: Exposure;
+@group(2) @binding(0) var picture: texture_2d<u32>;
+@group(2) @binding(1) var<storage, read_write> histogram: array<atomic<u32>, 256>;
+@group(2) @binding(2) var<storage, read_write> exposure: Exposure;
 
 const BINS_PER_STOP = 8u;
 const MIN_LOG2 = -20;

@@ -6,9 +6,9 @@ struct Display {
   automatic: u32,
 }
 
-@group(0) @binding(0) var<uniform> display: Display;
-@group(0) @binding(1) var picture: texture_2d<u32>;
-@group(0) @binding(2) var<storage, read> automatic: array<f32>;
+@group(2) @binding(0) var<uniform> display: Display;
+@group(2) @binding(1) var picture: texture_2d<u32>;
+@group(2) @binding(2) var<storage, read> automatic: array<f32>;
 
 override ENCODE: bool; // whether the target wants sRGB values rather than linear ones
 

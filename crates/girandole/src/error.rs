@@ -29,3 +29,10 @@ pub enum Error {
 
 /// The result of whatever may fail in this crate.
 pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// A scene, file or setting is wrong: a sentence that says what to do.
+    pub(crate) fn invalid(sentence: impl Into<String>) -> Self {
+        Self::Scene(girandole_core::Error::Invalid(sentence.into()))
+    }
+}

@@ -1,69 +1,230 @@
-//! A frame's dispatches: bands of rows, sub-pixel samples, grids of points, batches of lights.
+//! A frame on one page: from shadow maps to the caller's target.
 
-use crate::bind;
+use crate::Result;
+use crate::device::recorder::Recorder;
 use crate::layout::Frame;
-use crate::passes::shade::BATCH;
-use crate::settings::RenderSettings;
+use crate::occluders::CullCounts;
+use crate::passes::debug::DebugInputs;
+use crate::passes::sort_points::ListedPoints;
+use crate::passes::visibility_buffer::{DepthUse, Seen};
+use crate::passes::{BATCH, BandSample, GROUP, GridView, LightMapsView, MapsView, batches};
+use crate::prepare::{Adaptive, PointPasses, Prepared, PreparedMode};
+use crate::settings::{RenderSettings, Target};
+use crate::targets::COARSEST;
 use girandole_core::glam::Vec2;
 use girandole_core::scene::View;
+use girandole_core::tonemap::Exposure;
 
-/// A batch of lights for a grid of points of a sub-pixel sample of a band of rows.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Step {
-    pub band: [u32; 2],
-    pub sample: u32,
-    /// Pixels from a point of the grid to the next.
-    pub step: u32,
-    pub first_light: u32,
-    pub end_light: u32,
-    /// Whether all lights are done after this one.
-    pub last_batch: bool,
-}
+/// Pixels from point to point of the grids, from the coarsest.
+const GRIDS: [u32; 4] = [COARSEST, COARSEST / 2, COARSEST / 4, COARSEST / 8];
+/// Pairs of pixel and light in one dispatch of the naive mode, well below a second on a slow GPU.
+const BATCH_PAIRS: u64 = 1 << 28;
 
-/// The dispatches of a frame, in order: for each band and sample, and for each of `grids` (their steps in pixels),
-/// batches of lights.
-pub(crate) fn steps(
-    size: [u32; 2],
-    band_rows: u32,
-    samples_per_axis: u32,
-    grids: &[u32],
-    lights: u32,
-    batch: u32,
-) -> Vec<Step> {
-    let mut steps = Vec::new();
-    for first_row in (0..size[1]).step_by(band_rows as usize) {
-        let band = [first_row, (first_row + band_rows).min(size[1])];
-        for sample in 0..samples_per_axis * samples_per_axis {
-            for &step in grids {
-                // Without any light there is still one step, for what emits.
-                for first_light in (0..lights.max(1)).step_by(batch as usize) {
-                    let end_light = first_light.saturating_add(batch).min(lights);
-                    let last_batch = end_light == lights;
-                    steps.push(Step { band, sample, step, first_light, end_light, last_batch });
+/// Records a frame into the picture, and from there into `target`. Returns what was drawn into shadow maps.
+///
+/// # Errors
+/// [`crate::Error::TooLarge`] where a list exceeds the device's limits.
+pub(crate) fn record_frame(
+    recorder: &mut Recorder,
+    prepared: &Prepared,
+    view: &View,
+    settings: &RenderSettings,
+    target: Option<&Target>,
+) -> Result<Option<CullCounts>> {
+    let &Prepared { passes, shared, scene, targets, .. } = prepared;
+
+    // The shadow map of each light, where they are stale.
+    let (maps, culling) = match prepared.maps_are_stale {
+        true => passes.shadow_maps.record(recorder, scene).map(|(maps, counts)| (maps, Some(counts)))?,
+        false => (scene.atlas.view(), None),
+    };
+    // For each receiver, the sum of the lights that nothing shadows.
+    let light_maps = match &prepared.mode {
+        PreparedMode::Naive(_) => None,
+        PreparedMode::Adaptive(adaptive) => {
+            recorder.encoder().clear_buffer(&adaptive.lists.tally, 0, None);
+            Some(match adaptive.light_maps_are_stale {
+                true => {
+                    adaptive.passes.light_maps.record(recorder, scene, adaptive.receivers, settings.clamp)
                 }
+                false => LightMapsView { receivers: adaptive.receivers, used: settings.uses_light_maps() },
+            })
+        }
+    };
+    let depth = match target {
+        Some(Target { depth_in: Some(callers), .. }) => DepthUse::Behind(&passes.caller_depth, callers),
+        Some(Target { depth_out: Some(_), .. }) => DepthUse::Keep,
+        _ => DepthUse::Discard,
+    };
+    if prepared.debug.is_some() {
+        recorder.encoder().clear_buffer(&targets.partial_sums, 0, None);
+    }
+
+    for rows in targets.bands() {
+        for sample in 0..settings.samples_per_axis.pow(2) {
+            let frame = frame_uniform(view, prepared, settings, rows, sample);
+            let band = BandSample { frame, scene: &scene.geometry, targets };
+
+            // Which triangle of which surface does each pixel show?
+            let seen = passes.visibility_buffer.record(recorder, &band, depth);
+            if let Some(callers) = target.and_then(|t| t.depth_out)
+                && (rows[0], sample) == (0, 0)
+            {
+                passes.caller_depth.export(recorder, shared, &band, seen, callers);
             }
+
+            // What do they receive?
+            let (lit, is_radiance) = match (&prepared.mode, light_maps) {
+                // Further samples lie between the first ones of their pixel and its neighbours.
+                (PreparedMode::Adaptive(adaptive), Some(light_maps))
+                    if sample > 0 && settings.mode.has_low_resolution() =>
+                {
+                    let kernels = adaptive.kernels(true);
+                    let inputs = ShadeInputs { prepared, adaptive, kernels, seen, maps, light_maps };
+                    let grids = [targets.grid(1), targets.sample_grid()];
+                    let points =
+                        kernels.edges.record(recorder, &band, seen, light_maps, adaptive.lists, grids);
+                    (shade(recorder, &band, inputs, points, grids[1]), kernels.writes_radiance)
+                }
+                // The coarsest grid is shaded; finer ones are interpolated, and shaded where that is not enough.
+                (PreparedMode::Adaptive(adaptive), Some(light_maps)) => {
+                    let grids = if settings.mode.has_low_resolution() { &GRIDS[..] } else { &[1] };
+                    let kernels = adaptive.kernels(false);
+                    let inputs = ShadeInputs { prepared, adaptive, kernels, seen, maps, light_maps };
+                    let (coarsest, grid) = (band.with_step(grids[0]), targets.grid(grids[0]));
+                    let all = &adaptive.passes.append_all_points;
+                    let points = all.record(recorder, &coarsest, seen, light_maps, adaptive.lists, grid);
+                    let mut lit = (shade(recorder, &coarsest, inputs, points, grid), false);
+                    for &step in &grids[1..] {
+                        let (fine, grids) = (band.with_step(step), [lit.0, targets.grid(step)]);
+                        let kernels = adaptive.kernels(step == 1 && settings.samples_per_axis == 1);
+                        let inputs = ShadeInputs { kernels, ..inputs };
+                        let points =
+                            kernels.refine.record(recorder, &fine, seen, light_maps, adaptive.lists, grids);
+                        lit = (shade(recorder, &fine, inputs, points, grids[1]), kernels.writes_radiance);
+                    }
+                    lit
+                }
+                // Every light at every pixel.
+                _ => (shade_all(recorder, &band, prepared, settings, seen, maps), false),
+            };
+
+            // Multiply by albedo, add emission, average samples.
+            match &prepared.mode {
+                _ if is_radiance => {}
+                PreparedMode::Adaptive(Adaptive { to_radiance: Some(kernels), .. }) => {
+                    kernels.edges.record_first(recorder, &band, seen, lit);
+                }
+                _ => prepared.resolve.record(recorder, &band, seen, lit),
+            }
+            if let Some((debug, view)) = prepared.debug {
+                let adaptive = match &prepared.mode {
+                    PreparedMode::Adaptive(adaptive) => light_maps.map(|maps| (maps, adaptive.lists)),
+                    PreparedMode::Naive(_) => None,
+                };
+                let inputs = DebugInputs { view, seen, maps, lights: &scene.lights, lit, adaptive };
+                debug.record(recorder, &band, inputs)?;
+            }
+            recorder.split();
         }
     }
-    steps
+
+    // Display.
+    if let Some(target) = target {
+        let stops = match settings.exposure {
+            Exposure::Auto => passes.exposure.record(recorder, targets),
+            Exposure::Ev(_) => passes.exposure.stops(),
+        };
+        passes.tone_mapping.record(recorder, shared, targets, stops, settings, target);
+    }
+    Ok(culling)
 }
 
-/// The uniform of one dispatch.
-pub(crate) fn frame(
-    view: &View,
-    size: [u32; 2],
+/// What shading takes beside its points.
+#[derive(Clone, Copy)]
+struct ShadeInputs<'a> {
+    prepared: &'a Prepared<'a>,
+    adaptive: &'a Adaptive<'a>,
+    kernels: &'a PointPasses,
+    seen: Seen<'a>,
+    maps: MapsView<'a>,
+    light_maps: LightMapsView<'a>,
+}
+
+/// Shades listed points of a grid: sorted by receiver, with the lights that each may see.
+fn shade<'g>(
+    recorder: &mut Recorder,
+    band: &BandSample,
+    inputs: ShadeInputs,
+    points: ListedPoints,
+    grid: GridView<'g>,
+) -> GridView<'g> {
+    let ShadeInputs { prepared, adaptive, kernels, seen, maps, light_maps } = inputs;
+    let lights = &prepared.scene.lights;
+    let points = adaptive.passes.sort_points.record(recorder, band, light_maps, points);
+    if let Some((multipass, plan)) = adaptive.multipass {
+        return multipass.record(recorder, band, seen, (maps, light_maps), (plan, lights), points, grid);
+    }
+    let mut lit = grid;
+    for batch in batches(lights.count(), BATCH) {
+        let (band, lights) = (band.with_batch(batch), lights.batch(batch.first));
+        let maps = (maps, light_maps);
+        lit = kernels.shade_points.record(
+            recorder,
+            &band,
+            seen,
+            maps,
+            lights,
+            (points, adaptive.are_few),
+            grid,
+        );
+    }
+    lit
+}
+
+/// Shades all pixels with all lights.
+fn shade_all<'a>(
+    recorder: &mut Recorder,
+    band: &BandSample<'a>,
+    prepared: &Prepared,
     settings: &RenderSettings,
-    diagonal: f32,
-    step: &Step,
+    seen: Seen,
+    maps: MapsView,
+) -> GridView<'a> {
+    let (lights, grid) = (&prepared.scene.lights, band.targets.grid(1));
+    let PreparedMode::Naive(pass) = &prepared.mode else { return grid };
+    let pixels = u64::from(band.frame.size[0]) * u64::from(band.targets.band_rows);
+    let size = settings.lights_per_batch.unwrap_or_else(|| (BATCH_PAIRS / pixels).clamp(1, 1 << 20) as u32);
+    let size = size.next_multiple_of(GROUP).clamp(GROUP, BATCH);
+    let mut lit = grid;
+    for batch in batches(lights.count(), size) {
+        let (band, lights) = (band.with_batch(batch), lights.batch(batch.first));
+        lit = pass.record(recorder, &band, seen, maps, lights, grid);
+        recorder.split();
+    }
+    lit
+}
+
+/// The uniform of a sub-pixel sample of a band of rows.
+fn frame_uniform(
+    view: &View,
+    prepared: &Prepared,
+    settings: &RenderSettings,
+    band: [u32; 2],
+    sample: u32,
 ) -> Frame {
-    let n = settings.samples_per_axis;
+    let (n, size, scale) = (settings.samples_per_axis, prepared.targets.size, prepared.scene.scale);
     let center = |i: u32| (i as f32 + 0.5) / n as f32;
     // The first sample is the one next to the pixel's centre.
     let central = (n - 1) / 2 * (n + 1);
-    let place = match step.sample {
+    let place = match sample {
         0 => central,
         s if s == central => 0,
         s => s,
     };
+    let count = prepared.scene.lights.count();
+    // Far enough to see the whole scene from any eye that sees it at all.
+    let far = (view.eye.length() + scale) * 2.0;
     Frame {
         eye: view.eye,
         orthographic: u32::from(view.orthographic),
@@ -72,59 +233,21 @@ pub(crate) fn frame(
         up: view.up,
         half_height: view.half_extent.y,
         forward: view.forward,
-        near: diagonal * 1e-5,
+        depth_bias: if view.orthographic { 1.0 } else { scale * 1e-5 },
+        depth_scale: if view.orthographic { far } else { 0.0 },
         size,
-        band: step.band,
+        band,
         offset: Vec2::new(center(place % n), center(place / n)),
-        first_light: step.first_light,
-        end_light: step.end_light,
+        end_light: count,
         clamp: settings.clamp.unwrap_or(f32::MAX),
-        // Far enough to see the whole scene from any eye that sees it at all.
-        far: (view.eye.length() + diagonal) * 2.0,
-        sample: step.sample,
+        far,
+        sample,
         samples: n * n,
-        last_row: step.band[1].min(size[1] - 1),
-        step: step.step,
-        batch: step.first_light / BATCH,
-        last_batch: u32::from(step.last_batch),
+        last_row: band[1].min(size[1] - 1),
+        step: 1,
+        last_batch: 1,
         tolerance: settings.tolerance,
         debug: u32::from(settings.debug.is_some()),
         ..Frame::default()
-    }
-}
-
-/// All of a frame's uniforms in one buffer.
-pub(crate) struct FrameUniforms {
-    /// Bind group 0, with a dynamic offset.
-    pub group: wgpu::BindGroup,
-    /// Bytes from one uniform to the next.
-    pub stride: u32,
-}
-
-impl FrameUniforms {
-    pub fn new(
-        device: &wgpu::Device,
-        layout: &wgpu::BindGroupLayout,
-        steps: &[Step],
-        frame: impl Fn(&Step) -> Frame,
-    ) -> Self {
-        use wgpu::util::DeviceExt;
-        let size = size_of::<Frame>();
-        let stride = size.next_multiple_of(device.limits().min_uniform_buffer_offset_alignment as usize);
-        let mut contents = vec![0u8; stride * steps.len()];
-        for (slot, step) in contents.chunks_exact_mut(stride).zip(steps) {
-            slot[..size].copy_from_slice(bytemuck::bytes_of(&frame(step)));
-        }
-        let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("frames"),
-            contents: &contents,
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
-        let binding =
-            wgpu::BufferBinding { buffer: &buffer, offset: 0, size: wgpu::BufferSize::new(size as u64) };
-        Self {
-            group: bind::group(device, layout, &[wgpu::BindingResource::Buffer(binding)]),
-            stride: stride as u32,
-        }
     }
 }

@@ -1,17 +1,13 @@
 //! A scene's buffers on the GPU.
 
+use crate::device::kernel::{self, GroupLayout};
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
-use crate::passes::shade::BATCH;
-use crate::surface_keys::surface_keys;
-use crate::{Error, Result, bind};
-use bind::Slot;
+use crate::surface_ids::surface_ids;
+use crate::{Error, Result};
 use girandole_core::glam::{Vec2, Vec4};
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{ColorSpace, Filter, Geometry, Scene, Texture, Wrap};
 use wgpu::util::DeviceExt;
-
-/// Slots of bind group 1.
-pub(crate) const SCENE_SLOTS: [Slot; 4] = [Slot::Read; 4];
 
 /// Everything about the scene that shaders read.
 pub(crate) struct GpuScene {
@@ -20,7 +16,7 @@ pub(crate) struct GpuScene {
     /// Triangle indices, those without an alpha mask first.
     pub order: wgpu::Buffer,
     /// Keys of the triangles' surfaces.
-    pub keys: wgpu::Buffer,
+    pub triangle_surfaces: wgpu::Buffer,
     /// How many triangles have no mask, and how many have.
     pub counts: [u32; 2],
 }
@@ -44,7 +40,7 @@ pub(crate) fn storage<T: bytemuck::Pod>(
     }))
 }
 
-fn check_size(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Result<()> {
+pub(crate) fn check_size(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Result<()> {
     let limit = device.limits().max_storage_buffer_binding_size;
     if bytes.len() as u64 > limit {
         return Err(Error::TooLarge(format!(
@@ -59,7 +55,7 @@ fn check_size(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Result<()> {
 impl GpuScene {
     pub fn new(
         device: &wgpu::Device,
-        layout: &wgpu::BindGroupLayout,
+        layout: &GroupLayout,
         scene: &Scene,
         geometry: &Geometry,
     ) -> Result<Self> {
@@ -89,17 +85,17 @@ impl GpuScene {
         order.sort_by_key(|&t| masked(t));
         let opaque = order.partition_point(|&t| !masked(t)) as u32;
         let buffers = [
-            storage(device, "vertices", &vertices)?,
-            storage(device, "triangles", &triangles)?,
-            storage(device, "materials", &materials)?,
-            storage(device, "textures", &pack_textures(&scene.textures)?)?,
+            ("vertices", storage(device, "vertices", &vertices)?),
+            ("triangles", storage(device, "triangles", &triangles)?),
+            ("materials", storage(device, "materials", &materials)?),
+            ("texels", storage(device, "textures", &pack_textures(&scene.textures)?)?),
         ];
-        let resources: Vec<_> = buffers.iter().map(|b| b.as_entire_binding()).collect();
+        let resources: Vec<_> = buffers.iter().map(|(name, b)| kernel::buffer(name, b)).collect();
         Ok(Self {
-            group: bind::group(device, layout, &resources),
+            group: layout.group(device, &resources),
             counts: [opaque, order.len() as u32 - opaque],
             order: storage(device, "draw order", &order)?,
-            keys: storage(device, "surface keys", &surface_keys(scene, geometry))?,
+            triangle_surfaces: storage(device, "surface keys", &surface_ids(scene, geometry))?,
         })
     }
 }
@@ -107,18 +103,6 @@ impl GpuScene {
 /// Light samples for the GPU, without their places in the atlas. `radius` is the scene's.
 pub(crate) fn gpu_lights(lights: &LightSet, radius: f32) -> Vec<Light> {
     lights.samples.iter().enumerate().map(|(id, sample)| Light::new(id as u32, sample, radius)).collect()
-}
-
-/// The buffer of lights: for shadow maps as a whole, for shading in batches, so it goes on for a batch.
-pub(crate) fn light_buffer(device: &wgpu::Device, lights: &[Light]) -> Result<wgpu::Buffer> {
-    let mut padded = lights.to_vec();
-    padded.resize(lights.len() + BATCH as usize, Light::default());
-    check_size(device, "lights", bytemuck::cast_slice::<_, u8>(&padded))?;
-    Ok(device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("lights"),
-        contents: bytemuck::cast_slice(&padded),
-        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM,
-    }))
 }
 
 /// All textures in one array, see `lib/texture.wgsl`: a directory, then the texels of all levels.

@@ -17,7 +17,7 @@ pub(crate) struct Frame {
     pub up: Vec3,
     pub half_height: f32,
     pub forward: Vec3,
-    pub near: f32,
+    pub depth_bias: f32,
     pub size: [u32; 2],
     pub band: [u32; 2],
     pub offset: Vec2,
@@ -33,14 +33,16 @@ pub(crate) struct Frame {
     pub last_batch: u32,
     pub tolerance: f32,
     pub debug: u32,
-    pub padding_b: u32,
-    pub padding_c: u32,
+    pub center: Vec2,
+    pub depth_scale: f32,
+    pub forward_depth: u32,
+    pub padding: [u32; 2],
 }
 
-/// `Plan` in `lib/plan.wgsl`.
+/// `BufferOffsets` in `lib/plan.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub(crate) struct Plan {
+pub(crate) struct BufferOffsets {
     pub grids_at: u32,
     pub cells_at: u32,
     pub leaves: u32,
@@ -165,7 +167,7 @@ pub(crate) struct Light {
     pub tangent: Vec3,
     pub offset: f32,
     pub intensity: Vec3,
-    pub place: u32,
+    pub atlas_slot: u32,
 }
 
 /// `Maps` in `lib/light.wgsl`.
@@ -179,10 +181,10 @@ pub(crate) struct Maps {
     pub parallel_texel: f32,
 }
 
-/// `Passes` in `lib/elements.wgsl`.
+/// `MultipassParams` in `lib/elements.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub(crate) struct Passes {
+pub(crate) struct MultipassParams {
     pub elements: u32,
     pub lights_per_pass: u32,
     pub lights_in_all: u32,
@@ -191,6 +193,10 @@ pub(crate) struct Passes {
 
 /// [`Light::profile`] of a directional light; shaders know it as `DIRECTIONAL`.
 pub(crate) const DIRECTIONAL: u32 = 3;
+/// Groups in x of the dispatch over leaves.
+pub(crate) const LIGHT_MAP_GROUPS: u32 = 32768;
+/// Workgroups in a row of the dispatch over light markers; in shaders `ROW`.
+pub(crate) const LIGHT_MARKER_ROW: u32 = 32768;
 
 impl Light {
     /// A light sample without its place in the atlas. Maps are turned about their normals by the golden angle from

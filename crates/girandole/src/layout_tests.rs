@@ -2,12 +2,13 @@
 //! without complaint on a backend that does nothing.
 
 use crate::layout::{
-    DIRECTIONAL, Display, Frame, GpuMaterial, Item, Light, Maps, Passes, Plan, TextureUse, Triangle, Vertex,
+    BufferOffsets, DIRECTIONAL, Display, Frame, GpuMaterial, Item, Light, Maps, MultipassParams, TextureUse,
+    Triangle, Vertex,
 };
-use crate::passes::shade::{BATCH, GROUP};
+use crate::passes::{BATCH, GROUP};
 use crate::{
-    DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap, elements, receivers,
-    selection, shaders, surface_keys,
+    DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap, elements, point_lists,
+    receivers, shaders, surface_ids,
 };
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject};
@@ -30,19 +31,19 @@ macro_rules! fields {
 
 fn declared() -> Vec<(&'static str, u32, Fields)> {
     vec![
-        fields!(Frame as "Frame": eye, orthographic, right, half_width, up, half_height, forward, near, size, band,
+        fields!(Frame as "Frame": eye, orthographic, right, half_width, up, half_height, forward, depth_bias, size, band,
             offset, first_light, end_light, clamp, far, sample, samples, last_row, step, batch, last_batch, tolerance,
-            debug, padding_b, padding_c),
-        fields!(Plan as "Plan": grids_at, cells_at, leaves, batches, ranges_at, chunks_at, sorted_at, points_at,
+            debug, center, depth_scale, forward_depth, padding),
+        fields!(BufferOffsets as "BufferOffsets": grids_at, cells_at, leaves, batches, ranges_at, chunks_at, sorted_at, points_at,
             light_maps, padding_a, padding_b, padding_c),
-        fields!(Passes as "Passes": elements, lights_per_pass, lights_in_all, padding),
+        fields!(MultipassParams as "MultipassParams": elements, lights_per_pass, lights_in_all, padding),
         fields!(Vertex as "Vertex": position, u1, normal, v1, tangent, uv0, padding),
         fields!(Triangle as "Triangle": vertices, material),
         fields!(TextureUse as "TextureUse": matrix, shift, texture, uv_set),
         fields!(GpuMaterial as "Material": base_color, alpha, emission, alpha_cutoff, specular_color, specular,
             metallic, roughness, normal_scale, double_sided, albedo, padding, base_color_texture, metallic_roughness_texture,
             specular_texture, specular_color_texture, normal_texture, emission_texture),
-        fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, place),
+        fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, atlas_slot),
         fields!(Maps as "Maps": page, size, parallel_size, texel, parallel_texel),
         fields!(Item as "Item": light, face_cluster),
         fields!(Display as "Display": size, exposure, automatic),
@@ -51,7 +52,14 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
 
 /// Size, and name and offset of each member, of all structs in a shader.
 fn reflected(source: &shaders::Source) -> HashMap<String, (u32, Fields)> {
-    let text = source.concatenated();
+    let text = source.concatenated(&crate::DeviceTuning {
+        persistent_threads: true,
+        copy_maps: true,
+        non_uniform_branches: true,
+        edge_runs: true,
+        cooperative_points: true,
+        lights_in_storage: false,
+    });
     let module = naga::front::wgsl::parse_str(&text)
         .unwrap_or_else(|e| panic!("{}: {}", source.name, e.emit_to_string(&text)));
     naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::all())
@@ -90,41 +98,52 @@ fn both_sides_agree_on_every_field() {
 /// Numbers that shaders need at compile time, where an `override` will not do.
 #[test]
 fn both_sides_agree_on_constants() {
-    let has = |source: &shaders::Source, declaration: String| source.concatenated().contains(&declaration);
+    let has = |source: &shaders::Source, declaration: String| {
+        source
+            .concatenated(&crate::DeviceTuning {
+                persistent_threads: true,
+                copy_maps: true,
+                non_uniform_branches: true,
+                edge_runs: true,
+                cooperative_points: true,
+                lights_in_storage: false,
+            })
+            .contains(&declaration)
+    };
     let group = |n: u32| format!("const GROUP = {n}u;");
-    assert!(has(&shaders::SHADE[0], group(GROUP)));
-    assert!(has(&shaders::SHADE[0], format!("lights: array<Light, {BATCH}>;")));
-    assert!(has(&shaders::SHADE[0], format!("const DIRECTIONAL = {DIRECTIONAL}u;")));
+    assert!(has(&shaders::SHADE_NAIVE, group(GROUP)));
+    assert!(has(&shaders::SHADE_NAIVE, format!("lights: array<Light, {BATCH}>;")));
+    assert!(has(&shaders::SHADE_NAIVE, format!("const DIRECTIONAL = {DIRECTIONAL}u;")));
     assert!(has(&shaders::RESOLVE, format!("const MIN_ALPHA = {:?};", girandole_core::brdf::MIN_ALPHA)));
     assert_eq!(BATCH % GROUP, 0);
     let number = |source, name: &str, n: u32| {
         assert!(has(source, format!("const {name} = {n}u;")), "{name} = {n}");
         assert!(!has(source, format!("const {name} = {}u;", n + 1)), "the control: {name}");
     };
-    number(&shaders::GATHER[0], "SIDE", receivers::SIDE);
-    number(&shaders::GATHER[0], "LEAF_WORDS", receivers::LEAF_WORDS as u32);
-    number(&shaders::GATHER[0], "RANGE", receivers::RANGE as u32);
-    number(&shaders::GATHER[0], "CHUNK", selection::CHUNK);
-    number(&shaders::SORT, "COUNTS", selection::HEADER);
-    number(&shaders::SORT, "FIRSTS", selection::HEADER);
-    number(&shaders::SORT, "EXTRA_ROW", selection::TALLY_ROWS - 1);
-    number(&shaders::CHECK, "POINT_WORDS", selection::POINT_WORDS);
-    number(&shaders::REFINE, "BENT_HEADER", selection::BENT_HEADER);
-    number(&shaders::REFINE, "FIRST_PLACE", selection::FIRST_PLACE);
+    number(&shaders::SHADE_POINTS, "SIDE", receivers::SIDE);
+    number(&shaders::SHADE_POINTS, "LEAF_WORDS", receivers::LEAF_WORDS as u32);
+    number(&shaders::SHADE_POINTS, "RANGE", receivers::RANGE as u32);
+    number(&shaders::SHADE_POINTS, "CHUNK", point_lists::CHUNK);
+    number(&shaders::PREFIX_SUM, "COUNTS", point_lists::HEADER);
+    number(&shaders::PREFIX_SUM, "FIRSTS", point_lists::HEADER);
+    number(&shaders::PREFIX_SUM, "EXTRA_ROW", point_lists::TALLY_ROWS - 1);
+    number(&shaders::TEST_CANDIDATES, "POINT_WORDS", point_lists::POINT_WORDS);
+    number(&shaders::REFINE, "CURVED_HEADER", point_lists::CURVED_HEADER);
+    number(&shaders::REFINE, "FIRST_CANDIDATE", point_lists::FIRST_CANDIDATE);
     let flag =
         |source, name: &str, n: u32| assert!(has(source, format!("const {name} = {n:#x}u;")), "{name}");
-    flag(&shaders::REFINE, "BENT", surface_keys::BENT);
-    flag(&shaders::REFINE, "SHINY", surface_keys::SHINY);
-    flag(&shaders::CHECK, "CLUSTERED", receivers::CLUSTERED);
-    flag(&shaders::GATHER[0], "NO_MAP", girandole_core::scene::NONE);
-    assert!(has(&shaders::SORT, "(CHUNK * next + 3u) / 4u".into()), "64 lanes are 4 points");
-    number(&shaders::DEBUG_LIGHTS, "ROW", crate::passes::debug::ROW);
-    number(&shaders::GATHER[0], "LANES", 16);
-    number(&shaders::GATHER[0], "WIDE_GROUPS", 32768);
-    assert!(has(&shaders::SORT, "min(groups, 32768u)".into()));
-    assert!(has(&shaders::LIGHT_MAPS, format!("group.y * {}u", receivers::LIGHT_MAP_GROUPS)));
-    number(&shaders::MULTIPASS[0], "ELEMENT_WORDS", elements::ELEMENT_WORDS as u32);
-    assert!(!has(&shaders::SHADE[0], group(GROUP + 1)), "the control: another number is seen");
+    flag(&shaders::REFINE, "CURVED", surface_ids::CURVED);
+    flag(&shaders::REFINE, "SHINY", surface_ids::SHINY);
+    flag(&shaders::TEST_CANDIDATES, "CLUSTERED", receivers::CLUSTERED);
+    flag(&shaders::SHADE_POINTS, "NO_MAP", girandole_core::scene::NONE);
+    assert!(has(&shaders::PREFIX_SUM, "(CHUNK * next + 3u) / 4u".into()), "64 lanes are 4 points");
+    number(&shaders::DEBUG_LIGHTS, "ROW", crate::layout::LIGHT_MARKER_ROW);
+    number(&shaders::SHADE_POINTS, "LANES", 16);
+    number(&shaders::SHADE_POINTS, "WIDE_GROUPS", 32768);
+    assert!(has(&shaders::PREFIX_SUM, "min(groups, 32768u)".into()));
+    assert!(has(&shaders::LIGHT_MAPS, format!("group.y * {}u", crate::layout::LIGHT_MAP_GROUPS)));
+    number(&shaders::MULTIPASS, "ELEMENT_WORDS", elements::ELEMENT_WORDS as u32);
+    assert!(!has(&shaders::SHADE_NAIVE, group(GROUP + 1)), "the control: another number is seen");
 }
 
 fn noop(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {

@@ -43,35 +43,37 @@ pub use girandole_core as core;
 pub use wgpu;
 
 mod atlas;
-mod bind;
-mod draw;
+mod device;
 mod elements;
 mod error;
 mod frame;
-mod gpu;
 mod gpu_scene;
 mod layout;
+mod lights;
 mod occluders;
 mod packed;
 mod passes;
-mod readback;
+mod point_lists;
+mod prepare;
 mod receivers;
 mod renderer;
-mod selection;
+mod resident;
 mod settings;
 mod shaders;
 mod stats;
-mod surface_keys;
+mod surface_ids;
 mod targets;
-mod timers;
 
 #[cfg(test)]
 mod layout_tests;
 
 pub use atlas::{AtlasLayout, MapSlot};
+pub use device::{AdapterReport, Gpu, WANTED_FEATURES, adapters, wanted_limits};
 pub use error::{Error, Result};
-pub use gpu::{AdapterReport, Gpu, WANTED_FEATURES, adapters, wanted_limits};
+
 pub use occluders::CullCounts;
 pub use renderer::Renderer;
-pub use settings::{DEFAULT_CLAMP, DebugView, Mode, RenderSettings, RendererOptions, Shading, ShadowMap};
+pub use settings::{
+    DEFAULT_CLAMP, DebugView, DeviceTuning, Mode, RenderSettings, RendererOptions, Shading, ShadowMap, Target,
+};
 pub use stats::{FrameStats, PairCounts};

@@ -9,9 +9,9 @@
 //! | P: something may block | 3: look, and subtract where it is blocked | 2: look, and add where it is not |
 
 use crate::gpu_scene::storage;
-use crate::layout::Plan;
-use crate::passes::shade::BATCH;
-use crate::surface_keys::is_flat;
+use crate::layout::BufferOffsets;
+use crate::passes::BATCH;
+use crate::surface_ids::is_flat;
 use crate::{Error, Result};
 use girandole_core::glam::Vec3;
 use girandole_core::lights::{LightSample, LightSet, Profile};
@@ -25,8 +25,6 @@ pub(crate) const SIDE: u32 = 9;
 pub(crate) const LEAF_WORDS: usize = 24;
 /// Words for a leaf and batch; shaders know it as `RANGE`.
 pub(crate) const RANGE: usize = 5;
-/// Groups in x of the dispatch over leaves.
-pub(crate) const LIGHT_MAP_GROUPS: u32 = 32768;
 /// In `receivers`: the triangle belongs to a mesh cluster.
 pub(crate) const CLUSTERED: u32 = 1 << 31;
 /// A leaf's index has 24 bits.
@@ -37,11 +35,11 @@ const INTERPOLATION_ERROR: f32 = 5e-4;
 /// What visibility determination says, on the GPU.
 pub(crate) struct Receivers {
     pub receivers: wgpu::Buffer,
-    pub lists: wgpu::Buffer,
+    pub light_lists: wgpu::Buffer,
     pub light_maps: wgpu::Buffer,
     pub leaves: u32,
     /// Offsets in the buffers; those that depend on the picture are missing.
-    pub plan: Plan,
+    pub offsets: BufferOffsets,
     /// For each leaf, how many lights are in each part of its lists.
     pub parts: Vec<[u32; 4]>,
     /// For each leaf, how many lights cannot light it at all.
@@ -167,7 +165,7 @@ impl Receivers {
         }
         Ok(Self {
             receivers: storage(device, "receivers", &words)?,
-            lists: storage(device, "lists of lights", &lists)?,
+            light_lists: storage(device, "lists of lights", &lists)?,
             light_maps: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("light maps"),
                 size: map_size,
@@ -175,13 +173,13 @@ impl Receivers {
                 mapped_at_creation: false,
             }),
             leaves: count as u32,
-            plan: Plan {
+            offsets: BufferOffsets {
                 grids_at,
                 cells_at,
                 leaves: count as u32,
                 batches,
                 ranges_at: ranges_at as u32,
-                ..Plan::default()
+                ..BufferOffsets::default()
             },
             parts,
             skipped,
@@ -197,10 +195,10 @@ impl Receivers {
     }
 
     /// The plan as far as it depends on no picture, for baking light maps.
-    pub fn plan_buffer(&self, device: &wgpu::Device) -> wgpu::Buffer {
+    pub fn offsets_buffer(&self, device: &wgpu::Device) -> wgpu::Buffer {
         device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("plan"),
-            contents: bytemuck::bytes_of(&self.plan),
+            contents: bytemuck::bytes_of(&self.offsets),
             usage: wgpu::BufferUsages::UNIFORM,
         })
     }

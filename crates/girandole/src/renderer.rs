@@ -1,27 +1,18 @@
-//! The renderer: passes, a scene on the GPU, and a frame as one function.
+//! The renderer: a scene with its light on the GPU, and frames of it.
 
-use crate::atlas::AtlasLayout;
-use crate::elements::{Draws, MAX_LIGHTS_PER_PASS};
-use crate::gpu_scene::{GpuScene, gpu_lights, light_buffer};
-use crate::layout::{DIRECTIONAL, Light};
-use crate::occluders::{CullCounts, Occluders};
+use crate::device::kernel::Shared;
+use crate::device::readback::TextureCopy;
+use crate::device::recorder::Recorder;
+use crate::device::timers::Timers;
+use crate::elements::MAX_LIGHTS_PER_PASS;
+use crate::frame::record_frame;
 use crate::packed::unpack_radiance;
-use crate::passes::Layouts;
-use crate::passes::debug::Debug;
-use crate::passes::exposure;
-use crate::passes::multipass::Multipass;
-use crate::passes::resolve::Resolve;
-use crate::passes::select::Select;
-use crate::passes::shade::{Needs, Shade};
-use crate::passes::shadow_maps::{Atlas, ShadowMaps};
-use crate::passes::tonemap::ToneMapping;
-use crate::passes::visibility::Visibility;
-use crate::readback::TextureCopy;
+use crate::point_lists::PointLists;
+use crate::prepare::{Passes, ScenePasses, allocate, prepare};
 use crate::receivers::Receivers;
-use crate::selection::Selection;
-use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading};
+use crate::resident::{LightMapBound, Resident};
+use crate::settings::{DebugView, DeviceTuning, Mode, RenderSettings, RendererOptions, Shading, Target};
 use crate::targets::Targets;
-use crate::timers::Timers;
 use crate::{Error, Result};
 use girandole_core::image::Image;
 use girandole_core::lights::LightSet;
@@ -33,57 +24,27 @@ use std::future::Future;
 /// Lights a scene; see the [crate's front page](crate) for an example.
 ///
 /// 1. [`Renderer::new`] compiles what is fixed. 2. [`Renderer::load`] takes a scene and its light samples.
-/// 3. [`Renderer::render`] draws shadow maps that are missing and sums all lights into a picture in floating point.
-/// 4. [`Renderer::show`] tone-maps it into a texture view of the caller; [`Renderer::radiance`] reads it back.
+/// 3. [`Renderer::record`] records a frame into the caller's encoder and target. Or: [`Renderer::render`] submits a frame
+/// by itself, in parts; [`Renderer::show`] tone-maps it into a texture view of the caller. 4. [`Renderer::radiance`] and
+/// [`Renderer::stats`] read back.
 pub struct Renderer {
-    pub(crate) device: wgpu::Device,
-    pub(crate) queue: wgpu::Queue,
-    pub(crate) options: RendererOptions,
-    pub(crate) layouts: Layouts,
-    shadow_maps: ShadowMaps,
-    pub(crate) visibility: Visibility,
-    /// Compiled for the scene that is loaded.
-    pub(crate) shade: Option<Shade>,
-    /// The same.
-    pub(crate) select: Option<Select>,
-    /// The same.
-    pub(crate) resolve: Option<Resolve>,
-    /// Made when it is asked for.
-    pub(crate) multipass: Option<Multipass>,
-    /// Made when it is asked for.
-    pub(crate) debug: Option<Debug>,
-    exposure: exposure::Exposure,
-    tone_mapping: ToneMapping,
-    pub(crate) timers: Timers,
-    pub(crate) loaded: Option<Loaded>,
-    pub(crate) targets: Option<Targets>,
-    pub(crate) selection: Option<Selection>,
-    /// How the last picture was drawn.
-    pub(crate) drawn: Option<Drawn>,
+    context: Context,
+    passes: Passes,
+    scene_passes: Option<ScenePasses>,
+    scene: Option<Resident>,
+    targets: Option<Targets>,
+    lists: Option<PointLists>,
+    /// How the last frame was recorded.
+    last: Option<RenderSettings>,
 }
 
-/// How a picture was drawn.
-pub(crate) struct Drawn {
-    pub settings: RenderSettings,
-    pub size: [u32; 2],
-}
-
-/// A scene and its lights on the GPU.
-pub(crate) struct Loaded {
-    pub scene: GpuScene,
-    pub lights: Vec<Light>,
-    pub light_buffer: wgpu::Buffer,
-    pub atlas: Atlas,
-    maps_are_stale: bool,
-    pub counts: CullCounts,
-    /// Length of the bounds' diagonal, metres.
-    pub diagonal: f32,
-    pub needs: Needs,
-    pub receivers: Option<Receivers>,
-    /// What multipass shading draws.
-    pub draws: Option<Draws>,
-    /// The bound of the geometric factor that light maps were made with.
-    pub light_maps_for: Option<Option<f32>>,
+/// The device, and what is fixed when a renderer is made.
+pub(crate) struct Context {
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    pub options: RendererOptions,
+    pub shared: Shared,
+    pub timers: Timers,
 }
 
 impl Renderer {
@@ -95,7 +56,8 @@ impl Renderer {
     /// ([`wanted_limits`](crate::wanted_limits)), GPUs read lights quicker.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] where the device's limits are below WebGPU's defaults.
+    /// [`Error::Unsupported`] where the device's limits are below WebGPU's defaults, [`Error::TooLarge`] for options out of
+    /// range.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, options: RendererOptions) -> Result<Self> {
         let limits = device.limits();
         if limits.max_storage_buffers_per_shader_stage < 8 || limits.max_texture_dimension_2d < 8192 {
@@ -110,33 +72,28 @@ impl Renderer {
                 options.pcf
             )));
         }
-        let layouts = Layouts::new(device);
-        Ok(Self {
-            shadow_maps: ShadowMaps::new(device, &layouts, &options),
-            visibility: Visibility::new(device, &layouts),
-            shade: None,
-            select: None,
-            resolve: None,
-            multipass: None,
-            debug: None,
-            exposure: exposure::Exposure::new(device),
-            tone_mapping: ToneMapping::new(device),
-            timers: Timers::new(device, queue),
+        let context = Context {
             device: device.clone(),
             queue: queue.clone(),
             options,
-            layouts,
-            loaded: None,
+            shared: Shared::new(device, options.tuning.unwrap_or_else(|| DeviceTuning::for_device(device))),
+            timers: Timers::new(device, queue),
+        };
+        Ok(Self {
+            passes: Passes::new(&context),
+            context,
+            scene_passes: None,
+            scene: None,
             targets: None,
-            selection: None,
-            drawn: None,
+            lists: None,
+            last: None,
         })
     }
 
     /// Whether passes are timed from now on, for [`FrameStats::gpu_ms`](crate::FrameStats::gpu_ms) (default no). On
     /// software devices timestamps take about a tenth of a frame in [`Mode::Full`].
     pub fn time_passes(&mut self, on: bool) {
-        self.timers.on = on;
+        self.context.timers.on = on;
     }
 
     /// Takes a scene and its light samples; their shadow maps are drawn with the next frame.
@@ -144,38 +101,13 @@ impl Renderer {
     /// # Errors
     /// [`Error::TooLarge`] where buffers or the atlas exceed the device's limits or the memory budget.
     pub fn load(&mut self, scene: &Scene, geometry: &Geometry, lights: &LightSet) -> Result<()> {
-        self.loaded = None;
-        let radius = geometry.diagonal() * 0.5;
-        let mut samples = gpu_lights(lights, radius);
-        let directional: Vec<bool> = samples.iter().map(|l| l.profile == DIRECTIONAL).collect();
-        let layout = AtlasLayout::new(&directional, &self.options, &self.device.limits())?;
-        for (light, slot) in samples.iter_mut().zip(&layout.slots) {
-            light.place = layout.place(slot);
+        // What was there leaves first: two atlases may not fit.
+        self.scene = None;
+        let resident = Resident::new(&self.context, scene, geometry, lights)?;
+        if self.scene_passes.as_ref().is_none_or(|p| p.features != resident.features) {
+            self.scene_passes = Some(ScenePasses::new(resident.features));
         }
-        let needs = Needs {
-            specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),
-            plain_lights: samples.iter().all(|l| l.profile == 0),
-            textures: !scene.textures.is_empty(),
-            curved: is_curved(scene, geometry),
-        };
-        let key = [needs.textures, needs.specular];
-        if self.resolve.as_ref().is_none_or(|r| r.key != key) {
-            self.resolve = Some(Resolve::new(&self.device, &self.layouts, key));
-        }
-        let occluders = Occluders::new(scene, geometry, &samples, self.options.skip_non_blockers);
-        self.loaded = Some(Loaded {
-            scene: GpuScene::new(&self.device, &self.layouts.scene, scene, geometry)?,
-            light_buffer: light_buffer(&self.device, &samples)?,
-            atlas: Atlas::new(&self.device, &self.options, layout, scene, geometry, occluders)?,
-            lights: samples,
-            maps_are_stale: true,
-            counts: CullCounts::default(),
-            diagonal: geometry.diagonal(),
-            needs,
-            receivers: None,
-            draws: None,
-            light_maps_for: None,
-        });
+        self.scene = Some(resident);
         Ok(())
     }
 
@@ -191,65 +123,98 @@ impl Renderer {
         lights: &LightSet,
         database: &VisibilityDatabase,
     ) -> Result<()> {
-        let Some(loaded) = &mut self.loaded else {
-            return Err(invalid("load the scene before its visibility".into()));
+        let Some(resident) = &mut self.scene else {
+            return Err(Error::invalid("load the scene before its visibility"));
         };
-        if loaded.lights.len() != lights.samples.len()
+        if resident.lights.samples.len() != lights.samples.len()
             || database.lights() != lights.samples.len()
             || database.receivers().triangles.len() != geometry.triangles.len()
         {
-            return Err(invalid("this visibility database belongs to another scene or other lights".into()));
+            return Err(Error::invalid("this visibility database belongs to another scene or other lights"));
         }
-        loaded.receivers = Some(Receivers::new(&self.device, scene, geometry, lights, database)?);
-        loaded.light_maps_for = None;
-        loaded.draws = None;
-        self.selection = None;
+        let receivers = Receivers::new(&self.context.device, scene, geometry, lights, database)?;
+        resident.receivers = Some(receivers);
+        resident.light_maps = None;
+        resident.multipass = None;
+        self.lists = None;
         Ok(())
     }
 
-    /// Draws the shadow maps that are stale and submits; [`Renderer::render`] does so by itself.
+    /// Draws the shadow maps that are stale and submits; a frame does so by itself.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] where a list of what to draw exceeds the device's limits.
+    /// [`Error::Scene`] before [`Renderer::load`], [`Error::TooLarge`] where a list of what to draw exceeds the device's
+    /// limits.
     pub fn draw_shadow_maps(&mut self) -> Result<()> {
-        let Some(loaded) = self.loaded.as_mut().filter(|l| l.maps_are_stale) else { return Ok(()) };
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        loaded.counts = self.shadow_maps.record(
-            &self.device,
-            &mut encoder,
-            &self.timers,
-            &loaded.scene.group,
-            (&loaded.lights, &loaded.light_buffer),
-            &loaded.atlas,
-        )?;
-        loaded.maps_are_stale = false;
-        self.queue.submit([encoder.finish()]);
+        let Context { device, queue, shared, timers, .. } = &self.context;
+        let scene = self.scene.as_mut().ok_or_else(nothing_loaded)?;
+        if scene.culling.is_none() {
+            let mut recorder = Recorder::submitting(device, queue, &shared.frame, timers);
+            let (_, counts) = self.passes.shadow_maps.record(&mut recorder, scene)?;
+            recorder.finish();
+            scene.culling = Some(counts);
+        }
         Ok(())
     }
 
-    /// Renders a picture of `size` pixels: radiance in linear floating point. Work is submitted, not waited for.
+    /// Records a frame into the caller's encoder: from shadow maps that are stale to the tone-mapped picture on `target`.
+    /// Frames have to be submitted in the order in which they were recorded; several may be recorded into one encoder. A
+    /// dispatch of [`Mode::Naive`] stays well below a second, a whole frame of it on a slow device may not: there,
+    /// [`Renderer::render`] submits in parts.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] where the picture exceeds the device's limits; [`Error::Scene`] for settings out of range
-    /// or before [`Renderer::load`].
+    /// [`Error::TooLarge`] where the picture exceeds the device's limits; [`Error::Scene`] for settings or a target out of
+    /// range or before [`Renderer::load`].
+    pub fn record(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &View,
+        target: &Target,
+        settings: &RenderSettings,
+    ) -> Result<()> {
+        target.check()?;
+        self.frame(Some(encoder), view, target.size, settings, Some(target))
+    }
+
+    /// Renders a picture of `size` pixels: radiance in linear floating point. Work is submitted in parts, not waited for.
+    ///
+    /// # Errors
+    /// As for [`Renderer::record`].
     pub fn render(&mut self, view: &View, size: [u32; 2], settings: &RenderSettings) -> Result<()> {
-        let lights = self.loaded.as_ref().map_or(0, |l| l.lights.len() as u32);
-        check(size, settings, lights, &self.device.limits())?;
-        self.timers.reset();
-        self.draw_shadow_maps()?;
-        if self.targets.as_ref().is_none_or(|t| t.size != size) {
-            self.targets = None;
-            self.targets = Some(Targets::new(&self.device, size));
+        self.frame(None, view, size, settings, None)
+    }
+
+    fn frame(
+        &mut self,
+        encoder: Option<&mut wgpu::CommandEncoder>,
+        view: &View,
+        size: [u32; 2],
+        settings: &RenderSettings,
+        target: Option<&Target>,
+    ) -> Result<()> {
+        let context = &self.context;
+        let (Some(scene), Some(scene_passes)) = (&mut self.scene, &self.scene_passes) else {
+            return Err(nothing_loaded());
+        };
+        check(size, settings, scene.lights.count(), &context.device.limits())?;
+        context.timers.reset();
+        self.last = None;
+        allocate(context, scene, (&mut self.targets, &mut self.lists), view, size, settings)?;
+        let targets = self.targets.as_ref().ok_or_else(nothing_rendered)?;
+        let passes = (&self.passes, scene_passes);
+        let prepared = prepare(context, passes, scene, (targets, self.lists.as_ref()), settings)?;
+        let Context { device, queue, shared, timers, .. } = context;
+        let mut recorder = match encoder {
+            Some(encoder) => Recorder::into_encoder(device, &shared.frame, timers, encoder),
+            None => Recorder::submitting(device, queue, &shared.frame, timers),
+        };
+        let culling = record_frame(&mut recorder, &prepared, view, settings, target)?;
+        recorder.finish();
+        scene.culling = culling.or(scene.culling);
+        if settings.uses_light_maps() {
+            scene.light_maps = Some(LightMapBound(settings.clamp));
         }
-        self.drawn = None;
-        if settings.debug.is_some() {
-            self.debug.get_or_insert_with(|| Debug::new(&self.device, &self.layouts, &self.options));
-        }
-        match settings.mode {
-            Mode::Naive => self.draw_naive(view, size, settings)?,
-            _ => self.draw_selected(view, size, settings)?,
-        }
-        self.drawn = Some(Drawn { settings: *settings, size });
+        self.last = Some(*settings);
         Ok(())
     }
 
@@ -257,52 +222,49 @@ impl Renderer {
     /// format encode by themselves, other 8-bit ones get sRGB values, floating-point ones linear values.
     ///
     /// # Errors
-    /// [`Error::Scene`] before the first [`Renderer::render`].
+    /// [`Error::Scene`] before the first frame.
     pub fn show(
         &mut self,
         settings: &RenderSettings,
         target: &wgpu::TextureView,
         format: wgpu::TextureFormat,
     ) -> Result<()> {
-        let Some(targets) = &self.targets else { return Err(invalid("render before showing".into())) };
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        if settings.exposure == Exposure::Auto {
-            self.exposure.record(&self.device, &mut encoder, &targets.picture_view, targets.size);
-        }
-        self.tone_mapping.record(
-            &self.device,
-            &mut encoder,
-            &targets.picture_view,
-            &self.exposure.stops,
-            settings,
-            targets.size,
-            (target, format),
-        );
-        self.queue.submit([encoder.finish()]);
+        let targets = self.targets.as_ref().ok_or_else(nothing_rendered)?;
+        let Context { device, queue, shared, timers, .. } = &self.context;
+        let mut recorder = Recorder::submitting(device, queue, &shared.frame, timers);
+        let stops = match settings.exposure {
+            Exposure::Auto => self.passes.exposure.record(&mut recorder, targets),
+            Exposure::Ev(_) => self.passes.exposure.stops(),
+        };
+        let target = Target::new(target, format, targets.size);
+        self.passes.tone_mapping.record(&mut recorder, shared, targets, stops, settings, &target);
+        recorder.finish();
         Ok(())
     }
 
-    /// Reads the last picture back: linear radiance. The future completes while the device is polled.
+    /// Reads the last picture back: linear radiance. The future completes while the device is polled; it owns what it
+    /// needs. What was recorded into an encoder of the caller's has to be submitted before.
     ///
     /// # Errors
-    /// [`Error::Scene`] before the first [`Renderer::render`]; [`Error::Device`] where the device was lost.
+    /// [`Error::Scene`] before the first frame; [`Error::Device`] where the device was lost.
     pub fn radiance(&self) -> impl Future<Output = Result<Image>> + use<> {
+        let Context { device, queue, .. } = &self.context;
         let copy = self.targets.as_ref().map(|targets| {
-            let mut encoder = self.device.create_command_encoder(&Default::default());
+            let mut encoder = device.create_command_encoder(&Default::default());
             // Bands keep each buffer small.
-            let copies: Vec<_> = (0..targets.size[1])
-                .step_by(targets.band_rows as usize)
-                .map(|y| {
-                    let size = [targets.size[0], targets.band_rows.min(targets.size[1] - y)];
-                    let origin = wgpu::Origin3d { x: 0, y, z: 0 };
-                    TextureCopy::record(&self.device, &mut encoder, &targets.picture, origin, size, 8)
+            let copies: Vec<_> = targets
+                .bands()
+                .map(|[first, end]| {
+                    let size = [targets.size[0], end - first];
+                    let origin = wgpu::Origin3d { x: 0, y: first, z: 0 };
+                    TextureCopy::record(device, &mut encoder, &targets.picture, origin, size, 8)
                 })
                 .collect();
-            self.queue.submit([encoder.finish()]);
+            queue.submit([encoder.finish()]);
             (targets.size, copies)
         });
         async move {
-            let (size, copies) = copy.ok_or_else(|| invalid("render before reading back".into()))?;
+            let (size, copies) = copy.ok_or_else(nothing_rendered)?;
             let mut pixels = Vec::with_capacity(size[0] as usize * size[1] as usize);
             for copy in copies {
                 pixels.extend(copy.words().await?.chunks_exact(2).map(|w| unpack_radiance([w[0], w[1]])));
@@ -317,19 +279,20 @@ impl Renderer {
     /// # Errors
     /// [`Error::Scene`] where there is no such light; [`Error::Device`] where the device was lost.
     pub fn shadow_map(&self, light: usize) -> impl Future<Output = Result<Vec<f32>>> + use<> {
-        let slot = self.loaded.as_ref().and_then(|l| Some((l, *l.atlas.layout.slots.get(light)?)));
-        let copy = slot.map(|(loaded, slot)| {
-            let mut encoder = self.device.create_command_encoder(&Default::default());
+        let Context { device, queue, .. } = &self.context;
+        let slot = self.scene.as_ref().and_then(|s| Some((s, *s.atlas.layout.slots.get(light)?)));
+        let copy = slot.map(|(scene, slot)| {
+            let mut encoder = device.create_command_encoder(&Default::default());
             // Depth can only be copied whole.
             let origin = wgpu::Origin3d { x: 0, y: 0, z: slot.page };
-            let page = loaded.atlas.layout.page_size;
-            let copy =
-                TextureCopy::record(&self.device, &mut encoder, &loaded.atlas.texture, origin, page, 4);
-            self.queue.submit([encoder.finish()]);
+            let page = scene.atlas.layout.page_size;
+            let copy = TextureCopy::record(device, &mut encoder, &scene.atlas.texture, origin, page, 4);
+            queue.submit([encoder.finish()]);
             (copy, slot, page[0] as usize)
         });
         async move {
-            let (copy, slot, width) = copy.ok_or_else(|| invalid(format!("there is no light {light}")))?;
+            let (copy, slot, width) =
+                copy.ok_or_else(|| Error::invalid(format!("there is no light {light}")))?;
             let page = copy.words().await?;
             let [x, y] = slot.origin.map(|o| o as usize);
             let size = slot.size as usize;
@@ -340,22 +303,26 @@ impl Renderer {
                 .collect())
         }
     }
+
+    pub(crate) fn parts(&self) -> (&Context, Option<&Resident>, Option<&Targets>, Option<&PointLists>) {
+        (&self.context, self.scene.as_ref(), self.targets.as_ref(), self.lists.as_ref())
+    }
+
+    /// How the last frame was recorded.
+    pub(crate) fn last(&self) -> Option<&RenderSettings> {
+        self.last.as_ref()
+    }
 }
 
-/// Whether some surface has normals that vary from point to point.
-fn is_curved(scene: &Scene, geometry: &Geometry) -> bool {
-    geometry.triangles.iter().any(|t| {
-        let [a, b, c] = t.vertices.map(|v| geometry.normals[v as usize]);
-        a.dot(b).min(b.dot(c)) < 0.99999
-            || scene.materials[t.material as usize].normal_texture.is_some()
-            || t.patch == girandole_core::scene::NONE
-    })
+fn nothing_loaded() -> Error {
+    Error::invalid("load a scene before rendering")
 }
 
-pub(crate) fn invalid(sentence: String) -> Error {
-    Error::Scene(girandole_core::Error::Invalid(sentence))
+fn nothing_rendered() -> Error {
+    Error::invalid("render before showing or reading back")
 }
 
+/// Refuses settings out of range.
 fn check(size: [u32; 2], settings: &RenderSettings, lights: u32, limits: &wgpu::Limits) -> Result<()> {
     let largest = limits.max_texture_dimension_2d;
     if size.contains(&0) || size.iter().any(|&s| s > largest) {
@@ -365,7 +332,7 @@ fn check(size: [u32; 2], settings: &RenderSettings, lights: u32, limits: &wgpu::
         )));
     }
     if !(1..=16).contains(&settings.samples_per_axis) {
-        return Err(invalid(format!(
+        return Err(Error::invalid(format!(
             "{} samples per axis are not possible; take 1 to 16",
             settings.samples_per_axis
         )));
@@ -373,12 +340,12 @@ fn check(size: [u32; 2], settings: &RenderSettings, lights: u32, limits: &wgpu::
     match settings.debug {
         None | Some(DebugView::LightPositions | DebugView::Atlas) => {}
         Some(_) if settings.mode == Mode::Naive => {
-            return Err(invalid(
-                "the naive mode has no receivers and levels to show; choose another mode".into(),
+            return Err(Error::invalid(
+                "the naive mode has no receivers and levels to show; choose another mode",
             ));
         }
         Some(DebugView::States(Some(light))) if light >= lights => {
-            return Err(invalid(format!(
+            return Err(Error::invalid(format!(
                 "there is no light {light}; the last one is {}",
                 lights.saturating_sub(1)
             )));
@@ -387,19 +354,19 @@ fn check(size: [u32; 2], settings: &RenderSettings, lights: u32, limits: &wgpu::
     }
     if let Shading::Multipass { lights_per_pass } = settings.shading {
         if !(1..=MAX_LIGHTS_PER_PASS).contains(&lights_per_pass) {
-            return Err(invalid(format!(
+            return Err(Error::invalid(format!(
                 "{lights_per_pass} lights a pass are not possible; take 1 to {MAX_LIGHTS_PER_PASS}"
             )));
         }
         if settings.mode == Mode::Naive {
-            return Err(invalid("the naive mode has no passes; choose another mode or fused shading".into()));
+            return Err(Error::invalid("the naive mode has no passes; choose another mode or fused shading"));
         }
     }
     if settings.tolerance.is_nan() || settings.tolerance < 0.0 {
-        return Err(invalid("the tolerance of interpolation has to be 0 or positive".into()));
+        return Err(Error::invalid("the tolerance of interpolation has to be 0 or positive"));
     }
     if settings.clamp.is_some_and(|c| c.is_nan() || c <= 0.0) {
-        return Err(invalid("the bound of the geometric factor (--clamp) has to be positive, or off".into()));
+        return Err(Error::invalid("the bound of the geometric factor (--clamp) has to be positive, or off"));
     }
     Ok(())
 }

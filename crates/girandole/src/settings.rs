@@ -38,27 +38,41 @@ pub struct RendererOptions {
     /// Percentage-closer filter: width in texels, 0 (default) = off. N costs (N + 1)² look-ups a pair; with hundreds
     /// of lights, edges average out without it.
     pub pcf: u32,
-    /// Whether 16 lanes of the device share each point of the low-resolution modes: faster where there are thousands of
-    /// lanes, slower on software devices. `None` (default) = as the device is.
-    pub lanes_share_points: Option<bool>,
-    /// Whether shadow maps, drawn as depth, are copied to a texture that shaders load from as an image: software devices
-    /// need a third of the instructions for that. Drawing maps takes half as long again, and memory for two more pages
-    /// of the atlas. `None` (default) = as the device is.
-    pub copy_maps: Option<bool>,
+    /// What is done for one kind of device and not for others; `None` (default) = as the device is.
+    pub tuning: Option<DeviceTuning>,
     /// Leave surfaces out of the shadow maps that have the whole scene on one side (default true). Only tests and
     /// figures want them in.
     pub skip_non_blockers: bool,
 }
 
-impl RendererOptions {
-    /// Whether lanes share points on a device of this kind.
-    pub(crate) fn shares_points(&self, kind: wgpu::DeviceType) -> bool {
-        self.lanes_share_points.unwrap_or(kind != wgpu::DeviceType::Cpu)
-    }
-
-    /// Whether maps are copied on a device of this kind.
-    pub(crate) fn copies_maps(&self, kind: wgpu::DeviceType) -> bool {
-        self.copy_maps.unwrap_or(kind == wgpu::DeviceType::Cpu)
+/// PROVISIONAL
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DeviceTuning {
+    /// a
+    pub persistent_threads: bool,
+    /// a
+    pub copy_maps: bool,
+    /// a
+    pub non_uniform_branches: bool,
+    /// a
+    pub edge_runs: bool,
+    /// a
+    pub cooperative_points: bool,
+    /// a
+    pub lights_in_storage: bool,
+}
+impl DeviceTuning {
+    /// a
+    pub fn for_device(device: &wgpu::Device) -> Self {
+        let sw = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        Self {
+            persistent_threads: sw,
+            copy_maps: sw,
+            non_uniform_branches: sw,
+            edge_runs: sw,
+            cooperative_points: !sw,
+            lights_in_storage: !sw && device.limits().max_storage_buffers_per_shader_stage > 8,
+        }
     }
 }
 
@@ -69,8 +83,7 @@ impl Default for RendererOptions {
             map_size: None,
             memory_mib: 256,
             pcf: 0,
-            lanes_share_points: None,
-            copy_maps: None,
+            tuning: None,
             skip_non_blockers: true,
         }
     }
@@ -185,5 +198,56 @@ impl Default for RenderSettings {
             exposure: Exposure::Auto,
             tonemap: Tonemap::Agx,
         }
+    }
+}
+
+/// Where a frame goes, and what of the caller's is there already.
+#[derive(Clone, Copy, Debug)]
+pub struct Target<'a> {
+    /// What is written: a two-dimensional view that can be rendered to, one sample a pixel. Formats with sRGB encode by
+    /// themselves, other 8-bit ones get sRGB values, floating-point ones linear values, without a bound where
+    /// [`RenderSettings::tonemap`] is none (HDR).
+    pub color: &'a wgpu::TextureView,
+    /// The view's format.
+    pub format: wgpu::TextureFormat,
+    /// Pixels in x and y.
+    pub size: [u32; 2],
+    /// Whether what is there stays where nothing of the scene is seen (blended at its edges, so the format has to be
+    /// blendable); default no: there it becomes black.
+    pub keep_background: bool,
+    /// Depth of the caller's own opaque things: what lies behind it is not seen. A view of the depth aspect that can be
+    /// bound, one sample a pixel, drawn with the projection of the frame's view and its planes; the pixel's depth counts
+    /// for all its samples. Default none.
+    pub depth_in: Option<&'a wgpu::TextureView>,
+    /// Where our depth goes, with the format: written where the scene is seen (by the sample next to the pixel's centre),
+    /// left alone elsewhere. It may be the texture of [`Target::depth_in`]. Default none.
+    pub depth_out: Option<(&'a wgpu::TextureView, wgpu::TextureFormat)>,
+}
+
+impl<'a> Target<'a> {
+    /// A target that is overwritten whole, without depth.
+    pub fn new(color: &'a wgpu::TextureView, format: wgpu::TextureFormat, size: [u32; 2]) -> Self {
+        Self { color, format, size, keep_background: false, depth_in: None, depth_out: None }
+    }
+
+    /// Whether all views are of the same size.
+    pub(crate) fn check(&self) -> crate::Result<()> {
+        let views = [Some(self.color), self.depth_in, self.depth_out.map(|(view, _)| view)];
+        for texture in views.into_iter().flatten().map(wgpu::TextureView::texture) {
+            let size = [texture.width(), texture.height()];
+            // A view may be of a smaller level: then its size is the caller's word.
+            if texture.mip_level_count() == 1 && size != self.size || texture.sample_count() != 1 {
+                return Err(crate::Error::invalid(format!(
+                    "a target of {} × {} pixels got a texture of {} × {} with {} samples; give all the same size and one \
+                     sample a pixel",
+                    self.size[0],
+                    self.size[1],
+                    size[0],
+                    size[1],
+                    texture.sample_count()
+                )));
+            }
+        }
+        Ok(())
     }
 }

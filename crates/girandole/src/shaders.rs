@@ -1,6 +1,8 @@
 //! Shader sources. A pass names the `lib/` files that it uses in one line; WGSL's module scope knows no order, so
 //! they are simply put together.
 
+use crate::settings::DeviceTuning;
+
 macro_rules! lib {
     ($($name:ident),* $(,)?) => {
         [$((stringify!($name), include_str!(concat!("../shaders/lib/", stringify!($name), ".wgsl")))),*]
@@ -22,24 +24,24 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     maps,
     occluders,
     octahedral,
-    order,
+    scatter_point,
     packed,
     parameterisation,
-    pixel_surface,
-    plan,
+    surface_id,
+    buffer_offsets,
     project,
-    radiance,
+    diffuse_material,
     receiver,
     samples,
     scene,
     shadow,
-    sum,
+    point_sums,
     surface,
-    take,
+    work_queue,
     texture,
-    tied,
+    non_uniform,
     tonemap,
-    want
+    append_point
 );
 
 /// A pass: its name, its source, the library files it uses.
@@ -62,92 +64,12 @@ macro_rules! source {
     };
 }
 
-/// A pass that reads shadow maps: where they are drawn, and from copies.
-macro_rules! reads_maps {
-    ($name:ident, [$($used:ident),* $(,)?]) => {
-        [source!($name, "", [atlas_depth, $($used),*]), source!($name, "", [atlas_image, $($used),*])]
-    };
-}
-
-pub(crate) const VISIBILITY: Source = source!(visibility, "", [frame, scene, texture]);
-pub(crate) const SHADE: [Source; 2] = reads_maps!(
-    shade,
-    [frame, scene, texture, surface, brdf, light, maps, octahedral, parameterisation, shadow, sum]
-);
-pub(crate) const REFINE: Source =
-    source!(refine, "", [frame, scene, brdf, grid, pixel_surface, radiance, packed, take]);
-pub(crate) const CHECK: Source = source!(
-    check,
-    "",
-    [frame, scene, texture, surface, brdf, plan, grid, pixel_surface, receiver, radiance, packed, take, want]
-);
-pub(crate) const EDGES: Source =
-    source!(edges, "", [frame, scene, brdf, grid, pixel_surface, radiance, packed, samples, tied, blend]);
-pub(crate) const BEHIND: Source = source!(
-    behind,
+pub(crate) const VISIBILITY_BUFFER: Source = source!(visibility_buffer, "", [frame, scene, texture]);
+pub(crate) const SHADE_NAIVE: Source = source!(
+    shade_naive,
     "",
     [
-        frame,
-        scene,
-        texture,
-        surface,
-        brdf,
-        plan,
-        grid,
-        pixel_surface,
-        receiver,
-        radiance,
-        packed,
-        samples,
-        tied,
-        blend,
-        want
-    ]
-);
-pub(crate) const SORT: Source = source!(sort, "", [frame, plan, grid, order, take]);
-pub(crate) const SCATTER: Source = source!(scatter, "", [plan, order]);
-macro_rules! gather {
-    ($lights:ident) => {
-        reads_maps!(
-            gather,
-            [
-                frame,
-                scene,
-                texture,
-                surface,
-                brdf,
-                light,
-                maps,
-                octahedral,
-                parameterisation,
-                shadow,
-                sum,
-                plan,
-                light_map,
-                $lights,
-                radiance,
-                packed,
-                samples,
-                take,
-                tied
-            ]
-        )
-    };
-}
-
-pub(crate) const GATHER: [Source; 2] = gather!(lights_uniform);
-pub(crate) const GATHER_STORED: [Source; 2] = gather!(lights_storage);
-pub(crate) const DEBUG_LEAVES: Source =
-    source!(debug_leaves, "", [frame, scene, texture, surface, plan, receiver, packed]);
-pub(crate) const DEBUG_LEVELS: Source = source!(debug_levels, "", [frame, packed]);
-pub(crate) const DEBUG_LIGHT_MAPS: Source =
-    source!(debug_light_maps, "", [frame, scene, texture, surface, plan, receiver, light_map, packed]);
-pub(crate) const DEBUG_LIGHTS: Source =
-    source!(debug_lights, "", [frame, scene, texture, surface, light, packed]);
-pub(crate) const DEBUG_ATLAS: [Source; 2] = reads_maps!(debug_atlas, [frame, light, maps, packed]);
-pub(crate) const MULTIPASS: [Source; 2] = reads_maps!(
-    multipass,
-    [
+        atlas,
         frame,
         scene,
         texture,
@@ -158,17 +80,129 @@ pub(crate) const MULTIPASS: [Source; 2] = reads_maps!(
         octahedral,
         parameterisation,
         shadow,
-        sum,
-        plan,
+        point_sums
+    ]
+);
+pub(crate) const REFINE: Source =
+    source!(refine, "", [frame, scene, brdf, grid, surface_id, diffuse_material, packed, work_queue]);
+pub(crate) const TEST_CANDIDATES: Source = source!(
+    test_candidates,
+    "",
+    [
+        frame,
+        scene,
+        texture,
+        surface,
+        brdf,
+        buffer_offsets,
+        grid,
+        surface_id,
+        receiver,
+        diffuse_material,
+        packed,
+        work_queue,
+        append_point
+    ]
+);
+pub(crate) const EDGES: Source = source!(
+    edges,
+    "",
+    [frame, scene, brdf, grid, surface_id, diffuse_material, packed, samples, non_uniform, blend]
+);
+pub(crate) const EDGE_FALLBACK: Source = source!(
+    edge_fallback,
+    "",
+    [
+        frame,
+        scene,
+        texture,
+        surface,
+        brdf,
+        buffer_offsets,
+        grid,
+        surface_id,
+        receiver,
+        diffuse_material,
+        packed,
+        samples,
+        non_uniform,
+        blend,
+        append_point
+    ]
+);
+pub(crate) const PREFIX_SUM: Source =
+    source!(prefix_sum, "", [frame, buffer_offsets, grid, scatter_point, work_queue]);
+pub(crate) const SCATTER_POINTS: Source = source!(scatter_points, "", [buffer_offsets, scatter_point]);
+pub(crate) const SHADE_POINTS: Source = source!(
+    shade_points,
+    "",
+    [
+        atlas,
+        lights,
+        frame,
+        scene,
+        texture,
+        surface,
+        brdf,
+        light,
+        maps,
+        octahedral,
+        parameterisation,
+        shadow,
+        point_sums,
+        buffer_offsets,
+        light_map,
+        diffuse_material,
+        packed,
+        samples,
+        work_queue,
+        non_uniform
+    ]
+);
+pub(crate) const CALLER_DEPTH: Source = source!(caller_depth, "", [frame]);
+/// Group 1 by itself.
+pub(crate) const SCENE: Source = Source { name: "scene", text: "", uses: &["scene"], enable: "" };
+pub(crate) const DEBUG_LEAVES: Source =
+    source!(debug_leaves, "", [frame, scene, texture, surface, buffer_offsets, receiver, packed]);
+pub(crate) const DEBUG_LEVELS: Source = source!(debug_levels, "", [frame, packed]);
+pub(crate) const DEBUG_LIGHT_MAPS: Source = source!(
+    debug_light_maps,
+    "",
+    [frame, scene, texture, surface, buffer_offsets, receiver, light_map, packed]
+);
+pub(crate) const DEBUG_LIGHTS: Source =
+    source!(debug_lights, "", [frame, scene, texture, surface, light, packed]);
+pub(crate) const DEBUG_ATLAS: Source = source!(debug_atlas, "", [atlas, frame, light, maps, packed]);
+pub(crate) const MULTIPASS: Source = source!(
+    multipass,
+    "",
+    [
+        atlas,
+        frame,
+        scene,
+        texture,
+        surface,
+        brdf,
+        light,
+        maps,
+        octahedral,
+        parameterisation,
+        shadow,
+        point_sums,
+        buffer_offsets,
         grid,
         elements
     ]
 );
-pub(crate) const BATCH: Source = source!(batch, "", [plan, elements]);
-pub(crate) const COLLECT: Source = source!(collect, "", [frame, scene, texture, surface, plan, light_map]);
-pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, plan]);
-pub(crate) const RESOLVE: Source =
-    source!(resolve, "", [frame, scene, texture, surface, brdf, radiance, packed, samples, tied]);
+pub(crate) const MULTIPASS_ARGUMENTS: Source = source!(multipass_arguments, "", [buffer_offsets, elements]);
+pub(crate) const MULTIPASS_COLLECT: Source =
+    source!(multipass_collect, "", [frame, scene, texture, surface, buffer_offsets, light_map]);
+pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, buffer_offsets]);
+pub(crate) const RESOLVE: Source = source!(
+    resolve,
+    "",
+    [frame, scene, texture, surface, brdf, diffuse_material, packed, samples, non_uniform]
+);
 pub(crate) const SHADOW_MAPS_CLIP: Source = source!(
     shadow_maps_clip,
     "enable clip_distances;\n",
@@ -186,30 +220,26 @@ pub(crate) const TONEMAP: Source = source!(tonemap, "", [tonemap, packed]);
 
 /// All passes, for the tests that need no GPU.
 #[cfg(test)]
-pub(crate) const ALL: [&Source; 30] = [
-    &VISIBILITY,
-    &SHADE[0],
-    &SHADE[1],
+pub(crate) const ALL: [&Source; 26] = [
+    &VISIBILITY_BUFFER,
+    &SHADE_NAIVE,
     &REFINE,
-    &CHECK,
+    &TEST_CANDIDATES,
     &EDGES,
-    &BEHIND,
-    &SORT,
-    &SCATTER,
-    &GATHER[0],
-    &GATHER[1],
-    &GATHER_STORED[0],
-    &GATHER_STORED[1],
-    &MULTIPASS[0],
-    &MULTIPASS[1],
-    &COLLECT,
-    &BATCH,
+    &EDGE_FALLBACK,
+    &PREFIX_SUM,
+    &SCATTER_POINTS,
+    &SHADE_POINTS,
+    &CALLER_DEPTH,
+    &SCENE,
     &DEBUG_LEAVES,
     &DEBUG_LEVELS,
     &DEBUG_LIGHT_MAPS,
     &DEBUG_LIGHTS,
-    &DEBUG_ATLAS[0],
-    &DEBUG_ATLAS[1],
+    &DEBUG_ATLAS,
+    &MULTIPASS,
+    &MULTIPASS_ARGUMENTS,
+    &MULTIPASS_COLLECT,
     &LIGHT_MAPS,
     &RESOLVE,
     &SHADOW_MAPS_CLIP,
@@ -219,24 +249,28 @@ pub(crate) const ALL: [&Source; 30] = [
     &TONEMAP,
 ];
 
+/// Library files of which there are two, as the device is tuned: their name in lists, the files, and which it is.
+type Variant = (&'static str, [&'static str; 2], fn(&DeviceTuning) -> bool);
+const VARIANTS: [Variant; 2] = [
+    ("atlas", ["atlas_depth", "atlas_image"], |t| t.copy_maps),
+    ("lights", ["lights_uniform", "lights_storage"], |t| t.lights_in_storage),
+];
+
 impl Source {
     /// The whole text.
-    pub fn concatenated(&self) -> String {
+    pub fn concatenated(&self, tuning: &DeviceTuning) -> String {
         let mut text = String::from(self.enable);
+        let chosen = |name: &&'static str| {
+            let variant = VARIANTS.iter().find(|(list, ..)| list == name);
+            variant.map_or(*name, |(_, files, is_second)| files[usize::from(is_second(tuning))])
+        };
+        let uses: Vec<&str> = self.uses.iter().map(chosen).collect();
         for (name, library) in LIBRARY {
-            if self.uses.contains(name) {
+            if uses.contains(name) {
                 text.push_str(library);
             }
         }
         text.push_str(self.text);
         text
-    }
-
-    /// The compiled module.
-    pub fn module(&self, device: &wgpu::Device) -> wgpu::ShaderModule {
-        device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(self.name),
-            source: wgpu::ShaderSource::Wgsl(self.concatenated().into()),
-        })
     }
 }

@@ -1,11 +1,14 @@
 //! What a frame did: counts and times.
 
 use crate::Result;
+use crate::device::readback;
 use crate::occluders::CullCounts;
-use crate::readback;
+use crate::point_lists::PointLists;
+use crate::receivers::Receivers;
 use crate::renderer::Renderer;
-use crate::settings::{Mode, Shading};
+use crate::settings::{Mode, RenderSettings, Shading};
 use std::collections::BTreeMap;
+use std::future::Future;
 
 /// What a frame did.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,75 +60,96 @@ impl PairCounts {
 }
 
 impl Renderer {
-    /// What the last frame did. The future completes while the device is polled.
+    /// What the last frame did. The future completes while the device is polled; it owns what it needs. What was recorded
+    /// into an encoder of the caller's has to be submitted before.
     ///
     /// # Errors
     /// [`Error::Device`](crate::Error::Device) where the device was lost.
-    pub async fn stats(&self) -> Result<FrameStats> {
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        let timestamps = self.timers.resolve(&self.device, &mut encoder);
-        let tally = self.copy_tally(&mut encoder);
-        self.queue.submit([encoder.finish()]);
+    pub fn stats(&self) -> impl Future<Output = Result<FrameStats>> + use<> {
+        let (context, scene, targets, lists) = self.parts();
         let mut stats = FrameStats::default();
-        if let Some(tally) = tally {
-            let bytes = readback::bytes(&tally).await?;
-            self.count(&bytemuck::pod_collect_to_vec::<u8, u32>(&bytes), &mut stats);
+        if let Some(scene) = scene {
+            stats.lights = scene.lights.count();
+            stats.map_size = scene.atlas.layout.map_size;
+            stats.atlas_pages = scene.atlas.layout.pages;
+            stats.atlas_bytes = scene.atlas.bytes();
+            stats.non_blockers = scene.atlas.left_out();
+            stats.culling = scene.culling.unwrap_or_default();
         }
-        if let (Some(l), Some(drawn)) = (&self.loaded, &self.drawn)
-            && drawn.settings.mode == Mode::Naive
-        {
-            let samples = u64::from(drawn.settings.samples_per_axis).pow(2);
-            stats.points[0] = samples * u64::from(drawn.size[0]) * u64::from(drawn.size[1]);
-            stats.pairs.looked_up = stats.points[0] * l.lights.len() as u64;
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        let mut tally = None;
+        match (self.last(), targets, scene.and_then(|s| s.receivers.as_ref()), lists) {
+            (Some(settings), Some(targets), ..) if settings.mode == Mode::Naive => {
+                let samples = u64::from(settings.samples_per_axis).pow(2);
+                stats.points[0] = samples * targets.size.map(u64::from).iter().product::<u64>();
+                stats.pairs.looked_up = stats.points[0] * u64::from(stats.lights);
+            }
+            (Some(settings), _, Some(receivers), Some(lists)) => {
+                stats.leaves = [receivers.leaves, receivers.mapped];
+                let plan = scene.and_then(|s| s.multipass.as_ref());
+                if let (Shading::Multipass { .. }, Some(plan)) = (settings.shading, plan) {
+                    stats.passes = [plan.count, plan.unmerged];
+                }
+                tally = Some(Tally::record(&context.device, &mut encoder, receivers, lists, settings));
+            }
+            _ => {}
         }
-        if let Some(l) = &self.loaded {
-            stats.lights = l.lights.len() as u32;
-            stats.map_size = l.atlas.layout.map_size;
-            stats.atlas_pages = l.atlas.layout.pages;
-            stats.atlas_bytes = l.atlas.bytes();
-            stats.non_blockers = l.atlas.left_out();
-            stats.culling = l.counts;
+        let timestamps = context.timers.resolve(&context.device, &mut encoder);
+        context.queue.submit([encoder.finish()]);
+        async move {
+            if let Some(tally) = tally {
+                tally.count(&mut stats).await?;
+            }
+            if let Some(timestamps) = timestamps {
+                stats.gpu_ms = timestamps.sums().await?;
+            }
+            Ok(stats)
         }
-        if let Some(buffer) = timestamps {
-            let bytes = readback::bytes(&buffer).await?;
-            stats.gpu_ms = self.timers.sums(&bytemuck::pod_collect_to_vec::<u8, u64>(&bytes));
-        }
-        Ok(stats)
     }
+}
 
-    /// Records the read-back of how many points of each leaf were shaded.
-    fn copy_tally(&self, encoder: &mut wgpu::CommandEncoder) -> Option<wgpu::Buffer> {
-        let selection = self.selection.as_ref()?;
-        self.drawn.as_ref().filter(|d| d.settings.mode != Mode::Naive)?;
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+/// How many points of each leaf and grid were shaded, on its way back.
+struct Tally {
+    buffer: wgpu::Buffer,
+    /// For each leaf, how many lights are in each part of its lists, and how many cannot light it.
+    leaves: Vec<([u32; 4], u32)>,
+    light_maps: bool,
+}
+
+impl Tally {
+    fn record(
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        receivers: &Receivers,
+        lists: &PointLists,
+        settings: &RenderSettings,
+    ) -> Self {
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("tally"),
-            size: selection.tally.size(),
+            size: lists.tally.size(),
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        encoder.copy_buffer_to_buffer(&selection.tally, 0, &buffer, 0, selection.tally.size());
-        Some(buffer)
+        encoder.copy_buffer_to_buffer(&lists.tally, 0, &buffer, 0, lists.tally.size());
+        let leaves = receivers.parts.iter().copied().zip(receivers.skipped.iter().copied()).collect();
+        Self { buffer, leaves, light_maps: settings.uses_light_maps() }
     }
 
-    /// Points and pairs from the tally.
-    fn count(&self, tally: &[u32], stats: &mut FrameStats) {
-        let (Some(loaded), Some(drawn)) = (&self.loaded, &self.drawn) else { return };
-        let Some(receivers) = &loaded.receivers else { return };
-        stats.leaves = [receivers.leaves, receivers.mapped];
-        if let (Shading::Multipass { .. }, Some(draws)) = (drawn.settings.shading, &loaded.draws) {
-            stats.passes = [draws.count, draws.unmerged];
-        }
-        let maps = drawn.settings.uses_light_maps();
-        for (row, points) in tally.chunks_exact(receivers.leaves.max(1) as usize).zip(&mut stats.points) {
-            for ((&count, parts), &skipped) in row.iter().zip(&receivers.parts).zip(&receivers.skipped) {
+    /// Points and pairs.
+    async fn count(self, stats: &mut FrameStats) -> Result<()> {
+        let bytes = readback::bytes(&self.buffer).await?;
+        let words = bytemuck::pod_collect_to_vec::<u8, u32>(&bytes);
+        for (row, points) in words.chunks_exact(self.leaves.len().max(1)).zip(&mut stats.points) {
+            for (&count, &(parts, skipped)) in row.iter().zip(&self.leaves) {
                 let count = u64::from(count);
                 *points += count;
                 let [mapped, unshadowed, added, subtracted] = parts.map(|n| count * u64::from(n));
                 stats.pairs.looked_up += added + subtracted;
-                stats.pairs.unshadowed += unshadowed + if maps { 0 } else { mapped };
-                stats.pairs.mapped += if maps { mapped } else { 0 };
+                stats.pairs.unshadowed += unshadowed + if self.light_maps { 0 } else { mapped };
+                stats.pairs.mapped += if self.light_maps { mapped } else { 0 };
                 stats.pairs.skipped += count * u64::from(skipped);
             }
         }
+        Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! Textures and buffers that depend on the picture's size alone; resizing makes only these anew.
 
-use crate::passes::visibility;
+use crate::passes::{GridView, visibility_buffer};
 
 /// Pixels whose sums are held at once: 48 MiB of them.
 const BAND_PIXELS: u32 = 1 << 20;
@@ -16,18 +16,30 @@ pub(crate) const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
 pub(crate) struct Targets {
     pub size: [u32; 2],
     pub band_rows: u32,
-    pub ids: wgpu::TextureView,
+    pub triangle_ids: wgpu::TextureView,
+    /// Surfaces and materials.
+    pub surface_ids: wgpu::TextureView,
     pub depth: wgpu::TextureView,
     /// Two elements a pixel for batches of lights, one for its samples.
-    pub sums: wgpu::Buffer,
-    /// Keys of surfaces, and materials.
-    pub keys: wgpu::TextureView,
-    /// The band's grids of points by step, 1, 2, 4 and 8 pixels: irradiance and key; the second element.
-    pub grids: [[wgpu::TextureView; 2]; 4],
-    /// The same, of a further sample of each pixel.
-    pub sample: [wgpu::TextureView; 2],
+    pub partial_sums: wgpu::Buffer,
     pub picture: wgpu::Texture,
     pub picture_view: wgpu::TextureView,
+    /// The band's grids of points with steps of 1, 2, 4 and 8 pixels.
+    grids: [Grid; 4],
+    /// A further sample of each pixel.
+    sample: Grid,
+}
+
+/// Textures of a grid of points.
+struct Grid {
+    irradiance: wgpu::TextureView,
+    directional: wgpu::TextureView,
+}
+
+impl Grid {
+    fn view(&self) -> GridView<'_> {
+        GridView { irradiance: &self.irradiance, directional: &self.directional }
+    }
 }
 
 impl Targets {
@@ -46,38 +58,50 @@ impl Targets {
                 view_formats: &[],
             })
         };
-        let texture = |label, format, usage| sized(label, size, format, usage);
-        let buffer = |label, elements: u64| {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size: elements * 16,
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
+        let view = |texture: wgpu::Texture| texture.create_view(&Default::default());
         use wgpu::TextureUsages as U;
-        let picture = texture("picture", PICTURE, U::STORAGE_BINDING | U::TEXTURE_BINDING | U::COPY_SRC);
-        let band = [size[0], band_rows + 1];
+        let texture = |label, format, usage| sized(label, size, format, usage);
+        let attachment =
+            |label, format| view(texture(label, format, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING));
         let grid = |level: u32| {
-            let points = band.map(|n| (n - 1).div_ceil(1 << level) + 1);
-            let usage = U::STORAGE_BINDING | U::TEXTURE_BINDING;
-            ["light", "second"]
-                .map(|label| sized(label, points, GRID, usage).create_view(&Default::default()))
+            let points = [size[0], band_rows + 1].map(|n| (n - 1).div_ceil(1 << level) + 1);
+            let texture = |label| view(sized(label, points, GRID, U::STORAGE_BINDING | U::TEXTURE_BINDING));
+            Grid { irradiance: texture("irradiance"), directional: texture("directional") }
         };
+        let picture = texture("picture", PICTURE, U::STORAGE_BINDING | U::TEXTURE_BINDING | U::COPY_SRC);
         let pixels = u64::from(size[0]) * u64::from(band_rows + 1);
         Self {
             size,
             band_rows,
-            ids: texture("ids", visibility::IDS, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING)
-                .create_view(&Default::default()),
-            depth: texture("depth", visibility::DEPTH, U::RENDER_ATTACHMENT).create_view(&Default::default()),
-            keys: texture("keys", visibility::KEYS, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING)
-                .create_view(&Default::default()),
+            triangle_ids: attachment("triangle ids", visibility_buffer::TRIANGLE_IDS),
+            surface_ids: attachment("surface ids", visibility_buffer::SURFACE_IDS),
+            depth: attachment("depth", visibility_buffer::DEPTH),
             grids: std::array::from_fn(|level| grid(level as u32)),
             sample: grid(0),
-            sums: buffer("sums", 3 * pixels),
+            partial_sums: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("partial sums"),
+                size: 3 * pixels * 16,
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
             picture_view: picture.create_view(&Default::default()),
             picture,
         }
+    }
+
+    /// The grid with points every `step` pixels: 1, 2, 4 or 8.
+    pub fn grid(&self, step: u32) -> GridView<'_> {
+        self.grids[step.ilog2() as usize].view()
+    }
+
+    /// The grid of a further sample of each pixel.
+    pub fn sample_grid(&self) -> GridView<'_> {
+        self.sample.view()
+    }
+
+    /// First and last-but-one row of each band.
+    pub fn bands(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let (rows, height) = (self.band_rows, self.size[1]);
+        (0..height).step_by(rows as usize).map(move |first| [first, (first + rows).min(height)])
     }
 }

@@ -8,7 +8,7 @@ struct Frame {
   up: vec3f, // unit
   half_height: f32,
   forward: vec3f, // unit
-  near: f32,
+  depth_bias: f32, // depth at a distance z is (depth_bias − z · depth_scale) / z, reversed
   size: vec2u, // of the whole picture, pixels
   band: vec2u, // first and last-but-one row of this band
   offset: vec2f, // of this sample within its pixel, in (0, 1)
@@ -24,8 +24,10 @@ struct Frame {
   last_batch: u32, // whether it is the last one
   tolerance: f32, // largest difference between neighbours that are interpolated, as a share
   debug: u32, // whether sums are kept for a debug view
-  padding_b: u32,
-  padding_c: u32,
+  center: vec2f, // shift of the view, in units of half its size
+  depth_scale: f32, // where rays are parallel, depth is depth_bias − z / depth_scale
+  forward_depth: u32, // whether depth grows with distance in the caller's depth buffers
+  padding: vec2u,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -35,7 +37,8 @@ struct PixelRay { origin: vec3f, direction: vec3f }
 // The ray through a position in pixels from the top left corner (core: View::pixel_ray).
 fn pixel_ray(at: vec2f) -> PixelRay {
   let uv = at / vec2f(frame.size);
-  let shift = frame.right * ((2.0 * uv.x - 1.0) * frame.half_width) + frame.up * ((1.0 - 2.0 * uv.y) * frame.half_height);
+  let shift = frame.right * ((2.0 * uv.x - 1.0 + frame.center.x) * frame.half_width)
+    + frame.up * ((1.0 - 2.0 * uv.y + frame.center.y) * frame.half_height);
   let is_parallel = frame.orthographic != 0u;
   return PixelRay(frame.eye + select(vec3f(0.0), shift, is_parallel), frame.forward + select(shift, vec3f(0.0), is_parallel));
 }

@@ -1,13 +1,16 @@
 //! Debug views: they take the place of the picture.
 
-use super::{Band, Groups, Kernel, Layouts, shadow_maps};
-use crate::bind::Slot::{Float, Ids, Picture, Read, Uniform};
+use super::visibility_buffer::Seen;
+use super::{BandSample, Compiler, GridView, LightMapsView, MapsView};
+use crate::device::kernel::{Groups, Kernel, buffer, texture};
+use crate::device::recorder::Recorder;
 use crate::gpu_scene::storage;
+use crate::layout::LIGHT_MARKER_ROW;
+use crate::lights::GpuLights;
+use crate::point_lists::PointLists;
 use crate::receivers::Receivers;
-use crate::selection::Selection;
-use crate::settings::{DebugView, RendererOptions};
-use crate::targets::Targets;
-use crate::{Result, shaders};
+use crate::settings::DebugView;
+use crate::{Error, Result, shaders};
 use girandole_core::visibility::State;
 
 pub(crate) struct Debug {
@@ -18,80 +21,79 @@ pub(crate) struct Debug {
     atlas: Kernel,
 }
 
-/// Workgroups in a row of the dispatch over lights; shaders know it as `ROW`.
-pub(crate) const ROW: u32 = 32768;
-
 /// What a view may show, beside the picture.
 #[derive(Clone, Copy)]
 pub(crate) struct DebugInputs<'a> {
-    pub targets: &'a Targets,
-    pub atlas: &'a wgpu::TextureView,
-    pub lights: &'a wgpu::Buffer,
-    /// Where in the atlas maps are.
-    pub maps: &'a wgpu::Buffer,
+    pub view: DebugView,
+    pub seen: Seen<'a>,
+    pub maps: MapsView<'a>,
+    pub lights: &'a GpuLights,
+    pub lit: GridView<'a>,
     /// There in all modes but the naive one.
-    pub selected: Option<(&'a Receivers, &'a Selection)>,
+    pub adaptive: Option<(LightMapsView<'a>, &'a PointLists)>,
 }
 
 impl Debug {
-    pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions) -> Self {
-        let (atlas, maps) = shadow_maps::reads(device, options, &shaders::DEBUG_ATLAS);
-        let kernel = |source, slots: &[_], constants: &[_]| {
-            Kernel::new(device, layouts, source, "main", slots, constants)
-        };
+    pub fn new(compiler: &Compiler) -> Self {
+        let constants = compiler.constants();
+        let kernel =
+            |source: &_, entry| Kernel::new(compiler.device, compiler.shared, source, entry, &constants);
         Self {
-            leaves: kernel(&shaders::DEBUG_LEAVES, &[Ids, Read, Read, Uniform, Picture], &[]),
-            levels: kernel(&shaders::DEBUG_LEVELS, &[Ids, Read, Picture, Float], &[]),
-            light_maps: kernel(&shaders::DEBUG_LIGHT_MAPS, &[Ids, Read, Read, Read, Uniform, Picture], &[]),
-            lights: kernel(&shaders::DEBUG_LIGHTS, &[Read, Ids, Picture], &[]),
-            atlas: kernel(atlas, &[Picture, maps, Read, Uniform], &[("NEAR", shadow_maps::NEAR)]),
+            leaves: kernel(&shaders::DEBUG_LEAVES, "show_leaves"),
+            levels: kernel(&shaders::DEBUG_LEVELS, "show_levels"),
+            light_maps: kernel(&shaders::DEBUG_LIGHT_MAPS, "show_light_maps"),
+            lights: kernel(&shaders::DEBUG_LIGHTS, "show_lights"),
+            atlas: kernel(&shaders::DEBUG_ATLAS, "show_atlas"),
         }
     }
 
-    /// Records a view over a band of the picture; `lights` is how many the frame's step has.
-    pub fn record(
-        &self,
-        device: &wgpu::Device,
-        encoder: &mut wgpu::CommandEncoder,
-        band: Band,
-        (view, lights): (DebugView, u32),
-        inputs: DebugInputs,
-    ) -> Result<()> {
-        let ids = wgpu::BindingResource::TextureView(&inputs.targets.ids);
-        let picture = wgpu::BindingResource::TextureView(&inputs.targets.picture_view);
-        let tiles = Groups::tiles(band.size);
-        let mut run = |kernel: &Kernel, resources: &[wgpu::BindingResource], groups| {
-            kernel.record(device, encoder, None, band, resources, groups);
-        };
-        match (view, inputs.selected) {
-            (DebugView::LightPositions, _) => {
-                let groups = Groups::Count([lights.min(ROW), lights.div_ceil(ROW)]);
-                run(&self.lights, &[inputs.lights.as_entire_binding(), ids, picture], groups);
-            }
-            (DebugView::Atlas, _) => {
-                let atlas = wgpu::BindingResource::TextureView(inputs.atlas);
-                let [lights, maps] = [inputs.lights, inputs.maps].map(|b| b.as_entire_binding());
-                run(&self.atlas, &[picture, atlas, lights, maps], tiles);
-            }
-            (DebugView::Levels, Some(_)) => {
-                let light = wgpu::BindingResource::TextureView(&inputs.targets.grids[0][0]);
-                run(&self.levels, &[ids, inputs.targets.sums.as_entire_binding(), picture, light], tiles);
-            }
-            (DebugView::LightMaps, Some((receivers, selection))) => {
-                let buffers =
-                    [&receivers.receivers, &receivers.lists, &receivers.light_maps, selection.plan_buffer()];
-                let [a, b, c, d] = buffers.map(|b| b.as_entire_binding());
-                run(&self.light_maps, &[ids, a, b, c, d, picture], tiles);
-            }
-            (DebugView::Receivers | DebugView::States(_), Some((receivers, selection))) => {
-                let colors = storage(device, "colours", &leaf_colors(view, receivers))?;
-                let buffers = [&receivers.receivers, &colors, selection.plan_buffer()];
-                let [a, b, c] = buffers.map(|b| b.as_entire_binding());
-                run(&self.leaves, &[ids, a, b, c, picture], tiles);
-            }
-            // Refused before.
-            (_, None) => {}
+    /// Writes a view over a band of the picture.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for a view of receivers in the naive mode, [`Error::TooLarge`] beyond the device's limits.
+    pub fn record(&self, recorder: &mut Recorder, band: &BandSample, inputs: DebugInputs) -> Result<()> {
+        let tiles = Groups::tiles(band.size());
+        let mut resources = vec![
+            texture("triangle_ids", inputs.seen.triangle_ids),
+            texture("atlas", inputs.maps.atlas),
+            buffer("maps", inputs.maps.maps),
+            buffer("lights", &inputs.lights.buffer),
+            texture("irradiance", inputs.lit.irradiance),
+            buffer("partial_sums", &band.targets.partial_sums),
+            texture("picture", &band.targets.picture_view),
+        ];
+        if let Some((light_maps, lists)) = inputs.adaptive {
+            let receivers = light_maps.receivers;
+            resources.extend([
+                buffer("receivers", &receivers.receivers),
+                buffer("light_lists", &receivers.light_lists),
+                buffer("light_maps", &receivers.light_maps),
+                buffer("offsets", lists.offsets(light_maps.used)),
+            ]);
         }
+        let count = inputs.lights.count();
+        let colors;
+        let (kernel, groups) = match (inputs.view, inputs.adaptive) {
+            (DebugView::LightPositions, _) => {
+                let rows = [count.min(LIGHT_MARKER_ROW), count.div_ceil(LIGHT_MARKER_ROW)];
+                (&self.lights, Groups::Count(rows))
+            }
+            (DebugView::Atlas, _) => (&self.atlas, tiles),
+            (DebugView::Levels, Some(_)) => (&self.levels, tiles),
+            (DebugView::LightMaps, Some(_)) => (&self.light_maps, tiles),
+            (DebugView::Receivers | DebugView::States(_), Some((light_maps, _))) => {
+                colors =
+                    storage(recorder.device, "colours", &leaf_colors(inputs.view, light_maps.receivers))?;
+                resources.push(buffer("colors", &colors));
+                (&self.leaves, tiles)
+            }
+            (_, None) => {
+                return Err(Error::invalid(
+                    "the naive mode has no receivers and levels to show; choose another mode",
+                ));
+            }
+        };
+        kernel.record(recorder, band.groups(), "debug_gpu_ms", &resources, groups);
         Ok(())
     }
 }

@@ -1,24 +1,26 @@
 //! Automatic exposure: a histogram of luminance, and the stops that follow from it.
 
-use crate::bind::{self, Slot};
+use crate::device::kernel::{Groups, Kernel, Shared, buffer, texture};
+use crate::device::recorder::Recorder;
+use crate::layout::Frame;
 use crate::shaders;
+use crate::targets::Targets;
 
 pub(crate) struct Exposure {
-    layout: wgpu::BindGroupLayout,
-    clear: wgpu::ComputePipeline,
-    count: wgpu::ComputePipeline,
-    choose: wgpu::ComputePipeline,
+    clear: Kernel,
+    count: Kernel,
+    choose: Kernel,
     histogram: wgpu::Buffer,
-    /// The stops, one float.
-    pub stops: wgpu::Buffer,
+    stops: wgpu::Buffer,
 }
 
+/// One float on the device: the scale before tone mapping, stops.
+#[derive(Clone, Copy)]
+pub(crate) struct Stops<'a>(pub &'a wgpu::Buffer);
+
 impl Exposure {
-    pub fn new(device: &wgpu::Device) -> Self {
-        let slots = [Slot::Ids, Slot::Write, Slot::Write];
-        let layout = bind::layout(device, "exposure", wgpu::ShaderStages::COMPUTE, &slots);
-        let module = shaders::EXPOSURE.module(device);
-        let pipeline = |entry| bind::compute_pipeline(device, &module, entry, &[Some(&layout)], &[]);
+    pub fn new(device: &wgpu::Device, shared: &Shared) -> Self {
+        let kernel = |entry| Kernel::new(device, shared, &shaders::EXPOSURE, entry, &[]);
         let buffer = |label, size| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
@@ -28,40 +30,33 @@ impl Exposure {
             })
         };
         Self {
-            clear: pipeline("clear"),
-            count: pipeline("count"),
-            choose: pipeline("choose"),
+            clear: kernel("clear"),
+            count: kernel("count"),
+            choose: kernel("choose"),
             histogram: buffer("histogram", 1024),
             stops: buffer("exposure", 4),
-            layout,
         }
     }
 
-    pub fn record(
-        &self,
-        device: &wgpu::Device,
-        encoder: &mut wgpu::CommandEncoder,
-        picture: &wgpu::TextureView,
-        size: [u32; 2],
-    ) {
-        let group = bind::group(
-            device,
-            &self.layout,
-            &[
-                wgpu::BindingResource::TextureView(picture),
-                self.histogram.as_entire_binding(),
-                self.stops.as_entire_binding(),
-            ],
-        );
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_bind_group(0, &group, &[]);
-        for (pipeline, [x, y]) in [
-            (&self.clear, [1, 1]),
-            (&self.count, [size[0].div_ceil(8), size[1].div_ceil(8)]),
-            (&self.choose, [1, 1]),
-        ] {
-            pass.set_pipeline(pipeline);
-            pass.dispatch_workgroups(x, y, 1);
+    /// What was found last.
+    pub fn stops(&self) -> Stops<'_> {
+        Stops(&self.stops)
+    }
+
+    /// Finds the stops of a picture.
+    pub fn record(&self, recorder: &mut Recorder, targets: &Targets) -> Stops<'_> {
+        let resources = [
+            texture("picture", &targets.picture_view),
+            buffer("histogram", &self.histogram),
+            buffer("exposure", &self.stops),
+        ];
+        let one = Groups::Count([1, 1]);
+        for (kernel, groups) in
+            [(&self.clear, one), (&self.count, Groups::tiles(targets.size)), (&self.choose, one)]
+        {
+            let nothing = (&Frame::default(), None);
+            kernel.record(recorder, nothing, "exposure_gpu_ms", &resources, groups);
         }
+        self.stops()
     }
 }

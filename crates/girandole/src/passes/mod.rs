@@ -1,117 +1,157 @@
-//! One file a pass: `new` makes pipelines, `record` records. None owns scene state.
+//! One file a pass: `new` makes pipelines, `record` takes small structs of views and returns what it made. None owns scene
+//! state.
 
+pub(crate) mod append_all_points;
+pub(crate) mod caller_depth;
 pub(crate) mod debug;
+pub(crate) mod edges;
 pub(crate) mod exposure;
+pub(crate) mod light_maps;
 pub(crate) mod multipass;
+pub(crate) mod refine;
 pub(crate) mod resolve;
-pub(crate) mod select;
-pub(crate) mod shade;
+pub(crate) mod shade_naive;
+pub(crate) mod shade_points;
 pub(crate) mod shadow_maps;
+pub(crate) mod sort_points;
 pub(crate) mod tonemap;
-pub(crate) mod visibility;
+pub(crate) mod visibility_buffer;
 
-use crate::bind::{self, Slot};
-use crate::shaders;
+use crate::device::kernel::Shared;
+use crate::gpu_scene::GpuScene;
+use crate::layout::Frame;
+use crate::receivers::Receivers;
+use crate::settings::RendererOptions;
+use crate::targets::Targets;
 
-/// Bind group layouts that passes share: 0 the frame, 1 the scene.
-pub(crate) struct Layouts {
-    pub frame: wgpu::BindGroupLayout,
-    pub scene: wgpu::BindGroupLayout,
+/// What a scene and its lights need of the kernels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SceneFeatures {
+    /// Some material has a specular lobe.
+    pub specular: bool,
+    /// All lights fall off with the cosine.
+    pub only_cosine_lights: bool,
+    /// Some material has a texture.
+    pub textures: bool,
+    /// Some surface has normals that vary.
+    pub curved: bool,
 }
 
-impl Layouts {
-    pub fn new(device: &wgpu::Device) -> Self {
-        let all = wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE;
-        Self {
-            frame: bind::layout(device, "frame", all, &[Slot::UniformAt]),
-            scene: bind::layout(device, "scene", all, &crate::gpu_scene::SCENE_SLOTS),
-        }
+/// What passes are compiled with.
+#[derive(Clone, Copy)]
+pub(crate) struct Compiler<'a> {
+    pub device: &'a wgpu::Device,
+    pub shared: &'a Shared,
+    pub options: &'a RendererOptions,
+    pub features: SceneFeatures,
+    /// Whether points are the picture's pixels: what is stored is their radiance.
+    pub writes_radiance: bool,
+}
+
+impl Compiler<'_> {
+    /// The overrides of all kernels; each takes those that it declares.
+    pub fn constants(&self) -> Vec<(&'static str, f64)> {
+        let flag = |name, value: bool| (name, f64::from(u8::from(value)));
+        vec![
+            ("PARAMETERISATION", f64::from(self.options.shadow_map as u32)),
+            ("NEAR", shadow_maps::NEAR),
+            ("FILTER", f64::from(self.options.pcf)),
+            flag("HAS_SPECULAR", self.features.specular),
+            flag("ONLY_COSINE_LIGHTS", self.features.only_cosine_lights),
+            flag("HAS_TEXTURES", self.features.textures),
+            flag("HAS_CURVED", self.features.curved),
+            flag("WRITES_RADIANCE", self.writes_radiance),
+            flag("PERSISTENT_THREADS", self.shared.tuning.persistent_threads),
+            ("WIDTH", if self.shared.tuning.persistent_threads { 8.0 } else { 64.0 }),
+            ("RUN", if self.shared.tuning.edge_runs { 8.0 } else { 1.0 }),
+        ]
     }
 }
 
-/// What every pass over a band of pixels needs: where it stands in the frame.
+/// A sub-pixel sample of a band of rows: what passes over its pixels are recorded with.
 #[derive(Clone, Copy)]
-pub(crate) struct Band<'a> {
-    /// Bind group 0.
-    pub frame: &'a wgpu::BindGroup,
-    /// Its dynamic offset.
-    pub frame_offset: u32,
-    /// Bind group 1.
-    pub scene: &'a wgpu::BindGroup,
+pub(crate) struct BandSample<'a> {
+    pub frame: Frame,
+    pub scene: &'a GpuScene,
+    pub targets: &'a Targets,
+}
+
+impl<'a> BandSample<'a> {
     /// Pixels in x, and rows of the band.
-    pub size: [u32; 2],
+    pub fn size(&self) -> [u32; 2] {
+        [self.frame.size[0], self.frame.band[1] - self.frame.band[0]]
+    }
+
+    /// The same with points every `step` pixels.
+    pub fn with_step(mut self, step: u32) -> Self {
+        self.frame.step = step;
+        self
+    }
+
+    /// The same with a batch of lights.
+    pub fn with_batch(mut self, batch: LightBatch) -> Self {
+        self.frame.first_light = batch.first;
+        self.frame.end_light = batch.end;
+        self.frame.batch = batch.first / BATCH;
+        self.frame.last_batch = u32::from(batch.is_last);
+        self
+    }
+
+    /// Points in x and y of the grid with points every `step` pixels. It goes on to the row below the band.
+    pub fn grid_size(&self, step: u32) -> [u32; 2] {
+        let [width, rows] = self.size();
+        [width, rows + 1].map(|n| (n - 1).div_ceil(step) + 1)
+    }
+
+    /// What a kernel binds as groups 0 and 1.
+    pub fn groups(&self) -> (&Frame, Option<&'a wgpu::BindGroup>) {
+        (&self.frame, Some(&self.scene.group))
+    }
 }
 
-/// How many workgroups.
+/// Lights are summed in groups of this many; batches are whole groups.
+pub(crate) const GROUP: u32 = 128;
+
+/// Most lights in a batch: 32 KiB of a uniform buffer, of which WebGPU binds 64.
+pub(crate) const BATCH: u32 = 512;
+
+/// Lights that one dispatch sums.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct LightBatch {
+    pub first: u32,
+    pub end: u32,
+    pub is_last: bool,
+}
+
+/// All lights in batches of `size`. Without any light there is still one batch, for what emits.
+pub(crate) fn batches(lights: u32, size: u32) -> impl Iterator<Item = LightBatch> {
+    (0..lights.max(1)).step_by(size as usize).map(move |first| {
+        let end = first.saturating_add(size).min(lights);
+        LightBatch { first, end, is_last: end == lights }
+    })
+}
+
+/// A grid of points with what they receive.
 #[derive(Clone, Copy)]
-pub(crate) enum Groups<'a> {
-    /// These.
-    Count([u32; 2]),
-    /// What the device finds at an offset in a buffer.
-    Indirect(&'a wgpu::Buffer, u64),
+pub(crate) struct GridView<'a> {
+    /// Irradiance, and the surface's id.
+    pub irradiance: &'a wgpu::TextureView,
+    /// What depends on direction: specular radiance, or the direction of light.
+    pub directional: &'a wgpu::TextureView,
 }
 
-impl Groups<'_> {
-    /// Groups of 8 × 8 over so many points.
-    pub fn tiles(points: [u32; 2]) -> Self {
-        Self::Count(points.map(|n| n.div_ceil(8)))
-    }
-
-    /// Groups of 64 × 1 over so many points, for kernels that store them all: rows fill whole pages of memory.
-    pub fn rows([width, height]: [u32; 2]) -> Self {
-        Self::Count([width.div_ceil(64), height])
-    }
+/// Shadow maps that are up to date.
+#[derive(Clone, Copy)]
+pub(crate) struct MapsView<'a> {
+    pub atlas: &'a wgpu::TextureView,
+    /// `Maps` for the shaders.
+    pub maps: &'a wgpu::Buffer,
 }
 
-/// A compute pipeline with bind groups 0 (frame), 1 (scene) and 2 (its own).
-pub(crate) struct Kernel {
-    layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::ComputePipeline,
-    label: &'static str,
-    sees_scene: bool,
-}
-
-impl Kernel {
-    pub fn new(
-        device: &wgpu::Device,
-        layouts: &Layouts,
-        source: &shaders::Source,
-        entry: &'static str,
-        slots: &[Slot],
-        constants: &[(&str, f64)],
-    ) -> Self {
-        let layout = bind::layout(device, source.name, wgpu::ShaderStages::COMPUTE, slots);
-        // A pass that does not look at the scene has that many storage buffers more for itself.
-        let sees_scene = source.uses.contains(&"scene");
-        let groups = [Some(&layouts.frame), sees_scene.then_some(&layouts.scene), Some(&layout)];
-        let pipeline = bind::compute_pipeline(device, &source.module(device), entry, &groups, constants);
-        Self { layout, pipeline, label: source.name, sees_scene }
-    }
-
-    /// Records one dispatch with these resources as bind group 2.
-    pub fn record(
-        &self,
-        device: &wgpu::Device,
-        encoder: &mut wgpu::CommandEncoder,
-        timestamps: Option<wgpu::ComputePassTimestampWrites>,
-        band: Band,
-        resources: &[wgpu::BindingResource],
-        groups: Groups,
-    ) {
-        let group = bind::group(device, &self.layout, resources);
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(self.label),
-            timestamp_writes: timestamps,
-        });
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, band.frame, &[band.frame_offset]);
-        if self.sees_scene {
-            pass.set_bind_group(1, band.scene, &[]);
-        }
-        pass.set_bind_group(2, &group, &[]);
-        match groups {
-            Groups::Count([x, y]) => pass.dispatch_workgroups(x, y, 1),
-            Groups::Indirect(buffer, offset) => pass.dispatch_workgroups_indirect(buffer, offset),
-        }
-    }
+/// Receivers whose light maps, if the frame has any, hold this frame's lights.
+#[derive(Clone, Copy)]
+pub(crate) struct LightMapsView<'a> {
+    pub receivers: &'a Receivers,
+    /// Whether they are used.
+    pub used: bool,
 }

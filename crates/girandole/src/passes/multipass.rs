@@ -1,151 +1,117 @@
-//! Multipass shading (Barczak §4.3.4): a few lights a draw, added by the blending unit.
+//! Multipass shading (Barczak §4.3.4): a few lights a pass, added by the blending unit. All passes over a set of points are
+//! one draw, in which each pass is a range of point primitives.
 
-use super::shade::{Needs, ShadeInputs, constants};
-use super::{Band, Groups, Kernel, Layouts, shadow_maps};
-use crate::bind::{self, Slot};
-use crate::elements::Draws;
-use crate::receivers::Receivers;
-use crate::selection::{CHUNKS_AT, Selection};
-use crate::settings::RendererOptions;
-use crate::targets::Targets;
-use crate::{shaders, timers::Timers};
+use super::sort_points::SortedPoints;
+use super::visibility_buffer::Seen;
+use super::{BandSample, Compiler, GridView, LightMapsView, MapsView};
+use crate::device::kernel::{Draw, Groups, Kernel, RenderKernel, buffer, texture};
+use crate::device::recorder::Recorder;
+use crate::elements::MultipassPlan;
+use crate::lights::GpuLights;
+use crate::point_lists::CHUNKS_AT;
+use crate::shaders;
 
 pub(crate) struct Multipass {
-    layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::RenderPipeline,
-    batch: Kernel,
+    arguments: Kernel,
+    shade: RenderKernel,
     collect: Kernel,
     format: wgpu::TextureFormat,
-    /// What it was compiled for.
-    pub needs: Needs,
-}
-
-/// The targets that draws add to, for one size of grid.
-struct Sums {
-    light: wgpu::TextureView,
-    second: wgpu::TextureView,
 }
 
 impl Multipass {
-    pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
-        use Slot::{Float, Grid, Ids, Read, Uniform};
+    pub fn new(compiler: &Compiler) -> Self {
+        let Compiler { device, shared, .. } = *compiler;
         // Sums of hundreds of lights want 32 bits; where the device cannot blend those, 16 have to do.
         let format = if device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
             wgpu::TextureFormat::Rgba32Float
         } else {
             wgpu::TextureFormat::Rgba16Float
         };
-        let (source, maps) = shadow_maps::reads(device, options, &shaders::MULTIPASS);
-        let slots = [Ids, maps, Read, Uniform, Read, Uniform, Read, Read, Uniform];
-        let stages = wgpu::ShaderStages::VERTEX_FRAGMENT;
-        let layout = bind::layout(device, "multipass", stages, &slots);
-        let module = source.module(device);
-        let mut constants = constants(options, needs).to_vec();
-        let flag = |name, value: bool| (name, f64::from(u8::from(value)));
-        constants.push(flag("CURVED", needs.curved));
-        let compilation_options =
-            wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
-        let adds = wgpu::BlendComponent {
+        let add = wgpu::BlendComponent {
             src_factor: wgpu::BlendFactor::One,
             dst_factor: wgpu::BlendFactor::One,
             operation: wgpu::BlendOperation::Add,
         };
         let target = Some(wgpu::ColorTargetState {
             format,
-            blend: Some(wgpu::BlendState { color: adds, alpha: adds }),
+            blend: Some(wgpu::BlendState { color: add, alpha: add }),
             write_mask: wgpu::ColorWrites::ALL,
         });
-        let groups = [Some(&layouts.frame), Some(&layouts.scene), Some(&layout)];
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("multipass"),
-            layout: Some(&bind::pipeline_layout(device, &groups)),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("place"),
-                compilation_options: compilation_options.clone(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState {
-                topology: wgpu::PrimitiveTopology::PointList,
-                ..Default::default()
-            },
-            depth_stencil: None,
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("shade"),
-                compilation_options,
-                targets: &[target.clone(), target],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
-        let collect = [Ids, Read, Read, Read, Uniform, Ids, Float, Float, Grid, Grid];
-        let constants = [
-            flag("CURVED", needs.curved),
-            flag("SPECULAR", needs.specular),
-            flag("TEXTURES", needs.textures),
-        ];
-        let collect = Kernel::new(device, layouts, &shaders::COLLECT, "main", &collect, &constants);
-        let batch = [Read, Slot::Write, Slot::Write, Uniform, Uniform];
-        let batch = Kernel::new(device, layouts, &shaders::BATCH, "main", &batch, &[]);
-        Self { layout, pipeline, batch, collect, format, needs }
-    }
-
-    /// Textures of a grid's size that start at 0.
-    fn sums(&self, device: &wgpu::Device, [width, height]: [u32; 2]) -> Sums {
-        let texture = |label| {
-            let descriptor = wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: self.format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[],
-            };
-            device.create_texture(&descriptor).create_view(&Default::default())
+        let constants = compiler.constants();
+        let draw = Draw {
+            vertex: "project_point",
+            fragment: Some("sum_lights"),
+            topology: wgpu::PrimitiveTopology::PointList,
+            depth: None,
+            targets: &[target.clone(), target],
         };
-        Sums { light: texture("sums"), second: texture("second sums") }
+        let source = &shaders::MULTIPASS;
+        Self {
+            arguments: Kernel::new(
+                device,
+                shared,
+                &shaders::MULTIPASS_ARGUMENTS,
+                "multipass_arguments",
+                &constants,
+            ),
+            shade: RenderKernel::new(device, shared, source, &draw, &constants),
+            collect: Kernel::new(
+                device,
+                shared,
+                &shaders::MULTIPASS_COLLECT,
+                "multipass_collect",
+                &constants,
+            ),
+            format,
+        }
     }
 
-    /// Shades the points that were chosen last, with all lights. `rows` are those of the band's grids.
+    /// Sums all lights at the points into `grid`.
     #[allow(clippy::too_many_arguments)]
-    pub fn record(
+    pub fn record<'a>(
         &self,
-        device: &wgpu::Device,
-        encoder: &mut wgpu::CommandEncoder,
-        timers: &Timers,
-        (band, step, rows): (Band, u32, u32),
-        inputs: ShadeInputs,
-        (receivers, selection, targets): (&Receivers, &Selection, &Targets),
-        (draws, lights): (&Draws, &wgpu::Buffer),
-    ) {
+        recorder: &mut Recorder,
+        band: &BandSample,
+        seen: Seen,
+        (maps, light_maps): (MapsView, LightMapsView),
+        (plan, lights): (&MultipassPlan, &GpuLights),
+        points: SortedPoints,
+        grid: GridView<'a>,
+    ) -> GridView<'a> {
+        let (device, lists) = (recorder.device, points.lists);
+        // Grids end within the picture.
+        let [width, _] = band.size();
+        let last_row = band.frame.last_row - band.frame.band[0];
+        let points_across = |n: u32| n.div_ceil(band.frame.step) + 1;
+        let size = [points_across(width - 1), points_across(last_row)];
+        let [irradiance, directional] =
+            ["summed irradiance", "summed directional"].map(|label| self.sums(device, label, size));
+        let resources = [
+            texture("triangle_ids", seen.triangle_ids),
+            texture("surface_ids", seen.surface_ids),
+            texture("atlas", maps.atlas),
+            buffer("maps", maps.maps),
+            buffer("lights", &lights.buffer),
+            buffer("point_queue", &lists.point_queue),
+            buffer("offsets", lists.offsets(light_maps.used)),
+            buffer("light_lists", &light_maps.receivers.light_lists),
+            buffer("light_maps", &light_maps.receivers.light_maps),
+            buffer("parts", &plan.parts),
+            buffer("elements", &plan.elements),
+            buffer("multipass", &plan.params),
+            buffer("draw_arguments", &plan.arguments),
+            texture("summed_irradiance", &irradiance),
+            texture("summed_directional", &directional),
+            texture("fine_irradiance", grid.irradiance),
+            texture("fine_directional", grid.directional),
+        ];
         // How many points each element has.
-        let buffers =
-            [&selection.queue, &draws.elements, &draws.arguments, selection.plan_buffer(), &draws.passes];
-        let time = timers.compute("sort_gpu_ms");
-        let resources = buffers.map(|b| b.as_entire_binding());
-        self.batch.record(device, encoder, time, band, &resources, Groups::Count([1, 1]));
+        let one = Groups::Count([1, 1]);
+        self.arguments.record(recorder, band.groups(), "sort_gpu_ms", &resources, one);
 
-        let sums = self.sums(device, [band.size[0], rows].map(|n| (n - 1).div_ceil(step) + 1));
-        let group = bind::group(
-            device,
-            &self.layout,
-            &[
-                wgpu::BindingResource::TextureView(inputs.ids),
-                wgpu::BindingResource::TextureView(inputs.atlas),
-                lights.as_entire_binding(),
-                inputs.maps.as_entire_binding(),
-                selection.queue.as_entire_binding(),
-                selection.plan_buffer().as_entire_binding(),
-                draws.parts.as_entire_binding(),
-                draws.elements.as_entire_binding(),
-                draws.passes.as_entire_binding(),
-            ],
-        );
-        let attachment = |view| {
+        let group = self.shade.group(device, &resources);
+        let uniform = recorder.uniform(&band.frame);
+        let color = |view| {
             Some(wgpu::RenderPassColorAttachment {
                 view,
                 depth_slice: None,
@@ -156,34 +122,36 @@ impl Multipass {
                 },
             })
         };
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        let timestamps = recorder.timers.render("shade_gpu_ms");
+        let mut pass = recorder.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("multipass"),
-            color_attachments: &[attachment(&sums.light), attachment(&sums.second)],
+            color_attachments: &[color(&irradiance), color(&directional)],
             depth_stencil_attachment: None,
-            timestamp_writes: timers.render("shade_gpu_ms"),
+            timestamp_writes: timestamps,
             occlusion_query_set: None,
             multiview_mask: None,
         });
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, band.frame, &[band.frame_offset]);
-        pass.set_bind_group(1, band.scene, &[]);
-        pass.set_bind_group(2, &group, &[]);
-        pass.draw_indirect(&draws.arguments, 0);
+        self.shade.set(&mut pass, (Some(&uniform), Some(&band.scene.group)), &group);
+        pass.draw_indirect(&plan.arguments, 0);
         drop(pass);
 
-        let resources = [
-            wgpu::BindingResource::TextureView(inputs.ids),
-            selection.queue.as_entire_binding(),
-            receivers.lists.as_entire_binding(),
-            receivers.light_maps.as_entire_binding(),
-            selection.plan_buffer().as_entire_binding(),
-            wgpu::BindingResource::TextureView(&targets.keys),
-            wgpu::BindingResource::TextureView(&sums.light),
-            wgpu::BindingResource::TextureView(&sums.second),
-            wgpu::BindingResource::TextureView(inputs.grid[0]),
-            wgpu::BindingResource::TextureView(inputs.grid[1]),
-        ];
-        let groups = Groups::Indirect(&selection.arguments, CHUNKS_AT);
-        self.collect.record(device, encoder, timers.compute("collect_gpu_ms"), band, &resources, groups);
+        let groups = Groups::Indirect(&lists.dispatch_arguments, CHUNKS_AT);
+        self.collect.record(recorder, band.groups(), "collect_gpu_ms", &resources, groups);
+        grid
+    }
+
+    /// A texture of a grid's size that is added to.
+    fn sums(&self, device: &wgpu::Device, label: &str, [width, height]: [u32; 2]) -> wgpu::TextureView {
+        let descriptor = wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: self.format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        };
+        device.create_texture(&descriptor).create_view(&Default::default())
     }
 }

@@ -1,48 +1,32 @@
-//! From sums over lights to the radiance of pixels.
+//! From what pixels receive to the radiance that they send, averaged over their samples.
 
-use super::{Band, Groups, Kernel, Layouts};
-use crate::bind::Slot;
-use crate::{shaders, timers::Timers};
+use super::visibility_buffer::Seen;
+use super::{BandSample, Compiler, GridView};
+use crate::device::kernel::{Groups, Kernel, buffer, texture};
+use crate::device::recorder::Recorder;
+use crate::shaders;
 
 pub(crate) struct Resolve {
     kernel: Kernel,
-    /// What it was compiled for: textures, specular lobes.
-    pub key: [bool; 2],
-}
-
-/// What resolving reads and writes.
-#[derive(Clone, Copy)]
-pub(crate) struct ResolveInputs<'a> {
-    pub ids: &'a wgpu::TextureView,
-    pub grid: &'a [wgpu::TextureView; 2],
-    pub sums: &'a wgpu::Buffer,
-    pub picture: &'a wgpu::TextureView,
 }
 
 impl Resolve {
-    pub fn new(device: &wgpu::Device, layouts: &Layouts, key: [bool; 2]) -> Self {
-        let slots = [Slot::Ids, Slot::Float, Slot::Write, Slot::Picture, Slot::Float];
-        let [textures, specular] = key.map(|k| f64::from(u8::from(k)));
-        let constants = [("TEXTURES", textures), ("SPECULAR", specular)];
-        Self { kernel: Kernel::new(device, layouts, &shaders::RESOLVE, "main", &slots, &constants), key }
+    pub fn new(compiler: &Compiler) -> Self {
+        let source = &shaders::RESOLVE;
+        let constants = compiler.constants();
+        Self { kernel: Kernel::new(compiler.device, compiler.shared, source, "resolve", &constants) }
     }
 
-    pub fn record(
-        &self,
-        device: &wgpu::Device,
-        encoder: &mut wgpu::CommandEncoder,
-        timers: &Timers,
-        band: Band,
-        inputs: ResolveInputs,
-    ) {
+    /// Adds a sample to the picture.
+    pub fn record(&self, recorder: &mut Recorder, band: &BandSample, seen: Seen, lit: GridView) {
         let resources = [
-            wgpu::BindingResource::TextureView(inputs.ids),
-            wgpu::BindingResource::TextureView(&inputs.grid[0]),
-            inputs.sums.as_entire_binding(),
-            wgpu::BindingResource::TextureView(inputs.picture),
-            wgpu::BindingResource::TextureView(&inputs.grid[1]),
+            texture("triangle_ids", seen.triangle_ids),
+            texture("irradiance", lit.irradiance),
+            texture("directional", lit.directional),
+            buffer("partial_sums", &band.targets.partial_sums),
+            texture("picture", &band.targets.picture_view),
         ];
-        let time = timers.compute("resolve_gpu_ms");
-        self.kernel.record(device, encoder, time, band, &resources, Groups::tiles(band.size));
+        let groups = Groups::tiles(band.size());
+        self.kernel.record(recorder, band.groups(), "resolve_gpu_ms", &resources, groups);
     }
 }

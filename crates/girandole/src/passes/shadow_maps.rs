@@ -1,13 +1,14 @@
 //! Shadow maps: one draw and one pass an atlas page.
 
-use super::Layouts;
+use super::MapsView;
 use crate::atlas::AtlasLayout;
-use crate::bind::{self, Slot};
+use crate::device::kernel::{Draw, RenderKernel, Shared, buffer};
+use crate::device::recorder::Recorder;
 use crate::gpu_scene::storage;
-use crate::layout::{Item, Light};
+use crate::layout::Item;
 use crate::occluders::{self, CLUSTER, Clusters, CullCounts, Occluders};
+use crate::resident::Resident;
 use crate::settings::RendererOptions;
-use crate::timers::Timers;
 use crate::{Result, shaders};
 use girandole_core::scene::{Geometry, Scene};
 use wgpu::util::DeviceExt;
@@ -19,29 +20,10 @@ const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Items in one draw at the most: 32 MiB of them.
 const MAX_ITEMS: usize = 4 << 20;
 
-/// The `PARAMETERISATION` that shaders see.
-pub(crate) fn parameterisation(options: &RendererOptions) -> (&'static str, f64) {
-    ("PARAMETERISATION", f64::from(options.shadow_map as u32))
-}
-
 pub(crate) struct ShadowMaps {
-    layout: wgpu::BindGroupLayout,
-    masked_layout: wgpu::BindGroupLayout,
-    opaque: wgpu::RenderPipeline,
-    masked: wgpu::RenderPipeline,
+    opaque: RenderKernel,
+    masked: RenderKernel,
     faces: u32,
-}
-
-/// The shader and the slot for the maps of a pass that reads them.
-pub(crate) fn reads<'a>(
-    device: &wgpu::Device,
-    options: &RendererOptions,
-    sources: &'a [shaders::Source; 2],
-) -> (&'a shaders::Source, Slot) {
-    match options.copies_maps(device.adapter_info().device_type) {
-        false => (&sources[0], Slot::DepthArray),
-        true => (&sources[1], Slot::ImageArray),
-    }
 }
 
 /// The atlas and what is drawn into it.
@@ -49,13 +31,13 @@ pub(crate) struct Atlas {
     pub layout: AtlasLayout,
     pub texture: wgpu::Texture,
     /// All pages as an array.
-    pub view: wgpu::TextureView,
+    view: wgpu::TextureView,
     /// Where each page is drawn.
     pages: Vec<wgpu::TextureView>,
     /// The way from there to the atlas, if that is another texture.
     copy: Option<PageCopy>,
     /// `Maps` for the shaders.
-    pub maps: wgpu::Buffer,
+    maps: wgpu::Buffer,
     occluders: Occluders,
     positions: [wgpu::Buffer; 2],
     coordinates: wgpu::Buffer,
@@ -64,16 +46,14 @@ pub(crate) struct Atlas {
 impl Atlas {
     pub fn new(
         device: &wgpu::Device,
-        options: &RendererOptions,
+        copies_maps: bool,
         layout: AtlasLayout,
         scene: &Scene,
         geometry: &Geometry,
         occluders: Occluders,
     ) -> Result<Self> {
         use wgpu::TextureUsages as U;
-        let copy = options
-            .copies_maps(device.adapter_info().device_type)
-            .then(|| PageCopy::new(device, layout.page_size));
+        let copy = copies_maps.then(|| PageCopy::new(device, layout.page_size));
         let (format, usage) = match &copy {
             None => (DEPTH, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING),
             Some(_) => (wgpu::TextureFormat::R32Float, U::STORAGE_BINDING | U::COPY_DST),
@@ -113,6 +93,11 @@ impl Atlas {
             layout,
             occluders,
         })
+    }
+
+    /// What shaders read maps from.
+    pub fn view(&self) -> MapsView<'_> {
+        MapsView { atlas: &self.view, maps: &self.maps }
     }
 
     /// Bytes of the pages, and of what they are copied through.
@@ -201,74 +186,42 @@ fn mask_coordinates(scene: &Scene, geometry: &Geometry, clusters: &Clusters) -> 
 }
 
 impl ShadowMaps {
-    pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions) -> Self {
-        let slots = [Slot::Read, Slot::Read, Slot::Read, Slot::Uniform, Slot::Read];
-        let layout = bind::layout(device, "shadow maps", wgpu::ShaderStages::VERTEX, &slots[..4]);
-        let masked_layout = bind::layout(device, "masked shadow maps", wgpu::ShaderStages::VERTEX, &slots);
+    pub fn new(device: &wgpu::Device, shared: &Shared, options: &RendererOptions) -> Self {
         let clips = device.features().contains(wgpu::Features::CLIP_DISTANCES);
-        let source = if clips { shaders::SHADOW_MAPS_CLIP } else { shaders::SHADOW_MAPS_DISCARD };
-        let constants = [parameterisation(options), ("NEAR", NEAR), ("CLUSTER", f64::from(CLUSTER))];
-        let pipeline = |source: &shaders::Source, vertex, fragment: Option<&str>, groups: &[_]| {
-            let module = source.module(device);
-            let compilation_options =
-                wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(source.name),
-                layout: Some(&bind::pipeline_layout(device, groups)),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some(vertex),
-                    compilation_options: compilation_options.clone(),
-                    buffers: &[],
-                },
-                primitive: Default::default(),
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: DEPTH,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Greater),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
-                multisample: Default::default(),
-                fragment: fragment.map(|entry| wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some(entry),
-                    compilation_options: compilation_options.clone(),
-                    targets: &[],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
+        let source = if clips { &shaders::SHADOW_MAPS_CLIP } else { &shaders::SHADOW_MAPS_DISCARD };
+        let constants = [("PARAMETERISATION", f64::from(options.shadow_map as u32)), ("NEAR", NEAR)];
+        let pipeline = |source, vertex, fragment| {
+            let draw = Draw {
+                vertex,
+                fragment,
+                topology: wgpu::PrimitiveTopology::TriangleList,
+                depth: Some((DEPTH, wgpu::CompareFunction::Greater)),
+                targets: &[],
+            };
+            RenderKernel::new(device, shared, source, &draw, &constants)
         };
         Self {
-            opaque: pipeline(&source, "opaque", (!clips).then_some("confine"), &[None, None, Some(&layout)]),
-            masked: pipeline(
-                &shaders::SHADOW_MAPS_MASKED,
-                "masked",
-                Some("cut_out"),
-                &[None, Some(&layouts.scene), Some(&masked_layout)],
-            ),
+            opaque: pipeline(source, "opaque", (!clips).then_some("confine")),
+            masked: pipeline(&shaders::SHADOW_MAPS_MASKED, "masked", Some("cut_out")),
             faces: options.shadow_map.faces(),
-            layout,
-            masked_layout,
         }
     }
 
     /// Draws the maps of all lights, page by page.
-    pub fn record(
+    ///
+    /// # Errors
+    /// [`crate::Error::TooLarge`] where a list of what to draw exceeds the device's limits.
+    pub fn record<'a>(
         &self,
-        device: &wgpu::Device,
-        encoder: &mut wgpu::CommandEncoder,
-        timers: &Timers,
-        scene: &wgpu::BindGroup,
-        (lights, light_buffer): (&[Light], &wgpu::Buffer),
-        atlas: &Atlas,
-    ) -> Result<CullCounts> {
+        recorder: &mut Recorder,
+        scene: &'a Resident,
+    ) -> Result<(MapsView<'a>, CullCounts)> {
+        let Resident { lights, atlas, .. } = scene;
         let mut counts = CullCounts::default();
         let sets = [&atlas.occluders.opaque, &atlas.occluders.masked];
         for (page, view) in atlas.pages.iter().enumerate() {
             let mut of_page =
-                (0..lights.len()).filter(|&i| atlas.layout.slots[i].page as usize == page).peekable();
+                (0..lights.samples.len()).filter(|&i| atlas.layout.slots[i].page as usize == page).peekable();
             let mut first = true;
             while first || of_page.peek().is_some() {
                 // As many lights as fit into one list; as a rule, all of the page's.
@@ -278,37 +231,46 @@ impl ShadowMaps {
                 {
                     for (clusters, items) in sets.iter().zip(&mut items) {
                         if !clusters.bounds.is_empty() || std::ptr::eq(*clusters, sets[0]) {
-                            let light = (index as u32, &lights[index]);
+                            let light = (index as u32, &lights.samples[index]);
                             let map_size = atlas.layout.slots[index].size as f32;
                             counts += occluders::cull(light, map_size, self.faces, clusters, items);
                         }
                     }
                 }
-                self.draw(device, encoder, timers, (view, first), scene, light_buffer, atlas, items)?;
+                self.draw(recorder, (view, first), scene, items)?;
                 first = false;
             }
             if let Some(copy) = &atlas.copy {
-                copy.record(encoder, &atlas.texture, page as u32);
+                copy.record(recorder.encoder(), &atlas.texture, page as u32);
             }
         }
-        Ok(counts)
+        Ok((atlas.view(), counts))
     }
 
-    #[allow(clippy::too_many_arguments)]
     fn draw(
         &self,
-        device: &wgpu::Device,
-        encoder: &mut wgpu::CommandEncoder,
-        timers: &Timers,
+        recorder: &mut Recorder,
         (view, clear): (&wgpu::TextureView, bool),
-        scene: &wgpu::BindGroup,
-        lights: &wgpu::Buffer,
-        atlas: &Atlas,
+        scene: &Resident,
         items: [Vec<Item>; 2],
     ) -> Result<()> {
-        let [opaque, masked] = &items;
-        let lists = [storage(device, "items", opaque)?, storage(device, "masked items", masked)?];
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        let Resident { lights, atlas, .. } = scene;
+        let device = recorder.device;
+        let kernels = [&self.opaque, &self.masked];
+        let mut groups = Vec::with_capacity(2);
+        for ((kernel, items), positions) in kernels.iter().zip(&items).zip(&atlas.positions) {
+            let list = storage(device, "items", items)?;
+            let resources = [
+                buffer("lights", &lights.buffer),
+                buffer("positions", positions),
+                buffer("items", &list),
+                buffer("maps", &atlas.maps),
+                buffer("coordinates", &atlas.coordinates),
+            ];
+            groups.push(kernel.group(device, &resources));
+        }
+        let timestamps = recorder.timers.render("shadow_maps_gpu_ms");
+        let mut pass = recorder.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("shadow maps"),
             color_attachments: &[],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
@@ -319,24 +281,15 @@ impl ShadowMaps {
                 }),
                 stencil_ops: None,
             }),
-            timestamp_writes: timers.render("shadow_maps_gpu_ms"),
+            timestamp_writes: timestamps,
             occlusion_query_set: None,
             multiview_mask: None,
         });
-        if !opaque.is_empty() {
-            let resources =
-                [lights, &atlas.positions[0], &lists[0], &atlas.maps].map(|b| b.as_entire_binding());
-            pass.set_pipeline(&self.opaque);
-            pass.set_bind_group(2, &bind::group(device, &self.layout, &resources), &[]);
-            pass.draw(0..3 * CLUSTER, 0..opaque.len() as u32);
-        }
-        if !masked.is_empty() {
-            let resources = [lights, &atlas.positions[1], &lists[1], &atlas.maps, &atlas.coordinates]
-                .map(|b| b.as_entire_binding());
-            pass.set_pipeline(&self.masked);
-            pass.set_bind_group(1, scene, &[]);
-            pass.set_bind_group(2, &bind::group(device, &self.masked_layout, &resources), &[]);
-            pass.draw(0..3 * CLUSTER, 0..masked.len() as u32);
+        for ((kernel, items), group) in kernels.iter().zip(&items).zip(&groups) {
+            if !items.is_empty() {
+                kernel.set(&mut pass, (None, Some(&scene.geometry.group)), group);
+                pass.draw(0..3 * CLUSTER, 0..items.len() as u32);
+            }
         }
         Ok(())
     }

@@ -1,91 +1,94 @@
 //! Shows radiance on the caller's target.
 
-use crate::bind::{self, Slot};
+use super::exposure::Stops;
+use crate::device::kernel::{Draw, KernelCache, RenderKernel, Shared, buffer, texture};
+use crate::device::recorder::Recorder;
 use crate::layout::Display;
-use crate::settings::RenderSettings;
+use crate::settings::{RenderSettings, Target};
 use crate::shaders;
+use crate::targets::Targets;
 use girandole_core::tonemap::{Exposure, Tonemap};
 use wgpu::util::DeviceExt;
 
 /// A pipeline for each format of target and curve that were asked for so far.
 pub(crate) struct ToneMapping {
-    layout: wgpu::BindGroupLayout,
-    module: wgpu::ShaderModule,
-    pipelines: Vec<(Key, wgpu::RenderPipeline)>,
+    pipelines: KernelCache<Key>,
 }
 
-type Key = (wgpu::TextureFormat, Tonemap);
+/// What a pipeline is made for.
+#[derive(Clone, Copy, PartialEq)]
+struct Key {
+    format: wgpu::TextureFormat,
+    curve: Tonemap,
+    keeps_background: bool,
+}
+
+/// Whether a target holds floating-point values: radiance is written as it is, without a bound where there is no curve.
+fn is_float(format: wgpu::TextureFormat) -> bool {
+    use wgpu::TextureFormat as F;
+    matches!(
+        format,
+        F::R16Float
+            | F::R32Float
+            | F::Rg16Float
+            | F::Rg32Float
+            | F::Rgba16Float
+            | F::Rgba32Float
+            | F::Rg11b10Ufloat
+    )
+}
+
+fn kernel(device: &wgpu::Device, shared: &Shared, key: Key) -> RenderKernel {
+    let curve = match key.curve {
+        Tonemap::Agx => 0.0,
+        Tonemap::Aces => 1.0,
+        Tonemap::None => 2.0,
+    };
+    // A target with an sRGB format encodes by itself; floating-point targets stay linear.
+    let is_float = is_float(key.format);
+    let encodes = !key.format.is_srgb() && !is_float;
+    let flag = |name, value: bool| (name, f64::from(u8::from(value)));
+    let draw = Draw {
+        vertex: "fullscreen",
+        fragment: Some("show"),
+        topology: wgpu::PrimitiveTopology::TriangleList,
+        depth: None,
+        targets: &[Some(wgpu::ColorTargetState {
+            format: key.format,
+            blend: key.keeps_background.then_some(wgpu::BlendState::ALPHA_BLENDING),
+            write_mask: wgpu::ColorWrites::ALL,
+        })],
+    };
+    let constants = [
+        ("CURVE", curve),
+        flag("ENCODE", encodes),
+        flag("HDR", is_float),
+        flag("COVERAGE", key.keeps_background),
+    ];
+    RenderKernel::new(device, shared, &shaders::TONEMAP, &draw, &constants)
+}
 
 impl ToneMapping {
-    pub fn new(device: &wgpu::Device) -> Self {
-        let slots = [Slot::Uniform, Slot::Ids, Slot::Read];
-        Self {
-            layout: bind::layout(device, "tonemap", wgpu::ShaderStages::VERTEX_FRAGMENT, &slots),
-            module: shaders::TONEMAP.module(device),
-            pipelines: Vec::new(),
-        }
+    pub fn new() -> Self {
+        Self { pipelines: KernelCache::new() }
     }
 
-    /// Makes a pipeline unless it exists, and returns its index.
-    fn pipeline(&mut self, device: &wgpu::Device, key: Key) -> usize {
-        if let Some(index) = self.pipelines.iter().position(|(k, _)| *k == key) {
-            return index;
-        }
-        let (format, tonemap) = key;
-        let curve = match tonemap {
-            Tonemap::Agx => 0,
-            Tonemap::Aces => 1,
-            Tonemap::None => 2,
-        };
-        // A target with an sRGB format encodes by itself; floating-point targets stay linear.
-        let float = format.has_color_aspect()
-            && format.sample_type(None, None).is_some_and(|t| {
-                matches!(t, wgpu::TextureSampleType::Float { .. })
-                    && format.target_component_alignment() != Some(1)
-            });
-        let encode = !format.is_srgb() && !float;
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("tonemap"),
-            layout: Some(&bind::pipeline_layout(device, &[Some(&self.layout)])),
-            vertex: wgpu::VertexState {
-                module: &self.module,
-                entry_point: Some("fullscreen"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: Default::default(),
-            depth_stencil: None,
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &self.module,
-                entry_point: Some("show"),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &[("CURVE", f64::from(curve)), ("ENCODE", f64::from(u8::from(encode)))],
-                    ..Default::default()
-                },
-                targets: &[Some(format.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
-        self.pipelines.push((key, pipeline));
-        self.pipelines.len() - 1
-    }
-
-    #[allow(clippy::too_many_arguments)]
+    /// Writes the picture to `target`.
     pub fn record(
-        &mut self,
-        device: &wgpu::Device,
-        encoder: &mut wgpu::CommandEncoder,
-        picture: &wgpu::TextureView,
-        stops: &wgpu::Buffer,
+        &self,
+        recorder: &mut Recorder,
+        shared: &Shared,
+        targets: &Targets,
+        stops: Stops,
         settings: &RenderSettings,
-        size: [u32; 2],
-        (target, format): (&wgpu::TextureView, wgpu::TextureFormat),
+        target: &Target,
     ) {
-        let index = self.pipeline(device, (format, settings.tonemap));
+        let device = recorder.device;
+        let key =
+            Key { format: target.format, curve: settings.tonemap, keeps_background: target.keep_background };
+        let kernel = self.pipelines.get(key, || kernel(device, shared, key));
         let display = Display {
-            size,
+            size: target.size,
             exposure: match settings.exposure {
                 Exposure::Ev(ev) => ev,
                 Exposure::Auto => 0.0,
@@ -97,33 +100,28 @@ impl ToneMapping {
             contents: bytemuck::bytes_of(&display),
             usage: wgpu::BufferUsages::UNIFORM,
         });
-        let group = bind::group(
-            device,
-            &self.layout,
-            &[
-                uniform.as_entire_binding(),
-                wgpu::BindingResource::TextureView(picture),
-                stops.as_entire_binding(),
-            ],
-        );
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        let resources = [
+            buffer("display", &uniform),
+            texture("picture", &targets.picture_view),
+            buffer("automatic", stops.0),
+        ];
+        let group = kernel.group(device, &resources);
+        let load =
+            if target.keep_background { wgpu::LoadOp::Load } else { wgpu::LoadOp::Clear(Default::default()) };
+        let mut pass = recorder.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("tonemap"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: target,
+                view: target.color,
                 depth_slice: None,
                 resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(Default::default()),
-                    store: wgpu::StoreOp::Store,
-                },
+                ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
             })],
             depth_stencil_attachment: None,
             timestamp_writes: None,
             occlusion_query_set: None,
             multiview_mask: None,
         });
-        pass.set_pipeline(&self.pipelines[index].1);
-        pass.set_bind_group(0, &group, &[]);
+        kernel.set(&mut pass, (None, None), &group);
         pass.draw(0..3, 0..1);
     }
 }

@@ -1,7 +1,9 @@
 //! GPU timestamps of passes, where the device has them.
 
-use std::cell::RefCell;
+use super::readback;
+use crate::Result;
 use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Passes that one frame can time; later ones go untimed.
 const CAPACITY: u32 = 1024;
@@ -11,7 +13,7 @@ pub(crate) struct Timers {
     /// Whether passes are timed from now on.
     pub on: bool,
     set: Option<wgpu::QuerySet>,
-    names: RefCell<Vec<&'static str>>,
+    names: Mutex<Vec<&'static str>>,
     period_ns: f32,
 }
 
@@ -24,11 +26,15 @@ impl Timers {
                 count: 2 * CAPACITY,
             })
         });
-        Self { on: false, set, names: RefCell::new(Vec::new()), period_ns: queue.get_timestamp_period() }
+        Self { on: false, set, names: Mutex::new(Vec::new()), period_ns: queue.get_timestamp_period() }
+    }
+
+    fn names(&self) -> MutexGuard<'_, Vec<&'static str>> {
+        self.names.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn next(&self, name: &'static str) -> Option<(&wgpu::QuerySet, u32)> {
-        let mut names = self.names.borrow_mut();
+        let mut names = self.names();
         let set = self.set.as_ref().filter(|_| self.on && (names.len() as u32) < CAPACITY)?;
         names.push(name);
         Some((set, names.len() as u32 - 1))
@@ -52,12 +58,13 @@ impl Timers {
 
     /// Forgets what was timed so far.
     pub fn reset(&self) {
-        self.names.borrow_mut().clear();
+        self.names().clear();
     }
 
-    /// Records the read-back of all timestamps: a buffer to map, if there are any.
-    pub fn resolve(&self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder) -> Option<wgpu::Buffer> {
-        let count = 2 * self.names.borrow().len() as u32;
+    /// Records the read-back of all timestamps, if there are any.
+    pub fn resolve(&self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder) -> Option<Timestamps> {
+        let names = self.names().clone();
+        let count = 2 * names.len() as u32;
         let set = self.set.as_ref().filter(|_| count > 0)?;
         let buffer = |usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
@@ -71,16 +78,27 @@ impl Timers {
         let readable = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
         encoder.resolve_query_set(set, 0..count, &resolved, 0);
         encoder.copy_buffer_to_buffer(&resolved, 0, &readable, 0, u64::from(count) * 8);
-        Some(readable)
+        Some(Timestamps { buffer: readable, names, period_ns: self.period_ns })
     }
+}
 
+/// Timestamps on their way back.
+pub(crate) struct Timestamps {
+    buffer: wgpu::Buffer,
+    names: Vec<&'static str>,
+    period_ns: f32,
+}
+
+impl Timestamps {
     /// Milliseconds by name.
-    pub fn sums(&self, ticks: &[u64]) -> BTreeMap<&'static str, f64> {
+    pub async fn sums(self) -> Result<BTreeMap<&'static str, f64>> {
+        let bytes = readback::bytes(&self.buffer).await?;
+        let ticks = bytemuck::pod_collect_to_vec::<u8, u64>(&bytes);
         let mut sums = BTreeMap::new();
-        for (&name, pair) in self.names.borrow().iter().zip(ticks.chunks_exact(2)) {
+        for (&name, pair) in self.names.iter().zip(ticks.chunks_exact(2)) {
             let elapsed = pair[1].saturating_sub(pair[0]) as f64;
             *sums.entry(name).or_insert(0.0) += elapsed * f64::from(self.period_ns) * 1e-6;
         }
-        sums
+        Ok(sums)
     }
 }

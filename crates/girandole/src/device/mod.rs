@@ -1,0 +1,9 @@
+//! The device: adapters, pipelines with their bindings, recording, timers, read-backs.
+
+mod gpu;
+pub(crate) mod kernel;
+pub(crate) mod readback;
+pub(crate) mod recorder;
+pub(crate) mod timers;
+
+pub use gpu::{AdapterReport, Gpu, WANTED_FEATURES, adapters, wanted_limits};

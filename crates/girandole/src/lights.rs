@@ -1,0 +1,45 @@
+//! Light samples on the GPU.
+
+use crate::Result;
+use crate::gpu_scene::check_size;
+use crate::layout::Light;
+use crate::passes::BATCH;
+use wgpu::util::DeviceExt;
+
+/// Light samples with their places in the atlas.
+pub(crate) struct GpuLights {
+    pub samples: Vec<Light>,
+    /// For shadow maps as a whole, for shading in batches: it goes on for a batch behind the last one.
+    pub buffer: wgpu::Buffer,
+}
+
+impl GpuLights {
+    /// # Errors
+    /// [`crate::Error::TooLarge`] beyond the device's limit.
+    pub fn new(device: &wgpu::Device, samples: Vec<Light>) -> Result<Self> {
+        let mut padded = samples.clone();
+        padded.resize(samples.len() + BATCH as usize, Light::default());
+        check_size(device, "lights", bytemuck::cast_slice::<_, u8>(&padded))?;
+        let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("lights"),
+            contents: bytemuck::cast_slice(&padded),
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM,
+        });
+        Ok(Self { samples, buffer })
+    }
+
+    /// How many.
+    pub fn count(&self) -> u32 {
+        self.samples.len() as u32
+    }
+
+    /// Lights from `first` on: [`BATCH`] of them, used or not.
+    pub fn batch(&self, first: u32) -> wgpu::BufferBinding<'_> {
+        let size = size_of::<Light>() as u64;
+        wgpu::BufferBinding {
+            buffer: &self.buffer,
+            offset: u64::from(first) * size,
+            size: wgpu::BufferSize::new(u64::from(BATCH) * size),
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Further samples of a pixel: interpolated between the first samples of this pixel and its neighbours, where those lie on
+//! the same surface; the others are listed for shading.
+
+use super::sort_points::ListedPoints;
+use super::visibility_buffer::Seen;
+use super::{BandSample, Compiler, GridView, LightMapsView};
+use crate::device::kernel::{Binding, Groups, Kernel, buffer, texture};
+use crate::device::recorder::Recorder;
+use crate::point_lists::PointLists;
+use crate::shaders;
+
+/// Pixels of an invocation where it works in runs.
+const RUN: u32 = 8;
+
+pub(crate) struct Edges {
+    edges: Kernel,
+    edge_fallback: Kernel,
+    /// For first samples, where those that follow write radiance.
+    first_samples: Option<Kernel>,
+    run: u32,
+}
+
+impl Edges {
+    pub fn new(compiler: &Compiler) -> Self {
+        let constants = compiler.constants();
+        let kernel = |source, entry| Kernel::new(compiler.device, compiler.shared, source, entry, &constants);
+        let edges = &shaders::EDGES;
+        Self {
+            edges: kernel(edges, "interpolate_edges"),
+            edge_fallback: kernel(&shaders::EDGE_FALLBACK, "edge_fallback"),
+            first_samples: compiler.writes_radiance.then(|| kernel(edges, "resolve_first_samples")),
+            run: if compiler.shared.tuning.edge_runs { RUN } else { 1 },
+        }
+    }
+
+    /// Fills `fine`, or the picture, from the `first` samples, as far as that can be done by interpolation.
+    pub fn record<'a>(
+        &self,
+        recorder: &mut Recorder,
+        band: &BandSample,
+        seen: Seen,
+        light_maps: LightMapsView,
+        lists: &'a PointLists,
+        [first, fine]: [GridView; 2],
+    ) -> ListedPoints<'a> {
+        let mut resources = samples(band, seen, first, fine).to_vec();
+        resources.extend([
+            texture("triangle_ids", seen.triangle_ids),
+            buffer("receivers", &light_maps.receivers.receivers),
+            buffer("shade_list", &lists.shade_list),
+            buffer("candidates", &lists.candidates),
+            buffer("offsets", lists.offsets(light_maps.used)),
+        ]);
+        let [width, rows] = band.grid_size(1);
+        let groups = Groups::rows([width.div_ceil(self.run), rows]);
+        self.edges.record(recorder, band.groups(), "edges_gpu_ms", &resources, groups);
+        let groups = Groups::Indirect(&lists.candidates, 0);
+        self.edge_fallback.record(recorder, band.groups(), "edges_gpu_ms", &resources, groups);
+        ListedPoints::new(lists)
+    }
+
+    /// Writes the radiance of first samples.
+    pub fn record_first(&self, recorder: &mut Recorder, band: &BandSample, seen: Seen, first: GridView) {
+        if let Some(kernel) = &self.first_samples {
+            let [width, rows] = band.size();
+            let groups = Groups::rows([width.div_ceil(self.run), rows]);
+            let resources = samples(band, seen, first, band.targets.sample_grid());
+            kernel.record(recorder, band.groups(), "resolve_gpu_ms", &resources, groups);
+        }
+    }
+}
+
+fn samples<'a>(
+    band: &BandSample<'a>,
+    seen: Seen<'a>,
+    first: GridView<'a>,
+    fine: GridView<'a>,
+) -> [Binding<'a>; 7] {
+    [
+        texture("surface_ids", seen.surface_ids),
+        texture("first_irradiance", first.irradiance),
+        texture("first_directional", first.directional),
+        texture("fine_irradiance", fine.irradiance),
+        texture("fine_directional", fine.directional),
+        texture("picture", &band.targets.picture_view),
+        buffer("partial_sums", &band.targets.partial_sums),
+    ]
+}

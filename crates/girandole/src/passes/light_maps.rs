@@ -1,0 +1,54 @@
+//! Light maps (Barczak §4.3.2): for each leaf patch the sum of the lights that its map holds, without visibility.
+
+use super::{BATCH, Compiler, LightMapsView, batches};
+use crate::device::kernel::{Groups, Kernel, buffer};
+use crate::device::recorder::Recorder;
+use crate::layout::{Frame, LIGHT_MAP_GROUPS};
+use crate::receivers::Receivers;
+use crate::resident::Resident;
+use crate::shaders;
+
+pub(crate) struct LightMaps {
+    kernel: Kernel,
+}
+
+impl LightMaps {
+    pub fn new(compiler: &Compiler) -> Self {
+        let constants = compiler.constants();
+        let source = &shaders::LIGHT_MAPS;
+        Self { kernel: Kernel::new(compiler.device, compiler.shared, source, "bake_light_maps", &constants) }
+    }
+
+    /// Sums all lights anew, batch by batch, with this bound of the geometric factor.
+    pub fn record<'a>(
+        &self,
+        recorder: &mut Recorder,
+        scene: &Resident,
+        receivers: &'a Receivers,
+        clamp: Option<f32>,
+    ) -> LightMapsView<'a> {
+        let lights = &scene.lights;
+        let offsets = receivers.offsets_buffer(recorder.device);
+        for batch in batches(lights.count(), BATCH) {
+            let frame =
+                Frame { batch: batch.first / BATCH, clamp: clamp.unwrap_or(f32::MAX), ..Frame::default() };
+            let resources = [
+                ("lights", wgpu::BindingResource::Buffer(lights.batch(batch.first))),
+                buffer("light_lists", &receivers.light_lists),
+                buffer("light_maps", &receivers.light_maps),
+                buffer("offsets", &offsets),
+            ];
+            let leaves = receivers.leaves;
+            let groups = [leaves.min(LIGHT_MAP_GROUPS), leaves.div_ceil(LIGHT_MAP_GROUPS)];
+            let groups = Groups::Count(groups);
+            self.kernel.record(
+                recorder,
+                (&frame, Some(&scene.geometry.group)),
+                "light_maps_gpu_ms",
+                &resources,
+                groups,
+            );
+        }
+        LightMapsView { receivers, used: true }
+    }
+}

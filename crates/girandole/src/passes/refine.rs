@@ -1,0 +1,69 @@
+//! From a grid of points to one with half the step: points between neighbours that receive nearly the same light are
+//! interpolated, the others are listed for shading (Barczak §4.3.3).
+
+use super::sort_points::ListedPoints;
+use super::visibility_buffer::Seen;
+use super::{BandSample, Compiler, GridView, LightMapsView};
+use crate::device::kernel::{Groups, Kernel, buffer, texture};
+use crate::device::recorder::Recorder;
+use crate::point_lists::{CURVED_CANDIDATES_AT, PointLists};
+use crate::shaders;
+
+pub(crate) struct Refine {
+    refine: Kernel,
+    test_candidates: Kernel,
+    /// The same for candidates on curved surfaces, if there are any and `test_candidates` leaves them.
+    test_curved_candidates: Option<Kernel>,
+}
+
+impl Refine {
+    pub fn new(compiler: &Compiler) -> Self {
+        let constants = compiler.constants();
+        let kernel = |source, entry| Kernel::new(compiler.device, compiler.shared, source, entry, &constants);
+        let persistent = compiler.shared.tuning.persistent_threads;
+        let refine = &shaders::REFINE;
+        let test = &shaders::TEST_CANDIDATES;
+        Self {
+            refine: kernel(refine, "refine"),
+            test_candidates: kernel(test, "test_candidates"),
+            test_curved_candidates: (compiler.features.curved && !persistent)
+                .then(|| kernel(test, "test_curved_candidates")),
+        }
+    }
+
+    /// Fills `fine`, the grid of the band's step, from `coarse`, that of twice the step, as far as that can be done by
+    /// interpolation; with radiance as the output, the picture.
+    pub fn record<'a>(
+        &self,
+        recorder: &mut Recorder,
+        band: &BandSample,
+        seen: Seen,
+        light_maps: LightMapsView,
+        lists: &'a PointLists,
+        [coarse, fine]: [GridView; 2],
+    ) -> ListedPoints<'a> {
+        let resources = [
+            texture("triangle_ids", seen.triangle_ids),
+            texture("surface_ids", seen.surface_ids),
+            texture("coarse_irradiance", coarse.irradiance),
+            texture("coarse_directional", coarse.directional),
+            texture("fine_irradiance", fine.irradiance),
+            texture("fine_directional", fine.directional),
+            texture("picture", &band.targets.picture_view),
+            buffer("receivers", &light_maps.receivers.receivers),
+            buffer("shade_list", &lists.shade_list),
+            buffer("candidates", &lists.candidates),
+            buffer("work_queue", &lists.work_queue),
+            buffer("offsets", lists.offsets(light_maps.used)),
+        ];
+        let cells = Groups::rows(band.grid_size(2 * band.frame.step));
+        self.refine.record(recorder, band.groups(), "select_gpu_ms", &resources, cells);
+        let flat = Groups::Indirect(&lists.candidates, 0);
+        self.test_candidates.record(recorder, band.groups(), "select_gpu_ms", &resources, flat);
+        if let Some(kernel) = &self.test_curved_candidates {
+            let curved = Groups::Indirect(&lists.candidates, CURVED_CANDIDATES_AT);
+            kernel.record(recorder, band.groups(), "select_gpu_ms", &resources, curved);
+        }
+        ListedPoints::new(lists)
+    }
+}

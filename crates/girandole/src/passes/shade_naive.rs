@@ -1,0 +1,43 @@
+//! Naive shading: every pixel, every light, every shadow map.
+
+use super::visibility_buffer::Seen;
+use super::{BandSample, Compiler, GridView, MapsView};
+use crate::device::kernel::{Groups, Kernel, buffer, texture};
+use crate::device::recorder::Recorder;
+use crate::shaders;
+
+pub(crate) struct ShadeNaive {
+    kernel: Kernel,
+}
+
+impl ShadeNaive {
+    pub fn new(compiler: &Compiler) -> Self {
+        let source = &shaders::SHADE_NAIVE;
+        let constants = compiler.constants();
+        Self { kernel: Kernel::new(compiler.device, compiler.shared, source, "shade_naive", &constants) }
+    }
+
+    /// Sums the band's batch of lights at all pixels; the last one completes `grid`.
+    pub fn record<'a>(
+        &self,
+        recorder: &mut Recorder,
+        band: &BandSample,
+        seen: Seen,
+        maps: MapsView,
+        lights: wgpu::BufferBinding,
+        grid: GridView<'a>,
+    ) -> GridView<'a> {
+        let resources = [
+            texture("triangle_ids", seen.triangle_ids),
+            texture("atlas", maps.atlas),
+            buffer("maps", maps.maps),
+            ("lights", wgpu::BindingResource::Buffer(lights)),
+            buffer("partial_sums", &band.targets.partial_sums),
+            texture("fine_irradiance", grid.irradiance),
+            texture("fine_directional", grid.directional),
+        ];
+        let groups = Groups::tiles(band.size());
+        self.kernel.record(recorder, band.groups(), "shade_gpu_ms", &resources, groups);
+        grid
+    }
+}

@@ -1,0 +1,70 @@
+//! Fused shading: each point walks the lights of its leaf receiver (Barczak §4.3.1).
+
+use super::sort_points::SortedPoints;
+use super::visibility_buffer::Seen;
+use super::{BandSample, Compiler, GridView, LightMapsView, MapsView};
+use crate::device::kernel::{Groups, Kernel, buffer, texture};
+use crate::device::recorder::Recorder;
+use crate::point_lists::{COOPERATIVE_AT, SHADE_AT};
+use crate::shaders;
+
+pub(crate) struct ShadePoints {
+    shade_points: Kernel,
+    /// For few points, where the device has lanes enough.
+    cooperative: Option<Kernel>,
+}
+
+impl ShadePoints {
+    pub fn new(compiler: &Compiler) -> Self {
+        let constants = compiler.constants();
+        let kernel =
+            |source: &_, entry| Kernel::new(compiler.device, compiler.shared, source, entry, &constants);
+        let source = &shaders::SHADE_POINTS;
+        Self {
+            shade_points: kernel(source, "shade_points"),
+            cooperative: compiler
+                .shared
+                .tuning
+                .cooperative_points
+                .then(|| kernel(&shaders::SHADE_POINTS, "shade_points_cooperative")),
+        }
+    }
+
+    /// Sums the band's batch of lights at the points; the last one completes `grid`, or the picture.
+    #[allow(clippy::too_many_arguments)]
+    pub fn record<'a>(
+        &self,
+        recorder: &mut Recorder,
+        band: &BandSample,
+        seen: Seen,
+        (maps, light_maps): (MapsView, LightMapsView),
+        lights: wgpu::BufferBinding,
+        (points, are_few): (SortedPoints, bool),
+        grid: GridView<'a>,
+    ) -> GridView<'a> {
+        let lists = points.lists;
+        let resources = [
+            texture("triangle_ids", seen.triangle_ids),
+            texture("surface_ids", seen.surface_ids),
+            texture("atlas", maps.atlas),
+            buffer("maps", maps.maps),
+            ("lights", wgpu::BindingResource::Buffer(lights)),
+            buffer("partial_sums", &band.targets.partial_sums),
+            buffer("point_queue", &lists.point_queue),
+            buffer("work_queue", &lists.work_queue),
+            buffer("light_lists", &light_maps.receivers.light_lists),
+            buffer("light_maps", &light_maps.receivers.light_maps),
+            buffer("offsets", lists.offsets(light_maps.used)),
+            texture("fine_irradiance", grid.irradiance),
+            texture("fine_directional", grid.directional),
+            texture("picture", &band.targets.picture_view),
+        ];
+        let (kernel, at) = match &self.cooperative {
+            Some(cooperative) if are_few => (cooperative, COOPERATIVE_AT),
+            _ => (&self.shade_points, SHADE_AT),
+        };
+        let groups = Groups::Indirect(&lists.dispatch_arguments, at);
+        kernel.record(recorder, band.groups(), "shade_gpu_ms", &resources, groups);
+        grid
+    }
+}

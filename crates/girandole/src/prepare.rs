@@ -1,0 +1,262 @@
+//! What a frame needs before it can be recorded: compiled kernels, textures of its size, lists of points.
+
+use crate::device::kernel::Shared;
+use crate::elements::{MultipassKey, MultipassPlan, in_view};
+use crate::passes::append_all_points::AppendAllPoints;
+use crate::passes::caller_depth::CallerDepth;
+use crate::passes::debug::Debug;
+use crate::passes::edges::Edges;
+use crate::passes::exposure::Exposure;
+use crate::passes::light_maps::LightMaps;
+use crate::passes::multipass::Multipass;
+use crate::passes::refine::Refine;
+use crate::passes::resolve::Resolve;
+use crate::passes::shade_naive::ShadeNaive;
+use crate::passes::shade_points::ShadePoints;
+use crate::passes::shadow_maps::ShadowMaps;
+use crate::passes::sort_points::SortPoints;
+use crate::passes::tonemap::ToneMapping;
+use crate::passes::visibility_buffer::VisibilityBuffer;
+use crate::passes::{Compiler, SceneFeatures};
+use crate::point_lists::PointLists;
+use crate::receivers::Receivers;
+use crate::renderer::Context;
+use crate::resident::{LightMapBound, Resident};
+use crate::settings::{DebugView, Mode, RenderSettings, Shading};
+use crate::targets::Targets;
+use crate::{Error, Result};
+use girandole_core::scene::View;
+use std::sync::OnceLock;
+
+/// The passes that every frame may have, whatever the scene.
+pub(crate) struct Passes {
+    pub shadow_maps: ShadowMaps,
+    pub visibility_buffer: VisibilityBuffer,
+    pub caller_depth: CallerDepth,
+    pub exposure: Exposure,
+    pub tone_mapping: ToneMapping,
+}
+
+impl Passes {
+    pub fn new(context: &Context) -> Self {
+        let (device, shared) = (&context.device, &context.shared);
+        Self {
+            shadow_maps: ShadowMaps::new(device, shared, &context.options),
+            visibility_buffer: VisibilityBuffer::new(device, shared),
+            caller_depth: CallerDepth::new(device, shared),
+            exposure: Exposure::new(device, shared),
+            tone_mapping: ToneMapping::new(),
+        }
+    }
+}
+
+/// The passes that are compiled for what a scene needs, each when it is first used.
+pub(crate) struct ScenePasses {
+    pub features: SceneFeatures,
+    naive: OnceLock<ShadeNaive>,
+    adaptive: OnceLock<AdaptivePasses>,
+    multipass: OnceLock<Multipass>,
+    resolve: OnceLock<Resolve>,
+    debug: OnceLock<Debug>,
+}
+
+impl ScenePasses {
+    pub fn new(features: SceneFeatures) -> Self {
+        Self {
+            features,
+            naive: OnceLock::new(),
+            adaptive: OnceLock::new(),
+            multipass: OnceLock::new(),
+            resolve: OnceLock::new(),
+            debug: OnceLock::new(),
+        }
+    }
+}
+
+/// The passes of all modes but the naive one.
+pub(crate) struct AdaptivePasses {
+    pub light_maps: LightMaps,
+    pub append_all_points: AppendAllPoints,
+    pub sort_points: SortPoints,
+    to_irradiance: PointPasses,
+    /// For the last grid, whose points are the picture's pixels. Without textures only.
+    to_radiance: Option<PointPasses>,
+}
+
+/// The passes that store points of a grid.
+pub(crate) struct PointPasses {
+    pub refine: Refine,
+    pub edges: Edges,
+    pub shade_points: ShadePoints,
+    /// Whether they store the picture's radiance.
+    pub writes_radiance: bool,
+}
+
+impl AdaptivePasses {
+    fn new(compiler: &Compiler) -> Self {
+        let points = |writes_radiance| {
+            let compiler = Compiler { writes_radiance, ..*compiler };
+            PointPasses {
+                refine: Refine::new(&compiler),
+                edges: Edges::new(&compiler),
+                shade_points: ShadePoints::new(&compiler),
+                writes_radiance,
+            }
+        };
+        Self {
+            light_maps: LightMaps::new(compiler),
+            append_all_points: AppendAllPoints::new(compiler),
+            sort_points: SortPoints::new(compiler),
+            to_irradiance: points(false),
+            to_radiance: (!compiler.features.textures).then(|| points(true)),
+        }
+    }
+}
+
+/// All that a frame is recorded with.
+pub(crate) struct Prepared<'a> {
+    pub shared: &'a Shared,
+    pub passes: &'a Passes,
+    pub scene: &'a Resident,
+    pub targets: &'a Targets,
+    pub maps_are_stale: bool,
+    pub mode: PreparedMode<'a>,
+    pub resolve: &'a Resolve,
+    pub debug: Option<(&'a Debug, DebugView)>,
+}
+
+/// How a frame is shaded.
+pub(crate) enum PreparedMode<'a> {
+    /// Every light at every pixel.
+    Naive(&'a ShadeNaive),
+    /// What the picture needs.
+    Adaptive(Adaptive<'a>),
+}
+
+/// What the modes need that shade no more than the picture needs.
+pub(crate) struct Adaptive<'a> {
+    pub passes: &'a AdaptivePasses,
+    /// The passes that store radiance, if the frame has any use for them.
+    pub to_radiance: Option<&'a PointPasses>,
+    pub receivers: &'a Receivers,
+    pub lists: &'a PointLists,
+    pub multipass: Option<(&'a Multipass, &'a MultipassPlan)>,
+    pub light_maps_are_stale: bool,
+    /// Whether points are few, so that lanes may share them.
+    pub are_few: bool,
+}
+
+impl Adaptive<'_> {
+    /// The passes that store radiance, if `is_last` and there are any, else those that store what points receive.
+    pub fn kernels(&self, is_last: bool) -> &PointPasses {
+        self.to_radiance.filter(|_| is_last).unwrap_or(&self.passes.to_irradiance)
+    }
+}
+
+/// Allocates what depends on the picture's size, the scene and the settings, and does not exist yet.
+///
+/// # Errors
+/// [`Error::Scene`] where the mode needs a visibility database and none was loaded; [`Error::TooLarge`] beyond the
+/// device's limits.
+pub(crate) fn allocate(
+    context: &Context,
+    scene: &mut Resident,
+    (targets, lists): (&mut Option<Targets>, &mut Option<PointLists>),
+    view: &View,
+    size: [u32; 2],
+    settings: &RenderSettings,
+) -> Result<()> {
+    let device = &context.device;
+    if targets.as_ref().is_none_or(|t| t.size != size) {
+        *targets = None;
+    }
+    let targets = targets.get_or_insert_with(|| Targets::new(device, size));
+    if settings.mode == Mode::Naive {
+        return Ok(());
+    }
+    let Some(receivers) = &scene.receivers else {
+        return Err(Error::invalid("load a visibility database before rendering, or choose the naive mode"));
+    };
+    if let Shading::Multipass { lights_per_pass } = settings.shading {
+        let key = MultipassKey {
+            lights_per_pass,
+            light_maps: settings.uses_light_maps(),
+            optimised: settings.mode == Mode::Full,
+            in_view: in_view(receivers, view),
+        };
+        if scene.multipass.as_ref().is_none_or(|m| m.key != key) {
+            scene.multipass = Some(MultipassPlan::new(device, receivers, key)?);
+        }
+    }
+    let capacity = PointLists::capacity(targets);
+    let offsets = PointLists::offsets_for(receivers, capacity);
+    if lists.as_ref().is_none_or(|l| l.key != (capacity, offsets)) {
+        *lists = None;
+        *lists = Some(PointLists::new(device, capacity, offsets)?);
+    }
+    Ok(())
+}
+
+/// Everything that a frame needs, compiled where it is used for the first time.
+///
+/// # Errors
+/// [`Error::Scene`] where something was not allocated.
+pub(crate) fn prepare<'a>(
+    context: &'a Context,
+    (passes, scene_passes): (&'a Passes, &'a ScenePasses),
+    scene: &'a Resident,
+    (targets, lists): (&'a Targets, Option<&'a PointLists>),
+    settings: &RenderSettings,
+) -> Result<Prepared<'a>> {
+    let compiler = Compiler {
+        device: &context.device,
+        shared: &context.shared,
+        options: &context.options,
+        features: scene.features,
+        writes_radiance: false,
+    };
+    let mode = match (settings.mode, &scene.receivers, lists) {
+        (Mode::Naive, ..) => {
+            PreparedMode::Naive(scene_passes.naive.get_or_init(|| ShadeNaive::new(&compiler)))
+        }
+        (_, Some(receivers), Some(lists)) => {
+            let passes = scene_passes.adaptive.get_or_init(|| AdaptivePasses::new(&compiler));
+            // Debug views show what fused shading leaves.
+            let multipass = match (settings.shading, settings.debug, &scene.multipass) {
+                (Shading::Multipass { .. }, None, Some(plan)) => {
+                    Some((scene_passes.multipass.get_or_init(|| Multipass::new(&compiler)), plan))
+                }
+                _ => None,
+            };
+            // Nothing but the picture needs what its pixels receive, unless further samples need that of the first ones.
+            let stores_radiance = settings.debug.is_none()
+                && settings.mode.has_low_resolution()
+                && settings.shading == Shading::Fused;
+            PreparedMode::Adaptive(Adaptive {
+                passes,
+                to_radiance: passes.to_radiance.as_ref().filter(|_| stores_radiance),
+                receivers,
+                lists,
+                multipass,
+                light_maps_are_stale: settings.uses_light_maps()
+                    && scene.light_maps != Some(LightMapBound(settings.clamp)),
+                are_few: settings.mode.has_low_resolution(),
+            })
+        }
+        _ => {
+            return Err(Error::invalid(
+                "load a visibility database before rendering, or choose the naive mode",
+            ));
+        }
+    };
+    Ok(Prepared {
+        shared: &context.shared,
+        passes,
+        scene,
+        targets,
+        maps_are_stale: scene.culling.is_none(),
+        mode,
+        resolve: scene_passes.resolve.get_or_init(|| Resolve::new(&compiler)),
+        debug: settings.debug.map(|view| (scene_passes.debug.get_or_init(|| Debug::new(&compiler)), view)),
+    })
+}

@@ -1,0 +1,80 @@
+//! A scene with its light on the GPU.
+
+use crate::Result;
+use crate::atlas::AtlasLayout;
+use crate::elements::MultipassPlan;
+use crate::gpu_scene::{GpuScene, gpu_lights};
+use crate::layout::DIRECTIONAL;
+use crate::lights::GpuLights;
+use crate::occluders::{CullCounts, Occluders};
+use crate::passes::SceneFeatures;
+use crate::passes::shadow_maps::Atlas;
+use crate::receivers::Receivers;
+use crate::renderer::Context;
+use girandole_core::lights::LightSet;
+use girandole_core::scene::{Geometry, NONE, Scene};
+
+/// A scene and its lights on the GPU, with what is derived from both.
+pub(crate) struct Resident {
+    pub geometry: GpuScene,
+    pub features: SceneFeatures,
+    pub lights: GpuLights,
+    pub atlas: Atlas,
+    /// What epsilons are relative to, metres.
+    pub scale: f32,
+    /// What visibility determination says; every mode but the naive one needs it.
+    pub receivers: Option<Receivers>,
+    /// What multipass shading draws.
+    pub multipass: Option<MultipassPlan>,
+    /// What was drawn when shadow maps were drawn; nothing while they are stale.
+    pub culling: Option<CullCounts>,
+    /// The bound of the geometric factor that light maps were summed with; nothing while they are stale.
+    pub light_maps: Option<LightMapBound>,
+}
+
+/// A bound of the geometric factor, m⁻²; none = exact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LightMapBound(pub Option<f32>);
+
+impl Resident {
+    /// # Errors
+    /// [`crate::Error::TooLarge`] where buffers or the atlas exceed the device's limits or the memory budget.
+    pub fn new(context: &Context, scene: &Scene, geometry: &Geometry, lights: &LightSet) -> Result<Self> {
+        let Context { device, options, shared, .. } = context;
+        let radius = geometry.diagonal() * 0.5;
+        let mut samples = gpu_lights(lights, radius);
+        let directional: Vec<bool> = samples.iter().map(|l| l.profile == DIRECTIONAL).collect();
+        let layout = AtlasLayout::new(&directional, options, &device.limits())?;
+        for (light, slot) in samples.iter_mut().zip(&layout.slots) {
+            light.atlas_slot = layout.place(slot);
+        }
+        let features = SceneFeatures {
+            specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),
+            only_cosine_lights: samples.iter().all(|l| l.profile == 0),
+            textures: !scene.textures.is_empty(),
+            curved: is_curved(scene, geometry),
+        };
+        let occluders = Occluders::new(scene, geometry, &samples, options.skip_non_blockers);
+        Ok(Self {
+            geometry: GpuScene::new(device, &shared.scene, scene, geometry)?,
+            features,
+            atlas: Atlas::new(device, shared.tuning.copy_maps, layout, scene, geometry, occluders)?,
+            lights: GpuLights::new(device, samples)?,
+            scale: geometry.diagonal(),
+            receivers: None,
+            multipass: None,
+            culling: None,
+            light_maps: None,
+        })
+    }
+}
+
+/// Whether some surface has normals that vary from point to point.
+fn is_curved(scene: &Scene, geometry: &Geometry) -> bool {
+    geometry.triangles.iter().any(|t| {
+        let [a, b, c] = t.vertices.map(|v| geometry.normals[v as usize]);
+        a.dot(b).min(b.dot(c)) < 0.99999
+            || scene.materials[t.material as usize].normal_texture.is_some()
+            || t.patch == NONE
+    })
+}
