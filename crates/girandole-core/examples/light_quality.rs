@@ -39,7 +39,7 @@ impl<'a> Points<'a> {
             let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
             let wo = -direction.normalize();
             let mut surface = geometry.surface(scene, hit.triangle, hit.barycentric, wo);
-            surface.position = tracer.lift(surface.position, surface.geometric_normal);
+            surface.position = tracer.offset_ray_origin(surface.position, surface.geometric_normal);
             if luminance(surface.emission) == 0.0 {
                 points.push((surface, hit.triangle));
             }

@@ -72,7 +72,7 @@ fn partial_by_rays(
             let (mut free, mut blocked) = (false, false);
             for &(position, normal, triangle) in points {
                 if light.geometric_factor(position, normal, normal, f32::INFINITY).is_some() {
-                    let from = tracer.lift(position, normal);
+                    let from = tracer.offset_ray_origin(position, normal);
                     let hit = tracer.occluded(from, triangle, light.position, light.triangle());
                     blocked |= hit;
                     free |= !hit;

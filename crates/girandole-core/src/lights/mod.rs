@@ -2,7 +2,7 @@
 
 mod direct;
 mod emitters;
-mod thin;
+mod resample;
 mod walk;
 
 use crate::math::sequence;
@@ -55,7 +55,7 @@ pub enum SampleOrigin {
 /// An oriented point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSample {
-    /// Position relative to the geometry's origin, lifted a little off the surface it lies on.
+    /// Position relative to the geometry's origin, offset from the surface like a ray origin.
     pub position: Vec3,
     /// Unit normal; nothing is emitted behind it.
     pub normal: Vec3,
@@ -256,7 +256,7 @@ impl LightSet {
             set.paths = walked.paths;
             indirect = walked.samples;
             if !walked.exhausted {
-                indirect = thin::thin(&indirect, wanted, geometry.diagonal(), sequence::hash(seed));
+                indirect = resample::resample(&indirect, wanted, geometry.diagonal(), sequence::hash(seed));
             } else {
                 set.warnings.push(format!(
                     "{} paths of light left only {} of {wanted} indirect light samples, because little of it is \
