@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Pixels on a tile's side: neighbours share what a thread keeps.
+/// Pixels on a tile's side: neighbouring pixels share the scratch memory of a thread.
 const TILE: u32 = 16;
 
-/// All pixels of a picture, row by row from the top. Each tile starts with a `scratch` of its own; `progress` is told
-/// the share of finished tiles, 0 to 1, by whichever thread finishes one.
+/// All pixels of a picture, row by row from the top. Each tile starts with a `scratch` of its own; `progress` is
+/// called with the share of finished tiles, 0 to 1, by the thread that finishes one.
 pub(crate) fn render<S, T: Copy + Default + Send>(
     size: [u32; 2],
     progress: &(dyn Fn(f32) + Sync),
