@@ -124,27 +124,6 @@ pub fn optimise(sets: &LightSets, lights_per_pass: u32) -> Vec<Element> {
     greedy.elements()
 }
 
-/// [`optimise`] for frame after frame: as long as nothing changes, it gives the last result again.
-#[derive(Clone, Debug, Default)]
-pub struct Optimiser {
-    sets: LightSets,
-    lights_per_pass: u32,
-    elements: Vec<Element>,
-}
-
-impl Optimiser {
-    /// The elements as [`optimise`] makes them, and whether they may differ from the last call's.
-    pub fn update(&mut self, sets: &LightSets, lights_per_pass: u32) -> (&[Element], bool) {
-        let changed = self.lights_per_pass != lights_per_pass || self.sets != *sets;
-        if changed {
-            self.elements = optimise(sets, lights_per_pass);
-            self.lights_per_pass = lights_per_pass;
-            self.sets.clone_from(sets);
-        }
-        (&self.elements, changed)
-    }
-}
-
 /// How many bits are set.
 fn count(set: &[u64]) -> u32 {
     set.iter().map(|word| word.count_ones()).sum()
