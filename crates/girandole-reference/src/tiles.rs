@@ -1,5 +1,6 @@
 //! Pictures computed tile by tile on all cores. A pixel's value depends on its position only, never on the order.
 
+#[cfg(feature = "parallel")]
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -18,8 +19,11 @@ pub(crate) fn render<S, T: Copy + Default + Send>(
     let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
     let count = columns as usize * rows as usize;
     let done = AtomicUsize::new(0);
-    let tiles: Vec<Vec<T>> = (0..count)
-        .into_par_iter()
+    #[cfg(feature = "parallel")]
+    let indices = (0..count).into_par_iter();
+    #[cfg(not(feature = "parallel"))]
+    let indices = 0..count;
+    let tiles: Vec<Vec<T>> = indices
         .map(|index| {
             let [x, y] = corner(index, columns);
             let mut scratch = scratch();
