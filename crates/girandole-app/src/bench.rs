@@ -25,7 +25,7 @@ const COLUMNS: [(&str, &str, f64, usize); 9] = [
     ("record ms", "record_ms", 1.0, 1),
 ];
 
-/// Times what the command line asks for.
+/// Times the modes on the scenes of the command line.
 pub fn run(args: &BenchArgs) -> Result<ExitCode> {
     for (path, extension) in [(&args.csv, "csv"), (&args.json, "json")] {
         if let Some(path) = path {

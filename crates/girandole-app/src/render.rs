@@ -27,7 +27,7 @@ pub fn main_job() -> Result<ExitCode> {
     render(*args, AntiAliasing::Two)
 }
 
-/// Renders what the command line asks for.
+/// Renders by the options of the command line.
 pub fn run(args: RenderArgs) -> Result<ExitCode> {
     check(&args)?;
     let aa = args.aa;

@@ -17,7 +17,7 @@ use girandole_core::trace::SceneTracer;
 use girandole_core::{Result, brdf::Surface};
 use std::time::Instant;
 
-/// Pixels that are looked at, in x and y.
+/// Pixels whose surface points are lit, in x and y.
 const PIXELS: [u32; 2] = [56, 42];
 const REFERENCE_SAMPLES: u32 = 1 << 17;
 const REFERENCE_SEED: u32 = 0x00c0_ffee;

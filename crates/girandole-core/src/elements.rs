@@ -55,13 +55,13 @@ pub struct LightSets {
 }
 
 impl LightSets {
-    /// No pairs yet, but room for so many objects and lights.
+    /// No pairs yet, with capacity for so many objects and lights.
     pub fn new(objects: usize, lights: usize) -> Self {
         let words_per_object = lights.div_ceil(WORD).max(1);
         Self { words_per_object, bits: vec![0; objects * words_per_object] }
     }
 
-    /// Says that an object needs a light.
+    /// Adds the pair of an object and a light that it needs.
     pub fn insert(&mut self, object: u32, light: u32) {
         let (object, light) = (object as usize, light as usize);
         let words = light / WORD + 1;
@@ -78,12 +78,12 @@ impl LightSets {
         self.bits[object * self.words_per_object + light / WORD] |= 1 << (light % WORD);
     }
 
-    /// Takes all pairs away and keeps the room.
+    /// Removes all pairs and keeps the capacity.
     pub fn clear(&mut self) {
         self.bits.fill(0);
     }
 
-    /// How many objects there is room for.
+    /// The number of objects that there is capacity for.
     pub fn objects(&self) -> usize {
         self.sets().len()
     }

@@ -138,7 +138,6 @@ fn dynamic_objects_are_blockers_like_others() {
         }
         let geometry = Geometry::new(&moved);
         let other = VisibilityDatabase::build(&moved, &geometry, &lights, &settings);
-        let cells = |r: &Receivers| r.cells.clone();
         let dynamic_patch = |r: &Receivers, i: usize| scene.objects[r.grids[i].object as usize].dynamic;
         let sizes = |r: &Receivers| -> Vec<[u32; 2]> {
             (0..r.grids.len())
@@ -147,7 +146,7 @@ fn dynamic_objects_are_blockers_like_others() {
                 .collect()
         };
         assert_eq!(sizes(&receivers), sizes(other.receivers()));
-        assert!(!cells(&receivers).is_empty());
+        assert!(sizes(&receivers).len() > 5 && sizes(&receivers).iter().any(|s| *s != [1, 1]));
     }
 }
 
