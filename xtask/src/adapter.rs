@@ -1,4 +1,4 @@
-//! Makes sure that there is something to render on: Mesa's software Vulkan device where there is no GPU.
+//! Makes sure that there is an adapter: Mesa's software Vulkan device where there is no GPU.
 
 use anyhow::{Context, Result, bail};
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 const PACKAGE: &str = "mesa-vulkan-drivers";
 
-/// Finds an adapter, or installs the software one where that needs no password.
+/// Finds an adapter, or installs the software one if that needs no password.
 pub fn ensure(girandole: &Path) -> Result<()> {
     if exists(girandole)? {
         return Ok(());
@@ -21,7 +21,7 @@ pub fn ensure(girandole: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Asks the program itself: nobody else knows which adapters are good enough for it.
+/// Runs `girandole info`: the program decides which adapters meet its requirements.
 fn exists(girandole: &Path) -> Result<bool> {
     let status = Command::new(girandole)
         .args(["info", "--require-adapter"])
@@ -36,7 +36,7 @@ fn exists(girandole: &Path) -> Result<bool> {
     }
 }
 
-/// What to put before apt-get so that it may install; none where there is no apt or a password would be asked for.
+/// The prefix with which apt-get may install; `None` if there is no apt or a password would be needed.
 fn apt_prefix() -> Option<Vec<&'static str>> {
     if !succeeds("apt-get", &["--version"]) {
         return None;

@@ -1,4 +1,4 @@
-//! What the people who work on Girandole need: `cargo xtask --help`.
+//! Development tasks: `cargo xtask --help`.
 
 mod adapter;
 mod test;
@@ -18,7 +18,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Runs all tests; where there is no graphics adapter, installs the software one first if it may
+    /// Runs all tests; without a graphics adapter, installs the software one first if possible
     Test {
         /// Passed on to `cargo test`
         #[arg(last = true)]
@@ -51,7 +51,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
 }
 
-/// The program `girandole` of a profile, which lies beside this one's.
+/// Path of the program `girandole` of a profile, beside this one's.
 fn girandole(profile: &str) -> std::io::Result<PathBuf> {
     let mut path = std::env::current_exe()?;
     path.pop();

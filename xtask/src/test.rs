@@ -4,7 +4,7 @@ use crate::{adapter, cargo, girandole};
 use anyhow::{Result, bail};
 use std::process::ExitCode;
 
-/// Builds, makes sure of an adapter, tests. Nothing is printed after the test runner's own summary.
+/// Builds, makes sure of an adapter, tests. The test runner's summary is the last line that is printed.
 pub fn run(arguments: &[String]) -> Result<ExitCode> {
     if !cargo().args(["test", "--workspace", "--locked", "--no-run"]).status()?.success() {
         bail!("the workspace does not build");

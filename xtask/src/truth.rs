@@ -3,7 +3,7 @@
 //! 1. Renders `cornell`, `table` and `punctual` with 256, 1024 and 4096 light samples and five seeds, with bounce limits that
 //!    match the pictures `d2`, `d3` and `d6` (a random walk of B bounces has paths of at most B + 2 segments).
 //! 2. Renders the same with the path tracer.
-//! 3. Prints energy ratio and relMSE of each, and says what misses its bound.
+//! 3. Prints energy ratio and relMSE of each, and those that miss their bounds.
 
 use crate::{cargo, girandole, root};
 use anyhow::{Context, Result, bail};
@@ -16,20 +16,20 @@ const LIMITS: [(u32, &str); 3] = [(4, "d6"), (0, "d2"), (1, "d3")];
 const LIGHTS: [u32; 3] = [256, 1024, 4096];
 /// Largest distance of the energy ratio from 1 at the largest number of lights: of the mean of all seeds, of each.
 const ENERGY_BOUNDS: [f64; 2] = [0.01, 0.02];
-/// relMSE below which the resolution of shadow maps and the reference's noise decide, not the number of lights.
+/// relMSE below which the resolution of shadow maps and the reference's noise dominate, not the number of lights.
 const FLOOR: f64 = 1e-4;
-/// The scene whose relMSE is only printed: punctual lights alone, judged by energy.
+/// The scene whose relMSE is only printed: its lights are all punctual, so only energy is checked.
 const UNBOUNDED: &str = "punctual";
 /// Largest relMSE there.
 const REL_MSE_BOUND: f64 = 0.005;
 /// Largest distance of the path tracer's energy from 1, in standard errors.
 const Z_BOUND: f64 = 4.0;
 
-/// What to measure.
+/// Options of `cargo xtask truth`.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder with a folder for each scene: scene.glb, and pictures by size
-    #[arg(long, default_value = "../shared/truth")]
+    #[arg(long, value_name = "FOLDER")]
     truth: PathBuf,
     /// Scenes
     #[arg(long, value_delimiter = ',', default_value = "cornell,table,punctual")]
@@ -58,15 +58,15 @@ struct Bench<'a> {
     scratch: tempfile::TempDir,
 }
 
-/// What a picture is like beside the truth.
+/// Error of a picture against the truth.
 struct Outcome {
     energy: f64,
     rel_mse: f64,
-    /// Standard error of the energy, where the engine knows it.
+    /// Standard error of the energy, if the engine estimates it.
     energy_error: f64,
 }
 
-/// Measures and judges.
+/// Measures, prints and checks the bounds.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let truth = root().join(&arguments.truth);
     if !truth.is_dir() {
@@ -185,7 +185,7 @@ impl Bench<'_> {
         let compared = self.girandole(|c| {
             c.arg("compare").arg(pictures.join(format!("{against}.exr"))).arg(&picture).arg("--json");
             c.arg("--mask").arg(pictures.join("mask.exr")).args(["--trim", "0.001"]);
-            // Path tracer and truth filter their pixels alike.
+            // Path tracer and truth use the same pixel filter.
             if is_path {
                 c.arg("--edges");
             }

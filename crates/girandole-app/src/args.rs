@@ -1,4 +1,4 @@
-//! The command line: what may be asked for, and within which bounds.
+//! The command line: options and their ranges.
 
 mod values;
 
@@ -35,7 +35,7 @@ pub struct Cli {
     pub command: Option<Command>,
 }
 
-/// What the program can do.
+/// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Renders a picture of a scene
@@ -55,7 +55,7 @@ Examples:
   girandole render block --object teapot --exposure 1.5 --tonemap aces -o block.png
   girandole render room.glb --camera Front --engine cpu -o room.exr --stats room.json";
 
-/// What to render, and how.
+/// Options of `girandole render`.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
@@ -76,7 +76,7 @@ pub struct RenderArgs {
     pub camera: Option<String>,
 
     /// The moving object of a built-in room: none, torus, teapot, or a .ply, .obj or .glb file; if not given, the
-    /// one that the room is best shown with
+    /// room's default
     #[arg(long, value_name = "none|torus|teapot|FILE")]
     pub object: Option<String>,
 
@@ -92,7 +92,7 @@ pub struct RenderArgs {
 
     /// Shows how the picture is made instead (engine gpu): receivers, states (how many lights need a shadow map), states:N
     /// (of light N: green unoccluded, yellow partially, red fully blocked), light-maps, levels (where points were
-    /// shaded), lights (where they are), atlas (of shadow maps)
+    /// shaded), lights (a marker at each light sample), atlas (of shadow maps)
     #[arg(long, value_name = "VIEW", value_parser = parse_debug)]
     pub debug: Option<DebugView>,
 
@@ -126,7 +126,7 @@ pub struct RenderArgs {
     pub stats: Option<PathBuf>,
 }
 
-/// Which light samples.
+/// Options of the light samples.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct LightArgs {
     /// Light samples in all, from 1 to 1048576
@@ -167,7 +167,7 @@ impl LightArgs {
     }
 }
 
-/// How shadows and shading are done.
+/// Options of shadows and shading.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct QualityArgs {
     /// Upper bound of the geometric factor, m⁻², against bright spots near light samples; off: exact; auto: 0.2 × lights
@@ -218,7 +218,7 @@ Examples:
   girandole compare d6.exr picture.exr --mask mask.exr --trim 0.001 --max-rel-mse 0.005
   girandole compare reference.png picture.png --json --out errors.png";
 
-/// Which pictures to compare, and what is tolerated.
+/// Options of `girandole compare`.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = COMPARE_EXAMPLES, allow_negative_numbers = true)]
 pub struct CompareArgs {
@@ -226,7 +226,7 @@ pub struct CompareArgs {
     #[arg(value_name = "REF")]
     pub reference: PathBuf,
 
-    /// The picture to judge, of the same size
+    /// The picture to compare with it, of the same size
     #[arg(value_name = "TEST")]
     pub test: PathBuf,
 
@@ -276,7 +276,7 @@ Examples:
   girandole bench area-lights table --lights 25,50,100,200,300 --modes naive,vd,vd-lp,full --json times.json
   girandole bench pillars --modes vd,full --light-maps on --size 1920x1080 --csv times.csv";
 
-/// What to time.
+/// Options of `girandole bench`.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = BENCH_EXAMPLES, allow_negative_numbers = true)]
 pub struct BenchArgs {
@@ -328,7 +328,7 @@ pub struct BenchArgs {
     pub json: Option<PathBuf>,
 }
 
-/// What to tell about.
+/// Options of `girandole info`.
 #[derive(Args, Clone, Debug)]
 #[command(
     after_help = "Examples:\n  girandole info\n  girandole info table\n  girandole info --require-adapter"

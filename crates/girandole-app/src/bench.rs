@@ -1,4 +1,4 @@
-//! `girandole bench`: the modes against each other.
+//! `girandole bench`: times the modes against each other.
 
 use crate::args::BenchArgs;
 use crate::engine::Stats;
@@ -12,12 +12,12 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::process::ExitCode;
 
-/// Columns of the table: heading, key, factor, digits after the point.
+/// Columns of the table: heading, key, factor, decimal places.
 const COLUMNS: [(&str, &str, f64, usize); 9] = [
     ("frame ms", "frame_ms", 1.0, 1),
     ("ratio", "ratio", 1.0, 2),
     ("pairs/px", "pairs_per_pixel", 1.0, 2),
-    ("looks/px", "look_ups_per_pixel", 1.0, 2),
+    ("lookups/px", "look_ups_per_pixel", 1.0, 2),
     ("shaded %", "share_shaded", 100.0, 1),
     ("maps ms", "shadow_maps_ms", 1.0, 0),
     ("vis ms", "visibility_ms", 1.0, 0),
@@ -25,7 +25,7 @@ const COLUMNS: [(&str, &str, f64, usize); 9] = [
     ("record ms", "record_ms", 1.0, 1),
 ];
 
-/// Times what the command line asks for.
+/// Times the modes on the scenes of the command line.
 pub fn run(args: &BenchArgs) -> Result<ExitCode> {
     for (path, extension) in [(&args.csv, "csv"), (&args.json, "json")] {
         if let Some(path) = path {
@@ -35,7 +35,7 @@ pub fn run(args: &BenchArgs) -> Result<ExitCode> {
     if args.modes.iter().enumerate().any(|(i, mode)| args.modes[..i].contains(mode)) {
         bail!("--modes names a mode twice; name each once");
     }
-    // Everything is loaded first, so that a misspelt name costs no minutes.
+    // All scenes are loaded first, so that a misspelt name is reported before any is timed.
     let mut scenes = Vec::new();
     for name in &args.scenes {
         let builtin = girandole_core::scene::builtin::NAMES.contains(&name.as_str());
@@ -96,7 +96,7 @@ fn table(rows: &[Stats]) -> String {
     let width = rows.iter().map(|r| text(r, "scene").chars().count()).max().unwrap_or(0).max(5);
     let mut out = format!("{:width$} {:>6} {:>6}", "scene", "lights", "mode");
     for (heading, ..) in COLUMNS {
-        let _ = write!(out, " {heading:>9}");
+        let _ = write!(out, " {heading:>10}");
     }
     out.push('\n');
     for row in rows {
@@ -108,14 +108,14 @@ fn table(rows: &[Stats]) -> String {
             text(row, "mode")
         );
         for (_, key, factor, digits) in COLUMNS {
-            let _ = write!(out, " {:>9.digits$}", number(row, key) * factor);
+            let _ = write!(out, " {:>10.digits$}", number(row, key) * factor);
         }
         out.push('\n');
     }
     out
 }
 
-/// All of the table's columns under the names that the JSON file has.
+/// The table's columns under the keys of the JSON file.
 fn csv(rows: &[Stats]) -> String {
     let mut out = String::from("scene,lights,mode,width,height");
     for (_, key, ..) in COLUMNS {

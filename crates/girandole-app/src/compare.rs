@@ -1,4 +1,4 @@
-//! `girandole compare`: how far one picture is from another.
+//! `girandole compare`: error metrics of two pictures, and thresholds on them.
 
 use crate::args::CompareArgs;
 use crate::output::{self, say};
@@ -9,7 +9,7 @@ use girandole_reference::metrics::{self, CompareOptions, Comparison, HeatMap};
 use serde_json::json;
 use std::process::ExitCode;
 
-/// Compares, prints, judges.
+/// Compares, prints the metrics and checks the thresholds.
 pub fn run(args: &CompareArgs) -> Result<ExitCode> {
     if let Some(heat) = &args.out {
         output::check_writable(heat, &["png"])?;
@@ -25,7 +25,7 @@ pub fn run(args: &CompareArgs) -> Result<ExitCode> {
     }
     output::data(&if args.json { as_json(&result)? } else { as_table(&result) })?;
 
-    // The verdict.
+    // Thresholds.
     let energy_error = (result.energy_ratio - 1.0).abs();
     let mut beyond = Vec::new();
     for (name, value, limit) in [
@@ -34,7 +34,7 @@ pub fn run(args: &CompareArgs) -> Result<ExitCode> {
         ("FLIP", result.flip, args.max_flip),
         ("energy error", energy_error, args.max_energy_error),
     ] {
-        // Not-a-number is beyond every limit.
+        // NaN exceeds every threshold.
         if let Some(limit) = limit.filter(|&limit| value.is_nan() || value > limit) {
             beyond.push(format!("{name} {value:.6} is more than {limit}"));
         }

@@ -1,4 +1,4 @@
-//! `girandole info`: what there is to render on, and what a scene holds.
+//! `girandole info`: the adapters, and the contents of a scene.
 
 use crate::args::InfoArgs;
 use crate::engine::gpu::{self, AdapterReport};
@@ -10,7 +10,7 @@ use girandole_core::scene::{Geometry, Projection, PunctualKind, Scene};
 use std::fmt::Write;
 use std::process::ExitCode;
 
-/// Prints both.
+/// Prints the adapters, and the scene if one is given.
 pub fn run(args: &InfoArgs) -> Result<ExitCode> {
     let scene = args.scene.as_deref().map(|name| scene::load(name, None)).transpose()?;
     let adapters = gpu::adapters();

@@ -1,5 +1,5 @@
-//! The program `girandole`: renders scenes lit by many shadowed point lights, compares pictures, and tells what
-//! scenes and adapters hold.
+//! The program `girandole`: renders scenes lit by many shadowed point lights, compares pictures, and describes scenes
+//! and adapters.
 //!
 //! Exit codes: 0 done, 1 a comparison is beyond its thresholds (or a required adapter is missing), 2 anything else,
 //! with one sentence on the standard error stream.
@@ -41,7 +41,7 @@ fn main() -> ExitCode {
     })
 }
 
-/// The error with its causes, each of them once: some errors name theirs themselves.
+/// The error with its causes, each of them once: some messages already include theirs.
 fn sentence(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |text, cause| {
         let cause = cause.to_string();
@@ -55,8 +55,8 @@ fn sentence(error: &anyhow::Error) -> String {
     })
 }
 
-/// Without a session, Mesa's device-selection layer complains of it twice on the standard error stream, with "error:" in
-/// front. The layer reorders adapters, which the library does by itself: it is switched off there.
+/// Without a desktop session, Mesa's device-selection layer prints two lines that begin with "error:". It only reorders
+/// adapters, which the library does itself: it is switched off.
 #[allow(unsafe_code, reason = "there is no other way to reach the layer, and no other thread yet")]
 fn silence_layer() {
     let unset = |name| std::env::var_os(name).is_none();

@@ -1,5 +1,4 @@
-//! What the program says and writes: sentences for people on the standard error stream, data on standard
-//! output, files whole or not at all.
+//! Output: messages on the standard error stream, data on standard output, files written whole or not at all.
 
 use anyhow::{Context, Result, bail};
 use clap::error::ErrorKind;
@@ -9,18 +8,18 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Tells people something. A closed stream is nothing to die of.
+/// Prints a message. A closed stream is no error.
 pub fn say(sentence: &str) {
     let _ = writeln!(io::stderr(), "{sentence}");
 }
 
-/// Says why there is no result, on one line.
+/// Prints an error on one line.
 pub fn error(sentence: &str) {
     let line = sentence.split_whitespace().collect::<Vec<_>>().join(" ");
     say(&format!("error: {line}"));
 }
 
-/// Writes data to standard output. Whoever closes the pipe has read enough.
+/// Writes data to standard output. A closed pipe is no error.
 pub fn data(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
@@ -43,7 +42,7 @@ pub fn command_line_error(problem: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// Checks before the work that a file of one of these kinds can be written.
+/// Checks before the work whether a file with one of these extensions can be written.
 pub fn check_writable(path: &Path, extensions: &[&str]) -> Result<()> {
     let name = path.display();
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
@@ -57,7 +56,7 @@ pub fn check_writable(path: &Path, extensions: &[&str]) -> Result<()> {
     if !directory.is_dir() {
         bail!("cannot write {name}: there is no directory {}; make it first", directory.display());
     }
-    // A read-only directory is noticed now, not after minutes of work.
+    // A read-only directory is reported now, not after minutes of work.
     tempfile::tempfile_in(directory).with_context(|| format!("cannot write {name}"))?;
     Ok(())
 }
@@ -80,16 +79,16 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     write().with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// A progress bar where somebody sees it, nothing where nobody does.
+/// A progress bar on a terminal, nothing elsewhere.
 pub struct Progress(ProgressBar);
 
 impl Progress {
-    /// A bar for work whose share is known.
+    /// A bar for work whose finished share is known.
     pub fn bar(what: &str) -> Self {
         Self::new(what, "{msg} {wide_bar} {percent:>3} % {eta}")
     }
 
-    /// A sign of life for work that is done elsewhere.
+    /// A spinner for work whose finished share is not known.
     pub fn spinner(what: &str) -> Self {
         let spinner = Self::new(what, "{spinner} {msg} {elapsed}");
         if !spinner.0.is_hidden() {
@@ -110,7 +109,7 @@ impl Progress {
         Self(bar)
     }
 
-    /// Shows how much is done, 0 to 1.
+    /// Shows the finished share, 0 to 1.
     pub fn set(&self, done: f32) {
         self.0.set_position((done.clamp(0.0, 1.0) * 1000.0) as u64);
     }
@@ -122,7 +121,7 @@ impl Drop for Progress {
     }
 }
 
-/// A number of milliseconds in words that people like.
+/// A duration in readable units.
 pub fn duration(ms: f64) -> String {
     match ms {
         ms if ms < 100.0 => format!("{ms:.1} ms"),

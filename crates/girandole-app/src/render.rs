@@ -1,4 +1,4 @@
-//! `girandole render`, and what `girandole` does without a command.
+//! `girandole render`, also the default without a command.
 
 use crate::args::{
     AntiAliasing, Bounces, Cli, Command, DebugView, Engine, Mode, RenderArgs, ShadingArg, Switch,
@@ -15,7 +15,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// The main job: the room `pillars`, to a file.
+/// The default without a command: renders the room `pillars` to a file.
 pub fn main_job() -> Result<ExitCode> {
     let Some(Command::Render(args)) = Cli::try_parse_from(["girandole", "render"])?.command else {
         bail!("the main job is `girandole render`");
@@ -23,18 +23,18 @@ pub fn main_job() -> Result<ExitCode> {
     check(&args)?;
     let why = if has_display() { "the window comes in a later version" } else { "there is no display" };
     say(&format!("{why}: rendering the room {} to {}", args.scene, args.output.display()));
-    // Smooth edges cost four times as much, which is little on a GPU.
+    // Anti-aliasing costs four times as much, which is affordable on a GPU.
     render(*args, AntiAliasing::Two)
 }
 
-/// Renders what the command line asks for.
+/// Renders by the options of the command line.
 pub fn run(args: RenderArgs) -> Result<ExitCode> {
     check(&args)?;
     let aa = args.aa;
     render(args, aa)
 }
 
-/// Refuses before the work what cannot come to an end.
+/// Refuses impossible combinations of options before the work.
 fn check(args: &RenderArgs) -> Result<()> {
     output::check_writable(&args.output, &["exr", "png"])?;
     if let Some(stats) = &args.stats {
@@ -71,7 +71,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     let view = View::new(&scene, &geometry, camera, aspect);
     let scene_ms = milliseconds(start);
 
-    // Its light.
+    // The light samples.
     let start = Instant::now();
     let by_samples = args.engine != Engine::Path;
     let lights = if by_samples {
@@ -81,7 +81,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     };
     let lights_ms = milliseconds(start);
 
-    // Somebody to do it. Nothing was said up to here, so that an error stands alone.
+    // The engine. Nothing was printed before, so that an error is the only line.
     let engine = Ready::choose(&args)?;
     if matches!(engine, Ready::Gpu(_)) {
         args.aa = aa_on_gpu;
@@ -95,7 +95,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     let job = Job { scene: &scene, geometry: &geometry, lights: &lights, view, clamp, args: &args };
     let (name, adapter) = (engine.name(), engine.adapter());
     let picture = engine.render(&job)?;
-    // Debug views are colours already.
+    // Debug views are display colours already.
     let shows_debug = args.debug.is_some_and(|view| view != DebugView::Lights);
     let (ev, curve) = if shows_debug {
         (0.0, tonemap::Tonemap::None)
@@ -104,7 +104,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     };
     write_picture(&args.output, &picture.radiance, ev, curve)?;
 
-    // What there is to say about it.
+    // Statistics and messages.
     let [width, height] = args.size;
     let by = if by_samples {
         format!("{} light samples ({} direct)", lights.samples.len(), lights.direct)

@@ -1,4 +1,4 @@
-//! Finds the scene that a command names.
+//! Loads the scene that is named on the command line.
 
 use anyhow::{Result, bail};
 use girandole_core::Error;

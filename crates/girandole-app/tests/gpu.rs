@@ -8,11 +8,12 @@ type Check = fn(&Path) -> Result<(), Failed>;
 
 fn main() {
     let has_adapter = girandole(Path::new("."), "info --require-adapter").status.success();
-    let checks: [(&str, Check); 4] = [
+    let checks: [(&str, Check); 5] = [
         ("same_command_same_bytes", same_command_same_bytes),
         ("agrees_with_traced_shadows", agrees_with_traced_shadows),
         ("statistics_name_passes_and_counts", statistics_name_passes_and_counts),
         ("maps_that_do_not_fit_are_refused", maps_that_do_not_fit_are_refused),
+        ("bench_times_modes", bench_times_modes),
     ];
     let trials = checks
         .into_iter()
@@ -101,4 +102,44 @@ fn maps_that_do_not_fit_are_refused(directory: &Path) -> Result<(), Failed> {
     let said = String::from_utf8(output.stderr)?;
     ensure(output.status.code() == Some(2) && said.lines().count() == 1 && said.contains("--memory"), &said)?;
     ensure(!directory.join("p.png").exists(), "a picture is left behind")
+}
+
+fn bench_times_modes(directory: &Path) -> Result<(), Failed> {
+    let files = "--csv times.csv --json times.json";
+    let small = "--size 64x48 --lights 12,20 --repeat 2 --map-size 64";
+    let output = succeed(directory, &format!("bench table gap {small} {files}"))?;
+    let rows: Vec<serde_json::Map<String, serde_json::Value>> =
+        serde_json::from_slice(&std::fs::read(directory.join("times.json"))?)?;
+    ensure(rows.len() == 2 * 2 * 4, "not one row for each scene, number of lights and mode")?;
+    let mut seen = Vec::new();
+    for row in &rows {
+        for key in
+            ["frame_ms", "visibility_ms", "shadow_maps_ms", "ratio", "width", "height", "look_ups_per_pixel"]
+        {
+            let valid = row.get(key).and_then(|v| v.as_f64()).is_some_and(|x| x.is_finite() && x >= 0.0);
+            ensure(valid, &format!("{key}: {row:?}"))?;
+        }
+        ensure(row.values().all(|v| !v.is_object() && !v.is_array()), "a row is not flat")?;
+        seen.push((row["scene"].to_string(), row["lights"].as_u64(), row["mode"].to_string()));
+    }
+    seen.sort_unstable();
+    seen.dedup();
+    ensure(seen.len() == rows.len(), "a row is there twice")?;
+    // Naive reads every map at every pixel; the others do not.
+    let of = |mode: &str, key: &str| {
+        let row = rows.iter().find(|r| r["mode"] == mode && r["lights"] == 20 && r["scene"] == "table");
+        row.and_then(|r| r[key].as_f64()).ok_or_else(|| Failed::from(format!("no {key} of {mode}")))
+    };
+    ensure(of("naive", "look_ups_per_pixel")? == 20.0 && of("naive", "ratio")? == 1.0, "naive")?;
+    ensure(of("vd", "look_ups_per_pixel")? < 20.0, "vd reads every map")?;
+    ensure(of("full", "pairs_per_pixel")? < of("vd", "pairs_per_pixel")?, "full sums every pair")?;
+    // The table and the CSV file have the same rows.
+    let table = String::from_utf8(output.stdout)?;
+    ensure(table.lines().count() == rows.len() + 1 && table.contains("lookups/px"), &table)?;
+    let widths: Vec<usize> = table.lines().map(|line| line.chars().count()).collect();
+    ensure(widths.iter().all(|w| *w == widths[0]), "the table's columns are not aligned")?;
+    let csv = std::fs::read_to_string(directory.join("times.csv"))?;
+    let columns = csv.lines().next().map_or(0, |line| line.split(',').count());
+    let is_rectangular = csv.lines().all(|line| line.split(',').count() == columns);
+    ensure(csv.lines().count() == rows.len() + 1 && is_rectangular && columns > 8, &csv)
 }

@@ -17,7 +17,7 @@ use girandole_core::trace::SceneTracer;
 use girandole_core::{Result, brdf::Surface};
 use std::time::Instant;
 
-/// Pixels that are looked at, in x and y.
+/// Pixels whose surface points are lit, in x and y.
 const PIXELS: [u32; 2] = [56, 42];
 const REFERENCE_SAMPLES: u32 = 1 << 17;
 const REFERENCE_SEED: u32 = 0x00c0_ffee;
@@ -39,7 +39,7 @@ impl<'a> Points<'a> {
             let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
             let wo = -direction.normalize();
             let mut surface = geometry.surface(scene, hit.triangle, hit.barycentric, wo);
-            surface.position = tracer.lift(surface.position, surface.geometric_normal);
+            surface.position = tracer.offset_ray_origin(surface.position, surface.geometric_normal);
             if luminance(surface.emission) == 0.0 {
                 points.push((surface, hit.triangle));
             }

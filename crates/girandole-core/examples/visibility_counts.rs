@@ -1,4 +1,4 @@
-//! How well visibility determination does: leaves, states, tests and time, for each built-in room or a file.
+//! Statistics of visibility determination: leaves, states, tests and time, for each built-in room or a file.
 //!
 //! ```text
 //! cargo run --release -p girandole-core --example visibility_counts -- [lights] [split] [file]
@@ -39,7 +39,7 @@ fn report(scene: &Scene, count: u32, settings: &VisibilitySettings) -> Result<()
     Ok(())
 }
 
-/// What rays say about partially occluded pairs: percent by area that seem free, blocked, and truly partial.
+/// Partially occluded pairs by traced rays: percent by area that are unoccluded, occluded, and truly partial.
 fn partial_by_rays(
     scene: &Scene,
     geometry: &Geometry,
@@ -72,7 +72,7 @@ fn partial_by_rays(
             let (mut free, mut blocked) = (false, false);
             for &(position, normal, triangle) in points {
                 if light.geometric_factor(position, normal, normal, f32::INFINITY).is_some() {
-                    let from = tracer.lift(position, normal);
+                    let from = tracer.offset_ray_origin(position, normal);
                     let hit = tracer.occluded(from, triangle, light.position, light.triangle());
                     blocked |= hit;
                     free |= !hit;

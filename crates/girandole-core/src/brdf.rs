@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 
-/// What shading needs to know about a point of a surface.
+/// The properties of a surface point that shading needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Surface {
     /// Position relative to the geometry's origin.

@@ -55,13 +55,13 @@ pub struct LightSets {
 }
 
 impl LightSets {
-    /// No pairs yet, but room for so many objects and lights.
+    /// No pairs yet, with capacity for so many objects and lights.
     pub fn new(objects: usize, lights: usize) -> Self {
         let words_per_object = lights.div_ceil(WORD).max(1);
         Self { words_per_object, bits: vec![0; objects * words_per_object] }
     }
 
-    /// Says that an object needs a light.
+    /// Adds the pair of an object and a light that it needs.
     pub fn insert(&mut self, object: u32, light: u32) {
         let (object, light) = (object as usize, light as usize);
         let words = light / WORD + 1;
@@ -78,12 +78,12 @@ impl LightSets {
         self.bits[object * self.words_per_object + light / WORD] |= 1 << (light % WORD);
     }
 
-    /// Takes all pairs away and keeps the room.
+    /// Removes all pairs and keeps the capacity.
     pub fn clear(&mut self) {
         self.bits.fill(0);
     }
 
-    /// How many objects there is room for.
+    /// The number of objects that there is capacity for.
     pub fn objects(&self) -> usize {
         self.sets().len()
     }
@@ -122,27 +122,6 @@ pub fn optimise(sets: &LightSets, lights_per_pass: u32) -> Vec<Element> {
     let mut greedy = Greedy::new(sets, lights_per_pass);
     greedy.run(&mut |_, _, _, _| {});
     greedy.elements()
-}
-
-/// [`optimise`] for frame after frame: as long as nothing changes, it gives the last result again.
-#[derive(Clone, Debug, Default)]
-pub struct Optimiser {
-    sets: LightSets,
-    lights_per_pass: u32,
-    elements: Vec<Element>,
-}
-
-impl Optimiser {
-    /// The elements as [`optimise`] makes them, and whether they may differ from the last call's.
-    pub fn update(&mut self, sets: &LightSets, lights_per_pass: u32) -> (&[Element], bool) {
-        let changed = self.lights_per_pass != lights_per_pass || self.sets != *sets;
-        if changed {
-            self.elements = optimise(sets, lights_per_pass);
-            self.lights_per_pass = lights_per_pass;
-            self.sets.clone_from(sets);
-        }
-        (&self.elements, changed)
-    }
 }
 
 /// How many bits are set.

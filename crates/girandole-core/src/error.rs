@@ -29,10 +29,10 @@ pub enum Error {
         /// What is wrong and what to do, as the rest of the sentence.
         reason: String,
     },
-    /// A name that is not known.
+    /// A name that does not exist.
     #[error("there is no {kind} called `{name}`; choose one of: {known}")]
     Unknown {
-        /// What was asked for (scene, camera, object, …).
+        /// The kind of thing that is named (scene, camera, object, …).
         kind: &'static str,
         /// The name that was given.
         name: String,

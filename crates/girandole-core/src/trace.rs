@@ -4,7 +4,7 @@
 //! neither the machine's vector width nor the order of traversal can change a result.
 //!
 //! The hierarchy is traversed in a space of its own, where the scene's diagonal is 1 to 2 long and directions have
-//! unit length, because `obvhs` takes boxes for missed whose far side is nearer than 1e-4, and clamps components of a
+//! unit length, because `obvhs` culls boxes whose far side is nearer than 1e-4, and clamps components of a
 //! direction below 1.2e-7. Rays start `BACK_UP` earlier there, and boxes are `MARGIN` larger: more than single
 //! precision can be wrong by.
 
@@ -17,7 +17,7 @@ use obvhs::ploc::PlocBuilder;
 use obvhs::ray::{Ray, RayHit};
 use obvhs::{Boundable, BvhBuildParams};
 
-/// Where a ray meets a surface.
+/// An intersection of a ray and a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Ray parameter: the hit is at `origin + direction · t`.
@@ -28,7 +28,7 @@ pub struct Hit {
     pub barycentric: Vec2,
 }
 
-/// Answers which surface a ray meets first, and whether anything lies between two points.
+/// Finds the first surface along a ray, and whether anything lies between two points.
 pub struct SceneTracer<'a> {
     scene: &'a Scene,
     geometry: &'a Geometry,
@@ -62,15 +62,15 @@ const MARGIN: f32 = 1e-6;
 /// Levels of a hierarchy that the traversal's stack of 32 has room for.
 const MAX_DEPTH: usize = 31;
 
-/// A ray prepared for the intersection test (Woop, Benthin and Wald 2013).
-struct Probe {
+/// A ray prepared for the watertight intersection test of Woop, Benthin and Wald (2013).
+struct WatertightRay {
     origin: DVec3,
     axes: [usize; 3],
     shear: DVec2,
     inverse_z: f64,
 }
 
-impl Probe {
+impl WatertightRay {
     fn new(origin: DVec3, direction: DVec3) -> Option<Self> {
         let size = direction.abs();
         let z = if size.x >= size.y && size.x >= size.z {
@@ -139,14 +139,14 @@ impl Traversal {
         let start = (origin + unit * skipped) * scale - unit * BACK_UP;
         let offset = BACK_UP - skipped * scale;
         let per_t = length * scale;
-        // `obvhs` takes −0 for positive in one place and negative in another: adding 0 makes it +0.
+        // `obvhs` is not consistent about the sign of −0: adding 0 makes it +0.
         let ray = Ray::new(start.as_vec3a(), unit.as_vec3a() + Vec3A::ZERO, 0.0, f32::INFINITY);
         let mut this = Self { ray, per_t, offset };
         this.ray.tmax = this.reach(t_max);
         this
     }
 
-    /// A distance in the hierarchy up to which boxes matter if only hits up to `t` do.
+    /// The distance in the hierarchy's space up to which boxes can hold hits up to `t`.
     fn reach(&self, t: f64) -> f32 {
         (t * self.per_t + self.offset) as f32 + 4.0 * MARGIN
     }
@@ -170,8 +170,8 @@ impl<'a> SceneTracer<'a> {
             Bounds(aabb)
         };
         let all: Vec<u32> = (0..count as u32).collect();
-        // Many boxes that are the same can make a hierarchy deeper than its traversal's stack. Then neighbours in the
-        // list share a leaf, as many as it takes.
+        // Many equal boxes can make a hierarchy deeper than its traversal's stack. Then neighbours in the list share a leaf,
+        // enough of them that it fits.
         let mut group = 1;
         let mut bvh = CwBvh::default();
         if count > 0 {
@@ -185,7 +185,7 @@ impl<'a> SceneTracer<'a> {
             .primitive_indices
             .iter()
             .flat_map(|&chunk| {
-                // A chunk that is not full names its last triangle again, which changes nothing.
+                // The last chunk is padded with its last triangle, which changes no result.
                 (0..group).map(move |i| (chunk as usize * group + i).min(count - 1) as u32)
             })
             .map(|triangle| {
@@ -235,7 +235,7 @@ impl<'a> SceneTracer<'a> {
         })
     }
 
-    /// The first surface along a ray among those that `accept(triangle, barycentric)` takes.
+    /// The first surface along a ray for which `accept(triangle, barycentric)` is true.
     pub fn closest_hit_where(
         &self,
         origin: Vec3,
@@ -247,13 +247,13 @@ impl<'a> SceneTracer<'a> {
             return None;
         }
         let (origin, direction, limit) = (origin.as_dvec3(), direction.as_dvec3(), f64::from(t_max));
-        let probe = Probe::new(origin, direction)?;
+        let ray = WatertightRay::new(origin, direction)?;
         let traversal = Traversal::new(self, origin, direction, limit);
         let mut best: Option<(f64, u32, Vec2)> = None;
         self.bvh.ray_traverse(traversal.ray, &mut RayHit::none(), |_, slot| {
             let mut reach = f32::INFINITY;
             for leaf in self.leaf(slot) {
-                let Some((t, u, v)) = probe.intersect(&leaf.corners) else { continue };
+                let Some((t, u, v)) = ray.intersect(&leaf.corners) else { continue };
                 let barycentric = Vec2::new(u as f32, v as f32);
                 let nearer = best.is_none_or(|(bt, bi, _)| t < bt || t == bt && leaf.triangle < bi);
                 let taken = t > 0.0
@@ -272,7 +272,7 @@ impl<'a> SceneTracer<'a> {
     }
 
     /// Whether a surface lies strictly between two points, other than the triangles that they lie on ([`NONE`] for
-    /// none). Points on a surface are best lifted by [`SceneTracer::lift`] first.
+    /// none). Points on a surface should be offset by [`SceneTracer::offset_ray_origin`] first.
     pub fn occluded(&self, from: Vec3, from_triangle: u32, to: Vec3, to_triangle: u32) -> bool {
         self.occluder(from, from_triangle, to, to_triangle, NONE).is_some()
     }
@@ -292,11 +292,11 @@ impl<'a> SceneTracer<'a> {
         }
         let origin = from.as_dvec3();
         let direction = to.as_dvec3() - origin;
-        let probe = Probe::new(origin, direction)?;
+        let ray = WatertightRay::new(origin, direction)?;
         let blocks = |corners: &[Vec3; 3], triangle: u32, masked: bool| {
             triangle != from_triangle
                 && triangle != to_triangle
-                && probe.intersect(corners).is_some_and(|(t, u, v)| {
+                && ray.intersect(corners).is_some_and(|(t, u, v)| {
                     t > 0.0
                         && t < 1.0
                         && !(masked
@@ -324,10 +324,10 @@ impl<'a> SceneTracer<'a> {
         found
     }
 
-    /// Moves a point off a surface along its unit normal: far enough for neither rounding nor a coplanar neighbour
-    /// to matter, and 1e-5 of the scene's diagonal at least.
-    pub fn lift(&self, point: Vec3, normal: Vec3) -> Vec3 {
-        point + normal * lift_distance(self.geometry, point)
+    /// Offsets a ray's origin from the surface along its unit normal: far enough that neither rounding nor a coplanar
+    /// neighbour makes the surface occlude itself, and 1e-5 of the scene's diagonal at least.
+    pub fn offset_ray_origin(&self, point: Vec3, normal: Vec3) -> Vec3 {
+        point + normal * ray_offset_distance(self.geometry, point)
     }
 }
 
@@ -361,8 +361,8 @@ fn depth(bvh: &CwBvh) -> usize {
     depth
 }
 
-/// How far [`SceneTracer::lift`] moves a point, metres.
-pub fn lift_distance(geometry: &Geometry, point: Vec3) -> f32 {
+/// The distance by which [`SceneTracer::offset_ray_origin`] offsets a point, metres.
+pub fn ray_offset_distance(geometry: &Geometry, point: Vec3) -> f32 {
     (geometry.diagonal() * 1e-5).max(point.abs().max_element() * 16.0 * f32::EPSILON)
 }
 

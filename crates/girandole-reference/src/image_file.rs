@@ -1,4 +1,4 @@
-//! Pictures in files. What is written appears under its name complete or not at all.
+//! Pictures in files. Files are written whole or not at all.
 
 use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, SpecificChannels, WritableImage};
 use girandole_core::glam::Vec3;
@@ -9,7 +9,7 @@ use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Pixels beyond which a file's header is not believed.
+/// Largest number of pixels that a file's header may claim.
 const MAX_PIXELS: usize = 1 << 28;
 
 /// Reads a picture by the ending of its name: `.exr` as [`read_exr`], `.png` as [`read_png`].
@@ -153,7 +153,7 @@ fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
         .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
         .and_then(|()| std::fs::rename(&temporary, path));
     written.map_err(|source| {
-        // Best effort: the first error is the one to tell.
+        // Best effort: the first error is the one to report.
         let _ = std::fs::remove_file(&temporary);
         write_error(path, source)
     })

@@ -1,4 +1,4 @@
-//! How far one picture is from another, in numbers and as a picture.
+//! Error metrics of two pictures, and error images.
 
 use girandole_core::glam::{DVec3, Vec3};
 use girandole_core::image::Image;
@@ -17,17 +17,17 @@ pub struct CompareOptions {
     pub mask: Option<Image>,
     /// Whether edge pixels count: only where both pictures are anti-aliased alike.
     pub keep_edges: bool,
-    /// Share of the worst pixels that is left out of relMSE, in [0, 1): few lights too close to a surface would hide
-    /// all the rest. 0 = none.
+    /// Share of the worst pixels that is left out of relMSE, in [0, 1): a few lights too close to a surface would
+    /// otherwise dominate it. 0 = none.
     pub trim: f32,
 }
 
-/// What a comparison finds, over the pixels that count.
+/// The metrics of a comparison, over the pixels that count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
     /// How many pixels count.
     pub valid_pixels: usize,
-    /// Mean of the test over mean of the reference, all channels together; 1 = no light lost or won.
+    /// Mean of the test over mean of the reference, all channels together; 1 = no light lost or gained.
     pub energy_ratio: f64,
     /// Mean of (t − r)² / (r² + 0.01) over pixels and channels, after trimming.
     pub rel_mse: f64,
@@ -194,7 +194,7 @@ fn exposure(reference: &Image, valid: &[bool]) -> f32 {
     }
 }
 
-/// FLIP of every pixel. Pixels that do not count are the reference's in both pictures, so that they say nothing.
+/// FLIP of every pixel. Pixels that do not count are the reference's in both pictures, so that their error is 0.
 fn flip_map(reference: &Image, test: &Image, valid: &[bool]) -> Vec<f32> {
     if valid.is_empty() {
         return Vec::new();

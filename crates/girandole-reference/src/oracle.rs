@@ -30,7 +30,7 @@ impl Default for OracleSettings {
 /// The picture that a light set gives, exactly: at each point seen, `L = Le + Σ (ρ/π + f) · I · V · G` over all
 /// lights (Barczak §4.1; f is the specular BRDF), V by traced rays. Radiance, W/(sr·m²); the background is black.
 ///
-/// Threads and tiles do not change the result. `progress` is told the share that is done, 0 to 1, from any thread.
+/// Threads and tiles do not change the result. `progress` is called with the finished share, 0 to 1, from any thread.
 pub fn oracle(
     tracer: &SceneTracer,
     lights: &LightSet,
@@ -42,8 +42,8 @@ pub fn oracle(
     picture(&Sum { tracer, lights: &lights.samples, database: None }, view, size, settings, progress)
 }
 
-/// [`oracle`] with rays only where a visibility database for the same lights calls for them: an unoccluded light
-/// counts without, a fully occluded one not at all. If the database is right, the picture is the same.
+/// [`oracle`] with rays only for the pairs that a visibility database for the same lights marks as partial: an unoccluded
+/// light is added without one, a fully occluded one not at all. If the database is right, the picture is the same.
 pub fn oracle_with_states(
     tracer: &SceneTracer,
     lights: &LightSet,
@@ -57,7 +57,7 @@ pub fn oracle_with_states(
     picture(&sum, view, size, settings, progress)
 }
 
-/// What to sum, and how visibility is known.
+/// The lights to sum, and how their visibility is determined.
 struct Sum<'a> {
     tracer: &'a SceneTracer<'a>,
     lights: &'a [LightSample],
@@ -110,31 +110,38 @@ pub fn radiance(
     sum.radiance(surface, triangle, wo, clamp, &mut occluders).as_vec3()
 }
 
-/// Whether nothing lies between a surface point and a light: the point is lifted off its triangle, and neither that
-/// one nor the light's own counts. Whether the two face each other is not asked here, see
+/// Whether nothing lies between a surface point and a light: the point is offset from its triangle, and neither that
+/// one nor the light's own counts. Whether the two face each other is not tested, see
 /// [`LightSample::geometric_factor`].
 pub fn visible(tracer: &SceneTracer, surface: &Surface, triangle: u32, light: &LightSample) -> bool {
-    occluder(tracer, tracer.lift(surface.position, surface.geometric_normal), triangle, light, NONE).is_none()
+    occluder(
+        tracer,
+        tracer.offset_ray_origin(surface.position, surface.geometric_normal),
+        triangle,
+        light,
+        NONE,
+    )
+    .is_none()
 }
 
 fn occluder(
     tracer: &SceneTracer,
-    lifted: Vec3,
+    origin: Vec3,
     triangle: u32,
     light: &LightSample,
     likely: u32,
 ) -> Option<u32> {
     let to = if light.profile == Profile::Directional {
-        lifted - light.normal * (lifted.length() + 2.0 * tracer.geometry().diagonal())
+        origin - light.normal * (origin.length() + 2.0 * tracer.geometry().diagonal())
     } else {
         light.position
     };
-    tracer.occluder(lifted, triangle, to, light.triangle(), likely)
+    tracer.occluder(origin, triangle, to, light.triangle(), likely)
 }
 
 impl Sum<'_> {
-    /// `occluders` remembers for each light what blocked it last: it saves most of the search, never changes the
-    /// answer.
+    /// `occluders` caches for each light the last triangle that blocked it: it saves most of the traversal and never
+    /// changes the result.
     fn pixel(
         &self,
         view: &View,
@@ -173,7 +180,7 @@ impl Sum<'_> {
         if diffuse == Vec3::ZERO && !surface.is_specular() {
             return emission;
         }
-        let lifted = self.tracer.lift(surface.position, surface.geometric_normal);
+        let origin = self.tracer.offset_ray_origin(surface.position, surface.geometric_normal);
         let front = self.tracer.geometry().normal(triangle).dot(wo) >= 0.0;
         let states = self.database.and_then(|database| {
             let leaf = database.receivers().leaf_at(triangle, surface.position, front)?;
@@ -198,7 +205,7 @@ impl Sum<'_> {
             }
             let blocking = match state {
                 State::Unoccluded => None,
-                _ => occluder(self.tracer, lifted, triangle, light, *last),
+                _ => occluder(self.tracer, origin, triangle, light, *last),
             };
             match blocking {
                 Some(blocking) => *last = blocking,

@@ -1,13 +1,14 @@
 //! Pictures computed tile by tile on all cores. A pixel's value depends on its position only, never on the order.
 
+#[cfg(feature = "parallel")]
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Pixels on a tile's side: neighbours share what a thread keeps.
+/// Pixels on a tile's side: neighbouring pixels share the scratch memory of a thread.
 const TILE: u32 = 16;
 
-/// All pixels of a picture, row by row from the top. Each tile starts with a `scratch` of its own; `progress` is told
-/// the share of finished tiles, 0 to 1, by whichever thread finishes one.
+/// All pixels of a picture, row by row from the top. Each tile starts with a `scratch` of its own; `progress` is
+/// called with the share of finished tiles, 0 to 1, by the thread that finishes one.
 pub(crate) fn render<S, T: Copy + Default + Send>(
     size: [u32; 2],
     progress: &(dyn Fn(f32) + Sync),
@@ -18,8 +19,11 @@ pub(crate) fn render<S, T: Copy + Default + Send>(
     let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
     let count = columns as usize * rows as usize;
     let done = AtomicUsize::new(0);
-    let tiles: Vec<Vec<T>> = (0..count)
-        .into_par_iter()
+    #[cfg(feature = "parallel")]
+    let indices = (0..count).into_par_iter();
+    #[cfg(not(feature = "parallel"))]
+    let indices = 0..count;
+    let tiles: Vec<Vec<T>> = indices
         .map(|index| {
             let [x, y] = corner(index, columns);
             let mut scratch = scratch();

@@ -5,7 +5,7 @@ use girandole_core::lights::LightSet;
 use girandole_core::scene::Geometry;
 use girandole_core::tonemap::{Exposure, Tonemap};
 
-/// What computes the picture.
+/// The engine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Engine {
     /// gpu where there is an adapter, else cpu
@@ -24,7 +24,7 @@ pub enum Engine {
 pub enum TerminationArg {
     /// Never early: samples grow weaker with every bounce
     Throughput,
-    /// By chance at every hit: samples of even strength
+    /// By Russian roulette at every hit: samples of even strength
     #[default]
     Albedo,
 }
@@ -159,11 +159,11 @@ pub struct Pcf(pub u32);
 /// The bound of the geometric factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Clamp {
-    /// As the light samples suggest.
+    /// The value that the light samples suggest.
     Auto,
     /// None.
     Off,
-    /// This, m⁻².
+    /// A value, m⁻².
     At(f32),
 }
 
@@ -188,18 +188,18 @@ impl std::fmt::Display for Clamp {
     }
 }
 
-/// What to show instead of the picture.
+/// A debug view instead of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DebugView {
     /// Leaf receivers.
     Receivers,
-    /// States of one light, or how many lights are partially blocked.
+    /// States of one light, or the number of partially occluded lights.
     States(Option<u32>),
     /// Light maps.
     LightMaps,
     /// Where points were shaded.
     Levels,
-    /// Where lights are.
+    /// Light markers.
     Lights,
     /// Shadow maps.
     Atlas,

@@ -1,4 +1,4 @@
-//! The exact sum over the light samples, with traced shadows: slow, and right by construction.
+//! The exact sum over the light samples, with traced shadows.
 
 use super::{Job, Picture, Stats};
 use crate::output::Progress;
@@ -18,8 +18,7 @@ pub fn render(job: &Job) -> Picture {
     Picture { radiance, frame_ms: start.elapsed().as_secs_f64() * 1e3, stats: Stats::new() }
 }
 
-/// The share of the picture's energy that the bound of the geometric factor loses, estimated on a coarse grid of
-/// pixels.
+/// The share of the picture's energy that clamping the geometric factor loses, estimated on a coarse grid of pixels.
 pub fn energy_lost_by_clamp(job: &Job) -> f64 {
     const GRID: [u32; 2] = [64, 48];
     let tracer = SceneTracer::new(job.scene, job.geometry);

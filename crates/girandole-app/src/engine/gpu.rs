@@ -1,4 +1,4 @@
-//! The renderer on wgpu: the only file of the program that knows it.
+//! The renderer on wgpu: the only file of the program that uses wgpu.
 
 use super::{Job, Picture, Stats};
 use crate::args;
@@ -63,7 +63,7 @@ impl Device {
         self.0.wait()?;
         let setup_ms = milliseconds(start);
 
-        // The parts of a frame, each by the clock around submitting and waiting.
+        // The parts of a frame, in wall-clock time around submit and wait.
         let start = Instant::now();
         renderer.draw_shadow_maps()?;
         self.0.wait()?;
@@ -98,12 +98,12 @@ impl Device {
         let mut renderer = Renderer::new(&self.0.device, &self.0.queue, options(&args.quality))?;
         let target = self.target(args.size);
         let clamp = args.quality.clamp.bound(lights, geometry);
-        // One to warm up, and one for the times of passes, which would take time from the others.
+        // One round to warm up, and one for pass timestamps, which would slow the others down.
         let rounds = args.repeat + 2;
         let mut times = vec![[Vec::new(), Vec::new()]; args.modes.len()];
         let [mut maps_ms, mut visibility_ms] = [0.0; 2];
         let mut results = vec![Stats::new(); args.modes.len()];
-        // What is done once for a scene that stands still; the first round warms up.
+        // The parts that are needed once for a static scene; the first round warms up.
         for _ in 0..2 {
             renderer.load(scene, geometry, lights)?;
             self.0.wait()?;
@@ -173,7 +173,7 @@ impl Device {
     }
 }
 
-/// Of the target that is shown while timing.
+/// Format of the target that is drawn to while timing.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
 /// A scene with its lights, to be timed.
@@ -184,9 +184,9 @@ pub struct Trial<'a> {
     pub geometry: &'a Geometry,
     /// Its light.
     pub lights: &'a LightSet,
-    /// From where.
+    /// The camera.
     pub view: View,
-    /// How.
+    /// Options.
     pub args: &'a args::BenchArgs,
 }
 
@@ -231,10 +231,10 @@ fn settings(
     }
 }
 
-/// More take gigabytes: the database holds states of all receivers and lights.
+/// More would take gigabytes: the database holds states of all receivers and lights.
 const MOST_LIGHTS: usize = 16384;
 
-/// Who blocks whom, and the milliseconds that it took; nothing where no mode asks.
+/// The visibility database and its build time in milliseconds; `None` if no mode needs it.
 fn visibility(
     scene: &Scene,
     geometry: &Geometry,

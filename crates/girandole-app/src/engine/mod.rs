@@ -1,4 +1,4 @@
-//! What computes a picture: shadow maps on a GPU, the same sum with traced shadows, or the path tracer.
+//! The engines: shadow maps on a GPU, the same sum with traced shadows, and the path tracer.
 
 mod cpu;
 pub mod gpu;
@@ -17,7 +17,7 @@ use serde_json::{Map, Value};
 /// Flat statistics, sorted by key.
 pub type Stats = Map<String, Value>;
 
-/// What is to be rendered.
+/// The inputs of an engine.
 pub struct Job<'a> {
     /// The scene.
     pub scene: &'a Scene,
@@ -25,25 +25,25 @@ pub struct Job<'a> {
     pub geometry: &'a Geometry,
     /// Its light; empty for the path tracer, which samples its own.
     pub lights: &'a LightSet,
-    /// From where.
+    /// The camera.
     pub view: View,
     /// Bound of the geometric factor, m⁻²; none = exact.
     pub clamp: Option<f32>,
-    /// How.
+    /// Options.
     pub args: &'a RenderArgs,
 }
 
-/// What came of it.
+/// The result of an engine.
 pub struct Picture {
     /// Linear radiance.
     pub radiance: Image,
     /// Milliseconds for it.
     pub frame_ms: f64,
-    /// What the engine has to say beyond that.
+    /// The engine's own statistics.
     pub stats: Stats,
 }
 
-/// An engine that is ready to work.
+/// An engine, ready to render.
 pub enum Ready {
     /// On this device.
     Gpu(Box<gpu::Device>),
@@ -54,7 +54,7 @@ pub enum Ready {
 }
 
 impl Ready {
-    /// Takes the engine that was asked for; `auto` falls back to the CPU and says how to get faster.
+    /// Opens the engine of the options; `auto` falls back to the CPU and prints how to get a GPU.
     pub fn choose(args: &RenderArgs) -> Result<Self> {
         match args.engine {
             Engine::Cpu => Ok(Self::Cpu),
@@ -62,7 +62,7 @@ impl Ready {
             Engine::Gpu => Ok(Self::Gpu(Box::new(gpu::Device::open(args.adapter.as_deref())?))),
             Engine::Auto => match gpu::Device::open(args.adapter.as_deref()) {
                 Ok(device) => Ok(Self::Gpu(Box::new(device))),
-                // Who names an adapter wants that one.
+                // A named adapter is required, so there is no fallback.
                 Err(error) if args.adapter.is_some() => Err(error.into()),
                 Err(error) => {
                     say(&format!("{error}; until then, shadows are traced on the CPU, which is slower"));
@@ -81,7 +81,7 @@ impl Ready {
         }
     }
 
-    /// What it runs on.
+    /// The device that it runs on.
     pub fn adapter(&self) -> String {
         match self {
             Self::Gpu(device) => device.name(),

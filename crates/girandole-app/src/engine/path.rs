@@ -19,7 +19,7 @@ pub fn render(job: &Job) -> Picture {
     let estimate = path_trace(&tracer, &job.view, job.args.size, &settings, &|done| progress.set(done));
     let frame_ms = start.elapsed().as_secs_f64() * 1e3;
     let mut stats = Stats::new();
-    // How far pixels, and the mean of the whole picture, are from the truth: standard errors, W/(sr·m²).
+    // Standard errors of pixels and of the whole picture's mean, W/(sr·m²).
     let variance = f64::from(estimate.variance.mean().element_sum() / 3.0);
     let values = estimate.variance.pixels.len() as f64 * 3.0;
     stats.insert("paths_per_pixel".into(), job.args.paths.into());

@@ -29,8 +29,10 @@ fn help_names_every_option() {
     ] {
         let arguments = if command == "--help" { vec!["--help"] } else { vec![command, "--help"] };
         let help = stdout(&girandole.succeed(&arguments));
+        let is_separator = |c: char| !(c.is_alphanumeric() || c == '-');
+        let said: Vec<&str> = help.split(is_separator).collect();
         for word in words.split_whitespace() {
-            assert!(help.contains(word), "{command} --help does not mention {word}:\n{help}");
+            assert!(said.contains(&word), "{command} --help does not mention {word}:\n{help}");
         }
     }
     assert!(stdout(&girandole.succeed(&["--version"])).starts_with("girandole "));

@@ -138,7 +138,7 @@ fn without_an_adapter_the_cpu_does_it() {
     assert_eq!(girandole.json("s.json")["engine"], "cpu");
     girandole.succeed(&small(&["--engine", "cpu", "-o", "cpu.exr"]));
     assert!(girandole.bytes("auto.exr") == girandole.bytes("cpu.exr"));
-    // Who asks for the GPU gets it, or a sentence.
+    // An explicit `--engine gpu` does not fall back.
     let mut command = girandole.command(&small(&["--engine", "gpu", "-o", "gpu.exr"]));
     let output = crate::without_adapters(&mut command).output().unwrap();
     assert_eq!(output.status.code(), Some(2));

@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-/// Words that are worked on at once: two fill the vectors that every x86-64 and ARM64 processor has.
+/// Words that are processed at once: two fill the SIMD registers that every x86-64 and ARM64 processor has.
 const LANES: usize = 2;
 /// Elements in a block.
 pub(super) const BLOCK: usize = LANES * u64::BITS as usize;

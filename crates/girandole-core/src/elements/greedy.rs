@@ -7,12 +7,12 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// An element, later than all those it is compared with: no merge of it with an earlier one saves more than `bound`.
-/// The greatest is looked at first.
+/// The heap's top has the greatest bound.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Row {
     bound: u32,
     later: Reverse<usize>,
-    /// With which earlier element it saves just that, as long as that one is not removed.
+    /// The earlier element with which it saves exactly `bound`, unless that one has been removed.
     partner: Option<usize>,
 }
 
@@ -27,7 +27,7 @@ struct Twins {
 ///
 /// Each pair belongs to its later element's [`Row`]. As an element's lights never change (what is left of an element
 /// after a merge is a new one, later than all), a row only ever loses pairs, so that what it was found to save stays an
-/// upper bound. Rows wait in a heap by their bounds and are only scanned when they come to the top.
+/// upper bound. Rows are in a heap by their bounds and are only scanned when they reach the top.
 pub(super) struct Greedy {
     words: usize,
     /// The lights of each element, `words` each.
@@ -40,9 +40,9 @@ pub(super) struct Greedy {
     joined: Vec<(usize, usize)>,
     per_pass: u32,
     rows: BinaryHeap<Row>,
-    /// Elements that pairs are looked for among, in ascending order, with some that are removed.
+    /// Elements that are searched for pairs, in ascending order, including some that are removed.
     listed: Vec<usize>,
-    /// How many those are.
+    /// The number of removed elements in `listed`.
     unlisted: usize,
     /// The lights of the elements in `listed`.
     columns: Columns,
@@ -135,7 +135,7 @@ impl Greedy {
         'found: for (block, others) in self.listed[..end].chunks(BLOCK).enumerate() {
             self.columns.count(block, &lights, &mut counts);
             let mut from = 0;
-            // Better pairs need more common lights, so that candidates are looked for again after each.
+            // Better pairs need more common lights, so candidates are searched again after each.
             'again: loop {
                 let extra = best * self.per_pass;
                 for at in self.columns.candidates(block, &counts, rest + extra, extra, from..others.len()) {
@@ -167,7 +167,7 @@ impl Greedy {
         (cost(a) + cost(b)).saturating_sub(cost(a - common) + cost(b - common) + cost(common))
     }
 
-    /// Merges two elements; what is new gets in line.
+    /// Merges two elements and lists the new ones.
     fn merge(&mut self, a: usize, b: usize) {
         let pairs = || self.set(a).iter().zip(self.set(b));
         let common: Vec<u64> = pairs().map(|(a, b)| a & b).collect();
@@ -177,7 +177,7 @@ impl Greedy {
         let all = self.joined.len();
         self.joined.push((objects_a, objects_b));
         if only_a.iter().all(|&w| w == 0) {
-            // All of its lights are common, so it may keep its place.
+            // All of its lights are common, so it keeps its index.
             self.objects[a] = all;
             self.remove(b);
         } else if only_b.iter().all(|&w| w == 0) {
@@ -190,7 +190,7 @@ impl Greedy {
         }
         self.add(&only_a, objects_a);
         self.add(&only_b, objects_b);
-        // Half of the list are removed ones.
+        // Rebuild the list once half of it is removed.
         if self.listed.len() < 2 * self.unlisted {
             self.columns = self.columns.emptied();
             self.unlisted = 0;
@@ -232,7 +232,7 @@ impl Greedy {
         }
     }
 
-    /// How many places there are for elements.
+    /// The number of indices of elements, removed ones included.
     #[cfg(test)]
     pub(super) fn places(&self) -> usize {
         self.sizes.len()

@@ -247,18 +247,6 @@ fn sets_grow_as_needed() {
     assert_eq!((unmerged(&roomy), roomy.objects()), (vec![], 100));
 }
 
-#[test]
-fn the_optimiser_notices_changes() {
-    let mut sets = alike(20, 50, 3, 50, 10, 4);
-    let mut optimiser = Optimiser::default();
-    assert_eq!(optimiser.update(&sets, 7), (&optimise(&sets, 7)[..], true));
-    assert_eq!(optimiser.update(&sets, 7), (&optimise(&sets, 7)[..], false));
-    assert_eq!(optimiser.update(&sets, 5), (&optimise(&sets, 5)[..], true));
-    sets.insert(20, 3);
-    assert_eq!(optimiser.update(&sets, 5), (&optimise(&sets, 5)[..], true));
-    assert_ne!(optimise(&sets, 5), optimise(&sets, 7));
-}
-
 /// All ways to part a set of objects, a bit each, into groups.
 fn partitions(set: u32) -> Vec<Vec<u32>> {
     let lowest = set & set.wrapping_neg();

@@ -4,7 +4,7 @@ use super::emitters::{Source, SourceTree, SpotCone};
 use super::{LightSample, Profile, SampleOrigin};
 use crate::math::sequence;
 use crate::scene::{Geometry, PunctualKind, Scene};
-use crate::trace::lift_distance;
+use crate::trace::ray_offset_distance;
 use glam::{DVec2, DVec3, Vec3};
 
 /// All punctual lights: a point light is two opposite hemispheres, a spot and a directional light one sample each.
@@ -121,18 +121,18 @@ fn on_tree(
     while tries < most {
         let at = [0, 1].map(|d| f64::from(sequence::sample(tries, d, seed)));
         let (source, at) = tree.choose(DVec2::from_array(at));
-        let spot = source.spot(scene, geometry, at).filter(|s| s.radiance.max_element() > 0.0);
-        if let Some(spot) = spot {
+        let point = source.point(scene, geometry, at).filter(|s| s.radiance.max_element() > 0.0);
+        if let Some(point) = point {
             if samples.len() - first == count as usize {
                 break;
             }
-            let pdf_area = tree.probability(source) / spot.area;
+            let pdf_area = tree.probability(source) / point.area;
             samples.push(LightSample {
-                position: spot.position + spot.normal * lift_distance(geometry, spot.position),
-                normal: spot.normal,
-                intensity: (spot.radiance.as_dvec3() / pdf_area).as_vec3(),
+                position: point.position + point.normal * ray_offset_distance(geometry, point.position),
+                normal: point.normal,
+                intensity: (point.radiance.as_dvec3() / pdf_area).as_vec3(),
                 profile: Profile::Cosine,
-                origin: SampleOrigin::Emitter { triangle: spot.triangle },
+                origin: SampleOrigin::Emitter { triangle: point.triangle },
             });
         }
         tries += 1;

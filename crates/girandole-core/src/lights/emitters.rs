@@ -2,8 +2,8 @@
 //!
 //! 1. Each emitting triangle (per side) becomes a source; a planar patch that is a parallelogram stays whole, so that
 //!    one continuous map leads from the unit square to it. Triangles with a texture are cut into small ones.
-//! 2. A source's weight is its power by luminance, for textures found on a regular grid, with a floor wherever the
-//!    texture might shine.
+//! 2. A source's weight is its power by luminance, for textures found on a regular grid, with a floor so that no
+//!    texel is missed.
 //! 3. A binary tree over sources, halved in power along the longest axis of their centres, turns one point of the
 //!    unit square into a source and a point of it, splitting u and v in turn (hierarchical warping, Clarberg et al.
 //!    2005, §3): points that are well spread in the square stay so over many small sources.
@@ -18,10 +18,10 @@ use std::f64::consts::PI;
 const MAX_CUTS: f64 = 24.0;
 /// …and estimated at this many squared points in each part.
 const PROBES: u32 = 4;
-/// Weight of a part that looks black, as a share of what it could emit at most.
+/// Weight of a part whose samples are all black, as a share of its greatest possible emission.
 const FLOOR: f64 = 0.02;
 
-/// One thing to start from.
+/// A piece of an emitter, or a punctual light.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source {
     kind: Kind,
@@ -52,7 +52,7 @@ struct Area {
 
 /// A point of an emitter.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spot {
+pub(super) struct EmitterPoint {
     pub position: Vec3,
     /// Unit, on the side that emits.
     pub normal: Vec3,
@@ -72,7 +72,7 @@ impl Source {
     }
 
     /// The point of an area source at `at` in the unit square, uniform over its area.
-    pub fn spot(&self, scene: &Scene, geometry: &Geometry, at: DVec2) -> Option<Spot> {
+    pub fn point(&self, scene: &Scene, geometry: &Geometry, at: DVec2) -> Option<EmitterPoint> {
         let Kind::Area(area) = &self.kind else { return None };
         let at = if area.triangles[1] == NONE { fold(at) } else { at };
         let position = (area.corner + area.edges[0] * at.x + area.edges[1] * at.y).as_vec3();
@@ -88,7 +88,7 @@ impl Source {
         }
         let normal = geometry.normal(triangle);
         let normal = if area.back { -normal } else { normal };
-        Some(Spot { position, normal, radiance, triangle, area: area.area })
+        Some(EmitterPoint { position, normal, radiance, triangle, area: area.area })
     }
 }
 
@@ -173,7 +173,7 @@ fn part(geometry: &Geometry, triangle: u32, n: u32, [i, j]: [u32; 2], textured: 
     let (corner, edges) = if upright {
         (a + edges[0] * f64::from(i) + edges[1] * f64::from(j), edges)
     } else {
-        // Those that stand on their heads, counted from the far side.
+        // Inverted parts, counted from the far side.
         let (i, j) = (n - i, n - j);
         (a + edges[0] * f64::from(i) + edges[1] * f64::from(j), [-edges[0], -edges[1]])
     };
@@ -205,8 +205,8 @@ fn cut(scene: &Scene, geometry: &Geometry, triangle: u32) -> Vec<(Area, f64)> {
             let source = Source { kind: Kind::Area(area), weight: 0.0, center: Vec3::ZERO };
             let probes = (0..PROBES * PROBES).map(|k| {
                 let at = DVec2::new(f64::from(k % PROBES), f64::from(k / PROBES)) + 0.5;
-                let spot = source.spot(scene, geometry, at / f64::from(PROBES));
-                spot.map_or(0.0, |s| f64::from(luminance(s.radiance)))
+                let point = source.point(scene, geometry, at / f64::from(PROBES));
+                point.map_or(0.0, |s| f64::from(luminance(s.radiance)))
             });
             (area, floor + probes.sum::<f64>() / f64::from(PROBES * PROBES))
         })
@@ -259,7 +259,7 @@ impl SpotCone {
     }
 }
 
-/// A way from the unit square to sources in proportion to their weights.
+/// A map from the unit square to sources in proportion to their weights.
 pub(super) struct SourceTree {
     sources: Vec<Source>,
     /// Inner nodes: share of the first child; children (≥ 0: a node, < 0: source −1 − child).
@@ -275,7 +275,7 @@ impl SourceTree {
         if sources.is_empty() {
             return None;
         }
-        // Ranges of sources still to be split, with the node and the side that waits for them.
+        // Ranges of sources still to be split, with their parent's node and side.
         let mut open = vec![(0, sources.len(), None::<(usize, usize)>)];
         while let Some((start, end, parent)) = open.pop() {
             let child = if end - start == 1 {
@@ -296,7 +296,7 @@ impl SourceTree {
         Some(Self { sources, nodes, total })
     }
 
-    /// A source in proportion to weight, and what is left of the point: uniform again over the unit square.
+    /// A source in proportion to weight, and the point remapped to the unit square: uniform again.
     pub fn choose(&self, at: DVec2) -> (&Source, DVec2) {
         const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
         let mut at = at.to_array();

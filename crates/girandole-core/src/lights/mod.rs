@@ -2,7 +2,7 @@
 
 mod direct;
 mod emitters;
-mod thin;
+mod resample;
 mod walk;
 
 use crate::math::sequence;
@@ -55,7 +55,7 @@ pub enum SampleOrigin {
 /// An oriented point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSample {
-    /// Position relative to the geometry's origin, lifted a little off the surface it lies on.
+    /// Position relative to the geometry's origin, offset from the surface like a ray origin.
     pub position: Vec3,
     /// Unit normal; nothing is emitted behind it.
     pub normal: Vec3,
@@ -77,7 +77,7 @@ impl LightSample {
     }
 
     /// The geometric factor `G` of this sample at a point, m⁻² (directional: a cosine), bounded by `clamp`; and the
-    /// unit direction to the light. `None` unless both cosines and the geometric one are positive. Spec: the pair
+    /// unit direction to the light. `None` unless both cosines and the geometric one are positive: a pair
     /// counts only if the geometric normals of both face each other. Mirrored in `shaders/lib/light.wgsl`.
     pub fn geometric_factor(
         &self,
@@ -170,7 +170,7 @@ pub struct LightSet {
     pub direct: u32,
     /// How many paths were started.
     pub paths: u32,
-    /// What the user should know: one sentence each.
+    /// Warnings for the user: one sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -256,7 +256,7 @@ impl LightSet {
             set.paths = walked.paths;
             indirect = walked.samples;
             if !walked.exhausted {
-                indirect = thin::thin(&indirect, wanted, geometry.diagonal(), sequence::hash(seed));
+                indirect = resample::resample(&indirect, wanted, geometry.diagonal(), sequence::hash(seed));
             } else {
                 set.warnings.push(format!(
                     "{} paths of light left only {} of {wanted} indirect light samples, because little of it is \

@@ -5,33 +5,32 @@
 //! 2. At every hit it leaves a sample of intensity `ρ · Φ / π` and goes on, cosine-weighted, with `Φ ← ρ · Φ`.
 //! 3. All deposits are divided by the number of paths.
 //!
-//!
-//! How many paths there are must not depend on what they leave: stopping when enough samples are there, in the middle of
-//! a path, favours short paths (measured with independent paths: 5 to 9 % too bright at 8 samples, 1 % at 75), and even
-//! leaving out the path that overflows, which is right for independent paths, is off by 1 % at 8 for well-spread ones.
-//! So a short pilot walk with a seed of its own finds out how many deposits a path leaves, and sets the number of
-//! paths once and for all. Worked example: 225 samples with 16 candidates each need 3600 deposits; the pilot leaves
+//! The number of paths must not depend on their deposits: stopping once there are enough samples, in the middle of a
+//! path, favours short paths (measured with independent paths: 5 to 9 % too bright at 8 samples, 1 % at 75), and even
+//! leaving out the path that overflows, which is unbiased for independent paths, is off by 1 % at 8 for well-spread ones.
+//! So a short pilot walk with a seed of its own estimates the number of deposits a path leaves, which fixes the number of
+//! paths. Worked example: 225 samples with 16 candidates each need 3600 deposits; the pilot leaves
 //! 2.1 a path; 1719 paths are walked, and divided by.
 
 use super::emitters::{SourceTree, SpotCone};
 use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
 use crate::math::{sequence, warp};
 use crate::scene::{Geometry, PunctualKind, Scene};
-use crate::trace::{SceneTracer, lift_distance};
+use crate::trace::{SceneTracer, ray_offset_distance};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f32::consts::PI;
 
 /// Dimensions of the sequence: two to choose a point, two for the first direction, then three for each bounce.
 const FIRST_BOUNCE: u32 = 4;
-/// Bends of a shading normal brighten a deposit by at most this.
-const MAX_BEND: f32 = 8.0;
+/// Upper bound of the factor by which a shading normal brightens a deposit.
+const MAX_SHADING_FACTOR: f32 = 8.0;
 
-/// Deposits that the pilot walk waits for: the rate is then known to some 6 %.
+/// Deposits after which the pilot walk ends: the rate then has a standard error of some 6 %.
 const PILOT_DEPOSITS: usize = 256;
 /// Paths after which the pilot gives up.
 const PILOT_PATHS: u32 = 1 << 16;
 
-/// What the walk left.
+/// The result of the walk.
 pub(super) struct Deposits {
     pub samples: Vec<LightSample>,
     /// The paths that the samples were divided by.
@@ -75,7 +74,7 @@ pub(super) fn walk(
     if left == 0 {
         return Deposits { samples: Vec::new(), paths, exhausted: true };
     }
-    // The walk. A single candidate each needs some to spare.
+    // The walk, with a margin where there is a single candidate for each sample.
     let rate = left as f64 / f64::from(paths);
     let deposits = f64::from(wanted) * f64::from(candidates).max(1.2) + 8.0;
     let most = PILOT_PATHS + wanted.saturating_mul(32);
@@ -118,18 +117,18 @@ impl Walk<'_> {
             let Some(hit) = hit else { break };
             let surface = self.geometry.surface(self.scene, hit.triangle, hit.barycentric, -photon.direction);
             let normal = surface.geometric_normal;
-            // Seen from the eye, a surface receives by its shading normal; a photon arrives by the geometric one
-            // (Veach 1996, §5.3.2).
+            // Photons arrive by the geometric normal, radiance is received by the shading normal: correct for the
+            // difference (Veach 1996, §5.3.2).
             let arriving = -normal.dot(photon.direction);
             let shading = -surface.shading_normal.dot(photon.direction);
             if arriving <= 0.0 || shading <= 0.0 {
                 break;
             }
-            let rho = surface.albedo * (shading / arriving).min(MAX_BEND);
+            let rho = surface.albedo * (shading / arriving).min(MAX_SHADING_FACTOR);
             let survival = match self.settings.termination {
                 Termination::Throughput if rho.max_element() > 0.0 => 1.0,
                 Termination::Throughput => 0.0,
-                // What is left of the path's brightest channel.
+                // The share of the path's brightest channel that is reflected.
                 Termination::Albedo => {
                     ((rho * photon.flux).max_element() / photon.flux.max_element()).min(1.0)
                 }
@@ -139,7 +138,7 @@ impl Walk<'_> {
                 break;
             }
             photon.flux *= rho / survival;
-            let position = surface.position + normal * lift_distance(self.geometry, surface.position);
+            let position = surface.position + normal * ray_offset_distance(self.geometry, surface.position);
             deposits.push(LightSample {
                 position,
                 normal,
@@ -166,11 +165,11 @@ impl Walk<'_> {
         let (source, at) = self.tree.choose(at);
         let probability = self.tree.probability(source);
         let Some(light) = source.punctual() else {
-            let spot = source.spot(self.scene, self.geometry, at)?;
-            let flux = spot.radiance.as_dvec3() * (std::f64::consts::PI * spot.area / probability);
+            let point = source.point(self.scene, self.geometry, at)?;
+            let flux = point.radiance.as_dvec3() * (std::f64::consts::PI * point.area / probability);
             return (flux.max_element() > 0.0).then(|| Photon {
-                origin: spot.position + spot.normal * lift_distance(self.geometry, spot.position),
-                direction: self.leave(path, 2, spot.normal),
+                origin: point.position + point.normal * ray_offset_distance(self.geometry, point.position),
+                direction: self.leave(path, 2, point.normal),
                 flux: flux.as_vec3(),
             });
         };

@@ -1,6 +1,6 @@
 //! Scenes from files of any supported kind.
 
-use super::{Material, Scene, Transform, gltf, model_file, patches};
+use super::{Material, Scene, Transform, gltf, model_file, repair};
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -36,7 +36,7 @@ impl Scene {
         let mut scene = Self::default();
         scene.add_material(Material { name: "clay".into(), ..Material::default() });
         scene.add_object(&mesh.name.clone(), mesh, Transform::IDENTITY);
-        patches::mark_scene(&mut scene)
+        repair::mark_scene(&mut scene)
             .map_err(|e| Error::Broken { path: path.into(), reason: format!("it {e}") })?;
         Ok(scene)
     }

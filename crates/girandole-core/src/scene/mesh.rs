@@ -1,6 +1,7 @@
 //! Triangle meshes in object space, with their planar patches.
 
 use glam::{Vec2, Vec3, Vec4};
+use rustc_hash::FxHashMap;
 use std::ops::Range;
 
 /// One triangle of a mesh, counter-clockwise seen from its front.
@@ -99,4 +100,12 @@ pub(crate) fn polygon_normal(corners: &[Vec3]) -> Vec3 {
         sum += a.as_dvec3().cross(b.as_dvec3());
     }
     sum.normalize_or_zero().as_vec3()
+}
+
+/// The first vertex with the same position, for each vertex.
+pub(crate) fn weld(positions: &[Vec3]) -> Vec<u32> {
+    let mut first: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+    first.reserve(positions.len());
+    let key = |p: &Vec3| (*p + Vec3::ZERO).to_array().map(f32::to_bits);
+    positions.iter().enumerate().map(|(i, p)| *first.entry(key(p)).or_insert(i as u32)).collect()
 }

@@ -8,20 +8,26 @@ pub mod builtin;
 mod camera;
 mod defaults;
 mod geometry;
+#[cfg(feature = "import")]
 pub mod gltf;
+#[cfg(feature = "import")]
 mod load;
 mod material;
 mod mesh;
+#[cfg(feature = "import")]
 mod model_file;
 mod motion;
 mod patches;
+#[cfg(feature = "import")]
 mod repair;
 
 pub use camera::{Camera, Projection, View};
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
+#[cfg(feature = "import")]
 pub use gltf::{load_gltf, load_gltf_slice};
 pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
 pub use mesh::{Mesh, MeshTriangle, Patch};
+#[cfg(feature = "import")]
 pub use model_file::{load_model, load_model_slice};
 pub use motion::{Animation, Channel, Interpolation, Keyframes, Transform};
 pub use patches::mark_patches;

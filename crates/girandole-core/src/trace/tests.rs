@@ -340,9 +340,9 @@ fn many_equal_boxes_are_traced_like_any() {
     for _ in 0..300 {
         let (origin, target) = (numbers.vector() * 2.0, numbers.vector() * 0.4);
         let direction = target - origin;
-        let probe = Probe::new(origin.as_dvec3(), direction.as_dvec3()).unwrap();
+        let ray = WatertightRay::new(origin.as_dvec3(), direction.as_dvec3()).unwrap();
         let nearest = (0..geometry.triangles.len() as u32)
-            .filter_map(|i| Some((probe.intersect(&geometry.corners(i))?.0, i)))
+            .filter_map(|i| Some((ray.intersect(&geometry.corners(i))?.0, i)))
             .filter(|(t, _)| *t > 0.0)
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let hit = tracer.closest_hit(origin, direction, f32::INFINITY, NONE);

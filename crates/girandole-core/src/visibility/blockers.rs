@@ -1,9 +1,10 @@
-//! What can block light, and the hierarchy that finds those that reach into a pyramid.
+//! Blockers, and the bounding volume hierarchy over them.
 
-use super::boxes::Reach;
+use super::boxes::Capsule;
 use super::clusters::Cluster;
-use super::pyramid::{Blocks, Pyramid, Scratch};
-use super::shapes::{Apex, extent};
+use super::primitives::box_extent;
+use super::pyramid::{Occlusion, Pyramid, Scratch};
+use super::shapes::Apex;
 use super::surfaces::{SimplePatch, Surfaces};
 use crate::scene::NONE;
 use glam::{DVec3, Vec3A};
@@ -11,7 +12,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
-/// Share of the hierarchy's nodes that are moved to a better place.
+/// Share of the hierarchy's nodes that are reinserted to improve it.
 const REINSERTED: f32 = 0.5;
 
 /// Something that can block light: its index is the same as long as the scene's objects and meshes are.
@@ -24,12 +25,13 @@ pub enum Blocker {
     Triangle(u32),
     /// All triangles of an object that belong to none of those: index into the scene's objects.
     Mesh(u32),
-    /// Some of the static ones: a node of the hierarchy over them.
+    /// Several static blockers: a node of the hierarchy over them.
     Group(u32),
 }
 
+/// A node of the hierarchy of blockers.
 #[derive(Clone, Debug)]
-pub(crate) struct Box3 {
+pub(crate) struct BlockerNode {
     pub low: DVec3,
     pub high: DVec3,
     /// Number of items, 0 for an inner node.
@@ -39,19 +41,19 @@ pub(crate) struct Box3 {
     /// The mesh that all of it is part of, or [`NONE`], and its cluster.
     pub mesh: u32,
     pub cluster: u32,
-    /// Extent of the largest polygon that may cover something, 0 if there is none.
+    /// Extent of the largest polygon that may cover a receiver, 0 if there is none.
     pub extent: f64,
 }
 
 /// A hierarchy over some of a scene's blockers. They are numbered as the surfaces: patches, then meshes.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockerTree {
-    pub nodes: Vec<Box3>,
+    pub nodes: Vec<BlockerNode>,
     pub items: Vec<u32>,
 }
 
 impl BlockerTree {
-    /// Over the blockers of those objects that `accept` takes.
+    /// Over the blockers of the objects for which `accept` is true.
     pub fn new(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
         let all = surfaces.blocker_count();
         let blockers: Vec<u32> = (0..all).filter(|&b| accept(surfaces.blocker_object(b))).collect();
@@ -80,10 +82,10 @@ impl BlockerTree {
         ReinsertionOptimizer::default().run(&mut binary, REINSERTED, None);
         let items: Vec<u32> = binary.primitive_indices.iter().map(|&i| blockers[i as usize]).collect();
         let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let nodes: Vec<Box3> = binary
+        let nodes: Vec<BlockerNode> = binary
             .nodes
             .iter()
-            .map(|n| Box3 {
+            .map(|n| BlockerNode {
                 low: empty.0,
                 high: empty.1,
                 count: n.prim_count,
@@ -126,11 +128,11 @@ impl BlockerTree {
     }
 
     /// Whether anything may lie in front of a plane.
-    fn reaches(&self, surfaces: &Surfaces, normal: DVec3, offset: f64) -> bool {
+    fn extends_beyond(&self, surfaces: &Surfaces, normal: DVec3, offset: f64) -> bool {
         let mut open = vec![0];
         while let Some(i) = open.pop() {
-            let node: &Box3 = &self.nodes[i as usize];
-            if extent(normal, [node.low, node.high]).1 <= offset {
+            let node: &BlockerNode = &self.nodes[i as usize];
+            if box_extent(normal, [node.low, node.high]).1 <= offset {
                 continue;
             }
             if node.count == 0 {
@@ -149,13 +151,15 @@ impl BlockerTree {
         false
     }
 
-    /// Enters what may cover something: opaque polygons with a surface or a light on either side. A room's walls do
-    /// not, and they would make every group that they are in look large.
-    fn enter_extents(&mut self, surfaces: &Surfaces, lights: &[Apex]) {
+    /// Sets the extent of each node from the polygons that may cover a receiver: opaque ones with a surface or a light on
+    /// either side. A room's walls have none on one side, and would raise the extent of every node above them.
+    fn set_extents(&mut self, surfaces: &Surfaces, lights: &[Apex]) {
         let divides = |patch: &SimplePatch| {
             [1.0, -1.0].into_iter().all(|sign| {
-                let (normal, offset) = (patch.normal * sign, patch.offset * sign + surfaces.tolerance.tol);
-                self.reaches(surfaces, normal, offset) || lights.iter().any(|l| l.is_in_front(normal, offset))
+                let (normal, offset) =
+                    (patch.normal * sign, patch.offset * sign + surfaces.tolerance.coordinate);
+                self.extends_beyond(surfaces, normal, offset)
+                    || lights.iter().any(|l| l.is_in_front(normal, offset))
             })
         };
         let covers = |b: &u32| surfaces.patches.get(*b as usize).filter(|p| p.opaque && divides(p));
@@ -169,13 +173,13 @@ impl BlockerTree {
         }
     }
 
-    /// The same with what may cover something, and on to the clusters of meshes.
-    pub fn detailed(surfaces: &Surfaces, lights: &[Apex], accept: impl Fn(u32) -> bool) -> Self {
+    /// The same with the nodes' extents, and continued down to the clusters of meshes.
+    pub fn with_clusters(surfaces: &Surfaces, lights: &[Apex], accept: impl Fn(u32) -> bool) -> Self {
         let mut tree = Self::new(surfaces, accept);
         if tree.is_empty() {
             return tree;
         }
-        tree.enter_extents(surfaces, lights);
+        tree.set_extents(surfaces, lights);
         let mut next = 0;
         while next < tree.nodes.len() {
             let end = tree.nodes.len() as u32;
@@ -194,7 +198,7 @@ impl BlockerTree {
                     (node.count, node.first) = (0, end);
                     tree.nodes.extend(children.map(|cluster| {
                         let Cluster { low, high, .. } = clusters[cluster as usize];
-                        Box3 { low, high, count: 1, first: item, mesh, cluster, extent: 0.0 }
+                        BlockerNode { low, high, count: 1, first: item, mesh, cluster, extent: 0.0 }
                     }));
                 }
             }
@@ -203,11 +207,13 @@ impl BlockerTree {
         tree
     }
 
-    /// The one blocker of a node, or the group that it is.
+    /// The blocker of a node, or the group if it has several.
     pub fn blocker(&self, surfaces: &Surfaces, node: u32) -> Blocker {
         match &self.nodes[node as usize] {
-            Box3 { mesh, .. } if *mesh != NONE => surfaces.blocker(surfaces.patches.len() as u32 + mesh),
-            Box3 { count: 1, first, .. } => surfaces.blocker(self.items[*first as usize]),
+            BlockerNode { mesh, .. } if *mesh != NONE => {
+                surfaces.blocker(surfaces.patches.len() as u32 + mesh)
+            }
+            BlockerNode { count: 1, first, .. } => surfaces.blocker(self.items[*first as usize]),
             _ => Blocker::Group(node),
         }
     }
@@ -222,7 +228,7 @@ impl BlockerTree {
                 count => found.extend(&self.items[node.first as usize..(node.first + count) as usize]),
             }
         }
-        // The clusters of a mesh are one.
+        // The clusters of a mesh are one blocker.
         found.sort_unstable();
         found.dedup();
         found
@@ -233,7 +239,7 @@ impl BlockerTree {
     }
 
     /// Finds all blockers whose boxes are near the rays between a receiver and a light.
-    pub fn query(&self, reach: &Reach, scratch: &mut Scratch, open: &mut Vec<u32>, found: &mut Vec<u32>) {
+    pub fn query(&self, capsule: &Capsule, scratch: &mut Scratch, open: &mut Vec<u32>, found: &mut Vec<u32>) {
         open.clear();
         found.clear();
         if !self.nodes.is_empty() {
@@ -242,7 +248,7 @@ impl BlockerTree {
         while let Some(i) = open.pop() {
             let node = &self.nodes[i as usize];
             scratch.tests.boxes += 1;
-            if !reach.meets(node.low, node.high) {
+            if !capsule.may_intersect(node.low, node.high) {
                 continue;
             }
             if node.count == 0 {
@@ -297,20 +303,26 @@ impl Surfaces {
         }
     }
 
-    /// What a blocker does to a pyramid; `own` is the mesh that the receiver is part of, if any.
-    pub fn test(&self, index: u32, pyramid: &mut Pyramid, own: Option<u32>, scratch: &mut Scratch) -> Blocks {
+    /// How much of a pyramid a blocker occludes; `own_mesh` is the mesh that the receiver is part of, if any.
+    pub fn test(
+        &self,
+        index: u32,
+        pyramid: &mut Pyramid,
+        own_mesh: Option<u32>,
+        scratch: &mut Scratch,
+    ) -> Occlusion {
         if let Some(patch) = self.patches.get(index as usize) {
             return pyramid.test_patch(patch, scratch);
         }
         let mesh = index - self.patches.len() as u32;
         let part = &self.meshes[mesh as usize];
-        let meets = match own {
+        let intersects = match own_mesh {
             Some(own) if own == mesh => {
                 scratch.tests.blockers += 1;
                 !part.convex
             }
-            _ => pyramid.meets_tree(&part.tree, scratch),
+            _ => pyramid.intersects_tree(&part.tree, scratch),
         };
-        if meets { Blocks::Partial } else { Blocks::None }
+        if intersects { Occlusion::Partial } else { Occlusion::None }
     }
 }

@@ -1,38 +1,39 @@
-//! Boxes against a pyramid: what cannot reach into it, and what cannot cover the receiver.
+//! Conservative tests of boxes: which cannot reach into a pyramid, and which cannot hold a full blocker.
 
-use super::shapes::{Apex, Hull, MOST_CORNERS};
+use super::shapes::{Apex, Hull, MAX_CORNERS};
 use glam::DVec3;
 
-/// What a group of blockers may cover, of a receiver and its parts.
+/// Which parts of a receiver a node of the blocker hierarchy may cover in full, from the tests of the receiver itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Cover {
-    /// Nothing that is wider, metres.
-    pub widest: f32,
-    /// Nothing that has one of these corners of the receiver, a bit each: rays from there to the light miss the group.
-    pub missed: u8,
+pub(crate) struct FullCoverHint {
+    /// It covers no part whose rays are farther apart than this, metres.
+    pub max_width: f32,
+    /// It covers no part that has one of these corners of the receiver, a bit each: rays from there to the light miss
+    /// the node's box.
+    pub missed_corners: u8,
 }
 
-impl Cover {
-    /// As long as nothing is known.
-    pub const ANY: Self = Self { widest: f32::INFINITY, missed: 0 };
+impl FullCoverHint {
+    /// Before any test.
+    pub const UNKNOWN: Self = Self { max_width: f32::INFINITY, missed_corners: 0 };
 
-    /// The same for a part of the receiver, given which of the receiver's corners its own are: counted from 1, 0 for
-    /// new ones.
-    pub fn of_part(self, corners: &[u8; MOST_CORNERS]) -> Self {
-        if self.missed == 0 {
+    /// The hint for a child of the receiver, given for each of its corners the parent's corner at the same position,
+    /// counted from 1; 0 for new ones.
+    pub fn for_child(self, parent_corners: &[u8; MAX_CORNERS]) -> Self {
+        if self.missed_corners == 0 {
             return self;
         }
-        let missed = |i: usize| u8::from(u32::from(self.missed) << 1 >> corners[i] & 1 == 1);
-        Self { missed: (0..MOST_CORNERS).fold(0, |bits, i| bits | missed(i) << i), ..self }
+        let missed = |i: usize| u8::from(u32::from(self.missed_corners) << 1 >> parent_corners[i] & 1 == 1);
+        Self { missed_corners: (0..MAX_CORNERS).fold(0, |bits, i| bits | missed(i) << i), ..self }
     }
 }
 
 /// Some rays of a pyramid, from the receiver's outermost points to the light: a polygon that covers the receiver is hit
 /// by all of them.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Bundle {
-    rays: [Ray; MOST_CORNERS],
-    /// How many there are, 0 before they are made.
+pub(crate) struct RayBundle {
+    rays: [Ray; MAX_CORNERS],
+    /// The number of rays; 0 before [`RayBundle::set`].
     pub count: usize,
     /// Whether they start at the receiver's corners, so that all others lie between them.
     corners: bool,
@@ -40,7 +41,7 @@ pub(crate) struct Bundle {
     pub width: f64,
 }
 
-/// From `origin`, where the receiver is, as far as `length` times what `inverse` is the inverse of.
+/// From `origin` on the receiver to `length` times the vector whose reciprocal is `inverse`.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ray {
     origin: DVec3,
@@ -50,9 +51,9 @@ struct Ray {
     width: f64,
 }
 
-impl Bundle {
+impl RayBundle {
     pub fn set(&mut self, apex: &Apex, hull: &Hull) {
-        let mut points = [DVec3::ZERO; MOST_CORNERS];
+        let mut points = [DVec3::ZERO; MAX_CORNERS];
         self.corners = matches!(hull, Hull::Polygon(..));
         self.count = match hull {
             Hull::Polygon(corners, n) => {
@@ -70,7 +71,7 @@ impl Bundle {
                 6
             }
         };
-        let (mut towards, mut inverse_squares) = ([DVec3::ZERO; MOST_CORNERS], [0.0; MOST_CORNERS]);
+        let (mut towards, mut inverse_squares) = ([DVec3::ZERO; MAX_CORNERS], [0.0; MAX_CORNERS]);
         for i in 0..self.count {
             towards[i] = apex.towards(points[i]);
             inverse_squares[i] = towards[i].length_squared().recip();
@@ -85,13 +86,13 @@ impl Bundle {
         self.width = self.rays[..self.count].iter().map(|r| r.width).fold(0.0, f64::max);
     }
 
-    /// Whether all rays pass through a box at which they are at most `extent` apart. If not, `cover` becomes what that
-    /// shows for the receiver's parts.
-    pub fn passes(&self, low: DVec3, high: DVec3, extent: f64, cover: &mut Cover) -> bool {
+    /// Whether all rays pass through a box and are at most `extent` apart there. If not, `hint` becomes what that implies
+    /// for the receiver's children.
+    pub fn passes(&self, low: DVec3, high: DVec3, extent: f64, hint: &mut FullCoverHint) -> bool {
         let (mut missed, mut narrow) = (0_u8, true);
         for (i, ray) in self.rays[..self.count].iter().enumerate() {
             let (a, b) = ((low - ray.origin) * ray.inverse, (high - ray.origin) * ray.inverse);
-            // `min` and `max` take the number where the other is none: a ray within the plane of a side.
+            // `min` and `max` ignore a NaN, which is a ray within the plane of a side.
             let enter = a.min(b).max_element().max(0.0);
             let leave = a.max(b).min_element().min(ray.length);
             missed |= u8::from(enter > leave) << i;
@@ -99,14 +100,14 @@ impl Bundle {
         }
         let passes = missed == 0 && narrow;
         if self.corners && !passes {
-            let widest = extent / self.narrowest(low, high) * (1.0 + 1e-6);
-            *cover = Cover { widest: cover.widest.min(widest as f32), missed };
+            let width = extent / self.narrowest(low, high) * (1.0 + 1e-6);
+            *hint = FullCoverHint { max_width: hint.max_width.min(width as f32), missed_corners: missed };
         }
         passes
     }
 
-    /// How much nearer to each other rays are, at least, where they leave a box. Along an axis that all rays follow the
-    /// same way, none leaves later than the last of those at the corners.
+    /// A lower bound of [`Ray::narrowing`] where rays leave a box. Along an axis on which all rays have the same sign, none
+    /// leaves later than the last of those at the corners.
     fn narrowest(&self, low: DVec3, high: DVec3) -> f64 {
         let rays = &self.rays[..self.count];
         let mut leave: f64 = 1.0;
@@ -123,15 +124,15 @@ impl Bundle {
 }
 
 impl Ray {
-    /// How much nearer to the others it is than at the receiver: rays meet at the light.
+    /// The distance to the other rays as a share of that at the receiver: rays meet at the light.
     fn narrowing(&self, at: f64) -> f64 {
         if self.length == 1.0 { 1.0 - at } else { 1.0 }
     }
 }
 
-/// All that is as near to the line from a receiver to a light as the receiver is wide: quicker to ask than a pyramid.
+/// A receiver's bounding sphere swept to the light: encloses the pyramid and is cheaper to test.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Reach {
+pub(crate) struct Capsule {
     from: DVec3,
     towards: DVec3,
     inverse_square: f64,
@@ -140,8 +141,8 @@ pub(crate) struct Reach {
     radius: f64,
 }
 
-impl Reach {
-    /// Around a sphere that holds the receiver.
+impl Capsule {
+    /// From the bounding sphere of the receiver.
     pub fn new(apex: &Apex, (center, radius): (DVec3, f64)) -> Self {
         let towards = apex.towards(center);
         let inverse_square = towards.length_squared().max(f64::MIN_POSITIVE).recip();
@@ -149,8 +150,8 @@ impl Reach {
         Self { from: center, towards, inverse_square, end, radius }
     }
 
-    /// Whether a box may be that near.
-    pub fn meets(&self, low: DVec3, high: DVec3) -> bool {
+    /// Whether it intersects the bounding sphere of a box.
+    pub fn may_intersect(&self, low: DVec3, high: DVec3) -> bool {
         let beside = (low + high) * 0.5 - self.from;
         let along = (beside.dot(self.towards) * self.inverse_square).clamp(0.0, self.end);
         let room = self.radius + 0.5 * (high - low).length();
@@ -158,12 +159,12 @@ impl Reach {
     }
 }
 
-/// Directions that may separate a box from a pyramid where the pyramid's own planes do not: the box's axes, and those
-/// across them and the pyramid (Gottschalk, Lin and Manocha 1996). With the pyramid's least and greatest extent.
+/// Axes that may separate a box from a pyramid where the pyramid's own planes do not: the box's axes, and their cross
+/// products with the pyramid's (Gottschalk, Lin and Manocha 1996); with the pyramid's extent along each.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Slabs {
     slabs: [(DVec3, f64, f64); 6],
-    /// How many there are, 0 before they are made.
+    /// The number of slabs; 0 before [`Slabs::set`].
     pub count: usize,
 }
 
@@ -178,7 +179,7 @@ impl Slabs {
                 let light = normal.dot(apex.position);
                 (low, high) = (low.min(light), high.max(light));
             } else {
-                // It has no end towards the light.
+                // Unbounded towards the light.
                 let slope = normal.dot(along);
                 low = if slope < -1e-12 { f64::NEG_INFINITY } else { low };
                 high = if slope > 1e-12 { f64::INFINITY } else { high };
@@ -188,8 +189,8 @@ impl Slabs {
         self.count = self.slabs.len();
     }
 
-    /// Whether a box lies outside.
-    pub fn miss(&self, center: DVec3, half: DVec3) -> bool {
+    /// Whether one of them separates a box from the pyramid.
+    pub fn separate(&self, center: DVec3, half: DVec3) -> bool {
         self.slabs[..self.count].iter().any(|(normal, low, high)| {
             let (middle, reach) = (normal.dot(center), normal.abs().dot(half));
             middle + reach < *low || middle - reach > *high

@@ -1,6 +1,6 @@
 //! A binary tree of clusters over some triangles of an object: receivers near the root, blockers down to the leaves.
 
-use super::shapes::extent;
+use super::primitives::box_extent;
 use crate::scene::{Geometry, NONE, Scene};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -18,7 +18,7 @@ pub(crate) struct Cluster {
     pub high: DVec3,
     /// All normals lie within `angle` of this direction.
     pub axis: DVec3,
-    /// Radians; π where nothing is known, as for double-sided ones.
+    /// Radians; π where there is no such cone, as for double-sided ones.
     pub angle: f64,
     pub area: f64,
     /// Into [`ClusterTree::order`].
@@ -78,14 +78,14 @@ impl ClusterTree {
         Self { nodes, order, corners }
     }
 
-    /// Whether any corner has `normal · x > offset`; `None` where that takes more than `left` clusters, which is what is
-    /// left of them.
-    pub fn reaches(&self, normal: DVec3, offset: f64, left: &mut u32) -> Option<bool> {
+    /// Whether any corner has `normal · x > offset`; `None` if that takes more than `visits` visits of clusters, from
+    /// which those made are subtracted.
+    pub fn extends_beyond(&self, normal: DVec3, offset: f64, visits: &mut u32) -> Option<bool> {
         let mut open = vec![0];
         while let Some(cluster) = open.pop().and_then(|i: u32| self.nodes.get(i as usize)) {
-            *left = left.checked_sub(1)?;
+            *visits = visits.checked_sub(1)?;
             let of_sphere = normal.dot(cluster.center) + cluster.radius;
-            if of_sphere.min(extent(normal, [cluster.low, cluster.high]).1) <= offset {
+            if of_sphere.min(box_extent(normal, [cluster.low, cluster.high]).1) <= offset {
                 continue;
             }
             if cluster.children[0] != NONE {

@@ -1,14 +1,14 @@
 //! The visibility database: for each node and light the state, and the blockers that decide it.
 
 use super::blockers::{Blocker, BlockerTree};
-use super::groups::{Groups, Side};
-use super::hierarchy::{Draft, Frame, PatchRoot, mesh_nodes};
+use super::groups::{PatchSide, ReceiverGroups};
+use super::hierarchy::{Frame, NodeBuilder, PatchRoot, mesh_nodes};
+use super::node_visibility::{Entry, NodeContext, NodeVisibility, SceneContext, Workspace};
 use super::pyramid::Tests;
 use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
-use super::rows::{Context, Memory, Part, Row};
 use super::shapes::{Apex, Shape};
 use super::surfaces::Surfaces;
-use super::{Entry, State, VisibilitySettings};
+use super::{State, VisibilitySettings};
 use crate::lights::LightSet;
 use crate::scene::{Geometry, NONE, Scene};
 use glam::DVec3;
@@ -23,13 +23,13 @@ pub struct VisibilityDatabase {
     lights: usize,
     /// By node and light, of all blockers.
     states: Vec<State>,
-    /// By node: what static objects block, and what dynamic ones do.
-    fixed: Vec<Row>,
-    pub(super) moving: Vec<Row>,
+    /// By node: with static blockers only, and with dynamic ones.
+    fixed: Vec<NodeVisibility>,
+    pub(super) moving: Vec<NodeVisibility>,
     tests: Tests,
 }
 
-/// What a database consists of.
+/// The size of a database.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counts {
     /// Nodes of the hierarchy.
@@ -42,21 +42,21 @@ pub struct Counts {
     pub by_state: [usize; 3],
     /// The same as shares, weighted by the leaves' areas.
     pub area_shares: [f64; 3],
-    /// Full and partial blockers that are remembered, over all nodes.
+    /// Full and partial blockers that are stored, over all nodes.
     pub blockers: usize,
-    /// Tests that it took.
+    /// Tests made to build it.
     pub tests: Tests,
 }
 
-/// A root in the making.
+/// A root under construction.
 enum Root {
     Patch { simple: u32, back: bool },
     Mesh(u32),
 }
 
 impl VisibilityDatabase {
-    /// Determines everything from scratch: the hierarchy from static geometry and the lights, then what dynamic
-    /// objects block.
+    /// Builds everything from scratch: the hierarchy from the lights and static blockers, then the visibility with dynamic
+    /// blockers.
     pub fn build(
         scene: &Scene,
         geometry: &Geometry,
@@ -67,26 +67,27 @@ impl VisibilityDatabase {
         let apexes: Vec<Apex> = lights.samples.iter().map(Apex::new).collect();
         let own: Vec<u32> = lights.samples.iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let dynamic = |object: u32| scene.objects.get(object as usize).is_some_and(|o| o.dynamic);
-        // The hierarchy, with what static objects block.
-        let groups = BlockerTree::detailed(&surfaces, &apexes, |object| !dynamic(object));
-        let context = Context { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &groups };
+        // The hierarchy, with the visibility that static blockers leave.
+        let groups = BlockerTree::with_clusters(&surfaces, &apexes, |object| !dynamic(object));
+        let context = SceneContext { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &groups };
         let (receivers, fixed, mut tests) = receivers(&context, geometry, settings);
-        // What dynamic ones block besides.
+        // The visibility with dynamic blockers too.
         let blockers = BlockerTree::new(&surfaces, dynamic);
         let mut moving = Vec::new();
         if !blockers.is_empty() {
-            let context = Context { blockers: &blockers, ..context };
-            let (rows, more) = determine(&context, &receivers, |node, shape, part, parent, memory| {
-                context.row_of_each(shape, part.own, (parent, &fixed[node]), memory)
-            });
-            moving = rows;
+            let context = SceneContext { blockers: &blockers, ..context };
+            let (with_dynamic, more) =
+                determine(&context, &receivers, |node, shape, at, parent, workspace| {
+                    context.visibility_by_blockers(shape, at.own_mesh, (parent, &fixed[node]), workspace)
+                });
+            moving = with_dynamic;
             tests += more;
         }
         let mut states = Vec::with_capacity(fixed.len() * apexes.len());
-        for (node, row) in fixed.iter().enumerate() {
+        for (node, visibility) in fixed.iter().enumerate() {
             match moving.get(node) {
                 Some(with_moving) => states.extend(&with_moving.states),
-                None => states.extend(&row.states),
+                None => states.extend(&visibility.states),
             }
         }
         Self { receivers, surfaces, groups, lights: apexes.len(), states, fixed, moving, tests }
@@ -114,12 +115,11 @@ impl VisibilityDatabase {
         &self.states[first..first + self.lights]
     }
 
-    /// What was found to block a node from a light fully (`true`) or partially. Of static objects this is the one
-    /// blocker or [`Blocker::Group`] that decides their state, as it stays the same for as long as they stand. Of
-    /// dynamic ones it is each patch or mesh where static ones leave the pair unoccluded; where those block a part of
-    /// it, dynamic patches, and each mesh that is near, looked at or not; where those block all, none. Below a full one
-    /// nothing is looked at again. Where a node has none, its parent's decide, or the light and it do not face each
-    /// other.
+    /// The blockers of a node and a light, full (`true`) or partial. Of static objects this is the one blocker or
+    /// [`Blocker::Group`] that decides their state. Of dynamic ones it is each patch or mesh if static ones leave the pair
+    /// unoccluded; if those block a part of it, patches, and each mesh that is near, tested or not; if those block all,
+    /// none. Below a full blocker nothing is tested again. If a node has none, its parent's decide, or the light and it do
+    /// not face each other.
     pub fn blockers(&self, node: u32, light: u32) -> impl Iterator<Item = (Blocker, bool)> + '_ {
         let fixed = entries_of(&self.fixed, node, light)
             .map(|e| (self.groups.blocker(&self.surfaces, e.blocker()), e.full()));
@@ -133,7 +133,7 @@ impl VisibilityDatabase {
         self.groups.members(group).into_iter().map(|b| self.surfaces.blocker(b))
     }
 
-    /// How much there is of everything.
+    /// The numbers of nodes, leaves, pairs by state, blockers and tests.
     pub fn counts(&self) -> Counts {
         let mut counts = Counts {
             nodes: self.receivers.nodes.len(),
@@ -157,9 +157,9 @@ impl VisibilityDatabase {
     }
 }
 
-/// What blocks a node from a light.
-pub(super) fn entries_of(rows: &[Row], node: u32, light: u32) -> impl Iterator<Item = &Entry> {
-    rows.get(node as usize).map_or(&[][..], |row| of_light(&row.entries, light)).iter()
+/// The blockers of a node and a light.
+pub(super) fn entries_of(nodes: &[NodeVisibility], node: u32, light: u32) -> impl Iterator<Item = &Entry> {
+    nodes.get(node as usize).map_or(&[][..], |n| of_light(&n.entries, light)).iter()
 }
 
 pub(super) fn of_light(entries: &[Entry], light: u32) -> &[Entry] {
@@ -168,13 +168,14 @@ pub(super) fn of_light(entries: &[Entry], light: u32) -> &[Entry] {
     &entries[first..first + count]
 }
 
-/// Rows of all nodes of a given hierarchy, each as `row` makes it of the node, its parent's row and memory to work in;
-/// and the number of tests.
+/// The visibility of all nodes of a given hierarchy, each computed by `test` from its parent's, and the number of tests.
 pub(super) fn determine(
-    context: &Context,
+    context: &SceneContext,
     receivers: &Receivers,
-    row: impl Fn(usize, Shape, Part, Option<&Row>, &mut Memory) -> Row + Sync + Send,
-) -> (Vec<Row>, Tests) {
+    test: impl Fn(usize, Shape, NodeContext, Option<&NodeVisibility>, &mut Workspace) -> NodeVisibility
+    + Sync
+    + Send,
+) -> (Vec<NodeVisibility>, Tests) {
     let roots: Vec<usize> =
         (0..receivers.nodes.len()).filter(|&i| receivers.nodes[i].parent == NONE).collect();
     let ranges: Vec<_> = roots
@@ -183,16 +184,17 @@ pub(super) fn determine(
         .map(|(i, &first)| first..roots.get(i + 1).copied().unwrap_or(receivers.nodes.len()))
         .collect();
     let parts = map(&ranges, |range| {
-        let mut memory = Memory::new();
-        let mut rows: Vec<Row> = Vec::with_capacity(range.len());
+        let mut workspace = Workspace::new();
+        let mut nodes: Vec<NodeVisibility> = Vec::with_capacity(range.len());
         for index in range.clone() {
             let node = &receivers.nodes[index];
-            let parent = rows.get((node.parent as usize).wrapping_sub(range.start));
+            let parent = nodes.get((node.parent as usize).wrapping_sub(range.start));
             let shape = receivers.shape(context.surfaces, index as u32);
-            let part = Part { own: receivers.mesh(index as u32), last: node.leaf != NONE, ..Part::default() };
-            rows.push(row(index, shape, part, parent, &mut memory));
+            let own_mesh = receivers.mesh(index as u32);
+            let at = NodeContext { own_mesh, is_leaf: node.leaf != NONE, ..NodeContext::default() };
+            nodes.push(test(index, shape, at, parent, &mut workspace));
         }
-        (rows, memory.scratch.tests)
+        (nodes, workspace.scratch.tests)
     });
     let mut tests = Tests::default();
     for part in &parts {
@@ -201,36 +203,37 @@ pub(super) fn determine(
     (parts.into_iter().flat_map(|p| p.0).collect(), tests)
 }
 
-/// Makes the hierarchy; what blocks its nodes comes with it, and the number of tests.
+/// Builds the hierarchy, with the visibility of its nodes and the number of tests.
 fn receivers(
-    context: &Context,
+    context: &SceneContext,
     geometry: &Geometry,
     settings: &VisibilitySettings,
-) -> (Receivers, Vec<Row>, Tests) {
+) -> (Receivers, Vec<NodeVisibility>, Tests) {
     let surfaces = context.surfaces;
     let sides = |simple: usize| 1 + usize::from(surfaces.patches[simple].double_sided);
     let total: f64 = (0..surfaces.patches.len()).map(|i| surfaces.patches[i].area * sides(i) as f64).sum();
     let threshold = total * context.lights.len() as f64 / f64::from(settings.split).max(1e-30);
     let of_patch = |i: usize| [false, true].into_iter().take(sides(i)).map(move |back| (i as u32, back));
-    let patches: Vec<Side> = (0..surfaces.patches.len()).flat_map(of_patch).collect();
+    let patches: Vec<PatchSide> = (0..surfaces.patches.len()).flat_map(of_patch).collect();
     let frames: Vec<Frame> = surfaces.patches.iter().map(|p| Frame::new(&p.corners, p.normal)).collect();
-    let build = |index: u32, above: &Row| {
-        let mut memory = Memory::new();
+    let build = |index: u32, group_visibility: &NodeVisibility| {
+        let mut workspace = Workspace::new();
         let (simple, back) = patches[index as usize];
         let frame = frames[simple as usize];
-        let nodes = PatchRoot { context, settings, simple, back, above, frame, threshold }.build(&mut memory);
-        Built { index, nodes, tests: memory.scratch.tests }
+        let nodes = PatchRoot { context, settings, simple, back, group_visibility, frame, threshold }
+            .build(&mut workspace);
+        Built { index, nodes, tests: workspace.scratch.tests }
     };
     let mut parts = Vec::new();
     if !patches.is_empty() {
-        parts = descend(context, &Groups::new(surfaces, &patches), 0, None, &build);
+        parts = descend(context, &ReceiverGroups::new(surfaces, &patches), 0, None, &build);
     }
     parts.sort_unstable_by_key(|part| part.index);
     let meshes: Vec<u32> = (0..surfaces.meshes.len() as u32).collect();
     parts.extend(map(&meshes, |&index| {
-        let mut memory = Memory::new();
-        let nodes = mesh_nodes(context, index, settings.cluster_triangles.max(1), &mut memory);
-        Built { index, nodes, tests: memory.scratch.tests }
+        let mut workspace = Workspace::new();
+        let nodes = mesh_nodes(context, index, settings.cluster_triangles.max(1), &mut workspace);
+        Built { index, nodes, tests: workspace.scratch.tests }
     }));
     let roots = patches.iter().map(|&(simple, back)| Root::Patch { simple, back });
     let roots = roots.chain(meshes.iter().map(|&mesh| Root::Mesh(mesh)));
@@ -238,7 +241,7 @@ fn receivers(
         triangles: vec![TriangleReceiver::Leaf(NONE); geometry.triangles.len()],
         ..Receivers::default()
     };
-    let mut rows = Vec::new();
+    let mut visibility = Vec::new();
     let mut tests = Tests::default();
     for (simple, frame) in frames.iter().enumerate() {
         let patch = &surfaces.patches[simple];
@@ -259,55 +262,55 @@ fn receivers(
     }
     for (root, part) in roots.zip(parts) {
         tests += part.tests;
-        flatten(surfaces, &root, part.nodes, &mut result, &mut rows);
+        flatten(surfaces, &root, part.nodes, &mut result, &mut visibility);
     }
     make_grids(settings, &frames, &mut result);
-    (result, rows, tests)
+    (result, visibility, tests)
 }
 
-/// What is below one root.
+/// The subtree of one root.
 struct Built {
     index: u32,
-    nodes: Vec<Draft>,
+    nodes: Vec<NodeBuilder>,
     tests: Tests,
 }
 
-/// What is below each member of a group, in any order; `build` makes it, given what is known of the group.
+/// The subtrees of a group's members, in any order; `build` makes each, given the group's visibility.
 fn descend(
-    context: &Context,
-    groups: &Groups,
+    context: &SceneContext,
+    groups: &ReceiverGroups,
     index: u32,
-    above: Option<&Row>,
-    build: &(impl Fn(u32, &Row) -> Built + Sync + Send),
+    above: Option<&NodeVisibility>,
+    build: &(impl Fn(u32, &NodeVisibility) -> Built + Sync + Send),
 ) -> Vec<Built> {
     let group = &groups.nodes[index as usize];
-    let mut memory = Memory::new();
-    let part = Part { root: true, ..Part::default() };
-    let row = context.row(Shape::Group(group), part, above, &mut memory);
+    let mut workspace = Workspace::new();
+    let node = NodeContext { is_root: true, ..NodeContext::default() };
+    let visibility = context.visibility_by_groups(Shape::Group(group), node, above, &mut workspace);
     let mut built = if group.bounds.children[0] == NONE {
         let members = group.bounds.range.start as usize..group.bounds.range.end as usize;
-        map(&groups.order[members], |&member| build(member, &row))
+        map(&groups.order[members], |&member| build(member, &visibility))
     } else {
-        let below = |&child: &u32| descend(context, groups, child, Some(&row), build);
+        let below = |&child: &u32| descend(context, groups, child, Some(&visibility), build);
         map(&group.bounds.children, below).into_iter().flatten().collect()
     };
     if let Some(first) = built.first_mut() {
-        first.tests += memory.scratch.tests;
+        first.tests += workspace.scratch.tests;
     }
     built
 }
 
-/// Appends the nodes of a root that are still in its hierarchy.
+/// Appends the nodes of a root that were not collapsed.
 fn flatten(
     surfaces: &Surfaces,
     root: &Root,
-    mut drafts: Vec<Draft>,
+    mut builders: Vec<NodeBuilder>,
     result: &mut Receivers,
-    rows: &mut Vec<Row>,
+    visibility: &mut Vec<NodeVisibility>,
 ) {
     let mut open = std::collections::VecDeque::from([(0_usize, NONE)]);
-    while let Some((draft, parent)) = open.pop_front() {
-        let draft = &mut drafts[draft];
+    while let Some((builder, parent)) = open.pop_front() {
+        let builder = &mut builders[builder];
         let index = result.nodes.len() as u32;
         if parent != NONE {
             let children = &mut result.nodes[parent as usize].children;
@@ -316,24 +319,24 @@ fn flatten(
         }
         let (source, kind, center, radius) = match *root {
             Root::Mesh(mesh) => {
-                let cluster = &surfaces.meshes[mesh as usize].tree.nodes[draft.cluster as usize];
+                let cluster = &surfaces.meshes[mesh as usize].tree.nodes[builder.cluster as usize];
                 let kind = LeafKind::Cluster { object: surfaces.meshes[mesh as usize].object };
-                (Source::Cluster { mesh, cluster: draft.cluster }, kind, cluster.center, cluster.radius)
+                (Source::Cluster { mesh, cluster: builder.cluster }, kind, cluster.center, cluster.radius)
             }
             Root::Patch { simple, back } => {
-                let low = draft.corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-                let high = draft.corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+                let low = builder.corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+                let high = builder.corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
                 let center = (low + high) * 0.5;
-                let radius = draft.corners.iter().map(|c| c.distance(center)).fold(0.0, f64::max);
+                let radius = builder.corners.iter().map(|c| c.distance(center)).fold(0.0, f64::max);
                 let first = result.corners.len() as u32;
-                result.corners.append(&mut draft.corners);
+                result.corners.append(&mut builder.corners);
                 let corners = first..result.corners.len() as u32;
-                let kind = LeafKind::Patch { grid: simple, back, cells: draft.cells };
+                let kind = LeafKind::Patch { grid: simple, back, cells: builder.cells };
                 (Source::Patch { simple, back, corners }, kind, center, radius)
             }
         };
         let mut leaf = NONE;
-        match draft.children {
+        match builder.children {
             Some(children) => open.extend(children.map(|c| (c, index))),
             None => {
                 leaf = result.leaves.len() as u32;
@@ -342,7 +345,7 @@ fn flatten(
                     kind,
                     center: center.as_vec3(),
                     radius: (radius * (1.0 + 1e-6)) as f32,
-                    area: draft.area as f32,
+                    area: builder.area as f32,
                 });
                 if let Source::Cluster { mesh, cluster } = source {
                     let tree = &surfaces.meshes[mesh as usize].tree;
@@ -353,13 +356,13 @@ fn flatten(
                 }
             }
         }
-        let area = draft.area as f32;
+        let area = builder.area as f32;
         result.nodes.push(Node { parent, children: [NONE; 2], leaf, area, source });
-        rows.push(std::mem::take(&mut draft.row));
+        visibility.push(std::mem::take(&mut builder.visibility));
     }
 }
 
-/// Chooses each grid's finest split, brings its leaves' cells to it and enters them.
+/// Chooses each grid's resolution, converts its leaves' cells to it and fills the grid.
 fn make_grids(settings: &VisibilitySettings, frames: &[Frame], result: &mut Receivers) {
     let finest = 1_u32 << settings.max_depth.min(8);
     // The cells' size, in units of the finest possible split.

@@ -1,56 +1,57 @@
-//! Groups of receivers: what blocks nothing of them, and what they all turn away from, is found once.
+//! Groups of receivers: lights behind all members, and blockers outside the group's pyramid, are culled once for all.
 
 use super::clusters::Cluster;
 use super::surfaces::Surfaces;
 use crate::scene::NONE;
 use glam::DVec3;
 
-/// Members of a group that is not divided, at most.
-const MEMBERS: usize = 16;
-/// Halvings, at most.
-const DEPTH: u32 = 48;
-/// How much further apart opposite normals are than the scene is large.
-const TURNED: f64 = 2.0;
+/// Members of a group without children, at most.
+const MAX_MEMBERS: usize = 16;
+/// Levels of the tree, at most.
+const MAX_DEPTH: u32 = 48;
+/// Distance of opposite normals, in extents of the scene.
+const NORMAL_SCALE: f64 = 2.0;
 
 /// A side of a simple patch, and whether it is the back.
-pub(crate) type Side = (u32, bool);
+pub(crate) type PatchSide = (u32, bool);
 
 /// Receivers that face the same way and are near each other.
 #[derive(Clone, Debug)]
-pub(crate) struct Group {
-    /// Of the members' corners, lifted and not; its range is into [`Groups::order`].
+pub(crate) struct ReceiverGroup {
+    /// Of the members' corners, both on the surface and offset like ray origins; its range is into
+    /// [`ReceiverGroups::order`].
     pub bounds: Cluster,
     /// The lowest of the members' corners along the axis of `bounds`.
     pub floor: f64,
 }
 
 /// A binary tree of groups; the first one holds all sides.
-pub(crate) struct Groups {
-    pub nodes: Vec<Group>,
+pub(crate) struct ReceiverGroups {
+    pub nodes: Vec<ReceiverGroup>,
     /// Indices of sides, group by group.
     pub order: Vec<u32>,
 }
 
-impl Groups {
-    /// Halves the widest extent, of normals or of places, whichever is wider.
-    pub fn new(surfaces: &Surfaces, sides: &[Side]) -> Self {
+impl ReceiverGroups {
+    /// Splits at the middle of the widest axis, of normals or of positions.
+    pub fn new(surfaces: &Surfaces, sides: &[PatchSide]) -> Self {
         let corners = || surfaces.patches.iter().flat_map(|p| [p.low, p.high]);
         let low = corners().fold(DVec3::INFINITY, DVec3::min);
         let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
         let scale = (high - low).max_element().max(f64::MIN_POSITIVE).recip();
-        let place = |side: &u32| -> [f64; 6] {
+        let coordinates = |side: &u32| -> [f64; 6] {
             let patch = &surfaces.patches[sides[*side as usize].0 as usize];
             let middle = (patch.low + patch.high - low * 2.0) * (0.5 * scale);
-            let normal = normal(surfaces, sides[*side as usize]) * (0.5 * TURNED);
+            let normal = normal(surfaces, sides[*side as usize]) * (0.5 * NORMAL_SCALE);
             [middle.x, middle.y, middle.z, normal.x, normal.y, normal.z]
         };
         let mut order: Vec<u32> = (0..sides.len() as u32).collect();
-        let mut nodes: Vec<Group> = Vec::new();
+        let mut nodes: Vec<ReceiverGroup> = Vec::new();
         let mut open = vec![(0..order.len(), NONE, 0)];
         while let Some((range, parent, depth)) = open.pop() {
             let index = nodes.len() as u32;
             let members = &mut order[range.clone()];
-            let mut group = Group::new(surfaces, sides, members);
+            let mut group = ReceiverGroup::new(surfaces, sides, members);
             group.bounds.range = range.start as u32..range.end as u32;
             nodes.push(group);
             if parent != NONE {
@@ -59,17 +60,17 @@ impl Groups {
                 children[slot] = index;
             }
             let range_of = |axis: usize| {
-                let along = members.iter().map(|m| place(m)[axis]);
+                let along = members.iter().map(|m| coordinates(m)[axis]);
                 along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
             };
             let ranges: [(f64, f64); 6] = std::array::from_fn(range_of);
             let extent = |axis: usize| ranges[axis].1 - ranges[axis].0;
             let axis = (0..6).fold(0, |best, axis| if extent(axis) > extent(best) { axis } else { best });
             let middle = (ranges[axis].0 + ranges[axis].1) * 0.5;
-            let is_above = |m: &u32| place(m)[axis] > middle;
+            let is_above = |m: &u32| coordinates(m)[axis] > middle;
             members.sort_unstable_by_key(|m| (is_above(m), *m));
             let below = members.partition_point(|m| !is_above(m));
-            if members.len() > MEMBERS && depth < DEPTH && below > 0 && below < members.len() {
+            if members.len() > MAX_MEMBERS && depth < MAX_DEPTH && below > 0 && below < members.len() {
                 open.push((range.start + below..range.end, index, depth + 1));
                 open.push((range.start..range.start + below, index, depth + 1));
             }
@@ -78,19 +79,19 @@ impl Groups {
     }
 }
 
-impl Group {
-    fn new(surfaces: &Surfaces, sides: &[Side], members: &[u32]) -> Self {
+impl ReceiverGroup {
+    fn new(surfaces: &Surfaces, sides: &[PatchSide], members: &[u32]) -> Self {
         let normals = || members.iter().map(|m| normal(surfaces, sides[*m as usize]));
         let axis = normals().sum::<DVec3>().normalize_or_zero();
         let cosine = normals().map(|n| n.dot(axis)).fold(1.0, f64::min);
         let corners =
             || members.iter().flat_map(|m| &surfaces.patches[sides[*m as usize].0 as usize].corners);
-        // Both on the surface, for what faces a light, and lifted, for what is between them.
+        // On the surface, to decide what faces a light, and offset, to enclose the rays.
         let points = || {
             members.iter().flat_map(|m| {
                 let side = sides[*m as usize];
-                let lift = normal(surfaces, side) * surfaces.tolerance.lift;
-                surfaces.patches[side.0 as usize].corners.iter().flat_map(move |c| [*c, *c + lift])
+                let offset = normal(surfaces, side) * surfaces.tolerance.ray_offset;
+                surfaces.patches[side.0 as usize].corners.iter().flat_map(move |c| [*c, *c + offset])
             })
         };
         let low = points().fold(DVec3::INFINITY, DVec3::min);
@@ -111,6 +112,6 @@ impl Group {
     }
 }
 
-fn normal(surfaces: &Surfaces, (simple, back): Side) -> DVec3 {
+fn normal(surfaces: &Surfaces, (simple, back): PatchSide) -> DVec3 {
     surfaces.patches[simple as usize].normal * if back { -1.0 } else { 1.0 }
 }

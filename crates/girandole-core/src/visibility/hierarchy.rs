@@ -1,17 +1,16 @@
-//! Determination for one root: the adaptive split of a patch, and the clusters of a mesh.
+//! The subtree of one root: the adaptive split of a patch, and the clusters of a mesh.
 
 use super::clusters::Cluster;
-use super::pyramid::clip;
+use super::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspace};
+use super::primitives::{area_vector, clip};
 use super::receivers::{cluster_of, patch_shape};
-use super::rows::{Context, Memory, Part, Row};
-use super::shapes::{MOST_CORNERS, Shape};
-use super::surfaces::area_vector;
+use super::shapes::{MAX_CORNERS, Shape};
 use super::{State, VisibilitySettings};
 use crate::scene::NONE;
 use glam::DVec3;
 
-/// A node in the making.
-pub(crate) struct Draft {
+/// A node under construction.
+pub(crate) struct NodeBuilder {
     /// For a patch: first column and row, one past the last, in units of the finest split.
     pub cells: [u32; 4],
     /// For a patch: the polygon that is tested.
@@ -19,13 +18,14 @@ pub(crate) struct Draft {
     /// For a mesh: its cluster.
     pub cluster: u32,
     pub area: f64,
-    pub row: Row,
+    pub visibility: NodeVisibility,
     pub children: Option<[usize; 2]>,
     /// For a patch: the surface within its cells.
     outline: Vec<DVec3>,
     /// Halvings along each axis.
     depth: [u32; 2],
-    credit: u32,
+    /// Further levels that may be split without a gain.
+    look_ahead: u32,
 }
 
 /// A rectangle around a patch.
@@ -41,7 +41,7 @@ impl Frame {
     pub fn new(corners: &[DVec3], normal: DVec3) -> Self {
         let edge = |i: usize| corners[(i + 1) % corners.len()] - corners[i];
         let longest = (0..corners.len()).fold(0, |best, i| {
-            // Equal up to rounding counts as equal, so that the first one wins wherever the scene stands.
+            // Equal up to rounding counts as equal, so that the choice does not depend on the scene's position.
             if edge(i).length() > edge(best).length() * (1.0 + 1e-6) { i } else { best }
         });
         let u = edge(longest).normalize();
@@ -63,14 +63,14 @@ impl Frame {
     }
 }
 
-/// One side of a patch in the making.
+/// Builds the subtree of one side of a patch.
 pub(crate) struct PatchRoot<'a> {
-    pub context: &'a Context<'a>,
+    pub context: &'a SceneContext<'a>,
     pub settings: &'a VisibilitySettings,
     pub simple: u32,
     pub back: bool,
-    /// What is known of the group that it is part of.
-    pub above: &'a Row,
+    /// The visibility of its group.
+    pub group_visibility: &'a NodeVisibility,
     pub frame: Frame,
     /// Area × partially occluded lights above which a node may be split.
     pub threshold: f64,
@@ -81,19 +81,19 @@ impl PatchRoot<'_> {
         1 << self.settings.max_depth.min(8)
     }
 
-    fn draft(
+    fn node(
         &self,
         cells: [u32; 4],
         outline: Vec<DVec3>,
         depth: [u32; 2],
-        parent: Option<&Draft>,
-        memory: &mut Memory,
-    ) -> Draft {
+        parent: Option<&NodeBuilder>,
+        workspace: &mut Workspace,
+    ) -> NodeBuilder {
         let patch = &self.context.surfaces.patches[self.simple as usize];
         let mut corners = outline.clone();
-        if corners.len() > MOST_CORNERS {
+        if corners.len() > MAX_CORNERS {
             corners = self.frame.corners(cells, f64::from(self.finest())).to_vec();
-            // The frame lies in the plane up to rounding; the first side follows an edge, which settles it.
+            // The frame lies in the plane only up to rounding: project its corners.
             for corner in &mut corners {
                 *corner -= patch.normal * (patch.normal.dot(*corner) - patch.offset);
             }
@@ -103,21 +103,30 @@ impl PatchRoot<'_> {
         }
         let shape = patch_shape(self.context.surfaces, self.simple, self.back, &corners);
         let area = area_vector(&outline).length();
-        // It is not split if it is too small even were all partial that may be.
-        let above = parent.map_or(self.above, |p| &p.row);
-        let asked = above.undecided();
-        let last = area * asked as f64 <= self.threshold;
-        let mut part = Part { last, root: parent.is_none(), ..Part::default() };
-        for (index, corner) in part.corners.iter_mut().zip(&corners) {
+        // A node is a leaf if it would be too small to split with every undecided light partial.
+        let above = parent.map_or(self.group_visibility, |p| &p.visibility);
+        let is_leaf = area * above.undecided() as f64 <= self.threshold;
+        let mut node = NodeContext { is_leaf, is_root: parent.is_none(), ..NodeContext::default() };
+        for (index, corner) in node.parent_corners.iter_mut().zip(&corners) {
             let same = parent.and_then(|p| p.corners.iter().position(|c| c == corner));
             *index = same.map_or(0, |i| i as u8 + 1);
         }
-        let row = self.context.row(shape, part, Some(above), memory);
-        Draft { cells, corners, cluster: NONE, area, row, children: None, outline, depth, credit: LOOK_AHEAD }
+        let visibility = self.context.visibility_by_groups(shape, node, Some(above), workspace);
+        NodeBuilder {
+            cells,
+            corners,
+            cluster: NONE,
+            area,
+            visibility,
+            children: None,
+            outline,
+            depth,
+            look_ahead: LOOK_AHEAD,
+        }
     }
 
     /// The node's halves along one axis, unless one of them would be empty.
-    fn halves(&self, node: &Draft, axis: usize) -> Option<[([u32; 4], Vec<DVec3>); 2]> {
+    fn halves(&self, node: &NodeBuilder, axis: usize) -> Option<[([u32; 4], Vec<DVec3>); 2]> {
         let cells = node.cells;
         if cells[axis + 2] - cells[axis] < 2 {
             return None;
@@ -136,19 +145,19 @@ impl PatchRoot<'_> {
         Some([half(-1.0, 2)?, half(1.0, 0)?])
     }
 
-    /// Splits while it pays.
-    pub fn build(&self, memory: &mut Memory) -> Vec<Draft> {
+    /// Splits for as long as that reduces the cost, then undoes splits that did not.
+    pub fn build(&self, workspace: &mut Workspace) -> Vec<NodeBuilder> {
         let patch = &self.context.surfaces.patches[self.simple as usize];
         let finest = self.finest();
-        let root = self.draft([0, 0, finest, finest], patch.corners.clone(), [0; 2], None, memory);
-        let mut nodes = grow(root, |node| self.split(node, memory));
+        let root = self.node([0, 0, finest, finest], patch.corners.clone(), [0; 2], None, workspace);
+        let mut nodes = grow(root, |node| self.split(node, workspace));
         self.collapse(&mut nodes);
         nodes
     }
 
-    /// The node's halves, unless it is small or they are not expected to gain anything.
-    fn split(&self, node: &Draft, memory: &mut Memory) -> Option<[Draft; 2]> {
-        if node.credit == 0 || cost(node) <= self.threshold {
+    /// The node's halves, unless it is cheap or its look-ahead is used up.
+    fn split(&self, node: &NodeBuilder, workspace: &mut Workspace) -> Option<[NodeBuilder; 2]> {
+        if node.look_ahead == 0 || cost(node) <= self.threshold {
             return None;
         }
         let length = |axis: usize| self.frame.sides[axis].length() / f64::from(1 << node.depth[axis]);
@@ -158,17 +167,17 @@ impl PatchRoot<'_> {
         let mut depth = node.depth;
         depth[axis] += 1;
         let mut children =
-            halves.map(|(cells, outline)| self.draft(cells, outline, depth, Some(node), memory));
+            halves.map(|(cells, outline)| self.node(cells, outline, depth, Some(node), workspace));
         let after: f64 = children.iter().map(cost).sum();
         let pays = after <= cost(node) * (1.0 - f64::from(self.settings.least_gain));
         for child in &mut children {
-            child.credit = if pays { LOOK_AHEAD } else { node.credit - 1 };
+            child.look_ahead = if pays { LOOK_AHEAD } else { node.look_ahead - 1 };
         }
         Some(children)
     }
 
-    /// Undoes splits that gained too little.
-    fn collapse(&self, nodes: &mut [Draft]) {
+    /// Undoes splits that reduced the cost too little.
+    fn collapse(&self, nodes: &mut [NodeBuilder]) {
         let mut below = vec![0.0; nodes.len()];
         for index in (0..nodes.len()).rev() {
             let own = cost(&nodes[index]);
@@ -185,52 +194,61 @@ impl PatchRoot<'_> {
     }
 }
 
-/// How many levels a split may take to pay. In a furnished room something blocks a little of every light for a half
-/// and for a quarter of the floor: gains begin where pieces are smaller than what stands between.
+/// Levels within which a split has to reduce the cost. In a furnished room something blocks a part of every light for a
+/// half and for a quarter of the floor: the cost falls once pieces are smaller than the furniture.
 const LOOK_AHEAD: u32 = 7;
 
 /// Area × partially occluded lights.
-fn cost(node: &Draft) -> f64 {
-    node.area * node.row.states.iter().filter(|&&s| s == State::Partial).count() as f64
+fn cost(node: &NodeBuilder) -> f64 {
+    node.area * node.visibility.states.iter().filter(|&&s| s == State::Partial).count() as f64
 }
 
 /// A mesh's clusters down to those of at most so many triangles.
-pub(crate) fn mesh_nodes(context: &Context, mesh: u32, triangles: u32, memory: &mut Memory) -> Vec<Draft> {
-    let is_last =
+pub(crate) fn mesh_nodes(
+    context: &SceneContext,
+    mesh: u32,
+    triangles: u32,
+    workspace: &mut Workspace,
+) -> Vec<NodeBuilder> {
+    let is_leaf =
         |cluster: &Cluster| cluster.range.len() <= triangles as usize || cluster.children[0] == NONE;
-    let mut draft = |index: u32, parent: Option<&Row>| {
+    let mut node = |index: u32, parent: Option<&NodeVisibility>| {
         let cluster = cluster_of(context.surfaces, mesh, index);
-        let part = Part { own: Some(mesh), last: is_last(cluster), ..Part::default() };
-        Draft {
+        let node = NodeContext { own_mesh: Some(mesh), is_leaf: is_leaf(cluster), ..NodeContext::default() };
+        NodeBuilder {
             cells: [0; 4],
             corners: Vec::new(),
             cluster: index,
             area: cluster.area,
-            row: context.row(Shape::Cluster(cluster), part, parent, memory),
+            visibility: context.visibility_by_groups(Shape::Cluster(cluster), node, parent, workspace),
             children: None,
             outline: Vec::new(),
             depth: [0; 2],
-            credit: 0,
+            look_ahead: 0,
         }
     };
-    grow(draft(0, None), |node| {
-        let cluster = cluster_of(context.surfaces, mesh, node.cluster);
-        (!is_last(cluster)).then(|| cluster.children.map(|child| draft(child, Some(&node.row))))
+    grow(node(0, None), |parent| {
+        let cluster = cluster_of(context.surfaces, mesh, parent.cluster);
+        (!is_leaf(cluster)).then(|| cluster.children.map(|child| node(child, Some(&parent.visibility))))
     })
 }
 
-/// Splits a node and its children for as long as `split` does; what only children ask of a node is forgotten then.
-fn grow(root: Draft, mut split: impl FnMut(&Draft) -> Option<[Draft; 2]>) -> Vec<Draft> {
+/// Splits a node and its descendants until `split` returns none, and compacts each node's visibility once its children
+/// are built.
+fn grow(
+    root: NodeBuilder,
+    mut split: impl FnMut(&NodeBuilder) -> Option<[NodeBuilder; 2]>,
+) -> Vec<NodeBuilder> {
     let mut nodes = vec![root];
     let mut open = vec![0];
     while let Some(index) = open.pop() {
         let children = split(&nodes[index]);
-        nodes[index].row.settle();
+        nodes[index].visibility.compact();
         if let Some(children) = children {
-            let places = [nodes.len(), nodes.len() + 1];
-            nodes[index].children = Some(places);
+            let indices = [nodes.len(), nodes.len() + 1];
+            nodes[index].children = Some(indices);
             nodes.extend(children);
-            open.extend(places);
+            open.extend(indices);
         }
     }
     nodes

@@ -1,27 +1,28 @@
 //! Visibility determination: which lights need no shadow map where (Barczak §4.3.1).
 //!
-//! For each pair of a receiver (a piece of surface) and a light sample, the [`VisibilityDatabase`] knows one of three
-//! [`State`]s. It is conservative: whatever is in doubt is [`State::Partial`]. With visibility traced as the reference
-//! does it (points lifted by [`lift_distance`](crate::trace::lift_distance)), a ray between an unoccluded pair is never
-//! blocked, and one between a fully occluded pair always is, or the two do not face each other. Left out is the very
-//! seam of two surfaces, within 5e-7 of the scene's diagonal, where rounding decides which side a point is on.
+//! For each pair of a receiver (a piece of surface) and a light sample, the [`VisibilityDatabase`] stores one of three
+//! [`State`]s. It is conservative: a pair that the tests do not decide is [`State::Partial`]. With visibility traced as
+//! the reference does it (ray origins offset by [`ray_offset_distance`](crate::trace::ray_offset_distance)), a ray between
+//! an unoccluded pair is never blocked, and one between a fully occluded pair always is, or the two do not face each
+//! other. Left out is the seam of two surfaces, within 5e-7 of the scene's diagonal, where rounding decides which side a
+//! point is on.
 //!
-//! Receivers form a hierarchy: planar patches are split while that pays, meshes are trees of clusters. A light and a
-//! receiver span an occlusion pyramid; what lies outside of it blocks nothing. Where a blocker is found to block
-//! nothing, or everything, that holds for all nodes below; where it blocks a part, the children are tested against it.
+//! Receivers form a hierarchy: planar patches are split while that reduces the number of partial pairs, meshes are trees
+//! of clusters. A light and a receiver span an occlusion pyramid; blockers outside of it are culled. That a blocker blocks
+//! nothing, or everything, holds for the whole subtree of the receiver; if it blocks a part, the children are tested
+//! against it.
 //!
-//! Blockers form a hierarchy as well, down to clusters of meshes. Static ones never leave, so that no list of them is
-//! needed, and a *group* stands for its members wherever those cannot change the state: once anything blocks a part,
-//! only what may cover the whole receiver is looked at, and the rest is left, closed, to the receiver's children. A
-//! group may cover a receiver only if all rays from its corners to the light pass through the group's box, and only
-//! if its largest polygon is as wide as the pyramid is there. What that shows is kept: a part of the receiver that has
-//! a corner whose ray misses the group, or is still too wide, need not ask again. Dynamic blockers are found each for
-//! itself, as far as they can change what static ones leave: not where those cover a receiver, and where they block a
-//! part of it, only patches, which might cover it.
+//! Blockers form a bounding volume hierarchy, down to clusters of meshes. Traversal stops at an inner node, a *group*, if
+//! its members cannot change the state: once anything blocks a part, only nodes that may hold a full blocker are
+//! traversed, and the others are left to the receiver's children. A node may hold a full blocker only if all rays from
+//! the receiver's corners to the light pass through its box, and only if its largest polygon is as wide as the pyramid is
+//! there. A failed test leaves a hint for the children: those that have a corner whose ray misses the box, or that are
+//! still too wide, skip the test. Dynamic blockers are tested one by one, after the static ones and only if they can
+//! change the state: none for receivers that static blockers cover, and only patches, which might cover it, for those
+//! that static blockers block in part.
 //!
 //! Patches that face the same way and are near each other form groups too, above the hierarchy of receivers: a light
-//! behind all of a group is behind each member, and what does not reach into the group's pyramid reaches into none of
-//! theirs.
+//! behind all of a group is behind each member, and a blocker outside the group's pyramid is outside of the members'.
 //!
 //! ```
 //! use girandole_core::lights::{LightSet, LightSettings};
@@ -45,9 +46,10 @@ mod clusters;
 mod database;
 mod groups;
 mod hierarchy;
+mod node_visibility;
+mod primitives;
 mod pyramid;
 mod receivers;
-mod rows;
 mod shapes;
 mod surfaces;
 
@@ -56,7 +58,7 @@ pub use database::{Counts, VisibilityDatabase};
 pub use pyramid::Tests;
 pub use receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, TriangleReceiver};
 
-/// What is known about the rays between a receiver and a light.
+/// How the rays between a receiver and a light are occluded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 pub enum State {
@@ -69,7 +71,7 @@ pub enum State {
     Full = 2,
 }
 
-/// How receivers are made.
+/// How the hierarchy of receivers is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibilitySettings {
     /// A patch is split further while its area times its number of partially occluded lights exceeds the area of all
@@ -107,37 +109,6 @@ impl VisibilitySettings {
     /// No hierarchy: each patch is one receiver.
     pub fn flat() -> Self {
         Self { max_depth: 0, ..Self::default() }
-    }
-}
-
-/// A full or partial blocker of a pair: `light`, and an index into the blockers with the lowest bit set if full.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Entry {
-    light: u32,
-    code: u32,
-    cover: boxes::Cover,
-}
-
-impl Entry {
-    fn new(light: u32, blocker: u32, full: bool) -> Self {
-        Self { light, code: blocker << 1 | u32::from(full), cover: boxes::Cover::ANY }
-    }
-
-    /// That only parts of the receiver face the light.
-    fn facing(light: u32) -> Self {
-        Self { light, code: u32::MAX << 1, cover: boxes::Cover::ANY }
-    }
-
-    fn is_facing(self) -> bool {
-        self.code == u32::MAX << 1
-    }
-
-    fn blocker(self) -> u32 {
-        self.code >> 1
-    }
-
-    fn full(self) -> bool {
-        self.code & 1 == 1
     }
 }
 

@@ -88,7 +88,7 @@ pub struct PatchGrid {
     pub back: u32,
 }
 
-/// How the leaf of a point on a triangle is found.
+/// How to find the leaf of a point on a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TriangleReceiver {
     /// By the cell of a grid.

@@ -1,44 +1,20 @@
-//! Receivers and lights as occlusion pyramids see them.
+//! Shapes that occlusion pyramids are built from: lights, receivers and their convex hulls.
 
 use super::clusters::Cluster;
-use super::groups::Group;
+use super::groups::ReceiverGroup;
+use super::primitives::{Tolerance, box_extent};
 use crate::lights::{LightSample, Profile};
-use crate::scene::Geometry;
-use crate::trace::lift_distance;
 use glam::DVec3;
 
 /// Corners of a receiver's polygon, at most.
-pub(crate) const MOST_CORNERS: usize = 8;
-/// Relative error of the dot products that decide whether a receiver and a light face each other.
-pub(crate) const ROUNDING: f64 = 5e-7;
+pub(crate) const MAX_CORNERS: usize = 8;
 
-/// Distances below which nothing is decided, metres.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Tolerance {
-    /// How far points are lifted off surfaces.
-    pub lift: f64,
-    /// More than coordinates are rounded by.
-    pub tol: f64,
-    /// What may lie behind a plane that it is said to lie in front of: where surfaces meet.
-    pub edge: f64,
-    /// Extra width of a pyramid: points may be looked up in a neighbouring leaf.
-    pub side: f64,
-}
-
-impl Tolerance {
-    pub fn new(geometry: &Geometry) -> Self {
-        let far = geometry.bounds.0.abs().max(geometry.bounds.1.abs());
-        let lift = f64::from(lift_distance(geometry, far));
-        Self { lift, tol: 0.1 * lift, edge: 0.02 * lift, side: 2.0 * lift }
-    }
-}
-
-/// A light as pyramids see it.
+/// The light at the apex of a pyramid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Apex {
     pub position: DVec3,
     pub normal: DVec3,
-    /// Whether it has a position; otherwise light comes against the normal.
+    /// Whether it has a position; otherwise its light is parallel to the normal.
     pub finite: bool,
 }
 
@@ -61,24 +37,24 @@ impl Apex {
     }
 }
 
-/// A receiver as pyramids see it.
+/// The receiver at the base of a pyramid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Shape<'a> {
     Patch {
-        /// On the surface, counter-clockwise about the normal, at most [`MOST_CORNERS`].
+        /// On the surface, counter-clockwise about the normal, at most [`MAX_CORNERS`].
         corners: &'a [DVec3],
         normal: DVec3,
         offset: f64,
         tilt: f64,
     },
     Cluster(&'a Cluster),
-    Group(&'a Group),
+    Group(&'a ReceiverGroup),
 }
 
 impl Shape<'_> {
-    /// Centre and radius of a sphere that holds its pyramids' ends, with all that is in doubt beside them.
+    /// Centre and radius of a sphere that contains the bases of its pyramids, tolerances included.
     pub fn sphere(&self, tolerance: &Tolerance) -> (DVec3, f64) {
-        let room = 4.0 * (tolerance.lift + tolerance.side);
+        let room = 4.0 * (tolerance.ray_offset + tolerance.side);
         match self {
             Self::Patch { corners, .. } => {
                 let center = corners.iter().sum::<DVec3>() / corners.len() as f64;
@@ -90,11 +66,11 @@ impl Shape<'_> {
     }
 }
 
-/// Convex, and it holds all lifted points of a receiver.
+/// A convex set that contains all ray origins of a receiver.
 pub(crate) enum Hull {
-    /// Lifted corners.
-    Polygon([DVec3; MOST_CORNERS], usize),
-    /// Centre, radius and box, all with room for lifted points.
+    /// The corners, offset like ray origins.
+    Polygon([DVec3; MAX_CORNERS], usize),
+    /// Centre, radius and box, all enlarged to contain the ray origins.
     Sphere(DVec3, f64, [DVec3; 2]),
 }
 
@@ -116,17 +92,10 @@ impl Hull {
                 })
             }
             Hull::Sphere(center, radius, bounds) => {
-                let (low, high) = extent(normal, *bounds);
+                let (low, high) = box_extent(normal, *bounds);
                 let d = normal.dot(*center);
                 (low.max(d - radius), high.min(d + radius))
             }
         }
     }
-}
-
-/// Smallest and largest `normal · x` over a box.
-pub(crate) fn extent(normal: DVec3, [low, high]: [DVec3; 2]) -> (f64, f64) {
-    let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
-    let (middle, reach) = (normal.dot(center), normal.abs().dot(half));
-    (middle - reach, middle + reach)
 }

@@ -1,21 +1,21 @@
-//! What the scene's surfaces are made of: simple patches, and trees of clusters of all other triangles.
+//! The scene's surfaces: simple patches, and trees of clusters of all other triangles.
 
 use super::VisibilitySettings;
 use super::clusters::ClusterTree;
-use super::shapes::Tolerance;
+use super::primitives::{Tolerance, area_vector};
 use crate::scene::{Geometry, NONE, Scene, WorldPatch};
 use glam::DVec3;
 use std::ops::Range;
 
 /// Corners of a patch that is treated as a polygon, at most.
-const MOST_CORNERS: usize = 64;
+const MAX_OUTLINE_CORNERS: usize = 64;
 /// Area of a triangle that is treated as a polygon, as a share of the scene's diagonal squared, at least.
-const LEAST_AREA: f64 = 1e-3;
-/// How far the normals of a patch's triangles may differ from the patch's own.
-pub(crate) const MOST_TILT: f64 = 1e-5;
+const MIN_AREA: f64 = 1e-3;
+/// Largest difference of the unit normals of a patch and of its triangles.
+pub(crate) const MAX_TILT: f64 = 1e-5;
 
 /// Clusters that are visited to find whether a mesh is convex, at most.
-const MOST_VISITS: u32 = 1 << 21;
+const MAX_VISITS: u32 = 1 << 21;
 
 /// A planar convex patch, or a large triangle that is part of none.
 #[derive(Clone, Debug)]
@@ -30,7 +30,7 @@ pub(crate) struct SimplePatch {
     pub normal: DVec3,
     /// The plane is `normal · x = offset`.
     pub offset: f64,
-    /// How far its triangles' normals differ from its own.
+    /// Largest difference of its unit normal and its triangles'.
     pub tilt: f64,
     pub double_sided: bool,
     /// Whether its triangles fill the outline and have no holes.
@@ -47,7 +47,7 @@ pub(crate) struct SimplePatch {
 pub(crate) struct MeshPart {
     pub object: u32,
     pub tree: ClusterTree,
-    /// Whether no ray from its front meets it again.
+    /// Whether no ray from its front intersects it again.
     pub convex: bool,
 }
 
@@ -75,7 +75,7 @@ impl Surfaces {
         for triangle in patches.iter().flat_map(|p| p.triangles.clone()) {
             simple[triangle as usize] = true;
         }
-        let large = f64::from(geometry.diagonal()).powi(2) * LEAST_AREA;
+        let large = f64::from(geometry.diagonal()).powi(2) * MIN_AREA;
         for triangle in 0..geometry.triangles.len() as u32 {
             if !simple[triangle as usize] && f64::from(geometry.area(triangle)) >= large {
                 let corners = geometry.corners(triangle).map(|p| p.as_dvec3()).to_vec();
@@ -121,7 +121,7 @@ impl SimplePatch {
         least_extent: f64,
         tolerance: &Tolerance,
     ) -> Option<Self> {
-        if corners.len() < 3 || corners.len() > MOST_CORNERS {
+        if corners.len() < 3 || corners.len() > MAX_OUTLINE_CORNERS {
             return None;
         }
         let first = &geometry.triangles[triangles.start as usize];
@@ -130,13 +130,13 @@ impl SimplePatch {
         let extent = extent.fold(0.0, f64::max);
         let vector = area_vector(&corners);
         let area = vector.length();
-        if extent < least_extent || area.is_nan() || area <= extent * tolerance.lift {
+        if extent < least_extent || area.is_nan() || area <= extent * tolerance.ray_offset {
             return None;
         }
         let normal = vector / area;
         let offset = corners.iter().map(|c| normal.dot(*c)).sum::<f64>() / corners.len() as f64;
         // All vertices in the plane and within the outline.
-        let slack = tolerance.tol * 0.5;
+        let slack = tolerance.coordinate * 0.5;
         let edges: Vec<(DVec3, f64)> = (0..corners.len())
             .map(|i| {
                 let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
@@ -156,7 +156,7 @@ impl SimplePatch {
             filled += area_vector(&points).dot(normal);
             tilt = tilt.max((geometry.normal(triangle).as_dvec3() - normal).length());
         }
-        if !within || tilt > MOST_TILT || tilt.is_nan() {
+        if !within || tilt > MAX_TILT || tilt.is_nan() {
             return None;
         }
         let material = &scene.materials[material as usize];
@@ -179,23 +179,13 @@ impl SimplePatch {
 }
 
 /// Whether all of a mesh's triangles lie behind the plane of each of them, so that no ray that leaves one from its front
-/// meets another. Not found for many triangles that are all but in one plane.
+/// intersects another. The search is limited: `false` for many triangles that are nearly in one plane.
 fn is_convex(scene: &Scene, geometry: &Geometry, tree: &ClusterTree, tolerance: &Tolerance) -> bool {
-    let mut left = MOST_VISITS;
+    let mut visits = MAX_VISITS;
     tree.order.iter().zip(&tree.corners).all(|(&t, corners)| {
         let normal = geometry.normal(t).as_dvec3();
         let least = corners.iter().map(|c| normal.dot(*c)).fold(f64::INFINITY, f64::min);
         let double_sided = scene.materials[geometry.triangles[t as usize].material as usize].double_sided;
-        !double_sided && tree.reaches(normal, least + tolerance.tol, &mut left) == Some(false)
+        !double_sided && tree.extends_beyond(normal, least + tolerance.coordinate, &mut visits) == Some(false)
     })
-}
-
-/// Area of a planar polygon times its unit normal.
-pub(crate) fn area_vector(corners: &[DVec3]) -> DVec3 {
-    let first = corners.first().copied().unwrap_or_default();
-    let mut sum = DVec3::ZERO;
-    for pair in corners.windows(2) {
-        sum += (pair[0] - first).cross(pair[1] - first);
-    }
-    sum * 0.5
 }

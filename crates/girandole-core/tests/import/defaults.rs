@@ -113,6 +113,7 @@ fn an_open_scene_is_lit_by_a_soft_box_out_of_sight() {
         Some(Transform::looking_at(Vec3::new(100.0, 45.0, -20.1), Vec3::new(100.0, 50.0, -20.0))),
         Some(Transform::looking_at(Vec3::new(100.0, 80.0, -20.1), Vec3::new(100.0, 50.0, -20.0))),
     ];
+    let mut in_front = 0;
     for (i, camera) in cameras.into_iter().enumerate() {
         let mut scene = block(false);
         if let Some(place) = camera {
@@ -138,6 +139,7 @@ fn an_open_scene_is_lit_by_a_soft_box_out_of_sight() {
             sees(&view, a + (b - a) * u + (d - a) * v)
         });
         assert!(seen_from_behind || !visible, "{view:?} sees {:?}", patch.outline);
+        in_front += usize::from(!seen_from_behind);
         // Irradiance at the centre of a surface that faces the light, by quadrature.
         let material = &scene.materials[geometry.triangles[patch.triangles.start as usize].material as usize];
         let [a, b, _, d] = [0, 1, 2, 3].map(|k| outline[k]);
@@ -157,6 +159,7 @@ fn an_open_scene_is_lit_by_a_soft_box_out_of_sight() {
         }
         assert!((irradiance - 3.0).abs() < 0.3, "{irradiance} W/m²");
     }
+    assert!(in_front > 0, "all cameras are behind the light");
 }
 
 #[test]

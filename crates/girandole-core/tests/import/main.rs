@@ -1,10 +1,15 @@
 //! The importers: what they read, what they refuse, and what they do to planar surfaces.
 
+#[cfg(feature = "import")]
 mod builder;
 mod defaults;
+#[cfg(feature = "import")]
 mod gltf_content;
+#[cfg(feature = "import")]
 mod gltf_errors;
+#[cfg(feature = "import")]
 mod models;
+#[cfg(feature = "import")]
 mod mutation;
 mod patches;
 

@@ -207,6 +207,7 @@ fn changed_models() {
         [("ply", binary(false)), ("ply", binary(true)), ("ply", ply.into_bytes()), ("obj", obj.into())];
     let mut random = Random(3);
     for (kind, bytes) in files {
+        let mut tally = Tally::default();
         for round in 0..3000 {
             let mut bytes = bytes[..bytes.len() - random.below(bytes.len()) * (round % 2)].to_vec();
             for _ in 0..=random.below(4) {
@@ -220,6 +221,7 @@ fn changed_models() {
             let loaded = catch_unwind(|| load_model_slice(&bytes, kind));
             match loaded {
                 Ok(Ok(mesh)) => {
+                    tally.read += 1;
                     assert!(
                         mesh.triangles
                             .iter()
@@ -231,9 +233,13 @@ fn changed_models() {
                             && mesh.normals.iter().all(|n| n.is_finite())
                     );
                 }
-                Ok(Err(error)) => assert!(!error.to_string().contains('\n'), "{error}"),
+                Ok(Err(error)) => {
+                    tally.refused += 1;
+                    assert!(!error.to_string().contains('\n'), "{error}");
+                }
                 Err(_) => panic!("{kind}, round {round}: {:?}", String::from_utf8_lossy(&bytes)),
             }
         }
+        tally.assert_both();
     }
 }

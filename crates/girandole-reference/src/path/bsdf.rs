@@ -18,9 +18,9 @@ pub(super) fn evaluate(surface: &Surface, wo: Vec3, wi: Vec3) -> Vec3 {
     brdf * cosine
 }
 
-/// The chance that a direction is drawn for the specular lobe. Never 1, so that whatever the lobe's sampling cannot
-/// reach still has a density.
-fn specular_share(surface: &Surface, wo: Vec3) -> f32 {
+/// The probability that a direction is sampled from the specular lobe. Less than 1, so that directions which sampling
+/// the lobe cannot produce still have a density.
+fn specular_probability(surface: &Surface, wo: Vec3) -> f32 {
     let nv = surface.shading_normal.dot(wo);
     if !surface.is_specular() || nv <= 1e-4 {
         return 0.0;
@@ -35,7 +35,7 @@ fn specular_share(surface: &Surface, wo: Vec3) -> f32 {
 pub(super) fn sample(surface: &Surface, wo: Vec3, random: &mut Random) -> Option<(Vec3, f32)> {
     let n = surface.shading_normal;
     let (t, b) = tangents(n);
-    let specular = random.unit() < specular_share(surface, wo);
+    let specular = random.unit() < specular_probability(surface, wo);
     let (u, phi) = (random.unit(), TAU * random.unit());
     let (sin, cos) = libm::sincosf(phi);
     let wi = if specular {
@@ -64,20 +64,20 @@ pub(super) fn pdf(surface: &Surface, wo: Vec3, wi: Vec3) -> f32 {
     if cosine <= 0.0 {
         return 0.0;
     }
-    let share = specular_share(surface, wo);
-    let mut result = (1.0 - share) * cosine * FRAC_1_PI;
-    if share > 0.0 {
+    let specular = specular_probability(surface, wo);
+    let mut result = (1.0 - specular) * cosine * FRAC_1_PI;
+    if specular > 0.0 {
         let half = (wo + wi).normalize_or_zero();
         let (nv, nh) = (n.dot(wo), n.dot(half));
         let a2 = surface.alpha * surface.alpha;
         let d = n.cross(half).length_squared() + a2 * nh * nh;
         let distribution = a2 * FRAC_1_PI / (d * d);
-        result += share * distribution * 0.5 / (nv + (a2 + (1.0 - a2) * nv * nv).sqrt());
+        result += specular * distribution * 0.5 / (nv + (a2 + (1.0 - a2) * nv * nv).sqrt());
     }
     result
 }
 
-/// Two unit vectors that with `n` stand at right angles to each other.
+/// Two unit vectors that form an orthonormal basis with `n`.
 fn tangents(n: Vec3) -> (Vec3, Vec3) {
     let other = if n.x.abs() < 0.6 { Vec3::X } else { Vec3::Y };
     let t = n.cross(other).normalize();

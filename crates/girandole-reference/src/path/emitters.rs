@@ -1,4 +1,4 @@
-//! What emits: points on emissive triangles, uniform over the area, and punctual lights.
+//! Emitters: points on emissive triangles, uniform over the area, and punctual lights.
 
 use super::random::Random;
 use girandole_core::glam::{DVec3, Vec2, Vec3};
@@ -72,7 +72,7 @@ impl Emitters {
     }
 }
 
-/// A punctual light in place.
+/// A punctual light in world space.
 pub(super) struct Punctual {
     position: Vec3,
     forward: Vec3,
@@ -82,7 +82,7 @@ pub(super) struct Punctual {
 impl Punctual {
     pub(super) fn all(tracer: &SceneTracer) -> Vec<Self> {
         let scene = tracer.scene();
-        let place = |light: &PunctualLight| {
+        let in_world = |light: &PunctualLight| {
             let affine = scene.world_from_node(light.node);
             Self {
                 position: (affine.translation - tracer.geometry().origin).as_vec3(),
@@ -90,10 +90,10 @@ impl Punctual {
                 light: light.clone(),
             }
         };
-        scene.lights.iter().map(place).collect()
+        scene.lights.iter().map(in_world).collect()
     }
 
-    /// Where a shadow ray from a point must arrive, the unit direction to it, and the irradiance on a surface there
+    /// The end of a shadow ray from a point, the unit direction to it, and the irradiance on a surface there
     /// that faces it, W/m².
     pub(super) fn towards(&self, from: Vec3, diagonal: f32) -> (Vec3, Vec3, Vec3) {
         if self.light.kind == PunctualKind::Directional {

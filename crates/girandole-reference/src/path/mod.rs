@@ -1,5 +1,5 @@
 //! A plain path tracer: next-event estimation and BSDF sampling, combined by multiple importance sampling (Veach
-//! 1997). It is written to be checked by eye, not to be fast.
+//! 1997). It is written to be verified by reading, not to be fast.
 
 mod bsdf;
 mod emitters;
@@ -14,7 +14,7 @@ use girandole_core::scene::View;
 use girandole_core::trace::SceneTracer;
 use random::Random;
 
-/// How long and how many the paths are.
+/// Number and length of the paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PathSettings {
     /// Paths a pixel; 0 counts as 1. The error falls with the square root.
@@ -27,13 +27,13 @@ pub struct PathSettings {
 }
 
 impl Default for PathSettings {
-    /// 256 paths without limit: enough to look at.
+    /// 256 paths without a bounce limit: enough for a preview.
     fn default() -> Self {
         Self { paths: 256, bounces: None, seed: 0 }
     }
 }
 
-/// What the paths say, and how sure they are.
+/// A picture and its variance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Radiance, W/(sr·m²): mean over a pixel (box filter). The background is black.
@@ -45,7 +45,7 @@ pub struct Estimate {
 
 /// An unbiased picture of the scene with all its light: emitters, punctual lights, and what they light.
 ///
-/// `progress` is told the share that is done, 0 to 1, from any thread.
+/// `progress` is called with the finished share, 0 to 1, from any thread.
 pub fn path_trace(
     tracer: &SceneTracer,
     view: &View,
@@ -93,7 +93,7 @@ pub fn path_trace(
 
 /// Bounces before Russian roulette starts.
 const SURE_BOUNCES: u32 = 3;
-/// Punctual lights asked at every vertex; of more, as many are drawn.
+/// Punctual lights sampled at every vertex; if there are more, this many are chosen at random.
 const PUNCTUAL_SAMPLES: usize = 8;
 
 struct Integrator<'a> {
@@ -107,7 +107,7 @@ struct Integrator<'a> {
 struct Vertex {
     surface: Surface,
     triangle: u32,
-    /// The surface's position, lifted off it: where rays start.
+    /// The origin of rays: the position, offset from the surface.
     start: Vec3,
     wo: Vec3,
 }
@@ -127,7 +127,7 @@ impl Integrator<'_> {
             result += beta
                 * (self.light_from_emitters(&vertex, random) + self.light_from_punctual(&vertex, random));
 
-            // On by the BSDF; what emits there counts by its share of both strategies.
+            // Continue by the BSDF; weight emission found there against emitter sampling.
             let Some((wi, pdf)) = bsdf::sample(&vertex.surface, vertex.wo, random) else { break };
             let reflection = bsdf::evaluate(&vertex.surface, vertex.wo, wi);
             if reflection == Vec3::ZERO {
@@ -145,7 +145,7 @@ impl Integrator<'_> {
                     vertex.start,
                     next.surface.position,
                 );
-                result += beta * next.surface.emission * share(pdf, emitter_pdf);
+                result += beta * next.surface.emission * power_heuristic(pdf, emitter_pdf);
             }
             vertex = next;
 
@@ -162,11 +162,11 @@ impl Integrator<'_> {
 
     fn vertex(&self, triangle: u32, barycentric: Vec2, wo: Vec3) -> Vertex {
         let surface = self.tracer.geometry().surface(self.tracer.scene(), triangle, barycentric, wo);
-        let start = self.tracer.lift(surface.position, surface.geometric_normal);
+        let start = self.tracer.offset_ray_origin(surface.position, surface.geometric_normal);
         Vertex { surface, triangle, start, wo }
     }
 
-    /// Reflected light of one point on the emitters, by its share of both strategies.
+    /// Reflected light of one point on the emitters, weighted against BSDF sampling.
     fn light_from_emitters(&self, vertex: &Vertex, random: &mut Random) -> Vec3 {
         let Some(point) = self.emitters.sample(self.tracer, random) else { return Vec3::ZERO };
         let Some(wi) = (point.position - vertex.start).try_normalize() else { return Vec3::ZERO };
@@ -183,11 +183,11 @@ impl Integrator<'_> {
         if light == Vec3::ZERO || pdf <= 0.0 {
             return Vec3::ZERO;
         }
-        let end = self.tracer.lift(point.position, towards);
+        let end = self.tracer.offset_ray_origin(point.position, towards);
         if self.tracer.occluded(vertex.start, vertex.triangle, end, point.triangle) {
             return Vec3::ZERO;
         }
-        light / pdf * share(pdf, bsdf::pdf(&vertex.surface, vertex.wo, wi))
+        light / pdf * power_heuristic(pdf, bsdf::pdf(&vertex.surface, vertex.wo, wi))
     }
 
     fn light_from_punctual(&self, vertex: &Vertex, random: &mut Random) -> Vec3 {
@@ -215,8 +215,8 @@ fn reflects(surface: &Surface) -> bool {
     surface.albedo != Vec3::ZERO || surface.is_specular()
 }
 
-/// The power heuristic's weight of a strategy with density `mine` beside one with density `other`.
-fn share(mine: f32, other: f32) -> f32 {
-    let ratio = other / mine;
+/// The weight of a sample with density `pdf` where another strategy has density `other_pdf` (Veach 1997, §9.2.4).
+fn power_heuristic(pdf: f32, other_pdf: f32) -> f32 {
+    let ratio = other_pdf / pdf;
     1.0 / (1.0 + ratio * ratio)
 }

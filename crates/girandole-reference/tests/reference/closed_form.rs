@@ -1,4 +1,4 @@
-//! Scenes whose light is known.
+//! Scenes with a closed-form solution.
 
 use crate::common::{Stage, assert_constant, look, trace};
 use girandole_core::glam::{DVec3, Vec3};
@@ -94,7 +94,7 @@ fn point_light_in_a_sphere() {
         let error = (found - expected).abs();
         let bound = expected * slack + 4.0 * noise;
         assert!(error.cmplt(bound).all(), "{bounces:?}: {found} for {expected}, noise {noise}");
-        // Negative control: three per cent are told.
+        // Negative control: three per cent more are told apart.
         assert!((found - expected * 1.03).abs().cmpgt(bound).all());
         if bounces == Some(0) {
             for pixel in &estimate.mean.pixels {

@@ -135,7 +135,7 @@ pub fn deviation(
         all_variance += variance;
         all_expected += mean;
         count += n;
-        // Small remainders at the borders of what counts say little.
+        // Blocks with few valid pixels are too noisy.
         if n >= 32.0 {
             let noise = noise(mean / n) * (64f64 / n).sqrt();
             let rounding = mean / n * 1e-5 + 1e-9;
@@ -163,7 +163,7 @@ pub fn assert_constant(estimate: &Estimate, value: Vec3, what: &str) {
     assert_picture(estimate, &constant(&estimate.mean, value), 0.99, what);
 }
 
-/// Asserts that an estimate is a picture but for its noise; the picture times `wrong` must be told from it.
+/// Asserts that an estimate is a picture but for its noise; the picture times `wrong` must fail the same test.
 pub fn assert_picture(estimate: &Estimate, expected: &Image, wrong: f32, what: &str) {
     let test = |expected: &Image| deviation(expected, estimate, &|_| true, &|_| DVec3::ZERO, 0.0);
     let found = test(expected);

@@ -42,7 +42,7 @@ fn lights(tracer: &SceneTracer, n: u32) -> LightSet {
         let at = |i: u32| (i as f32 + 0.5) / n as f32;
         let (u, v) = (at(i % n), at(i / n));
         LightSample {
-            position: tracer.lift(corner + Vec3::X * u + Vec3::Z * v, Vec3::NEG_Y),
+            position: tracer.offset_ray_origin(corner + Vec3::X * u + Vec3::Z * v, Vec3::NEG_Y),
             normal: Vec3::NEG_Y,
             intensity: GLOW / (n * n) as f32,
             profile: Profile::Cosine,

@@ -85,7 +85,7 @@ fn seeds_and_threads() {
     assert_ne!(one.mean, other.mean);
 }
 
-/// The difference of two seeds has the variance that they say: no less and no more.
+/// The difference of two seeds has the variance that they estimate: no less and no more.
 #[test]
 fn variance_is_right() {
     let stage = small_room();

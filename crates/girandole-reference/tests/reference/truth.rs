@@ -36,7 +36,7 @@ fn against(scene: &str, picture: &str, bounces: Option<u32>, paths: u32) -> [Dev
         let pixels = expected.pixels.iter().map(|p| *p * factor).collect();
         let expected = Image { pixels, ..expected };
         // Half floats are off by 2⁻¹² or so of their value, independently. And where few paths find any light, the
-        // sample variance says too little.
+        // sample variance is too small.
         let rare = noise("noise_8x8") / 2.0;
         deviation(&expected, &estimate, &valid, &|mean| mean * 4e-5 + rare, noise("noise_mean"))
     };

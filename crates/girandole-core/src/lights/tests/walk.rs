@@ -210,7 +210,7 @@ fn choosing_among_deposits_changes_no_expected_light() {
     let expected = probe(&deposits);
     for count in [1, 7, 60, 500] {
         let mean = over_seeds(1500, |seed| {
-            let chosen = thin::thin(&deposits, count, 6.9, seed);
+            let chosen = resample::resample(&deposits, count, 6.9, seed);
             assert_eq!(chosen.len() as u32, count);
             // All the same strength.
             let total: f32 = deposits.iter().map(|s| s.intensity.max_element()).sum();
@@ -225,7 +225,7 @@ fn choosing_among_deposits_changes_no_expected_light() {
         }
     }
     // And it spreads them: less variance than choosing at random.
-    let spread = over_seeds(300, |seed| probe(&thin::thin(&deposits, 60, 6.9, seed))).1;
+    let spread = over_seeds(300, |seed| probe(&resample::resample(&deposits, 60, 6.9, seed))).1;
     let random = over_seeds(300, |seed| {
         let pick = |i| {
             let at = sequence::hash(seed * 60 + i) % 500;
@@ -244,7 +244,7 @@ fn samples_lie_on_surfaces_that_reflect_and_face_away_from_them() {
     let geometry = Geometry::new(&scene);
     let settings = LightSettings { count: 2000, ..LightSettings::default() };
     let set = LightSet::sample(&scene, &geometry, &settings).unwrap();
-    let lift = crate::trace::lift_distance(&geometry, Vec3::ZERO);
+    let offset = crate::trace::ray_offset_distance(&geometry, Vec3::ZERO);
     let mut bounces = [0; 6];
     for s in indirect(&set) {
         let SampleOrigin::Bounce { path, bounce, triangle } = s.origin else { panic!("{:?}", s.origin) };
@@ -252,7 +252,7 @@ fn samples_lie_on_surfaces_that_reflect_and_face_away_from_them() {
         bounces[bounce as usize] += 1;
         let [a, ..] = geometry.corners(triangle);
         let height = (s.position - a).dot(geometry.normal(triangle));
-        assert!((height - lift).abs() < lift * 0.3, "{height} {lift}");
+        assert!((height - offset).abs() < offset * 0.3, "{height} {offset}");
         assert!((s.normal - geometry.normal(triangle)).length() < 1e-6, "single-sided: from the front");
         let material = &scene.materials[geometry.triangles[triangle as usize].material as usize];
         assert!(material.base_color.max_element() > 0.0);

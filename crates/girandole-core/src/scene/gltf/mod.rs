@@ -116,7 +116,7 @@ fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
         }
         return Err(reason);
     }
-    super::patches::mark_scene(&mut scene).map_err(|e| format!("it {e}"))?;
+    super::repair::mark_scene(&mut scene).map_err(|e| format!("it {e}"))?;
     Ok(scene)
 }
 

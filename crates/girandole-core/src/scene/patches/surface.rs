@@ -1,6 +1,6 @@
 //! Planar regions of a mesh.
 
-use super::super::repair::weld;
+use super::super::mesh::weld;
 use super::super::{Mesh, NONE};
 use glam::{DVec2, DVec3, Vec3};
 

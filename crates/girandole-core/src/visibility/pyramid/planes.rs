@@ -2,16 +2,17 @@
 
 use super::{Facing, Plane, Pyramid};
 use crate::visibility::clusters::Cluster;
-use crate::visibility::groups::Group;
-use crate::visibility::shapes::{Apex, Hull, MOST_CORNERS, ROUNDING, Shape, Tolerance, extent};
-use crate::visibility::surfaces::MOST_TILT;
+use crate::visibility::groups::ReceiverGroup;
+use crate::visibility::primitives::{ROUNDING, Tolerance, box_extent};
+use crate::visibility::shapes::{Apex, Hull, MAX_CORNERS, Shape};
+use crate::visibility::surfaces::MAX_TILT;
 use glam::DVec3;
 
 /// Radians from their common axis within which receivers face about the same way.
-const MOST_SPREAD: f64 = 1.0;
+const MAX_SPREAD: f64 = 1.0;
 
 impl Pyramid {
-    /// Makes it the pyramid of a pair, unless no point of the receiver and the light face each other.
+    /// Sets the planes for a pair, unless no point of the receiver and the light face each other.
     pub fn set(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Facing {
         self.bundle.count = 0;
         self.slabs.count = 0;
@@ -21,7 +22,7 @@ impl Pyramid {
                 self.set_patch(apex, corners, normal, offset, tilt, tolerance)
             }
             Shape::Cluster(cluster) => {
-                self.set_cluster(apex, cluster, tolerance.lift + tolerance.tol, tolerance)
+                self.set_cluster(apex, cluster, tolerance.ray_offset + tolerance.coordinate, tolerance)
             }
             Shape::Group(group) => self.set_group(apex, group, tolerance),
         }
@@ -41,9 +42,9 @@ impl Pyramid {
         tilt: f64,
         t: &Tolerance,
     ) -> Facing {
-        let n = corners.len().min(MOST_CORNERS);
-        let mut lifted = [DVec3::ZERO; MOST_CORNERS];
-        let mut floor = t.lift - t.tol;
+        let n = corners.len().min(MAX_CORNERS);
+        let mut origins = [DVec3::ZERO; MAX_CORNERS];
+        let mut floor = t.ray_offset - t.coordinate;
         let mut ceiling = None;
         let mut facing = Facing::Some;
         if apex.finite {
@@ -57,15 +58,16 @@ impl Pyramid {
             }
             reach = reach.sqrt();
             let height = normal.dot(apex.position) - offset;
-            let doubt = t.tol + ROUNDING * reach;
-            if height < -(doubt + tilt * reach) || high <= -doubt {
+            let uncertainty = t.coordinate + ROUNDING * reach;
+            if height < -(uncertainty + tilt * reach) || high <= -uncertainty {
                 return Facing::None;
             }
             if height >= 0.0 && low >= 0.0 {
                 facing = Facing::All;
             }
             floor = floor.min(height);
-            ceiling = Some((low.max(-doubt) + t.lift * normal.dot(apex.normal).min(0.0)).min(0.0));
+            ceiling =
+                Some((low.max(-uncertainty) + t.ray_offset * normal.dot(apex.normal).min(0.0)).min(0.0));
         } else {
             let cosine = -normal.dot(apex.normal);
             if cosine < -(2.0 * ROUNDING + tilt) {
@@ -78,15 +80,15 @@ impl Pyramid {
             }
         }
         let mut centroid = DVec3::ZERO;
-        for (to, corner) in lifted.iter_mut().zip(&corners[..n]) {
-            *to = *corner + normal * t.lift;
+        for (to, corner) in origins.iter_mut().zip(&corners[..n]) {
+            *to = *corner + normal * t.ray_offset;
             centroid += *to;
         }
         centroid /= n as f64;
-        self.hull = Hull::Polygon(lifted, n);
-        // Sides: any direction serves, if the offset is that of the hull.
+        self.hull = Hull::Polygon(origins, n);
+        // Sides: any direction is valid, as the offset is the hull's.
         for i in 0..n {
-            let (a, b) = (lifted[i], lifted[(i + 1) % n]);
+            let (a, b) = (origins[i], origins[(i + 1) % n]);
             let (edge, towards) = (b - a, apex.towards(a));
             let mut side = edge.cross(towards);
             let squared = side.length_squared();
@@ -98,21 +100,21 @@ impl Pyramid {
                 side = -side;
             }
             let mut least = if apex.finite { side.dot(apex.position) } else { f64::INFINITY };
-            for corner in &lifted[..n] {
+            for corner in &origins[..n] {
                 least = least.min(side.dot(*corner));
             }
             self.push(side, least, t.side);
         }
         if floor > f64::NEG_INFINITY {
-            self.push(normal, offset + floor, t.tol);
+            self.push(normal, offset + floor, t.coordinate);
         }
         if let Some(z) = ceiling {
-            self.push(apex.normal, apex.normal.dot(apex.position) + z, t.tol);
+            self.push(apex.normal, apex.normal.dot(apex.position) + z, t.coordinate);
         }
         facing
     }
 
-    /// Its points lie within `room` of its bounds.
+    /// `room` is how far the ray origins may lie outside the cluster's bounds.
     fn set_cluster(&mut self, apex: &Apex, cluster: &Cluster, room: f64, t: &Tolerance) -> Facing {
         let (center, radius) = (cluster.center, cluster.radius + room);
         let bounds = [cluster.low - room, cluster.high + room];
@@ -135,20 +137,20 @@ impl Pyramid {
         };
         self.hull = Hull::Sphere(center, radius, bounds);
         if apex.finite {
-            let (low, high) = extent(apex.normal, bounds);
+            let (low, high) = box_extent(apex.normal, bounds);
             let plane = apex.normal.dot(apex.position);
             let z = apex.normal.dot(center) - plane;
             let (low, high) = ((low - plane).max(z - radius), (high - plane).min(z + radius));
-            let doubt = t.tol + ROUNDING * (distance + radius);
-            if high <= -doubt {
+            let uncertainty = t.coordinate + ROUNDING * (distance + radius);
+            if high <= -uncertainty {
                 return Facing::None;
             }
             if low < 0.0 {
                 facing = Facing::Some;
             }
-            self.push(apex.normal, plane + low.max(-doubt - t.lift).min(0.0), t.tol);
+            self.push(apex.normal, plane + low.max(-uncertainty - t.ray_offset).min(0.0), t.coordinate);
             if distance <= radius {
-                // The light lies within: the box that holds both.
+                // The light lies within the sphere: the box that encloses both.
                 let (low, high) = (bounds[0].min(apex.position), bounds[1].max(apex.position));
                 for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
                     self.push(axis, axis.dot(low), t.side);
@@ -164,13 +166,13 @@ impl Pyramid {
                 self.push(normal, offset, t.side);
             }
         }
-        let (_, far) = extent(axis, bounds);
+        let (_, far) = box_extent(axis, bounds);
         self.push(-axis, -far.min(axis.dot(center) + radius), t.side);
         facing
     }
 
-    /// The plane that touches the sphere on the side opposite to `across` (unit, perpendicular to `axis`) and holds
-    /// the light.
+    /// The plane through the light that touches the sphere on the side opposite to `across` (unit, perpendicular to
+    /// `axis`).
     pub(super) fn tangent(&self, axis: DVec3, across: DVec3) -> (DVec3, f64) {
         let Hull::Sphere(center, radius, _) = self.hull else { return (across, f64::NEG_INFINITY) };
         if !self.apex.finite {
@@ -181,27 +183,26 @@ impl Pyramid {
         (normal, normal.dot(self.apex.position).min(normal.dot(center) - radius))
     }
 
-    /// As a cluster; if its members face about the same way, nothing below the lowest of them is between them and the
-    /// light.
-    fn set_group(&mut self, apex: &Apex, group: &Group, t: &Tolerance) -> Facing {
+    /// Like a cluster; if its members face about the same way, a plane below the lowest of them bounds the pyramid too.
+    fn set_group(&mut self, apex: &Apex, group: &ReceiverGroup, t: &Tolerance) -> Facing {
         let Cluster { center, radius, axis, angle, .. } = group.bounds;
-        let facing = self.set_cluster(apex, &group.bounds, t.tol, t);
-        if facing == Facing::None || angle > MOST_SPREAD {
+        let facing = self.set_cluster(apex, &group.bounds, t.coordinate, t);
+        if facing == Facing::None || angle > MAX_SPREAD {
             return facing;
         }
-        let mut floor = group.floor + t.lift * libm::cos(angle) - t.tol;
+        let mut floor = group.floor + t.ray_offset * libm::cos(angle) - t.coordinate;
         if apex.finite {
             // Behind all of them, whichever of their normals counts?
             let reach = apex.position.distance(center) + radius;
             let height = axis.dot(apex.position);
-            if height < group.floor - (t.tol + (ROUNDING + MOST_TILT + angle) * reach) {
+            if height < group.floor - (t.coordinate + (ROUNDING + MAX_TILT + angle) * reach) {
                 return Facing::None;
             }
             floor = floor.min(height);
         } else if axis.dot(apex.normal) > 0.0 {
             return facing;
         }
-        self.push(axis, floor, t.tol);
+        self.push(axis, floor, t.coordinate);
         facing
     }
 }

@@ -1,13 +1,13 @@
-//! Quick answers about where things are.
+//! Conservative tests of bounds.
 
 use super::*;
 use crate::scene::builtin::shapes;
-use crate::visibility::boxes::Reach;
+use crate::visibility::boxes::Capsule;
 use crate::visibility::shapes::{Apex, Shape};
 use crate::visibility::surfaces::Surfaces;
 
 #[test]
-fn what_is_on_a_ray_is_within_reach() {
+fn capsules_contain_the_rays() {
     let mut numbers = Numbers(5);
     let mut scene = empty_scene();
     add(&mut scene, room(vec3(-2.0, 0.0, -3.0), vec3(2.0, 2.5, 3.0)));
@@ -33,14 +33,14 @@ fn what_is_on_a_ray_is_within_reach() {
         for profile in [Profile::Cosine, Profile::Directional] {
             for _ in 0..20 {
                 let apex = Apex::new(&light(numbers.vector() * 3.0, numbers.vector().normalize(), profile));
-                let reach = Reach::new(&apex, (center, radius));
+                let capsule = Capsule::new(&apex, (center, radius));
                 for corner in &patch.corners {
                     // From the corner itself to the light, or on for as long as one likes.
-                    let lifted = *corner + patch.normal * surfaces.tolerance.lift;
+                    let start = *corner + patch.normal * surfaces.tolerance.ray_offset;
                     for t in [0.0, 0.001, 0.3, 0.9, 1.0] {
-                        let point = lifted + apex.towards(lifted) * if apex.finite { t } else { t * 50.0 };
+                        let point = start + apex.towards(start) * if apex.finite { t } else { t * 50.0 };
                         on_rays += 1;
-                        assert!(reach.meets(point, point), "{shape:?} {apex:?} {t}");
+                        assert!(capsule.may_intersect(point, point), "{shape:?} {apex:?} {t}");
                     }
                 }
                 // It is no wider than a third more, and does not go on behind.
@@ -49,9 +49,9 @@ fn what_is_on_a_ray_is_within_reach() {
                 let across = center + along.any_orthonormal_vector() * radius * 1.3;
                 for point in [behind, across] {
                     beside += 1;
-                    missed += usize::from(!reach.meets(point, point));
+                    missed += usize::from(!capsule.may_intersect(point, point));
                 }
-                assert!(reach.meets(behind - radius, behind + radius), "boxes have an extent");
+                assert!(capsule.may_intersect(behind - radius, behind + radius), "boxes have an extent");
             }
         }
     }
@@ -70,10 +70,10 @@ fn convexity_is_found_by_few_visits() {
     assert!(!surfaces(shapes::torus(1.0, 0.4, 40, 20, 0)).meshes[0].convex);
     let tree = &ball.meshes[0].tree;
     let up = glam::DVec3::Y;
-    let mut left = 1000;
-    assert_eq!(tree.reaches(up, 1.001, &mut left), Some(false));
-    assert_eq!(tree.reaches(up, 0.9, &mut left), Some(true));
-    assert!(left > 700 && left < 1000, "of 2047 clusters: {left}");
+    let mut visits = 1000;
+    assert_eq!(tree.extends_beyond(up, 1.001, &mut visits), Some(false));
+    assert_eq!(tree.extends_beyond(up, 0.9, &mut visits), Some(true));
+    assert!(visits > 700 && visits < 1000, "of 2047 clusters: {visits}");
     let mut few = 3;
-    assert_eq!(tree.reaches(up, 0.999, &mut few), None);
+    assert_eq!(tree.extends_beyond(up, 0.999, &mut few), None);
 }

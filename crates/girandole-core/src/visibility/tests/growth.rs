@@ -55,8 +55,8 @@ fn tests_of(growth: Growth, count: u32) -> [f64; 2] {
 
 #[test]
 fn tests_grow_slower_than_the_scene() {
-    // With all blockers against all nodes and lights each step would be 4. A mesh's clusters know of each other what
-    // they block, so tests of blockers fall. For boxes that stand close enough to shade each other they do not: each of
+    // With all blockers against all nodes and lights each step would be 4. A mesh's clusters share the
+    // results of their parents' tests, so tests of blockers fall. For boxes that stand close enough to shade each other they do not: each of
     // their sides has to find what stands before it, in a hierarchy that grows.
     for (growth, all, blockers) in [
         (Growth::Boxes, [1.75, 1.7], [1.35, 1.1]),

@@ -79,7 +79,7 @@ pub fn bounce(tracer: &SceneTracer, triangle: u32, at: Vec2) -> LightSample {
     let geometry = tracer.geometry();
     let normal = geometry.normal(triangle);
     LightSample {
-        position: tracer.lift(geometry.point(triangle, at), normal),
+        position: tracer.offset_ray_origin(geometry.point(triangle, at), normal),
         normal,
         intensity: Vec3::ONE,
         profile: Profile::Cosine,
@@ -139,7 +139,7 @@ pub fn verify(
         let normal = geometry.normal(triangle) * if front { 1.0 } else { -1.0 };
         let position = geometry.point(triangle, at);
         let leaf = database.receivers().leaf_at(triangle, position, front).expect("it is shaded");
-        let lifted = tracer.lift(position, normal);
+        let lifted = tracer.offset_ray_origin(position, normal);
         for (light, &state) in lights.iter().zip(database.leaf_states(leaf)) {
             if light.geometric_factor(position, normal, normal, f32::INFINITY).is_none() {
                 continue;

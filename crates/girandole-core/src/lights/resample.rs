@@ -1,18 +1,20 @@
-//! Fewer, better spread samples that carry the same light: chosen among all deposits of the walk.
+//! Stratified resampling of the walk's deposits by position and normal: fewer, better spread samples with the same
+//! expected light.
 //!
 //! 1. The deposits are halved again and again in power, across the axis of position or normal along which they vary
-//!    most, until there are as many groups as samples are wanted. A deposit on a border belongs to both sides in part,
+//!    most, until there is one group for each sample. A deposit on a border belongs to both sides in part,
 //!    so that all groups have exactly the same power (by the brightest channel).
 //! 2. From each group one deposit is chosen in proportion to power, and takes over the group's power.
 //!
-//! Every deposit is chosen with a probability proportional to its power and weighted by the inverse, so the expected
-//! light is that of all deposits: the same idea as the clusters of lightcuts (Walter et al. 2005, §3), used once to
-//! stratify. On the built-in rooms it takes a third off the error of a plain walk with the same number of samples.
+//! A deposit is chosen with a probability proportional to its power and weighted by the inverse, so the expected light is
+//! that of all deposits: the stratified resampling of particle filters (Kitagawa 1996), with strata that are compact in
+//! position and normal like the clusters of lightcuts (Walter et al. 2005, §3). On the built-in rooms it takes a third
+//! off the error of a plain walk with the same number of samples.
 
 use super::LightSample;
 use crate::math::sequence;
 
-/// A normal's components count as much as this share of the scene's diagonal.
+/// Scale of normals relative to positions, as a share of the scene's diagonal.
 const NORMAL_SCALE: f32 = 0.1;
 
 /// A deposit, or a part of one.
@@ -28,9 +30,9 @@ fn weight(sample: &LightSample) -> f64 {
     f64::from(sample.intensity.max_element())
 }
 
-/// `count` samples with the expected light of all `samples` (each of which has some), in a spatial order. Where there
-/// are too few to choose from, strong ones come out several times.
-pub(super) fn thin(samples: &[LightSample], count: u32, diagonal: f32, seed: u32) -> Vec<LightSample> {
+/// `count` samples with the expected light of all `samples` (each of positive power), in a spatial order. If there are
+/// too few to choose from, strong ones are repeated.
+pub(super) fn resample(samples: &[LightSample], count: u32, diagonal: f32, seed: u32) -> Vec<LightSample> {
     let scale = diagonal * NORMAL_SCALE;
     let item = |(index, s): (usize, &LightSample)| {
         let (p, n) = (s.position, s.normal * scale);

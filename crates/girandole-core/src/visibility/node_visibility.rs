@@ -1,0 +1,334 @@
+//! Occlusion of one node of the receiver hierarchy from each light.
+
+use super::State;
+use super::blockers::BlockerTree;
+use super::boxes::{Capsule, FullCoverHint};
+use super::pyramid::{Containment, Facing, Occlusion, Pyramid, Scratch};
+use super::shapes::{Apex, MAX_CORNERS, Shape};
+use super::surfaces::Surfaces;
+use crate::scene::NONE;
+
+/// A full or partial blocker of a pair: `light`, and an index into the blockers with the lowest bit set if full.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Entry {
+    pub light: u32,
+    code: u32,
+    hint: FullCoverHint,
+}
+
+impl Entry {
+    fn new(light: u32, blocker: u32, full: bool) -> Self {
+        Self { light, code: blocker << 1 | u32::from(full), hint: FullCoverHint::UNKNOWN }
+    }
+
+    /// Marks a light that only parts of the receiver face.
+    fn partly_facing(light: u32) -> Self {
+        Self { light, code: u32::MAX << 1, hint: FullCoverHint::UNKNOWN }
+    }
+
+    fn is_partly_facing(self) -> bool {
+        self.code == u32::MAX << 1
+    }
+
+    pub fn blocker(self) -> u32 {
+        self.code >> 1
+    }
+
+    pub fn full(self) -> bool {
+        self.code & 1 == 1
+    }
+}
+
+/// A node's state for each light, and the blockers that decide it, sorted by light.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct NodeVisibility {
+    pub states: Vec<State>,
+    pub entries: Vec<Entry>,
+}
+
+impl NodeVisibility {
+    /// The number of lights for which the children have to be tested.
+    pub fn undecided(&self) -> usize {
+        let mut last = NONE;
+        self.entries.iter().filter(|e| !e.full() && std::mem::replace(&mut last, e.light) != e.light).count()
+    }
+
+    /// Drops what only the children's tests need, and keeps one deciding blocker for each light.
+    pub fn compact(&mut self) {
+        self.entries.retain(|e| !e.is_partly_facing());
+        self.entries.dedup_by_key(|e| e.light);
+        self.entries.shrink_to_fit();
+    }
+}
+
+/// The inputs that all nodes share.
+pub(crate) struct SceneContext<'a> {
+    pub surfaces: &'a Surfaces,
+    pub lights: &'a [Apex],
+    /// For each light the blocker that it lies on, or [`NONE`].
+    pub own: &'a [u32],
+    pub blockers: &'a BlockerTree,
+}
+
+/// A node's position in the hierarchy.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct NodeContext {
+    /// The mesh that it is part of.
+    pub own_mesh: Option<u32>,
+    /// Whether it is certain to have no children.
+    pub is_leaf: bool,
+    /// Whether only groups of receivers are above it: then it stores the full blockers of its group as its own.
+    pub is_root: bool,
+    /// For each of its corners the parent's corner at the same position, counted from 1; 0 for new ones.
+    pub parent_corners: [u8; MAX_CORNERS],
+}
+
+/// Buffers that one thread uses for one node after another.
+pub(crate) struct Workspace {
+    pub scratch: Scratch,
+    pyramid: Pyramid,
+    /// Nodes of the blocker hierarchy still to be tested, and which parts of the receiver they may cover.
+    open: Vec<(u32, FullCoverHint)>,
+    /// Blockers near the pyramid, and the stack of their search.
+    near: Vec<u32>,
+    stack: Vec<u32>,
+    found: Vec<Entry>,
+}
+
+impl Workspace {
+    pub fn new() -> Self {
+        Self {
+            scratch: Scratch::default(),
+            pyramid: Pyramid::new(),
+            open: Vec::new(),
+            near: Vec::new(),
+            stack: Vec::new(),
+            found: Vec::new(),
+        }
+    }
+}
+
+impl SceneContext<'_> {
+    /// Tests a node against the hierarchy of blockers, starting from those that its parent left undecided.
+    pub fn visibility_by_groups(
+        &self,
+        shape: Shape,
+        node: NodeContext,
+        parent: Option<&NodeVisibility>,
+        workspace: &mut Workspace,
+    ) -> NodeVisibility {
+        let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
+        let mut result = NodeVisibility {
+            states: vec![State::Unoccluded; self.lights.len()],
+            entries: Vec::with_capacity(rest.len()),
+        };
+        for (index, light) in self.lights.iter().enumerate() {
+            let inherited = split_off_light(&mut rest, index as u32);
+            let parent_state = parent.map_or(State::Unoccluded, |p| p.states[index]);
+            let state = &mut result.states[index];
+            // Decided for the whole subtree.
+            if parent.is_some() && inherited.iter().all(|e| e.full()) {
+                *state = parent_state;
+                if node.is_root {
+                    result.entries.extend_from_slice(inherited);
+                }
+                continue;
+            }
+            workspace.scratch.tests.boxes += 1;
+            let facing = workspace.pyramid.set(light, shape, &self.surfaces.tolerance);
+            if facing == Facing::None {
+                *state = State::Full;
+                continue;
+            }
+            workspace.open.clear();
+            if parent.is_some() {
+                let partial = inherited.iter().filter(|e| !e.full() && !e.is_partly_facing());
+                let for_child = |e: &Entry| (e.blocker(), e.hint.for_child(&node.parent_corners));
+                workspace.open.extend(partial.rev().map(for_child));
+            } else {
+                workspace.open.extend((!self.blockers.is_empty()).then_some((0, FullCoverHint::UNKNOWN)));
+            }
+            *state = self.search(index as u32, node, workspace);
+            result.entries.extend_from_slice(&workspace.found);
+            if *state == State::Unoccluded && facing != Facing::All {
+                result.entries.push(Entry::partly_facing(index as u32));
+            }
+        }
+        result
+    }
+
+    /// Tests a node against each blocker by itself, starting from those that its parent left undecided. `fixed` is the
+    /// node's visibility with other blockers: pairs that are F there are not tested; where one is P, meshes cannot change
+    /// the state, and are recorded as partial blockers wherever they are near.
+    pub fn visibility_by_blockers(
+        &self,
+        shape: Shape,
+        own_mesh: Option<u32>,
+        (parent, fixed): (Option<&NodeVisibility>, &NodeVisibility),
+        workspace: &mut Workspace,
+    ) -> NodeVisibility {
+        let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
+        let mut result = NodeVisibility { states: fixed.states.clone(), entries: Vec::new() };
+        let bounds = shape.sphere(&self.surfaces.tolerance);
+        for (index, (light, state)) in self.lights.iter().zip(&mut result.states).enumerate() {
+            let inherited = split_off_light(&mut rest, index as u32);
+            let parent_covered = parent.is_some_and(|p| p.states[index] == State::Full);
+            let is_decided = parent.is_some() && inherited.iter().all(|e| e.full());
+            if *state != State::Full && !is_decided {
+                self.find_near(&Capsule::new(light, bounds), parent.map(|_| inherited), workspace);
+                let Workspace { scratch, pyramid, near, .. } = &mut *workspace;
+                let is_own = |b: &u32| self.surfaces.mesh_of(*b) == own_mesh;
+                let shades_itself = own_mesh.is_some_and(|mesh| !self.surfaces.meshes[mesh as usize].convex);
+                if shades_itself && near.iter().any(is_own) {
+                    *state = State::Partial;
+                }
+                if *state == State::Partial && near.iter().all(|b| self.surfaces.mesh_of(*b).is_some()) {
+                    result.entries.extend(near.iter().map(|b| Entry::new(index as u32, *b, false)));
+                } else if !near.is_empty() {
+                    scratch.tests.boxes += 1;
+                    if pyramid.set(light, shape, &self.surfaces.tolerance) == Facing::None {
+                        *state = State::Full;
+                    } else {
+                        *state = (*state).max(self.test_near(index as u32, own_mesh, workspace));
+                        result.entries.extend_from_slice(&workspace.found);
+                    }
+                }
+            }
+            if parent_covered {
+                *state = State::Full;
+            }
+        }
+        result
+    }
+
+    /// Fills `near` with the blockers near the rays: of those that are inherited, if any are, else of all.
+    fn find_near(&self, capsule: &Capsule, inherited: Option<&[Entry]>, workspace: &mut Workspace) {
+        let Workspace { scratch, stack, near, .. } = workspace;
+        let Some(inherited) = inherited else {
+            return self.blockers.query(capsule, scratch, stack, near);
+        };
+        scratch.tests.boxes += inherited.len() as u64;
+        near.clear();
+        near.extend(inherited.iter().filter(|e| !e.full()).map(|e| e.blocker()).filter(|b| {
+            let (low, high) = self.surfaces.blocker_box(*b);
+            capsule.may_intersect(low, high)
+        }));
+    }
+
+    /// Tests the blockers in `near` one by one; those that block anything are left in `found`.
+    fn test_near(&self, index: u32, own_mesh: Option<u32>, workspace: &mut Workspace) -> State {
+        let mut state = State::Unoccluded;
+        let Workspace { scratch, pyramid, near, found, .. } = workspace;
+        found.clear();
+        for &blocker in near.iter() {
+            let occlusion = self.surfaces.test(blocker, pyramid, own_mesh, scratch);
+            if occlusion == Occlusion::None {
+                continue;
+            }
+            // The triangle that a light lies on does not block it.
+            let full = occlusion == Occlusion::Full && self.own[index as usize] != blocker;
+            found.push(Entry::new(index, blocker, full));
+            state = state.max(if full { State::Full } else { State::Partial });
+        }
+        state
+    }
+
+    /// Traverses the hierarchy of blockers only as far as the state depends on it: until one blocker is partial, and from
+    /// there on where one may be full. What the children have to test is left in `found`.
+    fn search(&self, index: u32, context: NodeContext, workspace: &mut Workspace) -> State {
+        let Workspace { scratch, pyramid, open, found, .. } = workspace;
+        let NodeContext { own_mesh, is_leaf, .. } = context;
+        found.clear();
+        let mut state = State::Unoccluded;
+        while let Some((group, mut hint)) = open.pop() {
+            let node = &self.blockers.nodes[group as usize];
+            let bounds = (node.low, node.high, node.extent);
+            // A cluster of the receiver's own mesh.
+            if node.mesh != NONE && own_mesh == Some(node.mesh) {
+                scratch.tests.blockers += 1;
+                if !self.surfaces.meshes[node.mesh as usize].convex {
+                    found.push(Entry::new(index, group, false));
+                    state = State::Partial;
+                }
+                continue;
+            }
+            let is_partial = state == State::Partial;
+            if is_partial && !pyramid.may_be_fully_covered(bounds, &mut hint, scratch) {
+                if is_leaf {
+                    continue;
+                }
+                // The hint saves a patch's children the same test; other receivers have none and cull the box here.
+                if pyramid.has_sphere() {
+                    scratch.tests.boxes += 1;
+                    if pyramid.classify_box(node.low, node.high) == Containment::Outside {
+                        continue;
+                    }
+                }
+                found.push(Entry { hint, ..Entry::new(index, group, false) });
+                continue;
+            }
+            if node.count == 0 {
+                if !is_partial {
+                    scratch.tests.boxes += 1;
+                    let containment = match self.surfaces.meshes.get(node.mesh as usize) {
+                        Some(part) => pyramid.classify_cluster(&part.tree.nodes[node.cluster as usize]),
+                        None => pyramid.classify_box(node.low, node.high),
+                    };
+                    match containment {
+                        Containment::Outside => continue,
+                        Containment::Crossing => {}
+                        // Whatever is in a box inside the pyramid blocks a part.
+                        Containment::Inside => {
+                            if !pyramid.may_be_fully_covered(bounds, &mut hint, scratch) {
+                                found.push(Entry { hint, ..Entry::new(index, group, false) });
+                                state = State::Partial;
+                                continue;
+                            }
+                        }
+                    }
+                }
+                let mut order = [node.first + 1, node.first];
+                let [a, b] = order.map(|c| &self.blockers.nodes[c as usize]);
+                if !is_partial && pyramid.is_nearer([(a.low, a.high), (b.low, b.high)]) {
+                    order.swap(0, 1);
+                }
+                open.extend(order.map(|child| (child, hint)));
+                continue;
+            }
+            if node.mesh != NONE {
+                let tree = &self.surfaces.meshes[node.mesh as usize].tree;
+                if pyramid.intersects_cluster(tree, node.cluster, scratch) {
+                    found.push(Entry::new(index, group, false));
+                    state = State::Partial;
+                }
+                continue;
+            }
+            let mut partial = false;
+            for &blocker in &self.blockers.items[node.first as usize..(node.first + node.count) as usize] {
+                match self.surfaces.test(blocker, pyramid, own_mesh, scratch) {
+                    Occlusion::None => {}
+                    // The triangle that a light lies on does not block it.
+                    Occlusion::Full if self.own[index as usize] != blocker => {
+                        found.clear();
+                        found.push(Entry::new(index, group, true));
+                        return State::Full;
+                    }
+                    Occlusion::Full | Occlusion::Partial => partial = true,
+                }
+            }
+            if partial {
+                found.push(Entry::new(index, group, false));
+                state = State::Partial;
+            }
+        }
+        state
+    }
+}
+
+/// Splits the entries of a light off the front of the rest.
+fn split_off_light<'a>(rest: &mut &'a [Entry], light: u32) -> &'a [Entry] {
+    let count = rest.iter().take_while(|e| e.light == light).count();
+    let (of_light, others) = rest.split_at(count);
+    *rest = others;
+    of_light
+}

@@ -1,0 +1,63 @@
+//! What all of visibility determination computes with: tolerances, and extents, areas and clipping of boxes and polygons.
+
+use crate::scene::Geometry;
+use crate::trace::ray_offset_distance;
+use glam::DVec3;
+
+/// Relative error of the dot products that decide whether a receiver and a light face each other.
+pub(crate) const ROUNDING: f64 = 5e-7;
+
+/// Distances within which tests are conservative, metres.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tolerance {
+    /// Distance by which ray origins are offset from surfaces.
+    pub ray_offset: f64,
+    /// An upper bound on the rounding error of coordinates.
+    pub coordinate: f64,
+    /// How far a polygon may reach behind a plane and still count as in front of it: at the seam of two surfaces.
+    pub seam: f64,
+    /// Extra width of a pyramid: points may be looked up in a neighbouring leaf.
+    pub side: f64,
+}
+
+impl Tolerance {
+    pub fn new(geometry: &Geometry) -> Self {
+        let far = geometry.bounds.0.abs().max(geometry.bounds.1.abs());
+        let offset = f64::from(ray_offset_distance(geometry, far));
+        Self { ray_offset: offset, coordinate: 0.1 * offset, seam: 0.02 * offset, side: 2.0 * offset }
+    }
+}
+
+/// Smallest and largest `normal · x` over a box.
+pub(crate) fn box_extent(normal: DVec3, [low, high]: [DVec3; 2]) -> (f64, f64) {
+    let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
+    let (middle, reach) = (normal.dot(center), normal.abs().dot(half));
+    (middle - reach, middle + reach)
+}
+
+/// Area of a planar polygon times its unit normal.
+pub(crate) fn area_vector(corners: &[DVec3]) -> DVec3 {
+    let first = corners.first().copied().unwrap_or_default();
+    let mut sum = DVec3::ZERO;
+    for pair in corners.windows(2) {
+        sum += (pair[0] - first).cross(pair[1] - first);
+    }
+    sum * 0.5
+}
+
+/// The part of a convex polygon where `normal · x ≥ offset` (Sutherland and Hodgman 1974).
+pub(crate) fn clip(from: &[DVec3], to: &mut Vec<DVec3>, normal: DVec3, offset: f64) {
+    to.clear();
+    let Some(&last) = from.last() else { return };
+    let (mut a, mut height) = (last, normal.dot(last) - offset);
+    for &b in from {
+        let next = normal.dot(b) - offset;
+        if (height >= 0.0) != (next >= 0.0) {
+            to.push(a + (b - a) * (height / (height - next)));
+        }
+        if next >= 0.0 {
+            to.push(b);
+        }
+        (a, height) = (b, next);
+    }
+}
