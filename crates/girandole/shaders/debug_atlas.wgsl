@@ -14,7 +14,7 @@ fn side_of_map(count: u32) -> u32 {
 }
 
 @compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) invocation: vec3u) {
+fn show_atlas(@builtin(global_invocation_id) invocation: vec3u) {
   let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
   let side = side_of_map(frame.end_light);

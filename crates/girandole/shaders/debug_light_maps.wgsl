@@ -1,21 +1,21 @@
 // Debug view: what light maps hold; receivers without one are black.
 
-@group(2) @binding(0) var ids: texture_2d<u32>;
+@group(2) @binding(0) var triangle_ids: texture_2d<u32>;
 @group(2) @binding(1) var<storage, read> receivers: array<u32>;
-@group(2) @binding(2) var<storage, read> lists: array<u32>;
+@group(2) @binding(2) var<storage, read> light_lists: array<u32>;
 @group(2) @binding(3) var<storage, read> light_maps: array<vec4f>;
-@group(2) @binding(4) var<uniform> plan: Plan;
+@group(2) @binding(4) var<uniform> offsets: BufferOffsets;
 @group(2) @binding(5) var picture: texture_storage_2d<rg32uint, write>;
 
 @compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) invocation: vec3u) {
+fn show_light_maps(@builtin(global_invocation_id) invocation: vec3u) {
   let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
-  let id = textureLoad(ids, pixel, 0).x;
+  let id = textureLoad(triangle_ids, pixel, 0).x;
   var light = vec3f(0.0);
   if id > 0u {
     let record = leaf_of(pixel, id) * LEAF_WORDS;
-    if lists[record] != NO_MAP { light = mapped_irradiance(record, hit_at(pixel, id - 1u).position); }
+    if light_lists[record] != NO_MAP { light = mapped_irradiance(record, hit_at(pixel, id - 1u).position); }
   }
   textureStore(picture, pixel, pack_radiance(light / (1.0 + max(light.x, max(light.y, light.z)))));
 }

@@ -2,14 +2,14 @@
 // are rings. One invocation a light and pixel of its dot.
 
 @group(2) @binding(0) var<storage, read> lights: array<Light>;
-@group(2) @binding(1) var ids: texture_2d<u32>;
+@group(2) @binding(1) var triangle_ids: texture_2d<u32>;
 @group(2) @binding(2) var picture: texture_storage_2d<rg32uint, write>;
 
 const RADIUS = 4;
 const ROW = 32768u; // workgroups
 
 @compute @workgroup_size(9, 9)
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) lane: vec3u) {
+fn show_lights(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) lane: vec3u) {
   let index = group.y * ROW + group.x;
   if index >= frame.end_light { return; }
   let light = lights[index];
@@ -27,7 +27,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) lane:
   let distance = length(vec2f(offset));
   if any(pixel < vec2i(0)) || any(pixel >= vec2i(frame.size)) || distance > 4.4 { return; }
   // Hidden: the surface at the dot's centre is nearer than the light.
-  let id = textureLoad(ids, center, 0).x;
+  let id = textureLoad(triangle_ids, center, 0).x;
   var hidden = false;
   if id > 0u { hidden = dot(hit_at(vec2u(center), id - 1u).position - frame.eye, frame.forward) < depth * 0.999; }
   if hidden && distance < 2.5 { return; }

@@ -1,7 +1,7 @@
 //! Drawing a frame: with every light at every pixel, or with no more than the picture needs.
 
 use crate::Result;
-use crate::elements::{Draws, DrawsKey, in_view};
+use crate::elements::{MultipassKey, MultipassPlan, in_view};
 use crate::frame::{FrameUniforms, Step, frame, steps};
 use crate::passes::Band;
 use crate::passes::debug::DebugInputs;
@@ -11,7 +11,7 @@ use crate::passes::select::{Choice, Select, batch_of};
 use crate::passes::shade::{BATCH, GROUP, Shade, ShadeInputs};
 use crate::receivers::Receivers;
 use crate::renderer::{Loaded, Renderer, invalid};
-use crate::selection::Selection;
+use crate::selection::PointLists;
 use crate::settings::{Mode, RenderSettings, Shading};
 use crate::targets::{COARSEST, Targets};
 use girandole_core::scene::View;
@@ -175,7 +175,7 @@ impl Renderer {
                 (Some(multipass), Some(draws))
                     if settings.shading != Shading::Fused && settings.debug.is_none() =>
                 {
-                    // Debug views show what fused shading leaves. Draws know no batches: the last step sums all lights.
+                    // Debug views show what fused shading leaves. Multipass shading has no batches: the last step sums all lights.
                     if step.last_batch {
                         let rows = step.band[1].min(size[1] - 1) + 1 - step.band[0];
                         let place = (band, step.step, rows);
@@ -220,7 +220,7 @@ impl Renderer {
         band: Band,
         settings: &RenderSettings,
         (loaded, targets): (&Loaded, &Targets),
-        selected: Option<(&Receivers, &Selection)>,
+        selected: Option<(&Receivers, &PointLists)>,
     ) -> Result<()> {
         let (Some(debug), Some(view)) = (&self.debug, settings.debug) else { return Ok(()) };
         let inputs = DebugInputs {
@@ -249,21 +249,21 @@ impl Renderer {
             if self.multipass.as_ref().is_none_or(|m| m.needs != needs) {
                 self.multipass = Some(Multipass::new(&self.device, &self.layouts, &self.options, needs));
             }
-            let key = DrawsKey {
+            let key = MultipassKey {
                 lights_per_pass,
                 light_maps: settings.uses_light_maps(),
                 optimised: settings.mode == Mode::Full,
                 in_view: in_view(receivers, view),
             };
             if loaded.draws.as_ref().is_none_or(|d| d.key != key) {
-                loaded.draws = Some(Draws::new(&self.device, receivers, key)?);
+                loaded.draws = Some(MultipassPlan::new(&self.device, receivers, key)?);
             }
         }
-        let capacity = Selection::capacity(targets);
-        let plan = Selection::plan(receivers, capacity);
+        let capacity = PointLists::capacity(targets);
+        let plan = PointLists::plan(receivers, capacity);
         if self.selection.as_ref().is_none_or(|s| s.key != (capacity, plan)) {
             self.selection = None;
-            self.selection = Some(Selection::new(&self.device, capacity, plan)?);
+            self.selection = Some(PointLists::new(&self.device, capacity, plan)?);
         }
         if let Some(selection) = &mut self.selection {
             selection.light_maps = settings.uses_light_maps();

@@ -3,7 +3,7 @@
 
 use crate::Result;
 use crate::gpu_scene::storage;
-use crate::layout::Passes;
+use crate::layout::MultipassParams;
 use crate::receivers::{NO_PART, Receivers};
 use girandole_core::elements::{LightSets, optimise, unmerged};
 use girandole_core::glam::Vec2;
@@ -16,8 +16,8 @@ pub(crate) const MAX_LIGHTS_PER_PASS: u32 = 32;
 pub(crate) const ELEMENT_WORDS: usize = 6;
 
 /// All passes over a grid of points.
-pub(crate) struct Draws {
-    /// `Passes` for the shaders.
+pub(crate) struct MultipassPlan {
+    /// `MultipassParams` for the shaders.
     pub passes: wgpu::Buffer,
     /// Elements with their members and lights, see `lib/elements.wgsl`.
     pub elements: wgpu::Buffer,
@@ -30,12 +30,12 @@ pub(crate) struct Draws {
     /// How many without optimisation.
     pub unmerged: u32,
     /// What it was made for.
-    pub key: DrawsKey,
+    pub key: MultipassKey,
 }
 
 /// What draws depend on, beside the receivers.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct DrawsKey {
+pub(crate) struct MultipassKey {
     pub lights_per_pass: u32,
     pub light_maps: bool,
     pub optimised: bool,
@@ -61,10 +61,10 @@ pub(crate) fn in_view(receivers: &Receivers, view: &View) -> Vec<bool> {
         .collect()
 }
 
-impl Draws {
+impl MultipassPlan {
     /// # Errors
     /// [`crate::Error::TooLarge`] where a table exceeds the device's limits.
-    pub fn new(device: &wgpu::Device, receivers: &Receivers, key: DrawsKey) -> Result<Self> {
+    pub fn new(device: &wgpu::Device, receivers: &Receivers, key: MultipassKey) -> Result<Self> {
         let lights = receivers.lights as usize;
         // A light that its light map holds and nothing blocks is done.
         let first_part = u8::from(key.light_maps);
@@ -92,7 +92,7 @@ impl Draws {
                 element.lights.len() as u32,
             ]);
         }
-        let passes = Passes {
+        let passes = MultipassParams {
             elements: elements.len() as u32,
             lights_per_pass: key.lights_per_pass,
             lights_in_all: receivers.lights,

@@ -2,7 +2,7 @@
 
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
 use crate::passes::shade::BATCH;
-use crate::surface_keys::surface_keys;
+use crate::surface_ids::surface_ids;
 use crate::{Error, Result, bind};
 use bind::Slot;
 use girandole_core::glam::{Vec2, Vec4};
@@ -99,7 +99,7 @@ impl GpuScene {
             group: bind::group(device, layout, &resources),
             counts: [opaque, order.len() as u32 - opaque],
             order: storage(device, "draw order", &order)?,
-            keys: storage(device, "surface keys", &surface_keys(scene, geometry))?,
+            keys: storage(device, "surface keys", &surface_ids(scene, geometry))?,
         })
     }
 }

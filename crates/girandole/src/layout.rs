@@ -37,10 +37,10 @@ pub(crate) struct Frame {
     pub padding_c: u32,
 }
 
-/// `Plan` in `lib/plan.wgsl`.
+/// `BufferOffsets` in `lib/plan.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub(crate) struct Plan {
+pub(crate) struct BufferOffsets {
     pub grids_at: u32,
     pub cells_at: u32,
     pub leaves: u32,
@@ -165,7 +165,7 @@ pub(crate) struct Light {
     pub tangent: Vec3,
     pub offset: f32,
     pub intensity: Vec3,
-    pub place: u32,
+    pub atlas_slot: u32,
 }
 
 /// `Maps` in `lib/light.wgsl`.
@@ -179,10 +179,10 @@ pub(crate) struct Maps {
     pub parallel_texel: f32,
 }
 
-/// `Passes` in `lib/elements.wgsl`.
+/// `MultipassParams` in `lib/elements.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub(crate) struct Passes {
+pub(crate) struct MultipassParams {
     pub elements: u32,
     pub lights_per_pass: u32,
     pub lights_in_all: u32,

@@ -2,12 +2,13 @@
 //! without complaint on a backend that does nothing.
 
 use crate::layout::{
-    DIRECTIONAL, Display, Frame, GpuMaterial, Item, Light, Maps, Passes, Plan, TextureUse, Triangle, Vertex,
+    BufferOffsets, DIRECTIONAL, Display, Frame, GpuMaterial, Item, Light, Maps, MultipassParams, TextureUse,
+    Triangle, Vertex,
 };
 use crate::passes::shade::{BATCH, GROUP};
 use crate::{
     DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap, elements, receivers,
-    selection, shaders, surface_keys,
+    selection, shaders, surface_ids,
 };
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject};
@@ -33,16 +34,16 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(Frame as "Frame": eye, orthographic, right, half_width, up, half_height, forward, near, size, band,
             offset, first_light, end_light, clamp, far, sample, samples, last_row, step, batch, last_batch, tolerance,
             debug, padding_b, padding_c),
-        fields!(Plan as "Plan": grids_at, cells_at, leaves, batches, ranges_at, chunks_at, sorted_at, points_at,
+        fields!(BufferOffsets as "BufferOffsets": grids_at, cells_at, leaves, batches, ranges_at, chunks_at, sorted_at, points_at,
             light_maps, padding_a, padding_b, padding_c),
-        fields!(Passes as "Passes": elements, lights_per_pass, lights_in_all, padding),
+        fields!(MultipassParams as "MultipassParams": elements, lights_per_pass, lights_in_all, padding),
         fields!(Vertex as "Vertex": position, u1, normal, v1, tangent, uv0, padding),
         fields!(Triangle as "Triangle": vertices, material),
         fields!(TextureUse as "TextureUse": matrix, shift, texture, uv_set),
         fields!(GpuMaterial as "Material": base_color, alpha, emission, alpha_cutoff, specular_color, specular,
             metallic, roughness, normal_scale, double_sided, albedo, padding, base_color_texture, metallic_roughness_texture,
             specular_texture, specular_color_texture, normal_texture, emission_texture),
-        fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, place),
+        fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, atlas_slot),
         fields!(Maps as "Maps": page, size, parallel_size, texel, parallel_texel),
         fields!(Item as "Item": light, face_cluster),
         fields!(Display as "Display": size, exposure, automatic),
@@ -92,39 +93,39 @@ fn both_sides_agree_on_every_field() {
 fn both_sides_agree_on_constants() {
     let has = |source: &shaders::Source, declaration: String| source.concatenated().contains(&declaration);
     let group = |n: u32| format!("const GROUP = {n}u;");
-    assert!(has(&shaders::SHADE[0], group(GROUP)));
-    assert!(has(&shaders::SHADE[0], format!("lights: array<Light, {BATCH}>;")));
-    assert!(has(&shaders::SHADE[0], format!("const DIRECTIONAL = {DIRECTIONAL}u;")));
+    assert!(has(&shaders::SHADE_NAIVE[0], group(GROUP)));
+    assert!(has(&shaders::SHADE_NAIVE[0], format!("lights: array<Light, {BATCH}>;")));
+    assert!(has(&shaders::SHADE_NAIVE[0], format!("const DIRECTIONAL = {DIRECTIONAL}u;")));
     assert!(has(&shaders::RESOLVE, format!("const MIN_ALPHA = {:?};", girandole_core::brdf::MIN_ALPHA)));
     assert_eq!(BATCH % GROUP, 0);
     let number = |source, name: &str, n: u32| {
         assert!(has(source, format!("const {name} = {n}u;")), "{name} = {n}");
         assert!(!has(source, format!("const {name} = {}u;", n + 1)), "the control: {name}");
     };
-    number(&shaders::GATHER[0], "SIDE", receivers::SIDE);
-    number(&shaders::GATHER[0], "LEAF_WORDS", receivers::LEAF_WORDS as u32);
-    number(&shaders::GATHER[0], "RANGE", receivers::RANGE as u32);
-    number(&shaders::GATHER[0], "CHUNK", selection::CHUNK);
-    number(&shaders::SORT, "COUNTS", selection::HEADER);
-    number(&shaders::SORT, "FIRSTS", selection::HEADER);
-    number(&shaders::SORT, "EXTRA_ROW", selection::TALLY_ROWS - 1);
-    number(&shaders::CHECK, "POINT_WORDS", selection::POINT_WORDS);
-    number(&shaders::REFINE, "BENT_HEADER", selection::BENT_HEADER);
-    number(&shaders::REFINE, "FIRST_PLACE", selection::FIRST_PLACE);
+    number(&shaders::SHADE_POINTS[0], "SIDE", receivers::SIDE);
+    number(&shaders::SHADE_POINTS[0], "LEAF_WORDS", receivers::LEAF_WORDS as u32);
+    number(&shaders::SHADE_POINTS[0], "RANGE", receivers::RANGE as u32);
+    number(&shaders::SHADE_POINTS[0], "CHUNK", selection::CHUNK);
+    number(&shaders::PREFIX_SUM, "COUNTS", selection::HEADER);
+    number(&shaders::PREFIX_SUM, "FIRSTS", selection::HEADER);
+    number(&shaders::PREFIX_SUM, "EXTRA_ROW", selection::TALLY_ROWS - 1);
+    number(&shaders::TEST_CANDIDATES, "POINT_WORDS", selection::POINT_WORDS);
+    number(&shaders::REFINE, "CURVED_HEADER", selection::CURVED_HEADER);
+    number(&shaders::REFINE, "FIRST_CANDIDATE", selection::FIRST_CANDIDATE);
     let flag =
         |source, name: &str, n: u32| assert!(has(source, format!("const {name} = {n:#x}u;")), "{name}");
-    flag(&shaders::REFINE, "BENT", surface_keys::BENT);
-    flag(&shaders::REFINE, "SHINY", surface_keys::SHINY);
-    flag(&shaders::CHECK, "CLUSTERED", receivers::CLUSTERED);
-    flag(&shaders::GATHER[0], "NO_MAP", girandole_core::scene::NONE);
-    assert!(has(&shaders::SORT, "(CHUNK * next + 3u) / 4u".into()), "64 lanes are 4 points");
+    flag(&shaders::REFINE, "CURVED", surface_ids::CURVED);
+    flag(&shaders::REFINE, "SHINY", surface_ids::SHINY);
+    flag(&shaders::TEST_CANDIDATES, "CLUSTERED", receivers::CLUSTERED);
+    flag(&shaders::SHADE_POINTS[0], "NO_MAP", girandole_core::scene::NONE);
+    assert!(has(&shaders::PREFIX_SUM, "(CHUNK * next + 3u) / 4u".into()), "64 lanes are 4 points");
     number(&shaders::DEBUG_LIGHTS, "ROW", crate::passes::debug::ROW);
-    number(&shaders::GATHER[0], "LANES", 16);
-    number(&shaders::GATHER[0], "WIDE_GROUPS", 32768);
-    assert!(has(&shaders::SORT, "min(groups, 32768u)".into()));
+    number(&shaders::SHADE_POINTS[0], "LANES", 16);
+    number(&shaders::SHADE_POINTS[0], "WIDE_GROUPS", 32768);
+    assert!(has(&shaders::PREFIX_SUM, "min(groups, 32768u)".into()));
     assert!(has(&shaders::LIGHT_MAPS, format!("group.y * {}u", receivers::LIGHT_MAP_GROUPS)));
     number(&shaders::MULTIPASS[0], "ELEMENT_WORDS", elements::ELEMENT_WORDS as u32);
-    assert!(!has(&shaders::SHADE[0], group(GROUP + 1)), "the control: another number is seen");
+    assert!(!has(&shaders::SHADE_NAIVE[0], group(GROUP + 1)), "the control: another number is seen");
 }
 
 fn noop(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {

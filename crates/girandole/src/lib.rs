@@ -61,7 +61,7 @@ mod selection;
 mod settings;
 mod shaders;
 mod stats;
-mod surface_keys;
+mod surface_ids;
 mod targets;
 mod timers;
 

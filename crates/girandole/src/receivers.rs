@@ -9,9 +9,9 @@
 //! | P: something may block | 3: look, and subtract where it is blocked | 2: look, and add where it is not |
 
 use crate::gpu_scene::storage;
-use crate::layout::Plan;
+use crate::layout::BufferOffsets;
 use crate::passes::shade::BATCH;
-use crate::surface_keys::is_flat;
+use crate::surface_ids::is_flat;
 use crate::{Error, Result};
 use girandole_core::glam::Vec3;
 use girandole_core::lights::{LightSample, LightSet, Profile};
@@ -41,7 +41,7 @@ pub(crate) struct Receivers {
     pub light_maps: wgpu::Buffer,
     pub leaves: u32,
     /// Offsets in the buffers; those that depend on the picture are missing.
-    pub plan: Plan,
+    pub plan: BufferOffsets,
     /// For each leaf, how many lights are in each part of its lists.
     pub parts: Vec<[u32; 4]>,
     /// For each leaf, how many lights cannot light it at all.
@@ -175,13 +175,13 @@ impl Receivers {
                 mapped_at_creation: false,
             }),
             leaves: count as u32,
-            plan: Plan {
+            plan: BufferOffsets {
                 grids_at,
                 cells_at,
                 leaves: count as u32,
                 batches,
                 ranges_at: ranges_at as u32,
-                ..Plan::default()
+                ..BufferOffsets::default()
             },
             parts,
             skipped,

@@ -1,7 +1,7 @@
 //! The renderer: passes, a scene on the GPU, and a frame as one function.
 
 use crate::atlas::AtlasLayout;
-use crate::elements::{Draws, MAX_LIGHTS_PER_PASS};
+use crate::elements::{MAX_LIGHTS_PER_PASS, MultipassPlan};
 use crate::gpu_scene::{GpuScene, gpu_lights, light_buffer};
 use crate::layout::{DIRECTIONAL, Light};
 use crate::occluders::{CullCounts, Occluders};
@@ -12,13 +12,13 @@ use crate::passes::exposure;
 use crate::passes::multipass::Multipass;
 use crate::passes::resolve::Resolve;
 use crate::passes::select::Select;
-use crate::passes::shade::{Needs, Shade};
+use crate::passes::shade::{SceneFeatures, Shade};
 use crate::passes::shadow_maps::{Atlas, ShadowMaps};
 use crate::passes::tonemap::ToneMapping;
 use crate::passes::visibility::Visibility;
 use crate::readback::TextureCopy;
 use crate::receivers::Receivers;
-use crate::selection::Selection;
+use crate::selection::PointLists;
 use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading};
 use crate::targets::Targets;
 use crate::timers::Timers;
@@ -57,7 +57,7 @@ pub struct Renderer {
     pub(crate) timers: Timers,
     pub(crate) loaded: Option<Loaded>,
     pub(crate) targets: Option<Targets>,
-    pub(crate) selection: Option<Selection>,
+    pub(crate) selection: Option<PointLists>,
     /// How the last picture was drawn.
     pub(crate) drawn: Option<Drawn>,
 }
@@ -78,16 +78,16 @@ pub(crate) struct Loaded {
     pub counts: CullCounts,
     /// Length of the bounds' diagonal, metres.
     pub diagonal: f32,
-    pub needs: Needs,
+    pub needs: SceneFeatures,
     pub receivers: Option<Receivers>,
     /// What multipass shading draws.
-    pub draws: Option<Draws>,
+    pub draws: Option<MultipassPlan>,
     /// The bound of the geometric factor that light maps were made with.
     pub light_maps_for: Option<Option<f32>>,
 }
 
 impl Renderer {
-    /// Compiles the renderer for a device. Needs WebGPU's default limits and compute; uses
+    /// Compiles the renderer for a device. SceneFeatures WebGPU's default limits and compute; uses
     /// [`WANTED_FEATURES`](crate::WANTED_FEATURES) where the device was created with them: without clip distances
     /// shadow maps are confined by discarding fragments, without timestamps
     /// [`FrameStats::gpu_ms`](crate::FrameStats::gpu_ms) stays empty, without blending of 32-bit floats multipass shading
@@ -150,9 +150,9 @@ impl Renderer {
         let directional: Vec<bool> = samples.iter().map(|l| l.profile == DIRECTIONAL).collect();
         let layout = AtlasLayout::new(&directional, &self.options, &self.device.limits())?;
         for (light, slot) in samples.iter_mut().zip(&layout.slots) {
-            light.place = layout.place(slot);
+            light.atlas_slot = layout.place(slot);
         }
-        let needs = Needs {
+        let needs = SceneFeatures {
             specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),
             plain_lights: samples.iter().all(|l| l.profile == 0),
             textures: !scene.textures.is_empty(),
@@ -207,7 +207,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Draws the shadow maps that are stale and submits; [`Renderer::render`] does so by itself.
+    /// MultipassPlan the shadow maps that are stale and submits; [`Renderer::render`] does so by itself.
     ///
     /// # Errors
     /// [`Error::TooLarge`] where a list of what to draw exceeds the device's limits.

@@ -1,6 +1,6 @@
 //! Buffers that hold what the picture needs: they depend on its size and on the number of leaf receivers.
 
-use crate::layout::Plan;
+use crate::layout::BufferOffsets;
 use crate::receivers::Receivers;
 use crate::targets::Targets;
 use crate::{Error, Result};
@@ -17,8 +17,8 @@ pub(crate) const TALLY_ROWS: u32 = 5;
 
 /// Words of `open` before what is said of places on curved surfaces, and before the places; shaders know them by the
 /// same names.
-pub(crate) const BENT_HEADER: u32 = 4;
-pub(crate) const FIRST_PLACE: u32 = 8;
+pub(crate) const CURVED_HEADER: u32 = 4;
+pub(crate) const FIRST_CANDIDATE: u32 = 8;
 
 /// Bytes before the dispatches in `arguments`: of points to put in order, of chunks as they are shaded, of lanes that
 /// share points, and of an invocation for each chunk.
@@ -28,7 +28,7 @@ pub(crate) const WIDE_AT: u64 = 32;
 pub(crate) const CHUNKS_AT: u64 = 48;
 
 /// Points to shade and their order.
-pub(crate) struct Selection {
+pub(crate) struct PointLists {
     /// Places that may have to be shaded, and how many workgroups look at them.
     pub open: wgpu::Buffer,
     /// Points to shade, as they were found.
@@ -42,20 +42,20 @@ pub(crate) struct Selection {
     /// Whether this frame uses them.
     pub light_maps: bool,
     /// What it was made for.
-    pub key: (u32, Plan),
+    pub key: (u32, BufferOffsets),
 }
 
-impl Selection {
+impl PointLists {
     /// Points that the targets' bands hold at most.
     pub fn capacity(targets: &Targets) -> u32 {
         targets.size[0] * (targets.band_rows + 1)
     }
 
     /// The plan of the buffers for so many points.
-    pub fn plan(receivers: &Receivers, capacity: u32) -> Plan {
+    pub fn plan(receivers: &Receivers, capacity: u32) -> BufferOffsets {
         let chunks_at = HEADER + receivers.leaves;
         let chunks = capacity / CHUNK + receivers.leaves;
-        Plan {
+        BufferOffsets {
             chunks_at,
             sorted_at: chunks_at + chunks,
             points_at: HEADER + receivers.leaves,
@@ -70,7 +70,7 @@ impl Selection {
 
     /// # Errors
     /// [`Error::TooLarge`] where a buffer exceeds the device's limit.
-    pub fn new(device: &wgpu::Device, capacity: u32, plan: Plan) -> Result<Self> {
+    pub fn new(device: &wgpu::Device, capacity: u32, plan: BufferOffsets) -> Result<Self> {
         use wgpu::BufferUsages as U;
         let limit = device.limits().max_storage_buffer_binding_size;
         let buffer = |label, words: u64, usage| {
@@ -93,7 +93,7 @@ impl Selection {
         let (leaves, points) = (u64::from(plan.leaves), u64::from(capacity));
         let sorted = (u64::from(plan.sorted_at - plan.chunks_at)) * u64::from(CHUNK);
         Ok(Self {
-            open: buffer("open places", u64::from(FIRST_PLACE) + points, U::INDIRECT)?,
+            open: buffer("open places", u64::from(FIRST_CANDIDATE) + points, U::INDIRECT)?,
             wanted: buffer(
                 "points",
                 u64::from(HEADER) + leaves + u64::from(POINT_WORDS) * points,
@@ -105,7 +105,7 @@ impl Selection {
             plans: [0, 1].map(|light_maps| {
                 device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                     label: Some("plan"),
-                    contents: bytemuck::bytes_of(&Plan { light_maps, ..plan }),
+                    contents: bytemuck::bytes_of(&BufferOffsets { light_maps, ..plan }),
                     usage: U::UNIFORM,
                 })
             }),

@@ -22,24 +22,24 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     maps,
     occluders,
     octahedral,
-    order,
+    scatter_point,
     packed,
     parameterisation,
-    pixel_surface,
-    plan,
+    surface_id,
+    buffer_offsets,
     project,
-    radiance,
+    diffuse_material,
     receiver,
     samples,
     scene,
     shadow,
-    sum,
+    point_sums,
     surface,
-    take,
+    work_queue,
     texture,
-    tied,
+    non_uniform,
     tonemap,
-    want
+    append_point
 );
 
 /// A pass: its name, its source, the library files it uses.
@@ -69,22 +69,15 @@ macro_rules! reads_maps {
     };
 }
 
-pub(crate) const VISIBILITY: Source = source!(visibility, "", [frame, scene, texture]);
-pub(crate) const SHADE: [Source; 2] = reads_maps!(
-    shade,
-    [frame, scene, texture, surface, brdf, light, maps, octahedral, parameterisation, shadow, sum]
+pub(crate) const VISIBILITY_BUFFER: Source = source!(visibility_buffer, "", [frame, scene, texture]);
+pub(crate) const SHADE_NAIVE: [Source; 2] = reads_maps!(
+    shade_naive,
+    [frame, scene, texture, surface, brdf, light, maps, octahedral, parameterisation, shadow, point_sums]
 );
 pub(crate) const REFINE: Source =
-    source!(refine, "", [frame, scene, brdf, grid, pixel_surface, radiance, packed, take]);
-pub(crate) const CHECK: Source = source!(
-    check,
-    "",
-    [frame, scene, texture, surface, brdf, plan, grid, pixel_surface, receiver, radiance, packed, take, want]
-);
-pub(crate) const EDGES: Source =
-    source!(edges, "", [frame, scene, brdf, grid, pixel_surface, radiance, packed, samples, tied, blend]);
-pub(crate) const BEHIND: Source = source!(
-    behind,
+    source!(refine, "", [frame, scene, brdf, grid, surface_id, diffuse_material, packed, work_queue]);
+pub(crate) const TEST_CANDIDATES: Source = source!(
+    test_candidates,
     "",
     [
         frame,
@@ -92,24 +85,49 @@ pub(crate) const BEHIND: Source = source!(
         texture,
         surface,
         brdf,
-        plan,
+        buffer_offsets,
         grid,
-        pixel_surface,
+        surface_id,
         receiver,
-        radiance,
+        diffuse_material,
         packed,
-        samples,
-        tied,
-        blend,
-        want
+        work_queue,
+        append_point
     ]
 );
-pub(crate) const SORT: Source = source!(sort, "", [frame, plan, grid, order, take]);
-pub(crate) const SCATTER: Source = source!(scatter, "", [plan, order]);
+pub(crate) const EDGES: Source = source!(
+    edges,
+    "",
+    [frame, scene, brdf, grid, surface_id, diffuse_material, packed, samples, non_uniform, blend]
+);
+pub(crate) const EDGE_FALLBACK: Source = source!(
+    edge_fallback,
+    "",
+    [
+        frame,
+        scene,
+        texture,
+        surface,
+        brdf,
+        buffer_offsets,
+        grid,
+        surface_id,
+        receiver,
+        diffuse_material,
+        packed,
+        samples,
+        non_uniform,
+        blend,
+        append_point
+    ]
+);
+pub(crate) const PREFIX_SUM: Source =
+    source!(prefix_sum, "", [frame, buffer_offsets, grid, scatter_point, work_queue]);
+pub(crate) const SCATTER_POINTS: Source = source!(scatter_points, "", [buffer_offsets, scatter_point]);
 macro_rules! gather {
     ($lights:ident) => {
         reads_maps!(
-            gather,
+            shade_points,
             [
                 frame,
                 scene,
@@ -121,27 +139,30 @@ macro_rules! gather {
                 octahedral,
                 parameterisation,
                 shadow,
-                sum,
-                plan,
+                point_sums,
+                buffer_offsets,
                 light_map,
                 $lights,
-                radiance,
+                diffuse_material,
                 packed,
                 samples,
-                take,
-                tied
+                work_queue,
+                non_uniform
             ]
         )
     };
 }
 
-pub(crate) const GATHER: [Source; 2] = gather!(lights_uniform);
-pub(crate) const GATHER_STORED: [Source; 2] = gather!(lights_storage);
+pub(crate) const SHADE_POINTS: [Source; 2] = gather!(lights_uniform);
+pub(crate) const SHADE_POINTS_STORED: [Source; 2] = gather!(lights_storage);
 pub(crate) const DEBUG_LEAVES: Source =
-    source!(debug_leaves, "", [frame, scene, texture, surface, plan, receiver, packed]);
+    source!(debug_leaves, "", [frame, scene, texture, surface, buffer_offsets, receiver, packed]);
 pub(crate) const DEBUG_LEVELS: Source = source!(debug_levels, "", [frame, packed]);
-pub(crate) const DEBUG_LIGHT_MAPS: Source =
-    source!(debug_light_maps, "", [frame, scene, texture, surface, plan, receiver, light_map, packed]);
+pub(crate) const DEBUG_LIGHT_MAPS: Source = source!(
+    debug_light_maps,
+    "",
+    [frame, scene, texture, surface, buffer_offsets, receiver, light_map, packed]
+);
 pub(crate) const DEBUG_LIGHTS: Source =
     source!(debug_lights, "", [frame, scene, texture, surface, light, packed]);
 pub(crate) const DEBUG_ATLAS: [Source; 2] = reads_maps!(debug_atlas, [frame, light, maps, packed]);
@@ -158,17 +179,21 @@ pub(crate) const MULTIPASS: [Source; 2] = reads_maps!(
         octahedral,
         parameterisation,
         shadow,
-        sum,
-        plan,
+        point_sums,
+        buffer_offsets,
         grid,
         elements
     ]
 );
-pub(crate) const BATCH: Source = source!(batch, "", [plan, elements]);
-pub(crate) const COLLECT: Source = source!(collect, "", [frame, scene, texture, surface, plan, light_map]);
-pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, plan]);
-pub(crate) const RESOLVE: Source =
-    source!(resolve, "", [frame, scene, texture, surface, brdf, radiance, packed, samples, tied]);
+pub(crate) const MULTIPASS_ARGUMENTS: Source = source!(multipass_arguments, "", [buffer_offsets, elements]);
+pub(crate) const MULTIPASS_COLLECT: Source =
+    source!(multipass_collect, "", [frame, scene, texture, surface, buffer_offsets, light_map]);
+pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, buffer_offsets]);
+pub(crate) const RESOLVE: Source = source!(
+    resolve,
+    "",
+    [frame, scene, texture, surface, brdf, diffuse_material, packed, samples, non_uniform]
+);
 pub(crate) const SHADOW_MAPS_CLIP: Source = source!(
     shadow_maps_clip,
     "enable clip_distances;\n",
@@ -187,23 +212,23 @@ pub(crate) const TONEMAP: Source = source!(tonemap, "", [tonemap, packed]);
 /// All passes, for the tests that need no GPU.
 #[cfg(test)]
 pub(crate) const ALL: [&Source; 30] = [
-    &VISIBILITY,
-    &SHADE[0],
-    &SHADE[1],
+    &VISIBILITY_BUFFER,
+    &SHADE_NAIVE[0],
+    &SHADE_NAIVE[1],
     &REFINE,
-    &CHECK,
+    &TEST_CANDIDATES,
     &EDGES,
-    &BEHIND,
-    &SORT,
-    &SCATTER,
-    &GATHER[0],
-    &GATHER[1],
-    &GATHER_STORED[0],
-    &GATHER_STORED[1],
+    &EDGE_FALLBACK,
+    &PREFIX_SUM,
+    &SCATTER_POINTS,
+    &SHADE_POINTS[0],
+    &SHADE_POINTS[1],
+    &SHADE_POINTS_STORED[0],
+    &SHADE_POINTS_STORED[1],
     &MULTIPASS[0],
     &MULTIPASS[1],
-    &COLLECT,
-    &BATCH,
+    &MULTIPASS_COLLECT,
+    &MULTIPASS_ARGUMENTS,
     &DEBUG_LEAVES,
     &DEBUG_LEVELS,
     &DEBUG_LIGHT_MAPS,

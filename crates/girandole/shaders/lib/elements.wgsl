@@ -4,7 +4,7 @@
 
 const ELEMENT_WORDS = 6u;
 
-struct Passes {
+struct MultipassParams {
   elements: u32,
   lights_per_pass: u32,
   lights_in_all: u32,

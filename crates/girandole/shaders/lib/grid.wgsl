@@ -10,15 +10,15 @@ fn grid_size(step: u32) -> vec2u {
   return (last_point() + step - 1u) / step + 1u;
 }
 
-// Places that are still open are kept in one buffer: workgroups of the pass that looks at them (3 words) and how many
+// Places that are still candidates are kept in one buffer: workgroups of the pass that looks at them (3 words) and how many
 // there are, the same for those on curved surfaces, then places, row << 16 | column: from the front, and from the back.
-const BENT_HEADER = 4u;
-const FIRST_PLACE = 8u;
+const CURVED_HEADER = 4u;
+const FIRST_CANDIDATE = 8u;
 
-const PLACES = 8u; // of them are taken at once, see lib/take.wgsl
+const CANDIDATE_RUN = 8u; // of them are taken at once, see lib/work_queue.wgsl
 
 // Where a point lies, relative to the band.
-fn place_of(point: vec2u, step: u32) -> vec2u {
+fn pixel_of_point(point: vec2u, step: u32) -> vec2u {
   return min(point * step, last_point());
 }
 

@@ -8,10 +8,10 @@ struct Light {
   tangent: vec3f,
   offset: f32, // spot: −cos outer · scale
   intensity: vec3f,
-  place: u32, // of its shadow map in the atlas: page << 24 | row << 12 | column, in units of Maps.size
+  atlas_slot: u32, // of its shadow map in the atlas: page << 24 | row << 12 | column, in units of Maps.size
 }
 
-override PLAIN: bool = false; // whether all lights have the profile 0
+override ONLY_COSINE_LIGHTS: bool = false; // whether all lights have the profile 0
 
 const SPOT = 2u;
 const DIRECTIONAL = 3u;
@@ -19,7 +19,7 @@ const DIRECTIONAL = 3u;
 // The geometric factor G, bounded (core: LightSample::geometric_factor), where the pair faces each other: `cos_x`
 // and `cos_light` are both cosines times the distance, positive; `r2` is its square.
 fn geometric_factor(light: Light, cos_x: f32, cos_light: f32, r2: f32) -> f32 {
-  if PLAIN || light.profile == 0u { return min(cos_x * cos_light / (r2 * r2), frame.clamp); }
+  if ONLY_COSINE_LIGHTS || light.profile == 0u { return min(cos_x * cos_light / (r2 * r2), frame.clamp); }
   if light.profile == DIRECTIONAL { return cos_x; }
   let inverse_r = inverseSqrt(r2);
   var falloff = 1.0;

@@ -8,21 +8,21 @@ struct Maps {
 }
 
 fn map_size(light: Light) -> f32 {
-  if PLAIN { return maps.size; }
+  if ONLY_COSINE_LIGHTS { return maps.size; }
   return select(maps.size, maps.parallel_size, light.profile == DIRECTIONAL);
 }
 
 // 1 / map_size: a texel in units of the map.
 fn map_texel(light: Light) -> f32 {
-  if PLAIN { return maps.texel; }
+  if ONLY_COSINE_LIGHTS { return maps.texel; }
   return select(maps.texel, maps.parallel_texel, light.profile == DIRECTIONAL);
 }
 
 // First texel of a light's map in its page, and the page.
 fn map_origin(light: Light) -> vec2u {
-  return vec2u(light.place & 0xfffu, (light.place >> 12u) & 0xfffu) * u32(maps.size);
+  return vec2u(light.atlas_slot & 0xfffu, (light.atlas_slot >> 12u) & 0xfffu) * u32(maps.size);
 }
 
 fn map_page(light: Light) -> u32 {
-  return light.place >> 24u;
+  return light.atlas_slot >> 24u;
 }

@@ -1,4 +1,4 @@
-// Light space to the atlas: one face of one light's map as an ordinary projective transform (spec: 2).
+// Light space to the atlas: one face of one light's map as an ordinary projective transform.
 
 struct Projected {
   position: vec4f,
@@ -6,7 +6,7 @@ struct Projected {
 }
 
 // `uv_w` is the square's coordinates times `w`.
-fn place(light: Light, uv_w: vec2f, z: f32, w: f32) -> vec4f {
+fn clip_position(light: Light, uv_w: vec2f, z: f32, w: f32) -> vec4f {
   let texel_w = vec2f(map_origin(light)) * w + uv_w * map_size(light);
   return vec4f(2.0 * texel_w.x / maps.page.x - w, w - 2.0 * texel_w.y / maps.page.y, z, w);
 }
@@ -19,14 +19,14 @@ fn project(light: Light, face: u32, point: vec3f) -> Projected {
   var out: Projected;
   if light.profile == DIRECTIONAL {
     let s = p * light.scale;
-    out.position = place(light, s.xy * 0.5 + 0.5, 1.0 - s.z * 0.5, 1.0);
+    out.position = clip_position(light, s.xy * 0.5 + 0.5, 1.0 - s.z * 0.5, 1.0);
     out.clip = vec4f(1.0 - s.x, 1.0 + s.x, 1.0 - s.y, 1.0 + s.y);
     return out;
   }
   if PARAMETERISATION == 1u {
     let w = length(p);
     let q = p.xy / max(w + p.z, 1e-3 * w);
-    out.position = place(light, q * 0.5 + 0.5, min(NEAR / w, 1.0), 1.0);
+    out.position = clip_position(light, q * 0.5 + 0.5, min(NEAR / w, 1.0), 1.0);
     out.clip = vec4f(p.z, 1.0, 1.0, 1.0);
     return out;
   }
@@ -42,7 +42,7 @@ fn project(light: Light, face: u32, point: vec3f) -> Projected {
       uv_w = vec2f(0.5 * w + 0.25 * p.x, 0.5 * w + side * (0.5 * w - 0.25 * p.z));
     }
     let overlap = w / map_size(light);
-    out.position = place(light, uv_w, NEAR, w);
+    out.position = clip_position(light, uv_w, NEAR, w);
     if face < 2u { out.clip = vec4f(w + p.y + overlap, w - p.y + overlap, w - p.z + overlap, p.z); }
     else if face < 4u { out.clip = vec4f(w + p.x + overlap, w - p.x + overlap, w - p.z + overlap, p.z); }
     else { out.clip = vec4f(w + p.x, w - p.x, w + p.y, w - p.y) + overlap; }
@@ -51,7 +51,7 @@ fn project(light: Light, face: u32, point: vec3f) -> Projected {
   let s = vec2f(side, select(-1.0, 1.0, (face & 2u) != 0u));
   let w = s.x * p.x + s.y * p.y + p.z; // |x| + |y| + z on this face
   let overlap = 0.25 / map_size(light) * w;
-  out.position = place(light, (vec2f(p.x + p.y, p.x - p.y) + w) * 0.5, NEAR, w);
+  out.position = clip_position(light, (vec2f(p.x + p.y, p.x - p.y) + w) * 0.5, NEAR, w);
   out.clip = vec4f(s.x * p.x + overlap, s.y * p.y + overlap, p.z, 1.0);
   return out;
 }

@@ -1,4 +1,4 @@
-// From a pixel to its leaf receiver. A pass that uses it binds `receivers`, `ids` and `plan`.
+// From a pixel to its leaf receiver. A pass that uses it binds `receivers`, `triangle_ids` and `offsets`.
 
 const CLUSTERED = 0x80000000u;
 
@@ -9,14 +9,14 @@ fn grid_vector(at: u32) -> vec3f {
 // The leaf that a point of a triangle belongs to (core: Receivers::leaf_at).
 fn leaf_at(triangle: u32, position: vec3f, front: bool) -> u32 {
   let receiver = receivers[triangle];
-  let grid = select(plan.grids_at + 16u * receiver, 0u, (receiver & CLUSTERED) != 0u);
+  let grid = select(offsets.grids_at + 16u * receiver, 0u, (receiver & CLUSTERED) != 0u);
   let d = position - grid_vector(grid);
   let size = vec2u(receivers[grid + 3u], receivers[grid + 7u]);
   let along = vec2f(dot(d, grid_vector(grid + 4u)), dot(d, grid_vector(grid + 8u)));
   let cell = min(vec2u(max(along, vec2f(0.0))), size - 1u);
   let side = select(receivers[grid + 12u], receivers[grid + 11u], front);
   if (receiver & CLUSTERED) != 0u { return receiver & ~CLUSTERED; }
-  return receivers[plan.cells_at + side + cell.y * size.x + cell.x];
+  return receivers[offsets.cells_at + side + cell.y * size.x + cell.x];
 }
 
 // The leaf that a pixel shows; `id` is that of its triangle, plus one.

@@ -3,12 +3,12 @@
 
 fn add_sample(pixel: vec2u, radiance: vec3f) {
   let index = band_index(pixel);
-  let at = arrayLength(&sums) / 3u * 2u + index;
+  let at = arrayLength(&partial_sums) / 3u * 2u + index;
   var sum = vec4f(radiance, 1.0);
-  if tied(frame.sample, index) > 0u { sum += sums[at]; }
-  if tied(frame.sample + 1u, index) == frame.samples {
+  if non_uniform(frame.sample, index) > 0u { sum += partial_sums[at]; }
+  if non_uniform(frame.sample + 1u, index) == frame.samples {
     textureStore(picture, pixel, pack_radiance(sum.xyz / f32(frame.samples)));
   } else {
-    sums[at] = sum;
+    partial_sums[at] = sum;
   }
 }

@@ -19,7 +19,7 @@ const GRAZING = 0.1;
 
 const LIT = 1u;
 const DARK = 0u;
-const DOUBTFUL = 2u;
+const AMBIGUOUS = 2u;
 
 // A receiver as a light's map sees it.
 struct Receiver {
@@ -44,7 +44,7 @@ fn receiver(light: Light, position: vec3f, ng: vec3f, height: f32) -> Receiver {
 }
 
 fn is_parallel(light: Light) -> bool {
-  return !PLAIN && light.profile == DIRECTIONAL;
+  return !ONLY_COSINE_LIGHTS && light.profile == DIRECTIONAL;
 }
 
 fn texel_of(light: Light, uv: vec2f) -> vec2u {
@@ -65,8 +65,8 @@ fn stored_at(light: Light, texel: vec2u) -> f32 {
   return atlas_at(at.xy, at.z);
 }
 
-// One texel's answer: LIT, DARK, or DOUBTFUL where `second_look` is to decide.
-fn first_look(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
+// One texel's answer: LIT, DARK, or AMBIGUOUS where `slope_corrected_test` is to decide.
+fn depth_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
   let centre = centre_of(light, texel);
   if is_parallel(light) {
     // Parallel rays: depth is linear, and the plane's depth at the texel's centre follows from its slope.
@@ -78,13 +78,13 @@ fn first_look(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
   let here = max(-dot(r.normal, decode(centre)), r.slope);
   let allowance = min(FOOTPRINT * map_texel(light), GRAZING * r.slope);
   let seen = stored * r.height;
-  let near = select(DARK, DOUBTFUL, seen * NEARBY <= NEAR * r.slope);
+  let near = select(DARK, AMBIGUOUS, seen * NEARBY <= NEAR * r.slope);
   return select(near, LIT, seen <= NEAR * (here * (1.0 + SLACK) + allowance));
 }
 
 // What is seen is nearer than the receiver, but not by much: at the foot of a wall or in a hollow it need not be in
 // the way. Carry its own slope over to the receiver's place: only what is still nearer there blocks.
-fn second_look(light: Light, r: Receiver, texel: vec2u, stored: f32) -> bool {
+fn slope_corrected_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> bool {
   let origin = vec2i(texel);
   let gradient = vec2f(
     gradient_along(light, origin, vec2i(1, 0), stored),
@@ -127,8 +127,8 @@ fn filtered(light: Light, r: Receiver) -> f32 {
       let weight = wy * select(select(1.0, f.x, x == FILTER), 1.0 - f.x, x == 0u);
       sum += weight;
       let stored = stored_at(light, texel);
-      let look = first_look(light, r, texel, stored);
-      if look == LIT || (look == DOUBTFUL && second_look(light, r, texel, stored)) { lit += weight; }
+      let look = depth_test(light, r, texel, stored);
+      if look == LIT || (look == AMBIGUOUS && slope_corrected_test(light, r, texel, stored)) { lit += weight; }
     }
   }
   return select(1.0, lit / sum, sum > 0.0);

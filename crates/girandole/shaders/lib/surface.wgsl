@@ -1,6 +1,6 @@
 // From a pixel of the visibility buffer to the surface that it shows (core: Geometry::surface).
 
-override TEXTURES: bool = true; // whether any material has textures
+override HAS_TEXTURES: bool = true; // whether any material has textures
 
 struct Hit {
   triangle: u32, // index
@@ -46,7 +46,7 @@ fn hit_at(pixel: vec2u, triangle: u32) -> Hit {
 // Adds texture coordinates and their derivatives: the neighbouring pixels' rays meet the same plane.
 fn with_coordinates(pixel: vec2u, h: Hit) -> Hit {
   var hit = h;
-  if !TEXTURES { return hit; }
+  if !HAS_TEXTURES { return hit; }
   let t = triangles[hit.triangle];
   let a = vertices[t.vertices.x];
   let b = vertices[t.vertices.y];
@@ -71,13 +71,13 @@ fn with_coordinates(pixel: vec2u, h: Hit) -> Hit {
 }
 
 fn sample_at(use_: TextureUse, hit: Hit) -> vec4f {
-  if !TEXTURES || use_.texture == NONE { return vec4f(1.0); }
+  if !HAS_TEXTURES || use_.texture == NONE { return vec4f(1.0); }
   let chosen = use_.uv_set & 1u;
   return sample_texture(use_, hit.uv[chosen], hit.uv_dx[chosen], hit.uv_dy[chosen]);
 }
 
 fn has_textures(m: Material) -> bool {
-  return TEXTURES && (m.base_color_texture.texture & m.metallic_roughness_texture.texture & m.specular_texture.texture
+  return HAS_TEXTURES && (m.base_color_texture.texture & m.metallic_roughness_texture.texture & m.specular_texture.texture
     & m.specular_color_texture.texture & m.normal_texture.texture & m.emission_texture.texture) != NONE;
 }
 
@@ -89,7 +89,7 @@ fn shading_normal(hit: Hit, m: Material) -> vec3f {
   let w = 1.0 - hit.u - hit.v;
   let sum = a.normal * w + b.normal * hit.u + c.normal * hit.v;
   var normal = select(hit.geometric_normal * hit.side, normalize(sum), dot(sum, sum) > 1e-12);
-  if TEXTURES && m.normal_texture.texture != NONE {
+  if HAS_TEXTURES && m.normal_texture.texture != NONE {
     let texel = sample_at(m.normal_texture, hit).xyz * 2.0 - 1.0;
     let tangent = a.tangent * w + b.tangent * hit.u + c.tangent * hit.v;
     let flat = tangent.xyz - normal * dot(normal, tangent.xyz);

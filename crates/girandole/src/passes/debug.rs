@@ -4,7 +4,7 @@ use super::{Band, Groups, Kernel, Layouts, shadow_maps};
 use crate::bind::Slot::{Float, Ids, Picture, Read, Uniform};
 use crate::gpu_scene::storage;
 use crate::receivers::Receivers;
-use crate::selection::Selection;
+use crate::selection::PointLists;
 use crate::settings::{DebugView, RendererOptions};
 use crate::targets::Targets;
 use crate::{Result, shaders};
@@ -30,21 +30,31 @@ pub(crate) struct DebugInputs<'a> {
     /// Where in the atlas maps are.
     pub maps: &'a wgpu::Buffer,
     /// There in all modes but the naive one.
-    pub selected: Option<(&'a Receivers, &'a Selection)>,
+    pub selected: Option<(&'a Receivers, &'a PointLists)>,
 }
 
 impl Debug {
     pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions) -> Self {
         let (atlas, maps) = shadow_maps::reads(device, options, &shaders::DEBUG_ATLAS);
-        let kernel = |source, slots: &[_], constants: &[_]| {
-            Kernel::new(device, layouts, source, "main", slots, constants)
+        let kernel = |source, entry, slots: &[_], constants: &[_]| {
+            Kernel::new(device, layouts, source, entry, slots, constants)
         };
         Self {
-            leaves: kernel(&shaders::DEBUG_LEAVES, &[Ids, Read, Read, Uniform, Picture], &[]),
-            levels: kernel(&shaders::DEBUG_LEVELS, &[Ids, Read, Picture, Float], &[]),
-            light_maps: kernel(&shaders::DEBUG_LIGHT_MAPS, &[Ids, Read, Read, Read, Uniform, Picture], &[]),
-            lights: kernel(&shaders::DEBUG_LIGHTS, &[Read, Ids, Picture], &[]),
-            atlas: kernel(atlas, &[Picture, maps, Read, Uniform], &[("NEAR", shadow_maps::NEAR)]),
+            leaves: kernel(&shaders::DEBUG_LEAVES, "show_leaves", &[Ids, Read, Read, Uniform, Picture], &[]),
+            levels: kernel(&shaders::DEBUG_LEVELS, "show_levels", &[Ids, Read, Picture, Float], &[]),
+            light_maps: kernel(
+                &shaders::DEBUG_LIGHT_MAPS,
+                "show_light_maps",
+                &[Ids, Read, Read, Read, Uniform, Picture],
+                &[],
+            ),
+            lights: kernel(&shaders::DEBUG_LIGHTS, "show_lights", &[Read, Ids, Picture], &[]),
+            atlas: kernel(
+                atlas,
+                "show_atlas",
+                &[Picture, maps, Read, Uniform],
+                &[("NEAR", shadow_maps::NEAR)],
+            ),
         }
     }
 

@@ -1,11 +1,11 @@
 //! Multipass shading (Barczak §4.3.4): a few lights a draw, added by the blending unit.
 
-use super::shade::{Needs, ShadeInputs, constants};
+use super::shade::{SceneFeatures, ShadeInputs, constants};
 use super::{Band, Groups, Kernel, Layouts, shadow_maps};
 use crate::bind::{self, Slot};
-use crate::elements::Draws;
+use crate::elements::MultipassPlan;
 use crate::receivers::Receivers;
-use crate::selection::{CHUNKS_AT, Selection};
+use crate::selection::{CHUNKS_AT, PointLists};
 use crate::settings::RendererOptions;
 use crate::targets::Targets;
 use crate::{shaders, timers::Timers};
@@ -17,7 +17,7 @@ pub(crate) struct Multipass {
     collect: Kernel,
     format: wgpu::TextureFormat,
     /// What it was compiled for.
-    pub needs: Needs,
+    pub needs: SceneFeatures,
 }
 
 /// The targets that draws add to, for one size of grid.
@@ -27,7 +27,12 @@ struct Sums {
 }
 
 impl Multipass {
-    pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
+    pub fn new(
+        device: &wgpu::Device,
+        layouts: &Layouts,
+        options: &RendererOptions,
+        needs: SceneFeatures,
+    ) -> Self {
         use Slot::{Float, Grid, Ids, Read, Uniform};
         // Sums of hundreds of lights want 32 bits; where the device cannot blend those, 16 have to do.
         let format = if device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
@@ -42,7 +47,7 @@ impl Multipass {
         let module = source.module(device);
         let mut constants = constants(options, needs).to_vec();
         let flag = |name, value: bool| (name, f64::from(u8::from(value)));
-        constants.push(flag("CURVED", needs.curved));
+        constants.push(flag("HAS_CURVED", needs.curved));
         let compilation_options =
             wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
         let adds = wgpu::BlendComponent {
@@ -61,7 +66,7 @@ impl Multipass {
             layout: Some(&bind::pipeline_layout(device, &groups)),
             vertex: wgpu::VertexState {
                 module: &module,
-                entry_point: Some("place"),
+                entry_point: Some("project_point"),
                 compilation_options: compilation_options.clone(),
                 buffers: &[],
             },
@@ -73,7 +78,7 @@ impl Multipass {
             multisample: Default::default(),
             fragment: Some(wgpu::FragmentState {
                 module: &module,
-                entry_point: Some("shade"),
+                entry_point: Some("sum_lights"),
                 compilation_options,
                 targets: &[target.clone(), target],
             }),
@@ -82,13 +87,21 @@ impl Multipass {
         });
         let collect = [Ids, Read, Read, Read, Uniform, Ids, Float, Float, Grid, Grid];
         let constants = [
-            flag("CURVED", needs.curved),
-            flag("SPECULAR", needs.specular),
-            flag("TEXTURES", needs.textures),
+            flag("HAS_CURVED", needs.curved),
+            flag("HAS_SPECULAR", needs.specular),
+            flag("HAS_TEXTURES", needs.textures),
         ];
-        let collect = Kernel::new(device, layouts, &shaders::COLLECT, "main", &collect, &constants);
+        let collect = Kernel::new(
+            device,
+            layouts,
+            &shaders::MULTIPASS_COLLECT,
+            "multipass_collect",
+            &collect,
+            &constants,
+        );
         let batch = [Read, Slot::Write, Slot::Write, Uniform, Uniform];
-        let batch = Kernel::new(device, layouts, &shaders::BATCH, "main", &batch, &[]);
+        let batch =
+            Kernel::new(device, layouts, &shaders::MULTIPASS_ARGUMENTS, "multipass_arguments", &batch, &[]);
         Self { layout, pipeline, batch, collect, format, needs }
     }
 
@@ -119,8 +132,8 @@ impl Multipass {
         timers: &Timers,
         (band, step, rows): (Band, u32, u32),
         inputs: ShadeInputs,
-        (receivers, selection, targets): (&Receivers, &Selection, &Targets),
-        (draws, lights): (&Draws, &wgpu::Buffer),
+        (receivers, selection, targets): (&Receivers, &PointLists, &Targets),
+        (draws, lights): (&MultipassPlan, &wgpu::Buffer),
     ) {
         // How many points each element has.
         let buffers =

@@ -23,8 +23,8 @@ impl Resolve {
     pub fn new(device: &wgpu::Device, layouts: &Layouts, key: [bool; 2]) -> Self {
         let slots = [Slot::Ids, Slot::Float, Slot::Write, Slot::Picture, Slot::Float];
         let [textures, specular] = key.map(|k| f64::from(u8::from(k)));
-        let constants = [("TEXTURES", textures), ("SPECULAR", specular)];
-        Self { kernel: Kernel::new(device, layouts, &shaders::RESOLVE, "main", &slots, &constants), key }
+        let constants = [("HAS_TEXTURES", textures), ("HAS_SPECULAR", specular)];
+        Self { kernel: Kernel::new(device, layouts, &shaders::RESOLVE, "resolve", &slots, &constants), key }
     }
 
     pub fn record(

@@ -1,11 +1,11 @@
 //! What the picture needs, and no more: the surfaces that pixels show, the points among them to shade, sorted by
 //! receiver, and their shading (Barczak §4.3).
 
-use super::shade::{BATCH, Needs, ShadeInputs, constants};
+use super::shade::{BATCH, SceneFeatures, ShadeInputs, constants};
 use super::{Band, Groups, Kernel, Layouts, shadow_maps};
 use crate::bind::Slot;
 use crate::receivers::{LIGHT_MAP_GROUPS, Receivers};
-use crate::selection::{BENT_HEADER, GATHER_AT, SCATTER_AT, Selection, WIDE_AT};
+use crate::selection::{CURVED_HEADER, GATHER_AT, PointLists, SCATTER_AT, WIDE_AT};
 use crate::settings::RendererOptions;
 use crate::targets::Targets;
 use crate::{shaders, timers::Timers};
@@ -24,7 +24,7 @@ pub(crate) struct Select {
     /// Pixels of an invocation at edges.
     edge_run: u32,
     /// What they were compiled for.
-    pub needs: Needs,
+    pub needs: SceneFeatures,
 }
 
 /// The kernels that store points of a grid.
@@ -59,13 +59,18 @@ pub(crate) enum Choice {
 }
 
 impl Select {
-    pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
+    pub fn new(
+        device: &wgpu::Device,
+        layouts: &Layouts,
+        options: &RendererOptions,
+        needs: SceneFeatures,
+    ) -> Self {
         use Slot::{Float, Grid, Ids, Picture, Read, Uniform, Write};
         let flag = |name, value: bool| (name, f64::from(u8::from(value)));
         let [curved, specular, textures] = [
-            flag("CURVED", needs.curved),
-            flag("SPECULAR", needs.specular),
-            flag("TEXTURES", needs.textures),
+            flag("HAS_CURVED", needs.curved),
+            flag("HAS_SPECULAR", needs.specular),
+            flag("HAS_TEXTURES", needs.textures),
         ];
         let kernel = |source, entry, slots: &[Slot], constants: &[(&str, f64)]| {
             Kernel::new(device, layouts, source, entry, slots, constants)
@@ -74,59 +79,74 @@ impl Select {
         // Lanes that read different lights at once want a storage buffer, which is the ninth.
         let is_software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
         // Whether few invocations take item after item (shaders: lib/take.wgsl).
-        let takes = flag("TAKES", is_software);
+        let takes = flag("PERSISTENT_THREADS", is_software);
         let width = ("WIDTH", if is_software { 8.0 } else { 64.0 });
         let edge_run = if is_software { 8 } else { 1 };
         let run = ("RUN", f64::from(edge_run));
         let has_room = device.limits().max_storage_buffers_per_shader_stage > 8;
         let (sources, lights) = if has_room && !is_software {
-            (&shaders::GATHER_STORED, Read)
+            (&shaders::SHADE_POINTS_STORED, Read)
         } else {
-            (&shaders::GATHER, Uniform)
+            (&shaders::SHADE_POINTS, Uniform)
         };
         let (source, maps) = shadow_maps::reads(device, options, sources);
         let shade = [Ids, maps, lights, Write, Uniform, Write, Read, Read, Uniform, Grid, Grid, Ids, Picture];
         let edges = [Ids, Float, Float, Grid, Grid, Write, Write, Picture];
         let points = |is_final: bool| {
-            let is_final = flag("FINAL", is_final);
+            let is_final = flag("WRITES_RADIANCE", is_final);
             let mut gather = constants(options, needs).to_vec();
             gather.extend([curved, is_final, takes, width]);
             let behind = [Ids, Read, Write, Uniform, Ids, Float, Float, Grid, Grid, Write, Read, Picture];
             let refine = [Ids, Float, Float, Grid, Grid, Write, Picture];
             let check_places = |entry| {
-                kernel(&shaders::CHECK, entry, &check, &[curved, specular, textures, is_final, takes, width])
+                kernel(
+                    &shaders::TEST_CANDIDATES,
+                    entry,
+                    &check,
+                    &[curved, specular, textures, is_final, takes, width],
+                )
             };
             PointKernels {
-                refine: kernel(&shaders::REFINE, "main", &refine, &[curved, specular, is_final, takes]),
-                check: check_places("check"),
-                check_bent: (needs.curved && !is_software).then(|| check_places("check_bent")),
-                edges: kernel(&shaders::EDGES, "main", &edges, &[specular, is_final, run]),
-                behind: kernel(&shaders::BEHIND, "main", &behind, &[specular, textures, is_final]),
-                gather: kernel(source, "main", &shade, &gather),
+                refine: kernel(&shaders::REFINE, "refine", &refine, &[curved, specular, is_final, takes]),
+                check: check_places("test_candidates"),
+                check_bent: (needs.curved && !is_software).then(|| check_places("test_curved_candidates")),
+                edges: kernel(&shaders::EDGES, "interpolate_edges", &edges, &[specular, is_final, run]),
+                behind: kernel(
+                    &shaders::EDGE_FALLBACK,
+                    "edge_fallback",
+                    &behind,
+                    &[specular, textures, is_final],
+                ),
+                gather: kernel(source, "shade_points", &shade, &gather),
                 wide: options
                     .shares_points(device.adapter_info().device_type)
-                    .then(|| kernel(source, "wide", &shade, &gather)),
+                    .then(|| kernel(source, "shade_points_cooperative", &shade, &gather)),
             }
         };
         let allot = |scatters| {
             let slots = [Write, Write, Write, Write, Uniform, Write];
-            kernel(&shaders::SORT, "allot", &slots, &[flag("SCATTERS", scatters), takes])
+            kernel(&shaders::PREFIX_SUM, "prefix_sum", &slots, &[flag("SCATTERS", scatters), takes])
         };
         Self {
-            every: kernel(&shaders::CHECK, "every", &check, &[textures]),
+            every: kernel(&shaders::TEST_CANDIDATES, "append_all_points", &check, &[textures]),
             points: points(false),
             pixels: (!needs.textures).then(|| PixelKernels {
                 points: points(true),
-                first: kernel(&shaders::EDGES, "first", &edges, &[specular, flag("FINAL", true), run]),
+                first: kernel(
+                    &shaders::EDGES,
+                    "resolve_first_samples",
+                    &edges,
+                    &[specular, flag("WRITES_RADIANCE", true), run],
+                ),
             }),
             allot: allot(false),
             allot_few: is_software.then(|| allot(true)),
-            scatter: kernel(&shaders::SCATTER, "main", &[Write, Write, Uniform], &[]),
+            scatter: kernel(&shaders::SCATTER_POINTS, "scatter_points", &[Write, Write, Uniform], &[]),
             light_maps: kernel(
                 &shaders::LIGHT_MAPS,
-                "main",
+                "bake_light_maps",
                 &[Uniform, Read, Write, Uniform],
-                &[flag("PLAIN", needs.plain_lights)],
+                &[flag("ONLY_COSINE_LIGHTS", needs.plain_lights)],
             ),
             edge_run,
             needs,
@@ -150,7 +170,7 @@ impl Select {
         timers: &Timers,
         band: Band,
         (choice, step, is_final): (Choice, u32, bool),
-        (receivers, selection, targets): (&Receivers, &Selection, &Targets),
+        (receivers, selection, targets): (&Receivers, &PointLists, &Targets),
     ) {
         let level = step.ilog2() as usize;
         // The coarsest grid of all reads none; it is given another one, which it does not touch.
@@ -208,7 +228,7 @@ impl Select {
                 let time = timers.compute("select_gpu_ms");
                 kernels.check.record(device, encoder, time, band, &look, groups);
                 if let Some(check) = &kernels.check_bent {
-                    let groups = Groups::Indirect(&selection.open, u64::from(BENT_HEADER) * 4);
+                    let groups = Groups::Indirect(&selection.open, u64::from(CURVED_HEADER) * 4);
                     check.record(device, encoder, timers.compute("select_gpu_ms"), band, &look, groups);
                 }
             }
@@ -243,7 +263,7 @@ impl Select {
         encoder: &mut wgpu::CommandEncoder,
         timers: &Timers,
         band: Band,
-        (selection, targets): (&Selection, &Targets),
+        (selection, targets): (&PointLists, &Targets),
     ) {
         let Some(PixelKernels { first, .. }) = &self.pixels else { return };
         let [[light, second], [other_light, other_second]] = [&targets.grids[0], &targets.sample]
@@ -271,7 +291,7 @@ impl Select {
         timers: &Timers,
         (band, is_sparse, is_final): (Band, bool, bool),
         inputs: ShadeInputs,
-        (receivers, selection, targets): (&Receivers, &Selection, &Targets),
+        (receivers, selection, targets): (&Receivers, &PointLists, &Targets),
     ) {
         let resources = [
             wgpu::BindingResource::TextureView(inputs.ids),

@@ -8,12 +8,12 @@ use crate::{passes::shadow_maps, shaders, timers::Timers};
 pub(crate) struct Shade {
     kernel: Kernel,
     /// What it was compiled for.
-    pub needs: Needs,
+    pub needs: SceneFeatures,
 }
 
 /// What a scene and its lights need of shading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Needs {
+pub(crate) struct SceneFeatures {
     /// Some material has a specular lobe.
     pub specular: bool,
     /// All lights fall off with the cosine.
@@ -45,11 +45,16 @@ pub(crate) struct ShadeInputs<'a> {
 
 impl Shade {
     /// Compiles shading for what a scene and its lights need.
-    pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions, needs: Needs) -> Self {
-        let (source, maps) = shadow_maps::reads(device, options, &shaders::SHADE);
+    pub fn new(
+        device: &wgpu::Device,
+        layouts: &Layouts,
+        options: &RendererOptions,
+        needs: SceneFeatures,
+    ) -> Self {
+        let (source, maps) = shadow_maps::reads(device, options, &shaders::SHADE_NAIVE);
         let slots = [Slot::Ids, maps, Slot::Uniform, Slot::Write, Slot::Uniform, Slot::Grid, Slot::Grid];
         let constants = constants(options, needs);
-        Self { kernel: Kernel::new(device, layouts, source, "main", &slots, &constants), needs }
+        Self { kernel: Kernel::new(device, layouts, source, "shade_naive", &slots, &constants), needs }
     }
 
     /// Adds the lights of the frame's batch to the sums of the band.
@@ -76,13 +81,13 @@ impl Shade {
 }
 
 /// What every kernel that looks at shadow maps is compiled with.
-pub(crate) fn constants(options: &RendererOptions, needs: Needs) -> [(&'static str, f64); 6] {
+pub(crate) fn constants(options: &RendererOptions, needs: SceneFeatures) -> [(&'static str, f64); 6] {
     [
         shadow_maps::parameterisation(options),
         ("NEAR", shadow_maps::NEAR),
         ("FILTER", f64::from(options.pcf)),
-        ("SPECULAR", f64::from(u8::from(needs.specular))),
-        ("PLAIN", f64::from(u8::from(needs.plain_lights))),
-        ("TEXTURES", f64::from(u8::from(needs.textures))),
+        ("HAS_SPECULAR", f64::from(u8::from(needs.specular))),
+        ("ONLY_COSINE_LIGHTS", f64::from(u8::from(needs.plain_lights))),
+        ("HAS_TEXTURES", f64::from(u8::from(needs.textures))),
     ]
 }

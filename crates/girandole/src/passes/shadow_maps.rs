@@ -254,7 +254,7 @@ impl ShadowMaps {
         }
     }
 
-    /// Draws the maps of all lights, page by page.
+    /// MultipassPlan the maps of all lights, page by page.
     pub fn record(
         &self,
         device: &wgpu::Device,

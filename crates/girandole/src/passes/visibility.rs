@@ -22,7 +22,7 @@ impl Visibility {
     pub fn new(device: &wgpu::Device, layouts: &Layouts) -> Self {
         let layout =
             bind::layout(device, "visibility", wgpu::ShaderStages::VERTEX, &[Slot::Read, Slot::Read]);
-        let module = shaders::VISIBILITY.module(device);
+        let module = shaders::VISIBILITY_BUFFER.module(device);
         let groups =
             bind::pipeline_layout(device, &[Some(&layouts.frame), Some(&layouts.scene), Some(&layout)]);
         let pipeline = |entry| {

@@ -1,19 +1,19 @@
-// Which triangle each pixel shows, plus one; 0 = none. And the key of its surface and its material.
+// Which triangle each pixel shows, plus one; 0 = none. And the id of its surface and its material.
 struct Out {
   @builtin(position) position: vec4f,
   @location(0) @interpolate(flat) triangle: u32,
   @location(1) uv: vec2f,
-  @location(2) @interpolate(flat) key: vec2u,
+  @location(2) @interpolate(flat) surface: vec2u,
 }
 
-struct Shown { @location(0) triangle: u32, @location(1) key: vec2u }
+struct Shown { @location(0) triangle: u32, @location(1) surface: vec2u }
 
-@group(2) @binding(0) var<storage, read> order: array<u32>; // triangles, those without an alpha mask first
-@group(2) @binding(1) var<storage, read> surface_keys: array<u32>; // of each triangle, see lib/pixel_surface.wgsl
+@group(2) @binding(0) var<storage, read> triangle_order: array<u32>; // triangles, those without an alpha mask first
+@group(2) @binding(1) var<storage, read> triangle_surfaces: array<u32>; // of each triangle, see lib/surface_id.wgsl
 
 @vertex
 fn project_triangle(@builtin(vertex_index) index: u32) -> Out {
-  let id = order[index / 3u];
+  let id = triangle_order[index / 3u];
   let triangle = triangles[id];
   let vertex = vertices[triangle.vertices[index % 3u]];
   let d = vertex.position - frame.eye;
@@ -31,14 +31,14 @@ fn project_triangle(@builtin(vertex_index) index: u32) -> Out {
     if dot(normal, towards) <= 0.0 { out.position = vec4f(0.0, 0.0, -1.0, 1.0); }
   }
   out.triangle = id + 1u;
-  out.key = vec2u(surface_keys[id], triangle.material);
+  out.surface = vec2u(triangle_surfaces[id], triangle.material);
   out.uv = select(vertex.uv0, vec2f(vertex.u1, vertex.v1), materials[triangle.material].base_color_texture.uv_set == 1u);
   return out;
 }
 
 @fragment
 fn opaque(in: Out) -> Shown {
-  return Shown(in.triangle, in.key);
+  return Shown(in.triangle, in.surface);
 }
 
 @fragment
@@ -49,5 +49,5 @@ fn masked(in: Out) -> Shown {
     alpha *= sample_texture(m.base_color_texture, in.uv, vec2f(0.0), vec2f(0.0)).w;
   }
   if alpha < m.alpha_cutoff { discard; }
-  return Shown(in.triangle, in.key);
+  return Shown(in.triangle, in.surface);
 }

@@ -1,53 +1,53 @@
 // Naive shading: every pixel of the band sums every light of the batch, each with its shadow map. Sums are kept in
 // order of lights, in groups of GROUP, so the size of batches (whole groups) and bands changes nothing.
 
-@group(2) @binding(0) var ids: texture_2d<u32>;
+@group(2) @binding(0) var triangle_ids: texture_2d<u32>;
 // A batch of lights: uniform buffers are by far the quickest to read where neighbours read the same.
 @group(2) @binding(2) var<uniform> lights: array<Light, 512>;
 // Two elements a pixel: irradiance, specular radiance.
-@group(2) @binding(3) var<storage, read_write> sums: array<vec4f>;
+@group(2) @binding(3) var<storage, read_write> partial_sums: array<vec4f>;
 @group(2) @binding(4) var<uniform> maps: Maps;
-// The picture of sums, after the last batch.
-@group(2) @binding(5) var fine_light: texture_storage_2d<rgba32float, write>;
-@group(2) @binding(6) var fine_second: texture_storage_2d<rgba32float, write>;
+// The sums as a picture, after the last batch.
+@group(2) @binding(5) var fine_irradiance: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(6) var fine_directional: texture_storage_2d<rgba32float, write>;
 
-fn begin(pixel: vec2u) -> State {
-  var state: State;
+fn begin(pixel: vec2u) -> PointSums {
+  var state: PointSums;
   let inside = pixel.x < frame.size.x && pixel.y < frame.band.y;
-  let id = select(0u, textureLoad(ids, min(pixel, frame.size - 1u), 0).x, inside);
+  let id = select(0u, textureLoad(triangle_ids, min(pixel, frame.size - 1u), 0).x, inside);
   state.is_surface = id > 0u;
   if !state.is_surface { return state; }
   if frame.first_light > 0u {
     let index = 2u * band_index(pixel);
-    state.irradiance = sums[index].xyz;
-    state.glossy = sums[index + 1u].xyz;
+    state.irradiance = partial_sums[index].xyz;
+    state.specular = partial_sums[index + 1u].xyz;
   }
   state.shading = shading_at(pixel, id - 1u);
   return state;
 }
 
-fn end(pixel: vec2u, state: State) {
+fn end(pixel: vec2u, state: PointSums) {
   if !state.is_surface { return; }
   if frame.last_batch != 0u {
     let point = pixel - vec2u(0u, frame.band.x);
-    textureStore(fine_light, point, vec4f(state.irradiance, 1.0));
-    if SPECULAR { textureStore(fine_second, point, vec4f(state.glossy, 0.0)); }
+    textureStore(fine_irradiance, point, vec4f(state.irradiance, 1.0));
+    if HAS_SPECULAR { textureStore(fine_directional, point, vec4f(state.specular, 0.0)); }
   } else {
     let index = 2u * band_index(pixel);
-    sums[index] = vec4f(state.irradiance, 1.0);
-    sums[index + 1u] = vec4f(state.glossy, 0.0);
+    partial_sums[index] = vec4f(state.irradiance, 1.0);
+    partial_sums[index + 1u] = vec4f(state.specular, 0.0);
   }
 }
 
-fn second_looks(state: ptr<function, State>, first: u32) {
-  while any((*state).doubtful != vec4u(0u)) {
-    second_sum(state, lights[first + next_doubtful(state) - frame.first_light]);
+fn resolve_ambiguous(state: ptr<function, PointSums>, first: u32) {
+  while any((*state).ambiguous != vec4u(0u)) {
+    add_slope_corrected(state, lights[first + next_ambiguous(state) - frame.first_light]);
   }
 }
 
 // An invocation shades two pixels, one above the other: lights are read once for both.
 @compute @workgroup_size(8, 4)
-fn main(@builtin(global_invocation_id) invocation: vec3u) {
+fn shade_naive(@builtin(global_invocation_id) invocation: vec3u) {
   let upper_pixel = vec2u(invocation.x, 2u * invocation.y + frame.band.x);
   let lower_pixel = upper_pixel + vec2u(0u, 1u);
   var upper = begin(upper_pixel);
@@ -63,18 +63,18 @@ fn main(@builtin(global_invocation_id) invocation: vec3u) {
         let light = lights[i - frame.first_light];
         let bit = 1u << (i - start);
         // Both texels are read before either answer is needed: memory is what this loop waits for.
-        let upper_aim = aim_at(light, upper.shading);
-        let lower_aim = aim_at(light, lower.shading);
-        let upper_look = look(upper_aim);
-        let lower_look = look(lower_aim);
-        upper_bits |= first_sum(&upper, light, upper_aim, upper_look, bit, 0.0);
-        lower_bits |= first_sum(&lower, light, lower_aim, lower_look, bit, 0.0);
+        let upper_texel = shadow_texel_of(light, upper.shading);
+        let lower_texel = shadow_texel_of(light, lower.shading);
+        let upper_look = shadow_lookup(upper_texel);
+        let lower_look = shadow_lookup(lower_texel);
+        upper_bits |= add_depth_tested(&upper, light, upper_texel, upper_look, bit, 0.0);
+        lower_bits |= add_depth_tested(&lower, light, lower_texel, lower_look, bit, 0.0);
       }
-      upper.doubtful[word] = upper_bits;
-      lower.doubtful[word] = lower_bits;
+      upper.ambiguous[word] = upper_bits;
+      lower.ambiguous[word] = lower_bits;
     }
-    second_looks(&upper, first);
-    second_looks(&lower, first);
+    resolve_ambiguous(&upper, first);
+    resolve_ambiguous(&lower, first);
   }
   end(upper_pixel, upper);
   end(lower_pixel, lower);

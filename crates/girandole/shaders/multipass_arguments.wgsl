@@ -1,18 +1,18 @@
 // Multipass shading: how many points each element has this time, and where its vertices begin in the one draw of all.
 
-@group(2) @binding(0) var<storage, read> queue: array<u32>;
+@group(2) @binding(0) var<storage, read> point_queue: array<u32>;
 @group(2) @binding(1) var<storage, read_write> elements: array<u32>; // see lib/elements.wgsl
-@group(2) @binding(2) var<storage, read_write> arguments: array<u32>; // of the draw
-@group(2) @binding(3) var<uniform> plan: Plan;
-@group(2) @binding(4) var<uniform> passes: Passes;
+@group(2) @binding(2) var<storage, read_write> draw_arguments: array<u32>; // of the draw
+@group(2) @binding(3) var<uniform> offsets: BufferOffsets;
+@group(2) @binding(4) var<uniform> multipass: MultipassParams;
 
 var<workgroup> before: array<u32, 256>;
 
 @compute @workgroup_size(256)
-fn main(@builtin(local_invocation_id) lane: vec3u) {
-  let share = (passes.elements + 255u) / 256u;
-  let first = min(lane.x * share, passes.elements);
-  let end = min(first + share, passes.elements);
+fn multipass_arguments(@builtin(local_invocation_id) lane: vec3u) {
+  let share = (multipass.elements + 255u) / 256u;
+  let first = min(lane.x * share, multipass.elements);
+  let end = min(first + share, multipass.elements);
   var sum = 0u;
   for (var e = first; e < end; e++) {
     let element = e * ELEMENT_WORDS;
@@ -21,11 +21,11 @@ fn main(@builtin(local_invocation_id) lane: vec3u) {
     for (var i = members; i < members + 2u * elements[element + 1u]; i += 2u) {
       let leaf = elements[i];
       elements[i + 1u] = chunks;
-      let next = queue[FIRSTS + min(leaf + 1u, plan.leaves - 1u)];
-      chunks += select(queue[1], next, leaf + 1u < plan.leaves) - queue[FIRSTS + leaf];
+      let next = point_queue[FIRSTS + min(leaf + 1u, offsets.leaves - 1u)];
+      chunks += select(point_queue[1], next, leaf + 1u < offsets.leaves) - point_queue[FIRSTS + leaf];
     }
     elements[element + 4u] = CHUNK * chunks;
-    sum += CHUNK * chunks * ((elements[element + 3u] + passes.lights_per_pass - 1u) / passes.lights_per_pass);
+    sum += CHUNK * chunks * ((elements[element + 3u] + multipass.lights_per_pass - 1u) / multipass.lights_per_pass);
   }
   before[lane.x] = sum;
   workgroupBarrier();
@@ -40,12 +40,12 @@ fn main(@builtin(local_invocation_id) lane: vec3u) {
   for (var e = first; e < end; e++) {
     let element = e * ELEMENT_WORDS;
     elements[element + 5u] = next;
-    next += elements[element + 4u] * ((elements[element + 3u] + passes.lights_per_pass - 1u) / passes.lights_per_pass);
+    next += elements[element + 4u] * ((elements[element + 3u] + multipass.lights_per_pass - 1u) / multipass.lights_per_pass);
   }
   if lane.x == 255u {
-    arguments[0] = next;
-    arguments[1] = 1u;
-    arguments[2] = 0u;
-    arguments[3] = 0u;
+    draw_arguments[0] = next;
+    draw_arguments[1] = 1u;
+    draw_arguments[2] = 0u;
+    draw_arguments[3] = 0u;
   }
 }

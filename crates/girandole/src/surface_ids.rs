@@ -3,18 +3,18 @@
 use girandole_core::glam::Vec3;
 use girandole_core::scene::{Geometry, Scene, Triangle, WorldPatch};
 
-/// Normals vary; shaders know it as `BENT`.
-pub(crate) const BENT: u32 = 1 << 23;
+/// Normals vary; shaders know it as `CURVED`.
+pub(crate) const CURVED: u32 = 1 << 23;
 /// Reflections cannot be interpolated; shaders know it as `SHINY`.
 pub(crate) const SHINY: u32 = 1 << 22;
 
 /// One key a triangle, 24 bits, never 0.
-pub(crate) fn surface_keys(scene: &Scene, geometry: &Geometry) -> Vec<u32> {
+pub(crate) fn surface_ids(scene: &Scene, geometry: &Geometry) -> Vec<u32> {
     let planes = planes(scene, geometry);
     geometry
         .triangles
         .iter()
-        .map(|t| surface_key(scene, t, planes.get(t.patch as usize).copied().flatten()))
+        .map(|t| surface_id(scene, t, planes.get(t.patch as usize).copied().flatten()))
         .collect()
 }
 
@@ -61,7 +61,7 @@ pub(crate) fn is_flat(scene: &Scene, geometry: &Geometry, patch: &WorldPatch) ->
 }
 
 /// What tells pixels of one surface from others, see `lib/pixel_surface.wgsl`.
-fn surface_key(scene: &Scene, triangle: &Triangle, plane: Option<u32>) -> u32 {
+fn surface_id(scene: &Scene, triangle: &Triangle, plane: Option<u32>) -> u32 {
     let material = &scene.materials[triangle.material as usize];
     let reflects = material.specular > 0.0 || material.metallic > 0.0;
     // Sharp reflections change from pixel to pixel, and so do those of curved surfaces.
@@ -71,6 +71,6 @@ fn surface_key(scene: &Scene, triangle: &Triangle, plane: Option<u32>) -> u32 {
     // Different reflections are not interpolated between.
     let number = plane.unwrap_or(triangle.object);
     let mixed = if reflects { number.wrapping_mul(0x9e37_79b9) >> 10 ^ triangle.material } else { number };
-    let bent = if plane.is_none() { BENT } else { 0 };
+    let bent = if plane.is_none() { CURVED } else { 0 };
     bent | shiny | (mixed.wrapping_add(1) & (SHINY - 1)).max(1)
 }
