@@ -80,7 +80,7 @@ fn resolve_first_samples(@builtin(global_invocation_id) invocation: vec3u) {
   for (var x = start.x; x < min(start.x + RUN, frame.size.x); x++) {
     let at = vec2u(x, start.y);
     let one = first_sample_at(vec2i(at));
-    var blend = Blend(one.light.xyz, one.second, 1.0);
+    var blend = Blend(one.irradiance.xyz, one.directional, 1.0);
     store_blend(at, textureLoad(surface_ids, at + vec2u(0u, frame.band.x), 0).xy, blend, &diffuse);
   }
 }
