@@ -13,12 +13,12 @@ fn fullscreen(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
 fn reversed(depth: f32) -> f32 { return select(depth, 1.0 - depth, frame.forward_depth != 0u); }
 
 @fragment
-fn import(@builtin(position) position: vec4f) -> @builtin(frag_depth) f32 {
+fn import_depth(@builtin(position) position: vec4f) -> @builtin(frag_depth) f32 {
   return reversed(textureLoad(callers, vec2u(position.xy), 0));
 }
 
 @fragment
-fn export(@builtin(position) position: vec4f) -> @builtin(frag_depth) f32 {
+fn export_depth(@builtin(position) position: vec4f) -> @builtin(frag_depth) f32 {
   if textureLoad(triangle_ids, vec2u(position.xy), 0).x == 0u { discard; }
   return reversed(textureLoad(ours, vec2u(position.xy), 0));
 }

@@ -41,7 +41,7 @@ fn attachment(
 
 impl CallerDepth {
     pub fn new(device: &wgpu::Device, shared: &Shared) -> Self {
-        Self { import: kernel(device, shared, "import", DEPTH), export: KernelCache::new() }
+        Self { import: kernel(device, shared, "import_depth", DEPTH), export: KernelCache::new() }
     }
 
     /// Fills our depth with the caller's: nothing behind it is seen.
@@ -60,7 +60,7 @@ impl CallerDepth {
         (callers, format): (&wgpu::TextureView, wgpu::TextureFormat),
     ) {
         let device = recorder.device;
-        let kernel = self.export.get(format, || kernel(device, shared, "export", format));
+        let kernel = self.export.get(format, || kernel(device, shared, "export_depth", format));
         let resources = [texture("ours", seen.depth), texture("triangle_ids", seen.triangle_ids)];
         self.draw(recorder, band, &kernel, &resources, attachment(callers, wgpu::LoadOp::Load));
     }
