@@ -14,7 +14,7 @@ use crate::renderer::{Loaded, Renderer, invalid};
 use crate::selection::Selection;
 use crate::settings::{Mode, RenderSettings, Shading};
 use crate::targets::{COARSEST, Targets};
-use girandole_core::scene::View;
+use girandole_core::scene::LocalView;
 
 /// Pairs of pixel and light in one dispatch, well below a second on a slow GPU.
 const BATCH_PAIRS: u64 = 1 << 28;
@@ -23,7 +23,7 @@ impl Renderer {
     /// Every light at every pixel.
     pub(crate) fn draw_naive(
         &mut self,
-        view: &View,
+        view: &LocalView,
         size: [u32; 2],
         settings: &RenderSettings,
     ) -> Result<()> {
@@ -51,7 +51,7 @@ impl Renderer {
             batch.next_multiple_of(GROUP).clamp(GROUP, BATCH),
         );
         let frames = FrameUniforms::new(&self.device, &self.layouts.frame, &steps, |step| {
-            frame(view, size, settings, loaded.diagonal, step)
+            frame(view, size, settings, loaded.sizes, step)
         });
 
         for (index, step) in steps.iter().enumerate() {
@@ -98,7 +98,7 @@ impl Renderer {
     /// at low resolution, points that their neighbours cannot stand for.
     pub(crate) fn draw_selected(
         &mut self,
-        view: &View,
+        view: &LocalView,
         size: [u32; 2],
         settings: &RenderSettings,
     ) -> Result<()> {
@@ -120,7 +120,7 @@ impl Renderer {
             steps.retain(|s| s.sample == 0 || s.step == 1);
         }
         let frames = FrameUniforms::new(device, &self.layouts.frame, &steps, |step| {
-            frame(view, size, settings, loaded.diagonal, step)
+            frame(view, size, settings, loaded.sizes, step)
         });
         let mut encoder = device.create_command_encoder(&Default::default());
         encoder.clear_buffer(&selection.tally, 0, None);
@@ -234,7 +234,7 @@ impl Renderer {
     }
 
     /// Compiles, allocates and bakes what is missing.
-    fn prepare_selected(&mut self, view: &View, settings: &RenderSettings) -> Result<()> {
+    fn prepare_selected(&mut self, view: &LocalView, settings: &RenderSettings) -> Result<()> {
         let (Some(loaded), Some(targets)) = (&mut self.loaded, &self.targets) else { return Ok(()) };
         let Some(receivers) = &loaded.receivers else {
             return Err(invalid(

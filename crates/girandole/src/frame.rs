@@ -5,7 +5,7 @@ use crate::layout::Frame;
 use crate::passes::shade::BATCH;
 use crate::settings::RenderSettings;
 use girandole_core::glam::Vec2;
-use girandole_core::scene::View;
+use girandole_core::scene::LocalView;
 
 /// A batch of lights for a grid of points of a sub-pixel sample of a band of rows.
 #[derive(Clone, Copy, Debug)]
@@ -49,10 +49,10 @@ pub(crate) fn steps(
 
 /// The uniform of one dispatch.
 pub(crate) fn frame(
-    view: &View,
+    view: &LocalView,
     size: [u32; 2],
     settings: &RenderSettings,
-    diagonal: f32,
+    [scale, extent]: [f32; 2],
     step: &Step,
 ) -> Frame {
     let n = settings.samples_per_axis;
@@ -72,7 +72,7 @@ pub(crate) fn frame(
         up: view.up,
         half_height: view.half_extent.y,
         forward: view.forward,
-        near: diagonal * 1e-5,
+        near: scale * 1e-5,
         size,
         band: step.band,
         offset: Vec2::new(center(place % n), center(place / n)),
@@ -80,7 +80,7 @@ pub(crate) fn frame(
         end_light: step.end_light,
         clamp: settings.clamp.unwrap_or(f32::MAX),
         // Far enough to see the whole scene from any eye that sees it at all.
-        far: (view.eye.length() + diagonal) * 2.0,
+        far: (view.eye.length() + extent) * 2.0,
         sample: step.sample,
         samples: n * n,
         last_row: step.band[1].min(size[1] - 1),

@@ -106,7 +106,7 @@ impl GpuScene {
 
 /// Light samples for the GPU, without their places in the atlas. `radius` is the scene's.
 pub(crate) fn gpu_lights(lights: &LightSet, radius: f32) -> Vec<Light> {
-    lights.samples.iter().enumerate().map(|(id, sample)| Light::new(id as u32, sample, radius)).collect()
+    lights.samples().iter().enumerate().map(|(id, sample)| Light::new(id as u32, sample, radius)).collect()
 }
 
 /// The buffer of lights: for shadow maps as a whole, for shading in batches, so it goes on for a batch.

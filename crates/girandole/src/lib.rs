@@ -24,7 +24,7 @@
 //! let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default());
 //! renderer.load_visibility(&scene, &geometry, &lights, &visibility)?;
 //!
-//! let view = View::new(&scene, &geometry, &scene.cameras[0], 1024.0 / 768.0);
+//! let view = View::new(&scene, &scene.cameras[0], 1024.0 / 768.0);
 //! let settings = RenderSettings::default();
 //! renderer.render(&view, [1024, 768], &settings)?; // radiance, in linear floating point
 //! renderer.show(&settings, target, wgpu::TextureFormat::Bgra8UnormSrgb)?; // tone-mapped, into the caller's view

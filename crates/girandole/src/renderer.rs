@@ -23,6 +23,8 @@ use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading}
 use crate::targets::Targets;
 use crate::timers::Timers;
 use crate::{Error, Result};
+use girandole_core::Generation;
+use girandole_core::glam::{DVec3, Vec2};
 use girandole_core::image::Image;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, Scene, View};
@@ -76,8 +78,12 @@ pub(crate) struct Loaded {
     pub atlas: Atlas,
     maps_are_stale: bool,
     pub counts: CullCounts,
-    /// Length of the bounds' diagonal, metres.
-    pub diagonal: f32,
+    /// What positions are relative to.
+    pub origin: DVec3,
+    /// The scene's size, and the length of the bounds' diagonal, metres.
+    pub sizes: [f32; 2],
+    /// Which version of the scene this is, and which light samples.
+    of: [Generation; 2],
     pub needs: Needs,
     pub receivers: Option<Receivers>,
     /// What multipass shading draws.
@@ -142,10 +148,13 @@ impl Renderer {
     /// Takes a scene and its light samples; their shadow maps are drawn with the next frame.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] where buffers or the atlas exceed the device's limits or the memory budget.
+    /// [`Error::TooLarge`] where buffers or the atlas exceed the device's limits or the memory budget;
+    /// [`Error::Scene`] where geometry or lights are not this scene's.
     pub fn load(&mut self, scene: &Scene, geometry: &Geometry, lights: &LightSet) -> Result<()> {
+        geometry.belongs_to(scene)?;
+        lights.belongs_to(geometry)?;
         self.loaded = None;
-        let radius = geometry.diagonal() * 0.5;
+        let radius = geometry.radius();
         let mut samples = gpu_lights(lights, radius);
         let directional: Vec<bool> = samples.iter().map(|l| l.profile == DIRECTIONAL).collect();
         let layout = AtlasLayout::new(&directional, &self.options, &self.device.limits())?;
@@ -170,7 +179,9 @@ impl Renderer {
             lights: samples,
             maps_are_stale: true,
             counts: CullCounts::default(),
-            diagonal: geometry.diagonal(),
+            origin: geometry.origin,
+            sizes: [geometry.diagonal(), geometry.extent()],
+            of: [geometry.generation(), lights.generation()],
             needs,
             receivers: None,
             draws: None,
@@ -194,11 +205,12 @@ impl Renderer {
         let Some(loaded) = &mut self.loaded else {
             return Err(invalid("load the scene before its visibility".into()));
         };
-        if loaded.lights.len() != lights.samples.len()
-            || database.lights() != lights.samples.len()
-            || database.receivers().triangles.len() != geometry.triangles.len()
-        {
-            return Err(invalid("this visibility database belongs to another scene or other lights".into()));
+        geometry.belongs_to(scene)?;
+        database.belongs_to(geometry, lights)?;
+        if loaded.of != [geometry.generation(), lights.generation()] {
+            return Err(invalid(
+                "this visibility database belongs to another scene or to other lights".into(),
+            ));
         }
         loaded.receivers = Some(Receivers::new(&self.device, scene, geometry, lights, database)?);
         loaded.light_maps_for = None;
@@ -235,6 +247,11 @@ impl Renderer {
     pub fn render(&mut self, view: &View, size: [u32; 2], settings: &RenderSettings) -> Result<()> {
         let lights = self.loaded.as_ref().map_or(0, |l| l.lights.len() as u32);
         check(size, settings, lights, &self.device.limits())?;
+        if view.center != Vec2::ZERO {
+            return Err(invalid("off-axis views are not drawn yet; take a symmetric one".into()));
+        }
+        let origin = self.loaded.as_ref().map_or(DVec3::ZERO, |l| l.origin);
+        let view = &view.relative_to(origin);
         self.timers.reset();
         self.draw_shadow_maps()?;
         if self.targets.as_ref().is_none_or(|t| t.size != size) {

@@ -5,7 +5,6 @@
 //! 2. At every hit it leaves a sample of intensity `ρ · Φ / π` and goes on, cosine-weighted, with `Φ ← ρ · Φ`.
 //! 3. All deposits are divided by the number of paths.
 //!
-//!
 //! How many paths there are must not depend on what they leave: stopping when enough samples are there, in the middle of
 //! a path, favours short paths (measured with independent paths: 5 to 9 % too bright at 8 samples, 1 % at 75), and even
 //! leaving out the path that overflows, which is right for independent paths, is off by 1 % at 8 for well-spread ones.
@@ -191,9 +190,9 @@ impl Walk<'_> {
             }
             PunctualKind::Directional => {
                 let (x, y) = warp::frame(forward);
-                let disc = warp::disc(s) * (self.geometry.diagonal() * 0.5);
+                let disc = warp::disc(s) * (self.geometry.extent() * 0.5);
                 let center = (self.geometry.bounds.0 + self.geometry.bounds.1) * 0.5;
-                (center + x * disc.x + y * disc.y - forward * self.geometry.diagonal(), forward)
+                (center + x * disc.x + y * disc.y - forward * self.geometry.extent(), forward)
             }
         };
         // A source's weight is its flux by luminance.

@@ -55,7 +55,7 @@ impl Bundle {
         let mut points = [DVec3::ZERO; MOST_CORNERS];
         self.corners = matches!(hull, Hull::Polygon(..));
         self.count = match hull {
-            Hull::Polygon(corners, n) => {
+            Hull::Polygon(corners, n, _) => {
                 points = *corners;
                 *n
             }

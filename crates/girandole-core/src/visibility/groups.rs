@@ -89,8 +89,9 @@ impl Group {
         let points = || {
             members.iter().flat_map(|m| {
                 let side = sides[*m as usize];
-                let lift = normal(surfaces, side) * surfaces.tolerance.lift;
-                surfaces.patches[side.0 as usize].corners.iter().flat_map(move |c| [*c, *c + lift])
+                let patch = &surfaces.patches[side.0 as usize];
+                let lift = normal(surfaces, side) * surfaces.tolerance.within(patch.low, patch.high).lift;
+                patch.corners.iter().flat_map(move |c| [*c, *c + lift])
             })
         };
         let low = points().fold(DVec3::INFINITY, DVec3::min);

@@ -81,6 +81,7 @@ impl Context<'_> {
     /// The row of a node, given its parent's.
     pub fn row(&self, shape: Shape, part: Part, parent: Option<&Row>, memory: &mut Memory) -> Row {
         let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
+        let tolerance = shape.tolerance(&self.surfaces.tolerance);
         let mut row = Row {
             states: vec![State::Unoccluded; self.lights.len()],
             entries: Vec::with_capacity(rest.len()),
@@ -98,7 +99,7 @@ impl Context<'_> {
                 continue;
             }
             memory.scratch.tests.boxes += 1;
-            let facing = memory.pyramid.set(light, shape, &self.surfaces.tolerance);
+            let facing = memory.pyramid.set(light, shape, &tolerance);
             if facing == Facing::None {
                 *state = State::Full;
                 continue;
@@ -131,7 +132,8 @@ impl Context<'_> {
     ) -> Row {
         let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
         let mut row = Row { states: fixed.states.clone(), entries: Vec::new() };
-        let bounds = shape.sphere(&self.surfaces.tolerance);
+        let tolerance = shape.tolerance(&self.surfaces.tolerance);
+        let bounds = shape.sphere(&tolerance);
         for (index, (light, state)) in self.lights.iter().zip(&mut row.states).enumerate() {
             let inherited = take_light(&mut rest, index as u32);
             let covered = parent.is_some_and(|p| p.states[index] == State::Full);
@@ -148,7 +150,7 @@ impl Context<'_> {
                     row.entries.extend(near.iter().map(|b| Entry::new(index as u32, *b, false)));
                 } else if !near.is_empty() {
                     scratch.tests.boxes += 1;
-                    if pyramid.set(light, shape, &self.surfaces.tolerance) == Facing::None {
+                    if pyramid.set(light, shape, &tolerance) == Facing::None {
                         *state = State::Full;
                     } else {
                         *state = (*state).max(self.each(index as u32, own, memory));

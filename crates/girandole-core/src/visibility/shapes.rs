@@ -4,8 +4,8 @@ use super::clusters::Cluster;
 use super::groups::Group;
 use crate::lights::{LightSample, Profile};
 use crate::scene::Geometry;
-use crate::trace::lift_distance;
-use glam::DVec3;
+use crate::trace::{LIFT_BY_ROUNDING, lift_distance};
+use glam::{DVec3, Vec3};
 
 /// Corners of a receiver's polygon, at most.
 pub(crate) const MOST_CORNERS: usize = 8;
@@ -23,13 +23,25 @@ pub(crate) struct Tolerance {
     pub edge: f64,
     /// Extra width of a pyramid: points may be looked up in a neighbouring leaf.
     pub side: f64,
+    /// How much less than `lift` some points are lifted: 0 but for what is far away from the origin.
+    pub less: f64,
 }
 
 impl Tolerance {
+    /// For what is not so far from the origin that points are lifted farther for the sake of rounding.
     pub fn new(geometry: &Geometry) -> Self {
-        let far = geometry.bounds.0.abs().max(geometry.bounds.1.abs());
-        let lift = f64::from(lift_distance(geometry, far));
-        Self { lift, tol: 0.1 * lift, edge: 0.02 * lift, side: 2.0 * lift }
+        Self::up_to(f64::from(lift_distance(geometry, Vec3::ZERO)), 0.0)
+    }
+
+    fn up_to(lift: f64, less: f64) -> Self {
+        Self { lift, tol: 0.1 * lift + less, edge: 0.02 * (lift - less), side: 2.0 * lift + less, less }
+    }
+
+    /// For points of a box, some of which may be lifted farther than others.
+    pub fn within(&self, low: DVec3, high: DVec3) -> Self {
+        let far = low.abs().max(high.abs()).max_element() * (1.0 + 1e-6);
+        let lift = (far * LIFT_BY_ROUNDING).max(self.lift);
+        if lift > self.lift { Self::up_to(lift, lift - self.lift) } else { *self }
     }
 }
 
@@ -76,6 +88,18 @@ pub(crate) enum Shape<'a> {
 }
 
 impl Shape<'_> {
+    /// What is in doubt about its points.
+    pub fn tolerance(&self, of_scene: &Tolerance) -> Tolerance {
+        match self {
+            Self::Patch { corners, .. } => of_scene.within(
+                corners.iter().copied().fold(DVec3::INFINITY, DVec3::min),
+                corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
+            ),
+            Self::Cluster(cluster) => of_scene.within(cluster.low, cluster.high),
+            Self::Group(group) => of_scene.within(group.bounds.low, group.bounds.high),
+        }
+    }
+
     /// Centre and radius of a sphere that holds its pyramids' ends, with all that is in doubt beside them.
     pub fn sphere(&self, tolerance: &Tolerance) -> (DVec3, f64) {
         let room = 4.0 * (tolerance.lift + tolerance.side);
@@ -92,8 +116,8 @@ impl Shape<'_> {
 
 /// Convex, and it holds all lifted points of a receiver.
 pub(crate) enum Hull {
-    /// Lifted corners.
-    Polygon([DVec3; MOST_CORNERS], usize),
+    /// Lifted corners, how many, and from each of them to where it may be lifted less.
+    Polygon([DVec3; MOST_CORNERS], usize, DVec3),
     /// Centre, radius and box, all with room for lifted points.
     Sphere(DVec3, f64, [DVec3; 2]),
 }
@@ -101,7 +125,7 @@ pub(crate) enum Hull {
 impl Hull {
     pub fn middle(&self) -> DVec3 {
         match self {
-            Self::Polygon(corners, n) => corners[..*n].iter().sum::<DVec3>() / *n as f64,
+            Self::Polygon(corners, n, _) => corners[..*n].iter().sum::<DVec3>() / *n as f64,
             Self::Sphere(center, ..) => *center,
         }
     }
@@ -109,11 +133,14 @@ impl Hull {
     /// Smallest and largest `normal · x` over all of it.
     pub fn extent(&self, normal: DVec3) -> (f64, f64) {
         match self {
-            Hull::Polygon(corners, n) => {
-                corners[..*n].iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
+            Hull::Polygon(corners, n, down) => {
+                let start = (f64::INFINITY, f64::NEG_INFINITY);
+                let (low, high) = corners[..*n].iter().fold(start, |(low, high), c| {
                     let d = normal.dot(*c);
                     (low.min(d), high.max(d))
-                })
+                });
+                let d = normal.dot(*down);
+                (low + d.min(0.0), high + d.max(0.0))
             }
             Hull::Sphere(center, radius, bounds) => {
                 let (low, high) = extent(normal, *bounds);

@@ -83,7 +83,7 @@ impl Pyramid {
             centroid += *to;
         }
         centroid /= n as f64;
-        self.hull = Hull::Polygon(lifted, n);
+        self.hull = Hull::Polygon(lifted, n, normal * -t.less);
         // Sides: any direction serves, if the offset is that of the hull.
         for i in 0..n {
             let (a, b) = (lifted[i], lifted[(i + 1) % n]);
