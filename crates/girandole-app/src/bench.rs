@@ -47,7 +47,7 @@ pub fn run(args: &BenchArgs) -> Result<ExitCode> {
     for (name, scene) in &scenes {
         let geometry = Geometry::new(scene);
         let aspect = args.size[0] as f32 / args.size[1] as f32;
-        let view = View::new(scene, &geometry, scene.camera("0")?, aspect);
+        let view = View::new(scene, scene.camera("0")?, aspect);
         for &count in &args.lights {
             let settings = LightSettings { count, seed: args.seed, ..LightSettings::default() };
             let lights = LightSet::sample(scene, &geometry, &settings)?;
@@ -60,7 +60,7 @@ pub fn run(args: &BenchArgs) -> Result<ExitCode> {
                 for (key, value) in [
                     ("scene", Value::from(name.as_str())),
                     ("adapter", device.name().into()),
-                    ("lights", lights.samples.len().into()),
+                    ("lights", lights.len().into()),
                     ("width", args.size[0].into()),
                     ("height", args.size[1].into()),
                     ("samples_per_axis", args.aa.samples_per_axis().into()),

@@ -54,10 +54,10 @@ fn about_scene(text: &mut String, scene: &Scene) -> std::fmt::Result {
     let geometry = Geometry::new(scene);
     let (low, high) = geometry.bounds;
     let size = high - low;
-    let moving = scene.objects.iter().filter(|o| o.dynamic).count();
+    let moving = scene.placed_objects().filter(|(_, o)| o.dynamic).count();
     writeln!(text, "scene {}", scene.name)?;
     writeln!(text, "  size        {:.3} × {:.3} × {:.3} m", size.x, size.y, size.z)?;
-    writeln!(text, "  objects     {} ({moving} may move)", scene.objects.len())?;
+    writeln!(text, "  objects     {} ({moving} may move)", scene.placed_objects().count())?;
     writeln!(text, "  triangles   {} ({} without area dropped)", geometry.triangles.len(), geometry.dropped)?;
     writeln!(text, "  patches     {}", geometry.patches.len())?;
     writeln!(text, "  materials   {}", scene.materials.len())?;

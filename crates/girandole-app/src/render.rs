@@ -68,7 +68,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     let geometry = Geometry::new(&scene);
     let camera = scene.camera(args.camera.as_deref().unwrap_or("0"))?;
     let aspect = args.size[0] as f32 / args.size[1] as f32;
-    let view = View::new(&scene, &geometry, camera, aspect);
+    let view = View::new(&scene, camera, aspect);
     let scene_ms = milliseconds(start);
 
     // The light samples.
@@ -77,7 +77,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     let lights = if by_samples {
         LightSet::sample(&scene, &geometry, &args.lights.settings())?
     } else {
-        LightSet::default()
+        LightSet::from_samples(&geometry, Vec::new())
     };
     let lights_ms = milliseconds(start);
 
@@ -107,7 +107,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     // Statistics and messages.
     let [width, height] = args.size;
     let by = if by_samples {
-        format!("{} light samples ({} direct)", lights.samples.len(), lights.direct)
+        format!("{} light samples ({} direct)", lights.len(), lights.direct)
     } else {
         format!("{} paths a pixel", args.paths)
     };
@@ -129,7 +129,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     }
     if let Some(path) = &args.stats {
         let samples = u64::from(args.aa.samples_per_axis()).pow(2);
-        let indirect = lights.samples.len() as u64 - u64::from(lights.direct);
+        let indirect = lights.len() as u64 - u64::from(lights.direct);
         for (key, value) in [
             ("scene", args.scene.as_str().into()),
             ("engine", name.into()),
@@ -139,13 +139,13 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
             ("samples_per_pixel", samples.into()),
             ("seed", args.lights.seed.into()),
             ("bounces", args.lights.bounces.limit().into()),
-            ("lights", lights.samples.len().into()),
+            ("lights", lights.len().into()),
             ("direct_lights", lights.direct.into()),
             ("indirect_lights", indirect.into()),
             ("paths", lights.paths.into()),
             ("triangles", geometry.triangles.len().into()),
             ("patches", geometry.patches.len().into()),
-            ("pairs", (samples * u64::from(width) * u64::from(height) * lights.samples.len() as u64).into()),
+            ("pairs", (samples * u64::from(width) * u64::from(height) * lights.len() as u64).into()),
             ("exposure_ev", ev.into()),
             ("scene_ms", scene_ms.into()),
             ("light_samples_ms", lights_ms.into()),

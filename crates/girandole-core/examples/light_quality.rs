@@ -31,7 +31,8 @@ impl<'a> Points<'a> {
     /// What the first camera sees of surfaces that do not emit.
     fn new(scene: &'a Scene, geometry: &'a Geometry) -> Self {
         let tracer = SceneTracer::new(scene, geometry);
-        let view = View::new(scene, geometry, &scene.cameras[0], PIXELS[0] as f32 / PIXELS[1] as f32);
+        let view = View::new(scene, &scene.cameras[0], PIXELS[0] as f32 / PIXELS[1] as f32);
+        let view = view.relative_to(geometry.origin);
         let mut points = Vec::new();
         for i in 0..PIXELS[0] * PIXELS[1] {
             let pixel = Vec2::new((i % PIXELS[0]) as f32 + 0.5, (i / PIXELS[0]) as f32 + 0.5);
@@ -51,7 +52,7 @@ impl<'a> Points<'a> {
     fn radiance(&self, set: &LightSet, clamp: f32) -> Vec<DVec3> {
         let one = |(surface, triangle): &(Surface, u32)| {
             let mut sum = DVec3::ZERO;
-            for light in &set.samples {
+            for light in set.samples() {
                 let (position, geometric) = (surface.position, surface.geometric_normal);
                 let g = light.geometric_factor(position, geometric, surface.shading_normal, clamp);
                 if let Some((g, _)) = g

@@ -21,13 +21,12 @@ fn report(scene: &Scene, count: u32, settings: &VisibilitySettings) -> Result<()
     let mut database = None;
     for _ in 0..5 {
         let start = Instant::now();
-        database = Some(VisibilityDatabase::build(scene, &geometry, &lights, settings));
+        database = Some(VisibilityDatabase::build(scene, &geometry, &lights, settings)?);
         best = best.min(start.elapsed().as_secs_f64() * 1e3);
     }
     let Some(database) = database else { return Ok(()) };
     let c = database.counts();
-    let per_pair =
-        [c.tests.total(), c.tests.blockers].map(|n| n as f64 / (c.nodes * lights.samples.len()) as f64);
+    let per_pair = [c.tests.total(), c.tests.blockers].map(|n| n as f64 / (c.nodes * lights.len()) as f64);
     let [n, p, f] = c.area_shares.map(|s| s * 100.0);
     println!(
         "{:12} {:6} nodes {:6} leaves  N {n:5.1} % P {p:5.1} % F {f:5.1} %  {best:6.1} ms  {per_pair:.2?} tests a pair (all, \
@@ -65,7 +64,7 @@ fn partial_by_rays(
     }
     let mut shares = [0.0; 3];
     for (index, points) in points.iter().enumerate() {
-        for (light, &state) in lights.samples.iter().zip(database.leaf_states(index as u32)) {
+        for (light, &state) in lights.samples().iter().zip(database.leaf_states(index as u32)) {
             if state != State::Partial {
                 continue;
             }

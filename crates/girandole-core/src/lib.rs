@@ -7,6 +7,8 @@
 pub mod brdf;
 pub mod elements;
 pub mod error;
+mod generation;
+pub mod illumination;
 pub mod image;
 pub mod lights;
 pub mod math;
@@ -16,4 +18,5 @@ pub mod trace;
 pub mod visibility;
 
 pub use error::{Error, Result};
+pub use generation::Generation;
 pub use glam;

@@ -3,7 +3,7 @@
 //! The hierarchy comes from `obvhs`; triangles are intersected here, in double precision and watertight, so that
 //! neither the machine's vector width nor the order of traversal can change a result.
 //!
-//! The hierarchy is traversed in a space of its own, where the scene's diagonal is 1 to 2 long and directions have
+//! The hierarchy is traversed in a space of its own, where the bounds' diagonal is 1 to 2 long and directions have
 //! unit length, because `obvhs` culls boxes whose far side is nearer than 1e-4, and clamps components of a
 //! direction below 1.2e-7. Rays start `BACK_UP` earlier there, and boxes are `MARGIN` larger: more than single
 //! precision can be wrong by.
@@ -134,8 +134,8 @@ impl Traversal {
         let unit = direction / length;
         let (scale, center) = (tracer.scale, tracer.center());
         // From far away, start near the scene: distances stay as exact as its size allows.
-        let diagonal = f64::from(tracer.geometry.diagonal());
-        let skipped = ((center - origin).dot(unit) - diagonal).max(0.0);
+        let extent = f64::from(tracer.geometry.extent());
+        let skipped = ((center - origin).dot(unit) - extent).max(0.0);
         let start = (origin + unit * skipped) * scale - unit * BACK_UP;
         let offset = BACK_UP - skipped * scale;
         let per_t = length * scale;
@@ -159,7 +159,7 @@ impl<'a> SceneTracer<'a> {
     }
 
     fn with_build(scene: &'a Scene, geometry: &'a Geometry, build: BvhBuildParams) -> Self {
-        let scale = libm::exp2(-libm::floor(libm::log2(f64::from(geometry.diagonal()))));
+        let scale = libm::exp2(-libm::floor(libm::log2(f64::from(geometry.extent()))));
         let count = geometry.triangles.len();
         let bounds = |triangles: &[u32]| {
             let corners = triangles.iter().flat_map(|&i| geometry.corners(i));
@@ -361,7 +361,12 @@ fn depth(bvh: &CwBvh) -> usize {
     depth
 }
 
-/// The distance by which [`SceneTracer::offset_ray_origin`] offsets a point, metres.
+/// Share of a point's largest coordinate that its ray origins are offset by at least.
+pub(crate) const RAY_OFFSET_BY_ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
+
+/// The distance by which [`SceneTracer::offset_ray_origin`] offsets a point, metres: 1e-5 of the scene's size, or 16 units
+/// in the last place of its largest coordinate where that is more, which it is farther than five times the scene's size
+/// from the origin.
 pub fn ray_offset_distance(geometry: &Geometry, point: Vec3) -> f32 {
     (geometry.diagonal() * 1e-5).max(point.abs().max_element() * 16.0 * f32::EPSILON)
 }

@@ -5,7 +5,7 @@ use girandole_core::brdf::{Surface, specular_brdf};
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::image::Image;
 use girandole_core::lights::{LightSample, LightSet, Profile};
-use girandole_core::scene::{NONE, View};
+use girandole_core::scene::{LocalView, NONE, View};
 use girandole_core::trace::SceneTracer;
 use girandole_core::visibility::{State, VisibilityDatabase};
 use std::f32::consts::FRAC_1_PI;
@@ -39,7 +39,7 @@ pub fn oracle(
     settings: &OracleSettings,
     progress: &(dyn Fn(f32) + Sync),
 ) -> Image {
-    picture(&Sum { tracer, lights: &lights.samples, database: None }, view, size, settings, progress)
+    picture(&Sum { tracer, lights: lights.samples(), database: None }, view, size, settings, progress)
 }
 
 /// [`oracle`] with rays only for the pairs that a visibility database for the same lights marks as partial: an unoccluded
@@ -53,7 +53,7 @@ pub fn oracle_with_states(
     settings: &OracleSettings,
     progress: &(dyn Fn(f32) + Sync),
 ) -> Image {
-    let sum = Sum { tracer, lights: &lights.samples, database: Some(database) };
+    let sum = Sum { tracer, lights: lights.samples(), database: Some(database) };
     picture(&sum, view, size, settings, progress)
 }
 
@@ -71,11 +71,12 @@ fn picture(
     settings: &OracleSettings,
     progress: &(dyn Fn(f32) + Sync),
 ) -> Image {
+    let view = view.relative_to(sum.tracer.geometry().origin);
     let pixels = tiles::render(
         size,
         progress,
         || vec![NONE; sum.lights.len()],
-        |occluders, pixel| sum.pixel(view, size, pixel, settings, occluders),
+        |occluders, pixel| sum.pixel(&view, size, pixel, settings, occluders),
     );
     Image { width: size[0], height: size[1], pixels }
 }
@@ -89,9 +90,10 @@ pub fn oracle_pixel(
     pixel: [u32; 2],
     settings: &OracleSettings,
 ) -> Vec3 {
-    let mut occluders = vec![NONE; lights.samples.len()];
-    let sum = Sum { tracer, lights: &lights.samples, database: None };
-    sum.pixel(view, size, pixel, settings, &mut occluders)
+    let mut occluders = vec![NONE; lights.len()];
+    let sum = Sum { tracer, lights: lights.samples(), database: None };
+    let view = view.relative_to(tracer.geometry().origin);
+    sum.pixel(&view, size, pixel, settings, &mut occluders)
 }
 
 /// The sum at a point of `triangle`, seen from direction `wo` (unit, away from the surface): its emission and what it
@@ -104,9 +106,9 @@ pub fn radiance(
     wo: Vec3,
     clamp: Option<f32>,
 ) -> Vec3 {
-    let mut occluders = vec![NONE; lights.samples.len()];
+    let mut occluders = vec![NONE; lights.len()];
     let clamp = clamp.unwrap_or(f32::INFINITY);
-    let sum = Sum { tracer, lights: &lights.samples, database: None };
+    let sum = Sum { tracer, lights: lights.samples(), database: None };
     sum.radiance(surface, triangle, wo, clamp, &mut occluders).as_vec3()
 }
 
@@ -132,7 +134,7 @@ fn occluder(
     likely: u32,
 ) -> Option<u32> {
     let to = if light.profile == Profile::Directional {
-        origin - light.normal * (origin.length() + 2.0 * tracer.geometry().diagonal())
+        origin - light.normal * (origin.length() + 2.0 * tracer.geometry().extent())
     } else {
         light.position
     };
@@ -144,7 +146,7 @@ impl Sum<'_> {
     /// changes the result.
     fn pixel(
         &self,
-        view: &View,
+        view: &LocalView,
         size: [u32; 2],
         [x, y]: [u32; 2],
         settings: &OracleSettings,

@@ -43,9 +43,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let gpu = pollster::block_on(Gpu::new(None))?;
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, RendererOptions::default())?;
     renderer.load(&scene, &geometry, &lights)?;
-    let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default());
+    let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())?;
     renderer.load_visibility(&scene, &geometry, &lights, &visibility)?;
-    let view = View::new(&scene, &geometry, &scene.cameras[0], 4.0 / 3.0);
+    let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
     renderer.render(&view, [640, 480], &RenderSettings::default())?;
     let image = gpu.block_on(renderer.radiance())??;
     let mut file = b"P6 640 480 255\n".to_vec();

@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = builtin::build("table", MovingObject::Torus)?;
     let geometry = Geometry::new(&scene);
     let lights = LightSet::sample(&scene, &geometry, &LightSettings { count: LIGHTS, ..Default::default() })?;
-    let view = View::new(&scene, &geometry, &scene.cameras[0], SIZE[0] as f32 / SIZE[1] as f32);
+    let view = View::new(&scene, &scene.cameras[0], SIZE[0] as f32 / SIZE[1] as f32);
     let mut renderer = Renderer::new(
         &gpu.device,
         &gpu.queue,
@@ -61,7 +61,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut facing = 0u64;
     for y in (2..SIZE[1]).step_by(4) {
         for x in (2..SIZE[0]).step_by(4) {
-            let (origin, direction) = view.pixel_ray(Vec2::new(x as f32, y as f32) + 0.5, SIZE);
+            let (origin, direction) =
+                view.relative_to(geometry.origin).pixel_ray(Vec2::new(x as f32, y as f32) + 0.5, SIZE);
             let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
             let s = geometry.surface(&scene, hit.triangle, hit.barycentric, -direction.normalize());
             let pair = |l: &&_| {
@@ -74,7 +75,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 )
                 .is_some()
             };
-            facing += 16 * lights.samples.iter().filter(pair).count() as u64;
+            facing += 16 * lights.samples().iter().filter(pair).count() as u64;
         }
     }
 

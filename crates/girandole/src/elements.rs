@@ -7,7 +7,7 @@ use crate::layout::MultipassParams;
 use crate::receivers::{NO_PART, Receivers};
 use girandole_core::elements::{LightSets, optimise, unmerged};
 use girandole_core::glam::Vec2;
-use girandole_core::scene::View;
+use girandole_core::scene::LocalView;
 use wgpu::util::DeviceExt;
 
 /// Most lights a pass.
@@ -44,8 +44,9 @@ pub(crate) struct MultipassKey {
 }
 
 /// Which leaves may be in view: those whose bounding spheres meet the camera's pyramid.
-pub(crate) fn in_view(receivers: &Receivers, view: &View) -> Vec<bool> {
-    let half = view.half_extent;
+pub(crate) fn in_view(receivers: &Receivers, view: &LocalView) -> Vec<bool> {
+    // About the axis, so that views off it are within.
+    let half = view.half_extent * (Vec2::ONE + view.center.abs());
     receivers
         .bounds
         .iter()

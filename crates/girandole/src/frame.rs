@@ -12,7 +12,7 @@ use crate::prepare::{Adaptive, PointPasses, Prepared, PreparedMode};
 use crate::settings::{RenderSettings, Target};
 use crate::targets::COARSEST;
 use girandole_core::glam::Vec2;
-use girandole_core::scene::View;
+use girandole_core::scene::{ClipDepth, LocalView};
 use girandole_core::tonemap::Exposure;
 
 /// Pixels from point to point of the grids, from the coarsest.
@@ -27,7 +27,7 @@ const BATCH_PAIRS: u64 = 1 << 28;
 pub(crate) fn record_frame(
     recorder: &mut Recorder,
     prepared: &Prepared,
-    view: &View,
+    view: &LocalView,
     settings: &RenderSettings,
     target: Option<&Target>,
 ) -> Result<Option<CullCounts>> {
@@ -207,13 +207,14 @@ fn shade_all<'a>(
 
 /// The uniform of a sub-pixel sample of a band of rows.
 fn frame_uniform(
-    view: &View,
+    view: &LocalView,
     prepared: &Prepared,
     settings: &RenderSettings,
     band: [u32; 2],
     sample: u32,
 ) -> Frame {
-    let (n, size, scale) = (settings.samples_per_axis, prepared.targets.size, prepared.scene.scale);
+    let Prepared { scene, targets, .. } = prepared;
+    let (n, size) = (settings.samples_per_axis, targets.size);
     let center = |i: u32| (i as f32 + 0.5) / n as f32;
     // The first sample is the one next to the pixel's centre.
     let central = (n - 1) / 2 * (n + 1);
@@ -222,9 +223,9 @@ fn frame_uniform(
         s if s == central => 0,
         s => s,
     };
-    let count = prepared.scene.lights.count();
     // Far enough to see the whole scene from any eye that sees it at all.
-    let far = (view.eye.length() + scale) * 2.0;
+    let far = (view.eye.length() + scene.extent) * 2.0;
+    let (depth_bias, depth_scale, is_forward) = depth_mapping(view, scene.scale * 1e-5, far);
     Frame {
         eye: view.eye,
         orthographic: u32::from(view.orthographic),
@@ -233,12 +234,11 @@ fn frame_uniform(
         up: view.up,
         half_height: view.half_extent.y,
         forward: view.forward,
-        depth_bias: if view.orthographic { 1.0 } else { scale * 1e-5 },
-        depth_scale: if view.orthographic { far } else { 0.0 },
+        depth_bias,
         size,
         band,
         offset: Vec2::new(center(place % n), center(place / n)),
-        end_light: count,
+        end_light: scene.lights.count(),
         clamp: settings.clamp.unwrap_or(f32::MAX),
         far,
         sample,
@@ -248,6 +248,68 @@ fn frame_uniform(
         last_batch: 1,
         tolerance: settings.tolerance,
         debug: u32::from(settings.debug.is_some()),
+        center: view.center,
+        depth_scale,
+        forward_depth: u32::from(is_forward),
         ..Frame::default()
+    }
+}
+
+/// [`Frame::depth_bias`], [`Frame::depth_scale`], and whether the caller's depth is greater for what is farther. `near`
+/// and `far` serve views that say nothing of depth.
+fn depth_mapping(view: &LocalView, near: f32, far: f32) -> (f32, f32, bool) {
+    let Some(ClipDepth { offset, factor }) = view.depth else {
+        return if view.orthographic { (1.0, far, false) } else { (near, 0.0, false) };
+    };
+    let is_forward = (factor > 0.0) == view.orthographic;
+    let (offset, factor) = if is_forward { (1.0 - offset, -factor) } else { (offset, factor) };
+    if view.orthographic { (offset, -1.0 / factor, is_forward) } else { (factor, -offset, is_forward) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use girandole_core::glam::{DAffine3, DVec3, Mat4};
+    use girandole_core::scene::View;
+
+    /// What the visibility buffer makes of a distance, as the caller's depth.
+    fn depth_at(view: &LocalView, z: f32) -> f32 {
+        let (bias, scale, is_forward) = depth_mapping(view, 1e-4, 50.0);
+        let reversed = if view.orthographic { bias - z / scale } else { (bias - z * scale) / z };
+        if is_forward { 1.0 - reversed } else { reversed }
+    }
+
+    #[test]
+    fn depth_is_the_callers() {
+        let swap = Mat4::from_cols_array_2d(&[
+            [1.0, 0.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0, 0.0],
+            [0.0, 0.0, -1.0, 0.0],
+            [0.0, 0.0, 1.0, 1.0],
+        ]);
+        let (near, far) = (0.25, 40.0);
+        for (clip_from_view, planes) in [
+            (Mat4::perspective_rh(1.0, 1.5, near, far), [0.0, 1.0]),
+            (swap * Mat4::perspective_rh(1.0, 1.5, near, far), [1.0, 0.0]),
+            (Mat4::perspective_infinite_rh(1.0, 1.5, near), [0.0, 1.0 - near / far]),
+            (Mat4::perspective_infinite_reverse_rh(1.0, 1.5, near), [1.0, near / far]),
+            (Mat4::orthographic_rh(-3.0, 3.0, -2.0, 2.0, near, far), [0.0, 1.0]),
+            (swap * Mat4::orthographic_rh(-3.0, 3.0, -2.0, 2.0, near, far), [1.0, 0.0]),
+        ] {
+            let view = View::from_matrices(DAffine3::IDENTITY, clip_from_view).expect("a view");
+            let local = view.relative_to(DVec3::ZERO);
+            for (z, depth) in [(near, planes[0]), (far, planes[1])] {
+                assert!((depth_at(&local, z) - depth).abs() < 1e-6, "{clip_from_view}: {z}");
+            }
+            for z in [0.3, 1.0, 7.0, 39.0] {
+                let expected = view.clip_depth(z).expect("it has depth");
+                assert!((depth_at(&local, z) - expected).abs() < 1e-6, "{clip_from_view}: {z}");
+            }
+            assert_eq!(depth_mapping(&local, 1e-4, 50.0).2, !view.is_reversed());
+            // Without the caller's depth, that of the renderer.
+            let own = LocalView { depth: None, ..local };
+            let expected = if local.orthographic { (1.0, 50.0, false) } else { (1e-4, 0.0, false) };
+            assert_eq!(depth_mapping(&own, 1e-4, 50.0), expected);
+        }
     }
 }

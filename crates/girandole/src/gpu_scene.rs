@@ -102,7 +102,7 @@ impl GpuScene {
 
 /// Light samples for the GPU, without their places in the atlas. `radius` is the scene's.
 pub(crate) fn gpu_lights(lights: &LightSet, radius: f32) -> Vec<Light> {
-    lights.samples.iter().enumerate().map(|(id, sample)| Light::new(id as u32, sample, radius)).collect()
+    lights.samples().iter().enumerate().map(|(id, sample)| Light::new(id as u32, sample, radius)).collect()
 }
 
 /// All textures in one array, see `lib/texture.wgsl`: a directory, then the texels of all levels.

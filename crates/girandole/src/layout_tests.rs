@@ -189,8 +189,9 @@ fn a_whole_frame_records_without_error() {
     let geometry = Geometry::new(&scene);
     let settings = LightSettings { count: 40, ..Default::default() };
     let lights = LightSet::sample(&scene, &geometry, &settings).expect("lights");
-    let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default());
-    let view = View::new(&scene, &geometry, &scene.cameras[0], 1.5);
+    let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())
+        .expect("visibility");
+    let view = View::new(&scene, &scene.cameras[0], 1.5);
     let everything = crate::WANTED_FEATURES;
     for features in [wgpu::Features::empty(), everything] {
         for shadow_map in [ShadowMap::Octahedral, ShadowMap::Parabolic, ShadowMap::Cube] {

@@ -21,10 +21,10 @@
 //! let mut renderer = Renderer::new(device, queue, RendererOptions::default())?;
 //! renderer.load(&scene, &geometry, &lights)?;
 //! // Which lights need a shadow map where: every mode but the naive one asks for it.
-//! let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default());
+//! let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())?;
 //! renderer.load_visibility(&scene, &geometry, &lights, &visibility)?;
 //!
-//! let view = View::new(&scene, &geometry, &scene.cameras[0], 1024.0 / 768.0);
+//! let view = View::new(&scene, &scene.cameras[0], 1024.0 / 768.0);
 //! let settings = RenderSettings::default();
 //! renderer.render(&view, [1024, 768], &settings)?; // radiance, in linear floating point
 //! renderer.show(&settings, target, wgpu::TextureFormat::Bgra8UnormSrgb)?; // tone-mapped, into the caller's view

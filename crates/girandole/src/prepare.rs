@@ -25,7 +25,7 @@ use crate::resident::{LightMapBound, Resident};
 use crate::settings::{DebugView, Mode, RenderSettings, Shading};
 use crate::targets::Targets;
 use crate::{Error, Result};
-use girandole_core::scene::View;
+use girandole_core::scene::LocalView;
 use std::sync::OnceLock;
 
 /// The passes that every frame may have, whatever the scene.
@@ -162,7 +162,7 @@ pub(crate) fn allocate(
     context: &Context,
     scene: &mut Resident,
     (targets, lists): (&mut Option<Targets>, &mut Option<PointLists>),
-    view: &View,
+    view: &LocalView,
     size: [u32; 2],
     settings: &RenderSettings,
 ) -> Result<()> {

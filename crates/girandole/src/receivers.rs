@@ -114,12 +114,12 @@ impl Receivers {
         words.extend(tree.cells.iter().map(|&leaf| rank[leaf as usize]));
 
         // Leaf records, then ranges, then lists.
-        let batches = (lights.samples.len() as u32).div_ceil(BATCH).max(1);
+        let batches = (lights.len() as u32).div_ceil(BATCH).max(1);
         let ranges_at = count * LEAF_WORDS;
         let mut lists = vec![0u32; ranges_at + count * batches as usize * RANGE];
         let mut parts = vec![[0; 4]; count];
         let mut skipped = vec![0; count];
-        let mut kinds = vec![NO_PART; count * lights.samples.len()];
+        let mut kinds = vec![NO_PART; count * lights.len()];
         let mut all_states = Vec::with_capacity(kinds.len());
         let mut mapped = 0;
         for (leaf, &source) in order.iter().enumerate() {
@@ -132,11 +132,11 @@ impl Receivers {
                 write_record(&mut lists[record..record + LEAF_WORDS], r);
             }
             let states = database.leaf_states(source);
-            let in_map = in_map(&lights.samples, states, rectangle.as_ref().filter(|_| has_map));
+            let in_map = in_map(lights.samples(), states, rectangle.as_ref().filter(|_| has_map));
             for batch in 0..batches {
                 let range = ranges_at + (leaf * batches as usize + batch as usize) * RANGE;
                 let first = (batch * BATCH) as usize;
-                let end = (first + BATCH as usize).min(lights.samples.len());
+                let end = (first + BATCH as usize).min(lights.len());
                 lists[range] = lists.len() as u32;
                 for part in 0..4u8 {
                     for light in first..end {
@@ -150,7 +150,7 @@ impl Receivers {
                         if kind == part {
                             lists.push((light - first) as u32);
                             parts[leaf][usize::from(part)] += 1;
-                            kinds[leaf * lights.samples.len() + light] = kind;
+                            kinds[leaf * lights.len() + light] = kind;
                         }
                     }
                     lists[range + 1 + usize::from(part)] = lists.len() as u32;
@@ -190,7 +190,7 @@ impl Receivers {
                 .map(|&leaf| (tree.leaves[leaf as usize].center, tree.leaves[leaf as usize].radius))
                 .collect(),
             kinds,
-            lights: lights.samples.len() as u32,
+            lights: lights.len() as u32,
         })
     }
 

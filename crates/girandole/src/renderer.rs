@@ -99,8 +99,11 @@ impl Renderer {
     /// Takes a scene and its light samples; their shadow maps are drawn with the next frame.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] where buffers or the atlas exceed the device's limits or the memory budget.
+    /// [`Error::TooLarge`] where buffers or the atlas exceed the device's limits or the memory budget;
+    /// [`Error::Scene`] where geometry or lights are not this scene's.
     pub fn load(&mut self, scene: &Scene, geometry: &Geometry, lights: &LightSet) -> Result<()> {
+        geometry.belongs_to(scene)?;
+        lights.belongs_to(geometry)?;
         // What was there leaves first: two atlases may not fit.
         self.scene = None;
         let resident = Resident::new(&self.context, scene, geometry, lights)?;
@@ -126,10 +129,9 @@ impl Renderer {
         let Some(resident) = &mut self.scene else {
             return Err(Error::invalid("load the scene before its visibility"));
         };
-        if resident.lights.samples.len() != lights.samples.len()
-            || database.lights() != lights.samples.len()
-            || database.receivers().triangles.len() != geometry.triangles.len()
-        {
+        geometry.belongs_to(scene)?;
+        database.belongs_to(geometry, lights)?;
+        if resident.generations != [geometry.generation(), lights.generation()] {
             return Err(Error::invalid("this visibility database belongs to another scene or other lights"));
         }
         let receivers = Receivers::new(&self.context.device, scene, geometry, lights, database)?;
@@ -197,6 +199,7 @@ impl Renderer {
             return Err(nothing_loaded());
         };
         check(size, settings, scene.lights.count(), &context.device.limits())?;
+        let view = &view.relative_to(scene.origin);
         context.timers.reset();
         self.last = None;
         allocate(context, scene, (&mut self.targets, &mut self.lists), view, size, settings)?;

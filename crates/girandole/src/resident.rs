@@ -11,6 +11,8 @@ use crate::passes::SceneFeatures;
 use crate::passes::shadow_maps::Atlas;
 use crate::receivers::Receivers;
 use crate::renderer::Context;
+use girandole_core::Generation;
+use girandole_core::glam::DVec3;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, NONE, Scene};
 
@@ -20,8 +22,14 @@ pub(crate) struct Resident {
     pub features: SceneFeatures,
     pub lights: GpuLights,
     pub atlas: Atlas,
+    /// World position that positions are relative to.
+    pub origin: DVec3,
     /// What epsilons are relative to, metres.
     pub scale: f32,
+    /// Length of the bounds' diagonal, metres.
+    pub extent: f32,
+    /// Which version of the scene this is, and which light samples.
+    pub generations: [Generation; 2],
     /// What visibility determination says; every mode but the naive one needs it.
     pub receivers: Option<Receivers>,
     /// What multipass shading draws.
@@ -41,7 +49,7 @@ impl Resident {
     /// [`crate::Error::TooLarge`] where buffers or the atlas exceed the device's limits or the memory budget.
     pub fn new(context: &Context, scene: &Scene, geometry: &Geometry, lights: &LightSet) -> Result<Self> {
         let Context { device, options, shared, .. } = context;
-        let radius = geometry.diagonal() * 0.5;
+        let radius = geometry.radius();
         let mut samples = gpu_lights(lights, radius);
         let directional: Vec<bool> = samples.iter().map(|l| l.profile == DIRECTIONAL).collect();
         let layout = AtlasLayout::new(&directional, options, &device.limits())?;
@@ -60,7 +68,10 @@ impl Resident {
             features,
             atlas: Atlas::new(device, shared.tuning.copy_maps, layout, scene, geometry, occluders)?,
             lights: GpuLights::new(device, samples)?,
+            origin: geometry.origin,
             scale: geometry.diagonal(),
+            extent: geometry.extent(),
+            generations: [geometry.generation(), lights.generation()],
             receivers: None,
             multipass: None,
             culling: None,

@@ -3,14 +3,14 @@
 use super::{Job, Picture, Stats};
 use crate::args;
 use crate::output::Progress;
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow};
 use girandole::wgpu;
 use girandole::{
     DebugView, FrameStats, Gpu, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap,
 };
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, Scene, View};
-use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
+use girandole_core::visibility::{MOST_LIGHTS, VisibilityDatabase, VisibilitySettings};
 use pollster::block_on;
 use std::time::Instant;
 
@@ -231,9 +231,6 @@ fn settings(
     }
 }
 
-/// More would take gigabytes: the database holds states of all receivers and lights.
-const MOST_LIGHTS: usize = 16384;
-
 /// The visibility database and its build time in milliseconds; `None` if no mode needs it.
 fn visibility(
     scene: &Scene,
@@ -244,14 +241,12 @@ fn visibility(
     if modes.iter().all(|&mode| mode == args::Mode::Naive) {
         return Ok(None);
     }
-    let count = lights.samples.len();
-    if count > MOST_LIGHTS {
-        bail!(
-            "visibility is determined for {MOST_LIGHTS} light samples at most; give --mode naive for {count}"
-        );
-    }
     let start = Instant::now();
     let database = VisibilityDatabase::build(scene, geometry, lights, &VisibilitySettings::default());
+    let database = database.map_err(|error| match lights.len() > MOST_LIGHTS {
+        true => anyhow!("{error}; --mode naive takes as many"),
+        false => error.into(),
+    })?;
     Ok(Some((database, milliseconds(start))))
 }
 

@@ -37,7 +37,7 @@ pub(super) fn punctual(scene: &Scene, geometry: &Geometry) -> Vec<LightSample> {
             }
             PunctualKind::Directional => {
                 let center = (geometry.bounds.0 + geometry.bounds.1) * 0.5;
-                sample.position = center - normal * geometry.diagonal();
+                sample.position = center - normal * geometry.extent();
                 sample.profile = Profile::Directional;
                 samples.push(sample);
             }

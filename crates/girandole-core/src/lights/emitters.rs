@@ -219,7 +219,7 @@ pub(super) fn punctual_sources(scene: &Scene, geometry: &Geometry) -> Vec<Source
         let solid_angle = match light.kind {
             PunctualKind::Point => 4.0 * PI,
             PunctualKind::Spot { inner, outer } => SpotCone::new(inner, outer).solid_angle(),
-            PunctualKind::Directional => PI * f64::from(geometry.diagonal() * 0.5).powi(2),
+            PunctualKind::Directional => PI * f64::from(geometry.extent() * 0.5).powi(2),
         };
         let center = (scene.world_from_node(light.node).translation - geometry.origin).as_vec3();
         let weight = f64::from(luminance(light.intensity)) * solid_angle;

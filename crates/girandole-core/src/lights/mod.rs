@@ -2,9 +2,13 @@
 
 mod direct;
 mod emitters;
+mod ids;
 mod resample;
 mod walk;
 
+pub use ids::LightId;
+
+use crate::generation::Generation;
 use crate::math::sequence;
 use crate::scene::{Geometry, Scene};
 use crate::{Error, Result};
@@ -161,17 +165,28 @@ impl Default for LightSettings {
     }
 }
 
-/// The light samples of a scene. A sample's index is its stable identity.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// The light samples of a scene, each with an identity that survives updates.
+#[derive(Clone, Debug)]
 pub struct LightSet {
-    /// The samples: punctual, direct, then indirect.
-    pub samples: Vec<LightSample>,
+    samples: Vec<LightSample>,
+    ids: Vec<LightId>,
     /// How many of them are direct (punctual lights included).
     pub direct: u32,
     /// How many paths were started.
     pub paths: u32,
     /// Warnings for the user: one sentence each.
     pub warnings: Vec<String>,
+    generation: Generation,
+    geometry: Generation,
+}
+
+impl PartialEq for LightSet {
+    /// Whether the samples and their ids are equal, whatever generation they are of.
+    fn eq(&self, other: &Self) -> bool {
+        self.samples == other.samples
+            && self.ids == other.ids
+            && (self.direct, self.paths, &self.warnings) == (other.direct, other.paths, &other.warnings)
+    }
 }
 
 /// An upper bound on `count`: more is refused with a sentence.
@@ -214,20 +229,22 @@ impl LightSet {
     /// punctual lights all have theirs, `direct_share` of all are direct, the rest is left by the random walk.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where a setting is out of range or the scene has no light at all.
+    /// [`Error::Invalid`] where a setting is out of range, the scene has no light at all, or the geometry is not this
+    /// scene's.
     pub fn sample(scene: &Scene, geometry: &Geometry, settings: &LightSettings) -> Result<Self> {
         settings.validate()?;
+        geometry.belongs_to(scene)?;
         let groups = emitters::area_groups(scene, geometry);
         let punctual = emitters::punctual_sources(scene, geometry);
         let mut samples = direct::punctual(scene, geometry);
         if groups.is_empty() && samples.is_empty() {
             return Err(no_light());
         }
-        let mut set = Self::default();
+        let (mut paths, mut warnings) = (0, Vec::new());
         let lights = samples.len() as u32;
         let spare = settings.count.saturating_sub(lights);
         if lights > settings.count {
-            set.warnings.push(format!(
+            warnings.push(format!(
                 "the scene's punctual lights need {lights} light samples and {} were asked for; \
                  ask for more, or area lights and indirect light stay dark",
                 settings.count
@@ -253,12 +270,12 @@ impl LightSet {
             let seed = sequence::hash(settings.seed ^ 0x7f4a_7c15);
             let candidates = settings.candidates.min(MAX_LIGHTS / wanted).max(1);
             let walked = walk::walk(scene, geometry, &tree, settings, [wanted, candidates], seed);
-            set.paths = walked.paths;
+            paths = walked.paths;
             indirect = walked.samples;
             if !walked.exhausted {
                 indirect = resample::resample(&indirect, wanted, geometry.diagonal(), sequence::hash(seed));
             } else {
-                set.warnings.push(format!(
+                warnings.push(format!(
                     "{} paths of light left only {} of {wanted} indirect light samples, because little of it is \
                      reflected{}",
                     walked.paths,
@@ -272,16 +289,65 @@ impl LightSet {
         }
         let seed = sequence::hash(settings.seed ^ 0x2545_f491);
         samples.extend(direct::area(scene, geometry, &groups, area, seed));
-        set.direct = samples.len() as u32;
+        let direct = samples.len() as u32;
         samples.extend(indirect);
-        set.samples = samples;
-        if set.samples.is_empty() {
+        if samples.is_empty() {
             return Err(no_light());
         }
-        for warning in &set.warnings {
+        for warning in &warnings {
             tracing::warn!("{warning}");
         }
-        Ok(set)
+        Ok(Self { direct, paths, warnings, ..Self::from_samples(geometry, samples) })
+    }
+
+    /// A set of samples that were made otherwise; those that are no bounces count as direct.
+    pub fn from_samples(geometry: &Geometry, samples: Vec<LightSample>) -> Self {
+        let is_direct = |s: &&LightSample| !matches!(s.origin, SampleOrigin::Bounce { .. });
+        Self {
+            ids: ids::identify(geometry, &samples),
+            direct: samples.iter().filter(is_direct).count() as u32,
+            samples,
+            paths: 0,
+            warnings: Vec::new(),
+            generation: Generation::fresh(),
+            geometry: geometry.generation(),
+        }
+    }
+
+    /// The samples: punctual, direct, then indirect.
+    pub fn samples(&self) -> &[LightSample] {
+        &self.samples
+    }
+
+    /// Their identities, in the same order; no two are equal.
+    pub fn ids(&self) -> &[LightId] {
+        &self.ids
+    }
+
+    /// How many samples there are.
+    pub fn len(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
+    /// Which set of samples this is; copies keep it.
+    pub fn generation(&self) -> Generation {
+        self.generation
+    }
+
+    /// Whether the samples were made for this geometry.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where they were made for another one.
+    pub fn belongs_to(&self, geometry: &Geometry) -> Result<()> {
+        self.geometry.expect(
+            geometry.generation(),
+            "these light samples belong to another scene or to an earlier version of it; sample the scene's light anew",
+        )
     }
 
     /// A bound on [`LightSample::geometric_factor`], m⁻², that about minimises the error: 0.2 · N / diagonal², because

@@ -190,9 +190,9 @@ impl Walk<'_> {
             }
             PunctualKind::Directional => {
                 let (x, y) = warp::frame(forward);
-                let disc = warp::disc(s) * (self.geometry.diagonal() * 0.5);
+                let disc = warp::disc(s) * (self.geometry.extent() * 0.5);
                 let center = (self.geometry.bounds.0 + self.geometry.bounds.1) * 0.5;
-                (center + x * disc.x + y * disc.y - forward * self.geometry.diagonal(), forward)
+                (center + x * disc.x + y * disc.y - forward * self.geometry.extent(), forward)
             }
         };
         // A source's weight is its flux by luminance.

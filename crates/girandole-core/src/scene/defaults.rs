@@ -1,7 +1,8 @@
 //! A camera and a light for scenes that have none.
 
 use super::{
-    Camera, Geometry, Material, Mesh, NONE, Projection, PunctualKind, PunctualLight, Scene, Transform, View,
+    Camera, Geometry, LocalView, Material, Mesh, NONE, Projection, PunctualKind, PunctualLight, Scene,
+    Transform, View,
 };
 use crate::trace::SceneTracer;
 use glam::Vec3;
@@ -77,7 +78,9 @@ impl Scene {
     fn shines(&self) -> bool {
         let emits = |material: u32| self.materials.get(material as usize).is_some_and(Material::emits);
         self.lights.iter().any(|l| l.intensity.max_element() > 0.0)
-            || self.objects.iter().any(|o| self.meshes[o.mesh].triangles.iter().any(|t| emits(t.material)))
+            || self
+                .placed_objects()
+                .any(|(_, o)| self.meshes[o.mesh].triangles.iter().any(|t| emits(t.material)))
     }
 
     fn add_soft_box(&mut self, geometry: &Geometry) {
@@ -85,7 +88,8 @@ impl Scene {
         let center = (min + max) * 0.5;
         let radius = ((max - min).length() * 0.5).max(1e-3);
         let (distance, half) = (radius * 1.6, radius * 0.4);
-        let views: Vec<View> = self.cameras.iter().map(|c| View::new(self, geometry, c, WIDEST)).collect();
+        let view = |camera| View::new(self, camera, WIDEST).relative_to(geometry.origin);
+        let views: Vec<LocalView> = self.cameras.iter().map(view).collect();
         let forward = views.first().map_or(Vec3::NEG_Z, |v| v.forward);
         let front = Vec3::new(-forward.x, 0.0, -forward.z).normalize_or(Vec3::Z);
         let side = Vec3::Y.cross(front);
@@ -119,7 +123,7 @@ impl Scene {
 }
 
 /// Whether a view has all the points on the far side of one of its edges, or behind it.
-fn outside(view: &View, points: &[Vec3]) -> bool {
+fn outside(view: &LocalView, points: &[Vec3]) -> bool {
     let beyond = |axis: Vec3, extent: f32| {
         points.iter().all(|&p| {
             let to = p - view.eye;
@@ -171,7 +175,7 @@ fn room_view(tracer: &SceneTracer<'_>, point: Vec3) -> (Vec3, Vec3) {
     let reach = |from: Vec3, direction: Vec3| {
         tracer.closest_hit(from, direction, f32::INFINITY, NONE).map_or(0.0, |hit| hit.t)
     };
-    let up = reach(point, Vec3::Y).min(tracer.geometry().diagonal());
+    let up = reach(point, Vec3::Y).min(tracer.geometry().extent());
     let point = point + Vec3::Y * (0.15 * up);
     let mut best = (f32::NEG_INFINITY, point, point + Vec3::NEG_Z);
     for (x, z) in [(1, 1), (-1, 1), (1, -1), (-1, -1), (0, 1), (1, 0), (-1, 0), (0, -1)] {

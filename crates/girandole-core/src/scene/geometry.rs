@@ -1,7 +1,9 @@
 //! The scene flattened to world space: what rays, light samples and the renderer work on.
 
-use super::{NONE, Scene};
+use super::{FrameOfReference, NONE, Scene};
+use crate::Result;
 use crate::brdf::Surface;
+use crate::generation::Generation;
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use std::ops::Range;
 
@@ -48,7 +50,7 @@ pub struct ObjectRange {
 /// however far from zero the scene stands.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
-    /// World position of what all positions here are relative to: the centre of the scene's bounds.
+    /// World position of what all positions here are relative to, see [`FrameOfReference::origin`].
     pub origin: DVec3,
     /// Positions, metres.
     pub positions: Vec<Vec3>,
@@ -62,45 +64,68 @@ pub struct Geometry {
     pub triangles: Vec<Triangle>,
     /// All planar convex patches, object by object.
     pub patches: Vec<WorldPatch>,
-    /// One element an object of the scene.
+    /// One element an object of the scene; empty for those that were removed.
     pub objects: Vec<ObjectRange>,
-    /// Smallest and largest corner of the bounds.
+    /// Smallest and largest corner of the frame's bounds: everything, and room for what moves.
     pub bounds: (Vec3, Vec3),
     /// Triangles without area or with non-finite corners, which were dropped.
     pub dropped: usize,
+    scale: f32,
+    generation: Generation,
 }
 
 impl Geometry {
-    /// Flattens a scene.
+    /// Flattens a scene, in the frame of reference that it was opened with, or would be.
     pub fn new(scene: &Scene) -> Self {
-        let affines: Vec<DAffine3> = scene.objects.iter().map(|o| scene.world_from_node(o.node)).collect();
-        // The origin: centre of the bounds of all finite positions.
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for (object, affine) in scene.objects.iter().zip(&affines) {
-            for p in &scene.meshes[object.mesh].positions {
-                let p = affine.transform_point3(p.as_dvec3());
-                if p.is_finite() {
-                    low = low.min(p);
-                    high = high.max(p);
-                }
+        let FrameOfReference { origin, bounds, scale } = scene.frame_of_reference();
+        let mut result = Self { origin, bounds, scale, generation: scene.generation(), ..Self::default() };
+        for (index, object) in scene.objects.iter().enumerate() {
+            if object.removed {
+                result.objects.push(result.range_from([
+                    result.positions.len(),
+                    result.triangles.len(),
+                    result.patches.len(),
+                ]));
+            } else {
+                result.add_object(scene, index, &scene.world_from_node(object.node));
             }
         }
-        let mut result = Self::default();
-        if low.cmple(high).all() {
-            result.origin = (low + high) * 0.5;
-            result.bounds = ((low - result.origin).as_vec3(), (high - result.origin).as_vec3());
-        }
-        for (index, affine) in affines.iter().enumerate() {
-            result.add_object(scene, index, affine);
-        }
         result
+    }
+
+    /// Which version of the scene this is.
+    pub fn generation(&self) -> Generation {
+        self.generation
+    }
+
+    /// Whether this is the scene as it stands.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error::Invalid) where it is another scene, or an earlier version.
+    pub fn belongs_to(&self, scene: &Scene) -> Result<()> {
+        self.generation.expect(
+            scene.generation(),
+            "this geometry belongs to another scene or to an earlier version of it; make it anew from the scene",
+        )
+    }
+
+    /// The frame that everything here is in.
+    pub fn frame_of_reference(&self) -> FrameOfReference {
+        FrameOfReference { origin: self.origin, bounds: self.bounds, scale: self.scale }
+    }
+
+    fn range_from(&self, [vertices, triangles, patches]: [usize; 3]) -> ObjectRange {
+        ObjectRange {
+            vertices: vertices as u32..self.positions.len() as u32,
+            triangles: triangles as u32..self.triangles.len() as u32,
+            patches: patches as u32..self.patches.len() as u32,
+        }
     }
 
     fn add_object(&mut self, scene: &Scene, index: usize, affine: &DAffine3) {
         let mesh = &scene.meshes[scene.objects[index].mesh];
         let first_vertex = self.positions.len() as u32;
-        let first_triangle = self.triangles.len() as u32;
-        let first_patch = self.patches.len() as u32;
+        let first = [self.positions.len(), self.triangles.len(), self.patches.len()];
         let mirrored = affine.matrix3.determinant() < 0.0;
         let normal_matrix = affine.matrix3.inverse().transpose();
         for p in &mesh.positions {
@@ -159,11 +184,7 @@ impl Geometry {
                 triangles: range,
             });
         }
-        self.objects.push(ObjectRange {
-            vertices: first_vertex..self.positions.len() as u32,
-            triangles: first_triangle..self.triangles.len() as u32,
-            patches: first_patch..self.patches.len() as u32,
-        });
+        self.objects.push(self.range_from(first));
     }
 
     /// Corners of a triangle.
@@ -186,9 +207,23 @@ impl Geometry {
         (b - a).cross(c - a)
     }
 
-    /// Length of the bounds' diagonal, metres: what epsilons are relative to.
+    /// The scene's size, metres, see [`FrameOfReference::scale`]: what epsilons are relative to. Nothing is sure to be
+    /// within it; for that there is [`Geometry::extent`].
     pub fn diagonal(&self) -> f32 {
-        (self.bounds.1 - self.bounds.0).length().max(f32::MIN_POSITIVE)
+        self.scale.max(f32::MIN_POSITIVE)
+    }
+
+    /// Length of the bounds' diagonal, metres: for what has to cover everything.
+    pub fn extent(&self) -> f32 {
+        self.frame_of_reference().extent()
+    }
+
+    /// Radius of a sphere about the origin that holds the bounds, metres.
+    pub fn radius(&self) -> f32 {
+        let half = self.extent() * 0.5;
+        let farthest = self.bounds.0.abs().max(self.bounds.1.abs()).length();
+        // But for rounding they are the same where the origin is the bounds' centre.
+        if farthest > half * (1.0 + 1e-6) { farthest } else { half }
     }
 
     /// Position at barycentric coordinates `(u, v)` of corners 1 and 2.

@@ -1,5 +1,6 @@
 //! Triangle meshes in object space, with their planar patches.
 
+use crate::{Error, Result};
 use glam::{Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
 use std::ops::Range;
@@ -42,6 +43,35 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// Whether all that it refers to exists, in a scene of so many materials.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] that says what does not.
+    pub fn check(&self, materials: usize) -> Result<()> {
+        let vertices = self.positions.len();
+        let optional = |count: usize| count == 0 || count == vertices;
+        let is_known = |v: u32| (v as usize) < vertices;
+        let triangles = self.triangles.len() as u32;
+        let problem = if self.normals.len() != vertices {
+            "does not have one normal a vertex"
+        } else if !(optional(self.tangents.len()) && optional(self.uvs.len())) {
+            "does not have tangents or texture coordinates for all vertices"
+        } else if !self.triangles.iter().all(|t| t.vertices.into_iter().all(is_known)) {
+            "has a triangle with a vertex that does not exist"
+        } else if !self.triangles.iter().all(|t| (t.material as usize) < materials) {
+            "has a triangle with a material that does not exist; add the material first"
+        } else if !self.patches.iter().all(|p| {
+            p.triangles.start <= p.triangles.end
+                && p.triangles.end <= triangles
+                && p.outline.iter().copied().all(is_known)
+        }) {
+            "has a patch with a triangle or vertex that does not exist"
+        } else {
+            return Ok(());
+        };
+        Err(Error::Invalid(format!("the mesh `{}` {problem}", self.name)))
+    }
+
     /// Adds a planar convex polygon as a patch, fanned from its first corner. Corners are counter-clockwise seen
     /// from the front. Call it before any triangle that belongs to no patch is added.
     pub fn add_polygon(&mut self, corners: &[Vec3], material: u32) {

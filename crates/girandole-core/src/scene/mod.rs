@@ -3,10 +3,31 @@
 //! A [`Scene`] holds nodes (a transform hierarchy), meshes with marked planar [`Patch`]es, materials, textures,
 //! cameras, punctual lights and animations. [`Geometry`] is the same scene flattened to world space: that is what
 //! rays, light samples and the renderer work on.
+//!
+//! A scene is *built* through its public fields and *opened* by [`Scene::open`] or by its first change. From then on
+//! its [frame of reference](FrameOfReference) is fixed, and it changes by [`Scene::set_transform`] and its like, which
+//! are collected as [`SceneChanges`]:
+//!
+//! ```
+//! use girandole_core::glam::vec3;
+//! use girandole_core::scene::{Geometry, ObjectId, Transform, builtin};
+//!
+//! let mut scene = builtin::build("table", builtin::MovingObject::Torus)?;
+//! let before = Geometry::new(&scene);
+//! let torus = scene.objects.iter().position(|o| o.dynamic).unwrap();
+//! scene.set_transform(scene.objects[torus].node, Transform::translation(vec3(0.0, 1.5, 0.0)))?;
+//! let changes = scene.take_changes();
+//! assert_eq!(changes.moved, [ObjectId::from(torus)]);
+//! assert!(before.belongs_to(&scene).is_err());
+//! assert_eq!(before.origin, Geometry::new(&scene).origin);
+//! # Ok::<(), girandole_core::Error>(())
+//! ```
 
 pub mod builtin;
 mod camera;
+mod changes;
 mod defaults;
+mod frame_of_reference;
 mod geometry;
 #[cfg(feature = "import")]
 pub mod gltf;
@@ -20,8 +41,11 @@ mod motion;
 mod patches;
 #[cfg(feature = "import")]
 mod repair;
+mod view;
 
-pub use camera::{Camera, Projection, View};
+pub use camera::{Camera, Projection};
+pub use changes::{ObjectId, SceneChanges};
+pub use frame_of_reference::FrameOfReference;
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
 #[cfg(feature = "import")]
 pub use gltf::{load_gltf, load_gltf_slice};
@@ -31,6 +55,7 @@ pub use mesh::{Mesh, MeshTriangle, Patch};
 pub use model_file::{load_model, load_model_slice};
 pub use motion::{Animation, Channel, Interpolation, Keyframes, Transform};
 pub use patches::mark_patches;
+pub use view::{ClipDepth, LocalView, View};
 
 use crate::{Error, Result};
 use glam::{DAffine3, Vec3};
@@ -49,7 +74,7 @@ pub struct Node {
     pub local: Transform,
 }
 
-/// A mesh placed in the scene. Its index in [`Scene::objects`] is its stable identity.
+/// A mesh placed in the scene. Its index in [`Scene::objects`] is its stable identity, see [`ObjectId`].
 #[derive(Clone, Debug)]
 pub struct Object {
     /// The name, as in the file; may be empty.
@@ -58,8 +83,12 @@ pub struct Object {
     pub node: usize,
     /// Index into [`Scene::meshes`].
     pub mesh: usize,
-    /// Whether it may move: then light samples are not walked over it.
+    /// Whether it may move. It gets room to do so in the scene's [`FrameOfReference`], the hierarchy of receivers does
+    /// not depend on where it is, and [`LightSettings::walk_dynamic`](crate::lights::LightSettings::walk_dynamic)
+    /// decides whether it reflects and intercepts indirect light.
     pub dynamic: bool,
+    /// Whether [`Scene::remove_object`] took it away: its slot stays, empty, so that no id is used twice.
+    pub removed: bool,
 }
 
 /// What a punctual light emits (`KHR_lights_punctual`).
@@ -92,6 +121,9 @@ pub struct PunctualLight {
 }
 
 /// Everything that is to be lit, and what lights it.
+///
+/// Its fields are public for building. Once it is [open](Scene::open), or anything was derived from it, change it by
+/// its methods, or call [`Scene::touch`] afterwards: what is derived is refused by [`Scene::generation`] alone.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// The name: of the built-in scene, or of the file.
@@ -114,6 +146,7 @@ pub struct Scene {
     pub animations: Vec<Animation>,
     /// What the source asked for and is not supported: one sentence each, already logged.
     pub warnings: Vec<String>,
+    record: changes::Record,
 }
 
 impl Scene {
@@ -123,18 +156,35 @@ impl Scene {
         self.nodes.len() - 1
     }
 
-    /// Adds a mesh on a root node of its own and returns the object's index.
+    /// Adds a mesh on a root node of its own and returns the object's index. For building; in an open scene
+    /// [`Scene::insert_object`] does so, and this counts as a change of everything.
     pub fn add_object(&mut self, name: &str, mesh: Mesh, local: Transform) -> usize {
         let node = self.add_node(name, local);
         self.meshes.push(mesh);
-        self.objects.push(Object { name: name.into(), node, mesh: self.meshes.len() - 1, dynamic: false });
+        self.objects.push(Object {
+            name: name.into(),
+            node,
+            mesh: self.meshes.len() - 1,
+            dynamic: false,
+            removed: false,
+        });
+        if self.is_open() {
+            self.touch();
+        }
         self.objects.len() - 1
     }
 
     /// Adds a material and returns its index.
     pub fn add_material(&mut self, material: Material) -> u32 {
         self.materials.push(material);
-        (self.materials.len() - 1) as u32
+        let index = (self.materials.len() - 1) as u32;
+        self.material_changed(index);
+        index
+    }
+
+    /// The objects that are there, with their indices.
+    pub fn placed_objects(&self) -> impl Iterator<Item = (usize, &Object)> {
+        self.objects.iter().enumerate().filter(|(_, o)| !o.removed)
     }
 
     /// World from node.
@@ -178,3 +228,6 @@ impl Scene {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -56,7 +56,7 @@ impl RayBundle {
         let mut points = [DVec3::ZERO; MAX_CORNERS];
         self.corners = matches!(hull, Hull::Polygon(..));
         self.count = match hull {
-            Hull::Polygon(corners, n) => {
+            Hull::Polygon(corners, n, _) => {
                 points = *corners;
                 *n
             }

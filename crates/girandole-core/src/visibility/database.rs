@@ -8,10 +8,15 @@ use super::pyramid::Tests;
 use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
 use super::shapes::{Apex, Shape};
 use super::surfaces::Surfaces;
-use super::{State, VisibilitySettings};
+use super::{LeafId, State, VisibilitySettings, ids};
+use crate::generation::Generation;
 use crate::lights::LightSet;
 use crate::scene::{Geometry, NONE, Scene};
+use crate::{Error, Result};
 use glam::DVec3;
+
+/// With more lights visibility is not determined: a database holds three bytes for each node and light.
+pub const MOST_LIGHTS: usize = 16384;
 
 /// For each node and light the state, and the blockers that decide it.
 #[derive(Clone, Debug)]
@@ -27,6 +32,8 @@ pub struct VisibilityDatabase {
     fixed: Vec<NodeVisibility>,
     pub(super) moving: Vec<NodeVisibility>,
     tests: Tests,
+    of_geometry: Generation,
+    of_lights: Generation,
 }
 
 /// The size of a database.
@@ -57,15 +64,26 @@ enum Root {
 impl VisibilityDatabase {
     /// Builds everything from scratch: the hierarchy from the lights and static blockers, then the visibility with dynamic
     /// blockers.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where there are more than [`MOST_LIGHTS`] lights, or geometry or lights are not this scene's.
     pub fn build(
         scene: &Scene,
         geometry: &Geometry,
         lights: &LightSet,
         settings: &VisibilitySettings,
-    ) -> Self {
+    ) -> Result<Self> {
+        geometry.belongs_to(scene)?;
+        lights.belongs_to(geometry)?;
+        if lights.len() > MOST_LIGHTS {
+            return Err(Error::Invalid(format!(
+                "visibility is determined for {MOST_LIGHTS} light samples at most; there are {}",
+                lights.len()
+            )));
+        }
         let surfaces = Surfaces::new(scene, geometry, settings);
-        let apexes: Vec<Apex> = lights.samples.iter().map(Apex::new).collect();
-        let own: Vec<u32> = lights.samples.iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
+        let apexes: Vec<Apex> = lights.samples().iter().map(Apex::new).collect();
+        let own: Vec<u32> = lights.samples().iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let dynamic = |object: u32| scene.objects.get(object as usize).is_some_and(|o| o.dynamic);
         // The hierarchy, with the visibility that static blockers leave.
         let groups = BlockerTree::with_clusters(&surfaces, &apexes, |object| !dynamic(object));
@@ -90,7 +108,34 @@ impl VisibilityDatabase {
                 None => states.extend(&visibility.states),
             }
         }
-        Self { receivers, surfaces, groups, lights: apexes.len(), states, fixed, moving, tests }
+        Ok(Self {
+            receivers,
+            surfaces,
+            groups,
+            lights: apexes.len(),
+            states,
+            fixed,
+            moving,
+            tests,
+            of_geometry: geometry.generation(),
+            of_lights: lights.generation(),
+        })
+    }
+
+    /// Whether it was built for this geometry and these lights.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where it was built for others.
+    pub fn belongs_to(&self, geometry: &Geometry, lights: &LightSet) -> Result<()> {
+        let sentence = "this visibility database belongs to another scene, an earlier version of it or other lights; \
+                        build it anew";
+        self.of_geometry.expect(geometry.generation(), sentence)?;
+        self.of_lights.expect(lights.generation(), sentence)
+    }
+
+    /// The identity of a leaf.
+    pub fn leaf_id(&self, leaf: u32) -> LeafId {
+        self.receivers.ids[leaf as usize]
     }
 
     /// The hierarchy of receivers.
@@ -265,6 +310,7 @@ fn receivers(
         flatten(surfaces, &root, part.nodes, &mut result, &mut visibility);
     }
     make_grids(settings, &frames, &mut result);
+    result.ids = ids::identify(geometry, surfaces, &result);
     (result, visibility, tests)
 }
 

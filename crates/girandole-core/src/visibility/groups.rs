@@ -90,8 +90,10 @@ impl ReceiverGroup {
         let points = || {
             members.iter().flat_map(|m| {
                 let side = sides[*m as usize];
-                let offset = normal(surfaces, side) * surfaces.tolerance.ray_offset;
-                surfaces.patches[side.0 as usize].corners.iter().flat_map(move |c| [*c, *c + offset])
+                let patch = &surfaces.patches[side.0 as usize];
+                let ray_offset = surfaces.tolerance.within(patch.low, patch.high).ray_offset;
+                let offset = normal(surfaces, side) * ray_offset;
+                patch.corners.iter().flat_map(move |c| [*c, *c + offset])
             })
         };
         let low = points().fold(DVec3::INFINITY, DVec3::min);

@@ -32,7 +32,7 @@
 //! let scene = builtin::build("table", builtin::MovingObject::None)?;
 //! let geometry = Geometry::new(&scene);
 //! let lights = LightSet::sample(&scene, &geometry, &LightSettings { count: 20, ..LightSettings::default() })?;
-//! let database = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default());
+//! let database = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())?;
 //! // Which lights need a shadow map at the first corner of the first triangle?
 //! let leaf = database.receivers().leaf_at(0, geometry.corners(0)[0], true).unwrap();
 //! let needed = database.leaf_states(leaf).iter().filter(|&&s| s == State::Partial).count();
@@ -46,6 +46,7 @@ mod clusters;
 mod database;
 mod groups;
 mod hierarchy;
+mod ids;
 mod node_visibility;
 mod primitives;
 mod pyramid;
@@ -54,7 +55,8 @@ mod shapes;
 mod surfaces;
 
 pub use blockers::Blocker;
-pub use database::{Counts, VisibilityDatabase};
+pub use database::{Counts, MOST_LIGHTS, VisibilityDatabase};
+pub use ids::LeafId;
 pub use pyramid::Tests;
 pub use receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, TriangleReceiver};
 

@@ -118,6 +118,7 @@ impl SceneContext<'_> {
         workspace: &mut Workspace,
     ) -> NodeVisibility {
         let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
+        let tolerance = shape.tolerance(&self.surfaces.tolerance);
         let mut result = NodeVisibility {
             states: vec![State::Unoccluded; self.lights.len()],
             entries: Vec::with_capacity(rest.len()),
@@ -135,7 +136,7 @@ impl SceneContext<'_> {
                 continue;
             }
             workspace.scratch.tests.boxes += 1;
-            let facing = workspace.pyramid.set(light, shape, &self.surfaces.tolerance);
+            let facing = workspace.pyramid.set(light, shape, &tolerance);
             if facing == Facing::None {
                 *state = State::Full;
                 continue;
@@ -169,7 +170,8 @@ impl SceneContext<'_> {
     ) -> NodeVisibility {
         let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
         let mut result = NodeVisibility { states: fixed.states.clone(), entries: Vec::new() };
-        let bounds = shape.sphere(&self.surfaces.tolerance);
+        let tolerance = shape.tolerance(&self.surfaces.tolerance);
+        let bounds = shape.sphere(&tolerance);
         for (index, (light, state)) in self.lights.iter().zip(&mut result.states).enumerate() {
             let inherited = split_off_light(&mut rest, index as u32);
             let parent_covered = parent.is_some_and(|p| p.states[index] == State::Full);
@@ -186,7 +188,7 @@ impl SceneContext<'_> {
                     result.entries.extend(near.iter().map(|b| Entry::new(index as u32, *b, false)));
                 } else if !near.is_empty() {
                     scratch.tests.boxes += 1;
-                    if pyramid.set(light, shape, &self.surfaces.tolerance) == Facing::None {
+                    if pyramid.set(light, shape, &tolerance) == Facing::None {
                         *state = State::Full;
                     } else {
                         *state = (*state).max(self.test_near(index as u32, own_mesh, workspace));

@@ -1,8 +1,8 @@
 //! What all of visibility determination computes with: tolerances, and extents, areas and clipping of boxes and polygons.
 
 use crate::scene::Geometry;
-use crate::trace::ray_offset_distance;
-use glam::DVec3;
+use crate::trace::{RAY_OFFSET_BY_ROUNDING, ray_offset_distance};
+use glam::{DVec3, Vec3};
 
 /// Relative error of the dot products that decide whether a receiver and a light face each other.
 pub(crate) const ROUNDING: f64 = 5e-7;
@@ -18,13 +18,31 @@ pub(crate) struct Tolerance {
     pub seam: f64,
     /// Extra width of a pyramid: points may be looked up in a neighbouring leaf.
     pub side: f64,
+    /// How much less than `ray_offset` some points are offset: 0 but for what is far away from the origin.
+    pub less: f64,
 }
 
 impl Tolerance {
+    /// For what is not so far from the origin that points are offset farther for the sake of rounding.
     pub fn new(geometry: &Geometry) -> Self {
-        let far = geometry.bounds.0.abs().max(geometry.bounds.1.abs());
-        let offset = f64::from(ray_offset_distance(geometry, far));
-        Self { ray_offset: offset, coordinate: 0.1 * offset, seam: 0.02 * offset, side: 2.0 * offset }
+        Self::up_to(f64::from(ray_offset_distance(geometry, Vec3::ZERO)), 0.0)
+    }
+
+    fn up_to(ray_offset: f64, less: f64) -> Self {
+        Self {
+            ray_offset,
+            coordinate: 0.1 * ray_offset + less,
+            seam: 0.02 * (ray_offset - less),
+            side: 2.0 * ray_offset + less,
+            less,
+        }
+    }
+
+    /// For points of a box, some of which may be offset farther than others.
+    pub fn within(&self, low: DVec3, high: DVec3) -> Self {
+        let far = low.abs().max(high.abs()).max_element() * (1.0 + 1e-6);
+        let offset = (far * RAY_OFFSET_BY_ROUNDING).max(self.ray_offset);
+        if offset > self.ray_offset { Self::up_to(offset, offset - self.ray_offset) } else { *self }
     }
 }
 

@@ -100,7 +100,7 @@ impl Pyramid {
     pub fn new() -> Self {
         let apex = Apex { position: DVec3::ZERO, normal: DVec3::ZERO, finite: false };
         let hull = Hull::Sphere(DVec3::ZERO, 0.0, [DVec3::ZERO; 2]);
-        let tolerance = Tolerance { ray_offset: 0.0, coordinate: 0.0, seam: 0.0, side: 0.0 };
+        let tolerance = Tolerance { ray_offset: 0.0, coordinate: 0.0, seam: 0.0, side: 0.0, less: 0.0 };
         Self {
             apex,
             tolerance,

@@ -1,6 +1,7 @@
 //! The hierarchy of receivers, and which leaf a point of a surface belongs to.
 
 use super::clusters::Cluster;
+use super::ids::LeafId;
 use super::shapes::Shape;
 use super::surfaces::Surfaces;
 use crate::scene::NONE;
@@ -111,6 +112,7 @@ pub struct Receivers {
     /// One for each triangle of the geometry.
     pub triangles: Vec<TriangleReceiver>,
     pub(crate) corners: Vec<DVec3>,
+    pub(crate) ids: Vec<LeafId>,
 }
 
 impl PatchGrid {
@@ -135,6 +137,11 @@ impl Receivers {
                 (first != NONE).then(|| self.cells[(first + row * grid.columns + column) as usize])
             }
         }
+    }
+
+    /// The leaves' identities, in the order of [`Receivers::leaves`]; no two are equal.
+    pub fn ids(&self) -> &[LeafId] {
+        &self.ids
     }
 
     /// Corners of a patch node's polygon, which may be somewhat larger than the surface; empty for meshes.

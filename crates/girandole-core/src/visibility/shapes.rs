@@ -52,6 +52,18 @@ pub(crate) enum Shape<'a> {
 }
 
 impl Shape<'_> {
+    /// The tolerance for its points.
+    pub fn tolerance(&self, of_scene: &Tolerance) -> Tolerance {
+        match self {
+            Self::Patch { corners, .. } => of_scene.within(
+                corners.iter().copied().fold(DVec3::INFINITY, DVec3::min),
+                corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
+            ),
+            Self::Cluster(cluster) => of_scene.within(cluster.low, cluster.high),
+            Self::Group(group) => of_scene.within(group.bounds.low, group.bounds.high),
+        }
+    }
+
     /// Centre and radius of a sphere that contains the bases of its pyramids, tolerances included.
     pub fn sphere(&self, tolerance: &Tolerance) -> (DVec3, f64) {
         let room = 4.0 * (tolerance.ray_offset + tolerance.side);
@@ -68,8 +80,8 @@ impl Shape<'_> {
 
 /// A convex set that contains all ray origins of a receiver.
 pub(crate) enum Hull {
-    /// The corners, offset like ray origins.
-    Polygon([DVec3; MAX_CORNERS], usize),
+    /// The corners, offset like ray origins; how many; and from each of them to where its offset may be less.
+    Polygon([DVec3; MAX_CORNERS], usize, DVec3),
     /// Centre, radius and box, all enlarged to contain the ray origins.
     Sphere(DVec3, f64, [DVec3; 2]),
 }
@@ -77,7 +89,7 @@ pub(crate) enum Hull {
 impl Hull {
     pub fn middle(&self) -> DVec3 {
         match self {
-            Self::Polygon(corners, n) => corners[..*n].iter().sum::<DVec3>() / *n as f64,
+            Self::Polygon(corners, n, _) => corners[..*n].iter().sum::<DVec3>() / *n as f64,
             Self::Sphere(center, ..) => *center,
         }
     }
@@ -85,11 +97,14 @@ impl Hull {
     /// Smallest and largest `normal · x` over all of it.
     pub fn extent(&self, normal: DVec3) -> (f64, f64) {
         match self {
-            Hull::Polygon(corners, n) => {
-                corners[..*n].iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
+            Hull::Polygon(corners, n, down) => {
+                let start = (f64::INFINITY, f64::NEG_INFINITY);
+                let (low, high) = corners[..*n].iter().fold(start, |(low, high), c| {
                     let d = normal.dot(*c);
                     (low.min(d), high.max(d))
-                })
+                });
+                let d = normal.dot(*down);
+                (low + d.min(0.0), high + d.max(0.0))
             }
             Hull::Sphere(center, radius, bounds) => {
                 let (low, high) = box_extent(normal, *bounds);

@@ -2,12 +2,13 @@
 
 use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::scene::{
-    Camera, Geometry, Material, Mesh, NONE, Projection, PunctualKind, Scene, Transform, View,
+    Camera, Geometry, LocalView, Material, Mesh, NONE, Projection, PunctualKind, Scene, Transform, View,
 };
 use girandole_core::trace::SceneTracer;
 
 fn block(double_sided: bool) -> Scene {
-    let mut scene = Scene { name: "block".into(), ..Scene::default() };
+    let mut scene = Scene::default();
+    scene.name = "block".into();
     let material = scene.add_material(Material { double_sided, ..Material::default() });
     let mut mesh = Mesh::default();
     mesh.add_box(Vec3::new(-1.0, 0.0, -3.0), Vec3::new(1.0, 0.5, 3.0), material);
@@ -17,7 +18,8 @@ fn block(double_sided: bool) -> Scene {
 
 /// A room with a pillar in the middle.
 fn room() -> Scene {
-    let mut scene = Scene { name: "room".into(), ..Scene::default() };
+    let mut scene = Scene::default();
+    scene.name = "room".into();
     let material = scene.add_material(Material::default());
     let mut shell = Mesh::default();
     shell.add_box(Vec3::new(-4.0, 0.0, -3.0), Vec3::new(4.0, 3.0, 3.0), material);
@@ -37,20 +39,20 @@ fn room() -> Scene {
     scene
 }
 
-fn view(scene: &Scene, aspect: f32) -> (Geometry, View) {
+fn view(scene: &Scene, aspect: f32) -> (Geometry, LocalView) {
     let geometry = Geometry::new(scene);
-    let view = View::new(scene, &geometry, &scene.cameras[0], aspect);
+    let view = View::new(scene, &scene.cameras[0], aspect).relative_to(geometry.origin);
     (geometry, view)
 }
 
 /// Normalised device coordinates, if the point lies in front.
-fn project(view: &View, point: Vec3) -> Option<Vec2> {
+fn project(view: &LocalView, point: Vec3) -> Option<Vec2> {
     let to = point - view.eye;
     let depth = to.dot(view.forward);
     (depth > 0.0).then(|| Vec2::new(to.dot(view.right), to.dot(view.up)) / (view.half_extent * depth))
 }
 
-fn sees(view: &View, point: Vec3) -> bool {
+fn sees(view: &LocalView, point: Vec3) -> bool {
     project(view, point).is_some_and(|p| p.abs().max_element() < 1.0)
 }
 
@@ -69,7 +71,7 @@ fn an_open_scene_is_seen_whole() {
         scene.ensure_camera();
         let (geometry, view) = view(&scene, 1.0);
         assert!(corners(&geometry).iter().all(|&c| sees(&view, c)), "{view:?}");
-        let nearer = View { eye: view.eye + view.forward * view.eye.length() * 0.6, ..view };
+        let nearer = LocalView { eye: view.eye + view.forward * view.eye.length() * 0.6, ..view };
         assert!(!corners(&geometry).iter().all(|&c| sees(&nearer, c)), "from nearer it would not be");
         let once = scene.cameras.clone();
         scene.ensure_camera();

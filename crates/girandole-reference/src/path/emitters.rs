@@ -94,10 +94,10 @@ impl Punctual {
     }
 
     /// The end of a shadow ray from a point, the unit direction to it, and the irradiance on a surface there
-    /// that faces it, W/m².
-    pub(super) fn towards(&self, from: Vec3, diagonal: f32) -> (Vec3, Vec3, Vec3) {
+    /// that faces it, W/m². `extent` is that of the scene's bounds, metres.
+    pub(super) fn towards(&self, from: Vec3, extent: f32) -> (Vec3, Vec3, Vec3) {
         if self.light.kind == PunctualKind::Directional {
-            let far = from.length() + 2.0 * diagonal;
+            let far = from.length() + 2.0 * extent;
             return (from - self.forward * far, -self.forward, self.light.intensity);
         }
         let d = self.position - from;

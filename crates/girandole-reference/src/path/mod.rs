@@ -60,6 +60,7 @@ pub fn path_trace(
         bounces: settings.bounces,
     };
     let paths = settings.paths.max(1);
+    let view = view.relative_to(tracer.geometry().origin);
     let pixels = tiles::render(
         size,
         progress,
@@ -200,7 +201,7 @@ impl Integrator<'_> {
     }
 
     fn light_from(&self, light: &Punctual, vertex: &Vertex) -> Vec3 {
-        let (to, wi, irradiance) = light.towards(vertex.surface.position, self.tracer.geometry().diagonal());
+        let (to, wi, irradiance) = light.towards(vertex.surface.position, self.tracer.geometry().extent());
         let contribution = bsdf::evaluate(&vertex.surface, vertex.wo, wi) * irradiance;
         if contribution == Vec3::ZERO
             || self.tracer.occluded(vertex.start, vertex.triangle, to, girandole_core::scene::NONE)

@@ -58,7 +58,7 @@ fn furnace() {
             stage.mesh(mesh);
         }
         let geometry = stage.geometry();
-        let view = look(&geometry, Vec3::new(0.1, 0.2, -0.3), Vec3::new(0.2, 0.1, 1.0), 0.9);
+        let view = look(Vec3::new(0.1, 0.2, -0.3), Vec3::new(0.2, 0.1, 1.0), 0.9);
         for bounces in [Some(0), Some(1), Some(4), None] {
             let estimate = trace(&stage.scene, &geometry, &view, 16, settings(64, bounces));
             let power = |n: u32| Vec3::new(RED.x.powi(n as i32), RED.y.powi(n as i32), RED.z.powi(n as i32));
@@ -77,7 +77,7 @@ fn point_light_in_a_sphere() {
     stage.mesh(mesh);
     stage.punctual(PunctualKind::Point, Vec3::new(3.0, 2.0, 1.0), Vec3::ZERO, Vec3::Z);
     let geometry = stage.geometry();
-    let view = look(&geometry, Vec3::new(0.1, -0.2, 0.3), Vec3::new(1.0, 0.5, 0.4), 1.0);
+    let view = look(Vec3::new(0.1, -0.2, 0.3), Vec3::new(1.0, 0.5, 0.4), 1.0);
     let direct = RED / PI * Vec3::new(3.0, 2.0, 1.0);
     // Facets lie within the sphere: up to 1 − cos²(ring's half) cos²(segment's half) nearer, squared.
     let slack = 1.0 - ((PI / 128.0).cos() * (PI / 128.0).cos()).powi(2);
@@ -113,8 +113,8 @@ fn parallel_plates() {
     stage.quad(Vec3::new(-side, 0.0, -side), Vec3::Z * 2.0 * side, Vec3::X * 2.0 * side, grey);
     stage.quad(Vec3::new(-side, 1.0, -side), Vec3::X * 2.0 * side, Vec3::Z * 2.0 * side, lamp);
     let geometry = stage.geometry();
-    let down = look(&geometry, Vec3::new(0.0, 0.5, 0.0), Vec3::new(0.1, 0.0, 0.0), 0.5);
-    let up = look(&geometry, Vec3::new(0.0, 0.5, 0.0), Vec3::new(0.1, 1.0, 0.0), 0.5);
+    let down = look(Vec3::new(0.0, 0.5, 0.0), Vec3::new(0.1, 0.0, 0.0), 0.5);
+    let up = look(Vec3::new(0.0, 0.5, 0.0), Vec3::new(0.1, 1.0, 0.0), 0.5);
     let both = RED * 0.4;
     let limited = trace(&stage.scene, &geometry, &down, 16, settings(400, Some(0)));
     assert_constant(&limited, RED * GLOW, "plates, direct");
@@ -154,7 +154,7 @@ fn under_a_rectangle(lamp: Material, texture: Option<Texture>, corners: [Vec3; 4
         (Vec3::new(2.0, 0.0, -1.5), Vec3::Y),
         (Vec3::new(-4.0, 0.7, 0.4), Vec3::X),
     ] {
-        let view = look(&geometry, point + normal + Vec3::new(0.3, 0.2, 0.1), point, 1e-4);
+        let view = look(point + normal + Vec3::new(0.3, 0.2, 0.1), point, 1e-4);
         let estimate = trace(&stage.scene, &geometry, &view, 16, settings(1000, Some(0)));
         let irradiance = polygon_irradiance(&corners, point, normal);
         assert!(irradiance > 0.01);
@@ -208,7 +208,7 @@ fn floor_under(light: impl Fn(&mut Stage), blocker: impl Fn(&mut Stage)) -> (Vec
     light(&mut stage);
     blocker(&mut stage);
     let geometry: Geometry = stage.geometry();
-    let view = look(&geometry, Vec3::new(3.0, 1.0, 0.0), Vec3::ZERO, 1e-4);
+    let view = look(Vec3::new(3.0, 1.0, 0.0), Vec3::ZERO, 1e-4);
     let estimate = trace(&stage.scene, &geometry, &view, 8, settings(64, Some(0)));
     (estimate.mean.mean() * 4.0, estimate.variance.mean().map(|v| 4.0 * (v / 64.0).sqrt()))
 }

@@ -55,17 +55,19 @@ impl Stage {
 }
 
 /// A square view from one point to another; `extent` is the tangent of half the angle.
-pub fn look(geometry: &Geometry, eye: Vec3, target: Vec3, extent: f32) -> View {
+pub fn look(eye: Vec3, target: Vec3, extent: f32) -> View {
     let forward = (target - eye).normalize();
     let other = if forward.y.abs() > 0.9 { Vec3::Z } else { Vec3::Y };
     let right = forward.cross(other).normalize();
     View {
-        eye: eye - geometry.origin.as_vec3(),
+        eye: eye.as_dvec3(),
         right,
         up: right.cross(forward),
         forward,
         half_extent: Vec2::splat(extent),
+        center: Vec2::ZERO,
         orthographic: false,
+        depth: None,
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::common::{Stage, assert_picture, look, trace};
 use girandole_core::glam::Vec3;
 use girandole_core::lights::{LightSample, LightSet, Profile, SampleOrigin};
-use girandole_core::scene::{Geometry, Material, Mesh, NONE, View};
+use girandole_core::scene::{Material, Mesh, NONE, View};
 use girandole_core::trace::SceneTracer;
 use girandole_reference::{OracleSettings, PathSettings, oracle, oracle_pixel, radiance, visible};
 use std::f32::consts::PI;
@@ -27,8 +27,8 @@ fn stage() -> Stage {
     stage
 }
 
-fn view(geometry: &Geometry) -> View {
-    look(geometry, Vec3::new(0.0, 0.9, 1.6), Vec3::new(0.0, 0.0, 0.2), 0.35)
+fn view() -> View {
+    look(Vec3::new(0.0, 0.9, 1.6), Vec3::new(0.0, 0.0, 0.2), 0.35)
 }
 
 /// `n` × `n` samples on the lamp.
@@ -49,7 +49,7 @@ fn lights(tracer: &SceneTracer, n: u32) -> LightSet {
             origin: SampleOrigin::Emitter { triangle: triangle + u32::from(v > u) },
         }
     };
-    LightSet { samples: (0..n * n).map(sample).collect(), direct: n * n, ..LightSet::default() }
+    LightSet::from_samples(geometry, (0..n * n).map(sample).collect())
 }
 
 #[test]
@@ -57,7 +57,7 @@ fn many_lights_are_an_area_light() {
     let stage = stage();
     let geometry = stage.geometry();
     let tracer = SceneTracer::new(&stage.scene, &geometry);
-    let view = view(&geometry);
+    let view = view();
     let settings = OracleSettings { samples_per_axis: 2, clamp: None };
     let sum = oracle(&tracer, &lights(&tracer, 32), &view, [24, 24], &settings, &|_| ());
     let estimate =
@@ -77,7 +77,7 @@ fn threads_and_tiles_do_not_matter() {
     let stage = stage();
     let geometry = stage.geometry();
     let tracer = SceneTracer::new(&stage.scene, &geometry);
-    let (view, size) = (view(&geometry), [45, 37]);
+    let (view, size) = (view(), [45, 37]);
     let set = lights(&tracer, 6);
     let settings = OracleSettings { samples_per_axis: 2, clamp: None };
     let run = |threads: usize| {
@@ -98,20 +98,20 @@ fn a_pixel_is_the_sum_by_hand() {
     let stage = stage();
     let geometry = stage.geometry();
     let tracer = SceneTracer::new(&stage.scene, &geometry);
-    let view = view(&geometry);
+    let view = view();
     let set = lights(&tracer, 5);
     let mut shadowed = 0;
     for i in 0..100 {
         let pixel = [i % 10, i / 10];
         let at = girandole_core::glam::Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
-        let (origin, direction) = view.pixel_ray(at, [10, 10]);
+        let (origin, direction) = view.relative_to(geometry.origin).pixel_ray(at, [10, 10]);
         let hit = tracer.closest_visible(origin, direction).expect("the floor is everywhere");
         let wo = -direction.normalize();
         let surface = geometry.surface(&stage.scene, hit.triangle, hit.barycentric, wo);
         let diffuse = stage.scene.materials[0].base_color * (1.0 - (0.04 + 0.96 / 21.0)) / PI;
         for clamp in [None, Some(0.1)] {
             let mut expected = Vec3::ZERO;
-            for light in &set.samples {
+            for light in set.samples() {
                 let to = light.position - surface.position;
                 let wi = to.normalize();
                 let g = (wi.y * wi.y / to.length_squared()).min(clamp.unwrap_or(f32::INFINITY));
@@ -155,9 +155,9 @@ fn directional_lights_and_emitters_seen() {
         profile: Profile::Directional,
         origin: SampleOrigin::Punctual { light: 0 },
     };
-    let set = LightSet { samples: vec![sun], direct: 1, ..LightSet::default() };
+    let set = LightSet::from_samples(&geometry, vec![sun]);
     let seen = |eye: Vec3, target: Vec3| {
-        let view = look(&geometry, eye, target, 1e-3);
+        let view = look(eye, target, 1e-3);
         oracle_pixel(&tracer, &set, &view, [1, 1], [0, 0], &OracleSettings::default())
     };
     // Below the lamp (its back blocks too) and the block there is shadow; elsewhere E = 1.

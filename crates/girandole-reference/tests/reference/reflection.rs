@@ -41,7 +41,7 @@ fn uniform_light_on_ggx() {
             stage.quad(Vec3::new(-0.1, 0.0, -0.1), Vec3::Z * 0.2, Vec3::X * 0.2, plate);
             let geometry = stage.geometry();
             let wo = Vec3::new((1.0 - cosine * cosine).sqrt(), cosine, 0.0);
-            let view = look(&geometry, wo, Vec3::ZERO, 1e-4);
+            let view = look(wo, Vec3::ZERO, 1e-4);
             let settings = PathSettings { paths: 200, bounces: Some(0), seed: 3 };
             let estimate = trace(&stage.scene, &geometry, &view, 16, settings);
             let surface = Surface::from_metallic_roughness(base_color, metallic, roughness, 1.0, Vec3::ONE);
@@ -67,7 +67,7 @@ fn seeds_and_threads() {
     let stage = small_room();
     let geometry = stage.geometry();
     let tracer = SceneTracer::new(&stage.scene, &geometry);
-    let view = look(&geometry, Vec3::new(0.0, 0.0, 0.9), Vec3::ZERO, 0.8);
+    let view = look(Vec3::new(0.0, 0.0, 0.9), Vec3::ZERO, 0.8);
     let run = |threads: usize, seed: u32| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let told = std::sync::atomic::AtomicU32::new(0);
@@ -90,7 +90,7 @@ fn seeds_and_threads() {
 fn variance_is_right() {
     let stage = small_room();
     let geometry = stage.geometry();
-    let view = look(&geometry, Vec3::new(0.0, 0.0, 0.9), Vec3::ZERO, 0.8);
+    let view = look(Vec3::new(0.0, 0.0, 0.9), Vec3::ZERO, 0.8);
     let run =
         |seed| trace(&stage.scene, &geometry, &view, 64, PathSettings { paths: 64, bounces: Some(3), seed });
     let (a, mut b) = (run(10), run(11));
@@ -119,7 +119,7 @@ fn roulette_is_unbiased() {
     stage.room(Vec3::splat(-1.0), Vec3::splat(1.0), walls);
     stage.quad(Vec3::new(-0.3, 0.9, -0.3), Vec3::X * 0.6, Vec3::Z * 0.6, lamp);
     let geometry = stage.geometry();
-    let view = look(&geometry, Vec3::new(0.0, 0.0, 0.9), Vec3::new(0.0, -0.5, 0.0), 0.5);
+    let view = look(Vec3::new(0.0, 0.0, 0.9), Vec3::new(0.0, -0.5, 0.0), 0.5);
     let run =
         |bounces, seed| trace(&stage.scene, &geometry, &view, 24, PathSettings { paths: 64, bounces, seed });
     let (limited, mut unlimited) = (run(Some(24), 20), run(None, 21));

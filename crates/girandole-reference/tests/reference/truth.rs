@@ -26,7 +26,7 @@ fn against(scene: &str, picture: &str, bounces: Option<u32>, paths: u32) -> [Dev
     let geometry = Geometry::new(&loaded);
     let tracer = SceneTracer::new(&loaded, &geometry);
     let size = [expected.width, expected.height];
-    let view = View::new(&loaded, &geometry, &loaded.cameras[0], size[0] as f32 / size[1] as f32);
+    let view = View::new(&loaded, &loaded.cameras[0], size[0] as f32 / size[1] as f32);
     let settings = PathSettings { paths, bounces, seed: 1 };
     let mut estimate = path_trace(&tracer, &view, size, &settings, &|_| ());
 

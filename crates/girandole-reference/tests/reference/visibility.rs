@@ -30,15 +30,17 @@ fn same_picture(scene: &Scene, lights: Option<LightSet>, partial: std::ops::Rang
     };
     let lights = lights.unwrap_or_else(|| sampled(0));
     let settings = VisibilitySettings::default();
-    let database = VisibilityDatabase::build(scene, &geometry, &lights, &settings);
+    let build = |lights: &LightSet| {
+        VisibilityDatabase::build(scene, &geometry, lights, &settings).expect("a database")
+    };
+    let database = build(&lights);
     let share = database.counts().area_shares[State::Partial as usize];
     assert!(partial.contains(&share), "{}: {share}", scene.name);
-    let mut reversed = lights.clone();
-    reversed.samples.reverse();
-    let wrong = VisibilityDatabase::build(scene, &geometry, &reversed, &settings);
+    let reversed = lights.samples().iter().rev().copied().collect();
+    let wrong = build(&LightSet::from_samples(&geometry, reversed));
     let mut noticed = false;
     for camera in &scene.cameras {
-        let view = View::new(scene, &geometry, camera, SIZE[0] as f32 / SIZE[1] as f32);
+        let view = View::new(scene, camera, SIZE[0] as f32 / SIZE[1] as f32);
         let settings = OracleSettings::default();
         let expected = oracle(&tracer, &lights, &view, SIZE, &settings, &|_| ());
         let with = |database| oracle_with_states(&tracer, &lights, database, &view, SIZE, &settings, &|_| ());
@@ -74,11 +76,12 @@ fn lights_of_all_profiles() {
     // The sun shines into it.
     scene.objects.retain(|o| o.name != "ceiling");
     let geometry = Geometry::new(&scene);
-    let mut lights =
+    let lights =
         LightSet::sample(&scene, &geometry, &LightSettings { count: 60, ..LightSettings::default() })
             .expect("there is light");
-    let count = lights.samples.len();
-    for (i, light) in lights.samples.iter_mut().enumerate() {
+    let count = lights.len();
+    let mut samples = lights.samples().to_vec();
+    for (i, light) in samples.iter_mut().enumerate() {
         light.profile = match i * 4 / count {
             0 => Profile::Cosine,
             1 => Profile::Hemisphere,
@@ -89,5 +92,5 @@ fn lights_of_all_profiles() {
             light.origin = SampleOrigin::Punctual { light: 0 };
         }
     }
-    same_picture(&scene, Some(lights), 0.01..0.5);
+    same_picture(&scene, Some(LightSet::from_samples(&geometry, samples)), 0.01..0.5);
 }

@@ -4,7 +4,9 @@ use girandole::core::glam::{Quat, Vec3};
 use girandole::core::image::Image;
 use girandole::core::lights::{LightSet, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{Camera, Geometry, Material, Mesh, Projection, Scene, Transform, View};
+use girandole::core::scene::{
+    Camera, Geometry, LocalView, Material, Mesh, Projection, Scene, Transform, View,
+};
 use girandole::core::trace::SceneTracer;
 use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole::{Gpu, Mode, RenderSettings, Renderer, RendererOptions};
@@ -44,12 +46,17 @@ impl Stage {
     }
 
     pub fn view(&self, camera: usize, size: [u32; 2]) -> View {
-        View::new(&self.scene, &self.geometry, &self.scene.cameras[camera], size[0] as f32 / size[1] as f32)
+        View::new(&self.scene, &self.scene.cameras[camera], size[0] as f32 / size[1] as f32)
+    }
+
+    /// The same, relative to the geometry's origin.
+    pub fn local(&self, view: &View) -> LocalView {
+        view.relative_to(self.geometry.origin)
     }
 
     pub fn visibility(&self) -> VisibilityDatabase {
         let settings = VisibilitySettings::default();
-        VisibilityDatabase::build(&self.scene, &self.geometry, &self.lights, &settings)
+        VisibilityDatabase::build(&self.scene, &self.geometry, &self.lights, &settings).expect("visibility")
     }
 
     pub fn tracer(&self) -> SceneTracer<'_> {

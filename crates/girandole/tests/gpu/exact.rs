@@ -34,8 +34,7 @@ fn same_bytes(context: &Context) {
     assert!(context.frame(&mut fresh, &view, size, &settings(None)).pixels == first.pixels);
     // All batches arrive: the whole is what the parts are.
     let energy = |from: usize, to: usize| {
-        let mut part = stage.lights.clone();
-        part.samples = part.samples[from..to].to_vec();
+        let part = LightSet::from_samples(&stage.geometry, stage.lights.samples()[from..to].to_vec());
         let mut renderer = context.renderer(RendererOptions { map_size: Some(128), ..Default::default() });
         renderer.load(&stage.scene, &stage.geometry, &part).expect("load");
         mean(&context.frame(&mut renderer, &view, size, &exact()))
@@ -44,8 +43,8 @@ fn same_bytes(context: &Context) {
     let (whole, parts) = (energy(0, 700) - emitted, energy(0, 500) + energy(500, 700) - 2.0 * emitted);
     assert!((whole / parts - 1.0).abs() < 1e-3, "{whole} {parts}");
     // The control: the sum in another order of lights differs somewhere.
-    let mut reversed = stage.lights.clone();
-    reversed.samples.reverse();
+    let reversed = stage.lights.samples().iter().rev().copied().collect();
+    let reversed = LightSet::from_samples(&stage.geometry, reversed);
     fresh.load(&stage.scene, &stage.geometry, &reversed).expect("load");
     assert!(context.frame(&mut fresh, &view, size, &settings(None)).pixels != first.pixels);
 }
@@ -60,7 +59,8 @@ fn emission(context: &Context) {
         room(&mut scene, Vec3::splat(4.0), material, None);
         camera(&mut scene, Vec3::new(0.0, 2.0, 1.0), Vec3::new(0.2, 1.0, -2.0), 1.2);
         let geometry = Geometry::new(&scene);
-        let stage = Stage { scene, geometry, lights: LightSet::default() };
+        let lights = LightSet::from_samples(&geometry, Vec::new());
+        let stage = Stage { scene, geometry, lights };
         let view = stage.view(0, size);
         for samples_per_axis in [1, 2] {
             let mut renderer = context.renderer(RendererOptions::default());
@@ -77,8 +77,8 @@ fn emission(context: &Context) {
 }
 
 /// Samples anywhere in a box, in any direction.
-fn scattered(count: u32, half: Vec3) -> LightSet {
-    let samples = (0..count)
+fn scattered(count: u32, half: Vec3) -> Vec<LightSample> {
+    (0..count)
         .map(|i| {
             let s = |d| sequence::sample(i, d, 7);
             let position = (Vec3::new(s(0), s(1), s(2)) * 2.0 - 1.0) * half * 0.98;
@@ -90,8 +90,7 @@ fn scattered(count: u32, half: Vec3) -> LightSet {
                 origin: SampleOrigin::Punctual { light: 0 },
             }
         })
-        .collect();
-    LightSet { samples, direct: count, ..LightSet::default() }
+        .collect()
 }
 
 fn no_holes(context: &Context) {
@@ -110,9 +109,10 @@ fn no_holes(context: &Context) {
             ..Default::default()
         };
         let mut renderer = context.renderer(options);
-        renderer.load(scene, &Geometry::new(scene), &lights).expect("load");
+        let geometry = Geometry::new(scene);
+        renderer.load(scene, &geometry, &LightSet::from_samples(&geometry, lights.clone())).expect("load");
         renderer.draw_shadow_maps().expect("maps");
-        (0..lights.samples.len())
+        (0..lights.len())
             .map(|i| {
                 let map = context.wait(renderer.shadow_map(i)).expect("a map");
                 assert_eq!(map.len(), 128 * 128);
@@ -136,17 +136,18 @@ fn filters_stay(context: &Context) {
     let stage = Stage::builtin("block", 12);
     let view = stage.view(0, size);
     let alone = |index: usize, pcf: u32| {
-        let set = LightSet { samples: vec![stage.lights.samples[index]], ..LightSet::default() };
+        let set = LightSet::from_samples(&stage.geometry, vec![stage.lights.samples()[index]]);
         let options = RendererOptions { map_size: Some(64), pcf, ..Default::default() };
         let mut renderer = context.renderer(options);
         renderer.load(&stage.scene, &stage.geometry, &set).expect("load");
         context.frame(&mut renderer, &view, size, &exact())
     };
     // The first light has the same map turned the same way, alone or among others.
-    let mut dark = stage.lights.clone();
-    for sample in &mut dark.samples[1..] {
+    let mut dark = stage.lights.samples().to_vec();
+    for sample in &mut dark[1..] {
         sample.intensity = Vec3::ZERO;
     }
+    let dark = LightSet::from_samples(&stage.geometry, dark);
     let options = RendererOptions { map_size: Some(64), pcf: 8, ..Default::default() };
     let mut renderer = context.renderer(options);
     renderer.load(&stage.scene, &stage.geometry, &dark).expect("load");

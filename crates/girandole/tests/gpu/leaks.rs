@@ -45,7 +45,7 @@ fn leak(context: &Context, stage: &Stage, shadow_map: ShadowMap, thickness: f32,
     let lit = mean(&frame(&mut renderer, 0));
     let dark = frame(&mut renderer, 1);
     let texels = context.wait(renderer.stats()).expect("stats").map_size as f32;
-    let (tracer, view) = (stage.tracer(), stage.view(1, size));
+    let (tracer, view) = (stage.tracer(), stage.local(&stage.view(1, size)));
     let mut farthest = 0f32;
     for (i, pixel) in dark.pixels.iter().enumerate() {
         if pixel.element_sum() / 3.0 <= lit * 1e-3 {
@@ -61,7 +61,7 @@ fn leak(context: &Context, stage: &Stage, shadow_map: ShadowMap, thickness: f32,
             turn.inverse() * (s.position + stage.geometry.origin.as_vec3() - Vec3::new(3.0, 7.0, -2.0));
         let footprint = stage
             .lights
-            .samples
+            .samples()
             .iter()
             .filter_map(|l| {
                 let d = l.position - s.position;

@@ -61,9 +61,11 @@ fn built_in(context: &Context) {
         );
         // The control: the same lights a hand's breadth away do not agree.
         let mut moved = Stage::builtin(name, 300);
-        for sample in &mut moved.lights.samples {
+        let mut samples = moved.lights.samples().to_vec();
+        for sample in &mut samples {
             sample.position += sample.normal * 0.1;
         }
+        moved.lights = LightSet::from_samples(&moved.geometry, samples);
         assert!(
             !agrees(&oracle, &context.picture(&moved, RendererOptions::default(), &view, SIZE)),
             "{name}"
@@ -80,8 +82,9 @@ fn pair_by_pair(context: &Context) {
     let tracer = stage.tracer();
     let hits: Vec<Option<(Hit, Surface)>> = (0..size[0] * size[1])
         .map(|i| {
-            let (origin, direction) =
-                view.pixel_ray(Vec2::new((i % size[0]) as f32, (i / size[0]) as f32) + 0.5, size);
+            let (origin, direction) = stage
+                .local(&view)
+                .pixel_ray(Vec2::new((i % size[0]) as f32, (i / size[0]) as f32) + 0.5, size);
             let hit = tracer.closest_visible(origin, direction)?;
             Some((
                 hit,
@@ -91,9 +94,9 @@ fn pair_by_pair(context: &Context) {
         .collect();
     let mut renderer = context.renderer(RendererOptions { map_size: Some(map_size), ..Default::default() });
     let (mut pairs, mut differing, mut stray, mut control) = (0, 0, 0, 0);
-    for light in stage.lights.samples.iter().step_by(11) {
+    for light in stage.lights.samples().iter().step_by(11) {
         let bright = LightSample { intensity: Vec3::splat(1e3), ..*light };
-        let single = LightSet { samples: vec![bright], ..LightSet::default() };
+        let single = LightSet::from_samples(&stage.geometry, vec![bright]);
         renderer.load(&stage.scene, &stage.geometry, &single).expect("load");
         let picture = context.frame(&mut renderer, &view, size, &exact());
         for (i, (pixel, hit)) in picture.pixels.iter().zip(&hits).enumerate() {

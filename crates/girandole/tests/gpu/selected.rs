@@ -63,11 +63,11 @@ fn pair_by_pair(context: &Context) {
         let stage = Stage::builtin(name, 300);
         let view = stage.view(0, size);
         let tracer = stage.tracer();
-        for light in stage.lights.samples.iter().step_by(23) {
+        for light in stage.lights.samples().iter().step_by(23) {
             let alone = Stage {
                 scene: stage.scene.clone(),
                 geometry: stage.geometry.clone(),
-                lights: LightSet { samples: vec![*light], direct: 1, ..LightSet::default() },
+                lights: LightSet::from_samples(&stage.geometry, vec![*light]),
             };
             let options = RendererOptions { map_size: Some(464), ..Default::default() };
             let mut renderer = context.loaded(&alone, options);
@@ -76,7 +76,7 @@ fn pair_by_pair(context: &Context) {
             let average = mean(&naive);
             for i in 0..naive.pixels.len() {
                 let at = Vec2::new((i % size[0] as usize) as f32, (i / size[0] as usize) as f32) + 0.5;
-                let (origin, direction) = view.pixel_ray(at, size);
+                let (origin, direction) = stage.local(&view).pixel_ray(at, size);
                 let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
                 let s = stage.geometry.surface(
                     &stage.scene,
@@ -119,9 +119,9 @@ fn vd_is_naive(context: &Context) {
         eprintln!("{name}: FLIP {error:.5}");
         assert!(error <= 0.005, "{name}: FLIP {error}");
         // The control: without one light in twenty the picture is another one.
-        let mut fewer = stage.lights.clone();
-        fewer.samples =
-            fewer.samples.iter().enumerate().filter(|(i, _)| i % 20 != 7).map(|(_, l)| *l).collect();
+        let all = stage.lights.samples().iter().enumerate();
+        let fewer = all.filter(|(i, _)| i % 20 != 7).map(|(_, l)| *l).collect();
+        let fewer = LightSet::from_samples(&stage.geometry, fewer);
         renderer.load(&stage.scene, &stage.geometry, &fewer).expect("load");
         let other = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
         assert!(flip(&naive, &other) > 0.005, "{name}");
@@ -404,7 +404,8 @@ fn light_dots(context: &Context) {
             let picture =
                 context.frame(&mut renderer, &view, size, &RenderSettings { debug, ..bounded(&stage, mode) });
             let (mut inside, mut dots) = (0, 0);
-            for light in &stage.lights.samples {
+            let view = stage.local(&view);
+            for light in stage.lights.samples() {
                 let d = light.position - view.eye;
                 let depth = d.dot(view.forward);
                 let across = Vec2::new(d.dot(view.right), -d.dot(view.up)) / (view.half_extent * depth);

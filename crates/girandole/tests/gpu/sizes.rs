@@ -70,7 +70,8 @@ fn large_receivers(context: &Context) {
     let view = stage.view(0, size);
     let mut renderer = context.loaded(&stage, RendererOptions::default());
     let settings = VisibilitySettings::flat();
-    let database = VisibilityDatabase::build(&stage.scene, &stage.geometry, &stage.lights, &settings);
+    let database = VisibilityDatabase::build(&stage.scene, &stage.geometry, &stage.lights, &settings)
+        .expect("visibility");
     renderer.load_visibility(&stage.scene, &stage.geometry, &stage.lights, &database).expect("visibility");
     let naive = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
     let vd = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Visibility));

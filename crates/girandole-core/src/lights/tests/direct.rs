@@ -32,13 +32,9 @@ fn no_emitter_loses_energy_however_small_its_share() {
     for (i, (size, material)) in [(2.0, 0), (0.1, 1), (1.0, 1)].into_iter().enumerate() {
         square(&mut mesh, vec3(3.0 * i as f32, 0.0, 0.0), size, true, material);
     }
-    let mut scene = Scene {
-        materials: vec![
-            Material::emitter("a", Vec3::new(9.0, 1.0, 1.0)),
-            Material::emitter("b", Vec3::new(0.0, 0.1, 0.0)),
-        ],
-        ..Scene::default()
-    };
+    let mut scene = Scene::default();
+    scene.add_material(Material::emitter("a", Vec3::new(9.0, 1.0, 1.0)));
+    scene.add_material(Material::emitter("b", Vec3::new(0.0, 0.1, 0.0)));
     // Three objects, so three emitters.
     for patch in &mesh.patches {
         let corners: Vec<Vec3> = patch.outline.iter().map(|&v| mesh.positions[v as usize]).collect();

@@ -1,6 +1,7 @@
 //! Physics of light samples. Stochastic comparisons are z-tests from the variance over seeds.
 
 mod direct;
+mod ids;
 mod settings;
 mod walk;
 
@@ -10,7 +11,8 @@ use glam::{DVec3, vec3};
 
 /// A scene of one object: patches of the given materials.
 pub(super) fn scene_of(mesh: Mesh, materials: Vec<Material>) -> (Scene, Geometry) {
-    let mut scene = Scene { materials, ..Scene::default() };
+    let mut scene = Scene::default();
+    scene.materials = materials;
     scene.add_object("object", mesh, Transform::IDENTITY);
     let geometry = Geometry::new(&scene);
     (scene, geometry)

@@ -92,7 +92,7 @@ impl Importer<'_> {
             }
             let own = self.scene.nodes[node].name.clone();
             let name = if own.is_empty() { self.scene.meshes[mesh].name.clone() } else { own };
-            self.scene.objects.push(Object { name, node, mesh, dynamic });
+            self.scene.objects.push(Object { name, node, mesh, dynamic, removed: false });
         }
         if let Some(index) = json.camera {
             let camera = lookup(&root.cameras, index.value(), "camera")?;

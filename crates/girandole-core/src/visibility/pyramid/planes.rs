@@ -85,7 +85,7 @@ impl Pyramid {
             centroid += *to;
         }
         centroid /= n as f64;
-        self.hull = Hull::Polygon(origins, n);
+        self.hull = Hull::Polygon(origins, n, normal * -t.less);
         // Sides: any direction is valid, as the offset is the hull's.
         for i in 0..n {
             let (a, b) = (origins[i], origins[(i + 1) % n]);

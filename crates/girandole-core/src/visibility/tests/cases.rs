@@ -18,8 +18,13 @@ fn of_floor(mut others: Vec<Mesh>, light: LightSample) -> State {
     let mut light = light;
     light.position -= shift;
     geometry.dropped = 0;
-    let database =
-        VisibilityDatabase::build(&scene, &geometry, &set(vec![light]), &VisibilitySettings::flat());
+    let database = VisibilityDatabase::build(
+        &scene,
+        &geometry,
+        &set(&geometry, vec![light]),
+        &VisibilitySettings::flat(),
+    )
+    .expect("a database");
     let leaf = database.receivers().leaf_at(0, -shift, true).expect("the floor is shaded");
     assert_eq!(
         database.receivers().nodes[database.receivers().leaves[leaf as usize].node as usize].parent,
@@ -156,7 +161,13 @@ fn the_walls_of_an_empty_room_block_nothing() {
         let node = scene.objects[object].node;
         scene.meshes.push(furniture);
         let mesh = scene.meshes.len() - 1;
-        scene.objects.push(crate::scene::Object { name: String::new(), node, mesh, dynamic: false });
+        scene.objects.push(crate::scene::Object {
+            name: String::new(),
+            node,
+            mesh,
+            dynamic: false,
+            removed: false,
+        });
         let geometry = Geometry::new(&scene);
         let database = build(&scene, &geometry, lights);
         assert!(database.counts().by_state[State::Partial as usize] > 100);

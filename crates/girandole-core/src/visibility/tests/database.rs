@@ -47,7 +47,9 @@ fn the_number_of_threads_does_not_matter() -> std::result::Result<(), rayon::Thr
     let settings = VisibilitySettings::default();
     let with = |n: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build()?;
-        Ok(pool.install(|| VisibilityDatabase::build(&scene, &geometry, &lights, &settings)))
+        Ok(pool.install(|| {
+            VisibilityDatabase::build(&scene, &geometry, &lights, &settings).expect("a database")
+        }))
     };
     let (one, five) = (with(1)?, with(5)?);
     assert_eq!(one.receivers(), five.receivers());
@@ -66,11 +68,11 @@ fn dynamic_objects_are_blockers_like_others() {
         let geometry = Geometry::new(&scene);
         let lights = sampled(&scene, &geometry, 80);
         let settings = VisibilitySettings::default();
-        let database = VisibilityDatabase::build(&scene, &geometry, &lights, &settings);
+        let database = VisibilityDatabase::build(&scene, &geometry, &lights, &settings).expect("a database");
         // All of them from the start, on the same hierarchy.
         let surfaces = Surfaces::new(&scene, &geometry, &settings);
-        let apexes: Vec<Apex> = lights.samples.iter().map(Apex::new).collect();
-        let own: Vec<u32> = lights.samples.iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
+        let apexes: Vec<Apex> = lights.samples().iter().map(Apex::new).collect();
+        let own: Vec<u32> = lights.samples().iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let alone = |accept: &dyn Fn(u32) -> bool| {
             let blockers = BlockerTree::new(&surfaces, accept);
             let context =
@@ -137,7 +139,7 @@ fn dynamic_objects_are_blockers_like_others() {
             }
         }
         let geometry = Geometry::new(&moved);
-        let other = VisibilityDatabase::build(&moved, &geometry, &lights, &settings);
+        let other = VisibilityDatabase::build(&moved, &geometry, &lights, &settings).expect("a database");
         let dynamic_patch = |r: &Receivers, i: usize| scene.objects[r.grids[i].object as usize].dynamic;
         let sizes = |r: &Receivers| -> Vec<[u32; 2]> {
             (0..r.grids.len())
@@ -158,10 +160,10 @@ fn the_hierarchy_finds_what_all_blockers_against_each_leaf_do() {
         let geometry = Geometry::new(&scene);
         let lights = sampled(&scene, &geometry, 40);
         let settings = VisibilitySettings::default();
-        let database = VisibilityDatabase::build(&scene, &geometry, &lights, &settings);
+        let database = VisibilityDatabase::build(&scene, &geometry, &lights, &settings).expect("a database");
         let surfaces = Surfaces::new(&scene, &geometry, &settings);
-        let apexes: Vec<Apex> = lights.samples.iter().map(Apex::new).collect();
-        let own: Vec<u32> = lights.samples.iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
+        let apexes: Vec<Apex> = lights.samples().iter().map(Apex::new).collect();
+        let own: Vec<u32> = lights.samples().iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let blockers = BlockerTree::new(&surfaces, |_| true);
         let context = SceneContext { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers };
         let receivers = database.receivers();
@@ -219,7 +221,9 @@ fn groups_of_receivers_find_what_each_of_them_does() {
         let geometry = Geometry::new(&scene);
         let lights = lights_on_shell(&scene, &geometry);
         let settings = VisibilitySettings::flat();
-        let database = VisibilityDatabase::build(&scene, &geometry, &set(lights.clone()), &settings);
+        let database =
+            VisibilityDatabase::build(&scene, &geometry, &set(&geometry, lights.clone()), &settings)
+                .expect("a database");
         let receivers = database.receivers();
         // Each patch from all blockers.
         let surfaces = Surfaces::new(&scene, &geometry, &settings);

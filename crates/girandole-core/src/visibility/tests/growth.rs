@@ -119,7 +119,7 @@ fn fewer_tests_a_pair_where_a_room_has_four_times_as_many_triangles() {
         let scene = builtin::build(name, object).expect("it is built in");
         // The same ones throughout, just off their surfaces.
         let lights: Vec<LightSample> = sampled(&scene, &Geometry::new(&scene), 100)
-            .samples
+            .samples()
             .iter()
             .map(|l| light(l.position + l.normal * 1e-3, l.normal, l.profile))
             .collect();

@@ -2,6 +2,8 @@ mod bounds;
 mod cases;
 mod database;
 mod growth;
+mod ids;
+mod outliers;
 mod random;
 
 use super::{State, VisibilityDatabase, VisibilitySettings};
@@ -87,12 +89,13 @@ pub fn bounce(tracer: &SceneTracer, triangle: u32, at: Vec2) -> LightSample {
     }
 }
 
-pub fn set(samples: Vec<LightSample>) -> LightSet {
-    LightSet { samples, ..LightSet::default() }
+pub fn set(geometry: &Geometry, samples: Vec<LightSample>) -> LightSet {
+    LightSet::from_samples(geometry, samples)
 }
 
 pub fn build(scene: &Scene, geometry: &Geometry, samples: Vec<LightSample>) -> VisibilityDatabase {
-    VisibilityDatabase::build(scene, geometry, &set(samples), &VisibilitySettings::default())
+    VisibilityDatabase::build(scene, geometry, &set(geometry, samples), &VisibilitySettings::default())
+        .expect("a database")
 }
 
 /// As many light samples of a scene.
@@ -145,7 +148,7 @@ pub fn verify(
                 continue;
             }
             let to = match light.profile {
-                Profile::Directional => lifted - light.normal * (lifted.length() + 2.0 * geometry.diagonal()),
+                Profile::Directional => lifted - light.normal * (lifted.length() + 2.0 * geometry.extent()),
                 _ => light.position,
             };
             let blocking = tracer.occluder(lifted, triangle, to, light.triangle(), NONE);

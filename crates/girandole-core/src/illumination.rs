@@ -1,0 +1,107 @@
+//! Everything that is derived from a scene without a GPU, and kept in step with it.
+
+use crate::generation::Generation;
+use crate::lights::{LightSet, LightSettings};
+use crate::scene::{Geometry, Scene, SceneChanges};
+use crate::visibility::{VisibilityDatabase, VisibilitySettings};
+use crate::{Error, Result};
+
+/// How a scene is lit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct IlluminationSettings {
+    /// How light is sampled.
+    pub lights: LightSettings,
+    /// How visibility is determined; `None` = not at all.
+    pub visibility: Option<VisibilitySettings>,
+}
+
+/// A scene's geometry, its light samples, and which of them need a shadow map where.
+///
+/// ```
+/// use girandole_core::glam::vec3;
+/// use girandole_core::illumination::{Illumination, IlluminationSettings};
+/// use girandole_core::scene::{Transform, builtin};
+///
+/// let mut scene = builtin::build("gap", builtin::MovingObject::Torus)?;
+/// let settings = IlluminationSettings::default();
+/// let mut illumination = Illumination::new(&scene, &settings)?;
+/// let torus = scene.objects.iter().position(|o| o.dynamic).unwrap();
+/// scene.set_transform(scene.objects[torus].node, Transform::translation(vec3(0.5, 0.5, 0.5)))?;
+/// let changes = scene.take_changes();
+/// illumination.update(&scene, &changes)?;
+/// assert!(illumination.lights() == Illumination::new(&scene, &settings)?.lights());
+/// # Ok::<(), girandole_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Illumination {
+    settings: IlluminationSettings,
+    geometry: Geometry,
+    lights: LightSet,
+    visibility: Option<VisibilityDatabase>,
+}
+
+impl Illumination {
+    /// Derives everything from a scene as it stands.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a setting is out of range, the scene has no light, or visibility is asked for with more
+    /// than [`MOST_LIGHTS`](crate::visibility::MOST_LIGHTS) light samples.
+    pub fn new(scene: &Scene, settings: &IlluminationSettings) -> Result<Self> {
+        let geometry = Geometry::new(scene);
+        let lights = LightSet::sample(scene, &geometry, &settings.lights)?;
+        let build = |s: &VisibilitySettings| VisibilityDatabase::build(scene, &geometry, &lights, s);
+        let visibility = settings.visibility.as_ref().map(build).transpose()?;
+        Ok(Self { settings: *settings, geometry, lights, visibility })
+    }
+
+    /// Brings everything up to the scene after these changes: to the bit what [`Illumination::new`] makes of it. For
+    /// now that is what is done, so it takes as long.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the changes do not lead from the version held to the scene's, unless they say that
+    /// everything changed; and as [`Illumination::new`]. Then nothing is changed:
+    /// [`SceneChanges::then`] adds these changes to the next ones.
+    pub fn update(&mut self, scene: &Scene, changes: &SceneChanges) -> Result<()> {
+        changes.to.expect(
+            scene.generation(),
+            "these changes do not lead to the scene as it stands; take them right before the update",
+        )?;
+        if !changes.everything && changes.from != self.generation() {
+            return Err(Error::Invalid(
+                "these changes do not start from what is held; pass on all changes in order, or touch the scene".into(),
+            ));
+        }
+        if changes.to != self.generation() {
+            *self = Self::new(scene, &self.settings)?;
+        }
+        Ok(())
+    }
+
+    /// Which version of the scene it was derived from.
+    pub fn generation(&self) -> Generation {
+        self.geometry.generation()
+    }
+
+    /// How it was derived.
+    pub fn settings(&self) -> &IlluminationSettings {
+        &self.settings
+    }
+
+    /// The scene, flattened.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// Its light samples.
+    pub fn lights(&self) -> &LightSet {
+        &self.lights
+    }
+
+    /// Which of them need a shadow map where, if that was asked for.
+    pub fn visibility(&self) -> Option<&VisibilityDatabase> {
+        self.visibility.as_ref()
+    }
+}
+
+#[cfg(test)]
+mod tests;

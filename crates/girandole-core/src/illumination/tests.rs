@@ -1,0 +1,193 @@
+//! After any sequence of changes everything is what it would be from scratch.
+
+use super::*;
+use crate::scene::builtin::{self, MovingObject, shapes};
+use crate::scene::{Material, ObjectId, Transform};
+use crate::visibility::State;
+use glam::{Quat, Vec3, vec3};
+use proptest::prelude::*;
+
+fn settings() -> IlluminationSettings {
+    IlluminationSettings {
+        lights: LightSettings { count: 12, candidates: 2, ..LightSettings::default() },
+        visibility: Some(VisibilitySettings::default()),
+    }
+}
+
+/// Everything that follows from a scene, in terms that can be compared.
+fn contents(of: &Illumination) -> (String, Vec<Vec<State>>) {
+    let (geometry, lights) = (of.geometry(), of.lights());
+    let database = of.visibility().expect("it was asked for");
+    let arrays = format!(
+        "{:?} {:?} {:?} {:?} {:?} {:?} {:?}",
+        geometry.frame_of_reference(),
+        geometry.positions,
+        geometry.normals,
+        geometry.triangles,
+        geometry.patches,
+        geometry.objects,
+        database.receivers(),
+    );
+    let lights = format!("{:?} {:?} {} {}", lights.samples(), lights.ids(), lights.direct, lights.paths);
+    let leaves = 0..database.receivers().leaves.len() as u32;
+    (arrays + &lights, leaves.map(|leaf| database.leaf_states(leaf).to_vec()).collect())
+}
+
+#[derive(Clone, Debug)]
+enum Step {
+    Move(usize, Vec3, f32),
+    Dim(u32, f32),
+    Insert(Vec3, bool),
+    Remove(usize),
+    Touch(usize),
+}
+
+fn steps() -> impl Strategy<Value = Vec<Step>> {
+    let place = || (-3.0..3.0_f32, 0.1..2.5_f32, -3.0..3.0_f32).prop_map(|(x, y, z)| vec3(x, y, z));
+    let far = (0.9..1.0_f32).prop_map(|x| vec3(12.0 * x, 1.0, 0.0));
+    let step = prop_oneof![
+        4 => (any::<usize>(), place(), 0.0..6.0_f32).prop_map(|(o, p, turn)| Step::Move(o, p, turn)),
+        1 => (any::<usize>(), far).prop_map(|(o, p)| Step::Move(o, p, 0.0)),
+        2 => (any::<u32>(), 0.0..9.0_f32).prop_map(|(m, light)| Step::Dim(m, light)),
+        2 => (place(), any::<bool>()).prop_map(|(p, dynamic)| Step::Insert(p, dynamic)),
+        2 => any::<usize>().prop_map(Step::Remove),
+        1 => any::<usize>().prop_map(Step::Touch),
+    ];
+    prop::collection::vec(step, 1..7)
+}
+
+/// Objects that a room can do without.
+fn movable(scene: &Scene) -> Vec<usize> {
+    scene.placed_objects().filter(|(_, o)| o.dynamic || o.name == "new").map(|(i, _)| i).collect()
+}
+
+fn take(scene: &mut Scene, step: &Step) -> Result<()> {
+    let things = movable(scene);
+    let pick = |i: usize| things.get(i % things.len().max(1)).copied();
+    match *step {
+        Step::Move(which, at, turn) => match pick(which) {
+            Some(object) => {
+                let place = Transform::rigid(Quat::from_rotation_y(turn), at);
+                scene.set_transform(scene.objects[object].node, place)
+            }
+            None => Ok(()),
+        },
+        Step::Dim(which, light) => {
+            // The room's own lamps stay on.
+            let own = |m: &u32| ["glow", "new"].contains(&scene.materials[*m as usize].name.as_str());
+            let others: Vec<u32> = (0..scene.materials.len() as u32).filter(own).collect();
+            let which = others[which as usize % others.len()];
+            scene.set_emission(which, Vec3::new(light, 1.0, 0.5))
+        }
+        Step::Insert(at, dynamic) => {
+            let material = scene.add_material(Material { name: "new".into(), ..Material::default() });
+            let mesh = if dynamic {
+                shapes::sphere(0.2, 6, 4, material)
+            } else {
+                shapes::cuboid(Vec3::splat(-0.2), Vec3::splat(0.2), material)
+            };
+            scene.insert_object("new", mesh, Transform::translation(at), dynamic).map(|_| ())
+        }
+        Step::Remove(which) => {
+            pick(which).map_or(Ok(()), |object| scene.remove_object(ObjectId::from(object)))
+        }
+        Step::Touch(which) => {
+            let material = which % scene.materials.len();
+            scene.materials[material].base_color *= 0.9;
+            scene.touch();
+            Ok(())
+        }
+    }
+}
+
+fn lit_room() -> Scene {
+    let mut scene = builtin::build("gap", MovingObject::Torus).expect("it is built in");
+    let glow = scene.add_material(Material::emitter("glow", Vec3::ONE));
+    scene.add_object(
+        "glow",
+        shapes::cuboid(Vec3::splat(-0.05), Vec3::splat(0.05), glow),
+        Transform::translation(vec3(0.3, 0.5, 0.3)),
+    );
+    scene
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn after_any_changes_it_is_that_of_the_scene(steps in steps(), grouped in any::<u32>()) {
+        let mut scene = lit_room();
+        let mut held = Illumination::new(&scene, &settings()).expect("there is light");
+        for (i, step) in steps.iter().enumerate() {
+            take(&mut scene, step).expect("it is possible");
+            // Several changes at a time.
+            if grouped >> i & 1 == 0 || i + 1 == steps.len() {
+                let changes = scene.take_changes();
+                held.update(&scene, &changes).expect("it follows");
+                let fresh = Illumination::new(&scene, &settings()).expect("there is light");
+                prop_assert!(contents(&held) == contents(&fresh), "{step:?}");
+                prop_assert_eq!(held.generation(), scene.generation());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_comparison_sees_each_kind_of_change() {
+    let scene = lit_room();
+    let held = Illumination::new(&scene, &settings()).expect("there is light");
+    for step in [
+        Step::Move(0, vec3(0.5, 1.0, 0.5), 1.0),
+        Step::Dim(0, 3.0),
+        Step::Insert(vec3(0.0, 1.0, 0.0), false),
+        Step::Remove(0),
+    ] {
+        let mut changed = scene.clone();
+        take(&mut changed, &step).expect("it is possible");
+        let other = Illumination::new(&changed, &settings()).expect("there is light");
+        assert!(contents(&held) != contents(&other), "{step:?}");
+    }
+}
+
+#[test]
+fn changes_that_do_not_follow_are_refused_and_change_nothing() {
+    let mut scene = lit_room();
+    let mut held = Illumination::new(&scene, &settings()).expect("there is light");
+    let first = held.generation();
+    let step = |scene: &mut Scene, light: f32| {
+        take(scene, &Step::Dim(0, light)).expect("it is possible");
+        scene.take_changes()
+    };
+    let (one, two) = (step(&mut scene, 2.0), step(&mut scene, 3.0));
+    let refused = |held: &mut Illumination, scene: &Scene, changes: &SceneChanges| {
+        let sentence = held.update(scene, changes).expect_err("it does not follow").to_string();
+        assert_eq!(held.generation(), first);
+        sentence
+    };
+    assert!(refused(&mut held, &scene, &one).contains("as it stands"));
+    assert!(refused(&mut held, &scene, &two).contains("do not start"));
+    // No light: nothing can be derived, and both batches come together once there is some.
+    let all_dark = |scene: &mut Scene| {
+        for material in 0..scene.materials.len() as u32 {
+            scene.set_emission(material, Vec3::ZERO).expect("it is possible");
+        }
+        scene.take_changes()
+    };
+    let (mut all, dark) = (one, all_dark(&mut scene));
+    all.then(&two).expect("they follow");
+    all.then(&dark).expect("they follow");
+    assert!(refused(&mut held, &scene, &all).contains("no light"));
+    all.then(&step(&mut scene, 4.0)).expect("they follow");
+    held.update(&scene, &all).expect("there is light again");
+    assert_eq!(held.generation(), scene.generation());
+    // A touched scene is taken whatever went before.
+    step(&mut scene, 5.0);
+    scene.touch();
+    let changes = scene.take_changes();
+    held.update(&scene, &changes).expect("everything changed");
+    // Nothing new is nothing to do.
+    let lights = held.lights().generation();
+    let changes = scene.take_changes();
+    held.update(&scene, &changes).expect("nothing changed");
+    assert_eq!(held.lights().generation(), lights);
+}

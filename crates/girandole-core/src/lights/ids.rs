@@ -1,0 +1,71 @@
+//! What tells light samples apart, from one sampling of a scene to the next.
+
+use super::{LightSample, SampleOrigin};
+use crate::scene::{Geometry, NONE};
+use rustc_hash::FxHashMap;
+
+/// A light sample's identity within its set. It says where the sample comes from, in terms that stay the same when the
+/// scene changes elsewhere: the same path of the random walk may end on another triangle, and is the same light then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum LightId {
+    /// A punctual light; a point light has two samples, 0 above and 1 below.
+    Punctual {
+        /// Index into the scene's lights.
+        light: u32,
+        /// Which of its samples.
+        index: u32,
+    },
+    /// One of an emitter's samples.
+    Emitter {
+        /// Index into the scene's objects.
+        object: u32,
+        /// Index into the scene's materials.
+        material: u32,
+        /// Whether it shines from the back.
+        back: bool,
+        /// Which of the samples that this side of this material got, in the order of their sequence.
+        index: u32,
+    },
+    /// Left by a random walk.
+    Bounce {
+        /// Which path.
+        path: u32,
+        /// 1 for the first surface after the emitter.
+        bounce: u32,
+        /// Which of the samples that were made of it: 0, unless it stands for more light than one sample should carry.
+        index: u32,
+    },
+}
+
+/// An id for each sample.
+pub(super) fn identify(geometry: &Geometry, samples: &[LightSample]) -> Vec<LightId> {
+    let mut counts: FxHashMap<LightId, u32> = FxHashMap::default();
+    let identify = |sample: &LightSample| {
+        let mut id = first(geometry, sample);
+        let count = counts.entry(id).or_default();
+        let (LightId::Punctual { index, .. }
+        | LightId::Emitter { index, .. }
+        | LightId::Bounce { index, .. }) = &mut id;
+        *index = *count;
+        *count += 1;
+        id
+    };
+    samples.iter().map(identify).collect()
+}
+
+/// The id of the first sample of this origin.
+fn first(geometry: &Geometry, sample: &LightSample) -> LightId {
+    match sample.origin {
+        SampleOrigin::Punctual { light } => LightId::Punctual { light, index: 0 },
+        SampleOrigin::Bounce { path, bounce, .. } => LightId::Bounce { path, bounce, index: 0 },
+        SampleOrigin::Emitter { triangle } => match geometry.triangles.get(triangle as usize) {
+            Some(t) => LightId::Emitter {
+                object: t.object,
+                material: t.material,
+                back: geometry.normal(triangle).dot(sample.normal) < 0.0,
+                index: 0,
+            },
+            None => LightId::Emitter { object: NONE, material: NONE, back: false, index: 0 },
+        },
+    }
+}

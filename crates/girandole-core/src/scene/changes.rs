@@ -1,0 +1,367 @@
+//! How an open scene changes, and what is written down about it for those who derive things from it.
+
+use super::{FrameOfReference, Mesh, Object, Scene, Transform};
+use crate::generation::Generation;
+use crate::{Error, Result};
+use glam::Vec3;
+
+/// Largest size of a scene that single precision has squares and cubes for, metres.
+const MAX_EXTENT: f32 = 1e12;
+
+/// An object's identity: its index in [`Scene::objects`]. It is never used again for another one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ObjectId(pub u32);
+
+impl ObjectId {
+    /// The index in [`Scene::objects`] and [`Geometry::objects`](super::Geometry::objects).
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl From<usize> for ObjectId {
+    fn from(index: usize) -> Self {
+        Self(u32::try_from(index).unwrap_or(super::NONE))
+    }
+}
+
+/// What led from one version of a scene to another. Lists are sorted, and name each thing once.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneChanges {
+    /// The version before.
+    pub from: Generation,
+    /// The version after.
+    pub to: Generation,
+    /// Objects that were there before and after, and whose place in the world changed.
+    pub moved: Vec<ObjectId>,
+    /// Objects that were not there before and are after.
+    pub added: Vec<ObjectId>,
+    /// Objects that were there before and are not after.
+    pub removed: Vec<ObjectId>,
+    /// Indices of materials whose emission changed, and of new ones.
+    pub materials: Vec<u32>,
+    /// Indices of punctual lights that moved, or whose intensity changed.
+    pub lights: Vec<u32>,
+    /// Whether the frame of reference is another one: all positions are, and all that depends on the scene's size.
+    pub reopened: bool,
+    /// Whether anything may be different, see [`Scene::touch`].
+    pub everything: bool,
+}
+
+impl SceneChanges {
+    fn none(at: Generation) -> Self {
+        Self {
+            from: at,
+            to: at,
+            moved: Vec::new(),
+            added: Vec::new(),
+            removed: Vec::new(),
+            materials: Vec::new(),
+            lights: Vec::new(),
+            reopened: false,
+            everything: false,
+        }
+    }
+
+    /// Whether nothing changed.
+    pub fn is_empty(&self) -> bool {
+        self.from == self.to
+    }
+
+    /// Adds the changes that came next, for example where something could not be updated in between.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where they start from another version than the one that these lead to.
+    pub fn then(&mut self, next: &Self) -> Result<()> {
+        self.to.expect(
+            next.from,
+            "these changes do not follow each other; take them in the order they were made",
+        )?;
+        self.to = next.to;
+        next.added.iter().for_each(|&id| insert(&mut self.added, id));
+        next.moved.iter().for_each(|&id| self.note_moved(id));
+        next.removed.iter().for_each(|&id| self.note_removed(id));
+        next.materials.iter().for_each(|&m| insert(&mut self.materials, m));
+        next.lights.iter().for_each(|&l| insert(&mut self.lights, l));
+        self.reopened |= next.reopened;
+        self.everything |= next.everything;
+        Ok(())
+    }
+
+    fn note_moved(&mut self, id: ObjectId) {
+        if self.added.binary_search(&id).is_err() {
+            insert(&mut self.moved, id);
+        }
+    }
+
+    fn note_removed(&mut self, id: ObjectId) {
+        remove(&mut self.moved, id);
+        if !remove(&mut self.added, id) {
+            insert(&mut self.removed, id);
+        }
+    }
+}
+
+fn insert<T: Ord>(sorted: &mut Vec<T>, item: T) {
+    if let Err(at) = sorted.binary_search(&item) {
+        sorted.insert(at, item);
+    }
+}
+
+fn remove<T: Ord>(sorted: &mut Vec<T>, item: T) -> bool {
+    let found = sorted.binary_search(&item);
+    if let Ok(at) = found {
+        sorted.remove(at);
+    }
+    found.is_ok()
+}
+
+/// What a scene knows of its own history.
+#[derive(Clone, Debug)]
+pub(super) struct Record {
+    generation: Generation,
+    /// Fixed once the scene is open.
+    frame: Option<FrameOfReference>,
+    /// Since changes were last taken.
+    pending: SceneChanges,
+}
+
+impl Default for Record {
+    fn default() -> Self {
+        let generation = Generation::fresh();
+        Self { generation, frame: None, pending: SceneChanges::none(generation) }
+    }
+}
+
+/// Changes of an open scene. Each opens it if it was not, so that the frame of reference is that of the scene before the
+/// change; and each that is refused leaves the scene as it was.
+impl Scene {
+    /// Which version of the scene this is: each change makes another one, and copies keep it.
+    pub fn generation(&self) -> Generation {
+        self.record.generation
+    }
+
+    /// The frame that geometry is made in: the one that the scene was opened with, or would be as it stands.
+    pub fn frame_of_reference(&self) -> FrameOfReference {
+        self.record.frame.unwrap_or_else(|| FrameOfReference::of(self))
+    }
+
+    /// Whether the frame of reference is fixed.
+    pub fn is_open(&self) -> bool {
+        self.record.frame.is_some()
+    }
+
+    /// Fixes the frame of reference: from now on only what leaves its bounds changes it.
+    pub fn open(&mut self) {
+        if !self.is_open() {
+            self.record.frame = Some(FrameOfReference::of(self));
+        }
+    }
+
+    /// What changed since changes were last taken, or since the scene was made.
+    pub fn take_changes(&mut self) -> SceneChanges {
+        std::mem::replace(&mut self.record.pending, SceneChanges::none(self.record.generation))
+    }
+
+    /// Says that public fields were changed by hand, in any way: whatever was derived is stale.
+    pub fn touch(&mut self) {
+        self.open();
+        self.record.pending.everything = true;
+        let all: Vec<usize> = self.placed_objects().map(|(i, _)| i).collect();
+        self.keep_in_frame(&all);
+        self.stamp();
+    }
+
+    /// Puts a node, and what is below it, elsewhere. Cameras alone make no new version of the scene: nothing is derived
+    /// from them.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where there is no such node, or the transform is not finite or leads farther than 10¹² m away.
+    pub fn set_transform(&mut self, node: usize, local: Transform) -> Result<()> {
+        if node >= self.nodes.len() {
+            return invalid(format!("there is no node {node}; the scene has {}", self.nodes.len()));
+        }
+        if !local.affine().is_finite() {
+            return invalid(format!("node {node} cannot have a transform that is not finite; correct it"));
+        }
+        if self.nodes[node].local == local {
+            return Ok(());
+        }
+        let objects: Vec<usize> =
+            self.placed_objects().filter(|(_, o)| self.is_below(o.node, node)).map(|(i, _)| i).collect();
+        let lights: Vec<usize> =
+            (0..self.lights.len()).filter(|&i| self.is_below(self.lights[i].node, node)).collect();
+        if !(objects.is_empty() && lights.is_empty()) {
+            self.open();
+        }
+        let before = std::mem::replace(&mut self.nodes[node].local, local);
+        let too_far = lights.iter().any(|&l| !self.is_near(self.lights[l].node))
+            || objects.iter().any(|&o| !self.is_object_near(o));
+        if too_far {
+            self.nodes[node].local = before;
+            return invalid(format!(
+                "node {node} cannot be moved farther than {MAX_EXTENT:.0e} m away; scale it to metres"
+            ));
+        }
+        if !(objects.is_empty() && lights.is_empty()) {
+            self.keep_in_frame(&objects);
+            objects.into_iter().for_each(|o| self.record.pending.note_moved(o.into()));
+            lights.into_iter().for_each(|l| insert(&mut self.record.pending.lights, l as u32));
+            self.stamp();
+        }
+        Ok(())
+    }
+
+    /// Changes what a material emits, W/(sr·m²).
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where there is no such material, or a channel is negative or not finite.
+    pub fn set_emission(&mut self, material: u32, emission: Vec3) -> Result<()> {
+        let count = self.materials.len();
+        let Some(found) = self.materials.get_mut(material as usize) else {
+            return invalid(format!("there is no material {material}; the scene has {count}"));
+        };
+        check_light(emission)?;
+        if found.emission != emission {
+            found.emission = emission;
+            self.open();
+            self.material_changed(material);
+        }
+        Ok(())
+    }
+
+    /// Changes the intensity of a punctual light, W/sr (directional: W/m²).
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where there is no such light, or a channel is negative or not finite.
+    pub fn set_intensity(&mut self, light: usize, intensity: Vec3) -> Result<()> {
+        let count = self.lights.len();
+        let Some(found) = self.lights.get_mut(light) else {
+            return invalid(format!("there is no light {light}; the scene has {count}"));
+        };
+        check_light(intensity)?;
+        if found.intensity != intensity {
+            found.intensity = intensity;
+            self.open();
+            insert(&mut self.record.pending.lights, light as u32);
+            self.stamp();
+        }
+        Ok(())
+    }
+
+    /// Adds a mesh on a root node of its own; `dynamic` as in [`Object::dynamic`].
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the mesh refers to vertices or materials that do not exist or lacks normals, or the
+    /// transform is not finite or leads farther than 10¹² m away.
+    pub fn insert_object(
+        &mut self,
+        name: &str,
+        mesh: Mesh,
+        local: Transform,
+        dynamic: bool,
+    ) -> Result<ObjectId> {
+        mesh.check(self.materials.len())?;
+        if !local.affine().is_finite() {
+            return invalid(format!(
+                "object `{name}` cannot have a transform that is not finite; correct it"
+            ));
+        }
+        self.open();
+        let node = self.add_node(name, local);
+        self.meshes.push(mesh);
+        self.objects.push(Object {
+            name: name.into(),
+            node,
+            mesh: self.meshes.len() - 1,
+            dynamic,
+            removed: false,
+        });
+        let index = self.objects.len() - 1;
+        if !self.is_object_near(index) {
+            self.objects.pop();
+            self.meshes.pop();
+            self.nodes.pop();
+            return invalid(format!(
+                "object `{name}` is farther than {MAX_EXTENT:.0e} m away; scale it to metres"
+            ));
+        }
+        self.keep_in_frame(&[index]);
+        insert(&mut self.record.pending.added, index.into());
+        self.stamp();
+        Ok(index.into())
+    }
+
+    /// Takes an object away. Its slot stays empty; its node and its mesh stay, as others may be on them.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where there is no such object.
+    pub fn remove_object(&mut self, object: ObjectId) -> Result<()> {
+        if !self.objects.get(object.index()).is_some_and(|o| !o.removed) {
+            return invalid(format!("there is no object {}; it may have been removed", object.0));
+        }
+        self.open();
+        self.objects[object.index()].removed = true;
+        self.record.pending.note_removed(object);
+        self.stamp();
+        Ok(())
+    }
+
+    /// Writes down that a material is new or another one, if anybody may have seen the scene without.
+    pub(super) fn material_changed(&mut self, material: u32) {
+        if self.is_open() {
+            insert(&mut self.record.pending.materials, material);
+            self.stamp();
+        }
+    }
+
+    fn stamp(&mut self) {
+        self.record.generation = Generation::fresh();
+        self.record.pending.to = self.record.generation;
+    }
+
+    fn is_below(&self, node: usize, above: usize) -> bool {
+        std::iter::successors(Some(node), |&n| self.nodes[n].parent).any(|n| n == above)
+    }
+
+    fn is_near(&self, node: usize) -> bool {
+        self.world_from_node(node).translation.abs().max_element() <= f64::from(MAX_EXTENT)
+    }
+
+    fn is_object_near(&self, object: usize) -> bool {
+        let Object { node, mesh, .. } = self.objects[object];
+        let affine = self.world_from_node(node);
+        let is_far = |p: &Vec3| {
+            let p = affine.transform_point3(p.as_dvec3());
+            p.is_finite() && p.abs().max_element() > f64::from(MAX_EXTENT)
+        };
+        affine.is_finite() && !self.meshes[mesh].positions.iter().any(is_far)
+    }
+
+    /// Makes another frame of reference if one of these objects is not within its bounds, with room for those.
+    fn keep_in_frame(&mut self, objects: &[usize]) {
+        let Some(frame) = self.record.frame else { return };
+        let left: Vec<usize> =
+            objects.iter().copied().filter(|&i| !frame.holds(self, &self.objects[i])).collect();
+        let Some(&first) = left.first() else { return };
+        let moves = |i: usize| self.objects[i].dynamic || left.contains(&i);
+        self.record.frame = Some(FrameOfReference::with_movers(self, moves));
+        self.record.pending.reopened = true;
+        self.warn(format!(
+            "object {first} `{}` left the bounds that the scene was opened with: everything is derived anew in larger \
+             ones; open the scene with something static that reaches as far as things will move",
+            self.objects[first].name
+        ));
+    }
+}
+
+fn check_light(value: Vec3) -> Result<()> {
+    if value.is_finite() && value.min_element() >= 0.0 {
+        return Ok(());
+    }
+    invalid(format!("light of {value} is not possible; give each channel a number from 0 up"))
+}
+
+fn invalid<T>(sentence: String) -> Result<T> {
+    Err(Error::Invalid(sentence))
+}

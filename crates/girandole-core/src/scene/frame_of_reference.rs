@@ -1,0 +1,225 @@
+//! The frame that a scene is worked on in: what positions are relative to, and what epsilons are relative to.
+//!
+//! Both stay what they are while things move, so that what does not change keeps its bits. And neither may follow an
+//! outlier: with a stray vertex 10 km away from a room of 10 m, a share of the bounds would be a thousand times what
+//! it should be, and positions relative to their centre would be a thousand times less exact.
+//!
+//! 1. The bounds of all positions are the scene's size, as a rule.
+//! 2. The *core* is the box between the quartiles of its surface in x, y and z. Each corner of a triangle counts for
+//!    the square of the triangle's least height, so that the long slivers of a stray vertex count for nothing.
+//! 3. If the bounds are more than 64 times as large as the core, only what is near the core sets origin and scale. The
+//!    bounds still hold everything.
+//! 4. Dynamic objects that are not within the bounds of the others get room about them.
+//!
+//! Worked example: the built-in rooms' cores are about as large as their bounds, as most surface is on their walls. A
+//! tiny ball 10 km away from one has a millionth of the surface; bounds over core are about 1000; origin and scale are
+//! those of the room alone, and the bounds reach to the ball.
+
+use super::{Object, Scene};
+use glam::{DAffine3, DVec3, Vec3};
+
+/// Bounds are many times larger than the core from this factor on.
+const MANY_TIMES: f64 = 64.0;
+/// What is within this many diagonals of the core is near it.
+const NEAR: f64 = 8.0;
+/// Cells of the histograms that quartiles are found by, in each direction: a factor of 64 is 16 of them.
+const CELLS: usize = 1024;
+
+/// What positions and epsilons of a scene are relative to; see the module's documentation for how it is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameOfReference {
+    /// World position that positions are relative to: the centre of the scene but for outliers.
+    pub origin: DVec3,
+    /// Smallest and largest corner, relative to the origin, metres: everything, and room for what moves.
+    pub bounds: (Vec3, Vec3),
+    /// The scene's size, metres: what epsilons are relative to. The length of the bounds' diagonal, without outliers
+    /// and without room for what moves.
+    pub scale: f32,
+}
+
+impl Default for FrameOfReference {
+    /// That of an empty scene.
+    fn default() -> Self {
+        Self { origin: DVec3::ZERO, bounds: (Vec3::ZERO, Vec3::ZERO), scale: f32::MIN_POSITIVE }
+    }
+}
+
+impl FrameOfReference {
+    /// The frame of a scene as it stands.
+    pub fn of(scene: &Scene) -> Self {
+        Self::with_movers(scene, |index| scene.objects[index].dynamic)
+    }
+
+    /// The frame of a scene in which these objects move.
+    pub(super) fn with_movers(scene: &Scene, moves: impl Fn(usize) -> bool) -> Self {
+        let placed: Vec<Placed> =
+            scene.placed_objects().map(|(i, object)| Placed::new(scene, i, object)).collect();
+        let mut all = Box3::EMPTY;
+        let mut still = Box3::EMPTY;
+        for object in &placed {
+            all = all.union(object.bounds);
+            if !moves(object.index) {
+                still = still.union(object.bounds);
+            }
+        }
+        if all.is_empty() {
+            return Self::default();
+        }
+        let main = main_part(scene, &placed, all);
+        let mut with_room = all;
+        for object in placed.iter().filter(|o| moves(o.index) && !still.contains(o.bounds)) {
+            with_room = with_room.union(object.bounds.grown(object.bounds.size().length()));
+        }
+        let origin = (main.low + main.high) * 0.5;
+        let relative = |b: Box3| ((b.low - origin).as_vec3(), (b.high - origin).as_vec3());
+        let (low, high) = relative(main);
+        Self { origin, bounds: relative(with_room), scale: (high - low).length().max(f32::MIN_POSITIVE) }
+    }
+
+    /// Length of the bounds' diagonal, metres; larger than the scale where there are outliers or room for movers.
+    pub fn extent(&self) -> f32 {
+        (self.bounds.1 - self.bounds.0).length().max(f32::MIN_POSITIVE)
+    }
+
+    /// Whether an object is within the bounds.
+    pub(super) fn holds(&self, scene: &Scene, object: &Object) -> bool {
+        let affine = scene.world_from_node(object.node);
+        let within = |p: Vec3| {
+            let p = (affine.transform_point3(p.as_dvec3()) - self.origin).as_vec3();
+            !p.is_finite() || p.cmpge(self.bounds.0).all() && p.cmple(self.bounds.1).all()
+        };
+        let positions = &scene.meshes[object.mesh].positions;
+        let own = positions.iter().filter(|p| p.is_finite());
+        let (low, high) = own.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+        let corner = |i: usize| Vec3::select(glam::BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0), high, low);
+        // If the corners of its box are, all of it is.
+        low.cmpgt(high).any() || (0..8).all(|i| within(corner(i))) || positions.iter().all(|&p| within(p))
+    }
+}
+
+/// An object's finite positions in the world.
+struct Placed {
+    index: usize,
+    positions: Vec<DVec3>,
+    bounds: Box3,
+}
+
+impl Placed {
+    fn new(scene: &Scene, index: usize, object: &Object) -> Self {
+        let affine: DAffine3 = scene.world_from_node(object.node);
+        let positions: Vec<DVec3> = scene.meshes[object.mesh]
+            .positions
+            .iter()
+            .map(|p| affine.transform_point3(p.as_dvec3()))
+            .collect();
+        let bounds = positions.iter().filter(|p| p.is_finite()).fold(Box3::EMPTY, |b, p| b.with(*p));
+        Self { index, positions, bounds }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Box3 {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Box3 {
+    const EMPTY: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
+    fn is_empty(self) -> bool {
+        !self.low.cmple(self.high).all()
+    }
+
+    fn size(self) -> DVec3 {
+        self.high - self.low
+    }
+
+    fn with(self, p: DVec3) -> Self {
+        Self { low: self.low.min(p), high: self.high.max(p) }
+    }
+
+    fn union(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    fn grown(self, by: f64) -> Self {
+        if self.is_empty() { self } else { Self { low: self.low - by, high: self.high + by } }
+    }
+
+    fn holds(self, p: DVec3) -> bool {
+        p.cmpge(self.low).all() && p.cmple(self.high).all()
+    }
+
+    fn contains(self, other: Self) -> bool {
+        other.is_empty() || self.holds(other.low) && self.holds(other.high)
+    }
+}
+
+/// The bounds of what is not far away from most of the scene's surface: all of it, as a rule.
+fn main_part(scene: &Scene, objects: &[Placed], all: Box3) -> Box3 {
+    let mut main = all;
+    // Each round cuts off what is farther than a cell of its histograms can tell.
+    loop {
+        let core = core(scene, objects, main);
+        let size = core.size().length();
+        if core.is_empty() || size <= 0.0 || main.size().length() <= MANY_TIMES * size {
+            return main;
+        }
+        let near = core.grown(NEAR * size);
+        let points = objects.iter().flat_map(|o| &o.positions).filter(|p| near.holds(**p));
+        let next = points.fold(Box3::EMPTY, |b, p| b.with(*p));
+        if next.is_empty() || !main.contains(next) || next == main {
+            return main;
+        }
+        main = next;
+    }
+}
+
+/// The box between the quartiles of the surface within a box, up to a cell of 1/1024.
+fn core(scene: &Scene, objects: &[Placed], within: Box3) -> Box3 {
+    let size = within.size();
+    let cells = DVec3::splat(CELLS as f64) / size.map(|s| if s > 0.0 { s } else { f64::INFINITY });
+    let mut mass = vec![[0.0_f64; 3]; CELLS];
+    let mut total = 0.0;
+    for object in objects {
+        for triangle in &scene.meshes[scene.objects[object.index].mesh].triangles {
+            let [a, b, c] = triangle.vertices.map(|v| object.positions[v as usize]);
+            let edges = [b - a, c - b, a - c];
+            let longest = edges.map(DVec3::length_squared).into_iter().fold(0.0, f64::max);
+            let height_squared = edges[0].cross(edges[1]).length_squared() / longest;
+            if !(height_squared > 0.0 && height_squared.is_finite()) {
+                continue;
+            }
+            for corner in [a, b, c] {
+                if within.holds(corner) {
+                    let at = ((corner - within.low) * cells).to_array();
+                    for (axis, x) in at.into_iter().enumerate() {
+                        mass[(x as usize).min(CELLS - 1)][axis] += height_squared;
+                    }
+                    total += height_squared;
+                }
+            }
+        }
+    }
+    if total <= 0.0 {
+        return Box3::EMPTY;
+    }
+    let mut core = within;
+    for axis in 0..3 {
+        let (mut low, mut high) = (0, CELLS - 1);
+        let mut below = mass[low][axis];
+        while below < total * 0.25 && low + 1 < CELLS {
+            low += 1;
+            below += mass[low][axis];
+        }
+        let mut above = mass[high][axis];
+        while above < total * 0.25 && high > low {
+            high -= 1;
+            above += mass[high][axis];
+        }
+        let width = size[axis] / CELLS as f64;
+        core.low[axis] = within.low[axis] + width * low as f64;
+        core.high[axis] = within.low[axis] + width * (high + 1) as f64;
+    }
+    core
+}

@@ -1,0 +1,130 @@
+//! The frame of reference: what it was where nothing is an outlier, and none the worse for outliers.
+
+use super::*;
+use crate::trace::ray_offset_distance;
+use std::path::Path;
+
+/// Origin, bounds and diagonal of all positions.
+fn of_all_positions(scene: &Scene) -> FrameOfReference {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for object in &scene.objects {
+        let affine = scene.world_from_node(object.node);
+        for p in &scene.meshes[object.mesh].positions {
+            let p = affine.transform_point3(p.as_dvec3());
+            if p.is_finite() {
+                low = low.min(p);
+                high = high.max(p);
+            }
+        }
+    }
+    let origin = (low + high) * 0.5;
+    let bounds = ((low - origin).as_vec3(), (high - origin).as_vec3());
+    FrameOfReference { origin, bounds, scale: (bounds.1 - bounds.0).length() }
+}
+
+fn bits(frame: &FrameOfReference) -> ([u64; 3], [u32; 7]) {
+    let [a, b, c] = frame.bounds.0.to_array();
+    let [d, e, f] = frame.bounds.1.to_array();
+    (frame.origin.to_array().map(f64::to_bits), [a, b, c, d, e, f, frame.scale].map(f32::to_bits))
+}
+
+#[test]
+fn scenes_without_outliers_are_as_large_as_their_bounds() {
+    let mut scenes = Vec::new();
+    for name in builtin::NAMES {
+        for object in
+            [builtin::MovingObject::None, builtin::MovingObject::Torus, builtin::MovingObject::Teapot]
+        {
+            scenes.push(builtin::build(name, object).expect("it is built in"));
+        }
+    }
+    let truth = Path::new(env!("CARGO_MANIFEST_DIR")).join("../girandole-reference/tests/truth");
+    for name in ["cornell", "table", "punctual"] {
+        scenes.push(Scene::load(&truth.join(name).join("scene.glb")).expect("the scene loads"));
+    }
+    // A house on a plane of 10 km; two houses 10 km apart; a ball under a dome.
+    let white = Material::default();
+    for parts in [
+        vec![(vec3(1e4, 1.0, 1e4), Vec3::ZERO), (Vec3::splat(10.0), vec3(0.0, 5.0, 0.0))],
+        vec![(Vec3::splat(10.0), Vec3::ZERO), (Vec3::splat(10.0), vec3(1e4, 0.0, 0.0))],
+        vec![(Vec3::splat(1.0), Vec3::ZERO), (Vec3::splat(5e3), Vec3::ZERO)],
+    ] {
+        let mut scene = Scene::default();
+        let material = scene.add_material(white.clone());
+        for (size, at) in parts {
+            scene.add_object(
+                "",
+                shapes::cuboid(size * -0.5, size * 0.5, material),
+                Transform::translation(at),
+            );
+        }
+        scenes.push(scene);
+    }
+    for scene in &scenes {
+        let (found, expected) = (FrameOfReference::of(scene), of_all_positions(scene));
+        assert_eq!(bits(&found), bits(&expected), "{}: {found:?} {expected:?}", scene.name);
+        let geometry = Geometry::new(scene);
+        assert_eq!(bits(&geometry.frame_of_reference()), bits(&expected));
+        assert_eq!(geometry.extent().to_bits(), geometry.diagonal().to_bits());
+        assert_eq!(geometry.radius().to_bits(), (geometry.diagonal() * 0.5).to_bits());
+    }
+    assert_eq!(FrameOfReference::of(&Scene::default()), FrameOfReference::default());
+}
+
+#[test]
+fn outliers_change_neither_origin_nor_scale() {
+    let plain = builtin::build("table", builtin::MovingObject::Teapot).expect("it is built in");
+    let expected = FrameOfReference::of(&plain);
+    let far = vec3(6e3, 2e3, -8e3);
+    type Outlier = fn(&mut Scene, Vec3);
+    let outliers: [(&str, Outlier); 5] = [
+        ("a vertex of no triangle", |scene, far| scene.meshes[0].positions.push(far)),
+        ("a vertex of the teapot", |scene, far| {
+            let mesh = scene.objects.last().expect("an object").mesh;
+            scene.meshes[mesh].positions[100] = far;
+        }),
+        ("a corner of a wall", |scene, far| scene.meshes[0].positions[0] = far),
+        ("a tiny ball", |scene, far| {
+            scene.add_object("", shapes::sphere(0.01, 8, 6, 0), Transform::translation(far));
+        }),
+        ("balls ever farther away", |scene, far| {
+            for i in 0..5 {
+                let at = far * 10_f32.powi(i);
+                scene.add_object("", shapes::sphere(0.3, 8, 6, 0), Transform::translation(at));
+            }
+        }),
+    ];
+    for (what, add) in outliers {
+        let mut scene = plain.clone();
+        add(&mut scene, far);
+        let frame = FrameOfReference::of(&scene);
+        let spread = of_all_positions(&scene);
+        assert!(spread.scale > 500.0 * expected.scale, "the control: {what}");
+        assert!((frame.scale / expected.scale - 1.0).abs() < 0.05, "{what}: {frame:?}");
+        assert!(
+            frame.origin.distance(expected.origin) < 0.05 * f64::from(expected.scale),
+            "{what}: {frame:?}"
+        );
+        assert!(frame.extent() > spread.scale * 0.999_999, "{what}: {frame:?}");
+        let geometry = Geometry::new(&scene);
+        let within = |p: &Vec3| p.cmpge(geometry.bounds.0).all() && p.cmple(geometry.bounds.1).all();
+        assert!(geometry.positions.iter().all(within), "{what}");
+        assert!(geometry.positions.iter().all(|p| p.length() <= geometry.radius() * 1.000_001), "{what}");
+        assert!(ray_offset_distance(&geometry, Vec3::ZERO) < 1.06e-5 * expected.scale, "{what}");
+    }
+}
+
+#[test]
+fn what_moves_has_room_where_nothing_else_is() {
+    let mut scene = room();
+    let closed = FrameOfReference::of(&scene);
+    assert_eq!(bits(&closed), bits(&of_all_positions(&scene)), "within the room it needs none");
+    scene.nodes[scene.objects[1].node].local = Transform::translation(vec3(0.0, 3.0, 0.0));
+    let open = FrameOfReference::of(&scene);
+    let tight = of_all_positions(&scene);
+    assert_eq!((open.origin, open.scale), (tight.origin, tight.scale));
+    let room = 0.4 * 3_f32.sqrt();
+    assert!((open.bounds.1.y - tight.bounds.1.y - room).abs() < 1e-5, "{open:?} {tight:?}");
+    scene.objects[1].dynamic = false;
+    assert_eq!(bits(&FrameOfReference::of(&scene)), bits(&tight), "the control: what stands still has none");
+}
