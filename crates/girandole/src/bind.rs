@@ -15,6 +15,8 @@ pub(crate) enum Slot {
     Write,
     /// Texture of whole numbers.
     Ids,
+    /// Array of textures of whole numbers.
+    IdsArray,
     /// Float texture that is not filtered.
     Float,
     /// Array of depth textures.
@@ -53,6 +55,7 @@ pub(crate) fn layout(
                 Slot::Read => buffer(wgpu::BufferBindingType::Storage { read_only: true }, false),
                 Slot::Write => buffer(wgpu::BufferBindingType::Storage { read_only: false }, false),
                 Slot::Ids => texture(wgpu::TextureSampleType::Uint, wgpu::TextureViewDimension::D2),
+                Slot::IdsArray => texture(wgpu::TextureSampleType::Uint, wgpu::TextureViewDimension::D2Array),
                 Slot::Float => texture(
                     wgpu::TextureSampleType::Float { filterable: false },
                     wgpu::TextureViewDimension::D2,

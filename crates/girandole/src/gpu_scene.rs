@@ -1,7 +1,7 @@
 //! A scene's buffers on the GPU.
 
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
-use crate::passes::shade::BATCH;
+use crate::shader_constants::{BATCH, TEXEL_COLUMNS, TEXEL_ROWS};
 use crate::surface_ids::surface_ids;
 use crate::{Error, Result, bind};
 use bind::Slot;
@@ -11,16 +11,16 @@ use girandole_core::scene::{ColorSpace, Filter, Geometry, Scene, Texture, Wrap};
 use wgpu::util::DeviceExt;
 
 /// Slots of bind group 1.
-pub(crate) const SCENE_SLOTS: [Slot; 4] = [Slot::Read; 4];
+pub(crate) const SCENE_SLOTS: [Slot; 4] = [Slot::Read, Slot::Read, Slot::Read, Slot::IdsArray];
 
 /// Everything about the scene that shaders read.
 pub(crate) struct GpuScene {
     /// Bind group 1.
     pub group: wgpu::BindGroup,
     /// Triangle indices, those without an alpha mask first.
-    pub order: wgpu::Buffer,
-    /// Keys of the triangles' surfaces.
-    pub keys: wgpu::Buffer,
+    pub triangle_order: wgpu::Buffer,
+    /// Ids of the triangles' surfaces.
+    pub triangle_surfaces: wgpu::Buffer,
     /// How many triangles have no mask, and how many have.
     pub counts: [u32; 2],
 }
@@ -58,7 +58,7 @@ fn check_size(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Result<()> {
 
 impl GpuScene {
     pub fn new(
-        device: &wgpu::Device,
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
         layout: &wgpu::BindGroupLayout,
         scene: &Scene,
         geometry: &Geometry,
@@ -92,14 +92,15 @@ impl GpuScene {
             storage(device, "vertices", &vertices)?,
             storage(device, "triangles", &triangles)?,
             storage(device, "materials", &materials)?,
-            storage(device, "textures", &pack_textures(&scene.textures)?)?,
         ];
-        let resources: Vec<_> = buffers.iter().map(|b| b.as_entire_binding()).collect();
+        let texels = texels(device, queue, pack_textures(&scene.textures)?)?;
+        let mut resources: Vec<_> = buffers.iter().map(|b| b.as_entire_binding()).collect();
+        resources.push(wgpu::BindingResource::TextureView(&texels));
         Ok(Self {
             group: bind::group(device, layout, &resources),
             counts: [opaque, order.len() as u32 - opaque],
-            order: storage(device, "draw order", &order)?,
-            keys: storage(device, "surface keys", &surface_ids(scene, geometry))?,
+            triangle_order: storage(device, "triangle order", &order)?,
+            triangle_surfaces: storage(device, "surface ids", &surface_ids(scene, geometry)?)?,
         })
     }
 }
@@ -121,7 +122,45 @@ pub(crate) fn light_buffer(device: &wgpu::Device, lights: &[Light]) -> Result<wg
     }))
 }
 
-/// All textures in one array, see `lib/texture.wgsl`: a directory, then the texels of all levels.
+/// The words of all textures in rows of a texture array.
+fn texels(device: &wgpu::Device, queue: &wgpu::Queue, mut words: Vec<u32>) -> Result<wgpu::TextureView> {
+    let rows = (words.len() as u64).div_ceil(u64::from(TEXEL_COLUMNS)).max(1);
+    let layers = rows.div_ceil(u64::from(TEXEL_ROWS));
+    let limit = u64::from(device.limits().max_texture_array_layers);
+    if layers > limit {
+        return Err(Error::TooLarge(format!(
+            "the scene's textures take {layers} layers of a texture array and this device has {limit} at most; use \
+             smaller textures"
+        )));
+    }
+    let height = rows.min(u64::from(TEXEL_ROWS));
+    words.resize(TEXEL_COLUMNS as usize * height as usize * layers as usize, 0);
+    let texture = device.create_texture_with_data(
+        queue,
+        &wgpu::TextureDescriptor {
+            label: Some("texels"),
+            size: wgpu::Extent3d {
+                width: TEXEL_COLUMNS,
+                height: height as u32,
+                depth_or_array_layers: layers as u32,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::R32Uint,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        },
+        wgpu::util::TextureDataOrder::LayerMajor,
+        bytemuck::cast_slice(&words),
+    );
+    Ok(texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    }))
+}
+
+/// All textures as one array of words, see `lib/texture.wgsl`: a directory, then the texels of all levels.
 fn pack_textures(textures: &[Texture]) -> Result<Vec<u32>> {
     let mut words = vec![0u32; textures.len() * 4];
     for (index, texture) in textures.iter().enumerate() {

@@ -44,6 +44,7 @@ pub use wgpu;
 
 mod atlas;
 mod bind;
+mod device_tuning;
 mod draw;
 mod elements;
 mod error;
@@ -56,9 +57,11 @@ mod packed;
 mod passes;
 mod readback;
 mod receivers;
+mod records;
 mod renderer;
 mod selection;
 mod settings;
+mod shader_constants;
 mod shaders;
 mod stats;
 mod surface_ids;
@@ -69,6 +72,7 @@ mod timers;
 mod layout_tests;
 
 pub use atlas::{AtlasLayout, MapSlot};
+pub use device_tuning::DeviceTuning;
 pub use error::{Error, Result};
 pub use gpu::{AdapterReport, Gpu, WANTED_FEATURES, adapters, wanted_limits};
 pub use occluders::CullCounts;

@@ -1,9 +1,10 @@
 //! The renderer: passes, a scene on the GPU, and a frame as one function.
 
 use crate::atlas::AtlasLayout;
+use crate::device_tuning::DeviceTuning;
 use crate::elements::{MAX_LIGHTS_PER_PASS, MultipassPlan};
 use crate::gpu_scene::{GpuScene, gpu_lights, light_buffer};
-use crate::layout::{DIRECTIONAL, Light};
+use crate::layout::Light;
 use crate::occluders::{CullCounts, Occluders};
 use crate::packed::unpack_radiance;
 use crate::passes::Layouts;
@@ -20,6 +21,7 @@ use crate::readback::TextureCopy;
 use crate::receivers::Receivers;
 use crate::selection::PointLists;
 use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading};
+use crate::shader_constants::{COSINE, DIRECTIONAL};
 use crate::targets::Targets;
 use crate::timers::Timers;
 use crate::{Error, Result};
@@ -110,7 +112,8 @@ impl Renderer {
                 options.pcf
             )));
         }
-        let layouts = Layouts::new(device);
+        let tuning = options.tuning.unwrap_or_else(|| DeviceTuning::for_device(device));
+        let layouts = Layouts::new(device, tuning);
         Ok(Self {
             shadow_maps: ShadowMaps::new(device, &layouts, &options),
             visibility: Visibility::new(device, &layouts),
@@ -119,8 +122,8 @@ impl Renderer {
             resolve: None,
             multipass: None,
             debug: None,
-            exposure: exposure::Exposure::new(device),
-            tone_mapping: ToneMapping::new(device),
+            exposure: exposure::Exposure::new(device, &tuning),
+            tone_mapping: ToneMapping::new(device, &tuning),
             timers: Timers::new(device, queue),
             device: device.clone(),
             queue: queue.clone(),
@@ -154,7 +157,7 @@ impl Renderer {
         }
         let needs = SceneFeatures {
             specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),
-            plain_lights: samples.iter().all(|l| l.profile == 0),
+            plain_lights: samples.iter().all(|l| l.profile == COSINE),
             textures: !scene.textures.is_empty(),
             curved: is_curved(scene, geometry),
         };
@@ -164,9 +167,9 @@ impl Renderer {
         }
         let occluders = Occluders::new(scene, geometry, &samples, self.options.skip_non_blockers);
         self.loaded = Some(Loaded {
-            scene: GpuScene::new(&self.device, &self.layouts.scene, scene, geometry)?,
+            scene: GpuScene::new((&self.device, &self.queue), &self.layouts.scene, scene, geometry)?,
             light_buffer: light_buffer(&self.device, &samples)?,
-            atlas: Atlas::new(&self.device, &self.options, layout, scene, geometry, occluders)?,
+            atlas: Atlas::new(&self.device, &self.layouts.tuning, layout, scene, geometry, occluders)?,
             lights: samples,
             maps_are_stale: true,
             counts: CullCounts::default(),
@@ -243,7 +246,7 @@ impl Renderer {
         }
         self.drawn = None;
         if settings.debug.is_some() {
-            self.debug.get_or_insert_with(|| Debug::new(&self.device, &self.layouts, &self.options));
+            self.debug.get_or_insert_with(|| Debug::new(&self.device, &self.layouts));
         }
         match settings.mode {
             Mode::Naive => self.draw_naive(view, size, settings)?,

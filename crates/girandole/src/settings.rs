@@ -1,5 +1,6 @@
 //! What can be chosen: once for a renderer ([`RendererOptions`]), or for each frame ([`RenderSettings`]).
 
+use crate::device_tuning::DeviceTuning;
 use girandole_core::tonemap::{Exposure, Tonemap};
 
 /// How a shadow map covers the hemisphere (Barczak §4.2.1).
@@ -38,28 +39,11 @@ pub struct RendererOptions {
     /// Percentage-closer filter: width in texels, 0 (default) = off. N costs (N + 1)² look-ups a pair; with hundreds
     /// of lights, edges average out without it.
     pub pcf: u32,
-    /// Whether 16 lanes of the device share each point of the low-resolution modes: faster where there are thousands of
-    /// lanes, slower on software devices. `None` (default) = as the device is.
-    pub lanes_share_points: Option<bool>,
-    /// Whether shadow maps, drawn as depth, are copied to a texture that shaders load from as an image: software devices
-    /// need a third of the instructions for that. Drawing maps takes half as long again, and memory for two more pages
-    /// of the atlas. `None` (default) = as the device is.
-    pub copy_maps: Option<bool>,
+    /// Which variants of the kernels are compiled; `None` (default) = [as the device is](DeviceTuning::for_device).
+    pub tuning: Option<DeviceTuning>,
     /// Leave surfaces out of the shadow maps that have the whole scene on one side (default true). Only tests and
     /// figures want them in.
     pub skip_non_blockers: bool,
-}
-
-impl RendererOptions {
-    /// Whether lanes share points on a device of this kind.
-    pub(crate) fn shares_points(&self, kind: wgpu::DeviceType) -> bool {
-        self.lanes_share_points.unwrap_or(kind != wgpu::DeviceType::Cpu)
-    }
-
-    /// Whether maps are copied on a device of this kind.
-    pub(crate) fn copies_maps(&self, kind: wgpu::DeviceType) -> bool {
-        self.copy_maps.unwrap_or(kind == wgpu::DeviceType::Cpu)
-    }
 }
 
 impl Default for RendererOptions {
@@ -69,8 +53,7 @@ impl Default for RendererOptions {
             map_size: None,
             memory_mib: 256,
             pcf: 0,
-            lanes_share_points: None,
-            copy_maps: None,
+            tuning: None,
             skip_non_blockers: true,
         }
     }

@@ -5,7 +5,8 @@ use crate::bind::Slot::{Float, Ids, Picture, Read, Uniform};
 use crate::gpu_scene::storage;
 use crate::receivers::Receivers;
 use crate::selection::PointLists;
-use crate::settings::{DebugView, RendererOptions};
+use crate::settings::DebugView;
+use crate::shader_constants::GROUPS_PER_ROW;
 use crate::targets::Targets;
 use crate::{Result, shaders};
 use girandole_core::visibility::State;
@@ -17,9 +18,6 @@ pub(crate) struct Debug {
     lights: Kernel,
     atlas: Kernel,
 }
-
-/// Workgroups in a row of the dispatch over lights; shaders know it as `ROW`.
-pub(crate) const ROW: u32 = 32768;
 
 /// What a view may show, beside the picture.
 #[derive(Clone, Copy)]
@@ -34,8 +32,8 @@ pub(crate) struct DebugInputs<'a> {
 }
 
 impl Debug {
-    pub fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions) -> Self {
-        let (atlas, maps) = shadow_maps::reads(device, options, &shaders::DEBUG_ATLAS);
+    pub fn new(device: &wgpu::Device, layouts: &Layouts) -> Self {
+        let maps = shadow_maps::slot(&layouts.tuning);
         let kernel = |source, entry, slots: &[_], constants: &[_]| {
             Kernel::new(device, layouts, source, entry, slots, constants)
         };
@@ -50,7 +48,7 @@ impl Debug {
             ),
             lights: kernel(&shaders::DEBUG_LIGHTS, "show_lights", &[Read, Ids, Picture], &[]),
             atlas: kernel(
-                atlas,
+                &shaders::DEBUG_ATLAS,
                 "show_atlas",
                 &[Picture, maps, Read, Uniform],
                 &[("NEAR", shadow_maps::NEAR)],
@@ -75,7 +73,7 @@ impl Debug {
         };
         match (view, inputs.selected) {
             (DebugView::LightPositions, _) => {
-                let groups = Groups::Count([lights.min(ROW), lights.div_ceil(ROW)]);
+                let groups = Groups::Count([lights.min(GROUPS_PER_ROW), lights.div_ceil(GROUPS_PER_ROW)]);
                 run(&self.lights, &[inputs.lights.as_entire_binding(), ids, picture], groups);
             }
             (DebugView::Atlas, _) => {

@@ -14,10 +14,10 @@ pub(crate) struct Exposure {
 }
 
 impl Exposure {
-    pub fn new(device: &wgpu::Device) -> Self {
+    pub fn new(device: &wgpu::Device, tuning: &crate::DeviceTuning) -> Self {
         let slots = [Slot::Ids, Slot::Write, Slot::Write];
         let layout = bind::layout(device, "exposure", wgpu::ShaderStages::COMPUTE, &slots);
-        let module = shaders::EXPOSURE.module(device);
+        let module = shaders::EXPOSURE.module(device, tuning);
         let pipeline = |entry| bind::compute_pipeline(device, &module, entry, &[Some(&layout)], &[]);
         let buffer = |label, size| {
             device.create_buffer(&wgpu::BufferDescriptor {

@@ -11,18 +11,21 @@ pub(crate) mod tonemap;
 pub(crate) mod visibility;
 
 use crate::bind::{self, Slot};
+use crate::device_tuning::DeviceTuning;
 use crate::shaders;
 
 /// Bind group layouts that passes share: 0 the frame, 1 the scene.
 pub(crate) struct Layouts {
+    pub tuning: DeviceTuning,
     pub frame: wgpu::BindGroupLayout,
     pub scene: wgpu::BindGroupLayout,
 }
 
 impl Layouts {
-    pub fn new(device: &wgpu::Device) -> Self {
+    pub fn new(device: &wgpu::Device, tuning: DeviceTuning) -> Self {
         let all = wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE;
         Self {
+            tuning,
             frame: bind::layout(device, "frame", all, &[Slot::UniformAt]),
             scene: bind::layout(device, "scene", all, &crate::gpu_scene::SCENE_SLOTS),
         }
@@ -84,7 +87,13 @@ impl Kernel {
         // A pass that does not look at the scene has that many storage buffers more for itself.
         let sees_scene = source.uses.contains(&"scene");
         let groups = [Some(&layouts.frame), sees_scene.then_some(&layouts.scene), Some(&layout)];
-        let pipeline = bind::compute_pipeline(device, &source.module(device), entry, &groups, constants);
+        let pipeline = bind::compute_pipeline(
+            device,
+            &source.module(device, &layouts.tuning),
+            entry,
+            &groups,
+            constants,
+        );
         Self { layout, pipeline, label: source.name, sees_scene }
     }
 

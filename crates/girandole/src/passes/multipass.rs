@@ -40,11 +40,11 @@ impl Multipass {
         } else {
             wgpu::TextureFormat::Rgba16Float
         };
-        let (source, maps) = shadow_maps::reads(device, options, &shaders::MULTIPASS);
+        let (source, maps) = (&shaders::MULTIPASS, shadow_maps::slot(&layouts.tuning));
         let slots = [Ids, maps, Read, Uniform, Read, Uniform, Read, Read, Uniform];
         let stages = wgpu::ShaderStages::VERTEX_FRAGMENT;
         let layout = bind::layout(device, "multipass", stages, &slots);
-        let module = source.module(device);
+        let module = source.module(device, &layouts.tuning);
         let mut constants = constants(options, needs).to_vec();
         let flag = |name, value: bool| (name, f64::from(u8::from(value)));
         constants.push(flag("HAS_CURVED", needs.curved));
@@ -136,8 +136,13 @@ impl Multipass {
         (draws, lights): (&MultipassPlan, &wgpu::Buffer),
     ) {
         // How many points each element has.
-        let buffers =
-            [&selection.queue, &draws.elements, &draws.arguments, selection.plan_buffer(), &draws.passes];
+        let buffers = [
+            &selection.point_queue,
+            &draws.elements,
+            &draws.arguments,
+            selection.plan_buffer(),
+            &draws.passes,
+        ];
         let time = timers.compute("sort_gpu_ms");
         let resources = buffers.map(|b| b.as_entire_binding());
         self.batch.record(device, encoder, time, band, &resources, Groups::Count([1, 1]));
@@ -151,7 +156,7 @@ impl Multipass {
                 wgpu::BindingResource::TextureView(inputs.atlas),
                 lights.as_entire_binding(),
                 inputs.maps.as_entire_binding(),
-                selection.queue.as_entire_binding(),
+                selection.point_queue.as_entire_binding(),
                 selection.plan_buffer().as_entire_binding(),
                 draws.parts.as_entire_binding(),
                 draws.elements.as_entire_binding(),
@@ -186,7 +191,7 @@ impl Multipass {
 
         let resources = [
             wgpu::BindingResource::TextureView(inputs.ids),
-            selection.queue.as_entire_binding(),
+            selection.point_queue.as_entire_binding(),
             receivers.lists.as_entire_binding(),
             receivers.light_maps.as_entire_binding(),
             selection.plan_buffer().as_entire_binding(),
@@ -196,7 +201,7 @@ impl Multipass {
             wgpu::BindingResource::TextureView(inputs.grid[0]),
             wgpu::BindingResource::TextureView(inputs.grid[1]),
         ];
-        let groups = Groups::Indirect(&selection.arguments, CHUNKS_AT);
+        let groups = Groups::Indirect(&selection.dispatch_arguments, CHUNKS_AT);
         self.collect.record(device, encoder, timers.compute("collect_gpu_ms"), band, &resources, groups);
     }
 }

@@ -4,9 +4,10 @@
 use super::shade::{BATCH, SceneFeatures, ShadeInputs, constants};
 use super::{Band, Groups, Kernel, Layouts, shadow_maps};
 use crate::bind::Slot;
-use crate::receivers::{LIGHT_MAP_GROUPS, Receivers};
-use crate::selection::{CURVED_HEADER, GATHER_AT, PointLists, SCATTER_AT, WIDE_AT};
+use crate::receivers::Receivers;
+use crate::selection::{COOPERATIVE_AT, CURVED_AT, FLAT_AT, PointLists, SCATTER_AT, SHADE_AT};
 use crate::settings::RendererOptions;
+use crate::shader_constants::{EDGE_RUN, GROUPS_PER_ROW};
 use crate::targets::Targets;
 use crate::{shaders, timers::Timers};
 
@@ -18,8 +19,6 @@ pub(crate) struct Select {
     pixels: Option<PixelKernels>,
     allot: Kernel,
     scatter: Kernel,
-    /// Both in one, for few points where a dispatch costs more than what it does.
-    allot_few: Option<Kernel>,
     light_maps: Kernel,
     /// Pixels of an invocation at edges.
     edge_run: u32,
@@ -31,12 +30,12 @@ pub(crate) struct Select {
 struct PointKernels {
     refine: Kernel,
     check: Kernel,
-    /// The same for places on curved surfaces, if there are any and if `check` leaves them.
+    /// The same on curved surfaces, if there are any.
     check_bent: Option<Kernel>,
     edges: Kernel,
     behind: Kernel,
     gather: Kernel,
-    /// For few points, where the device has lanes enough.
+    /// For few points, where lanes share them.
     wide: Option<Kernel>,
 }
 
@@ -75,72 +74,66 @@ impl Select {
         let kernel = |source, entry, slots: &[Slot], constants: &[(&str, f64)]| {
             Kernel::new(device, layouts, source, entry, slots, constants)
         };
+        let tuning = layouts.tuning;
+        // With a work queue, the next chunk is in its header.
+        let queued = if tuning.persistent_threads { Write } else { Read };
         let check = [Ids, Read, Write, Uniform, Ids, Float, Float, Grid, Grid, Read, Picture];
-        // Lanes that read different lights at once want a storage buffer, which is the ninth.
-        let is_software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
-        // Whether few invocations take item after item (shaders: lib/take.wgsl).
-        let takes = flag("PERSISTENT_THREADS", is_software);
-        let width = ("WIDTH", if is_software { 8.0 } else { 64.0 });
-        let edge_run = if is_software { 8 } else { 1 };
-        let run = ("RUN", f64::from(edge_run));
-        let has_room = device.limits().max_storage_buffers_per_shader_stage > 8;
-        let (sources, lights) = if has_room && !is_software {
-            (&shaders::SHADE_POINTS_STORED, Read)
-        } else {
-            (&shaders::SHADE_POINTS, Uniform)
-        };
-        let (source, maps) = shadow_maps::reads(device, options, sources);
-        let shade = [Ids, maps, lights, Write, Uniform, Write, Read, Read, Uniform, Grid, Grid, Ids, Picture];
+        let lights = if tuning.lights_in_storage { Read } else { Uniform };
+        let maps = shadow_maps::slot(&tuning);
+        let shade =
+            |queue| [Ids, maps, lights, Write, Uniform, queue, Read, Read, Uniform, Grid, Grid, Ids, Picture];
+        let edge_run = if tuning.edge_runs { EDGE_RUN } else { 1 };
         let edges = [Ids, Float, Float, Grid, Grid, Write, Write, Picture];
         let points = |is_final: bool| {
             let is_final = flag("WRITES_RADIANCE", is_final);
             let mut gather = constants(options, needs).to_vec();
-            gather.extend([curved, is_final, takes, width]);
+            gather.extend([curved, is_final]);
             let behind = [Ids, Read, Write, Uniform, Ids, Float, Float, Grid, Grid, Write, Read, Picture];
             let refine = [Ids, Float, Float, Grid, Grid, Write, Picture];
-            let check_places = |entry| {
-                kernel(
-                    &shaders::TEST_CANDIDATES,
-                    entry,
-                    &check,
-                    &[curved, specular, textures, is_final, takes, width],
-                )
+            let test = |entry| {
+                let constants = [curved, specular, textures, is_final];
+                kernel(shaders::test_candidates(&tuning), entry, &check, &constants)
             };
             PointKernels {
-                refine: kernel(&shaders::REFINE, "refine", &refine, &[curved, specular, is_final, takes]),
-                check: check_places("test_candidates"),
-                check_bent: (needs.curved && !is_software).then(|| check_places("test_curved_candidates")),
-                edges: kernel(&shaders::EDGES, "interpolate_edges", &edges, &[specular, is_final, run]),
+                refine: kernel(&shaders::REFINE, "refine", &refine, &[curved, specular, is_final]),
+                check: test("test_flat_candidates"),
+                check_bent: needs.curved.then(|| test("test_curved_candidates")),
+                edges: kernel(shaders::edges(&tuning), "interpolate_edges", &edges, &[specular, is_final]),
                 behind: kernel(
                     &shaders::EDGE_FALLBACK,
                     "edge_fallback",
                     &behind,
                     &[specular, textures, is_final],
                 ),
-                gather: kernel(source, "shade_points", &shade, &gather),
-                wide: options
-                    .shares_points(device.adapter_info().device_type)
-                    .then(|| kernel(source, "shade_points_cooperative", &shade, &gather)),
+                gather: kernel(shaders::shade_points(&tuning), "shade_points", &shade(queued), &gather),
+                wide: tuning.cooperative_points.then(|| {
+                    kernel(&shaders::SHADE_POINTS, "shade_points_cooperative", &shade(Read), &gather)
+                }),
             }
         };
-        let allot = |scatters| {
-            let slots = [Write, Write, Write, Write, Uniform, Write];
-            kernel(&shaders::PREFIX_SUM, "prefix_sum", &slots, &[flag("SCATTERS", scatters), takes])
-        };
         Self {
-            every: kernel(&shaders::TEST_CANDIDATES, "append_all_points", &check, &[textures]),
+            every: kernel(
+                &shaders::APPEND_ALL_POINTS,
+                "append_all_points",
+                &[Ids, Read, Write, Uniform, Ids, Grid],
+                &[textures],
+            ),
             points: points(false),
             pixels: (!needs.textures).then(|| PixelKernels {
                 points: points(true),
                 first: kernel(
-                    &shaders::EDGES,
+                    shaders::edges(&tuning),
                     "resolve_first_samples",
                     &edges,
-                    &[specular, flag("WRITES_RADIANCE", true), run],
+                    &[specular, flag("WRITES_RADIANCE", true)],
                 ),
             }),
-            allot: allot(false),
-            allot_few: is_software.then(|| allot(true)),
+            allot: kernel(
+                &shaders::PREFIX_SUM,
+                "prefix_sum",
+                &[Write, Write, Write, Write, Uniform, Write, Read],
+                &[],
+            ),
             scatter: kernel(&shaders::SCATTER_POINTS, "scatter_points", &[Write, Write, Uniform], &[]),
             light_maps: kernel(
                 &shaders::LIGHT_MAPS,
@@ -187,20 +180,22 @@ impl Select {
         let look = [
             wgpu::BindingResource::TextureView(&targets.ids),
             receivers.receivers.as_entire_binding(),
-            selection.wanted.as_entire_binding(),
+            selection.shade_list.as_entire_binding(),
             selection.plan_buffer().as_entire_binding(),
             keys.clone(),
             coarse[0].clone(),
             coarse[1].clone(),
             fine[0].clone(),
             fine[1].clone(),
-            selection.open.as_entire_binding(),
+            selection.candidates.as_entire_binding(),
             picture.clone(),
         ];
         match choice {
             Choice::Every => {
                 let time = timers.compute("select_gpu_ms");
-                self.every.record(device, encoder, time, band, &look, Groups::tiles(points));
+                let [ids, receivers, wanted, plan, keys, _, _, light, ..] = look;
+                let resources = [ids, receivers, wanted, plan, keys, light];
+                self.every.record(device, encoder, time, band, &resources, Groups::tiles(points));
             }
             Choice::Edges => {
                 let [ids, receivers, wanted, plan, keys, first, second, light, other, open, picture] = look;
@@ -213,46 +208,42 @@ impl Select {
                 edges.record(device, encoder, time, band, &resources, Groups::rows(runs));
                 let resources =
                     [ids, receivers, wanted, plan, keys, first, second, light, other, sums, open, picture];
-                let groups = Groups::Indirect(&selection.open, 0);
+                let groups = Groups::Indirect(&selection.candidates, FLAT_AT);
                 behind.record(device, encoder, timers.compute("edges_gpu_ms"), band, &resources, groups);
             }
             Choice::Refine => {
                 let [coarse_light, coarse_second] = coarse;
                 let [fine_light, fine_second] = fine;
-                let open = selection.open.as_entire_binding();
+                let open = selection.candidates.as_entire_binding();
                 let resources = [keys, coarse_light, coarse_second, fine_light, fine_second, open, picture];
                 let time = timers.compute("select_gpu_ms");
                 let kernels = self.kernels(is_final);
                 kernels.refine.record(device, encoder, time, band, &resources, Groups::rows(points));
-                let groups = Groups::Indirect(&selection.open, 0);
+                let groups = Groups::Indirect(&selection.candidates, FLAT_AT);
                 let time = timers.compute("select_gpu_ms");
                 kernels.check.record(device, encoder, time, band, &look, groups);
                 if let Some(check) = &kernels.check_bent {
-                    let groups = Groups::Indirect(&selection.open, u64::from(CURVED_HEADER) * 4);
+                    let groups = Groups::Indirect(&selection.candidates, CURVED_AT);
                     check.record(device, encoder, timers.compute("select_gpu_ms"), band, &look, groups);
                 }
             }
         }
 
         let resources = [
-            &selection.wanted,
-            &selection.queue,
-            &selection.arguments,
+            &selection.shade_list,
+            &selection.point_queue,
+            &selection.dispatch_arguments,
             &selection.tally,
             selection.plan_buffer(),
-            &selection.open,
+            &selection.candidates,
+            &receivers.shading_order_buffer,
         ]
         .map(|b| b.as_entire_binding());
         let time = timers.compute("sort_gpu_ms");
-        let are_few = choice != Choice::Every || step > 1;
-        if let Some(allot) = self.allot_few.as_ref().filter(|_| are_few) {
-            allot.record(device, encoder, time, band, &resources, Groups::Count([1, 1]));
-            return;
-        }
         self.allot.record(device, encoder, time, band, &resources, Groups::Count([1, 1]));
-        let resources =
-            [&selection.wanted, &selection.queue, selection.plan_buffer()].map(|b| b.as_entire_binding());
-        let groups = Groups::Indirect(&selection.arguments, SCATTER_AT);
+        let resources = [&selection.shade_list, &selection.point_queue, selection.plan_buffer()]
+            .map(|b| b.as_entire_binding());
+        let groups = Groups::Indirect(&selection.dispatch_arguments, SCATTER_AT);
         self.scatter.record(device, encoder, timers.compute("sort_gpu_ms"), band, &resources, groups);
     }
 
@@ -275,7 +266,7 @@ impl Select {
             other_light,
             other_second,
             targets.sums.as_entire_binding(),
-            selection.open.as_entire_binding(),
+            selection.candidates.as_entire_binding(),
             wgpu::BindingResource::TextureView(&targets.picture_view),
         ];
         let groups = Groups::rows([band.size[0].div_ceil(self.edge_run), band.size[1]]);
@@ -299,7 +290,7 @@ impl Select {
             wgpu::BindingResource::Buffer(inputs.lights),
             inputs.sums.as_entire_binding(),
             inputs.maps.as_entire_binding(),
-            selection.queue.as_entire_binding(),
+            selection.point_queue.as_entire_binding(),
             receivers.lists.as_entire_binding(),
             receivers.light_maps.as_entire_binding(),
             selection.plan_buffer().as_entire_binding(),
@@ -310,8 +301,10 @@ impl Select {
         ];
         let kernels = self.kernels(is_final);
         let (kernel, groups) = match &kernels.wide {
-            Some(wide) if is_sparse => (wide, Groups::Indirect(&selection.arguments, WIDE_AT)),
-            _ => (&kernels.gather, Groups::Indirect(&selection.arguments, GATHER_AT)),
+            Some(wide) if is_sparse => {
+                (wide, Groups::Indirect(&selection.dispatch_arguments, COOPERATIVE_AT))
+            }
+            _ => (&kernels.gather, Groups::Indirect(&selection.dispatch_arguments, SHADE_AT)),
         };
         kernel.record(device, encoder, timers.compute("shade_gpu_ms"), band, &resources, groups);
     }
@@ -333,7 +326,7 @@ impl Select {
             plan.as_entire_binding(),
         ];
         let leaves = receivers.leaves;
-        let groups = [leaves.min(LIGHT_MAP_GROUPS), leaves.div_ceil(LIGHT_MAP_GROUPS)];
+        let groups = [leaves.min(GROUPS_PER_ROW), leaves.div_ceil(GROUPS_PER_ROW)];
         let time = timers.compute("light_maps_gpu_ms");
         self.light_maps.record(device, encoder, time, band, &resources, Groups::Count(groups));
     }

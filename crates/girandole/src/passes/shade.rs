@@ -24,11 +24,7 @@ pub(crate) struct SceneFeatures {
     pub curved: bool,
 }
 
-/// Lights are summed in groups of this many; batches are whole groups. Shaders know it as `GROUP`.
-pub(crate) const GROUP: u32 = 128;
-
-/// Most lights in a batch: 32 KiB of a uniform buffer, of which WebGPU binds 64.
-pub(crate) const BATCH: u32 = 512;
+pub(crate) use crate::shader_constants::{BATCH, GROUP};
 
 /// What shading reads and writes.
 #[derive(Clone)]
@@ -51,7 +47,7 @@ impl Shade {
         options: &RendererOptions,
         needs: SceneFeatures,
     ) -> Self {
-        let (source, maps) = shadow_maps::reads(device, options, &shaders::SHADE_NAIVE);
+        let (source, maps) = (&shaders::SHADE_NAIVE, shadow_maps::slot(&layouts.tuning));
         let slots = [Slot::Ids, maps, Slot::Uniform, Slot::Write, Slot::Uniform, Slot::Grid, Slot::Grid];
         let constants = constants(options, needs);
         Self { kernel: Kernel::new(device, layouts, source, "shade_naive", &slots, &constants), needs }

@@ -3,6 +3,7 @@
 use super::Layouts;
 use crate::atlas::AtlasLayout;
 use crate::bind::{self, Slot};
+use crate::device_tuning::DeviceTuning;
 use crate::gpu_scene::storage;
 use crate::layout::{Item, Light};
 use crate::occluders::{self, CLUSTER, Clusters, CullCounts, Occluders};
@@ -32,16 +33,9 @@ pub(crate) struct ShadowMaps {
     faces: u32,
 }
 
-/// The shader and the slot for the maps of a pass that reads them.
-pub(crate) fn reads<'a>(
-    device: &wgpu::Device,
-    options: &RendererOptions,
-    sources: &'a [shaders::Source; 2],
-) -> (&'a shaders::Source, Slot) {
-    match options.copies_maps(device.adapter_info().device_type) {
-        false => (&sources[0], Slot::DepthArray),
-        true => (&sources[1], Slot::ImageArray),
-    }
+/// The slot for the maps of a pass that reads them.
+pub(crate) fn slot(tuning: &DeviceTuning) -> Slot {
+    if tuning.copy_maps { Slot::ImageArray } else { Slot::DepthArray }
 }
 
 /// The atlas and what is drawn into it.
@@ -64,16 +58,14 @@ pub(crate) struct Atlas {
 impl Atlas {
     pub fn new(
         device: &wgpu::Device,
-        options: &RendererOptions,
+        tuning: &DeviceTuning,
         layout: AtlasLayout,
         scene: &Scene,
         geometry: &Geometry,
         occluders: Occluders,
     ) -> Result<Self> {
         use wgpu::TextureUsages as U;
-        let copy = options
-            .copies_maps(device.adapter_info().device_type)
-            .then(|| PageCopy::new(device, layout.page_size));
+        let copy = tuning.copy_maps.then(|| PageCopy::new(device, layout.page_size));
         let (format, usage) = match &copy {
             None => (DEPTH, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING),
             Some(_) => (wgpu::TextureFormat::R32Float, U::STORAGE_BINDING | U::COPY_DST),
@@ -209,7 +201,7 @@ impl ShadowMaps {
         let source = if clips { shaders::SHADOW_MAPS_CLIP } else { shaders::SHADOW_MAPS_DISCARD };
         let constants = [parameterisation(options), ("NEAR", NEAR), ("CLUSTER", f64::from(CLUSTER))];
         let pipeline = |source: &shaders::Source, vertex, fragment: Option<&str>, groups: &[_]| {
-            let module = source.module(device);
+            let module = source.module(device, &layouts.tuning);
             let compilation_options =
                 wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
             device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {

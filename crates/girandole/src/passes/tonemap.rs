@@ -17,11 +17,11 @@ pub(crate) struct ToneMapping {
 type Key = (wgpu::TextureFormat, Tonemap);
 
 impl ToneMapping {
-    pub fn new(device: &wgpu::Device) -> Self {
+    pub fn new(device: &wgpu::Device, tuning: &crate::DeviceTuning) -> Self {
         let slots = [Slot::Uniform, Slot::Ids, Slot::Read];
         Self {
             layout: bind::layout(device, "tonemap", wgpu::ShaderStages::VERTEX_FRAGMENT, &slots),
-            module: shaders::TONEMAP.module(device),
+            module: shaders::TONEMAP.module(device, tuning),
             pipelines: Vec::new(),
         }
     }

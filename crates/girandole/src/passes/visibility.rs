@@ -22,7 +22,7 @@ impl Visibility {
     pub fn new(device: &wgpu::Device, layouts: &Layouts) -> Self {
         let layout =
             bind::layout(device, "visibility", wgpu::ShaderStages::VERTEX, &[Slot::Read, Slot::Read]);
-        let module = shaders::VISIBILITY_BUFFER.module(device);
+        let module = shaders::VISIBILITY_BUFFER.module(device, &layouts.tuning);
         let groups =
             bind::pipeline_layout(device, &[Some(&layouts.frame), Some(&layouts.scene), Some(&layout)]);
         let pipeline = |entry| {
@@ -69,7 +69,7 @@ impl Visibility {
         let group = bind::group(
             device,
             &self.layout,
-            &[scene.order.as_entire_binding(), scene.keys.as_entire_binding()],
+            &[scene.triangle_order.as_entire_binding(), scene.triangle_surfaces.as_entire_binding()],
         );
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("visibility"),
