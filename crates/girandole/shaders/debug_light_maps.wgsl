@@ -14,8 +14,8 @@ fn show_light_maps(@builtin(global_invocation_id) invocation: vec3u) {
   let id = textureLoad(triangle_ids, pixel, 0).x;
   var light = vec3f(0.0);
   if id > 0u {
-    let record = leaf_of(pixel, id) * LEAF_WORDS;
-    if light_lists[record] != NO_MAP { light = mapped_irradiance(record, hit_at(pixel, id - 1u).position); }
+    let leaf = leaf_of(pixel, id);
+    if has_light_map(leaf) { light = mapped_irradiance(leaf, hit_at(pixel, id - 1u).position); }
   }
   textureStore(picture, pixel, pack_radiance(light / (1.0 + max(light.x, max(light.y, light.z)))));
 }

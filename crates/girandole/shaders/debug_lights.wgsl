@@ -1,16 +1,15 @@
-// Debug view: light samples as dots over the picture's pixels in their colour, with a dark rim; those behind a surface
-// are rings. One invocation a light and pixel of its dot.
+// Debug view: markers of light samples over the picture's pixels in their colour, with a dark rim; those behind a surface
+// are rings. One invocation a light and pixel of its marker.
 
 @group(2) @binding(0) var<storage, read> lights: array<Light>;
 @group(2) @binding(1) var triangle_ids: texture_2d<u32>;
 @group(2) @binding(2) var picture: texture_storage_2d<rg32uint, write>;
 
 const RADIUS = 4;
-const ROW = 32768u; // workgroups
 
 @compute @workgroup_size(9, 9)
 fn show_lights(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) lane: vec3u) {
-  let index = group.y * ROW + group.x;
+  let index = group.y * GROUPS_PER_ROW + group.x;
   if index >= frame.end_light { return; }
   let light = lights[index];
   let d = light.position - frame.eye;
@@ -27,7 +26,7 @@ fn show_lights(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id
   let pixel = center + offset;
   let distance = length(vec2f(offset));
   if any(pixel < vec2i(0)) || any(pixel >= vec2i(frame.size)) || distance > 4.4 { return; }
-  // Hidden: the surface at the dot's centre is nearer than the light.
+  // Hidden: the surface at the marker's centre is nearer than the light.
   let id = textureLoad(triangle_ids, center, 0).x;
   var hidden = false;
   if id > 0u { hidden = dot(hit_at(vec2u(center), id - 1u).position - frame.eye, frame.forward) < depth * 0.999; }

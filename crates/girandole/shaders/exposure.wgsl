@@ -19,7 +19,7 @@ fn clear(@builtin(local_invocation_index) bin: u32) {
 @compute @workgroup_size(8, 8)
 fn count(@builtin(global_invocation_id) id: vec3u) {
   if any(id.xy >= textureDimensions(picture)) { return; }
-  let y = dot(unpack_radiance(textureLoad(picture, id.xy, 0).xy), vec3f(0.2126, 0.7152, 0.0722));
+  let y = luminance(unpack_radiance(textureLoad(picture, id.xy, 0).xy));
   let bits = bitcast<u32>(y);
   if !(y > 0.0) || bits >= 0x7f800000u { return; }
   let first = u32(127 + MIN_LOG2) * BINS_PER_STOP;

@@ -1,51 +1,45 @@
-// Multipass shading: how many points each element has this time, and where its vertices begin in the one draw of all.
+// Multipass shading: how many points each element has in this grid, and where its vertices begin in the one draw of all.
 
-@group(2) @binding(0) var<storage, read> point_queue: array<u32>;
-@group(2) @binding(1) var<storage, read_write> elements: array<u32>; // see lib/elements.wgsl
-@group(2) @binding(2) var<storage, read_write> draw_arguments: array<u32>; // of the draw
+@group(2) @binding(0) var<storage, read> point_queue: PointQueue;
+@group(2) @binding(1) var<storage, read_write> elements: array<u32>; // see lib/multipass_params.wgsl
+@group(2) @binding(2) var<storage, read_write> draw_arguments: DrawArguments;
 @group(2) @binding(3) var<uniform> offsets: BufferOffsets;
 @group(2) @binding(4) var<uniform> multipass: MultipassParams;
 
-var<workgroup> before: array<u32, 256>;
+struct DrawArguments { vertex_count: u32, instance_count: u32, first_vertex: u32, first_instance: u32 }
 
-@compute @workgroup_size(256)
+// Vertices of all passes of an element.
+fn vertices_of(e: Element) -> u32 {
+  return e.vertices * ((e.light_count + multipass.lights_per_pass - 1u) / multipass.lights_per_pass);
+}
+
+// One workgroup, in which each lane has a run of elements.
+@compute @workgroup_size(SCAN_LANES)
 fn multipass_arguments(@builtin(local_invocation_id) lane: vec3u) {
-  let share = (multipass.elements + 255u) / 256u;
-  let first = min(lane.x * share, multipass.elements);
-  let end = min(first + share, multipass.elements);
+  let run = (multipass.elements + SCAN_LANES - 1u) / SCAN_LANES;
+  let first = min(lane.x * run, multipass.elements);
+  let end = min(first + run, multipass.elements);
   var sum = 0u;
-  for (var e = first; e < end; e++) {
-    let element = e * ELEMENT_WORDS;
-    let members = elements[element];
+  for (var i = first; i < end; i++) {
+    var element = element_at(i * ELEMENT_WORDS);
     var chunks = 0u;
-    for (var i = members; i < members + 2u * elements[element + 1u]; i += 2u) {
-      let leaf = elements[i];
-      elements[i + 1u] = chunks;
-      let next = point_queue[FIRSTS + min(leaf + 1u, offsets.leaves - 1u)];
-      chunks += select(point_queue[1], next, leaf + 1u < offsets.leaves) - point_queue[FIRSTS + leaf];
+    for (var m = 0u; m < element.member_count; m++) {
+      let at = element.members_at + m * MEMBER_WORDS;
+      let leaf = member_at(at).leaf;
+      set_member(at, Member(leaf, chunks));
+      chunks += point_queue.words[offsets.leaves + leaf];
     }
-    elements[element + 4u] = CHUNK * chunks;
-    sum += CHUNK * chunks * ((elements[element + 3u] + multipass.lights_per_pass - 1u) / multipass.lights_per_pass);
+    element.vertices = CHUNK * chunks;
+    set_element(i * ELEMENT_WORDS, element);
+    sum += vertices_of(element);
   }
-  before[lane.x] = sum;
-  workgroupBarrier();
-  for (var reach = 1u; reach < 256u; reach *= 2u) {
-    var total = before[lane.x];
-    if lane.x >= reach { total += before[lane.x - reach]; }
-    workgroupBarrier();
-    before[lane.x] = total;
-    workgroupBarrier();
+  let total = inclusive_scan(lane.x, sum);
+  var next = total - sum;
+  for (var i = first; i < end; i++) {
+    var element = element_at(i * ELEMENT_WORDS);
+    element.first_vertex = next;
+    set_element(i * ELEMENT_WORDS, element);
+    next += vertices_of(element);
   }
-  var next = before[lane.x] - sum;
-  for (var e = first; e < end; e++) {
-    let element = e * ELEMENT_WORDS;
-    elements[element + 5u] = next;
-    next += elements[element + 4u] * ((elements[element + 3u] + multipass.lights_per_pass - 1u) / multipass.lights_per_pass);
-  }
-  if lane.x == 255u {
-    draw_arguments[0] = next;
-    draw_arguments[1] = 1u;
-    draw_arguments[2] = 0u;
-    draw_arguments[3] = 0u;
-  }
+  if lane.x + 1u == SCAN_LANES { draw_arguments = DrawArguments(next, 1u, 0u, 0u); }
 }

@@ -1,7 +1,7 @@
 // After the last draw of multipass shading: light maps and what was summed_irradiance become points of the grid.
 
 @group(2) @binding(0) var triangle_ids: texture_2d<u32>;
-@group(2) @binding(1) var<storage, read> point_queue: array<u32>;
+@group(2) @binding(1) var<storage, read> point_queue: PointQueue;
 @group(2) @binding(2) var<storage, read> light_lists: array<u32>;
 @group(2) @binding(3) var<storage, read> light_maps: array<vec4f>;
 @group(2) @binding(4) var<uniform> offsets: BufferOffsets;
@@ -20,8 +20,8 @@ fn collect(index: u32, leaf: u32) {
   let point = (at + frame.step - 1u) / frame.step;
   let triangle = textureLoad(triangle_ids, pixel, 0).x - 1u;
   var irradiance = textureLoad(summed_irradiance, point, 0).xyz;
-  if offsets.light_maps != 0u && light_lists[leaf * LEAF_WORDS] != NO_MAP {
-    irradiance += mapped_irradiance(leaf * LEAF_WORDS, hit_at(pixel, triangle).position);
+  if offsets.light_maps != 0u && has_light_map(leaf) {
+    irradiance += mapped_irradiance(leaf, hit_at(pixel, triangle).position);
   }
   textureStore(fine_irradiance, point, vec4f(max(irradiance, vec3f(0.0)), f32(textureLoad(surface_ids, pixel, 0).x)));
   if HAS_CURVED || HAS_SPECULAR {
@@ -32,17 +32,16 @@ fn collect(index: u32, leaf: u32) {
       if has_textures(m) { hit = with_coordinates(pixel, hit); }
       reflects = reflection(hit, m).f90 > 0.0;
     }
-    textureStore(fine_directional, point, vec4f(textureLoad(summed_directional, point, 0).xyz, select(0.0, 1.0, HAS_CURVED && !reflects)));
+    let is_direction = select(0.0, 1.0, HAS_CURVED && !reflects);
+    textureStore(fine_directional, point, vec4f(textureLoad(summed_directional, point, 0).xyz, is_direction));
   }
 }
 
 @compute @workgroup_size(64)
 fn multipass_collect(@builtin(global_invocation_id) invocation: vec3u) {
-  let chunk = invocation.x;
-  if chunk >= point_queue[1] { return; }
-  let record = point_queue[offsets.chunks_at + chunk];
-  let leaf = record & 0xffffffu;
-  let slot = offsets.sorted_at + chunk * CHUNK;
-  collect(point_queue[slot], leaf);
-  if (record >> 24u) > 1u { collect(point_queue[slot + 1u], leaf); }
+  if invocation.x >= point_queue.chunks { return; }
+  let chunk = point_queue.words[offsets.chunks_at + invocation.x];
+  let slot = offsets.sorted_at + invocation.x * CHUNK;
+  collect(point_queue.words[slot], chunk_leaf(chunk));
+  if chunk_points(chunk) > 1u { collect(point_queue.words[slot + 1u], chunk_leaf(chunk)); }
 }

@@ -6,21 +6,22 @@
 //
 // With WRITES_RADIANCE, points are the picture's pixels, and what is stored is their radiance.
 //
-// This pass settles the simple cases, nearly all of them: a plane, in nearly even light. `test_candidates.wgsl` tests the rest.
+// This pass interpolates the simple cases, nearly all of them: a plane, in nearly even light. The others are candidates
+// for shading, which `test_candidates.wgsl` tests.
 
 @group(2) @binding(0) var surface_ids: texture_2d<u32>;
-// The coarser grid: irradiance and surface_id; specular radiance, or the direction of light.
+// The coarser grid: irradiance and surface id; specular radiance, or the direction of light.
 @group(2) @binding(1) var coarse_irradiance: texture_2d<f32>;
 @group(2) @binding(2) var coarse_directional: texture_2d<f32>;
 @group(2) @binding(3) var fine_irradiance: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(4) var fine_directional: texture_storage_2d<rgba32float, write>;
-@group(2) @binding(5) var<storage, read_write> candidates: array<atomic<u32>>; // see lib/grid.wgsl
+@group(2) @binding(5) var<storage, read_write> candidates: Candidates;
 @group(2) @binding(6) var picture: texture_storage_2d<rg32uint, write>;
 
 override HAS_CURVED: bool = false;
 override HAS_SPECULAR: bool = false;
 
-struct GridPoint { light: vec4f, directional: vec4f }
+struct GridPoint { irradiance: vec4f, directional: vec4f } // the first with the surface id
 
 fn grid_point(point: vec2u) -> GridPoint {
   var directional = vec4f(0.0);
@@ -28,14 +29,14 @@ fn grid_point(point: vec2u) -> GridPoint {
   return GridPoint(textureLoad(coarse_irradiance, point, 0), directional);
 }
 
-// Writes a point, given its pixel's surface_id and material; pixels of a cell mostly share their diffuse.
-fn store(point: vec2u, pixel: vec2u, value: GridPoint, shown: vec2u, diffuse: ptr<function, DiffuseMaterial>) {
+// Writes a point, given its pixel's surface id and material; pixels of a cell mostly share a material.
+fn store(point: vec2u, pixel: vec2u, value: GridPoint, surface: vec2u, diffuse: ptr<function, DiffuseMaterial>) {
   if WRITES_RADIANCE {
-    if shown.y != (*diffuse).material { *diffuse = diffuse_material(shown.y); }
-    let radiance = radiance_of(*diffuse, value.light.xyz, value.directional);
-    textureStore(picture, pixel, pack_radiance(select(vec3f(0.0), radiance, shown.x != 0u)));
+    if surface.y != (*diffuse).material { *diffuse = diffuse_material(surface.y); }
+    let radiance = radiance_of(*diffuse, value.irradiance.xyz, value.directional);
+    textureStore(picture, pixel, pack_radiance(select(vec3f(0.0), radiance, surface.x != 0u)));
   } else {
-    textureStore(fine_irradiance, point, select(vec4f(0.0), vec4f(value.light.xyz, f32(shown.x)), shown.x != 0u));
+    textureStore(fine_irradiance, point, select(vec4f(0.0), vec4f(value.irradiance.xyz, f32(surface.x)), surface.x != 0u));
     if HAS_SPECULAR { textureStore(fine_directional, point, value.directional); }
   }
 }
@@ -44,29 +45,43 @@ const INTERPOLATED = 0u;
 const CANDIDATE = 1u;
 const CURVED_CANDIDATE = 2u;
 
-// Writes a place between neighbours of which `lowest_value` and `highest_value` are the extremes; whether that settles it.
-fn interpolate_or_defer(point: vec2u, at: vec2u, value: GridPoint, lowest_value: GridPoint, highest_value: GridPoint, exists: bool, diffuse: ptr<function, DiffuseMaterial>) -> u32 {
+// Writes a point between neighbours of which `low` and `high` are the extremes; whether it is a candidate all the same.
+fn interpolate_or_defer(
+  point: vec2u,
+  at: vec2u,
+  value: GridPoint,
+  low: GridPoint,
+  high: GridPoint,
+  exists: bool,
+  diffuse: ptr<function, DiffuseMaterial>,
+) -> u32 {
   if !exists { return INTERPOLATED; }
   let pixel = at + vec2u(0u, frame.band.x);
-  let shown = textureLoad(surface_ids, pixel, 0).xy;
-  let surface_id = shown.x;
-  var range = highest_value.light - lowest_value.light;
-  if HAS_SPECULAR { range = max(range, vec4f((highest_value.directional - lowest_value.directional).xyz * PI, 0.0)); }
-  let same = lowest_value.light.w == highest_value.light.w && u32(lowest_value.light.w) == surface_id && (surface_id & (CURVED | SHINY)) == 0u;
-  let stands = same && max(range.x, max(range.y, range.z)) <= allowed_range(value.light.xyz);
-  store(point, pixel, value, shown, diffuse);
-  return select(INTERPOLATED, select(CANDIDATE, CURVED_CANDIDATE, HAS_CURVED && (surface_id & CURVED) != 0u), surface_id != 0u && !stands);
+  let surface = textureLoad(surface_ids, pixel, 0).xy;
+  let surface_id = surface.x;
+  var range = high.irradiance - low.irradiance;
+  if HAS_SPECULAR { range = max(range, vec4f((high.directional - low.directional).xyz * PI, 0.0)); }
+  let same = low.irradiance.w == high.irradiance.w && u32(low.irradiance.w) == surface_id
+    && (surface_id & (CURVED | SHINY)) == 0u;
+  let is_even = same && max(range.x, max(range.y, range.z)) <= allowed_range(value.irradiance.xyz);
+  store(point, pixel, value, surface, diffuse);
+  let kind = select(CANDIDATE, CURVED_CANDIDATE, HAS_CURVED && (surface_id & CURVED) != 0u);
+  return select(INTERPOLATED, kind, surface_id != 0u && !is_even);
 }
 
-fn store_candidate(slot: u32, at: vec2u) {
-  atomicStore(&candidates[slot], (at.y << 16u) | at.x);
+fn lowest(a: GridPoint, b: GridPoint) -> GridPoint {
+  return GridPoint(min(a.irradiance, b.irradiance), min(a.directional, b.directional));
 }
 
-fn lowest(a: GridPoint, b: GridPoint) -> GridPoint { return GridPoint(min(a.light, b.light), min(a.directional, b.directional)); }
-fn highest(a: GridPoint, b: GridPoint) -> GridPoint { return GridPoint(max(a.light, b.light), max(a.directional, b.directional)); }
-fn blend(a: GridPoint, b: GridPoint, t: f32) -> GridPoint { return GridPoint(mix(a.light, b.light, t), mix(a.directional, b.directional, t)); }
+fn highest(a: GridPoint, b: GridPoint) -> GridPoint {
+  return GridPoint(max(a.irradiance, b.irradiance), max(a.directional, b.directional));
+}
 
-// One invocation for a cell of the coarser grid: its first corner, and the three places between its corners.
+fn interpolated(a: GridPoint, b: GridPoint, t: f32) -> GridPoint {
+  return GridPoint(mix(a.irradiance, b.irradiance, t), mix(a.directional, b.directional, t));
+}
+
+// One invocation for a cell of the coarser grid: its first corner, and the three points between its corners.
 @compute @workgroup_size(64, 1)
 fn refine(@builtin(global_invocation_id) invocation: vec3u) {
   let coarse = grid_size(2u * frame.step);
@@ -77,7 +92,7 @@ fn refine(@builtin(global_invocation_id) invocation: vec3u) {
   let corner = select(2u * invocation.xy, fine - 1u, is_last);
   let at = pixel_of_point(invocation.xy, 2u * frame.step);
   let middle = at + frame.step;
-  // Where the grids end there may be no place between the last two points.
+  // Where the grids end there may be no point between the last two points.
   var exists = !is_last & (middle < last_point());
   let t = f32(frame.step) / max(vec2f(pixel_of_point(next, 2u * frame.step) - at), vec2f(1.0));
   let a = grid_point(invocation.xy);
@@ -94,40 +109,38 @@ fn refine(@builtin(global_invocation_id) invocation: vec3u) {
       store(corner, pixel, a, textureLoad(surface_ids, pixel, 0).xy, &diffuse);
     }
   } else {
-    textureStore(fine_irradiance, corner, a.light);
-    if HAS_SPECULAR || (HAS_CURVED && (u32(a.light.w) & CURVED) != 0u) {
+    textureStore(fine_irradiance, corner, a.irradiance);
+    if HAS_SPECULAR || (HAS_CURVED && (u32(a.irradiance.w) & CURVED) != 0u) {
       textureStore(fine_directional, corner, textureLoad(coarse_directional, invocation.xy, 0));
     }
   }
-  let ab = blend(a, b, t.x);
-  let ac = blend(a, c, t.y);
-  let abcd = blend(ab, blend(c, d, t.x), t.y);
+  let ab = interpolated(a, b, t.x);
+  let ac = interpolated(a, c, t.y);
+  let abcd = interpolated(ab, interpolated(c, d, t.x), t.y);
   let right = vec2u(middle.x, at.y);
   let below = vec2u(at.x, middle.y);
-  let open_right = interpolate_or_defer(corner + vec2u(1u, 0u), right, ab, lowest(a, b), highest(a, b), exists.x, &diffuse);
-  let open_below = interpolate_or_defer(corner + vec2u(0u, 1u), below, ac, lowest(a, c), highest(a, c), exists.y, &diffuse);
-  let open_middle = interpolate_or_defer(corner + 1u, middle, abcd, lowest(lowest(a, b), lowest(c, d)),
-    highest(highest(a, b), highest(c, d)), all(exists), &diffuse);
-  let outcomes = vec3u(open_right, open_below, open_middle);
+  let outcomes = vec3u(
+    interpolate_or_defer(corner + vec2u(1u, 0u), right, ab, lowest(a, b), highest(a, b), exists.x, &diffuse),
+    interpolate_or_defer(corner + vec2u(0u, 1u), below, ac, lowest(a, c), highest(a, c), exists.y, &diffuse),
+    interpolate_or_defer(corner + 1u, middle, abcd, lowest(lowest(a, b), lowest(c, d)),
+      highest(highest(a, b), highest(c, d)), all(exists), &diffuse));
   let flat = select(vec3u(0u), vec3u(1u), outcomes == vec3u(CANDIDATE));
-  let curved = select(vec3u(0u), vec3u(1u), outcomes == vec3u(CURVED_CANDIDATE));
-  let count = flat.x + flat.y + flat.z;
-  if count > 0u {
-    let slot = atomicAdd(&candidates[3], count);
-    atomicMax(&candidates[0], workgroups_of(slot + count, CANDIDATE_RUN));
-    let first = FIRST_CANDIDATE + slot;
-    if flat.x != 0u { store_candidate(first, right); }
-    if flat.y != 0u { store_candidate(first + flat.x, below); }
-    if flat.z != 0u { store_candidate(first + flat.x + flat.y, middle); }
+  let flat_count = flat.x + flat.y + flat.z;
+  if flat_count > 0u {
+    let slot = atomicAdd(&candidates.flat_count, flat_count);
+    atomicMax(&candidates.flat_workgroups, workgroups_of(slot + flat_count));
+    if flat.x != 0u { candidates.pixels[slot] = pack_candidate(right); }
+    if flat.y != 0u { candidates.pixels[slot + flat.x] = pack_candidate(below); }
+    if flat.z != 0u { candidates.pixels[slot + flat.x + flat.y] = pack_candidate(middle); }
   }
+  let curved = select(vec3u(0u), vec3u(1u), outcomes == vec3u(CURVED_CANDIDATE));
   let curved_count = curved.x + curved.y + curved.z;
   if curved_count > 0u {
-    let slot = atomicAdd(&candidates[CURVED_HEADER + 3u], curved_count);
-    // One dispatch takes places of both kinds, see test_candidates.wgsl.
-    atomicMax(&candidates[select(CURVED_HEADER, 0u, PERSISTENT_THREADS)], workgroups_of(slot + curved_count, CANDIDATE_RUN));
-    let last = arrayLength(&candidates) - 1u - slot;
-    if curved.x != 0u { store_candidate(last, right); }
-    if curved.y != 0u { store_candidate(last - curved.x, below); }
-    if curved.z != 0u { store_candidate(last - curved.x - curved.y, middle); }
+    let slot = atomicAdd(&candidates.curved_count, curved_count);
+    atomicMax(&candidates.curved_workgroups, workgroups_of(slot + curved_count));
+    let last = arrayLength(&candidates.pixels) - 1u - slot;
+    if curved.x != 0u { candidates.pixels[last] = pack_candidate(right); }
+    if curved.y != 0u { candidates.pixels[last - curved.x] = pack_candidate(below); }
+    if curved.z != 0u { candidates.pixels[last - curved.x - curved.y] = pack_candidate(middle); }
   }
 }

@@ -2,8 +2,6 @@
 // order of lights, in groups of GROUP, so the size of batches (whole groups) and bands changes nothing.
 
 @group(2) @binding(0) var triangle_ids: texture_2d<u32>;
-// A batch of lights: uniform buffers are by far the quickest to read where neighbours read the same.
-@group(2) @binding(2) var<uniform> lights: array<Light, 512>;
 // Two elements a pixel: irradiance, specular radiance.
 @group(2) @binding(3) var<storage, read_write> partial_sums: array<vec4f>;
 @group(2) @binding(4) var<uniform> maps: Maps;
@@ -12,36 +10,36 @@
 @group(2) @binding(6) var fine_directional: texture_storage_2d<rgba32float, write>;
 
 fn begin(pixel: vec2u) -> PointSums {
-  var state: PointSums;
+  var sums: PointSums;
   let inside = pixel.x < frame.size.x && pixel.y < frame.band.y;
   let id = select(0u, textureLoad(triangle_ids, min(pixel, frame.size - 1u), 0).x, inside);
-  state.is_surface = id > 0u;
-  if !state.is_surface { return state; }
+  sums.is_surface = id > 0u;
+  if !sums.is_surface { return sums; }
   if frame.first_light > 0u {
     let index = 2u * band_index(pixel);
-    state.irradiance = partial_sums[index].xyz;
-    state.specular = partial_sums[index + 1u].xyz;
+    sums.irradiance = partial_sums[index].xyz;
+    sums.specular = partial_sums[index + 1u].xyz;
   }
-  state.shading = shading_at(pixel, id - 1u);
-  return state;
+  sums.shading = shading_at(pixel, id - 1u);
+  return sums;
 }
 
-fn end(pixel: vec2u, state: PointSums) {
-  if !state.is_surface { return; }
+fn end(pixel: vec2u, sums: PointSums) {
+  if !sums.is_surface { return; }
   if frame.last_batch != 0u {
     let point = pixel - vec2u(0u, frame.band.x);
-    textureStore(fine_irradiance, point, vec4f(state.irradiance, 1.0));
-    if HAS_SPECULAR { textureStore(fine_directional, point, vec4f(state.specular, 0.0)); }
+    textureStore(fine_irradiance, point, vec4f(sums.irradiance, 1.0));
+    if HAS_SPECULAR { textureStore(fine_directional, point, vec4f(sums.specular, 0.0)); }
   } else {
     let index = 2u * band_index(pixel);
-    partial_sums[index] = vec4f(state.irradiance, 1.0);
-    partial_sums[index + 1u] = vec4f(state.specular, 0.0);
+    partial_sums[index] = vec4f(sums.irradiance, 1.0);
+    partial_sums[index + 1u] = vec4f(sums.specular, 0.0);
   }
 }
 
-fn resolve_ambiguous(state: ptr<function, PointSums>, first: u32) {
-  while any((*state).ambiguous != vec4u(0u)) {
-    add_slope_corrected(state, lights[first + next_ambiguous(state) - frame.first_light]);
+fn resolve_ambiguous(sums: ptr<function, PointSums>, first: u32) {
+  while any((*sums).ambiguous != vec4u(0u)) {
+    add_slope_corrected(sums, lights[first + next_ambiguous(sums) - frame.first_light]);
   }
 }
 
@@ -54,7 +52,7 @@ fn shade_naive(@builtin(global_invocation_id) invocation: vec3u) {
   var lower = begin(lower_pixel);
   if !upper.is_surface && !lower.is_surface { return; }
   for (var first = frame.first_light; first < frame.end_light; first += GROUP) {
-    for (var word = 0u; word < 4u; word++) {
+    for (var word = 0u; word < GROUP / 32u; word++) {
       let start = first + 32u * word;
       let end = min(start + 32u, frame.end_light);
       var upper_bits = 0u;
@@ -62,13 +60,13 @@ fn shade_naive(@builtin(global_invocation_id) invocation: vec3u) {
       for (var i = start; i < end; i++) {
         let light = lights[i - frame.first_light];
         let bit = 1u << (i - start);
-        // Both texels are read before either answer is needed: memory is what this loop waits for.
+        // Both texels are fetched before either is used: this loop is bound by memory latency.
         let upper_texel = shadow_texel_of(light, upper.shading);
         let lower_texel = shadow_texel_of(light, lower.shading);
-        let upper_look = shadow_lookup(upper_texel);
-        let lower_look = shadow_lookup(lower_texel);
-        upper_bits |= add_depth_tested(&upper, light, upper_texel, upper_look, bit, 0.0);
-        lower_bits |= add_depth_tested(&lower, light, lower_texel, lower_look, bit, 0.0);
+        let upper_depth = shadow_lookup(upper_texel);
+        let lower_depth = shadow_lookup(lower_texel);
+        upper_bits |= add_depth_tested(&upper, light, upper_texel, upper_depth, bit, 0.0);
+        lower_bits |= add_depth_tested(&lower, light, lower_texel, lower_depth, bit, 0.0);
       }
       upper.ambiguous[word] = upper_bits;
       lower.ambiguous[word] = lower_bits;

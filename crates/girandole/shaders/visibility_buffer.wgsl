@@ -9,7 +9,7 @@ struct Out {
 struct Shown { @location(0) triangle: u32, @location(1) surface: vec2u }
 
 @group(2) @binding(0) var<storage, read> triangle_order: array<u32>; // triangles, those without an alpha mask first
-@group(2) @binding(1) var<storage, read> triangle_surfaces: array<u32>; // of each triangle, see lib/surface_id.wgsl
+@group(2) @binding(1) var<storage, read> triangle_surfaces: array<u32>; // of each triangle
 
 @vertex
 fn project_triangle(@builtin(vertex_index) index: u32) -> Out {

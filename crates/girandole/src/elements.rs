@@ -3,8 +3,9 @@
 
 use crate::Result;
 use crate::gpu_scene::storage;
-use crate::layout::MultipassParams;
+use crate::layout::{DrawArguments, MultipassParams};
 use crate::receivers::{NO_PART, Receivers};
+use crate::records::{Element, Member};
 use girandole_core::elements::{LightSets, optimise, unmerged};
 use girandole_core::glam::Vec2;
 use girandole_core::scene::LocalView;
@@ -12,14 +13,12 @@ use wgpu::util::DeviceExt;
 
 /// Most lights a pass.
 pub(crate) const MAX_LIGHTS_PER_PASS: u32 = 32;
-/// Words of an element; shaders know it as `ELEMENT_WORDS`.
-pub(crate) const ELEMENT_WORDS: usize = 6;
 
 /// All passes over a grid of points.
 pub(crate) struct MultipassPlan {
     /// `MultipassParams` for the shaders.
     pub params: wgpu::Buffer,
-    /// Elements with their members and lights, see `lib/elements.wgsl`.
+    /// Elements with their members and lights, see `lib/multipass_params.wgsl`.
     pub elements: wgpu::Buffer,
     /// Arguments of the draw.
     pub arguments: wgpu::Buffer,
@@ -71,27 +70,36 @@ impl MultipassPlan {
         let first_part = u8::from(key.light_maps);
         let counts = |kind: u8| kind >= first_part && kind < NO_PART;
         let mut sets = LightSets::new(receivers.leaves as usize, lights);
-        for (index, &kind) in receivers.kinds.iter().enumerate() {
-            if counts(kind) && key.in_view[index / lights] {
-                sets.insert((index / lights) as u32, (index % lights) as u32);
+        // Objects are leaves in their shading order, in which neighbours have lights in common.
+        for (object, &leaf) in receivers.shading_order.iter().enumerate() {
+            let kinds = &receivers.kinds[leaf as usize * lights..][..lights];
+            for (light, _) in kinds.iter().enumerate().filter(|&(_, &kind)| counts(kind)) {
+                if key.in_view[leaf as usize] {
+                    sets.insert(object as u32, light as u32);
+                }
             }
         }
         let before = unmerged(&sets);
         let unmerged_passes = girandole_core::elements::passes(&before, key.lights_per_pass);
         let elements = if key.optimised { optimise(&sets, key.lights_per_pass) } else { before };
 
-        let mut words = vec![0u32; ELEMENT_WORDS * elements.len()];
+        let mut words = vec![0u32; Element::WORDS * elements.len()];
         for (index, element) in elements.iter().enumerate() {
-            let members = words.len() as u32;
-            words.extend(element.objects.iter().flat_map(|&leaf| [leaf, 0]));
-            let first_light = words.len() as u32;
+            let member =
+                |&object: &u32| Member { leaf: receivers.shading_order[object as usize], chunks_before: 0 };
+            let members: Vec<Member> = element.objects.iter().map(member).collect();
+            let members_at = words.len() as u32;
+            words.extend_from_slice(bytemuck::cast_slice(&members));
+            let record = Element {
+                members_at,
+                member_count: members.len() as u32,
+                lights_at: words.len() as u32,
+                light_count: element.lights.len() as u32,
+                ..Element::default()
+            };
             words.extend(&element.lights);
-            words[ELEMENT_WORDS * index..][..4].copy_from_slice(&[
-                members,
-                element.objects.len() as u32,
-                first_light,
-                element.lights.len() as u32,
-            ]);
+            words[Element::WORDS * index..][..Element::WORDS]
+                .copy_from_slice(bytemuck::cast_slice(&[record]));
         }
         let passes = MultipassParams {
             elements: elements.len() as u32,
@@ -113,7 +121,7 @@ impl MultipassPlan {
             elements: storage(device, "elements", &words)?,
             arguments: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("draw arguments"),
-                size: 16,
+                size: size_of::<DrawArguments>() as u64,
                 usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
                 mapped_at_creation: false,
             }),

@@ -7,9 +7,10 @@ use crate::occluders::CullCounts;
 use crate::passes::debug::DebugInputs;
 use crate::passes::sort_points::ListedPoints;
 use crate::passes::visibility_buffer::{DepthUse, Seen};
-use crate::passes::{BATCH, BandSample, GROUP, GridView, LightMapsView, MapsView, batches};
+use crate::passes::{BandSample, GridView, LightMapsView, MapsView, batches};
 use crate::prepare::{Adaptive, PointPasses, Prepared, PreparedMode};
 use crate::settings::{RenderSettings, Target};
+use crate::shader_constants::{BATCH, GROUP};
 use crate::targets::COARSEST;
 use girandole_core::glam::Vec2;
 use girandole_core::scene::{ClipDepth, LocalView};
@@ -269,6 +270,7 @@ fn depth_mapping(view: &LocalView, near: f32, far: f32) -> (f32, f32, bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use girandole_core::glam::camera::rh::proj::directx as proj;
     use girandole_core::glam::{DAffine3, DVec3, Mat4};
     use girandole_core::scene::View;
 
@@ -289,12 +291,12 @@ mod tests {
         ]);
         let (near, far) = (0.25, 40.0);
         for (clip_from_view, planes) in [
-            (Mat4::perspective_rh(1.0, 1.5, near, far), [0.0, 1.0]),
-            (swap * Mat4::perspective_rh(1.0, 1.5, near, far), [1.0, 0.0]),
-            (Mat4::perspective_infinite_rh(1.0, 1.5, near), [0.0, 1.0 - near / far]),
-            (Mat4::perspective_infinite_reverse_rh(1.0, 1.5, near), [1.0, near / far]),
-            (Mat4::orthographic_rh(-3.0, 3.0, -2.0, 2.0, near, far), [0.0, 1.0]),
-            (swap * Mat4::orthographic_rh(-3.0, 3.0, -2.0, 2.0, near, far), [1.0, 0.0]),
+            (proj::perspective(1.0, 1.5, near, far), [0.0, 1.0]),
+            (swap * proj::perspective(1.0, 1.5, near, far), [1.0, 0.0]),
+            (proj::perspective_infinite(1.0, 1.5, near), [0.0, 1.0 - near / far]),
+            (proj::perspective_infinite_reverse(1.0, 1.5, near), [1.0, near / far]),
+            (proj::orthographic(-3.0, 3.0, -2.0, 2.0, near, far), [0.0, 1.0]),
+            (swap * proj::orthographic(-3.0, 3.0, -2.0, 2.0, near, far), [1.0, 0.0]),
         ] {
             let view = View::from_matrices(DAffine3::IDENTITY, clip_from_view).expect("a view");
             let local = view.relative_to(DVec3::ZERO);

@@ -1,7 +1,8 @@
 //! A scene's buffers on the GPU.
 
-use crate::device::kernel::{self, GroupLayout};
+use crate::device::kernel::{GroupLayout, buffer, texture};
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
+use crate::shader_constants::{TEXEL_COLUMNS, TEXEL_ROWS};
 use crate::surface_ids::surface_ids;
 use crate::{Error, Result};
 use girandole_core::glam::{Vec2, Vec4};
@@ -14,8 +15,8 @@ pub(crate) struct GpuScene {
     /// Bind group 1.
     pub group: wgpu::BindGroup,
     /// Triangle indices, those without an alpha mask first.
-    pub order: wgpu::Buffer,
-    /// Keys of the triangles' surfaces.
+    pub triangle_order: wgpu::Buffer,
+    /// Ids of the triangles' surfaces.
     pub triangle_surfaces: wgpu::Buffer,
     /// How many triangles have no mask, and how many have.
     pub counts: [u32; 2],
@@ -54,7 +55,7 @@ pub(crate) fn check_size(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Re
 
 impl GpuScene {
     pub fn new(
-        device: &wgpu::Device,
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
         layout: &GroupLayout,
         scene: &Scene,
         geometry: &Geometry,
@@ -84,18 +85,21 @@ impl GpuScene {
         let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
         order.sort_by_key(|&t| masked(t));
         let opaque = order.partition_point(|&t| !masked(t)) as u32;
-        let buffers = [
-            ("vertices", storage(device, "vertices", &vertices)?),
-            ("triangles", storage(device, "triangles", &triangles)?),
-            ("materials", storage(device, "materials", &materials)?),
-            ("texels", storage(device, "textures", &pack_textures(&scene.textures)?)?),
+        let vertices = storage(device, "vertices", &vertices)?;
+        let triangles = storage(device, "triangles", &triangles)?;
+        let materials = storage(device, "materials", &materials)?;
+        let texels = texels(device, queue, pack_textures(&scene.textures)?)?;
+        let resources = [
+            buffer("vertices", &vertices),
+            buffer("triangles", &triangles),
+            buffer("materials", &materials),
+            texture("texels", &texels),
         ];
-        let resources: Vec<_> = buffers.iter().map(|(name, b)| kernel::buffer(name, b)).collect();
         Ok(Self {
             group: layout.group(device, &resources),
             counts: [opaque, order.len() as u32 - opaque],
-            order: storage(device, "draw order", &order)?,
-            triangle_surfaces: storage(device, "surface keys", &surface_ids(scene, geometry))?,
+            triangle_order: storage(device, "triangle order", &order)?,
+            triangle_surfaces: storage(device, "surface ids", &surface_ids(scene, geometry)?)?,
         })
     }
 }
@@ -105,7 +109,45 @@ pub(crate) fn gpu_lights(lights: &LightSet, radius: f32) -> Vec<Light> {
     lights.samples().iter().enumerate().map(|(id, sample)| Light::new(id as u32, sample, radius)).collect()
 }
 
-/// All textures in one array, see `lib/texture.wgsl`: a directory, then the texels of all levels.
+/// The words of all textures in rows of a texture array.
+fn texels(device: &wgpu::Device, queue: &wgpu::Queue, mut words: Vec<u32>) -> Result<wgpu::TextureView> {
+    let rows = (words.len() as u64).div_ceil(u64::from(TEXEL_COLUMNS)).max(1);
+    let layers = rows.div_ceil(u64::from(TEXEL_ROWS));
+    let limit = u64::from(device.limits().max_texture_array_layers);
+    if layers > limit {
+        return Err(Error::TooLarge(format!(
+            "the scene's textures take {layers} layers of a texture array and this device has {limit} at most; use \
+             smaller textures"
+        )));
+    }
+    let height = rows.min(u64::from(TEXEL_ROWS));
+    words.resize(TEXEL_COLUMNS as usize * height as usize * layers as usize, 0);
+    let texture = device.create_texture_with_data(
+        queue,
+        &wgpu::TextureDescriptor {
+            label: Some("texels"),
+            size: wgpu::Extent3d {
+                width: TEXEL_COLUMNS,
+                height: height as u32,
+                depth_or_array_layers: layers as u32,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::R32Uint,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        },
+        wgpu::util::TextureDataOrder::LayerMajor,
+        bytemuck::cast_slice(&words),
+    );
+    Ok(texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    }))
+}
+
+/// All textures as one array of words, see `lib/texture.wgsl`: a directory, then the texels of all levels.
 fn pack_textures(textures: &[Texture]) -> Result<Vec<u32>> {
     let mut words = vec![0u32; textures.len() * 4];
     for (index, texture) in textures.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Every struct that both sides see, declared once; a test compares names and offsets with the shaders'.
 
+use crate::shader_constants::{COSINE, DIRECTIONAL, HEMISPHERE, SPOT};
 use bytemuck::{Pod, Zeroable};
 use girandole_core::brdf::Surface;
 use girandole_core::glam::{Affine2, Vec2, Vec3, Vec4};
@@ -39,7 +40,7 @@ pub(crate) struct Frame {
     pub padding: [u32; 2],
 }
 
-/// `BufferOffsets` in `lib/plan.wgsl`.
+/// `BufferOffsets` in `lib/buffer_offsets.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub(crate) struct BufferOffsets {
@@ -170,7 +171,7 @@ pub(crate) struct Light {
     pub atlas_slot: u32,
 }
 
-/// `Maps` in `lib/light.wgsl`.
+/// `Maps` in `lib/maps.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct Maps {
@@ -181,7 +182,7 @@ pub(crate) struct Maps {
     pub parallel_texel: f32,
 }
 
-/// `MultipassParams` in `lib/elements.wgsl`.
+/// `MultipassParams` in `lib/multipass_params.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub(crate) struct MultipassParams {
@@ -191,12 +192,59 @@ pub(crate) struct MultipassParams {
     pub padding: u32,
 }
 
-/// [`Light::profile`] of a directional light; shaders know it as `DIRECTIONAL`.
-pub(crate) const DIRECTIONAL: u32 = 3;
-/// Groups in x of the dispatch over leaves.
-pub(crate) const LIGHT_MAP_GROUPS: u32 = 32768;
-/// Workgroups in a row of the dispatch over light markers; in shaders `ROW`.
-pub(crate) const LIGHT_MARKER_ROW: u32 = 32768;
+/// Head of `ShadeList` in `lib/shade_list.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct ShadeListHeader {
+    pub points: u32,
+    pub next_flat: u32,
+    pub next_curved: u32,
+    pub padding: u32,
+}
+
+/// Head of `PointQueue` in `lib/point_queue.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct PointQueueHeader {
+    pub points: u32,
+    pub chunks: u32,
+    pub next_chunk: u32,
+    pub finished: u32,
+}
+
+/// Head of `Candidates` in `lib/candidates.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct CandidatesHeader {
+    pub flat_workgroups: u32,
+    pub flat_workgroups_y: u32,
+    pub flat_workgroups_z: u32,
+    pub flat_count: u32,
+    pub curved_workgroups: u32,
+    pub curved_workgroups_y: u32,
+    pub curved_workgroups_z: u32,
+    pub curved_count: u32,
+}
+
+/// `DispatchArguments` in `prefix_sum.wgsl`: workgroups in x, y and z.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct DispatchArguments {
+    pub scatter_points: [u32; 4],
+    pub shade_points: [u32; 4],
+    pub shade_points_cooperative: [u32; 4],
+    pub chunks: [u32; 4],
+}
+
+/// `DrawArguments` in `multipass_arguments.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct DrawArguments {
+    pub vertex_count: u32,
+    pub instance_count: u32,
+    pub first_vertex: u32,
+    pub first_instance: u32,
+}
 
 impl Light {
     /// A light sample without its place in the atlas. Maps are turned about their normals by the golden angle from
@@ -204,9 +252,9 @@ impl Light {
     pub fn new(id: u32, sample: &LightSample, radius: f32) -> Self {
         use girandole_core::math::warp;
         let (profile, scale, offset) = match sample.profile {
-            Profile::Cosine => (0, 0.0, 0.0),
-            Profile::Hemisphere => (1, 0.0, 0.0),
-            Profile::Spot { scale, offset } => (2, scale, offset),
+            Profile::Cosine => (COSINE, 0.0, 0.0),
+            Profile::Hemisphere => (HEMISPHERE, 0.0, 0.0),
+            Profile::Spot { scale, offset } => (SPOT, scale, offset),
             Profile::Directional => (DIRECTIONAL, 1.0 / radius, 0.0),
         };
         let (x, y) = warp::frame(sample.normal);

@@ -1,15 +1,14 @@
 //! Proof that needs no GPU: shaders parse and validate, both sides agree on every field, and a whole frame records
 //! without complaint on a backend that does nothing.
 
+use crate::device_tuning::DeviceTuning;
 use crate::layout::{
-    BufferOffsets, DIRECTIONAL, Display, Frame, GpuMaterial, Item, Light, Maps, MultipassParams, TextureUse,
-    Triangle, Vertex,
+    BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Item,
+    Light, Maps, MultipassParams, PointQueueHeader, ShadeListHeader, TextureUse, Triangle, Vertex,
 };
-use crate::passes::{BATCH, GROUP};
-use crate::{
-    DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap, elements, point_lists,
-    receivers, shaders, surface_ids,
-};
+use crate::records::{Element, LeafRange, LeafRecord, Member, ReceiverGrid, ShadePoint};
+use crate::shader_constants::{BATCH, EDGE_RUN, GROUP};
+use crate::{DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap, shaders};
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject};
 use girandole_core::scene::{Geometry, Material, Texture, TextureRef, View};
@@ -34,8 +33,8 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(Frame as "Frame": eye, orthographic, right, half_width, up, half_height, forward, depth_bias, size, band,
             offset, first_light, end_light, clamp, far, sample, samples, last_row, step, batch, last_batch, tolerance,
             debug, center, depth_scale, forward_depth, padding),
-        fields!(BufferOffsets as "BufferOffsets": grids_at, cells_at, leaves, batches, ranges_at, chunks_at, sorted_at, points_at,
-            light_maps, padding_a, padding_b, padding_c),
+        fields!(BufferOffsets as "BufferOffsets": grids_at, cells_at, leaves, batches, ranges_at, chunks_at, sorted_at,
+            points_at, light_maps, padding_a, padding_b, padding_c),
         fields!(MultipassParams as "MultipassParams": elements, lights_per_pass, lights_in_all, padding),
         fields!(Vertex as "Vertex": position, u1, normal, v1, tangent, uv0, padding),
         fields!(Triangle as "Triangle": vertices, material),
@@ -47,24 +46,65 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(Maps as "Maps": page, size, parallel_size, texel, parallel_texel),
         fields!(Item as "Item": light, face_cluster),
         fields!(Display as "Display": size, exposure, automatic),
+        fields!(DispatchArguments as "DispatchArguments": scatter_points, shade_points, shade_points_cooperative,
+            chunks),
+        fields!(DrawArguments as "DrawArguments": vertex_count, instance_count, first_vertex, first_instance),
     ]
 }
 
-/// Size, and name and offset of each member, of all structs in a shader.
-fn reflected(source: &shaders::Source) -> HashMap<String, (u32, Fields)> {
-    let text = source.concatenated(&crate::DeviceTuning {
-        persistent_threads: true,
-        copy_maps: true,
-        non_uniform_branches: true,
-        edge_runs: true,
-        cooperative_points: true,
-        lights_in_storage: false,
-    });
+/// Heads of buffers that go on with words, and the name of these.
+fn declared_heads() -> Vec<(&'static str, u32, Fields, &'static str)> {
+    let head = |(name, size, fields): (_, _, _), rest| (name, size, fields, rest);
+    vec![
+        head(fields!(ShadeListHeader as "ShadeList": points, next_flat, next_curved, padding), "words"),
+        head(fields!(PointQueueHeader as "PointQueue": points, chunks, next_chunk, finished), "words"),
+        head(
+            fields!(CandidatesHeader as "Candidates": flat_workgroups, flat_workgroups_y, flat_workgroups_z, flat_count,
+                curved_workgroups, curved_workgroups_y, curved_workgroups_z, curved_count),
+            "pixels",
+        ),
+    ]
+}
+
+/// Records among words: as the generated functions read them, fields lie side by side.
+fn declared_records() -> Vec<(&'static str, u32, Fields)> {
+    vec![
+        fields!(ReceiverGrid as "RECEIVER_GRID": origin, columns, axis_u, rows, axis_v, front, back),
+        fields!(LeafRecord as "LEAF_RECORD": light_map, texel_u, texel_v, corner, across, up, normal),
+        fields!(LeafRange as "LEAF_RANGE": mapped_unshadowed, unshadowed, shadowed, mapped_shadowed, end),
+        fields!(ShadePoint as "SHADE_POINT": pixel, leaf, rank),
+        fields!(Element as "ELEMENT": members_at, member_count, lights_at, light_count, vertices, first_vertex),
+        fields!(Member as "MEMBER": leaf, chunks_before),
+    ]
+}
+
+/// All combinations of what a device's tuning chooses.
+fn tunings() -> impl Iterator<Item = DeviceTuning> {
+    (0..64).map(|bits: u32| {
+        let [a, b, c, d, e, f] = [0, 1, 2, 3, 4, 5].map(|bit| bits & (1 << bit) != 0);
+        DeviceTuning {
+            persistent_threads: a,
+            copy_maps: b,
+            non_uniform_branches: c,
+            edge_runs: d,
+            cooperative_points: e,
+            lights_in_storage: f,
+        }
+    })
+}
+
+fn parsed(source: &shaders::Source, tuning: &DeviceTuning) -> naga::Module {
+    let text = source.concatenated(tuning);
     let module = naga::front::wgsl::parse_str(&text)
         .unwrap_or_else(|e| panic!("{}: {}", source.name, e.emit_to_string(&text)));
     naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::all())
         .validate(&module)
         .unwrap_or_else(|e| panic!("{}: {}", source.name, e.emit_to_string(&text)));
+    module
+}
+
+/// Size, and name and offset of each member, of all structs in a shader.
+fn reflected(module: &naga::Module) -> HashMap<String, (u32, Fields)> {
     module
         .types
         .iter()
@@ -80,70 +120,100 @@ fn reflected(source: &shaders::Source) -> HashMap<String, (u32, Fields)> {
 
 #[test]
 fn both_sides_agree_on_every_field() {
-    let mut found = HashMap::new();
+    let mut found: HashMap<String, Vec<(u32, Fields)>> = HashMap::new();
     for source in shaders::ALL {
-        found.extend(reflected(source));
+        for tuning in [DeviceTuning::GPU, DeviceTuning::SOFTWARE] {
+            for (name, layout) in reflected(&parsed(source, &tuning)) {
+                found.entry(name).or_default().push(layout);
+            }
+        }
     }
+    let all = |name: &str| found.get(name).unwrap_or_else(|| panic!("no shader declares {name}"));
     for (name, size, fields) in declared() {
-        let (span, members) = found.get(name).unwrap_or_else(|| panic!("no shader declares {name}"));
-        assert_eq!((size, &fields), (*span, members), "{name}");
+        for (span, members) in all(name) {
+            assert_eq!((size, &fields), (*span, members), "{name}");
+        }
+    }
+    for (name, size, mut fields, rest) in declared_heads() {
+        fields.push((rest.into(), size));
+        for (_, members) in all(name) {
+            assert_eq!(&fields, members, "{name}");
+        }
     }
     // The control: fields of equal size that change places are seen, though the size stays the same.
     let (_, size, mut swapped) = declared().remove(0);
     swapped.swap(18, 19);
-    assert_eq!(size, found["Frame"].0);
-    assert_ne!(swapped, found["Frame"].1);
+    assert_eq!(size, found["Frame"][0].0);
+    assert_ne!(swapped, found["Frame"][0].1);
 }
 
-/// Numbers that shaders need at compile time, where an `override` will not do.
+/// The value of a constant that the shaders are given.
+fn constant(module: &naga::Module, name: &str) -> Option<u32> {
+    let (_, constant) = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name))?;
+    match module.global_expressions[constant.init] {
+        naga::Expression::Literal(naga::Literal::U32(value)) => Some(value),
+        _ => None,
+    }
+}
+
 #[test]
-fn both_sides_agree_on_constants() {
-    let has = |source: &shaders::Source, declaration: String| {
-        source
-            .concatenated(&crate::DeviceTuning {
-                persistent_threads: true,
-                copy_maps: true,
-                non_uniform_branches: true,
-                edge_runs: true,
-                cooperative_points: true,
-                lights_in_storage: false,
-            })
-            .contains(&declaration)
+fn records_are_read_where_they_are_written() {
+    let modules: Vec<_> = shaders::ALL.iter().map(|s| parsed(s, &DeviceTuning::GPU)).collect();
+    let constant = |name: &str| modules.iter().find_map(|m| constant(m, name));
+    for (name, size, fields) in declared_records() {
+        assert_eq!(constant(&format!("{name}_WORDS")), Some(size / 4), "{name}");
+        for (field, offset) in fields {
+            let value = constant(&format!("{name}_{}", field.to_uppercase()));
+            assert_eq!(value, Some(offset / 4), "{name}: {field}");
+        }
+    }
+    // What the readers make of words: words 5 to 9 of a leaf's record are its second vector.
+    let text = shaders::LIGHT_MAPS.concatenated(&DeviceTuning::GPU);
+    let second = "bitcast<vec4f>(vec4u(light_lists[at + 5u], light_lists[at + 6u], light_lists[at + 7u], light_lists[at + 8u]))";
+    assert!(text.contains(second), "{text}");
+    assert_eq!(std::mem::offset_of!(LeafRecord, texel_v), 5 * 4);
+}
+
+/// Sizes that kernels rely on.
+#[test]
+fn numbers_fit_each_other() {
+    assert_eq!(BATCH % GROUP, 0, "batches are whole groups");
+    assert_eq!(GROUP, 4 * 32, "a group has a bit for each light in the four words of `ambiguous`");
+    assert!(EDGE_RUN <= 32, "a run has a bit for each pixel in a word");
+    assert!(64 % crate::shader_constants::LANES == 0, "workgroups of 64 hold whole points");
+}
+
+/// Storage buffers and storage textures of each entry point, as pipelines count them: all that its module binds. The
+/// defaults of WebGPU are 8 and 4.
+#[test]
+fn every_pass_stays_within_default_limits() {
+    let counts = |source: &shaders::Source, tuning: &DeviceTuning| {
+        let module = parsed(source, tuning);
+        let (mut buffers, mut textures, mut sampled) = (0, 0, 0);
+        for (_, variable) in module.global_variables.iter() {
+            match (variable.space, &module.types[variable.ty].inner) {
+                (naga::AddressSpace::Storage { .. }, _) => buffers += 1,
+                (_, naga::TypeInner::Image { class: naga::ImageClass::Storage { .. }, .. }) => textures += 1,
+                (_, naga::TypeInner::Image { .. }) => sampled += 1,
+                _ => {}
+            }
+        }
+        (buffers, textures, sampled)
     };
-    let group = |n: u32| format!("const GROUP = {n}u;");
-    assert!(has(&shaders::SHADE_NAIVE, group(GROUP)));
-    assert!(has(&shaders::SHADE_NAIVE, format!("lights: array<Light, {BATCH}>;")));
-    assert!(has(&shaders::SHADE_NAIVE, format!("const DIRECTIONAL = {DIRECTIONAL}u;")));
-    assert!(has(&shaders::RESOLVE, format!("const MIN_ALPHA = {:?};", girandole_core::brdf::MIN_ALPHA)));
-    assert_eq!(BATCH % GROUP, 0);
-    let number = |source, name: &str, n: u32| {
-        assert!(has(source, format!("const {name} = {n}u;")), "{name} = {n}");
-        assert!(!has(source, format!("const {name} = {}u;", n + 1)), "the control: {name}");
-    };
-    number(&shaders::SHADE_POINTS, "SIDE", receivers::SIDE);
-    number(&shaders::SHADE_POINTS, "LEAF_WORDS", receivers::LEAF_WORDS as u32);
-    number(&shaders::SHADE_POINTS, "RANGE", receivers::RANGE as u32);
-    number(&shaders::SHADE_POINTS, "CHUNK", point_lists::CHUNK);
-    number(&shaders::PREFIX_SUM, "COUNTS", point_lists::HEADER);
-    number(&shaders::PREFIX_SUM, "FIRSTS", point_lists::HEADER);
-    number(&shaders::PREFIX_SUM, "EXTRA_ROW", point_lists::TALLY_ROWS - 1);
-    number(&shaders::TEST_CANDIDATES, "POINT_WORDS", point_lists::POINT_WORDS);
-    number(&shaders::REFINE, "CURVED_HEADER", point_lists::CURVED_HEADER);
-    number(&shaders::REFINE, "FIRST_CANDIDATE", point_lists::FIRST_CANDIDATE);
-    let flag =
-        |source, name: &str, n: u32| assert!(has(source, format!("const {name} = {n:#x}u;")), "{name}");
-    flag(&shaders::REFINE, "CURVED", surface_ids::CURVED);
-    flag(&shaders::REFINE, "SHINY", surface_ids::SHINY);
-    flag(&shaders::TEST_CANDIDATES, "CLUSTERED", receivers::CLUSTERED);
-    flag(&shaders::SHADE_POINTS, "NO_MAP", girandole_core::scene::NONE);
-    assert!(has(&shaders::PREFIX_SUM, "(CHUNK * next + 3u) / 4u".into()), "64 lanes are 4 points");
-    number(&shaders::DEBUG_LIGHTS, "ROW", crate::layout::LIGHT_MARKER_ROW);
-    number(&shaders::SHADE_POINTS, "LANES", 16);
-    number(&shaders::SHADE_POINTS, "WIDE_GROUPS", 32768);
-    assert!(has(&shaders::PREFIX_SUM, "min(groups, 32768u)".into()));
-    assert!(has(&shaders::LIGHT_MAPS, format!("group.y * {}u", crate::layout::LIGHT_MAP_GROUPS)));
-    number(&shaders::MULTIPASS, "ELEMENT_WORDS", elements::ELEMENT_WORDS as u32);
-    assert!(!has(&shaders::SHADE_NAIVE, group(GROUP + 1)), "the control: another number is seen");
+    for tuning in tunings() {
+        for source in shaders::ALL {
+            let (buffers, textures, sampled) = counts(source, &tuning);
+            // One is free for what is to come, unless lights are in storage.
+            let most = if tuning.lights_in_storage { 8 } else { 7 };
+            assert!(buffers <= most, "{}: {buffers} storage buffers", source.name);
+            assert!(textures <= 4, "{}: {textures} storage textures", source.name);
+            assert!(sampled <= 16, "{}: {sampled} textures", source.name);
+        }
+    }
+    // The control: lights in storage are counted.
+    let stored = DeviceTuning { lights_in_storage: true, ..DeviceTuning::SOFTWARE };
+    let [without, with] = [DeviceTuning::SOFTWARE, stored].map(|t| counts(&shaders::SHADE_POINTS, &t).0);
+    assert_eq!(without + 1, with);
 }
 
 fn noop(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {
@@ -190,62 +260,67 @@ fn a_whole_frame_records_without_error() {
     let settings = LightSettings { count: 40, ..Default::default() };
     let lights = LightSet::sample(&scene, &geometry, &settings).expect("lights");
     let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())
-        .expect("visibility");
+        .expect("a database");
     let view = View::new(&scene, &scene.cameras[0], 1.5);
     let everything = crate::WANTED_FEATURES;
-    for features in [wgpu::Features::empty(), everything] {
-        for shadow_map in [ShadowMap::Octahedral, ShadowMap::Parabolic, ShadowMap::Cube] {
-            let (device, queue) = noop(features);
-            let error = first_error(&device, || {
-                let options = RendererOptions { shadow_map, pcf: 2, ..Default::default() };
-                let mut renderer = Renderer::new(&device, &queue, options).expect("renderer");
-                let settings = RenderSettings {
-                    mode: Mode::Naive,
-                    samples_per_axis: 2,
-                    lights_per_batch: Some(16),
-                    ..Default::default()
-                };
-                renderer.load(&scene, &geometry, &lights).expect("load");
-                renderer.render(&view, [96, 64], &settings).expect("render");
-                renderer.load_visibility(&scene, &geometry, &lights, &visibility).expect("visibility");
-                for mode in [Mode::Visibility, Mode::LowResolution, Mode::Full] {
-                    for shading in [Shading::Fused, Shading::Multipass { lights_per_pass: 7 }] {
-                        let settings = RenderSettings { mode, shading, ..settings };
-                        renderer.render(&view, [96, 64], &settings).expect("render");
-                    }
-                }
-                for debug in [
-                    DebugView::Receivers,
-                    DebugView::States(None),
-                    DebugView::States(Some(0)),
-                    DebugView::LightMaps,
-                    DebugView::Levels,
-                    DebugView::LightPositions,
-                    DebugView::Atlas,
-                ] {
-                    let settings = RenderSettings { mode: Mode::Full, debug: Some(debug), ..settings };
+    let uniform = DeviceTuning { lights_in_storage: false, ..DeviceTuning::GPU };
+    for (features, shadow_map, tuning) in [
+        (wgpu::Features::empty(), ShadowMap::Octahedral, DeviceTuning::GPU),
+        (wgpu::Features::empty(), ShadowMap::Parabolic, DeviceTuning::SOFTWARE),
+        (everything, ShadowMap::Octahedral, DeviceTuning::SOFTWARE),
+        (everything, ShadowMap::Parabolic, uniform),
+        (everything, ShadowMap::Cube, DeviceTuning::GPU),
+    ] {
+        let (device, queue) = noop(features);
+        let error = first_error(&device, || {
+            let options = RendererOptions { shadow_map, pcf: 2, tuning: Some(tuning), ..Default::default() };
+            let mut renderer = Renderer::new(&device, &queue, options).expect("renderer");
+            let settings = RenderSettings {
+                mode: Mode::Naive,
+                samples_per_axis: 2,
+                lights_per_batch: Some(16),
+                ..Default::default()
+            };
+            renderer.load(&scene, &geometry, &lights).expect("load");
+            renderer.render(&view, [96, 64], &settings).expect("render");
+            renderer.load_visibility(&scene, &geometry, &lights, &visibility).expect("visibility");
+            for mode in [Mode::Visibility, Mode::LowResolution, Mode::Full] {
+                for shading in [Shading::Fused, Shading::Multipass { lights_per_pass: 7 }] {
+                    let settings = RenderSettings { mode, shading, ..settings };
                     renderer.render(&view, [96, 64], &settings).expect("render");
                 }
-                for format in [
-                    wgpu::TextureFormat::Rgba8UnormSrgb,
-                    wgpu::TextureFormat::Bgra8Unorm,
-                    wgpu::TextureFormat::Rgba16Float,
-                ] {
-                    let target = device.create_texture(&wgpu::TextureDescriptor {
-                        label: None,
-                        size: wgpu::Extent3d { width: 96, height: 64, depth_or_array_layers: 1 },
-                        mip_level_count: 1,
-                        sample_count: 1,
-                        dimension: wgpu::TextureDimension::D2,
-                        format,
-                        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-                        view_formats: &[],
-                    });
-                    renderer.show(&settings, &target.create_view(&Default::default()), format).expect("show");
-                }
-            });
-            assert!(error.is_none(), "{shadow_map:?}: {error:?}");
-        }
+            }
+            for debug in [
+                DebugView::Receivers,
+                DebugView::States(None),
+                DebugView::States(Some(0)),
+                DebugView::LightMaps,
+                DebugView::Levels,
+                DebugView::LightPositions,
+                DebugView::Atlas,
+            ] {
+                let settings = RenderSettings { mode: Mode::Full, debug: Some(debug), ..settings };
+                renderer.render(&view, [96, 64], &settings).expect("render");
+            }
+            for format in [
+                wgpu::TextureFormat::Rgba8UnormSrgb,
+                wgpu::TextureFormat::Bgra8Unorm,
+                wgpu::TextureFormat::Rgba16Float,
+            ] {
+                let target = device.create_texture(&wgpu::TextureDescriptor {
+                    label: None,
+                    size: wgpu::Extent3d { width: 96, height: 64, depth_or_array_layers: 1 },
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: wgpu::TextureDimension::D2,
+                    format,
+                    usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+                    view_formats: &[],
+                });
+                renderer.show(&settings, &target.create_view(&Default::default()), format).expect("show");
+            }
+        });
+        assert!(error.is_none(), "{shadow_map:?}: {error:?}");
     }
     // The control: an error is reported as one.
     let (device, _) = noop(wgpu::Features::empty());

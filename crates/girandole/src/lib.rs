@@ -44,6 +44,7 @@ pub use wgpu;
 
 mod atlas;
 mod device;
+mod device_tuning;
 mod elements;
 mod error;
 mod frame;
@@ -56,9 +57,11 @@ mod passes;
 mod point_lists;
 mod prepare;
 mod receivers;
+mod records;
 mod renderer;
 mod resident;
 mod settings;
+mod shader_constants;
 mod shaders;
 mod stats;
 mod surface_ids;
@@ -69,11 +72,12 @@ mod layout_tests;
 
 pub use atlas::{AtlasLayout, MapSlot};
 pub use device::{AdapterReport, Gpu, WANTED_FEATURES, adapters, wanted_limits};
+pub use device_tuning::DeviceTuning;
 pub use error::{Error, Result};
 
 pub use occluders::CullCounts;
 pub use renderer::Renderer;
 pub use settings::{
-    DEFAULT_CLAMP, DebugView, DeviceTuning, Mode, RenderSettings, RendererOptions, Shading, ShadowMap, Target,
+    DEFAULT_CLAMP, DebugView, Mode, RenderSettings, RendererOptions, Shading, ShadowMap, Target,
 };
 pub use stats::{FrameStats, PairCounts};

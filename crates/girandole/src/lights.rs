@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::gpu_scene::check_size;
 use crate::layout::Light;
-use crate::passes::BATCH;
+use crate::shader_constants::BATCH;
 use wgpu::util::DeviceExt;
 
 /// Light samples with their places in the atlas.

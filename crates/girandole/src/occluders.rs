@@ -1,7 +1,8 @@
 //! What is drawn into shadow maps: all occluders merged in world space, in clusters of a fixed number of triangles;
 //! and which cluster goes into which face of which light's map (Barczak §4.2.2).
 
-use crate::layout::{DIRECTIONAL, Item, Light};
+use crate::layout::{Item, Light};
+use crate::shader_constants::DIRECTIONAL;
 use girandole_core::glam::Vec3;
 use girandole_core::scene::{Geometry, Scene};
 

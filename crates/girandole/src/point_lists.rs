@@ -1,45 +1,30 @@
 //! Buffers that hold what the picture needs: they depend on its size and on the number of leaf receivers.
 
-use crate::layout::BufferOffsets;
+use crate::layout::{BufferOffsets, CandidatesHeader, DispatchArguments, PointQueueHeader, ShadeListHeader};
 use crate::receivers::Receivers;
+use crate::records::ShadePoint;
+use crate::shader_constants::{CHUNK, TALLY_ROWS};
 use crate::targets::Targets;
 use crate::{Error, Result};
+use std::mem::offset_of;
 use wgpu::util::DeviceExt;
 
-/// Points of one leaf that are shaded together; in shaders `CHUNK`.
-pub(crate) const CHUNK: u32 = 2;
-/// Words before the lists in `wanted` and `queue`; in shaders `COUNTS` and `FIRSTS`.
-pub(crate) const HEADER: u32 = 16;
-/// Words of a point in `wanted`; in shaders `POINT_WORDS`.
-pub(crate) const POINT_WORDS: u32 = 3;
-/// Rows of the tally: steps of 1, 2, 4 and 8 pixels, and further samples at edges.
-pub(crate) const TALLY_ROWS: u32 = 5;
-
-/// Words of `candidates` before what is said of those on curved surfaces, and before the candidates themselves; shaders
-/// have the same names.
-pub(crate) const CURVED_HEADER: u32 = 4;
-pub(crate) const FIRST_CANDIDATE: u32 = 8;
-
-/// Bytes before the dispatches in `arguments`: of points to put in order, of chunks as they are shaded, of lanes that
-/// share points, and of an invocation for each chunk.
-pub(crate) const SCATTER_AT: u64 = 0;
-pub(crate) const SHADE_AT: u64 = 16;
-pub(crate) const COOPERATIVE_AT: u64 = 32;
-pub(crate) const CHUNKS_AT: u64 = 48;
-
-/// Bytes before the dispatch over candidates on curved surfaces in `candidates`.
-pub(crate) const CURVED_CANDIDATES_AT: u64 = CURVED_HEADER as u64 * 4;
+/// Byte offsets of the arguments of dispatches.
+pub(crate) const SCATTER_AT: u64 = offset_of!(DispatchArguments, scatter_points) as u64;
+pub(crate) const SHADE_AT: u64 = offset_of!(DispatchArguments, shade_points) as u64;
+pub(crate) const COOPERATIVE_AT: u64 = offset_of!(DispatchArguments, shade_points_cooperative) as u64;
+pub(crate) const CHUNKS_AT: u64 = offset_of!(DispatchArguments, chunks) as u64;
+pub(crate) const FLAT_AT: u64 = offset_of!(CandidatesHeader, flat_workgroups) as u64;
+pub(crate) const CURVED_AT: u64 = offset_of!(CandidatesHeader, curved_workgroups) as u64;
 
 /// Points to shade and their order.
 pub(crate) struct PointLists {
-    /// Points that may have to be shaded, and how many workgroups test them.
+    /// Pixels that may have to be shaded, and the arguments of the dispatches that test them.
     pub candidates: wgpu::Buffer,
-    /// Points to shade, as they were found.
+    /// Points to shade, in any order.
     pub shade_list: wgpu::Buffer,
     /// The same in order of leaves.
     pub point_queue: wgpu::Buffer,
-    /// What persistent threads take next.
-    pub work_queue: wgpu::Buffer,
     pub dispatch_arguments: wgpu::Buffer,
     pub tally: wgpu::Buffer,
     /// Without light maps, and with them.
@@ -56,12 +41,13 @@ impl PointLists {
 
     /// Where things are in the buffers for so many points.
     pub fn offsets_for(receivers: &Receivers, capacity: u32) -> BufferOffsets {
-        let chunks_at = HEADER + receivers.leaves;
+        // The first chunk of each leaf and their number come before.
+        let chunks_at = 2 * receivers.leaves;
         let chunks = capacity / CHUNK + receivers.leaves;
         BufferOffsets {
             chunks_at,
             sorted_at: chunks_at + chunks,
-            points_at: HEADER + receivers.leaves,
+            points_at: receivers.leaves,
             ..receivers.offsets
         }
     }
@@ -94,21 +80,23 @@ impl PointLists {
             }))
         };
         let (leaves, points) = (u64::from(offsets.leaves), u64::from(capacity));
-        let sorted = (u64::from(offsets.sorted_at - offsets.chunks_at)) * u64::from(CHUNK);
+        let sorted = u64::from(offsets.sorted_at - offsets.chunks_at) * u64::from(CHUNK);
+        let words = |header: usize, words: u64| header as u64 / 4 + words;
+        let shade_list = words(size_of::<ShadeListHeader>(), leaves + ShadePoint::WORDS as u64 * points);
+        let point_queue = words(size_of::<PointQueueHeader>(), u64::from(offsets.sorted_at) + sorted);
         Ok(Self {
-            candidates: buffer("candidates", u64::from(FIRST_CANDIDATE) + points, U::INDIRECT)?,
-            shade_list: buffer(
-                "points",
-                u64::from(HEADER) + leaves + u64::from(POINT_WORDS) * points,
-                U::empty(),
+            candidates: buffer("candidates", words(size_of::<CandidatesHeader>(), points), U::INDIRECT)?,
+            shade_list: buffer("points to shade", shade_list, U::empty())?,
+            point_queue: buffer("sorted points", point_queue, U::empty())?,
+            dispatch_arguments: buffer(
+                "dispatch arguments",
+                words(size_of::<DispatchArguments>(), 0),
+                U::INDIRECT,
             )?,
-            point_queue: buffer("queue", u64::from(offsets.sorted_at) + sorted, U::empty())?,
-            work_queue: buffer("work queue", 4, U::empty())?,
-            dispatch_arguments: buffer("arguments", 16, U::INDIRECT)?,
             tally: buffer("tally", u64::from(TALLY_ROWS) * leaves.max(1), U::COPY_SRC | U::COPY_DST)?,
             offsets: [0, 1].map(|light_maps| {
                 device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                    label: Some("offsets"),
+                    label: Some("buffer offsets"),
                     contents: bytemuck::bytes_of(&BufferOffsets { light_maps, ..offsets }),
                     usage: U::UNIFORM,
                 })

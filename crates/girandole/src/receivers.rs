@@ -10,23 +10,17 @@
 
 use crate::gpu_scene::storage;
 use crate::layout::BufferOffsets;
-use crate::passes::BATCH;
+use crate::records::{LeafRange, LeafRecord, ReceiverGrid};
+use crate::shader_constants::{BATCH, CLUSTERED, NONE, SIDE};
 use crate::surface_ids::is_flat;
 use crate::{Error, Result};
 use girandole_core::glam::Vec3;
+use girandole_core::image::luminance;
 use girandole_core::lights::{LightSample, LightSet, Profile};
-use girandole_core::scene::{Geometry, NONE, Scene};
+use girandole_core::scene::{Geometry, Scene};
 use girandole_core::visibility::{LeafKind, State, TriangleReceiver, VisibilityDatabase};
 use wgpu::util::DeviceExt;
 
-/// Texels across a light map; shaders know it as `SIDE`.
-pub(crate) const SIDE: u32 = 9;
-/// Words of a leaf's record; shaders know it as `LEAF_WORDS`.
-pub(crate) const LEAF_WORDS: usize = 24;
-/// Words for a leaf and batch; shaders know it as `RANGE`.
-pub(crate) const RANGE: usize = 5;
-/// In `receivers`: the triangle belongs to a mesh cluster.
-pub(crate) const CLUSTERED: u32 = 1 << 31;
 /// A leaf's index has 24 bits.
 const MAX_LEAVES: usize = 1 << 24;
 /// Largest error of interpolating a light's contribution in a light map, as a share of what the leaf receives.
@@ -54,6 +48,9 @@ pub(crate) struct Receivers {
     pub bounds: Vec<(Vec3, f32)>,
     /// Lights.
     pub lights: u32,
+    /// Leaves in the order in which their points are shaded.
+    pub shading_order: Vec<u32>,
+    pub shading_order_buffer: wgpu::Buffer,
 }
 
 /// [`Receivers::kinds`]: the light does not light the leaf.
@@ -80,64 +77,58 @@ impl Receivers {
         if count >= MAX_LEAVES {
             return Err(Error::TooLarge(format!("{count} receivers are too many; use --mode naive")));
         }
-        // Leaves with lists of equal length lie side by side: points are shaded in that order, and neighbours in it
+        // Points are shaded in an order in which leaves with lists of equal length lie side by side: neighbours in it
         // finish together.
-        let mut order: Vec<u32> = (0..count as u32).collect();
-        order
+        let mut shading_order: Vec<u32> = (0..count as u32).collect();
+        shading_order
             .sort_by_key(|&leaf| database.leaf_states(leaf).iter().filter(|s| **s == State::Partial).count());
-        let mut rank = vec![0; count];
-        for (place, &leaf) in order.iter().enumerate() {
-            rank[leaf as usize] = place as u32;
-        }
         // Where pixels find their leaf.
         let mut words: Vec<u32> = Vec::new();
         for receiver in &tree.triangles {
             words.push(match *receiver {
                 TriangleReceiver::Grid(grid) => grid,
-                TriangleReceiver::Leaf(leaf) => rank[leaf as usize] | CLUSTERED,
+                TriangleReceiver::Leaf(leaf) => leaf | CLUSTERED,
             });
         }
         let grids_at = words.len() as u32;
         for grid in &tree.grids {
-            let bits = |v: Vec3| v.to_array().map(f32::to_bits);
-            words.extend(bits(grid.origin));
-            words.push(grid.columns);
-            words.extend(bits(grid.axis_u));
-            words.push(grid.rows);
-            words.extend(bits(grid.axis_v));
-            words.push(grid.front);
-            // The back of a single-sided patch is never seen.
-            words.push(if grid.back == NONE { grid.front } else { grid.back });
-            words.extend([0; 3]);
+            words.extend_from_slice(bytemuck::cast_slice(&[ReceiverGrid {
+                origin: grid.origin.to_array(),
+                columns: grid.columns,
+                axis_u: grid.axis_u.to_array(),
+                rows: grid.rows,
+                axis_v: grid.axis_v.to_array(),
+                front: grid.front,
+                // The back of a single-sided patch is never seen.
+                back: if grid.back == NONE { grid.front } else { grid.back },
+            }]));
         }
         let cells_at = words.len() as u32;
-        words.extend(tree.cells.iter().map(|&leaf| rank[leaf as usize]));
+        words.extend(&tree.cells);
 
         // Leaf records, then ranges, then lists.
-        let batches = (lights.len() as u32).div_ceil(BATCH).max(1);
-        let ranges_at = count * LEAF_WORDS;
-        let mut lists = vec![0u32; ranges_at + count * batches as usize * RANGE];
+        let batches = (lights.samples().len() as u32).div_ceil(BATCH).max(1);
+        let ranges_at = count * LeafRecord::WORDS;
+        let mut lists = vec![0u32; ranges_at + count * batches as usize * LeafRange::WORDS];
         let mut parts = vec![[0; 4]; count];
         let mut skipped = vec![0; count];
-        let mut kinds = vec![NO_PART; count * lights.len()];
+        let mut kinds = vec![NO_PART; count * lights.samples().len()];
         let mut all_states = Vec::with_capacity(kinds.len());
         let mut mapped = 0;
-        for (leaf, &source) in order.iter().enumerate() {
-            let rectangle = rectangle(geometry, database, source as usize);
-            let has_map = rectangle.is_some() && is_plain(scene, geometry, database, source as usize);
-            let record = leaf * LEAF_WORDS;
-            lists[record] = if has_map { mapped * SIDE * SIDE } else { NONE };
+        for leaf in 0..count {
+            let rectangle = rectangle(geometry, database, leaf);
+            let has_map = rectangle.is_some() && is_plain(scene, geometry, database, leaf);
+            let light_map = if has_map { mapped * SIDE * SIDE } else { NONE };
             mapped += u32::from(has_map);
-            if let Some(r) = &rectangle {
-                write_record(&mut lists[record..record + LEAF_WORDS], r);
-            }
-            let states = database.leaf_states(source);
+            lists[leaf * LeafRecord::WORDS..][..LeafRecord::WORDS]
+                .copy_from_slice(bytemuck::cast_slice(&[leaf_record(light_map, rectangle.as_ref())]));
+            let states = database.leaf_states(leaf as u32);
             let in_map = in_map(lights.samples(), states, rectangle.as_ref().filter(|_| has_map));
             for batch in 0..batches {
-                let range = ranges_at + (leaf * batches as usize + batch as usize) * RANGE;
+                let range = ranges_at + (leaf * batches as usize + batch as usize) * LeafRange::WORDS;
                 let first = (batch * BATCH) as usize;
-                let end = (first + BATCH as usize).min(lights.len());
-                lists[range] = lists.len() as u32;
+                let end = (first + BATCH as usize).min(lights.samples().len());
+                let mut bounds = [lists.len() as u32; 5];
                 for part in 0..4u8 {
                     for light in first..end {
                         let kind = match (states[light], in_map[light]) {
@@ -150,11 +141,19 @@ impl Receivers {
                         if kind == part {
                             lists.push((light - first) as u32);
                             parts[leaf][usize::from(part)] += 1;
-                            kinds[leaf * lights.len() + light] = kind;
+                            kinds[leaf * lights.samples().len() + light] = kind;
                         }
                     }
-                    lists[range + 1 + usize::from(part)] = lists.len() as u32;
+                    bounds[usize::from(part) + 1] = lists.len() as u32;
                 }
+                let [mapped_unshadowed, unshadowed, shadowed, mapped_shadowed, end] = bounds;
+                lists[range..][..LeafRange::WORDS].copy_from_slice(bytemuck::cast_slice(&[LeafRange {
+                    mapped_unshadowed,
+                    unshadowed,
+                    shadowed,
+                    mapped_shadowed,
+                    end,
+                }]));
             }
             all_states.extend_from_slice(states);
             skipped[leaf] = states.iter().filter(|s| **s == State::Full).count() as u32;
@@ -185,19 +184,18 @@ impl Receivers {
             skipped,
             mapped,
             states: all_states,
-            bounds: order
-                .iter()
-                .map(|&leaf| (tree.leaves[leaf as usize].center, tree.leaves[leaf as usize].radius))
-                .collect(),
+            bounds: tree.leaves.iter().map(|leaf| (leaf.center, leaf.radius)).collect(),
+            shading_order_buffer: storage(device, "shading order", &shading_order)?,
+            shading_order,
             kinds,
-            lights: lights.len() as u32,
+            lights: lights.samples().len() as u32,
         })
     }
 
-    /// The plan as far as it depends on no picture, for baking light maps.
+    /// The offsets that depend on no picture, for baking light maps.
     pub fn offsets_buffer(&self, device: &wgpu::Device) -> wgpu::Buffer {
         device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("plan"),
+            label: Some("buffer offsets"),
             contents: bytemuck::bytes_of(&self.offsets),
             usage: wgpu::BufferUsages::UNIFORM,
         })
@@ -224,14 +222,20 @@ fn rectangle(geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) ->
     })
 }
 
-fn write_record(record: &mut [u32], r: &Rectangle) {
-    for (at, axis) in [(1, r.across), (5, r.up)] {
+fn leaf_record(light_map: u32, rectangle: Option<&Rectangle>) -> LeafRecord {
+    let Some(r) = rectangle else { return LeafRecord { light_map, ..LeafRecord::default() } };
+    let texel = |axis: Vec3| {
         let scaled = axis / axis.length_squared() * (SIDE - 1) as f32;
-        let row = scaled.extend(-scaled.dot(r.corner)).to_array();
-        record[at..at + 4].copy_from_slice(&row.map(f32::to_bits));
-    }
-    for (at, v) in [(9, r.corner), (12, r.across), (15, r.up), (18, r.normal)] {
-        record[at..at + 3].copy_from_slice(&v.to_array().map(f32::to_bits));
+        scaled.extend(-scaled.dot(r.corner)).to_array()
+    };
+    LeafRecord {
+        light_map,
+        texel_u: texel(r.across),
+        texel_v: texel(r.up),
+        corner: r.corner.to_array(),
+        across: r.across.to_array(),
+        up: r.up.to_array(),
+        normal: r.normal.to_array(),
     }
 }
 
@@ -253,7 +257,7 @@ fn in_map(lights: &[LightSample], states: &[State], rectangle: Option<&Rectangle
     let center = r.corner + (r.across + r.up) * 0.5;
     let (u2, v2) = (r.across.length_squared(), r.up.length_squared());
     let spacing2 = u2.max(v2) / ((SIDE - 1) * (SIDE - 1)) as f32;
-    let luminance = |l: &LightSample| l.intensity.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+    let luminance = |l: &LightSample| luminance(l.intensity);
     let received: f32 = lights
         .iter()
         .zip(states)

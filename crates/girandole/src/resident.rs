@@ -4,13 +4,13 @@ use crate::Result;
 use crate::atlas::AtlasLayout;
 use crate::elements::MultipassPlan;
 use crate::gpu_scene::{GpuScene, gpu_lights};
-use crate::layout::DIRECTIONAL;
 use crate::lights::GpuLights;
 use crate::occluders::{CullCounts, Occluders};
 use crate::passes::SceneFeatures;
 use crate::passes::shadow_maps::Atlas;
 use crate::receivers::Receivers;
 use crate::renderer::Context;
+use crate::shader_constants::DIRECTIONAL;
 use girandole_core::Generation;
 use girandole_core::glam::DVec3;
 use girandole_core::lights::LightSet;
@@ -64,7 +64,7 @@ impl Resident {
         };
         let occluders = Occluders::new(scene, geometry, &samples, options.skip_non_blockers);
         Ok(Self {
-            geometry: GpuScene::new(device, &shared.scene, scene, geometry)?,
+            geometry: GpuScene::new((device, &context.queue), &shared.scene, scene, geometry)?,
             features,
             atlas: Atlas::new(device, shared.tuning.copy_maps, layout, scene, geometry, occluders)?,
             lights: GpuLights::new(device, samples)?,

@@ -1,5 +1,6 @@
 //! What can be chosen: once for a renderer ([`RendererOptions`]), or for each frame ([`RenderSettings`]).
 
+use crate::device_tuning::DeviceTuning;
 use girandole_core::tonemap::{Exposure, Tonemap};
 
 /// How a shadow map covers the hemisphere (Barczak §4.2.1).
@@ -38,42 +39,11 @@ pub struct RendererOptions {
     /// Percentage-closer filter: width in texels, 0 (default) = off. N costs (N + 1)² look-ups a pair; with hundreds
     /// of lights, edges average out without it.
     pub pcf: u32,
-    /// What is done for one kind of device and not for others; `None` (default) = as the device is.
+    /// Which variants of the kernels are compiled; `None` (default) = [as the device is](DeviceTuning::for_device).
     pub tuning: Option<DeviceTuning>,
     /// Leave surfaces out of the shadow maps that have the whole scene on one side (default true). Only tests and
     /// figures want them in.
     pub skip_non_blockers: bool,
-}
-
-/// PROVISIONAL
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DeviceTuning {
-    /// a
-    pub persistent_threads: bool,
-    /// a
-    pub copy_maps: bool,
-    /// a
-    pub non_uniform_branches: bool,
-    /// a
-    pub edge_runs: bool,
-    /// a
-    pub cooperative_points: bool,
-    /// a
-    pub lights_in_storage: bool,
-}
-impl DeviceTuning {
-    /// a
-    pub fn for_device(device: &wgpu::Device) -> Self {
-        let sw = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
-        Self {
-            persistent_threads: sw,
-            copy_maps: sw,
-            non_uniform_branches: sw,
-            edge_runs: sw,
-            cooperative_points: !sw,
-            lights_in_storage: !sw && device.limits().max_storage_buffers_per_shader_stage > 8,
-        }
-    }
 }
 
 impl Default for RendererOptions {

@@ -1,7 +1,9 @@
-//! Shader sources. A pass names the `lib/` files that it uses in one line; WGSL's module scope knows no order, so
-//! they are simply put together.
+//! Shader sources. A pass names the `lib/` files and [records](crate::records) that it uses; WGSL's module scope knows no
+//! order, so they are simply put together, after the [constants](crate::shader_constants).
 
-use crate::settings::DeviceTuning;
+use crate::device_tuning::DeviceTuning;
+use crate::records::RECORDS;
+use crate::shader_constants;
 
 macro_rules! lib {
     ($($name:ident),* $(,)?) => {
@@ -10,267 +12,205 @@ macro_rules! lib {
 }
 
 const LIBRARY: &[(&str, &str)] = &lib!(
+    append_point,
     atlas_depth,
     atlas_image,
     blend,
+    branch_non_uniform,
+    branch_uniform,
     brdf,
-    elements,
+    buffer_offsets,
+    candidates,
+    candidates_atomic,
+    color,
+    diffuse_material,
+    edge_sample,
     frame,
     grid,
     light,
+    light_lists,
     light_map,
     lights_storage,
     lights_uniform,
     maps,
+    multipass_params,
     occluders,
     octahedral,
-    scatter_point,
     packed,
     parameterisation,
-    surface_id,
-    buffer_offsets,
+    point_queue,
+    point_queue_atomic,
+    point_sums,
+    prefix_scan,
     project,
-    diffuse_material,
     receiver,
     samples,
     scene,
+    shade_chunk,
+    shade_list,
     shadow,
-    point_sums,
     surface,
-    work_queue,
+    test_candidate,
     texture,
-    non_uniform,
     tonemap,
-    append_point
+    workgroups_one_each,
+    workgroups_persistent,
 );
 
-/// A pass: its name, its source, the library files it uses.
+/// A pass: its name, its source, what it uses.
 pub(crate) struct Source {
     pub name: &'static str,
     pub text: &'static str,
+    /// Files of the library; `atlas`, `lights`, `branch` and `workgroups`, of which a device's tuning chooses the variant;
+    /// records, as `name_at` to read and `set_name` to write them.
     pub uses: &'static [&'static str],
     /// First line where an extension must be enabled.
     pub enable: &'static str,
 }
 
-macro_rules! source {
-    ($name:ident, $enable:literal, [$($used:ident),*]) => {
-        Source {
+macro_rules! sources {
+    ($($constant:ident = $name:ident $enable:literal [$($used:ident)*];)*) => {
+        $(pub(crate) const $constant: Source = Source {
             name: stringify!($name),
             text: include_str!(concat!("../shaders/", stringify!($name), ".wgsl")),
             uses: &[$(stringify!($used)),*],
             enable: $enable,
-        }
+        };)*
+
+        /// All passes, for the tests that need no GPU.
+        #[cfg(test)]
+        pub(crate) const ALL: &[&Source] = &[$(&$constant),*];
     };
 }
 
-pub(crate) const VISIBILITY_BUFFER: Source = source!(visibility_buffer, "", [frame, scene, texture]);
-pub(crate) const SHADE_NAIVE: Source = source!(
-    shade_naive,
-    "",
-    [
-        atlas,
-        frame,
-        scene,
-        texture,
-        surface,
-        brdf,
-        light,
-        maps,
-        octahedral,
-        parameterisation,
-        shadow,
-        point_sums
-    ]
-);
-pub(crate) const REFINE: Source =
-    source!(refine, "", [frame, scene, brdf, grid, surface_id, diffuse_material, packed, work_queue]);
-pub(crate) const TEST_CANDIDATES: Source = source!(
-    test_candidates,
-    "",
-    [
-        frame,
-        scene,
-        texture,
-        surface,
-        brdf,
-        buffer_offsets,
-        grid,
-        surface_id,
-        receiver,
-        diffuse_material,
-        packed,
-        work_queue,
-        append_point
-    ]
-);
-pub(crate) const EDGES: Source = source!(
-    edges,
-    "",
-    [frame, scene, brdf, grid, surface_id, diffuse_material, packed, samples, non_uniform, blend]
-);
-pub(crate) const EDGE_FALLBACK: Source = source!(
-    edge_fallback,
-    "",
-    [
-        frame,
-        scene,
-        texture,
-        surface,
-        brdf,
-        buffer_offsets,
-        grid,
-        surface_id,
-        receiver,
-        diffuse_material,
-        packed,
-        samples,
-        non_uniform,
-        blend,
-        append_point
-    ]
-);
-pub(crate) const PREFIX_SUM: Source =
-    source!(prefix_sum, "", [frame, buffer_offsets, grid, scatter_point, work_queue]);
-pub(crate) const SCATTER_POINTS: Source = source!(scatter_points, "", [buffer_offsets, scatter_point]);
-pub(crate) const SHADE_POINTS: Source = source!(
-    shade_points,
-    "",
-    [
-        atlas,
-        lights,
-        frame,
-        scene,
-        texture,
-        surface,
-        brdf,
-        light,
-        maps,
-        octahedral,
-        parameterisation,
-        shadow,
-        point_sums,
-        buffer_offsets,
-        light_map,
-        diffuse_material,
-        packed,
-        samples,
-        work_queue,
-        non_uniform
-    ]
-);
-pub(crate) const CALLER_DEPTH: Source = source!(caller_depth, "", [frame]);
+sources! {
+    VISIBILITY_BUFFER = visibility_buffer "" [frame scene texture];
+    SHADE_NAIVE = shade_naive "" [
+        frame scene texture surface brdf color light lights_uniform maps octahedral parameterisation atlas shadow point_sums
+    ];
+    APPEND_ALL_POINTS = append_all_points "" [
+        frame scene texture surface buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point append_point
+    ];
+    REFINE = refine "" [frame scene brdf grid candidates_atomic diffuse_material packed workgroups];
+    TEST_CANDIDATES = test_candidates "" [
+        frame scene texture surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material packed shade_list
+        set_shade_point append_point candidates test_candidate
+    ];
+    TEST_CANDIDATES_PERSISTENT = test_candidates_persistent "" [
+        frame scene texture surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material packed shade_list
+        set_shade_point append_point candidates test_candidate workgroups_persistent
+    ];
+    EDGES = edges "" [
+        frame scene brdf grid diffuse_material packed samples branch blend candidates_atomic edge_sample
+    ];
+    EDGES_RUNS = edges_runs "" [
+        frame scene brdf grid diffuse_material packed samples branch blend candidates_atomic edge_sample
+    ];
+    EDGE_FALLBACK = edge_fallback "" [
+        frame scene texture surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material packed samples branch
+        blend shade_list set_shade_point append_point candidates
+    ];
+    PREFIX_SUM = prefix_sum "" [
+        frame buffer_offsets shade_list point_queue candidates prefix_scan workgroups
+    ];
+    SCATTER_POINTS = scatter_points "" [buffer_offsets shade_list shade_point_at point_queue];
+    SHADE_POINTS = shade_points "" [
+        frame scene texture surface brdf color light lights maps octahedral parameterisation atlas shadow point_sums
+        buffer_offsets light_lists leaf_record_at leaf_range_at light_map diffuse_material packed samples branch point_queue
+        shade_chunk
+    ];
+    SHADE_POINTS_PERSISTENT = shade_points_persistent "" [
+        frame scene texture surface brdf color light lights maps octahedral parameterisation atlas shadow point_sums
+        buffer_offsets light_lists leaf_record_at leaf_range_at light_map diffuse_material packed samples branch
+        point_queue_atomic shade_chunk workgroups_persistent
+    ];
+    MULTIPASS = multipass "" [
+        frame scene texture surface brdf color light maps octahedral parameterisation atlas shadow point_sums buffer_offsets
+        grid point_queue multipass_params element_at member_at
+    ];
+    MULTIPASS_ARGUMENTS = multipass_arguments "" [
+        buffer_offsets point_queue multipass_params element_at set_element member_at set_member prefix_scan
+    ];
+    MULTIPASS_COLLECT = multipass_collect "" [
+        frame scene texture surface buffer_offsets point_queue light_lists leaf_record_at leaf_range_at light_map
+    ];
+    LIGHT_MAPS = light_maps "" [frame light buffer_offsets light_lists leaf_record_at leaf_range_at];
+    RESOLVE = resolve "" [frame scene texture surface brdf diffuse_material packed samples branch];
+    SHADOW_MAPS_CLIP = shadow_maps_clip "enable clip_distances;\n" [
+        frame light maps octahedral parameterisation project occluders
+    ];
+    SHADOW_MAPS_DISCARD = shadow_maps_discard "" [frame light maps octahedral parameterisation project occluders];
+    SHADOW_MAPS_MASKED = shadow_maps_masked "" [
+        frame scene texture light maps octahedral parameterisation project occluders
+    ];
+    EXPOSURE = exposure "" [packed color];
+    CALLER_DEPTH = caller_depth "" [frame];
+    TONEMAP = tonemap "" [tonemap packed];
+    DEBUG_LEAVES = debug_leaves "" [
+        frame scene texture surface buffer_offsets receiver receiver_grid_at packed
+    ];
+    DEBUG_LEVELS = debug_levels "" [frame packed];
+    DEBUG_LIGHT_MAPS = debug_light_maps "" [
+        frame scene texture surface buffer_offsets receiver receiver_grid_at light_lists leaf_record_at leaf_range_at
+        light_map packed
+    ];
+    DEBUG_LIGHTS = debug_lights "" [frame scene texture surface light packed];
+    DEBUG_ATLAS = debug_atlas "" [frame light maps atlas packed];
+}
+
 /// Group 1 by itself.
 pub(crate) const SCENE: Source = Source { name: "scene", text: "", uses: &["scene"], enable: "" };
-pub(crate) const DEBUG_LEAVES: Source =
-    source!(debug_leaves, "", [frame, scene, texture, surface, buffer_offsets, receiver, packed]);
-pub(crate) const DEBUG_LEVELS: Source = source!(debug_levels, "", [frame, packed]);
-pub(crate) const DEBUG_LIGHT_MAPS: Source = source!(
-    debug_light_maps,
-    "",
-    [frame, scene, texture, surface, buffer_offsets, receiver, light_map, packed]
-);
-pub(crate) const DEBUG_LIGHTS: Source =
-    source!(debug_lights, "", [frame, scene, texture, surface, light, packed]);
-pub(crate) const DEBUG_ATLAS: Source = source!(debug_atlas, "", [atlas, frame, light, maps, packed]);
-pub(crate) const MULTIPASS: Source = source!(
-    multipass,
-    "",
-    [
-        atlas,
-        frame,
-        scene,
-        texture,
-        surface,
-        brdf,
-        light,
-        maps,
-        octahedral,
-        parameterisation,
-        shadow,
-        point_sums,
-        buffer_offsets,
-        grid,
-        elements
-    ]
-);
-pub(crate) const MULTIPASS_ARGUMENTS: Source = source!(multipass_arguments, "", [buffer_offsets, elements]);
-pub(crate) const MULTIPASS_COLLECT: Source =
-    source!(multipass_collect, "", [frame, scene, texture, surface, buffer_offsets, light_map]);
-pub(crate) const LIGHT_MAPS: Source = source!(light_maps, "", [frame, light, buffer_offsets]);
-pub(crate) const RESOLVE: Source = source!(
-    resolve,
-    "",
-    [frame, scene, texture, surface, brdf, diffuse_material, packed, samples, non_uniform]
-);
-pub(crate) const SHADOW_MAPS_CLIP: Source = source!(
-    shadow_maps_clip,
-    "enable clip_distances;\n",
-    [frame, light, maps, octahedral, parameterisation, project, occluders]
-);
-pub(crate) const SHADOW_MAPS_DISCARD: Source =
-    source!(shadow_maps_discard, "", [frame, light, maps, octahedral, parameterisation, project, occluders]);
-pub(crate) const SHADOW_MAPS_MASKED: Source = source!(
-    shadow_maps_masked,
-    "",
-    [frame, scene, texture, light, maps, octahedral, parameterisation, project, occluders]
-);
-pub(crate) const EXPOSURE: Source = source!(exposure, "", [packed]);
-pub(crate) const TONEMAP: Source = source!(tonemap, "", [tonemap, packed]);
 
-/// All passes, for the tests that need no GPU.
-#[cfg(test)]
-pub(crate) const ALL: [&Source; 26] = [
-    &VISIBILITY_BUFFER,
-    &SHADE_NAIVE,
-    &REFINE,
-    &TEST_CANDIDATES,
-    &EDGES,
-    &EDGE_FALLBACK,
-    &PREFIX_SUM,
-    &SCATTER_POINTS,
-    &SHADE_POINTS,
-    &CALLER_DEPTH,
-    &SCENE,
-    &DEBUG_LEAVES,
-    &DEBUG_LEVELS,
-    &DEBUG_LIGHT_MAPS,
-    &DEBUG_LIGHTS,
-    &DEBUG_ATLAS,
-    &MULTIPASS,
-    &MULTIPASS_ARGUMENTS,
-    &MULTIPASS_COLLECT,
-    &LIGHT_MAPS,
-    &RESOLVE,
-    &SHADOW_MAPS_CLIP,
-    &SHADOW_MAPS_DISCARD,
-    &SHADOW_MAPS_MASKED,
-    &EXPOSURE,
-    &TONEMAP,
-];
+/// The shading of points on a device.
+pub(crate) fn shade_points(tuning: &DeviceTuning) -> &'static Source {
+    if tuning.persistent_threads { &SHADE_POINTS_PERSISTENT } else { &SHADE_POINTS }
+}
 
-/// Library files of which there are two, as the device is tuned: their name in lists, the files, and which it is.
-type Variant = (&'static str, [&'static str; 2], fn(&DeviceTuning) -> bool);
-const VARIANTS: [Variant; 2] = [
-    ("atlas", ["atlas_depth", "atlas_image"], |t| t.copy_maps),
-    ("lights", ["lights_uniform", "lights_storage"], |t| t.lights_in_storage),
-];
+/// The test of candidates on a device.
+pub(crate) fn test_candidates(tuning: &DeviceTuning) -> &'static Source {
+    if tuning.persistent_threads { &TEST_CANDIDATES_PERSISTENT } else { &TEST_CANDIDATES }
+}
+
+/// Anti-aliasing on a device.
+pub(crate) fn edges(tuning: &DeviceTuning) -> &'static Source {
+    if tuning.edge_runs { &EDGES_RUNS } else { &EDGES }
+}
+
+/// The file of the library that a device's tuning chooses.
+fn variant(used: &'static str, tuning: &DeviceTuning) -> &'static str {
+    let choose = |is_special, special, plain| if is_special { special } else { plain };
+    match used {
+        "atlas" => choose(tuning.copy_maps, "atlas_image", "atlas_depth"),
+        "lights" => choose(tuning.lights_in_storage, "lights_storage", "lights_uniform"),
+        "branch" => choose(tuning.non_uniform_branches, "branch_non_uniform", "branch_uniform"),
+        "workgroups" => choose(tuning.persistent_threads, "workgroups_persistent", "workgroups_one_each"),
+        file => file,
+    }
+}
 
 impl Source {
     /// The whole text.
     pub fn concatenated(&self, tuning: &DeviceTuning) -> String {
-        let mut text = String::from(self.enable);
-        let chosen = |name: &&'static str| {
-            let variant = VARIANTS.iter().find(|(list, ..)| list == name);
-            variant.map_or(*name, |(_, files, is_second)| files[usize::from(is_second(tuning))])
-        };
-        let uses: Vec<&str> = self.uses.iter().map(chosen).collect();
-        for (name, library) in LIBRARY {
-            if uses.contains(name) {
-                text.push_str(library);
+        let mut text = self.enable.to_owned() + &shader_constants::declarations();
+        for record in &RECORDS {
+            let reads = self.uses.contains(&format!("{}_at", record.snake).as_str());
+            let writes = self.uses.contains(&format!("set_{}", record.snake).as_str());
+            if reads || writes {
+                text += &record.declaration();
+            }
+            if reads {
+                text += &record.reader();
+            }
+            if writes {
+                text += &record.writer();
             }
         }
-        text.push_str(self.text);
-        text
+        for used in self.uses {
+            let file = variant(used, tuning);
+            if let Some((_, library)) = LIBRARY.iter().find(|(name, _)| *name == file) {
+                text += library;
+            }
+        }
+        text + self.text
     }
 }

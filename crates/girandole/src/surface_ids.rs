@@ -1,20 +1,45 @@
-//! Keys of surfaces: equal for triangles between whose pixels light may be interpolated.
+//! Ids of surfaces: equal for triangles between whose pixels light may be interpolated.
 
+use crate::shader_constants::{CURVED, SHINY};
+use crate::{Error, Result};
 use girandole_core::glam::Vec3;
 use girandole_core::scene::{Geometry, Scene, Triangle, WorldPatch};
+use std::collections::HashMap;
 
-/// Normals vary; shaders know it as `CURVED`.
-pub(crate) const CURVED: u32 = 1 << 23;
-/// Reflections cannot be interpolated; shaders know it as `SHINY`.
-pub(crate) const SHINY: u32 = 1 << 22;
+/// What tells surfaces apart.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Surface {
+    /// [`CURVED`] and [`SHINY`].
+    flags: u32,
+    /// Index of the plane, or of a curved object.
+    number: u32,
+    /// Of what reflects: different reflections are not interpolated between.
+    material: Option<u32>,
+}
 
-/// One key a triangle, 24 bits, never 0.
-pub(crate) fn surface_ids(scene: &Scene, geometry: &Geometry) -> Vec<u32> {
+/// The id of the surface of each triangle: surfaces are numbered from 1 in 22 bits, 0 is none, and the highest two bits
+/// of 24 are [`CURVED`] and [`SHINY`].
+///
+/// # Errors
+/// [`Error::TooLarge`] where there are too many surfaces.
+pub(crate) fn surface_ids(scene: &Scene, geometry: &Geometry) -> Result<Vec<u32>> {
     let planes = planes(scene, geometry);
+    let mut numbers = HashMap::new();
     geometry
         .triangles
         .iter()
-        .map(|t| surface_id(scene, t, planes.get(t.patch as usize).copied().flatten()))
+        .map(|t| {
+            let surface = surface(scene, t, planes.get(t.patch as usize).copied().flatten());
+            let next = numbers.len() as u32 + 1;
+            let number = *numbers.entry(surface).or_insert(next);
+            if number >= SHINY {
+                return Err(Error::TooLarge(format!(
+                    "the scene has more than {} surfaces; merge some of its planes",
+                    SHINY - 1
+                )));
+            }
+            Ok(surface.flags | number)
+        })
         .collect()
 }
 
@@ -23,7 +48,7 @@ pub(crate) fn surface_ids(scene: &Scene, geometry: &Geometry) -> Vec<u32> {
 fn planes(scene: &Scene, geometry: &Geometry) -> Vec<Option<u32>> {
     let tolerance = geometry.diagonal() * 1e-5;
     let mut known: Vec<(Vec3, f32)> = Vec::new();
-    let mut found: std::collections::HashMap<[i32; 4], Vec<u32>> = std::collections::HashMap::new();
+    let mut found: HashMap<[i32; 4], Vec<u32>> = HashMap::new();
     geometry
         .patches
         .iter()
@@ -60,17 +85,17 @@ pub(crate) fn is_flat(scene: &Scene, geometry: &Geometry, patch: &WorldPatch) ->
         })
 }
 
-/// What tells pixels of one surface from others, see `lib/pixel_surface.wgsl`.
-fn surface_id(scene: &Scene, triangle: &Triangle, plane: Option<u32>) -> u32 {
+fn surface(scene: &Scene, triangle: &Triangle, plane: Option<u32>) -> Surface {
     let material = &scene.materials[triangle.material as usize];
     let reflects = material.specular > 0.0 || material.metallic > 0.0;
     // Sharp reflections change from pixel to pixel, and so do those of curved surfaces.
     let is_rough =
         plane.is_some() && material.metallic_roughness_texture.is_none() && material.roughness >= 0.5;
     let shiny = if reflects && !is_rough { SHINY } else { 0 };
-    // Different reflections are not interpolated between.
-    let number = plane.unwrap_or(triangle.object);
-    let mixed = if reflects { number.wrapping_mul(0x9e37_79b9) >> 10 ^ triangle.material } else { number };
-    let bent = if plane.is_none() { CURVED } else { 0 };
-    bent | shiny | (mixed.wrapping_add(1) & (SHINY - 1)).max(1)
+    let curved = if plane.is_none() { CURVED } else { 0 };
+    Surface {
+        flags: curved | shiny,
+        number: plane.unwrap_or(triangle.object),
+        material: reflects.then_some(triangle.material),
+    }
 }

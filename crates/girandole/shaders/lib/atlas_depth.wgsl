@@ -1,4 +1,4 @@
-// The shadow atlas where its pages are drawn.
+// The shadow atlas as it is drawn.
 
 @group(2) @binding(1) var atlas: texture_depth_2d_array;
 

@@ -1,4 +1,4 @@
-// The shadow atlas, copied to where it can be loaded from as an image (Rust: RendererOptions::copy_maps).
+// A copy of the shadow atlas as a storage texture (Rust: DeviceTuning::copy_maps).
 
 @group(2) @binding(1) var atlas: texture_storage_2d_array<r32float, read>;
 

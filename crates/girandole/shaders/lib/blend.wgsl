@@ -1,20 +1,20 @@
-// What the first samples of pixels give a further one. A pass that uses it binds `first_irradiance` and `first_directional`, and
-// what `lib/samples.wgsl` wants.
+// Interpolation of a further sample between the first samples of pixels. A pass that uses it binds `first_irradiance` and
+// `first_directional`, and what `lib/samples.wgsl` needs.
 
 struct Blend { irradiance: vec3f, directional: vec4f, weight: f32 }
 
 // A pixel's first sample.
 struct FirstSample { irradiance: vec4f, directional: vec4f }
 
-const NOWHERE = -1.0; // in place of a surface id
+const NO_SURFACE = -1.0; // beyond the picture, in place of a surface id
 
 fn first_sample_at(at: vec2i) -> FirstSample {
   let last = vec2i(last_point());
   let inside = all(at >= vec2i(0)) && all(at <= last);
-  let place = vec2u(clamp(at, vec2i(0), last));
-  var first = FirstSample(textureLoad(first_irradiance, place, 0), vec4f(0.0));
-  if HAS_SPECULAR { first.directional = textureLoad(first_directional, place, 0); }
-  if !inside { first.irradiance.w = NOWHERE; }
+  let clamped = vec2u(clamp(at, vec2i(0), last));
+  var first = FirstSample(textureLoad(first_irradiance, clamped, 0), vec4f(0.0));
+  if HAS_SPECULAR { first.directional = textureLoad(first_directional, clamped, 0); }
+  if !inside { first.irradiance.w = NO_SURFACE; }
   return first;
 }
 
@@ -36,19 +36,19 @@ fn side_of(shift: vec2f) -> vec2i {
   return vec2i(select(vec2f(-1.0), vec2f(1.0), shift >= vec2f(0.0)));
 }
 
-// Writes a sample, given its pixel's surface id and material; neighbours mostly share a material. Where there is
-// no surface it is black.
-fn store_blend(at: vec2u, shown: vec2u, blend: Blend, diffuse: ptr<function, DiffuseMaterial>) {
+// Writes a sample, given its pixel's surface id and material; neighbours mostly share a material. Where there is no
+// surface it is black.
+fn store_blend(at: vec2u, surface: vec2u, blend: Blend, diffuse: ptr<function, DiffuseMaterial>) {
   // Where there is no surface there may be no weight.
   let weight = max(blend.weight, 1e-6);
   let irradiance = blend.irradiance / weight;
   let directional = blend.directional / weight;
   if WRITES_RADIANCE {
-    while shown.y != (*diffuse).material { *diffuse = diffuse_material(shown.y); }
-    let radiance = select(vec3f(0.0), radiance_of(*diffuse, irradiance, directional), shown.x != 0u);
+    if surface.y != (*diffuse).material { *diffuse = diffuse_material(surface.y); }
+    let radiance = select(vec3f(0.0), radiance_of(*diffuse, irradiance, directional), surface.x != 0u);
     add_sample(at + vec2u(0u, frame.band.x), radiance);
   } else {
-    textureStore(fine_irradiance, at, select(vec4f(0.0), vec4f(irradiance, f32(shown.x)), shown.x != 0u));
+    textureStore(fine_irradiance, at, select(vec4f(0.0), vec4f(irradiance, f32(surface.x)), surface.x != 0u));
     if HAS_SPECULAR { textureStore(fine_directional, at, directional); }
   }
 }

@@ -2,24 +2,21 @@
 
 struct Light {
   position: vec3f,
-  profile: u32, // 0 cosine, 1 hemisphere, 2 spot, 3 directional
+  profile: u32, // COSINE, HEMISPHERE, SPOT or DIRECTIONAL
   normal: vec3f,
   scale: f32, // spot: 1 / (cos inner − cos outer); directional: 1 / radius of the scene
   tangent: vec3f,
   offset: f32, // spot: −cos outer · scale
   intensity: vec3f,
-  atlas_slot: u32, // of its shadow map in the atlas: page << 24 | row << 12 | column, in units of Maps.size
+  atlas_slot: u32, // of its shadow map in the atlas: (page << 24) | (row << 12) | column, in units of Maps.size
 }
 
-override ONLY_COSINE_LIGHTS: bool = false; // whether all lights have the profile 0
-
-const SPOT = 2u;
-const DIRECTIONAL = 3u;
+override ONLY_COSINE_LIGHTS: bool = false; // whether all lights have the profile COSINE
 
 // The geometric factor G, bounded (core: LightSample::geometric_factor), where the pair faces each other: `cos_x`
 // and `cos_light` are both cosines times the distance, positive; `r2` is its square.
 fn geometric_factor(light: Light, cos_x: f32, cos_light: f32, r2: f32) -> f32 {
-  if ONLY_COSINE_LIGHTS || light.profile == 0u { return min(cos_x * cos_light / (r2 * r2), frame.clamp); }
+  if ONLY_COSINE_LIGHTS || light.profile == COSINE { return min(cos_x * cos_light / (r2 * r2), frame.clamp); }
   if light.profile == DIRECTIONAL { return cos_x; }
   let inverse_r = inverseSqrt(r2);
   var falloff = 1.0;

@@ -1,2 +1,2 @@
-// A batch of lights: on software devices uniform buffers are the quickest to read.
-@group(2) @binding(2) var<uniform> lights: array<Light, 512>;
+// A batch of lights. Where all invocations read the same light, uniform buffers are by far the quickest.
+@group(2) @binding(2) var<uniform> lights: array<Light, BATCH>;

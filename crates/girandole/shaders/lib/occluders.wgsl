@@ -1,5 +1,5 @@
 // Group 2 of the shadow-map pass: lights, occluders merged in world space, and the list of what to draw.
-// An item is (light, face | cluster << 3); a cluster is CLUSTER triangles.
+// An item is (light, face | (cluster << 3)); a cluster is CLUSTER triangles.
 
 struct Item { light: u32, face_cluster: u32 }
 

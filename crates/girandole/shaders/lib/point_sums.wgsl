@@ -1,14 +1,12 @@
-// Sums over lights at a point. A pass that uses it binds `lights`, `maps` and `triangle_ids`, and names one of lib/atlas_*.wgsl.
+// Sums over lights at a point. A pass that uses it binds `lights`, `maps` and `atlas`.
 //
-// Software adapters execute both sides of every branch; only loops jump. So the rare second look at a shadow map is
-// put off to a loop of its own at the end of each group, and what a scene does not need is not compiled in.
+// The slope-corrected test is rare and long. It is deferred to the end of each group of lights, lest the lanes that need
+// it delay the others at every light.
 
 override HAS_SPECULAR: bool; // whether any material has a specular lobe
 override HAS_CURVED: bool = false; // whether to sum the direction of light as well, for receivers whose normals vary
 
-const GROUP = 128u;
-
-// What a pixel needs for every light.
+// A surface point, for every light.
 struct Shading {
   position: vec3f,
   ng: vec3f, // geometric normal, on the side that is seen
@@ -46,7 +44,7 @@ struct PointSums {
   irradiance: vec3f,
   specular: vec3f,
   light_direction: vec3f, // luminance-weighted sum of the directions of light: irradiance follows its cosine
-  ambiguous: vec4u, // lights of the group that want a second look, a bit each
+  ambiguous: vec4u, // lights of the group that need the slope-corrected test, a bit each
   is_surface: bool,
 }
 
@@ -59,25 +57,23 @@ fn shading_at(pixel: vec2u, triangle: u32) -> Shading {
   return shading;
 }
 
-fn add(state: ptr<function, PointSums>, light: Light, a: Arriving, seen: f32) {
+fn add(sums: ptr<function, PointSums>, light: Light, a: Arriving, seen: f32) {
   let arrived = light.intensity * (a.g * seen);
-  (*state).irradiance += arrived;
+  (*sums).irradiance += arrived;
   if HAS_CURVED {
     // G over the receiver's cosine, so that the sum's own cosine gives back what was summed.
-    let cosine = dot((*state).shading.ns, a.to_light);
-    (*state).light_direction += a.to_light * select(0.0, dot(arrived, LUMINANCE) / cosine, a.g > 0.0);
+    let cosine = dot((*sums).shading.ns, a.to_light);
+    (*sums).light_direction += a.to_light * select(0.0, luminance(arrived) / cosine, a.g > 0.0);
   }
   if HAS_SPECULAR {
-    if (*state).shading.reflection.f90 > 0.0 && a.g * seen > 0.0 {
-      (*state).specular += specular_radiance(light, a, (*state).shading) * seen;
+    if (*sums).shading.reflection.f90 > 0.0 && a.g * seen > 0.0 {
+      (*sums).specular += specular_radiance(light, a, (*sums).shading) * seen;
     }
   }
 }
 
-const LUMINANCE = vec3f(0.2126, 0.7152, 0.0722);
-
-// A place in a light's map, and in the atlas.
-struct ShadowTexel { receiver: Receiver, texel: vec2u, at: vec3u }
+// A texel of a light's map: in the map, and its column, row and page in the atlas.
+struct ShadowTexel { receiver: Receiver, texel: vec2u, in_atlas: vec3u }
 
 fn shadow_texel_of(light: Light, s: Shading) -> ShadowTexel {
   let r = receiver(light, s.position, s.ng, dot(s.ng, light.position - s.position));
@@ -85,38 +81,45 @@ fn shadow_texel_of(light: Light, s: Shading) -> ShadowTexel {
   return ShadowTexel(r, texel, in_atlas(light, texel));
 }
 
-// What is stored there; filters look for themselves.
-fn shadow_lookup(shadow_texel: ShadowTexel) -> f32 {
+// The depth that it stores; filters read several.
+fn shadow_lookup(texel: ShadowTexel) -> f32 {
   if FILTER > 0u { return 0.0; }
-  return atlas_at(shadow_texel.at.xy, shadow_texel.at.z);
+  return atlas_at(texel.in_atlas.xy, texel.in_atlas.z);
 }
 
-// Adds a light with what its map says at first look, less `counted`; the bit of one that wants a second look. With a bit
-// of 0 nothing is added.
-fn add_depth_tested(state: ptr<function, PointSums>, light: Light, shadow_texel: ShadowTexel, stored: f32, bit: u32, counted: f32) -> u32 {
-  let a = arriving(light, (*state).shading);
+// Adds a light times its visibility by the depth test, less `counted`, the share that is in the sums already. Returns its
+// bit if the test is ambiguous; with a bit of 0 nothing is added.
+fn add_depth_tested(
+  sums: ptr<function, PointSums>,
+  light: Light,
+  texel: ShadowTexel,
+  stored: f32,
+  bit: u32,
+  counted: f32,
+) -> u32 {
+  let a = arriving(light, (*sums).shading);
   if FILTER > 0u {
-    if a.g > 0.0 && bit != 0u { add(state, light, a, filtered(light, shadow_texel.receiver) - counted); }
+    if a.g > 0.0 && bit != 0u { add(sums, light, a, filtered(light, texel.receiver) - counted); }
     return 0u;
   }
-  let answer = depth_test(light, shadow_texel.receiver, shadow_texel.texel, stored);
-  add(state, light, a, select(0.0, select(0.0, 1.0, answer == LIT) - counted, bit != 0u));
+  let answer = depth_test(light, texel.receiver, texel.texel, stored);
+  add(sums, light, a, select(0.0, select(0.0, 1.0, answer == LIT) - counted, bit != 0u));
   return select(0u, bit, answer == AMBIGUOUS && a.g > 0.0);
 }
 
-// Adds a light that the first look left in the dark if the second sees it.
-fn add_slope_corrected(state: ptr<function, PointSums>, light: Light) {
-  let a = arriving(light, (*state).shading);
-  let r = receiver(light, (*state).shading.position, (*state).shading.ng, a.height);
+// Adds a light that the depth test found ambiguous, if the slope-corrected test finds it lit.
+fn add_slope_corrected(sums: ptr<function, PointSums>, light: Light) {
+  let a = arriving(light, (*sums).shading);
+  let r = receiver(light, (*sums).shading.position, (*sums).shading.ng, a.height);
   let texel = texel_of(light, r.uv);
-  add(state, light, a, select(0.0, 1.0, slope_corrected_test(light, r, texel, stored_at(light, texel))));
+  add(sums, light, a, select(0.0, 1.0, slope_corrected_test(light, r, texel, stored_at(light, texel))));
 }
 
-// Takes the next light that wants a second look out of the group: its place there.
-fn next_ambiguous(state: ptr<function, PointSums>) -> u32 {
-  let d = (*state).ambiguous;
+// Removes the next ambiguous light from the group: its index there.
+fn next_ambiguous(sums: ptr<function, PointSums>) -> u32 {
+  let d = (*sums).ambiguous;
   let word = select(select(select(3u, 2u, d.z != 0u), 1u, d.y != 0u), 0u, d.x != 0u);
   let bits = d[word];
-  (*state).ambiguous[word] = bits & (bits - 1u);
+  (*sums).ambiguous[word] = bits & (bits - 1u);
   return 32u * word + firstTrailingBit(bits);
 }

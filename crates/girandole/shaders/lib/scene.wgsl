@@ -47,6 +47,6 @@ struct Material {
 @group(1) @binding(0) var<storage, read> vertices: array<Vertex>;
 @group(1) @binding(1) var<storage, read> triangles: array<Triangle>;
 @group(1) @binding(2) var<storage, read> materials: array<Material>;
-@group(1) @binding(3) var<storage, read> texels: array<u32>;
-
-const NONE = 0xffffffffu;
+// A directory of textures and their texels, see lib/texture.wgsl: words in rows of a texture, which leaves a storage
+// buffer to the passes.
+@group(1) @binding(3) var texels: texture_2d_array<u32>;

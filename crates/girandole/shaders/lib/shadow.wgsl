@@ -10,7 +10,7 @@ override FILTER: u32; // percentage-closer filter: width in texels, 0 = the near
 
 const SLACK = 2e-5;
 const FOOTPRINT = 0.02;
-// Blockers farther than this share of the distance in front of the receiver block without a second look.
+// Blockers farther than this share of the distance in front of the receiver block without a slope-corrected test.
 const NEARBY = 0.95;
 // What remains in hollows of finely tessellated surfaces, in units of FOOTPRINT.
 const HOLLOW = 10.0;
@@ -19,11 +19,11 @@ const GRAZING = 0.1;
 
 const LIT = 1u;
 const DARK = 0u;
-const AMBIGUOUS = 2u;
+const AMBIGUOUS = 2u; // the slope-corrected test decides
 
 // A receiver as a light's map sees it.
 struct Receiver {
-  uv: vec2f, // its place in the map's square
+  uv: vec2f, // its position in the map's square
   normal: vec3f, // geometric, in light space
   height: f32, // distance of its plane to the light, > 0; for parallel light: depth in units of the scene's radius
   slope: f32, // height / norm of its position
@@ -65,7 +65,7 @@ fn stored_at(light: Light, texel: vec2u) -> f32 {
   return atlas_at(at.xy, at.z);
 }
 
-// One texel's answer: LIT, DARK, or AMBIGUOUS where `slope_corrected_test` is to decide.
+// One texel: LIT, DARK or AMBIGUOUS.
 fn depth_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
   let centre = centre_of(light, texel);
   if is_parallel(light) {
@@ -83,15 +83,15 @@ fn depth_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
 }
 
 // What is seen is nearer than the receiver, but not by much: at the foot of a wall or in a hollow it need not be in
-// the way. Carry its own slope over to the receiver's place: only what is still nearer there blocks.
+// the way. Extrapolate it by its own slope to the receiver's position: only what is still nearer there blocks.
 fn slope_corrected_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> bool {
   let origin = vec2i(texel);
   let gradient = vec2f(
     gradient_along(light, origin, vec2i(1, 0), stored),
     gradient_along(light, origin, vec2i(0, 1), stored));
-  let carried = stored + dot(gradient, (r.uv - centre_of(light, texel)) * map_size(light));
+  let extrapolated = stored + dot(gradient, (r.uv - centre_of(light, texel)) * map_size(light));
   let allowance = min(HOLLOW * FOOTPRINT * map_texel(light), GRAZING * r.slope);
-  return carried * r.height <= NEAR * (r.slope * (1.0 + SLACK) + allowance);
+  return extrapolated * r.height <= NEAR * (r.slope * (1.0 + SLACK) + allowance);
 }
 
 // Change a texel of stored depth along one axis, on the surface that `stored` belongs to: of the two sides, the one
@@ -99,16 +99,16 @@ fn slope_corrected_test(light: Light, r: Receiver, texel: vec2u, stored: f32) ->
 fn gradient_along(light: Light, at: vec2i, axis: vec2i, stored: f32) -> f32 {
   let ahead = at_texel(light, at + axis);
   let behind = at_texel(light, at - axis);
-  let bend_ahead = abs(at_texel(light, at + 2 * axis) - 2.0 * ahead + stored);
-  let bend_behind = abs(at_texel(light, at - 2 * axis) - 2.0 * behind + stored);
-  return select(stored - behind, ahead - stored, bend_ahead < bend_behind);
+  let curvature_ahead = abs(at_texel(light, at + 2 * axis) - 2.0 * ahead + stored);
+  let curvature_behind = abs(at_texel(light, at - 2 * axis) - 2.0 * behind + stored);
+  return select(stored - behind, ahead - stored, curvature_ahead < curvature_behind);
 }
 
 fn at_texel(light: Light, texel: vec2i) -> f32 {
   return stored_at(light, vec2u(clamp(texel, vec2i(0), vec2i(i32(map_size(light)) - 1))));
 }
 
-// Percentage-closer filtering (Reeves et al. 1987): a box of FILTER texels about the receiver's place, its ends
+// Percentage-closer filtering (Reeves et al. 1987): a box of FILTER texels about the receiver's position, its ends
 // weighted by their share, never beyond the map's border.
 fn filtered(light: Light, r: Receiver) -> f32 {
   let corner = r.uv * map_size(light) - 0.5 * f32(FILTER);
@@ -127,8 +127,8 @@ fn filtered(light: Light, r: Receiver) -> f32 {
       let weight = wy * select(select(1.0, f.x, x == FILTER), 1.0 - f.x, x == 0u);
       sum += weight;
       let stored = stored_at(light, texel);
-      let look = depth_test(light, r, texel, stored);
-      if look == LIT || (look == AMBIGUOUS && slope_corrected_test(light, r, texel, stored)) { lit += weight; }
+      let result = depth_test(light, r, texel, stored);
+      if result == LIT || (result == AMBIGUOUS && slope_corrected_test(light, r, texel, stored)) { lit += weight; }
     }
   }
   return select(1.0, lit / sum, sum > 0.0);

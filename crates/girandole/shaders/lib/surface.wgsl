@@ -109,8 +109,6 @@ struct Reflection {
   alpha: f32,
 }
 
-const MIN_ALPHA = 0.002;
-
 fn reflection(hit: Hit, m: Material) -> Reflection {
   let base_color = m.base_color * sample_at(m.base_color_texture, hit).xyz;
   let mr = sample_at(m.metallic_roughness_texture, hit);

@@ -1,6 +1,11 @@
-// Textures live in one buffer, so that any number of any size works on WebGPU's default limits: a directory of four
-// words each (offset of level 0, width | height << 16, levels, flags), then texels of all levels, RGBA 8.
+// All textures are words of one, so that any number of any size works on WebGPU's default limits: a directory of four
+// words each (offset of level 0, width | (height << 16), levels, flags), then texels of all levels, RGBA 8.
 // Flags: bit 0 sRGB, bit 1 nearest, bits 2-3 wrap u, bits 4-5 wrap v (0 repeat, 1 mirror, 2 clamp).
+
+fn texel_word(index: u32) -> u32 {
+  let row = index / TEXEL_COLUMNS;
+  return textureLoad(texels, vec2u(index % TEXEL_COLUMNS, row % TEXEL_ROWS), row / TEXEL_ROWS, 0).x;
+}
 
 fn wrap_texel(i: i32, n: i32, mode: u32) -> i32 {
   if mode == 2u { return clamp(i, 0, n - 1); }
@@ -18,16 +23,16 @@ fn srgb_decode(c: f32) -> f32 {
 fn texel(offset: u32, size: vec2i, at: vec2i, flags: u32) -> vec4f {
   let x = wrap_texel(at.x, size.x, (flags >> 2u) & 3u);
   let y = wrap_texel(at.y, size.y, (flags >> 4u) & 3u);
-  let c = unpack4x8unorm(texels[offset + u32(y * size.x + x)]);
+  let c = unpack4x8unorm(texel_word(offset + u32(y * size.x + x)));
   if (flags & 1u) == 0u { return c; }
   return vec4f(srgb_decode(c.x), srgb_decode(c.y), srgb_decode(c.z), c.w);
 }
 
 fn sample_level(texture: u32, uv: vec2f, level: u32) -> vec4f {
-  let extent = texels[4u * texture + 1u];
-  let flags = texels[4u * texture + 3u];
+  let extent = texel_word(4u * texture + 1u);
+  let flags = texel_word(4u * texture + 3u);
   var size = vec2i(i32(extent & 0xffffu), i32(extent >> 16u));
-  var offset = texels[4u * texture];
+  var offset = texel_word(4u * texture);
   for (var i = 0u; i < level; i++) {
     offset += u32(size.x * size.y);
     size = max(size / 2, vec2i(1));
@@ -45,10 +50,10 @@ fn sample_level(texture: u32, uv: vec2f, level: u32) -> vec4f {
 // The linear value at vertex coordinates `uv` whose screen derivatives are `dx` and `dy` (zero: level 0).
 fn sample_texture(use_: TextureUse, uv: vec2f, dx: vec2f, dy: vec2f) -> vec4f {
   let m = mat2x2f(use_.matrix.xy, use_.matrix.zw);
-  let extent = texels[4u * use_.texture + 1u];
+  let extent = texel_word(4u * use_.texture + 1u);
   let size = vec2f(f32(extent & 0xffffu), f32(extent >> 16u));
   let footprint = max(length(m * dx * size), length(m * dy * size));
-  let last = f32(texels[4u * use_.texture + 2u] - 1u);
+  let last = f32(texel_word(4u * use_.texture + 2u) - 1u);
   let lod = clamp(log2(max(footprint, 1e-8)), 0.0, last);
   let at = m * uv + use_.shift;
   let low = sample_level(use_.texture, at, u32(lod));

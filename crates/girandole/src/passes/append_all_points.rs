@@ -15,7 +15,7 @@ pub(crate) struct AppendAllPoints {
 impl AppendAllPoints {
     pub fn new(compiler: &Compiler) -> Self {
         let constants = compiler.constants();
-        let source = &shaders::TEST_CANDIDATES;
+        let source = &shaders::APPEND_ALL_POINTS;
         let kernel = Kernel::new(compiler.device, compiler.shared, source, "append_all_points", &constants);
         Self { kernel }
     }

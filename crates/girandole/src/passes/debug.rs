@@ -5,11 +5,11 @@ use super::{BandSample, Compiler, GridView, LightMapsView, MapsView};
 use crate::device::kernel::{Groups, Kernel, buffer, texture};
 use crate::device::recorder::Recorder;
 use crate::gpu_scene::storage;
-use crate::layout::LIGHT_MARKER_ROW;
 use crate::lights::GpuLights;
 use crate::point_lists::PointLists;
 use crate::receivers::Receivers;
 use crate::settings::DebugView;
+use crate::shader_constants::GROUPS_PER_ROW;
 use crate::{Error, Result, shaders};
 use girandole_core::visibility::State;
 
@@ -75,7 +75,7 @@ impl Debug {
         let colors;
         let (kernel, groups) = match (inputs.view, inputs.adaptive) {
             (DebugView::LightPositions, _) => {
-                let rows = [count.min(LIGHT_MARKER_ROW), count.div_ceil(LIGHT_MARKER_ROW)];
+                let rows = [count.min(GROUPS_PER_ROW), count.div_ceil(GROUPS_PER_ROW)];
                 (&self.lights, Groups::Count(rows))
             }
             (DebugView::Atlas, _) => (&self.atlas, tiles),

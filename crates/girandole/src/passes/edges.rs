@@ -6,11 +6,9 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView};
 use crate::device::kernel::{Binding, Groups, Kernel, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::point_lists::PointLists;
+use crate::point_lists::{FLAT_AT, PointLists};
+use crate::shader_constants::EDGE_RUN;
 use crate::shaders;
-
-/// Pixels of an invocation where it works in runs.
-const RUN: u32 = 8;
 
 pub(crate) struct Edges {
     edges: Kernel,
@@ -24,12 +22,12 @@ impl Edges {
     pub fn new(compiler: &Compiler) -> Self {
         let constants = compiler.constants();
         let kernel = |source, entry| Kernel::new(compiler.device, compiler.shared, source, entry, &constants);
-        let edges = &shaders::EDGES;
+        let edges = shaders::edges(&compiler.shared.tuning);
         Self {
             edges: kernel(edges, "interpolate_edges"),
             edge_fallback: kernel(&shaders::EDGE_FALLBACK, "edge_fallback"),
             first_samples: compiler.writes_radiance.then(|| kernel(edges, "resolve_first_samples")),
-            run: if compiler.shared.tuning.edge_runs { RUN } else { 1 },
+            run: if compiler.shared.tuning.edge_runs { EDGE_RUN } else { 1 },
         }
     }
 
@@ -54,7 +52,7 @@ impl Edges {
         let [width, rows] = band.grid_size(1);
         let groups = Groups::rows([width.div_ceil(self.run), rows]);
         self.edges.record(recorder, band.groups(), "edges_gpu_ms", &resources, groups);
-        let groups = Groups::Indirect(&lists.candidates, 0);
+        let groups = Groups::Indirect(&lists.candidates, FLAT_AT);
         self.edge_fallback.record(recorder, band.groups(), "edges_gpu_ms", &resources, groups);
         ListedPoints::new(lists)
     }

@@ -1,11 +1,12 @@
 //! Light maps (Barczak §4.3.2): for each leaf patch the sum of the lights that its map holds, without visibility.
 
-use super::{BATCH, Compiler, LightMapsView, batches};
+use super::{Compiler, LightMapsView, batches};
 use crate::device::kernel::{Groups, Kernel, buffer};
 use crate::device::recorder::Recorder;
-use crate::layout::{Frame, LIGHT_MAP_GROUPS};
+use crate::layout::Frame;
 use crate::receivers::Receivers;
 use crate::resident::Resident;
+use crate::shader_constants::{BATCH, GROUPS_PER_ROW};
 use crate::shaders;
 
 pub(crate) struct LightMaps {
@@ -39,7 +40,7 @@ impl LightMaps {
                 buffer("offsets", &offsets),
             ];
             let leaves = receivers.leaves;
-            let groups = [leaves.min(LIGHT_MAP_GROUPS), leaves.div_ceil(LIGHT_MAP_GROUPS)];
+            let groups = [leaves.min(GROUPS_PER_ROW), leaves.div_ceil(GROUPS_PER_ROW)];
             let groups = Groups::Count(groups);
             self.kernel.record(
                 recorder,

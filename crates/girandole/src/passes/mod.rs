@@ -22,6 +22,7 @@ use crate::gpu_scene::GpuScene;
 use crate::layout::Frame;
 use crate::receivers::Receivers;
 use crate::settings::RendererOptions;
+use crate::shader_constants::BATCH;
 use crate::targets::Targets;
 
 /// What a scene and its lights need of the kernels.
@@ -61,9 +62,6 @@ impl Compiler<'_> {
             flag("HAS_TEXTURES", self.features.textures),
             flag("HAS_CURVED", self.features.curved),
             flag("WRITES_RADIANCE", self.writes_radiance),
-            flag("PERSISTENT_THREADS", self.shared.tuning.persistent_threads),
-            ("WIDTH", if self.shared.tuning.persistent_threads { 8.0 } else { 64.0 }),
-            ("RUN", if self.shared.tuning.edge_runs { 8.0 } else { 1.0 }),
         ]
     }
 }
@@ -108,12 +106,6 @@ impl<'a> BandSample<'a> {
         (&self.frame, Some(&self.scene.group))
     }
 }
-
-/// Lights are summed in groups of this many; batches are whole groups.
-pub(crate) const GROUP: u32 = 128;
-
-/// Most lights in a batch: 32 KiB of a uniform buffer, of which WebGPU binds 64.
-pub(crate) const BATCH: u32 = 512;
 
 /// Lights that one dispatch sums.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,28 +6,25 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView};
 use crate::device::kernel::{Groups, Kernel, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::point_lists::{CURVED_CANDIDATES_AT, PointLists};
+use crate::point_lists::{CURVED_AT, FLAT_AT, PointLists};
 use crate::shaders;
 
 pub(crate) struct Refine {
     refine: Kernel,
-    test_candidates: Kernel,
-    /// The same for candidates on curved surfaces, if there are any and `test_candidates` leaves them.
-    test_curved_candidates: Option<Kernel>,
+    test_flat: Kernel,
+    /// The same for candidates on curved surfaces, if there are any.
+    test_curved: Option<Kernel>,
 }
 
 impl Refine {
     pub fn new(compiler: &Compiler) -> Self {
         let constants = compiler.constants();
         let kernel = |source, entry| Kernel::new(compiler.device, compiler.shared, source, entry, &constants);
-        let persistent = compiler.shared.tuning.persistent_threads;
-        let refine = &shaders::REFINE;
-        let test = &shaders::TEST_CANDIDATES;
+        let tests = shaders::test_candidates(&compiler.shared.tuning);
         Self {
-            refine: kernel(refine, "refine"),
-            test_candidates: kernel(test, "test_candidates"),
-            test_curved_candidates: (compiler.features.curved && !persistent)
-                .then(|| kernel(test, "test_curved_candidates")),
+            refine: kernel(&shaders::REFINE, "refine"),
+            test_flat: kernel(tests, "test_flat_candidates"),
+            test_curved: compiler.features.curved.then(|| kernel(tests, "test_curved_candidates")),
         }
     }
 
@@ -53,16 +50,15 @@ impl Refine {
             buffer("receivers", &light_maps.receivers.receivers),
             buffer("shade_list", &lists.shade_list),
             buffer("candidates", &lists.candidates),
-            buffer("work_queue", &lists.work_queue),
             buffer("offsets", lists.offsets(light_maps.used)),
         ];
         let cells = Groups::rows(band.grid_size(2 * band.frame.step));
         self.refine.record(recorder, band.groups(), "select_gpu_ms", &resources, cells);
-        let flat = Groups::Indirect(&lists.candidates, 0);
-        self.test_candidates.record(recorder, band.groups(), "select_gpu_ms", &resources, flat);
-        if let Some(kernel) = &self.test_curved_candidates {
-            let curved = Groups::Indirect(&lists.candidates, CURVED_CANDIDATES_AT);
-            kernel.record(recorder, band.groups(), "select_gpu_ms", &resources, curved);
+        for (kernel, at) in [(Some(&self.test_flat), FLAT_AT), (self.test_curved.as_ref(), CURVED_AT)] {
+            if let Some(kernel) = kernel {
+                let groups = Groups::Indirect(&lists.candidates, at);
+                kernel.record(recorder, band.groups(), "select_gpu_ms", &resources, groups);
+            }
         }
         ListedPoints::new(lists)
     }

@@ -19,7 +19,7 @@ impl ShadePoints {
         let constants = compiler.constants();
         let kernel =
             |source: &_, entry| Kernel::new(compiler.device, compiler.shared, source, entry, &constants);
-        let source = &shaders::SHADE_POINTS;
+        let source = shaders::shade_points(&compiler.shared.tuning);
         Self {
             shade_points: kernel(source, "shade_points"),
             cooperative: compiler
@@ -51,7 +51,6 @@ impl ShadePoints {
             ("lights", wgpu::BindingResource::Buffer(lights)),
             buffer("partial_sums", &band.targets.partial_sums),
             buffer("point_queue", &lists.point_queue),
-            buffer("work_queue", &lists.work_queue),
             buffer("light_lists", &light_maps.receivers.light_lists),
             buffer("light_maps", &light_maps.receivers.light_maps),
             buffer("offsets", lists.offsets(light_maps.used)),

@@ -189,7 +189,11 @@ impl ShadowMaps {
     pub fn new(device: &wgpu::Device, shared: &Shared, options: &RendererOptions) -> Self {
         let clips = device.features().contains(wgpu::Features::CLIP_DISTANCES);
         let source = if clips { &shaders::SHADOW_MAPS_CLIP } else { &shaders::SHADOW_MAPS_DISCARD };
-        let constants = [("PARAMETERISATION", f64::from(options.shadow_map as u32)), ("NEAR", NEAR)];
+        let constants = [
+            ("PARAMETERISATION", f64::from(options.shadow_map as u32)),
+            ("NEAR", NEAR),
+            ("CLUSTER", f64::from(CLUSTER)),
+        ];
         let pipeline = |source, vertex, fragment| {
             let draw = Draw {
                 vertex,

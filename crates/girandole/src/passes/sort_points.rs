@@ -33,9 +33,8 @@ impl SortPoints {
     pub fn new(compiler: &Compiler) -> Self {
         let constants = compiler.constants();
         let kernel = |source, entry| Kernel::new(compiler.device, compiler.shared, source, entry, &constants);
-        let prefix_sum = &shaders::PREFIX_SUM;
         Self {
-            prefix_sum: kernel(prefix_sum, "prefix_sum"),
+            prefix_sum: kernel(&shaders::PREFIX_SUM, "prefix_sum"),
             scatter_points: kernel(&shaders::SCATTER_POINTS, "scatter_points"),
         }
     }
@@ -55,7 +54,7 @@ impl SortPoints {
             buffer("dispatch_arguments", &lists.dispatch_arguments),
             buffer("tally", &lists.tally),
             buffer("candidates", &lists.candidates),
-            buffer("receivers", &light_maps.receivers.receivers),
+            buffer("shading_order", &light_maps.receivers.shading_order_buffer),
             buffer("offsets", lists.offsets(light_maps.used)),
         ];
         let one = Groups::Count([1, 1]);

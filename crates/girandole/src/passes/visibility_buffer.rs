@@ -58,8 +58,10 @@ impl VisibilityBuffer {
     /// Rasterises the scene.
     pub fn record<'a>(&self, recorder: &mut Recorder, band: &BandSample<'a>, depth: DepthUse) -> Seen<'a> {
         let (scene, targets) = (band.scene, band.targets);
-        let resources =
-            [buffer("triangle_order", &scene.order), buffer("triangle_surfaces", &scene.triangle_surfaces)];
+        let resources = [
+            buffer("triangle_order", &scene.triangle_order),
+            buffer("triangle_surfaces", &scene.triangle_surfaces),
+        ];
         let kernels = [&self.opaque, &self.masked];
         let groups = kernels.map(|k| k.group(recorder.device, &resources));
         let uniform = recorder.uniform(&band.frame);

@@ -9,7 +9,7 @@ use girandole::core::scene::{
 };
 use girandole::core::trace::SceneTracer;
 use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
-use girandole::{Gpu, Mode, RenderSettings, Renderer, RendererOptions};
+use girandole::{DeviceTuning, Gpu, Mode, RenderSettings, Renderer, RendererOptions};
 use girandole_reference::OracleSettings;
 use std::future::Future;
 
@@ -17,8 +17,11 @@ use std::future::Future;
 pub type Test = (&'static str, fn(&Context));
 
 /// What every test gets.
+#[derive(Clone)]
 pub struct Context {
     pub gpu: Gpu,
+    /// Variants of the kernels, but where a test asks for its own; `None` = as the device is.
+    pub tuning: Option<DeviceTuning>,
 }
 
 /// Every light at every pixel, without a bound on the geometric factor.
@@ -70,12 +73,18 @@ impl Stage {
 }
 
 impl Context {
+    /// The variants of the kernels that are tested.
+    pub fn tuning(&self) -> DeviceTuning {
+        self.tuning.unwrap_or_else(|| DeviceTuning::for_device(&self.gpu.device))
+    }
+
     /// Polls a future and the device in turn.
     pub fn wait<T>(&self, future: impl Future<Output = T>) -> T {
         self.gpu.block_on(future).expect("the device")
     }
 
     pub fn renderer(&self, options: RendererOptions) -> Renderer {
+        let options = RendererOptions { tuning: options.tuning.or(self.tuning), ..options };
         Renderer::new(&self.gpu.device, &self.gpu.queue, options).expect("a renderer")
     }
 

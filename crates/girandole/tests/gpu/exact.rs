@@ -166,7 +166,7 @@ fn without_clip_distances(context: &Context) {
         Some(&context.gpu.info.name),
         wgpu::Features::empty(),
     ));
-    let plain = Context { gpu: plain.expect("a plain device") };
+    let plain = Context { gpu: plain.expect("a plain device"), ..context.clone() };
     assert!(!plain.gpu.device.features().contains(wgpu::Features::CLIP_DISTANCES));
     let without = plain.picture(&stage, RendererOptions::default(), &view, size);
     let differing =

@@ -12,8 +12,23 @@ mod sizes;
 mod truth;
 
 use common::Context;
+use girandole::DeviceTuning;
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::panic::AssertUnwindSafe;
+
+/// Variants of the kernels by the environment variable `GIRANDOLE_TUNING`: `gpu`, `gpu-uniform` (lights in a uniform
+/// buffer, a point an invocation) or `software`; without it, as the device is.
+fn tuning() -> Option<DeviceTuning> {
+    let name = std::env::var("GIRANDOLE_TUNING").ok()?;
+    Some(match name.as_str() {
+        "gpu" => DeviceTuning::GPU,
+        "gpu-uniform" => {
+            DeviceTuning { lights_in_storage: false, cooperative_points: false, ..DeviceTuning::GPU }
+        }
+        "software" => DeviceTuning::SOFTWARE,
+        other => panic!("GIRANDOLE_TUNING is `{other}`; set it to gpu, gpu-uniform or software"),
+    })
+}
 
 fn main() {
     let mut arguments = Arguments::from_args();
@@ -23,7 +38,8 @@ fn main() {
     if let Err(error) = &adapter {
         eprintln!("tests that need an adapter are ignored: {error}");
     }
-    let context: Option<&'static Context> = adapter.ok().map(|gpu| &*Box::leak(Box::new(Context { gpu })));
+    let context: Option<&'static Context> =
+        adapter.ok().map(|gpu| &*Box::leak(Box::new(Context { gpu, tuning: tuning() })));
     let tests = [
         mirrors::tests(),
         exact::tests(),

@@ -6,7 +6,9 @@ use girandole::core::image::Image;
 use girandole::core::lights::{LightSet, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject};
 use girandole::core::scene::{Material, Scene};
-use girandole::{DebugView, Gpu, Mode, RenderSettings, RendererOptions, Shading, WANTED_FEATURES};
+use girandole::{
+    DebugView, DeviceTuning, Gpu, Mode, RenderSettings, RendererOptions, Shading, WANTED_FEATURES,
+};
 use girandole_reference::metrics::{CompareOptions, compare};
 use std::path::Path;
 
@@ -215,7 +217,7 @@ fn fused_is_multipass(context: &Context) {
     };
     let half =
         pollster::block_on(Gpu::with_features(None, WANTED_FEATURES - wgpu::Features::FLOAT32_BLENDABLE));
-    let half = Context { gpu: half.expect("the same adapter") };
+    let half = Context { gpu: half.expect("the same adapter"), ..context.clone() };
     for stage in [Stage::builtin("table", 40), glossy(40), truth("punctual", 40)] {
         let view = stage.view(0, size);
         for mode in [Mode::Visibility, Mode::LowResolution, Mode::Full] {
@@ -266,7 +268,7 @@ fn shared_points(context: &Context) {
         let view = stage.view(0, size);
         let picture = |share, mode, seed_tolerance| {
             let options = RendererOptions {
-                lanes_share_points: Some(share),
+                tuning: Some(DeviceTuning { cooperative_points: share, ..context.tuning() }),
                 map_size: Some(96),
                 ..RendererOptions::default()
             };
@@ -300,7 +302,8 @@ fn copied_maps(context: &Context) {
     {
         let view = stage.view(0, size);
         let pictures = |copy, map_size| {
-            let options = RendererOptions { copy_maps: Some(copy), map_size, ..RendererOptions::default() };
+            let tuning = Some(DeviceTuning { copy_maps: copy, ..context.tuning() });
+            let options = RendererOptions { tuning, map_size, ..RendererOptions::default() };
             let mut renderer = context.loaded(&stage, options);
             let pictures = cases.map(|(mode, shading, debug)| {
                 let settings = RenderSettings { shading, debug, ..bounded(&stage, mode) };

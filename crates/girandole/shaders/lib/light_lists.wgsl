@@ -1,0 +1,25 @@
+// Lists of lights by leaf and batch. A pass that uses it binds `light_lists`, which holds words: a `LeafRecord` for each
+// leaf, a `LeafRange` for each leaf and batch, and the lists themselves, indices of lights within their batch.
+
+fn leaf_record(leaf: u32) -> LeafRecord { return leaf_record_at(leaf * LEAF_RECORD_WORDS); }
+
+fn has_light_map(leaf: u32) -> bool { return leaf_record(leaf).light_map != NONE; }
+
+fn leaf_range(leaf: u32) -> LeafRange {
+  return leaf_range_at(offsets.ranges_at + (leaf * offsets.batches + frame.batch) * LEAF_RANGE_WORDS);
+}
+
+// What shading sums of a leaf's list of the batch, with light maps or without.
+struct LightList {
+  unshadowed: u32, // first light that is added without a shadow test
+  shadowed: u32, // first light that is added where its map says lit
+  subtracted: u32, // first light that is subtracted where its map says dark
+  end: u32,
+}
+
+fn light_list(leaf: u32) -> LightList {
+  let range = leaf_range(leaf);
+  let has_maps = offsets.light_maps != 0u;
+  return LightList(select(range.mapped_unshadowed, range.unshadowed, has_maps), range.shadowed,
+    select(range.end, range.mapped_shadowed, has_maps), range.end);
+}

@@ -1,0 +1,122 @@
+// Fused shading: each point sums the lights of its leaf receiver (Barczak §4.3.1). Points are sorted by leaf, so that
+// neighbours read the same list. A list has four kinds of lights: unblocked ones in the light map, which are done;
+// unblocked ones that are not in the map, summed without a shadow test; those that something may block, summed where
+// their shadow map says lit; and the same in the light map, subtracted where it says dark (§4.3.2).
+//
+// A pass that uses it declares `point_queue`; `lights` and `atlas` are declared in lib/lights_*.wgsl, lib/atlas_*.wgsl.
+
+@group(2) @binding(0) var triangle_ids: texture_2d<u32>;
+// What earlier batches of lights gave, two elements a pixel: irradiance; specular radiance, or the direction of light.
+// And the samples, see lib/samples.wgsl.
+@group(2) @binding(3) var<storage, read_write> partial_sums: array<vec4f>;
+@group(2) @binding(4) var<uniform> maps: Maps;
+@group(2) @binding(6) var<storage, read> light_lists: array<u32>;
+@group(2) @binding(7) var<storage, read> light_maps: array<vec4f>;
+@group(2) @binding(8) var<uniform> offsets: BufferOffsets;
+// The grid of points: irradiance and surface id; specular radiance, or the direction of light.
+@group(2) @binding(9) var fine_irradiance: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(10) var fine_directional: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(11) var surface_ids: texture_2d<u32>;
+@group(2) @binding(12) var picture: texture_storage_2d<rg32uint, write>;
+
+// A point of the band by its index, NONE = no point.
+fn begin(index: u32, leaf: u32) -> PointSums {
+  var sums: PointSums;
+  sums.is_surface = index != NONE;
+  if !sums.is_surface { return sums; }
+  let pixel = vec2u(index % frame.size.x, index / frame.size.x + frame.band.x);
+  sums.shading = shading_at(pixel, textureLoad(triangle_ids, pixel, 0).x - 1u);
+  if branch_value(frame.first_light, index) > 0u {
+    sums.irradiance = partial_sums[2u * index].xyz;
+    let directional = partial_sums[2u * index + 1u];
+    if directional.w > 0.0 { sums.light_direction = directional.xyz; } else { sums.specular = directional.xyz; }
+    // In this order: with the uniform first, Mesa 22.3 crashes when it binds the kernel.
+  } else if has_light_map(leaf) && branch_value(offsets.light_maps, index) != 0u {
+    sums.irradiance = mapped_irradiance(leaf, sums.shading.position);
+  }
+  return sums;
+}
+
+fn end(index: u32, sums: PointSums) {
+  if !sums.is_surface { return; }
+  let is_direction = HAS_CURVED && sums.shading.reflection.f90 <= 0.0;
+  let directional = select(vec4f(sums.specular, 0.0), vec4f(sums.light_direction, 1.0), is_direction);
+  if branch_value(frame.debug | (frame.last_batch ^ 1u), index) != 0u {
+    partial_sums[2u * index] = vec4f(sums.irradiance, f32(frame.step));
+    partial_sums[2u * index + 1u] = directional;
+  }
+  if branch_value(frame.last_batch, index) != 0u {
+    let at = vec2u(index % frame.size.x, index / frame.size.x);
+    let pixel = at + vec2u(0u, frame.band.x);
+    let irradiance = max(sums.irradiance, vec3f(0.0));
+    let surface = textureLoad(surface_ids, pixel, 0).xy;
+    if WRITES_RADIANCE {
+      add_sample(pixel, radiance_of(diffuse_material(surface.y), irradiance, directional));
+    } else {
+      let point = (at + frame.step - 1u) / frame.step;
+      textureStore(fine_irradiance, point, vec4f(irradiance, f32(surface.x)));
+      if HAS_CURVED || HAS_SPECULAR { textureStore(fine_directional, point, directional); }
+    }
+  }
+}
+
+// Tests the ambiguous lights of a group, of which `first` is the first entry of the list.
+fn resolve_ambiguous(sums: ptr<function, PointSums>, first: u32) {
+  while any((*sums).ambiguous != vec4u(0u)) {
+    add_slope_corrected(sums, lights[light_lists[first + next_ambiguous(sums)]]);
+  }
+}
+
+// The points of a chunk, two at most: lights are read once for both.
+fn shade_chunk(index: u32) {
+  let chunk = point_queue.words[offsets.chunks_at + index];
+  let leaf = chunk_leaf(chunk);
+  let slot = offsets.sorted_at + index * CHUNK;
+  let one_index = point_queue.words[slot];
+  let other_index = select(NONE, point_queue.words[slot + 1u], chunk_points(chunk) > 1u);
+  var one = begin(one_index, leaf);
+  var other = begin(other_index, leaf);
+  if !one.is_surface && !other.is_surface { return; }
+  let list = light_list(leaf);
+  for (var i = list.unshadowed; i < list.shadowed; i++) {
+    let light = lights[light_lists[i]];
+    add(&one, light, arriving(light, one.shading), 1.0);
+    add(&other, light, arriving(light, other.shading), 1.0);
+  }
+  for (var first = list.shadowed; first < list.end; first += GROUP) {
+    for (var word = 0u; word < GROUP / 32u; word++) {
+      let start = first + 32u * word;
+      let end = min(start + 32u, list.end);
+      var one_bits = 0u;
+      var other_bits = 0u;
+      // Two lights at a time, the last one alone where they are odd: four texels are fetched at once, as this loop is
+      // bound by memory latency.
+      for (var i = start; i < end; i += 2u) {
+        let light = lights[light_lists[i]];
+        let next = lights[light_lists[min(i + 1u, end - 1u)]];
+        let bit = 1u << (i - start);
+        let next_bit = select(0u, bit << 1u, i + 1u < end);
+        let counted = select(0.0, 1.0, i >= list.subtracted);
+        let next_counted = select(0.0, 1.0, i + 1u >= list.subtracted);
+        let one_texel = shadow_texel_of(light, one.shading);
+        let other_texel = shadow_texel_of(light, other.shading);
+        let one_next_texel = shadow_texel_of(next, one.shading);
+        let other_next_texel = shadow_texel_of(next, other.shading);
+        let one_depth = shadow_lookup(one_texel);
+        let other_depth = shadow_lookup(other_texel);
+        let one_next_depth = shadow_lookup(one_next_texel);
+        let other_next_depth = shadow_lookup(other_next_texel);
+        one_bits |= add_depth_tested(&one, light, one_texel, one_depth, bit, counted);
+        other_bits |= add_depth_tested(&other, light, other_texel, other_depth, bit, counted);
+        one_bits |= add_depth_tested(&one, next, one_next_texel, one_next_depth, next_bit, next_counted);
+        other_bits |= add_depth_tested(&other, next, other_next_texel, other_next_depth, next_bit, next_counted);
+      }
+      one.ambiguous[word] = one_bits;
+      other.ambiguous[word] = other_bits;
+    }
+    resolve_ambiguous(&one, first);
+    resolve_ambiguous(&other, first);
+  }
+  end(one_index, one);
+  end(other_index, other);
+}

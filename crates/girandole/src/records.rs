@@ -1,0 +1,199 @@
+//! Records in buffers of words. Several kinds of them share a buffer, so that a pass needs no more than eight; shaders
+//! get a `struct` and the functions that read and write it, made from the same list of fields.
+//!
+//! `LeafRange`, for instance, becomes `struct LeafRange`, `const LEAF_RANGE_WORDS`, a constant for the offset of each
+//! field such as `LEAF_RANGE_SHADOWED`, `leaf_range_at(at)` and `set_leaf_range(at, value)`.
+
+use bytemuck::{Pod, Zeroable};
+use std::fmt::Write as _;
+
+/// What a shader is told of a record.
+pub(crate) struct Record {
+    name: &'static str,
+    /// `name` as functions have it.
+    pub snake: &'static str,
+    /// The buffer that it is in.
+    buffer: &'static str,
+    /// Whether the buffer's words are atomic.
+    is_atomic: bool,
+    words: usize,
+    /// Name and type of each field.
+    fields: &'static [(&'static str, &'static str)],
+}
+
+macro_rules! record {
+    ($(#[$meta:meta])* $name:ident as $snake:ident in $buffer:literal: $atomic:literal { $($(#[$doc:meta])* $field:ident: $kind:ident),* $(,)? }) => {
+        $(#[$meta])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+        pub(crate) struct $name {
+            $($(#[$doc])* pub $field: record!(@ $kind)),*
+        }
+
+        impl $name {
+            /// Words of one.
+            pub const WORDS: usize = size_of::<Self>() / 4;
+            const RECORD: Record = Record {
+                name: stringify!($name),
+                snake: stringify!($snake),
+                buffer: $buffer,
+                is_atomic: $atomic,
+                words: Self::WORDS,
+                fields: &[$((stringify!($field), stringify!($kind))),*],
+            };
+        }
+    };
+    (@ u32) => { u32 };
+    (@ vec3f) => { [f32; 3] };
+    (@ vec4f) => { [f32; 4] };
+}
+
+record! {
+    /// The grid over a patch by which pixels find their leaf.
+    ReceiverGrid as receiver_grid in "receivers": false {
+        origin: vec3f,
+        columns: u32,
+        axis_u: vec3f,
+        rows: u32,
+        axis_v: vec3f,
+        /// First cell of the front and of the back.
+        front: u32,
+        back: u32,
+    }
+}
+
+record! {
+    /// A leaf receiver: its light map, and the rectangle that the map covers.
+    LeafRecord as leaf_record in "light_lists": false {
+        /// First texel, or [`NONE`](crate::shader_constants::NONE).
+        light_map: u32,
+        /// Texel from position: dot products with (x, y, z, 1).
+        texel_u: vec4f,
+        texel_v: vec4f,
+        corner: vec3f,
+        across: vec3f,
+        up: vec3f,
+        normal: vec3f,
+    }
+}
+
+record! {
+    /// The list of a leaf and batch of lights: where each of its four parts begins in `light_lists`, see `receivers.rs`.
+    LeafRange as leaf_range in "light_lists": false {
+        mapped_unshadowed: u32,
+        unshadowed: u32,
+        shadowed: u32,
+        mapped_shadowed: u32,
+        end: u32,
+    }
+}
+
+record! {
+    /// A point to shade: its pixel in the band, its leaf, and its index among the points of that leaf.
+    ShadePoint as shade_point in "shade_list.words": true {
+        pixel: u32,
+        leaf: u32,
+        rank: u32,
+    }
+}
+
+record! {
+    /// A set of receivers with a set of lights, for multipass shading.
+    Element as element in "elements": false {
+        members_at: u32,
+        member_count: u32,
+        lights_at: u32,
+        light_count: u32,
+        /// Of a pass.
+        vertices: u32,
+        /// Vertices of all elements before it.
+        first_vertex: u32,
+    }
+}
+
+record! {
+    /// A leaf of an element, and the chunks of the element's leaves before it.
+    Member as member in "elements": false {
+        leaf: u32,
+        chunks_before: u32,
+    }
+}
+
+/// All of them.
+pub(crate) const RECORDS: [Record; 6] = [
+    ReceiverGrid::RECORD,
+    LeafRecord::RECORD,
+    LeafRange::RECORD,
+    ShadePoint::RECORD,
+    Element::RECORD,
+    Member::RECORD,
+];
+
+impl Record {
+    /// The `struct`, and the constants.
+    pub fn declaration(&self) -> String {
+        let upper = self.snake.to_uppercase();
+        let mut text = format!("struct {} {{\n", self.name);
+        let mut constants = String::new();
+        let mut offset = 0;
+        for (field, kind) in self.fields {
+            let _ = writeln!(text, "  {field}: {kind},");
+            let _ = writeln!(constants, "const {upper}_{} = {offset}u;", field.to_uppercase());
+            offset += words_of(kind);
+        }
+        format!("{text}}}\n{constants}const {upper}_WORDS = {}u;\n", self.words)
+    }
+
+    /// The function that reads one.
+    pub fn reader(&self) -> String {
+        let mut at = 0;
+        let mut word = || {
+            let index = format!("{}[at + {at}u]", self.buffer);
+            at += 1;
+            if self.is_atomic { format!("atomicLoad(&{index})") } else { index }
+        };
+        let fields: Vec<String> = self
+            .fields
+            .iter()
+            .map(|(_, kind)| {
+                let words: Vec<String> = (0..words_of(kind)).map(|_| word()).collect();
+                match words.len() {
+                    1 => words.concat(),
+                    n => format!("bitcast<{kind}>(vec{n}u({}))", words.join(", ")),
+                }
+            })
+            .collect();
+        let (name, snake) = (self.name, self.snake);
+        format!("fn {snake}_at(at: u32) -> {name} {{\n  return {name}({});\n}}\n", fields.join(",\n    "))
+    }
+
+    /// The function that writes one.
+    pub fn writer(&self) -> String {
+        let mut text = format!("fn set_{}(at: u32, value: {}) {{\n", self.snake, self.name);
+        let mut at = 0;
+        for (field, kind) in self.fields {
+            for component in 0..words_of(kind) {
+                let index = format!("{}[at + {at}u]", self.buffer);
+                let value = match words_of(kind) {
+                    1 => format!("value.{field}"),
+                    _ => format!("bitcast<u32>(value.{field}[{component}u])"),
+                };
+                let _ = if self.is_atomic {
+                    writeln!(text, "  atomicStore(&{index}, {value});")
+                } else {
+                    writeln!(text, "  {index} = {value};")
+                };
+                at += 1;
+            }
+        }
+        text + "}\n"
+    }
+}
+
+fn words_of(kind: &str) -> usize {
+    match kind {
+        "vec3f" => 3,
+        "vec4f" => 4,
+        _ => 1,
+    }
+}

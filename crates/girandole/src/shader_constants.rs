@@ -1,0 +1,67 @@
+//! Numbers that both sides use, declared once: every shader starts with them as `const` declarations.
+
+use girandole_core::brdf;
+
+/// Lights are summed in groups of this many; batches are whole groups.
+pub(crate) const GROUP: u32 = 128;
+/// Most lights in a batch: 32 KiB of a uniform buffer, of which WebGPU binds 64.
+pub(crate) const BATCH: u32 = 512;
+/// Points of one leaf that are shaded together.
+pub(crate) const CHUNK: u32 = 2;
+/// Lanes that share a point in cooperative shading.
+pub(crate) const LANES: u32 = 16;
+/// Neighbouring pixels of an invocation where edges are interpolated in runs; no more than 32.
+pub(crate) const EDGE_RUN: u32 = 8;
+/// Workgroups in x of dispatches that may have more than the 65535 that WebGPU allows.
+pub(crate) const GROUPS_PER_ROW: u32 = 32768;
+/// Texels across a light map.
+pub(crate) const SIDE: u32 = 9;
+/// Rows of the tally: steps of 1, 2, 4 and 8 pixels, and further samples at edges.
+pub(crate) const TALLY_ROWS: u32 = 5;
+/// In `receivers`: the triangle belongs to a cluster of a mesh.
+pub(crate) const CLUSTERED: u32 = 1 << 31;
+/// Bit of a surface id: normals vary.
+pub(crate) const CURVED: u32 = 1 << 23;
+/// Bit of a surface id: its reflection cannot be interpolated.
+pub(crate) const SHINY: u32 = 1 << 22;
+/// Profiles of lights.
+pub(crate) const COSINE: u32 = 0;
+pub(crate) const HEMISPHERE: u32 = 1;
+pub(crate) const SPOT: u32 = 2;
+pub(crate) const DIRECTIONAL: u32 = 3;
+/// Columns and rows of the texture array that holds the texels of all textures.
+pub(crate) const TEXEL_COLUMNS: u32 = 4096;
+pub(crate) const TEXEL_ROWS: u32 = 4096;
+/// In place of an index: none.
+pub(crate) const NONE: u32 = girandole_core::scene::NONE;
+
+macro_rules! declarations {
+    ($($name:ident),*) => {
+        [$(format!("const {} = {:#x}u;\n", stringify!($name), $name)),*].concat()
+    };
+}
+
+/// The same numbers in WGSL.
+pub(crate) fn declarations() -> String {
+    const TALLY_EDGE_ROW: u32 = TALLY_ROWS - 1;
+    declarations!(
+        GROUP,
+        BATCH,
+        CHUNK,
+        LANES,
+        EDGE_RUN,
+        GROUPS_PER_ROW,
+        SIDE,
+        TALLY_EDGE_ROW,
+        CLUSTERED,
+        CURVED,
+        SHINY,
+        COSINE,
+        HEMISPHERE,
+        SPOT,
+        DIRECTIONAL,
+        TEXEL_COLUMNS,
+        TEXEL_ROWS,
+        NONE
+    ) + &format!("const MIN_ALPHA = {:?};\n", brdf::MIN_ALPHA)
+}
