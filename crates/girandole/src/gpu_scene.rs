@@ -3,7 +3,7 @@
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
 use crate::passes::shade::BATCH;
 use crate::surface_keys::surface_keys;
-use crate::{Error, Result, bind};
+use crate::{Error, Remedy, Result, bind};
 use bind::Slot;
 use girandole_core::glam::{Vec2, Vec4};
 use girandole_core::lights::LightSet;
@@ -47,11 +47,12 @@ pub(crate) fn storage<T: bytemuck::Pod>(
 fn check_size(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Result<()> {
     let limit = device.limits().max_storage_buffer_binding_size;
     if bytes.len() as u64 > limit {
-        return Err(Error::TooLarge(format!(
-            "the scene's {label} take {} MiB and this device binds {} MiB at most; use a smaller scene or --engine cpu",
+        let what = format!(
+            "the scene's {label} take {} MiB and this device binds {} MiB at most",
             bytes.len() >> 20,
             limit >> 20
-        )));
+        );
+        return Err(Error::too_large(what, Remedy::SmallerScene));
     }
     Ok(())
 }
@@ -126,10 +127,8 @@ fn pack_textures(textures: &[Texture]) -> Result<Vec<u32>> {
     let mut words = vec![0u32; textures.len() * 4];
     for (index, texture) in textures.iter().enumerate() {
         if texture.width > 0xffff || texture.height > 0xffff {
-            return Err(Error::TooLarge(format!(
-                "texture {} is {} × {} texels; scale it below 65536",
-                texture.name, texture.width, texture.height
-            )));
+            let what = format!("texture {} is {} × {} texels", texture.name, texture.width, texture.height);
+            return Err(Error::too_large(what, Remedy::TextureSize { to: 0xffff }));
         }
         let wrap = |w| match w {
             Wrap::Repeat => 0,

@@ -69,7 +69,7 @@ mod timers;
 mod layout_tests;
 
 pub use atlas::{AtlasLayout, MapSlot};
-pub use error::{Error, Result};
+pub use error::{Error, Remedy, Result};
 pub use gpu::{AdapterReport, Gpu, WANTED_FEATURES, adapters, wanted_limits};
 pub use occluders::CullCounts;
 pub use renderer::Renderer;

@@ -12,7 +12,7 @@ use crate::gpu_scene::storage;
 use crate::layout::Plan;
 use crate::passes::shade::BATCH;
 use crate::surface_keys::is_flat;
-use crate::{Error, Result};
+use crate::{Error, Remedy, Result};
 use girandole_core::glam::Vec3;
 use girandole_core::lights::{LightSample, LightSet, Profile};
 use girandole_core::scene::{Geometry, NONE, Scene};
@@ -80,7 +80,7 @@ impl Receivers {
         let tree = database.receivers();
         let count = tree.leaves.len();
         if count >= MAX_LEAVES {
-            return Err(Error::TooLarge(format!("{count} receivers are too many; use --mode naive")));
+            return Err(Error::too_large(format!("{count} receivers are too many"), Remedy::Naive));
         }
         // Leaves with lists of equal length lie side by side: points are shaded in that order, and neighbours in it
         // finish together.
@@ -163,7 +163,7 @@ impl Receivers {
         }
         let map_size = u64::from((mapped * SIDE * SIDE).max(16)) * 16;
         if map_size > device.limits().max_storage_buffer_binding_size {
-            return Err(Error::TooLarge(format!("{mapped} light maps are too many; use --light-maps off")));
+            return Err(Error::too_large(format!("{mapped} light maps are too many"), Remedy::Naive));
         }
         Ok(Self {
             receivers: storage(device, "receivers", &words)?,

@@ -22,7 +22,7 @@ use crate::selection::Selection;
 use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading};
 use crate::targets::Targets;
 use crate::timers::Timers;
-use crate::{Error, Result};
+use crate::{Error, Remedy, Result};
 use girandole_core::image::Image;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, Scene, View};
@@ -105,10 +105,8 @@ impl Renderer {
             });
         }
         if options.pcf > 16 {
-            return Err(Error::TooLarge(format!(
-                "a filter of {} texels is too wide; --pcf takes 1 to 16",
-                options.pcf
-            )));
+            let what = format!("a filter of {} texels is too wide", options.pcf);
+            return Err(Error::too_large(what, Remedy::NarrowerFilter { to: 16 }));
         }
         let layouts = Layouts::new(device);
         Ok(Self {
@@ -148,7 +146,8 @@ impl Renderer {
         let radius = geometry.diagonal() * 0.5;
         let mut samples = gpu_lights(lights, radius);
         let directional: Vec<bool> = samples.iter().map(|l| l.profile == DIRECTIONAL).collect();
-        let layout = AtlasLayout::new(&directional, &self.options, &self.device.limits())?;
+        let copied = self.options.copies_maps(self.device.adapter_info().device_type);
+        let layout = AtlasLayout::new(&directional, copied, &self.options, &self.device.limits())?;
         for (light, slot) in samples.iter_mut().zip(&layout.slots) {
             light.place = layout.place(slot);
         }
@@ -254,10 +253,12 @@ impl Renderer {
     }
 
     /// Shows the last picture on `target`, tone-mapped by the settings' exposure and curve. Targets with an sRGB
-    /// format encode by themselves, other 8-bit ones get sRGB values, floating-point ones linear values.
+    /// format encode by themselves, other normalised ones get sRGB values, floating-point ones linear values, and
+    /// without a curve ([`Tonemap::None`](girandole_core::tonemap::Tonemap::None)) ones above 1 as well.
     ///
     /// # Errors
-    /// [`Error::Scene`] before the first [`Renderer::render`].
+    /// [`Error::Scene`] before the first [`Renderer::render`], for an exposure out of range, or a format that holds no
+    /// colours.
     pub fn show(
         &mut self,
         settings: &RenderSettings,
@@ -265,6 +266,7 @@ impl Renderer {
         format: wgpu::TextureFormat,
     ) -> Result<()> {
         let Some(targets) = &self.targets else { return Err(invalid("render before showing".into())) };
+        check_display(settings.exposure, format)?;
         let mut encoder = self.device.create_command_encoder(&Default::default());
         if settings.exposure == Exposure::Auto {
             self.exposure.record(&self.device, &mut encoder, &targets.picture_view, targets.size);
@@ -359,10 +361,8 @@ pub(crate) fn invalid(sentence: String) -> Error {
 fn check(size: [u32; 2], settings: &RenderSettings, lights: u32, limits: &wgpu::Limits) -> Result<()> {
     let largest = limits.max_texture_dimension_2d;
     if size.contains(&0) || size.iter().any(|&s| s > largest) {
-        return Err(Error::TooLarge(format!(
-            "a picture of {} × {} pixels is not possible here; each side takes 1 to {largest}",
-            size[0], size[1]
-        )));
+        let what = format!("a picture of {} × {} pixels is not possible here", size[0], size[1]);
+        return Err(Error::too_large(what, Remedy::PictureSize { to: largest }));
     }
     if !(1..=16).contains(&settings.samples_per_axis) {
         return Err(invalid(format!(
@@ -395,11 +395,38 @@ fn check(size: [u32; 2], settings: &RenderSettings, lights: u32, limits: &wgpu::
             return Err(invalid("the naive mode has no passes; choose another mode or fused shading".into()));
         }
     }
-    if settings.tolerance.is_nan() || settings.tolerance < 0.0 {
+    if settings.mode == Mode::Naive && settings.light_maps == Some(true) {
+        return Err(invalid(
+            "the naive mode has no light maps; choose another mode or leave them out".into(),
+        ));
+    }
+    if !settings.tolerance.is_finite() || settings.tolerance < 0.0 {
         return Err(invalid("the tolerance of interpolation has to be 0 or positive".into()));
     }
-    if settings.clamp.is_some_and(|c| c.is_nan() || c <= 0.0) {
-        return Err(invalid("the bound of the geometric factor (--clamp) has to be positive, or off".into()));
+    if settings.clamp.is_some_and(|c| !c.is_finite() || c <= 0.0) {
+        let what = "the bound of the geometric factor has to be positive; `RenderSettings::clamp` is `None` for no bound";
+        return Err(invalid(what.into()));
     }
     Ok(())
+}
+
+/// Exposures beyond this many stops leave the range of floats.
+const MAX_EV: f32 = 64.0;
+
+fn check_display(exposure: Exposure, format: wgpu::TextureFormat) -> Result<()> {
+    if let Exposure::Ev(ev) = exposure
+        && (ev.is_nan() || ev.abs() > MAX_EV)
+    {
+        return Err(invalid(format!(
+            "an exposure of {ev} stops is not possible; take -{MAX_EV} to {MAX_EV}"
+        )));
+    }
+    let is_color = format.has_color_aspect()
+        && matches!(format.sample_type(None, None), Some(wgpu::TextureSampleType::Float { .. }));
+    if is_color && !format.is_compressed() {
+        return Ok(());
+    }
+    Err(invalid(format!(
+        "{format:?} is no format to show on; take one of normalised or floating-point colours"
+    )))
 }

@@ -3,7 +3,7 @@
 use crate::layout::Plan;
 use crate::receivers::Receivers;
 use crate::targets::Targets;
-use crate::{Error, Result};
+use crate::{Error, Remedy, Result};
 use wgpu::util::DeviceExt;
 
 /// Points of one leaf that are shaded together; shaders know it as `CHUNK`.
@@ -75,12 +75,12 @@ impl Selection {
         let limit = device.limits().max_storage_buffer_binding_size;
         let buffer = |label, words: u64, usage| {
             if words * 4 > limit {
-                return Err(Error::TooLarge(format!(
-                    "the {label} of this picture take {} MiB and this device binds {} MiB at most; use a smaller \
-                     picture or --mode naive",
+                let what = format!(
+                    "the {label} of this picture take {} MiB and this device binds {} MiB at most",
                     words >> 18,
                     limit >> 20
-                )));
+                );
+                return Err(Error::too_large(what, Remedy::SmallerPictureOrNaive));
             }
             let size = words * 4;
             Ok(device.create_buffer(&wgpu::BufferDescriptor {

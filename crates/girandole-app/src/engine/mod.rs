@@ -1,9 +1,11 @@
 //! What computes a picture: shadow maps on a GPU, the same sum with traced shadows, or the path tracer.
 
+mod advice;
 mod cpu;
 pub mod gpu;
 mod path;
 
+pub use advice::sentence;
 pub use cpu::energy_lost_by_clamp;
 
 use crate::args::{Engine, RenderArgs};
@@ -65,7 +67,8 @@ impl Ready {
                 // Who names an adapter wants that one.
                 Err(error) if args.adapter.is_some() => Err(error.into()),
                 Err(error) => {
-                    say(&format!("{error}; until then, shadows are traced on the CPU, which is slower"));
+                    let why = sentence(&error);
+                    say(&format!("{why}; until then, shadows are traced on the CPU, which is slower"));
                     Ok(Self::Cpu)
                 }
             },
