@@ -16,6 +16,18 @@ pub(crate) struct ToneMapping {
 
 type Key = (wgpu::TextureFormat, Tonemap);
 
+/// The largest value of a floating-point format of colours, as far as all its channels hold it.
+fn largest_float(format: wgpu::TextureFormat) -> Option<f64> {
+    use wgpu::TextureFormat as F;
+    match format {
+        F::R16Float | F::Rg16Float | F::Rgba16Float => Some(65504.0),
+        // Blue has one bit less than the others.
+        F::Rg11b10Ufloat => Some(64512.0),
+        F::R32Float | F::Rg32Float | F::Rgba32Float => Some(3e38),
+        _ => None,
+    }
+}
+
 impl ToneMapping {
     pub fn new(device: &wgpu::Device) -> Self {
         let slots = [Slot::Uniform, Slot::Ids, Slot::Read];
@@ -38,12 +50,13 @@ impl ToneMapping {
             Tonemap::None => 2,
         };
         // A target with an sRGB format encodes by itself; floating-point targets stay linear.
-        let float = format.has_color_aspect()
-            && format.sample_type(None, None).is_some_and(|t| {
-                matches!(t, wgpu::TextureSampleType::Float { .. })
-                    && format.target_component_alignment() != Some(1)
-            });
-        let encode = !format.is_srgb() && !float;
+        let largest = largest_float(format);
+        let encode = !format.is_srgb() && largest.is_none();
+        let constants = [
+            ("CURVE", f64::from(curve)),
+            ("ENCODE", f64::from(u8::from(encode))),
+            ("LARGEST", largest.unwrap_or(1.0)),
+        ];
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("tonemap"),
             layout: Some(&bind::pipeline_layout(device, &[Some(&self.layout)])),
@@ -60,7 +73,7 @@ impl ToneMapping {
                 module: &self.module,
                 entry_point: Some("show"),
                 compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &[("CURVE", f64::from(curve)), ("ENCODE", f64::from(u8::from(encode)))],
+                    constants: &constants,
                     ..Default::default()
                 },
                 targets: &[Some(format.into())],
