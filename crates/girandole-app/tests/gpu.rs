@@ -8,11 +8,12 @@ type Check = fn(&Path) -> Result<(), Failed>;
 
 fn main() {
     let has_adapter = girandole(Path::new("."), "info --require-adapter").status.success();
-    let checks: [(&str, Check); 4] = [
+    let checks: [(&str, Check); 5] = [
         ("same_command_same_bytes", same_command_same_bytes),
         ("agrees_with_traced_shadows", agrees_with_traced_shadows),
         ("statistics_name_passes_and_counts", statistics_name_passes_and_counts),
         ("maps_that_do_not_fit_are_refused", maps_that_do_not_fit_are_refused),
+        ("bench_times_modes", bench_times_modes),
     ];
     let trials = checks
         .into_iter()
@@ -101,4 +102,47 @@ fn maps_that_do_not_fit_are_refused(directory: &Path) -> Result<(), Failed> {
     let said = String::from_utf8(output.stderr)?;
     ensure(output.status.code() == Some(2) && said.lines().count() == 1 && said.contains("--memory"), &said)?;
     ensure(!directory.join("p.png").exists(), "a picture is left behind")
+}
+
+fn bench_times_modes(directory: &Path) -> Result<(), Failed> {
+    let output = succeed(
+        directory,
+        "bench table gap --size 64x48 --lights 12,20 --repeat 2 --map-size 64 --csv times.csv --json times.json",
+    )?;
+    let rows: Vec<serde_json::Map<String, serde_json::Value>> =
+        serde_json::from_slice(&std::fs::read(directory.join("times.json"))?)?;
+    assert_eq!(rows.len(), 2 * 2 * 4);
+    let mut seen = Vec::new();
+    for row in &rows {
+        for key in
+            ["frame_ms", "visibility_ms", "shadow_maps_ms", "ratio", "width", "height", "look_ups_per_pixel"]
+        {
+            assert!(row[key].as_f64().is_some_and(|x| x.is_finite() && x >= 0.0), "{key}: {row:?}");
+        }
+        assert!(row.values().all(|v| !v.is_object() && !v.is_array()), "flat");
+        seen.push((row["scene"].as_str(), row["lights"].as_u64(), row["mode"].as_str()));
+    }
+    seen.sort_unstable();
+    seen.dedup();
+    assert_eq!(seen.len(), rows.len());
+    // Naive reads every map at every pixel; the others do not.
+    let of = |mode: &str, key: &str| {
+        let row = rows.iter().find(|r| r["mode"] == mode && r["lights"] == 20 && r["scene"] == "table");
+        row.and_then(|r| r[key].as_f64())
+    };
+    assert_eq!(of("naive", "look_ups_per_pixel"), Some(20.0));
+    assert!(of("vd", "look_ups_per_pixel") < of("naive", "look_ups_per_pixel"));
+    assert!(
+        of("full", "pairs_per_pixel") < of("vd", "pairs_per_pixel")
+            && of("full", "pairs_per_pixel") > Some(0.0)
+    );
+    assert_eq!(of("naive", "ratio"), Some(1.0));
+    // The table and the CSV file have the same rows.
+    let table = String::from_utf8(output.stdout)?;
+    assert_eq!(table.lines().count(), rows.len() + 1, "{table}");
+    let csv = String::from_utf8(std::fs::read(directory.join("times.csv"))?)?;
+    assert_eq!(csv.lines().count(), rows.len() + 1);
+    let columns = csv.lines().next().unwrap_or_default().split(',').count();
+    assert!(csv.lines().all(|line| line.split(',').count() == columns) && columns > 8, "{csv}");
+    Ok(())
 }

@@ -1,6 +1,9 @@
 //! `girandole compare`: numbers, thresholds, exit codes.
 
 use crate::{Girandole, stderr, stdout};
+use girandole_core::glam::Vec3;
+use girandole_core::image::Image;
+use girandole_reference::image_file::write_exr;
 
 fn with_pictures() -> Girandole {
     let girandole = Girandole::new();
@@ -60,9 +63,18 @@ fn trim_mask_and_heat_map() {
         numbers[key].as_f64().unwrap()
     };
     assert!(number(&["--trim", "0.1"], "rel_mse") < number(&[], "rel_mse"));
-    // The picture as a mask covers whatever is lit.
-    let covered = girandole.run(&["compare", "a.exr", "b.exr", "--mask", "a.exr"]);
-    assert!(covered.status.code() == Some(2) || number(&["--mask", "a.exr"], "valid_pixels") < 48.0 * 36.0);
+    // A mask leaves out what it covers; one that covers everything leaves nothing.
+    let mask = |covered: usize| {
+        let pixels = (0..48 * 36).map(|i| Vec3::splat(f32::from(u8::from(i < covered)))).collect();
+        write_exr(&girandole.path().join("mask.exr"), &Image { width: 48, height: 36, pixels }).unwrap();
+    };
+    mask(0);
+    assert_eq!(number(&["--mask", "mask.exr"], "valid_pixels"), 48.0 * 36.0);
+    mask(500);
+    assert_eq!(number(&["--mask", "mask.exr"], "valid_pixels"), 48.0 * 36.0 - 500.0);
+    mask(48 * 36);
+    let covered = girandole.run(&["compare", "a.exr", "b.exr", "--mask", "mask.exr"]);
+    assert!(covered.status.code() == Some(2) && stderr(&covered).contains("covers"), "{}", stderr(&covered));
     girandole.succeed(&["compare", "a.exr", "b.exr", "--out", "heat.png"]);
     assert!(girandole.bytes("heat.png").starts_with(b"\x89PNG"));
 }

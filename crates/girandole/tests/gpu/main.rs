@@ -24,7 +24,7 @@ fn main() {
         eprintln!("tests that need an adapter are ignored: {error}");
     }
     let context: Option<&'static Context> = adapter.ok().map(|gpu| &*Box::leak(Box::new(Context { gpu })));
-    let tests = [
+    let of_any_device = [
         mirrors::tests(),
         exact::tests(),
         oracle::tests(),
@@ -36,11 +36,19 @@ fn main() {
         truth::tests(),
     ]
     .concat();
+    // What a device has to have been created with for some; without it they are ignored.
+    let of_some_devices =
+        [exact::with_clip_distances(), selected::with_float_blending(), materials::with_timestamps()];
+    let tests = of_any_device.into_iter().map(|test| (test, wgpu::Features::empty()));
+    let tests = tests.chain(of_some_devices.map(|(features, test)| (test, features)));
     let trials = tests
-        .into_iter()
-        .map(|(name, test)| {
+        .map(|((name, test), features)| {
+            let can_run = context.is_some_and(|c| c.gpu.device.features().contains(features));
+            if context.is_some() && !can_run {
+                eprintln!("{name} is ignored: the device lacks {features:?}");
+            }
             Trial::test(name, move || {
-                let context = context.ok_or("no adapter")?;
+                let context = context.filter(|_| can_run).ok_or("no adapter, or it lacks what is tested")?;
                 std::panic::catch_unwind(AssertUnwindSafe(|| test(context))).map_err(|payload| {
                     let text = payload.downcast_ref::<String>().cloned();
                     Failed::from(
@@ -49,7 +57,7 @@ fn main() {
                     )
                 })
             })
-            .with_ignored_flag(context.is_none())
+            .with_ignored_flag(!can_run)
         })
         .collect();
     libtest_mimic::run(&arguments, trials).exit();
