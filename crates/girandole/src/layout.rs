@@ -168,7 +168,7 @@ pub(crate) struct Light {
     pub place: u32,
 }
 
-/// `Maps` in `lib/light.wgsl`.
+/// `Maps` in `lib/maps.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct Maps {

@@ -33,7 +33,8 @@ pub struct RendererOptions {
     /// Texels across each shadow map; `None` (default) = as many as `memory_mib` holds, 512 at most. Larger maps
     /// have sharper shadow edges and take longer to draw; shading costs the same.
     pub map_size: Option<u32>,
-    /// Budget of the shadow atlas in MiB. Default 256: a page of 8192², which every WebGPU device can hold.
+    /// Budget of the shadow atlas in MiB, with all that maps are copied through. Default 256: a page of 8192², which
+    /// every WebGPU device can hold.
     pub memory_mib: u32,
     /// Percentage-closer filter: width in texels, 0 (default) = off. N costs (N + 1)² look-ups a pair; with hundreds
     /// of lights, edges average out without it.
@@ -42,8 +43,9 @@ pub struct RendererOptions {
     /// lanes, slower on software devices. `None` (default) = as the device is.
     pub lanes_share_points: Option<bool>,
     /// Whether shadow maps, drawn as depth, are copied to a texture that shaders load from as an image: software devices
-    /// need a third of the instructions for that. Drawing maps takes half as long again, and memory for two more pages
-    /// of the atlas. `None` (default) = as the device is.
+    /// need a third of the instructions for that. Drawing maps takes half as long again, and a page and a buffer of its
+    /// size are taken from the budget; pages are smaller where that leaves room for larger maps. `None` (default) = as
+    /// the device is.
     pub copy_maps: Option<bool>,
     /// Leave surfaces out of the shadow maps that have the whole scene on one side (default true). Only tests and
     /// figures want them in.

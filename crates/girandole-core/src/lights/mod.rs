@@ -77,7 +77,7 @@ impl LightSample {
     }
 
     /// The geometric factor `G` of this sample at a point, m⁻² (directional: a cosine), bounded by `clamp`; and the
-    /// unit direction to the light. `None` unless both cosines and the geometric one are positive. Spec: the pair
+    /// unit direction to the light. `None` unless both cosines and the geometric one are positive. The pair
     /// counts only if the geometric normals of both face each other. Mirrored in `shaders/lib/light.wgsl`.
     pub fn geometric_factor(
         &self,

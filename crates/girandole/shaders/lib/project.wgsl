@@ -1,4 +1,4 @@
-// Light space to the atlas: one face of one light's map as an ordinary projective transform (spec: 2).
+// Light space to the atlas: one face of one light's map as an ordinary projective transform.
 
 struct Projected {
   position: vec4f,
