@@ -44,7 +44,7 @@ fn main() -> ExitCode {
 /// The error with its causes, each of them once: some messages already include theirs.
 fn sentence(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |text, cause| {
-        let cause = cause.to_string();
+        let cause = cause.downcast_ref().map_or_else(|| cause.to_string(), engine::sentence);
         if text.is_empty() {
             cause
         } else if text.contains(&cause) {

@@ -51,7 +51,7 @@ pub enum Tonemap {
     Agx,
     /// Contrasty, as in film: see [`aces`].
     Aces,
-    /// Cut off at 1: what is below is shown as it is.
+    /// Cut off at 1: what is below is shown as it is. (The renderer cuts nothing off on floating-point targets.)
     None,
 }
 

@@ -2,11 +2,12 @@
 //! to need under a memory budget.
 //!
 //! Worked example: 300 lights under 256 MiB (64 Mi texels) get ⌊√(2²⁶ / 300)⌋ = 472 → 464 texels across (a multiple
-//! of 16), 17 tiles fit a page of 8192 one above the other, so 18 pages of 464 × 7888 texels are made.
+//! of 16), 17 tiles fit a page of 8192 one above the other, so 18 pages of 464 × 7888 texels are made. Where maps are
+//! copied, one more page of depth and a buffer of that size count too: 60 pages of 464 × 2320 texels make room for them.
 
 use crate::layout::Maps;
 use crate::settings::RendererOptions;
-use crate::{Error, Result};
+use crate::{Error, Remedy, Result};
 
 /// Smallest map that is worth drawing.
 const MIN_SIZE: u32 = 16;
@@ -43,14 +44,16 @@ pub struct AtlasLayout {
     pub map_size: u32,
     /// Texels across the map of a directional light: four times as many where a page holds them.
     pub parallel_size: u32,
+    /// Whether maps are drawn in a page of their own and copied from there.
+    pub copied: bool,
     /// One a light.
     pub slots: Vec<MapSlot>,
 }
 
 impl AtlasLayout {
-    /// Bytes of the pages.
+    /// Bytes of the pages, and where maps are copied, of the page and the buffer that they are copied through.
     pub fn bytes(&self) -> u64 {
-        u64::from(self.page_size[0]) * u64::from(self.page_size[1]) * u64::from(self.pages) * 4
+        bytes(self.page_size, self.pages, self.copied)
     }
 
     /// A slot in the words of the shaders, see `Light.place`.
@@ -70,79 +73,123 @@ impl AtlasLayout {
         }
     }
 
-    /// Lays out the maps of lights, of which `directional[i]` tells whether light i is a directional one.
+    /// Lays out the maps of lights, of which `directional[i]` tells whether light i is a directional one. `copied` tells
+    /// whether they are drawn in a page of their own and copied from there.
     ///
     /// # Errors
-    /// A sentence, where the budget or the device's limits do not suffice.
-    pub fn new(directional: &[bool], options: &RendererOptions, limits: &wgpu::Limits) -> Result<Self> {
-        let lights = directional.len() as u64;
-        let suns = directional.iter().filter(|&&d| d).count() as u64;
-        let budget = u64::from(options.memory_mib) << 18;
+    /// [`Error::TooLarge`] where the budget or the device's limits do not suffice.
+    pub fn new(
+        directional: &[bool],
+        copied: bool,
+        options: &RendererOptions,
+        limits: &wgpu::Limits,
+    ) -> Result<Self> {
+        let lights = directional.len();
+        let suns = directional.iter().filter(|&&d| d).count();
+        let budget = u64::from(options.memory_mib) << 20;
         let max_page = limits.max_texture_dimension_2d.min(MAX_PAGE);
-        let tiles_of = |block: u32| (lights - suns) + suns * u64::from(block) * u64::from(block);
-        let size = match options.map_size {
+        let max_pages = limits.max_texture_array_layers.min(MAX_PAGES);
+        let shapes = |size| shapes([lights as u64, suns as u64], size, max_page, max_pages);
+        let fits = |shape: &Shape| shape.bytes(copied) <= budget;
+        let least_mib = |size| shapes(size).map(|s| s.bytes(copied).div_ceil(1 << 20)).min();
+        let shape = match options.map_size {
             Some(size) if size < MIN_SIZE || size > max_page => {
-                return Err(Error::TooLarge(format!(
-                    "a shadow map of {size} texels is not possible here; --map-size takes {MIN_SIZE} to {max_page}"
-                )));
+                let what = format!("shadow maps of {size}² texels are not possible here");
+                return Err(Error::too_large(what, Remedy::MapSize { from: MIN_SIZE, to: max_page }));
             }
-            Some(size) => size,
+            Some(size) => shapes(size).find(fits).ok_or_else(|| {
+                let (needs, remedy) = match least_mib(size) {
+                    Some(mib) => (format!("{mib} MiB"), Remedy::MemoryOrSmallerMaps { mib }),
+                    None => (format!("more than the {max_pages} pages of this device"), Remedy::SmallerMaps),
+                };
+                Error::too_large(format!("{lights} shadow maps of {size}² texels need {needs}"), remedy)
+            })?,
             None => {
-                let fitting = ((budget / tiles_of(DIRECTIONAL_TILES).max(1)) as f64).sqrt() as u32;
-                (fitting / 16 * 16).min(MAX_CHOSEN)
+                let largest = (budget / 4 / tiles([lights as u64, suns as u64], DIRECTIONAL_TILES)).isqrt();
+                let sizes =
+                    (MIN_SIZE..=(largest as u32 / 16 * 16).min(MAX_CHOSEN).min(max_page)).rev().step_by(16);
+                sizes.filter_map(|size| shapes(size).find(fits)).next().ok_or_else(|| {
+                    let what = format!("{lights} shadow maps do not fit into {} MiB", options.memory_mib);
+                    let remedy = least_mib(MIN_SIZE)
+                        .map_or(Remedy::FewerLights, |mib| Remedy::MemoryOrFewerLights { mib });
+                    Error::too_large(what, remedy)
+                })?
             }
         };
-        if size < MIN_SIZE {
-            let needed = (tiles_of(DIRECTIONAL_TILES) * u64::from(MIN_SIZE).pow(2)).div_ceil(1 << 18);
-            return Err(Error::TooLarge(format!(
-                "{lights} shadow maps do not fit into {} MiB; give at least --memory {}, or fewer --lights",
-                options.memory_mib,
-                needed + needed / 8 + 1
-            )));
-        }
-        let block = DIRECTIONAL_TILES.min(max_page / size);
-        let per_side = max_page / size;
-        let tiles = tiles_of(block);
-        // Few columns: where textures are stored row by row, the rows of a map then lie close together.
-        let least = if suns > 0 { block } else { 1 };
-        let columns = (tiles.div_ceil(u64::from(per_side) * WANTED_PAGES) as u32).clamp(least, per_side);
-        let pages = tiles.div_ceil(u64::from(columns) * u64::from(per_side)).max(1);
-        let share = tiles.div_ceil(pages).max(1);
-        let rows = (share.div_ceil(u64::from(columns)) as u32).clamp(least, per_side);
-        let mut result = Self {
-            page_size: [columns * size, rows * size],
-            pages: 0,
-            map_size: size,
-            parallel_size: size * block,
-            slots: vec![MapSlot::default(); directional.len()],
-        };
+        Ok(shape.place(directional, copied))
+    }
+}
+
+/// Tiles of lights and of the suns among them, each of those `block` tiles along an axis; 1 where there are none.
+fn tiles([lights, suns]: [u64; 2], block: u32) -> u64 {
+    (lights - suns + suns * u64::from(block).pow(2)).max(1)
+}
+
+/// Bytes of pages, and of what they are copied through: one of depth, and a buffer.
+fn bytes(page_size: [u32; 2], pages: u32, copied: bool) -> u64 {
+    let [width, height] = page_size.map(|s| u64::from(s) * 4);
+    let row = width.next_multiple_of(u64::from(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT));
+    (u64::from(pages) * width + if copied { width + row } else { 0 }) * height / 4
+}
+
+/// Equal pages for tiles of one size.
+struct Shape {
+    /// Texels across a tile.
+    size: u32,
+    /// Tiles across a directional light's map.
+    block: u32,
+    /// Tiles across a page.
+    columns: u32,
+    /// Tiles down a page.
+    rows: u32,
+    pages: u32,
+}
+
+/// Shapes that hold the maps of so many lights and suns, the fewest and largest pages first.
+fn shapes(counts: [u64; 2], size: u32, max_page: u32, max_pages: u32) -> impl Iterator<Item = Shape> {
+    let suns = counts[1];
+    let per_side = max_page / size;
+    let block = DIRECTIONAL_TILES.min(per_side);
+    let tiles = tiles(counts, block);
+    // Few columns: where textures are stored row by row, the rows of a map then lie close together.
+    let least = if suns > 0 { block } else { 1 };
+    let columns = (tiles.div_ceil(u64::from(per_side) * WANTED_PAGES) as u32).clamp(least, per_side);
+    let fewest = tiles.div_ceil(u64::from(columns) * u64::from(per_side));
+    (fewest..=u64::from(max_pages)).filter_map(move |wanted| {
+        let share = tiles.div_ceil(wanted);
+        let columns = (share.div_ceil(u64::from(per_side)) as u32).max(least);
+        let rows = (share.div_ceil(u64::from(columns)) as u32).max(least);
+        let blocks = u64::from(columns / block) * u64::from(rows / block);
+        let of_suns = if suns > 0 { suns.div_ceil(blocks) } else { 0 };
+        let pages = tiles.div_ceil(u64::from(columns) * u64::from(rows)).max(of_suns);
+        (pages <= u64::from(max_pages)).then_some(Shape { size, block, columns, rows, pages: pages as u32 })
+    })
+}
+
+impl Shape {
+    fn page_size(&self) -> [u32; 2] {
+        [self.columns * self.size, self.rows * self.size]
+    }
+
+    fn bytes(&self, copied: bool) -> u64 {
+        bytes(self.page_size(), self.pages, copied)
+    }
+
+    fn place(&self, directional: &[bool], copied: bool) -> AtlasLayout {
+        let &Self { size, block, columns, rows, pages } = self;
+        let mut slots = vec![MapSlot::default(); directional.len()];
         let mut grid = Grid { columns, rows, taken: Vec::new() };
         for wanted in [true, false] {
             let span = if wanted { block } else { 1 };
             let mut from = 0;
-            for (slot, _) in result.slots.iter_mut().zip(directional).filter(|(_, d)| **d == wanted) {
+            for (slot, _) in slots.iter_mut().zip(directional).filter(|(_, d)| **d == wanted) {
                 let (cell, page, column, row) = grid.place(span, from);
                 from = cell;
                 *slot = MapSlot { origin: [column * size, row * size], page, size: size * span };
             }
         }
-        result.pages = grid.pages().max(1);
-        let budget_bytes = u64::from(options.memory_mib) << 20;
-        // A page's last row may stay partly empty: allow an eighth.
-        if result.bytes() > budget_bytes + budget_bytes / 8 {
-            return Err(Error::TooLarge(format!(
-                "{lights} shadow maps of {size}² texels need {} MiB; give --memory that much, or a smaller --map-size",
-                result.bytes().div_ceil(1 << 20)
-            )));
-        }
-        if result.pages > limits.max_texture_array_layers.min(MAX_PAGES) {
-            return Err(Error::TooLarge(format!(
-                "{lights} shadow maps of {size}² texels need {} pages and this device holds {}; use a smaller --map-size",
-                result.pages,
-                limits.max_texture_array_layers.min(MAX_PAGES)
-            )));
-        }
-        Ok(result)
+        let parallel_size = size * block;
+        AtlasLayout { page_size: self.page_size(), pages, map_size: size, parallel_size, copied, slots }
     }
 }
 
@@ -153,10 +200,6 @@ struct Grid {
 }
 
 impl Grid {
-    fn pages(&self) -> u32 {
-        (self.taken.len() as u32).div_ceil(self.columns * self.rows)
-    }
-
     /// The first free square of `span` cells at or after cell `from`: (cell, page, column, row).
     fn place(&mut self, span: u32, from: usize) -> (usize, u32, u32, u32) {
         let cells = (self.columns * self.rows) as usize;
@@ -186,8 +229,17 @@ impl Grid {
 mod tests {
     use super::*;
 
-    fn layout(directional: &[bool], options: RendererOptions) -> Result<AtlasLayout> {
-        AtlasLayout::new(directional, &options, &wgpu::Limits::default())
+    fn layout(directional: &[bool], copied: bool, options: RendererOptions) -> Result<AtlasLayout> {
+        AtlasLayout::new(directional, copied, &options, &wgpu::Limits::default())
+    }
+
+    /// So many points, with suns among them.
+    fn kinds(points: usize, suns: usize) -> Vec<bool> {
+        let mut kinds = vec![false; points];
+        for i in 0..suns {
+            kinds.insert(i * points / suns, true);
+        }
+        kinds
     }
 
     fn overlaps(a: &MapSlot, b: &MapSlot) -> bool {
@@ -197,17 +249,15 @@ mod tests {
 
     #[test]
     fn slots_lie_in_their_page_and_do_not_overlap() {
-        for (points, suns) in [(1, 0), (0, 1), (300, 0), (297, 3), (4096, 1), (5, 2)] {
-            let mut kinds = vec![false; points];
-            for i in 0..suns {
-                kinds.insert(i * points / 3, true);
-            }
-            let l = layout(&kinds, RendererOptions::default()).unwrap();
-            assert!(l.bytes() <= (256 << 20) * 9 / 8, "{} bytes", l.bytes());
-            for (i, a) in l.slots.iter().enumerate() {
-                assert!((0..2).all(|k| a.origin[k] + a.size <= l.page_size[k]) && a.page < l.pages);
-                assert!(a.size == if kinds[i] { l.map_size * 4 } else { l.map_size });
-                assert!(l.slots[i + 1..].iter().all(|b| !overlaps(a, b)));
+        for (points, suns) in [(1, 0), (0, 1), (300, 0), (297, 3), (4096, 1), (5, 2), (100, 30)] {
+            for (copied, map_size) in [(false, None), (true, None), (true, Some(33))] {
+                let kinds = kinds(points, suns);
+                let l = layout(&kinds, copied, RendererOptions { map_size, ..Default::default() }).unwrap();
+                for (i, a) in l.slots.iter().enumerate() {
+                    assert!((0..2).all(|k| a.origin[k] + a.size <= l.page_size[k]) && a.page < l.pages);
+                    assert!(a.size == if kinds[i] { l.map_size * 4 } else { l.map_size });
+                    assert!(l.slots[i + 1..].iter().all(|b| !overlaps(a, b)));
+                }
             }
         }
         // The control: slots that do overlap are seen to.
@@ -216,20 +266,68 @@ mod tests {
     }
 
     #[test]
-    fn the_worked_example_holds() {
-        let l = layout(&[false; 300], RendererOptions::default()).unwrap();
-        assert_eq!((l.map_size, l.pages, l.page_size), (464, 18, [464, 7888]));
+    fn everything_stays_within_the_budget() {
+        let (mut sizes, mut refused) = (0, 0);
+        for points in [0, 1, 2, 7, 59, 60, 100, 299, 300, 301, 311, 700, 1024, 4097, 70_000, 1 << 20] {
+            for suns in [0, 1, 3, 40] {
+                let kinds = kinds(points, suns);
+                for memory_mib in [1, 3, 64, 256, 1000, 4096] {
+                    for map_size in [None, Some(16), Some(100), Some(464), Some(1500)] {
+                        for copied in [false, true] {
+                            let options = RendererOptions { memory_mib, map_size, ..Default::default() };
+                            let budget = u64::from(memory_mib) << 20;
+                            match layout(&kinds, copied, options) {
+                                Ok(l) => {
+                                    sizes += 1;
+                                    assert!(l.bytes() <= budget, "{points} + {suns} in {memory_mib} MiB");
+                                    assert!(l.pages <= MAX_PAGES && l.slots.iter().all(|s| s.page < l.pages));
+                                }
+                                Err(_) => refused += 1,
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        assert!(sizes > 500 && refused > 500, "{sizes} {refused}");
+        // The control: without a thought for the copies the same pages are too much.
+        let drawn = layout(&[false; 300], false, RendererOptions::default()).unwrap();
+        assert!(AtlasLayout { copied: true, ..drawn }.bytes() > 256 << 20);
     }
 
     #[test]
-    fn what_does_not_fit_is_refused_with_advice() {
-        let few = RendererOptions { memory_mib: 1, ..Default::default() };
-        let message = layout(&[false; 4096], few).unwrap_err().to_string();
-        assert!(message.contains("--memory"), "{message}");
-        let large = RendererOptions { map_size: Some(1024), ..Default::default() };
-        assert!(layout(&[false; 300], large).unwrap_err().to_string().contains("--map-size"));
-        let absurd = RendererOptions { map_size: Some(1 << 20), ..Default::default() };
-        assert!(layout(&[false], absurd).is_err());
-        assert!(layout(&[false; 4], RendererOptions { map_size: Some(1024), ..Default::default() }).is_ok());
+    fn the_worked_example_holds() {
+        let shape = |copied| {
+            let l = layout(&[false; 300], copied, RendererOptions::default()).unwrap();
+            (l.map_size, l.pages, l.page_size)
+        };
+        assert_eq!(shape(false), (464, 18, [464, 7888]));
+        assert_eq!(shape(true), (464, 60, [464, 2320]));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused_with_advice_that_helps() {
+        let default = RendererOptions::default();
+        let remedy = |lights, options| match layout(&vec![false; lights], true, options) {
+            Err(Error::TooLarge { remedy, .. }) => remedy,
+            other => panic!("{other:?}"),
+        };
+        for (lights, map_size) in [(4096, None), (300, Some(1024)), (1000, Some(99))] {
+            let few = RendererOptions { memory_mib: 1, map_size, ..default };
+            let needed = match (remedy(lights, few), map_size) {
+                (Remedy::MemoryOrFewerLights { mib }, None) => mib,
+                (Remedy::MemoryOrSmallerMaps { mib }, Some(_)) => mib,
+                other => panic!("{other:?}"),
+            };
+            let given =
+                |memory_mib| layout(&vec![false; lights], true, RendererOptions { memory_mib, ..few });
+            assert!(given(needed as u32).is_ok() && given(needed as u32 - 1).is_err(), "{lights}: {needed}");
+        }
+        let absurd = |map_size| remedy(1, RendererOptions { map_size: Some(map_size), ..default });
+        assert_eq!(absurd(1 << 20), Remedy::MapSize { from: MIN_SIZE, to: MAX_PAGE });
+        assert_eq!(absurd(1), Remedy::MapSize { from: MIN_SIZE, to: MAX_PAGE });
+        // More pages than there can be, whatever the memory.
+        assert_eq!(remedy(300, RendererOptions { map_size: Some(8000), ..default }), Remedy::SmallerMaps);
+        assert!(layout(&[false; 4], true, RendererOptions { map_size: Some(1024), ..default }).is_ok());
     }
 }

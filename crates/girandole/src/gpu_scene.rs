@@ -4,7 +4,7 @@ use crate::device::kernel::{GroupLayout, buffer, texture};
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
 use crate::shader_constants::{TEXEL_COLUMNS, TEXEL_ROWS};
 use crate::surface_ids::surface_ids;
-use crate::{Error, Result};
+use crate::{Error, Remedy, Result};
 use girandole_core::glam::{Vec2, Vec4};
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{ColorSpace, Filter, Geometry, Scene, Texture, Wrap};
@@ -44,11 +44,12 @@ pub(crate) fn storage<T: bytemuck::Pod>(
 pub(crate) fn check_size(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Result<()> {
     let limit = device.limits().max_storage_buffer_binding_size;
     if bytes.len() as u64 > limit {
-        return Err(Error::TooLarge(format!(
-            "the scene's {label} take {} MiB and this device binds {} MiB at most; use a smaller scene or --engine cpu",
+        let what = format!(
+            "the scene's {label} take {} MiB and this device binds {} MiB at most",
             bytes.len() >> 20,
             limit >> 20
-        )));
+        );
+        return Err(Error::too_large(what, Remedy::SmallerScene));
     }
     Ok(())
 }
@@ -115,10 +116,10 @@ fn texels(device: &wgpu::Device, queue: &wgpu::Queue, mut words: Vec<u32>) -> Re
     let layers = rows.div_ceil(u64::from(TEXEL_ROWS));
     let limit = u64::from(device.limits().max_texture_array_layers);
     if layers > limit {
-        return Err(Error::TooLarge(format!(
-            "the scene's textures take {layers} layers of a texture array and this device has {limit} at most; use \
-             smaller textures"
-        )));
+        let what = format!(
+            "the scene's textures take {layers} layers of an array and this device has {limit} at most"
+        );
+        return Err(Error::too_large(what, Remedy::SmallerScene));
     }
     let height = rows.min(u64::from(TEXEL_ROWS));
     words.resize(TEXEL_COLUMNS as usize * height as usize * layers as usize, 0);
@@ -152,10 +153,8 @@ fn pack_textures(textures: &[Texture]) -> Result<Vec<u32>> {
     let mut words = vec![0u32; textures.len() * 4];
     for (index, texture) in textures.iter().enumerate() {
         if texture.width > 0xffff || texture.height > 0xffff {
-            return Err(Error::TooLarge(format!(
-                "texture {} is {} × {} texels; scale it below 65536",
-                texture.name, texture.width, texture.height
-            )));
+            let what = format!("texture {} is {} × {} texels", texture.name, texture.width, texture.height);
+            return Err(Error::too_large(what, Remedy::TextureSize { to: 0xffff }));
         }
         let wrap = |w| match w {
             Wrap::Repeat => 0,

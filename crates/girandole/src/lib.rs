@@ -73,7 +73,7 @@ mod layout_tests;
 pub use atlas::{AtlasLayout, MapSlot};
 pub use device::{AdapterReport, Gpu, WANTED_FEATURES, adapters, wanted_limits};
 pub use device_tuning::DeviceTuning;
-pub use error::{Error, Result};
+pub use error::{Error, Remedy, Result};
 
 pub use occluders::CullCounts;
 pub use renderer::Renderer;

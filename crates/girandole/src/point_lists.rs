@@ -5,7 +5,7 @@ use crate::receivers::Receivers;
 use crate::records::ShadePoint;
 use crate::shader_constants::{CHUNK, TALLY_ROWS};
 use crate::targets::Targets;
-use crate::{Error, Result};
+use crate::{Error, Remedy, Result};
 use std::mem::offset_of;
 use wgpu::util::DeviceExt;
 
@@ -64,12 +64,12 @@ impl PointLists {
         let limit = device.limits().max_storage_buffer_binding_size;
         let buffer = |label, words: u64, usage| {
             if words * 4 > limit {
-                return Err(Error::TooLarge(format!(
-                    "the {label} of this picture take {} MiB and this device binds {} MiB at most; use a smaller \
-                     picture or --mode naive",
+                let what = format!(
+                    "the {label} of this picture take {} MiB and this device binds {} MiB at most",
                     words >> 18,
                     limit >> 20
-                )));
+                );
+                return Err(Error::too_large(what, Remedy::SmallerPictureOrNaive));
             }
             let size = words * 4;
             Ok(device.create_buffer(&wgpu::BufferDescriptor {

@@ -13,7 +13,7 @@ use crate::layout::BufferOffsets;
 use crate::records::{LeafRange, LeafRecord, ReceiverGrid};
 use crate::shader_constants::{BATCH, CLUSTERED, NONE, SIDE};
 use crate::surface_ids::is_flat;
-use crate::{Error, Result};
+use crate::{Error, Remedy, Result};
 use girandole_core::glam::Vec3;
 use girandole_core::image::luminance;
 use girandole_core::lights::{LightSample, LightSet, Profile};
@@ -75,7 +75,7 @@ impl Receivers {
         let tree = database.receivers();
         let count = tree.leaves.len();
         if count >= MAX_LEAVES {
-            return Err(Error::TooLarge(format!("{count} receivers are too many; use --mode naive")));
+            return Err(Error::too_large(format!("{count} receivers are too many"), Remedy::Naive));
         }
         // Points are shaded in an order in which leaves with lists of equal length lie side by side: neighbours in it
         // finish together.
@@ -160,7 +160,7 @@ impl Receivers {
         }
         let map_size = u64::from((mapped * SIDE * SIDE).max(16)) * 16;
         if map_size > device.limits().max_storage_buffer_binding_size {
-            return Err(Error::TooLarge(format!("{mapped} light maps are too many; use --light-maps off")));
+            return Err(Error::too_large(format!("{mapped} light maps are too many"), Remedy::Naive));
         }
         Ok(Self {
             receivers: storage(device, "receivers", &words)?,

@@ -14,7 +14,7 @@ use crate::receivers::Receivers;
 use crate::resident::{LightMapBound, Resident};
 use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading, Target};
 use crate::targets::Targets;
-use crate::{Error, Result};
+use crate::{Error, Remedy, Result};
 use girandole_core::image::Image;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, Scene, View};
@@ -38,6 +38,9 @@ pub struct Renderer {
     /// How the last frame was recorded.
     last: Option<RenderSettings>,
 }
+
+/// Exposures beyond this many stops leave the range of floats.
+const MAX_EV: f32 = 64.0;
 
 /// The device, and what is fixed when a renderer is made.
 pub(crate) struct Context {
@@ -68,10 +71,8 @@ impl Renderer {
             });
         }
         if options.pcf > 16 {
-            return Err(Error::TooLarge(format!(
-                "a filter of {} texels is too wide; --pcf takes 1 to 16",
-                options.pcf
-            )));
+            let what = format!("a filter of {} texels is too wide", options.pcf);
+            return Err(Error::too_large(what, Remedy::NarrowerFilter { to: 16 }));
         }
         let context = Context {
             device: device.clone(),
@@ -176,6 +177,7 @@ impl Renderer {
         settings: &RenderSettings,
     ) -> Result<()> {
         target.check()?;
+        check_display(settings.exposure, target.format)?;
         self.frame(Some(encoder), view, target.size, settings, Some(target))
     }
 
@@ -223,10 +225,11 @@ impl Renderer {
     }
 
     /// Shows the last picture on `target`, tone-mapped by the settings' exposure and curve. Targets with an sRGB
-    /// format encode by themselves, other 8-bit ones get sRGB values, floating-point ones linear values.
+    /// format encode by themselves, other normalised ones get sRGB values, floating-point ones linear values, and
+    /// without a curve ([`Tonemap::None`](girandole_core::tonemap::Tonemap::None)) ones above 1 as well.
     ///
     /// # Errors
-    /// [`Error::Scene`] before the first frame.
+    /// [`Error::Scene`] before the first frame, for an exposure out of range, or a format that holds no colours.
     pub fn show(
         &mut self,
         settings: &RenderSettings,
@@ -234,6 +237,7 @@ impl Renderer {
         format: wgpu::TextureFormat,
     ) -> Result<()> {
         let targets = self.targets.as_ref().ok_or_else(nothing_rendered)?;
+        check_display(settings.exposure, format)?;
         let Context { device, queue, shared, timers, .. } = &self.context;
         let mut recorder = Recorder::submitting(device, queue, &shared.frame, timers);
         let stops = match settings.exposure {
@@ -330,10 +334,8 @@ fn nothing_rendered() -> Error {
 fn check(size: [u32; 2], settings: &RenderSettings, lights: u32, limits: &wgpu::Limits) -> Result<()> {
     let largest = limits.max_texture_dimension_2d;
     if size.contains(&0) || size.iter().any(|&s| s > largest) {
-        return Err(Error::TooLarge(format!(
-            "a picture of {} × {} pixels is not possible here; each side takes 1 to {largest}",
-            size[0], size[1]
-        )));
+        let what = format!("a picture of {} × {} pixels is not possible here", size[0], size[1]);
+        return Err(Error::too_large(what, Remedy::PictureSize { to: largest }));
     }
     if !(1..=16).contains(&settings.samples_per_axis) {
         return Err(Error::invalid(format!(
@@ -366,11 +368,36 @@ fn check(size: [u32; 2], settings: &RenderSettings, lights: u32, limits: &wgpu::
             return Err(Error::invalid("the naive mode has no passes; choose another mode or fused shading"));
         }
     }
-    if settings.tolerance.is_nan() || settings.tolerance < 0.0 {
+    if settings.mode == Mode::Naive && settings.light_maps == Some(true) {
+        return Err(Error::invalid(
+            "the naive mode has no light maps; choose another mode or leave them out",
+        ));
+    }
+    if !settings.tolerance.is_finite() || settings.tolerance < 0.0 {
         return Err(Error::invalid("the tolerance of interpolation has to be 0 or positive"));
     }
-    if settings.clamp.is_some_and(|c| c.is_nan() || c <= 0.0) {
-        return Err(Error::invalid("the bound of the geometric factor (--clamp) has to be positive, or off"));
+    if settings.clamp.is_some_and(|c| !c.is_finite() || c <= 0.0) {
+        return Err(Error::invalid(
+            "the bound of the geometric factor has to be positive; `RenderSettings::clamp` is `None` for no bound",
+        ));
     }
     Ok(())
+}
+
+fn check_display(exposure: Exposure, format: wgpu::TextureFormat) -> Result<()> {
+    if let Exposure::Ev(ev) = exposure
+        && (ev.is_nan() || ev.abs() > MAX_EV)
+    {
+        return Err(Error::invalid(format!(
+            "an exposure of {ev} stops is not possible; take -{MAX_EV} to {MAX_EV}"
+        )));
+    }
+    let is_color = format.has_color_aspect()
+        && matches!(format.sample_type(None, None), Some(wgpu::TextureSampleType::Float { .. }));
+    if is_color && !format.is_compressed() {
+        return Ok(());
+    }
+    Err(Error::invalid(format!(
+        "{format:?} is no format to show on; take one of normalised or floating-point colours"
+    )))
 }

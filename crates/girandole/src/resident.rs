@@ -52,7 +52,7 @@ impl Resident {
         let radius = geometry.radius();
         let mut samples = gpu_lights(lights, radius);
         let directional: Vec<bool> = samples.iter().map(|l| l.profile == DIRECTIONAL).collect();
-        let layout = AtlasLayout::new(&directional, options, &device.limits())?;
+        let layout = AtlasLayout::new(&directional, shared.tuning.copy_maps, options, &device.limits())?;
         for (light, slot) in samples.iter_mut().zip(&layout.slots) {
             light.atlas_slot = layout.place(slot);
         }

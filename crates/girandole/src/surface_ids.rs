@@ -1,7 +1,7 @@
 //! Ids of surfaces: equal for triangles between whose pixels light may be interpolated.
 
 use crate::shader_constants::{CURVED, SHINY};
-use crate::{Error, Result};
+use crate::{Error, Remedy, Result};
 use girandole_core::glam::Vec3;
 use girandole_core::scene::{Geometry, Scene, Triangle, WorldPatch};
 use std::collections::HashMap;
@@ -33,10 +33,8 @@ pub(crate) fn surface_ids(scene: &Scene, geometry: &Geometry) -> Result<Vec<u32>
             let next = numbers.len() as u32 + 1;
             let number = *numbers.entry(surface).or_insert(next);
             if number >= SHINY {
-                return Err(Error::TooLarge(format!(
-                    "the scene has more than {} surfaces; merge some of its planes",
-                    SHINY - 1
-                )));
+                let what = format!("the scene has more than {} surfaces", SHINY - 1);
+                return Err(Error::too_large(what, Remedy::SmallerScene));
             }
             Ok(surface.flags | number)
         })

@@ -223,7 +223,7 @@ fn settings(
             }
             _ => Shading::Fused,
         },
-        light_maps: quality.light_maps.map(|s| s == args::Switch::On),
+        light_maps: quality.light_maps.map(|s| s == args::Switch::On && mode != args::Mode::Naive),
         tolerance: quality.tolerance,
         clamp,
         samples_per_axis: aa.samples_per_axis(),

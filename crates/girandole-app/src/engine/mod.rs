@@ -1,9 +1,11 @@
 //! The engines: shadow maps on a GPU, the same sum with traced shadows, and the path tracer.
 
+mod advice;
 mod cpu;
 pub mod gpu;
 mod path;
 
+pub use advice::sentence;
 pub use cpu::energy_lost_by_clamp;
 
 use crate::args::{Engine, RenderArgs};
@@ -65,7 +67,8 @@ impl Ready {
                 // A named adapter is required, so there is no fallback.
                 Err(error) if args.adapter.is_some() => Err(error.into()),
                 Err(error) => {
-                    say(&format!("{error}; until then, shadows are traced on the CPU, which is slower"));
+                    let why = sentence(&error);
+                    say(&format!("{why}; until then, shadows are traced on the CPU, which is slower"));
                     Ok(Self::Cpu)
                 }
             },

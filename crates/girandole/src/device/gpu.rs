@@ -117,7 +117,8 @@ impl Gpu {
     /// Opens the best adapter, or the best one whose name contains `name` (case does not matter).
     ///
     /// # Errors
-    /// [`Error::NoAdapter`] with the adapters that there are, [`Error::Unsupported`] where the one named cannot do it.
+    /// [`Error::NoAdapter`], [`Error::UnknownAdapter`], or [`Error::Unsupported`] where the best one that has the name
+    /// cannot do it.
     pub async fn new(name: Option<&str>) -> Result<Self> {
         Self::with_features(name, WANTED_FEATURES).await
     }
@@ -133,14 +134,12 @@ impl Gpu {
             name.is_none_or(|n| a.get_info().name.to_lowercase().contains(&n.to_lowercase()))
         };
         let Some(adapter) = all.into_iter().find(matches) else {
-            return Err(Error::NoAdapter(match name {
-                Some(n) if !names.is_empty() => {
-                    format!("there is no adapter called `{n}`; choose one of: {}", names.join(", "))
+            return Err(match name {
+                Some(name) if !names.is_empty() => {
+                    Error::UnknownAdapter { name: name.into(), known: names.join(", ") }
                 }
-                _ => "there is no GPU adapter; install a driver (on Debian or Ubuntu without a GPU: apt-get install \
-                      mesa-vulkan-drivers) or use --engine cpu"
-                    .into(),
-            }));
+                _ => Error::NoAdapter,
+            });
         };
         let info = adapter.get_info();
         if !is_usable(&adapter) {

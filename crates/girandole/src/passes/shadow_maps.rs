@@ -102,8 +102,10 @@ impl Atlas {
 
     /// Bytes of the pages, and of what they are copied through.
     pub fn bytes(&self) -> u64 {
-        let [width, height] = self.layout.page_size.map(u64::from);
-        self.layout.bytes() + self.copy.as_ref().map_or(0, |c| width * height * 4 + c.buffer.size())
+        let of = |t: &wgpu::Texture| {
+            u64::from(t.width()) * u64::from(t.height()) * u64::from(t.depth_or_array_layers()) * 4
+        };
+        of(&self.texture) + self.copy.as_ref().map_or(0, |c| of(&c.depth) + c.buffer.size())
     }
 
     /// Triangles left out because they cannot block anything.

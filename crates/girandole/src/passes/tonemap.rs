@@ -23,19 +23,16 @@ struct Key {
     keeps_background: bool,
 }
 
-/// Whether a target holds floating-point values: radiance is written as it is, without a bound where there is no curve.
-fn is_float(format: wgpu::TextureFormat) -> bool {
+/// The largest value of a floating-point format of colours, as far as all its channels hold it.
+fn largest_float(format: wgpu::TextureFormat) -> Option<f64> {
     use wgpu::TextureFormat as F;
-    matches!(
-        format,
-        F::R16Float
-            | F::R32Float
-            | F::Rg16Float
-            | F::Rg32Float
-            | F::Rgba16Float
-            | F::Rgba32Float
-            | F::Rg11b10Ufloat
-    )
+    match format {
+        F::R16Float | F::Rg16Float | F::Rgba16Float => Some(65504.0),
+        // Blue has one bit less than the others.
+        F::Rg11b10Ufloat => Some(64512.0),
+        F::R32Float | F::Rg32Float | F::Rgba32Float => Some(3e38),
+        _ => None,
+    }
 }
 
 fn kernel(device: &wgpu::Device, shared: &Shared, key: Key) -> RenderKernel {
@@ -45,8 +42,8 @@ fn kernel(device: &wgpu::Device, shared: &Shared, key: Key) -> RenderKernel {
         Tonemap::None => 2.0,
     };
     // A target with an sRGB format encodes by itself; floating-point targets stay linear.
-    let is_float = is_float(key.format);
-    let encodes = !key.format.is_srgb() && !is_float;
+    let largest = largest_float(key.format);
+    let encodes = !key.format.is_srgb() && largest.is_none();
     let flag = |name, value: bool| (name, f64::from(u8::from(value)));
     let draw = Draw {
         vertex: "fullscreen",
@@ -62,7 +59,7 @@ fn kernel(device: &wgpu::Device, shared: &Shared, key: Key) -> RenderKernel {
     let constants = [
         ("CURVE", curve),
         flag("ENCODE", encodes),
-        flag("HDR", is_float),
+        ("LARGEST", largest.unwrap_or(1.0)),
         flag("COVERAGE", key.keeps_background),
     ];
     RenderKernel::new(device, shared, &shaders::TONEMAP, &draw, &constants)

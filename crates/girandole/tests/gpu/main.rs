@@ -11,37 +11,21 @@ mod selected;
 mod sizes;
 mod truth;
 
-use common::Context;
+use common::{Context, Test};
 use girandole::DeviceTuning;
-use libtest_mimic::{Arguments, Failed, Trial};
+use libtest_mimic::{Arguments, Conclusion, Failed, Trial};
 use std::panic::AssertUnwindSafe;
 
-/// Variants of the kernels by the environment variable `GIRANDOLE_TUNING`: `gpu`, `gpu-uniform` (lights in a uniform
-/// buffer, a point an invocation) or `software`; without it, as the device is.
-fn tuning() -> Option<DeviceTuning> {
-    let name = std::env::var("GIRANDOLE_TUNING").ok()?;
-    Some(match name.as_str() {
-        "gpu" => DeviceTuning::GPU,
-        "gpu-uniform" => {
-            DeviceTuning { lights_in_storage: false, cooperative_points: false, ..DeviceTuning::GPU }
-        }
-        "software" => DeviceTuning::SOFTWARE,
-        other => panic!("GIRANDOLE_TUNING is `{other}`; set it to gpu, gpu-uniform or software"),
-    })
-}
+/// The variants of the kernels that every test of pictures runs in: those of GPUs, and those of software drivers. Whatever
+/// the device is, both run on it.
+const TUNINGS: [(&str, DeviceTuning); 2] = [("gpu", DeviceTuning::GPU), ("software", DeviceTuning::SOFTWARE)];
 
-fn main() {
-    let mut arguments = Arguments::from_args();
-    // The adapter uses all cores by itself, and memory for one atlas at a time.
-    arguments.test_threads = Some(1);
-    let adapter = pollster::block_on(girandole::Gpu::new(None));
-    if let Err(error) = &adapter {
-        eprintln!("tests that need an adapter are ignored: {error}");
-    }
-    let context: Option<&'static Context> =
-        adapter.ok().map(|gpu| &*Box::leak(Box::new(Context { gpu, tuning: tuning() })));
-    let tests = [
-        mirrors::tests(),
+/// What a device has to have been created with for a test; without it the test is ignored.
+type Requirement = wgpu::Features;
+
+/// All tests of pictures.
+fn pictures() -> Vec<(Test, Requirement)> {
+    let of_any_device = [
         exact::tests(),
         oracle::tests(),
         leaks::tests(),
@@ -52,11 +36,28 @@ fn main() {
         truth::tests(),
     ]
     .concat();
+    let of_some_devices =
+        [exact::with_clip_distances(), selected::with_float_blending(), materials::with_timestamps()];
+    let of_any_device = of_any_device.into_iter().map(|test| (test, wgpu::Features::empty()));
+    of_any_device.chain(of_some_devices.map(|(features, test)| (test, features))).collect()
+}
+
+/// Runs tests under a heading of their own.
+fn run(
+    arguments: &Arguments,
+    prefix: &str,
+    tests: Vec<(Test, Requirement)>,
+    context: Option<&'static Context>,
+) -> Conclusion {
     let trials = tests
         .into_iter()
-        .map(|(name, test)| {
-            Trial::test(name, move || {
-                let context = context.ok_or("no adapter")?;
+        .map(|((name, test), features)| {
+            let can_run = context.is_some_and(|c| c.gpu.device.features().contains(features));
+            if context.is_some() && !can_run {
+                eprintln!("{name} is ignored: the device lacks {features:?}");
+            }
+            Trial::test(format!("{prefix}::{name}"), move || {
+                let context = context.filter(|_| can_run).ok_or("no adapter, or it lacks what is tested")?;
                 std::panic::catch_unwind(AssertUnwindSafe(|| test(context))).map_err(|payload| {
                     let text = payload.downcast_ref::<String>().cloned();
                     Failed::from(
@@ -65,8 +66,37 @@ fn main() {
                     )
                 })
             })
-            .with_ignored_flag(context.is_none())
+            .with_ignored_flag(!can_run)
         })
         .collect();
-    libtest_mimic::run(&arguments, trials).exit();
+    libtest_mimic::run(arguments, trials)
+}
+
+fn main() {
+    let mut arguments = Arguments::from_args();
+    // The adapter uses all cores by itself, and memory for one atlas at a time.
+    arguments.test_threads = Some(1);
+    let gpu = match pollster::block_on(girandole::Gpu::new(None)) {
+        Ok(gpu) => Some(gpu),
+        Err(error) => {
+            eprintln!("tests that need an adapter are ignored: {error}");
+            None
+        }
+    };
+    let context = |tuning| -> Option<&'static Context> {
+        gpu.clone().map(|gpu| &*Box::leak(Box::new(Context { gpu, tuning })))
+    };
+    let functions = mirrors::tests().into_iter().map(|test| (test, wgpu::Features::empty())).collect();
+    let mut conclusions = vec![("functions", run(&arguments, "functions", functions, context(None)))];
+    for (name, tuning) in TUNINGS {
+        conclusions.push((name, run(&arguments, name, pictures(), context(Some(tuning)))));
+    }
+    if !arguments.list {
+        for (name, c) in &conclusions {
+            println!("{name}: {} passed, {} failed, {} ignored", c.num_passed, c.num_failed, c.num_ignored);
+        }
+    }
+    if conclusions.iter().any(|(_, c)| c.has_failed()) {
+        std::process::exit(101);
+    }
 }

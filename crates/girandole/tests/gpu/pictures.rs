@@ -7,10 +7,27 @@ use girandole::core::tonemap::{Exposure, Tonemap, to_srgb8};
 use girandole::{RenderSettings, RendererOptions};
 
 pub fn tests() -> Vec<Test> {
-    vec![("shows_what_the_cpu_would_show", shows), ("refuses_with_a_sentence", refuses)]
+    vec![
+        ("shows_what_the_cpu_would_show", shows),
+        ("floating_point_targets_get_what_is_brighter_than_1", high_range),
+        ("refuses_with_a_sentence", refuses),
+    ]
 }
 
-/// The bytes of an 8-bit target after `show`, RGB.
+fn target(context: &Context, [width, height]: [u32; 2], format: wgpu::TextureFormat) -> wgpu::Texture {
+    context.gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+/// The bytes of a target after `show`, and the picture.
 fn shown(
     context: &Context,
     stage: &Stage,
@@ -22,20 +39,12 @@ fn shown(
     renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
     let image = context.frame(&mut renderer, &stage.view(0, size), size, settings);
     let device = &context.gpu.device;
-    let target = device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
+    let target = target(context, size, format);
+    let bytes = format.block_copy_size(None).expect("a plain format");
     renderer.show(settings, &target.create_view(&Default::default()), format).expect("show");
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
-        size: u64::from(size[0] * size[1] * 4),
+        size: u64::from(size[0] * size[1] * bytes),
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         mapped_at_creation: false,
     });
@@ -46,7 +55,7 @@ fn shown(
             buffer: &buffer,
             layout: wgpu::TexelCopyBufferLayout {
                 offset: 0,
-                bytes_per_row: Some(size[0] * 4),
+                bytes_per_row: Some(size[0] * bytes),
                 rows_per_image: None,
             },
         },
@@ -55,13 +64,12 @@ fn shown(
     context.gpu.queue.submit([encoder.finish()]);
     buffer.map_async(wgpu::MapMode::Read, .., |result| result.expect("map"));
     context.gpu.wait().expect("the device");
-    let bytes = buffer
-        .get_mapped_range(..)
-        .expect("mapped")
-        .chunks_exact(4)
-        .flat_map(|p| [p[0], p[1], p[2]])
-        .collect();
+    let bytes = buffer.get_mapped_range(..).expect("mapped").to_vec();
     (bytes, image)
+}
+
+fn without_alpha(bytes: &[u8]) -> Vec<u8> {
+    bytes.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect()
 }
 
 fn shows(context: &Context) {
@@ -75,6 +83,7 @@ fn shows(context: &Context) {
         ] {
             let settings = RenderSettings { exposure, tonemap, ..exact() };
             let (bytes, image) = shown(context, &stage, &settings, format);
+            let bytes = without_alpha(&bytes);
             let expected = to_srgb8(&image, exposure.ev(&image), tonemap);
             assert!(worst(&bytes, &expected) <= Some(1), "{format:?} {exposure:?} {tonemap:?}");
             // The control: half a stop more is seen.
@@ -82,6 +91,50 @@ fn shows(context: &Context) {
             assert!(worst(&bytes, &brighter) > Some(8));
         }
     }
+}
+
+/// The value of a 16-bit float that is not negative.
+fn half(bits: [u8; 2]) -> f32 {
+    let bits = u32::from(u16::from_le_bytes(bits));
+    f32::from_bits(bits << 13) * 2f32.powi(112)
+}
+
+fn high_range(context: &Context) {
+    let stage = Stage::builtin("table", 30);
+    let ev = 4.0;
+    let settings = RenderSettings { exposure: Exposure::Ev(ev), tonemap: Tonemap::None, ..exact() };
+    let (bytes, image) = shown(context, &stage, &settings, wgpu::TextureFormat::Rgba16Float);
+    let expected = |limit: f32| {
+        let exposed = image.pixels.iter().flat_map(move |p| (*p * ev.exp2()).to_array());
+        exposed.map(move |c| c.min(limit)).collect::<Vec<_>>()
+    };
+    let worst = |values: &[f32], expected: &[f32]| {
+        assert_eq!(values.len(), expected.len());
+        values.iter().zip(expected).map(|(a, b)| (a - b).abs() / b.max(1e-3)).fold(0.0, f32::max)
+    };
+    let of_halves = |bytes: &[u8]| -> Vec<f32> {
+        let pixels = bytes.chunks_exact(8);
+        pixels.flat_map(|p| [0, 2, 4].map(|at| half([p[at], p[at + 1]]))).collect()
+    };
+    let values = of_halves(&bytes);
+    assert!(values.iter().filter(|v| **v > 2.0).count() > 1000, "the picture is bright");
+    assert!(worst(&values, &expected(65504.0)) < 1e-3, "{}", worst(&values, &expected(65504.0)));
+    let (bytes, _) = shown(context, &stage, &settings, wgpu::TextureFormat::Rgba32Float);
+    let singles: Vec<f32> = bytes
+        .chunks_exact(16)
+        .flat_map(|p| [0, 4, 8].map(|at| f32::from_le_bytes([p[at], p[at + 1], p[at + 2], p[at + 3]])))
+        .collect();
+    assert!(worst(&singles, &expected(3e38)) < 1e-6, "{}", worst(&singles, &expected(3e38)));
+    // What 16 bits cannot hold is their largest value, not infinity.
+    let glare = RenderSettings { exposure: Exposure::Ev(30.0), ..settings };
+    let (bytes, _) = shown(context, &stage, &glare, wgpu::TextureFormat::Rgba16Float);
+    assert_eq!(of_halves(&bytes).into_iter().fold(0.0, f32::max), 65504.0);
+    // The control: eight bits, and curves, cut off at 1.
+    let (bytes, _) = shown(context, &stage, &settings, wgpu::TextureFormat::Rgba8Unorm);
+    assert!(without_alpha(&bytes).contains(&255) && worst(&values, &expected(1.0)) > 0.5);
+    let curved = RenderSettings { tonemap: Tonemap::Aces, ..settings };
+    let (bytes, _) = shown(context, &stage, &curved, wgpu::TextureFormat::Rgba16Float);
+    assert!(of_halves(&bytes).into_iter().all(|v| v <= 1.0));
 }
 
 fn refuses(context: &Context) {
@@ -98,13 +151,26 @@ fn refuses(context: &Context) {
     sentence(renderer.render(&view, [0, 64], &exact()));
     sentence(renderer.render(&view, [1 << 20, 5], &exact()));
     sentence(renderer.render(&view, [64, 64], &RenderSettings { samples_per_axis: 0, ..exact() }));
-    sentence(renderer.render(&view, [64, 64], &RenderSettings { clamp: Some(f32::NAN), ..exact() }));
+    for clamp in [f32::NAN, f32::INFINITY, 0.0] {
+        sentence(renderer.render(&view, [64, 64], &RenderSettings { clamp: Some(clamp), ..exact() }));
+    }
     let starved = RendererOptions { memory_mib: 1, map_size: Some(1024), ..Default::default() };
     assert!(
         sentence(context.renderer(starved).load(&stage.scene, &stage.geometry, &stage.lights))
-            .contains("--memory")
+            .contains("memory_mib")
     );
     // The control: what is right is not refused, and is a picture.
     let image = context.frame(&mut renderer, &view, [64, 64], &exact());
     assert!(image.mean().cmpgt(Vec3::splat(1e-3)).all());
+    let mut show = |ev, format| {
+        let target = target(context, [64, 64], wgpu::TextureFormat::Rgba8Unorm);
+        let settings = RenderSettings { exposure: Exposure::Ev(ev), ..exact() };
+        renderer.show(&settings, &target.create_view(&Default::default()), format)
+    };
+    for ev in [f32::NAN, f32::NEG_INFINITY, 65.0] {
+        sentence(show(ev, wgpu::TextureFormat::Rgba8Unorm));
+    }
+    sentence(show(0.0, wgpu::TextureFormat::Rgba8Uint));
+    sentence(show(0.0, wgpu::TextureFormat::Depth32Float));
+    show(64.0, wgpu::TextureFormat::Rgba8Unorm).expect("the control");
 }

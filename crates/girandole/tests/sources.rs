@@ -1,0 +1,160 @@
+//! What sources say: the libraries' messages speak of settings, never of a program's options, and comments that point
+//! to a file, a struct or a function point to one that is there.
+
+use std::path::{Path, PathBuf};
+
+/// The string literals of a Rust source.
+fn literals(source: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut rest = source;
+    while let Some(c) = rest.chars().next() {
+        // What a lone quote may stand in: comments, characters.
+        let skipped = match c {
+            '/' if rest.starts_with("//") => rest.find('\n').unwrap_or(rest.len()),
+            '\'' if rest.starts_with("'\"'") || rest.starts_with("'\\'") => 3,
+            _ => c.len_utf8(),
+        };
+        if c != '"' {
+            rest = &rest[skipped..];
+            continue;
+        }
+        let mut escaped = false;
+        let end = rest[1..].find(|c| {
+            let closes = c == '"' && !escaped;
+            escaped = c == '\\' && !escaped;
+            closes
+        });
+        let end = 1 + end.unwrap_or(rest.len() - 1);
+        found.push(rest[1..end].to_string());
+        rest = rest.get(end + 1..).unwrap_or_default();
+    }
+    found
+}
+
+/// Whether a text has a word that looks like an option.
+fn names_an_option(text: &str) -> bool {
+    text.match_indices("--").any(|(at, _)| text[at + 2..].starts_with(|c: char| c.is_ascii_lowercase()))
+}
+
+/// All files below a folder whose names end like this.
+fn sources(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    let below = |path: PathBuf| match path.is_dir() {
+        true => sources(&path, extensions),
+        false => vec![path],
+    };
+    let is_source = |path: &PathBuf| extensions.iter().any(|&e| path.extension().is_some_and(|x| x == e));
+    paths.flat_map(below).filter(is_source).collect()
+}
+
+fn that_name_options(package: &str) -> Vec<String> {
+    let files = sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(package).join("src"), &["rs"]);
+    assert!(!files.is_empty(), "{package} has no sources");
+    let texts = files.iter().map(|file| std::fs::read_to_string(file).expect("a source"));
+    texts.flat_map(|text| literals(&text)).filter(|text| names_an_option(text)).collect()
+}
+
+#[test]
+fn no_message_names_an_option() {
+    for package in ["girandole", "girandole-core", "girandole-reference"] {
+        assert_eq!(that_name_options(package), [""; 0], "{package}");
+    }
+    // The control: the program's own messages do.
+    assert!(that_name_options("girandole-app").len() > 10);
+}
+
+#[test]
+fn literals_are_found() {
+    let source = r#"
+        // a comment's "quotes --a" and a lone "
+        let c = ['"', '\'']; let s = "one --b \" still"; let n = x - -1; f("two\\", 'a', "three
+            lines");
+    "#;
+    let found = literals(source);
+    assert_eq!(found.len(), 3, "{found:?}");
+    assert!(names_an_option(&found[0]) && !names_an_option(&found[1]) && found[2].ends_with("lines"));
+    assert!(!names_an_option("a -- b, --, ---") && names_an_option("(--clamp)"));
+}
+
+/// What a comment points to.
+#[derive(Debug, PartialEq)]
+enum Pointer<'a> {
+    /// `lib/frame.wgsl`.
+    File(&'a str),
+    /// `Frame` in `lib/frame.wgsl`.
+    Struct(&'a str, &'a str),
+    /// core: View::pixel_ray
+    Core(&'a str),
+}
+
+fn is_name(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_'
+}
+
+fn pointers(comment: &str) -> Vec<Pointer<'_>> {
+    let mut found = Vec::new();
+    let words = comment.split(|c: char| !is_name(c) && c != '.' && c != '/');
+    let files = words.map(|word| word.trim_end_matches('.')).filter(|word| {
+        word.starts_with(is_name)
+            && [".rs", ".wgsl"].iter().any(|end| word.len() > end.len() && word.ends_with(end))
+    });
+    found.extend(files.map(Pointer::File));
+    // Every second part stands between backquotes.
+    let parts: Vec<&str> = comment.split('`').collect();
+    for window in parts.windows(3).filter(|w| w[1] == " in " && w[2].ends_with(".wgsl")) {
+        found.push(Pointer::Struct(window[0], window[2]));
+    }
+    for (at, label) in comment.match_indices("core: ") {
+        let path = comment[at + label.len()..].split(|c: char| !is_name(c) && c != ':').next();
+        if !comment[..at].ends_with(is_name) {
+            found.extend(path.and_then(|p| p.rsplit(':').next()).map(Pointer::Core));
+        }
+    }
+    found
+}
+
+#[test]
+fn comments_point_to_what_exists() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let read = |path: &PathBuf| (path.clone(), std::fs::read_to_string(path).expect("a source"));
+    let mut all: Vec<(PathBuf, String)> =
+        sources(&root.join("crates"), &["rs", "wgsl"]).iter().map(read).collect();
+    all.push(read(&root.join("ARCHITECTURE.md")));
+    let core = root.join("crates/girandole-core/src");
+    let exists = |pointer: &Pointer| match *pointer {
+        Pointer::File(name) => all.iter().any(|(path, _)| path.ends_with(name)),
+        Pointer::Struct(name, file) => {
+            all.iter().any(|(path, text)| path.ends_with(file) && text.contains(&format!("struct {name} {{")))
+        }
+        Pointer::Core(name) => all.iter().filter(|(path, _)| path.starts_with(&core)).any(|(path, text)| {
+            let defines = |kind: &str| {
+                let start = format!("{kind} {name}");
+                text.match_indices(&start).any(|(at, _)| !text[at + start.len()..].starts_with(is_name))
+            };
+            path.file_stem().is_some_and(|stem| stem == name)
+                || ["fn", "struct", "enum", "mod"].iter().any(|k| defines(k))
+        }),
+    };
+    let mut count = 0;
+    for (path, text) in &all {
+        let is_code = path.extension().is_some_and(|e| e != "md");
+        if path.ends_with("tests/sources.rs") {
+            continue;
+        }
+        for line in text.lines() {
+            let comment =
+                if is_code { line.split_once("//").map_or("", |(_, comment)| comment) } else { line };
+            for pointer in pointers(comment) {
+                count += 1;
+                assert!(exists(&pointer), "{}: {pointer:?} in: {line}", path.display());
+            }
+        }
+    }
+    assert!(count > 100, "{count}");
+    // The control: what is not there is found missing.
+    for text in ["see lib/light_map_of_old.wgsl.", "`Maps` in `lib/light.wgsl`", "(core: View::old_ray)"] {
+        let found = pointers(text);
+        assert!(found.iter().any(|p| !exists(p)), "{text}: {found:?}");
+    }
+}
