@@ -35,6 +35,12 @@ pub(crate) const TEXEL_ROWS: u32 = 4096;
 /// In place of an index: none.
 pub(crate) const NONE: u32 = girandole_core::scene::NONE;
 
+const _: () = assert!(BATCH.is_multiple_of(GROUP), "batches are whole groups");
+const _: () =
+    assert!(GROUP == 4 * 32, "the lights of a group have a bit each in the four words of `ambiguous`");
+const _: () = assert!(EDGE_RUN <= 32, "the pixels of a run have a bit each in a word");
+const _: () = assert!(64 % LANES == 0, "workgroups of 64 lanes hold whole points");
+
 macro_rules! declarations {
     ($($name:ident),*) => {
         [$(format!("const {} = {:#x}u;\n", stringify!($name), $name)),*].concat()

@@ -10,7 +10,7 @@ struct Frame {
   forward: vec3f, // unit
   near: f32,
   size: vec2u, // of the whole picture, pixels
-  band: vec2u, // first and last-but-one row of this band
+  band: vec2u, // first row of this band, and the one after its last
   offset: vec2f, // of this sample within its pixel, in (0, 1)
   first_light: u32,
   end_light: u32,
@@ -23,7 +23,7 @@ struct Frame {
   batch: u32, // index of the batch of lights
   last_batch: u32, // whether it is the last one
   tolerance: f32, // largest difference between neighbours that are interpolated, as a share
-  debug: u32, // whether sums are kept for a debug view
+  debug: u32, // whether sums are stored for a debug view
   padding_b: u32,
   padding_c: u32,
 }
