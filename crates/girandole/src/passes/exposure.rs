@@ -1,6 +1,7 @@
 //! Automatic exposure: a histogram of luminance, and the stops that follow from it.
 
 use crate::bind::{self, Slot};
+use crate::shader_constants::HISTOGRAM_BINS;
 use crate::shaders;
 
 pub(crate) struct Exposure {
@@ -31,7 +32,7 @@ impl Exposure {
             clear: pipeline("clear"),
             count: pipeline("count"),
             choose: pipeline("choose"),
-            histogram: buffer("histogram", 1024),
+            histogram: buffer("histogram", u64::from(HISTOGRAM_BINS) * 4),
             stops: buffer("exposure", 4),
             layout,
         }

@@ -3,6 +3,7 @@
 use crate::bind::{self, Slot};
 use crate::layout::Display;
 use crate::settings::RenderSettings;
+use crate::shader_constants::{ACES, AGX, NO_CURVE};
 use crate::shaders;
 use girandole_core::tonemap::{Exposure, Tonemap};
 use wgpu::util::DeviceExt;
@@ -33,9 +34,9 @@ impl ToneMapping {
         }
         let (format, tonemap) = key;
         let curve = match tonemap {
-            Tonemap::Agx => 0,
-            Tonemap::Aces => 1,
-            Tonemap::None => 2,
+            Tonemap::Agx => AGX,
+            Tonemap::Aces => ACES,
+            Tonemap::None => NO_CURVE,
         };
         // A target with an sRGB format encodes by itself; floating-point targets stay linear.
         let float = format.has_color_aspect()

@@ -26,10 +26,11 @@ pub fn tests() -> Vec<Test> {
 fn run(context: &Context, source: &str, inputs: &[[Vec4; 2]], constants: &[(&str, f64)]) -> Vec<Vec4> {
     let device = &context.gpu.device;
     let text = format!(
-        "{source}\n@group(0) @binding(0) var<storage, read> inputs: array<array<vec4f, 2>>;\n\
+        "{}{source}\n@group(0) @binding(0) var<storage, read> inputs: array<array<vec4f, 2>>;\n\
          @group(0) @binding(1) var<storage, read_write> outputs: array<vec4f>;\n\
          @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3u) {{\n\
-         if id.x < arrayLength(&inputs) {{ outputs[id.x] = map(inputs[id.x][0], inputs[id.x][1]); }} }}"
+         if id.x < arrayLength(&inputs) {{ outputs[id.x] = map(inputs[id.x][0], inputs[id.x][1]); }} }}",
+        shader_constants::declarations()
     );
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
@@ -172,7 +173,7 @@ fn geometric_factor(context: &Context) {
             sample.geometric_factor(p.truncate(), n, n, bound).map_or(0.0, |(g, _)| g)
         });
         let source = format!(
-            "{} struct Bound {{ clamp: f32 }} const frame = Bound({bound:?}); {} \
+            "struct Bound {{ clamp: f32 }} const frame = Bound({bound:?}); {} \
              fn map(a: vec4f, b: vec4f) -> vec4f {{ \
              var light: Light; light.position = vec3f({:?}, {:?}, {:?}); light.profile = {index}u; \
              light.normal = vec3f({:?}, {:?}, {:?}); light.scale = {scale:?}; light.offset = {offset:?}; \
@@ -180,7 +181,6 @@ fn geometric_factor(context: &Context) {
              let cosines = vec2f(dot(b.xyz, to_light), -dot(light.normal, to_light)); \
              let g = geometric_factor(light, cosines.x, cosines.y, dot(to_light, to_light)); \
              return vec4f(select(0.0, g, min(cosines.x, cosines.y) > 0.0), 0.0, 0.0, 0.0); }}",
-            shader_constants::declarations(),
             include_str!("../../shaders/lib/light.wgsl"),
             position.x,
             position.y,
@@ -226,12 +226,11 @@ fn reflection(context: &Context) {
     let (structs, _) = include_str!("../../shaders/lib/scene.wgsl").split_once("@group").expect("bindings");
     let source = |result: &str| {
         format!(
-            "{} {structs} struct Hit {{ unused: u32 }} \
+            "{structs} struct Hit {{ unused: u32 }} \
              fn sample_at(use_: TextureUse, hit: Hit) -> vec4f {{ return vec4f(1.0); }} {} \
              fn map(a: vec4f, b: vec4f) -> vec4f {{ var m: Material; m.base_color = a.xyz; m.metallic = a.w; \
              m.roughness = b.x; m.specular = b.y; m.specular_color = vec3f(b.z, b.w, 1.0); \
              let r = reflection(Hit(), m); return {result}; }}",
-            shader_constants::declarations(),
             include_str!("../../shaders/lib/reflection.wgsl")
         )
     };
