@@ -6,7 +6,7 @@
 @group(2) @binding(3) var<uniform> maps: Maps;
 @group(2) @binding(4) var<storage, read> point_queue: PointQueue;
 @group(2) @binding(5) var<uniform> offsets: BufferOffsets;
-// Four bits a leaf and light: the part of the light_lists that the light is in.
+// Four bits a leaf and light: the part of the leaf's list that the light is in.
 @group(2) @binding(6) var<storage, read> parts: array<u32>;
 @group(2) @binding(7) var<storage, read> elements: array<u32>; // see lib/multipass_params.wgsl
 @group(2) @binding(8) var<uniform> multipass: MultipassParams;
@@ -61,11 +61,11 @@ fn project_point(@builtin(vertex_index) vertex: u32) -> Out {
 struct Sums { @location(0) irradiance: vec4f, @location(1) directional: vec4f }
 
 fn sum_light(sums: ptr<function, PointSums>, light: Light, part: u32) {
-  if part == 1u || (part == 0u && offsets.light_maps == 0u) {
+  if part == UNSHADOWED || (part == MAPPED_UNSHADOWED && offsets.light_maps == 0u) {
     add(sums, light, arriving(light, (*sums).shading), 1.0);
     return;
   }
-  let counted = select(0.0, 1.0, part == 3u && offsets.light_maps != 0u);
+  let counted = select(0.0, 1.0, part == MAPPED_SHADOWED && offsets.light_maps != 0u);
   let texel = shadow_texel_of(light, (*sums).shading);
   if add_depth_tested(sums, light, texel, shadow_lookup(texel), 1u, counted) != 0u { add_slope_corrected(sums, light); }
 }
@@ -79,7 +79,7 @@ fn sum_lights(in: Out) -> Sums {
     let light = elements[in.lights.x + i];
     let nibble = in.leaf * multipass.lights_in_all + light;
     let part = (parts[nibble / 8u] >> (4u * (nibble % 8u))) & 15u;
-    if part < 4u { sum_light(&sums, lights[light], part); }
+    if part < NO_PART { sum_light(&sums, lights[light], part); }
   }
   let is_direction = HAS_CURVED && sums.shading.reflection.f90 <= 0.0;
   return Sums(vec4f(sums.irradiance, 0.0), vec4f(select(sums.specular, sums.light_direction, is_direction), 0.0));

@@ -1,4 +1,4 @@
-// After the last draw of multipass shading: light maps and what was summed_irradiance become points of the grid.
+// After the draw of multipass shading: its sums and light maps become points of the grid.
 
 @group(2) @binding(0) var triangle_ids: texture_2d<u32>;
 @group(2) @binding(1) var<storage, read> point_queue: PointQueue;

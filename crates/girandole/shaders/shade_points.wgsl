@@ -28,7 +28,7 @@ fn shade_points_cooperative(@builtin(workgroup_id) group: vec3u, @builtin(local_
   let index = select(NONE, point_queue.words[offsets.sorted_at + slot], exists);
   var sums = begin(index, leaf);
   if exists {
-    // What earlier batches gave counts once.
+    // The sums of earlier batches count once.
     if lane > 0u {
       sums.irradiance = vec3f(0.0);
       sums.specular = vec3f(0.0);

@@ -4,8 +4,9 @@
 use crate::Result;
 use crate::gpu_scene::storage;
 use crate::layout::{DrawArguments, MultipassParams};
-use crate::receivers::{NO_PART, Receivers};
+use crate::receivers::Receivers;
 use crate::records::{Element, Member};
+use crate::shader_constants::{MAPPED_UNSHADOWED, NO_PART, UNSHADOWED};
 use girandole_core::elements::{LightSets, optimise, unmerged};
 use girandole_core::glam::Vec2;
 use girandole_core::scene::LocalView;
@@ -67,8 +68,8 @@ impl MultipassPlan {
     pub fn new(device: &wgpu::Device, receivers: &Receivers, key: MultipassKey) -> Result<Self> {
         let lights = receivers.lights as usize;
         // A light that its light map holds and nothing blocks is done.
-        let first_part = u8::from(key.light_maps);
-        let counts = |kind: u8| kind >= first_part && kind < NO_PART;
+        let first_part = if key.light_maps { UNSHADOWED } else { MAPPED_UNSHADOWED };
+        let counts = |kind: u8| (first_part..NO_PART).contains(&u32::from(kind));
         let mut sets = LightSets::new(receivers.leaves as usize, lights);
         // Objects are leaves in their shading order, in which neighbours have lights in common.
         for (object, &leaf) in receivers.shading_order.iter().enumerate() {

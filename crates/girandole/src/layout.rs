@@ -1,6 +1,7 @@
 //! Every struct that both sides see, declared once; a test compares names and offsets with the shaders'.
 
-use crate::shader_constants::{COSINE, DIRECTIONAL, HEMISPHERE, SPOT};
+use crate::settings::ShadowMap;
+use crate::shader_constants::{COSINE, CUBE, DIRECTIONAL, HEMISPHERE, OCTAHEDRAL, PARABOLIC, SPOT};
 use bytemuck::{Pod, Zeroable};
 use girandole_core::brdf::Surface;
 use girandole_core::glam::{Affine2, Vec2, Vec3, Vec4};
@@ -273,6 +274,10 @@ impl Light {
         }
     }
 }
+
+const _: () = assert!(ShadowMap::Octahedral as u32 == OCTAHEDRAL);
+const _: () = assert!(ShadowMap::Parabolic as u32 == PARABOLIC);
+const _: () = assert!(ShadowMap::Cube as u32 == CUBE);
 
 /// `Item` in `lib/occluders.wgsl`: draw a cluster into a face of a light's map.
 #[repr(C)]

@@ -7,7 +7,6 @@ use crate::layout::{
     Light, Maps, MultipassParams, PointQueueHeader, ShadeListHeader, TextureUse, Triangle, Vertex,
 };
 use crate::records::{Element, LeafRange, LeafRecord, Member, ReceiverGrid, ShadePoint};
-use crate::shader_constants::{BATCH, EDGE_RUN, GROUP};
 use crate::{DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap, shaders};
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject};
@@ -172,15 +171,6 @@ fn records_are_read_where_they_are_written() {
     let second = "bitcast<vec4f>(vec4u(light_lists[at + 5u], light_lists[at + 6u], light_lists[at + 7u], light_lists[at + 8u]))";
     assert!(text.contains(second), "{text}");
     assert_eq!(std::mem::offset_of!(LeafRecord, texel_v), 5 * 4);
-}
-
-/// Sizes that kernels rely on.
-#[test]
-fn numbers_fit_each_other() {
-    assert_eq!(BATCH % GROUP, 0, "batches are whole groups");
-    assert_eq!(GROUP, 4 * 32, "a group has a bit for each light in the four words of `ambiguous`");
-    assert!(EDGE_RUN <= 32, "a run has a bit for each pixel in a word");
-    assert!(64 % crate::shader_constants::LANES == 0, "workgroups of 64 hold whole points");
 }
 
 /// Storage buffers and storage textures of each entry point, as pipelines count them: all that its module binds. The

@@ -11,7 +11,9 @@
 use crate::gpu_scene::storage;
 use crate::layout::BufferOffsets;
 use crate::records::{LeafRange, LeafRecord, ReceiverGrid};
-use crate::shader_constants::{BATCH, CLUSTERED, NONE, SIDE};
+use crate::shader_constants::{
+    BATCH, CLUSTERED, MAPPED_SHADOWED, MAPPED_UNSHADOWED, NO_PART, NONE, SHADOWED, SIDE, UNSHADOWED,
+};
 use crate::surface_ids::is_flat;
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::Vec3;
@@ -42,7 +44,7 @@ pub(crate) struct Receivers {
     pub mapped: u32,
     /// For each leaf, the state of each light.
     pub states: Vec<State>,
-    /// For each leaf and light, the part of the lists that it is in, or [`NO_PART`].
+    /// For each leaf and light, the part of the list that it is in, or [`NO_PART`].
     pub kinds: Vec<u8>,
     /// For each leaf, centre and radius of a sphere around it.
     pub bounds: Vec<(Vec3, f32)>,
@@ -52,9 +54,6 @@ pub(crate) struct Receivers {
     pub shading_order: Vec<u32>,
     pub shading_order_buffer: wgpu::Buffer,
 }
-
-/// [`Receivers::kinds`]: the light does not light the leaf.
-pub(crate) const NO_PART: u8 = 4;
 
 /// A leaf patch in world space.
 struct Rectangle {
@@ -112,7 +111,7 @@ impl Receivers {
         let mut lists = vec![0u32; ranges_at + count * batches as usize * LeafRange::WORDS];
         let mut parts = vec![[0; 4]; count];
         let mut skipped = vec![0; count];
-        let mut kinds = vec![NO_PART; count * lights.samples().len()];
+        let mut kinds = vec![NO_PART as u8; count * lights.samples().len()];
         let mut all_states = Vec::with_capacity(kinds.len());
         let mut mapped = 0;
         for leaf in 0..count {
@@ -129,22 +128,22 @@ impl Receivers {
                 let first = (batch * BATCH) as usize;
                 let end = (first + BATCH as usize).min(lights.samples().len());
                 let mut bounds = [lists.len() as u32; 5];
-                for part in 0..4u8 {
+                for part in 0..NO_PART {
                     for light in first..end {
                         let kind = match (states[light], in_map[light]) {
-                            (State::Unoccluded, true) => 0,
-                            (State::Unoccluded, false) => 1,
-                            (State::Partial, false) => 2,
-                            (State::Partial, true) => 3,
+                            (State::Unoccluded, true) => MAPPED_UNSHADOWED,
+                            (State::Unoccluded, false) => UNSHADOWED,
+                            (State::Partial, false) => SHADOWED,
+                            (State::Partial, true) => MAPPED_SHADOWED,
                             (State::Full, _) => continue,
                         };
                         if kind == part {
                             lists.push((light - first) as u32);
-                            parts[leaf][usize::from(part)] += 1;
-                            kinds[leaf * lights.samples().len() + light] = kind;
+                            parts[leaf][part as usize] += 1;
+                            kinds[leaf * lights.samples().len() + light] = kind as u8;
                         }
                     }
-                    bounds[usize::from(part) + 1] = lists.len() as u32;
+                    bounds[part as usize + 1] = lists.len() as u32;
                 }
                 let [mapped_unshadowed, unshadowed, shadowed, mapped_shadowed, end] = bounds;
                 lists[range..][..LeafRange::WORDS].copy_from_slice(bytemuck::cast_slice(&[LeafRange {

@@ -32,8 +32,30 @@ pub(crate) const DIRECTIONAL: u32 = 3;
 /// Columns and rows of the texture array that holds the texels of all textures.
 pub(crate) const TEXEL_COLUMNS: u32 = 4096;
 pub(crate) const TEXEL_ROWS: u32 = 4096;
+/// Parts of a list of lights, see `receivers.rs`; `NO_PART`: the light does not light the leaf.
+pub(crate) const MAPPED_UNSHADOWED: u32 = 0;
+pub(crate) const UNSHADOWED: u32 = 1;
+pub(crate) const SHADOWED: u32 = 2;
+pub(crate) const MAPPED_SHADOWED: u32 = 3;
+pub(crate) const NO_PART: u32 = 4;
+/// Parameterisations of shadow maps, as `ShadowMap` orders them.
+pub(crate) const OCTAHEDRAL: u32 = 0;
+pub(crate) const PARABOLIC: u32 = 1;
+pub(crate) const CUBE: u32 = 2;
+/// Tone curves.
+pub(crate) const AGX: u32 = 0;
+pub(crate) const ACES: u32 = 1;
+pub(crate) const NO_CURVE: u32 = 2;
+/// Bins of the histogram of luminance.
+pub(crate) const HISTOGRAM_BINS: u32 = 256;
 /// In place of an index: none.
 pub(crate) const NONE: u32 = girandole_core::scene::NONE;
+
+const _: () = assert!(BATCH.is_multiple_of(GROUP), "batches are whole groups");
+const _: () =
+    assert!(GROUP == 4 * 32, "the lights of a group have a bit each in the four words of `ambiguous`");
+const _: () = assert!(EDGE_RUN <= 32, "the pixels of a run have a bit each in a word");
+const _: () = assert!(64 % LANES == 0, "workgroups of 64 lanes hold whole points");
 
 macro_rules! declarations {
     ($($name:ident),*) => {
@@ -62,6 +84,18 @@ pub(crate) fn declarations() -> String {
         DIRECTIONAL,
         TEXEL_COLUMNS,
         TEXEL_ROWS,
+        MAPPED_UNSHADOWED,
+        UNSHADOWED,
+        SHADOWED,
+        MAPPED_SHADOWED,
+        NO_PART,
+        OCTAHEDRAL,
+        PARABOLIC,
+        CUBE,
+        AGX,
+        ACES,
+        NO_CURVE,
+        HISTOGRAM_BINS,
         NONE
     ) + &format!("const MIN_ALPHA = {:?};\n", brdf::MIN_ALPHA)
 }

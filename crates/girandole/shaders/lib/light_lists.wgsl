@@ -12,8 +12,8 @@ fn leaf_range(leaf: u32) -> LeafRange {
 // What shading sums of a leaf's list of the batch, with light maps or without.
 struct LightList {
   unshadowed: u32, // first light that is added without a shadow test
-  shadowed: u32, // first light that is added where its map says lit
-  subtracted: u32, // first light that is subtracted where its map says dark
+  shadowed: u32, // first light that is added where its shadow map finds it lit
+  subtracted: u32, // first light that is subtracted where its shadow map finds it dark
   end: u32,
 }
 

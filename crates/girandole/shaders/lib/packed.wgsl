@@ -1,6 +1,6 @@
 // Radiance in eight bytes: 18 bits for each channel and eight for the exponent that they share, that of the brightest (as
-// Ward 1991, with more bits). It is exact to 2⁻¹⁸ of the brightest channel, over the range of 32-bit floats. Half as much
-// to store as four floats, which software devices write one by one. (Rust: packed.rs.)
+// Ward 1991, with more bits). It is exact to 2⁻¹⁸ of the brightest channel, over the range of 32-bit floats. Half the
+// bytes of four floats. (Rust: packed.rs.)
 
 fn pack_radiance(radiance: vec3f) -> vec4u {
   let c = clamp(radiance, vec3f(0.0), vec3f(3e38));

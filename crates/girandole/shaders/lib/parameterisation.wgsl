@@ -1,28 +1,28 @@
 // The parameterisations of a hemisphere: light space to the map's square and back. In each, `1 / norm(p)` is what the
 // map stores (times NEAR), and `decode` returns the direction of norm 1, so `p = norm(p) · decode(uv)`.
 
-override PARAMETERISATION: u32; // 0 octahedral, 1 parabolic, 2 cube
+override PARAMETERISATION: u32; // OCTAHEDRAL, PARABOLIC or CUBE
 override NEAR: f32; // metres; only a unit: depth is NEAR / norm
 
 fn norm(p: vec3f) -> f32 {
-  if PARAMETERISATION == 1u { return length(p); }
-  if PARAMETERISATION == 2u { return max(p.z, max(abs(p.x), abs(p.y))); }
+  if PARAMETERISATION == PARABOLIC { return length(p); }
+  if PARAMETERISATION == CUBE { return max(p.z, max(abs(p.x), abs(p.y))); }
   return abs(p.x) + abs(p.y) + p.z;
 }
 
 // `p` has norm 1.
 fn encode(p: vec3f) -> vec2f {
-  if PARAMETERISATION == 1u { return p.xy / (1.0 + p.z) * 0.5 + 0.5; }
-  if PARAMETERISATION == 2u { return cube_encode(p); }
+  if PARAMETERISATION == PARABOLIC { return p.xy / (1.0 + p.z) * 0.5 + 0.5; }
+  if PARAMETERISATION == CUBE { return cube_encode(p); }
   return octahedral_encode(p);
 }
 
 fn decode(uv: vec2f) -> vec3f {
-  if PARAMETERISATION == 1u {
+  if PARAMETERISATION == PARABOLIC {
     let q = uv * 2.0 - 1.0;
     return vec3f(2.0 * q, 1.0 - dot(q, q)) / (1.0 + dot(q, q));
   }
-  if PARAMETERISATION == 2u { return cube_decode(uv); }
+  if PARAMETERISATION == CUBE { return cube_decode(uv); }
   return octahedral_decode(uv);
 }
 
@@ -44,7 +44,7 @@ fn cube_decode(uv: vec2f) -> vec3f {
 
 // Whether a point of the square belongs to the map at all.
 fn is_mapped(uv: vec2f) -> bool {
-  if PARAMETERISATION == 1u { return dot(uv * 2.0 - 1.0, uv * 2.0 - 1.0) <= 1.0; }
-  if PARAMETERISATION == 2u { return min(abs(uv.x - 0.5), abs(uv.y - 0.5)) <= 0.25; }
+  if PARAMETERISATION == PARABOLIC { return dot(uv * 2.0 - 1.0, uv * 2.0 - 1.0) <= 1.0; }
+  if PARAMETERISATION == CUBE { return min(abs(uv.x - 0.5), abs(uv.y - 0.5)) <= 0.25; }
   return true;
 }

@@ -23,7 +23,7 @@ fn project(light: Light, face: u32, point: vec3f) -> Projected {
     out.clip = vec4f(1.0 - s.x, 1.0 + s.x, 1.0 - s.y, 1.0 + s.y);
     return out;
   }
-  if PARAMETERISATION == 1u {
+  if PARAMETERISATION == PARABOLIC {
     let w = length(p);
     let q = p.xy / max(w + p.z, 1e-3 * w);
     out.position = clip_position(light, q * 0.5 + 0.5, min(NEAR / w, 1.0), 1.0);
@@ -31,7 +31,7 @@ fn project(light: Light, face: u32, point: vec3f) -> Projected {
     return out;
   }
   let side = select(-1.0, 1.0, (face & 1u) != 0u);
-  if PARAMETERISATION == 2u {
+  if PARAMETERISATION == CUBE {
     var w = p.z;
     var uv_w = 0.5 * w + 0.25 * p.xy;
     if face < 2u {

@@ -1,12 +1,12 @@
 // Fused shading: each point sums the lights of its leaf receiver (Barczak §4.3.1). Points are sorted by leaf, so that
 // neighbours read the same list. A list has four kinds of lights: unblocked ones in the light map, which are done;
 // unblocked ones that are not in the map, summed without a shadow test; those that something may block, summed where
-// their shadow map says lit; and the same in the light map, subtracted where it says dark (§4.3.2).
+// their shadow map finds them lit; and the same in the light map, subtracted where it finds them dark (§4.3.2).
 //
 // A pass that uses it declares `point_queue`; `lights` and `atlas` are declared in lib/lights_*.wgsl, lib/atlas_*.wgsl.
 
 @group(2) @binding(0) var triangle_ids: texture_2d<u32>;
-// What earlier batches of lights gave, two elements a pixel: irradiance; specular radiance, or the direction of light.
+// The sums of earlier batches of lights, two elements a pixel: irradiance; specular radiance, or the direction of light.
 // And the samples, see lib/samples.wgsl.
 @group(2) @binding(3) var<storage, read_write> partial_sums: array<vec4f>;
 @group(2) @binding(4) var<uniform> maps: Maps;

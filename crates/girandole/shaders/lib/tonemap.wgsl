@@ -36,12 +36,12 @@ fn aces(radiance: vec3f) -> vec3f {
   return clamp(output * (a / b), vec3f(0.0), vec3f(1.0));
 }
 
-override CURVE: u32; // 0 AgX, 1 ACES, 2 none
+override CURVE: u32; // AGX, ACES or NO_CURVE
 override LARGEST: f32 = 1.0; // value that the target holds: what is brighter is cut off there
 
 fn tone_curve(radiance: vec3f) -> vec3f {
   let r = clamp(radiance, vec3f(0.0), vec3f(3e38));
-  if CURVE == 0u { return agx(r); }
-  if CURVE == 1u { return aces(r); }
+  if CURVE == AGX { return agx(r); }
+  if CURVE == ACES { return aces(r); }
   return min(r, vec3f(LARGEST));
 }

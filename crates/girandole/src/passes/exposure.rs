@@ -3,6 +3,7 @@
 use crate::device::kernel::{Groups, Kernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
 use crate::layout::Frame;
+use crate::shader_constants::HISTOGRAM_BINS;
 use crate::shaders;
 use crate::targets::Targets;
 
@@ -33,7 +34,7 @@ impl Exposure {
             clear: kernel("clear"),
             count: kernel("count"),
             choose: kernel("choose"),
-            histogram: buffer("histogram", 1024),
+            histogram: buffer("histogram", u64::from(HISTOGRAM_BINS) * 4),
             stops: buffer("exposure", 4),
         }
     }

@@ -5,6 +5,7 @@ use crate::device::kernel::{Draw, KernelCache, RenderKernel, Shared, buffer, tex
 use crate::device::recorder::Recorder;
 use crate::layout::Display;
 use crate::settings::{RenderSettings, Target};
+use crate::shader_constants::{ACES, AGX, NO_CURVE};
 use crate::shaders;
 use crate::targets::Targets;
 use girandole_core::tonemap::{Exposure, Tonemap};
@@ -37,9 +38,9 @@ fn largest_float(format: wgpu::TextureFormat) -> Option<f64> {
 
 fn kernel(device: &wgpu::Device, shared: &Shared, key: Key) -> RenderKernel {
     let curve = match key.curve {
-        Tonemap::Agx => 0.0,
-        Tonemap::Aces => 1.0,
-        Tonemap::None => 2.0,
+        Tonemap::Agx => AGX,
+        Tonemap::Aces => ACES,
+        Tonemap::None => NO_CURVE,
     };
     // A target with an sRGB format encodes by itself; floating-point targets stay linear.
     let largest = largest_float(key.format);
@@ -57,7 +58,7 @@ fn kernel(device: &wgpu::Device, shared: &Shared, key: Key) -> RenderKernel {
         })],
     };
     let constants = [
-        ("CURVE", curve),
+        ("CURVE", f64::from(curve)),
         flag("ENCODE", encodes),
         ("LARGEST", largest.unwrap_or(1.0)),
         flag("COVERAGE", key.keeps_background),

@@ -2,13 +2,20 @@
 
 use crate::common::{Context, Test};
 use girandole::core::glam::{Vec2, Vec3, Vec4};
+use girandole::core::lights::{LightSample, Profile, SampleOrigin};
 use girandole::core::{brdf, math, tonemap};
 use wgpu::util::DeviceExt;
+
+#[allow(dead_code)]
+#[path = "../../src/shader_constants.rs"]
+mod shader_constants;
 
 pub fn tests() -> Vec<Test> {
     vec![
         ("mirror_octahedral", octahedral),
         ("mirror_brdf", specular),
+        ("mirror_geometric_factor", geometric_factor),
+        ("mirror_reflection", reflection),
         ("mirror_tone_curves", tone_curves),
         ("parameterisations_invert", parameterisations),
         ("packed_radiance_is_exact_to_18_bits", packed),
@@ -19,10 +26,11 @@ pub fn tests() -> Vec<Test> {
 fn run(context: &Context, source: &str, inputs: &[[Vec4; 2]], constants: &[(&str, f64)]) -> Vec<Vec4> {
     let device = &context.gpu.device;
     let text = format!(
-        "{source}\n@group(0) @binding(0) var<storage, read> inputs: array<array<vec4f, 2>>;\n\
+        "{}{source}\n@group(0) @binding(0) var<storage, read> inputs: array<array<vec4f, 2>>;\n\
          @group(0) @binding(1) var<storage, read_write> outputs: array<vec4f>;\n\
          @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3u) {{\n\
-         if id.x < arrayLength(&inputs) {{ outputs[id.x] = map(inputs[id.x][0], inputs[id.x][1]); }} }}"
+         if id.x < arrayLength(&inputs) {{ outputs[id.x] = map(inputs[id.x][0], inputs[id.x][1]); }} }}",
+        shader_constants::declarations()
     );
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
@@ -138,6 +146,102 @@ fn specular(context: &Context) {
     assert!(relative(&source) < 1e-4, "{}", relative(&source));
     // The control: another Fresnel exponent is seen.
     assert!(relative(&source.replace("x * x * x * x * x", "x * x * x * x")) > 1e-3);
+}
+
+/// Points and normals about a light of each profile, on both sides of it, with a bound that some exceed.
+fn geometric_factor(context: &Context) {
+    let (position, normal, bound) = (Vec3::new(0.5, 2.0, -0.25), Vec3::new(0.36, -0.48, 0.8), 0.3);
+    let spot = Profile::Spot { scale: 1.25, offset: -0.125 };
+    let mut inputs = Vec::new();
+    for distance in [0.3, 0.9, 2.7, 8.1] {
+        for d in directions().into_iter().step_by(3) {
+            for sign in [1.0, -1.0] {
+                let point = position + d * (distance * sign);
+                let facing = directions()[inputs.len() * 7 % 9000];
+                inputs.push([point.extend(0.0), facing.extend(0.0)]);
+            }
+        }
+    }
+    let profiles = [Profile::Cosine, Profile::Hemisphere, spot, Profile::Directional];
+    for (index, profile) in profiles.into_iter().enumerate() {
+        let (scale, offset) =
+            if let Profile::Spot { scale, offset } = profile { (scale, offset) } else { (0.0, 0.0) };
+        let origin = SampleOrigin::Punctual { light: 0 };
+        let sample = LightSample { position, normal, intensity: Vec3::ONE, profile, origin };
+        let expected = inputs.iter().map(|[p, n]| {
+            let n = n.truncate();
+            sample.geometric_factor(p.truncate(), n, n, bound).map_or(0.0, |(g, _)| g)
+        });
+        let source = format!(
+            "struct Bound {{ clamp: f32 }} const frame = Bound({bound:?}); {} \
+             fn map(a: vec4f, b: vec4f) -> vec4f {{ \
+             var light: Light; light.position = vec3f({:?}, {:?}, {:?}); light.profile = {index}u; \
+             light.normal = vec3f({:?}, {:?}, {:?}); light.scale = {scale:?}; light.offset = {offset:?}; \
+             var to_light = light.position - a.xyz; if light.profile == DIRECTIONAL {{ to_light = -light.normal; }} \
+             let cosines = vec2f(dot(b.xyz, to_light), -dot(light.normal, to_light)); \
+             let g = geometric_factor(light, cosines.x, cosines.y, dot(to_light, to_light)); \
+             return vec4f(select(0.0, g, min(cosines.x, cosines.y) > 0.0), 0.0, 0.0, 0.0); }}",
+            include_str!("../../shaders/lib/light.wgsl"),
+            position.x,
+            position.y,
+            position.z,
+            normal.x,
+            normal.y,
+            normal.z,
+        );
+        let difference = |source: &str| {
+            largest_difference(&run(context, source, &inputs, &[]), expected.clone().map(|g| Vec4::X * g))
+        };
+        assert!(difference(&source) < 1e-5, "{profile:?}: {}", difference(&source));
+        assert!(expected.clone().filter(|g| *g > 0.0).count() * 8 > inputs.len(), "{profile:?}: mostly dark");
+        // The control: a fall-off that is not squared, or no bound, is seen.
+        let wrong = source.replace("falloff *= falloff;", "").replace("frame.clamp)", "1e30)");
+        assert!(index == 3 || difference(&wrong) > 1e-3, "{profile:?}");
+    }
+}
+
+fn reflection(context: &Context) {
+    let mut inputs = Vec::new();
+    let steps = [0.0, 0.3, 0.5, 0.9, 1.0];
+    for metallic in steps {
+        for roughness in [0.0, 0.04, 0.3, 0.7, 1.0] {
+            for specular in steps {
+                for tint in [0.0, 0.4, 1.0, 30.0] {
+                    for base in [Vec3::new(0.8, 0.3, 0.0), Vec3::ONE] {
+                        inputs
+                            .push([base.extend(metallic), Vec4::new(roughness, specular, tint, 0.5 * tint)]);
+                    }
+                }
+            }
+        }
+    }
+    let surfaces: Vec<_> = inputs
+        .iter()
+        .map(|[a, b]| {
+            let tint = Vec3::new(b.z, b.w, 1.0);
+            brdf::Surface::from_metallic_roughness(a.truncate(), a.w, b.x, b.y, tint)
+        })
+        .collect();
+    // What has no texture: the structs of the scene without its bindings, and samples of 1.
+    let (structs, _) = include_str!("../../shaders/lib/scene.wgsl").split_once("@group").expect("bindings");
+    let source = |result: &str| {
+        format!(
+            "{structs} struct Hit {{ unused: u32 }} \
+             fn sample_at(use_: TextureUse, hit: Hit) -> vec4f {{ return vec4f(1.0); }} {} \
+             fn map(a: vec4f, b: vec4f) -> vec4f {{ var m: Material; m.base_color = a.xyz; m.metallic = a.w; \
+             m.roughness = b.x; m.specular = b.y; m.specular_color = vec3f(b.z, b.w, 1.0); \
+             let r = reflection(Hit(), m); return {result}; }}",
+            include_str!("../../shaders/lib/reflection.wgsl")
+        )
+    };
+    let difference = |source: &str, expected: fn(&brdf::Surface) -> Vec4| {
+        largest_difference(&run(context, source, &inputs, &[]), surfaces.iter().map(expected))
+    };
+    let albedo = source("vec4f(r.albedo, r.f90)");
+    assert!(difference(&albedo, |s| s.albedo.extend(s.f90)) < 1e-6);
+    assert!(difference(&source("vec4f(r.f0, r.alpha)"), |s| s.f0.extend(s.alpha)) < 1e-6);
+    // The control: another mean of Fresnel's factor is seen.
+    assert!(difference(&albedo.replace("21.0", "20.0"), |s| s.albedo.extend(s.f90)) > 1e-3);
 }
 
 fn tone_curves(context: &Context) {
