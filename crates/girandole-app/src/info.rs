@@ -52,7 +52,7 @@ fn about_adapters(text: &mut String, adapters: &[AdapterReport]) -> std::fmt::Re
 
 fn about_scene(text: &mut String, scene: &Scene) -> std::fmt::Result {
     let geometry = Geometry::new(scene);
-    let (low, high) = geometry.bounds;
+    let (low, high) = geometry.main_bounds();
     let size = high - low;
     let moving = scene.placed_objects().filter(|(_, o)| o.dynamic).count();
     writeln!(text, "scene {}", scene.name)?;

@@ -297,7 +297,7 @@ impl Scene {
     /// # Errors
     /// [`Error::Invalid`] where there is no such object.
     pub fn remove_object(&mut self, object: ObjectId) -> Result<()> {
-        if !self.objects.get(object.index()).is_some_and(|o| !o.removed) {
+        if self.objects.get(object.index()).is_none_or(|o| o.removed) {
             return invalid(format!("there is no object {}; it may have been removed", object.0));
         }
         self.open();

@@ -22,7 +22,7 @@ impl Scene {
             return;
         }
         let geometry = Geometry::new(self);
-        let (min, max) = geometry.bounds;
+        let (min, max) = geometry.main_bounds();
         let center = (min + max) * 0.5;
         let radius = ((max - min).length() * 0.5).max(1e-3);
         let tracer = SceneTracer::new(self, &geometry);
@@ -84,7 +84,7 @@ impl Scene {
     }
 
     fn add_soft_box(&mut self, geometry: &Geometry) {
-        let (min, max) = geometry.bounds;
+        let (min, max) = geometry.main_bounds();
         let center = (min + max) * 0.5;
         let radius = ((max - min).length() * 0.5).max(1e-3);
         let (distance, half) = (radius * 1.6, radius * 0.4);
@@ -141,7 +141,7 @@ fn outside(view: &LocalView, points: &[Vec3]) -> bool {
 
 /// A point inside a closed room, if the scene is one: the centre, or one near it where that lies inside of something.
 fn inside(tracer: &SceneTracer<'_>) -> Option<Vec3> {
-    let (min, max) = tracer.geometry().bounds;
+    let (min, max) = tracer.geometry().main_bounds();
     let (center, half) = ((min + max) * 0.5, (max - min) * 0.5);
     let offsets = [(0.0, 0.0, 0.0), (0.0, 0.4, 0.0), (0.4, 0.3, 0.4), (-0.4, 0.3, -0.4), (0.4, 0.3, -0.4)];
     offsets
@@ -175,7 +175,7 @@ fn room_view(tracer: &SceneTracer<'_>, point: Vec3) -> (Vec3, Vec3) {
     let reach = |from: Vec3, direction: Vec3| {
         tracer.closest_hit(from, direction, f32::INFINITY, NONE).map_or(0.0, |hit| hit.t)
     };
-    let up = reach(point, Vec3::Y).min(tracer.geometry().extent());
+    let up = reach(point, Vec3::Y).min(tracer.geometry().diagonal());
     let point = point + Vec3::Y * (0.15 * up);
     let mut best = (f32::NEG_INFINITY, point, point + Vec3::NEG_Z);
     for (x, z) in [(1, 1), (-1, 1), (1, -1), (-1, -1), (0, 1), (1, 0), (-1, 0), (0, -1)] {

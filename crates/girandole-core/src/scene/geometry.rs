@@ -218,6 +218,15 @@ impl Geometry {
         self.frame_of_reference().extent()
     }
 
+    /// Bounds of what there is, but for outliers: smallest and largest corner.
+    pub fn main_bounds(&self) -> (Vec3, Vec3) {
+        // The origin is their centre.
+        let reach = self.diagonal() * (0.5 + 1e-5);
+        let main = self.positions.iter().filter(|p| p.length() <= reach);
+        let (low, high) = main.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+        if low.cmple(high).all() { (low, high) } else { self.bounds }
+    }
+
     /// Radius of a sphere about the origin that holds the bounds, metres.
     pub fn radius(&self) -> f32 {
         let half = self.extent() * 0.5;

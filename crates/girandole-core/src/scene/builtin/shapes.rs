@@ -19,6 +19,14 @@ pub(super) fn quad(mesh: &mut Mesh, [a, b, c, d]: [u32; 4], material: u32) {
     mesh.triangles.push(MeshTriangle { vertices: [a, c, d], material });
 }
 
+/// An axis-aligned box of six patches, corners in metres.
+#[cfg(test)]
+pub(crate) fn cuboid(min: Vec3, max: Vec3, material: u32) -> Mesh {
+    let mut mesh = Mesh { name: "box".into(), ..Mesh::default() };
+    mesh.add_box(min, max, material);
+    mesh
+}
+
 /// A torus about the Y axis, centred: `major` is the radius of its centre line, `minor` that of its tube (metres).
 /// It has `major_segments × minor_segments` vertices; at least 3 segments each way are used.
 pub fn torus(major: f32, minor: f32, major_segments: u32, minor_segments: u32, material: u32) -> Mesh {

@@ -38,10 +38,8 @@ fn normals_agree(mesh: &Mesh, cosine: f64) -> bool {
 #[test]
 fn shapes_are_closed_face_outwards_and_have_their_volume() {
     let pi = std::f64::consts::PI;
-    let mut cuboid = Mesh { name: "box".into(), ..Mesh::default() };
-    cuboid.add_box(Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0), 0);
     let cases = [
-        (cuboid, 6.0, 0.0),
+        (shapes::cuboid(Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0), 0), 6.0, 0.0),
         (shapes::torus(2.0, 0.5, 200, 100, 0), 2.0 * pi * pi * 2.0 * 0.25, 0.002),
         (shapes::sphere(1.0, 200, 100, 0), 4.0 / 3.0 * pi, 0.002),
         (shapes::cylinder(0.5, 2.0, 200, 0), 0.5 * pi, 0.002),

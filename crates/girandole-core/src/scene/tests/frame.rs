@@ -67,6 +67,7 @@ fn scenes_without_outliers_are_as_large_as_their_bounds() {
         assert_eq!(bits(&geometry.frame_of_reference()), bits(&expected));
         assert_eq!(geometry.extent().to_bits(), geometry.diagonal().to_bits());
         assert_eq!(geometry.radius().to_bits(), (geometry.diagonal() * 0.5).to_bits());
+        assert_eq!(geometry.main_bounds(), geometry.bounds, "{}", scene.name);
     }
     assert_eq!(FrameOfReference::of(&Scene::default()), FrameOfReference::default());
 }
@@ -110,6 +111,8 @@ fn outliers_change_neither_origin_nor_scale() {
         let within = |p: &Vec3| p.cmpge(geometry.bounds.0).all() && p.cmple(geometry.bounds.1).all();
         assert!(geometry.positions.iter().all(within), "{what}");
         assert!(geometry.positions.iter().all(|p| p.length() <= geometry.radius() * 1.000_001), "{what}");
+        let (low, high) = geometry.main_bounds();
+        assert!(((high - low).length() / expected.scale - 1.0).abs() < 0.05, "{what}");
         assert!(ray_offset_distance(&geometry, Vec3::ZERO) < 1.06e-5 * expected.scale, "{what}");
     }
 }
@@ -123,6 +126,7 @@ fn what_moves_has_room_where_nothing_else_is() {
     let open = FrameOfReference::of(&scene);
     let tight = of_all_positions(&scene);
     assert_eq!((open.origin, open.scale), (tight.origin, tight.scale));
+    assert_eq!(Geometry::new(&scene).main_bounds(), tight.bounds);
     let room = 0.4 * 3_f32.sqrt();
     assert!((open.bounds.1.y - tight.bounds.1.y - room).abs() < 1e-5, "{open:?} {tight:?}");
     scene.objects[1].dynamic = false;
