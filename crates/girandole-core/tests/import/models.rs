@@ -11,7 +11,7 @@ const PLY: &str = "element vertex 4\nproperty float x\nproperty float y\npropert
 const POINTS: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 2.]];
 const FACES: [[i32; 3]; 2] = [[0, 1, 2], [1, 0, 3]];
 
-fn ascii() -> String {
+pub fn ascii() -> String {
     let mut text = format!("ply\nformat ascii 1.0\n{PLY}");
     for [x, y, z] in POINTS {
         text += &format!("{x} {y} {z}\n");
