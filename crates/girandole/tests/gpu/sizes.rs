@@ -10,7 +10,26 @@ use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole::{Mode, RenderSettings, RendererOptions};
 
 pub fn tests() -> Vec<Test> {
-    vec![("many_batches_and_sizes", batches_and_sizes), ("receivers_may_fill_the_picture", large_receivers)]
+    vec![
+        ("many_batches_and_sizes", batches_and_sizes),
+        ("receivers_may_fill_the_picture", large_receivers),
+        ("the_atlas_fills_its_budget_and_no_more", budget),
+    ]
+}
+
+fn budget(context: &Context) {
+    let stage = Stage::builtin("table", 300);
+    for memory_mib in [16, 100, 256] {
+        for copy in [false, true] {
+            let options = RendererOptions { memory_mib, copy_maps: Some(copy), ..Default::default() };
+            let mut renderer = context.renderer(options);
+            renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
+            let bytes = context.wait(renderer.stats()).expect("stats").atlas_bytes;
+            let budget = u64::from(memory_mib) << 20;
+            // The control: it is not far below either.
+            assert!(bytes <= budget && bytes > budget * 4 / 5, "{bytes} of {memory_mib} MiB, copied: {copy}");
+        }
+    }
 }
 
 fn batches_and_sizes(context: &Context) {
