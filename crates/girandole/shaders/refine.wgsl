@@ -34,7 +34,7 @@ fn store(point: vec2u, pixel: vec2u, value: GridPoint, surface: vec2u, diffuse: 
   if WRITES_RADIANCE {
     if surface.y != (*diffuse).material { *diffuse = diffuse_material(surface.y); }
     let radiance = radiance_of(*diffuse, value.irradiance.xyz, value.directional);
-    textureStore(picture, pixel, pack_radiance(select(vec3f(0.0), radiance, surface.x != 0u)));
+    textureStore(picture, pixel, pack_pixel(radiance, select(0.0, 1.0, surface.x != 0u)));
   } else {
     textureStore(fine_irradiance, point, select(vec4f(0.0), vec4f(value.irradiance.xyz, f32(surface.x)), surface.x != 0u));
     if HAS_SPECULAR { textureStore(fine_directional, point, value.directional); }

@@ -30,5 +30,5 @@ fn resolve(@builtin(global_invocation_id) invocation: vec3u) {
     if HAS_SPECULAR { other = textureLoad(directional, point, 0); }
     sent = radiance_of(diffuse, textureLoad(irradiance, point, 0).xyz, other);
   }
-  add_sample(pixel, sent);
+  add_sample(pixel, sent, id > 0u);
 }

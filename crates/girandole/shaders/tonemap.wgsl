@@ -10,6 +10,7 @@ struct Display {
 @group(2) @binding(1) var picture: texture_2d<u32>;
 @group(2) @binding(2) var<storage, read> automatic: array<f32>;
 
+override COVERAGE: bool = false; // whether the target keeps what it shows where the scene does not
 override ENCODE: bool; // whether the target wants sRGB values rather than linear ones
 
 struct Out { @builtin(position) position: vec4f, @location(0) @interpolate(flat) exposure: f32 }
@@ -23,7 +24,15 @@ fn fullscreen(@builtin(vertex_index) i: u32) -> Out {
 @fragment
 fn show(in: Out) -> @location(0) vec4f {
   let pixel = min(vec2u(in.position.xy), display.size - 1u);
-  let shown = tone_curve(unpack_radiance(textureLoad(picture, pixel, 0).xy) * in.exposure);
-  if !ENCODE { return vec4f(shown, 1.0); }
-  return vec4f(srgb_encode(shown.x), srgb_encode(shown.y), srgb_encode(shown.z), 1.0);
+  let words = textureLoad(picture, pixel, 0).xy;
+  var radiance = unpack_radiance(words);
+  var coverage = 1.0;
+  if COVERAGE {
+    // What is blended with the target is the radiance of the part that shows the scene.
+    coverage = coverage_of(words);
+    radiance /= max(coverage, 0.25);
+  }
+  let shown = tone_curve(radiance * in.exposure);
+  if !ENCODE { return vec4f(shown, coverage); }
+  return vec4f(srgb_encode(shown.x), srgb_encode(shown.y), srgb_encode(shown.z), coverage);
 }

@@ -15,16 +15,17 @@ use crate::resident::{LightMapBound, Resident};
 use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading, Target};
 use crate::targets::Targets;
 use crate::{Error, Remedy, Result};
+use girandole_core::illumination::{Illumination, IlluminationSettings};
 use girandole_core::image::Image;
 use girandole_core::lights::LightSet;
-use girandole_core::scene::{Geometry, Scene, View};
+use girandole_core::scene::{Geometry, Scene, SceneChanges, View};
 use girandole_core::tonemap::Exposure;
 use girandole_core::visibility::VisibilityDatabase;
 use std::future::Future;
 
 /// Lights a scene; see the [crate's front page](crate) for an example.
 ///
-/// 1. [`Renderer::new`] compiles what is fixed. 2. [`Renderer::load`] takes a scene and its light samples.
+/// 1. [`Renderer::new`] compiles what is fixed. 2. [`Renderer::open`] takes a scene, [`Renderer::update`] its changes.
 /// 3. [`Renderer::record`] records a frame into the caller's encoder and target. Or: [`Renderer::render`] submits a frame
 /// by itself, in parts; [`Renderer::show`] tone-maps it into a texture view of the caller. 4. [`Renderer::radiance`] and
 /// [`Renderer::stats`] read back.
@@ -33,6 +34,8 @@ pub struct Renderer {
     passes: Passes,
     scene_passes: Option<ScenePasses>,
     scene: Option<Resident>,
+    /// What the scene was opened with; nothing where the caller loads lights of his own.
+    illumination: Option<Illumination>,
     targets: Option<Targets>,
     lists: Option<PointLists>,
     /// How the last frame was recorded.
@@ -86,6 +89,7 @@ impl Renderer {
             context,
             scene_passes: None,
             scene: None,
+            illumination: None,
             targets: None,
             lists: None,
             last: None,
@@ -98,7 +102,49 @@ impl Renderer {
         self.context.timers.on = on;
     }
 
-    /// Takes a scene and its light samples; their shadow maps are drawn with the next frame.
+    /// Opens a scene: samples its light, determines visibility, and loads both. [`Renderer::update`] follows its changes.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] where the scene has no light or a setting is out of range, and as for [`Renderer::load`].
+    pub fn open(&mut self, scene: &Scene, settings: &IlluminationSettings) -> Result<()> {
+        let illumination = Illumination::new(scene, settings)?;
+        self.load_illumination(scene, illumination)
+    }
+
+    /// Follows the changes of the scene that is open, as [`Scene::take_changes`] returned them: the next frame is, bit for
+    /// bit, that of a renderer that opens the scene as it stands. Everything that depends on them is made anew.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] before [`Renderer::open`] and for changes that do not follow what was loaded (nothing changes
+    /// then); otherwise as for [`Renderer::open`], and the scene has to be opened again.
+    pub fn update(&mut self, scene: &Scene, changes: &SceneChanges) -> Result<()> {
+        let Some(illumination) = &mut self.illumination else {
+            return Err(Error::invalid("open a scene before updating it"));
+        };
+        illumination.update(scene, changes)?;
+        if changes.is_empty() {
+            return Ok(());
+        }
+        let illumination = self.illumination.take().ok_or_else(nothing_loaded)?;
+        self.load_illumination(scene, illumination)
+    }
+
+    /// Light samples and visibility of the scene that is open.
+    pub fn illumination(&self) -> Option<&Illumination> {
+        self.illumination.as_ref()
+    }
+
+    fn load_illumination(&mut self, scene: &Scene, illumination: Illumination) -> Result<()> {
+        let (geometry, lights) = (illumination.geometry(), illumination.lights());
+        self.load(scene, geometry, lights)?;
+        if let Some(database) = illumination.visibility() {
+            self.load_visibility(scene, geometry, lights, database)?;
+        }
+        self.illumination = Some(illumination);
+        Ok(())
+    }
+
+    /// Takes a scene and light samples of the caller's; their shadow maps are drawn with the next frame.
     ///
     /// # Errors
     /// [`Error::TooLarge`] where buffers or the atlas exceed the device's limits or the memory budget;
@@ -108,6 +154,7 @@ impl Renderer {
         lights.belongs_to(geometry)?;
         // What was there leaves first: two atlases may not fit.
         self.scene = None;
+        self.illumination = None;
         let resident = Resident::new(&self.context, scene, geometry, lights)?;
         if self.scene_passes.as_ref().is_none_or(|p| p.features != resident.features) {
             self.scene_passes = Some(ScenePasses::new(resident.features));

@@ -46,7 +46,7 @@ fn store_blend(at: vec2u, surface: vec2u, blend: Blend, diffuse: ptr<function, D
   if WRITES_RADIANCE {
     if surface.y != (*diffuse).material { *diffuse = diffuse_material(surface.y); }
     let radiance = select(vec3f(0.0), radiance_of(*diffuse, irradiance, directional), surface.x != 0u);
-    add_sample(at + vec2u(0u, frame.band.x), radiance);
+    add_sample(at + vec2u(0u, frame.band.x), radiance, surface.x != 0u);
   } else {
     textureStore(fine_irradiance, at, select(vec4f(0.0), vec4f(irradiance, f32(surface.x)), surface.x != 0u));
     if HAS_SPECULAR { textureStore(fine_directional, at, directional); }

@@ -51,7 +51,7 @@ fn end(index: u32, sums: PointSums) {
     let irradiance = max(sums.irradiance, vec3f(0.0));
     let surface = textureLoad(surface_ids, pixel, 0).xy;
     if WRITES_RADIANCE {
-      add_sample(pixel, radiance_of(diffuse_material(surface.y), irradiance, directional));
+      add_sample(pixel, radiance_of(diffuse_material(surface.y), irradiance, directional), true);
     } else {
       let point = (at + frame.step - 1u) / frame.step;
       textureStore(fine_irradiance, point, vec4f(irradiance, f32(surface.x)));

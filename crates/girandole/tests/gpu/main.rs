@@ -7,6 +7,7 @@ mod materials;
 mod mirrors;
 mod oracle;
 mod pictures;
+mod recording;
 mod selected;
 mod sizes;
 mod truth;
@@ -31,6 +32,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         leaks::tests(),
         materials::tests(),
         pictures::tests(),
+        recording::tests(),
         selected::tests(),
         sizes::tests(),
         truth::tests(),

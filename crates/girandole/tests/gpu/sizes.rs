@@ -7,7 +7,7 @@ use girandole::core::image::Image;
 use girandole::core::lights::LightSettings;
 use girandole::core::scene::{Material, Scene};
 use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
-use girandole::{Mode, RenderSettings, RendererOptions};
+use girandole::{DeviceTuning, Mode, RenderSettings, RendererOptions};
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -21,7 +21,8 @@ fn budget(context: &Context) {
     let stage = Stage::builtin("table", 300);
     for memory_mib in [16, 100, 256] {
         for copy in [false, true] {
-            let options = RendererOptions { memory_mib, copy_maps: Some(copy), ..Default::default() };
+            let tuning = Some(DeviceTuning { copy_maps: copy, ..context.tuning() });
+            let options = RendererOptions { memory_mib, tuning, ..Default::default() };
             let mut renderer = context.renderer(options);
             renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
             let bytes = context.wait(renderer.stats()).expect("stats").atlas_bytes;
