@@ -1,6 +1,7 @@
 //! A scene's buffers on the GPU.
 
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
+use crate::records::TextureEntry;
 use crate::shader_constants::{BATCH, TEXEL_COLUMNS, TEXEL_ROWS};
 use crate::surface_ids::surface_ids;
 use crate::{Error, Result, bind};
@@ -162,7 +163,7 @@ fn texels(device: &wgpu::Device, queue: &wgpu::Queue, mut words: Vec<u32>) -> Re
 
 /// All textures as one array of words, see `lib/texture.wgsl`: a directory, then the texels of all levels.
 fn pack_textures(textures: &[Texture]) -> Result<Vec<u32>> {
-    let mut words = vec![0u32; textures.len() * 4];
+    let mut words = vec![0u32; textures.len() * TextureEntry::WORDS];
     for (index, texture) in textures.iter().enumerate() {
         if texture.width > 0xffff || texture.height > 0xffff {
             return Err(Error::TooLarge(format!(
@@ -190,12 +191,10 @@ fn pack_textures(textures: &[Texture]) -> Result<Vec<u32>> {
             }
             level = halve(&level);
         }
-        words[index * 4..index * 4 + 4].copy_from_slice(&[
-            offset,
-            texture.width | texture.height << 16,
-            levels,
-            flags,
-        ]);
+        let extent = texture.width | texture.height << 16;
+        let entry = TextureEntry { offset, extent, levels, flags };
+        words[index * TextureEntry::WORDS..][..TextureEntry::WORDS]
+            .copy_from_slice(bytemuck::cast_slice(&[entry]));
     }
     Ok(words)
 }

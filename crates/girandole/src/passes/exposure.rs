@@ -1,7 +1,7 @@
 //! Automatic exposure: a histogram of luminance, and the stops that follow from it.
 
 use crate::bind::{self, Slot};
-use crate::shader_constants::HISTOGRAM_BINS;
+use crate::shader_constants::{HISTOGRAM_BINS, TILE};
 use crate::shaders;
 
 pub(crate) struct Exposure {
@@ -56,11 +56,9 @@ impl Exposure {
         );
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_bind_group(0, &group, &[]);
-        for (pipeline, [x, y]) in [
-            (&self.clear, [1, 1]),
-            (&self.count, [size[0].div_ceil(8), size[1].div_ceil(8)]),
-            (&self.choose, [1, 1]),
-        ] {
+        for (pipeline, [x, y]) in
+            [(&self.clear, [1, 1]), (&self.count, size.map(|n| n.div_ceil(TILE))), (&self.choose, [1, 1])]
+        {
             pass.set_pipeline(pipeline);
             pass.dispatch_workgroups(x, y, 1);
         }

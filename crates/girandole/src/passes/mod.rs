@@ -12,6 +12,7 @@ pub(crate) mod visibility;
 
 use crate::bind::{self, Slot};
 use crate::device_tuning::DeviceTuning;
+use crate::shader_constants::{TILE, WORKGROUP};
 use crate::shaders;
 
 /// Bind group layouts that passes share: 0 the frame, 1 the scene.
@@ -57,12 +58,12 @@ pub(crate) enum Groups<'a> {
 impl Groups<'_> {
     /// Groups of 8 × 8 over so many points.
     pub fn tiles(points: [u32; 2]) -> Self {
-        Self::Count(points.map(|n| n.div_ceil(8)))
+        Self::Count(points.map(|n| n.div_ceil(TILE)))
     }
 
     /// Groups of 64 × 1 over so many points, for kernels that store them all: rows fill whole pages of memory.
     pub fn rows([width, height]: [u32; 2]) -> Self {
-        Self::Count([width.div_ceil(64), height])
+        Self::Count([width.div_ceil(WORKGROUP), height])
     }
 }
 
