@@ -7,7 +7,7 @@
 @group(2) @binding(4) var surface_ids: texture_2d<u32>;
 @group(2) @binding(5) var fine_irradiance: texture_storage_2d<rgba32float, write>;
 
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(TILE, TILE)
 fn append_all_points(@builtin(global_invocation_id) invocation: vec3u) {
   if any(invocation.xy >= grid_size(frame.step)) { return; }
   let at = pixel_of_point(invocation.xy, frame.step);

@@ -13,7 +13,7 @@ fn side_of_map(count: u32) -> u32 {
   return max(side, 1u);
 }
 
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(TILE, TILE)
 fn show_atlas(@builtin(global_invocation_id) invocation: vec3u) {
   let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }

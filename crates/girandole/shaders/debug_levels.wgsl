@@ -6,7 +6,7 @@
 @group(2) @binding(3) var irradiance: texture_2d<f32>;
 @group(2) @binding(2) var picture: texture_storage_2d<rg32uint, write>;
 
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(TILE, TILE)
 fn show_levels(@builtin(global_invocation_id) invocation: vec3u) {
   let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }

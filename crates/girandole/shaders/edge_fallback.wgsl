@@ -19,7 +19,7 @@ override HAS_SPECULAR: bool = false;
 // Steps to the neighbours on the other sides, the nearest first.
 const OTHER_SIDES = array<vec2i, 5>(vec2i(-1, 0), vec2i(0, -1), vec2i(1, -1), vec2i(-1, 1), vec2i(-1, -1));
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(WORKGROUP)
 fn edge_fallback(@builtin(global_invocation_id) invocation: vec3u) {
   if invocation.x >= candidates.flat_count { return; }
   let at = unpack_candidate(candidates.pixels[invocation.x]);

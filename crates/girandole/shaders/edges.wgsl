@@ -1,6 +1,6 @@
 // Anti-aliasing, see lib/edge_sample.wgsl: a pixel an invocation.
 
-@compute @workgroup_size(64, 1)
+@compute @workgroup_size(WORKGROUP)
 fn interpolate_edges(@builtin(global_invocation_id) invocation: vec3u) {
   let at = invocation.xy;
   if at.x > last_point().x || !has_row(at.y) { return; }
@@ -11,7 +11,7 @@ fn interpolate_edges(@builtin(global_invocation_id) invocation: vec3u) {
   if !interpolate_edge(at, left, right, &diffuse) { candidates.pixels[reserve_candidates(1u)] = pack_candidate(at); }
 }
 
-@compute @workgroup_size(64, 1)
+@compute @workgroup_size(WORKGROUP)
 fn resolve_first_samples(@builtin(global_invocation_id) invocation: vec3u) {
   if invocation.x >= frame.size.x || !has_row(invocation.y) { return; }
   var diffuse = NO_DIFFUSE_MATERIAL;

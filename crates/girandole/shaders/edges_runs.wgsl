@@ -1,7 +1,7 @@
 // edges.wgsl with a run of neighbouring pixels an invocation, which share first samples and mostly a material: half the
 // loads, for devices that execute invocations one after another.
 
-@compute @workgroup_size(64, 1)
+@compute @workgroup_size(WORKGROUP)
 fn interpolate_edges(@builtin(global_invocation_id) invocation: vec3u) {
   let last = last_point();
   let start = vec2u(EDGE_RUN * invocation.x, invocation.y);
@@ -23,7 +23,7 @@ fn interpolate_edges(@builtin(global_invocation_id) invocation: vec3u) {
   }
 }
 
-@compute @workgroup_size(64, 1)
+@compute @workgroup_size(WORKGROUP)
 fn resolve_first_samples(@builtin(global_invocation_id) invocation: vec3u) {
   let start = vec2u(EDGE_RUN * invocation.x, invocation.y);
   if start.x >= frame.size.x || !has_row(start.y) { return; }

@@ -16,7 +16,7 @@ fn clear(@builtin(local_invocation_index) bin: u32) {
   atomicStore(&histogram[bin], 0u);
 }
 
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(TILE, TILE)
 fn count(@builtin(global_invocation_id) id: vec3u) {
   if any(id.xy >= textureDimensions(picture)) { return; }
   let y = luminance(unpack_radiance(textureLoad(picture, id.xy, 0).xy));

@@ -37,7 +37,7 @@ fn collect(index: u32, leaf: u32) {
   }
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(WORKGROUP)
 fn multipass_collect(@builtin(global_invocation_id) invocation: vec3u) {
   if invocation.x >= point_queue.chunks { return; }
   let chunk = point_queue.words[offsets.chunks_at + invocation.x];

@@ -59,11 +59,11 @@ fn prefix_sum(@builtin(local_invocation_id) lane: vec3u) {
 
   point_queue.points = points;
   point_queue.chunks = next;
-  dispatch_arguments.scatter_points = vec4u((points + 63u) / 64u, 1u, 1u, 0u);
+  dispatch_arguments.scatter_points = vec4u((points + WORKGROUP - 1u) / WORKGROUP, 1u, 1u, 0u);
   dispatch_arguments.shade_points = vec4u(workgroups_of(next), 1u, 1u, 0u);
-  let in_group = 64u / LANES;
+  let in_group = WORKGROUP / LANES;
   let groups = (CHUNK * next + in_group - 1u) / in_group;
   dispatch_arguments.shade_points_cooperative
     = vec4u(min(groups, GROUPS_PER_ROW), (groups + GROUPS_PER_ROW - 1u) / GROUPS_PER_ROW, 1u, 0u);
-  dispatch_arguments.chunks = vec4u((next + 63u) / 64u, 1u, 1u, 0u);
+  dispatch_arguments.chunks = vec4u((next + WORKGROUP - 1u) / WORKGROUP, 1u, 1u, 0u);
 }

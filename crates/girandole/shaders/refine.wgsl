@@ -82,7 +82,7 @@ fn interpolated(a: GridPoint, b: GridPoint, t: f32) -> GridPoint {
 }
 
 // One invocation for a cell of the coarser grid: its first corner, and the three points between its corners.
-@compute @workgroup_size(64, 1)
+@compute @workgroup_size(WORKGROUP)
 fn refine(@builtin(global_invocation_id) invocation: vec3u) {
   let coarse = grid_size(2u * frame.step);
   let fine = grid_size(frame.step);

@@ -9,7 +9,7 @@
 
 override HAS_SPECULAR: bool; // whether any material has a specular lobe
 
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(TILE, TILE)
 fn resolve(@builtin(global_invocation_id) invocation: vec3u) {
   let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }

@@ -4,7 +4,7 @@
 @group(2) @binding(1) var<storage, read_write> point_queue: PointQueue;
 @group(2) @binding(2) var<uniform> offsets: BufferOffsets;
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(WORKGROUP)
 fn scatter_points(@builtin(global_invocation_id) invocation: vec3u) {
   if invocation.x >= point_queue.points { return; }
   let point = shade_point_at(offsets.points_at + SHADE_POINT_WORDS * invocation.x);

@@ -44,7 +44,7 @@ fn resolve_ambiguous(sums: ptr<function, PointSums>, first: u32) {
 }
 
 // An invocation shades two pixels, one above the other: lights are read once for both.
-@compute @workgroup_size(8, 4)
+@compute @workgroup_size(TILE, TILE / 2u)
 fn shade_naive(@builtin(global_invocation_id) invocation: vec3u) {
   let upper_pixel = vec2u(invocation.x, 2u * invocation.y + frame.band.x);
   let lower_pixel = upper_pixel + vec2u(0u, 1u);

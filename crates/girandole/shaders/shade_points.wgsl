@@ -3,13 +3,13 @@
 @group(2) @binding(5) var<storage, read> point_queue: PointQueue;
 
 // A chunk an invocation.
-@compute @workgroup_size(64)
+@compute @workgroup_size(WORKGROUP)
 fn shade_points(@builtin(global_invocation_id) invocation: vec3u) {
   if invocation.x < point_queue.chunks { shade_chunk(invocation.x); }
 }
 
-var<workgroup> irradiances: array<vec3f, 64>;
-var<workgroup> directionals: array<vec3f, 64>;
+var<workgroup> irradiances: array<vec3f, WORKGROUP>;
+var<workgroup> directionals: array<vec3f, WORKGROUP>;
 
 fn add_light(sums: ptr<function, PointSums>, light: Light, counted: f32) {
   let texel = shadow_texel_of(light, (*sums).shading);
@@ -17,10 +17,10 @@ fn add_light(sums: ptr<function, PointSums>, light: Light, counted: f32) {
 }
 
 // Where points are few: LANES lanes share the list of a point.
-@compute @workgroup_size(64)
+@compute @workgroup_size(WORKGROUP)
 fn shade_points_cooperative(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
   let lane = local.x % LANES;
-  let slot = (group.y * GROUPS_PER_ROW + group.x) * (64u / LANES) + local.x / LANES;
+  let slot = (group.y * GROUPS_PER_ROW + group.x) * (WORKGROUP / LANES) + local.x / LANES;
   let in_queue = slot / CHUNK < point_queue.chunks;
   let chunk = select(0u, point_queue.words[offsets.chunks_at + slot / CHUNK], in_queue);
   let leaf = chunk_leaf(chunk);

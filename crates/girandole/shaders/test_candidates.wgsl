@@ -3,12 +3,12 @@
 
 @group(2) @binding(9) var<storage, read> candidates: Candidates;
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(WORKGROUP)
 fn test_flat_candidates(@builtin(global_invocation_id) invocation: vec3u) {
   if invocation.x < candidates.flat_count { test_flat_candidate(invocation.x); }
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(WORKGROUP)
 fn test_curved_candidates(@builtin(global_invocation_id) invocation: vec3u) {
   if invocation.x < candidates.curved_count { test_curved_candidate(invocation.x); }
 }

@@ -2,6 +2,7 @@
 
 use crate::device::kernel::{GroupLayout, buffer, texture};
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
+use crate::records::TextureEntry;
 use crate::shader_constants::{TEXEL_COLUMNS, TEXEL_ROWS};
 use crate::surface_ids::surface_ids;
 use crate::{Error, Remedy, Result};
@@ -150,7 +151,7 @@ fn texels(device: &wgpu::Device, queue: &wgpu::Queue, mut words: Vec<u32>) -> Re
 
 /// All textures as one array of words, see `lib/texture.wgsl`: a directory, then the texels of all levels.
 fn pack_textures(textures: &[Texture]) -> Result<Vec<u32>> {
-    let mut words = vec![0u32; textures.len() * 4];
+    let mut words = vec![0u32; textures.len() * TextureEntry::WORDS];
     for (index, texture) in textures.iter().enumerate() {
         if texture.width > 0xffff || texture.height > 0xffff {
             let what = format!("texture {} is {} × {} texels", texture.name, texture.width, texture.height);
@@ -176,12 +177,10 @@ fn pack_textures(textures: &[Texture]) -> Result<Vec<u32>> {
             }
             level = halve(&level);
         }
-        words[index * 4..index * 4 + 4].copy_from_slice(&[
-            offset,
-            texture.width | texture.height << 16,
-            levels,
-            flags,
-        ]);
+        let extent = texture.width | texture.height << 16;
+        let entry = TextureEntry { offset, extent, levels, flags };
+        words[index * TextureEntry::WORDS..][..TextureEntry::WORDS]
+            .copy_from_slice(bytemuck::cast_slice(&[entry]));
     }
     Ok(words)
 }

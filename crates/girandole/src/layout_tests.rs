@@ -6,7 +6,7 @@ use crate::layout::{
     BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Item,
     Light, Maps, MultipassParams, PointQueueHeader, ShadeListHeader, TextureUse, Triangle, Vertex,
 };
-use crate::records::{Element, LeafRange, LeafRecord, Member, ReceiverGrid, ShadePoint};
+use crate::records::{Element, LeafRange, LeafRecord, Member, ReceiverGrid, ShadePoint, TextureEntry};
 use crate::{DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap, shaders};
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject};
@@ -74,6 +74,7 @@ fn declared_records() -> Vec<(&'static str, u32, Fields)> {
         fields!(ShadePoint as "SHADE_POINT": pixel, leaf, rank),
         fields!(Element as "ELEMENT": members_at, member_count, lights_at, light_count, vertices, first_vertex),
         fields!(Member as "MEMBER": leaf, chunks_before),
+        fields!(TextureEntry as "TEXTURE_ENTRY": offset, extent, levels, flags),
     ]
 }
 
@@ -115,6 +116,18 @@ fn reflected(module: &naga::Module) -> HashMap<String, (u32, Fields)> {
             _ => None,
         })
         .collect()
+}
+
+#[test]
+fn what_a_pass_uses_exists() {
+    let unknown = |source: &shaders::Source| {
+        source.uses.iter().copied().find(|used| !shaders::exists(used, &DeviceTuning::GPU))
+    };
+    for source in shaders::ALL {
+        assert_eq!(unknown(source), None, "{}", source.name);
+    }
+    let uses: &[&str] = &["frame", "leaf_range_at", "leaf_rage_at"];
+    assert_eq!(unknown(&shaders::Source { uses, ..shaders::RESOLVE }), Some("leaf_rage_at"), "the control");
 }
 
 #[test]

@@ -14,15 +14,25 @@ pub(crate) struct Record {
     pub snake: &'static str,
     /// The buffer that it is in.
     buffer: &'static str,
-    /// Whether the buffer's words are atomic.
-    is_atomic: bool,
+    access: Access,
     words: usize,
     /// Name and type of each field.
     fields: &'static [(&'static str, &'static str)],
 }
 
+/// How a shader gets at words.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Access {
+    /// As an array.
+    Plain,
+    /// As an array of atomics.
+    Atomic,
+    /// By a function.
+    Call,
+}
+
 macro_rules! record {
-    ($(#[$meta:meta])* $name:ident as $snake:ident in $buffer:literal: $atomic:literal { $($(#[$doc:meta])* $field:ident: $kind:ident),* $(,)? }) => {
+    ($(#[$meta:meta])* $name:ident as $snake:ident in $buffer:literal: $access:ident { $($(#[$doc:meta])* $field:ident: $kind:ident),* $(,)? }) => {
         $(#[$meta])*
         #[repr(C)]
         #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -37,7 +47,7 @@ macro_rules! record {
                 name: stringify!($name),
                 snake: stringify!($snake),
                 buffer: $buffer,
-                is_atomic: $atomic,
+                access: Access::$access,
                 words: Self::WORDS,
                 fields: &[$((stringify!($field), stringify!($kind))),*],
             };
@@ -50,7 +60,7 @@ macro_rules! record {
 
 record! {
     /// The grid over a patch by which pixels find their leaf.
-    ReceiverGrid as receiver_grid in "receivers": false {
+    ReceiverGrid as receiver_grid in "receivers": Plain {
         origin: vec3f,
         columns: u32,
         axis_u: vec3f,
@@ -64,7 +74,7 @@ record! {
 
 record! {
     /// A leaf receiver: its light map, and the rectangle that the map covers.
-    LeafRecord as leaf_record in "light_lists": false {
+    LeafRecord as leaf_record in "light_lists": Plain {
         /// First texel, or [`NONE`](crate::shader_constants::NONE).
         light_map: u32,
         /// Texel from position: dot products with (x, y, z, 1).
@@ -79,7 +89,7 @@ record! {
 
 record! {
     /// The list of a leaf and batch of lights: where each of its four parts begins in `light_lists`, see `receivers.rs`.
-    LeafRange as leaf_range in "light_lists": false {
+    LeafRange as leaf_range in "light_lists": Plain {
         mapped_unshadowed: u32,
         unshadowed: u32,
         shadowed: u32,
@@ -90,7 +100,7 @@ record! {
 
 record! {
     /// A point to shade: its pixel in the band, its leaf, and its index among the points of that leaf.
-    ShadePoint as shade_point in "shade_list.words": true {
+    ShadePoint as shade_point in "shade_list.words": Atomic {
         pixel: u32,
         leaf: u32,
         rank: u32,
@@ -99,7 +109,7 @@ record! {
 
 record! {
     /// A set of receivers with a set of lights, for multipass shading.
-    Element as element in "elements": false {
+    Element as element in "elements": Plain {
         members_at: u32,
         member_count: u32,
         lights_at: u32,
@@ -113,14 +123,28 @@ record! {
 
 record! {
     /// A leaf of an element, and the chunks of the element's leaves before it.
-    Member as member in "elements": false {
+    Member as member in "elements": Plain {
         leaf: u32,
         chunks_before: u32,
     }
 }
 
+record! {
+    /// An entry of the directory of textures.
+    TextureEntry as texture_entry in "texel_word": Call {
+        /// First word of level 0.
+        offset: u32,
+        /// Width, and height << 16.
+        extent: u32,
+        levels: u32,
+        /// Bit 0 sRGB, bit 1 nearest, bits 2-3 wrap u, bits 4-5 wrap v (0 repeat, 1 mirror, 2 clamp).
+        flags: u32,
+    }
+}
+
 /// All of them.
-pub(crate) const RECORDS: [Record; 6] = [
+pub(crate) const RECORDS: [Record; 7] = [
+    TextureEntry::RECORD,
     ReceiverGrid::RECORD,
     LeafRecord::RECORD,
     LeafRange::RECORD,
@@ -148,9 +172,13 @@ impl Record {
     pub fn reader(&self) -> String {
         let mut at = 0;
         let mut word = || {
-            let index = format!("{}[at + {at}u]", self.buffer);
+            let (buffer, index) = (self.buffer, at);
             at += 1;
-            if self.is_atomic { format!("atomicLoad(&{index})") } else { index }
+            match self.access {
+                Access::Plain => format!("{buffer}[at + {index}u]"),
+                Access::Atomic => format!("atomicLoad(&{buffer}[at + {index}u])"),
+                Access::Call => format!("{buffer}(at + {index}u)"),
+            }
         };
         let fields: Vec<String> = self
             .fields
@@ -178,7 +206,7 @@ impl Record {
                     1 => format!("value.{field}"),
                     _ => format!("bitcast<u32>(value.{field}[{component}u])"),
                 };
-                let _ = if self.is_atomic {
+                let _ = if self.access == Access::Atomic {
                     writeln!(text, "  atomicStore(&{index}, {value});")
                 } else {
                     writeln!(text, "  {index} = {value};")

@@ -8,6 +8,9 @@ pub(crate) const GROUP: u32 = 128;
 pub(crate) const BATCH: u32 = 512;
 /// Points of one leaf that are shaded together.
 pub(crate) const CHUNK: u32 = 2;
+/// Invocations of a workgroup, where they lie in a row; and across one that covers a square of pixels.
+pub(crate) const WORKGROUP: u32 = 64;
+pub(crate) const TILE: u32 = 8;
 /// Lanes that share a point in cooperative shading.
 pub(crate) const LANES: u32 = 16;
 /// Neighbouring pixels of an invocation where edges are interpolated in runs; no more than 32.
@@ -55,7 +58,7 @@ const _: () = assert!(BATCH.is_multiple_of(GROUP), "batches are whole groups");
 const _: () =
     assert!(GROUP == 4 * 32, "the lights of a group have a bit each in the four words of `ambiguous`");
 const _: () = assert!(EDGE_RUN <= 32, "the pixels of a run have a bit each in a word");
-const _: () = assert!(64 % LANES == 0, "workgroups of 64 lanes hold whole points");
+const _: () = assert!(WORKGROUP.is_multiple_of(LANES), "workgroups hold whole points");
 
 macro_rules! declarations {
     ($($name:ident),*) => {
@@ -70,6 +73,8 @@ pub(crate) fn declarations() -> String {
         GROUP,
         BATCH,
         CHUNK,
+        WORKGROUP,
+        TILE,
         LANES,
         EDGE_RUN,
         GROUPS_PER_ROW,

@@ -85,22 +85,22 @@ macro_rules! sources {
 }
 
 sources! {
-    VISIBILITY_BUFFER = visibility_buffer "" [frame scene texture];
+    VISIBILITY_BUFFER = visibility_buffer "" [frame scene texture texture_entry_at];
     SHADE_NAIVE = shade_naive "" [
-        frame scene texture surface reflection brdf color light lights_uniform maps octahedral
+        frame scene texture texture_entry_at surface reflection brdf color light lights_uniform maps octahedral
         parameterisation atlas shadow point_sums
     ];
     APPEND_ALL_POINTS = append_all_points "" [
-        frame scene texture surface buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point
+        frame scene texture texture_entry_at surface buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point
         append_point
     ];
     REFINE = refine "" [frame scene brdf grid candidates_atomic diffuse_material packed workgroups];
     TEST_CANDIDATES = test_candidates "" [
-        frame scene texture surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
+        frame scene texture texture_entry_at surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
         packed shade_list set_shade_point append_point candidates test_candidate
     ];
     TEST_CANDIDATES_PERSISTENT = test_candidates_persistent "" [
-        frame scene texture surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
+        frame scene texture texture_entry_at surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
         packed shade_list set_shade_point append_point candidates test_candidate workgroups_persistent
     ];
     EDGES = edges "" [
@@ -110,7 +110,7 @@ sources! {
         frame scene brdf grid diffuse_material packed samples branch blend candidates_atomic edge_sample
     ];
     EDGE_FALLBACK = edge_fallback "" [
-        frame scene texture surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
+        frame scene texture texture_entry_at surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
         packed samples branch blend shade_list set_shade_point append_point candidates
     ];
     PREFIX_SUM = prefix_sum "" [
@@ -118,28 +118,28 @@ sources! {
     ];
     SCATTER_POINTS = scatter_points "" [buffer_offsets shade_list shade_point_at point_queue];
     SHADE_POINTS = shade_points "" [
-        frame scene texture surface reflection brdf color light lights maps octahedral parameterisation
+        frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
         atlas shadow point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch point_queue shade_chunk
     ];
     SHADE_POINTS_PERSISTENT = shade_points_persistent "" [
-        frame scene texture surface reflection brdf color light lights maps octahedral parameterisation
+        frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
         atlas shadow point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch point_queue_atomic shade_chunk workgroups_persistent
     ];
     MULTIPASS = multipass "" [
-        frame scene texture surface reflection brdf color light maps octahedral parameterisation atlas
+        frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
         shadow point_sums buffer_offsets grid point_queue multipass_params element_at member_at
     ];
     MULTIPASS_ARGUMENTS = multipass_arguments "" [
         buffer_offsets point_queue multipass_params element_at set_element member_at set_member prefix_scan
     ];
     MULTIPASS_COLLECT = multipass_collect "" [
-        frame scene texture surface reflection buffer_offsets point_queue light_lists leaf_record_at
+        frame scene texture texture_entry_at surface reflection buffer_offsets point_queue light_lists leaf_record_at
         leaf_range_at light_map
     ];
     LIGHT_MAPS = light_maps "" [frame light buffer_offsets light_lists leaf_record_at leaf_range_at];
-    RESOLVE = resolve "" [frame scene texture surface reflection brdf diffuse_material packed samples branch];
+    RESOLVE = resolve "" [frame scene texture texture_entry_at surface reflection brdf diffuse_material packed samples branch];
     SHADOW_MAPS_CLIP = shadow_maps_clip "enable clip_distances;\n" [
         frame light maps octahedral parameterisation project occluders
     ];
@@ -147,20 +147,20 @@ sources! {
         frame light maps octahedral parameterisation project occluders
     ];
     SHADOW_MAPS_MASKED = shadow_maps_masked "" [
-        frame scene texture light maps octahedral parameterisation project occluders
+        frame scene texture texture_entry_at light maps octahedral parameterisation project occluders
     ];
     EXPOSURE = exposure "" [packed color];
     CALLER_DEPTH = caller_depth "" [frame];
     TONEMAP = tonemap "" [tonemap packed];
     DEBUG_LEAVES = debug_leaves "" [
-        frame scene texture surface buffer_offsets receiver receiver_grid_at packed
+        frame scene texture texture_entry_at surface buffer_offsets receiver receiver_grid_at packed
     ];
     DEBUG_LEVELS = debug_levels "" [frame packed];
     DEBUG_LIGHT_MAPS = debug_light_maps "" [
-        frame scene texture surface buffer_offsets receiver receiver_grid_at light_lists leaf_record_at
+        frame scene texture texture_entry_at surface buffer_offsets receiver receiver_grid_at light_lists leaf_record_at
         leaf_range_at light_map packed
     ];
-    DEBUG_LIGHTS = debug_lights "" [frame scene texture surface light packed];
+    DEBUG_LIGHTS = debug_lights "" [frame scene texture texture_entry_at surface light packed];
     DEBUG_ATLAS = debug_atlas "" [frame light maps atlas packed];
 }
 
@@ -192,6 +192,14 @@ fn variant(used: &'static str, tuning: &DeviceTuning) -> &'static str {
         "workgroups" => choose(tuning.persistent_threads, "workgroups_persistent", "workgroups_one_each"),
         file => file,
     }
+}
+
+/// Whether there is such a file, record or choice.
+#[cfg(test)]
+pub(crate) fn exists(used: &'static str, tuning: &DeviceTuning) -> bool {
+    let file = variant(used, tuning);
+    LIBRARY.iter().any(|(name, _)| *name == file)
+        || RECORDS.iter().any(|r| used == format!("{}_at", r.snake) || used == format!("set_{}", r.snake))
 }
 
 impl Source {

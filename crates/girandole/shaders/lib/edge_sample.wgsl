@@ -46,7 +46,7 @@ fn interpolate_edge(at: vec2u, left: Column, right: Column, diffuse: ptr<functio
 // Lists `count` candidates for `edge_fallback.wgsl`: the index of the first one.
 fn reserve_candidates(count: u32) -> u32 {
   let slot = atomicAdd(&candidates.flat_count, count);
-  atomicMax(&candidates.flat_workgroups, (slot + count + 63u) / 64u);
+  atomicMax(&candidates.flat_workgroups, (slot + count + WORKGROUP - 1u) / WORKGROUP);
   return slot;
 }
 

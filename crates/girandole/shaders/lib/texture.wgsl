@@ -1,6 +1,5 @@
-// All textures are words of one, so that any number of any size works on WebGPU's default limits: a directory of four
-// words each (offset of level 0, width | (height << 16), levels, flags), then texels of all levels, RGBA 8.
-// Flags: bit 0 sRGB, bit 1 nearest, bits 2-3 wrap u, bits 4-5 wrap v (0 repeat, 1 mirror, 2 clamp).
+// All textures are words of one, so that any number of any size works on WebGPU's default limits: a directory of
+// `TextureEntry`, then texels of all levels, RGBA 8.
 
 fn texel_word(index: u32) -> u32 {
   let row = index / TEXEL_COLUMNS;
@@ -29,10 +28,10 @@ fn texel(offset: u32, size: vec2i, at: vec2i, flags: u32) -> vec4f {
 }
 
 fn sample_level(texture: u32, uv: vec2f, level: u32) -> vec4f {
-  let extent = texel_word(4u * texture + 1u);
-  let flags = texel_word(4u * texture + 3u);
-  var size = vec2i(i32(extent & 0xffffu), i32(extent >> 16u));
-  var offset = texel_word(4u * texture);
+  let entry = texture_entry_at(TEXTURE_ENTRY_WORDS * texture);
+  let flags = entry.flags;
+  var size = vec2i(i32(entry.extent & 0xffffu), i32(entry.extent >> 16u));
+  var offset = entry.offset;
   for (var i = 0u; i < level; i++) {
     offset += u32(size.x * size.y);
     size = max(size / 2, vec2i(1));
@@ -50,10 +49,10 @@ fn sample_level(texture: u32, uv: vec2f, level: u32) -> vec4f {
 // The linear value at vertex coordinates `uv` whose screen derivatives are `dx` and `dy` (zero: level 0).
 fn sample_texture(use_: TextureUse, uv: vec2f, dx: vec2f, dy: vec2f) -> vec4f {
   let m = mat2x2f(use_.matrix.xy, use_.matrix.zw);
-  let extent = texel_word(4u * use_.texture + 1u);
-  let size = vec2f(f32(extent & 0xffffu), f32(extent >> 16u));
+  let entry = texture_entry_at(TEXTURE_ENTRY_WORDS * use_.texture);
+  let size = vec2f(f32(entry.extent & 0xffffu), f32(entry.extent >> 16u));
   let footprint = max(length(m * dx * size), length(m * dy * size));
-  let last = f32(texel_word(4u * use_.texture + 2u) - 1u);
+  let last = f32(entry.levels - 1u);
   let lod = clamp(log2(max(footprint, 1e-8)), 0.0, last);
   let at = m * uv + use_.shift;
   let low = sample_level(use_.texture, at, u32(lod));

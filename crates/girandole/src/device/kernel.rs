@@ -6,6 +6,7 @@
 use super::recorder::Recorder;
 use crate::device_tuning::DeviceTuning;
 use crate::layout::Frame;
+use crate::shader_constants::{TILE, WORKGROUP};
 use crate::shaders::{self, Source};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -259,12 +260,12 @@ pub(crate) enum Groups<'a> {
 impl Groups<'_> {
     /// Groups of 8 × 8 over so many points.
     pub fn tiles(points: [u32; 2]) -> Self {
-        Self::Count(points.map(|n| n.div_ceil(8)))
+        Self::Count(points.map(|n| n.div_ceil(TILE)))
     }
 
     /// Groups of 64 × 1 over so many points, for kernels that store them all: rows fill whole pages of memory.
     pub fn rows([width, height]: [u32; 2]) -> Self {
-        Self::Count([width.div_ceil(64), height])
+        Self::Count([width.div_ceil(WORKGROUP), height])
     }
 }
 

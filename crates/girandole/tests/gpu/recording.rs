@@ -55,8 +55,7 @@ fn read(context: &Context, texture: &wgpu::Texture) -> Vec<f32> {
         mapped_at_creation: false,
     });
     let mut encoder = device.create_command_encoder(&Default::default());
-    let layout =
-        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
     let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
     encoder.copy_texture_to_buffer(texture.as_image_copy(), target, texture.size());
     context.gpu.queue.submit([encoder.finish()]);
@@ -143,7 +142,8 @@ fn quarter(context: &Context) {
         let part = context.frame(&mut renderer, &part, [128, 64], &exact());
         let differing = |shift: usize| {
             let [x, y] = [(left * 256.0) as usize + shift, (top * 128.0) as usize];
-            let same = |i: &usize| picture.pixels[(y + i / 128) * 256 + (x + i % 128) % 256] != part.pixels[*i];
+            let same =
+                |i: &usize| picture.pixels[(y + i / 128) * 256 + (x + i % 128) % 256] != part.pixels[*i];
             (0..128 * 64).filter(same).count()
         };
         // Rasterisation may decide otherwise where an edge meets a pixel's centre.
@@ -204,7 +204,9 @@ fn depth(context: &Context) {
                 let z = (point - local.eye).dot(local.forward);
                 let expected = view.clip_depth(z).expect("it has depth");
                 // At edges, traced and rasterised surfaces differ.
-                if (open_depth[i] - expected).abs() > 2e-3 * (expected - view.clip_depth(1e9).unwrap_or(0.0)).abs() {
+                if (open_depth[i] - expected).abs()
+                    > 2e-3 * (expected - view.clip_depth(1e9).unwrap_or(0.0)).abs()
+                {
                     continue;
                 }
                 if z < 2.99 {
@@ -328,7 +330,9 @@ fn updates(context: &Context) {
                     2 => {
                         let ball = shapes::sphere(0.1 + next(20) as f32 * 0.01, 12, 8, 0);
                         added.push(
-                            scene.insert_object("ball", ball, Transform::translation(place), next(2) == 0).expect("a ball"),
+                            scene
+                                .insert_object("ball", ball, Transform::translation(place), next(2) == 0)
+                                .expect("a ball"),
                         );
                     }
                     _ => {
