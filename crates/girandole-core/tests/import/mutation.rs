@@ -239,6 +239,6 @@ fn changed_models() {
                 Err(_) => panic!("{kind}, round {round}: {:?}", String::from_utf8_lossy(&bytes)),
             }
         }
-        tally.assert_both();
+        assert!(tally.read > 10 && tally.refused > 10, "{kind}: {tally:?}");
     }
 }
