@@ -18,7 +18,7 @@ use surface::Surface;
 /// Patches of an imported scene have at least this share of its diagonal squared.
 const MIN_AREA: f64 = 1e-4;
 /// A scene of more metres than this is a mistake, and its squares would leave the range of single precision.
-const MAX_EXTENT: f64 = 1e15;
+pub(super) const MAX_EXTENT: f64 = 1e15;
 
 /// Marks coplanar connected triangles of one material as planar convex [`Patch`]es where they are at least `min_area`
 /// large (m², in object space), and reorders the mesh's triangles so that those of patches come first, patch by
