@@ -1,12 +1,9 @@
 //! How an open scene changes, and what is written down about it for those who derive things from it.
 
-use super::{FrameOfReference, Mesh, Object, Scene, Transform};
+use super::{FrameOfReference, MAX_EXTENT, Mesh, Object, Scene, Transform};
 use crate::generation::Generation;
 use crate::{Error, Result};
 use glam::Vec3;
-
-/// Largest size of a scene that single precision has squares and cubes for, metres.
-const MAX_EXTENT: f32 = 1e12;
 
 /// An object's identity: its index in [`Scene::objects`]. It is never used again for another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -176,7 +173,7 @@ impl Scene {
     /// from them.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where there is no such node, or the transform is not finite or leads farther than 10¹² m away.
+    /// [`Error::Invalid`] where there is no such node, or the transform is not finite or leads farther than 10¹⁵ m away.
     pub fn set_transform(&mut self, node: usize, local: Transform) -> Result<()> {
         if node >= self.nodes.len() {
             return invalid(format!("there is no node {node}; the scene has {}", self.nodes.len()));
@@ -253,7 +250,7 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Invalid`] where the mesh refers to vertices or materials that do not exist or lacks normals, or the
-    /// transform is not finite or leads farther than 10¹² m away.
+    /// transform is not finite or leads farther than 10¹⁵ m away.
     pub fn insert_object(
         &mut self,
         name: &str,
@@ -325,7 +322,7 @@ impl Scene {
     }
 
     fn is_near(&self, node: usize) -> bool {
-        self.world_from_node(node).translation.abs().max_element() <= f64::from(MAX_EXTENT)
+        self.world_from_node(node).translation.abs().max_element() <= MAX_EXTENT
     }
 
     fn is_object_near(&self, object: usize) -> bool {
@@ -333,7 +330,7 @@ impl Scene {
         let affine = self.world_from_node(node);
         let is_far = |p: &Vec3| {
             let p = affine.transform_point3(p.as_dvec3());
-            p.is_finite() && p.abs().max_element() > f64::from(MAX_EXTENT)
+            p.is_finite() && p.abs().max_element() > MAX_EXTENT
         };
         affine.is_finite() && !self.meshes[mesh].positions.iter().any(is_far)
     }

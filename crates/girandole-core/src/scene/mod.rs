@@ -60,6 +60,9 @@ pub use view::{ClipDepth, LocalView, View};
 use crate::{Error, Result};
 use glam::{DAffine3, Vec3};
 
+/// A scene of more metres than this is a mistake, and its squares would leave the range of single precision.
+const MAX_EXTENT: f64 = 1e15;
+
 /// Index that means "none" where ids are plain `u32`.
 pub const NONE: u32 = u32::MAX;
 

@@ -1,5 +1,6 @@
 //! What importers add to meshes and remove from them: normals, duplicate triangles, patches.
 
+use super::MAX_EXTENT;
 use super::mesh::weld;
 use super::{Mesh, Scene, mark_patches};
 use glam::{DAffine3, DVec3, Vec3};
@@ -7,8 +8,6 @@ use rustc_hash::FxHashSet;
 
 /// Patches of an imported scene have at least this share of its diagonal squared.
 const MIN_AREA: f64 = 1e-4;
-/// A scene of more metres than this is a mistake, and its squares would leave the range of single precision.
-const MAX_EXTENT: f64 = 1e15;
 
 /// A unit normal for each vertex: the mean over all triangles at its position, weighted by their angle there.
 pub(crate) fn smooth_normals(
