@@ -133,7 +133,7 @@ fn an_open_scene_is_lit_by_a_soft_box_out_of_sight() {
         let shift = (geometry.origin - girandole_core::glam::DVec3::new(100.0, 50.25, -20.0)).as_vec3();
         let outline: Vec<Vec3> = patch.outline.iter().map(|p| *p + shift).collect();
         let radius = (bounds.1 - bounds.0).length() * 0.5;
-        let is_visible = |view: &View| {
+        let is_visible = |view: &LocalView| {
             let faces = (view.eye - patch.outline[0]).dot(patch.normal) >= 0.0;
             let is_in_view = |i: usize| {
                 let (u, v) = ((i % 21) as f32 / 20.0, (i / 21) as f32 / 20.0);
@@ -147,7 +147,7 @@ fn an_open_scene_is_lit_by_a_soft_box_out_of_sight() {
         let eye = (patch.outline[0] + patch.outline[2]) * 0.5 + patch.normal * radius;
         let right = patch.normal.any_orthonormal_vector();
         let forward = -patch.normal;
-        assert!(is_visible(&View { eye, forward, right, up: right.cross(forward), ..view }));
+        assert!(is_visible(&LocalView { eye, forward, right, up: right.cross(forward), ..view }));
         // Irradiance at the centre of a surface that faces the light, by quadrature.
         let material = &scene.materials[geometry.triangles[patch.triangles.start as usize].material as usize];
         let [a, b, _, d] = [0, 1, 2, 3].map(|k| outline[k]);

@@ -74,6 +74,11 @@ fn rgb(texels: &[f32]) -> Vec<Vec3> {
     texels.chunks_exact(4).map(|p| Vec3::new(p[0], p[1], p[2])).collect()
 }
 
+/// Whether two pictures are equal but for the rounding of a scale by 2⁰, which devices approximate.
+fn are_close(a: &[Vec3], b: &[Vec3]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (*a - *b).abs().max_element() <= 1e-5 * b.max_element())
+}
+
 fn recorded_is_rendered(context: &Context) {
     let size = [128, 96];
     let stage = Stage::builtin("table", 40);
@@ -93,7 +98,7 @@ fn recorded_is_rendered(context: &Context) {
         let rendered = context.frame(&mut fresh, &view, size, &settings);
         assert!(recorded.pixels == rendered.pixels, "{mode:?}");
         // Above 1 as well: nothing is cut off.
-        assert!(rgb(&read(context, &target)) == rendered.pixels, "{mode:?}");
+        assert!(are_close(&rgb(&read(context, &target)), &rendered.pixels), "{mode:?}");
         assert!(rendered.pixels.iter().any(|p| p.max_element() > 1.0));
         // The control: another number of samples is seen.
         let other = RenderSettings { samples_per_axis: 3 - samples_per_axis, ..settings };
@@ -121,7 +126,7 @@ fn two_views(context: &Context) {
         for i in order {
             let mut alone = context.loaded(&stage, RendererOptions::default());
             let alone = context.frame(&mut alone, &views[i], sizes[i], &settings[i]);
-            assert!(rgb(&read(context, &targets[i])) == alone.pixels, "view {i} of {order:?}");
+            assert!(are_close(&rgb(&read(context, &targets[i])), &alone.pixels), "view {i} of {order:?}");
         }
         // The control: the two are not the same picture.
         assert!(read(context, &targets[0])[..64] != read(context, &targets[1])[..64]);
@@ -270,7 +275,7 @@ fn background(context: &Context) {
         let alone = context.wait(renderer.radiance()).expect("radiance").pixels;
         let behind = Vec3::new(0.2, 0.3, 0.4);
         let untouched = shown.iter().filter(|p| p.abs_diff_eq(behind, 1e-6)).count();
-        let ours = shown.iter().zip(&alone).filter(|(a, b)| a.abs_diff_eq(**b, 1e-6)).count();
+        let ours = shown.iter().zip(&alone).filter(|(a, b)| a.abs_diff_eq(**b, 1e-4)).count();
         let mut between = 0;
         for (shown, alone) in shown.iter().zip(&alone) {
             // What the scene adds lies between all and nothing of the background.
