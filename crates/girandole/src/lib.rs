@@ -2,42 +2,44 @@
 //! from area lights, and indirect light that is blocked by what stands in its way. No ray-tracing hardware, no
 //! denoiser, no history, no bake; every frame stands by itself and repeats bit for bit.
 //!
-//! A picture in five steps: a [`Scene`](core::scene::Scene), its light as a [`LightSet`](core::lights::LightSet), a
-//! [`Renderer`] on the caller's device, what blocks whom
-//! ([`VisibilityDatabase`](core::visibility::VisibilityDatabase)), and a frame into the caller's texture view.
+//! A picture in three steps: a [`Scene`](core::scene::Scene), a [`Renderer`] on the caller's device that opens it, and a
+//! frame into the caller's encoder and [`Target`].
 //!
 //! ```no_run
-//! use girandole::core::lights::{LightSet, LightSettings};
+//! use girandole::core::illumination::IlluminationSettings;
+//! use girandole::core::scene::View;
 //! use girandole::core::scene::builtin::{self, MovingObject};
-//! use girandole::core::scene::{Geometry, View};
-//! use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
-//! use girandole::{RenderSettings, Renderer, RendererOptions};
+//! use girandole::{RenderSettings, Renderer, RendererOptions, Target};
 //!
-//! # fn picture(device: &wgpu::Device, queue: &wgpu::Queue, target: &wgpu::TextureView) -> Result<(), Box<dyn std::error::Error>> {
-//! let scene = builtin::build("pillars", MovingObject::Torus)?; // or Scene::load("room.glb".as_ref())?
-//! let geometry = Geometry::new(&scene);
-//! let lights = LightSet::sample(&scene, &geometry, &LightSettings { count: 300, ..Default::default() })?;
-//!
+//! # fn picture(device: &wgpu::Device, queue: &wgpu::Queue, color: &wgpu::TextureView) -> Result<(), Box<dyn std::error::Error>> {
+//! let mut scene = builtin::build("pillars", MovingObject::Torus)?; // or Scene::load("room.glb".as_ref())?
 //! let mut renderer = Renderer::new(device, queue, RendererOptions::default())?;
-//! renderer.load(&scene, &geometry, &lights)?;
-//! // Which lights need a shadow map where: every mode but the naive one asks for it.
-//! let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())?;
-//! renderer.load_visibility(&scene, &geometry, &lights, &visibility)?;
+//! renderer.open(&scene, &IlluminationSettings::default())?; // samples its light, determines visibility
 //!
-//! let view = View::new(&scene, &scene.cameras[0], 1024.0 / 768.0);
-//! let settings = RenderSettings::default();
-//! renderer.render(&view, [1024, 768], &settings)?; // radiance, in linear floating point
-//! renderer.show(&settings, target, wgpu::TextureFormat::Bgra8UnormSrgb)?; // tone-mapped, into the caller's view
+//! let view = View::new(&scene, &scene.cameras[0], 1024.0 / 768.0); // or View::from_matrices(…)
+//! let target = Target::new(color, wgpu::TextureFormat::Bgra8UnormSrgb, [1024, 768]);
+//! let mut encoder = device.create_command_encoder(&Default::default());
+//! renderer.record(&mut encoder, &view, &target, &RenderSettings::default())?;
+//! queue.submit([encoder.finish()]);
+//!
+//! // What changes is followed.
+//! scene.set_emission(0, girandole::core::glam::Vec3::ONE)?;
+//! let changes = scene.take_changes();
+//! renderer.update(&scene, &changes)?;
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! Light samples and visibility of the caller's own making go through [`Renderer::load`] and
+//! [`Renderer::load_visibility`]. Depth is reversed unless [`View::from_matrices`](core::scene::View::from_matrices) was
+//! given a projection that says otherwise; [`Target`] documents what comes in and goes out.
 //!
 //! `examples/headless.rs` is a whole program without a window: a scene made in code, [`Gpu`] for a device of its own,
 //! and [`Renderer::radiance`] to read the picture back.
 //!
 //! What a device has to have: WebGPU's default limits and compute shaders. What the renderer uses where the device was
 //! created with it: [`WANTED_FEATURES`] and [`wanted_limits`]; [`Renderer::new`] says what it does without. The
-//! renderer never blocks: it submits work, and read-backs are futures.
+//! renderer never blocks: it records or submits work, and read-backs are futures that own what they need.
 
 pub use girandole_core as core;
 pub use wgpu;

@@ -59,7 +59,7 @@ impl Renderer {
     /// [`WANTED_FEATURES`](crate::WANTED_FEATURES) where the device was created with them: without clip distances
     /// shadow maps are confined by discarding fragments, without timestamps
     /// [`FrameStats::gpu_ms`](crate::FrameStats::gpu_ms) stays empty, without blending of 32-bit floats multipass shading
-    /// sums in 16 bits. Where the device was given a ninth storage buffer a stage
+    /// sums in 16 bits. Where the device was given more than eight storage buffers a stage
     /// ([`wanted_limits`](crate::wanted_limits)), GPUs read lights quicker.
     ///
     /// # Errors

@@ -76,7 +76,8 @@ fn rgb(texels: &[f32]) -> Vec<Vec3> {
 
 /// Whether two pictures are equal but for the rounding of a scale by 2⁰, which devices approximate.
 fn are_close(a: &[Vec3], b: &[Vec3]) -> bool {
-    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (*a - *b).abs().max_element() <= 1e-5 * b.max_element())
+    a.len() == b.len()
+        && a.iter().zip(b).all(|(a, b)| (*a - *b).abs().max_element() <= 1e-5 * b.max_element())
 }
 
 fn recorded_is_rendered(context: &Context) {
