@@ -30,8 +30,8 @@ pub struct View {
     pub center: Vec2,
     /// Whether rays are parallel.
     pub orthographic: bool,
-    /// What the caller's depth buffer holds; `None` = the renderer's own choice. It does not change what is seen:
-    /// nothing is cut off at a near or a far plane.
+    /// What the caller's depth buffer holds; `None` = the renderer's own choice, which cuts nothing off. The renderer cuts
+    /// off at the near and far plane, as the caller does; rays do not.
     pub depth: Option<ClipDepth>,
 }
 

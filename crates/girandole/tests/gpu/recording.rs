@@ -85,7 +85,10 @@ fn recorded_is_rendered(context: &Context) {
     let stage = Stage::builtin("table", 40);
     let view = stage.view(0, size);
     for (mode, samples_per_axis) in [(Mode::Naive, 1), (Mode::Full, 1), (Mode::Full, 2)] {
-        let settings = plain(RenderSettings { samples_per_axis, ..bounded(&stage, mode) });
+        let settings = RenderSettings {
+            exposure: Exposure::Ev(4.0),
+            ..plain(RenderSettings { samples_per_axis, ..bounded(&stage, mode) })
+        };
         let mut renderer = context.loaded(&stage, RendererOptions::default());
         let target = texture(context, size, COLOR);
         let target_view = target.create_view(&Default::default());
@@ -99,8 +102,9 @@ fn recorded_is_rendered(context: &Context) {
         let rendered = context.frame(&mut fresh, &view, size, &settings);
         assert!(recorded.pixels == rendered.pixels, "{mode:?}");
         // Above 1 as well: nothing is cut off.
-        assert!(are_close(&rgb(&read(context, &target)), &rendered.pixels), "{mode:?}");
-        assert!(rendered.pixels.iter().any(|p| p.max_element() > 1.0));
+        let exposed: Vec<Vec3> = rendered.pixels.iter().map(|p| *p * 16.0).collect();
+        assert!(are_close(&rgb(&read(context, &target)), &exposed), "{mode:?}");
+        assert!(exposed.iter().any(|p| p.max_element() > 1.0));
         // The control: another number of samples is seen.
         let other = RenderSettings { samples_per_axis: 3 - samples_per_axis, ..settings };
         assert!(context.frame(&mut fresh, &view, size, &other).pixels != recorded.pixels);
