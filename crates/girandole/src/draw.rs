@@ -260,7 +260,7 @@ impl Renderer {
             }
         }
         let capacity = PointLists::capacity(targets);
-        let plan = PointLists::plan(receivers, capacity);
+        let plan = PointLists::offsets(receivers, capacity);
         if self.selection.as_ref().is_none_or(|s| s.key != (capacity, plan)) {
             self.selection = None;
             self.selection = Some(PointLists::new(&self.device, capacity, plan)?);
@@ -297,7 +297,7 @@ fn bake_light_maps(
     settings: &RenderSettings,
 ) {
     let Some(receivers) = &loaded.receivers else { return };
-    let plan = receivers.plan_buffer(device);
+    let plan = receivers.offsets_buffer(device);
     let steps = steps([1, 1], 1, 1, &[1], loaded.lights.len() as u32, BATCH);
     let frames = FrameUniforms::new(device, layout, &steps, |step: &Step| crate::layout::Frame {
         batch: step.first_light / BATCH,

@@ -59,7 +59,8 @@ fn check_size(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Result<()> {
 
 impl GpuScene {
     pub fn new(
-        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
         layout: &wgpu::BindGroupLayout,
         scene: &Scene,
         geometry: &Geometry,

@@ -35,7 +35,7 @@ pub(crate) struct Receivers {
     pub light_maps: wgpu::Buffer,
     pub leaves: u32,
     /// Offsets in the buffers; those that depend on the picture are missing.
-    pub plan: BufferOffsets,
+    pub offsets: BufferOffsets,
     /// For each leaf, how many lights are in each part of its lists.
     pub parts: Vec<[u32; 4]>,
     /// For each leaf, how many lights cannot light it at all.
@@ -171,7 +171,7 @@ impl Receivers {
                 mapped_at_creation: false,
             }),
             leaves: count as u32,
-            plan: BufferOffsets {
+            offsets: BufferOffsets {
                 grids_at,
                 cells_at,
                 leaves: count as u32,
@@ -192,10 +192,10 @@ impl Receivers {
     }
 
     /// The offsets that depend on no picture, for baking light maps.
-    pub fn plan_buffer(&self, device: &wgpu::Device) -> wgpu::Buffer {
+    pub fn offsets_buffer(&self, device: &wgpu::Device) -> wgpu::Buffer {
         device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("buffer offsets"),
-            contents: bytemuck::bytes_of(&self.plan),
+            contents: bytemuck::bytes_of(&self.offsets),
             usage: wgpu::BufferUsages::UNIFORM,
         })
     }

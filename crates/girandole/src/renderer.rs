@@ -167,7 +167,7 @@ impl Renderer {
         }
         let occluders = Occluders::new(scene, geometry, &samples, self.options.skip_non_blockers);
         self.loaded = Some(Loaded {
-            scene: GpuScene::new((&self.device, &self.queue), &self.layouts.scene, scene, geometry)?,
+            scene: GpuScene::new(&self.device, &self.queue, &self.layouts.scene, scene, geometry)?,
             light_buffer: light_buffer(&self.device, &samples)?,
             atlas: Atlas::new(&self.device, &self.layouts.tuning, layout, scene, geometry, occluders)?,
             lights: samples,

@@ -28,7 +28,7 @@ pub(crate) struct PointLists {
     pub dispatch_arguments: wgpu::Buffer,
     pub tally: wgpu::Buffer,
     /// Without light maps, and with them.
-    plans: [wgpu::Buffer; 2],
+    offsets: [wgpu::Buffer; 2],
     /// Whether this frame uses them.
     pub light_maps: bool,
     /// What it was made for.
@@ -41,8 +41,8 @@ impl PointLists {
         targets.size[0] * (targets.band_rows + 1)
     }
 
-    /// The plan of the buffers for so many points.
-    pub fn plan(receivers: &Receivers, capacity: u32) -> BufferOffsets {
+    /// Where things are in buffers for so many points.
+    pub fn offsets(receivers: &Receivers, capacity: u32) -> BufferOffsets {
         // The first chunk of each leaf and their number come before.
         let chunks_at = 2 * receivers.leaves;
         let chunks = capacity / CHUNK + receivers.leaves;
@@ -50,18 +50,18 @@ impl PointLists {
             chunks_at,
             sorted_at: chunks_at + chunks,
             points_at: receivers.leaves,
-            ..receivers.plan
+            ..receivers.offsets
         }
     }
 
-    /// The plan of this frame.
-    pub fn plan_buffer(&self) -> &wgpu::Buffer {
-        &self.plans[usize::from(self.light_maps)]
+    /// The offsets of this frame.
+    pub fn offsets_buffer(&self) -> &wgpu::Buffer {
+        &self.offsets[usize::from(self.light_maps)]
     }
 
     /// # Errors
     /// [`Error::TooLarge`] where a buffer exceeds the device's limit.
-    pub fn new(device: &wgpu::Device, capacity: u32, plan: BufferOffsets) -> Result<Self> {
+    pub fn new(device: &wgpu::Device, capacity: u32, offsets: BufferOffsets) -> Result<Self> {
         use wgpu::BufferUsages as U;
         let limit = device.limits().max_storage_buffer_binding_size;
         let buffer = |label, words: u64, usage| {
@@ -81,11 +81,11 @@ impl PointLists {
                 mapped_at_creation: false,
             }))
         };
-        let (leaves, points) = (u64::from(plan.leaves), u64::from(capacity));
-        let sorted = u64::from(plan.sorted_at - plan.chunks_at) * u64::from(CHUNK);
+        let (leaves, points) = (u64::from(offsets.leaves), u64::from(capacity));
+        let sorted = u64::from(offsets.sorted_at - offsets.chunks_at) * u64::from(CHUNK);
         let words = |header: usize, words: u64| header as u64 / 4 + words;
         let shade_list = words(size_of::<ShadeListHeader>(), leaves + ShadePoint::WORDS as u64 * points);
-        let point_queue = words(size_of::<PointQueueHeader>(), u64::from(plan.sorted_at) + sorted);
+        let point_queue = words(size_of::<PointQueueHeader>(), u64::from(offsets.sorted_at) + sorted);
         Ok(Self {
             candidates: buffer("candidates", words(size_of::<CandidatesHeader>(), points), U::INDIRECT)?,
             shade_list: buffer("points to shade", shade_list, U::empty())?,
@@ -96,15 +96,15 @@ impl PointLists {
                 U::INDIRECT,
             )?,
             tally: buffer("tally", u64::from(TALLY_ROWS) * leaves.max(1), U::COPY_SRC | U::COPY_DST)?,
-            plans: [0, 1].map(|light_maps| {
+            offsets: [0, 1].map(|light_maps| {
                 device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                     label: Some("buffer offsets"),
-                    contents: bytemuck::bytes_of(&BufferOffsets { light_maps, ..plan }),
+                    contents: bytemuck::bytes_of(&BufferOffsets { light_maps, ..offsets }),
                     usage: U::UNIFORM,
                 })
             }),
             light_maps: false,
-            key: (capacity, plan),
+            key: (capacity, offsets),
         })
     }
 }

@@ -86,14 +86,18 @@ impl Debug {
                 run(&self.levels, &[ids, inputs.targets.sums.as_entire_binding(), picture, light], tiles);
             }
             (DebugView::LightMaps, Some((receivers, selection))) => {
-                let buffers =
-                    [&receivers.receivers, &receivers.lists, &receivers.light_maps, selection.plan_buffer()];
+                let buffers = [
+                    &receivers.receivers,
+                    &receivers.lists,
+                    &receivers.light_maps,
+                    selection.offsets_buffer(),
+                ];
                 let [a, b, c, d] = buffers.map(|b| b.as_entire_binding());
                 run(&self.light_maps, &[ids, a, b, c, d, picture], tiles);
             }
             (DebugView::Receivers | DebugView::States(_), Some((receivers, selection))) => {
                 let colors = storage(device, "colours", &leaf_colors(view, receivers))?;
-                let buffers = [&receivers.receivers, &colors, selection.plan_buffer()];
+                let buffers = [&receivers.receivers, &colors, selection.offsets_buffer()];
                 let [a, b, c] = buffers.map(|b| b.as_entire_binding());
                 run(&self.leaves, &[ids, a, b, c, picture], tiles);
             }

@@ -140,7 +140,7 @@ impl Multipass {
             &selection.point_queue,
             &draws.elements,
             &draws.arguments,
-            selection.plan_buffer(),
+            selection.offsets_buffer(),
             &draws.passes,
         ];
         let time = timers.compute("sort_gpu_ms");
@@ -157,7 +157,7 @@ impl Multipass {
                 lights.as_entire_binding(),
                 inputs.maps.as_entire_binding(),
                 selection.point_queue.as_entire_binding(),
-                selection.plan_buffer().as_entire_binding(),
+                selection.offsets_buffer().as_entire_binding(),
                 draws.parts.as_entire_binding(),
                 draws.elements.as_entire_binding(),
                 draws.passes.as_entire_binding(),
@@ -194,7 +194,7 @@ impl Multipass {
             selection.point_queue.as_entire_binding(),
             receivers.lists.as_entire_binding(),
             receivers.light_maps.as_entire_binding(),
-            selection.plan_buffer().as_entire_binding(),
+            selection.offsets_buffer().as_entire_binding(),
             wgpu::BindingResource::TextureView(&targets.keys),
             wgpu::BindingResource::TextureView(&sums.light),
             wgpu::BindingResource::TextureView(&sums.second),

@@ -181,7 +181,7 @@ impl Select {
             wgpu::BindingResource::TextureView(&targets.ids),
             receivers.receivers.as_entire_binding(),
             selection.shade_list.as_entire_binding(),
-            selection.plan_buffer().as_entire_binding(),
+            selection.offsets_buffer().as_entire_binding(),
             keys.clone(),
             coarse[0].clone(),
             coarse[1].clone(),
@@ -234,14 +234,14 @@ impl Select {
             &selection.point_queue,
             &selection.dispatch_arguments,
             &selection.tally,
-            selection.plan_buffer(),
+            selection.offsets_buffer(),
             &selection.candidates,
             &receivers.shading_order_buffer,
         ]
         .map(|b| b.as_entire_binding());
         let time = timers.compute("sort_gpu_ms");
         self.allot.record(device, encoder, time, band, &resources, Groups::Count([1, 1]));
-        let resources = [&selection.shade_list, &selection.point_queue, selection.plan_buffer()]
+        let resources = [&selection.shade_list, &selection.point_queue, selection.offsets_buffer()]
             .map(|b| b.as_entire_binding());
         let groups = Groups::Indirect(&selection.dispatch_arguments, SCATTER_AT);
         self.scatter.record(device, encoder, timers.compute("sort_gpu_ms"), band, &resources, groups);
@@ -293,7 +293,7 @@ impl Select {
             selection.point_queue.as_entire_binding(),
             receivers.lists.as_entire_binding(),
             receivers.light_maps.as_entire_binding(),
-            selection.plan_buffer().as_entire_binding(),
+            selection.offsets_buffer().as_entire_binding(),
             wgpu::BindingResource::TextureView(inputs.grid[0]),
             wgpu::BindingResource::TextureView(inputs.grid[1]),
             wgpu::BindingResource::TextureView(&targets.keys),
