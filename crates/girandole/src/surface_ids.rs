@@ -97,3 +97,47 @@ fn surface(scene: &Scene, triangle: &Triangle, plane: Option<u32>) -> Surface {
         material: reflects.then_some(triangle.material),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use girandole_core::scene::builtin::{self, MovingObject};
+
+    #[test]
+    fn surfaces_with_one_id_are_one_surface() {
+        let mut scene = builtin::build("table", MovingObject::Teapot).expect("table");
+        for (index, material) in scene.materials.iter_mut().enumerate() {
+            material.specular = (index % 2) as f32;
+        }
+        let geometry = Geometry::new(&scene);
+        let ids = surface_ids(&scene, &geometry).expect("ids");
+        let plane = |t: &Triangle| {
+            let [a, b, c] = t.vertices.map(|v| geometry.positions[v as usize]);
+            let normal = (b - a).cross(c - a).normalize();
+            (normal, normal.dot(a))
+        };
+        // Each triangle beside the first one that has its id.
+        let contradictions = |ids: &[u32]| {
+            let mut first: HashMap<u32, &Triangle> = HashMap::new();
+            let pairs = geometry.triangles.iter().zip(ids);
+            pairs
+                .filter(|&(t, &id)| {
+                    let other = *first.entry(id).or_insert(t);
+                    let ((n, d), (m, e)) = (plane(t), plane(other));
+                    let is_plane = n.dot(m) > 0.9999 && (d - e).abs() < 1e-3;
+                    let is_same = if id & CURVED == 0 { is_plane } else { t.object == other.object };
+                    let reflects = scene.materials[t.material as usize].specular > 0.0;
+                    !is_same || (reflects && t.material != other.material)
+                })
+                .count()
+        };
+        assert_eq!(contradictions(&ids), 0);
+        let mut numbers: Vec<u32> = ids.iter().map(|id| id & (SHINY - 1)).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        assert!(numbers.iter().copied().eq(1..=numbers.len() as u32), "numbers without gaps from 1");
+        // The control: ids of fewer bits collide.
+        let short: Vec<u32> = ids.iter().map(|id| id & (CURVED | SHINY | 15)).collect();
+        assert!(contradictions(&short) > 0);
+    }
+}
