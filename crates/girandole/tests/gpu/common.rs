@@ -98,11 +98,15 @@ impl Context {
     /// A renderer with a scene and its visibility.
     pub fn loaded(&self, stage: &Stage, options: RendererOptions) -> Renderer {
         let mut renderer = self.renderer(options);
-        renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
+        self.load(&mut renderer, stage);
         renderer
-            .load_visibility(&stage.scene, &stage.geometry, &stage.lights, &stage.visibility())
-            .expect("visibility");
-        renderer
+    }
+
+    /// Loads a scene and its visibility: what is compiled stays, which takes seconds on software devices.
+    pub fn load(&self, renderer: &mut Renderer, stage: &Stage) {
+        let (scene, geometry, lights) = (&stage.scene, &stage.geometry, &stage.lights);
+        renderer.load(scene, geometry, lights).expect("load");
+        renderer.load_visibility(scene, geometry, lights, &stage.visibility()).expect("visibility");
     }
 
     pub fn frame(

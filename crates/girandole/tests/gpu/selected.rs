@@ -69,14 +69,14 @@ fn pair_by_pair(context: &Context) {
         let stage = Stage::builtin(name, 300);
         let view = stage.view(0, size);
         let tracer = stage.tracer();
+        let mut renderer = context.renderer(RendererOptions { map_size: Some(464), ..Default::default() });
         for light in stage.lights.samples().iter().step_by(23) {
             let alone = Stage {
                 scene: stage.scene.clone(),
                 geometry: stage.geometry.clone(),
                 lights: LightSet::from_samples(&stage.geometry, vec![*light]),
             };
-            let options = RendererOptions { map_size: Some(464), ..Default::default() };
-            let mut renderer = context.loaded(&alone, options);
+            context.load(&mut renderer, &alone);
             let naive = context.frame(&mut renderer, &view, size, &settings(Mode::Naive));
             let vd = context.frame(&mut renderer, &view, size, &settings(Mode::Visibility));
             let average = mean(&naive);
