@@ -7,12 +7,18 @@ use crate::visibility::{VisibilityDatabase, VisibilitySettings};
 use crate::{Error, Result};
 
 /// How a scene is lit.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IlluminationSettings {
     /// How light is sampled.
     pub lights: LightSettings,
-    /// How visibility is determined; `None` = not at all.
+    /// How visibility is determined; `None` = not at all, which the renderer's naive mode suffices with.
     pub visibility: Option<VisibilitySettings>,
+}
+
+impl Default for IlluminationSettings {
+    fn default() -> Self {
+        Self { lights: LightSettings::default(), visibility: Some(VisibilitySettings::default()) }
+    }
 }
 
 /// A scene's geometry, its light samples, and which of them need a shadow map where.

@@ -1,11 +1,11 @@
 //! Lights a scene made in code and writes `headless.ppm`: a lamp over a ball in a room that is open to the front.
 
+mod shared;
+
 use girandole::core::glam::{Vec3, vec3};
-use girandole::core::lights::{LightSet, LightSettings};
+use girandole::core::illumination::IlluminationSettings;
 use girandole::core::scene::builtin::shapes;
-use girandole::core::scene::{Camera, Geometry, Material, Mesh, Projection, Scene, Transform, View};
-use girandole::core::tonemap::{Exposure, Tonemap, to_srgb8};
-use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
+use girandole::core::scene::{Camera, Material, Mesh, Projection, Scene, Transform, View};
 use girandole::{Gpu, RenderSettings, Renderer, RendererOptions};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -38,18 +38,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
 
     // Its light as 300 samples, and a device of our own; a program with a window hands in the one it has.
-    let geometry = Geometry::new(&scene);
-    let lights = LightSet::sample(&scene, &geometry, &LightSettings::default())?;
     let gpu = pollster::block_on(Gpu::new(None))?;
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, RendererOptions::default())?;
-    renderer.load(&scene, &geometry, &lights)?;
-    let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())?;
-    renderer.load_visibility(&scene, &geometry, &lights, &visibility)?;
+    renderer.open(&scene, &IlluminationSettings::default())?;
     let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
     renderer.render(&view, [640, 480], &RenderSettings::default())?;
     let image = gpu.block_on(renderer.radiance())??;
-    let mut file = b"P6 640 480 255\n".to_vec();
-    file.extend(to_srgb8(&image, Exposure::Auto.ev(&image), Tonemap::Agx));
-    std::fs::write("headless.ppm", file)?;
-    Ok(())
+    Ok(shared::write_ppm("headless.ppm", &image)?)
 }

@@ -1,17 +1,15 @@
 //! One encoder, two renderers: a triangle of the program's own with depth, then a lit room round it, into an HDR target.
 //! `own_frame.ppm` shows both.
 
+mod shared;
+
 use girandole::core::glam::{DVec3, Vec3, camera::rh::proj::directx::perspective_infinite_reverse};
 use girandole::core::illumination::IlluminationSettings;
-use girandole::core::image::Image;
 use girandole::core::scene::builtin::{self, MovingObject};
 use girandole::core::scene::{Transform, View};
-use girandole::core::tonemap::{Exposure, Tonemap, to_srgb8};
+use girandole::core::tonemap::{Exposure, Tonemap};
 use girandole::{Gpu, RenderSettings, Renderer, RendererOptions, Target, wgpu};
-use wgpu::{BufferUsages, TextureFormat, TextureUsages};
-
-const WIDTH: u32 = 640;
-const HEIGHT: u32 = 480;
+use wgpu::{TextureFormat, TextureUsages};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let gpu = pollster::block_on(Gpu::new(None))?;
@@ -19,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let texture = |format, usage| {
         device.create_texture(&wgpu::TextureDescriptor {
             label: None,
-            size: wgpu::Extent3d { width: WIDTH, height: HEIGHT, depth_or_array_layers: 1 },
+            size: wgpu::Extent3d { width: 640, height: 480, depth_or_array_layers: 1 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -35,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The program's own camera, with reversed depth, and its triangle.
     let eye = Transform::looking_at(Vec3::new(0.5, 1.65, 2.85), Vec3::new(0.0, 0.8, -0.7));
     let view_from_world = eye.affine().inverse();
-    let clip_from_view = perspective_infinite_reverse(0.9, WIDTH as f32 / HEIGHT as f32, 0.05);
+    let clip_from_view = perspective_infinite_reverse(0.9, 4.0 / 3.0, 0.05);
     let corners = [(-1.6, 0.3, -1.2), (1.2, 0.3, 0.0), (-0.3, 2.3, -0.6)].map(|(x, y, z)| {
         let seen = view_from_world.transform_point3(DVec3::new(x, y, z)).as_vec3();
         let [x, y, z, w] = (clip_from_view * seen.extend(1.0)).to_array();
@@ -50,16 +48,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let source = wgpu::ShaderSource::Wgsl(shader.into());
     let module = &device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
     let (entry_point, compilation_options) = (None, wgpu::PipelineCompilationOptions::default());
+    let options = compilation_options.clone();
+    let vertex = wgpu::VertexState { module, entry_point, compilation_options: options, buffers: &[] };
     let targets = &[Some(TextureFormat::Rgba32Float.into())];
     let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: None,
         layout: None,
-        vertex: wgpu::VertexState {
-            module,
-            entry_point,
-            compilation_options: compilation_options.clone(),
-            buffers: &[],
-        },
+        vertex,
         primitive: Default::default(),
         depth_stencil: Some(wgpu::DepthStencilState {
             format: TextureFormat::Depth32Float,
@@ -91,28 +86,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut renderer = Renderer::new(device, queue, RendererOptions::default())?;
     renderer.open(&builtin::build("table", MovingObject::Torus)?, &IlluminationSettings::default())?;
     let view = View::from_matrices(view_from_world, clip_from_view)?;
-    let target = Target::new(&color, hdr.format(), [WIDTH, HEIGHT]);
+    let target = Target::new(&color, hdr.format(), [640, 480]);
     let target = Target { keep_background: true, depth_in: Some(&depth), ..target };
     let settings =
         RenderSettings { exposure: Exposure::Ev(0.0), tonemap: Tonemap::None, ..Default::default() };
     renderer.record(&mut encoder, &view, &target, &settings)?;
 
-    // One submit; then the target is read back and shown.
-    let usage = BufferUsages::COPY_DST | BufferUsages::MAP_READ;
-    let size = u64::from(WIDTH * HEIGHT * 16);
-    let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
-    let buffer = device.create_buffer(&descriptor);
-    let layout = wgpu::TexelCopyBufferLayout { bytes_per_row: Some(WIDTH * 16), ..Default::default() };
-    let copy = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
-    encoder.copy_texture_to_buffer(hdr.as_image_copy(), copy, hdr.size());
+    // One submit for both.
     queue.submit([encoder.finish()]);
-    buffer.map_async(wgpu::MapMode::Read, .., |result| result.expect("the target can be mapped"));
-    gpu.wait()?;
-    let channel = |p: &[u8], i: usize| f32::from_le_bytes([p[i], p[i + 1], p[i + 2], p[i + 3]]);
-    let texels = buffer.get_mapped_range(..)?;
-    let pixels = texels.chunks_exact(16).map(|p| Vec3::new(channel(p, 0), channel(p, 4), channel(p, 8)));
-    let image = Image { width: WIDTH, height: HEIGHT, pixels: pixels.collect() };
-    let mut file = format!("P6 {WIDTH} {HEIGHT} 255\n").into_bytes();
-    file.extend(to_srgb8(&image, Exposure::Auto.ev(&image), Tonemap::Agx));
-    Ok(std::fs::write("own_frame.ppm", file)?)
+    Ok(shared::write_ppm("own_frame.ppm", &shared::read_back(&gpu, &hdr)?)?)
 }
