@@ -3,15 +3,15 @@
 use crate::Result;
 use crate::device::recorder::Recorder;
 use crate::layout::Frame;
-use crate::occluders::CullCounts;
+use crate::maps::occluders::CullCounts;
 use crate::passes::debug::DebugInputs;
 use crate::passes::sort_points::ListedPoints;
 use crate::passes::visibility_buffer::{DepthUse, Seen};
 use crate::passes::{BandSample, GridView, LightMapsView, MapsView, batches};
+use crate::points::targets::COARSEST;
 use crate::prepare::{Adaptive, PointPasses, Prepared, PreparedMode};
 use crate::settings::{RenderSettings, Target};
 use crate::shader_constants::{BATCH, GROUP};
-use crate::targets::COARSEST;
 use girandole_core::glam::Vec2;
 use girandole_core::scene::{ClipDepth, LocalView};
 use girandole_core::tonemap::Exposure;

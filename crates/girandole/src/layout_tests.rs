@@ -1,7 +1,7 @@
 //! Proof that needs no GPU: shaders parse and validate, both sides agree on every field, and a whole frame records
 //! without complaint on a backend that does nothing.
 
-use crate::device_tuning::DeviceTuning;
+use crate::device::tuning::DeviceTuning;
 use crate::layout::{
     BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Item,
     Light, Maps, MultipassParams, PointQueueHeader, ShadeListHeader, TextureUse, Triangle, Vertex,

@@ -44,40 +44,32 @@
 pub use girandole_core as core;
 pub use wgpu;
 
-mod atlas;
 mod device;
-mod device_tuning;
-mod elements;
 mod error;
 mod frame;
-mod gpu_scene;
 mod layout;
-mod lights;
-mod occluders;
+mod maps;
 mod packed;
 mod passes;
-mod point_lists;
+mod points;
 mod prepare;
-mod receivers;
 mod records;
 mod renderer;
-mod resident;
+mod scene;
 mod settings;
 mod shader_constants;
 mod shaders;
 mod stats;
-mod surface_ids;
-mod targets;
 
 #[cfg(test)]
 mod layout_tests;
 
-pub use atlas::{AtlasLayout, MapSlot};
+pub use device::tuning::DeviceTuning;
 pub use device::{AdapterReport, Gpu, WANTED_FEATURES, adapters, wanted_limits};
-pub use device_tuning::DeviceTuning;
 pub use error::{Error, Remedy, Result};
+pub use maps::layout::{AtlasLayout, MapSlot};
 
-pub use occluders::CullCounts;
+pub use maps::occluders::CullCounts;
 pub use renderer::Renderer;
 pub use settings::{
     DEFAULT_CLAMP, DebugView, Mode, RenderSettings, RendererOptions, Shading, ShadowMap, Target,

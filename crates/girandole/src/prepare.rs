@@ -1,7 +1,8 @@
 //! What a frame needs before it can be recorded: compiled kernels, textures of its size, lists of points.
 
+use crate::device::context::Context;
 use crate::device::kernel::Shared;
-use crate::elements::{MultipassKey, MultipassPlan, in_view};
+use crate::passes::Compiler;
 use crate::passes::append_all_points::AppendAllPoints;
 use crate::passes::caller_depth::CallerDepth;
 use crate::passes::debug::Debug;
@@ -17,13 +18,13 @@ use crate::passes::shadow_maps::ShadowMaps;
 use crate::passes::sort_points::SortPoints;
 use crate::passes::tonemap::ToneMapping;
 use crate::passes::visibility_buffer::VisibilityBuffer;
-use crate::passes::{Compiler, SceneFeatures};
-use crate::point_lists::PointLists;
-use crate::receivers::Receivers;
-use crate::renderer::Context;
-use crate::resident::{LightMapBound, Resident};
+use crate::points::lists::PointLists;
+use crate::points::multipass_plan::{MultipassKey, MultipassPlan, in_view};
+use crate::points::targets::Targets;
+use crate::scene::receivers::Receivers;
+use crate::scene::resident::SceneFeatures;
+use crate::scene::resident::{LightMapBound, Resident};
 use crate::settings::{DebugView, Mode, RenderSettings, Shading};
-use crate::targets::Targets;
 use crate::{Error, Result};
 use girandole_core::scene::LocalView;
 use std::sync::OnceLock;

@@ -1,19 +1,20 @@
 //! The renderer: a scene with its light on the GPU, and frames of it.
 
+use crate::device::context::Context;
 use crate::device::kernel::Shared;
 use crate::device::readback::TextureCopy;
 use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
-use crate::device_tuning::DeviceTuning;
-use crate::elements::MAX_LIGHTS_PER_PASS;
+use crate::device::tuning::DeviceTuning;
 use crate::frame::record_frame;
 use crate::packed::unpack_radiance;
-use crate::point_lists::PointLists;
+use crate::points::lists::PointLists;
+use crate::points::multipass_plan::MAX_LIGHTS_PER_PASS;
+use crate::points::targets::Targets;
 use crate::prepare::{Passes, ScenePasses, allocate, prepare};
-use crate::receivers::Receivers;
-use crate::resident::{LightMapBound, Resident};
+use crate::scene::receivers::Receivers;
+use crate::scene::resident::{LightMapBound, Resident};
 use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading, Target};
-use crate::targets::Targets;
 use crate::{Error, Remedy, Result};
 use girandole_core::illumination::{Illumination, IlluminationSettings};
 use girandole_core::image::Image;
@@ -45,15 +46,6 @@ pub struct Renderer {
 
 /// Exposures beyond this many stops leave the range of floats.
 const MAX_EV: f32 = 64.0;
-
-/// The device, and what is fixed when a renderer is made.
-pub(crate) struct Context {
-    pub device: wgpu::Device,
-    pub queue: wgpu::Queue,
-    pub options: RendererOptions,
-    pub shared: Shared,
-    pub timers: Timers,
-}
 
 impl Renderer {
     /// Compiles the renderer for a device. Needs WebGPU's default limits and compute; uses

@@ -1,6 +1,6 @@
 //! What can be chosen: once for a renderer ([`RendererOptions`]), or for each frame ([`RenderSettings`]).
 
-use crate::device_tuning::DeviceTuning;
+use crate::device::tuning::DeviceTuning;
 use girandole_core::tonemap::{Exposure, Tonemap};
 
 /// How a shadow map covers the hemisphere (Barczak §4.2.1).

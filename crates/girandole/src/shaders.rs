@@ -1,7 +1,7 @@
 //! Shader sources. A pass names the `lib/` files and [records](crate::records) that it uses; WGSL's module scope has no
 //! order, so they are simply put together, after the [constants](crate::shader_constants).
 
-use crate::device_tuning::DeviceTuning;
+use crate::device::tuning::DeviceTuning;
 use crate::records::RECORDS;
 use crate::shader_constants;
 

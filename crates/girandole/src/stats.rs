@@ -2,10 +2,10 @@
 
 use crate::Result;
 use crate::device::readback;
-use crate::occluders::CullCounts;
-use crate::point_lists::PointLists;
-use crate::receivers::Receivers;
+use crate::maps::occluders::CullCounts;
+use crate::points::lists::PointLists;
 use crate::renderer::Renderer;
+use crate::scene::receivers::Receivers;
 use crate::settings::{Mode, RenderSettings, Shading};
 use std::collections::BTreeMap;
 use std::future::Future;

@@ -4,7 +4,7 @@
 //! Group 0 is the frame (one uniform with a dynamic offset), group 1 the scene, group 2 belongs to the pass.
 
 use super::recorder::Recorder;
-use crate::device_tuning::DeviceTuning;
+use crate::device::tuning::DeviceTuning;
 use crate::layout::Frame;
 use crate::shader_constants::{TILE, WORKGROUP};
 use crate::shaders::{self, Source};

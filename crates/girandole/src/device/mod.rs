@@ -1,9 +1,11 @@
 //! The device: adapters, pipelines with their bindings, recording, timers, read-backs.
 
+pub(crate) mod context;
 mod gpu;
 pub(crate) mod kernel;
 pub(crate) mod readback;
 pub(crate) mod recorder;
 pub(crate) mod timers;
+pub(crate) mod tuning;
 
 pub use gpu::{AdapterReport, Gpu, WANTED_FEATURES, adapters, wanted_limits};

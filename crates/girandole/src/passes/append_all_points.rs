@@ -5,7 +5,7 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView};
 use crate::device::kernel::{Groups, Kernel, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::point_lists::PointLists;
+use crate::points::lists::PointLists;
 use crate::shaders;
 
 pub(crate) struct AppendAllPoints {

@@ -1,9 +1,10 @@
 //! Depth of the caller's own opaque things: it comes in before ours is drawn, and ours goes out afterwards.
 
 use super::BandSample;
-use super::visibility_buffer::{DEPTH, Seen};
+use super::visibility_buffer::Seen;
 use crate::device::kernel::{Draw, KernelCache, RenderKernel, Shared, texture};
 use crate::device::recorder::Recorder;
+use crate::points::targets::DEPTH;
 use crate::shaders;
 
 pub(crate) struct CallerDepth {

@@ -6,7 +6,7 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView};
 use crate::device::kernel::{Binding, Groups, Kernel, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::point_lists::{FLAT_AT, PointLists};
+use crate::points::lists::{FLAT_AT, PointLists};
 use crate::shader_constants::EDGE_RUN;
 use crate::shaders;
 

@@ -3,9 +3,9 @@
 use crate::device::kernel::{Groups, Kernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
 use crate::layout::Frame;
+use crate::points::targets::Targets;
 use crate::shader_constants::HISTOGRAM_BINS;
 use crate::shaders;
-use crate::targets::Targets;
 
 pub(crate) struct Exposure {
     clear: Kernel,

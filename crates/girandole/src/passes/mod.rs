@@ -17,26 +17,17 @@ pub(crate) mod sort_points;
 pub(crate) mod tonemap;
 pub(crate) mod visibility_buffer;
 
+pub(crate) use crate::maps::atlas::MapsView;
+pub(crate) use crate::points::targets::GridView;
+pub(crate) use crate::scene::receivers::LightMapsView;
+
 use crate::device::kernel::Shared;
-use crate::gpu_scene::GpuScene;
 use crate::layout::Frame;
-use crate::receivers::Receivers;
+use crate::points::targets::Targets;
+use crate::scene::geometry::GpuScene;
+use crate::scene::resident::SceneFeatures;
 use crate::settings::RendererOptions;
 use crate::shader_constants::BATCH;
-use crate::targets::Targets;
-
-/// What a scene and its lights need of the kernels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct SceneFeatures {
-    /// Some material has a specular lobe.
-    pub specular: bool,
-    /// All lights fall off with the cosine.
-    pub only_cosine_lights: bool,
-    /// Some material has a texture.
-    pub textures: bool,
-    /// Some surface has normals that vary.
-    pub curved: bool,
-}
 
 /// What passes are compiled with.
 #[derive(Clone, Copy)]
@@ -121,29 +112,4 @@ pub(crate) fn batches(lights: u32, size: u32) -> impl Iterator<Item = LightBatch
         let end = first.saturating_add(size).min(lights);
         LightBatch { first, end, is_last: end == lights }
     })
-}
-
-/// A grid of points with what they receive.
-#[derive(Clone, Copy)]
-pub(crate) struct GridView<'a> {
-    /// Irradiance, and the surface's id.
-    pub irradiance: &'a wgpu::TextureView,
-    /// What depends on direction: specular radiance, or the direction of light.
-    pub directional: &'a wgpu::TextureView,
-}
-
-/// Shadow maps that are up to date.
-#[derive(Clone, Copy)]
-pub(crate) struct MapsView<'a> {
-    pub atlas: &'a wgpu::TextureView,
-    /// `Maps` for the shaders.
-    pub maps: &'a wgpu::Buffer,
-}
-
-/// Receivers whose light maps, if the frame has any, hold this frame's lights.
-#[derive(Clone, Copy)]
-pub(crate) struct LightMapsView<'a> {
-    pub receivers: &'a Receivers,
-    /// Whether they are used.
-    pub used: bool,
 }

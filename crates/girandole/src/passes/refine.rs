@@ -6,7 +6,7 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView};
 use crate::device::kernel::{Groups, Kernel, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::point_lists::{CURVED_AT, FLAT_AT, PointLists};
+use crate::points::lists::{CURVED_AT, FLAT_AT, PointLists};
 use crate::shaders;
 
 pub(crate) struct Refine {

@@ -5,7 +5,7 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView, MapsView};
 use crate::device::kernel::{Groups, Kernel, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::point_lists::{COOPERATIVE_AT, SHADE_AT};
+use crate::points::lists::{COOPERATIVE_AT, SHADE_AT};
 use crate::shaders;
 
 pub(crate) struct ShadePoints {

@@ -4,7 +4,7 @@
 use super::{BandSample, Compiler, LightMapsView};
 use crate::device::kernel::{Groups, Kernel, buffer};
 use crate::device::recorder::Recorder;
-use crate::point_lists::{PointLists, SCATTER_AT};
+use crate::points::lists::{PointLists, SCATTER_AT};
 use crate::shaders;
 
 pub(crate) struct SortPoints {

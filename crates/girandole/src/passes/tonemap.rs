@@ -4,10 +4,10 @@ use super::exposure::Stops;
 use crate::device::kernel::{Draw, KernelCache, RenderKernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
 use crate::layout::Display;
+use crate::points::targets::Targets;
 use crate::settings::{RenderSettings, Target};
 use crate::shader_constants::{ACES, AGX, NO_CURVE};
 use crate::shaders;
-use crate::targets::Targets;
 use girandole_core::tonemap::{Exposure, Tonemap};
 use wgpu::util::DeviceExt;
 

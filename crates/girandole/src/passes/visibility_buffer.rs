@@ -4,14 +4,8 @@ use super::BandSample;
 use super::caller_depth::CallerDepth;
 use crate::device::kernel::{Draw, RenderKernel, Shared, buffer};
 use crate::device::recorder::Recorder;
+use crate::points::targets::{DEPTH, SURFACE_IDS, TRIANGLE_IDS};
 use crate::shaders;
-
-/// Format of the triangle ids.
-pub(crate) const TRIANGLE_IDS: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
-/// Format of surface ids and materials.
-pub(crate) const SURFACE_IDS: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
-/// Format of the camera's depth.
-pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 pub(crate) struct VisibilityBuffer {
     opaque: RenderKernel,

@@ -8,13 +8,13 @@
 //! | N: nothing blocks | 0: nothing left to do | 1: add |
 //! | P: something may block | 3: look, and subtract where it is blocked | 2: look, and add where it is not |
 
-use crate::gpu_scene::storage;
 use crate::layout::BufferOffsets;
 use crate::records::{LeafRange, LeafRecord, ReceiverGrid};
+use crate::scene::geometry::storage;
+use crate::scene::surface_ids::is_flat;
 use crate::shader_constants::{
     BATCH, CLUSTERED, MAPPED_SHADOWED, MAPPED_UNSHADOWED, NO_PART, NONE, SHADOWED, SIDE, UNSHADOWED,
 };
-use crate::surface_ids::is_flat;
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::Vec3;
 use girandole_core::image::luminance;
@@ -53,6 +53,14 @@ pub(crate) struct Receivers {
     /// Leaves in the order in which their points are shaded.
     pub shading_order: Vec<u32>,
     pub shading_order_buffer: wgpu::Buffer,
+}
+
+/// Receivers whose light maps, if the frame has any, hold this frame's lights.
+#[derive(Clone, Copy)]
+pub(crate) struct LightMapsView<'a> {
+    pub receivers: &'a Receivers,
+    /// Whether they are used.
+    pub used: bool,
 }
 
 /// A leaf patch in world space.

@@ -1,20 +1,32 @@
 //! A scene with its light on the GPU.
 
 use crate::Result;
-use crate::atlas::AtlasLayout;
-use crate::elements::MultipassPlan;
-use crate::gpu_scene::{GpuScene, gpu_lights};
-use crate::lights::GpuLights;
-use crate::occluders::{CullCounts, Occluders};
-use crate::passes::SceneFeatures;
-use crate::passes::shadow_maps::Atlas;
-use crate::receivers::Receivers;
-use crate::renderer::Context;
+use crate::device::context::Context;
+use crate::maps::atlas::Atlas;
+use crate::maps::layout::AtlasLayout;
+use crate::maps::occluders::{CullCounts, Occluders};
+use crate::points::multipass_plan::MultipassPlan;
+use crate::scene::geometry::{GpuScene, gpu_lights};
+use crate::scene::lights::GpuLights;
+use crate::scene::receivers::Receivers;
 use crate::shader_constants::DIRECTIONAL;
 use girandole_core::Generation;
 use girandole_core::glam::DVec3;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, NONE, Scene};
+
+/// What a scene and its lights need of the kernels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SceneFeatures {
+    /// Some material has a specular lobe.
+    pub specular: bool,
+    /// All lights fall off with the cosine.
+    pub only_cosine_lights: bool,
+    /// Some material has a texture.
+    pub textures: bool,
+    /// Some surface has normals that vary.
+    pub curved: bool,
+}
 
 /// A scene and its lights on the GPU, with what is derived from both.
 pub(crate) struct Resident {

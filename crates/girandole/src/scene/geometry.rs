@@ -3,8 +3,8 @@
 use crate::device::kernel::{GroupLayout, buffer, texture};
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
 use crate::records::TextureEntry;
+use crate::scene::surface_ids::surface_ids;
 use crate::shader_constants::{TEXEL_COLUMNS, TEXEL_ROWS};
-use crate::surface_ids::surface_ids;
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::{Vec2, Vec4};
 use girandole_core::lights::LightSet;

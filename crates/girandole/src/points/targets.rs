@@ -1,7 +1,5 @@
 //! Textures and buffers that depend on the picture's size alone; resizing makes only these anew.
 
-use crate::passes::{GridView, visibility_buffer};
-
 /// Pixels whose sums are held at once: 48 MiB of them.
 const BAND_PIXELS: u32 = 1 << 20;
 /// Pixels from point to point of the coarsest grid that is shaded.
@@ -11,6 +9,22 @@ pub(crate) const COARSEST: u32 = 8;
 pub(crate) const GRID: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 /// Format of the picture, see `packed`.
 pub(crate) const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
+
+/// Format of the triangle ids.
+pub(crate) const TRIANGLE_IDS: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+/// Format of surface ids and materials.
+pub(crate) const SURFACE_IDS: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
+/// Format of the camera's depth.
+pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// A grid of points with what they receive.
+#[derive(Clone, Copy)]
+pub(crate) struct GridView<'a> {
+    /// Irradiance, and the surface's id.
+    pub irradiance: &'a wgpu::TextureView,
+    /// What depends on direction: specular radiance, or the direction of light.
+    pub directional: &'a wgpu::TextureView,
+}
 
 /// What depends on the picture's size alone.
 pub(crate) struct Targets {
@@ -73,9 +87,9 @@ impl Targets {
         Self {
             size,
             band_rows,
-            triangle_ids: attachment("triangle ids", visibility_buffer::TRIANGLE_IDS),
-            surface_ids: attachment("surface ids", visibility_buffer::SURFACE_IDS),
-            depth: attachment("depth", visibility_buffer::DEPTH),
+            triangle_ids: attachment("triangle ids", TRIANGLE_IDS),
+            surface_ids: attachment("surface ids", SURFACE_IDS),
+            depth: attachment("depth", DEPTH),
             grids: std::array::from_fn(|level| grid(level as u32)),
             sample: grid(0),
             partial_sums: device.create_buffer(&wgpu::BufferDescriptor {

@@ -1,0 +1,180 @@
+//! The shadow atlas on the GPU, and what is drawn into it.
+
+use super::layout::AtlasLayout;
+use super::occluders::{Clusters, Occluders};
+use crate::Result;
+use crate::scene::geometry::storage;
+use girandole_core::scene::{Geometry, Scene};
+use wgpu::util::DeviceExt;
+
+/// Format of what is drawn.
+pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// Shadow maps that are up to date.
+#[derive(Clone, Copy)]
+pub(crate) struct MapsView<'a> {
+    pub atlas: &'a wgpu::TextureView,
+    /// `Maps` for the shaders.
+    pub maps: &'a wgpu::Buffer,
+}
+
+/// The atlas and what is drawn into it.
+pub(crate) struct Atlas {
+    pub layout: AtlasLayout,
+    pub texture: wgpu::Texture,
+    /// All pages as an array.
+    view: wgpu::TextureView,
+    /// Where each page is drawn.
+    pub pages: Vec<wgpu::TextureView>,
+    /// The way from there to the atlas, if that is another texture.
+    pub copy: Option<PageCopy>,
+    /// `Maps` for the shaders.
+    pub maps: wgpu::Buffer,
+    pub occluders: Occluders,
+    pub positions: [wgpu::Buffer; 2],
+    pub coordinates: wgpu::Buffer,
+}
+
+impl Atlas {
+    pub fn new(
+        device: &wgpu::Device,
+        copies_maps: bool,
+        layout: AtlasLayout,
+        scene: &Scene,
+        geometry: &Geometry,
+        occluders: Occluders,
+    ) -> Result<Self> {
+        use wgpu::TextureUsages as U;
+        let copy = copies_maps.then(|| PageCopy::new(device, layout.page_size));
+        let (format, usage) = match &copy {
+            None => (DEPTH, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING),
+            Some(_) => (wgpu::TextureFormat::R32Float, U::STORAGE_BINDING | U::COPY_DST),
+        };
+        let texture = pages(device, layout.page_size, layout.pages, format, usage | U::COPY_SRC);
+        let page = |i: u32| match &copy {
+            None => texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                base_array_layer: i,
+                array_layer_count: Some(1),
+                ..Default::default()
+            }),
+            Some(copy) => copy.depth.create_view(&Default::default()),
+        };
+        Ok(Self {
+            view: texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2Array),
+                ..Default::default()
+            }),
+            pages: (0..layout.pages).map(page).collect(),
+            copy,
+            maps: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("maps"),
+                contents: bytemuck::bytes_of(&layout.maps()),
+                usage: wgpu::BufferUsages::UNIFORM,
+            }),
+            positions: [
+                storage(device, "occluders", &occluders.opaque.positions(geometry))?,
+                storage(device, "masked occluders", &occluders.masked.positions(geometry))?,
+            ],
+            coordinates: storage(
+                device,
+                "mask coordinates",
+                &mask_coordinates(scene, geometry, &occluders.masked),
+            )?,
+            texture,
+            layout,
+            occluders,
+        })
+    }
+
+    /// What shaders read maps from.
+    pub fn view(&self) -> MapsView<'_> {
+        MapsView { atlas: &self.view, maps: &self.maps }
+    }
+
+    /// Bytes of the pages, and of what they are copied through.
+    pub fn bytes(&self) -> u64 {
+        let of = |t: &wgpu::Texture| {
+            u64::from(t.width()) * u64::from(t.height()) * u64::from(t.depth_or_array_layers()) * 4
+        };
+        of(&self.texture) + self.copy.as_ref().map_or(0, |c| of(&c.depth) + c.buffer.size())
+    }
+
+    /// Triangles left out because they cannot block anything.
+    pub fn left_out(&self) -> usize {
+        self.occluders.left_out
+    }
+}
+
+/// Pages of texels.
+fn pages(
+    device: &wgpu::Device,
+    [width, height]: [u32; 2],
+    count: u32,
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("shadow atlas"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: count },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+/// One page of depth for all to be drawn in, and a buffer on the way from there: textures of different formats are not
+/// copied directly.
+pub(crate) struct PageCopy {
+    depth: wgpu::Texture,
+    buffer: wgpu::Buffer,
+    bytes_per_row: u32,
+}
+
+impl PageCopy {
+    fn new(device: &wgpu::Device, page_size: [u32; 2]) -> Self {
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        let bytes_per_row = (page_size[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        Self {
+            depth: pages(device, page_size, 1, DEPTH, usage),
+            buffer: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("page of the shadow atlas"),
+                size: u64::from(bytes_per_row) * u64::from(page_size[1]),
+                usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+            bytes_per_row,
+        }
+    }
+
+    /// Copies what is drawn to a page of the atlas.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, atlas: &wgpu::Texture, page: u32) {
+        let mut target = atlas.as_image_copy();
+        target.origin.z = page;
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(self.bytes_per_row),
+            rows_per_image: None,
+        };
+        let buffer = wgpu::TexelCopyBufferInfo { buffer: &self.buffer, layout };
+        encoder.copy_texture_to_buffer(self.depth.as_image_copy(), buffer, self.depth.size());
+        encoder.copy_buffer_to_texture(buffer, target, self.depth.size());
+    }
+}
+
+/// Texture coordinates of each corner of masked triangles, with the material's index as bits.
+fn mask_coordinates(scene: &Scene, geometry: &Geometry, clusters: &Clusters) -> Vec<[f32; 4]> {
+    clusters.corners(|t| {
+        let triangle = &geometry.triangles[t as usize];
+        let set = scene.materials[triangle.material as usize]
+            .base_color_texture
+            .map_or(0, |t| t.uv_set as usize & 1);
+        triangle.vertices.map(|v| {
+            let uv = geometry.uvs.get(v as usize).map_or([0.0; 2], |uv| uv[set].to_array());
+            [uv[0], uv[1], f32::from_bits(triangle.material), 0.0]
+        })
+    })
+}
