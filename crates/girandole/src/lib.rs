@@ -55,6 +55,7 @@ mod points;
 mod prepare;
 mod records;
 mod renderer;
+mod resident;
 mod scene;
 mod settings;
 mod shader_constants;

@@ -1,5 +1,6 @@
 //! The device: adapters, pipelines with their bindings, recording, timers, read-backs.
 
+pub(crate) mod buffers;
 pub(crate) mod context;
 mod gpu;
 pub(crate) mod kernel;

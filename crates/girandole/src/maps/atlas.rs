@@ -3,7 +3,7 @@
 use super::layout::AtlasLayout;
 use super::occluders::{Clusters, Occluders};
 use crate::Result;
-use crate::scene::geometry::storage;
+use crate::device::buffers::storage;
 use girandole_core::scene::{Geometry, Scene};
 use wgpu::util::DeviceExt;
 

@@ -2,10 +2,10 @@
 
 use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView, MapsView};
+use crate::device::buffers::storage;
 use crate::device::kernel::{Groups, Kernel, buffer, texture};
 use crate::device::recorder::Recorder;
 use crate::points::lists::PointLists;
-use crate::scene::geometry::storage;
 use crate::scene::lights::GpuLights;
 use crate::scene::receivers::Receivers;
 use crate::settings::DebugView;

@@ -4,8 +4,8 @@ use super::{Compiler, LightMapsView, batches};
 use crate::device::kernel::{Groups, Kernel, buffer};
 use crate::device::recorder::Recorder;
 use crate::layout::Frame;
+use crate::resident::Resident;
 use crate::scene::receivers::Receivers;
-use crate::scene::resident::Resident;
 use crate::shader_constants::{BATCH, GROUPS_PER_ROW};
 use crate::shaders;
 

@@ -24,8 +24,8 @@ pub(crate) use crate::scene::receivers::LightMapsView;
 use crate::device::kernel::Shared;
 use crate::layout::Frame;
 use crate::points::targets::Targets;
+use crate::resident::SceneFeatures;
 use crate::scene::geometry::GpuScene;
-use crate::scene::resident::SceneFeatures;
 use crate::settings::RendererOptions;
 use crate::shader_constants::BATCH;
 

@@ -1,12 +1,12 @@
 //! Shadow maps: one draw and one pass an atlas page.
 
+use crate::device::buffers::storage;
 use crate::device::kernel::{Draw, RenderKernel, Shared, buffer};
 use crate::device::recorder::Recorder;
 use crate::layout::Item;
 use crate::maps::atlas::{DEPTH, MapsView};
 use crate::maps::occluders::{self, CLUSTER, CullCounts};
-use crate::scene::geometry::storage;
-use crate::scene::resident::Resident;
+use crate::resident::Resident;
 use crate::settings::RendererOptions;
 use crate::{Result, shaders};
 

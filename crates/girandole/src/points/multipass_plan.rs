@@ -2,9 +2,9 @@
 //! §4.3.4, §4.3.5).
 
 use crate::Result;
+use crate::device::buffers::storage;
 use crate::layout::{DrawArguments, MultipassParams};
 use crate::records::{Element, Member};
-use crate::scene::geometry::storage;
 use crate::scene::receivers::Receivers;
 use crate::shader_constants::{MAPPED_UNSHADOWED, NO_PART, UNSHADOWED};
 use girandole_core::elements::{LightSets, optimise, unmerged};

@@ -1,5 +1,6 @@
 //! A scene's buffers on the GPU.
 
+use crate::device::buffers::storage;
 use crate::device::kernel::{GroupLayout, buffer, texture};
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
 use crate::records::TextureEntry;
@@ -21,38 +22,6 @@ pub(crate) struct GpuScene {
     pub triangle_surfaces: wgpu::Buffer,
     /// How many triangles have no mask, and how many have.
     pub counts: [u32; 2],
-}
-
-/// Creates a storage buffer with these contents (never empty: WebGPU has no empty bindings).
-///
-/// # Errors
-/// [`Error::TooLarge`] beyond the device's limit.
-pub(crate) fn storage<T: bytemuck::Pod>(
-    device: &wgpu::Device,
-    label: &str,
-    contents: &[T],
-) -> Result<wgpu::Buffer> {
-    let bytes: &[u8] = bytemuck::cast_slice(contents);
-    check_size(device, label, bytes)?;
-    let contents = if bytes.is_empty() { &[0; 256] } else { bytes };
-    Ok(device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some(label),
-        contents,
-        usage: wgpu::BufferUsages::STORAGE,
-    }))
-}
-
-pub(crate) fn check_size(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Result<()> {
-    let limit = device.limits().max_storage_buffer_binding_size;
-    if bytes.len() as u64 > limit {
-        let what = format!(
-            "the scene's {label} take {} MiB and this device binds {} MiB at most",
-            bytes.len() >> 20,
-            limit >> 20
-        );
-        return Err(Error::too_large(what, Remedy::SmallerScene));
-    }
-    Ok(())
 }
 
 impl GpuScene {

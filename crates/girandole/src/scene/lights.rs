@@ -1,8 +1,8 @@
 //! Light samples on the GPU.
 
 use crate::Result;
+use crate::device::buffers::check_size;
 use crate::layout::Light;
-use crate::scene::geometry::check_size;
 use crate::shader_constants::BATCH;
 use wgpu::util::DeviceExt;
 

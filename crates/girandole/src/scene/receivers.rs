@@ -8,9 +8,9 @@
 //! | N: nothing blocks | 0: nothing left to do | 1: add |
 //! | P: something may block | 3: look, and subtract where it is blocked | 2: look, and add where it is not |
 
+use crate::device::buffers::storage;
 use crate::layout::BufferOffsets;
 use crate::records::{LeafRange, LeafRecord, ReceiverGrid};
-use crate::scene::geometry::storage;
 use crate::scene::surface_ids::is_flat;
 use crate::shader_constants::{
     BATCH, CLUSTERED, MAPPED_SHADOWED, MAPPED_UNSHADOWED, NO_PART, NONE, SHADOWED, SIDE, UNSHADOWED,

@@ -1,0 +1,36 @@
+//! Storage buffers within the device's limits.
+
+use crate::{Error, Remedy, Result};
+use wgpu::util::DeviceExt;
+
+/// Creates a storage buffer with these contents (never empty: WebGPU has no empty bindings).
+///
+/// # Errors
+/// [`Error::TooLarge`] beyond the device's limit.
+pub(crate) fn storage<T: bytemuck::Pod>(
+    device: &wgpu::Device,
+    label: &str,
+    contents: &[T],
+) -> Result<wgpu::Buffer> {
+    let bytes: &[u8] = bytemuck::cast_slice(contents);
+    check_size(device, label, bytes)?;
+    let contents = if bytes.is_empty() { &[0; 256] } else { bytes };
+    Ok(device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some(label),
+        contents,
+        usage: wgpu::BufferUsages::STORAGE,
+    }))
+}
+
+pub(crate) fn check_size(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Result<()> {
+    let limit = device.limits().max_storage_buffer_binding_size;
+    if bytes.len() as u64 > limit {
+        let what = format!(
+            "the scene's {label} take {} MiB and this device binds {} MiB at most",
+            bytes.len() >> 20,
+            limit >> 20
+        );
+        return Err(Error::too_large(what, Remedy::SmallerScene));
+    }
+    Ok(())
+}
