@@ -5,6 +5,7 @@ use crate::device::recorder::Recorder;
 use crate::layout::Frame;
 use crate::maps::occluders::CullCounts;
 use crate::passes::debug::DebugInputs;
+use crate::passes::shade_naive::ShadeNaive;
 use crate::passes::sort_points::ListedPoints;
 use crate::passes::visibility_buffer::{DepthUse, Seen};
 use crate::passes::{BandSample, GridView, LightMapsView, MapsView, batches};
@@ -40,16 +41,17 @@ pub(crate) fn record_frame(
         false => (scene.atlas.view(), None),
     };
     // For each receiver, the sum of the lights that nothing shadows.
-    let light_maps = match &prepared.mode {
-        PreparedMode::Naive(_) => None,
+    let lighting = match &prepared.mode {
+        PreparedMode::Naive(pass) => Lighting::Naive(pass),
         PreparedMode::Adaptive(adaptive) => {
             recorder.encoder().clear_buffer(&adaptive.lists.tally, 0, None);
-            Some(match adaptive.light_maps_are_stale {
+            let light_maps = match adaptive.light_maps_are_stale {
                 true => {
                     adaptive.passes.light_maps.record(recorder, scene, adaptive.receivers, settings.clamp)
                 }
                 false => LightMapsView { receivers: adaptive.receivers, used: settings.uses_light_maps() },
-            })
+            };
+            Lighting::Adaptive(adaptive, light_maps)
         }
     };
     let depth = match target {
@@ -75,9 +77,9 @@ pub(crate) fn record_frame(
             }
 
             // What do they receive?
-            let (lit, is_radiance) = match (&prepared.mode, light_maps) {
+            let (lit, is_radiance) = match lighting {
                 // Further samples lie between the first ones of their pixel and its neighbours.
-                (PreparedMode::Adaptive(adaptive), Some(light_maps))
+                Lighting::Adaptive(adaptive, light_maps)
                     if sample > 0 && settings.mode.has_low_resolution() =>
                 {
                     let kernels = adaptive.kernels(true);
@@ -88,7 +90,7 @@ pub(crate) fn record_frame(
                     (shade(recorder, &band, inputs, points, grids[1]), kernels.writes_radiance)
                 }
                 // The coarsest grid is shaded; finer ones are interpolated, and shaded where that is not enough.
-                (PreparedMode::Adaptive(adaptive), Some(light_maps)) => {
+                Lighting::Adaptive(adaptive, light_maps) => {
                     let grids = if settings.mode.has_low_resolution() { &GRIDS[..] } else { &[1] };
                     let kernels = adaptive.kernels(false);
                     let inputs = ShadeInputs { prepared, adaptive, kernels, seen, maps, light_maps };
@@ -107,21 +109,23 @@ pub(crate) fn record_frame(
                     lit
                 }
                 // Every light at every pixel.
-                _ => (shade_all(recorder, &band, prepared, settings, seen, maps), false),
+                Lighting::Naive(pass) => {
+                    (shade_all(recorder, &band, pass, prepared, settings, (seen, maps)), false)
+                }
             };
 
             // Multiply by albedo, add emission, average samples.
-            match &prepared.mode {
+            match lighting {
                 _ if is_radiance => {}
-                PreparedMode::Adaptive(Adaptive { to_radiance: Some(kernels), .. }) => {
-                    kernels.edges.record_first(recorder, &band, seen, lit);
+                Lighting::Adaptive(Adaptive { to_radiance: Some(passes), .. }, _) => {
+                    passes.first_samples.record(recorder, &band, seen, lit);
                 }
                 _ => prepared.resolve.record(recorder, &band, seen, lit),
             }
             if let Some((debug, view)) = prepared.debug {
-                let adaptive = match &prepared.mode {
-                    PreparedMode::Adaptive(adaptive) => light_maps.map(|maps| (maps, adaptive.lists)),
-                    PreparedMode::Naive(_) => None,
+                let adaptive = match lighting {
+                    Lighting::Adaptive(adaptive, light_maps) => Some((light_maps, adaptive.lists)),
+                    Lighting::Naive(_) => None,
                 };
                 let inputs = DebugInputs { view, seen, maps, lights: &scene.lights, lit, adaptive };
                 debug.record(recorder, &band, inputs)?;
@@ -139,6 +143,15 @@ pub(crate) fn record_frame(
         passes.tone_mapping.record(recorder, shared, targets, stops, settings, target);
     }
     Ok(culling)
+}
+
+/// How a frame is shaded.
+#[derive(Clone, Copy)]
+enum Lighting<'a> {
+    /// Every light at every pixel.
+    Naive(&'a ShadeNaive),
+    /// What the picture needs.
+    Adaptive(&'a Adaptive<'a>, LightMapsView<'a>),
 }
 
 /// What shading takes beside its points.
@@ -187,13 +200,12 @@ fn shade<'g>(
 fn shade_all<'a>(
     recorder: &mut Recorder,
     band: &BandSample<'a>,
+    pass: &ShadeNaive,
     prepared: &Prepared,
     settings: &RenderSettings,
-    seen: Seen,
-    maps: MapsView,
+    (seen, maps): (Seen, MapsView),
 ) -> GridView<'a> {
     let (lights, grid) = (&prepared.scene.lights, band.targets.grid(1));
-    let PreparedMode::Naive(pass) = &prepared.mode else { return grid };
     let pixels = u64::from(band.frame.size[0]) * u64::from(band.targets.band_rows);
     let size = settings.lights_per_batch.unwrap_or_else(|| (BATCH_PAIRS / pixels).clamp(1, 1 << 20) as u32);
     let size = size.next_multiple_of(GROUP).clamp(GROUP, BATCH);

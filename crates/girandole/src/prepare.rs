@@ -8,6 +8,7 @@ use crate::passes::caller_depth::CallerDepth;
 use crate::passes::debug::Debug;
 use crate::passes::edges::Edges;
 use crate::passes::exposure::Exposure;
+use crate::passes::first_samples::FirstSamples;
 use crate::passes::light_maps::LightMaps;
 use crate::passes::multipass::Multipass;
 use crate::passes::refine::Refine;
@@ -81,7 +82,14 @@ pub(crate) struct AdaptivePasses {
     pub sort_points: SortPoints,
     to_irradiance: PointPasses,
     /// For the last grid, whose points are the picture's pixels. Without textures only.
-    to_radiance: Option<PointPasses>,
+    to_radiance: Option<RadiancePasses>,
+}
+
+/// The passes that store the picture's radiance.
+pub(crate) struct RadiancePasses {
+    points: PointPasses,
+    /// For first samples, where those that follow store radiance.
+    pub first_samples: FirstSamples,
 }
 
 /// The passes that store points of a grid.
@@ -109,7 +117,10 @@ impl AdaptivePasses {
             append_all_points: AppendAllPoints::new(compiler),
             sort_points: SortPoints::new(compiler),
             to_irradiance: points(false),
-            to_radiance: (!compiler.features.textures).then(|| points(true)),
+            to_radiance: (!compiler.features.textures).then(|| RadiancePasses {
+                points: points(true),
+                first_samples: FirstSamples::new(&Compiler { writes_radiance: true, ..*compiler }),
+            }),
         }
     }
 }
@@ -138,7 +149,7 @@ pub(crate) enum PreparedMode<'a> {
 pub(crate) struct Adaptive<'a> {
     pub passes: &'a AdaptivePasses,
     /// The passes that store radiance, if the frame has any use for them.
-    pub to_radiance: Option<&'a PointPasses>,
+    pub to_radiance: Option<&'a RadiancePasses>,
     pub receivers: &'a Receivers,
     pub lists: &'a PointLists,
     pub multipass: Option<(&'a Multipass, &'a MultipassPlan)>,
@@ -150,7 +161,7 @@ pub(crate) struct Adaptive<'a> {
 impl Adaptive<'_> {
     /// The passes that store radiance, if `is_last` and there are any, else those that store what points receive.
     pub fn kernels(&self, is_last: bool) -> &PointPasses {
-        self.to_radiance.filter(|_| is_last).unwrap_or(&self.passes.to_irradiance)
+        self.to_radiance.filter(|_| is_last).map_or(&self.passes.to_irradiance, |passes| &passes.points)
     }
 }
 

@@ -13,8 +13,6 @@ use crate::shaders;
 pub(crate) struct Edges {
     edges: Kernel,
     edge_fallback: Kernel,
-    /// For first samples, where those that follow write radiance.
-    first_samples: Option<Kernel>,
     run: u32,
 }
 
@@ -26,7 +24,6 @@ impl Edges {
         Self {
             edges: kernel(edges, "interpolate_edges"),
             edge_fallback: kernel(&shaders::EDGE_FALLBACK, "edge_fallback"),
-            first_samples: compiler.writes_radiance.then(|| kernel(edges, "resolve_first_samples")),
             run: if compiler.shared.tuning.edge_runs { EDGE_RUN } else { 1 },
         }
     }
@@ -56,19 +53,10 @@ impl Edges {
         self.edge_fallback.record(recorder, band.groups(), "edges_gpu_ms", &resources, groups);
         ListedPoints::new(lists)
     }
-
-    /// Writes the radiance of first samples.
-    pub fn record_first(&self, recorder: &mut Recorder, band: &BandSample, seen: Seen, first: GridView) {
-        if let Some(kernel) = &self.first_samples {
-            let [width, rows] = band.size();
-            let groups = Groups::rows([width.div_ceil(self.run), rows]);
-            let resources = samples(band, seen, first, band.targets.sample_grid());
-            kernel.record(recorder, band.groups(), "resolve_gpu_ms", &resources, groups);
-        }
-    }
 }
 
-fn samples<'a>(
+/// What passes over the samples of pixels bind.
+pub(super) fn samples<'a>(
     band: &BandSample<'a>,
     seen: Seen<'a>,
     first: GridView<'a>,

@@ -6,6 +6,7 @@ pub(crate) mod caller_depth;
 pub(crate) mod debug;
 pub(crate) mod edges;
 pub(crate) mod exposure;
+pub(crate) mod first_samples;
 pub(crate) mod light_maps;
 pub(crate) mod multipass;
 pub(crate) mod refine;

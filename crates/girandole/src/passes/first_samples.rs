@@ -1,0 +1,40 @@
+//! The radiance of pixels' first samples, where further ones store theirs at once.
+
+use super::edges::samples;
+use super::visibility_buffer::Seen;
+use super::{BandSample, Compiler, GridView};
+use crate::device::kernel::{Groups, Kernel};
+use crate::device::recorder::Recorder;
+use crate::shader_constants::EDGE_RUN;
+use crate::shaders;
+
+pub(crate) struct FirstSamples {
+    kernel: Kernel,
+    /// Pixels of an invocation.
+    run: u32,
+}
+
+impl FirstSamples {
+    pub fn new(compiler: &Compiler) -> Self {
+        let tuning = &compiler.shared.tuning;
+        let (source, constants) = (shaders::edges(tuning), compiler.constants());
+        Self {
+            kernel: Kernel::new(
+                compiler.device,
+                compiler.shared,
+                source,
+                "resolve_first_samples",
+                &constants,
+            ),
+            run: if tuning.edge_runs { EDGE_RUN } else { 1 },
+        }
+    }
+
+    /// Writes the radiance of first samples.
+    pub fn record(&self, recorder: &mut Recorder, band: &BandSample, seen: Seen, first: GridView) {
+        let [width, rows] = band.size();
+        let groups = Groups::rows([width.div_ceil(self.run), rows]);
+        let resources = samples(band, seen, first, band.targets.sample_grid());
+        self.kernel.record(recorder, band.groups(), "resolve_gpu_ms", &resources, groups);
+    }
+}
