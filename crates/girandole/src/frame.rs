@@ -70,11 +70,6 @@ pub(crate) fn record_frame(
 
             // Which triangle of which surface does each pixel show?
             let seen = passes.visibility_buffer.record(recorder, &band, depth);
-            if let Some(callers) = target.and_then(|t| t.depth_out)
-                && (rows[0], sample) == (0, 0)
-            {
-                passes.caller_depth.export(recorder, shared, &band, seen, callers);
-            }
 
             // What do they receive?
             let (lit, is_radiance) = match lighting {
@@ -132,6 +127,14 @@ pub(crate) fn record_frame(
             }
             recorder.split();
         }
+    }
+
+    // Our depth, that of first samples. It may go where the caller's came from, which every sample has read by now.
+    if let Some(callers) = target.and_then(|t| t.depth_out) {
+        let frame = frame_uniform(view, prepared, settings, [0, targets.size[1]], 0);
+        let whole = BandSample { frame, scene: &scene.geometry, targets };
+        let seen = passes.visibility_buffer.record(recorder, &whole, depth);
+        passes.caller_depth.export(recorder, shared, &whole, seen, callers);
     }
 
     // Display.

@@ -216,7 +216,7 @@ impl Renderer {
         target: &Target,
         settings: &RenderSettings,
     ) -> Result<()> {
-        target.check()?;
+        target.check(self.context.device.features())?;
         check_display(settings.exposure, target.format)?;
         self.frame(Some(encoder), view, target.size, settings, Some(target))
     }

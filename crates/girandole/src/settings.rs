@@ -200,8 +200,15 @@ impl<'a> Target<'a> {
         Self { color, format, size, keep_background: false, depth_in: None, depth_out: None }
     }
 
-    /// Whether all views are of the same size.
-    pub(crate) fn check(&self) -> crate::Result<()> {
+    /// Whether all views are of the same size, and the device can blend where it has to.
+    pub(crate) fn check(&self, features: wgpu::Features) -> crate::Result<()> {
+        let allowed = self.format.guaranteed_format_features(features).flags;
+        if self.keep_background && !allowed.contains(wgpu::TextureFormatFeatureFlags::BLENDABLE) {
+            return Err(crate::Error::invalid(format!(
+                "this device cannot blend {:?}, which a target that keeps its background needs; take Rgba16Float",
+                self.format
+            )));
+        }
         let views = [Some(self.color), self.depth_in, self.depth_out.map(|(view, _)| view)];
         for texture in views.into_iter().flatten().map(wgpu::TextureView::texture) {
             let size = [texture.width(), texture.height()];

@@ -56,7 +56,7 @@ impl AtlasLayout {
         bytes(self.page_size, self.pages, self.copied)
     }
 
-    /// A slot in the words of the shaders, see `Light.place`.
+    /// A slot in the words of the shaders, see `Light.atlas_slot`.
     pub(crate) fn place(&self, slot: &MapSlot) -> u32 {
         let [column, row] = slot.origin.map(|o| o / self.map_size);
         (slot.page << 24) | (row << 12) | column

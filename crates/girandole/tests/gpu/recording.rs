@@ -178,8 +178,9 @@ fn depth(context: &Context) {
         (proj::perspective(0.9, aspect, 0.05, 50.0), false),
     ] {
         let view = View::from_matrices(eye, projection).expect("a view");
-        for mode in [Mode::Naive, Mode::Full] {
-            let settings = plain(bounded(&stage, mode));
+        for (mode, samples_per_axis) in [(Mode::Naive, 1), (Mode::Naive, 2), (Mode::Full, 1), (Mode::Full, 2)]
+        {
+            let settings = plain(RenderSettings { samples_per_axis, ..bounded(&stage, mode) });
             let color = texture(context, size, COLOR);
             let frame = |near: Option<f32>| {
                 let depth = texture(context, size, DEPTH);
@@ -201,6 +202,14 @@ fn depth(context: &Context) {
                 (rgb(&read(context, &color)), read(context, &depth), wall)
             };
             let (open, open_depth, _) = frame(None);
+            // What went out does not hide what follows: the picture is that of a frame without depth.
+            let mut renderer = context.loaded(&stage, RendererOptions::default());
+            let alone = context.frame(&mut renderer, &view, size, &settings);
+            assert!(are_close(&open, &alone.pixels), "{mode:?}, {samples_per_axis}");
+            // The tracer below looks through pixel centres only.
+            if samples_per_axis > 1 {
+                continue;
+            }
             let (walled, walled_depth, wall) = frame(Some(3.0));
             // Our depth is where the scene is.
             let local = stage.local(&view);
