@@ -1,6 +1,7 @@
 //! Lights a scene made in code and writes `headless.ppm`: a lamp over a ball in a room that is open to the front.
 
-mod shared;
+#[path = "shared/ppm.rs"]
+mod ppm;
 
 use girandole::core::glam::{Vec3, vec3};
 use girandole::core::illumination::IlluminationSettings;
@@ -44,5 +45,5 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
     renderer.render(&view, [640, 480], &RenderSettings::default())?;
     let image = gpu.block_on(renderer.radiance())??;
-    Ok(shared::write_ppm("headless.ppm", &image)?)
+    Ok(ppm::write_ppm("headless.ppm", &image)?)
 }

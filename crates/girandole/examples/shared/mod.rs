@@ -1,19 +1,13 @@
-//! What the examples share: a picture file.
+//! What examples share that draw into a texture of their own.
+
+mod ppm;
+pub use ppm::write_ppm;
 
 use girandole::core::glam::Vec3;
 use girandole::core::image::Image;
-use girandole::core::tonemap::{Exposure, Tonemap, to_srgb8};
 use girandole::{Gpu, wgpu};
 
-/// Writes a picture, tone-mapped, as a PPM file.
-pub fn write_ppm(path: &str, image: &Image) -> std::io::Result<()> {
-    let mut file = format!("P6 {} {} 255\n", image.width, image.height).into_bytes();
-    file.extend(to_srgb8(image, Exposure::Auto.ev(image), Tonemap::Agx));
-    std::fs::write(path, file)
-}
-
 /// Reads an `Rgba32Float` texture back, whose width is a multiple of 16.
-#[allow(dead_code)]
 pub fn read_back(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Image, Box<dyn std::error::Error>> {
     let (width, height) = (texture.width(), texture.height());
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {

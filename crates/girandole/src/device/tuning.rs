@@ -10,7 +10,7 @@ pub struct DeviceTuning {
     pub persistent_threads: bool,
     /// Shadow maps, drawn as depth, are copied to a storage texture that shaders read. Software devices need a third
     /// of the instructions for that: mode naive takes a sixth less time, mode full a quarter. Drawing maps takes half as long
-    /// again, and memory for two more pages of the atlas.
+    /// again, and memory for one more page of the atlas and a buffer of its size.
     pub copy_maps: bool,
     /// Branches on uniform values depend on an index as well. Mesa's software driver recompiles a kernel whenever it is
     /// bound with other uniforms that decide a branch; elsewhere uniform branches are the cheapest.

@@ -14,10 +14,7 @@ pub(crate) struct AppendAllPoints {
 
 impl AppendAllPoints {
     pub fn new(compiler: &Compiler) -> Self {
-        let constants = compiler.constants();
-        let source = &shaders::APPEND_ALL_POINTS;
-        let kernel = Kernel::new(compiler.device, compiler.shared, source, "append_all_points", &constants);
-        Self { kernel }
+        Self { kernel: compiler.kernel(&shaders::APPEND_ALL_POINTS, "append_all_points") }
     }
 
     /// Lists the points of the band's grid; where nothing is seen, `grid` is cleared.

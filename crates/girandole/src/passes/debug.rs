@@ -35,15 +35,12 @@ pub(crate) struct DebugInputs<'a> {
 
 impl Debug {
     pub fn new(compiler: &Compiler) -> Self {
-        let constants = compiler.constants();
-        let kernel =
-            |source: &_, entry| Kernel::new(compiler.device, compiler.shared, source, entry, &constants);
         Self {
-            leaves: kernel(&shaders::DEBUG_LEAVES, "show_leaves"),
-            levels: kernel(&shaders::DEBUG_LEVELS, "show_levels"),
-            light_maps: kernel(&shaders::DEBUG_LIGHT_MAPS, "show_light_maps"),
-            lights: kernel(&shaders::DEBUG_LIGHTS, "show_lights"),
-            atlas: kernel(&shaders::DEBUG_ATLAS, "show_atlas"),
+            leaves: compiler.kernel(&shaders::DEBUG_LEAVES, "show_leaves"),
+            levels: compiler.kernel(&shaders::DEBUG_LEVELS, "show_levels"),
+            light_maps: compiler.kernel(&shaders::DEBUG_LIGHT_MAPS, "show_light_maps"),
+            lights: compiler.kernel(&shaders::DEBUG_LIGHTS, "show_lights"),
+            atlas: compiler.kernel(&shaders::DEBUG_ATLAS, "show_atlas"),
         }
     }
 

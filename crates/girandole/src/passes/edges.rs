@@ -18,12 +18,10 @@ pub(crate) struct Edges {
 
 impl Edges {
     pub fn new(compiler: &Compiler) -> Self {
-        let constants = compiler.constants();
-        let kernel = |source, entry| Kernel::new(compiler.device, compiler.shared, source, entry, &constants);
         let edges = shaders::edges(&compiler.shared.tuning);
         Self {
-            edges: kernel(edges, "interpolate_edges"),
-            edge_fallback: kernel(&shaders::EDGE_FALLBACK, "edge_fallback"),
+            edges: compiler.kernel(edges, "interpolate_edges"),
+            edge_fallback: compiler.kernel(&shaders::EDGE_FALLBACK, "edge_fallback"),
             run: if compiler.shared.tuning.edge_runs { EDGE_RUN } else { 1 },
         }
     }

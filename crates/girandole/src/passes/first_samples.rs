@@ -17,15 +17,8 @@ pub(crate) struct FirstSamples {
 impl FirstSamples {
     pub fn new(compiler: &Compiler) -> Self {
         let tuning = &compiler.shared.tuning;
-        let (source, constants) = (shaders::edges(tuning), compiler.constants());
         Self {
-            kernel: Kernel::new(
-                compiler.device,
-                compiler.shared,
-                source,
-                "resolve_first_samples",
-                &constants,
-            ),
+            kernel: compiler.kernel(shaders::edges(tuning), "resolve_first_samples"),
             run: if tuning.edge_runs { EDGE_RUN } else { 1 },
         }
     }

@@ -15,9 +15,7 @@ pub(crate) struct LightMaps {
 
 impl LightMaps {
     pub fn new(compiler: &Compiler) -> Self {
-        let constants = compiler.constants();
-        let source = &shaders::LIGHT_MAPS;
-        Self { kernel: Kernel::new(compiler.device, compiler.shared, source, "bake_light_maps", &constants) }
+        Self { kernel: compiler.kernel(&shaders::LIGHT_MAPS, "bake_light_maps") }
     }
 
     /// Sums all lights anew, batch by batch, with this bound of the geometric factor.

@@ -22,13 +22,14 @@ pub(crate) use crate::maps::atlas::MapsView;
 pub(crate) use crate::points::targets::GridView;
 pub(crate) use crate::scene::receivers::LightMapsView;
 
-use crate::device::kernel::Shared;
+use crate::device::kernel::{Kernel, Shared};
 use crate::layout::Frame;
 use crate::points::targets::Targets;
 use crate::resident::SceneFeatures;
 use crate::scene::geometry::GpuScene;
 use crate::settings::RendererOptions;
 use crate::shader_constants::BATCH;
+use crate::shaders::Source;
 
 /// What passes are compiled with.
 #[derive(Clone, Copy)]
@@ -42,6 +43,11 @@ pub(crate) struct Compiler<'a> {
 }
 
 impl Compiler<'_> {
+    /// An entry point of a compute shader.
+    pub fn kernel(&self, source: &Source, entry: &'static str) -> Kernel {
+        Kernel::new(self.device, self.shared, source, entry, &self.constants())
+    }
+
     /// The overrides of all kernels; each takes those that it declares.
     pub fn constants(&self) -> Vec<(&'static str, f64)> {
         let flag = |name, value: bool| (name, f64::from(u8::from(value)));

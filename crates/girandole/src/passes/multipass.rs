@@ -47,21 +47,9 @@ impl Multipass {
         };
         let source = &shaders::MULTIPASS;
         Self {
-            arguments: Kernel::new(
-                device,
-                shared,
-                &shaders::MULTIPASS_ARGUMENTS,
-                "multipass_arguments",
-                &constants,
-            ),
+            arguments: compiler.kernel(&shaders::MULTIPASS_ARGUMENTS, "multipass_arguments"),
             shade: RenderKernel::new(device, shared, source, &draw, &constants),
-            collect: Kernel::new(
-                device,
-                shared,
-                &shaders::MULTIPASS_COLLECT,
-                "multipass_collect",
-                &constants,
-            ),
+            collect: compiler.kernel(&shaders::MULTIPASS_COLLECT, "multipass_collect"),
             format,
         }
     }

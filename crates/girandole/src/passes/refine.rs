@@ -18,13 +18,11 @@ pub(crate) struct Refine {
 
 impl Refine {
     pub fn new(compiler: &Compiler) -> Self {
-        let constants = compiler.constants();
-        let kernel = |source, entry| Kernel::new(compiler.device, compiler.shared, source, entry, &constants);
         let tests = shaders::test_candidates(&compiler.shared.tuning);
         Self {
-            refine: kernel(&shaders::REFINE, "refine"),
-            test_flat: kernel(tests, "test_flat_candidates"),
-            test_curved: compiler.features.curved.then(|| kernel(tests, "test_curved_candidates")),
+            refine: compiler.kernel(&shaders::REFINE, "refine"),
+            test_flat: compiler.kernel(tests, "test_flat_candidates"),
+            test_curved: compiler.features.curved.then(|| compiler.kernel(tests, "test_curved_candidates")),
         }
     }
 

@@ -12,9 +12,7 @@ pub(crate) struct Resolve {
 
 impl Resolve {
     pub fn new(compiler: &Compiler) -> Self {
-        let source = &shaders::RESOLVE;
-        let constants = compiler.constants();
-        Self { kernel: Kernel::new(compiler.device, compiler.shared, source, "resolve", &constants) }
+        Self { kernel: compiler.kernel(&shaders::RESOLVE, "resolve") }
     }
 
     /// Adds a sample to the picture.

@@ -12,9 +12,7 @@ pub(crate) struct ShadeNaive {
 
 impl ShadeNaive {
     pub fn new(compiler: &Compiler) -> Self {
-        let source = &shaders::SHADE_NAIVE;
-        let constants = compiler.constants();
-        Self { kernel: Kernel::new(compiler.device, compiler.shared, source, "shade_naive", &constants) }
+        Self { kernel: compiler.kernel(&shaders::SHADE_NAIVE, "shade_naive") }
     }
 
     /// Sums the band's batch of lights at all pixels; the last one completes `grid`.

@@ -16,17 +16,14 @@ pub(crate) struct ShadePoints {
 
 impl ShadePoints {
     pub fn new(compiler: &Compiler) -> Self {
-        let constants = compiler.constants();
-        let kernel =
-            |source: &_, entry| Kernel::new(compiler.device, compiler.shared, source, entry, &constants);
         let source = shaders::shade_points(&compiler.shared.tuning);
         Self {
-            shade_points: kernel(source, "shade_points"),
+            shade_points: compiler.kernel(source, "shade_points"),
             cooperative: compiler
                 .shared
                 .tuning
                 .cooperative_points
-                .then(|| kernel(&shaders::SHADE_POINTS, "shade_points_cooperative")),
+                .then(|| compiler.kernel(&shaders::SHADE_POINTS, "shade_points_cooperative")),
         }
     }
 

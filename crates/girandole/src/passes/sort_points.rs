@@ -31,11 +31,9 @@ pub(crate) struct SortedPoints<'a> {
 
 impl SortPoints {
     pub fn new(compiler: &Compiler) -> Self {
-        let constants = compiler.constants();
-        let kernel = |source, entry| Kernel::new(compiler.device, compiler.shared, source, entry, &constants);
         Self {
-            prefix_sum: kernel(&shaders::PREFIX_SUM, "prefix_sum"),
-            scatter_points: kernel(&shaders::SCATTER_POINTS, "scatter_points"),
+            prefix_sum: compiler.kernel(&shaders::PREFIX_SUM, "prefix_sum"),
+            scatter_points: compiler.kernel(&shaders::SCATTER_POINTS, "scatter_points"),
         }
     }
 

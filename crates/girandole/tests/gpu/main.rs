@@ -9,6 +9,7 @@ mod oracle;
 mod pictures;
 mod recording;
 mod selected;
+mod shadings;
 mod sizes;
 mod truth;
 
@@ -34,12 +35,17 @@ fn pictures() -> Vec<(Test, Requirement)> {
         pictures::tests(),
         recording::tests(),
         selected::tests(),
+        shadings::tests(),
         sizes::tests(),
         truth::tests(),
     ]
     .concat();
-    let of_some_devices =
-        [exact::with_clip_distances(), selected::with_float_blending(), materials::with_timestamps()];
+    let of_some_devices = [
+        exact::with_clip_distances(),
+        shadings::with_float_blending(),
+        materials::with_timestamps(),
+        recording::with_float_blending(),
+    ];
     let of_any_device = of_any_device.into_iter().map(|test| (test, wgpu::Features::empty()));
     of_any_device.chain(of_some_devices.map(|(features, test)| (test, features))).collect()
 }

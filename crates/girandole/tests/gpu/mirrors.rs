@@ -6,7 +6,6 @@ use girandole::core::lights::{LightSample, Profile, SampleOrigin};
 use girandole::core::{brdf, math, tonemap};
 use wgpu::util::DeviceExt;
 
-#[allow(dead_code)]
 #[path = "../../src/shader_constants.rs"]
 mod shader_constants;
 

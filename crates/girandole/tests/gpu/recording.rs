@@ -19,10 +19,13 @@ pub fn tests() -> Vec<Test> {
         ("two_views_in_one_encoder_are_both_right", two_views),
         ("an_off_axis_quarter_is_part_of_the_whole", quarter),
         ("the_callers_depth_hides_and_ours_goes_out", depth),
-        ("the_callers_picture_stays_where_nothing_is_seen", background),
         ("after_updates_the_picture_is_that_of_a_fresh_renderer", updates),
         ("changes_that_do_not_follow_are_refused", wrong_changes),
     ]
+}
+
+pub fn with_float_blending() -> (wgpu::Features, Test) {
+    (wgpu::Features::FLOAT32_BLENDABLE, ("the_callers_picture_stays_where_nothing_is_seen", background))
 }
 
 const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
