@@ -80,8 +80,8 @@ fn declared_records() -> Vec<(&'static str, u32, Fields)> {
 
 /// All combinations of what a device's tuning chooses.
 fn tunings() -> impl Iterator<Item = DeviceTuning> {
-    (0..64).map(|bits: u32| {
-        let [a, b, c, d, e, f] = [0, 1, 2, 3, 4, 5].map(|bit| bits & (1 << bit) != 0);
+    (0..128).map(|bits: u32| {
+        let [a, b, c, d, e, f, g] = [0, 1, 2, 3, 4, 5, 6].map(|bit| bits & (1 << bit) != 0);
         DeviceTuning {
             persistent_threads: a,
             copy_maps: b,
@@ -89,6 +89,7 @@ fn tunings() -> impl Iterator<Item = DeviceTuning> {
             edge_runs: d,
             cooperative_points: e,
             lights_in_storage: f,
+            batched_loads: g,
         }
     })
 }

@@ -32,6 +32,8 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     light_map,
     lights_storage,
     lights_uniform,
+    loads_batched,
+    loads_unordered,
     maps,
     multipass_params,
     occluders,
@@ -62,7 +64,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
 pub(crate) struct Source {
     pub name: &'static str,
     pub text: &'static str,
-    /// Files of the library; `atlas`, `lights`, `branch` and `workgroups`, of which a device's tuning chooses the variant;
+    /// Files of the library; `atlas`, `lights`, `branch`, `loads` and `workgroups`, of which a device's tuning chooses the variant;
     /// records, as `name_at` to read and `set_name` to write them.
     pub uses: &'static [&'static str],
     /// First line where an extension must be enabled.
@@ -120,12 +122,12 @@ sources! {
     SHADE_POINTS = shade_points "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
         atlas shadow point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
-        diffuse_material packed samples branch point_queue shade_chunk
+        diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PERSISTENT = shade_points_persistent "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
         atlas shadow point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
-        diffuse_material packed samples branch point_queue_atomic shade_chunk workgroups_persistent
+        diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     MULTIPASS = multipass "" [
         frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
@@ -189,6 +191,7 @@ fn variant(used: &'static str, tuning: &DeviceTuning) -> &'static str {
         "atlas" => choose(tuning.copy_maps, "atlas_image", "atlas_depth"),
         "lights" => choose(tuning.lights_in_storage, "lights_storage", "lights_uniform"),
         "branch" => choose(tuning.non_uniform_branches, "branch_non_uniform", "branch_uniform"),
+        "loads" => choose(tuning.batched_loads, "loads_batched", "loads_unordered"),
         "workgroups" => choose(tuning.persistent_threads, "workgroups_persistent", "workgroups_one_each"),
         file => file,
     }

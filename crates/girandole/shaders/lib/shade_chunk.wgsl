@@ -98,10 +98,12 @@ fn shade_chunk(index: u32) {
         let next_bit = select(0u, bit << 1u, i + 1u < end);
         let counted = select(0.0, 1.0, i >= list.subtracted);
         let next_counted = select(0.0, 1.0, i + 1u >= list.subtracted);
-        let one_texel = shadow_texel_of(light, one.shading);
+        var one_texel = shadow_texel_of(light, one.shading);
         let other_texel = shadow_texel_of(light, other.shading);
         let one_next_texel = shadow_texel_of(next, one.shading);
         let other_next_texel = shadow_texel_of(next, other.shading);
+        let others = other_texel.in_atlas | one_next_texel.in_atlas | other_next_texel.in_atlas;
+        one_texel.in_atlas = address_after(one_texel.in_atlas, others);
         let one_depth = shadow_lookup(one_texel);
         let other_depth = shadow_lookup(other_texel);
         let one_next_depth = shadow_lookup(one_next_texel);
