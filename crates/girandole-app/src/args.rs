@@ -9,8 +9,8 @@ use std::path::PathBuf;
 use values::*;
 
 pub use values::{
-    AntiAliasing, Bounces, Clamp, DebugView, Engine, Mode, Pcf, ShadingArg, ShadowMap, Switch,
-    TerminationArg, ToneCurve,
+    AntiAliasing, Bounces, Clamp, DebugView, DirectShare, Engine, Mode, Pcf, Placement, ShadingArg,
+    ShadowMap, Switch, TerminationArg, ToneCurve,
 };
 
 const EXAMPLES: &str = "\
@@ -133,9 +133,13 @@ pub struct LightArgs {
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LIGHTS)))]
     pub lights: u32,
 
-    /// Share of the samples that lie on emitters, 0 to 1; the others are left by random walks
-    #[arg(long, value_name = "SHARE", default_value_t = 0.25, value_parser = parse_share)]
-    pub direct: f32,
+    /// Share of the samples that lie on emitters, 0 to 1, the others are left by random walks; auto: as the light demands
+    #[arg(long, value_name = "auto|SHARE", default_value_t, value_parser = parse_direct)]
+    pub direct: DirectShare,
+
+    /// Where the samples are placed: for what the camera sees, or for the whole scene
+    #[arg(long, value_enum, default_value_t)]
+    pub placement: Placement,
 
     /// Bounces of indirect light, from 0 (direct light only) to 1000; engine path also takes `unlimited`
     #[arg(long, value_name = "N", default_value = "5", value_parser = parse_bounces)]
@@ -155,7 +159,7 @@ impl LightArgs {
     pub fn settings(&self) -> LightSettings {
         LightSettings {
             count: self.lights,
-            direct_share: self.direct,
+            direct_share: self.direct.0,
             bounces: self.bounces.limit().unwrap_or(u32::MAX),
             seed: self.seed,
             termination: match self.termination {
@@ -170,9 +174,9 @@ impl LightArgs {
 /// Options of shadows and shading.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct QualityArgs {
-    /// Upper bound of the geometric factor, m⁻², against bright spots near light samples; off: exact; auto: 0.2 × lights
-    /// / (diagonal of the scene)², which about minimises the error
-    #[arg(long, value_name = "auto|off|X", default_value_t = Clamp::Auto, value_parser = parse_clamp)]
+    /// Upper bound on the geometric factor, m⁻², against bright spots near light samples; off: exact; auto: each sample's
+    /// own, by the area that it stands for
+    #[arg(long, value_name = "auto|off|X", default_value_t, value_parser = parse_clamp)]
     pub clamp: Clamp,
 
     /// Parameterisation of the shadow maps (engine gpu)

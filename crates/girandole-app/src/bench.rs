@@ -50,7 +50,7 @@ pub fn run(args: &BenchArgs) -> Result<ExitCode> {
         let view = View::new(scene, scene.camera("0")?, aspect);
         for &count in &args.lights {
             let settings = LightSettings { count, seed: args.seed, ..LightSettings::default() };
-            let lights = LightSet::sample(scene, &geometry, &settings)?;
+            let lights = LightSet::sample_for(scene, &geometry, &settings, &[view])?;
             let progress = Progress::bar(&format!("{name} with {count} lights"));
             let trial = Trial { scene, geometry: &geometry, lights: &lights, view, args };
             let mut results = device.time(&trial, &|done| progress.set(done))?;

@@ -8,7 +8,7 @@ use crate::output::{self, say};
 use crate::scene;
 use anyhow::{Context, Result, bail};
 use clap::Parser;
-use girandole_core::lights::LightSet;
+use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, View};
 use girandole_core::tonemap;
 use std::path::Path;
@@ -75,7 +75,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     let start = Instant::now();
     let by_samples = args.engine != Engine::Path;
     let lights = if by_samples {
-        LightSet::sample(&scene, &geometry, &args.lights.settings())?
+        LightSet::sample_for(&scene, &geometry, &args.lights.settings(), args.lights.placement.views(&view))?
     } else {
         LightSet::from_samples(&geometry, Vec::new())
     };
@@ -91,7 +91,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     }
 
     // The picture.
-    let clamp = args.quality.clamp.bound(&lights, &geometry);
+    let clamp = args.quality.clamp.0;
     let job = Job { scene: &scene, geometry: &geometry, lights: &lights, view, clamp, args: &args };
     let (name, adapter) = (engine.name(), engine.adapter());
     let picture = engine.render(&job)?;
@@ -118,13 +118,19 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
         output::duration(picture.frame_ms),
     ));
     let mut stats: Stats = picture.stats;
-    if let (true, Some(bound)) = (by_samples, clamp) {
+    if by_samples && clamp != Clamp::Off {
         let lost = engine::energy_lost_by_clamp(&job);
+        let bound = match clamp {
+            Clamp::At(bound) => format!("of {bound:.3} m⁻² "),
+            _ => String::new(),
+        };
         say(&format!(
-            "the bound of {bound:.3} m⁻² loses about {:.2} % of the picture's energy",
+            "the bound {bound}on what is close to samples loses about {:.2} % of the picture's energy",
             lost * 100.0
         ));
-        stats.insert("clamp_per_square_metre".into(), bound.into());
+        if let Clamp::At(bound) = clamp {
+            stats.insert("clamp_per_square_metre".into(), bound.into());
+        }
         stats.insert("clamp_lost_energy_share".into(), lost.into());
     }
     if let Some(path) = &args.stats {

@@ -2,22 +2,25 @@
 
 use crate::generation::Generation;
 use crate::lights::{LightSet, LightSettings};
-use crate::scene::{Geometry, Scene, SceneChanges};
+use crate::scene::{Geometry, Scene, SceneChanges, View};
 use crate::visibility::{VisibilityDatabase, VisibilitySettings};
 use crate::{Error, Result};
 
 /// How a scene is lit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct IlluminationSettings {
     /// How light is sampled.
     pub lights: LightSettings,
     /// How visibility is determined; `None` = not at all, which the renderer's naive mode suffices with.
     pub visibility: Option<VisibilitySettings>,
+    /// The views that light samples are placed for, see [`LightSet::sample_for`]; none = by power.
+    pub views: Vec<View>,
 }
 
 impl Default for IlluminationSettings {
     fn default() -> Self {
-        Self { lights: LightSettings::default(), visibility: Some(VisibilitySettings::default()) }
+        let visibility = Some(VisibilitySettings::default());
+        Self { lights: LightSettings::default(), visibility, views: Vec::new() }
     }
 }
 
@@ -54,10 +57,10 @@ impl Illumination {
     /// than [`MOST_LIGHTS`](crate::visibility::MOST_LIGHTS) light samples.
     pub fn new(scene: &Scene, settings: &IlluminationSettings) -> Result<Self> {
         let geometry = Geometry::new(scene);
-        let lights = LightSet::sample(scene, &geometry, &settings.lights)?;
+        let lights = LightSet::sample_for(scene, &geometry, &settings.lights, &settings.views)?;
         let build = |s: &VisibilitySettings| VisibilityDatabase::build(scene, &geometry, &lights, s);
         let visibility = settings.visibility.as_ref().map(build).transpose()?;
-        Ok(Self { settings: *settings, geometry, lights, visibility })
+        Ok(Self { settings: settings.clone(), geometry, lights, visibility })
     }
 
     /// Brings everything up to the scene after these changes: to the bit what [`Illumination::new`] makes of it. For
@@ -79,6 +82,19 @@ impl Illumination {
         }
         if changes.to != self.generation() {
             *self = Self::new(scene, &self.settings)?;
+        }
+        Ok(())
+    }
+
+    /// Places the light samples for other views: to the bit what [`Illumination::new`] makes of them.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the scene is not the one that is held, and as [`Illumination::new`]; then nothing is changed.
+    pub fn place_for(&mut self, scene: &Scene, views: &[View]) -> Result<()> {
+        self.geometry.belongs_to(scene)?;
+        if self.settings.views != views {
+            *self =
+                Self::new(scene, &IlluminationSettings { views: views.to_vec(), ..self.settings.clone() })?;
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use crate::tiles;
 use girandole_core::brdf::{Surface, specular_brdf};
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::image::Image;
-use girandole_core::lights::{LightSample, LightSet, Profile};
+use girandole_core::lights::{Clamp, LightSample, LightSet, Profile};
 use girandole_core::scene::{LocalView, NONE, View};
 use girandole_core::trace::SceneTracer;
 use girandole_core::visibility::{State, VisibilityDatabase};
@@ -16,14 +16,14 @@ pub struct OracleSettings {
     /// A pixel is the mean of this many rays in x and in y, on a regular grid (box filter). 1 = its centre only;
     /// 0 counts as 1.
     pub samples_per_axis: u32,
-    /// Upper bound of the geometric factor, m⁻²; `None` = exact.
-    pub clamp: Option<f32>,
+    /// Bound on the geometric factor near samples.
+    pub clamp: Clamp,
 }
 
 impl Default for OracleSettings {
     /// Pixel centres, exact: what a frame without anti-aliasing and clamp is compared with.
     fn default() -> Self {
-        Self { samples_per_axis: 1, clamp: None }
+        Self { samples_per_axis: 1, clamp: Clamp::Off }
     }
 }
 
@@ -97,17 +97,16 @@ pub fn oracle_pixel(
 }
 
 /// The sum at a point of `triangle`, seen from direction `wo` (unit, away from the surface): its emission and what it
-/// reflects of all lights, W/(sr·m²). `clamp` bounds the geometric factor, m⁻².
+/// reflects of all lights, W/(sr·m²).
 pub fn radiance(
     tracer: &SceneTracer,
     lights: &LightSet,
     surface: &Surface,
     triangle: u32,
     wo: Vec3,
-    clamp: Option<f32>,
+    clamp: Clamp,
 ) -> Vec3 {
     let mut occluders = vec![NONE; lights.len()];
-    let clamp = clamp.unwrap_or(f32::INFINITY);
     let sum = Sum { tracer, lights: lights.samples(), database: None };
     sum.radiance(surface, triangle, wo, clamp, &mut occluders).as_vec3()
 }
@@ -153,7 +152,6 @@ impl Sum<'_> {
         occluders: &mut [u32],
     ) -> Vec3 {
         let n = settings.samples_per_axis.max(1);
-        let clamp = settings.clamp.unwrap_or(f32::INFINITY);
         let tracer = self.tracer;
         let mut total = DVec3::ZERO;
         for j in 0..n {
@@ -163,7 +161,7 @@ impl Sum<'_> {
                 let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
                 let wo = -direction.normalize();
                 let surface = tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
-                total += self.radiance(&surface, hit.triangle, wo, clamp, occluders);
+                total += self.radiance(&surface, hit.triangle, wo, settings.clamp, occluders);
             }
         }
         (total / f64::from(n * n)).as_vec3()
@@ -174,7 +172,7 @@ impl Sum<'_> {
         surface: &Surface,
         triangle: u32,
         wo: Vec3,
-        clamp: f32,
+        clamp: Clamp,
         occluders: &mut [u32],
     ) -> DVec3 {
         let emission = surface.emission.as_dvec3();
@@ -195,7 +193,8 @@ impl Sum<'_> {
                 continue;
             }
             let (position, geometric) = (surface.position, surface.geometric_normal);
-            let factor = light.geometric_factor(position, geometric, surface.shading_normal, clamp);
+            let factor =
+                light.geometric_factor(position, geometric, surface.shading_normal, light.bound(clamp));
             let Some((factor, wi)) = factor else { continue };
             let mut brdf = diffuse;
             if surface.is_specular() {

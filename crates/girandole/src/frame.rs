@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::device::recorder::Recorder;
-use crate::layout::Frame;
+use crate::layout::{self, Frame};
 use crate::maps::occluders::CullCounts;
 use crate::passes::debug::DebugInputs;
 use crate::passes::shade_naive::ShadeNaive;
@@ -255,7 +255,7 @@ fn frame_uniform(
         band,
         offset: Vec2::new(center(place % n), center(place / n)),
         end_light: scene.lights.count(),
-        clamp: settings.clamp.unwrap_or(f32::MAX),
+        clamp: layout::clamp(settings.clamp),
         far,
         sample,
         samples: n * n,

@@ -1,11 +1,13 @@
 //! Every struct that both sides see, declared once; a test compares names and offsets with the shaders'.
 
 use crate::settings::ShadowMap;
-use crate::shader_constants::{COSINE, CUBE, DIRECTIONAL, HEMISPHERE, OCTAHEDRAL, PARABOLIC, SPOT};
+use crate::shader_constants::{
+    COSINE, CUBE, DIRECTIONAL, HEMISPHERE, MAX_CLAMP, OCTAHEDRAL, OWN_CLAMP, PARABOLIC, SPOT,
+};
 use bytemuck::{Pod, Zeroable};
 use girandole_core::brdf::Surface;
 use girandole_core::glam::{Affine2, Vec2, Vec3, Vec4};
-use girandole_core::lights::{LightSample, Profile};
+use girandole_core::lights::{Clamp, LightSample, Profile};
 use girandole_core::scene::{Material, NONE, TextureRef};
 
 /// `Frame` in `lib/frame.wgsl`.
@@ -247,13 +249,22 @@ pub(crate) struct DrawArguments {
     pub first_instance: u32,
 }
 
+/// [`Frame::clamp`].
+pub(crate) fn clamp(clamp: Clamp) -> f32 {
+    match clamp {
+        Clamp::Own => OWN_CLAMP,
+        Clamp::At(bound) => bound,
+        Clamp::Off => MAX_CLAMP,
+    }
+}
+
 impl Light {
     /// A light sample without its place in the atlas. Maps are turned about their normals by the golden angle from
     /// one light to the next, so that the edges of their texels do not line up. `radius` is the scene's, in metres.
     pub fn new(id: u32, sample: &LightSample, radius: f32) -> Self {
         use girandole_core::math::warp;
         let (profile, scale, offset) = match sample.profile {
-            Profile::Cosine => (COSINE, 0.0, 0.0),
+            Profile::Cosine => (COSINE, sample.bound(Clamp::Own).min(f32::MAX), 0.0),
             Profile::Hemisphere => (HEMISPHERE, 0.0, 0.0),
             Profile::Spot { scale, offset } => (SPOT, scale, offset),
             Profile::Directional => (DIRECTIONAL, 1.0 / radius, 0.0),

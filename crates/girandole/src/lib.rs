@@ -72,7 +72,5 @@ pub use maps::layout::{AtlasLayout, MapSlot};
 
 pub use maps::occluders::CullCounts;
 pub use renderer::Renderer;
-pub use settings::{
-    DEFAULT_CLAMP, DebugView, Mode, RenderSettings, RendererOptions, Shading, ShadowMap, Target,
-};
+pub use settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading, ShadowMap, Target};
 pub use stats::{FrameStats, PairCounts};

@@ -18,7 +18,7 @@ use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading,
 use crate::{Error, Remedy, Result};
 use girandole_core::illumination::{Illumination, IlluminationSettings};
 use girandole_core::image::Image;
-use girandole_core::lights::LightSet;
+use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Scene, SceneChanges, View};
 use girandole_core::tonemap::Exposure;
 use girandole_core::visibility::VisibilityDatabase;
@@ -118,6 +118,21 @@ impl Renderer {
         if changes.is_empty() {
             return Ok(());
         }
+        let illumination = self.illumination.take().ok_or_else(nothing_loaded)?;
+        self.load_illumination(scene, illumination)
+    }
+
+    /// Places the light samples of the scene that is open for other views, all alike (none = by power): the next frame is, bit
+    /// for bit, that of a renderer that opens the scene with these views. Everything that depends on them is made anew.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] before [`Renderer::open`] and where the scene has changed since (nothing changes then); otherwise as
+    /// for [`Renderer::open`], and the scene has to be opened again.
+    pub fn place_for(&mut self, scene: &Scene, views: &[View]) -> Result<()> {
+        let Some(illumination) = &mut self.illumination else {
+            return Err(Error::invalid("open a scene before placing its light samples"));
+        };
+        illumination.place_for(scene, views)?;
         let illumination = self.illumination.take().ok_or_else(nothing_loaded)?;
         self.load_illumination(scene, illumination)
     }
@@ -416,9 +431,11 @@ fn check(size: [u32; 2], settings: &RenderSettings, lights: u32, limits: &wgpu::
     if !settings.tolerance.is_finite() || settings.tolerance < 0.0 {
         return Err(Error::invalid("the tolerance of interpolation has to be 0 or positive"));
     }
-    if settings.clamp.is_some_and(|c| !c.is_finite() || c <= 0.0) {
+    if let Clamp::At(bound) = settings.clamp
+        && !(bound.is_finite() && bound > 0.0)
+    {
         return Err(Error::invalid(
-            "the bound of the geometric factor has to be positive; `RenderSettings::clamp` is `None` for no bound",
+            "the bound on the geometric factor has to be positive; `Clamp::Off` is no bound",
         ));
     }
     Ok(())

@@ -12,7 +12,7 @@ use crate::scene::receivers::Receivers;
 use crate::shader_constants::DIRECTIONAL;
 use girandole_core::Generation;
 use girandole_core::glam::DVec3;
-use girandole_core::lights::LightSet;
+use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, NONE, Scene};
 
 /// What a scene and its lights need of the kernels.
@@ -54,7 +54,7 @@ pub(crate) struct Resident {
 
 /// A bound of the geometric factor, m⁻²; none = exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LightMapBound(pub Option<f32>);
+pub(crate) struct LightMapBound(pub Clamp);
 
 impl Resident {
     /// # Errors

@@ -1,6 +1,7 @@
 //! What can be chosen: once for a renderer ([`RendererOptions`]), or for each frame ([`RenderSettings`]).
 
 use crate::device::tuning::DeviceTuning;
+use girandole_core::lights::Clamp;
 use girandole_core::tonemap::{Exposure, Tonemap};
 
 /// How a shadow map covers the hemisphere (Barczak §4.2.1).
@@ -127,9 +128,9 @@ pub struct RenderSettings {
     pub tolerance: f32,
     /// Shows how the picture is made in its place. Default no.
     pub debug: Option<DebugView>,
-    /// Bound of the geometric factor in m⁻²; `None` = exact, which speckles where samples are close. Lower is
-    /// smoother and loses more light in corners.
-    pub clamp: Option<f32>,
+    /// Bound on the geometric factor near light samples. Default each sample's own; without one samples speckle what is
+    /// close to them, a lower one is smoother and loses more light in corners.
+    pub clamp: Clamp,
     /// Anti-aliasing: samples per pixel along each axis, 1 to 16. Default 1; time grows with the
     /// square, at low resolution by much less.
     pub samples_per_axis: u32,
@@ -141,11 +142,6 @@ pub struct RenderSettings {
     /// Tone curve. Default AgX.
     pub tonemap: Tonemap,
 }
-
-/// Default of [`RenderSettings::clamp`], m⁻²: about the best for 300 samples in a room (relMSE halves, 1 to 2 % of the
-/// energy is lost). [`LightSet::suggested_clamp`](girandole_core::lights::LightSet::suggested_clamp) adapts it to the
-/// number of samples and the scene's size.
-pub const DEFAULT_CLAMP: f32 = 1.0;
 
 impl RenderSettings {
     /// Whether light maps are used.
@@ -162,7 +158,7 @@ impl Default for RenderSettings {
             shading: Shading::default(),
             tolerance: 0.12,
             debug: None,
-            clamp: Some(DEFAULT_CLAMP),
+            clamp: Clamp::Own,
             samples_per_axis: 1,
             lights_per_batch: None,
             exposure: Exposure::Auto,

@@ -51,6 +51,9 @@ pub(crate) const ACES: u32 = 1;
 pub(crate) const NO_CURVE: u32 = 2;
 /// Bins of the histogram of luminance.
 pub(crate) const HISTOGRAM_BINS: u32 = 256;
+/// In place of a bound on the geometric factor: that of each light; none.
+pub(crate) const OWN_CLAMP: f32 = 0.0;
+pub(crate) const MAX_CLAMP: f32 = f32::MAX;
 /// In place of an index: none.
 pub(crate) const NONE: u32 = girandole_core::scene::NONE;
 
@@ -102,5 +105,8 @@ pub(crate) fn declarations() -> String {
         NO_CURVE,
         HISTOGRAM_BINS,
         NONE
-    ) + &format!("const MIN_ALPHA = {:?};\n", brdf::MIN_ALPHA)
+    ) + &format!(
+        "const MIN_ALPHA = {:?};\nconst OWN_CLAMP = {OWN_CLAMP:?};\nconst MAX_CLAMP = {MAX_CLAMP:?};\n",
+        brdf::MIN_ALPHA
+    )
 }

@@ -1,8 +1,8 @@
 //! Values of options: their names on the command line, and their ranges.
 
 use clap::ValueEnum;
-use girandole_core::lights::LightSet;
-use girandole_core::scene::Geometry;
+use girandole_core::lights;
+use girandole_core::scene::View;
 use girandole_core::tonemap::{Exposure, Tonemap};
 
 /// The engine.
@@ -156,34 +156,49 @@ impl Bounces {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pcf(pub u32);
 
-/// The bound of the geometric factor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Clamp {
-    /// The value that the light samples suggest.
-    Auto,
-    /// None.
-    Off,
-    /// A value, m⁻².
-    At(f32),
-}
+/// The bound on the geometric factor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Clamp(pub lights::Clamp);
 
-impl Clamp {
-    /// The bound, m⁻².
-    pub fn bound(self, lights: &LightSet, geometry: &Geometry) -> Option<f32> {
-        match self {
-            Self::Auto => Some(lights.suggested_clamp(geometry)),
-            Self::Off => None,
-            Self::At(bound) => Some(bound),
+impl std::fmt::Display for Clamp {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self.0 {
+            lights::Clamp::Own => f.write_str("auto"),
+            lights::Clamp::Off => f.write_str("off"),
+            lights::Clamp::At(bound) => write!(f, "{bound}"),
         }
     }
 }
 
-impl std::fmt::Display for Clamp {
+/// The share of samples on emitters; none = as the light demands.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DirectShare(pub Option<f32>);
+
+impl std::fmt::Display for DirectShare {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self.0 {
+            Some(share) => write!(f, "{share}"),
+            None => f.write_str("auto"),
+        }
+    }
+}
+
+/// Where light samples are placed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Placement {
+    /// Where they matter to what the camera sees
+    #[default]
+    View,
+    /// By power, wherever the camera is
+    Scene,
+}
+
+impl Placement {
+    /// The views that samples are placed for.
+    pub fn views(self, view: &View) -> &[View] {
         match self {
-            Self::Auto => f.write_str("auto"),
-            Self::Off => f.write_str("off"),
-            Self::At(bound) => write!(f, "{bound}"),
+            Self::View => std::slice::from_ref(view),
+            Self::Scene => &[],
         }
     }
 }
@@ -227,6 +242,15 @@ pub(super) fn parse_share(text: &str) -> Parsed<f32> {
         .ok_or_else(|| "give a number from 0 to 1".into())
 }
 
+pub(super) fn parse_direct(text: &str) -> Parsed<DirectShare> {
+    match text {
+        "auto" => Ok(DirectShare(None)),
+        _ => parse_share(text)
+            .map(|share| DirectShare(Some(share)))
+            .map_err(|_| "give a number from 0 to 1, or auto".into()),
+    }
+}
+
 pub(super) fn parse_trim(text: &str) -> Parsed<f32> {
     parse_share(text).ok().filter(|&x| x < 1.0).ok_or_else(|| "give a number from 0 to less than 1".into())
 }
@@ -252,12 +276,12 @@ pub(super) fn parse_bounces(text: &str) -> Parsed<Bounces> {
 
 pub(super) fn parse_clamp(text: &str) -> Parsed<Clamp> {
     match text {
-        "auto" => Ok(Clamp::Auto),
-        "off" => Ok(Clamp::Off),
+        "auto" => Ok(Clamp(lights::Clamp::Own)),
+        "off" => Ok(Clamp(lights::Clamp::Off)),
         _ => parse_finite(text)
             .ok()
             .filter(|&x| x > 0.0)
-            .map(Clamp::At)
+            .map(|bound| Clamp(lights::Clamp::At(bound)))
             .ok_or_else(|| "give a positive number of 1/m², auto or off".into()),
     }
 }

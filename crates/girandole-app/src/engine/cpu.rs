@@ -3,6 +3,7 @@
 use super::{Job, Picture, Stats};
 use crate::output::Progress;
 use girandole_core::image::luminance;
+use girandole_core::lights::Clamp;
 use girandole_core::trace::SceneTracer;
 use girandole_reference::{OracleSettings, oracle};
 use std::time::Instant;
@@ -26,6 +27,6 @@ pub fn energy_lost_by_clamp(job: &Job) -> f64 {
         let settings = OracleSettings { samples_per_axis: 1, clamp };
         f64::from(luminance(oracle(&tracer, job.lights, &job.view, GRID, &settings, &|_| ()).mean()))
     };
-    let exact = mean(None);
+    let exact = mean(Clamp::Off);
     if exact > 0.0 { 1.0 - mean(job.clamp) / exact } else { 0.0 }
 }

@@ -8,7 +8,7 @@ use girandole::wgpu;
 use girandole::{
     DebugView, FrameStats, Gpu, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap,
 };
-use girandole_core::lights::LightSet;
+use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Scene, View};
 use girandole_core::visibility::{MOST_LIGHTS, VisibilityDatabase, VisibilitySettings};
 use pollster::block_on;
@@ -97,7 +97,7 @@ impl Device {
         let Trial { scene, geometry, lights, view, args, .. } = trial;
         let mut renderer = Renderer::new(&self.0.device, &self.0.queue, options(&args.quality))?;
         let target = self.target(args.size);
-        let clamp = args.quality.clamp.bound(lights, geometry);
+        let clamp = args.quality.clamp.0;
         // One round to warm up, and one for pass timestamps, which would slow the others down.
         let rounds = args.repeat + 2;
         let mut times = vec![[Vec::new(), Vec::new()]; args.modes.len()];
@@ -207,7 +207,7 @@ fn options(quality: &args::QualityArgs) -> RendererOptions {
 fn settings(
     mode: args::Mode,
     quality: &args::QualityArgs,
-    clamp: Option<f32>,
+    clamp: Clamp,
     aa: args::AntiAliasing,
 ) -> RenderSettings {
     RenderSettings {

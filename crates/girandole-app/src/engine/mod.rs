@@ -12,7 +12,7 @@ use crate::args::{Engine, RenderArgs};
 use crate::output::say;
 use anyhow::Result;
 use girandole_core::image::Image;
-use girandole_core::lights::LightSet;
+use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Scene, View};
 use serde_json::{Map, Value};
 
@@ -29,8 +29,8 @@ pub struct Job<'a> {
     pub lights: &'a LightSet,
     /// The camera.
     pub view: View,
-    /// Bound of the geometric factor, m⁻²; none = exact.
-    pub clamp: Option<f32>,
+    /// Bound on the geometric factor.
+    pub clamp: Clamp,
     /// Options.
     pub args: &'a RenderArgs,
 }

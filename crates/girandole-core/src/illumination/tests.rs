@@ -11,6 +11,7 @@ fn settings() -> IlluminationSettings {
     IlluminationSettings {
         lights: LightSettings { count: 12, candidates: 2, ..LightSettings::default() },
         visibility: Some(VisibilitySettings::default()),
+        views: Vec::new(),
     }
 }
 

@@ -22,6 +22,7 @@ pub(super) fn punctual(scene: &Scene, geometry: &Geometry) -> Vec<LightSample> {
             intensity: light.intensity,
             profile: Profile::Hemisphere,
             origin: SampleOrigin::Punctual { light: index as u32 },
+            area: 0.0,
         };
         match light.kind {
             PunctualKind::Point => {
@@ -46,12 +47,8 @@ pub(super) fn punctual(scene: &Scene, geometry: &Geometry) -> Vec<LightSample> {
     samples
 }
 
-/// How many samples each emitter gets: in proportion to power, and at least one. `None` where there are more emitters
-/// than samples.
-fn allocate(weights: &[f64], count: u32) -> Option<Vec<u32>> {
-    if weights.len() > count as usize {
-        return None;
-    }
+/// How many samples each of the weights gets: in proportion, and at least one. `count` is no less than their number.
+pub(super) fn allocate(weights: &[f64], count: u32) -> Vec<u32> {
     let total: f64 = weights.iter().sum();
     let mut counts: Vec<u32> = vec![1; weights.len()];
     let spare = f64::from(count) - weights.len() as f64;
@@ -73,36 +70,57 @@ fn allocate(weights: &[f64], count: u32) -> Option<Vec<u32>> {
         counts[i] += 1;
         left -= 1;
     }
-    Some(counts)
+    counts
 }
 
-/// `count` samples on emitting surfaces (Barczak §4.1).
+/// `count` samples on emitting surfaces (Barczak §4.1), emitter by emitter.
 ///
-/// Each emitter gets its share of samples and keeps all its energy: with `n` of them on an emitter,
+/// Each emitter gets samples in proportion to its weight and keeps all its energy: with `n` of them on an emitter,
 /// `I = Le(y) / (n · p_A(y))`. Where there are more emitters than samples, they share one distribution.
 pub(super) fn area(
     scene: &Scene,
     geometry: &Geometry,
     groups: &[Vec<Source>],
+    weights: &[f64],
     count: u32,
     seed: u32,
-) -> Vec<LightSample> {
-    let weights: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
-    let mut samples = Vec::new();
-    let mut add = |sources: Vec<Source>, count: u32, seed: u32| {
+) -> Vec<Vec<LightSample>> {
+    let of = |sources: Vec<Source>, count: u32, seed: u32| {
+        let mut samples = Vec::new();
         if let Some(tree) = SourceTree::new(sources) {
             on_tree(scene, geometry, &tree, count, seed, &mut samples);
         }
+        samples
     };
-    match allocate(&weights, count) {
-        Some(counts) => {
-            for (i, (group, n)) in groups.iter().zip(counts).enumerate() {
-                add(group.clone(), n, sequence::hash(seed ^ sequence::hash(i as u32)));
-            }
-        }
-        None => add(groups.concat(), count, seed),
+    if groups.len() > count as usize {
+        return vec![of(groups.concat(), count, seed)];
     }
-    samples
+    let each = (0..).zip(groups).zip(allocate(weights, count));
+    each.map(|((i, group), n)| of(group.clone(), n, sequence::hash(seed ^ sequence::hash(i)))).collect()
+}
+
+/// The weight of each emitter for `count` candidates: a few of them show what it is worth, mixed with its power.
+pub(super) fn worth(
+    power: &[f64],
+    of: impl Fn(&[f64], u32) -> Vec<Vec<LightSample>>,
+    count: u32,
+    weigh: &dyn Fn(&[LightSample]) -> Vec<f64>,
+) -> Vec<f64> {
+    let pilot = of(power, count);
+    if pilot.len() < power.len() {
+        return power.to_vec();
+    }
+    let mut weights = weigh(&pilot.concat()).into_iter();
+    let worth: Vec<f64> = pilot.iter().map(|samples| weights.by_ref().take(samples.len()).sum()).collect();
+    mixture(power, &worth)
+}
+
+/// Shares of a whole by what things are worth, a fifth of it by power alone.
+pub(super) fn mixture(power: &[f64], worth: &[f64]) -> Vec<f64> {
+    const BY_POWER: f64 = 0.2;
+    let (all_power, all_worth) = (power.iter().sum::<f64>(), worth.iter().sum::<f64>());
+    let share = |(p, w): (&f64, &f64)| BY_POWER * p / all_power + (1.0 - BY_POWER) * w / all_worth;
+    power.iter().zip(worth).map(share).collect()
 }
 
 /// Samples of one distribution. Points that turn out black are passed over; then the number of tries divides (all but
@@ -132,7 +150,8 @@ fn on_tree(
                 normal: point.normal,
                 intensity: (point.radiance.as_dvec3() / pdf_area).as_vec3(),
                 profile: Profile::Cosine,
-                origin: SampleOrigin::Emitter { triangle: point.triangle },
+                origin: SampleOrigin::Emitter { triangle: point.triangle, point: tries },
+                area: (1.0 / pdf_area) as f32,
             });
         }
         tries += 1;
@@ -140,5 +159,6 @@ fn on_tree(
     let scale = 1.0 / f64::from(tries.max(1));
     for sample in &mut samples[first..] {
         sample.intensity = (sample.intensity.as_dvec3() * scale).as_vec3();
+        sample.area *= scale as f32;
     }
 }

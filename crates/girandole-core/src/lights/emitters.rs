@@ -149,6 +149,16 @@ pub(super) fn area_groups(scene: &Scene, geometry: &Geometry) -> Vec<Vec<Source>
     groups.into_values().collect()
 }
 
+/// Emitters that have sequences of their own, at most; if there are more, neighbours in the scene share one.
+const MOST_EMITTERS: usize = 512;
+
+/// A tree for each emitter, and for each punctual light.
+pub(super) fn trees(groups: &[Vec<Source>], punctual: &[Source]) -> Vec<SourceTree> {
+    let all: Vec<Vec<Source>> = groups.iter().cloned().chain(punctual.iter().map(|&s| vec![s])).collect();
+    let together = all.len().div_ceil(MOST_EMITTERS).max(1);
+    all.chunks(together).filter_map(|groups| SourceTree::new(groups.concat())).collect()
+}
+
 /// A whole patch of two triangles, if its outline is a parallelogram.
 fn parallelogram(outline: &[Vec3], first: u32) -> Option<Area> {
     let &[a, b, c, d] = outline else { return None };
@@ -311,6 +321,11 @@ impl SourceTree {
             depth += 1;
         }
         (&self.sources[(-1 - node) as usize], DVec2::from_array(at))
+    }
+
+    /// The power of all sources by luminance, watts.
+    pub fn power(&self) -> f64 {
+        self.total
     }
 
     /// The probability of a source.

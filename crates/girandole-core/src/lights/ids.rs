@@ -23,7 +23,9 @@ pub enum LightId {
         material: u32,
         /// Whether it shines from the back.
         back: bool,
-        /// Which of the samples that this side of this material got, in the order of their sequence.
+        /// Which point of its sequence.
+        point: u32,
+        /// Which of the samples at this point: 0, unless it stands for more light than one sample should carry.
         index: u32,
     },
     /// Left by a random walk.
@@ -58,14 +60,15 @@ fn first(geometry: &Geometry, sample: &LightSample) -> LightId {
     match sample.origin {
         SampleOrigin::Punctual { light } => LightId::Punctual { light, index: 0 },
         SampleOrigin::Bounce { path, bounce, .. } => LightId::Bounce { path, bounce, index: 0 },
-        SampleOrigin::Emitter { triangle } => match geometry.triangles.get(triangle as usize) {
+        SampleOrigin::Emitter { triangle, point } => match geometry.triangles.get(triangle as usize) {
             Some(t) => LightId::Emitter {
                 object: t.object,
                 material: t.material,
                 back: geometry.normal(triangle).dot(sample.normal) < 0.0,
+                point,
                 index: 0,
             },
-            None => LightId::Emitter { object: NONE, material: NONE, back: false, index: 0 },
+            None => LightId::Emitter { object: NONE, material: NONE, back: false, point, index: 0 },
         },
     }
 }

@@ -1,17 +1,20 @@
 //! Indirect samples: the random walk of instant radiosity (Keller 1997; Barczak §4.1).
 //!
-//! 1. A path starts on a source in proportion to power, in a direction distributed as its light is: with the flux
+//! 1. A path starts on a source of its emitter in proportion to power, in a direction distributed as its light is: with the flux
 //!    `Φ = π · Le / p_A` (per channel) of that start.
 //! 2. At every hit it leaves a sample of intensity `ρ · Φ / π` and goes on, cosine-weighted, with `Φ ← ρ · Φ`.
-//! 3. All deposits are divided by the number of paths.
+//! 3. Deposits are divided by the number of paths from the same emitter.
 //!
 //! The number of paths must not depend on their deposits: stopping once there are enough samples, in the middle of a
 //! path, favours short paths (measured with independent paths: 5 to 9 % too bright at 8 samples, 1 % at 75), and even
 //! leaving out the path that overflows, which is unbiased for independent paths, is off by 1 % at 8 for well-spread ones.
-//! So a short pilot walk with a seed of its own estimates the number of deposits a path leaves, which fixes the number of
-//! paths. Worked example: 225 samples with 16 candidates each need 3600 deposits; the pilot leaves
-//! 2.1 a path; 1719 paths are walked, and divided by.
+//! So a short pilot walk with a seed of its own estimates how many deposits a path leaves, and what they are worth: in a
+//! building, most lamps light nothing that is seen. That fixes the number of paths of each emitter.
+//! Worked example: 225 samples with 16 candidates each need 3600 deposits; the pilot leaves
+//! 2.1 a path; 1719 paths are walked, and divided by. Of two lamps of which one is worth nine times the other, one gets
+//! 1479 paths (a fifth goes by power alone), the other 240, and its deposits are divided by those.
 
+use super::direct::{allocate, mixture};
 use super::emitters::{SourceTree, SpotCone};
 use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
 use crate::math::{sequence, warp};
@@ -25,15 +28,17 @@ const FIRST_BOUNCE: u32 = 4;
 /// Upper bound of the factor by which a shading normal brightens a deposit.
 const MAX_SHADING_FACTOR: f32 = 8.0;
 
-/// Deposits after which the pilot walk ends: the rate then has a standard error of some 6 %.
+/// Deposits after which the pilot walk ends, at least…
 const PILOT_DEPOSITS: usize = 256;
+/// …and the share of those that are wanted.
+const PILOT_SHARE: f64 = 0.125;
 /// Paths after which the pilot gives up.
 const PILOT_PATHS: u32 = 1 << 16;
 
 /// The result of the walk.
 pub(super) struct Deposits {
     pub samples: Vec<LightSample>,
-    /// The paths that the samples were divided by.
+    /// How many paths were walked.
     pub paths: u32,
     /// There are fewer samples than wanted because little light is reflected.
     pub exhausted: bool,
@@ -42,8 +47,8 @@ pub(super) struct Deposits {
 struct Walk<'a> {
     scene: &'a Scene,
     geometry: &'a Geometry,
-    tracer: SceneTracer<'a>,
-    tree: &'a SourceTree,
+    tracer: &'a SceneTracer<'a>,
+    emitters: &'a [SourceTree],
     settings: &'a LightSettings,
     seed: u32,
 }
@@ -54,55 +59,92 @@ struct Photon {
     flux: Vec3,
 }
 
-/// Walks as many paths as are likely to leave `candidates` deposits for each of `wanted` samples.
+/// Walks as many paths as are likely to leave `candidates` deposits for each of `wanted` samples; more from emitters whose
+/// deposits have a larger `weight`.
 pub(super) fn walk(
-    scene: &Scene,
-    geometry: &Geometry,
-    tree: &SourceTree,
+    tracer: &SceneTracer,
+    emitters: &[SourceTree],
     settings: &LightSettings,
     [wanted, candidates]: [u32; 2],
     seed: u32,
+    weigh: &dyn Fn(&[LightSample]) -> Vec<f64>,
 ) -> Deposits {
-    let tracer = SceneTracer::new(scene, geometry);
-    let mut walk = Walk { scene, geometry, tracer, tree, settings, seed: sequence::hash(seed) };
-    // The pilot.
-    let (mut left, mut paths) = (0, 0);
-    while left < PILOT_DEPOSITS && paths < PILOT_PATHS {
-        left += walk.paths(paths..paths + 256).iter().map(Vec::len).sum::<usize>();
-        paths += 256;
-    }
-    if left == 0 {
-        return Deposits { samples: Vec::new(), paths, exhausted: true };
-    }
-    // The walk, with a margin where there is a single candidate for each sample.
-    let rate = left as f64 / f64::from(paths);
+    let (scene, geometry) = (tracer.scene(), tracer.geometry());
+    let mut walk = Walk { scene, geometry, tracer, emitters, settings, seed: sequence::hash(seed) };
+    let power: Vec<f64> = emitters.iter().map(SourceTree::power).collect();
     let deposits = f64::from(wanted) * f64::from(candidates).max(1.2) + 8.0;
-    let most = PILOT_PATHS + wanted.saturating_mul(32);
+
+    // The pilot.
+    let enough = PILOT_DEPOSITS.max((deposits * PILOT_SHARE) as usize);
+    let (mut left, mut counts) = (Vec::new(), vec![0; emitters.len()]);
+    let mut paths = 256;
+    while left.iter().map(Vec::len).sum::<usize>() < enough && counts.iter().sum::<u32>() < PILOT_PATHS {
+        let more = allocate(&power, paths.max(emitters.len() as u32));
+        left.extend(walk.paths(&counts, &more));
+        counts.iter_mut().zip(&more).for_each(|(count, more)| *count += more);
+        paths *= 2;
+    }
+    let walked = counts.iter().sum::<u32>();
+    let pilot: Vec<LightSample> = left.concat();
+    if pilot.is_empty() {
+        return Deposits { samples: Vec::new(), paths: walked, exhausted: true };
+    }
+    let (mut worth, mut rates) = (vec![0.0; emitters.len()], vec![0.0; emitters.len()]);
+    for (sample, weight) in pilot.iter().zip(weigh(&pilot)) {
+        let emitter = walk.emitter_of(sample);
+        worth[emitter] += weight / f64::from(counts[emitter]);
+        rates[emitter] += 1.0 / f64::from(counts[emitter]);
+    }
+    let shares = mixture(&power, &worth);
+
+    // The walk, with a margin where there is a single candidate for each sample.
+    let rate: f64 = shares.iter().zip(&rates).map(|(share, rate)| share * rate).sum();
+    let most = (PILOT_PATHS + wanted.saturating_mul(32)).min(u32::MAX / emitters.len() as u32);
     let paths = (deposits / rate).ceil().min(f64::from(most)) as u32;
     walk.seed = seed;
-    let mut samples = walk.paths(0..paths).concat();
-    let scale = 1.0 / f64::from(paths);
+    let counts = allocate(&shares, paths.max(emitters.len() as u32));
+    let mut samples = walk.paths(&vec![0; emitters.len()], &counts).concat();
     for sample in &mut samples {
+        let scale = 1.0 / f64::from(counts[walk.emitter_of(sample)]);
         sample.intensity = (sample.intensity.as_dvec3() * scale).as_vec3();
     }
     let exhausted = samples.is_empty() || paths == most && samples.len() < wanted as usize;
-    Deposits { samples, paths, exhausted }
+    Deposits { samples, paths: counts.iter().sum(), exhausted }
 }
 
 impl Walk<'_> {
-    /// Paths in order, whatever the number of threads.
-    fn paths(&self, range: std::ops::Range<u32>) -> Vec<Vec<LightSample>> {
+    /// So many paths of each emitter from its `first` on, in order, whatever the number of threads.
+    fn paths(&self, first: &[u32], counts: &[u32]) -> Vec<Vec<LightSample>> {
+        let all = self.emitters.len() as u32;
+        let of = |(emitter, (&first, &count)): (u32, (&u32, &u32))| {
+            (first..first + count).map(move |index| index * all + emitter)
+        };
+        let paths: Vec<u32> = (0..).zip(first.iter().zip(counts)).flat_map(of).collect();
         #[cfg(feature = "parallel")]
         {
             use rayon::prelude::*;
-            range.into_par_iter().with_min_len(16).map(|path| self.path(path)).collect()
+            paths.into_par_iter().with_min_len(16).map(|path| self.path(path)).collect()
         }
         #[cfg(not(feature = "parallel"))]
-        range.map(|path| self.path(path)).collect()
+        paths.into_iter().map(|path| self.path(path)).collect()
     }
 
+    /// The emitter that a deposit's light comes from.
+    fn emitter_of(&self, deposit: &LightSample) -> usize {
+        match deposit.origin {
+            SampleOrigin::Bounce { path, .. } => path as usize % self.emitters.len(),
+            SampleOrigin::Emitter { .. } | SampleOrigin::Punctual { .. } => 0,
+        }
+    }
+
+    /// Each emitter has a sequence of its own, and every so many paths are its own.
     fn at(&self, path: u32, dimension: u32) -> f32 {
-        sequence::sample(path, dimension, self.seed)
+        let all = self.emitters.len() as u32;
+        let seed = match path % all {
+            0 => self.seed,
+            emitter => sequence::hash(self.seed ^ sequence::hash(emitter)),
+        };
+        sequence::sample(path / all, dimension, seed)
     }
 
     fn path(&self, path: u32) -> Vec<LightSample> {
@@ -145,6 +187,7 @@ impl Walk<'_> {
                 intensity: photon.flux / PI,
                 profile: Profile::Cosine,
                 origin: SampleOrigin::Bounce { path, bounce, triangle: hit.triangle },
+                area: 0.0,
             });
             photon.origin = position;
             photon.direction = self.leave(path, dimension + 1, normal);
@@ -162,8 +205,9 @@ impl Walk<'_> {
 
     fn start(&self, path: u32) -> Option<Photon> {
         let at = DVec2::new(f64::from(self.at(path, 0)), f64::from(self.at(path, 1)));
-        let (source, at) = self.tree.choose(at);
-        let probability = self.tree.probability(source);
+        let tree = &self.emitters[path as usize % self.emitters.len()];
+        let (source, at) = tree.choose(at);
+        let probability = tree.probability(source);
         let Some(light) = source.punctual() else {
             let point = source.point(self.scene, self.geometry, at)?;
             let flux = point.radiance.as_dvec3() * (std::f64::consts::PI * point.area / probability);

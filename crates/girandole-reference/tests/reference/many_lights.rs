@@ -2,7 +2,7 @@
 
 use crate::common::{Stage, assert_picture, look, trace};
 use girandole_core::glam::Vec3;
-use girandole_core::lights::{LightSample, LightSet, Profile, SampleOrigin};
+use girandole_core::lights::{Clamp, LightSample, LightSet, Profile, SampleOrigin};
 use girandole_core::scene::{Material, Mesh, NONE, View};
 use girandole_core::trace::SceneTracer;
 use girandole_reference::{OracleSettings, PathSettings, oracle, oracle_pixel, radiance, visible};
@@ -46,7 +46,8 @@ fn lights(tracer: &SceneTracer, n: u32) -> LightSet {
             normal: Vec3::NEG_Y,
             intensity: GLOW / (n * n) as f32,
             profile: Profile::Cosine,
-            origin: SampleOrigin::Emitter { triangle: triangle + u32::from(v > u) },
+            origin: SampleOrigin::Emitter { triangle: triangle + u32::from(v > u), point: i },
+            area: 0.0,
         }
     };
     LightSet::from_samples(geometry, (0..n * n).map(sample).collect())
@@ -58,7 +59,7 @@ fn many_lights_are_an_area_light() {
     let geometry = stage.geometry();
     let tracer = SceneTracer::new(&stage.scene, &geometry);
     let view = view();
-    let settings = OracleSettings { samples_per_axis: 2, clamp: None };
+    let settings = OracleSettings { samples_per_axis: 2, clamp: Clamp::Off };
     let sum = oracle(&tracer, &lights(&tracer, 32), &view, [24, 24], &settings, &|_| ());
     let estimate =
         trace(&stage.scene, &geometry, &view, 24, PathSettings { paths: 256, bounces: Some(0), seed: 5 });
@@ -79,7 +80,7 @@ fn threads_and_tiles_do_not_matter() {
     let tracer = SceneTracer::new(&stage.scene, &geometry);
     let (view, size) = (view(), [45, 37]);
     let set = lights(&tracer, 6);
-    let settings = OracleSettings { samples_per_axis: 2, clamp: None };
+    let settings = OracleSettings { samples_per_axis: 2, clamp: Clamp::Off };
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| oracle(&tracer, &set, &view, size, &settings, &|_| ()))
@@ -109,12 +110,12 @@ fn a_pixel_is_the_sum_by_hand() {
         let wo = -direction.normalize();
         let surface = geometry.surface(&stage.scene, hit.triangle, hit.barycentric, wo);
         let diffuse = stage.scene.materials[0].base_color * (1.0 - (0.04 + 0.96 / 21.0)) / PI;
-        for clamp in [None, Some(0.1)] {
+        for clamp in [Clamp::Off, Clamp::At(0.1)] {
             let mut expected = Vec3::ZERO;
             for light in set.samples() {
                 let to = light.position - surface.position;
                 let wi = to.normalize();
-                let g = (wi.y * wi.y / to.length_squared()).min(clamp.unwrap_or(f32::INFINITY));
+                let g = (wi.y * wi.y / to.length_squared()).min(light.bound(clamp));
                 let f = girandole_core::brdf::specular_brdf(
                     Vec3::Y,
                     wo,
@@ -154,6 +155,7 @@ fn directional_lights_and_emitters_seen() {
         intensity: Vec3::ONE,
         profile: Profile::Directional,
         origin: SampleOrigin::Punctual { light: 0 },
+        area: 0.0,
     };
     let set = LightSet::from_samples(&geometry, vec![sun]);
     let seen = |eye: Vec3, target: Vec3| {

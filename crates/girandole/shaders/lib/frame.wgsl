@@ -14,7 +14,7 @@ struct Frame {
   offset: vec2f, // of this sample within its pixel, in (0, 1)
   first_light: u32,
   end_light: u32,
-  clamp: f32, // of the geometric factor, m⁻²
+  clamp: f32, // of the geometric factor, m⁻²; OWN_CLAMP = that of each light
   far: f32, // orthographic only: depth of the view
   sample: u32, // index of this sub-pixel sample
   samples: u32, // sub-pixel samples a pixel

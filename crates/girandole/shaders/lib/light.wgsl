@@ -4,7 +4,7 @@ struct Light {
   position: vec3f,
   profile: u32, // COSINE, HEMISPHERE, SPOT or DIRECTIONAL
   normal: vec3f,
-  scale: f32, // spot: 1 / (cos inner − cos outer); directional: 1 / radius of the scene
+  scale: f32, // cosine: its own bound on G, m⁻²; spot: 1 / (cos inner − cos outer); directional: 1 / radius of the scene
   tangent: vec3f,
   offset: f32, // spot: −cos outer · scale
   intensity: vec3f,
@@ -16,7 +16,10 @@ override ONLY_COSINE_LIGHTS: bool = false; // whether all lights have the profil
 // The geometric factor G, bounded (core: LightSample::geometric_factor), where the pair faces each other: `cos_x`
 // and `cos_light` are both cosines times the distance, positive; `r2` is its square.
 fn geometric_factor(light: Light, cos_x: f32, cos_light: f32, r2: f32) -> f32 {
-  if ONLY_COSINE_LIGHTS || light.profile == COSINE { return min(cos_x * cos_light / (r2 * r2), frame.clamp); }
+  if ONLY_COSINE_LIGHTS || light.profile == COSINE {
+    let bound = select(frame.clamp, light.scale, frame.clamp == OWN_CLAMP);
+    return min(cos_x * cos_light / (r2 * r2), bound);
+  }
   if light.profile == DIRECTIONAL { return cos_x; }
   let inverse_r = inverseSqrt(r2);
   var falloff = 1.0;
@@ -24,5 +27,6 @@ fn geometric_factor(light: Light, cos_x: f32, cos_light: f32, r2: f32) -> f32 {
     falloff = clamp(cos_light * inverse_r * light.scale + light.offset, 0.0, 1.0);
     falloff *= falloff;
   }
-  return min(cos_x * inverse_r * falloff / r2, frame.clamp);
+  let bound = select(frame.clamp, MAX_CLAMP, frame.clamp == OWN_CLAMP);
+  return min(cos_x * inverse_r * falloff / r2, bound);
 }

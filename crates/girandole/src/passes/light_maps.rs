@@ -3,11 +3,12 @@
 use super::{Compiler, LightMapsView, batches};
 use crate::device::kernel::{Groups, Kernel, buffer};
 use crate::device::recorder::Recorder;
-use crate::layout::Frame;
+use crate::layout::{self, Frame};
 use crate::resident::Resident;
 use crate::scene::receivers::Receivers;
 use crate::shader_constants::{BATCH, GROUPS_PER_ROW};
 use crate::shaders;
+use girandole_core::lights::Clamp;
 
 pub(crate) struct LightMaps {
     kernel: Kernel,
@@ -24,13 +25,12 @@ impl LightMaps {
         recorder: &mut Recorder,
         scene: &Resident,
         receivers: &'a Receivers,
-        clamp: Option<f32>,
+        clamp: Clamp,
     ) -> LightMapsView<'a> {
         let lights = &scene.lights;
         let offsets = receivers.offsets_buffer(recorder.device);
         for batch in batches(lights.count(), BATCH) {
-            let frame =
-                Frame { batch: batch.first / BATCH, clamp: clamp.unwrap_or(f32::MAX), ..Frame::default() };
+            let frame = Frame { batch: batch.first / BATCH, clamp: layout::clamp(clamp), ..Frame::default() };
             let resources = [
                 ("lights", wgpu::BindingResource::Buffer(lights.batch(batch.first))),
                 buffer("light_lists", &receivers.light_lists),

@@ -2,7 +2,7 @@
 
 use girandole::core::glam::{Quat, Vec3};
 use girandole::core::image::Image;
-use girandole::core::lights::{LightSet, LightSettings};
+use girandole::core::lights::{Clamp, LightSet, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject};
 use girandole::core::scene::{
     Camera, Geometry, LocalView, Material, Mesh, Projection, Scene, Transform, View,
@@ -26,7 +26,7 @@ pub struct Context {
 
 /// Every light at every pixel, without a bound on the geometric factor.
 pub fn exact() -> RenderSettings {
-    RenderSettings { mode: Mode::Naive, clamp: None, ..RenderSettings::default() }
+    RenderSettings { mode: Mode::Naive, clamp: Clamp::Off, ..RenderSettings::default() }
 }
 
 /// A scene ready to be lit.
@@ -67,7 +67,7 @@ impl Stage {
     }
 
     pub fn oracle(&self, view: &View, size: [u32; 2], samples_per_axis: u32) -> Image {
-        let settings = OracleSettings { samples_per_axis, clamp: None };
+        let settings = OracleSettings { samples_per_axis, clamp: Clamp::Off };
         girandole_reference::oracle(&self.tracer(), &self.lights, view, size, &settings, &|_| {})
     }
 }

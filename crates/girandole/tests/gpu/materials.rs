@@ -62,9 +62,9 @@ fn normal_maps(context: &Context) {
         let stage = rippled(name, 200, ripples, 1.0);
         let view = stage.view(0, size);
         let mut renderer = context.loaded(&stage, RendererOptions::default());
-        let naive = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
-        let vd = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Visibility));
-        let full = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Full));
+        let naive = context.frame(&mut renderer, &view, size, &bounded(Mode::Naive));
+        let vd = context.frame(&mut renderer, &view, size, &bounded(Mode::Visibility));
+        let full = context.frame(&mut renderer, &view, size, &bounded(Mode::Full));
         let points: u64 = context.wait(renderer.stats()).expect("stats").points.iter().sum();
         let share = points as f64 / (f64::from(size[0]) * f64::from(size[1]));
         let energy = f64::from(mean(&full) / mean(&naive));
@@ -78,7 +78,7 @@ fn normal_maps(context: &Context) {
         // The control: ripples are seen.
         let flat = rippled(name, 200, ripples, 0.0);
         let mut renderer = context.loaded(&flat, RendererOptions::default());
-        let flat = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
+        let flat = context.frame(&mut renderer, &view, size, &bounded(Mode::Naive));
         assert!(flip(&naive, &flat) > 2.0 * error, "{name}: {}", flip(&naive, &flat));
     }
 }
@@ -97,7 +97,7 @@ fn last_grid(context: &Context) {
         let pictures = [&stage, &textured].map(|stage| {
             let mut renderer = context.loaded(stage, RendererOptions::default());
             renderer.time_passes(true);
-            let settings = RenderSettings { samples_per_axis, ..bounded(stage, Mode::Full) };
+            let settings = RenderSettings { samples_per_axis, ..bounded(Mode::Full) };
             let picture = context.frame(&mut renderer, &view, size, &settings);
             // Further samples interpolate between the first ones, which are resolved.
             let passes = context.wait(renderer.stats()).expect("stats").gpu_ms;
@@ -123,7 +123,7 @@ fn tilted_normals(context: &Context) {
         let stage = Stage::new(scene, &LightSettings { count: 100, ..Default::default() });
         let view = stage.view(0, size);
         let mut renderer = context.loaded(&stage, RendererOptions::default());
-        let mut picture = |mode| context.frame(&mut renderer, &view, size, &bounded(&stage, mode));
+        let mut picture = |mode| context.frame(&mut renderer, &view, size, &bounded(mode));
         let naive = picture(Mode::Naive);
         let found = flip(&naive, &picture(Mode::Full));
         assert!(found < 0.03, "{name}: FLIP {found}");
@@ -133,7 +133,7 @@ fn tilted_normals(context: &Context) {
             &LightSettings { count: 100, ..Default::default() },
         );
         let mut renderer = context.loaded(&straight, RendererOptions::default());
-        let straight = context.frame(&mut renderer, &view, size, &bounded(&straight, Mode::Full));
+        let straight = context.frame(&mut renderer, &view, size, &bounded(Mode::Full));
         assert!(flip(&naive, &straight) > 0.03, "{name}: {}", flip(&naive, &straight));
     }
 }

@@ -2,8 +2,9 @@
 
 use crate::common::{Context, Test};
 use girandole::core::glam::{Vec2, Vec3, Vec4};
-use girandole::core::lights::{LightSample, Profile, SampleOrigin};
+use girandole::core::lights::{Clamp, LightSample, Profile, SampleOrigin};
 use girandole::core::{brdf, math, tonemap};
+use std::f32::consts::PI;
 use wgpu::util::DeviceExt;
 
 #[path = "../../src/shader_constants.rs"]
@@ -162,17 +163,24 @@ fn geometric_factor(context: &Context) {
         }
     }
     let profiles = [Profile::Cosine, Profile::Hemisphere, spot, Profile::Directional];
-    for (index, profile) in profiles.into_iter().enumerate() {
-        let (scale, offset) =
-            if let Profile::Spot { scale, offset } = profile { (scale, offset) } else { (0.0, 0.0) };
+    let cases = profiles.into_iter().enumerate().flat_map(|p| [Clamp::At(bound), Clamp::Own].map(|c| (p, c)));
+    for ((index, profile), clamp) in cases {
         let origin = SampleOrigin::Punctual { light: 0 };
-        let sample = LightSample { position, normal, intensity: Vec3::ONE, profile, origin };
+        // Of an area that gives it the same bound, where it has one.
+        let area = if profile == Profile::Cosine { 0.5 * PI / bound } else { 0.0 };
+        let sample = LightSample { position, normal, intensity: Vec3::ONE, profile, origin, area };
+        let (scale, offset) = match profile {
+            Profile::Spot { scale, offset } => (scale, offset),
+            Profile::Cosine => (sample.bound(Clamp::Own), 0.0),
+            _ => (0.0, 0.0),
+        };
         let expected = inputs.iter().map(|[p, n]| {
             let n = n.truncate();
-            sample.geometric_factor(p.truncate(), n, n, bound).map_or(0.0, |(g, _)| g)
+            sample.geometric_factor(p.truncate(), n, n, sample.bound(clamp)).map_or(0.0, |(g, _)| g)
         });
+        let frame_clamp = if clamp == Clamp::Own { 0.0 } else { bound };
         let source = format!(
-            "struct Bound {{ clamp: f32 }} const frame = Bound({bound:?}); {} \
+            "struct Bound {{ clamp: f32 }} const frame = Bound({frame_clamp:?}); {} \
              fn map(a: vec4f, b: vec4f) -> vec4f {{ \
              var light: Light; light.position = vec3f({:?}, {:?}, {:?}); light.profile = {index}u; \
              light.normal = vec3f({:?}, {:?}, {:?}); light.scale = {scale:?}; light.offset = {offset:?}; \
@@ -191,11 +199,16 @@ fn geometric_factor(context: &Context) {
         let difference = |source: &str| {
             largest_difference(&run(context, source, &inputs, &[]), expected.clone().map(|g| Vec4::X * g))
         };
-        assert!(difference(&source) < 1e-5, "{profile:?}: {}", difference(&source));
+        assert!(difference(&source) < 1e-5, "{profile:?} {clamp:?}: {}", difference(&source));
         assert!(expected.clone().filter(|g| *g > 0.0).count() * 8 > inputs.len(), "{profile:?}: mostly dark");
         // The control: a fall-off that is not squared, or no bound, is seen.
-        let wrong = source.replace("falloff *= falloff;", "").replace("frame.clamp)", "1e30)");
-        assert!(index == 3 || difference(&wrong) > 1e-3, "{profile:?}");
+        let wrong = source.replace("falloff *= falloff;", "").replace(", bound)", ", 1e30)");
+        let is_bounded = match profile {
+            Profile::Directional => false,
+            Profile::Hemisphere => clamp != Clamp::Own,
+            _ => true,
+        };
+        assert!(!is_bounded || difference(&wrong) > 1e-3, "{profile:?} {clamp:?}");
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::common::{Context, Stage, Test, exact};
 use girandole::core::glam::Vec3;
 use girandole::core::image::Image;
+use girandole::core::lights::Clamp;
 use girandole::core::tonemap::{Exposure, Tonemap, to_srgb8};
 use girandole::{RenderSettings, RendererOptions};
 
@@ -152,7 +153,7 @@ fn refuses(context: &Context) {
     sentence(renderer.render(&view, [1 << 20, 5], &exact()));
     sentence(renderer.render(&view, [64, 64], &RenderSettings { samples_per_axis: 0, ..exact() }));
     for clamp in [f32::NAN, f32::INFINITY, 0.0] {
-        sentence(renderer.render(&view, [64, 64], &RenderSettings { clamp: Some(clamp), ..exact() }));
+        sentence(renderer.render(&view, [64, 64], &RenderSettings { clamp: Clamp::At(clamp), ..exact() }));
     }
     let starved = RendererOptions { memory_mib: 1, map_size: Some(1024), ..Default::default() };
     assert!(

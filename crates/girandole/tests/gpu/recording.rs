@@ -10,7 +10,6 @@ use girandole::core::math::sequence;
 use girandole::core::scene::builtin::{self, MovingObject, shapes};
 use girandole::core::scene::{Material, Scene, Transform, View};
 use girandole::core::tonemap::{Exposure, Tonemap};
-use girandole::core::visibility::VisibilitySettings;
 use girandole::{Mode, RenderSettings, Renderer, RendererOptions, Target};
 
 pub fn tests() -> Vec<Test> {
@@ -90,7 +89,7 @@ fn recorded_is_rendered(context: &Context) {
     for (mode, samples_per_axis) in [(Mode::Naive, 1), (Mode::Full, 1), (Mode::Full, 2)] {
         let settings = RenderSettings {
             exposure: Exposure::Ev(4.0),
-            ..plain(RenderSettings { samples_per_axis, ..bounded(&stage, mode) })
+            ..plain(RenderSettings { samples_per_axis, ..bounded(mode) })
         };
         let mut renderer = context.loaded(&stage, RendererOptions::default());
         let target = texture(context, size, COLOR);
@@ -120,7 +119,7 @@ fn two_views(context: &Context) {
     let views = [stage.view(0, sizes[0]), stage.view(1, sizes[1])];
     let modes = [Mode::Full, Mode::Visibility];
     let settings =
-        [0, 1].map(|i| plain(RenderSettings { samples_per_axis: 2 - i as u32, ..bounded(&stage, modes[i]) }));
+        [0, 1].map(|i| plain(RenderSettings { samples_per_axis: 2 - i as u32, ..bounded(modes[i]) }));
     for order in [[0, 1], [1, 0]] {
         let mut renderer = context.loaded(&stage, RendererOptions::default());
         let mut encoder = context.gpu.device.create_command_encoder(&Default::default());
@@ -183,7 +182,7 @@ fn depth(context: &Context) {
         let view = View::from_matrices(eye, projection).expect("a view");
         for (mode, samples_per_axis) in [(Mode::Naive, 1), (Mode::Naive, 2), (Mode::Full, 1), (Mode::Full, 2)]
         {
-            let settings = plain(RenderSettings { samples_per_axis, ..bounded(&stage, mode) });
+            let settings = plain(RenderSettings { samples_per_axis, ..bounded(mode) });
             let color = texture(context, size, COLOR);
             let frame = |near: Option<f32>| {
                 let depth = texture(context, size, DEPTH);
@@ -276,7 +275,7 @@ fn background(context: &Context) {
     let view = stage.view(0, size);
     let behind = wgpu::Color { r: 0.2, g: 0.3, b: 0.4, a: 1.0 };
     for (mode, samples_per_axis) in [(Mode::Naive, 2), (Mode::Full, 1), (Mode::Full, 2)] {
-        let settings = plain(RenderSettings { samples_per_axis, ..bounded(&stage, mode) });
+        let settings = plain(RenderSettings { samples_per_axis, ..bounded(mode) });
         let target = texture(context, size, wgpu::TextureFormat::Rgba32Float);
         let color = target.create_view(&Default::default());
         let mut renderer = context.loaded(&stage, RendererOptions::default());
@@ -315,7 +314,7 @@ fn background(context: &Context) {
 
 fn illumination(count: u32) -> IlluminationSettings {
     let lights = LightSettings { count, candidates: 4, ..Default::default() };
-    IlluminationSettings { lights, visibility: Some(VisibilitySettings::default()) }
+    IlluminationSettings { lights, ..IlluminationSettings::default() }
 }
 
 fn open(context: &Context, scene: &Scene) -> Renderer {

@@ -3,7 +3,7 @@
 use crate::common::{Context, Stage, Test, beyond_storage, exact, mean};
 use girandole::core::glam::Vec2;
 use girandole::core::image::Image;
-use girandole::core::lights::{LightSet, LightSettings};
+use girandole::core::lights::{Clamp, LightSet, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject};
 use girandole::core::scene::{Material, Scene};
 use girandole::{DebugView, DeviceTuning, Mode, RenderSettings, RendererOptions, Shading};
@@ -31,9 +31,9 @@ fn settings(mode: Mode) -> RenderSettings {
     RenderSettings { mode, ..exact() }
 }
 
-/// The default bound of the geometric factor, as the program sets it.
-pub fn bounded(stage: &Stage, mode: Mode) -> RenderSettings {
-    RenderSettings { clamp: Some(stage.lights.suggested_clamp(&stage.geometry)), ..settings(mode) }
+/// With the default bound on the geometric factor.
+pub fn bounded(mode: Mode) -> RenderSettings {
+    RenderSettings { clamp: Clamp::Own, ..settings(mode) }
 }
 
 pub fn flip(reference: &Image, test: &Image) -> f64 {
@@ -112,8 +112,8 @@ fn vd_is_naive(context: &Context) {
     for (name, stage) in stages(120) {
         let view = stage.view(0, size);
         let mut renderer = context.loaded(&stage, RendererOptions::default());
-        let naive = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
-        let vd = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Visibility));
+        let naive = context.frame(&mut renderer, &view, size, &bounded(Mode::Naive));
+        let vd = context.frame(&mut renderer, &view, size, &bounded(Mode::Visibility));
         let error = flip(&naive, &vd);
         eprintln!("{name}: FLIP {error:.5}");
         assert!(error <= 0.005, "{name}: FLIP {error}");
@@ -122,7 +122,7 @@ fn vd_is_naive(context: &Context) {
         let fewer = all.filter(|(i, _)| i % 20 != 7).map(|(_, l)| *l).collect();
         let fewer = LightSet::from_samples(&stage.geometry, fewer);
         renderer.load(&stage.scene, &stage.geometry, &fewer).expect("load");
-        let other = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
+        let other = context.frame(&mut renderer, &view, size, &bounded(Mode::Naive));
         assert!(flip(&naive, &other) > 0.005, "{name}");
     }
 }
@@ -132,8 +132,8 @@ fn full_is_close(context: &Context) {
     for (name, stage) in stages(300) {
         let view = stage.view(0, size);
         let mut renderer = context.loaded(&stage, RendererOptions::default());
-        let naive = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
-        let full = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Full));
+        let naive = context.frame(&mut renderer, &view, size, &bounded(Mode::Naive));
+        let full = context.frame(&mut renderer, &view, size, &bounded(Mode::Full));
         let stats = context.wait(renderer.stats()).expect("stats");
         assert!(stats.gpu_ms.is_empty(), "nobody asked for times");
         let points: u64 = stats.points.iter().sum();
@@ -145,7 +145,7 @@ fn full_is_close(context: &Context) {
         assert!((energy - 1.0).abs() < 0.005, "{name}: energy {energy}");
         assert!(share < 0.2, "{name}: {share} of the pixels shaded");
         // The control: interpolating whatever lies on one plane is seen.
-        let careless = RenderSettings { tolerance: 100.0, ..bounded(&stage, Mode::Full) };
+        let careless = RenderSettings { tolerance: 100.0, ..bounded(Mode::Full) };
         let careless = context.frame(&mut renderer, &view, size, &careless);
         let careless = flip(&naive, &careless);
         assert!(careless > 1.2 * error, "{name}: {careless}");
@@ -174,7 +174,7 @@ fn light_maps(context: &Context) {
     for (name, stage) in stages(200) {
         let view = stage.view(0, size);
         let mut renderer = context.loaded(&stage, RendererOptions::default());
-        let with = |light_maps| RenderSettings { light_maps, ..bounded(&stage, Mode::Visibility) };
+        let with = |light_maps| RenderSettings { light_maps, ..bounded(Mode::Visibility) };
         let off = context.frame(&mut renderer, &view, size, &with(Some(false)));
         let on = context.frame(&mut renderer, &view, size, &with(Some(true)));
         let stats = context.wait(renderer.stats()).expect("stats");
@@ -184,7 +184,7 @@ fn light_maps(context: &Context) {
         assert!(stats.leaves[1] > 0 && stats.pairs.mapped > 0, "{name}: no light maps");
         assert!(on.pixels.iter().all(|p| p.min_element() >= 0.0), "{name}: below 0");
         // The control: a map made with another bound is another map.
-        let other = RenderSettings { clamp: Some(0.02), ..with(Some(true)) };
+        let other = RenderSettings { clamp: Clamp::At(0.02), ..with(Some(true)) };
         let other = context.frame(&mut renderer, &view, size, &other);
         assert!(flip(&off, &other) > 0.006, "{name}");
         // And it is made anew when the bound changes back.
@@ -208,11 +208,11 @@ fn repeats(context: &Context) {
     let size = [200, 150];
     let stage = Stage::builtin("area-lights", 150);
     let mut renderer = context.loaded(&stage, RendererOptions::default());
-    let full = RenderSettings { samples_per_axis: 2, ..bounded(&stage, Mode::Full) };
+    let full = RenderSettings { samples_per_axis: 2, ..bounded(Mode::Full) };
     let first = context.frame(&mut renderer, &stage.view(0, size), size, &full);
     // Whatever was drawn in between.
     for mode in [Mode::Visibility, Mode::Naive, Mode::LowResolution] {
-        context.frame(&mut renderer, &stage.view(1, [96, 80]), [96, 80], &bounded(&stage, mode));
+        context.frame(&mut renderer, &stage.view(1, [96, 80]), [96, 80], &bounded(mode));
         let again = context.frame(&mut renderer, &stage.view(0, size), size, &full);
         assert!(again.pixels == first.pixels, "after {mode:?}");
     }
@@ -234,7 +234,7 @@ fn shared_points(context: &Context) {
                 ..RendererOptions::default()
             };
             let mut renderer = context.loaded(&stage, options);
-            let settings = RenderSettings { tolerance: seed_tolerance, ..bounded(&stage, mode) };
+            let settings = RenderSettings { tolerance: seed_tolerance, ..bounded(mode) };
             context.frame(&mut renderer, &view, size, &settings)
         };
         for mode in [Mode::LowResolution, Mode::Full] {
@@ -267,7 +267,7 @@ fn copied_maps(context: &Context) {
             let options = RendererOptions { tuning, map_size, ..RendererOptions::default() };
             let mut renderer = context.loaded(&stage, options);
             let pictures = cases.map(|(mode, shading, debug)| {
-                let settings = RenderSettings { shading, debug, ..bounded(&stage, mode) };
+                let settings = RenderSettings { shading, debug, ..bounded(mode) };
                 context.frame(&mut renderer, &view, size, &settings).pixels
             });
             let map = context.wait(renderer.shadow_map(7)).expect("a map");
@@ -293,7 +293,7 @@ fn anti_aliasing(context: &Context) {
         let view = stage.view(0, size);
         let mut renderer = context.loaded(&stage, RendererOptions::default());
         let mut frame = |mode, samples_per_axis| {
-            let settings = RenderSettings { samples_per_axis, ..bounded(&stage, mode) };
+            let settings = RenderSettings { samples_per_axis, ..bounded(mode) };
             let picture = context.frame(&mut renderer, &view, size, &settings);
             (picture, context.wait(renderer.stats()).expect("stats"))
         };
@@ -322,7 +322,7 @@ fn debug_views(context: &Context) {
     let view = stage.view(0, size);
     let mut renderer = context.loaded(&stage, RendererOptions::default());
     let mut show = |debug| {
-        let settings = RenderSettings { debug: Some(debug), ..bounded(&stage, Mode::Full) };
+        let settings = RenderSettings { debug: Some(debug), ..bounded(Mode::Full) };
         let picture = context.frame(&mut renderer, &view, size, &settings);
         let mut colors: Vec<[u32; 3]> =
             picture.pixels.iter().map(|p| p.to_array().map(f32::to_bits)).collect();
@@ -367,7 +367,7 @@ fn light_dots(context: &Context) {
     for mode in [Mode::Naive, Mode::Full] {
         let mut shown = |debug| {
             let picture =
-                context.frame(&mut renderer, &view, size, &RenderSettings { debug, ..bounded(&stage, mode) });
+                context.frame(&mut renderer, &view, size, &RenderSettings { debug, ..bounded(mode) });
             let (mut inside, mut dots) = (0, 0);
             let view = stage.local(&view);
             for light in stage.lights.samples() {

@@ -20,7 +20,7 @@ fn shadings(context: &Context, check: impl Fn(&Stage, &RenderSettings, [Image; 2
         let view = stage.view(0, SHADINGS_SIZE);
         for mode in [Mode::Visibility, Mode::LowResolution, Mode::Full] {
             // In a picture as small as this, cells of points are large: 16 bits must not decide too often.
-            let fused = RenderSettings { samples_per_axis: 2, tolerance: 0.05, ..bounded(&stage, mode) };
+            let fused = RenderSettings { samples_per_axis: 2, tolerance: 0.05, ..bounded(mode) };
             let several = RenderSettings { shading: Shading::Multipass { lights_per_pass: 7 }, ..fused };
             let mut renderer = context.loaded(&stage, RendererOptions::default());
             let one = context.frame(&mut renderer, &view, SHADINGS_SIZE, &fused);

@@ -38,9 +38,9 @@ fn batches_and_sizes(context: &Context) {
     let stage = Stage::builtin("table", 700);
     let mut renderer = context.loaded(&stage, RendererOptions { map_size: Some(128), ..Default::default() });
     let view = stage.view(0, [160, 120]);
-    let naive = context.frame(&mut renderer, &view, [160, 120], &bounded(&stage, Mode::Naive));
+    let naive = context.frame(&mut renderer, &view, [160, 120], &bounded(Mode::Naive));
     for (mode, bound) in [(Mode::Visibility, 0.005), (Mode::LowResolution, 0.02), (Mode::Full, 0.02)] {
-        let careful = RenderSettings { tolerance: 0.05, ..bounded(&stage, mode) };
+        let careful = RenderSettings { tolerance: 0.05, ..bounded(mode) };
         let picture = context.frame(&mut renderer, &view, [160, 120], &careful);
         assert!(flip(&naive, &picture) < bound, "{mode:?}: {}", flip(&naive, &picture));
     }
@@ -53,9 +53,9 @@ fn batches_and_sizes(context: &Context) {
             if size[0] == 8000 && samples_per_axis > 1 {
                 continue;
             }
-            let naive = RenderSettings { samples_per_axis, ..bounded(&stage, Mode::Naive) };
+            let naive = RenderSettings { samples_per_axis, ..bounded(Mode::Naive) };
             let naive = context.frame(&mut renderer, &view, size, &naive);
-            let full = RenderSettings { samples_per_axis, ..bounded(&stage, Mode::Full) };
+            let full = RenderSettings { samples_per_axis, ..bounded(Mode::Full) };
             let full = context.frame(&mut renderer, &view, size, &full);
             let energy = mean(&full) / mean(&naive);
             // A pixel that holds half a wall is too coarse for its samples to share their light.
@@ -93,8 +93,8 @@ fn large_receivers(context: &Context) {
     let database = VisibilityDatabase::build(&stage.scene, &stage.geometry, &stage.lights, &settings)
         .expect("visibility");
     renderer.load_visibility(&stage.scene, &stage.geometry, &stage.lights, &database).expect("visibility");
-    let naive = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Naive));
-    let vd = context.frame(&mut renderer, &view, size, &bounded(&stage, Mode::Visibility));
+    let naive = context.frame(&mut renderer, &view, size, &bounded(Mode::Naive));
+    let vd = context.frame(&mut renderer, &view, size, &bounded(Mode::Visibility));
     let stats = context.wait(renderer.stats()).expect("stats");
     assert!(flip(&naive, &vd) < 0.001, "{}", flip(&naive, &vd));
     assert!(stats.points[0] >= 1400 * 1000, "{}", stats.points[0]);

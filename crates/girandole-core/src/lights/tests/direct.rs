@@ -3,7 +3,7 @@ use crate::scene::{ColorSpace, Filter, PunctualKind, PunctualLight, TextureRef, 
 use glam::DVec2;
 
 fn direct_only(count: u32, seed: u32) -> LightSettings {
-    LightSettings { count, direct_share: 1.0, bounces: 0, seed, ..LightSettings::default() }
+    LightSettings { count, direct_share: Some(1.0), bounces: 0, seed, ..LightSettings::default() }
 }
 
 #[test]
@@ -21,7 +21,7 @@ fn a_quad_gives_even_samples_of_its_radiance_times_area_over_n() {
         assert!(s.position.y < 0.0 && s.position.y > -1e-3, "lifted off the surface: {}", s.position);
         let cell = ((s.position + 1.0) * 4.0).floor().as_ivec3();
         strata[(cell.x * 8 + cell.z) as usize] += 1;
-        assert!(matches!(s.origin, SampleOrigin::Emitter { triangle } if triangle < 2));
+        assert!(matches!(s.origin, SampleOrigin::Emitter { triangle, .. } if triangle < 2));
     }
     assert!(strata.iter().all(|&n| n == 1), "each of 8×8 cells has one sample: {strata:?}");
 }
@@ -157,7 +157,7 @@ fn punctual_lights_come_first_and_are_never_left_out() {
     }
     scene.lights[3].intensity = Vec3::ZERO;
     let geometry = Geometry::new(&scene);
-    let settings = LightSettings { count: 40, direct_share: 0.25, ..LightSettings::default() };
+    let settings = LightSettings { count: 40, direct_share: Some(0.25), ..LightSettings::default() };
     let set = LightSet::sample(&scene, &geometry, &settings).unwrap();
     assert_eq!((set.samples.len(), set.direct), (40, 10));
     let kinds: Vec<Profile> = set.samples.iter().map(|s| s.profile).collect();

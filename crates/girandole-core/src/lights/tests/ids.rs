@@ -5,7 +5,7 @@ use crate::scene::builtin::{self, MovingObject};
 use std::collections::{BTreeMap, BTreeSet};
 
 fn settings() -> LightSettings {
-    LightSettings { count: 200, ..LightSettings::default() }
+    LightSettings { count: 200, direct_share: Some(0.25), ..LightSettings::default() }
 }
 
 fn by_id(set: &LightSet) -> BTreeMap<LightId, LightSample> {
@@ -27,10 +27,17 @@ fn no_two_samples_have_the_same_id() {
     }
     // Samples made by hand, all of one origin.
     let (_, geometry) = scene_of(closed_box(), vec![Material::default(), Material::default()]);
-    let origin = SampleOrigin::Emitter { triangle: 0 };
+    let origin = SampleOrigin::Emitter { triangle: 0, point: 0 };
     let profile = Profile::Cosine;
-    let sample = LightSample { position: Vec3::ONE, normal: Vec3::Y, intensity: Vec3::ONE, profile, origin };
-    let unknown = LightSample { origin: SampleOrigin::Emitter { triangle: 1 << 30 }, ..sample };
+    let sample = LightSample {
+        position: Vec3::ONE,
+        normal: Vec3::Y,
+        intensity: Vec3::ONE,
+        profile,
+        origin,
+        area: 0.0,
+    };
+    let unknown = LightSample { origin: SampleOrigin::Emitter { triangle: 1 << 30, point: 0 }, ..sample };
     by_id(&LightSet::from_samples(&geometry, vec![sample, unknown, sample, unknown]));
 }
 
@@ -52,7 +59,7 @@ fn ids_say_where_samples_come_from() {
             (LightId::Punctual { light: 0, index }, SampleOrigin::Punctual { light: 0 }) => {
                 assert_eq!(sample.normal.y > 0.0, index == 0);
             }
-            (LightId::Emitter { object: 0, material, back, .. }, SampleOrigin::Emitter { triangle }) => {
+            (LightId::Emitter { object: 0, material, back, .. }, SampleOrigin::Emitter { triangle, .. }) => {
                 assert_eq!(geometry.triangles[triangle as usize].material, material);
                 sides.insert((material, back));
             }

@@ -2,6 +2,7 @@
 
 mod direct;
 mod ids;
+mod placement;
 mod settings;
 mod walk;
 

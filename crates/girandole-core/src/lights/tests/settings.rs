@@ -14,7 +14,7 @@ fn settings_out_of_range_are_refused_with_a_sentence() {
     assert!(message(LightSettings { count: 0, ..d }).contains("choose 1 to"));
     assert!(message(LightSettings { count: MAX_LIGHTS + 1, ..d }).contains("choose 1 to"));
     for share in [f32::NAN, -0.1, 1.01, f32::INFINITY] {
-        assert!(message(LightSettings { direct_share: share, ..d }).contains("from 0 to 1"));
+        assert!(message(LightSettings { direct_share: Some(share), ..d }).contains("from 0 to 1"));
     }
     assert!(message(LightSettings { bounces: MAX_BOUNCES + 1, ..d }).contains("bounces"));
     assert!(message(LightSettings { candidates: 0, ..d }).contains("candidates"));
@@ -29,7 +29,7 @@ fn counts_are_exact_and_the_split_is_as_asked() {
             for (bounces, candidates) in [(0, 1), (1, 1), (5, 1), (5, 16)] {
                 let settings = LightSettings {
                     count,
-                    direct_share: share,
+                    direct_share: Some(share),
                     bounces,
                     candidates,
                     ..LightSettings::default()
@@ -106,12 +106,12 @@ fn fingerprint(set: &LightSet) -> u64 {
 fn same_seed_same_bits_on_every_machine() {
     let scene = builtin::build("pillars", MovingObject::Teapot).unwrap();
     let geometry = Geometry::new(&scene);
-    let settings = LightSettings { count: 256, direct_share: 0.2, seed: 7, ..LightSettings::default() };
+    let settings = LightSettings { count: 256, direct_share: Some(0.2), seed: 7, ..LightSettings::default() };
     let set = LightSet::sample(&scene, &geometry, &settings).unwrap();
     let other = LightSet::sample(&scene, &geometry, &LightSettings { seed: 8, ..settings }).unwrap();
     assert_ne!(fingerprint(&set), fingerprint(&other));
     // Changes only when the sampling or the room does; then say so in the changelog.
-    assert_eq!(fingerprint(&set), 0x4440_51c2_7a18_f576, "{:#x}", fingerprint(&set));
+    assert_eq!(fingerprint(&set), 0x9f1e_2578_4ae1_082b, "{:#x}", fingerprint(&set));
 }
 
 #[cfg(feature = "parallel")]
@@ -126,17 +126,31 @@ fn the_number_of_threads_does_not_matter() -> std::result::Result<(), rayon::Thr
 }
 
 #[test]
-fn the_suggested_clamp_follows_the_number_of_samples_and_the_scenes_size() {
-    let suggested = |count: u32, scale: f32| {
+fn own_bounds_follow_the_area_that_samples_stand_for() {
+    let mean_area = |count: u32, scale: f32| {
         let mut mesh = closed_box();
         mesh.positions.iter_mut().for_each(|p| *p *= scale);
         let (scene, geometry) = scene_of(mesh, vec![Material::emitter("l", Vec3::ONE), Material::default()]);
         let settings = LightSettings { count, ..LightSettings::default() };
-        LightSet::sample(&scene, &geometry, &settings).unwrap().suggested_clamp(&geometry)
+        let set = LightSet::sample(&scene, &geometry, &settings).unwrap();
+        for s in set.samples() {
+            assert!(s.area > 0.0 && s.area.is_finite(), "{s:?}");
+            assert_eq!(s.bound(Clamp::Own), 0.5 * std::f32::consts::PI / s.area);
+            assert_eq!((s.bound(Clamp::At(2.0)), s.bound(Clamp::Off)), (2.0, f32::INFINITY));
+        }
+        set.samples().iter().map(|s| s.area).sum::<f32>() / count as f32
     };
-    let one = suggested(100, 1.0);
-    assert!((one - 20.0 / 3.0).abs() < 1e-4);
-    assert!(
-        (suggested(200, 1.0) / one - 2.0).abs() < 1e-4 && (suggested(100, 2.0) / one - 0.25).abs() < 1e-4
-    );
+    let one = mean_area(200, 1.0);
+    // Together the samples stand for about the surface of the box, 6 m², whatever their number.
+    assert!((3.0..9.0).contains(&(one * 200.0)), "{}", one * 200.0);
+    let fourfold = mean_area(800, 1.0) * 4.0 / one;
+    assert!((fourfold - 1.0).abs() < 0.2, "{fourfold}");
+    assert!((mean_area(200, 2.0) / one / 4.0 - 1.0).abs() < 1e-3);
+    // Punctual lights are points.
+    let (mut scene, _) = scene_of(closed_box(), vec![Material::default(), Material::default()]);
+    let node = scene.add_node("lamp", Transform::translation(Vec3::splat(0.5)));
+    let kind = crate::scene::PunctualKind::Point;
+    scene.lights.push(crate::scene::PunctualLight { name: String::new(), node, kind, intensity: Vec3::ONE });
+    let set = LightSet::sample(&scene, &Geometry::new(&scene), &LightSettings::default()).unwrap();
+    assert!(set.samples()[..2].iter().all(|s| s.bound(Clamp::Own) == f32::INFINITY));
 }

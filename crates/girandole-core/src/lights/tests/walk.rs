@@ -7,7 +7,7 @@ const BOTH: [Termination; 2] = [Termination::Throughput, Termination::Albedo];
 fn indirect_only(count: u32, bounces: u32, termination: Termination, seed: u32) -> LightSettings {
     LightSettings {
         count,
-        direct_share: 0.0,
+        direct_share: Some(0.0),
         bounces,
         termination,
         seed,
@@ -55,12 +55,12 @@ fn a_closed_room_holds_the_geometric_series_of_light() {
                     "{rho} {termination:?} {bounces}: {mean:?} for {expected}"
                 );
                 // Negative control: divided by the number of deposits instead of paths.
-                let tree = emitters::SourceTree::new(emitters::area_groups(&scene, &geometry).concat());
-                let tree = tree.expect("the box has a light");
+                let trees = emitters::trees(&emitters::area_groups(&scene, &geometry), &[]);
+                let power = |pilot: &[LightSample]| pilot.iter().map(importance::power).collect();
+                let tracer = SceneTracer::new(&scene, &geometry);
                 let wrong = over_seeds(100, |seed| {
                     let settings = indirect_only(count, bounces, termination, seed);
-                    let left =
-                        super::super::walk::walk(&scene, &geometry, &tree, &settings, [count, 1], seed);
+                    let left = super::super::walk::walk(&tracer, &trees, &settings, [count, 1], seed, &power);
                     flux(&left.samples) * f64::from(left.paths) / left.samples.len() as f64
                 });
                 let same = termination == Termination::Throughput && bounces == 1;
@@ -197,6 +197,7 @@ fn choosing_among_deposits_changes_no_expected_light() {
                 intensity: vec3(s(5), s(6) * 0.3, s(7) * s(7)),
                 profile: Profile::Cosine,
                 origin: SampleOrigin::Bounce { path: i, bounce: 1, triangle: 0 },
+                area: 0.0,
             }
         })
         .collect();
@@ -207,16 +208,19 @@ fn choosing_among_deposits_changes_no_expected_light() {
             .map(|s| s.intensity.as_dvec3() * f64::from(s.position.x * s.position.y + s.normal.z.max(0.0)))
             .sum()
     };
+    let resample = |deposits: &[LightSample], count, seed| {
+        let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
+        resample::resample(deposits, &weights, count, 0.7, seed)
+    };
     let expected = probe(&deposits);
     for count in [1, 7, 60, 500] {
         let mean = over_seeds(1500, |seed| {
-            let chosen = resample::resample(&deposits, count, 6.9, seed);
+            let chosen = resample(&deposits, count, seed);
             assert_eq!(chosen.len() as u32, count);
-            // All the same strength.
-            let total: f32 = deposits.iter().map(|s| s.intensity.max_element()).sum();
-            let even =
-                |s: &LightSample| (s.intensity.max_element() * count as f32 / total - 1.0).abs() < 1e-3;
-            assert!(chosen.iter().all(even));
+            // Each time all the power, by the weights.
+            let total: f64 = deposits.iter().map(importance::power).sum();
+            let power: f64 = chosen.iter().map(importance::power).sum();
+            assert!((power / total - 1.0).abs() < 1e-4, "{power} of {total}");
             probe(&chosen)
         });
         assert!(agrees(mean, expected, 0.0), "{count}: {mean:?} for {expected}");
@@ -225,7 +229,7 @@ fn choosing_among_deposits_changes_no_expected_light() {
         }
     }
     // And it spreads them: less variance than choosing at random.
-    let spread = over_seeds(300, |seed| probe(&resample::resample(&deposits, 60, 6.9, seed))).1;
+    let spread = over_seeds(300, |seed| probe(&resample(&deposits, 60, seed))).1;
     let random = over_seeds(300, |seed| {
         let pick = |i| {
             let at = sequence::hash(seed * 60 + i) % 500;

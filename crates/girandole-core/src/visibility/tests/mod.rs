@@ -73,7 +73,7 @@ pub fn add(scene: &mut Scene, mesh: Mesh) -> usize {
 /// A light of no surface.
 pub fn light(position: Vec3, normal: Vec3, profile: Profile) -> LightSample {
     let origin = SampleOrigin::Punctual { light: 0 };
-    LightSample { position, normal, intensity: Vec3::ONE, profile, origin }
+    LightSample { position, normal, intensity: Vec3::ONE, profile, origin, area: 0.0 }
 }
 
 /// A light on a surface, as the random walk leaves it.
@@ -86,6 +86,7 @@ pub fn bounce(tracer: &SceneTracer, triangle: u32, at: Vec2) -> LightSample {
         intensity: Vec3::ONE,
         profile: Profile::Cosine,
         origin: SampleOrigin::Bounce { path: 0, bounce: 1, triangle },
+        area: 0.0,
     }
 }
 

@@ -1,0 +1,214 @@
+//! What candidates for light samples bring to the picture.
+//!
+//! 1. [`ViewPoints`] are what the views see, well spread over their pictures.
+//! 2. Candidates are sorted into runs of neighbours. Each candidate is tested against a few of the points: `G · V` times what
+//!    the point reflects. The pairs of a run have different points.
+//! 3. A point counts for the inverse of its brightness, as all pairs estimate it: relative errors are what is seen.
+//! 4. What a run's pairs bring in the mean is the importance of its candidates, per unit of power.
+//! 5. A candidate's weight is its power times a mixture of its importance and the mean of all: none that could be seen is left
+//!    out because none of its pairs happened to see it, and none becomes stronger than [`1 / PLAIN`](PLAIN) times what
+//!    power alone would make it.
+//!
+//! Weights decide where samples are, never what light there is in the mean (`resample.rs`).
+
+use super::LightSample;
+use crate::brdf::Surface;
+use crate::image::luminance;
+use crate::math::{sequence, warp};
+use crate::scene::View;
+use crate::trace::SceneTracer;
+use glam::{DVec3, Vec2};
+
+/// Points that all views see together.
+const POINTS: u32 = 1024;
+/// Of the sequence that they are spread by: they depend on nothing but the views.
+const POINTS_SEED: u32 = 0x3c6e_f372;
+/// Points that a candidate is tested against.
+const PAIRS: usize = 8;
+/// Candidates in a run, at most.
+const RUN: usize = 64;
+/// Share of the weight that comes from power alone.
+const PLAIN: f64 = 0.1;
+/// Share of the mean brightness that counts as dark.
+const DARK: f64 = 0.3;
+
+/// Rays that measure how far light goes.
+const FREE_PATH_RAYS: usize = 256;
+
+/// A surface point that a view sees.
+struct ViewPoint {
+    surface: Surface,
+    triangle: u32,
+    /// How much of the light that arrives it reflects, by luminance.
+    reflectance: f32,
+}
+
+/// The power of a candidate: W/sr of its brightest channel.
+pub(super) fn power(sample: &LightSample) -> f64 {
+    f64::from(sample.intensity.max_element())
+}
+
+/// The weight of each candidate for these views; its power where they see nothing that reflects.
+pub(super) fn weigh(
+    tracer: &SceneTracer,
+    views: &[View],
+    candidates: &[LightSample],
+    normal_scale: f32,
+) -> Vec<f64> {
+    let power: Vec<f64> = candidates.iter().map(power).collect();
+    let points = view_points(tracer, views);
+    if points.is_empty() {
+        return power;
+    }
+    let runs = runs(candidates, normal_scale);
+    let order: Vec<u32> = runs.concat();
+    let bounds: Vec<f32> =
+        runs.iter().flat_map(|run| vec![bound(candidates, &power, run); run.len()]).collect();
+    let pairs = in_order(order.len() * PAIRS, |i| {
+        let (at, point) = (i / PAIRS, &points[i % points.len()]);
+        reflected(tracer, point, &candidates[order[at] as usize], bounds[at])
+    });
+
+    // What a point counts for.
+    let mut brightness = vec![0.0; points.len()];
+    for (i, &pair) in pairs.iter().enumerate() {
+        brightness[i % points.len()] += f64::from(pair) * power[order[i / PAIRS] as usize];
+    }
+    let mean = brightness.iter().sum::<f64>() / points.len() as f64;
+    if mean <= 0.0 {
+        return power;
+    }
+    let counts: Vec<f64> = brightness.iter().map(|b| 1.0 / (b + DARK * mean)).collect();
+
+    // What a run brings, per unit of power.
+    let mut importance = vec![0.0; candidates.len()];
+    let (mut first, mut total) = (0, 0.0);
+    for run in &runs {
+        let (mut sum, mut run_power) = (0.0, 0.0);
+        for (at, &candidate) in (first..).zip(run) {
+            let seen = (at * PAIRS..(at + 1) * PAIRS).map(|i| f64::from(pairs[i]) * counts[i % points.len()]);
+            sum += seen.sum::<f64>() * power[candidate as usize];
+            run_power += power[candidate as usize];
+        }
+        for &candidate in run {
+            importance[candidate as usize] = sum / run_power;
+        }
+        total += sum;
+        first += run.len();
+    }
+    let mean = total / power.iter().sum::<f64>();
+    power.iter().zip(&importance).map(|(power, own)| power * (PLAIN * mean + (1.0 - PLAIN) * own)).collect()
+}
+
+/// How far light that leaves the candidates goes, metres: the median of a few rays, which is what a room is large by,
+/// whatever lies about it. 1 m where nothing is hit.
+pub(super) fn free_path(tracer: &SceneTracer, candidates: &[LightSample]) -> f32 {
+    let rays = FREE_PATH_RAYS.min(candidates.len());
+    let length = |i: usize| {
+        let candidate = &candidates[i * candidates.len() / rays];
+        let s = [0, 1].map(|d| sequence::sample(i as u32, d, POINTS_SEED));
+        let local = warp::cosine_hemisphere(Vec2::from_array(s));
+        let (x, y) = warp::frame(candidate.normal);
+        let direction = (x * local.x + y * local.y + candidate.normal * local.z).normalize();
+        tracer
+            .closest_hit(candidate.position, direction, f32::INFINITY, candidate.triangle())
+            .map(|hit| hit.t)
+    };
+    let mut lengths: Vec<f32> = (0..rays).filter_map(length).collect();
+    lengths.sort_unstable_by(f32::total_cmp);
+    lengths.get(lengths.len() / 2).copied().unwrap_or(1.0)
+}
+
+/// Points that the views see of what reflects.
+fn view_points(tracer: &SceneTracer, views: &[View]) -> Vec<ViewPoint> {
+    let geometry = tracer.geometry();
+    let views: Vec<_> = views.iter().map(|v| v.relative_to(geometry.origin)).collect();
+    let mut points = Vec::new();
+    for i in 0..4 * POINTS {
+        let Some(view) = views.get(i as usize % views.len().max(1)) else { break };
+        if points.len() == POINTS as usize {
+            break;
+        }
+        let index = i / views.len() as u32;
+        let at = Vec2::from_array([0, 1].map(|d| sequence::sample(index, d, POINTS_SEED)));
+        let (origin, direction) = view.ray(2.0 * at - 1.0);
+        let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
+        let wo = -direction.normalize();
+        let mut surface = geometry.surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
+        let reflectance = luminance(surface.albedo + surface.f0);
+        if reflectance > 0.0 {
+            surface.position = tracer.offset_ray_origin(surface.position, surface.geometric_normal);
+            points.push(ViewPoint { surface, triangle: hit.triangle, reflectance });
+        }
+    }
+    points
+}
+
+/// Light from a candidate that a point reflects, per unit of intensity; by luminance, in arbitrary units.
+fn reflected(tracer: &SceneTracer, point: &ViewPoint, candidate: &LightSample, bound: f32) -> f32 {
+    let Surface { position, geometric_normal, shading_normal, .. } = point.surface;
+    match candidate.geometric_factor(position, geometric_normal, shading_normal, bound) {
+        Some((g, _))
+            if !tracer.occluded(position, point.triangle, candidate.position, candidate.triangle()) =>
+        {
+            g * point.reflectance
+        }
+        _ => 0.0,
+    }
+}
+
+/// The bound on `G` of a sample that stands for a whole run, lest single pairs decide.
+fn bound(candidates: &[LightSample], power: &[f64], run: &[u32]) -> f32 {
+    let sum =
+        |f: &dyn Fn(usize) -> DVec3| run.iter().map(|&i| f(i as usize) * power[i as usize]).sum::<DVec3>();
+    let at = |i: usize| candidates[i].position.as_dvec3();
+    let total: f64 = run.iter().map(|&i| power[i as usize]).sum();
+    let mean = sum(&at) / total;
+    let variance = sum(&|i| (at(i) - mean) * (at(i) - mean)).element_sum() / total;
+    (1.0 / (2.0 * variance)).min(f64::from(f32::MAX)) as f32
+}
+
+/// Runs of neighbours by position and normal: halves of halves.
+fn runs(candidates: &[LightSample], normal_scale: f32) -> Vec<Vec<u32>> {
+    let at = |i: u32| {
+        let s = &candidates[i as usize];
+        [s.position.to_array(), (s.normal * normal_scale).to_array()].concat()
+    };
+    let places: Vec<Vec<f32>> = (0..candidates.len() as u32).map(at).collect();
+    let mut open = vec![(0..candidates.len() as u32).collect::<Vec<_>>()];
+    let mut runs = Vec::new();
+    while let Some(mut run) = open.pop() {
+        if run.len() <= RUN {
+            runs.push(run);
+            continue;
+        }
+        let variance = |axis: usize| {
+            let at = |&i: &u32| f64::from(places[i as usize][axis]);
+            let mean = run.iter().map(at).sum::<f64>() / run.len() as f64;
+            run.iter().map(|i| (at(i) - mean).powi(2)).sum::<f64>()
+        };
+        let variances: [f64; 6] = std::array::from_fn(variance);
+        let axis = (1..6).fold(0, |best, axis| if variances[axis] > variances[best] { axis } else { best });
+        let key = |i: u32| places[i as usize][axis];
+        let middle = run.len() / 2;
+        run.select_nth_unstable_by(middle, |&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
+        let mut second = run.split_off(middle);
+        // What select leaves within each half is not specified.
+        run.sort_unstable();
+        second.sort_unstable();
+        open.push(second);
+        open.push(run);
+    }
+    runs
+}
+
+/// A function of 0 to `count`, whatever the number of threads.
+fn in_order(count: usize, f: impl Fn(usize) -> f32 + Send + Sync) -> Vec<f32> {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        (0..count).into_par_iter().with_min_len(64).map(f).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    (0..count).map(f).collect()
+}
