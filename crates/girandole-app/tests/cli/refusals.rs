@@ -83,6 +83,7 @@ fn bad_arguments() {
         ("render --direct 1.5", "0 to 1"),
         ("render --direct -0.1", "0 to 1"),
         ("render --direct nan", "0 to 1"),
+        ("render --placement here", "view, scene"),
         ("render --bounces -1", "--bounces"),
         ("render --bounces 4000000000", "1000"),
         ("render --bounces unlimited", "--engine path"),

@@ -62,6 +62,7 @@ fn options_change_the_picture() {
     for more in [
         ["--lights", "25"],
         ["--direct", "0.5"],
+        ["--placement", "scene"],
         ["--bounces", "0"],
         ["--clamp", "0.05"],
         ["--camera", "1"],
