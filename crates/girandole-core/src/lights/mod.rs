@@ -82,7 +82,7 @@ pub struct LightSample {
 /// The bound on the geometric factor near light samples, where a sample is a poor stand-in for the surface about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Clamp {
-    /// Each sample's own: half of π / A with the [area](LightSample::area) A that it stands for. A disc of that area
+    /// Each sample's own: a third of π / A with the [area](LightSample::area) A that it stands for. A disc of that area
     /// lights no point by more than π / A.
     #[default]
     Own,
@@ -92,9 +92,9 @@ pub enum Clamp {
     Off,
 }
 
-/// [`Clamp::Own`] as a share of the geometric factor that a disc of the sample's area reaches at most. On `cornell` with 300
-/// samples a third has a tenth less relMSE, and loses 1.7 % of the energy instead of 1.4 %.
-const OWN_CLAMP: f32 = 0.5;
+/// [`Clamp::Own`] as a share of the geometric factor that a disc of the sample's area reaches at most. With a half relMSE is a
+/// tenth higher, and .3 % of the energy less is lost.
+const OWN_CLAMP: f32 = 1.0 / 3.0;
 
 impl LightSample {
     /// The bound on this sample's geometric factor, m⁻²; infinite where there is none.

@@ -143,9 +143,11 @@ fn filters_stay(context: &Context) {
     let size = [96, 72];
     let stage = Stage::builtin("block", 12);
     let view = stage.view(0, size);
+    // What cannot block depends on all lights; it is in the maps here.
     let alone = |index: usize, pcf: u32| {
         let set = LightSet::from_samples(&stage.geometry, vec![stage.lights.samples()[index]]);
-        let options = RendererOptions { map_size: Some(64), pcf, ..Default::default() };
+        let options =
+            RendererOptions { map_size: Some(64), pcf, skip_non_blockers: false, ..Default::default() };
         let mut renderer = context.renderer(options);
         renderer.load(&stage.scene, &stage.geometry, &set).expect("load");
         context.frame(&mut renderer, &view, size, &exact())
@@ -156,7 +158,8 @@ fn filters_stay(context: &Context) {
         sample.intensity = Vec3::ZERO;
     }
     let dark = LightSet::from_samples(&stage.geometry, dark);
-    let options = RendererOptions { map_size: Some(64), pcf: 8, ..Default::default() };
+    let options =
+        RendererOptions { map_size: Some(64), pcf: 8, skip_non_blockers: false, ..Default::default() };
     let mut renderer = context.renderer(options);
     renderer.load(&stage.scene, &stage.geometry, &dark).expect("load");
     let among = context.frame(&mut renderer, &view, size, &exact());

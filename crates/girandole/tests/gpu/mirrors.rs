@@ -167,7 +167,7 @@ fn geometric_factor(context: &Context) {
     for ((index, profile), clamp) in cases {
         let origin = SampleOrigin::Punctual { light: 0 };
         // Of an area that gives it the same bound, where it has one.
-        let area = if profile == Profile::Cosine { 0.5 * PI / bound } else { 0.0 };
+        let area = if profile == Profile::Cosine { PI / 3.0 / bound } else { 0.0 };
         let sample = LightSample { position, normal, intensity: Vec3::ONE, profile, origin, area };
         let (scale, offset) = match profile {
             Profile::Spot { scale, offset } => (scale, offset),
