@@ -41,8 +41,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Its light as 300 samples, and a device of our own; a program with a window hands in the one it has.
     let gpu = pollster::block_on(Gpu::new(None))?;
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, RendererOptions::default())?;
-    renderer.open(&scene, &IlluminationSettings::default())?;
     let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
+    let views = vec![view];
+    renderer.open(&scene, &IlluminationSettings { views, ..IlluminationSettings::default() })?;
     renderer.render(&view, [640, 480], &RenderSettings::default())?;
     let image = gpu.block_on(renderer.radiance())??;
     Ok(ppm::write_ppm("headless.ppm", &image)?)

@@ -192,3 +192,31 @@ fn changes_that_do_not_follow_are_refused_and_change_nothing() {
     held.update(&scene, &changes).expect("nothing changed");
     assert_eq!(held.lights().generation(), lights);
 }
+
+#[test]
+fn placing_for_a_view_is_deriving_for_it() {
+    let mut scene = builtin::build("table", MovingObject::None).expect("a room");
+    let view = View::new(&scene, &scene.cameras[0], 1.3);
+    // With enough candidates to tell apart.
+    let settings = || {
+        let lights = LightSettings { candidates: 64, ..settings().lights };
+        IlluminationSettings { lights, ..settings() }
+    };
+    let placed = IlluminationSettings { views: vec![view], ..settings() };
+    let mut held = Illumination::new(&scene, &settings()).expect("there is light");
+    let by_power = contents(&held);
+    held.place_for(&scene, &[view]).expect("the same scene");
+    let for_view = contents(&Illumination::new(&scene, &placed).expect("there is light"));
+    assert!(contents(&held) == for_view, "placed");
+    assert!(for_view != by_power, "the view counts");
+    // Views stay what they are through updates.
+    let _ = scene.take_changes();
+    let lamp = scene.materials.iter().position(Material::emits).expect("a lamp") as u32;
+    scene.set_emission(lamp, vec3(1.0, 2.0, 3.0)).expect("an emission");
+    let changes = scene.take_changes();
+    assert!(held.place_for(&scene, &[]).is_err(), "the scene has changed since");
+    held.update(&scene, &changes).expect("they follow");
+    assert!(contents(&held) == contents(&Illumination::new(&scene, &placed).expect("there is light")));
+    held.place_for(&scene, &[]).expect("the same scene");
+    assert!(contents(&held) == contents(&Illumination::new(&scene, &settings()).expect("there is light")));
+}

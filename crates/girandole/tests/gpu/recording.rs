@@ -337,7 +337,7 @@ fn updates(context: &Context) {
             random % n
         };
         let mut added = Vec::new();
-        let mut pictures = Vec::new();
+        let (mut pictures, mut views) = (Vec::new(), Vec::new());
         const STEPS: usize = 5;
         for step in 0..STEPS {
             for _ in 0..1 + next(2) {
@@ -374,11 +374,17 @@ fn updates(context: &Context) {
             renderer.update(&scene, &changes).expect("update");
             let camera = &scene.cameras[next(scene.cameras.len() as u32) as usize];
             let view = View::new(&scene, camera, 4.0 / 3.0);
+            // Light samples are placed for the view of some steps, and stay so.
+            if step % 2 == 1 {
+                views = vec![view];
+                renderer.place_for(&scene, &views).expect("place");
+            }
             // Kernels take long to compile: only the last step has a renderer that never saw another scene.
             if step == STEPS - 1 {
                 other = context.renderer(RendererOptions { map_size: Some(64), ..Default::default() });
             }
-            other.open(&scene, &illumination(24)).expect("open");
+            let placed = IlluminationSettings { views: views.clone(), ..illumination(24) };
+            other.open(&scene, &placed).expect("open");
             for mode in [Mode::Naive, Mode::Full] {
                 let settings = RenderSettings { mode, ..RenderSettings::default() };
                 let after = context.frame(&mut renderer, &view, size, &settings);
@@ -402,6 +408,7 @@ fn wrong_changes(context: &Context) {
     };
     let nothing = scene.take_changes();
     refuse(renderer.update(&scene, &nothing), "open a scene");
+    refuse(renderer.place_for(&scene, &[]), "open a scene");
     renderer.open(&scene, &illumination(8)).expect("open");
     let node = scene.objects.last().expect("an object").node;
     let mut move_to = |x: f32| {
