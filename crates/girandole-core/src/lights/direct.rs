@@ -99,26 +99,23 @@ pub(super) fn area(
     each.map(|((i, group), n)| of(group.clone(), n, sequence::hash(seed ^ sequence::hash(i)))).collect()
 }
 
-/// The weight of each emitter for `count` candidates: a few of them show what it is worth, mixed with its power.
-pub(super) fn worth(
-    power: &[f64],
-    of: impl Fn(&[f64], u32) -> Vec<Vec<LightSample>>,
-    count: u32,
-    weigh: &dyn Fn(&[LightSample]) -> Vec<f64>,
-) -> Vec<f64> {
-    let pilot = of(power, count);
+/// The weight of each emitter, by the weights of a pilot's samples, emitter by emitter; its power where they share them.
+pub(super) fn worth(power: &[f64], pilot: &[Vec<LightSample>], weights: &[f64]) -> Vec<f64> {
     if pilot.len() < power.len() {
         return power.to_vec();
     }
-    let mut weights = weigh(&pilot.concat()).into_iter();
+    let mut weights = weights.iter();
     let worth: Vec<f64> = pilot.iter().map(|samples| weights.by_ref().take(samples.len()).sum()).collect();
     mixture(power, &worth)
 }
 
-/// Shares of a whole by what things are worth, a fifth of it by power alone.
+/// Shares of a whole by what things are worth, a fifth of it by power alone; all of it where nothing is worth anything.
 pub(super) fn mixture(power: &[f64], worth: &[f64]) -> Vec<f64> {
     const BY_POWER: f64 = 0.2;
     let (all_power, all_worth) = (power.iter().sum::<f64>(), worth.iter().sum::<f64>());
+    if all_worth <= 0.0 {
+        return power.to_vec();
+    }
     let share = |(p, w): (&f64, &f64)| BY_POWER * p / all_power + (1.0 - BY_POWER) * w / all_worth;
     power.iter().zip(worth).map(share).collect()
 }

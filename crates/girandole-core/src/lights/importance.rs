@@ -1,6 +1,6 @@
 //! What candidates for light samples bring to the picture.
 //!
-//! 1. [`ViewPoints`] are what the views see, well spread over their pictures.
+//! 1. [View points](ViewPoint) are what the views see, well spread over their pictures.
 //! 2. Candidates are sorted into runs of neighbours. Each candidate is tested against a few of the points: `G · V` times what
 //!    the point reflects. The pairs of a run have different points.
 //! 3. A point counts for the inverse of its brightness, as all pairs estimate it: relative errors are what is seen.
@@ -36,7 +36,7 @@ const DARK: f64 = 0.3;
 const FREE_PATH_RAYS: usize = 256;
 
 /// A surface point that a view sees.
-struct ViewPoint {
+pub(super) struct ViewPoint {
     surface: Surface,
     triangle: u32,
     /// How much of the light that arrives it reflects, by luminance.
@@ -48,15 +48,14 @@ pub(super) fn power(sample: &LightSample) -> f64 {
     f64::from(sample.intensity.max_element())
 }
 
-/// The weight of each candidate for these views; its power where they see nothing that reflects.
+/// The weight of each candidate for these points; its power if there are none, or no light reaches them.
 pub(super) fn weigh(
     tracer: &SceneTracer,
-    views: &[View],
+    points: &[ViewPoint],
     candidates: &[LightSample],
     normal_scale: f32,
 ) -> Vec<f64> {
     let power: Vec<f64> = candidates.iter().map(power).collect();
-    let points = view_points(tracer, views);
     if points.is_empty() {
         return power;
     }
@@ -120,7 +119,7 @@ pub(super) fn free_path(tracer: &SceneTracer, candidates: &[LightSample]) -> f32
 }
 
 /// Points that the views see of what reflects.
-fn view_points(tracer: &SceneTracer, views: &[View]) -> Vec<ViewPoint> {
+pub(super) fn view_points(tracer: &SceneTracer, views: &[View]) -> Vec<ViewPoint> {
     let geometry = tracer.geometry();
     let views: Vec<_> = views.iter().map(|v| v.relative_to(geometry.origin)).collect();
     let mut points = Vec::new();

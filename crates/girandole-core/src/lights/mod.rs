@@ -296,9 +296,10 @@ impl LightSet {
         let per_sample = settings.candidates.min(MAX_LIGHTS / spare.max(1)).max(1);
         let tracer = SceneTracer::new(scene, geometry);
 
+        let points = importance::view_points(&tracer, views);
         let weigh = |candidates: &[LightSample]| {
             let normal_scale = NORMAL_SCALE * importance::free_path(&tracer, candidates);
-            (importance::weigh(&tracer, views, candidates, normal_scale), normal_scale)
+            (importance::weigh(&tracer, &points, candidates, normal_scale), normal_scale)
         };
 
         // What the walk leaves.
@@ -325,7 +326,7 @@ impl LightSet {
         let power: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
         let emitter_seed = sequence::hash(settings.seed ^ 0x2545_f491);
         let on_emitters =
-            |weights: &[f64], count| direct::area(scene, geometry, &groups, weights, count, emitter_seed);
+            |weights: &[f64], count, seed| direct::area(scene, geometry, &groups, weights, count, seed);
         let choose = |candidates: &[LightSample], count: u32| {
             let (weights, normal_scale) = weigh(candidates);
             let count = count.min(candidates.len() as u32);
@@ -335,12 +336,14 @@ impl LightSet {
             Some(_) => {
                 let indirect = choose(&deposits, shares.walked);
                 let rest = shares.walked - indirect.len() as u32;
-                (on_emitters(&power, spare.min(shares.emitters + rest)).concat(), indirect)
+                (on_emitters(&power, spare.min(shares.emitters + rest), emitter_seed).concat(), indirect)
             }
             None => {
                 let count = shares.emitters * per_sample;
-                let weights = direct::worth(&power, on_emitters, count / 8, &|pilot| weigh(pilot).0);
-                let mut candidates = on_emitters(&weights, count).concat();
+                // The pilot has a seed of its own: how many candidates there are must not depend on them.
+                let pilot = on_emitters(&power, count / 8, sequence::hash(emitter_seed));
+                let weights = direct::worth(&power, &pilot, &weigh(&pilot.concat()).0);
+                let mut candidates = on_emitters(&weights, count, emitter_seed).concat();
                 candidates.extend(deposits);
                 let is_direct = |s: &LightSample| matches!(s.origin, SampleOrigin::Emitter { .. });
                 choose(&candidates, spare).into_iter().partition(is_direct)
