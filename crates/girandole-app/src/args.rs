@@ -174,8 +174,8 @@ impl LightArgs {
 /// Options of shadows and shading.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct QualityArgs {
-    /// Upper bound on the geometric factor, m⁻², against bright spots near light samples; off: exact; auto: each sample's
-    /// own, by the area that it stands for
+    /// Upper bound on the geometric factor, m⁻², against bright spots near light samples; off: exact, with the spots; auto:
+    /// none either, but close to a sample the mean over the surface that it stands for
     #[arg(long, value_name = "auto|off|X", default_value_t, value_parser = parse_clamp)]
     pub clamp: Clamp,
 

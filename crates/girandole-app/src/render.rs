@@ -118,19 +118,15 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
         output::duration(picture.frame_ms),
     ));
     let mut stats: Stats = picture.stats;
-    if by_samples && clamp != Clamp::Off {
+    if let Clamp::At(bound) = clamp
+        && by_samples
+    {
         let lost = engine::energy_lost_by_clamp(&job);
-        let bound = match clamp {
-            Clamp::At(bound) => format!("of {bound:.3} m⁻² "),
-            _ => String::new(),
-        };
         say(&format!(
-            "the bound {bound}on what is close to samples loses about {:.2} % of the picture's energy",
+            "the bound of {bound:.3} m⁻² on what is close to samples loses about {:.2} % of the picture's energy",
             lost * 100.0
         ));
-        if let Clamp::At(bound) = clamp {
-            stats.insert("clamp_per_square_metre".into(), bound.into());
-        }
+        stats.insert("clamp_per_square_metre".into(), bound.into());
         stats.insert("clamp_lost_energy_share".into(), lost.into());
     }
     if let Some(path) = &args.stats {

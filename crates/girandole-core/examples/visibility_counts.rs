@@ -6,7 +6,7 @@
 
 use girandole_core::Result;
 use girandole_core::glam::Vec2;
-use girandole_core::lights::{LightSet, LightSettings};
+use girandole_core::lights::{Clamp, LightSet, LightSettings};
 use girandole_core::math::sequence;
 use girandole_core::scene::{Geometry, Scene, builtin};
 use girandole_core::trace::SceneTracer;
@@ -70,7 +70,7 @@ fn partial_by_rays(
             }
             let (mut free, mut blocked) = (false, false);
             for &(position, normal, triangle) in points {
-                if light.geometric_factor(position, normal, normal, f32::INFINITY).is_some() {
+                if light.geometric_factor(position, normal, normal, Clamp::Off).is_some() {
                     let from = tracer.offset_ray_origin(position, normal);
                     let hit = tracer.occluded(from, triangle, light.position, light.triangle());
                     blocked |= hit;

@@ -193,8 +193,7 @@ impl Sum<'_> {
                 continue;
             }
             let (position, geometric) = (surface.position, surface.geometric_normal);
-            let factor =
-                light.geometric_factor(position, geometric, surface.shading_normal, light.bound(clamp));
+            let factor = light.geometric_factor(position, geometric, surface.shading_normal, clamp);
             let Some((factor, wi)) = factor else { continue };
             let mut brdf = diffuse;
             if surface.is_specular() {

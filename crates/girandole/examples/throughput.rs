@@ -71,7 +71,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     s.position,
                     s.geometric_normal,
                     s.shading_normal,
-                    f32::MAX,
+                    girandole::core::lights::Clamp::Off,
                 )
                 .is_some()
             };

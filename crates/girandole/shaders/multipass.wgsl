@@ -60,6 +60,11 @@ fn project_point(@builtin(vertex_index) vertex: u32) -> Out {
 
 struct Sums { @location(0) irradiance: vec4f, @location(1) directional: vec4f }
 
+fn part_of(leaf: u32, light: u32) -> u32 {
+  let nibble = leaf * multipass.lights_in_all + light;
+  return (parts[nibble / 8u] >> (4u * (nibble % 8u))) & 15u;
+}
+
 fn sum_light(sums: ptr<function, PointSums>, light: Light, part: u32) {
   if part == UNSHADOWED || (part == MAPPED_UNSHADOWED && offsets.light_maps == 0u) {
     add(sums, light, arriving(light, (*sums).shading), 1.0);
@@ -75,11 +80,20 @@ fn sum_lights(in: Out) -> Sums {
   let pixel = vec2u(in.index % frame.size.x, in.index / frame.size.x + frame.band.x);
   var sums: PointSums;
   sums.shading = shading_at(pixel, textureLoad(triangle_ids, pixel, 0).x - 1u);
-  for (var i = 0u; i < in.lights.y; i++) {
-    let light = elements[in.lights.x + i];
-    let nibble = in.leaf * multipass.lights_in_all + light;
-    let part = (parts[nibble / 8u] >> (4u * (nibble % 8u))) & 15u;
-    if part < NO_PART { sum_light(&sums, lights[light], part); }
+  for (var first = in.lights.x; first < in.lights.x + in.lights.y; first += 32u) {
+    let end = min(first + 32u, in.lights.x + in.lights.y);
+    var near = 0u;
+    for (var i = first; i < end; i++) {
+      let part = part_of(in.leaf, elements[i]);
+      let is_near = part == NEAR_UNSHADOWED || part == NEAR_SHADOWED;
+      near |= select(0u, 1u << (i - first), is_near);
+      if part < NO_PART && !is_near { sum_light(&sums, lights[elements[i]], part); }
+    }
+    while near != 0u {
+      let light = elements[first + firstTrailingBit(near)];
+      near &= near - 1u;
+      add_in_full(&sums, lights[light], part_of(in.leaf, light) == NEAR_SHADOWED);
+    }
   }
   let is_direction = HAS_CURVED && sums.shading.reflection.f90 <= 0.0;
   return Sums(vec4f(sums.irradiance, 0.0), vec4f(select(sums.specular, sums.light_direction, is_direction), 0.0));

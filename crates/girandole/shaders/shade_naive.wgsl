@@ -37,10 +37,17 @@ fn end(pixel: vec2u, sums: PointSums) {
   }
 }
 
-fn resolve_ambiguous(sums: ptr<function, PointSums>, first: u32) {
-  while any((*sums).ambiguous != vec4u(0u)) {
-    add_slope_corrected(sums, lights[first + next_ambiguous(sums) - frame.first_light]);
+fn add_all_deferred(sums: ptr<function, PointSums>, first: u32) {
+  while any((*sums).deferred != vec4u(0u)) {
+    add_in_full(sums, lights[first + next_deferred(sums) - frame.first_light], true);
   }
+}
+
+// Adds a light by its depth test. Returns its bit if it has to be added in full later.
+fn add_unless_near(sums: ptr<function, PointSums>, light: Light, texel: ShadowTexel, stored: f32, bit: u32) -> u32 {
+  let a = arriving(light, (*sums).shading);
+  let deferred = add_depth_tested(sums, light, texel, stored, select(bit, 0u, a.is_near), 0.0);
+  return select(deferred, bit, a.is_near && a.g > 0.0);
 }
 
 // An invocation shades two pixels, one above the other: lights are read once for both.
@@ -65,14 +72,14 @@ fn shade_naive(@builtin(global_invocation_id) invocation: vec3u) {
         let lower_texel = shadow_texel_of(light, lower.shading);
         let upper_depth = shadow_lookup(upper_texel);
         let lower_depth = shadow_lookup(lower_texel);
-        upper_bits |= add_depth_tested(&upper, light, upper_texel, upper_depth, bit, 0.0);
-        lower_bits |= add_depth_tested(&lower, light, lower_texel, lower_depth, bit, 0.0);
+        upper_bits |= add_unless_near(&upper, light, upper_texel, upper_depth, bit);
+        lower_bits |= add_unless_near(&lower, light, lower_texel, lower_depth, bit);
       }
-      upper.ambiguous[word] = upper_bits;
-      lower.ambiguous[word] = lower_bits;
+      upper.deferred[word] = upper_bits;
+      lower.deferred[word] = lower_bits;
     }
-    resolve_ambiguous(&upper, first);
-    resolve_ambiguous(&lower, first);
+    add_all_deferred(&upper, first);
+    add_all_deferred(&lower, first);
   }
   end(upper_pixel, upper);
   end(lower_pixel, lower);

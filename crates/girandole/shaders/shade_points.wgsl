@@ -35,9 +35,12 @@ fn shade_points_cooperative(@builtin(workgroup_id) group: vec3u, @builtin(local_
       sums.light_direction = vec3f(0.0);
     }
     let list = light_list(leaf);
-    for (var i = list.unshadowed + lane; i < list.shadowed; i += LANES) {
+    for (var i = list.unshadowed + lane; i < list.near_unshadowed; i += LANES) {
       let light = lights[light_lists[i]];
       add(&sums, light, arriving(light, sums.shading), 1.0);
+    }
+    for (var i = list.near_unshadowed + lane; i < list.shadowed; i += LANES) {
+      add_in_full(&sums, lights[light_lists[i]], i >= list.near_shadowed);
     }
     for (var i = list.shadowed + lane; i < list.end; i += LANES) {
       add_light(&sums, lights[light_lists[i]], select(0.0, 1.0, i >= list.subtracted));

@@ -7,7 +7,7 @@ use crate::shader_constants::{
 use bytemuck::{Pod, Zeroable};
 use girandole_core::brdf::Surface;
 use girandole_core::glam::{Affine2, Vec2, Vec3, Vec4};
-use girandole_core::lights::{Clamp, LightSample, Profile};
+use girandole_core::lights::{Clamp, LightSample, Profile, Rectangle};
 use girandole_core::scene::{Material, NONE, TextureRef};
 
 /// `Frame` in `lib/frame.wgsl`.
@@ -172,6 +172,7 @@ pub(crate) struct Light {
     pub offset: f32,
     pub intensity: Vec3,
     pub atlas_slot: u32,
+    pub rectangle: Vec4,
 }
 
 /// `Maps` in `lib/maps.wgsl`.
@@ -264,7 +265,7 @@ impl Light {
     pub fn new(id: u32, sample: &LightSample, radius: f32) -> Self {
         use girandole_core::math::warp;
         let (profile, scale, offset) = match sample.profile {
-            Profile::Cosine => (COSINE, sample.bound(Clamp::Own).min(f32::MAX), 0.0),
+            Profile::Cosine => (COSINE, 0.0, 0.0),
             Profile::Hemisphere => (HEMISPHERE, 0.0, 0.0),
             Profile::Spot { scale, offset } => (SPOT, scale, offset),
             Profile::Directional => (DIRECTIONAL, 1.0 / radius, 0.0),
@@ -273,15 +274,35 @@ impl Light {
         let turn = (f64::from(id) * 0.618_033_988_75).fract() as f32 * std::f32::consts::TAU;
         // A directional map is centred on the scene; its depth runs over the scene's diameter.
         let position = if profile == DIRECTIONAL { -sample.normal * radius } else { sample.position };
-        Self {
+        let tangent = x * turn.cos() + y * turn.sin();
+        let light = Self {
             position,
             profile,
             normal: sample.normal,
             scale,
-            tangent: x * turn.cos() + y * turn.sin(),
+            tangent,
             offset,
             intensity: sample.intensity,
             ..Self::default()
+        };
+        match sample.rectangle {
+            Some(rectangle) if profile == COSINE => light.with_rectangle(&rectangle),
+            _ => light,
+        }
+    }
+
+    /// The light with what it stands for.
+    fn with_rectangle(self, rectangle: &Rectangle) -> Self {
+        let bitangent = self.normal.cross(self.tangent);
+        let [u, v] = rectangle.half_axes;
+        let center = rectangle.center - self.position;
+        let along = |d: Vec3| [d.dot(self.tangent), d.dot(bitangent)];
+        let ([x, y], [z, w]) = (along(center), along(u));
+        Self {
+            scale: v.length() / u.length(),
+            offset: (rectangle.reach() + center.length()).powi(2),
+            rectangle: Vec4::new(x, y, z, w),
+            ..self
         }
     }
 }

@@ -41,7 +41,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(GpuMaterial as "Material": base_color, alpha, emission, alpha_cutoff, specular_color, specular,
             metallic, roughness, normal_scale, double_sided, albedo, padding, base_color_texture, metallic_roughness_texture,
             specular_texture, specular_color_texture, normal_texture, emission_texture),
-        fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, atlas_slot),
+        fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, atlas_slot, rectangle),
         fields!(Maps as "Maps": page, size, parallel_size, texel, parallel_texel),
         fields!(Item as "Item": light, face_cluster),
         fields!(Display as "Display": size, exposure, automatic),
@@ -70,7 +70,8 @@ fn declared_records() -> Vec<(&'static str, u32, Fields)> {
     vec![
         fields!(ReceiverGrid as "RECEIVER_GRID": origin, columns, axis_u, rows, axis_v, front, back),
         fields!(LeafRecord as "LEAF_RECORD": light_map, texel_u, texel_v, corner, across, up, normal),
-        fields!(LeafRange as "LEAF_RANGE": mapped_unshadowed, unshadowed, shadowed, mapped_shadowed, end),
+        fields!(LeafRange as "LEAF_RANGE": mapped_unshadowed, unshadowed, near_unshadowed,
+            near_shadowed, shadowed, mapped_shadowed, end),
         fields!(ShadePoint as "SHADE_POINT": pixel, leaf, rank),
         fields!(Element as "ELEMENT": members_at, member_count, lights_at, light_count, vertices, first_vertex),
         fields!(Member as "MEMBER": leaf, chunks_before),

@@ -88,10 +88,12 @@ record! {
 }
 
 record! {
-    /// The list of a leaf and batch of lights: where each of its four parts begins in `light_lists`, see `scene/receivers.rs`.
+    /// The list of a leaf and batch of lights: where each of its six parts begins in `light_lists`, see `scene/receivers.rs`.
     LeafRange as leaf_range in "light_lists": Plain {
         mapped_unshadowed: u32,
         unshadowed: u32,
+        near_unshadowed: u32,
+        near_shadowed: u32,
         shadowed: u32,
         mapped_shadowed: u32,
         end: u32,

@@ -128,8 +128,8 @@ pub struct RenderSettings {
     pub tolerance: f32,
     /// Shows how the picture is made in its place. Default no.
     pub debug: Option<DebugView>,
-    /// Bound on the geometric factor near light samples. Default each sample's own; without one samples speckle what is
-    /// close to them, a lower one is smoother and loses more light in corners.
+    /// The geometric factor near light samples. Default the mean over what a sample stands for; without it samples speckle what
+    /// is close to them, and a bound loses light in corners, a lower one more.
     pub clamp: Clamp,
     /// Anti-aliasing: samples per pixel along each axis, 1 to 16. Default 1; time grows with the
     /// square, at low resolution by much less.

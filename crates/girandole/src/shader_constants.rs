@@ -1,6 +1,7 @@
 //! Numbers that both sides use, declared once: every shader starts with them as `const` declarations.
 
 use girandole_core::brdf;
+use girandole_core::lights::Rectangle;
 
 /// Lights are summed in groups of this many; batches are whole groups.
 pub(crate) const GROUP: u32 = 128;
@@ -38,9 +39,11 @@ pub(crate) const TEXEL_ROWS: u32 = 4096;
 /// Parts of a list of lights, see `scene/receivers.rs`; `NO_PART`: the light does not light the leaf.
 pub(crate) const MAPPED_UNSHADOWED: u32 = 0;
 pub(crate) const UNSHADOWED: u32 = 1;
-pub(crate) const SHADOWED: u32 = 2;
-pub(crate) const MAPPED_SHADOWED: u32 = 3;
-pub(crate) const NO_PART: u32 = 4;
+pub(crate) const NEAR_UNSHADOWED: u32 = 2;
+pub(crate) const NEAR_SHADOWED: u32 = 3;
+pub(crate) const SHADOWED: u32 = 4;
+pub(crate) const MAPPED_SHADOWED: u32 = 5;
+pub(crate) const NO_PART: u32 = 6;
 /// Parameterisations of shadow maps, as `ShadowMap` orders them.
 pub(crate) const OCTAHEDRAL: u32 = 0;
 pub(crate) const PARABOLIC: u32 = 1;
@@ -59,7 +62,7 @@ pub(crate) const NONE: u32 = girandole_core::scene::NONE;
 
 const _: () = assert!(BATCH.is_multiple_of(GROUP), "batches are whole groups");
 const _: () =
-    assert!(GROUP == 4 * 32, "the lights of a group have a bit each in the four words of `ambiguous`");
+    assert!(GROUP == 4 * 32, "the lights of a group have a bit each in the four words of `deferred`");
 const _: () = assert!(EDGE_RUN <= 32, "the pixels of a run have a bit each in a word");
 const _: () = assert!(WORKGROUP.is_multiple_of(LANES), "workgroups hold whole points");
 
@@ -72,6 +75,7 @@ macro_rules! declarations {
 /// The same numbers in WGSL.
 pub(crate) fn declarations() -> String {
     const TALLY_EDGE_ROW: u32 = TALLY_ROWS - 1;
+    let [near, far] = Rectangle::NEAR;
     declarations!(
         GROUP,
         BATCH,
@@ -94,6 +98,8 @@ pub(crate) fn declarations() -> String {
         TEXEL_ROWS,
         MAPPED_UNSHADOWED,
         UNSHADOWED,
+        NEAR_UNSHADOWED,
+        NEAR_SHADOWED,
         SHADOWED,
         MAPPED_SHADOWED,
         NO_PART,
@@ -106,7 +112,11 @@ pub(crate) fn declarations() -> String {
         HISTOGRAM_BINS,
         NONE
     ) + &format!(
-        "const MIN_ALPHA = {:?};\nconst OWN_CLAMP = {OWN_CLAMP:?};\nconst MAX_CLAMP = {MAX_CLAMP:?};\n",
-        brdf::MIN_ALPHA
+        "const MIN_ALPHA = {:?};\nconst OWN_CLAMP = {OWN_CLAMP:?};\nconst MAX_CLAMP = {MAX_CLAMP:?};\n\
+         const RECTANGLE_NEAR = {near:?};\nconst RECTANGLE_FAR = {far:?};\nconst RECTANGLE_LEAST_PART = {:?};\n\
+         const RECTANGLE_RISE = {:?};\n",
+        brdf::MIN_ALPHA,
+        Rectangle::LEAST_PART,
+        Rectangle::RISE,
     )
 }

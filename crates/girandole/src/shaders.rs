@@ -46,6 +46,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     prefix_scan,
     project,
     receiver,
+    rectangle,
     reflection,
     samples,
     scene,
@@ -90,7 +91,7 @@ sources! {
     VISIBILITY_BUFFER = visibility_buffer "" [frame scene texture texture_entry_at];
     SHADE_NAIVE = shade_naive "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights_uniform maps octahedral
-        parameterisation atlas shadow point_sums
+        parameterisation atlas shadow rectangle point_sums
     ];
     APPEND_ALL_POINTS = append_all_points "" [
         frame scene texture texture_entry_at surface buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point
@@ -121,17 +122,17 @@ sources! {
     SCATTER_POINTS = scatter_points "" [buffer_offsets shade_list shade_point_at point_queue];
     SHADE_POINTS = shade_points "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PERSISTENT = shade_points_persistent "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     MULTIPASS = multipass "" [
         frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
-        shadow point_sums buffer_offsets grid point_queue multipass_params element_at member_at
+        shadow rectangle point_sums buffer_offsets grid point_queue multipass_params element_at member_at
     ];
     MULTIPASS_ARGUMENTS = multipass_arguments "" [
         buffer_offsets point_queue multipass_params element_at set_element member_at set_member prefix_scan

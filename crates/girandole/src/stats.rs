@@ -7,6 +7,9 @@ use crate::points::lists::PointLists;
 use crate::renderer::Renderer;
 use crate::scene::receivers::Receivers;
 use crate::settings::{Mode, RenderSettings, Shading};
+use crate::shader_constants::{
+    MAPPED_SHADOWED, MAPPED_UNSHADOWED, NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART, SHADOWED, UNSHADOWED,
+};
 use std::collections::BTreeMap;
 use std::future::Future;
 
@@ -112,7 +115,7 @@ impl Renderer {
 struct Tally {
     buffer: wgpu::Buffer,
     /// For each leaf, how many lights are in each part of its lists, and how many cannot light it.
-    leaves: Vec<([u32; 4], u32)>,
+    leaves: Vec<([u32; NO_PART as usize], u32)>,
     light_maps: bool,
 }
 
@@ -143,9 +146,11 @@ impl Tally {
             for (&count, &(parts, skipped)) in row.iter().zip(&self.leaves) {
                 let count = u64::from(count);
                 *points += count;
-                let [mapped, unshadowed, added, subtracted] = parts.map(|n| count * u64::from(n));
-                stats.pairs.looked_up += added + subtracted;
-                stats.pairs.unshadowed += unshadowed + if self.light_maps { 0 } else { mapped };
+                let of = |part| count * u64::from(parts[part as usize]);
+                let mapped = of(MAPPED_UNSHADOWED);
+                stats.pairs.looked_up += of(NEAR_SHADOWED) + of(SHADOWED) + of(MAPPED_SHADOWED);
+                stats.pairs.unshadowed +=
+                    of(UNSHADOWED) + of(NEAR_UNSHADOWED) + if self.light_maps { 0 } else { mapped };
                 stats.pairs.mapped += if self.light_maps { mapped } else { 0 };
                 stats.pairs.skipped += count * u64::from(skipped);
             }

@@ -124,8 +124,10 @@ fn the_bound_of_g_says_what_it_loses() {
     let output = girandole.succeed(&small(&["--engine", "cpu", "--clamp", "0.05", "--stats", "s.json"]));
     assert!(stderr(&output).contains("loses about"), "{}", stderr(&output));
     assert!(girandole.json("s.json")["clamp_lost_energy_share"].as_f64().unwrap() > 0.05);
-    let output = girandole.succeed(&small(&["--engine", "cpu", "--clamp", "off"]));
-    assert!(!stderr(&output).contains("loses"), "{}", stderr(&output));
+    for unbounded in ["off", "auto"] {
+        let output = girandole.succeed(&small(&["--engine", "cpu", "--clamp", unbounded]));
+        assert!(!stderr(&output).contains("loses"), "{}", stderr(&output));
+    }
 }
 
 #[cfg(target_os = "linux")]

@@ -1,7 +1,7 @@
 //! Direct samples: on emitters, and for punctual lights.
 
 use super::emitters::{Source, SourceTree, SpotCone};
-use super::{LightSample, Profile, SampleOrigin};
+use super::{LightSample, Profile, Rectangle, SampleOrigin};
 use crate::math::sequence;
 use crate::scene::{Geometry, PunctualKind, Scene};
 use crate::trace::ray_offset_distance;
@@ -22,7 +22,7 @@ pub(super) fn punctual(scene: &Scene, geometry: &Geometry) -> Vec<LightSample> {
             intensity: light.intensity,
             profile: Profile::Hemisphere,
             origin: SampleOrigin::Punctual { light: index as u32 },
-            area: 0.0,
+            rectangle: None,
         };
         match light.kind {
             PunctualKind::Point => {
@@ -142,13 +142,14 @@ fn on_tree(
                 break;
             }
             let pdf_area = tree.probability(source) / point.area;
+            let position = point.position + point.normal * ray_offset_distance(geometry, point.position);
             samples.push(LightSample {
-                position: point.position + point.normal * ray_offset_distance(geometry, point.position),
+                position,
                 normal: point.normal,
                 intensity: (point.radiance.as_dvec3() / pdf_area).as_vec3(),
                 profile: Profile::Cosine,
                 origin: SampleOrigin::Emitter { triangle: point.triangle, point: tries },
-                area: (1.0 / pdf_area) as f32,
+                rectangle: Some(Rectangle::square(position, point.normal, (1.0 / pdf_area) as f32)),
             });
         }
         tries += 1;
@@ -156,6 +157,8 @@ fn on_tree(
     let scale = 1.0 / f64::from(tries.max(1));
     for sample in &mut samples[first..] {
         sample.intensity = (sample.intensity.as_dvec3() * scale).as_vec3();
-        sample.area *= scale as f32;
+        if let Some(rectangle) = &mut sample.rectangle {
+            rectangle.half_axes = rectangle.half_axes.map(|axis| axis * scale.sqrt() as f32);
+        }
     }
 }

@@ -11,7 +11,7 @@
 //!
 //! Weights decide where samples are, never what light there is in the mean (`resample.rs`).
 
-use super::LightSample;
+use super::{Clamp, LightSample};
 use crate::brdf::Surface;
 use crate::image::luminance;
 use crate::math::{sequence, warp};
@@ -146,7 +146,7 @@ pub(super) fn view_points(tracer: &SceneTracer, views: &[View]) -> Vec<ViewPoint
 /// Light from a candidate that a point reflects, per unit of intensity; by luminance, in arbitrary units.
 fn reflected(tracer: &SceneTracer, point: &ViewPoint, candidate: &LightSample, bound: f32) -> f32 {
     let Surface { position, geometric_normal, shading_normal, .. } = point.surface;
-    match candidate.geometric_factor(position, geometric_normal, shading_normal, bound) {
+    match candidate.geometric_factor(position, geometric_normal, shading_normal, Clamp::At(bound)) {
         Some((g, _))
             if !tracer.occluded(position, point.triangle, candidate.position, candidate.triangle()) =>
         {

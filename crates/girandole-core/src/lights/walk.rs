@@ -187,7 +187,7 @@ impl Walk<'_> {
                 intensity: photon.flux / PI,
                 profile: Profile::Cosine,
                 origin: SampleOrigin::Bounce { path, bounce, triangle: hit.triangle },
-                area: 0.0,
+                rectangle: None,
             });
             photon.origin = position;
             photon.direction = self.leave(path, dimension + 1, normal);

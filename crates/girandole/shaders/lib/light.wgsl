@@ -4,20 +4,26 @@ struct Light {
   position: vec3f,
   profile: u32, // COSINE, HEMISPHERE, SPOT or DIRECTIONAL
   normal: vec3f,
-  scale: f32, // cosine: its own bound on G, m⁻²; spot: 1 / (cos inner − cos outer); directional: 1 / radius of the scene
+  scale: f32, // cosine: height / width of its rectangle; spot: 1 / (cos inner − cos outer); directional: 1 / radius of the scene
   tangent: vec3f,
-  offset: f32, // spot: −cos outer · scale
+  offset: f32, // cosine: squared distance within which a receiver may be near, m²; spot: −cos outer · scale
   intensity: vec3f,
   atlas_slot: u32, // of its shadow map in the atlas: (page << 24) | (row << 12) | column, in units of Maps.size
+  rectangle: vec4f, // cosine: from the position to the rectangle's centre, and half its width, along tangent and bitangent, m
 }
 
 override ONLY_COSINE_LIGHTS: bool = false; // whether all lights have the profile COSINE
 
-// The geometric factor G, bounded (core: LightSample::geometric_factor), where the pair faces each other: `cos_x`
-// and `cos_light` are both cosines times the distance, positive; `r2` is its square.
+// Whether a receiver is so near that the light's rectangle counts, or may be.
+fn is_near(light: Light, r2: f32) -> bool {
+  return (ONLY_COSINE_LIGHTS || light.profile == COSINE) && r2 < select(0.0, light.offset, frame.clamp == OWN_CLAMP);
+}
+
+// The geometric factor G of the light's place, bounded (core: LightSample::geometric_factor), where the pair faces each
+// other: `cos_x` and `cos_light` are both cosines times the distance, positive; `r2` is its square.
 fn geometric_factor(light: Light, cos_x: f32, cos_light: f32, r2: f32) -> f32 {
+  let bound = select(frame.clamp, MAX_CLAMP, frame.clamp == OWN_CLAMP);
   if ONLY_COSINE_LIGHTS || light.profile == COSINE {
-    let bound = select(frame.clamp, light.scale, frame.clamp == OWN_CLAMP);
     return min(cos_x * cos_light / (r2 * r2), bound);
   }
   if light.profile == DIRECTIONAL { return cos_x; }
@@ -27,6 +33,5 @@ fn geometric_factor(light: Light, cos_x: f32, cos_light: f32, r2: f32) -> f32 {
     falloff = clamp(cos_light * inverse_r * light.scale + light.offset, 0.0, 1.0);
     falloff *= falloff;
   }
-  let bound = select(frame.clamp, MAX_CLAMP, frame.clamp == OWN_CLAMP);
   return min(cos_x * inverse_r * falloff / r2, bound);
 }

@@ -1,7 +1,8 @@
 // Sums over lights at a point. A pass that uses it binds `lights`, `maps` and `atlas`.
 //
-// The slope-corrected test is rare and long. It is deferred to the end of each group of lights, lest the lanes that need
-// it delay the others at every light.
+// The slope-corrected test is rare and long, and so is the mean over the rectangle of a light that is near. Such lights are
+// deferred to the end of each group, lest the lanes that need it delay the others at every light; where they are known to be
+// near beforehand, they have a loop of their own.
 
 override HAS_SPECULAR: bool; // whether any material has a specular lobe
 override HAS_CURVED: bool = false; // whether to sum the direction of light as well, for receivers whose normals vary
@@ -18,8 +19,8 @@ struct Shading {
 // Light that would arrive if nothing stood in its way.
 struct Arriving {
   g: f32, // geometric factor, 0 where the pair does not face each other
-  to_light: vec3f, // m; of parallel light, a unit vector
-  height: f32, // of the light over the receiver's plane
+  to_light: vec3f, // direction that it comes from, of any length
+  is_near: bool, // whether `g` is that of the light's place, and has to be that of its rectangle
 }
 
 fn arriving(light: Light, s: Shading) -> Arriving {
@@ -29,8 +30,18 @@ fn arriving(light: Light, s: Shading) -> Arriving {
   let cos_light = -dot(light.normal, to_light);
   let height = dot(s.ng, to_light);
   let faces = min(min(cos_x, cos_light), height) > 0.0;
-  let g = geometric_factor(light, cos_x, cos_light, dot(to_light, to_light));
-  return Arriving(select(0.0, g, faces), to_light, height);
+  let r2 = dot(to_light, to_light);
+  let g = geometric_factor(light, cos_x, cos_light, r2);
+  return Arriving(select(0.0, g, faces), to_light, faces && is_near(light, r2));
+}
+
+// The same of a light that is near.
+fn arriving_near(light: Light, s: Shading) -> Arriving {
+  let to_light = light.position - s.position;
+  let r2 = dot(to_light, to_light);
+  let mean = rectangle_mean(light, s.position, s.ns);
+  let vector = mix(mean.vector, to_light * (-dot(light.normal, to_light) / (r2 * r2)), mean.point_share);
+  return Arriving(max(dot(vector, s.ns), 0.0), vector, true);
 }
 
 fn specular_radiance(light: Light, a: Arriving, s: Shading) -> vec3f {
@@ -44,7 +55,7 @@ struct PointSums {
   irradiance: vec3f,
   specular: vec3f,
   light_direction: vec3f, // luminance-weighted sum of the directions of light: irradiance follows its cosine
-  ambiguous: vec4u, // lights of the group that need the slope-corrected test, a bit each
+  deferred: vec4u, // lights of the group to be added after the others, a bit each
   is_surface: bool,
 }
 
@@ -110,16 +121,35 @@ fn add_depth_tested(
 // Adds a light that the depth test found ambiguous, if the slope-corrected test finds it lit.
 fn add_slope_corrected(sums: ptr<function, PointSums>, light: Light) {
   let a = arriving(light, (*sums).shading);
-  let r = receiver(light, (*sums).shading.position, (*sums).shading.ng, a.height);
-  let texel = texel_of(light, r.uv);
-  add(sums, light, a, select(0.0, 1.0, slope_corrected_test(light, r, texel, stored_at(light, texel))));
+  let at = shadow_texel_of(light, (*sums).shading);
+  let is_lit = slope_corrected_test(light, at.receiver, at.texel, stored_at(light, at.texel));
+  add(sums, light, a, select(0.0, 1.0, is_lit));
 }
 
-// Removes the next ambiguous light from the group: its index there.
-fn next_ambiguous(sums: ptr<function, PointSums>) -> u32 {
-  let d = (*sums).ambiguous;
+// Adds a light, near or not, with whichever shadow test it needs.
+fn add_in_full(sums: ptr<function, PointSums>, light: Light, is_shadowed: bool) {
+  var a = arriving(light, (*sums).shading);
+  if a.is_near { a = arriving_near(light, (*sums).shading); }
+  var is_lit = true;
+  if is_shadowed {
+    let at = shadow_texel_of(light, (*sums).shading);
+    if FILTER > 0u {
+      add(sums, light, a, filtered(light, at.receiver));
+      return;
+    }
+    let stored = stored_at(light, at.texel);
+    let answer = depth_test(light, at.receiver, at.texel, stored);
+    is_lit = answer == LIT;
+    if answer == AMBIGUOUS { is_lit = slope_corrected_test(light, at.receiver, at.texel, stored); }
+  }
+  add(sums, light, a, select(0.0, 1.0, is_lit));
+}
+
+// Removes the next deferred light from the group: its index there.
+fn next_deferred(sums: ptr<function, PointSums>) -> u32 {
+  let d = (*sums).deferred;
   let word = select(select(select(3u, 2u, d.z != 0u), 1u, d.y != 0u), 0u, d.x != 0u);
   let bits = d[word];
-  (*sums).ambiguous[word] = bits & (bits - 1u);
+  (*sums).deferred[word] = bits & (bits - 1u);
   return 32u * word + firstTrailingBit(bits);
 }

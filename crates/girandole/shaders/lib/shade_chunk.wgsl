@@ -1,7 +1,8 @@
 // Fused shading: each point sums the lights of its leaf receiver (Barczak §4.3.1). Points are sorted by leaf, so that
 // neighbours read the same list. A list has four kinds of lights: unblocked ones in the light map, which are done;
 // unblocked ones that are not in the map, summed without a shadow test; those that something may block, summed where
-// their shadow map finds them lit; and the same in the light map, subtracted where it finds them dark (§4.3.2).
+// their shadow map finds them lit; and the same in the light map, subtracted where it finds them dark (§4.3.2). Those of the
+// second and third kind for whose rectangle some point of the leaf is near have a loop of their own.
 //
 // A pass that uses it declares `point_queue`; `lights` and `atlas` are declared in lib/lights_*.wgsl, lib/atlas_*.wgsl.
 
@@ -62,8 +63,8 @@ fn end(index: u32, sums: PointSums) {
 
 // Tests the ambiguous lights of a group, of which `first` is the first entry of the list.
 fn resolve_ambiguous(sums: ptr<function, PointSums>, first: u32) {
-  while any((*sums).ambiguous != vec4u(0u)) {
-    add_slope_corrected(sums, lights[light_lists[first + next_ambiguous(sums)]]);
+  while any((*sums).deferred != vec4u(0u)) {
+    add_slope_corrected(sums, lights[light_lists[first + next_deferred(sums)]]);
   }
 }
 
@@ -78,10 +79,15 @@ fn shade_chunk(index: u32) {
   var other = begin(other_index, leaf);
   if !one.is_surface && !other.is_surface { return; }
   let list = light_list(leaf);
-  for (var i = list.unshadowed; i < list.shadowed; i++) {
+  for (var i = list.unshadowed; i < list.near_unshadowed; i++) {
     let light = lights[light_lists[i]];
     add(&one, light, arriving(light, one.shading), 1.0);
     add(&other, light, arriving(light, other.shading), 1.0);
+  }
+  for (var i = list.near_unshadowed; i < list.shadowed; i++) {
+    let light = lights[light_lists[i]];
+    add_in_full(&one, light, i >= list.near_shadowed);
+    add_in_full(&other, light, i >= list.near_shadowed);
   }
   for (var first = list.shadowed; first < list.end; first += GROUP) {
     for (var word = 0u; word < GROUP / 32u; word++) {
@@ -113,8 +119,8 @@ fn shade_chunk(index: u32) {
         one_bits |= add_depth_tested(&one, next, one_next_texel, one_next_depth, next_bit, next_counted);
         other_bits |= add_depth_tested(&other, next, other_next_texel, other_next_depth, next_bit, next_counted);
       }
-      one.ambiguous[word] = one_bits;
-      other.ambiguous[word] = other_bits;
+      one.deferred[word] = one_bits;
+      other.deferred[word] = other_bits;
     }
     resolve_ambiguous(&one, first);
     resolve_ambiguous(&other, first);

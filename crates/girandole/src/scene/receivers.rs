@@ -1,26 +1,28 @@
 //! The visibility database on the GPU: where a pixel finds its leaf receiver, which lights that leaf sums in which
 //! way, and light maps.
 //!
-//! Each leaf has a list of lights for each batch, in four parts. F lights are in none of them.
+//! Each leaf has a list of lights for each batch, in six parts. F lights are in none of them. Near lights are those for whose
+//! [rectangle](girandole_core::lights::Rectangle) some of its points may be near.
 //!
-//! | | in the light map | not in it |
-//! |---|---|---|
-//! | N: nothing blocks | 0: nothing left to do | 1: add |
-//! | P: something may block | 3: look, and subtract where it is blocked | 2: look, and add where it is not |
+//! | | in the light map | not in it | near |
+//! |---|---|---|---|
+//! | N: nothing blocks | 0: nothing left to do | 1: add | 2: add |
+//! | P: something may block | 5: look, and subtract where it is blocked | 4: look, and add where it is not | 3: as 4 |
 
 use crate::device::buffers::storage;
 use crate::layout::BufferOffsets;
 use crate::records::{LeafRange, LeafRecord, ReceiverGrid};
 use crate::scene::surface_ids::is_flat;
 use crate::shader_constants::{
-    BATCH, CLUSTERED, MAPPED_SHADOWED, MAPPED_UNSHADOWED, NO_PART, NONE, SHADOWED, SIDE, UNSHADOWED,
+    BATCH, CLUSTERED, MAPPED_SHADOWED, MAPPED_UNSHADOWED, NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART, NONE,
+    SHADOWED, SIDE, UNSHADOWED,
 };
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::Vec3;
 use girandole_core::image::luminance;
-use girandole_core::lights::{LightSample, LightSet, Profile};
+use girandole_core::lights::{Clamp, LightSample, LightSet, Profile};
 use girandole_core::scene::{Geometry, Scene};
-use girandole_core::visibility::{LeafKind, State, TriangleReceiver, VisibilityDatabase};
+use girandole_core::visibility::{Leaf, LeafKind, State, TriangleReceiver, VisibilityDatabase};
 use wgpu::util::DeviceExt;
 
 /// A leaf's index has 24 bits.
@@ -37,7 +39,7 @@ pub(crate) struct Receivers {
     /// Offsets in the buffers; those that depend on the picture are missing.
     pub offsets: BufferOffsets,
     /// For each leaf, how many lights are in each part of its lists.
-    pub parts: Vec<[u32; 4]>,
+    pub parts: Vec<[u32; NO_PART as usize]>,
     /// For each leaf, how many lights cannot light it at all.
     pub skipped: Vec<u32>,
     /// How many leaves have a light map.
@@ -117,7 +119,7 @@ impl Receivers {
         let batches = (lights.samples().len() as u32).div_ceil(BATCH).max(1);
         let ranges_at = count * LeafRecord::WORDS;
         let mut lists = vec![0u32; ranges_at + count * batches as usize * LeafRange::WORDS];
-        let mut parts = vec![[0; 4]; count];
+        let mut parts = vec![[0; NO_PART as usize]; count];
         let mut skipped = vec![0; count];
         let mut kinds = vec![NO_PART as u8; count * lights.samples().len()];
         let mut all_states = Vec::with_capacity(kinds.len());
@@ -131,19 +133,26 @@ impl Receivers {
                 .copy_from_slice(bytemuck::cast_slice(&[leaf_record(light_map, rectangle.as_ref())]));
             let states = database.leaf_states(leaf as u32);
             let in_map = in_map(lights.samples(), states, rectangle.as_ref().filter(|_| has_map));
+            let near: Vec<bool> = lights
+                .samples()
+                .iter()
+                .map(|light| is_near(light, rectangle.as_ref(), &tree.leaves[leaf]))
+                .collect();
             for batch in 0..batches {
                 let range = ranges_at + (leaf * batches as usize + batch as usize) * LeafRange::WORDS;
                 let first = (batch * BATCH) as usize;
                 let end = (first + BATCH as usize).min(lights.samples().len());
-                let mut bounds = [lists.len() as u32; 5];
+                let mut bounds = [lists.len() as u32; NO_PART as usize + 1];
                 for part in 0..NO_PART {
                     for light in first..end {
-                        let kind = match (states[light], in_map[light]) {
-                            (State::Unoccluded, true) => MAPPED_UNSHADOWED,
-                            (State::Unoccluded, false) => UNSHADOWED,
-                            (State::Partial, false) => SHADOWED,
-                            (State::Partial, true) => MAPPED_SHADOWED,
-                            (State::Full, _) => continue,
+                        let kind = match (states[light], in_map[light], near[light]) {
+                            (State::Full, ..) => continue,
+                            (State::Unoccluded, _, true) => NEAR_UNSHADOWED,
+                            (State::Partial, _, true) => NEAR_SHADOWED,
+                            (State::Unoccluded, true, _) => MAPPED_UNSHADOWED,
+                            (State::Unoccluded, false, _) => UNSHADOWED,
+                            (State::Partial, false, _) => SHADOWED,
+                            (State::Partial, true, _) => MAPPED_SHADOWED,
                         };
                         if kind == part {
                             lists.push((light - first) as u32);
@@ -153,14 +162,8 @@ impl Receivers {
                     }
                     bounds[part as usize + 1] = lists.len() as u32;
                 }
-                let [mapped_unshadowed, unshadowed, shadowed, mapped_shadowed, end] = bounds;
-                lists[range..][..LeafRange::WORDS].copy_from_slice(bytemuck::cast_slice(&[LeafRange {
-                    mapped_unshadowed,
-                    unshadowed,
-                    shadowed,
-                    mapped_shadowed,
-                    end,
-                }]));
+                // A record of the parts' first entries, in order, and the end.
+                lists[range..][..LeafRange::WORDS].copy_from_slice(&bounds);
             }
             all_states.extend_from_slice(states);
             skipped[leaf] = states.iter().filter(|s| **s == State::Full).count() as u32;
@@ -209,6 +212,15 @@ impl Receivers {
     }
 }
 
+impl Rectangle {
+    /// Its point that is nearest to another one.
+    fn nearest(&self, point: Vec3) -> Vec3 {
+        let along =
+            |axis: Vec3| axis * ((point - self.corner).dot(axis) / axis.length_squared()).clamp(0.0, 1.0);
+        self.corner + along(self.across) + along(self.up)
+    }
+}
+
 /// The part of its patch's plane that a leaf covers; `None` for clusters.
 fn rectangle(geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) -> Option<Rectangle> {
     let tree = database.receivers();
@@ -246,6 +258,18 @@ fn leaf_record(light_map: u32, rectangle: Option<&Rectangle>) -> LeafRecord {
     }
 }
 
+/// Whether some point of a leaf may be near to what a light stands for.
+fn is_near(light: &LightSample, leaf_rectangle: Option<&Rectangle>, leaf: &Leaf) -> bool {
+    const SLACK: f32 = 1.001;
+    light.rectangle.is_some_and(|lit| {
+        let distance = match leaf_rectangle {
+            Some(leaf) => leaf.nearest(lit.center).distance(lit.center),
+            None => leaf.center.distance(lit.center) - leaf.radius,
+        };
+        distance < SLACK * lit.reach()
+    })
+}
+
 /// Whether a leaf patch reflects what a light map holds and nothing else: its shading normal is that of its plane,
 /// and it has no specular lobe, which depends on where one looks from.
 fn is_plain(scene: &Scene, geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) -> bool {
@@ -270,7 +294,7 @@ fn in_map(lights: &[LightSample], states: &[State], rectangle: Option<&Rectangle
         .zip(states)
         .filter(|(_, s)| **s != State::Full)
         .filter_map(|(l, _)| {
-            l.geometric_factor(center, r.normal, r.normal, f32::INFINITY).map(|(g, _)| g * luminance(l))
+            l.geometric_factor(center, r.normal, r.normal, Clamp::Own).map(|(g, _)| g * luminance(l))
         })
         .sum();
     lights
@@ -281,10 +305,7 @@ fn in_map(lights: &[LightSample], states: &[State], rectangle: Option<&Rectangle
             Profile::Spot { .. } => false,
             Profile::Cosine | Profile::Hemisphere => {
                 let d = light.position - r.corner;
-                let nearest = r.corner
-                    + r.across * (d.dot(r.across) / u2).clamp(0.0, 1.0)
-                    + r.up * (d.dot(r.up) / v2).clamp(0.0, 1.0);
-                let distance2 = (light.position - nearest).length_squared();
+                let distance2 = (light.position - r.nearest(light.position)).length_squared();
                 let height = d.dot(r.normal);
                 let error = luminance(light) * height * spacing2 / (distance2 * distance2 * distance2.sqrt());
                 error <= INTERPOLATION_ERROR * received

@@ -93,7 +93,7 @@ fn scattered(count: u32, half: Vec3) -> Vec<LightSample> {
                 intensity: Vec3::ONE,
                 profile: Profile::Cosine,
                 origin: SampleOrigin::Punctual { light: 0 },
-                area: 0.0,
+                rectangle: None,
             }
         })
         .collect()

@@ -2,7 +2,8 @@
 
 use crate::common::{Context, Test};
 use girandole::core::glam::{Vec2, Vec3, Vec4};
-use girandole::core::lights::{Clamp, LightSample, Profile, SampleOrigin};
+use girandole::core::lights::{Clamp, LightSample, Profile, Rectangle, SampleOrigin};
+use girandole::core::math::warp;
 use girandole::core::{brdf, math, tonemap};
 use std::f32::consts::PI;
 use wgpu::util::DeviceExt;
@@ -148,12 +149,19 @@ fn specular(context: &Context) {
     assert!(relative(&source.replace("x * x * x * x * x", "x * x * x * x")) > 1e-3);
 }
 
-/// Points and normals about a light of each profile, on both sides of it, with a bound that some exceed.
+/// Points and normals about a light of each profile, on both sides of it: bounded, and near its rectangle, some of which the
+/// receiver's plane cuts.
 fn geometric_factor(context: &Context) {
     let (position, normal, bound) = (Vec3::new(0.5, 2.0, -0.25), Vec3::new(0.36, -0.48, 0.8), 0.3);
+    let (tangent, bitangent) = warp::frame(normal);
+    let rectangle = Rectangle {
+        center: position + tangent * 0.1 - bitangent * 0.05,
+        half_axes: [(tangent * 0.8 + bitangent * 0.6) * 0.4, (bitangent * 0.8 - tangent * 0.6) * 0.25],
+    };
+    let reach = rectangle.reach() + rectangle.center.distance(position);
     let spot = Profile::Spot { scale: 1.25, offset: -0.125 };
     let mut inputs = Vec::new();
-    for distance in [0.3, 0.9, 2.7, 8.1] {
+    for distance in [0.05, 0.3, 0.9, 1.2, 2.7, 8.1] {
         for d in directions().into_iter().step_by(3) {
             for sign in [1.0, -1.0] {
                 let point = position + d * (distance * sign);
@@ -166,49 +174,66 @@ fn geometric_factor(context: &Context) {
     let cases = profiles.into_iter().enumerate().flat_map(|p| [Clamp::At(bound), Clamp::Own].map(|c| (p, c)));
     for ((index, profile), clamp) in cases {
         let origin = SampleOrigin::Punctual { light: 0 };
-        // Of an area that gives it the same bound, where it has one.
-        let area = if profile == Profile::Cosine { PI / 3.0 / bound } else { 0.0 };
-        let sample = LightSample { position, normal, intensity: Vec3::ONE, profile, origin, area };
+        let sample = LightSample {
+            position,
+            normal,
+            intensity: Vec3::ONE,
+            profile,
+            origin,
+            rectangle: (profile == Profile::Cosine).then_some(rectangle),
+        };
         let (scale, offset) = match profile {
             Profile::Spot { scale, offset } => (scale, offset),
-            Profile::Cosine => (sample.bound(Clamp::Own), 0.0),
+            Profile::Cosine => (0.25 / 0.4, reach * reach),
             _ => (0.0, 0.0),
         };
         let expected = inputs.iter().map(|[p, n]| {
             let n = n.truncate();
-            sample.geometric_factor(p.truncate(), n, n, sample.bound(clamp)).map_or(0.0, |(g, _)| g)
+            sample.geometric_factor(p.truncate(), n, n, clamp).map_or(0.0, |(g, _)| g)
         });
         let frame_clamp = if clamp == Clamp::Own { 0.0 } else { bound };
+        let vector = |v: Vec3| format!("vec3f({:?}, {:?}, {:?})", v.x, v.y, v.z);
         let source = format!(
-            "struct Bound {{ clamp: f32 }} const frame = Bound({frame_clamp:?}); {} \
+            "struct Bound {{ clamp: f32 }} const frame = Bound({frame_clamp:?}); const PI = {PI:?}; {} {} \
              fn map(a: vec4f, b: vec4f) -> vec4f {{ \
-             var light: Light; light.position = vec3f({:?}, {:?}, {:?}); light.profile = {index}u; \
-             light.normal = vec3f({:?}, {:?}, {:?}); light.scale = {scale:?}; light.offset = {offset:?}; \
+             var light: Light; light.position = {}; light.profile = {index}u; light.normal = {}; light.tangent = {}; \
+             light.scale = {scale:?}; light.offset = {offset:?}; light.rectangle = vec4f(0.1, -0.05, 0.32, 0.24); \
              var to_light = light.position - a.xyz; if light.profile == DIRECTIONAL {{ to_light = -light.normal; }} \
              let cosines = vec2f(dot(b.xyz, to_light), -dot(light.normal, to_light)); \
-             let g = geometric_factor(light, cosines.x, cosines.y, dot(to_light, to_light)); \
+             let r2 = dot(to_light, to_light); \
+             var g = geometric_factor(light, cosines.x, cosines.y, r2); \
+             if is_near(light, r2) {{ let mean = rectangle_mean(light, a.xyz, b.xyz); \
+             g = dot(mix(mean.vector, to_light * (cosines.y / (r2 * r2)), mean.point_share), b.xyz); }} \
              return vec4f(select(0.0, g, min(cosines.x, cosines.y) > 0.0), 0.0, 0.0, 0.0); }}",
             include_str!("../../shaders/lib/light.wgsl"),
-            position.x,
-            position.y,
-            position.z,
-            normal.x,
-            normal.y,
-            normal.z,
+            include_str!("../../shaders/lib/rectangle.wgsl"),
+            vector(position),
+            vector(normal),
+            vector(tangent),
         );
         let difference = |source: &str| {
-            largest_difference(&run(context, source, &inputs, &[]), expected.clone().map(|g| Vec4::X * g))
+            let found = run(context, source, &inputs, &[]);
+            let relative =
+                found.iter().zip(expected.clone()).map(|(found, g)| (found.x - g).abs() / (1.0 + g));
+            relative.fold(0.0, f32::max)
         };
-        assert!(difference(&source) < 1e-5, "{profile:?} {clamp:?}: {}", difference(&source));
+        assert!(difference(&source) < 3e-5, "{profile:?} {clamp:?}: {}", difference(&source));
         assert!(expected.clone().filter(|g| *g > 0.0).count() * 8 > inputs.len(), "{profile:?}: mostly dark");
-        // The control: a fall-off that is not squared, or no bound, is seen.
-        let wrong = source.replace("falloff *= falloff;", "").replace(", bound)", ", 1e30)");
-        let is_bounded = match profile {
+        // The controls: a fall-off that is not squared, no bound, the point instead of the rectangle.
+        let wrong = source
+            .replace("falloff *= falloff;", "")
+            .replace(", bound)", ", 1e30)")
+            .replace("if is_near(light, r2)", "if false");
+        let differs = match profile {
             Profile::Directional => false,
             Profile::Hemisphere => clamp != Clamp::Own,
-            _ => true,
+            Profile::Cosine | Profile::Spot { .. } => true,
         };
-        assert!(!is_bounded || difference(&wrong) > 1e-3, "{profile:?} {clamp:?}");
+        assert!(!differs || difference(&wrong) > 1e-3, "{profile:?} {clamp:?}");
+        // One edge of the rectangle that is not cut.
+        let uncut = source.replacen("add_clipped_edge(&sums, c - u - v", "add_edge(&sums, c - u - v", 1);
+        let uncut = uncut.replacen("c + u - v, normal)", "c + u - v)", 1);
+        assert!(sample.rectangle.is_none() || clamp != Clamp::Own || difference(&uncut) > 1e-3);
     }
 }
 

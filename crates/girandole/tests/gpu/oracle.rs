@@ -4,7 +4,7 @@ use crate::common::{Context, Stage, Test, camera, exact, lamp, room};
 use girandole::core::brdf::Surface;
 use girandole::core::glam::{Quat, Vec2, Vec3};
 use girandole::core::image::Image;
-use girandole::core::lights::{LightSample, LightSet, LightSettings};
+use girandole::core::lights::{Clamp, LightSample, LightSet, LightSettings};
 use girandole::core::math::{octahedral, warp};
 use girandole::core::scene::builtin::{self, MovingObject};
 use girandole::core::scene::{
@@ -101,7 +101,7 @@ fn pair_by_pair(context: &Context) {
         let picture = context.frame(&mut renderer, &view, size, &exact());
         for (i, (pixel, hit)) in picture.pixels.iter().zip(&hits).enumerate() {
             let Some((hit, s)) = hit else { continue };
-            let g = light.geometric_factor(s.position, s.geometric_normal, s.shading_normal, f32::MAX);
+            let g = light.geometric_factor(s.position, s.geometric_normal, s.shading_normal, Clamp::Off);
             if s.albedo == Vec3::ZERO || g.is_none() || is_geometric_edge(&hits, i, size) {
                 continue;
             }

@@ -83,7 +83,7 @@ fn pair_by_pair(context: &Context) {
                     hit.barycentric,
                     -direction.normalize(),
                 );
-                let g = light.geometric_factor(s.position, s.geometric_normal, s.shading_normal, f32::MAX);
+                let g = light.geometric_factor(s.position, s.geometric_normal, s.shading_normal, Clamp::Off);
                 if g.is_none() || s.emission.max_element() > 0.0 || s.albedo.max_element() <= 0.0 {
                     continue;
                 }

@@ -35,7 +35,7 @@ fn no_two_samples_have_the_same_id() {
         intensity: Vec3::ONE,
         profile,
         origin,
-        area: 0.0,
+        rectangle: None,
     };
     let unknown = LightSample { origin: SampleOrigin::Emitter { triangle: 1 << 30, point: 0 }, ..sample };
     by_id(&LightSet::from_samples(&geometry, vec![sample, unknown, sample, unknown]));

@@ -3,6 +3,7 @@
 mod direct;
 mod ids;
 mod placement;
+mod rectangle;
 mod settings;
 mod walk;
 

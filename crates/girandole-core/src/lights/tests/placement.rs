@@ -70,7 +70,7 @@ fn probe(scene: &Scene, geometry: &Geometry, samples: &[LightSample]) -> DVec3 {
     let at = |point: Vec3| -> DVec3 {
         let x = (point.as_dvec3() - geometry.origin).as_vec3();
         let arrives = |s: &LightSample| -> DVec3 {
-            match s.geometric_factor(x, Vec3::Y, Vec3::Y, 1.0) {
+            match s.geometric_factor(x, Vec3::Y, Vec3::Y, Clamp::At(1.0)) {
                 Some((g, _)) if !tracer.occluded(x, crate::scene::NONE, s.position, s.triangle()) => {
                     (s.intensity * g).as_dvec3()
                 }
@@ -130,7 +130,8 @@ fn what_is_far_away_takes_no_samples() {
     let alone = builtin::build("table", MovingObject::None).unwrap();
     let geometry = Geometry::new(&alone);
     let other = LightSet::sample_for(&alone, &geometry, &LightSettings::default(), &[view]).unwrap();
-    let area = |set: &LightSet| set.samples().iter().map(|s| s.area).sum::<f32>();
+    let area =
+        |set: &LightSet| set.samples().iter().filter_map(|s| s.rectangle).map(|r| r.area()).sum::<f32>();
     assert!((area(&set) / area(&other) - 1.0).abs() < 0.05, "{} {}", area(&set), area(&other));
 }
 

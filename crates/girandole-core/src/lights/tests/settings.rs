@@ -111,7 +111,7 @@ fn same_seed_same_bits_on_every_machine() {
     let other = LightSet::sample(&scene, &geometry, &LightSettings { seed: 8, ..settings }).unwrap();
     assert_ne!(fingerprint(&set), fingerprint(&other));
     // Changes only when the sampling or the room does; then say so in the changelog.
-    assert_eq!(fingerprint(&set), 0xa7c1_2482_b30f_73fe, "{:#x}", fingerprint(&set));
+    assert_eq!(fingerprint(&set), 0x6538_9be8_1e79_8921, "{:#x}", fingerprint(&set));
 }
 
 #[cfg(feature = "parallel")]
@@ -126,7 +126,7 @@ fn the_number_of_threads_does_not_matter() -> std::result::Result<(), rayon::Thr
 }
 
 #[test]
-fn own_bounds_follow_the_area_that_samples_stand_for() {
+fn rectangles_are_as_large_as_what_samples_stand_for() {
     let mean_area = |count: u32, scale: f32| {
         let mut mesh = closed_box();
         mesh.positions.iter_mut().for_each(|p| *p *= scale);
@@ -134,11 +134,14 @@ fn own_bounds_follow_the_area_that_samples_stand_for() {
         let settings = LightSettings { count, ..LightSettings::default() };
         let set = LightSet::sample(&scene, &geometry, &settings).unwrap();
         for s in set.samples() {
-            assert!(s.area > 0.0 && s.area.is_finite(), "{s:?}");
-            assert_eq!(s.bound(Clamp::Own), 1.0 / 3.0 * std::f32::consts::PI / s.area);
-            assert_eq!((s.bound(Clamp::At(2.0)), s.bound(Clamp::Off)), (2.0, f32::INFINITY));
+            let area = s.rectangle.unwrap().area();
+            assert!(area > 0.0 && area.is_finite(), "{s:?}");
+            let corner = s.position + s.normal * (0.01 * area.sqrt());
+            let at = |clamp| s.geometric_factor(corner, -s.normal, -s.normal, clamp).map_or(0.0, |(g, _)| g);
+            assert!(at(Clamp::Own) <= 1.001 * std::f32::consts::PI / area, "{} {area}", at(Clamp::Own));
+            assert!(at(Clamp::Off) > 100.0 * at(Clamp::Own) && at(Clamp::At(2.0)) == 2.0);
         }
-        set.samples().iter().map(|s| s.area).sum::<f32>() / count as f32
+        set.samples().iter().filter_map(|s| s.rectangle).map(|r| r.area()).sum::<f32>() / count as f32
     };
     let one = mean_area(200, 1.0);
     // Together the samples stand for about the surface of the box, 6 m², whatever their number.
@@ -152,5 +155,5 @@ fn own_bounds_follow_the_area_that_samples_stand_for() {
     let kind = crate::scene::PunctualKind::Point;
     scene.lights.push(crate::scene::PunctualLight { name: String::new(), node, kind, intensity: Vec3::ONE });
     let set = LightSet::sample(&scene, &Geometry::new(&scene), &LightSettings::default()).unwrap();
-    assert!(set.samples()[..2].iter().all(|s| s.bound(Clamp::Own) == f32::INFINITY));
+    assert!(set.samples()[..2].iter().all(|s| s.rectangle.is_none()));
 }

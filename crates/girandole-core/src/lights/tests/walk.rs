@@ -187,26 +187,32 @@ fn punctual_lights_start_paths_with_their_own_flux() {
 
 #[test]
 fn choosing_among_deposits_changes_no_expected_light() {
-    // Coloured deposits of uneven strength at random places.
+    // Coloured deposits of uneven strength at random places: half of them on two walls, the others anywhere.
     let deposits: Vec<LightSample> = (0..500)
         .map(|i| {
             let s = |d| sequence::sample(i, d, 42);
+            let (on_wall, normal) = match i % 4 {
+                0 => (vec3(1.0, 1.0, 0.0), Vec3::Z),
+                1 => (vec3(1.0, 0.0, 1.0), Vec3::Y),
+                _ => (Vec3::ONE, crate::math::warp::sphere(glam::Vec2::new(s(3), s(4)))),
+            };
             LightSample {
-                position: vec3(s(0), s(1), s(2)) * 4.0,
-                normal: crate::math::warp::sphere(glam::Vec2::new(s(3), s(4))),
-                intensity: vec3(s(5), s(6) * 0.3, s(7) * s(7)),
+                position: vec3(s(0), s(1), s(2)) * 4.0 * on_wall,
+                normal,
+                intensity: vec3(0.5 * s(5), 1.0, s(7) * s(7)) * s(6),
                 profile: Profile::Cosine,
                 origin: SampleOrigin::Bounce { path: i, bounce: 1, triangle: 0 },
-                area: 0.0,
+                rectangle: None,
             }
         })
         .collect();
-    // A probe: light through a soft window, by channel.
+    // A probe: light through a soft window. Samples have the mean colour of what they stand for, which leaves all the light
+    // there is in each channel, but where it is only for the power.
+    let window = |s: &LightSample| f64::from(s.position.x * s.position.y + s.normal.z.max(0.0));
     let probe = |samples: &[LightSample]| -> DVec3 {
-        samples
-            .iter()
-            .map(|s| s.intensity.as_dvec3() * f64::from(s.position.x * s.position.y + s.normal.z.max(0.0)))
-            .sum()
+        let power = samples.iter().map(|s| importance::power(s) * window(s)).sum();
+        let [red, blue] = [0, 2].map(|c| samples.iter().map(|s| f64::from(s.intensity[c])).sum());
+        DVec3::new(power, red, blue)
     };
     let resample = |deposits: &[LightSample], count, seed| {
         let weights: Vec<f64> = deposits.iter().map(importance::power).collect();

@@ -7,7 +7,7 @@ mod outliers;
 mod random;
 
 use super::{State, VisibilityDatabase, VisibilitySettings};
-use crate::lights::{LightSample, LightSet, LightSettings, Profile, SampleOrigin};
+use crate::lights::{Clamp, LightSample, LightSet, LightSettings, Profile, SampleOrigin};
 use crate::scene::{Geometry, Material, Mesh, NONE, Scene, Transform};
 use crate::trace::SceneTracer;
 use glam::{Quat, Vec2, Vec3, vec3};
@@ -73,7 +73,7 @@ pub fn add(scene: &mut Scene, mesh: Mesh) -> usize {
 /// A light of no surface.
 pub fn light(position: Vec3, normal: Vec3, profile: Profile) -> LightSample {
     let origin = SampleOrigin::Punctual { light: 0 };
-    LightSample { position, normal, intensity: Vec3::ONE, profile, origin, area: 0.0 }
+    LightSample { position, normal, intensity: Vec3::ONE, profile, origin, rectangle: None }
 }
 
 /// A light on a surface, as the random walk leaves it.
@@ -86,7 +86,7 @@ pub fn bounce(tracer: &SceneTracer, triangle: u32, at: Vec2) -> LightSample {
         intensity: Vec3::ONE,
         profile: Profile::Cosine,
         origin: SampleOrigin::Bounce { path: 0, bounce: 1, triangle },
-        area: 0.0,
+        rectangle: None,
     }
 }
 
@@ -145,7 +145,7 @@ pub fn verify(
         let leaf = database.receivers().leaf_at(triangle, position, front).expect("it is shaded");
         let lifted = tracer.offset_ray_origin(position, normal);
         for (light, &state) in lights.iter().zip(database.leaf_states(leaf)) {
-            if light.geometric_factor(position, normal, normal, f32::INFINITY).is_none() {
+            if light.geometric_factor(position, normal, normal, Clamp::Off).is_none() {
                 continue;
             }
             let to = match light.profile {

@@ -4,23 +4,30 @@
 //! cargo run --release -p girandole-reference --example light_quality -- <scene> [key=value]…
 //! ```
 //!
-//! `<scene>` is a built-in room or a file. `what` is `placement` (default), `clamp`, `share`, `candidates` or `termination`:
+//! `<scene>` is a built-in room, `hall` (four hundred small lamps) or a file. `what` is `placement` (default), `clamp`, `share`, `candidates` or `termination`:
 //! what the rows of the table differ in. `lights=300,1024`, `seeds=3`, `bounces=4`, `size=256x192`; `reference=PICTURE.exr`
 //! and `mask=MASK.exr` (as `girandole compare` takes them) of that size with light of the same bounces; without, one is
 //! traced with `paths=256` a pixel.
 //!
 //! Prints relMSE (without the worst 0.1 %, with its standard error over seeds), the energy as a share of the reference's,
 //! FLIP, how many samples are direct, and milliseconds for sampling.
+//!
+//! `what=expectation` instead asks whether samples placed for the view bring the light of those placed for none in the mean
+//! over many seeds, with a bound of 1 m⁻² for both: mean energy of small pictures (`size=24x18`) with its standard error,
+//! then the largest deviation among all and twelve blocks of the picture, in standard errors. A control leaves out
+//! the weights.
+
+mod hall;
 
 use girandole_core::glam::Vec2;
 use girandole_core::image::Image;
-use girandole_core::lights::{Clamp, LightSet, LightSettings, Termination};
+use girandole_core::lights::{Clamp, LightSample, LightSet, LightSettings, Termination};
 use girandole_core::scene::{Geometry, Scene, View, builtin};
 use girandole_core::trace::SceneTracer;
 use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole_core::{Error, Result};
 use girandole_reference::metrics::{CompareOptions, compare};
-use girandole_reference::{OracleSettings, PathSettings, image_file, oracle_with_states, path_trace};
+use girandole_reference::{OracleSettings, PathSettings, image_file, oracle, oracle_with_states, path_trace};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::str::FromStr;
@@ -113,6 +120,71 @@ fn mask(tracer: &SceneTracer, view: &View, size: [u32; 2]) -> Image {
     mask
 }
 
+const BLOCKS: [u32; 2] = [4, 3];
+
+/// Energy of a picture as a whole, then of each block.
+fn energies(picture: &Image) -> Vec<f64> {
+    let mut sums = vec![0.0; 1 + (BLOCKS[0] * BLOCKS[1]) as usize];
+    for (index, pixel) in (0..).zip(&picture.pixels) {
+        let column = (index % picture.width) * BLOCKS[0] / picture.width;
+        let row = (index / picture.width) * BLOCKS[1] / picture.height;
+        let energy = f64::from(girandole_core::image::luminance(*pixel));
+        sums[0] += energy;
+        sums[1 + (row * BLOCKS[0] + column) as usize] += energy;
+    }
+    sums
+}
+
+/// Means of energies over seeds, and the variances of these means.
+fn over_seeds(
+    seeds: std::ops::Range<u32>,
+    energies: impl Fn(u32) -> Result<Vec<f64>>,
+) -> Result<[Vec<f64>; 2]> {
+    let n = f64::from(seeds.end - seeds.start);
+    let all: Vec<Vec<f64>> = seeds.map(energies).collect::<Result<_>>()?;
+    let mean = |at: usize| all.iter().map(|e| e[at]).sum::<f64>() / n;
+    let means: Vec<f64> = (0..all[0].len()).map(mean).collect();
+    let variance = |at: usize| all.iter().map(|e| (e[at] - means[at]).powi(2)).sum::<f64>() / (n * (n - 1.0));
+    let variances = (0..means.len()).map(variance).collect();
+    Ok([means, variances])
+}
+
+/// The table of `what=expectation`.
+fn expectation(
+    tracer: &SceneTracer,
+    view: &View,
+    size: [u32; 2],
+    usual: LightSettings,
+    seeds: u32,
+) -> Result<()> {
+    let (scene, geometry) = (tracer.scene(), tracer.geometry());
+    let bounded = OracleSettings { clamp: Clamp::At(1.0), ..OracleSettings::default() };
+    let of = |views: &[View], first: u32, weighted: bool| {
+        over_seeds(first..first + seeds, |seed| {
+            let set = LightSet::sample_for(scene, geometry, &LightSettings { seed, ..usual }, views)?;
+            // The control: all samples as strong as their mean.
+            let total: f32 = set.samples().iter().map(|s| s.intensity.max_element()).sum();
+            let even = |s: &LightSample| {
+                let scale = total / set.len() as f32 / s.intensity.max_element();
+                LightSample { intensity: s.intensity * if weighted { 1.0 } else { scale }, ..*s }
+            };
+            let set = LightSet::from_samples(geometry, set.samples().iter().map(even).collect());
+            Ok(energies(&oracle(tracer, &set, view, size, &bounded, &|_| ())))
+        })
+    };
+    let view = std::slice::from_ref(view);
+    let [expected, spread] = of(&[], 0, true)?;
+    println!("{:24} {:8.4} ± {:.4} %", "scene", expected[0], 100.0 * spread[0].sqrt() / expected[0]);
+    for (label, weighted) in [("view", true), ("view without weights", false)] {
+        let [means, variances] = of(view, 1 << 20, weighted)?;
+        let score = |at: usize| (means[at] - expected[at]).abs() / (variances[at] + spread[at]).sqrt();
+        let worst = (1..means.len()).map(score).fold(0.0, f64::max);
+        let error = 100.0 * variances[0].sqrt() / expected[0];
+        println!("{label:24} {:8.4} ± {error:.4} %  whole {:.2}, worst block {worst:.2}", means[0], score(0));
+    }
+    Ok(())
+}
+
 fn main() -> Result<()> {
     let mut arguments = std::env::args().skip(1);
     let name = arguments.next().unwrap_or_else(|| "table".into());
@@ -120,6 +192,8 @@ fn main() -> Result<()> {
     let options = Options(pairs.collect());
     let mut scene = if builtin::NAMES.contains(&name.as_str()) {
         builtin::build(&name, builtin::default_object(&name))?
+    } else if name == "hall" {
+        hall::hall()
     } else {
         Scene::load(name.as_ref())?
     };
@@ -132,6 +206,14 @@ fn main() -> Result<()> {
     let size: [u32; 2] = [width, height];
     let view = View::new(&scene, &scene.cameras[0], width as f32 / height as f32);
     let bounces = options.number("bounces", "4")?;
+    if options.text("what", "placement") == "expectation" {
+        let size = match options.numbers("size", "24x18", 'x')?.as_slice() {
+            &[width, height] => [width, height],
+            _ => size,
+        };
+        let usual = LightSettings { bounces, count: options.number("lights", "300")?, ..Default::default() };
+        return expectation(&tracer, &view, size, usual, options.number("seeds", "400")?);
+    }
     let read = |key: &str| options.0.get(key).map(|path| image_file::read(Path::new(path))).transpose();
     let reference = match read("reference")? {
         Some(picture) => picture,

@@ -1,0 +1,181 @@
+//! The flat piece of surface that a light sample stands for.
+//!
+//! A sample is one of many candidates of a cluster, and lights for all of them. From afar its place says enough. Close to it
+//! the candidates that share its plane are spread over a rectangle, and the geometric factor's mean over that rectangle
+//! takes the place of its value for one point: no bright spot where the sample happens to lie, none of the light lost that a
+//! bound would cut off.
+//!
+//! In expectation nothing changes. The mean is that over the part of the rectangle that the receiver's plane leaves in front: a
+//! sample behind it lights nothing, and those before it have to answer for each other alone. Little before it, a sample counts
+//! less (and the others more), lest curved surfaces show an edge where it comes up.
+
+use super::LightSample;
+use glam::Vec3;
+use std::f32::consts::{FRAC_PI_2, PI};
+
+/// A rectangle in space, seen from the side of its half axes' cross product.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rectangle {
+    /// Its centre, relative to the geometry's origin.
+    pub center: Vec3,
+    /// Half of its sides, perpendicular to each other, m.
+    pub half_axes: [Vec3; 2],
+}
+
+/// The shorter side as a share of the longer one, at least.
+const THINNEST: f32 = 0.1;
+
+impl Rectangle {
+    /// The geometric factor is the mean over the rectangle up to so many times its [radius](Rectangle::radius) from its centre,
+    /// that of the point beyond the second, and a mixture in between. With 2 and 3 relMSE is 4 % lower, for half as many pairs
+    /// more that are near; with 1 and 2 it is a quarter higher.
+    pub const NEAR: [f32; 2] = [1.5, 2.5];
+    /// The mean is taken over no less than this share of the rectangle, whatever is cut off.
+    pub const LEAST_PART: f32 = 0.5;
+
+    /// Samples count in full from this share of the rectangle's greatest height over a receiver's plane. With 0 relMSE is a
+    /// tenth lower, and curved surfaces show edges; with 0.25 it is a tenth higher.
+    pub const RISE: f32 = 0.1;
+
+    /// A square of so many m² about a point.
+    pub(super) fn square(center: Vec3, normal: Vec3, area: f32) -> Self {
+        let half = 0.5 * area.sqrt();
+        let u = frames(normal).next().unwrap_or(Vec3::X);
+        Self { center, half_axes: [u * half, normal.cross(u) * half] }
+    }
+
+    /// What `sample` stands for among `candidates` of a cluster that is spread over `area` m²: the least rectangle about those
+    /// that lie in its plane, along the axes that clusters are split across. Where they are too few to tell, a square of
+    /// that area.
+    pub(super) fn about(sample: &LightSample, candidates: impl Iterator<Item = Vec3>, area: f32) -> Self {
+        let offsets: Vec<Vec3> = candidates.map(|position| position - sample.position).collect();
+        let n = offsets.len() as f32;
+        let square = Self::square(sample.position, sample.normal, area);
+        if offsets.len() < FEWEST {
+            return square;
+        }
+        // Evenly spread points leave out 1 / (n + 1) of the whole on either side.
+        let extent = |axis: Vec3| {
+            let at = || offsets.iter().map(|offset| offset.dot(axis));
+            let (low, high) = (at().fold(f32::MAX, f32::min), at().fold(f32::MIN, f32::max));
+            (0.5 * (low + high), 0.5 * (high - low) * (n + 1.0) / (n - 1.0))
+        };
+        let fitted = frames(sample.normal).map(|u| {
+            let v = sample.normal.cross(u);
+            let ((at_u, half_u), (at_v, half_v)) = (extent(u), extent(v));
+            let half_axes = [u * half_u.max(THINNEST * half_v), v * half_v.max(THINNEST * half_u)];
+            Self { center: sample.position + u * at_u + v * at_v, half_axes }
+        });
+        let least = fitted.min_by(|a, b| a.area().total_cmp(&b.area()));
+        least.filter(|fitted| fitted.area() > 1e-3 * square.area()).unwrap_or(square)
+    }
+
+    /// Whether a candidate lies in the plane of a sample whose cluster is spread over `area` m².
+    pub(super) fn shares_plane(sample: &LightSample, candidate: &LightSample, area: f32) -> bool {
+        let height = (candidate.position - sample.position).dot(sample.normal).abs();
+        candidate.normal.dot(sample.normal) > 0.95 && height < 0.2 * (area / PI).sqrt()
+    }
+
+    /// m².
+    pub fn area(&self) -> f32 {
+        4.0 * self.half_axes[0].length() * self.half_axes[1].length()
+    }
+
+    /// Radius of a disc whose points are as far from its centre, in the root of the mean square, m.
+    pub fn radius(&self) -> f32 {
+        let [u, v] = self.half_axes.map(Vec3::length_squared);
+        (2.0 / 3.0 * (u + v)).sqrt()
+    }
+
+    /// The distance from its centre at which it looks like a point, m.
+    pub fn reach(&self) -> f32 {
+        Self::NEAR[1] * self.radius()
+    }
+
+    /// How much of the geometric factor at a point is that of the sample's place: 0 near the rectangle, 1 far from it.
+    pub(super) fn point_share(&self, position: Vec3) -> f32 {
+        let distance = position.distance(self.center) / self.radius();
+        let [near, far] = Self::NEAR;
+        let t = ((distance - near) / (far - near)).clamp(0.0, 1.0);
+        t * t * (3.0 - 2.0 * t)
+    }
+
+    /// How much a sample of the rectangle counts, `height` m over a receiver's plane through `position`: 1 in the mean over those
+    /// in front of it, if their heights are evenly spread, and 0 at the plane. Mirrored in `shaders/lib/rectangle.wgsl`.
+    pub(super) fn rise(&self, height: f32, position: Vec3, normal: Vec3) -> f32 {
+        let center = normal.dot(self.center - position);
+        let spread: f32 = self.half_axes.iter().map(|axis| normal.dot(*axis).abs()).sum();
+        let (lowest, highest) = ((center - spread).max(0.0), center + spread);
+        let full = Self::RISE * highest;
+        if full <= 0.0 {
+            return 0.0;
+        }
+        let missing = (full - lowest).max(0.0);
+        let lost = 0.5 * missing * missing / (full * (highest - lowest).max(1e-6 * highest));
+        (height / full).min(1.0) / (1.0 - lost)
+    }
+
+    /// Mean over the rectangle of `cos_light / r²` times the unit direction to it, m⁻², as a point in front of it receives it:
+    /// its dot product with `normal` is the mean geometric factor. What lies behind the receiver's plane is cut off, and
+    /// the mean is that of the rest. Lambert's formula for polygons (Photometria, 1760; Arvo 1994, §2). Mirrored in
+    /// `shaders/lib/rectangle.wgsl`.
+    pub fn mean_vector(&self, position: Vec3, normal: Vec3) -> Vec3 {
+        let (c, [u, v]) = (self.center - position, self.half_axes);
+        let corners = [c - u - v, c + u - v, c + u + v, c - u + v];
+        let mut sums = EdgeSums::default();
+        let (mut exit, mut entry) = (None, None);
+        for (i, &a) in corners.iter().enumerate() {
+            let b = corners[(i + 1) % 4];
+            let (height_a, height_b) = (normal.dot(a), normal.dot(b));
+            if height_a.max(height_b) <= 0.0 {
+                continue;
+            }
+            let at = || a + (b - a) * (height_a / (height_a - height_b));
+            let from = if height_a > 0.0 { a } else { *entry.insert(at()) };
+            let to = if height_b > 0.0 { b } else { *exit.insert(at()) };
+            sums.add(from, to);
+        }
+        if let (Some(exit), Some(entry)) = (exit, entry) {
+            sums.add(exit, entry);
+        }
+        let facing = u.cross(v).normalize();
+        let area = (0.5 * sums.area.dot(facing).abs()).max(Self::LEAST_PART * self.area());
+        sums.irradiance * (-0.5 / area)
+    }
+}
+
+/// Candidates in a plane that tell a rectangle.
+const FEWEST: usize = 3;
+
+/// Unit vectors perpendicular to a normal, along the world's axes as far as they are.
+fn frames(normal: Vec3) -> impl Iterator<Item = Vec3> {
+    let across = move |axis: Vec3| axis - normal * axis.dot(normal);
+    Vec3::AXES.into_iter().map(across).filter(|u| u.length_squared() > 0.3).map(Vec3::normalize)
+}
+
+/// Sums over a polygon's edges, as seen from the origin.
+#[derive(Default)]
+struct EdgeSums {
+    irradiance: Vec3,
+    /// Twice its area along its normal.
+    area: Vec3,
+}
+
+impl EdgeSums {
+    /// The angle that the edge spans, along the normal of the plane that it spans with the origin.
+    fn add(&mut self, a: Vec3, b: Vec3) {
+        let across = a.cross(b);
+        let inverse = 1.0 / (a.length_squared() * b.length_squared()).sqrt();
+        let cosine = a.dot(b) * inverse;
+        let acute = angle_over_sine(cosine.abs()) * inverse;
+        let obtuse = PI / across.length_squared().max(f32::MIN_POSITIVE).sqrt() - acute;
+        self.area += across;
+        self.irradiance += across * if cosine < 0.0 { obtuse } else { acute };
+    }
+}
+
+/// θ / sin θ for a cosine of 0 to 1: minimax, within 7e-7.
+fn angle_over_sine(cosine: f32) -> f32 {
+    let above = FRAC_PI_2 + cosine * (0.909_404_2 + cosine * 0.026_362_872);
+    above / (1.0 + cosine * (1.215_530_1 + cosine * 0.291_030_87))
+}

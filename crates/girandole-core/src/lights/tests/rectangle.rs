@@ -1,0 +1,173 @@
+//! What light samples stand for, and the light near it.
+
+use super::*;
+use crate::math::warp;
+use glam::Vec2;
+
+fn random(index: u32, dimension: u32) -> f32 {
+    sequence::sample(index, dimension, 11)
+}
+
+fn direction(index: u32, dimension: u32) -> Vec3 {
+    warp::sphere(Vec2::new(random(index, dimension), random(index, dimension + 1)))
+}
+
+/// A rectangle of random place and proportions about the origin, and its normal.
+fn random_rectangle(index: u32) -> (Rectangle, Vec3) {
+    let normal = direction(index, 0);
+    let (x, y) = warp::frame(normal);
+    let half = [0.2 + random(index, 2), 0.05 + random(index, 3)];
+    let center = direction(index, 4) * 0.3;
+    (Rectangle { center, half_axes: [x * half[0], y * half[1]] }, normal)
+}
+
+/// The mean over the part of a rectangle in front of the receiver's plane, point by point, and that part's share.
+fn point_by_point(rectangle: &Rectangle, normal: Vec3, position: Vec3, facing: Vec3) -> (Vec3, f32) {
+    const N: u32 = 400;
+    let [u, v] = rectangle.half_axes;
+    let (mut sum, mut count) = (DVec3::ZERO, 0);
+    for i in 0..N * N {
+        let at = (Vec2::new((i % N) as f32, (i / N) as f32) + 0.5) * (2.0 / N as f32) - 1.0;
+        let to = rectangle.center + u * at.x + v * at.y - position;
+        if to.dot(facing) > 0.0 {
+            let r2 = to.length_squared();
+            sum += (to * (-normal.dot(to) / (r2 * r2))).as_dvec3();
+            count += 1;
+        }
+    }
+    ((sum / f64::from(count.max(1))).as_vec3(), count as f32 / (N * N) as f32)
+}
+
+#[test]
+fn lamberts_formula_is_the_mean_over_what_is_in_front() {
+    let (mut whole, mut cut) = (0, 0);
+    for index in 0..300 {
+        let (rectangle, normal) = random_rectangle(index);
+        let position = rectangle.center + direction(index, 6) * (0.3 + 2.0 * random(index, 8));
+        let facing = direction(index, 9);
+        if (position - rectangle.center).dot(normal) < 0.05 {
+            continue;
+        }
+        let (expected, part) = point_by_point(&rectangle, normal, position, facing);
+        if part < Rectangle::LEAST_PART + 0.01 {
+            continue;
+        }
+        *(if part == 1.0 { &mut whole } else { &mut cut }) += 1;
+        let found = rectangle.mean_vector(position, facing);
+        let tolerance = if part == 1.0 { 1e-3 } else { 1e-2 } * expected.length();
+        assert!((found - expected).length() < tolerance, "{index}: {found} for {expected}, {part}");
+        let beside = Rectangle { center: rectangle.center + rectangle.half_axes[0] * 0.1, ..rectangle };
+        assert!((beside.mean_vector(position, facing) - expected).length() > tolerance, "negative control");
+    }
+    assert!(whole > 20 && cut > 20, "{whole} {cut}");
+}
+
+#[test]
+fn no_part_shines_brighter_than_the_least_one() {
+    let rectangle = Rectangle { center: Vec3::ZERO, half_axes: [Vec3::X, Vec3::NEG_Z] };
+    let g = |x: f32| {
+        let position = vec3(x, 0.5, 0.0);
+        rectangle.mean_vector(position, Vec3::X).x
+    };
+    // A receiver that looks along the rectangle sees all, half, a tenth, nothing of it.
+    let [all, half, tenth, nothing] = [-1.5, 0.0, 0.8, 1.1].map(g);
+    assert!(all > 0.0 && half > all && nothing == 0.0, "{all} {half} {nothing}");
+    let (expected, part) = point_by_point(&rectangle, Vec3::Y, vec3(0.8, 0.5, 0.0), Vec3::X);
+    let ratio = tenth / (expected.x * part / Rectangle::LEAST_PART);
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+}
+
+/// A sample at a point of a plane, for fitting.
+fn sample_at(position: Vec3, normal: Vec3) -> LightSample {
+    LightSample {
+        position,
+        normal,
+        intensity: Vec3::ONE,
+        profile: Profile::Cosine,
+        origin: SampleOrigin::Punctual { light: 0 },
+        rectangle: None,
+    }
+}
+
+#[test]
+fn rectangles_are_fitted_about_candidates_in_the_plane() {
+    for (index, normal) in (0..).zip([Vec3::Y, Vec3::NEG_X, vec3(1.0, 1.0, 1.0).normalize()]) {
+        let u = if index == 2 { vec3(2.0, -1.0, -1.0).normalize() } else { vec3(0.0, 0.0, 1.0) };
+        let v = normal.cross(u);
+        let whole = Rectangle { center: vec3(3.0, -1.0, 2.0), half_axes: [u * 0.5, v * 0.2] };
+        let at =
+            |i: u32| whole.center + u * (random(i, index) - 0.5) + v * (0.4 * (random(i, index + 1) - 0.5));
+        let candidates: Vec<LightSample> = (0..40).map(|i| sample_at(at(i), normal)).collect();
+        let positions = || candidates.iter().map(|c| c.position);
+        let fitted = Rectangle::about(&candidates[7], positions(), 0.4);
+        assert!((fitted.area() / whole.area() - 1.0).abs() < 0.15, "{} {}", fitted.area(), whole.area());
+        assert!(fitted.center.distance(whole.center) < 0.05, "{fitted:?}");
+        let seen_from = fitted.half_axes[0].cross(fitted.half_axes[1]);
+        assert!(seen_from.normalize().distance(normal) < 1e-5);
+        // Too few, or all at one place: a square of the given area about the sample.
+        for few in [&candidates[7..9], &[candidates[7]; 9]] {
+            let square = Rectangle::about(&candidates[7], few.iter().map(|c| c.position), 0.4);
+            assert!((square.area() - 0.4).abs() < 1e-5 && square.center == candidates[7].position);
+        }
+        // What lies on another plane, or in another one of the same normal, has no part in it.
+        let other = sample_at(candidates[7].position, v);
+        let above = sample_at(candidates[7].position + normal * 0.2, normal);
+        assert!(Rectangle::shares_plane(&candidates[7], &candidates[8], 0.4));
+        assert!(!Rectangle::shares_plane(&candidates[7], &other, 0.4));
+        assert!(!Rectangle::shares_plane(&candidates[7], &above, 0.4));
+    }
+}
+
+#[test]
+fn points_far_away_see_a_point() {
+    let (rectangle, normal) = random_rectangle(3);
+    let sample = LightSample { rectangle: Some(rectangle), ..sample_at(rectangle.center, normal) };
+    let g = |distance: f32, clamp| {
+        let position = rectangle.center + normal * distance;
+        sample.geometric_factor(position, -normal, -normal, clamp).map_or(0.0, |(g, _)| g)
+    };
+    let r = rectangle.radius();
+    let both = |distance: f32| [g(distance, Clamp::Own), g(distance, Clamp::Off)];
+    let [own, point] = both(Rectangle::NEAR[1] * r * 1.001);
+    assert_eq!(own, point);
+    let [own, point] = both(0.1 * r);
+    assert!(own < 0.1 * point && own < std::f32::consts::PI / rectangle.area());
+    // In between nothing jumps.
+    let steps = (0..1000).map(|i| both(r * (Rectangle::NEAR[0] - 0.1 + 1.2e-3 * i as f32)));
+    let ratios: Vec<f32> = steps.map(|[own, point]| own / point).collect();
+    let jump = ratios.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f32::max);
+    assert!(ratios[0] < 0.95 && jump < 2e-3, "{} {jump}", ratios[0]);
+}
+
+/// Light at points in a corner of a closed box, shadows not looked at.
+fn in_a_corner(geometry: &Geometry, samples: &[LightSample], clamp: Clamp) -> DVec3 {
+    let points = [vec3(0.1, 0.001, 0.1), vec3(0.03, 0.001, 0.5), vec3(0.5, 0.001, 0.5)];
+    let sums = points.map(|point| -> f64 {
+        let x = (point.as_dvec3() - geometry.origin).as_vec3();
+        let arrives = |s: &LightSample| {
+            s.geometric_factor(x, Vec3::Y, Vec3::Y, clamp).map_or(0.0, |(g, _)| f64::from(s.intensity.x * g))
+        };
+        samples.iter().map(arrives).sum()
+    });
+    DVec3::from_array(sums)
+}
+
+#[test]
+fn corners_get_their_light_from_few_samples() {
+    let materials = vec![Material::default(), Material::emitter("light", Vec3::ONE)];
+    let (scene, geometry) = scene_of(closed_box(), materials);
+    // All of the box but the floor glows: the irradiance on the floor is π everywhere.
+    let mean = |clamp| {
+        over_seeds(200, |seed| {
+            let settings = LightSettings { count: 100, bounces: 0, seed, ..LightSettings::default() };
+            in_a_corner(&geometry, LightSet::sample(&scene, &geometry, &settings).unwrap().samples(), clamp)
+        })
+    };
+    let truth = DVec3::splat(std::f64::consts::PI);
+    let (own, error) = mean(Clamp::Own);
+    assert!(agrees((own, error), truth, 0.01) && error.max_element() < 0.02, "{own} ± {error}");
+    // The controls: with a bound light is missing, without one it varies more.
+    let (bounded, bounded_error) = mean(Clamp::At(4.0));
+    assert!(!agrees((bounded, bounded_error), truth, 0.01), "{bounded} ± {bounded_error}");
+    assert!(mean(Clamp::Off).1.y > 4.0 * error.y, "{} {}", mean(Clamp::Off).1, error);
+}
