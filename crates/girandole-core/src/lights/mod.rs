@@ -76,15 +76,15 @@ pub struct LightSample {
     /// Where it comes from.
     pub origin: SampleOrigin,
     /// The surface that it stands for: its share of an emitter, or what the deposits that it was chosen from are spread
-    /// over. `None` for lights that are points indeed.
+    /// over. In the sample's plane, on its side. `None` for lights that are points indeed.
     pub rectangle: Option<Rectangle>,
 }
 
 /// What the geometric factor is near light samples, where a sample is a poor stand-in for the surface about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Clamp {
-    /// Close to a sample, the mean over the [rectangle](LightSample::rectangle) that it stands for: nothing is cut off. It is never
-    /// more than π / A for a rectangle of the area A.
+    /// Close to a sample, the mean over the [rectangle](LightSample::rectangle) that it stands for, and no bound. For a rectangle of the
+    /// area A it is at most π / A where a point sees all of it, about twice that where a point's own plane cuts it.
     #[default]
     Own,
     /// At most so much, the same for all samples, m⁻².

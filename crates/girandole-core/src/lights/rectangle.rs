@@ -5,7 +5,7 @@
 //! takes the place of its value for one point: no bright spot where the sample happens to lie, none of the light lost that a
 //! bound would cut off.
 //!
-//! In expectation nothing changes. The mean is that over the part of the rectangle that the receiver's plane leaves in front: a
+//! In expectation nothing changes, if the candidates are spread evenly. The mean is that over the part of the rectangle that the receiver's plane leaves in front: a
 //! sample behind it lights nothing, and those before it have to answer for each other alone. Little before it, a sample counts
 //! less (and the others more), lest curved surfaces show an edge where it comes up.
 

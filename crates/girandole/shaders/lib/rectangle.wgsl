@@ -51,7 +51,7 @@ fn rise(light: Light, c: vec3f, u: vec3f, v: vec3f, position: vec3f, normal: vec
 }
 
 // Share of the geometric factor at a point that is that of the light's place, and the mean over its rectangle of
-// cos_light / r² times the unit direction to it (core: Rectangle::point_share, mean_vector).
+// cos_light / r² times the unit direction to it, by how much the light counts (core: Rectangle::point_share, mean_vector).
 struct RectangleMean { vector: vec3f, point_share: f32 }
 
 fn rectangle_mean(light: Light, position: vec3f, normal: vec3f) -> RectangleMean {
@@ -71,5 +71,6 @@ fn rectangle_mean(light: Light, position: vec3f, normal: vec3f) -> RectangleMean
   let area = max(0.5 * abs(dot(sums.area, light.normal)), least);
   let radius2 = 2.0 / 3.0 * u2 * (1.0 + light.scale * light.scale);
   let distance = sqrt(dot(c, c) / radius2);
-  return RectangleMean(sums.irradiance * (-0.5 / area * rise(light, c, u, v, position, normal)), smoothstep(RECTANGLE_NEAR, RECTANGLE_FAR, distance));
+  let mean = sums.irradiance * (-0.5 / area * rise(light, c, u, v, position, normal));
+  return RectangleMean(mean, smoothstep(RECTANGLE_NEAR, RECTANGLE_FAR, distance));
 }

@@ -27,6 +27,7 @@ use wgpu::util::DeviceExt;
 
 /// A leaf's index has 24 bits.
 const MAX_LEAVES: usize = 1 << 24;
+const _: () = assert!(LeafRange::WORDS == NO_PART as usize + 1, "where each part begins, and the end");
 /// Largest error of interpolating a light's contribution in a light map, as a share of what the leaf receives.
 const INTERPOLATION_ERROR: f32 = 5e-4;
 
@@ -66,7 +67,7 @@ pub(crate) struct LightMapsView<'a> {
 }
 
 /// A leaf patch in world space.
-struct Rectangle {
+struct LeafRectangle {
     corner: Vec3,
     across: Vec3,
     up: Vec3,
@@ -133,33 +134,21 @@ impl Receivers {
                 .copy_from_slice(bytemuck::cast_slice(&[leaf_record(light_map, rectangle.as_ref())]));
             let states = database.leaf_states(leaf as u32);
             let in_map = in_map(lights.samples(), states, rectangle.as_ref().filter(|_| has_map));
-            let near: Vec<bool> = lights
-                .samples()
-                .iter()
-                .map(|light| is_near(light, rectangle.as_ref(), &tree.leaves[leaf]))
-                .collect();
+            let kinds = &mut kinds[leaf * lights.len()..][..lights.len()];
+            for (index, light) in lights.samples().iter().enumerate() {
+                let near = is_near(light, rectangle.as_ref(), &tree.leaves[leaf]);
+                kinds[index] = part(states[index], in_map[index], near) as u8;
+            }
             for batch in 0..batches {
                 let range = ranges_at + (leaf * batches as usize + batch as usize) * LeafRange::WORDS;
                 let first = (batch * BATCH) as usize;
                 let end = (first + BATCH as usize).min(lights.samples().len());
                 let mut bounds = [lists.len() as u32; NO_PART as usize + 1];
                 for part in 0..NO_PART {
-                    for light in first..end {
-                        let kind = match (states[light], in_map[light], near[light]) {
-                            (State::Full, ..) => continue,
-                            (State::Unoccluded, _, true) => NEAR_UNSHADOWED,
-                            (State::Partial, _, true) => NEAR_SHADOWED,
-                            (State::Unoccluded, true, _) => MAPPED_UNSHADOWED,
-                            (State::Unoccluded, false, _) => UNSHADOWED,
-                            (State::Partial, false, _) => SHADOWED,
-                            (State::Partial, true, _) => MAPPED_SHADOWED,
-                        };
-                        if kind == part {
-                            lists.push((light - first) as u32);
-                            parts[leaf][part as usize] += 1;
-                            kinds[leaf * lights.samples().len() + light] = kind as u8;
-                        }
-                    }
+                    let before = lists.len();
+                    let members = (first..end).filter(|light| u32::from(kinds[*light]) == part);
+                    lists.extend(members.map(|light| (light - first) as u32));
+                    parts[leaf][part as usize] += (lists.len() - before) as u32;
                     bounds[part as usize + 1] = lists.len() as u32;
                 }
                 // A record of the parts' first entries, in order, and the end.
@@ -212,7 +201,7 @@ impl Receivers {
     }
 }
 
-impl Rectangle {
+impl LeafRectangle {
     /// Its point that is nearest to another one.
     fn nearest(&self, point: Vec3) -> Vec3 {
         let along =
@@ -222,7 +211,7 @@ impl Rectangle {
 }
 
 /// The part of its patch's plane that a leaf covers; `None` for clusters.
-fn rectangle(geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) -> Option<Rectangle> {
+fn rectangle(geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) -> Option<LeafRectangle> {
     let tree = database.receivers();
     let LeafKind::Patch { grid: grid_index, back, cells: [column, row, end_column, end_row] } =
         tree.leaves[leaf].kind
@@ -233,7 +222,7 @@ fn rectangle(geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) ->
     let cell = [grid.axis_u, grid.axis_v].map(|axis| axis / axis.length_squared());
     // A lone triangle has no patch and gets no map.
     let normal = geometry.patches.get(grid.patch as usize)?.normal;
-    Some(Rectangle {
+    Some(LeafRectangle {
         corner: grid.origin + cell[0] * column as f32 + cell[1] * row as f32,
         across: cell[0] * (end_column - column) as f32,
         up: cell[1] * (end_row - row) as f32,
@@ -241,7 +230,7 @@ fn rectangle(geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) ->
     })
 }
 
-fn leaf_record(light_map: u32, rectangle: Option<&Rectangle>) -> LeafRecord {
+fn leaf_record(light_map: u32, rectangle: Option<&LeafRectangle>) -> LeafRecord {
     let Some(r) = rectangle else { return LeafRecord { light_map, ..LeafRecord::default() } };
     let texel = |axis: Vec3| {
         let scaled = axis / axis.length_squared() * (SIDE - 1) as f32;
@@ -258,8 +247,21 @@ fn leaf_record(light_map: u32, rectangle: Option<&Rectangle>) -> LeafRecord {
     }
 }
 
+/// The part of a leaf's list that a light is in.
+fn part(state: State, in_map: bool, near: bool) -> u32 {
+    match (state, in_map, near) {
+        (State::Full, ..) => NO_PART,
+        (State::Unoccluded, _, true) => NEAR_UNSHADOWED,
+        (State::Partial, _, true) => NEAR_SHADOWED,
+        (State::Unoccluded, true, false) => MAPPED_UNSHADOWED,
+        (State::Unoccluded, false, false) => UNSHADOWED,
+        (State::Partial, false, false) => SHADOWED,
+        (State::Partial, true, false) => MAPPED_SHADOWED,
+    }
+}
+
 /// Whether some point of a leaf may be near to what a light stands for.
-fn is_near(light: &LightSample, leaf_rectangle: Option<&Rectangle>, leaf: &Leaf) -> bool {
+fn is_near(light: &LightSample, leaf_rectangle: Option<&LeafRectangle>, leaf: &Leaf) -> bool {
     const SLACK: f32 = 1.001;
     light.rectangle.is_some_and(|lit| {
         let distance = match leaf_rectangle {
@@ -283,7 +285,7 @@ fn is_plain(scene: &Scene, geometry: &Geometry, database: &VisibilityDatabase, l
 /// Which lights a leaf's light map holds: those whose contribution changes little from texel to texel. The error of
 /// bilinear interpolation is about h² / 8 · |G″| in either direction; over a plane at distance z, z² / r⁴ has |G″| ≤
 /// 4 / r⁴.
-fn in_map(lights: &[LightSample], states: &[State], rectangle: Option<&Rectangle>) -> Vec<bool> {
+fn in_map(lights: &[LightSample], states: &[State], rectangle: Option<&LeafRectangle>) -> Vec<bool> {
     let Some(r) = rectangle else { return vec![false; lights.len()] };
     let center = r.corner + (r.across + r.up) * 0.5;
     let (u2, v2) = (r.across.length_squared(), r.up.length_squared());

@@ -139,6 +139,60 @@ fn points_far_away_see_a_point() {
     assert!(ratios[0] < 0.95 && jump < 2e-3, "{} {jump}", ratios[0]);
 }
 
+#[test]
+fn samples_count_little_where_they_come_up_and_in_full_in_the_mean() {
+    // The receiver's plane x = 0 leaves a share of the rectangle in front of it.
+    for shift in [-0.8, -0.4, 0.0, 0.9, 1.1, 1.5] {
+        let rectangle = Rectangle { center: vec3(shift, 0.0, 0.0), half_axes: [Vec3::X, Vec3::Z] };
+        let rise = |height: f32| rectangle.rise(height, vec3(0.0, 1.0, 0.0), Vec3::X);
+        let [lowest, highest] = [(shift - 1.0).max(0.0), shift + 1.0];
+        let height = |i: u32| lowest + (i as f32 + 0.5) * 1e-4 * (highest - lowest);
+        let mean = (0..10_000).map(|i| f64::from(rise(height(i)))).sum::<f64>() * 1e-4;
+        assert!((mean - 1.0).abs() < 1e-3, "{shift}: {mean}");
+        // The control: where the plane cuts it, they do not count alike; well before it, they do.
+        let least = rise(lowest + 1e-4 * highest);
+        assert!(if shift < 1.0 { least < 0.01 } else { least > 0.4 }, "{shift}: {least}");
+        assert_eq!(least == rise(highest), shift > 1.2);
+    }
+    // Behind the plane is nothing.
+    let behind = Rectangle { center: vec3(-2.0, 0.0, 0.0), half_axes: [Vec3::X, Vec3::Z] };
+    assert_eq!(behind.rise(0.1, Vec3::Y, Vec3::X), 0.0);
+}
+
+#[test]
+fn a_rectangle_without_extent_is_a_point() {
+    let sample = sample_at(Vec3::ZERO, Vec3::Y);
+    let lone = LightSample { rectangle: Some(Rectangle::square(Vec3::ZERO, Vec3::Y, 0.0)), ..sample };
+    let g = |clamp| lone.geometric_factor(Vec3::Y * 0.1, Vec3::NEG_Y, Vec3::NEG_Y, clamp).map(|(g, _)| g);
+    assert_eq!(g(Clamp::Own), g(Clamp::Off));
+    assert!(g(Clamp::Own).is_some_and(f32::is_finite));
+}
+
+#[test]
+fn samples_have_the_mean_colour_of_their_plane() {
+    // Red and green deposits on a wall, blue ones beside it on another.
+    let deposits: Vec<LightSample> = (0..300)
+        .map(|i| {
+            let (place, normal, intensity) = match i % 3 {
+                0 => (vec3(random(i, 0), random(i, 1), 0.0), Vec3::Z, vec3(1.0, 0.0, 0.0)),
+                1 => (vec3(random(i, 0), random(i, 1), 0.0), Vec3::Z, vec3(0.0, 1.0, 0.0)),
+                _ => (vec3(0.0, random(i, 0), random(i, 1)), Vec3::X, vec3(0.0, 0.0, 1.0)),
+            };
+            let origin = SampleOrigin::Bounce { path: i, bounce: 1, triangle: 0 };
+            LightSample { intensity, origin, ..sample_at(place, normal) }
+        })
+        .collect();
+    let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
+    for sample in resample::resample(&deposits, &weights, 6, 0.5, 1) {
+        let [red, green, blue] = sample.intensity.to_array();
+        if sample.normal == Vec3::Z {
+            assert!((0.3..0.7).contains(&(red / (red + green))) && blue == 0.0, "{sample:?}");
+        } else {
+            assert!(red == 0.0 && green == 0.0 && blue > 0.0, "{sample:?}");
+        }
+    }
+}
+
 /// Light at points in a corner of a closed box, shadows not looked at.
 fn in_a_corner(geometry: &Geometry, samples: &[LightSample], clamp: Clamp) -> DVec3 {
     let points = [vec3(0.1, 0.001, 0.1), vec3(0.03, 0.001, 0.5), vec3(0.5, 0.001, 0.5)];
