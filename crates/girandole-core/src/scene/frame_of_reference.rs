@@ -7,22 +7,26 @@
 //! 1. The bounds of all positions are the scene's size, as a rule.
 //! 2. The *core* is the box between the quartiles of its surface in x, y and z. Each corner of a triangle counts for
 //!    the square of the triangle's least height, so that the long slivers of a stray vertex count for nothing.
-//! 3. If the bounds are more than 64 times as large as the core, only what is near the core sets origin and scale. The
+//! 3. If the bounds are more than four times as large as the core, only what is near the core sets origin and scale. The
 //!    bounds still hold everything.
 //! 4. Dynamic objects that are not within the bounds of the others get room about them.
+//! 5. How large surfaces are, as a rule, is the lower quartile of their extents, weighted like the corners: a building has
+//!    walls as large as a single room's.
 //!
-//! Worked example: the built-in rooms' cores are about as large as their bounds, as most surface is on their walls. A
-//! tiny ball 10 km away from one has a millionth of the surface; bounds over core are about 1000; origin and scale are
-//! those of the room alone, and the bounds reach to the ball.
+//! Worked example: the built-in rooms' cores are as large as their bounds, as most surface is on their walls; that of a
+//! large building is half as large. A box of 0.4 m that is 100 m away from a room of 10 m has a hundredth of the
+//! surface; bounds over core are about 10; origin and scale are those of the room alone, to the bit, and the bounds
+//! reach to the box.
 
-use super::{Object, Scene};
+use super::{MeshTriangle, Object, Scene};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Bounds are many times larger than the core from this factor on.
-const MANY_TIMES: f64 = 64.0;
-/// What is within this many diagonals of the core is near it.
-const NEAR: f64 = 8.0;
-/// Cells of the histograms that quartiles are found by, in each direction: a factor of 64 is 16 of them.
+const MANY_TIMES: f64 = 4.0;
+/// What is within this many of the core's diagonals of it is near it.
+const NEAR: f64 = 1.0;
+/// Cells of the histograms that quartiles are found by, in each direction: a core that is many times
+/// smaller than the bounds has 256 of them at most, and the next round more.
 const CELLS: usize = 1024;
 
 /// What positions and epsilons of a scene are relative to; see the module's documentation for how it is found.
@@ -35,12 +39,16 @@ pub struct FrameOfReference {
     /// The scene's size, metres: what epsilons are relative to. The length of the bounds' diagonal, without outliers
     /// and without room for what moves.
     pub scale: f32,
+    /// How large surfaces are, as a rule, metres: three quarters of what there is (weighted as in the module's documentation)
+    /// is on patches or meshes whose bounds have a diagonal of at least this.
+    pub surface_extent: f32,
 }
 
 impl Default for FrameOfReference {
     /// That of an empty scene.
     fn default() -> Self {
-        Self { origin: DVec3::ZERO, bounds: (Vec3::ZERO, Vec3::ZERO), scale: f32::MIN_POSITIVE }
+        let least = f32::MIN_POSITIVE;
+        Self { origin: DVec3::ZERO, bounds: (Vec3::ZERO, Vec3::ZERO), scale: least, surface_extent: least }
     }
 }
 
@@ -73,7 +81,9 @@ impl FrameOfReference {
         let origin = (main.low + main.high) * 0.5;
         let relative = |b: Box3| ((b.low - origin).as_vec3(), (b.high - origin).as_vec3());
         let (low, high) = relative(main);
-        Self { origin, bounds: relative(with_room), scale: (high - low).length().max(f32::MIN_POSITIVE) }
+        let scale = (high - low).length().max(f32::MIN_POSITIVE);
+        let surface_extent = (surface_extent(scene, &placed) as f32).clamp(f32::MIN_POSITIVE, scale);
+        Self { origin, bounds: relative(with_room), scale, surface_extent }
     }
 
     /// Length of the bounds' diagonal, metres; larger than the scale where there are outliers or room for movers.
@@ -115,6 +125,18 @@ impl Placed {
         let bounds = positions.iter().filter(|p| p.is_finite()).fold(Box3::EMPTY, |b, p| b.with(*p));
         Self { index, positions, bounds }
     }
+
+    fn corners(&self, triangle: &MeshTriangle) -> [DVec3; 3] {
+        triangle.vertices.map(|v| self.positions[v as usize])
+    }
+}
+
+/// Square of a triangle's least height; 0 where it has no area or a corner is not finite.
+fn least_height_squared([a, b, c]: [DVec3; 3]) -> f64 {
+    let edges = [b - a, c - b, a - c];
+    let longest = edges.map(DVec3::length_squared).into_iter().fold(0.0, f64::max);
+    let height_squared = edges[0].cross(edges[1]).length_squared() / longest;
+    if height_squared.is_finite() { height_squared } else { 0.0 }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -183,14 +205,12 @@ fn core(scene: &Scene, objects: &[Placed], within: Box3) -> Box3 {
     let mut total = 0.0;
     for object in objects {
         for triangle in &scene.meshes[scene.objects[object.index].mesh].triangles {
-            let [a, b, c] = triangle.vertices.map(|v| object.positions[v as usize]);
-            let edges = [b - a, c - b, a - c];
-            let longest = edges.map(DVec3::length_squared).into_iter().fold(0.0, f64::max);
-            let height_squared = edges[0].cross(edges[1]).length_squared() / longest;
-            if !(height_squared > 0.0 && height_squared.is_finite()) {
+            let corners = object.corners(triangle);
+            let height_squared = least_height_squared(corners);
+            if height_squared == 0.0 {
                 continue;
             }
-            for corner in [a, b, c] {
+            for corner in corners {
                 if within.holds(corner) {
                     let at = ((corner - within.low) * cells).to_array();
                     for (axis, x) in at.into_iter().enumerate() {
@@ -222,4 +242,42 @@ fn core(scene: &Scene, objects: &[Placed], within: Box3) -> Box3 {
         core.high[axis] = within.low[axis] + width * (high + 1) as f64;
     }
     core
+}
+
+/// Lower quartile of the extents of patches, and of what of an object is on none.
+fn surface_extent(scene: &Scene, objects: &[Placed]) -> f64 {
+    let mut surfaces = Vec::new();
+    for object in objects {
+        let mesh = &scene.meshes[scene.objects[object.index].mesh];
+        let mut on_none = vec![true; mesh.triangles.len()];
+        for patch in &mesh.patches {
+            let range = patch.triangles.start as usize..patch.triangles.end as usize;
+            on_none[range.clone()].fill(false);
+            surfaces.push(surface(object, &mut mesh.triangles[range].iter()));
+        }
+        let mut rest = mesh.triangles.iter().zip(on_none).filter(|(_, on_none)| *on_none).map(|(t, _)| t);
+        surfaces.push(surface(object, &mut rest));
+    }
+    surfaces.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = surfaces.iter().map(|s| s.1).sum();
+    let mut below = 0.0;
+    let quartile = surfaces.iter().find(|(_, weight)| {
+        below += weight;
+        *weight > 0.0 && below >= total * 0.25
+    });
+    quartile.map_or(0.0, |s| s.0)
+}
+
+/// Extent and weight of some triangles.
+fn surface(object: &Placed, triangles: &mut dyn Iterator<Item = &MeshTriangle>) -> (f64, f64) {
+    let (mut bounds, mut weight) = (Box3::EMPTY, 0.0);
+    for triangle in triangles {
+        let corners = object.corners(triangle);
+        let height_squared = least_height_squared(corners);
+        if height_squared > 0.0 {
+            weight += height_squared;
+            bounds = corners.into_iter().fold(bounds, Box3::with);
+        }
+    }
+    (if bounds.is_empty() { 0.0 } else { bounds.size().length() }, weight)
 }

@@ -71,14 +71,16 @@ pub struct Geometry {
     /// Triangles without area or with non-finite corners, which were dropped.
     pub dropped: usize,
     scale: f32,
+    surface_extent: f32,
     generation: Generation,
 }
 
 impl Geometry {
     /// Flattens a scene, in the frame of reference that it was opened with, or would be.
     pub fn new(scene: &Scene) -> Self {
-        let FrameOfReference { origin, bounds, scale } = scene.frame_of_reference();
-        let mut result = Self { origin, bounds, scale, generation: scene.generation(), ..Self::default() };
+        let FrameOfReference { origin, bounds, scale, surface_extent } = scene.frame_of_reference();
+        let generation = scene.generation();
+        let mut result = Self { origin, bounds, scale, surface_extent, generation, ..Self::default() };
         for (index, object) in scene.objects.iter().enumerate() {
             if object.removed {
                 result.objects.push(result.range_from([
@@ -111,7 +113,12 @@ impl Geometry {
 
     /// The frame that everything here is in.
     pub fn frame_of_reference(&self) -> FrameOfReference {
-        FrameOfReference { origin: self.origin, bounds: self.bounds, scale: self.scale }
+        FrameOfReference {
+            origin: self.origin,
+            bounds: self.bounds,
+            scale: self.scale,
+            surface_extent: self.surface_extent,
+        }
     }
 
     fn range_from(&self, [vertices, triangles, patches]: [usize; 3]) -> ObjectRange {
@@ -211,6 +218,12 @@ impl Geometry {
     /// within it; for that there is [`Geometry::extent`].
     pub fn diagonal(&self) -> f32 {
         self.scale.max(f32::MIN_POSITIVE)
+    }
+
+    /// How large surfaces are, as a rule, metres, see [`FrameOfReference::surface_extent`]: what is large or small is relative
+    /// to it. Other rooms in a building change it little.
+    pub fn surface_extent(&self) -> f32 {
+        self.surface_extent.max(f32::MIN_POSITIVE)
     }
 
     /// Length of the bounds' diagonal, metres: for what has to cover everything.

@@ -87,8 +87,8 @@ pub struct VisibilitySettings {
     pub least_gain: f32,
     /// Triangles of a mesh's leaf, at most. Lower: more leaves, more of which face away from a light.
     pub cluster_triangles: u32,
-    /// Patches whose largest extent is at least this share of the scene's diagonal are receivers and blockers of
-    /// their own; all else counts as mesh. Lower: more receivers.
+    /// Patches whose largest extent is at least this share of [`Geometry::surface_extent`](crate::scene::Geometry::surface_extent)
+    /// are receivers and blockers of their own; all else counts as mesh. Lower: more receivers.
     pub least_extent: f32,
     /// How many patches are receivers of their own, at most: the largest by area.
     pub most_patches: u32,
@@ -101,7 +101,7 @@ impl Default for VisibilitySettings {
             max_depth: 6,
             least_gain: 0.12,
             cluster_triangles: 128,
-            least_extent: 0.02,
+            least_extent: 0.03,
             most_patches: 4096,
         }
     }

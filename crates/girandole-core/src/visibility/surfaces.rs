@@ -9,8 +9,8 @@ use std::ops::Range;
 
 /// Corners of a patch that is treated as a polygon, at most.
 const MAX_OUTLINE_CORNERS: usize = 64;
-/// Area of a triangle that is treated as a polygon, as a share of the scene's diagonal squared, at least.
-const MIN_AREA: f64 = 1e-3;
+/// Area of a triangle that is treated as a polygon, as a share of the square of [`Geometry::surface_extent`], at least.
+const MIN_AREA: f64 = 5e-3;
 /// Largest difference of the unit normals of a patch and of its triangles.
 pub(crate) const MAX_TILT: f64 = 1e-5;
 
@@ -62,7 +62,8 @@ pub(crate) struct Surfaces {
 impl Surfaces {
     pub fn new(scene: &Scene, geometry: &Geometry, settings: &VisibilitySettings) -> Self {
         let tolerance = Tolerance::new(geometry);
-        let least = f64::from(geometry.diagonal()) * f64::from(settings.least_extent);
+        let typical = f64::from(geometry.surface_extent());
+        let least = typical * f64::from(settings.least_extent);
         let mut patches: Vec<SimplePatch> = (0..geometry.patches.len() as u32)
             .filter_map(|i| {
                 let WorldPatch { outline, triangles, .. } = &geometry.patches[i as usize];
@@ -75,7 +76,7 @@ impl Surfaces {
         for triangle in patches.iter().flat_map(|p| p.triangles.clone()) {
             simple[triangle as usize] = true;
         }
-        let large = f64::from(geometry.diagonal()).powi(2) * MIN_AREA;
+        let large = typical * typical * MIN_AREA;
         for triangle in 0..geometry.triangles.len() as u32 {
             if !simple[triangle as usize] && f64::from(geometry.area(triangle)) >= large {
                 let corners = geometry.corners(triangle).map(|p| p.as_dvec3()).to_vec();

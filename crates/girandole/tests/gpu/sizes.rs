@@ -4,8 +4,9 @@ use crate::common::{Context, Stage, Test, camera, lamp, mean, room};
 use crate::selected::{bounded, flip};
 use girandole::core::glam::{Quat, Vec3};
 use girandole::core::image::Image;
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::{Material, Scene};
+use girandole::core::lights::{LightSet, LightSettings};
+use girandole::core::scene::builtin::{self, MovingObject};
+use girandole::core::scene::{Geometry, Material, Mesh, Scene, Transform, View};
 use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole::{DeviceTuning, Mode, RenderSettings, RendererOptions};
 
@@ -14,6 +15,7 @@ pub fn tests() -> Vec<Test> {
         ("many_batches_and_sizes", batches_and_sizes),
         ("receivers_may_fill_the_picture", large_receivers),
         ("the_atlas_fills_its_budget_and_no_more", budget),
+        ("what_is_far_away_changes_no_picture", far_away),
     ]
 }
 
@@ -31,6 +33,32 @@ fn budget(context: &Context) {
             assert!(bytes <= budget && bytes > budget * 4 / 5, "{bytes} of {memory_mib} MiB, copied: {copy}");
         }
     }
+}
+
+fn far_away(context: &Context) {
+    let size = [256, 192];
+    let picture = |at: Option<f32>| {
+        let mut scene = builtin::build("table", MovingObject::Torus).expect("a built-in scene");
+        if let Some(x) = at {
+            let mut mesh = Mesh::default();
+            mesh.add_box(Vec3::splat(-0.2), Vec3::splat(0.2), 0);
+            scene.add_object("box", mesh, Transform::translation(Vec3::new(x, 0.5, 0.0)));
+        }
+        let geometry = Geometry::new(&scene);
+        let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
+        let lights =
+            LightSet::sample_for(&scene, &geometry, &LightSettings::default(), &[view]).expect("lights");
+        let stage = Stage { scene, geometry, lights };
+        let mut renderer = context.loaded(&stage, RendererOptions::default());
+        context.frame(&mut renderer, &view, size, &bounded(Mode::Full))
+    };
+    let alone = picture(None);
+    for (x, most) in [(20.0, 0.02), (100.0, 0.001), (1e4, 0.001)] {
+        let far = flip(&alone, &picture(Some(x)));
+        assert!(far <= most, "at {x} m FLIP {far}");
+    }
+    // The control: within the room it is seen.
+    assert!(flip(&alone, &picture(Some(0.0))) > 0.02);
 }
 
 fn batches_and_sizes(context: &Context) {

@@ -18,7 +18,8 @@ fn of_all_positions(scene: &Scene) -> FrameOfReference {
     }
     let origin = (low + high) * 0.5;
     let bounds = ((low - origin).as_vec3(), (high - origin).as_vec3());
-    FrameOfReference { origin, bounds, scale: (bounds.1 - bounds.0).length() }
+    let scale = (bounds.1 - bounds.0).length();
+    FrameOfReference { origin, bounds, scale, surface_extent: scale }
 }
 
 fn bits(frame: &FrameOfReference) -> ([u64; 3], [u32; 7]) {
@@ -77,6 +78,15 @@ fn scenes_without_outliers_are_as_large_as_their_bounds() {
 fn outliers_change_neither_origin_nor_scale() {
     let plain = builtin::build("table", builtin::MovingObject::Teapot).expect("it is built in");
     let expected = FrameOfReference::of(&plain);
+    // A box beside a room is none, to the bit, from four times the room's size on.
+    for x in [20.0, 50.0, 100.0, 1e6] {
+        let mut scene = plain.clone();
+        let cuboid = shapes::cuboid(Vec3::splat(-0.2), Vec3::splat(0.2), 0);
+        scene.add_object("", cuboid, Transform::translation(vec3(x, 0.5, 0.0)));
+        let frame = FrameOfReference::of(&scene);
+        let same = (frame.origin, frame.scale) == (expected.origin, expected.scale);
+        assert_eq!(same, x > 4.0 * expected.scale, "{x} {frame:?}");
+    }
     let far = vec3(6e3, 2e3, -8e3);
     type Outlier = fn(&mut Scene, Vec3);
     let outliers: [(&str, Outlier); 5] = [
@@ -116,6 +126,41 @@ fn outliers_change_neither_origin_nor_scale() {
         assert!(((high - low).length() / expected.scale - 1.0).abs() < 0.05, "{what}");
         assert!(ray_offset_distance(&geometry, Vec3::ZERO) < 1.06e-5 * expected.scale, "{what}");
     }
+}
+
+#[test]
+fn surfaces_of_a_building_are_as_large_as_those_of_a_room() {
+    let surface_extent = |scene: &Scene| FrameOfReference::of(scene).surface_extent;
+    // Rooms in a row, with furniture, a stray vertex and a moving ball.
+    let rooms = |count: u8| {
+        let mut scene = Scene::default();
+        let material = scene.add_material(Material::default());
+        for i in 0..count {
+            let at = Transform::translation(vec3(7.0 * f32::from(i), 0.0, 0.0));
+            let walls = shapes::cuboid(Vec3::ZERO, vec3(6.0, 3.0, 5.0), material);
+            scene.add_object("", walls, at);
+            for j in 0..40 {
+                let low = vec3(0.1 * j as f32, 0.0, 1.0);
+                scene.add_object("", shapes::cuboid(low, low + 0.3, material), at);
+            }
+        }
+        let ball = scene.add_object("", shapes::sphere(0.5, 24, 16, material), Transform::IDENTITY);
+        scene.objects[ball].dynamic = true;
+        scene.meshes[0].positions.push(vec3(1e5, 0.0, 0.0));
+        scene
+    };
+    let one = surface_extent(&rooms(1));
+    assert!((5.0..8.0).contains(&one), "{one}");
+    assert_eq!(surface_extent(&rooms(20)), one);
+    assert!(FrameOfReference::of(&rooms(20)).scale > 10.0 * one, "the control");
+    // Of a mesh alone it is the mesh's own; half a room of furniture does count.
+    let mut ball = Scene::default();
+    let material = ball.add_material(Material::default());
+    ball.add_object("", shapes::sphere(0.5, 24, 16, material), Transform::IDENTITY);
+    assert!((surface_extent(&ball) - 3_f32.sqrt()).abs() < 0.02);
+    let mut full = rooms(1);
+    full.objects[0].removed = true;
+    assert!(surface_extent(&full) < 0.6);
 }
 
 #[test]
