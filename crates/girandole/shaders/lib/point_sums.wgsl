@@ -44,6 +44,13 @@ fn arriving_near(light: Light, s: Shading) -> Arriving {
   return Arriving(max(dot(vector, s.ns), 0.0), vector, true);
 }
 
+// That of the light's place or of its rectangle.
+fn arriving_in_full(light: Light, s: Shading) -> Arriving {
+  var a = arriving(light, s);
+  if a.is_near { a = arriving_near(light, s); }
+  return a;
+}
+
 fn specular_radiance(light: Light, a: Arriving, s: Shading) -> vec3f {
   let r = s.reflection;
   return light.intensity * (a.g * specular_brdf(s.ns, s.wo, normalize(a.to_light), r.f0, r.f90, r.alpha));
@@ -128,8 +135,7 @@ fn add_slope_corrected(sums: ptr<function, PointSums>, light: Light) {
 
 // Adds a light, near or not, with whichever shadow test it needs.
 fn add_in_full(sums: ptr<function, PointSums>, light: Light, is_shadowed: bool) {
-  var a = arriving(light, (*sums).shading);
-  if a.is_near { a = arriving_near(light, (*sums).shading); }
+  let a = arriving_in_full(light, (*sums).shading);
   var is_lit = true;
   if is_shadowed {
     let at = shadow_texel_of(light, (*sums).shading);

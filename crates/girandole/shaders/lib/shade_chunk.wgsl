@@ -68,6 +68,26 @@ fn resolve_ambiguous(sums: ptr<function, PointSums>, first: u32) {
   }
 }
 
+// Adds a light that may be near, unless its depth test is ambiguous: returns whether it is.
+fn add_near_unless_ambiguous(sums: ptr<function, PointSums>, light: Light) -> bool {
+  let a = arriving_in_full(light, (*sums).shading);
+  let at = shadow_texel_of(light, (*sums).shading);
+  if FILTER > 0u {
+    add(sums, light, a, filtered(light, at.receiver));
+    return false;
+  }
+  let answer = depth_test(light, at.receiver, at.texel, stored_at(light, at.texel));
+  add(sums, light, a, select(0.0, 1.0, answer == LIT));
+  return answer == AMBIGUOUS && a.g > 0.0;
+}
+
+// Adds the lights of a group that may be near and are ambiguous.
+fn resolve_near(sums: ptr<function, PointSums>, first: u32) {
+  while any((*sums).deferred != vec4u(0u)) {
+    add_in_full(sums, lights[light_lists[first + next_deferred(sums)]], true);
+  }
+}
+
 // The points of a chunk, two at most: lights are read once for both.
 fn shade_chunk(index: u32) {
   let chunk = point_queue.words[offsets.chunks_at + index];
@@ -84,10 +104,21 @@ fn shade_chunk(index: u32) {
     add(&one, light, arriving(light, one.shading), 1.0);
     add(&other, light, arriving(light, other.shading), 1.0);
   }
-  for (var i = list.near_unshadowed; i < list.shadowed; i++) {
+  for (var i = list.near_unshadowed; i < list.near_shadowed; i++) {
     let light = lights[light_lists[i]];
-    add_in_full(&one, light, i >= list.near_shadowed);
-    add_in_full(&other, light, i >= list.near_shadowed);
+    add(&one, light, arriving_in_full(light, one.shading), 1.0);
+    add(&other, light, arriving_in_full(light, other.shading), 1.0);
+  }
+  for (var first = list.near_shadowed; first < list.shadowed; first += GROUP) {
+    for (var i = first; i < min(first + GROUP, list.shadowed); i++) {
+      let light = lights[light_lists[i]];
+      let word = (i - first) / 32u;
+      let bit = 1u << ((i - first) % 32u);
+      if add_near_unless_ambiguous(&one, light) { one.deferred[word] |= bit; }
+      if add_near_unless_ambiguous(&other, light) { other.deferred[word] |= bit; }
+    }
+    resolve_near(&one, first);
+    resolve_near(&other, first);
   }
   for (var first = list.shadowed; first < list.end; first += GROUP) {
     for (var word = 0u; word < GROUP / 32u; word++) {
