@@ -210,7 +210,7 @@ pub struct QualityArgs {
 
     /// Modes vd-lp and full: by what share the light of neighbouring points may differ, and pixels between them still
     /// be interpolated; 0 shades every pixel
-    #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = parse_share)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.11, value_parser = parse_share)]
     pub tolerance: f32,
 }
 
