@@ -317,7 +317,7 @@ impl Scene {
         self.record.pending.to = self.record.generation;
     }
 
-    fn is_below(&self, node: usize, above: usize) -> bool {
+    pub(super) fn is_below(&self, node: usize, above: usize) -> bool {
         std::iter::successors(Some(node), |&n| self.nodes[n].parent).any(|n| n == above)
     }
 

@@ -9,7 +9,7 @@
 //!    the square of the triangle's least height, so that the long slivers of a stray vertex count for nothing.
 //! 3. If the bounds are more than four times as large as the core, only what is near the core sets origin and scale. The
 //!    bounds still hold everything.
-//! 4. Dynamic objects that are not within the bounds of the others get room about them.
+//! 4. Dynamic objects that are not within the bounds of the others get room about them, and where animations take them.
 //! 5. How large surfaces are, as a rule, is the lower quartile of their extents, weighted like the corners: a building has
 //!    walls as large as a single room's.
 //!
@@ -18,7 +18,7 @@
 //! surface; bounds over core are about 10; origin and scale are those of the room alone, to the bit, and the bounds
 //! reach to the box.
 
-use super::{MeshTriangle, Object, Scene};
+use super::{MeshTriangle, Object, Scene, Transform};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Bounds are many times larger than the core from this factor on.
@@ -75,8 +75,12 @@ impl FrameOfReference {
         }
         let main = main_part(scene, &placed, all);
         let mut with_room = all;
-        for object in placed.iter().filter(|o| moves(o.index) && !still.contains(o.bounds)) {
-            with_room = with_room.union(object.bounds.grown(object.bounds.size().length()));
+        let poses: Vec<_> = scene.moments().into_iter().map(|seconds| scene.poses(seconds)).collect();
+        for object in placed.iter().filter(|o| moves(o.index)) {
+            let size = object.bounds.size().length();
+            for place in object.places(scene, &poses).into_iter().filter(|place| !still.contains(*place)) {
+                with_room = with_room.union(place.grown(size));
+            }
         }
         let origin = (main.low + main.high) * 0.5;
         let relative = |b: Box3| ((b.low - origin).as_vec3(), (b.high - origin).as_vec3());
@@ -126,6 +130,22 @@ impl Placed {
         Self { index, positions, bounds }
     }
 
+    /// Boxes about it: as it stands, and in these poses of animations.
+    fn places(&self, scene: &Scene, poses: &[Vec<(usize, Transform)>]) -> Vec<Box3> {
+        let object = &scene.objects[self.index];
+        let mut places = vec![self.bounds];
+        if scene.is_animated(object.node) {
+            let positions = scene.meshes[object.mesh].positions.iter().filter(|p| p.is_finite());
+            let own = positions.fold(Box3::EMPTY, |b, p| b.with(p.as_dvec3()));
+            places.extend(poses.iter().filter(|_| !own.is_empty()).map(|poses| {
+                let world = scene.world_from_posed(object.node, poses);
+                let corners = own.corners().map(|corner| world.transform_point3(corner));
+                corners.into_iter().filter(|p| p.is_finite()).fold(Box3::EMPTY, Box3::with)
+            }));
+        }
+        places
+    }
+
     fn corners(&self, triangle: &MeshTriangle) -> [DVec3; 3] {
         triangle.vertices.map(|v| self.positions[v as usize])
     }
@@ -154,6 +174,12 @@ impl Box3 {
 
     fn size(self) -> DVec3 {
         self.high - self.low
+    }
+
+    fn corners(self) -> [DVec3; 8] {
+        let high = |i: usize, bit: usize| i & (1 << bit) != 0;
+        let mask = |i: usize| glam::BVec3::new(high(i, 0), high(i, 1), high(i, 2));
+        std::array::from_fn(|i| DVec3::select(mask(i), self.high, self.low))
     }
 
     fn with(self, p: DVec3) -> Self {

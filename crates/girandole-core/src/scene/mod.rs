@@ -145,7 +145,7 @@ pub struct Scene {
     pub lights: Vec<PunctualLight>,
     /// Cameras; never empty after [`Scene::ensure_camera`].
     pub cameras: Vec<Camera>,
-    /// Node animations, as the file has them.
+    /// Node animations; [`Scene::set_time`] plays them.
     pub animations: Vec<Animation>,
     /// What the source asked for and is not supported: one sentence each, already logged.
     pub warnings: Vec<String>,
@@ -192,13 +192,7 @@ impl Scene {
 
     /// World from node.
     pub fn world_from_node(&self, node: usize) -> DAffine3 {
-        let mut result = DAffine3::IDENTITY;
-        let mut next = Some(node);
-        while let Some(index) = next {
-            result = self.nodes[index].local.affine() * result;
-            next = self.nodes[index].parent;
-        }
-        result
+        self.world_from_posed(node, &[])
     }
 
     /// The camera with this name, or at this index.

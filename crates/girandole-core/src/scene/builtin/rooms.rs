@@ -1,7 +1,9 @@
 //! The five rooms.
 
 use super::{MovingObject, shapes, teapot};
-use crate::scene::{Camera, Material, Mesh, Projection, Scene, Transform};
+use crate::scene::{
+    Animation, Camera, Channel, Interpolation, Keyframes, Material, Mesh, Projection, Scene, Transform,
+};
 use crate::{Error, Result};
 use glam::{Quat, Vec3, vec3};
 
@@ -14,6 +16,9 @@ const BLUE: Vec3 = Vec3::new(0.08, 0.14, 0.62);
 const GREEN: Vec3 = Vec3::new(0.1, 0.45, 0.1);
 const WARM: Vec3 = Vec3::new(1.0, 0.93, 0.82);
 const OBJECT: Vec3 = Vec3::new(0.72, 0.7, 0.66);
+
+/// Where the moving object comes by, besides where it stands.
+const PATH_POINTS: usize = 7;
 
 /// A scene in the making.
 struct Room {
@@ -135,8 +140,16 @@ impl Room {
         self.add(&format!("{name} frame"), frame, at);
     }
 
-    /// The moving object: largest extent `size` metres, standing on `at`.
-    fn moving(&mut self, object: MovingObject, at: Vec3, yaw: f32, size: f32) -> Result<()> {
+    /// The moving object: largest extent `size` metres, standing on `at` and then, a second apart, on the points of a
+    /// path that leads back there, while it turns about once.
+    fn moving(
+        &mut self,
+        object: MovingObject,
+        at: Vec3,
+        yaw: f32,
+        size: f32,
+        path: [Vec3; PATH_POINTS],
+    ) -> Result<()> {
         let (name, mut mesh, rotation) = match object {
             MovingObject::None => return Ok(()),
             // On edge, so that its hole is seen.
@@ -174,6 +187,31 @@ impl Room {
         let local = Transform::Parts { translation, rotation, scale: Vec3::splat(scale) };
         let index = self.scene.add_object(name, mesh, local);
         self.scene.objects[index].dynamic = true;
+        let (mut places, mut rotations) = (vec![translation], vec![rotation]);
+        for (i, point) in (1..).zip(path) {
+            let turn = about_y(360.0 * i as f32 / (PATH_POINTS + 1) as f32);
+            places.push(point - turn * vec3(center.x, low.y, center.z) * scale);
+            rotations.push(turn * rotation);
+        }
+        // Back to where it stands, through all of them without a jerk (Catmull-Rom).
+        rotations.push(rotation);
+        let count = places.len();
+        let splines = (0..=count).flat_map(|i| {
+            let speed = (places[(i + 1) % count] - places[(i + count - 1) % count]) * 0.5;
+            [speed, places[i % count], speed]
+        });
+        let splines = splines.collect();
+        let channel = |keyframes, interpolation| Channel {
+            node: self.scene.objects[index].node,
+            times: (0..=count).map(|i| i as f32).collect(),
+            keyframes,
+            interpolation,
+        };
+        let channels = vec![
+            channel(Keyframes::Translation(splines), Interpolation::CubicSpline),
+            channel(Keyframes::Rotation(rotations), Interpolation::Linear),
+        ];
+        self.scene.animations.push(Animation { name: "path".into(), channels });
         Ok(())
     }
 
@@ -220,7 +258,16 @@ pub(super) fn area_lights(object: MovingObject) -> Result<Scene> {
     room.add("sphere", shapes::sphere(0.26, 32, 16, object_material), vec3(0.1, 1.31, -1.2));
     room.add("ball", shapes::sphere(0.2, 28, 14, blue), vec3(-2.3, 0.7, -1.45));
     room.add("drum", shapes::cylinder(0.22, 0.5, 28, object_material), vec3(2.55, 0.0, 0.6));
-    room.moving(object, vec3(1.5, 0.551, -0.5), 35.0, 0.6)?;
+    let path = [
+        vec3(1.9, 1.0, 0.4),
+        vec3(0.8, 1.2, 1.0),
+        vec3(-0.6, 1.0, 1.1),
+        vec3(-2.4, 0.9, 0.9),
+        vec3(-3.0, 1.1, -0.3),
+        vec3(-1.7, 1.3, -0.5),
+        vec3(0.2, 1.3, -0.2),
+    ];
+    room.moving(object, vec3(1.5, 0.551, -0.5), 35.0, 0.6, path)?;
     room.camera("area-lights", vec3(-0.5, 1.55, 2.9), vec3(0.1, 1.1, -1.0), 66.0);
     room.camera("corner", vec3(3.7, 2.0, 2.7), vec3(-0.6, 0.5, -1.0), 55.0);
     room.camera("pedestals", vec3(0.3, 1.2, 1.7), vec3(0.8, 0.6, -1.0), 50.0);
@@ -253,7 +300,16 @@ pub(super) fn table(object: MovingObject) -> Result<Scene> {
         0.0,
         &[(vec3(-0.9, 0.0, -0.22), vec3(1.8, 0.7, 0.44))],
     );
-    room.moving(object, vec3(0.05, 0.751, -0.6), 35.0, 0.6)?;
+    let path = [
+        vec3(0.8, 1.1, -0.3),
+        vec3(2.1, 1.0, 0.3),
+        vec3(1.5, 0.8, 1.1),
+        vec3(0.0, 0.8, 0.9),
+        vec3(-1.5, 0.8, 0.9),
+        vec3(-2.4, 1.0, -0.1),
+        vec3(-1.0, 1.2, -0.4),
+    ];
+    room.moving(object, vec3(0.05, 0.751, -0.6), 35.0, 0.6, path)?;
     room.camera("table", vec3(0.5, 1.65, 2.85), vec3(-0.02, 0.8, -0.7), 52.0);
     room.camera("close", vec3(1.2, 1.35, 0.9), vec3(0.0, 0.88, -0.6), 45.0);
     room.camera("red-wall", vec3(-3.1, 1.7, 1.6), vec3(0.6, 0.8, -0.7), 52.0);
@@ -271,7 +327,16 @@ pub(super) fn pillars(object: MovingObject) -> Result<Scene> {
     }
     room.boxes("plinth", GREY, vec3(-0.2, 0.0, -0.1), 25.0, &[(vec3(-0.4, 0.0, -0.4), vec3(0.8, 0.4, 0.8))]);
     room.boxes("bench", WOOD, vec3(0.0, 0.0, -2.7), 0.0, &[(vec3(-1.2, 0.0, -0.2), vec3(2.4, 0.42, 0.4))]);
-    room.moving(object, vec3(-0.2, 0.401, -0.1), 30.0, 0.7)?;
+    let path = [
+        vec3(1.0, 0.8, 0.3),
+        vec3(2.6, 0.5, 0.3),
+        vec3(1.2, 1.0, -0.3),
+        vec3(0.0, 1.2, -0.9),
+        vec3(-1.2, 1.0, -0.2),
+        vec3(-2.9, 0.6, 0.0),
+        vec3(-1.3, 0.7, 0.3),
+    ];
+    room.moving(object, vec3(-0.2, 0.401, -0.1), 30.0, 0.7, path)?;
     room.camera("pillars", vec3(1.2, 1.65, 3.0), vec3(-0.35, 0.95, -0.6), 60.0);
     room.camera("foreground", vec3(2.05, 1.5, 2.1), vec3(1.1, 1.1, 0.2), 60.0);
     room.camera("green-wall", vec3(2.9, 1.5, -0.2), vec3(-2.0, 0.9, -0.2), 55.0);
@@ -283,7 +348,16 @@ pub(super) fn block(object: MovingObject) -> Result<Scene> {
     let mut room = Room::new("block", 3.5, 3.0, 3.0, [WHITE, RED, WHITE, WHITE]);
     room.light("light", [-2.1, -0.4], [1.2, 1.8], WARM * 18.0);
     block_and_plinth(&mut room);
-    room.moving(object, vec3(1.35, 0.001, 0.1), 150.0, 0.8)?;
+    let path = [
+        vec3(1.6, 0.5, 1.2),
+        vec3(-0.2, 0.6, 1.8),
+        vec3(-1.9, 0.6, 1.0),
+        vec3(-2.2, 0.5, -0.6),
+        vec3(-1.2, 0.8, -2.2),
+        vec3(0.4, 0.9, -2.3),
+        vec3(1.7, 0.6, -1.2),
+    ];
+    room.moving(object, vec3(1.35, 0.001, 0.1), 150.0, 0.8, path)?;
     room.camera("block", vec3(1.9, 1.6, 2.9), vec3(0.35, 0.65, -0.6), 55.0);
     room.camera("lit-side", vec3(-3.0, 1.7, 2.7), vec3(0.0, 0.7, -0.4), 55.0);
     room.camera("close", vec3(2.4, 0.9, 1.7), vec3(1.1, 0.35, 0.0), 48.0);
@@ -314,7 +388,16 @@ pub(super) fn gap(object: MovingObject) -> Result<Scene> {
     }
     room.boxes("cabinet", WOOD, vec3(-3.6, 0.0, 1.2), 0.0, &[(vec3(-0.3, 0.0, -0.7), vec3(0.6, 1.1, 1.4))]);
     room.boxes("plinth", GREY, vec3(1.7, 0.0, -0.6), 20.0, &[(vec3(-0.35, 0.0, -0.35), vec3(0.7, 0.5, 0.7))]);
-    room.moving(object, vec3(1.7, 0.501, -0.6), 30.0, 0.65)?;
+    let path = [
+        vec3(2.6, 0.8, -1.0),
+        vec3(2.9, 0.6, 0.1),
+        vec3(2.6, 0.5, 1.2),
+        vec3(1.2, 0.7, 1.6),
+        vec3(0.7, 0.8, 0.6),
+        vec3(0.65, 0.9, -0.2),
+        vec3(0.9, 0.8, -1.2),
+    ];
+    room.moving(object, vec3(1.7, 0.501, -0.6), 30.0, 0.65, path)?;
     room.camera("gap", vec3(3.2, 1.6, 2.8), vec3(1.3, 0.85, -1.0), 58.0);
     room.camera("through", vec3(3.6, 1.5, -0.3), vec3(0.0, 1.1, -0.1), 60.0);
     room.camera("lit-half", vec3(-3.6, 1.6, -2.7), vec3(-0.6, 0.9, 0.4), 60.0);

@@ -14,7 +14,7 @@ use gltf::json::validation::Checked;
 const MAX_KEYS: usize = 1 << 24;
 
 impl Importer<'_> {
-    /// Reads the channels that drive nodes of the scene.
+    /// Reads the channels that drive nodes of the scene. Objects on these nodes are dynamic.
     pub(super) fn read_animations(&mut self) -> Parsed<()> {
         let mut keys = 0;
         for (index, json) in self.document.root.animations.iter().enumerate() {
@@ -28,6 +28,10 @@ impl Importer<'_> {
             if !animation.channels.is_empty() {
                 self.scene.animations.push(animation);
             }
+        }
+        for object in 0..self.scene.objects.len() {
+            let moves = self.scene.is_animated(self.scene.objects[object].node);
+            self.scene.objects[object].dynamic |= moves;
         }
         Ok(())
     }

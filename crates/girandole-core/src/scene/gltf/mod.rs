@@ -50,7 +50,7 @@ const SUPPORTED_EXTENSIONS: [&str; 5] = [
 /// Loads the default scene of a `.glb` or `.gltf` file, with the buffers and images that lie beside it.
 ///
 /// Lengths are metres, angles radians, emission W/(sr·m²), intensities W/sr (directional: W/m²). Objects are dynamic
-/// if their node or one above it has `"extras": {"dynamic": true}`. Nothing is added: see
+/// if their node or one above it is animated or has `"extras": {"dynamic": true}`. Nothing is added: see
 /// [`Scene::load`](crate::scene::Scene::load) for a camera and light where the file has none.
 ///
 /// # Errors

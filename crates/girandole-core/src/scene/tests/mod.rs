@@ -1,5 +1,6 @@
 mod changes;
 mod frame;
+mod motion;
 mod view;
 
 use super::builtin::shapes;
