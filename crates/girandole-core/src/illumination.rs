@@ -1,10 +1,22 @@
 //! Everything that is derived from a scene without a GPU, and kept in step with it.
 
 use crate::generation::Generation;
-use crate::lights::{LightSet, LightSettings};
+use crate::lights::{LightSet, LightSettings, Placement};
 use crate::scene::{Geometry, Scene, SceneChanges, View};
 use crate::visibility::{VisibilityDatabase, VisibilitySettings};
 use crate::{Error, Result};
+
+/// Which light samples are sampled anew where a scene changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rewalk {
+    /// All: they are what a fresh sampling of the scene gives.
+    #[default]
+    All,
+    /// None, as long as objects only move, and punctual lights move or are dimmed. Samples on what moves go with it; those
+    /// that the random walk left elsewhere stay, though what moves may have come into its way. Best with
+    /// [`LightSettings::walk_dynamic`] off. Objects and lights that come or go, and other emission, make all anew.
+    Off,
+}
 
 /// How a scene is lit.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,12 +27,14 @@ pub struct IlluminationSettings {
     pub visibility: Option<VisibilitySettings>,
     /// The views that light samples are placed for, see [`LightSet::sample_for`]; none = by power.
     pub views: Vec<View>,
+    /// Which light samples follow the scene's changes.
+    pub rewalk: Rewalk,
 }
 
 impl Default for IlluminationSettings {
     fn default() -> Self {
         let visibility = Some(VisibilitySettings::default());
-        Self { lights: LightSettings::default(), visibility, views: Vec::new() }
+        Self { lights: LightSettings::default(), visibility, views: Vec::new(), rewalk: Rewalk::All }
     }
 }
 
@@ -47,6 +61,8 @@ pub struct Illumination {
     geometry: Geometry,
     lights: LightSet,
     visibility: Option<VisibilityDatabase>,
+    /// What was sampled last, and where things were then: held samples are moved from there, however they got where they are.
+    sampled: (LightSet, Placement),
 }
 
 impl Illumination {
@@ -58,13 +74,37 @@ impl Illumination {
     pub fn new(scene: &Scene, settings: &IlluminationSettings) -> Result<Self> {
         let geometry = Geometry::new(scene);
         let lights = LightSet::sample_for(scene, &geometry, &settings.lights, &settings.views)?;
-        let build = |s: &VisibilitySettings| VisibilityDatabase::build(scene, &geometry, &lights, s);
-        let visibility = settings.visibility.as_ref().map(build).transpose()?;
-        Ok(Self { settings: settings.clone(), geometry, lights, visibility })
+        let sampled = (lights.clone(), Placement::of(scene, &geometry));
+        Self::with_lights(scene, settings.clone(), geometry, lights, sampled)
     }
 
-    /// Brings everything up to the scene after these changes: to the bit what [`Illumination::new`] makes of it. For
-    /// now that is what is done, so it takes as long.
+    fn with_lights(
+        scene: &Scene,
+        settings: IlluminationSettings,
+        geometry: Geometry,
+        lights: LightSet,
+        sampled: (LightSet, Placement),
+    ) -> Result<Self> {
+        let build = |s: &VisibilitySettings| VisibilityDatabase::build(scene, &geometry, &lights, s);
+        let visibility = settings.visibility.as_ref().map(build).transpose()?;
+        Ok(Self { settings, geometry, lights, visibility, sampled })
+    }
+
+    /// The light samples held, in a scene of which only places changed; `None` where they are to be sampled anew.
+    fn held_lights(&self, scene: &Scene, geometry: &Geometry, changes: &SceneChanges) -> Option<LightSet> {
+        let (lights, placement) = &self.sampled;
+        let only_places = changes.added.is_empty()
+            && changes.removed.is_empty()
+            && changes.materials.is_empty()
+            && !changes.reopened
+            && !changes.everything;
+        let holds = self.settings.rewalk == Rewalk::Off && only_places;
+        holds.then(|| lights.moved(scene, geometry, placement)).flatten()
+    }
+
+    /// Brings everything up to the scene after these changes. With [`Rewalk::All`] it is, to the bit, what
+    /// [`Illumination::new`] makes of the scene; with [`Rewalk::Off`] the geometry is, and visibility is that of the samples
+    /// that are held. For now all but held samples are derived anew, so it takes as long.
     ///
     /// # Errors
     /// [`Error::Invalid`] where the changes do not lead from the version held to the scene's, unless they say that
@@ -81,7 +121,13 @@ impl Illumination {
             ));
         }
         if changes.to != self.generation() {
-            *self = Self::new(scene, &self.settings)?;
+            let geometry = Geometry::new(scene);
+            *self = match self.held_lights(scene, &geometry, changes) {
+                Some(lights) => {
+                    Self::with_lights(scene, self.settings.clone(), geometry, lights, self.sampled.clone())?
+                }
+                None => Self::new(scene, &self.settings)?,
+            };
         }
         Ok(())
     }

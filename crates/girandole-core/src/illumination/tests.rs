@@ -1,8 +1,9 @@
 //! After any sequence of changes everything is what it would be from scratch.
 
 use super::*;
+use crate::lights::{LightSample, SampleOrigin};
 use crate::scene::builtin::{self, MovingObject, shapes};
-use crate::scene::{Material, ObjectId, Transform};
+use crate::scene::{Material, ObjectId, PunctualKind, PunctualLight, Transform};
 use crate::visibility::State;
 use glam::{Quat, Vec3, vec3};
 use proptest::prelude::*;
@@ -12,6 +13,7 @@ fn settings() -> IlluminationSettings {
         lights: LightSettings { count: 12, candidates: 2, ..LightSettings::default() },
         visibility: Some(VisibilitySettings::default()),
         views: Vec::new(),
+        rewalk: Rewalk::All,
     }
 }
 
@@ -219,4 +221,138 @@ fn placing_for_a_view_is_deriving_for_it() {
     assert!(contents(&held) == contents(&Illumination::new(&scene, &placed).expect("there is light")));
     held.place_for(&scene, &[]).expect("the same scene");
     assert!(contents(&held) == contents(&Illumination::new(&scene, &settings()).expect("there is light")));
+}
+
+fn holding() -> IlluminationSettings {
+    let lights =
+        LightSettings { count: 60, direct_share: Some(0.5), walk_dynamic: false, ..LightSettings::default() };
+    IlluminationSettings { lights, rewalk: Rewalk::Off, ..settings() }
+}
+
+fn follow(held: &mut Illumination, scene: &mut Scene) {
+    let changes = scene.take_changes();
+    held.update(scene, &changes).expect("it follows");
+}
+
+#[test]
+fn held_samples_go_with_what_they_are_on() {
+    // A lamp that moves, turns and grows, a point light, and a room's own lamp.
+    let mut scene = lit_room();
+    let lamp = scene.objects.iter().position(|o| o.name == "glow").expect("a lamp");
+    scene.objects[lamp].dynamic = true;
+    let glow = scene.materials.iter_mut().find(|m| m.name == "glow").expect("its material");
+    glow.emission = Vec3::splat(300.0);
+    let node = scene.add_node("bulb", Transform::translation(vec3(1.0, 1.0, 1.0)));
+    let (kind, intensity) = (PunctualKind::Point, Vec3::ONE);
+    scene.lights.push(PunctualLight { name: "bulb".into(), node, kind, intensity });
+    let mut held = Illumination::new(&scene, &holding()).expect("there is light");
+    let (before, was) = (held.lights().clone(), held.geometry().clone());
+    let (translation, rotation) =
+        (vec3(0.5, 1.4, -0.2), Quat::from_rotation_y(0.7) * Quat::from_rotation_x(0.3));
+    let place = Transform::rigid(rotation, translation);
+    let lamp_node = scene.objects[lamp].node;
+    // By way of somewhere else.
+    scene.set_transform(lamp_node, Transform::translation(vec3(-2.0, 1.0, 1.0))).expect("a place");
+    follow(&mut held, &mut scene);
+    scene.set_transform(lamp_node, place).expect("a place");
+    scene.set_transform(node, Transform::translation(vec3(2.0, 1.5, 0.0))).expect("a place");
+    follow(&mut held, &mut scene);
+    held.lights().belongs_to(held.geometry()).expect("they belong");
+    let after = held.lights();
+    assert_eq!((before.ids(), before.direct), (after.ids(), after.direct));
+    let fresh = Illumination::new(&scene, &holding()).expect("there is light");
+    // Distances from a triangle's corners, and the side that is lit.
+    let on_surface = |geometry: &Geometry, s: &LightSample| {
+        let [a, b, c] = geometry.corners(s.triangle()).map(|corner| corner.distance(s.position));
+        glam::vec4(a, b, c, geometry.normal(s.triangle()).dot(s.normal))
+    };
+    let mut on_the_lamp = 0;
+    for (i, (a, b)) in after.samples().iter().zip(before.samples()).enumerate() {
+        let is_on = |object| {
+            a.triangle() != crate::scene::NONE
+                && held.geometry().triangles[a.triangle() as usize].object as usize == object
+        };
+        if matches!(a.origin, SampleOrigin::Punctual { .. }) {
+            assert_eq!(Some(a), fresh.lights().samples().get(i));
+            assert_ne!(a.position, b.position);
+        } else if !is_on(lamp) {
+            assert_eq!(a, b);
+        } else {
+            on_the_lamp += 1;
+            let [now, then] = [on_surface(held.geometry(), a), on_surface(&was, b)];
+            assert!(now.abs_diff_eq(then, 1e-5), "{a:?} {b:?}");
+            assert!(a.intensity.abs_diff_eq(b.intensity, 1e-5), "{a:?} {b:?}");
+            assert!(a.position.distance(b.position) > 0.1, "the control");
+        }
+    }
+    assert!(on_the_lamp > 3);
+    // What grows shines more; what is stretched has rectangles still.
+    let power = |held: &Illumination| -> f32 {
+        let geometry = held.geometry();
+        let on = |s: &&LightSample| {
+            s.triangle() != crate::scene::NONE
+                && geometry.triangles[s.triangle() as usize].object as usize == lamp
+        };
+        held.lights().samples().iter().filter(on).map(|s| s.intensity.x).sum()
+    };
+    let small = power(&held);
+    for (scale, area) in [(Vec3::splat(2.0), Some(4.0)), (vec3(2.0, 3.0, 1.0), None)] {
+        scene.set_transform(lamp_node, Transform::Parts { translation, rotation, scale }).expect("a place");
+        follow(&mut held, &mut scene);
+        let ratio = power(&held) / small;
+        assert!(area.is_none_or(|area: f32| (ratio - area).abs() < 1e-3) && ratio > 2.0, "{ratio}");
+        for s in held.lights().samples() {
+            let [u, v] = s.rectangle.map_or([Vec3::ZERO; 2], |r| r.half_axes);
+            let size = u.length() * v.length();
+            assert!(u.dot(v).abs() <= 1e-4 * size && u.cross(v).dot(s.normal) >= 0.999 * size, "{s:?}");
+        }
+    }
+}
+
+#[test]
+fn held_samples_do_not_depend_on_the_way() {
+    let mut scene = lit_room();
+    let mover = movable(&scene)[0];
+    let node = scene.objects[mover].node;
+    let mut held = Illumination::new(&scene, &holding()).expect("there is light");
+    let sampled = held.lights().clone();
+    let mut direct = (scene.clone(), held.clone());
+    for i in 0..5 {
+        let place = Transform::rigid(Quat::from_rotation_y(i as f32), vec3(0.4 * i as f32, 1.0, 0.3));
+        scene.set_transform(node, place).expect("a place");
+        follow(&mut held, &mut scene);
+        assert!(*held.lights() == sampled, "nothing is on the mover");
+    }
+    direct.0.set_transform(node, scene.nodes[node].local).expect("a place");
+    follow(&mut direct.1, &mut direct.0);
+    assert!(contents(&held) == contents(&direct.1));
+    // Visibility is that of these samples in the scene as it stands.
+    let fresh = VisibilityDatabase::build(
+        &scene,
+        held.geometry(),
+        held.lights(),
+        &holding().visibility.expect("it is asked for"),
+    );
+    let fresh = fresh.expect("a database");
+    let database = held.visibility().expect("it is asked for");
+    for leaf in 0..database.receivers().leaves.len() as u32 {
+        assert_eq!(database.leaf_states(leaf), fresh.leaf_states(leaf));
+    }
+    // Emission, objects and a new frame of reference make all anew.
+    let lamp = scene.materials.iter().position(Material::emits).expect("a lamp") as u32;
+    let dim = |scene: &mut Scene| scene.set_emission(lamp, Vec3::splat(3.0));
+    let leave = |scene: &mut Scene| scene.set_transform(node, Transform::translation(vec3(40.0, 1.0, 0.0)));
+    let remove = |scene: &mut Scene| scene.remove_object(mover.into());
+    let squash = |scene: &mut Scene| {
+        let flat = Transform::Affine(glam::DAffine3::from_scale(glam::DVec3::new(1.0, 0.0, 0.0)));
+        scene.set_transform(node, flat)
+    };
+    type Change<'a> = &'a dyn Fn(&mut Scene) -> Result<()>;
+    let changes: [Change; 4] = [&dim, &leave, &remove, &squash];
+    for change in changes {
+        let (mut scene, mut held) = (scene.clone(), held.clone());
+        change(&mut scene).expect("it is possible");
+        follow(&mut held, &mut scene);
+        assert!(contents(&held) == contents(&Illumination::new(&scene, &holding()).expect("there is light")));
+    }
 }

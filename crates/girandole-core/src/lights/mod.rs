@@ -4,11 +4,13 @@ mod direct;
 mod emitters;
 mod ids;
 mod importance;
+mod motion;
 mod rectangle;
 mod resample;
 mod walk;
 
 pub use ids::LightId;
+pub(crate) use motion::Placement;
 pub use rectangle::Rectangle;
 
 use crate::generation::Generation;
