@@ -1,5 +1,6 @@
 //! The command line: options and their ranges.
 
+mod motion;
 mod values;
 
 use clap::{Args, Parser, Subcommand};
@@ -8,6 +9,7 @@ use girandole_core::tonemap::Exposure;
 use std::path::PathBuf;
 use values::*;
 
+pub use motion::{Frames, MotionArgs, RewalkArg};
 pub use values::{
     AntiAliasing, Bounces, Clamp, DebugView, DirectShare, Engine, Mode, Pcf, Placement, ShadingArg,
     ShadowMap, Switch, TerminationArg, ToneCurve,
@@ -53,7 +55,9 @@ Examples:
   girandole render -o pillars.png
   girandole render table --lights 1024 --bounces 3 --aa 2 -o table.png
   girandole render block --object teapot --exposure 1.5 --tonemap aces -o block.png
-  girandole render room.glb --camera Front --engine cpu -o room.exr --stats room.json";
+  girandole render room.glb --camera Front --engine cpu -o room.exr --stats room.json
+  girandole render pillars --time 2.5 -o later.png
+  girandole render pillars --frames 0..239 --exposure 0.5 -o pillars.####.png";
 
 /// Options of `girandole render`.
 #[derive(Args, Clone, Debug)]
@@ -79,6 +83,9 @@ pub struct RenderArgs {
     /// room's default
     #[arg(long, value_name = "none|torus|teapot|FILE")]
     pub object: Option<String>,
+
+    #[command(flatten)]
+    pub motion: MotionArgs,
 
     #[command(flatten)]
     pub lights: LightArgs,
@@ -210,7 +217,7 @@ pub struct QualityArgs {
 
     /// Modes vd-lp and full: by what share the light of neighbouring points may differ, and pixels between them still
     /// be interpolated; 0 shades every pixel
-    #[arg(long, value_name = "SHARE", default_value_t = 0.11, value_parser = parse_share)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = parse_share)]
     pub tolerance: f32,
 }
 

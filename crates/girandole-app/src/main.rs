@@ -12,6 +12,7 @@ mod info;
 mod output;
 mod render;
 mod scene;
+mod sequence;
 
 use clap::Parser;
 use std::process::ExitCode;

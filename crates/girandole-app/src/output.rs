@@ -6,6 +6,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, ErrorKind as IoKind, IsTerminal, Write};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Prints a message. A closed stream is no error.
@@ -79,8 +80,14 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     write().with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// A progress bar on a terminal, nothing elsewhere.
-pub struct Progress(ProgressBar);
+/// A progress bar on a terminal, nothing elsewhere and within the work of another one.
+pub struct Progress {
+    bar: ProgressBar,
+    is_outer: bool,
+}
+
+/// Whether there is one.
+static IN_PROGRESS: AtomicBool = AtomicBool::new(false);
 
 impl Progress {
     /// A bar for work whose finished share is known.
@@ -91,8 +98,8 @@ impl Progress {
     /// A spinner for work whose finished share is not known.
     pub fn spinner(what: &str) -> Self {
         let spinner = Self::new(what, "{spinner} {msg} {elapsed}");
-        if !spinner.0.is_hidden() {
-            spinner.0.enable_steady_tick(Duration::from_millis(100));
+        if !spinner.bar.is_hidden() {
+            spinner.bar.enable_steady_tick(Duration::from_millis(100));
         }
         spinner
     }
@@ -103,21 +110,25 @@ impl Progress {
             bar.set_style(style);
         }
         bar.set_message(what.to_owned());
-        if io::stderr().is_terminal() {
+        let is_outer = !IN_PROGRESS.swap(true, Ordering::Relaxed);
+        if is_outer && io::stderr().is_terminal() {
             bar.set_draw_target(ProgressDrawTarget::stderr());
         }
-        Self(bar)
+        Self { bar, is_outer }
     }
 
     /// Shows the finished share, 0 to 1.
     pub fn set(&self, done: f32) {
-        self.0.set_position((done.clamp(0.0, 1.0) * 1000.0) as u64);
+        self.bar.set_position((done.clamp(0.0, 1.0) * 1000.0) as u64);
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
+        if self.is_outer {
+            IN_PROGRESS.store(false, Ordering::Relaxed);
+        }
     }
 }
 

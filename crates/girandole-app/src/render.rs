@@ -1,13 +1,14 @@
 //! `girandole render`, also the default without a command.
 
 use crate::args::{
-    AntiAliasing, Bounces, Cli, Command, DebugView, Engine, Mode, RenderArgs, ShadingArg, Switch,
+    AntiAliasing, Bounces, Cli, Command, DebugView, Engine, Frames, Mode, RenderArgs, ShadingArg, Switch,
 };
 use crate::engine::{self, Job, Ready, Stats};
 use crate::output::{self, say};
-use crate::scene;
+use crate::{scene, sequence};
 use anyhow::{Context, Result, bail};
 use clap::Parser;
+use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, View};
 use girandole_core::tonemap;
@@ -37,6 +38,17 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
 /// Refuses impossible combinations of options before the work.
 fn check(args: &RenderArgs) -> Result<()> {
     output::check_writable(&args.output, &["exr", "png"])?;
+    if let Some(frames) = args.motion.frames {
+        if Frames::file(&args.output, frames.last).is_none() {
+            bail!(
+                "{} is one file; with --frames, give its name a run of # for the number, as in frame.####.exr",
+                args.output.display()
+            );
+        }
+        if args.stats.is_some() {
+            bail!("--stats belongs to single pictures; leave it or --frames out");
+        }
+    }
     if let Some(stats) = &args.stats {
         output::check_writable(stats, &["json"])?;
         if stats == &args.output {
@@ -64,7 +76,13 @@ fn check(args: &RenderArgs) -> Result<()> {
 fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     // The scene.
     let start = Instant::now();
-    let scene = scene::load(&args.scene, args.object.as_deref())?;
+    let mut scene = scene::load(&args.scene, args.object.as_deref())?;
+    if let Some(frames) = args.motion.frames {
+        return sequence::render(&args, scene, frames);
+    }
+    if let Some(seconds) = args.motion.time {
+        scene.set_time(seconds)?;
+    }
     let geometry = Geometry::new(&scene);
     let camera = scene.camera(args.camera.as_deref().unwrap_or("0"))?;
     let aspect = args.size[0] as f32 / args.size[1] as f32;
@@ -75,14 +93,19 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     let start = Instant::now();
     let by_samples = args.engine != Engine::Path;
     let lights = if by_samples {
-        LightSet::sample_for(&scene, &geometry, &args.lights.settings(), args.lights.placement.views(&view))?
+        LightSet::sample_for(
+            &scene,
+            &geometry,
+            &args.lights.settings(),
+            args.lights.placement.views(&[view]),
+        )?
     } else {
         LightSet::from_samples(&geometry, Vec::new())
     };
     let lights_ms = milliseconds(start);
 
     // The engine. Nothing was printed before, so that an error is the only line.
-    let engine = Ready::choose(&args)?;
+    let mut engine = Ready::choose(&args)?;
     if matches!(engine, Ready::Gpu(_)) {
         args.aa = aa_on_gpu;
     }
@@ -95,14 +118,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     let job = Job { scene: &scene, geometry: &geometry, lights: &lights, view, clamp, args: &args };
     let (name, adapter) = (engine.name(), engine.adapter());
     let picture = engine.render(&job)?;
-    // Debug views are display colours already.
-    let shows_debug = args.debug.is_some_and(|view| view != DebugView::Lights);
-    let (ev, curve) = if shows_debug {
-        (0.0, tonemap::Tonemap::None)
-    } else {
-        (args.exposure.ev(&picture.radiance), args.tonemap.into())
-    };
-    write_picture(&args.output, &picture.radiance, ev, curve)?;
+    let ev = write_shown(&args, &args.output, &picture.radiance)?;
 
     // Statistics and messages.
     let [width, height] = args.size;
@@ -160,12 +176,15 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn write_picture(
-    path: &Path,
-    radiance: &girandole_core::image::Image,
-    ev: f32,
-    curve: tonemap::Tonemap,
-) -> Result<()> {
+/// Writes a picture, with the exposure and tone curve of the options where it is a .png. Returns the exposure in stops.
+pub fn write_shown(args: &RenderArgs, path: &Path, radiance: &Image) -> Result<f32> {
+    // Debug views are display colours already.
+    let shows_debug = args.debug.is_some_and(|view| view != DebugView::Lights);
+    let (ev, curve) = if shows_debug {
+        (0.0, tonemap::Tonemap::None)
+    } else {
+        (args.exposure.ev(radiance), args.tonemap.into())
+    };
     let is_exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
     if is_exr {
         girandole_reference::image_file::write_exr(path, radiance)?;
@@ -174,7 +193,7 @@ fn write_picture(
         girandole_reference::image_file::write_png(path, radiance.width, radiance.height, &bytes)
             .context("the picture is rendered, but not saved")?;
     }
-    Ok(())
+    Ok(ev)
 }
 
 fn milliseconds(since: Instant) -> f64 {

@@ -8,12 +8,13 @@ type Check = fn(&Path) -> Result<(), Failed>;
 
 fn main() {
     let has_adapter = girandole(Path::new("."), "info --require-adapter").status.success();
-    let checks: [(&str, Check); 5] = [
+    let checks: [(&str, Check); 6] = [
         ("same_command_same_bytes", same_command_same_bytes),
         ("agrees_with_traced_shadows", agrees_with_traced_shadows),
         ("statistics_name_passes_and_counts", statistics_name_passes_and_counts),
         ("maps_that_do_not_fit_are_refused", maps_that_do_not_fit_are_refused),
         ("bench_times_modes", bench_times_modes),
+        ("frames_are_the_same_alone_and_in_sequence", frames_are_the_same_alone_and_in_sequence),
     ];
     let trials = checks
         .into_iter()
@@ -142,4 +143,18 @@ fn bench_times_modes(directory: &Path) -> Result<(), Failed> {
     let columns = csv.lines().next().map_or(0, |line| line.split(',').count());
     let is_rectangular = csv.lines().all(|line| line.split(',').count() == columns);
     ensure(csv.lines().count() == rows.len() + 1 && is_rectangular && columns > 8, &csv)
+}
+
+fn frames_are_the_same_alone_and_in_sequence(directory: &Path) -> Result<(), Failed> {
+    succeed(directory, &format!("{SMALL} --frames 0..2 --fps 1 -o f#.exr"))?;
+    succeed(directory, &format!("{SMALL} --frames 2..2 --fps 1 -o alone#.exr"))?;
+    let [first, last, alone] =
+        ["f0", "f2", "alone2"].map(|name| std::fs::read(directory.join(format!("{name}.exr"))));
+    let (first, last, alone) = (first?, last?, alone?);
+    ensure(last == alone, "a frame alone is another one")?;
+    ensure(last != first, "nothing moves")?;
+    // Its light samples are held: it is another picture than with those of the moment, of about the same light.
+    succeed(directory, &format!("{SMALL} --time 2 -o still.exr"))?;
+    succeed(directory, "compare still.exr f2.exr --max-energy-error 0.15")?;
+    ensure(std::fs::read(directory.join("still.exr"))? != last, "light samples are not held")
 }

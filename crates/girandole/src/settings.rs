@@ -124,7 +124,7 @@ pub struct RenderSettings {
     /// How points are shaded. Default fused.
     pub shading: Shading,
     /// Low resolution: largest difference of the light that neighbouring points receive, as a share of it, for what
-    /// lies between to be interpolated. Default 0.11; lower shades more points, above 0.2 shadows blur visibly.
+    /// lies between to be interpolated. Default 0.1; lower shades more points, above 0.2 shadows blur visibly.
     pub tolerance: f32,
     /// Shows how the picture is made in its place. Default no.
     pub debug: Option<DebugView>,
@@ -156,7 +156,7 @@ impl Default for RenderSettings {
             mode: Mode::default(),
             light_maps: None,
             shading: Shading::default(),
-            tolerance: 0.11,
+            tolerance: 0.1,
             debug: None,
             clamp: Clamp::Own,
             samples_per_axis: 1,

@@ -194,10 +194,10 @@ pub enum Placement {
 }
 
 impl Placement {
-    /// The views that samples are placed for.
-    pub fn views(self, view: &View) -> &[View] {
+    /// Those of the views that samples are placed for.
+    pub fn views(self, views: &[View]) -> &[View] {
         match self {
-            Self::View => std::slice::from_ref(view),
+            Self::View => views,
             Self::Scene => &[],
         }
     }

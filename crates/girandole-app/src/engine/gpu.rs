@@ -22,21 +22,25 @@ pub fn adapters() -> Vec<AdapterReport> {
 }
 
 /// An opened adapter.
-pub struct Device(Gpu);
+pub struct Device {
+    gpu: Gpu,
+    /// Kept from picture to picture, as it holds what was compiled.
+    renderer: Option<Renderer>,
+}
 
 impl Device {
     /// Opens the adapter whose name contains `name`, or the best one.
     pub fn open(name: Option<&str>) -> Result<Self, Error> {
-        block_on(Gpu::new(name)).map(Self)
+        block_on(Gpu::new(name)).map(|gpu| Self { gpu, renderer: None })
     }
 
     /// The adapter's name, and how it is reached.
     pub fn name(&self) -> String {
-        format!("{} ({:?})", self.0.info.name, self.0.info.backend)
+        format!("{} ({:?})", self.gpu.info.name, self.gpu.info.backend)
     }
 
     /// Renders with shadow maps.
-    pub fn render(&self, job: &Job) -> Result<Picture> {
+    pub fn render(&mut self, job: &Job) -> Result<Picture> {
         let _progress = Progress::spinner(&format!("rendering on {}", self.name()));
         let args = job.args;
         let settings = RenderSettings {
@@ -54,28 +58,31 @@ impl Device {
         };
         let visibility = visibility(job.scene, job.geometry, job.lights, &[args.mode])?;
         let start = Instant::now();
-        let mut renderer = Renderer::new(&self.0.device, &self.0.queue, options(&args.quality))?;
+        let mut renderer = match self.renderer.take() {
+            Some(renderer) => renderer,
+            None => Renderer::new(&self.gpu.device, &self.gpu.queue, options(&args.quality))?,
+        };
         renderer.time_passes(args.stats.is_some());
         renderer.load(job.scene, job.geometry, job.lights)?;
         if let Some((database, _)) = &visibility {
             renderer.load_visibility(job.scene, job.geometry, job.lights, database)?;
         }
-        self.0.wait()?;
+        self.gpu.wait()?;
         let setup_ms = milliseconds(start);
 
         // The parts of a frame, in wall-clock time around submit and wait.
         let start = Instant::now();
         renderer.draw_shadow_maps()?;
-        self.0.wait()?;
+        self.gpu.wait()?;
         let shadow_maps_ms = milliseconds(start);
-        let maps = self.0.block_on(renderer.stats())??;
+        let maps = self.gpu.block_on(renderer.stats())??;
         let start = Instant::now();
         renderer.render(&job.view, args.size, &settings)?;
-        self.0.wait()?;
+        self.gpu.wait()?;
         let shading_ms = milliseconds(start);
 
         let pixels = u64::from(args.size[0]) * u64::from(args.size[1]);
-        let mut stats = statistics(&self.0.block_on(renderer.stats())??, pixels);
+        let mut stats = statistics(&self.gpu.block_on(renderer.stats())??, pixels);
         for (pass, ms) in maps.gpu_ms {
             stats.insert(pass.into(), ms.into());
         }
@@ -85,17 +92,15 @@ impl Device {
         stats.insert("shadow_maps_ms".into(), shadow_maps_ms.into());
         stats.insert("visibility_ms".into(), visibility_ms.into());
         stats.insert("shading_ms".into(), shading_ms.into());
-        Ok(Picture {
-            radiance: self.0.block_on(renderer.radiance())??,
-            frame_ms: shadow_maps_ms + visibility_ms + shading_ms,
-            stats,
-        })
+        let radiance = self.gpu.block_on(renderer.radiance())??;
+        self.renderer = Some(renderer);
+        Ok(Picture { radiance, frame_ms: shadow_maps_ms + visibility_ms + shading_ms, stats })
     }
 
     /// Times modes in alternation on one scene with its lights.
     pub fn time(&self, trial: &Trial, progress: &dyn Fn(f32)) -> Result<Vec<Stats>> {
         let Trial { scene, geometry, lights, view, args, .. } = trial;
-        let mut renderer = Renderer::new(&self.0.device, &self.0.queue, options(&args.quality))?;
+        let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, options(&args.quality))?;
         let target = self.target(args.size);
         let clamp = args.quality.clamp.0;
         // One round to warm up, and one for pass timestamps, which would slow the others down.
@@ -106,10 +111,10 @@ impl Device {
         // The parts that are needed once for a static scene; the first round warms up.
         for _ in 0..2 {
             renderer.load(scene, geometry, lights)?;
-            self.0.wait()?;
+            self.gpu.wait()?;
             let start = Instant::now();
             renderer.draw_shadow_maps()?;
-            self.0.wait()?;
+            self.gpu.wait()?;
             maps_ms = milliseconds(start);
             if let Some((database, ms)) = visibility(scene, geometry, lights, &args.modes)? {
                 renderer.load_visibility(scene, geometry, lights, &database)?;
@@ -127,14 +132,14 @@ impl Device {
                 renderer.render(view, args.size, &settings)?;
                 renderer.show(&settings, &target, FORMAT)?;
                 let recorded = milliseconds(start);
-                self.0.wait()?;
+                self.gpu.wait()?;
                 if round > 0 && round + 1 < rounds {
                     times[index][0].push(milliseconds(start));
                     times[index][1].push(recorded);
                 }
                 if round + 1 == rounds {
                     let pixels = u64::from(args.size[0]) * u64::from(args.size[1]);
-                    results[index] = statistics(&self.0.block_on(renderer.stats())??, pixels);
+                    results[index] = statistics(&self.gpu.block_on(renderer.stats())??, pixels);
                 }
                 progress(
                     (round as f32 * args.modes.len() as f32 + index as f32 + 1.0)
@@ -159,7 +164,7 @@ impl Device {
     }
 
     fn target(&self, [width, height]: [u32; 2]) -> wgpu::TextureView {
-        let texture = self.0.device.create_texture(&wgpu::TextureDescriptor {
+        let texture = self.gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("target"),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
             mip_level_count: 1,

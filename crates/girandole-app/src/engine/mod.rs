@@ -95,8 +95,8 @@ impl Ready {
         }
     }
 
-    /// Renders.
-    pub fn render(self, job: &Job) -> Result<Picture> {
+    /// Renders; what pictures have in common is kept for the next one.
+    pub fn render(&mut self, job: &Job) -> Result<Picture> {
         match self {
             Self::Gpu(device) => device.render(job),
             Self::Cpu => Ok(cpu::render(job)),

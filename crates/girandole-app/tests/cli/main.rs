@@ -6,6 +6,7 @@ mod help;
 mod info;
 mod refusals;
 mod render;
+mod sequence;
 
 use std::path::Path;
 use std::process::{Command, Output};

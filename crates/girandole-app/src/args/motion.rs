@@ -1,0 +1,111 @@
+//! Options of what moves: one moment, or a numbered sequence.
+
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+
+/// Which light samples are sampled anew from frame to frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum RewalkArg {
+    /// None: one set for the whole sequence. What moves blocks light and reflects none; emitters take their samples along
+    #[default]
+    Off,
+    /// All of them, at each frame: what moves reflects light, and pictures flicker where samples are few
+    All,
+}
+
+/// Options of motion.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct MotionArgs {
+    /// The moment of the scene's animations, in seconds; they repeat
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, conflicts_with = "frames")]
+    pub time: Option<f64>,
+
+    /// Renders a sequence: frames A to B, both included. The picture's name has a run of # for the number. Frames that
+    /// are there already are kept, so that a sequence that was cut off goes on
+    #[arg(long, value_name = "A..B", value_parser = parse_frames)]
+    pub frames: Option<Frames>,
+
+    /// Frames a second of a sequence; frame 0 is at 0 seconds
+    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = parse_fps, requires = "frames")]
+    pub fps: f64,
+
+    /// Which light samples of a sequence are sampled anew at each frame
+    #[arg(long, value_enum, default_value_t, requires = "frames")]
+    pub rewalk: RewalkArg,
+}
+
+/// Frames of a sequence, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frames {
+    pub first: u32,
+    pub last: u32,
+}
+
+impl Frames {
+    pub fn count(self) -> usize {
+        (self.last - self.first) as usize + 1
+    }
+
+    pub fn iter(self) -> impl Iterator<Item = u32> {
+        self.first..=self.last
+    }
+
+    /// The file of a frame: the last run of # in the pattern's file name is its number, with leading zeros.
+    pub fn file(pattern: &Path, frame: u32) -> Option<PathBuf> {
+        let name = pattern.file_name()?.to_str()?;
+        let end = name.rfind('#')? + 1;
+        let start = name[..end].trim_end_matches('#').len();
+        let width = end - start;
+        Some(pattern.with_file_name(format!("{}{frame:0width$}{}", &name[..start], &name[end..])))
+    }
+}
+
+const MOST_FRAMES: u32 = 1_000_000;
+
+fn parse_frames(text: &str) -> Result<Frames, String> {
+    let ends = text.split_once("..").and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
+    match ends {
+        Some([first, last]) if first <= last && last < MOST_FRAMES => Ok(Frames { first, last }),
+        Some(_) => Err(format!("the first must not be after the last, and both below {MOST_FRAMES}")),
+        None => Err("give the first and the last frame as in 0..239".into()),
+    }
+}
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse::<f64>().ok().filter(|s| (0.0..=1e9).contains(s));
+    seconds.ok_or_else(|| "give a number of seconds from 0 up".into())
+}
+
+fn parse_fps(text: &str) -> Result<f64, String> {
+    let fps = text.parse::<f64>().ok().filter(|n| (1e-3..=1e6).contains(n));
+    fps.ok_or_else(|| "give a number of frames a second, such as 24 or 29.97".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_take_the_place_of_the_last_run() {
+        let file = |pattern: &str, frame| Frames::file(Path::new(pattern), frame);
+        let expect = |path: &str| Some(PathBuf::from(path));
+        assert_eq!(file("frame.####.exr", 7), expect("frame.0007.exr"));
+        assert_eq!(file("a#b/c##-#.png", 12), expect("a#b/c##-12.png"));
+        assert_eq!(file("#.png", 123_456), expect("123456.png"));
+        assert_eq!(file("a#b/frame.png", 1), None);
+    }
+
+    #[test]
+    fn ranges_have_both_ends() {
+        let frames = parse_frames("3..5").expect("a range");
+        assert_eq!((frames.count(), frames.iter().collect::<Vec<_>>()), (3, vec![3, 4, 5]));
+        assert_eq!(parse_frames("4..4").expect("a range").count(), 1);
+        for wrong in ["5..3", "7", "a..b", "..4", "0..1000000", "-1..3", "0..=3"] {
+            assert!(parse_frames(wrong).is_err(), "{wrong}");
+        }
+        for wrong in ["-1", "nan", "inf", "later"] {
+            assert!(parse_seconds(wrong).is_err() && parse_fps(wrong).is_err(), "{wrong}");
+        }
+        assert!(parse_fps("0").is_err() && parse_fps("29.97").is_ok() && parse_seconds("0").is_ok());
+    }
+}
