@@ -122,13 +122,30 @@ impl Illumination {
         }
         if changes.to != self.generation() {
             let geometry = Geometry::new(scene);
-            *self = match self.held_lights(scene, &geometry, changes) {
-                Some(lights) => {
-                    Self::with_lights(scene, self.settings.clone(), geometry, lights, self.sampled.clone())?
-                }
-                None => Self::new(scene, &self.settings)?,
-            };
+            match self.held_lights(scene, &geometry, changes) {
+                Some(lights) => self.follow(scene, geometry, lights, changes)?,
+                None => *self = Self::new(scene, &self.settings)?,
+            }
         }
+        Ok(())
+    }
+
+    /// Takes the scene with these light samples, after changes of places alone.
+    fn follow(
+        &mut self,
+        scene: &Scene,
+        geometry: Geometry,
+        lights: LightSet,
+        changes: &SceneChanges,
+    ) -> Result<()> {
+        let movers_moved = changes.moved.iter().all(|id| scene.objects[id.index()].dynamic);
+        let may_follow = movers_moved && lights.samples() == self.lights.samples();
+        if let Some(database) = &mut self.visibility
+            && !(may_follow && database.follow(scene, &geometry, &lights))
+        {
+            *database = VisibilityDatabase::build(scene, &geometry, &lights, database.settings())?;
+        }
+        (self.geometry, self.lights) = (geometry, lights);
         Ok(())
     }
 

@@ -1,19 +1,17 @@
 //! The visibility database: for each node and light the state, and the blockers that decide it.
 
+use super::assembly::{Assembly, End, Sources, map};
 use super::blockers::{Blocker, BlockerTree};
-use super::groups::{PatchSide, ReceiverGroups};
-use super::hierarchy::{Frame, NodeBuilder, PatchRoot, mesh_nodes};
 use super::node_visibility::{Entry, NodeContext, NodeVisibility, SceneContext, Workspace};
 use super::pyramid::Tests;
-use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
+use super::receivers::Receivers;
 use super::shapes::{Apex, Shape};
 use super::surfaces::Surfaces;
-use super::{LeafId, State, VisibilitySettings, ids};
+use super::{LeafId, State, VisibilitySettings};
 use crate::generation::Generation;
 use crate::lights::LightSet;
 use crate::scene::{Geometry, NONE, Scene};
 use crate::{Error, Result};
-use glam::DVec3;
 
 /// With more lights visibility is not determined: a database holds three bytes for each node and light.
 pub const MOST_LIGHTS: usize = 16384;
@@ -21,16 +19,23 @@ pub const MOST_LIGHTS: usize = 16384;
 /// For each node and light the state, and the blockers that decide it.
 #[derive(Clone, Debug)]
 pub struct VisibilityDatabase {
-    receivers: Receivers,
+    settings: VisibilitySettings,
     surfaces: Surfaces,
+    lights: Vec<Apex>,
+    /// For each light the blocker that it lies on, or [`NONE`].
+    own: Vec<u32>,
     /// Over static blockers.
     groups: BlockerTree,
-    lights: usize,
+    /// With the visibility of each node that static blockers leave.
+    assembly: Assembly,
+    /// Where static receivers end.
+    still: End,
+    /// Area × partially occluded lights above which patches are split.
+    threshold: f64,
+    /// By node, with dynamic blockers.
+    pub(super) moving: Vec<NodeVisibility>,
     /// By node and light, of all blockers.
     states: Vec<State>,
-    /// By node: with static blockers only, and with dynamic ones.
-    fixed: Vec<NodeVisibility>,
-    pub(super) moving: Vec<NodeVisibility>,
     tests: Tests,
     of_geometry: Generation,
     of_lights: Generation,
@@ -53,12 +58,6 @@ pub struct Counts {
     pub blockers: usize,
     /// Tests made to build it.
     pub tests: Tests,
-}
-
-/// A root under construction.
-enum Root {
-    Patch { simple: u32, back: bool },
-    Mesh(u32),
 }
 
 impl VisibilityDatabase {
@@ -84,42 +83,76 @@ impl VisibilityDatabase {
         let surfaces = Surfaces::new(scene, geometry, settings);
         let apexes: Vec<Apex> = lights.samples().iter().map(Apex::new).collect();
         let own: Vec<u32> = lights.samples().iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
-        let dynamic = |object: u32| scene.objects.get(object as usize).is_some_and(|o| o.dynamic);
+        let stands = |object: u32| !is_dynamic(scene, object);
         // The hierarchy, with the visibility that static blockers leave.
-        let groups = BlockerTree::with_clusters(&surfaces, &apexes, |object| !dynamic(object));
+        let groups = BlockerTree::with_clusters(&surfaces, &apexes, stands);
         let context = SceneContext { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &groups };
-        let (receivers, fixed, mut tests) = receivers(&context, geometry, settings);
+        let sources = Sources::of(&surfaces, stands);
+        let mut area = sources.area(&surfaces);
+        if area == 0.0 {
+            area = Sources::of(&surfaces, |_| true).area(&surfaces);
+        }
+        let threshold = area * apexes.len() as f64 / f64::from(settings.split).max(1e-30);
+        let mut assembly = Assembly::new(&surfaces, geometry);
+        assembly.append(&context, geometry, settings, &sources, threshold);
+        let mut result = Self {
+            settings: *settings,
+            surfaces,
+            lights: apexes,
+            own,
+            groups,
+            still: assembly.end(),
+            assembly,
+            threshold,
+            moving: Vec::new(),
+            states: Vec::new(),
+            tests: Tests::default(),
+            of_geometry: geometry.generation(),
+            of_lights: lights.generation(),
+        };
+        result.add_dynamic(scene, geometry);
+        Ok(result)
+    }
+
+    /// Brings it up to a geometry in which nothing but places of dynamic objects changed, with lights as they were: it is
+    /// that which [`VisibilityDatabase::build`] makes of them, and what depends on static objects alone is kept. `false` where
+    /// surfaces come or go, and it has to be built anew.
+    pub(crate) fn follow(&mut self, scene: &Scene, geometry: &Geometry, lights: &LightSet) -> bool {
+        let surfaces = Surfaces::new(scene, geometry, &self.settings);
+        if !surfaces.are_those_of(&self.surfaces) {
+            return false;
+        }
+        self.surfaces = surfaces;
+        self.assembly.truncate(self.still, &self.surfaces, |object| !is_dynamic(scene, object));
+        self.add_dynamic(scene, geometry);
+        (self.of_geometry, self.of_lights) = (geometry.generation(), lights.generation());
+        true
+    }
+
+    /// Adds what dynamic objects receive, and block.
+    fn add_dynamic(&mut self, scene: &Scene, geometry: &Geometry) {
+        let dynamic = |object: u32| is_dynamic(scene, object);
+        let (surfaces, settings) = (&self.surfaces, &self.settings);
+        let context = SceneContext { surfaces, lights: &self.lights, own: &self.own, blockers: &self.groups };
+        let sources = Sources::of(surfaces, dynamic);
+        self.assembly.append(&context, geometry, settings, &sources, self.threshold);
+        self.tests = self.assembly.tests;
+        let fixed = &self.assembly.visibility;
         // The visibility with dynamic blockers too.
-        let blockers = BlockerTree::new(&surfaces, dynamic);
-        let mut moving = Vec::new();
+        let blockers = BlockerTree::new(surfaces, dynamic);
+        self.moving = Vec::new();
         if !blockers.is_empty() {
             let context = SceneContext { blockers: &blockers, ..context };
             let (with_dynamic, more) =
-                determine(&context, &receivers, |node, shape, at, parent, workspace| {
+                determine(&context, &self.assembly.receivers, |node, shape, at, parent, workspace| {
                     context.visibility_by_blockers(shape, at.own_mesh, (parent, &fixed[node]), workspace)
                 });
-            moving = with_dynamic;
-            tests += more;
+            self.moving = with_dynamic;
+            self.tests += more;
         }
-        let mut states = Vec::with_capacity(fixed.len() * apexes.len());
-        for (node, visibility) in fixed.iter().enumerate() {
-            match moving.get(node) {
-                Some(with_moving) => states.extend(&with_moving.states),
-                None => states.extend(&visibility.states),
-            }
-        }
-        Ok(Self {
-            receivers,
-            surfaces,
-            groups,
-            lights: apexes.len(),
-            states,
-            fixed,
-            moving,
-            tests,
-            of_geometry: geometry.generation(),
-            of_lights: lights.generation(),
-        })
+        let all = if self.moving.is_empty() { fixed } else { &self.moving };
+        self.states.clear();
+        self.states.extend(all.iter().flat_map(|node| &node.states));
     }
 
     /// Whether it was built for this geometry and these lights.
@@ -133,31 +166,36 @@ impl VisibilityDatabase {
         self.of_lights.expect(lights.generation(), sentence)
     }
 
+    /// How its hierarchy is built.
+    pub fn settings(&self) -> &VisibilitySettings {
+        &self.settings
+    }
+
     /// The identity of a leaf.
     pub fn leaf_id(&self, leaf: u32) -> LeafId {
-        self.receivers.ids[leaf as usize]
+        self.assembly.receivers.ids[leaf as usize]
     }
 
     /// The hierarchy of receivers.
     pub fn receivers(&self) -> &Receivers {
-        &self.receivers
+        &self.assembly.receivers
     }
 
     /// How many lights there are.
     pub fn lights(&self) -> usize {
-        self.lights
+        self.lights.len()
     }
 
     /// The state of any node for a light: fully occluded if one blocker covers it all, or the two do not face each
     /// other.
     pub fn state(&self, node: u32, light: u32) -> State {
-        self.states[node as usize * self.lights + light as usize]
+        self.states[node as usize * self.lights.len() + light as usize]
     }
 
     /// The states of a leaf, one for each light.
     pub fn leaf_states(&self, leaf: u32) -> &[State] {
-        let first = self.receivers.leaves[leaf as usize].node as usize * self.lights;
-        &self.states[first..first + self.lights]
+        let first = self.assembly.receivers.leaves[leaf as usize].node as usize * self.lights.len();
+        &self.states[first..first + self.lights.len()]
     }
 
     /// The blockers of a node and a light, full (`true`) or partial. Of static objects this is the one blocker or
@@ -166,7 +204,7 @@ impl VisibilityDatabase {
     /// none. Below a full blocker nothing is tested again. If a node has none, its parent's decide, or the light and it do
     /// not face each other.
     pub fn blockers(&self, node: u32, light: u32) -> impl Iterator<Item = (Blocker, bool)> + '_ {
-        let fixed = entries_of(&self.fixed, node, light)
+        let fixed = entries_of(&self.assembly.visibility, node, light)
             .map(|e| (self.groups.blocker(&self.surfaces, e.blocker()), e.full()));
         let moving =
             entries_of(&self.moving, node, light).map(|e| (self.surfaces.blocker(e.blocker()), e.full()));
@@ -181,14 +219,14 @@ impl VisibilityDatabase {
     /// The numbers of nodes, leaves, pairs by state, blockers and tests.
     pub fn counts(&self) -> Counts {
         let mut counts = Counts {
-            nodes: self.receivers.nodes.len(),
-            leaves: self.receivers.leaves.len(),
-            pairs: self.receivers.leaves.len() * self.lights,
-            blockers: self.fixed.iter().chain(&self.moving).map(|r| r.entries.len()).sum(),
+            nodes: self.assembly.receivers.nodes.len(),
+            leaves: self.assembly.receivers.leaves.len(),
+            pairs: self.assembly.receivers.leaves.len() * self.lights.len(),
+            blockers: self.assembly.visibility.iter().chain(&self.moving).map(|r| r.entries.len()).sum(),
             tests: self.tests,
             ..Counts::default()
         };
-        for (index, leaf) in self.receivers.leaves.iter().enumerate() {
+        for (index, leaf) in self.assembly.receivers.leaves.iter().enumerate() {
             for &state in self.leaf_states(index as u32) {
                 counts.by_state[state as usize] += 1;
                 counts.area_shares[state as usize] += f64::from(leaf.area);
@@ -200,6 +238,10 @@ impl VisibilityDatabase {
         }
         counts
     }
+}
+
+fn is_dynamic(scene: &Scene, object: u32) -> bool {
+    scene.objects.get(object as usize).is_some_and(|o| o.dynamic)
 }
 
 /// The blockers of a node and a light.
@@ -246,215 +288,4 @@ pub(super) fn determine(
         tests += part.1;
     }
     (parts.into_iter().flat_map(|p| p.0).collect(), tests)
-}
-
-/// Builds the hierarchy, with the visibility of its nodes and the number of tests.
-fn receivers(
-    context: &SceneContext,
-    geometry: &Geometry,
-    settings: &VisibilitySettings,
-) -> (Receivers, Vec<NodeVisibility>, Tests) {
-    let surfaces = context.surfaces;
-    let sides = |simple: usize| 1 + usize::from(surfaces.patches[simple].double_sided);
-    let total: f64 = (0..surfaces.patches.len()).map(|i| surfaces.patches[i].area * sides(i) as f64).sum();
-    let threshold = total * context.lights.len() as f64 / f64::from(settings.split).max(1e-30);
-    let of_patch = |i: usize| [false, true].into_iter().take(sides(i)).map(move |back| (i as u32, back));
-    let patches: Vec<PatchSide> = (0..surfaces.patches.len()).flat_map(of_patch).collect();
-    let frames: Vec<Frame> = surfaces.patches.iter().map(|p| Frame::new(&p.corners, p.normal)).collect();
-    let build = |index: u32, group_visibility: &NodeVisibility| {
-        let mut workspace = Workspace::new();
-        let (simple, back) = patches[index as usize];
-        let frame = frames[simple as usize];
-        let nodes = PatchRoot { context, settings, simple, back, group_visibility, frame, threshold }
-            .build(&mut workspace);
-        Built { index, nodes, tests: workspace.scratch.tests }
-    };
-    let mut parts = Vec::new();
-    if !patches.is_empty() {
-        parts = descend(context, &ReceiverGroups::new(surfaces, &patches), 0, None, &build);
-    }
-    parts.sort_unstable_by_key(|part| part.index);
-    let meshes: Vec<u32> = (0..surfaces.meshes.len() as u32).collect();
-    parts.extend(map(&meshes, |&index| {
-        let mut workspace = Workspace::new();
-        let nodes = mesh_nodes(context, index, settings.cluster_triangles.max(1), &mut workspace);
-        Built { index, nodes, tests: workspace.scratch.tests }
-    }));
-    let roots = patches.iter().map(|&(simple, back)| Root::Patch { simple, back });
-    let roots = roots.chain(meshes.iter().map(|&mesh| Root::Mesh(mesh)));
-    let mut result = Receivers {
-        triangles: vec![TriangleReceiver::Leaf(NONE); geometry.triangles.len()],
-        ..Receivers::default()
-    };
-    let mut visibility = Vec::new();
-    let mut tests = Tests::default();
-    for (simple, frame) in frames.iter().enumerate() {
-        let patch = &surfaces.patches[simple];
-        for triangle in patch.triangles.clone() {
-            result.triangles[triangle as usize] = TriangleReceiver::Grid(simple as u32);
-        }
-        result.grids.push(PatchGrid {
-            patch: patch.patch,
-            object: patch.object,
-            origin: frame.origin.as_vec3(),
-            axis_u: DVec3::ZERO.as_vec3(),
-            axis_v: DVec3::ZERO.as_vec3(),
-            columns: 1,
-            rows: 1,
-            front: NONE,
-            back: NONE,
-        });
-    }
-    for (root, part) in roots.zip(parts) {
-        tests += part.tests;
-        flatten(surfaces, &root, part.nodes, &mut result, &mut visibility);
-    }
-    make_grids(settings, &frames, &mut result);
-    result.ids = ids::identify(geometry, surfaces, &result);
-    (result, visibility, tests)
-}
-
-/// The subtree of one root.
-struct Built {
-    index: u32,
-    nodes: Vec<NodeBuilder>,
-    tests: Tests,
-}
-
-/// The subtrees of a group's members, in any order; `build` makes each, given the group's visibility.
-fn descend(
-    context: &SceneContext,
-    groups: &ReceiverGroups,
-    index: u32,
-    above: Option<&NodeVisibility>,
-    build: &(impl Fn(u32, &NodeVisibility) -> Built + Sync + Send),
-) -> Vec<Built> {
-    let group = &groups.nodes[index as usize];
-    let mut workspace = Workspace::new();
-    let node = NodeContext { is_root: true, ..NodeContext::default() };
-    let visibility = context.visibility_by_groups(Shape::Group(group), node, above, &mut workspace);
-    let mut built = if group.bounds.children[0] == NONE {
-        let members = group.bounds.range.start as usize..group.bounds.range.end as usize;
-        map(&groups.order[members], |&member| build(member, &visibility))
-    } else {
-        let below = |&child: &u32| descend(context, groups, child, Some(&visibility), build);
-        map(&group.bounds.children, below).into_iter().flatten().collect()
-    };
-    if let Some(first) = built.first_mut() {
-        first.tests += workspace.scratch.tests;
-    }
-    built
-}
-
-/// Appends the nodes of a root that were not collapsed.
-fn flatten(
-    surfaces: &Surfaces,
-    root: &Root,
-    mut builders: Vec<NodeBuilder>,
-    result: &mut Receivers,
-    visibility: &mut Vec<NodeVisibility>,
-) {
-    let mut open = std::collections::VecDeque::from([(0_usize, NONE)]);
-    while let Some((builder, parent)) = open.pop_front() {
-        let builder = &mut builders[builder];
-        let index = result.nodes.len() as u32;
-        if parent != NONE {
-            let children = &mut result.nodes[parent as usize].children;
-            let slot = usize::from(children[0] != NONE);
-            children[slot] = index;
-        }
-        let (source, kind, center, radius) = match *root {
-            Root::Mesh(mesh) => {
-                let cluster = &surfaces.meshes[mesh as usize].tree.nodes[builder.cluster as usize];
-                let kind = LeafKind::Cluster { object: surfaces.meshes[mesh as usize].object };
-                (Source::Cluster { mesh, cluster: builder.cluster }, kind, cluster.center, cluster.radius)
-            }
-            Root::Patch { simple, back } => {
-                let low = builder.corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-                let high = builder.corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-                let center = (low + high) * 0.5;
-                let radius = builder.corners.iter().map(|c| c.distance(center)).fold(0.0, f64::max);
-                let first = result.corners.len() as u32;
-                result.corners.append(&mut builder.corners);
-                let corners = first..result.corners.len() as u32;
-                let kind = LeafKind::Patch { grid: simple, back, cells: builder.cells };
-                (Source::Patch { simple, back, corners }, kind, center, radius)
-            }
-        };
-        let mut leaf = NONE;
-        match builder.children {
-            Some(children) => open.extend(children.map(|c| (c, index))),
-            None => {
-                leaf = result.leaves.len() as u32;
-                result.leaves.push(Leaf {
-                    node: index,
-                    kind,
-                    center: center.as_vec3(),
-                    radius: (radius * (1.0 + 1e-6)) as f32,
-                    area: builder.area as f32,
-                });
-                if let Source::Cluster { mesh, cluster } = source {
-                    let tree = &surfaces.meshes[mesh as usize].tree;
-                    let range = tree.nodes[cluster as usize].range.clone();
-                    for &triangle in &tree.order[range.start as usize..range.end as usize] {
-                        result.triangles[triangle as usize] = TriangleReceiver::Leaf(leaf);
-                    }
-                }
-            }
-        }
-        let area = builder.area as f32;
-        result.nodes.push(Node { parent, children: [NONE; 2], leaf, area, source });
-        visibility.push(std::mem::take(&mut builder.visibility));
-    }
-}
-
-/// Chooses each grid's resolution, converts its leaves' cells to it and fills the grid.
-fn make_grids(settings: &VisibilitySettings, frames: &[Frame], result: &mut Receivers) {
-    let finest = 1_u32 << settings.max_depth.min(8);
-    // The cells' size, in units of the finest possible split.
-    let mut units = vec![[finest; 2]; frames.len()];
-    for leaf in &result.leaves {
-        if let LeafKind::Patch { grid, cells, .. } = leaf.kind {
-            for (axis, unit) in units[grid as usize].iter_mut().enumerate() {
-                *unit = (*unit).min(cells[axis + 2] - cells[axis]);
-            }
-        }
-    }
-    for (grid, (frame, unit)) in result.grids.iter_mut().zip(frames.iter().zip(&units)) {
-        let [columns, rows] = unit.map(|u| finest / u);
-        let scaled = |side: DVec3, count: u32| {
-            let squared = side.length_squared();
-            if squared > 0.0 { (side * (f64::from(count) / squared)).as_vec3() } else { side.as_vec3() }
-        };
-        (grid.columns, grid.rows) = (columns, rows);
-        grid.axis_u = scaled(frame.sides[0], columns);
-        grid.axis_v = scaled(frame.sides[1], rows);
-    }
-    for (index, leaf) in result.leaves.iter_mut().enumerate() {
-        let LeafKind::Patch { grid, back, cells } = &mut leaf.kind else { continue };
-        let unit = units[*grid as usize];
-        *cells = [cells[0] / unit[0], cells[1] / unit[1], cells[2] / unit[0], cells[3] / unit[1]];
-        let grid = &mut result.grids[*grid as usize];
-        let first = if *back { &mut grid.back } else { &mut grid.front };
-        if *first == NONE {
-            *first = result.cells.len() as u32;
-            result.cells.resize(result.cells.len() + (grid.columns * grid.rows) as usize, NONE);
-        }
-        for row in cells[1]..cells[3] {
-            for column in cells[0]..cells[2] {
-                result.cells[(*first + row * grid.columns + column) as usize] = index as u32;
-            }
-        }
-    }
-}
-
-/// One result for each item, in order, on all cores.
-fn map<T: Sync, R: Send>(items: &[T], f: impl Fn(&T) -> R + Sync + Send) -> Vec<R> {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        items.par_iter().with_max_len(1).map(f).collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    items.iter().map(f).collect()
 }

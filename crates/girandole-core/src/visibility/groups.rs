@@ -35,7 +35,8 @@ pub(crate) struct ReceiverGroups {
 impl ReceiverGroups {
     /// Splits at the middle of the widest axis, of normals or of positions.
     pub fn new(surfaces: &Surfaces, sides: &[PatchSide]) -> Self {
-        let corners = || surfaces.patches.iter().flat_map(|p| [p.low, p.high]);
+        let patch = |side: &PatchSide| &surfaces.patches[side.0 as usize];
+        let corners = || sides.iter().map(patch).flat_map(|p| [p.low, p.high]);
         let low = corners().fold(DVec3::INFINITY, DVec3::min);
         let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
         let scale = (high - low).max_element().max(f64::MIN_POSITIVE).recip();

@@ -32,8 +32,13 @@ pub enum LeafId {
     },
 }
 
-/// An id for each leaf.
-pub(super) fn identify(geometry: &Geometry, surfaces: &Surfaces, receivers: &Receivers) -> Vec<LeafId> {
+/// An id for each leaf from `first` on.
+pub(super) fn identify(
+    geometry: &Geometry,
+    surfaces: &Surfaces,
+    receivers: &Receivers,
+    first: usize,
+) -> Vec<LeafId> {
     let identify = |leaf: &super::Leaf| match (leaf.kind, &receivers.nodes[leaf.node as usize].source) {
         (LeafKind::Patch { grid, back, cells }, _) => {
             let of = &receivers.grids[grid as usize];
@@ -51,5 +56,5 @@ pub(super) fn identify(geometry: &Geometry, surfaces: &Surfaces, receivers: &Rec
         }
         (LeafKind::Cluster { object }, Source::Patch { .. }) => LeafId::Cluster { object, cluster: NONE },
     };
-    receivers.leaves.iter().map(identify).collect()
+    receivers.leaves[first..].iter().map(identify).collect()
 }

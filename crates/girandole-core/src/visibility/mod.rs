@@ -40,6 +40,7 @@
 //! # Ok::<(), girandole_core::Error>(())
 //! ```
 
+mod assembly;
 mod blockers;
 mod boxes;
 mod clusters;

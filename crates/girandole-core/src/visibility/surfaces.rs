@@ -110,6 +110,14 @@ impl Surfaces {
             .collect();
         Self { patches, meshes, tolerance }
     }
+
+    /// Whether they are the same surfaces in other places.
+    pub fn are_those_of(&self, other: &Self) -> bool {
+        let patch = |p: &SimplePatch| (p.patch, p.object, p.triangles.clone(), p.double_sided);
+        let mesh = |m: &MeshPart| (m.object, m.tree.order.len());
+        self.patches.iter().map(patch).eq(other.patches.iter().map(patch))
+            && self.meshes.iter().map(mesh).eq(other.meshes.iter().map(mesh))
+    }
 }
 
 impl SimplePatch {

@@ -5,7 +5,7 @@ use crate::scene::builtin::shapes;
 use proptest::prelude::*;
 
 /// A room with boxes, tilted boards and meshes; some of them double-sided, cut out or dynamic.
-fn random_room(numbers: &mut Numbers) -> Scene {
+pub fn random_room(numbers: &mut Numbers) -> Scene {
     let mut scene = empty_scene();
     let half = vec3(1.0 + 3.0 * numbers.unit(), 1.0 + numbers.unit(), 1.0 + 3.0 * numbers.unit());
     let turn = if numbers.unit() < 0.5 { Quat::IDENTITY } else { numbers.rotation() };
@@ -80,7 +80,7 @@ fn random_room(numbers: &mut Numbers) -> Scene {
 }
 
 /// On surfaces, in the air and parallel.
-fn random_lights(
+pub fn random_lights(
     scene: &Scene,
     geometry: &Geometry,
     numbers: &mut Numbers,
