@@ -115,7 +115,15 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
 
     // The picture.
     let clamp = args.quality.clamp.0;
-    let job = Job { scene: &scene, geometry: &geometry, lights: &lights, view, clamp, args: &args };
+    let job = Job {
+        scene: &scene,
+        geometry: &geometry,
+        lights: &lights,
+        visibility: None,
+        view,
+        clamp,
+        args: &args,
+    };
     let (name, adapter) = (engine.name(), engine.adapter());
     let picture = engine.render(&job)?;
     let ev = write_shown(&args, &args.output, &picture.radiance)?;

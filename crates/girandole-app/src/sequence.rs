@@ -1,6 +1,6 @@
 //! `girandole render --frames`: a numbered sequence, of which each frame is the same alone, resumed and in sequence.
 
-use crate::args::{Engine, Frames, Placement, RenderArgs, RewalkArg};
+use crate::args::{Engine, Frames, Mode, Placement, RenderArgs, RewalkArg};
 use crate::engine::{Job, Ready};
 use crate::output::{self, Progress, say};
 use crate::render::write_shown;
@@ -8,8 +8,10 @@ use anyhow::{Context, Result};
 use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::{Geometry, Scene, View};
+use girandole_core::visibility::{MOST_LIGHTS, VisibilityDatabase, VisibilitySettings};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Instant;
 
 /// Moments of an animation that light samples are placed for where the camera moves.
 const VIEWS: u32 = 8;
@@ -35,9 +37,11 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
     for (done, (frame, path)) in missing.iter().enumerate() {
         scene.set_time(f64::from(*frame) / args.motion.fps)?;
         let view = view(&scene, args)?;
-        let (geometry, lights) = light.at(&mut scene, view)?;
+        let start = Instant::now();
+        let (geometry, lights, visibility) = light.at(&mut scene, view)?;
+        total_ms += start.elapsed().as_secs_f64() * 1e3;
         let clamp = args.quality.clamp.0;
-        let job = Job { scene: &scene, geometry, lights, view, clamp, args };
+        let job = Job { scene: &scene, geometry, lights, visibility, view, clamp, args };
         let picture = engine.render(&job)?;
         warn_once(&mut said, &lights.warnings);
         total_ms += picture.frame_ms;
@@ -79,6 +83,8 @@ fn view(scene: &Scene, args: &RenderArgs) -> Result<View> {
     Ok(View::new(scene, camera, args.size[0] as f32 / args.size[1] as f32))
 }
 
+type Parts<'a> = (&'a Geometry, &'a LightSet, Option<&'a VisibilityDatabase>);
+
 /// The light samples of a sequence.
 enum Light {
     /// Those of the scene as it was loaded, moved along.
@@ -92,7 +98,11 @@ enum Light {
 impl Light {
     fn new(scene: &Scene, args: &RenderArgs) -> Result<Self> {
         let lights = args.lights.settings();
-        let settings = IlluminationSettings { lights, visibility: None, ..IlluminationSettings::default() };
+        let is_for_gpu = matches!(args.engine, Engine::Gpu | Engine::Auto);
+        let needs_visibility =
+            is_for_gpu && args.mode != Mode::Naive && args.lights.lights as usize <= MOST_LIGHTS;
+        let visibility = needs_visibility.then(VisibilitySettings::default);
+        let settings = IlluminationSettings { lights, visibility, ..IlluminationSettings::default() };
         if args.engine == Engine::Path {
             return Ok(Self::None(None));
         }
@@ -117,24 +127,24 @@ impl Light {
         Ok(Self::Held(Box::new(Illumination::new(scene, &settings)?)))
     }
 
-    /// The scene as it stands, flattened, and its light.
-    fn at(&mut self, scene: &mut Scene, view: View) -> Result<(&Geometry, &LightSet)> {
+    /// The scene as it stands, flattened, its light, and which of it needs a shadow map where.
+    fn at(&mut self, scene: &mut Scene, view: View) -> Result<Parts<'_>> {
         let changes = scene.take_changes();
         match self {
             Self::Held(illumination) => {
                 illumination.update(scene, &changes)?;
-                Ok((illumination.geometry(), illumination.lights()))
+                Ok((illumination.geometry(), illumination.lights(), illumination.visibility()))
             }
             Self::Fresh(placement, settings, illumination) => {
                 settings.views = placement.views(&[view]).to_vec();
                 let illumination = illumination.insert(Box::new(Illumination::new(scene, settings)?));
-                Ok((illumination.geometry(), illumination.lights()))
+                Ok((illumination.geometry(), illumination.lights(), illumination.visibility()))
             }
             Self::None(made) => {
                 let geometry = Geometry::new(scene);
                 let lights = LightSet::from_samples(&geometry, Vec::new());
                 let (geometry, lights) = &**made.insert(Box::new((geometry, lights)));
-                Ok((geometry, lights))
+                Ok((geometry, lights, None))
             }
         }
     }

@@ -104,7 +104,8 @@ impl Illumination {
 
     /// Brings everything up to the scene after these changes. With [`Rewalk::All`] it is, to the bit, what
     /// [`Illumination::new`] makes of the scene; with [`Rewalk::Off`] the geometry is, and visibility is that of the samples
-    /// that are held. For now all but held samples are derived anew, so it takes as long.
+    /// that are held. Of visibility, what depends on static objects alone is kept while only dynamic ones move and the samples
+    /// stay; all else is derived anew.
     ///
     /// # Errors
     /// [`Error::Invalid`] where the changes do not lead from the version held to the scene's, unless they say that

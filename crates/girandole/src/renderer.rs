@@ -105,7 +105,8 @@ impl Renderer {
     }
 
     /// Follows the changes of the scene that is open, as [`Scene::take_changes`] returned them: the next frame is, bit for
-    /// bit, that of a renderer that opens the scene as it stands. Everything that depends on them is made anew.
+    /// bit, that of a renderer that opens the scene as it stands; where light samples are
+    /// [held](girandole_core::illumination::Rewalk::Off), that of one that loads it with these samples. Maps are drawn anew.
     ///
     /// # Errors
     /// [`Error::Scene`] before [`Renderer::open`] and for changes that do not follow what was loaded (nothing changes

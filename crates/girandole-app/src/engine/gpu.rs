@@ -56,7 +56,12 @@ impl Device {
             }),
             ..settings(args.mode, &args.quality, job.clamp, args.aa)
         };
-        let visibility = visibility(job.scene, job.geometry, job.lights, &[args.mode])?;
+        let (mut found, mut visibility_ms) = (None, 0.0);
+        if job.visibility.is_none()
+            && let Some((database, ms)) = visibility(job.scene, job.geometry, job.lights, &[args.mode])?
+        {
+            (found, visibility_ms) = (Some(database), ms);
+        }
         let start = Instant::now();
         let mut renderer = match self.renderer.take() {
             Some(renderer) => renderer,
@@ -64,7 +69,7 @@ impl Device {
         };
         renderer.time_passes(args.stats.is_some());
         renderer.load(job.scene, job.geometry, job.lights)?;
-        if let Some((database, _)) = &visibility {
+        if let Some(database) = job.visibility.or(found.as_ref()) {
             renderer.load_visibility(job.scene, job.geometry, job.lights, database)?;
         }
         self.gpu.wait()?;
@@ -86,7 +91,6 @@ impl Device {
         for (pass, ms) in maps.gpu_ms {
             stats.insert(pass.into(), ms.into());
         }
-        let visibility_ms = visibility.map_or(0.0, |(_, ms)| ms);
         stats.insert("mode".into(), args.mode.name().into());
         stats.insert("setup_ms".into(), setup_ms.into());
         stats.insert("shadow_maps_ms".into(), shadow_maps_ms.into());

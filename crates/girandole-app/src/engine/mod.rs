@@ -14,6 +14,7 @@ use anyhow::Result;
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Scene, View};
+use girandole_core::visibility::VisibilityDatabase;
 use serde_json::{Map, Value};
 
 /// Flat statistics, sorted by key.
@@ -27,6 +28,8 @@ pub struct Job<'a> {
     pub geometry: &'a Geometry,
     /// Its light; empty for the path tracer, which samples its own.
     pub lights: &'a LightSet,
+    /// Which of it needs a shadow map where; `None` where the engine is to find out, if it has to know.
+    pub visibility: Option<&'a VisibilityDatabase>,
     /// The camera.
     pub view: View,
     /// Bound on the geometric factor.

@@ -5,6 +5,7 @@ mod exact;
 mod leaks;
 mod materials;
 mod mirrors;
+mod motion;
 mod oracle;
 mod pictures;
 mod recording;
@@ -33,6 +34,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         leaks::tests(),
         materials::tests(),
         pictures::tests(),
+        motion::tests(),
         recording::tests(),
         selected::tests(),
         shadings::tests(),
