@@ -9,7 +9,8 @@ use girandole_core::tonemap::Exposure;
 use std::path::PathBuf;
 use values::*;
 
-pub use motion::{Frames, MotionArgs, RewalkArg};
+use motion::parse_updates;
+pub use motion::{Frames, MotionArgs, RewalkArg, UpdatesArg};
 pub use values::{
     AntiAliasing, Bounces, Clamp, DebugView, DirectShare, Engine, Mode, Pcf, Placement, ShadingArg,
     ShadowMap, Switch, TerminationArg, ToneCurve,
@@ -285,6 +286,7 @@ exposure fixed, by the clock around submitting and waiting. Modes take turns; th
 Examples:
   girandole bench
   girandole bench area-lights table --lights 25,50,100,200,300 --modes naive,vd,vd-lp,full --json times.json
+  girandole bench pillars --moving --updates 50,100,all
   girandole bench pillars --modes vd,full --light-maps on --size 1920x1080 --csv times.csv";
 
 /// Options of `girandole bench`.
@@ -298,6 +300,18 @@ pub struct BenchArgs {
     /// Numbers of light samples
     #[arg(long, value_name = "N,…", default_value = "300", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LIGHTS)))]
     pub lights: Vec<u32>,
+
+    /// Times mode full along the scene's motion, with one set of light samples: frames after updates, and static ones
+    #[arg(long, conflicts_with = "modes")]
+    pub moving: bool,
+
+    /// With --moving: stale shadow maps that a frame draws at most
+    #[arg(long, value_name = "N|all,…", default_value = "all", value_delimiter = ',', requires = "moving", value_parser = parse_updates)]
+    pub updates: Vec<UpdatesArg>,
+
+    /// With --moving: frames a second
+    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = motion::parse_fps, requires = "moving")]
+    pub fps: f64,
 
     /// Modes to compare; ratios refer to the first
     #[arg(long, value_enum, value_name = "MODE,…", default_values = ["naive", "vd", "vd-lp", "full"], value_delimiter = ',')]

@@ -93,12 +93,7 @@ impl Illumination {
     /// The light samples held, in a scene of which only places changed; `None` where they are to be sampled anew.
     fn held_lights(&self, scene: &Scene, geometry: &Geometry, changes: &SceneChanges) -> Option<LightSet> {
         let (lights, placement) = &self.sampled;
-        let only_places = changes.added.is_empty()
-            && changes.removed.is_empty()
-            && changes.materials.is_empty()
-            && !changes.reopened
-            && !changes.everything;
-        let holds = self.settings.rewalk == Rewalk::Off && only_places;
+        let holds = self.settings.rewalk == Rewalk::Off && changes.is_motion();
         holds.then(|| lights.moved(scene, geometry, placement)).flatten()
     }
 

@@ -32,24 +32,20 @@ pub(crate) fn record_frame(
     view: &LocalView,
     settings: &RenderSettings,
     target: Option<&Target>,
-) -> Result<Option<CullCounts>> {
+) -> Result<CullCounts> {
     let &Prepared { passes, shared, scene, targets, .. } = prepared;
 
     // The shadow map of each light, where they are stale.
-    let (maps, culling) = match prepared.maps_are_stale {
-        true => passes.shadow_maps.record(recorder, scene).map(|(maps, counts)| (maps, Some(counts)))?,
-        false => (scene.atlas.view(), None),
-    };
+    let (maps, culling) = passes.shadow_maps.record(recorder, scene, &prepared.map_updates)?;
     // For each receiver, the sum of the lights that nothing shadows.
     let lighting = match &prepared.mode {
         PreparedMode::Naive(pass) => Lighting::Naive(pass),
         PreparedMode::Adaptive(adaptive) => {
             recorder.encoder().clear_buffer(&adaptive.lists.tally, 0, None);
-            let light_maps = match adaptive.light_maps_are_stale {
-                true => {
-                    adaptive.passes.light_maps.record(recorder, scene, adaptive.receivers, settings.clamp)
-                }
-                false => LightMapsView { receivers: adaptive.receivers, used: settings.uses_light_maps() },
+            let (pass, receivers) = (&adaptive.passes.light_maps, adaptive.receivers);
+            let light_maps = match &adaptive.light_map_changes {
+                Some(changes) => pass.record(recorder, scene, receivers, changes, settings.clamp)?,
+                None => LightMapsView { receivers, used: false },
             };
             Lighting::Adaptive(adaptive, light_maps)
         }

@@ -260,6 +260,14 @@ pub(crate) fn clamp(clamp: Clamp) -> f32 {
 }
 
 impl Light {
+    /// Whether its map shows the same as another light's.
+    pub fn sees_like(&self, other: &Self) -> bool {
+        (self.position, self.normal, self.tangent) == (other.position, other.normal, other.tangent)
+            && (self.profile == DIRECTIONAL, self.atlas_slot)
+                == (other.profile == DIRECTIONAL, other.atlas_slot)
+            && (self.profile != DIRECTIONAL || self.scale == other.scale)
+    }
+
     /// A light sample without its place in the atlas. Maps are turned about their normals by the golden angle from
     /// one light to the next, so that the edges of their texels do not line up. `radius` is the scene's, in metres.
     pub fn new(id: u32, sample: &LightSample, radius: f32) -> Self {
@@ -317,6 +325,27 @@ const _: () = assert!(ShadowMap::Cube as u32 == CUBE);
 pub(crate) struct Item {
     pub light: u32,
     pub face_cluster: u32,
+}
+
+/// `LightMapUpdate` in `light_maps.wgsl`: what changes of a leaf's light map for a batch of lights.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub(crate) struct LightMapUpdate {
+    pub leaf: u32,
+    pub first: u32,
+    pub end: u32,
+    pub is_void: u32,
+    pub units: f32,
+}
+
+/// `MapPart` in `lib/map_parts.wgsl`: texels of a map in its page.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct MapPart {
+    pub first: [u32; 2],
+    pub end: [u32; 2],
+    pub page: u32,
+    pub padding: u32,
 }
 
 /// `Display` in `tonemap.wgsl`.

@@ -4,7 +4,8 @@
 use crate::device::tuning::DeviceTuning;
 use crate::layout::{
     BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Item,
-    Light, Maps, MultipassParams, PointQueueHeader, ShadeListHeader, TextureUse, Triangle, Vertex,
+    Light, LightMapUpdate, MapPart, Maps, MultipassParams, PointQueueHeader, ShadeListHeader, TextureUse,
+    Triangle, Vertex,
 };
 use crate::records::{Element, LeafRange, LeafRecord, Member, ReceiverGrid, ShadePoint, TextureEntry};
 use crate::{DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap, shaders};
@@ -44,6 +45,8 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, atlas_slot, rectangle),
         fields!(Maps as "Maps": page, size, parallel_size, texel, parallel_texel),
         fields!(Item as "Item": light, face_cluster),
+        fields!(LightMapUpdate as "LightMapUpdate": leaf, first, end, is_void, units),
+        fields!(MapPart as "MapPart": first, end, page, padding),
         fields!(Display as "Display": size, exposure, automatic),
         fields!(DispatchArguments as "DispatchArguments": scatter_points, shade_points, shade_points_cooperative,
             chunks),

@@ -71,6 +71,9 @@ pub use error::{Error, Remedy, Result};
 pub use maps::layout::{AtlasLayout, MapSlot};
 
 pub use maps::occluders::CullCounts;
+pub use maps::states::StaleCounts;
 pub use renderer::Renderer;
-pub use settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading, ShadowMap, Target};
+pub use settings::{
+    DebugView, MapUpdates, Mode, RenderSettings, RendererOptions, Shading, ShadowMap, Target,
+};
 pub use stats::{FrameStats, PairCounts};

@@ -2,6 +2,7 @@
 
 use crate::device::context::Context;
 use crate::device::kernel::Shared;
+use crate::maps::states::MapUpdate;
 use crate::passes::Compiler;
 use crate::passes::append_all_points::AppendAllPoints;
 use crate::passes::caller_depth::CallerDepth;
@@ -22,7 +23,8 @@ use crate::passes::visibility_buffer::VisibilityBuffer;
 use crate::points::lists::PointLists;
 use crate::points::multipass_plan::{MultipassKey, MultipassPlan, in_view};
 use crate::points::targets::Targets;
-use crate::resident::{LightMapBound, Resident, SceneFeatures};
+use crate::resident::{Resident, SceneFeatures};
+use crate::scene::light_maps::LightMapChanges;
 use crate::scene::receivers::Receivers;
 use crate::settings::{DebugView, Mode, RenderSettings, Shading};
 use crate::{Error, Result};
@@ -130,10 +132,23 @@ pub(crate) struct Prepared<'a> {
     pub passes: &'a Passes,
     pub scene: &'a Resident,
     pub targets: &'a Targets,
-    pub maps_are_stale: bool,
+    /// What of the shadow maps this frame draws.
+    pub map_updates: Vec<MapUpdate>,
     pub mode: PreparedMode<'a>,
     pub resolve: &'a Resolve,
     pub debug: Option<(&'a Debug, DebugView)>,
+}
+
+impl Prepared<'_> {
+    /// How many pairs of a light map and a light the frame changes, if it uses light maps.
+    pub fn light_map_changes(&self) -> Option<u32> {
+        match &self.mode {
+            PreparedMode::Adaptive(Adaptive { light_map_changes: Some(changes), .. }) => {
+                Some(changes.lights.len() as u32)
+            }
+            _ => None,
+        }
+    }
 }
 
 /// How a frame is shaded.
@@ -152,7 +167,8 @@ pub(crate) struct Adaptive<'a> {
     pub receivers: &'a Receivers,
     pub lists: &'a PointLists,
     pub multipass: Option<(&'a Multipass, &'a MultipassPlan)>,
-    pub light_maps_are_stale: bool,
+    /// What light maps lack, if the frame uses them.
+    pub light_map_changes: Option<LightMapChanges>,
     /// Whether points are few, so that lanes may share them.
     pub are_few: bool,
 }
@@ -249,8 +265,9 @@ pub(crate) fn prepare<'a>(
                 receivers,
                 lists,
                 multipass,
-                light_maps_are_stale: settings.uses_light_maps()
-                    && scene.light_maps != Some(LightMapBound(settings.clamp)),
+                light_map_changes: settings
+                    .uses_light_maps()
+                    .then(|| receivers.light_map_changes(settings.clamp)),
                 are_few: settings.mode.has_low_resolution(),
             })
         }
@@ -265,7 +282,7 @@ pub(crate) fn prepare<'a>(
         passes,
         scene,
         targets,
-        maps_are_stale: scene.culling.is_none(),
+        map_updates: scene.atlas.states.choose(&settings.updates, &scene.lights.samples),
         mode,
         resolve: scene_passes.resolve.get_or_init(|| Resolve::new(&compiler)),
         debug: settings.debug.map(|view| (scene_passes.debug.get_or_init(|| Debug::new(&compiler)), view)),

@@ -12,9 +12,9 @@ use crate::points::lists::PointLists;
 use crate::points::multipass_plan::MAX_LIGHTS_PER_PASS;
 use crate::points::targets::Targets;
 use crate::prepare::{Passes, ScenePasses, allocate, prepare};
-use crate::resident::{LightMapBound, Resident};
-use crate::scene::receivers::Receivers;
-use crate::settings::{DebugView, Mode, RenderSettings, RendererOptions, Shading, Target};
+use crate::resident::Resident;
+use crate::scene::receivers::{Receivers, Sources};
+use crate::settings::{DebugView, MapUpdates, Mode, RenderSettings, RendererOptions, Shading, Target};
 use crate::{Error, Remedy, Result};
 use girandole_core::illumination::{Illumination, IlluminationSettings};
 use girandole_core::image::Image;
@@ -120,7 +120,17 @@ impl Renderer {
             return Ok(());
         }
         let illumination = self.illumination.take().ok_or_else(nothing_loaded)?;
-        self.load_illumination(scene, illumination)
+        let follows = match &mut self.scene {
+            Some(resident) if changes.is_motion() => {
+                resident.follow(&self.context, scene, &illumination, &changes.moved)?
+            }
+            _ => false,
+        };
+        if !follows {
+            return self.load_illumination(scene, illumination);
+        }
+        self.illumination = Some(illumination);
+        Ok(())
     }
 
     /// Places the light samples of the scene that is open for other views, all alike (none = by power): the next frame is, bit
@@ -192,28 +202,26 @@ impl Renderer {
         if resident.generations != [geometry.generation(), lights.generation()] {
             return Err(Error::invalid("this visibility database belongs to another scene or other lights"));
         }
-        let receivers = Receivers::new(&self.context.device, scene, geometry, lights, database)?;
-        resident.receivers = Some(receivers);
-        resident.light_maps = None;
+        let Context { device, queue, .. } = &self.context;
+        let sources = Sources { scene, geometry, lights, database };
+        resident.receivers = Some(Receivers::new((device, queue), sources)?);
         resident.multipass = None;
-        self.lists = None;
         Ok(())
     }
 
-    /// Draws the shadow maps that are stale and submits; a frame does so by itself.
+    /// Draws shadow maps that are stale and submits; a frame does so by itself. For what is stale afterwards, it counts as a frame.
     ///
     /// # Errors
     /// [`Error::Scene`] before [`Renderer::load`], [`Error::TooLarge`] where a list of what to draw exceeds the device's
     /// limits.
-    pub fn draw_shadow_maps(&mut self) -> Result<()> {
+    pub fn draw_shadow_maps(&mut self, updates: &MapUpdates) -> Result<()> {
         let Context { device, queue, shared, timers, .. } = &self.context;
         let scene = self.scene.as_mut().ok_or_else(nothing_loaded)?;
-        if scene.culling.is_none() {
-            let mut recorder = Recorder::submitting(device, queue, &shared.frame, timers);
-            let (_, counts) = self.passes.shadow_maps.record(&mut recorder, scene)?;
-            recorder.finish();
-            scene.culling = Some(counts);
-        }
+        let updates = scene.atlas.states.choose(updates, &scene.lights.samples);
+        let mut recorder = Recorder::submitting(device, queue, &shared.frame, timers);
+        let (_, counts) = self.passes.shadow_maps.record(&mut recorder, scene, &updates)?;
+        recorder.finish();
+        scene.count_maps(&updates, counts);
         Ok(())
     }
 
@@ -272,9 +280,11 @@ impl Renderer {
         };
         let culling = record_frame(&mut recorder, &prepared, view, settings, target)?;
         recorder.finish();
-        scene.culling = culling.or(scene.culling);
-        if settings.uses_light_maps() {
-            scene.light_maps = Some(LightMapBound(settings.clamp));
+        let light_map_changes = prepared.light_map_changes();
+        let updates = prepared.map_updates;
+        scene.count_maps(&updates, culling);
+        if let Some(changes) = light_map_changes {
+            scene.count_light_maps(changes, settings.clamp);
         }
         self.last = Some(*settings);
         Ok(())

@@ -2,18 +2,22 @@
 
 use crate::Result;
 use crate::device::context::Context;
+use crate::layout::Light;
 use crate::maps::atlas::Atlas;
 use crate::maps::layout::AtlasLayout;
+use crate::maps::non_blockers::NonBlockers;
 use crate::maps::occluders::{CullCounts, Occluders};
+use crate::maps::states::MapUpdate;
 use crate::points::multipass_plan::MultipassPlan;
 use crate::scene::geometry::{GpuScene, gpu_lights};
 use crate::scene::lights::GpuLights;
-use crate::scene::receivers::Receivers;
-use crate::shader_constants::DIRECTIONAL;
+use crate::scene::receivers::{Receivers, Sources};
+use crate::shader_constants::{COSINE, DIRECTIONAL};
 use girandole_core::Generation;
 use girandole_core::glam::DVec3;
+use girandole_core::illumination::Illumination;
 use girandole_core::lights::{Clamp, LightSet};
-use girandole_core::scene::{Geometry, NONE, Scene};
+use girandole_core::scene::{Geometry, NONE, ObjectId, Scene};
 
 /// What a scene and its lights need of the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,15 +50,15 @@ pub(crate) struct Resident {
     pub receivers: Option<Receivers>,
     /// What multipass shading draws.
     pub multipass: Option<MultipassPlan>,
-    /// What was drawn when shadow maps were drawn; nothing while they are stale.
-    pub culling: Option<CullCounts>,
-    /// The bound of the geometric factor that light maps were summed with; nothing while they are stale.
-    pub light_maps: Option<LightMapBound>,
+    /// Surfaces that stay out of shadow maps.
+    non_blockers: NonBlockers,
+    /// What was drawn when shadow maps were last drawn.
+    pub culling: CullCounts,
+    /// Maps of which the last frame drew some part.
+    pub maps_drawn: u32,
+    /// Pairs of a light map and a light that the last frame added to it or took away.
+    pub light_map_changes: u32,
 }
-
-/// A bound of the geometric factor, m⁻²; none = exact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LightMapBound(pub Clamp);
 
 impl Resident {
     /// # Errors
@@ -68,13 +72,9 @@ impl Resident {
         for (light, slot) in samples.iter_mut().zip(&layout.slots) {
             light.atlas_slot = layout.place(slot);
         }
-        let features = SceneFeatures {
-            specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),
-            only_cosine_lights: samples.iter().all(|l| l.profile == 0),
-            textures: !scene.textures.is_empty(),
-            curved: is_curved(scene, geometry),
-        };
-        let occluders = Occluders::new(scene, geometry, &samples, options.skip_non_blockers);
+        let features = SceneFeatures::of(scene, geometry, &samples);
+        let non_blockers = NonBlockers::new(scene, geometry, &samples, options.skip_non_blockers);
+        let occluders = Occluders::new(scene, geometry, &non_blockers);
         Ok(Self {
             geometry: GpuScene::new((device, &context.queue), &shared.scene, scene, geometry)?,
             features,
@@ -86,9 +86,87 @@ impl Resident {
             generations: [geometry.generation(), lights.generation()],
             receivers: None,
             multipass: None,
-            culling: None,
-            light_maps: None,
+            culling: CullCounts::default(),
+            maps_drawn: 0,
+            non_blockers,
+            light_map_changes: 0,
         })
+    }
+
+    /// Follows dynamic objects and light samples to where they are now; what does not change stays. `false` where more changed
+    /// than that: then nothing was done, and all is to be made anew.
+    ///
+    /// # Errors
+    /// [`crate::Error::TooLarge`] beyond the device's limits.
+    pub fn follow(
+        &mut self,
+        context: &Context,
+        scene: &Scene,
+        illumination: &Illumination,
+        moved: &[ObjectId],
+    ) -> Result<bool> {
+        let Context { device, queue, options, .. } = context;
+        let (geometry, lights) = (illumination.geometry(), illumination.lights());
+        let mut samples = gpu_lights(lights, geometry.radius());
+        let is_parallel = |light: &Light| light.profile == DIRECTIONAL;
+        let have_place = samples.iter().map(is_parallel).eq(self.lights.samples.iter().map(is_parallel));
+        let frame = (geometry.origin, geometry.diagonal(), geometry.extent());
+        let is_same = geometry.objects == self.geometry.objects
+            && frame == (self.origin, self.scale, self.extent)
+            && moved.iter().all(|id| scene.objects[id.index()].dynamic);
+        if !(have_place && is_same)
+            || SceneFeatures::of(scene, geometry, &samples) != self.features
+            || !self.non_blockers.stay(scene, geometry, &samples)
+        {
+            return Ok(false);
+        }
+        for (light, slot) in samples.iter_mut().zip(&self.atlas.layout.slots) {
+            light.atlas_slot = self.atlas.layout.place(slot);
+        }
+        self.geometry.follow(queue, scene, geometry, moved)?;
+        let faces = options.shadow_map.faces();
+        self.atlas.follow(queue, geometry, moved, [&self.lights.samples, &samples], faces);
+        let lights_moved = self.lights.follow(queue, samples);
+        if let Some(database) = illumination.visibility() {
+            let sources = Sources { scene, geometry, lights, database };
+            let followed = !lights_moved && self.receivers.as_mut().is_some_and(|r| r.follow(queue, sources));
+            if !followed {
+                self.receivers = Some(Receivers::new((device, queue), sources)?);
+            }
+            self.multipass = None;
+        }
+        self.generations = [geometry.generation(), lights.generation()];
+        Ok(true)
+    }
+}
+
+impl Resident {
+    /// Takes note of what was drawn into shadow maps for a frame.
+    pub fn count_maps(&mut self, updates: &[MapUpdate], culling: CullCounts) {
+        self.atlas.states.advance(updates);
+        self.maps_drawn = updates.len() as u32;
+        if !updates.is_empty() {
+            self.culling = culling;
+        }
+    }
+
+    /// Takes note that a frame brought light maps up to date.
+    pub fn count_light_maps(&mut self, changes: u32, bound: Clamp) {
+        self.light_map_changes = changes;
+        if let Some(receivers) = &mut self.receivers {
+            receivers.advance_light_maps(bound);
+        }
+    }
+}
+
+impl SceneFeatures {
+    fn of(scene: &Scene, geometry: &Geometry, lights: &[Light]) -> Self {
+        Self {
+            specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),
+            only_cosine_lights: lights.iter().all(|l| l.profile == COSINE),
+            textures: !scene.textures.is_empty(),
+            curved: is_curved(scene, geometry),
+        }
     }
 }
 

@@ -114,6 +114,16 @@ pub enum Shading {
     },
 }
 
+/// Which shadow maps are drawn anew in a frame after things moved. Those of lights that moved themselves always are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MapUpdates {
+    /// At most so many, those of bright lights and those that have been stale for long first; `None` (default) = all that are
+    /// stale, and each frame stands by itself. Fewer take less time, and shadows of what moves lag behind.
+    pub most: Option<u32>,
+    /// No map is shown that has been stale for more frames, whatever [`most`](Self::most) says; `None` (default) = no bound.
+    pub oldest: Option<u32>,
+}
+
 /// What may change from frame to frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderSettings {
@@ -137,6 +147,8 @@ pub struct RenderSettings {
     /// [`Mode::Naive`]: lights a dispatch, rounded up to whole groups of 128, 512 at the most; `None` (default) = as
     /// many as stay well below a watchdog's patience. Changes no bit.
     pub lights_per_batch: Option<u32>,
+    /// Which shadow maps are drawn anew. Default all that are stale.
+    pub updates: MapUpdates,
     /// Scale before tone mapping. Default automatic.
     pub exposure: Exposure,
     /// Tone curve. Default AgX.
@@ -161,6 +173,7 @@ impl Default for RenderSettings {
             clamp: Clamp::Own,
             samples_per_axis: 1,
             lights_per_batch: None,
+            updates: MapUpdates::default(),
             exposure: Exposure::Auto,
             tonemap: Tonemap::Agx,
         }

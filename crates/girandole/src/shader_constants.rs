@@ -44,6 +44,8 @@ pub(crate) const NEAR_SHADOWED: u32 = 3;
 pub(crate) const SHADOWED: u32 = 4;
 pub(crate) const MAPPED_SHADOWED: u32 = 5;
 pub(crate) const NO_PART: u32 = 6;
+/// Bit of a change of a light map: the light is taken away.
+pub(crate) const TAKEN_AWAY: u32 = 1 << 31;
 /// Parameterisations of shadow maps, as `ShadowMap` orders them.
 pub(crate) const OCTAHEDRAL: u32 = 0;
 pub(crate) const PARABOLIC: u32 = 1;
@@ -103,6 +105,7 @@ pub(crate) fn declarations() -> String {
         SHADOWED,
         MAPPED_SHADOWED,
         NO_PART,
+        TAKEN_AWAY,
         OCTAHEDRAL,
         PARABOLIC,
         CUBE,

@@ -34,6 +34,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     lights_uniform,
     loads_batched,
     loads_unordered,
+    map_parts,
     maps,
     multipass_params,
     occluders,
@@ -152,6 +153,8 @@ sources! {
     SHADOW_MAPS_MASKED = shadow_maps_masked "" [
         frame scene texture texture_entry_at light maps octahedral parameterisation project occluders
     ];
+    CLEAR_MAPS = clear_maps "" [frame light maps map_parts];
+    COPY_MAPS = copy_maps "" [map_parts];
     EXPOSURE = exposure "" [packed color];
     CALLER_DEPTH = caller_depth "" [frame];
     TONEMAP = tonemap "" [tonemap packed];

@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::device::readback;
 use crate::maps::occluders::CullCounts;
+use crate::maps::states::StaleCounts;
 use crate::points::lists::PointLists;
 use crate::renderer::Renderer;
 use crate::scene::receivers::Receivers;
@@ -28,6 +29,12 @@ pub struct FrameStats {
     pub non_blockers: usize,
     /// Faces and clusters drawn and culled when the maps were last drawn.
     pub culling: CullCounts,
+    /// Shadow maps of which some part was drawn.
+    pub maps_drawn: u32,
+    /// Shadow maps that the frame left stale.
+    pub stale: StaleCounts,
+    /// Pairs of a light map and a light that was added to it or taken away.
+    pub light_map_changes: u32,
     /// Points shaded, by pixels from point to point: 1, 2, 4, 8; and further samples of pixels at edges. All other
     /// pixels were interpolated.
     pub points: [u64; 5],
@@ -77,7 +84,10 @@ impl Renderer {
             stats.atlas_pages = scene.atlas.layout.pages;
             stats.atlas_bytes = scene.atlas.bytes();
             stats.non_blockers = scene.atlas.left_out();
-            stats.culling = scene.culling.unwrap_or_default();
+            stats.culling = scene.culling;
+            stats.maps_drawn = scene.maps_drawn;
+            stats.light_map_changes = scene.light_map_changes;
+            stats.stale = scene.atlas.states.counts();
         }
         let mut encoder = context.device.create_command_encoder(&Default::default());
         let mut tally = None;

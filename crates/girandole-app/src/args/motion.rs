@@ -1,6 +1,7 @@
 //! Options of what moves: one moment, or a numbered sequence.
 
 use clap::{Args, ValueEnum};
+use girandole::MapUpdates;
 use std::path::{Path, PathBuf};
 
 /// Which light samples are sampled anew from frame to frame.
@@ -60,6 +61,28 @@ impl Frames {
     }
 }
 
+/// Stale shadow maps that a frame draws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UpdatesArg(pub MapUpdates);
+
+impl std::fmt::Display for UpdatesArg {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self.0.most {
+            Some(most) => write!(f, "{most}"),
+            None => write!(f, "all"),
+        }
+    }
+}
+
+/// `all` or a number of maps.
+pub fn parse_updates(text: &str) -> Result<UpdatesArg, String> {
+    let most = match text {
+        "all" => None,
+        number => Some(number.parse().map_err(|_| "give a number of shadow maps, or `all`")?),
+    };
+    Ok(UpdatesArg(MapUpdates { most, oldest: None }))
+}
+
 const MOST_FRAMES: u32 = 1_000_000;
 
 fn parse_frames(text: &str) -> Result<Frames, String> {
@@ -76,7 +99,7 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| "give a number of seconds from 0 up".into())
 }
 
-fn parse_fps(text: &str) -> Result<f64, String> {
+pub(super) fn parse_fps(text: &str) -> Result<f64, String> {
     let fps = text.parse::<f64>().ok().filter(|n| (1e-3..=1e6).contains(n));
     fps.ok_or_else(|| "give a number of frames a second, such as 24 or 29.97".into())
 }

@@ -6,7 +6,8 @@ use crate::output::Progress;
 use anyhow::{Result, anyhow};
 use girandole::wgpu;
 use girandole::{
-    DebugView, FrameStats, Gpu, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap,
+    DebugView, FrameStats, Gpu, MapUpdates, Mode, RenderSettings, Renderer, RendererOptions, Shading,
+    ShadowMap,
 };
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Scene, View};
@@ -77,7 +78,7 @@ impl Device {
 
         // The parts of a frame, in wall-clock time around submit and wait.
         let start = Instant::now();
-        renderer.draw_shadow_maps()?;
+        renderer.draw_shadow_maps(&MapUpdates::default())?;
         self.gpu.wait()?;
         let shadow_maps_ms = milliseconds(start);
         let maps = self.gpu.block_on(renderer.stats())??;
@@ -117,7 +118,7 @@ impl Device {
             renderer.load(scene, geometry, lights)?;
             self.gpu.wait()?;
             let start = Instant::now();
-            renderer.draw_shadow_maps()?;
+            renderer.draw_shadow_maps(&MapUpdates::default())?;
             self.gpu.wait()?;
             maps_ms = milliseconds(start);
             if let Some((database, ms)) = visibility(scene, geometry, lights, &args.modes)? {
@@ -167,7 +168,20 @@ impl Device {
         Ok(results)
     }
 
-    fn target(&self, [width, height]: [u32; 2]) -> wgpu::TextureView {
+    pub(super) fn handles(&self) -> (&wgpu::Device, &wgpu::Queue) {
+        (&self.gpu.device, &self.gpu.queue)
+    }
+
+    /// Waits until everything is done that was submitted.
+    pub(super) fn wait(&self) -> Result<()> {
+        Ok(self.gpu.wait()?)
+    }
+
+    pub(super) fn stats(&self, renderer: &Renderer) -> Result<FrameStats> {
+        Ok(self.gpu.block_on(renderer.stats())??)
+    }
+
+    pub(super) fn target(&self, [width, height]: [u32; 2]) -> wgpu::TextureView {
         let texture = self.gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("target"),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
@@ -183,7 +197,7 @@ impl Device {
 }
 
 /// Format of the target that is drawn to while timing.
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+pub(super) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
 /// A scene with its lights, to be timed.
 pub struct Trial<'a> {
@@ -199,7 +213,7 @@ pub struct Trial<'a> {
     pub args: &'a args::BenchArgs,
 }
 
-fn options(quality: &args::QualityArgs) -> RendererOptions {
+pub(super) fn options(quality: &args::QualityArgs) -> RendererOptions {
     RendererOptions {
         shadow_map: match quality.shadow_map {
             args::ShadowMap::Octahedral => ShadowMap::Octahedral,
@@ -213,7 +227,7 @@ fn options(quality: &args::QualityArgs) -> RendererOptions {
     }
 }
 
-fn settings(
+pub(super) fn settings(
     mode: args::Mode,
     quality: &args::QualityArgs,
     clamp: Clamp,
@@ -259,13 +273,13 @@ fn visibility(
     Ok(Some((database, milliseconds(start))))
 }
 
-fn median(values: &mut [f64]) -> f64 {
+pub(super) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
     if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) * 0.5 }
 }
 
-fn statistics(frame: &FrameStats, pixels: u64) -> Stats {
+pub(super) fn statistics(frame: &FrameStats, pixels: u64) -> Stats {
     let mut stats = Stats::new();
     let pairs = frame.pairs;
     let points: u64 = frame.points.iter().sum();
@@ -310,6 +324,6 @@ fn statistics(frame: &FrameStats, pixels: u64) -> Stats {
     stats
 }
 
-fn milliseconds(since: Instant) -> f64 {
+pub(super) fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
 }

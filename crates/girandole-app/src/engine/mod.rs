@@ -3,6 +3,7 @@
 mod advice;
 mod cpu;
 pub mod gpu;
+pub mod moving;
 mod path;
 
 pub use advice::sentence;

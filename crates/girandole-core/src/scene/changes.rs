@@ -65,6 +65,15 @@ impl SceneChanges {
         self.from == self.to
     }
 
+    /// Whether objects and lights changed their places, and lights their intensity, and nothing else happened.
+    pub fn is_motion(&self) -> bool {
+        self.added.is_empty()
+            && self.removed.is_empty()
+            && self.materials.is_empty()
+            && !self.reopened
+            && !self.everything
+    }
+
     /// Adds the changes that came next, for example where something could not be updated in between.
     ///
     /// # Errors

@@ -37,6 +37,12 @@ pub(super) struct End {
     pub tests: Tests,
 }
 
+impl End {
+    pub fn leaves(&self) -> usize {
+        self.leaves
+    }
+}
+
 /// Surfaces of a scene that become receivers together: sides of simple patches, and meshes.
 pub(super) struct Sources {
     sides: Vec<PatchSide>,

@@ -198,6 +198,16 @@ impl VisibilityDatabase {
         &self.states[first..first + self.lights.len()]
     }
 
+    /// How many leaves are on static objects: these come first.
+    pub fn static_leaves(&self) -> usize {
+        self.still.leaves()
+    }
+
+    /// By light, the state of a leaf that static blockers leave, whatever dynamic ones do.
+    pub fn standing_states(&self, leaf: u32) -> &[State] {
+        &self.assembly.visibility[self.assembly.receivers.leaves[leaf as usize].node as usize].states
+    }
+
     /// The blockers of a node and a light, full (`true`) or partial. Of static objects this is the one blocker or
     /// [`Blocker::Group`] that decides their state. Of dynamic ones it is each patch or mesh if static ones leave the pair
     /// unoccluded; if those block a part of it, patches, and each mesh that is near, tested or not; if those block all,

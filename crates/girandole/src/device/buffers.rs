@@ -3,7 +3,7 @@
 use crate::{Error, Remedy, Result};
 use wgpu::util::DeviceExt;
 
-/// Creates a storage buffer with these contents (never empty: WebGPU has no empty bindings).
+/// Creates a storage buffer with these contents, which may be overwritten (never empty: WebGPU has no empty bindings).
 ///
 /// # Errors
 /// [`Error::TooLarge`] beyond the device's limit.
@@ -18,7 +18,7 @@ pub(crate) fn storage<T: bytemuck::Pod>(
     Ok(device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some(label),
         contents,
-        usage: wgpu::BufferUsages::STORAGE,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
     }))
 }
 

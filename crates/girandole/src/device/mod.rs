@@ -4,6 +4,7 @@ pub(crate) mod buffers;
 pub(crate) mod context;
 mod gpu;
 pub(crate) mod kernel;
+pub(crate) mod mirror;
 pub(crate) mod readback;
 pub(crate) mod recorder;
 pub(crate) mod timers;

@@ -1,10 +1,13 @@
 //! The shadow atlas on the GPU, and what is drawn into it.
 
+use super::footprint::{Bounds, MapView};
 use super::layout::AtlasLayout;
-use super::occluders::{Clusters, Occluders};
+use super::occluders::{CLUSTER, Clusters, Occluders};
+use super::states::MapStates;
 use crate::Result;
 use crate::device::buffers::storage;
-use girandole_core::scene::{Geometry, Scene};
+use crate::layout::Light;
+use girandole_core::scene::{Geometry, ObjectId, Scene};
 use wgpu::util::DeviceExt;
 
 /// Format of what is drawn.
@@ -31,6 +34,8 @@ pub(crate) struct Atlas {
     /// `Maps` for the shaders.
     pub maps: wgpu::Buffer,
     pub occluders: Occluders,
+    pub states: MapStates,
+    /// Corners of each kind of occluders.
     pub positions: [wgpu::Buffer; 2],
     pub coordinates: wgpu::Buffer,
 }
@@ -60,7 +65,9 @@ impl Atlas {
             }),
             Some(copy) => copy.depth.create_view(&Default::default()),
         };
+        let positions = |clusters: &Clusters| clusters.positions(geometry, 0..clusters.bounds.len());
         Ok(Self {
+            states: MapStates::new(layout.slots.iter().map(|slot| slot.size)),
             view: texture.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2Array),
                 ..Default::default()
@@ -73,8 +80,8 @@ impl Atlas {
                 usage: wgpu::BufferUsages::UNIFORM,
             }),
             positions: [
-                storage(device, "occluders", &occluders.opaque.positions(geometry))?,
-                storage(device, "masked occluders", &occluders.masked.positions(geometry))?,
+                storage(device, "occluders", &positions(&occluders.opaque))?,
+                storage(device, "masked occluders", &positions(&occluders.masked))?,
             ],
             coordinates: storage(
                 device,
@@ -85,6 +92,44 @@ impl Atlas {
             layout,
             occluders,
         })
+    }
+
+    /// Follows dynamic objects that moved, and marks what is stale for it. `lights` are as they were and as they are; those that
+    /// moved themselves see everything from elsewhere.
+    pub fn follow(
+        &mut self,
+        queue: &wgpu::Queue,
+        geometry: &Geometry,
+        moved: &[ObjectId],
+        [before, after]: [&[Light]; 2],
+        faces: u32,
+    ) {
+        let Self { occluders, states, layout, positions, .. } = self;
+        let boxes = |occluders: &Occluders| -> Vec<Bounds> {
+            moved.iter().flat_map(|&object| occluders.of_object(object)).collect()
+        };
+        let mut covered = boxes(occluders);
+        for (clusters, buffer) in [&mut occluders.opaque, &mut occluders.masked].into_iter().zip(positions) {
+            for &object in moved {
+                clusters.follow(geometry, object);
+                if let Some(range) = clusters.of_object(object) {
+                    let corners = clusters.positions(geometry, range.clone());
+                    let at = size_of::<[f32; 3]>() * 3 * CLUSTER as usize * range.start;
+                    queue.write_buffer(buffer, at as u64, bytemuck::cast_slice(&corners));
+                }
+            }
+        }
+        covered.extend(boxes(occluders));
+        for (index, (light, slot)) in after.iter().zip(&layout.slots).enumerate() {
+            if !before[index].sees_like(light) {
+                states.invalidate(index, slot.size);
+                continue;
+            }
+            let map = MapView::new(light, slot.size, faces);
+            for bounds in &covered {
+                states.mark(index, map.covered(bounds));
+            }
+        }
     }
 
     /// What shaders read maps from.
@@ -129,14 +174,15 @@ fn pages(
 /// One page of depth for all to be drawn in, and a buffer on the way from there: textures of different formats are not
 /// copied directly.
 pub(crate) struct PageCopy {
-    depth: wgpu::Texture,
+    pub depth: wgpu::Texture,
     buffer: wgpu::Buffer,
     bytes_per_row: u32,
 }
 
 impl PageCopy {
     fn new(device: &wgpu::Device, page_size: [u32; 2]) -> Self {
-        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        use wgpu::TextureUsages as U;
+        let usage = U::RENDER_ATTACHMENT | U::COPY_SRC | U::TEXTURE_BINDING;
         let bytes_per_row = (page_size[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         Self {
             depth: pages(device, page_size, 1, DEPTH, usage),
@@ -167,7 +213,7 @@ impl PageCopy {
 
 /// Texture coordinates of each corner of masked triangles, with the material's index as bits.
 fn mask_coordinates(scene: &Scene, geometry: &Geometry, clusters: &Clusters) -> Vec<[f32; 4]> {
-    clusters.corners(|t| {
+    clusters.corners(0..clusters.bounds.len(), |t| {
         let triangle = &geometry.triangles[t as usize];
         let set = scene.materials[triangle.material as usize]
             .base_color_texture

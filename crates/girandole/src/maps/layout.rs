@@ -33,6 +33,15 @@ pub struct MapSlot {
     pub size: u32,
 }
 
+impl MapSlot {
+    /// Whether some texel has the same column and row as one of another slot, in whatever pages.
+    pub fn covers_like(&self, other: &Self) -> bool {
+        (0..2).all(|i| {
+            self.origin[i] < other.origin[i] + other.size && other.origin[i] < self.origin[i] + self.size
+        })
+    }
+}
+
 /// The atlas: its pages, and one slot a light.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AtlasLayout {

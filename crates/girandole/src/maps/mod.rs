@@ -1,5 +1,8 @@
-//! Shadow maps: where each one lies, what is drawn into it, and the textures.
+//! Shadow maps: where each one lies, what is drawn into it, which are stale, and the textures.
 
 pub(crate) mod atlas;
+pub(crate) mod footprint;
 pub(crate) mod layout;
+pub(crate) mod non_blockers;
 pub(crate) mod occluders;
+pub(crate) mod states;

@@ -31,7 +31,7 @@ impl AppendAllPoints {
             texture("triangle_ids", seen.triangle_ids),
             texture("surface_ids", seen.surface_ids),
             texture("fine_irradiance", grid.irradiance),
-            buffer("receivers", &light_maps.receivers.receivers),
+            buffer("receivers", light_maps.receivers.receivers()),
             buffer("shade_list", &lists.shade_list),
             buffer("offsets", lists.offsets(light_maps.used)),
         ];

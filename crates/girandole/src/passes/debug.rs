@@ -62,9 +62,9 @@ impl Debug {
         if let Some((light_maps, lists)) = inputs.adaptive {
             let receivers = light_maps.receivers;
             resources.extend([
-                buffer("receivers", &receivers.receivers),
-                buffer("light_lists", &receivers.light_lists),
-                buffer("light_maps", &receivers.light_maps),
+                buffer("receivers", receivers.receivers()),
+                buffer("light_lists", receivers.light_lists()),
+                buffer("light_maps", &receivers.light_maps.maps),
                 buffer("offsets", lists.offsets(light_maps.used)),
             ]);
         }

@@ -39,7 +39,7 @@ impl Edges {
         let mut resources = samples(band, seen, first, fine).to_vec();
         resources.extend([
             texture("triangle_ids", seen.triangle_ids),
-            buffer("receivers", &light_maps.receivers.receivers),
+            buffer("receivers", light_maps.receivers.receivers()),
             buffer("shade_list", &lists.shade_list),
             buffer("candidates", &lists.candidates),
             buffer("offsets", lists.offsets(light_maps.used)),

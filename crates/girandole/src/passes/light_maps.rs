@@ -1,10 +1,13 @@
 //! Light maps (Barczak §4.3.2): for each leaf patch the sum of the lights that its map holds, without visibility.
 
 use super::{Compiler, LightMapsView, batches};
+use crate::Result;
+use crate::device::buffers::storage;
 use crate::device::kernel::{Groups, Kernel, buffer};
 use crate::device::recorder::Recorder;
 use crate::layout::{self, Frame};
 use crate::resident::Resident;
+use crate::scene::light_maps::LightMapChanges;
 use crate::scene::receivers::Receivers;
 use crate::shader_constants::{BATCH, GROUPS_PER_ROW};
 use crate::shaders;
@@ -16,38 +19,53 @@ pub(crate) struct LightMaps {
 
 impl LightMaps {
     pub fn new(compiler: &Compiler) -> Self {
-        Self { kernel: compiler.kernel(&shaders::LIGHT_MAPS, "bake_light_maps") }
+        Self { kernel: compiler.kernel(&shaders::LIGHT_MAPS, "update_light_maps") }
     }
 
-    /// Sums all lights anew, batch by batch, with this bound of the geometric factor.
+    /// Adds lights to maps and takes others away, batch by batch, with this bound of the geometric factor.
+    ///
+    /// # Errors
+    /// [`crate::Error::TooLarge`] where a list exceeds the device's limits.
     pub fn record<'a>(
         &self,
         recorder: &mut Recorder,
         scene: &Resident,
         receivers: &'a Receivers,
+        changes: &LightMapChanges,
         clamp: Clamp,
-    ) -> LightMapsView<'a> {
-        let lights = &scene.lights;
-        let offsets = receivers.offsets_buffer(recorder.device);
-        for batch in batches(lights.count(), BATCH) {
+    ) -> Result<LightMapsView<'a>> {
+        let view = LightMapsView { receivers, used: true };
+        if changes.is_empty() {
+            return Ok(view);
+        }
+        let (device, lights) = (recorder.device, &scene.lights);
+        let offsets = receivers.offsets_buffer(device);
+        let changed = storage(device, "changes of light maps", &changes.lights)?;
+        for (batch, updates) in batches(lights.count(), BATCH).zip(&changes.updates) {
+            if updates.is_empty() {
+                continue;
+            }
             let frame = Frame { batch: batch.first / BATCH, clamp: layout::clamp(clamp), ..Frame::default() };
+            let count = updates.len() as u32;
+            let updates = storage(device, "updates of light maps", updates)?;
             let resources = [
                 ("lights", wgpu::BindingResource::Buffer(lights.batch(batch.first))),
-                buffer("light_lists", &receivers.light_lists),
-                buffer("light_maps", &receivers.light_maps),
+                buffer("light_lists", receivers.light_lists()),
+                buffer("light_maps", &receivers.light_maps.maps),
                 buffer("offsets", &offsets),
+                buffer("sums", &receivers.light_maps.sums),
+                buffer("updates", &updates),
+                buffer("changes", &changed),
             ];
-            let leaves = receivers.leaves;
-            let groups = [leaves.min(GROUPS_PER_ROW), leaves.div_ceil(GROUPS_PER_ROW)];
-            let groups = Groups::Count(groups);
+            let groups = [count.min(GROUPS_PER_ROW), count.div_ceil(GROUPS_PER_ROW)];
             self.kernel.record(
                 recorder,
                 (&frame, Some(&scene.geometry.group)),
                 "light_maps_gpu_ms",
                 &resources,
-                groups,
+                Groups::Count(groups),
             );
         }
-        LightMapsView { receivers, used: true }
+        Ok(view)
     }
 }

@@ -45,7 +45,7 @@ impl Refine {
             texture("fine_irradiance", fine.irradiance),
             texture("fine_directional", fine.directional),
             texture("picture", &band.targets.picture_view),
-            buffer("receivers", &light_maps.receivers.receivers),
+            buffer("receivers", light_maps.receivers.receivers()),
             buffer("shade_list", &lists.shade_list),
             buffer("candidates", &lists.candidates),
             buffer("offsets", lists.offsets(light_maps.used)),

@@ -1,24 +1,49 @@
-//! Shadow maps: one draw and one pass an atlas page.
+//! Shadow maps: those parts of them that are stale, in one pass an atlas page.
 
 use crate::device::buffers::storage;
-use crate::device::kernel::{Draw, RenderKernel, Shared, buffer};
+use crate::device::kernel::{Draw, Groups, Kernel, RenderKernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::layout::Item;
-use crate::maps::atlas::{DEPTH, MapsView};
-use crate::maps::occluders::{self, CLUSTER, CullCounts};
+use crate::layout::{Frame, Item, MapPart};
+use crate::maps::atlas::{Atlas, DEPTH, MapsView, PageCopy};
+use crate::maps::footprint::{MapView, TexelRect};
+use crate::maps::occluders::{CLUSTER, CullCounts};
+use crate::maps::states::MapUpdate;
 use crate::resident::Resident;
 use crate::settings::RendererOptions;
+use crate::shader_constants::TILE;
 use crate::{Result, shaders};
+use std::ops::Range;
 
 /// The unit of stored depth: a map holds this over the distance. Nothing nearer to a light blocks it.
 pub(crate) const NEAR: f64 = 1e-6;
-/// Items in one draw at the most: 32 MiB of them.
+/// Items in one list at the most: 32 MiB of them.
 const MAX_ITEMS: usize = 4 << 20;
 
 pub(crate) struct ShadowMaps {
+    /// Empties rectangles.
+    clear: RenderKernel,
     opaque: RenderKernel,
     masked: RenderKernel,
+    /// Copies rectangles to the atlas, where maps are not drawn there.
+    copy: Option<Kernel>,
     faces: u32,
+}
+
+/// Maps that are drawn in one page at once.
+struct Round {
+    page: usize,
+    updates: Vec<MapUpdate>,
+    /// The page of the atlas that it makes up as a whole, if it does.
+    whole_page: Option<u32>,
+}
+
+/// A render pass over a page: all of a round's items, or as many as one list holds.
+struct Pass<'a> {
+    round: &'a Round,
+    is_first: bool,
+    is_last: bool,
+    /// Items of each kind.
+    items: [Range<u32>; 2],
 }
 
 impl ShadowMaps {
@@ -30,24 +55,23 @@ impl ShadowMaps {
             ("NEAR", NEAR),
             ("CLUSTER", f64::from(CLUSTER)),
         ];
-        let pipeline = |source, vertex, fragment| {
-            let draw = Draw {
-                vertex,
-                fragment,
-                topology: wgpu::PrimitiveTopology::TriangleList,
-                depth: Some((DEPTH, wgpu::CompareFunction::Greater)),
-                targets: &[],
-            };
+        let pipeline = |source, vertex, fragment, (topology, compare)| {
+            let draw = Draw { vertex, fragment, topology, depth: Some((DEPTH, compare)), targets: &[] };
             RenderKernel::new(device, shared, source, &draw, &constants)
         };
+        let occluders = (wgpu::PrimitiveTopology::TriangleList, wgpu::CompareFunction::Greater);
+        let emptied = (wgpu::PrimitiveTopology::TriangleStrip, wgpu::CompareFunction::Always);
+        let copy = || Kernel::new(device, shared, &shaders::COPY_MAPS, "copy_maps", &[]);
         Self {
-            opaque: pipeline(source, "opaque", (!clips).then_some("confine")),
-            masked: pipeline(&shaders::SHADOW_MAPS_MASKED, "masked", Some("cut_out")),
+            clear: pipeline(&shaders::CLEAR_MAPS, "clear_maps", None, emptied),
+            opaque: pipeline(source, "opaque", (!clips).then_some("confine"), occluders),
+            masked: pipeline(&shaders::SHADOW_MAPS_MASKED, "masked", Some("cut_out"), occluders),
+            copy: shared.tuning.copy_maps.then(copy),
             faces: options.shadow_map.faces(),
         }
     }
 
-    /// Draws the maps of all lights, page by page.
+    /// Draws parts of maps. Nothing else changes: what else is in these maps is as it would be drawn again.
     ///
     /// # Errors
     /// [`crate::Error::TooLarge`] where a list of what to draw exceeds the device's limits.
@@ -55,50 +79,54 @@ impl ShadowMaps {
         &self,
         recorder: &mut Recorder,
         scene: &'a Resident,
+        updates: &[MapUpdate],
     ) -> Result<(MapsView<'a>, CullCounts)> {
         let Resident { lights, atlas, .. } = scene;
+        let rounds = rounds(atlas, updates);
         let mut counts = CullCounts::default();
-        let sets = [&atlas.occluders.opaque, &atlas.occluders.masked];
-        for (page, view) in atlas.pages.iter().enumerate() {
-            let mut of_page =
-                (0..lights.samples.len()).filter(|&i| atlas.layout.slots[i].page as usize == page).peekable();
-            let mut first = true;
-            while first || of_page.peek().is_some() {
-                // As many lights as fit into one list; as a rule, all of the page's.
-                let mut items = [Vec::new(), Vec::new()];
-                while items.iter().map(Vec::len).sum::<usize>() < MAX_ITEMS
-                    && let Some(index) = of_page.next()
-                {
-                    for (clusters, items) in sets.iter().zip(&mut items) {
-                        if !clusters.bounds.is_empty() || std::ptr::eq(*clusters, sets[0]) {
-                            let light = (index as u32, &lights.samples[index]);
-                            let map_size = atlas.layout.slots[index].size as f32;
-                            counts += occluders::cull(light, map_size, self.faces, clusters, items);
-                        }
+        let (mut items, mut passes) = ([Vec::new(), Vec::new()], Vec::new());
+        for round in &rounds {
+            let mut is_first = true;
+            let mut first = items.each_ref().map(|items: &Vec<Item>| items.len() as u32);
+            for (index, &MapUpdate { light, part }) in round.updates.iter().enumerate() {
+                let size = atlas.layout.slots[light as usize].size;
+                let map = MapView::new(&lights.samples[light as usize], size, self.faces);
+                for (clusters, items) in atlas.occluders.sets().into_iter().zip(&mut items) {
+                    if !clusters.bounds.is_empty() || std::ptr::eq(clusters, &atlas.occluders.opaque) {
+                        counts += clusters.cull((light, map), part, items);
                     }
                 }
-                self.draw(recorder, (view, first), scene, items)?;
-                first = false;
-            }
-            if let Some(copy) = &atlas.copy {
-                copy.record(recorder.encoder(), &atlas.texture, page as u32);
+                let is_last = index + 1 == round.updates.len();
+                let is_full = items.iter().map(Vec::len).sum::<usize>() >= MAX_ITEMS;
+                if is_last || is_full {
+                    let range = |kind: usize| first[kind]..items[kind].len() as u32;
+                    passes.push(Pass { round, is_first, is_last, items: [range(0), range(1)] });
+                    is_first = false;
+                }
+                if is_full {
+                    self.draw(recorder, scene, &items, &passes)?;
+                    items = [Vec::new(), Vec::new()];
+                    passes.clear();
+                    first = [0; 2];
+                }
             }
         }
+        self.draw(recorder, scene, &items, &passes)?;
         Ok((atlas.view(), counts))
     }
 
     fn draw(
         &self,
         recorder: &mut Recorder,
-        (view, clear): (&wgpu::TextureView, bool),
         scene: &Resident,
-        items: [Vec<Item>; 2],
+        items: &[Vec<Item>; 2],
+        passes: &[Pass],
     ) -> Result<()> {
         let Resident { lights, atlas, .. } = scene;
         let device = recorder.device;
         let kernels = [&self.opaque, &self.masked];
         let mut groups = Vec::with_capacity(2);
-        for ((kernel, items), positions) in kernels.iter().zip(&items).zip(&atlas.positions) {
+        for ((kernel, items), positions) in kernels.iter().zip(items).zip(&atlas.positions) {
             let list = storage(device, "items", items)?;
             let resources = [
                 buffer("lights", &lights.buffer),
@@ -109,28 +137,115 @@ impl ShadowMaps {
             ];
             groups.push(kernel.group(device, &resources));
         }
-        let timestamps = recorder.timers.render("shadow_maps_gpu_ms");
-        let mut pass = recorder.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("shadow maps"),
-            color_attachments: &[],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view,
-                depth_ops: Some(wgpu::Operations {
-                    load: if clear { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load },
-                    store: wgpu::StoreOp::Store,
+        for Pass { round, is_first, is_last, items } in passes {
+            let parts: Vec<MapPart> = round.updates.iter().map(|update| map_part(atlas, update)).collect();
+            let parts = storage(device, "parts of maps", &parts)?;
+            let clears = *is_first && round.whole_page.is_some();
+            let timestamps = recorder.timers.render("shadow_maps_gpu_ms");
+            let mut pass = recorder.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("shadow maps"),
+                color_attachments: &[],
+                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                    view: &atlas.pages[round.page],
+                    depth_ops: Some(wgpu::Operations {
+                        load: if clears { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load },
+                        store: wgpu::StoreOp::Store,
+                    }),
+                    stencil_ops: None,
                 }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: timestamps,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
-        for ((kernel, items), group) in kernels.iter().zip(&items).zip(&groups) {
-            if !items.is_empty() {
-                kernel.set(&mut pass, (None, Some(&scene.geometry.group)), group);
-                pass.draw(0..3 * CLUSTER, 0..items.len() as u32);
+                timestamp_writes: timestamps,
+                occlusion_query_set: None,
+                multiview_mask: None,
+            });
+            if *is_first && !clears {
+                let group = self.clear.group(device, &[buffer("parts", &parts), buffer("maps", &atlas.maps)]);
+                self.clear.set(&mut pass, (None, None), &group);
+                pass.draw(0..4, 0..round.updates.len() as u32);
+            }
+            for ((kernel, items), group) in kernels.iter().zip(items).zip(&groups) {
+                if !items.is_empty() {
+                    kernel.set(&mut pass, (None, Some(&scene.geometry.group)), group);
+                    pass.draw(0..3 * CLUSTER, items.clone());
+                }
+            }
+            drop(pass);
+            if let (true, Some(copy)) = (*is_last, &atlas.copy) {
+                self.copy(recorder, atlas, round, copy, &parts);
             }
         }
         Ok(())
+    }
+
+    /// Copies what was drawn to the atlas.
+    fn copy(
+        &self,
+        recorder: &mut Recorder,
+        atlas: &Atlas,
+        round: &Round,
+        page: &PageCopy,
+        parts: &wgpu::Buffer,
+    ) {
+        match (round.whole_page, &self.copy) {
+            (None, Some(kernel)) => {
+                let resources = [
+                    texture("drawn", &atlas.pages[0]),
+                    texture("atlas", atlas.view().atlas),
+                    buffer("parts", parts),
+                ];
+                let tiles = |rect: &TexelRect| {
+                    [0, 1].map(|i| (rect.end[i] - rect.first[i]).div_ceil(TILE)).iter().product::<u32>()
+                };
+                let most = round.updates.iter().map(|update| tiles(&update.part)).max().unwrap_or(0);
+                let groups = Groups::Count([most, round.updates.len() as u32]);
+                let nothing = Frame::default();
+                kernel.record(recorder, (&nothing, None), "shadow_maps_gpu_ms", &resources, groups);
+            }
+            (whole, _) => page.record(recorder.encoder(), &atlas.texture, whole.unwrap_or(0)),
+        }
+    }
+}
+
+/// Which maps are drawn together. Those of a page are, or where maps are copied, those that lie in different places of their
+/// pages: a map is always drawn in the same place, as rasterisation rounds differently elsewhere.
+fn rounds(atlas: &Atlas, updates: &[MapUpdate]) -> Vec<Round> {
+    let slots = &atlas.layout.slots;
+    let mut rounds: Vec<Round> = Vec::new();
+    for &update in updates {
+        let slot = slots[update.light as usize];
+        let is_free = |round: &Round| match atlas.copy {
+            None => round.page == slot.page as usize,
+            Some(_) => round.updates.iter().all(|other| !slots[other.light as usize].covers_like(&slot)),
+        };
+        match rounds.iter_mut().find(|round| is_free(round)) {
+            Some(round) => round.updates.push(update),
+            None => {
+                let page = if atlas.copy.is_some() { 0 } else { slot.page as usize };
+                rounds.push(Round { page, updates: vec![update], whole_page: None });
+            }
+        }
+    }
+    let mut in_page = vec![0; atlas.layout.pages as usize];
+    slots.iter().for_each(|slot| in_page[slot.page as usize] += 1);
+    for round in &mut rounds {
+        let page = slots[round.updates[0].light as usize].page;
+        let is_whole = |update: &MapUpdate| {
+            let slot = slots[update.light as usize];
+            slot.page == page && update.part == TexelRect::whole(slot.size)
+        };
+        let all = round.updates.len() == in_page[page as usize] && round.updates.iter().all(is_whole);
+        round.whole_page = all.then_some(page);
+    }
+    rounds
+}
+
+/// A part of a map as a part of its page.
+fn map_part(atlas: &Atlas, update: &MapUpdate) -> MapPart {
+    let slot = atlas.layout.slots[update.light as usize];
+    let in_page = |texel: [u32; 2]| [0, 1].map(|i| slot.origin[i] + texel[i]);
+    MapPart {
+        first: in_page(update.part.first),
+        end: in_page(update.part.end),
+        page: slot.page,
+        ..MapPart::default()
     }
 }

@@ -52,7 +52,7 @@ impl SortPoints {
             buffer("dispatch_arguments", &lists.dispatch_arguments),
             buffer("tally", &lists.tally),
             buffer("candidates", &lists.candidates),
-            buffer("shading_order", &light_maps.receivers.shading_order_buffer),
+            buffer("shading_order", light_maps.receivers.shading_order()),
             buffer("offsets", lists.offsets(light_maps.used)),
         ];
         let one = Groups::Count([1, 1]);

@@ -9,17 +9,21 @@ use crate::shader_constants::{TEXEL_COLUMNS, TEXEL_ROWS};
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::{Vec2, Vec4};
 use girandole_core::lights::LightSet;
-use girandole_core::scene::{ColorSpace, Filter, Geometry, Scene, Texture, Wrap};
+use girandole_core::scene::{ColorSpace, Filter, Geometry, ObjectId, ObjectRange, Scene, Texture, Wrap};
 use wgpu::util::DeviceExt;
 
 /// Everything about the scene that shaders read.
 pub(crate) struct GpuScene {
     /// Bind group 1.
     pub group: wgpu::BindGroup,
+    vertices: wgpu::Buffer,
     /// Triangle indices, those without an alpha mask first.
     pub triangle_order: wgpu::Buffer,
     /// Ids of the triangles' surfaces.
     pub triangle_surfaces: wgpu::Buffer,
+    surfaces: Vec<u32>,
+    /// Which vertices, triangles and patches are whose.
+    pub objects: Vec<ObjectRange>,
     /// How many triangles have no mask, and how many have.
     pub counts: [u32; 2],
 }
@@ -31,20 +35,7 @@ impl GpuScene {
         scene: &Scene,
         geometry: &Geometry,
     ) -> Result<Self> {
-        let vertices: Vec<Vertex> = (0..geometry.positions.len())
-            .map(|i| {
-                let [uv0, uv1] = geometry.uvs.get(i).copied().unwrap_or_default();
-                Vertex {
-                    position: geometry.positions[i],
-                    normal: geometry.normals[i],
-                    tangent: geometry.tangents.get(i).copied().unwrap_or(Vec4::ZERO),
-                    uv0,
-                    u1: uv1.x,
-                    v1: uv1.y,
-                    padding: Vec2::ZERO,
-                }
-            })
-            .collect();
+        let vertices: Vec<Vertex> = (0..geometry.positions.len()).map(|i| vertex(geometry, i)).collect();
         let triangles: Vec<Triangle> = geometry
             .triangles
             .iter()
@@ -66,12 +57,55 @@ impl GpuScene {
             buffer("materials", &materials),
             texture("texels", &texels),
         ];
+        let surfaces = surface_ids(scene, geometry)?;
         Ok(Self {
             group: layout.group(device, &resources),
             counts: [opaque, order.len() as u32 - opaque],
             triangle_order: storage(device, "triangle order", &order)?,
-            triangle_surfaces: storage(device, "surface ids", &surface_ids(scene, geometry)?)?,
+            triangle_surfaces: storage(device, "surface ids", &surfaces)?,
+            surfaces,
+            vertices,
+            objects: geometry.objects.clone(),
         })
+    }
+
+    /// Follows objects that moved.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] where there are too many surfaces now.
+    pub fn follow(
+        &mut self,
+        queue: &wgpu::Queue,
+        scene: &Scene,
+        geometry: &Geometry,
+        moved: &[ObjectId],
+    ) -> Result<()> {
+        for object in moved {
+            let range = geometry.objects[object.index()].vertices.clone();
+            let vertices: Vec<Vertex> = range.clone().map(|i| vertex(geometry, i as usize)).collect();
+            let at = range.start as usize * size_of::<Vertex>();
+            queue.write_buffer(&self.vertices, at as u64, bytemuck::cast_slice(&vertices));
+        }
+        // Planes may have come to coincide, or no longer do.
+        let surfaces = surface_ids(scene, geometry)?;
+        if surfaces != self.surfaces {
+            queue.write_buffer(&self.triangle_surfaces, 0, bytemuck::cast_slice(&surfaces));
+            self.surfaces = surfaces;
+        }
+        Ok(())
+    }
+}
+
+fn vertex(geometry: &Geometry, i: usize) -> Vertex {
+    let [uv0, uv1] = geometry.uvs.get(i).copied().unwrap_or_default();
+    Vertex {
+        position: geometry.positions[i],
+        normal: geometry.normals[i],
+        tangent: geometry.tangents.get(i).copied().unwrap_or(Vec4::ZERO),
+        uv0,
+        u1: uv1.x,
+        v1: uv1.y,
+        padding: Vec2::ZERO,
     }
 }
 

@@ -23,9 +23,19 @@ impl GpuLights {
         let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("lights"),
             contents: bytemuck::cast_slice(&padded),
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         });
         Ok(Self { samples, buffer })
+    }
+
+    /// Takes as many others; whether they are different.
+    pub fn follow(&mut self, queue: &wgpu::Queue, samples: Vec<Light>) -> bool {
+        let differ = samples != self.samples;
+        if differ {
+            queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&samples));
+            self.samples = samples;
+        }
+        differ
     }
 
     /// How many.

@@ -1,6 +1,7 @@
 //! What lies on the GPU of a scene: geometry, lights, and receivers with their light maps.
 
 pub(crate) mod geometry;
+pub(crate) mod light_maps;
 pub(crate) mod lights;
 pub(crate) mod receivers;
 pub(crate) mod surface_ids;

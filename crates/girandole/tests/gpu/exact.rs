@@ -6,7 +6,7 @@ use girandole::core::image::Image;
 use girandole::core::lights::{LightSample, LightSet, Profile, SampleOrigin};
 use girandole::core::math::{sequence, warp};
 use girandole::core::scene::{Geometry, Material, Scene};
-use girandole::{RenderSettings, RendererOptions, ShadowMap};
+use girandole::{MapUpdates, RenderSettings, RendererOptions, ShadowMap};
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -117,7 +117,7 @@ fn no_holes(context: &Context) {
         let mut renderer = context.renderer(options);
         let geometry = Geometry::new(scene);
         renderer.load(scene, &geometry, &LightSet::from_samples(&geometry, lights.clone())).expect("load");
-        renderer.draw_shadow_maps().expect("maps");
+        renderer.draw_shadow_maps(&MapUpdates::default()).expect("maps");
         (0..lights.len())
             .map(|i| {
                 let map = context.wait(renderer.shadow_map(i)).expect("a map");

@@ -1,5 +1,7 @@
 //! `girandole bench`: times the modes against each other.
 
+mod moving;
+
 use crate::args::BenchArgs;
 use crate::engine::Stats;
 use crate::engine::gpu::{Device, Trial};
@@ -7,13 +9,13 @@ use crate::output::{self, Progress, say};
 use crate::scene;
 use anyhow::{Result, bail};
 use girandole_core::lights::{LightSet, LightSettings};
-use girandole_core::scene::{Geometry, View};
+use girandole_core::scene::{Geometry, Scene, View};
 use serde_json::Value;
 use std::fmt::Write;
 use std::process::ExitCode;
 
 /// Columns of the table: heading, key, factor, decimal places.
-const COLUMNS: [(&str, &str, f64, usize); 9] = [
+const COLUMNS: [Column; 9] = [
     ("frame ms", "frame_ms", 1.0, 1),
     ("ratio", "ratio", 1.0, 2),
     ("pairs/px", "pairs_per_pixel", 1.0, 2),
@@ -43,8 +45,25 @@ pub fn run(args: &BenchArgs) -> Result<ExitCode> {
     }
     let device = Device::open(args.adapter.as_deref())?;
     say(&format!("timing {} rounds on {}", args.repeat, device.name()));
+    let (rows, columns) = if args.moving {
+        (moving::rows(args, &scenes, &device)?, &moving::COLUMNS[..])
+    } else {
+        (rows(args, &scenes, &device)?, &COLUMNS[..])
+    };
+    output::data(&table(&rows, columns))?;
+    if let Some(path) = &args.csv {
+        output::write_whole(path, csv(&rows, columns).as_bytes())?;
+    }
+    if let Some(path) = &args.json {
+        output::write_whole(path, format!("{}\n", serde_json::to_string_pretty(&rows)?).as_bytes())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A row for each scene, number of lights and mode.
+fn rows(args: &BenchArgs, scenes: &[(&String, Scene)], device: &Device) -> Result<Vec<Stats>> {
     let mut rows: Vec<Stats> = Vec::new();
-    for (name, scene) in &scenes {
+    for (name, scene) in scenes {
         let geometry = Geometry::new(scene);
         let aspect = args.size[0] as f32 / args.size[1] as f32;
         let view = View::new(scene, scene.camera("0")?, aspect);
@@ -74,14 +93,7 @@ pub fn run(args: &BenchArgs) -> Result<ExitCode> {
             rows.extend(results);
         }
     }
-    output::data(&table(&rows))?;
-    if let Some(path) = &args.csv {
-        output::write_whole(path, csv(&rows).as_bytes())?;
-    }
-    if let Some(path) = &args.json {
-        output::write_whole(path, format!("{}\n", serde_json::to_string_pretty(&rows)?).as_bytes())?;
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(rows)
 }
 
 fn number(row: &Stats, key: &str) -> f64 {
@@ -92,22 +104,27 @@ fn text<'a>(row: &'a Stats, key: &str) -> &'a str {
     row.get(key).and_then(Value::as_str).unwrap_or_default()
 }
 
-fn table(rows: &[Stats]) -> String {
+/// A column: heading, key, factor, decimal places.
+type Column = (&'static str, &'static str, f64, usize);
+
+fn table(rows: &[Stats], columns: &[Column]) -> String {
     let width = rows.iter().map(|r| text(r, "scene").chars().count()).max().unwrap_or(0).max(5);
+    let budgets = rows.iter().any(|row| row.contains_key("updates"));
     let mut out = format!("{:width$} {:>6} {:>6}", "scene", "lights", "mode");
-    for (heading, ..) in COLUMNS {
+    if budgets {
+        out.push_str(" updates");
+    }
+    for (heading, ..) in columns {
         let _ = write!(out, " {heading:>10}");
     }
     out.push('\n');
     for row in rows {
-        let _ = write!(
-            out,
-            "{:width$} {:>6} {:>6}",
-            text(row, "scene"),
-            number(row, "lights"),
-            text(row, "mode")
-        );
-        for (_, key, factor, digits) in COLUMNS {
+        let (lights, mode) = (number(row, "lights"), text(row, "mode"));
+        let _ = write!(out, "{:width$} {lights:>6} {mode:>6}", text(row, "scene"));
+        if budgets {
+            let _ = write!(out, " {:>7}", text(row, "updates"));
+        }
+        for (_, key, factor, digits) in columns {
             let _ = write!(out, " {:>10.digits$}", number(row, key) * factor);
         }
         out.push('\n');
@@ -116,9 +133,10 @@ fn table(rows: &[Stats]) -> String {
 }
 
 /// The table's columns under the keys of the JSON file.
-fn csv(rows: &[Stats]) -> String {
-    let mut out = String::from("scene,lights,mode,width,height");
-    for (_, key, ..) in COLUMNS {
+fn csv(rows: &[Stats], columns: &[Column]) -> String {
+    let budgets = if rows.iter().any(|row| row.contains_key("updates")) { ",updates" } else { "" };
+    let mut out = format!("scene,lights,mode{budgets},width,height");
+    for (_, key, ..) in columns {
         let _ = write!(out, ",{key}");
     }
     out.push('\n');
@@ -126,7 +144,10 @@ fn csv(rows: &[Stats]) -> String {
         // A path may hold commas and quotes.
         let scene = format!("\"{}\"", text(row, "scene").replace('"', "\"\""));
         let _ = write!(out, "{scene},{},{}", number(row, "lights"), text(row, "mode"));
-        for key in ["width", "height"].iter().chain(COLUMNS.iter().map(|(_, key, ..)| key)) {
+        if !budgets.is_empty() {
+            let _ = write!(out, ",{}", text(row, "updates"));
+        }
+        for key in ["width", "height"].iter().chain(columns.iter().map(|(_, key, ..)| key)) {
             let _ = write!(out, ",{}", number(row, key));
         }
         out.push('\n');

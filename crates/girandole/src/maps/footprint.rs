@@ -1,0 +1,170 @@
+//! Which texels of a light's shadow map a box may cover.
+
+use crate::layout::Light;
+use crate::shader_constants::DIRECTIONAL;
+use girandole_core::glam::Vec3;
+
+/// An axis-aligned box in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bounds {
+    pub center: Vec3,
+    pub half_extent: Vec3,
+}
+
+/// Texels of a map, from the first column and row up to before the last.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct TexelRect {
+    pub first: [u32; 2],
+    pub end: [u32; 2],
+}
+
+/// What faces of a map take in beside their own directions, and rasterisation beside what projection says, texels.
+const MARGIN: f32 = 2.0;
+
+impl Bounds {
+    /// The smallest one about points; at least one.
+    pub fn around(points: impl Iterator<Item = Vec3>) -> Self {
+        let (low, high) =
+            points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        Self { center: (low + high) * 0.5, half_extent: (high - low) * 0.5 }
+    }
+}
+
+impl TexelRect {
+    /// A whole map.
+    pub fn whole(size: u32) -> Self {
+        Self { first: [0; 2], end: [size; 2] }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        (0..2).any(|i| self.first[i] >= self.end[i])
+    }
+
+    /// The smallest one about both.
+    pub fn union(&self, other: &Self) -> Self {
+        match (self.is_empty(), other.is_empty()) {
+            (true, _) => *other,
+            (_, true) => *self,
+            _ => Self {
+                first: [0, 1].map(|i| self.first[i].min(other.first[i])),
+                end: [0, 1].map(|i| self.end[i].max(other.end[i])),
+            },
+        }
+    }
+
+    /// Whether they have a texel in common.
+    pub fn meets(&self, other: &Self) -> bool {
+        (0..2).all(|i| self.first[i].max(other.first[i]) < self.end[i].min(other.end[i]))
+    }
+
+    /// The part of a map between two of its coordinates, with a margin.
+    fn between(low: [f32; 2], high: [f32; 2], size: u32) -> Self {
+        let texel = |x: f32| (x * size as f32).clamp(0.0, size as f32);
+        let margin = MARGIN / size as f32;
+        Self {
+            first: low.map(|x| texel(x - margin).floor() as u32),
+            end: high.map(|x| texel(x + margin).ceil() as u32),
+        }
+    }
+}
+
+/// A light's map: how it sees.
+#[derive(Clone, Copy)]
+pub(crate) struct MapView<'a> {
+    pub light: &'a Light,
+    /// Texels across.
+    pub size: u32,
+    /// How many faces it has.
+    faces: u32,
+}
+
+impl<'a> MapView<'a> {
+    /// `faces` are those of the parameterisation; parallel light has one.
+    pub fn new(light: &'a Light, size: u32, faces: u32) -> Self {
+        Self { light, size, faces: if light.profile == DIRECTIONAL { 1 } else { faces } }
+    }
+
+    pub fn faces(&self) -> u32 {
+        self.faces
+    }
+
+    /// Which faces a box touches, a bit each.
+    pub fn faces_touched(&self, bounds: &Bounds) -> u32 {
+        let light = self.light;
+        let bitangent = light.normal.cross(light.tangent);
+        let d = bounds.center - light.position;
+        // Range of each light-space coordinate over the box; faces overlap by up to a texel at their seams.
+        let overlap = (d.length() + bounds.half_extent.length()) * 2.0 / self.size as f32;
+        let range = |axis: Vec3| (axis.dot(d), axis.abs().dot(bounds.half_extent) + overlap);
+        let [x, y, z] = [light.tangent, bitangent, light.normal].map(range);
+        if light.profile != DIRECTIONAL && z.0 + z.1 < 0.0 {
+            return 0;
+        }
+        let is_inside = |face: u32| {
+            let side = |bit: u32| if face & bit == 0 { -1.0 } else { 1.0 };
+            match self.faces {
+                4 => side(1) * x.0 + x.1 >= 0.0 && side(2) * y.0 + y.1 >= 0.0,
+                5 => match face {
+                    0 | 1 => side(1) * x.0 + x.1 >= 0.0,
+                    2 | 3 => side(1) * y.0 + y.1 >= 0.0,
+                    _ => true,
+                },
+                _ => true,
+            }
+        };
+        (0..self.faces).filter(|&face| is_inside(face)).fold(0, |bits, face| bits | 1 << face)
+    }
+
+    /// The texels that a box may cover in a face that it touches; the whole map, where that is not known.
+    pub fn footprint(&self, face: u32, bounds: &Bounds) -> TexelRect {
+        let light = self.light;
+        let bitangent = light.normal.cross(light.tangent);
+        let into = |v: Vec3| Vec3::new(v.dot(light.tangent), v.dot(bitangent), v.dot(light.normal));
+        let center = into(bounds.center - light.position);
+        let Vec3 { x, y, z } = bounds.half_extent;
+        let axes = [Vec3::X * x, Vec3::Y * y, Vec3::Z * z].map(into);
+        let corners = (0..8)
+            .map(|i| (0..3).fold(center, |p, a| if i >> a & 1 == 0 { p - axes[a] } else { p + axes[a] }));
+        let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+        let mut extend = |uv: [f32; 2]| {
+            for i in 0..2 {
+                low[i] = low[i].min(uv[i]);
+                high[i] = high[i].max(uv[i]);
+            }
+        };
+        if light.profile == DIRECTIONAL {
+            corners.for_each(|p| extend([p.x, p.y].map(|q| q * light.scale * 0.5 + 0.5)));
+            return TexelRect::between(low, high, self.size);
+        }
+        if self.faces != 4 {
+            return TexelRect::whole(self.size);
+        }
+        // On a face of the octahedron coordinates are ratios of linear functions: over a box in front of the plane where
+        // the denominator is 0, their extremes lie at corners.
+        let [sx, sy] = [1, 2].map(|bit| if face & bit == 0 { -1.0 } else { 1.0 });
+        for p in corners {
+            let w = sx * p.x + sy * p.y + p.z;
+            if w <= 1e-6 * (p.x.abs() + p.y.abs() + p.z.abs()) {
+                (low, high) = ([0.0; 2], [1.0; 2]);
+                break;
+            }
+            extend([p.x + p.y, p.x - p.y].map(|q| (q / w + 1.0) * 0.5));
+        }
+        // The face's own part of the map.
+        let axis = usize::from(sx != sy);
+        if sx > 0.0 {
+            low[axis] = low[axis].max(0.5);
+        } else {
+            high[axis] = high[axis].min(0.5);
+        }
+        TexelRect::between(low, high, self.size)
+    }
+
+    /// The texels that a box may cover, on all faces.
+    pub fn covered(&self, bounds: &Bounds) -> TexelRect {
+        let touched = self.faces_touched(bounds);
+        (0..self.faces)
+            .filter(|face| touched >> face & 1 == 1)
+            .fold(TexelRect::default(), |rect, face| rect.union(&self.footprint(face, bounds)))
+    }
+}
