@@ -1,43 +1,162 @@
 //! Scenes in which things move while light samples are held.
 
-use crate::common::{Context, Stage, Test};
+use crate::common::{Context, Stage, Test, camera, lamp, room};
+use girandole::core::glam::{Quat, Vec3};
 use girandole::core::illumination::{IlluminationSettings, Rewalk};
 use girandole::core::lights::LightSettings;
-use girandole::core::scene::View;
 use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::{Mode, RenderSettings, RendererOptions};
+use girandole::core::scene::{Material, Mesh, Scene, Transform, View};
+use girandole::{MapUpdates, Mode, RenderSettings, Renderer, RendererOptions};
 
 pub fn tests() -> Vec<Test> {
-    vec![("with_held_lights_the_picture_is_that_of_a_fresh_renderer", held_lights)]
+    vec![
+        ("with_held_lights_the_picture_is_that_of_a_fresh_renderer", held_lights),
+        ("boxes_that_move_change_only_what_they_block", boxes),
+        ("with_few_updates_a_frame_maps_are_bounded_and_catch_up", few_updates),
+    ]
+}
+
+const SIZE: [u32; 2] = [64, 48];
+
+/// A renderer that loads geometry and lights as they are, and determines visibility from scratch.
+fn load_anew(context: &Context, renderer: &mut Renderer, scene: &Scene, follower: &Renderer) {
+    let illumination = follower.illumination().expect("it is open");
+    let (geometry, lights) = (illumination.geometry().clone(), illumination.lights().clone());
+    context.load(renderer, &Stage { scene: scene.clone(), geometry, lights });
+}
+
+fn held(count: u32, walk_dynamic: bool) -> IlluminationSettings {
+    let lights = LightSettings { count, candidates: 4, walk_dynamic, ..Default::default() };
+    IlluminationSettings { lights, rewalk: Rewalk::Off, ..Default::default() }
+}
+
+/// What fresh renderers of several sizes of light sets make of boxes that turn, grow, and hide behind each other.
+fn boxes(context: &Context) {
+    let mut scene = Scene::default();
+    let gray = scene.add_material(Material::diffuse("gray", Vec3::splat(0.6)));
+    room(&mut scene, Vec3::new(4.0, 3.0, 4.0), gray, None);
+    lamp(&mut scene, 0.5, 20.0, Quat::IDENTITY, Vec3::new(0.3, 2.9, 0.2));
+    let object = |scene: &mut Scene, name: &str, extent: Vec3, dynamic: bool| {
+        let mut mesh = Mesh::default();
+        mesh.add_box(-extent, extent, gray);
+        scene.add_object(name, mesh, Transform::IDENTITY);
+        let object = scene.objects.last_mut().expect("it was added");
+        object.dynamic = dynamic;
+        object.node
+    };
+    let stands = object(&mut scene, "shelf", Vec3::new(0.5, 0.05, 0.4), false);
+    scene.set_transform(stands, Transform::translation(Vec3::new(-1.0, 1.2, 0.0))).expect("a place");
+    let door = object(&mut scene, "door", Vec3::new(0.9, 0.9, 0.04), true);
+    let cube = object(&mut scene, "cube", Vec3::splat(0.15), true);
+    camera(&mut scene, Vec3::new(1.8, 1.6, 1.8), Vec3::new(-1.0, 0.8, -1.0), 1.0);
+    let place = |scene: &mut Scene, step: usize| {
+        let (x, turn) = ([0.9, -0.8, -0.8, 0.0, 0.9][step], [0.0, 0.4, 1.5, 2.6, 0.0][step]);
+        let [y, size] = [[1.0, 0.92, 1.5, 0.97, 1.0], [1.0, 1.0, 0.6, 1.05, 1.0]].map(|v: [f32; 5]| v[step]);
+        let at = Transform::Parts {
+            translation: Vec3::new(x, y, -0.3),
+            rotation: Quat::from_rotation_y(turn),
+            scale: Vec3::splat(size),
+        };
+        scene.set_transform(door, at).expect("a place");
+        let beside = Vec3::new(x - 0.2, [0.2, 0.5, 2.2, 0.2, 0.2][step], 0.8 - x);
+        scene.set_transform(cube, Transform::translation(beside)).expect("a place");
+    };
+    let options = || RendererOptions { map_size: Some(64), ..Default::default() };
+    let mut other = context.renderer(options());
+    for walk_dynamic in [false, true] {
+        place(&mut scene, 0);
+        scene.take_changes();
+        let mut renderer = context.renderer(options());
+        renderer.open(&scene, &held(40, walk_dynamic)).expect("open");
+        let (mut pictures, mut changes) = (Vec::new(), Vec::new());
+        for step in 0..5 {
+            place(&mut scene, step);
+            let taken = scene.take_changes();
+            renderer.update(&scene, &taken).expect("update");
+            let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
+            let after = context.frame(&mut renderer, &view, SIZE, &RenderSettings::default());
+            changes.push(context.wait(renderer.stats()).expect("stats").light_map_changes);
+            load_anew(context, &mut other, &scene, &renderer);
+            let anew = context.frame(&mut other, &view, SIZE, &RenderSettings::default());
+            assert!(after.pixels == anew.pixels, "step {step}, lights on what moves: {walk_dynamic}");
+            pictures.push(after.pixels);
+        }
+        // The control: it moves, and it is back at the end.
+        assert!((1..4).all(|i| pictures[i] != pictures[i - 1]) && pictures[4] == pictures[0]);
+        // Lights that stay are not summed again; those that move are.
+        let again = changes[1..].iter().map(|&n| f64::from(n) / f64::from(changes[0]));
+        assert!(again.clone().all(|share| share > 0.0 && (share < 0.4 || walk_dynamic)), "{changes:?}");
+    }
+}
+
+fn few_updates(context: &Context) {
+    let mut scene = builtin::build("pillars", MovingObject::Torus).expect("a room");
+    let options = RendererOptions { map_size: Some(64), ..Default::default() };
+    let mut renderer = context.renderer(options);
+    renderer.open(&scene, &held(40, false)).expect("open");
+    let mut other = context.renderer(options);
+    let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
+    let with =
+        |most, oldest| RenderSettings { updates: MapUpdates { most, oldest }, ..RenderSettings::default() };
+    let frame = |renderer: &mut Renderer, scene: &mut Scene, seconds: Option<f64>, settings| {
+        if let Some(seconds) = seconds {
+            scene.set_time(seconds).expect("a moment");
+            let changes = scene.take_changes();
+            renderer.update(scene, &changes).expect("update");
+        }
+        let picture = context.frame(renderer, &view, SIZE, &settings);
+        (picture.pixels, context.wait(renderer.stats()).expect("stats"))
+    };
+    // Whatever the budget says, no map is shown that was never drawn.
+    let (_, stats) = frame(&mut renderer, &mut scene, None, with(Some(0), None));
+    assert_eq!((stats.maps_drawn, stats.stale.maps), (40, 0));
+    // A budget is kept, and what is left behind grows older.
+    for step in 1..=4 {
+        let (_, stats) = frame(&mut renderer, &mut scene, Some(f64::from(step) * 0.4), with(Some(5), None));
+        assert_eq!(stats.maps_drawn, 5, "step {step}");
+        assert!(stats.stale.maps > 20 && stats.stale.oldest == step, "step {step}: {:?}", stats.stale);
+    }
+    // A bound on their age is kept whatever the budget is.
+    for step in 5..10 {
+        let (_, stats) =
+            frame(&mut renderer, &mut scene, Some(f64::from(step) * 0.4), with(Some(0), Some(2)));
+        assert!(stats.stale.oldest <= 2, "step {step}: {:?}", stats.stale);
+    }
+    // At rest the picture becomes that of a fresh renderer, and not before the last map is drawn.
+    load_anew(context, &mut other, &scene, &renderer);
+    let (fresh, _) = frame(&mut other, &mut scene, None, RenderSettings::default());
+    let mut rounds = 0;
+    loop {
+        let (picture, stats) = frame(&mut renderer, &mut scene, None, with(Some(7), None));
+        if stats.stale.maps == 0 {
+            assert!(picture == fresh);
+            break;
+        }
+        assert!(picture != fresh || rounds > 0);
+        rounds += 1;
+        assert!(rounds < 6);
+    }
+    let (still, stats) = frame(&mut renderer, &mut scene, None, RenderSettings::default());
+    assert!(still == fresh && stats.maps_drawn == 0 && stats.light_map_changes == 0);
 }
 
 fn held_lights(context: &Context) {
-    let size = [64, 48];
     let options = || RendererOptions { map_size: Some(64), ..Default::default() };
     let mut scene = builtin::build("table", MovingObject::Torus).expect("a room");
-    let lights = LightSettings { count: 24, candidates: 4, walk_dynamic: false, ..Default::default() };
-    let settings = IlluminationSettings { lights, rewalk: Rewalk::Off, ..Default::default() };
     let mut renderer = context.renderer(options());
-    renderer.open(&scene, &settings).expect("open");
+    renderer.open(&scene, &held(24, false)).expect("open");
     let mut other = context.renderer(options());
     let mut pictures = Vec::new();
     for seconds in [0.3, 1.1, 2.9] {
         scene.set_time(seconds).expect("a moment");
         let changes = scene.take_changes();
         renderer.update(&scene, &changes).expect("update");
-        let illumination = renderer.illumination().expect("it is open");
-        // Geometry and lights are taken as they are, visibility is determined from scratch.
-        let stage = Stage {
-            scene: scene.clone(),
-            geometry: illumination.geometry().clone(),
-            lights: illumination.lights().clone(),
-        };
-        context.load(&mut other, &stage);
+        load_anew(context, &mut other, &scene, &renderer);
         let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
         for mode in [Mode::Naive, Mode::Full] {
             let settings = RenderSettings { mode, ..RenderSettings::default() };
-            let after = context.frame(&mut renderer, &view, size, &settings);
-            let anew = context.frame(&mut other, &view, size, &settings);
+            let after = context.frame(&mut renderer, &view, SIZE, &settings);
+            let anew = context.frame(&mut other, &view, SIZE, &settings);
             assert!(after.pixels == anew.pixels, "{seconds} s, {mode:?}");
             pictures.push(after.pixels);
         }

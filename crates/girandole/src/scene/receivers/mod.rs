@@ -27,6 +27,8 @@ use wgpu::util::DeviceExt;
 
 /// A leaf's index has 24 bits.
 const MAX_LEAVES: usize = 1 << 24;
+/// Room that the lists of leaves on dynamic objects have, where they do not need more: 16 MiB.
+const MOVING_ENTRIES: usize = 4 << 20;
 const _: () = assert!(LeafRange::WORDS == NO_PART as usize + 1, "where each part begins, and the end");
 
 /// What visibility determination says, on the GPU. Leaves of static objects come first; where only dynamic ones move, their
@@ -96,7 +98,7 @@ impl Receivers {
         }
         let lights = sources.lights.len();
         // Those of dynamic objects may become more.
-        let with_spare = |n: usize| n + n / 2 + usize::from(n > 0) * 16;
+        let with_spare = |n: usize| if count > still { 2 * n + 64 } else { n };
         let room = still + with_spare(count - still);
         let batches = lights.div_ceil(BATCH as usize).max(1);
         let receiver_words = receiver_words(&sources);
@@ -145,8 +147,9 @@ impl Receivers {
             }
         }
         result.moving_at = at as u32;
-        result.light_lists =
-            Mirror::new(device, "lists of lights", Vec::new(), at + with_spare((count - still) * lights))?;
+        let (entries, pairs) = (moving_entries(&sources), (room - still) * lights);
+        let list_room = at + entries.max(pairs.min(MOVING_ENTRIES));
+        result.light_lists = Mirror::new(device, "lists of lights", Vec::new(), list_room)?;
         let mut records = Vec::new();
         result.add_leaves(&sources, 0..count, &mut records);
         result.light_maps = LightMaps::new(device, result.mapped + with_spare(count - still) as u32)?;
@@ -165,7 +168,7 @@ impl Receivers {
         let is_same = sources.database.static_leaves() == still && sources.lights.len() == lights;
         let has_room = count <= self.room as usize
             && receiver_words.len() <= self.receivers.room()
-            && self.moving_at as usize + (count - still) * lights <= self.light_lists.room();
+            && self.moving_at as usize + moving_entries(&sources) <= self.light_lists.room();
         if !(is_same && has_room) {
             return false;
         }
@@ -322,6 +325,14 @@ impl Receivers {
             usage: wgpu::BufferUsages::UNIFORM,
         })
     }
+}
+
+/// Lights in the lists of leaves on dynamic objects.
+fn moving_entries(sources: &Sources) -> usize {
+    let database = sources.database;
+    let leaves = database.static_leaves()..database.receivers().leaves.len();
+    let states = leaves.flat_map(|leaf| database.leaf_states(leaf as u32));
+    states.filter(|state| **state != State::Full).count()
 }
 
 /// Where pixels find their leaf: triangles, grids, cells.
