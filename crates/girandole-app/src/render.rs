@@ -1,7 +1,8 @@
 //! `girandole render`, also the default without a command.
 
 use crate::args::{
-    AntiAliasing, Bounces, Cli, Command, DebugView, Engine, Frames, Mode, RenderArgs, ShadingArg, Switch,
+    AntiAliasing, Bounces, Cli, Command, DebugView, Engine, Frames, Mode, RenderArgs, RewalkArg, ShadingArg,
+    Switch,
 };
 use crate::engine::{self, Job, Ready, Stats};
 use crate::output::{self, say};
@@ -47,6 +48,16 @@ fn check(args: &RenderArgs) -> Result<()> {
         }
         if args.stats.is_some() {
             bail!("--stats belongs to single pictures; leave it or --frames out");
+        }
+    }
+    if args.motion.updates.0.most.is_some() {
+        if matches!(args.engine, Engine::Cpu | Engine::Path) {
+            bail!("--updates belongs to --engine gpu; leave one of them out");
+        }
+        if args.motion.rewalk == RewalkArg::All {
+            bail!(
+                "--rewalk all draws every shadow map at each frame; leave --updates out, or take --rewalk off"
+            );
         }
     }
     if let Some(stats) = &args.stats {

@@ -1,14 +1,14 @@
 //! `girandole render --frames`: a numbered sequence, of which each frame is the same alone, resumed and in sequence.
 
-use crate::args::{Engine, Frames, Mode, Placement, RenderArgs, RewalkArg};
-use crate::engine::{Job, Ready};
+use crate::args::{Frames, Mode, RenderArgs, RewalkArg};
+use crate::engine::{Job, Picture, Ready};
 use crate::output::{self, Progress, say};
 use crate::render::write_shown;
 use anyhow::{Context, Result};
 use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::{Geometry, Scene, View};
-use girandole_core::visibility::{MOST_LIGHTS, VisibilityDatabase, VisibilitySettings};
+use girandole_core::visibility::VisibilitySettings;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -25,8 +25,8 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
         .filter(|frame| frame.as_ref().map_or(true, |(_, path)| !path.exists()))
         .collect::<Result<_>>()?;
     let kept = frames.count() - missing.len();
-    let mut light = Light::new(&scene, args)?;
     let mut engine = Ready::choose(args)?;
+    let mut light = Light::new(&mut scene, &mut engine, args)?;
     let mut said = Vec::new();
     warn_once(&mut said, &scene.warnings);
     if scene.duration() == 0.0 {
@@ -34,17 +34,25 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
     }
     let bar = Progress::bar("rendering frames");
     let mut total_ms = 0.0;
+    let mut next = 0;
     for (done, (frame, path)) in missing.iter().enumerate() {
-        scene.set_time(f64::from(*frame) / args.motion.fps)?;
-        let view = view(&scene, args)?;
+        let moment = |frame: u32| f64::from(frame) / args.motion.fps;
+        // What was left stale in the frames before, of which those that are there are not rendered again.
+        if let (Light::OnDevice, Ready::Gpu(device), Some(_)) =
+            (&light, &mut engine, args.motion.updates.0.most)
+        {
+            for skipped in next..*frame {
+                scene.set_time(moment(skipped))?;
+                device.follow(&mut scene)?;
+                device.skip_frame(args)?;
+            }
+            next = frame + 1;
+        }
+        scene.set_time(moment(*frame))?;
         let start = Instant::now();
-        let (geometry, lights, visibility) = light.at(&mut scene, view)?;
+        let picture = light.picture(&mut scene, &mut engine, args)?;
         total_ms += start.elapsed().as_secs_f64() * 1e3;
-        let clamp = args.quality.clamp.0;
-        let job = Job { scene: &scene, geometry, lights, visibility, view, clamp, args };
-        let picture = engine.render(&job)?;
-        warn_once(&mut said, &lights.warnings);
-        total_ms += picture.frame_ms;
+        warn_once(&mut said, light.warnings(&engine));
         write_shown(args, path, &picture.radiance)?;
         bar.set((done + 1) as f32 / missing.len() as f32);
     }
@@ -83,31 +91,28 @@ fn view(scene: &Scene, args: &RenderArgs) -> Result<View> {
     Ok(View::new(scene, camera, args.size[0] as f32 / args.size[1] as f32))
 }
 
-type Parts<'a> = (&'a Geometry, &'a LightSet, Option<&'a VisibilityDatabase>);
-
 /// The light samples of a sequence.
 enum Light {
-    /// Those of the scene as it was loaded, moved along.
+    /// Those of the scene as it was loaded, moved along; on the device, only what moves is made anew.
+    OnDevice,
     Held(Box<Illumination>),
     /// Other ones at each frame.
-    Fresh(Placement, IlluminationSettings, Option<Box<Illumination>>),
+    Fresh(Box<IlluminationSettings>, Option<Box<Illumination>>),
     /// None: the path tracer has its own.
-    None(Option<Box<(Geometry, LightSet)>>),
+    None,
 }
 
 impl Light {
-    fn new(scene: &Scene, args: &RenderArgs) -> Result<Self> {
+    fn new(scene: &mut Scene, engine: &mut Ready, args: &RenderArgs) -> Result<Self> {
         let lights = args.lights.settings();
-        let is_for_gpu = matches!(args.engine, Engine::Gpu | Engine::Auto);
-        let needs_visibility =
-            is_for_gpu && args.mode != Mode::Naive && args.lights.lights as usize <= MOST_LIGHTS;
+        let needs_visibility = matches!(engine, Ready::Gpu(_)) && args.mode != Mode::Naive;
         let visibility = needs_visibility.then(VisibilitySettings::default);
         let settings = IlluminationSettings { lights, visibility, ..IlluminationSettings::default() };
-        if args.engine == Engine::Path {
-            return Ok(Self::None(None));
+        if matches!(engine, Ready::Path) {
+            return Ok(Self::None);
         }
         if args.motion.rewalk == RewalkArg::All {
-            return Ok(Self::Fresh(args.lights.placement, settings, None));
+            return Ok(Self::Fresh(Box::new(settings), None));
         }
         // Whatever the range of frames is, the samples are placed for all of the camera's way.
         let (mut posed, mut views) = (scene.clone(), Vec::new());
@@ -124,28 +129,54 @@ impl Light {
             rewalk: Rewalk::Off,
             ..settings
         };
-        Ok(Self::Held(Box::new(Illumination::new(scene, &settings)?)))
+        scene.take_changes();
+        match engine {
+            Ready::Gpu(device) => device.open_scene(scene, &settings, args).map(|()| Self::OnDevice),
+            _ => Ok(Self::Held(Box::new(Illumination::new(scene, &settings)?))),
+        }
     }
 
-    /// The scene as it stands, flattened, its light, and which of it needs a shadow map where.
-    fn at(&mut self, scene: &mut Scene, view: View) -> Result<Parts<'_>> {
-        let changes = scene.take_changes();
-        match self {
-            Self::Held(illumination) => {
-                illumination.update(scene, &changes)?;
-                Ok((illumination.geometry(), illumination.lights(), illumination.visibility()))
+    /// The scene as it stands.
+    fn picture(&mut self, scene: &mut Scene, engine: &mut Ready, args: &RenderArgs) -> Result<Picture> {
+        let (view, clamp) = (view(scene, args)?, args.quality.clamp.0);
+        let job = |scene, geometry, lights, visibility| Job {
+            scene,
+            geometry,
+            lights,
+            visibility,
+            view,
+            clamp,
+            args,
+        };
+        match (self, engine) {
+            (Self::OnDevice, Ready::Gpu(device)) => {
+                device.follow(scene)?;
+                device.picture(&view, args)
             }
-            Self::Fresh(placement, settings, illumination) => {
-                settings.views = placement.views(&[view]).to_vec();
-                let illumination = illumination.insert(Box::new(Illumination::new(scene, settings)?));
-                Ok((illumination.geometry(), illumination.lights(), illumination.visibility()))
-            }
-            Self::None(made) => {
+            (Self::OnDevice | Self::None, engine) => {
                 let geometry = Geometry::new(scene);
                 let lights = LightSet::from_samples(&geometry, Vec::new());
-                let (geometry, lights) = &**made.insert(Box::new((geometry, lights)));
-                Ok((geometry, lights, None))
+                engine.render(&job(scene, &geometry, &lights, None))
             }
+            (Self::Held(light), engine) => {
+                let changes = scene.take_changes();
+                light.update(scene, &changes)?;
+                engine.render(&job(scene, light.geometry(), light.lights(), light.visibility()))
+            }
+            (Self::Fresh(settings, light), engine) => {
+                settings.views = args.lights.placement.views(&[view]).to_vec();
+                let light = light.insert(Box::new(Illumination::new(scene, settings)?));
+                engine.render(&job(scene, light.geometry(), light.lights(), light.visibility()))
+            }
+        }
+    }
+
+    /// What the samples warn of.
+    fn warnings<'a>(&'a self, engine: &'a Ready) -> &'a [String] {
+        match (self, engine) {
+            (Self::OnDevice, Ready::Gpu(device)) => device.warnings(),
+            (Self::Held(light) | Self::Fresh(_, Some(light)), _) => &light.lights().warnings,
+            _ => &[],
         }
     }
 }

@@ -8,13 +8,15 @@ type Check = fn(&Path) -> Result<(), Failed>;
 
 fn main() {
     let has_adapter = girandole(Path::new("."), "info --require-adapter").status.success();
-    let checks: [(&str, Check); 6] = [
+    let checks: [(&str, Check); 8] = [
         ("same_command_same_bytes", same_command_same_bytes),
         ("agrees_with_traced_shadows", agrees_with_traced_shadows),
         ("statistics_name_passes_and_counts", statistics_name_passes_and_counts),
         ("maps_that_do_not_fit_are_refused", maps_that_do_not_fit_are_refused),
         ("bench_times_modes", bench_times_modes),
+        ("bench_times_motion", bench_times_motion),
         ("frames_are_the_same_alone_and_in_sequence", frames_are_the_same_alone_and_in_sequence),
+        ("frames_of_a_budget_are_the_same_alone_and_resumed", frames_of_a_budget),
     ];
     let trials = checks
         .into_iter()
@@ -157,4 +159,46 @@ fn frames_are_the_same_alone_and_in_sequence(directory: &Path) -> Result<(), Fai
     succeed(directory, &format!("{SMALL} --time 2 -o still.exr"))?;
     succeed(directory, "compare still.exr f2.exr --max-energy-error 0.15")?;
     ensure(std::fs::read(directory.join("still.exr"))? != last, "light samples are not held")
+}
+
+fn frames_of_a_budget(directory: &Path) -> Result<(), Failed> {
+    let frames = |range: &str, name: &str, more: &str| {
+        succeed(directory, &format!("{SMALL} --frames {range} --fps 2 {more} -o {name}#.exr"))
+    };
+    let read = |name: &str| std::fs::read(directory.join(format!("{name}.exr")));
+    frames("0..4", "all", "")?;
+    frames("0..4", "few", "--updates 9")?;
+    ensure(read("few0")? == read("all0")?, "the first frame draws all maps")?;
+    ensure(read("few4")? != read("all4")?, "a budget changes nothing")?;
+    frames("4..4", "alone", "--updates 9")?;
+    ensure(read("alone4")? == read("few4")?, "a frame alone is another one")?;
+    let kept = read("few4")?;
+    std::fs::remove_file(directory.join("few2.exr"))?;
+    std::fs::remove_file(directory.join("few4.exr"))?;
+    frames("0..4", "few", "--updates 9")?;
+    ensure(read("few4")? == kept, "a frame that was resumed is another one")?;
+    frames("4..4", "young", "--updates 9 --max-map-age 0")?;
+    ensure(read("young4")? == read("all4")?, "no age at all is no budget")
+}
+
+fn bench_times_motion(directory: &Path) -> Result<(), Failed> {
+    let small = "--size 64x48 --lights 24 --repeat 2 --map-size 64 --object torus";
+    let output =
+        succeed(directory, &format!("bench pillars --moving --updates 0,6,all {small} --json t.json"))?;
+    let rows: Vec<serde_json::Map<String, serde_json::Value>> =
+        serde_json::from_slice(&std::fs::read(directory.join("t.json"))?)?;
+    let of = |key: &str| -> Result<Vec<f64>, Failed> {
+        let values = rows.iter().map(|row| row.get(key).and_then(|v| v.as_f64()).filter(|x| x.is_finite()));
+        values.collect::<Option<_>>().ok_or_else(|| format!("no {key}").into())
+    };
+    let drawn = of("maps_drawn")?;
+    ensure(drawn[0] == 0.0 && drawn[1] == 6.0 && drawn[2] > 6.0, &format!("maps: {drawn:?}"))?;
+    let stale = of("maps_stale")?;
+    ensure(stale[0] > 6.0 && stale[1] > 0.0 && stale[2] == 0.0, &format!("stale: {stale:?}"))?;
+    for key in ["frame_ms", "static_frame_ms", "moving_frame_ms", "update_ms", "visibility_ms"] {
+        ensure(of(key)?.iter().all(|ms| *ms > 0.0), key)?;
+    }
+    ensure(of("share_clusters_drawn")?.iter().all(|share| *share <= 1.0), "more than a full redraw draws")?;
+    let table = String::from_utf8(output.stdout)?;
+    ensure(table.lines().count() == 4 && table.contains("updates"), &table)
 }

@@ -209,7 +209,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Draws shadow maps that are stale and submits; a frame does so by itself. For what is stale afterwards, it counts as a frame.
+    /// Draws shadow maps that are stale and submits; a frame does so by itself.
     ///
     /// # Errors
     /// [`Error::Scene`] before [`Renderer::load`], [`Error::TooLarge`] where a list of what to draw exceeds the device's
@@ -222,6 +222,17 @@ impl Renderer {
         let (_, counts) = self.passes.shadow_maps.record(&mut recorder, scene, &updates)?;
         recorder.finish();
         scene.count_maps(&updates, counts);
+        Ok(())
+    }
+
+    /// Does to shadow maps what a frame does, without a picture: where only a few are drawn at a time, a sequence can so be
+    /// begun in the middle.
+    ///
+    /// # Errors
+    /// As for [`Renderer::draw_shadow_maps`].
+    pub fn skip_frame(&mut self, updates: &MapUpdates) -> Result<()> {
+        self.draw_shadow_maps(updates)?;
+        self.scene.iter_mut().for_each(|scene| scene.atlas.states.advance());
         Ok(())
     }
 
@@ -283,6 +294,7 @@ impl Renderer {
         let light_map_changes = prepared.light_map_changes();
         let updates = prepared.map_updates;
         scene.count_maps(&updates, culling);
+        scene.atlas.states.advance();
         if let Some(changes) = light_map_changes {
             scene.count_light_maps(changes, settings.clamp);
         }

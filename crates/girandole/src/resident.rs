@@ -143,7 +143,7 @@ impl Resident {
 impl Resident {
     /// Takes note of what was drawn into shadow maps for a frame.
     pub fn count_maps(&mut self, updates: &[MapUpdate], culling: CullCounts) {
-        self.atlas.states.advance(updates);
+        self.atlas.states.note(updates);
         self.maps_drawn = updates.len() as u32;
         if !updates.is_empty() {
             self.culling = culling;

@@ -33,6 +33,22 @@ pub struct MotionArgs {
     /// Which light samples of a sequence are sampled anew at each frame
     #[arg(long, value_enum, default_value_t, requires = "frames")]
     pub rewalk: RewalkArg,
+
+    /// Shadow maps that a frame of a sequence draws anew at most, of those that show what moved; fewer take less time, and shadows
+    /// of what moves lag behind. The order is that of a sequence from frame 0 on, whichever frames are rendered (engine gpu)
+    #[arg(long, value_name = "N|all", default_value = "all", value_parser = parse_updates, requires = "frames")]
+    pub updates: UpdatesArg,
+
+    /// No shadow map is older than so many frames, whatever --updates says (engine gpu)
+    #[arg(long, value_name = "FRAMES", requires = "updates")]
+    pub max_map_age: Option<u32>,
+}
+
+impl MotionArgs {
+    /// The budget of shadow maps.
+    pub fn map_updates(&self) -> MapUpdates {
+        MapUpdates { oldest: self.max_map_age, ..self.updates.0 }
+    }
 }
 
 /// Frames of a sequence, both ends included.

@@ -9,6 +9,7 @@ use girandole::{
     DebugView, FrameStats, Gpu, MapUpdates, Mode, RenderSettings, Renderer, RendererOptions, Shading,
     ShadowMap,
 };
+use girandole_core::illumination::IlluminationSettings;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Scene, View};
 use girandole_core::visibility::{MOST_LIGHTS, VisibilityDatabase, VisibilitySettings};
@@ -44,6 +45,62 @@ impl Device {
     pub fn render(&mut self, job: &Job) -> Result<Picture> {
         let _progress = Progress::spinner(&format!("rendering on {}", self.name()));
         let args = job.args;
+        let (mut found, mut visibility_ms) = (None, 0.0);
+        if job.visibility.is_none()
+            && let Some((database, ms)) = visibility(job.scene, job.geometry, job.lights, &[args.mode])?
+        {
+            (found, visibility_ms) = (Some(database), ms);
+        }
+        let start = Instant::now();
+        let renderer = renderer(&self.gpu, &mut self.renderer, args)?;
+        renderer.time_passes(args.stats.is_some());
+        renderer.load(job.scene, job.geometry, job.lights)?;
+        if let Some(database) = job.visibility.or(found.as_ref()) {
+            renderer.load_visibility(job.scene, job.geometry, job.lights, database)?;
+        }
+        self.gpu.wait()?;
+        let setup_ms = milliseconds(start);
+        let mut picture = self.picture(&job.view, args)?;
+        picture.frame_ms += visibility_ms;
+        picture.stats.insert("setup_ms".into(), setup_ms.into());
+        picture.stats.insert("visibility_ms".into(), visibility_ms.into());
+        Ok(picture)
+    }
+
+    /// Opens a scene whose changes [`Device::follow`] follows.
+    pub fn open_scene(
+        &mut self,
+        scene: &Scene,
+        light: &IlluminationSettings,
+        args: &args::RenderArgs,
+    ) -> Result<()> {
+        let opened = renderer(&self.gpu, &mut self.renderer, args)?.open(scene, light);
+        opened.map_err(|error| too_many(error.into(), light.lights.count as usize))
+    }
+
+    /// Follows the changes of the scene that is open.
+    pub fn follow(&mut self, scene: &mut Scene) -> Result<()> {
+        let changes = scene.take_changes();
+        Ok(self.opened()?.update(scene, &changes)?)
+    }
+
+    /// Draws the shadow maps of a frame that is not rendered.
+    pub fn skip_frame(&mut self, args: &args::RenderArgs) -> Result<()> {
+        Ok(self.opened()?.skip_frame(&args.motion.map_updates())?)
+    }
+
+    /// What the light samples of the scene that is open warn of.
+    pub fn warnings(&self) -> &[String] {
+        let open = self.renderer.as_ref().and_then(Renderer::illumination);
+        open.map_or(&[], |illumination| &illumination.lights().warnings)
+    }
+
+    fn opened(&mut self) -> Result<&mut Renderer> {
+        self.renderer.as_mut().ok_or_else(|| anyhow!("no scene is open"))
+    }
+
+    /// A picture of what was loaded or opened.
+    pub fn picture(&mut self, view: &View, args: &args::RenderArgs) -> Result<Picture> {
         let settings = RenderSettings {
             exposure: args.exposure,
             tonemap: args.tonemap.into(),
@@ -55,51 +112,34 @@ impl Device {
                 args::DebugView::Lights => DebugView::LightPositions,
                 args::DebugView::Atlas => DebugView::Atlas,
             }),
-            ..settings(args.mode, &args.quality, job.clamp, args.aa)
+            // This frame's are drawn beforehand.
+            updates: MapUpdates { most: Some(0), oldest: None },
+            ..settings(args.mode, &args.quality, args.quality.clamp.0, args.aa)
         };
-        let (mut found, mut visibility_ms) = (None, 0.0);
-        if job.visibility.is_none()
-            && let Some((database, ms)) = visibility(job.scene, job.geometry, job.lights, &[args.mode])?
-        {
-            (found, visibility_ms) = (Some(database), ms);
-        }
-        let start = Instant::now();
-        let mut renderer = match self.renderer.take() {
-            Some(renderer) => renderer,
-            None => Renderer::new(&self.gpu.device, &self.gpu.queue, options(&args.quality))?,
-        };
-        renderer.time_passes(args.stats.is_some());
-        renderer.load(job.scene, job.geometry, job.lights)?;
-        if let Some(database) = job.visibility.or(found.as_ref()) {
-            renderer.load_visibility(job.scene, job.geometry, job.lights, database)?;
-        }
-        self.gpu.wait()?;
-        let setup_ms = milliseconds(start);
-
         // The parts of a frame, in wall-clock time around submit and wait.
         let start = Instant::now();
-        renderer.draw_shadow_maps(&MapUpdates::default())?;
-        self.gpu.wait()?;
+        self.opened()?.draw_shadow_maps(&args.motion.map_updates())?;
+        self.wait()?;
         let shadow_maps_ms = milliseconds(start);
-        let maps = self.gpu.block_on(renderer.stats())??;
+        let renderer = self.opened()?;
+        let maps = renderer.stats();
+        let maps = self.gpu.block_on(maps)??;
         let start = Instant::now();
-        renderer.render(&job.view, args.size, &settings)?;
+        self.opened()?.render(view, args.size, &settings)?;
         self.gpu.wait()?;
         let shading_ms = milliseconds(start);
 
         let pixels = u64::from(args.size[0]) * u64::from(args.size[1]);
-        let mut stats = statistics(&self.gpu.block_on(renderer.stats())??, pixels);
+        let (frame, radiance) = (self.opened()?.stats(), self.opened()?.radiance());
+        let mut stats = statistics(&self.gpu.block_on(frame)??, pixels);
         for (pass, ms) in maps.gpu_ms {
             stats.insert(pass.into(), ms.into());
         }
         stats.insert("mode".into(), args.mode.name().into());
-        stats.insert("setup_ms".into(), setup_ms.into());
         stats.insert("shadow_maps_ms".into(), shadow_maps_ms.into());
-        stats.insert("visibility_ms".into(), visibility_ms.into());
         stats.insert("shading_ms".into(), shading_ms.into());
-        let radiance = self.gpu.block_on(renderer.radiance())??;
-        self.renderer = Some(renderer);
-        Ok(Picture { radiance, frame_ms: shadow_maps_ms + visibility_ms + shading_ms, stats })
+        let radiance = self.gpu.block_on(radiance)??;
+        Ok(Picture { radiance, frame_ms: shadow_maps_ms + shading_ms, stats })
     }
 
     /// Times modes in alternation on one scene with its lights.
@@ -254,6 +294,23 @@ pub(super) fn settings(
     }
 }
 
+/// What to do where there are too many lights for a visibility database.
+fn too_many(error: anyhow::Error, lights: usize) -> anyhow::Error {
+    if lights > MOST_LIGHTS { anyhow!("{error}; --mode naive takes as many") } else { error }
+}
+
+/// The renderer that is there, or a new one.
+fn renderer<'a>(
+    gpu: &Gpu,
+    renderer: &'a mut Option<Renderer>,
+    args: &args::RenderArgs,
+) -> Result<&'a mut Renderer> {
+    if renderer.is_none() {
+        *renderer = Some(Renderer::new(&gpu.device, &gpu.queue, options(&args.quality))?);
+    }
+    renderer.as_mut().ok_or_else(|| anyhow!("there is no renderer"))
+}
+
 /// The visibility database and its build time in milliseconds; `None` if no mode needs it.
 fn visibility(
     scene: &Scene,
@@ -266,10 +323,7 @@ fn visibility(
     }
     let start = Instant::now();
     let database = VisibilityDatabase::build(scene, geometry, lights, &VisibilitySettings::default());
-    let database = database.map_err(|error| match lights.len() > MOST_LIGHTS {
-        true => anyhow!("{error}; --mode naive takes as many"),
-        false => error.into(),
-    })?;
+    let database = database.map_err(|error| too_many(error.into(), lights.len()))?;
     Ok(Some((database, milliseconds(start))))
 }
 

@@ -95,7 +95,7 @@ impl Device {
             }
             let static_ms = frame(&mut renderer, &still)?;
             let start = Instant::now();
-            if let Some(database) = beside.visibility().filter(|_| round % 4 == 0) {
+            if let Some(database) = beside.visibility().filter(|_| round % 4 == 2) {
                 let (geometry, lights) = (beside.geometry(), beside.lights());
                 VisibilityDatabase::build(&trial.scene, geometry, lights, database.settings())?;
             }
@@ -108,7 +108,7 @@ impl Device {
             for (times, value) in times.iter_mut().zip(values) {
                 times.push(value);
             }
-            if round % 4 == 0 {
+            if round % 4 == 2 {
                 times[4].push(build_ms);
             }
             let drawn = [

@@ -76,12 +76,16 @@ impl MapStates {
         chosen.iter().map(|&light| MapUpdate { light: light as u32, part: self.maps[light].stale }).collect()
     }
 
-    /// Counts these as drawn, and a frame for those that remain stale.
-    pub fn advance(&mut self, drawn: &[MapUpdate]) {
+    /// Takes note that these were drawn.
+    pub fn note(&mut self, drawn: &[MapUpdate]) {
         for update in drawn {
             self.maps[update.light as usize] =
                 MapState { stale: TexelRect::default(), frames: 0, is_valid: true };
         }
+    }
+
+    /// Counts a frame for those that remain stale.
+    pub fn advance(&mut self) {
         for map in self.maps.iter_mut().filter(|map| !map.stale.is_empty()) {
             map.frames += 1;
         }
