@@ -1,7 +1,7 @@
 //! Light samples that are kept while things move.
 
 use super::{LightSample, LightSet, Rectangle, SampleOrigin, direct};
-use crate::scene::{Geometry, ObjectRange, Scene};
+use crate::scene::{Geometry, ObjectRange, Scene, Triangle};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 /// Where objects were when light was sampled.
@@ -12,16 +12,23 @@ pub(crate) struct Placement {
     world_from_object: Vec<DAffine3>,
     /// Of objects that are deformed; the others have none.
     positions: Vec<Option<Vec<Vec3>>>,
+    /// Of all of those.
+    deformed: Vec<Triangle>,
 }
 
 impl Placement {
     pub fn of(scene: &Scene, geometry: &Geometry) -> Self {
-        let positions = scene.objects.iter().zip(&geometry.objects).map(|(object, range)| {
+        let objects = scene.objects.iter().zip(&geometry.objects);
+        let positions = objects.clone().map(|(object, range)| {
             let vertices = range.vertices.start as usize..range.vertices.end as usize;
             scene.is_deformed(object).then(|| geometry.positions[vertices].to_vec())
         });
+        let deformed = objects.filter(|(object, _)| scene.is_deformed(object)).flat_map(|(_, range)| {
+            &geometry.triangles[range.triangles.start as usize..range.triangles.end as usize]
+        });
         Self {
             positions: positions.collect(),
+            deformed: deformed.copied().collect(),
             origin: geometry.origin,
             objects: geometry.objects.clone(),
             world_from_object: scene.objects.iter().map(|o| scene.world_from_node(o.node)).collect(),
@@ -69,10 +76,11 @@ fn frame([a, b, c]: [DVec3; 3]) -> Option<DAffine3> {
 impl LightSet {
     /// The same samples after objects and punctual lights moved: those on a surface go with it, emitters shine as their area
     /// changes, and all else stays. `None` where there are other objects, triangles or punctual lights than when they were
-    /// sampled, or another frame of reference, or where a deformed triangle that one is on has no area.
+    /// sampled, or another frame of reference, or where a deformed
+    /// triangle is turned inside out, or has no area and one is on it.
     pub(crate) fn moved(&self, scene: &Scene, geometry: &Geometry, from: &Placement) -> Option<Self> {
         let to = Placement::of(scene, geometry);
-        if to.origin != from.origin || to.objects != from.objects {
+        if to.origin != from.origin || to.objects != from.objects || to.deformed != from.deformed {
             return None;
         }
         let is_punctual = |s: &&LightSample| matches!(s.origin, SampleOrigin::Punctual { .. });

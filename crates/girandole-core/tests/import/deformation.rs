@@ -231,6 +231,29 @@ fn held_samples_go_with_triangles_that_bend() {
 }
 
 #[test]
+fn what_is_turned_inside_out_is_sampled_anew() {
+    let mut file = Bending::skinned().file();
+    file.json["meshes"][BENT]["primitives"][0]["material"] = json!(1);
+    for (x, is_anew) in [(0.8, false), (-0.8, true)] {
+        let mut scene = load(&file);
+        let settings = settings(Rewalk::Off);
+        let mut held = Illumination::new(&scene, &settings).expect("there is light");
+        let armature = scene.nodes.iter().position(|n| n.name == "armature").expect("a node");
+        let _ = scene.take_changes();
+        let Transform::Parts { translation, rotation, .. } = scene.nodes[armature].local else { panic!() };
+        let scaled = Transform::Parts { translation, rotation, scale: vec3(x, 1.0, 1.0) };
+        scene.set_transform(armature, scaled).expect("a place");
+        held.update(&scene, &scene.clone().take_changes()).expect("it follows");
+        let fresh = Illumination::new(&scene, &settings).expect("there is light");
+        assert_eq!(held.lights().samples() == fresh.lights().samples(), is_anew, "{x}");
+        let geometry = held.geometry();
+        let on_surface = held.lights().samples().iter().filter(|s| s.triangle() != NONE);
+        let mut fronts = on_surface.map(|s| geometry.normal(s.triangle()).dot(s.normal));
+        assert!(fronts.all(|cosine| cosine > 0.999), "{x}");
+    }
+}
+
+#[test]
 fn triangles_that_collapse_change_nothing_else() {
     // A target that shrinks the first row of cells to a line.
     let bending = Bending::morphed();
