@@ -31,7 +31,7 @@ fn moving_object(name: &str) -> Result<MovingObject> {
         "torus" => MovingObject::Torus,
         "teapot" => MovingObject::Teapot,
         _ if extension(name).is_some_and(|e| ["ply", "obj", "glb", "gltf"].contains(&e.as_str())) => {
-            MovingObject::Model(load_model(Path::new(name))?)
+            MovingObject::Model(Box::new(load_model(Path::new(name))?))
         }
         _ => {
             let known = OBJECTS.into();

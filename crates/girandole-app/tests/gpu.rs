@@ -30,7 +30,7 @@ fn main() {
 
 fn girandole(directory: &Path, arguments: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_girandole"))
-        .args(arguments.split(' '))
+        .args(arguments.split_whitespace())
         .current_dir(directory)
         .output()
         .unwrap_or_else(|e| panic!("the program does not start: {e}"))

@@ -1,8 +1,8 @@
 //! Light samples that are kept while things move.
 
 use super::{LightSample, LightSet, Rectangle, SampleOrigin, direct};
-use crate::scene::{Geometry, ObjectRange, Scene};
-use glam::{DAffine3, DVec3, Vec3};
+use crate::scene::{Geometry, ObjectRange, Scene, Triangle};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 /// Where objects were when light was sampled.
 #[derive(Clone, Debug)]
@@ -10,25 +10,77 @@ pub(crate) struct Placement {
     origin: DVec3,
     objects: Vec<ObjectRange>,
     world_from_object: Vec<DAffine3>,
+    /// Of objects that are deformed; the others have none.
+    positions: Vec<Option<Vec<Vec3>>>,
+    /// Of all of those.
+    deformed: Vec<Triangle>,
 }
 
 impl Placement {
     pub fn of(scene: &Scene, geometry: &Geometry) -> Self {
+        let objects = scene.objects.iter().zip(&geometry.objects);
+        let positions = objects.clone().map(|(object, range)| {
+            let vertices = range.vertices.start as usize..range.vertices.end as usize;
+            scene.is_deformed(object).then(|| geometry.positions[vertices].to_vec())
+        });
+        let deformed = objects.filter(|(object, _)| scene.is_deformed(object)).flat_map(|(_, range)| {
+            &geometry.triangles[range.triangles.start as usize..range.triangles.end as usize]
+        });
         Self {
+            positions: positions.collect(),
+            deformed: deformed.copied().collect(),
             origin: geometry.origin,
             objects: geometry.objects.clone(),
             world_from_object: scene.objects.iter().map(|o| scene.world_from_node(o.node)).collect(),
         }
     }
+
+    /// How a triangle went from there to here, in the world: with its object, or, where that is deformed, by itself.
+    fn motion(&self, to: &Self, geometry: &Geometry, triangle: u32) -> Motion {
+        let triangle = &geometry.triangles[triangle as usize];
+        let object = triangle.object as usize;
+        let corners = |at: &Self| {
+            let first = at.objects[object].vertices.start;
+            let positions = at.positions[object].as_ref()?;
+            let world = |v: u32| positions[(v - first) as usize].as_dvec3() + at.origin;
+            Some(triangle.vertices.map(world))
+        };
+        match (corners(self), corners(to)) {
+            (Some(before), Some(after)) if before == after => Motion::None,
+            (Some(before), Some(after)) => match (frame(before), frame(after)) {
+                (Some(before), Some(after)) => Motion::Affine(after * before.inverse()),
+                _ => Motion::Collapsed,
+            },
+            _ => {
+                let [before, after] = [self, to].map(|p| p.world_from_object[object]);
+                if before == after { Motion::None } else { Motion::Affine(after * before.inverse()) }
+            }
+        }
+    }
+}
+
+/// What became of a triangle.
+enum Motion {
+    None,
+    Affine(DAffine3),
+    /// It has no area, or had none.
+    Collapsed,
+}
+
+/// A triangle's edges and unit normal, at its first corner; `None` where it has no area.
+fn frame([a, b, c]: [DVec3; 3]) -> Option<DAffine3> {
+    let normal = (b - a).cross(c - a).try_normalize()?;
+    Some(DAffine3 { matrix3: DMat3::from_cols(b - a, c - a, normal), translation: a })
 }
 
 impl LightSet {
     /// The same samples after objects and punctual lights moved: those on a surface go with it, emitters shine as their area
     /// changes, and all else stays. `None` where there are other objects, triangles or punctual lights than when they were
-    /// sampled, or another frame of reference.
+    /// sampled, or another frame of reference, or where a deformed
+    /// triangle is turned inside out, or has no area and one is on it.
     pub(crate) fn moved(&self, scene: &Scene, geometry: &Geometry, from: &Placement) -> Option<Self> {
         let to = Placement::of(scene, geometry);
-        if to.origin != from.origin || to.objects != from.objects {
+        if to.origin != from.origin || to.objects != from.objects || to.deformed != from.deformed {
             return None;
         }
         let is_punctual = |s: &&LightSample| matches!(s.origin, SampleOrigin::Punctual { .. });
@@ -37,11 +89,13 @@ impl LightSet {
         if !before.map(|s| s.origin).eq(samples.iter().map(|s| s.origin)) {
             return None;
         }
-        samples.extend(self.samples.iter().filter(|s| !is_punctual(s)).map(|sample| {
-            let object = geometry.triangles[sample.triangle() as usize].object as usize;
-            let [before, after] = [from, &to].map(|p| p.world_from_object[object]);
-            if before == after { *sample } else { carried(sample, after * before.inverse(), to.origin) }
-        }));
+        for sample in self.samples.iter().filter(|s| !is_punctual(s)) {
+            samples.push(match from.motion(&to, geometry, sample.triangle()) {
+                Motion::None => *sample,
+                Motion::Affine(map) => carried(sample, map, to.origin),
+                Motion::Collapsed => return None,
+            });
+        }
         let Self { direct, paths, ref warnings, .. } = *self;
         Some(Self { direct, paths, warnings: warnings.clone(), ..Self::from_samples(geometry, samples) })
     }

@@ -1,5 +1,7 @@
 //! How an open scene changes, and what is written down about it for those who derive things from it.
 
+use super::frame_of_reference::Box3;
+use super::motion::Pose;
 use super::{FrameOfReference, MAX_EXTENT, Mesh, Object, Scene, Transform};
 use crate::generation::Generation;
 use crate::{Error, Result};
@@ -29,7 +31,7 @@ pub struct SceneChanges {
     pub from: Generation,
     /// The version after.
     pub to: Generation,
-    /// Objects that were there before and after, and whose place in the world changed.
+    /// Objects that were there before and after, and whose place or shape in the world changed.
     pub moved: Vec<ObjectId>,
     /// Objects that were not there before and are after.
     pub added: Vec<ObjectId>,
@@ -173,7 +175,7 @@ impl Scene {
     pub fn touch(&mut self) {
         self.open();
         self.record.pending.everything = true;
-        let all: Vec<usize> = self.placed_objects().map(|(i, _)| i).collect();
+        let all: Vec<_> = self.placed_objects().map(|(i, o)| (i, self.world_bounds(o))).collect();
         self.keep_in_frame(&all);
         self.stamp();
     }
@@ -184,38 +186,91 @@ impl Scene {
     /// # Errors
     /// [`Error::Invalid`] where there is no such node, or the transform is not finite or leads farther than 10¹⁵ m away.
     pub fn set_transform(&mut self, node: usize, local: Transform) -> Result<()> {
-        if node >= self.nodes.len() {
-            return invalid(format!("there is no node {node}; the scene has {}", self.nodes.len()));
+        self.set_poses(vec![Pose { node, local: Some(local), morph_weights: None }])
+    }
+
+    /// Poses nodes, all at once: what depends on several of them is looked at when it is where it comes to stand.
+    pub(super) fn set_poses(&mut self, mut poses: Vec<Pose>) -> Result<()> {
+        for pose in &mut poses {
+            self.check_pose(pose)?;
+            let node = &self.nodes[pose.node];
+            pose.local = pose.local.filter(|local| *local != node.local);
+            pose.morph_weights = pose.morph_weights.take().filter(|weights| *weights != node.morph_weights);
         }
-        if !local.affine().is_finite() {
-            return invalid(format!("node {node} cannot have a transform that is not finite; correct it"));
-        }
-        if self.nodes[node].local == local {
-            return Ok(());
-        }
+        let moves = |object: &Object, pose: &Pose| {
+            pose.local.is_some() && self.is_moved_by(object, pose.node)
+                || pose.morph_weights.is_some()
+                    && object.node == pose.node
+                    && !self.meshes[object.mesh].morph_targets.is_empty()
+        };
+        let is_moved = |object: &Object| poses.iter().any(|pose| moves(object, pose));
         let objects: Vec<usize> =
-            self.placed_objects().filter(|(_, o)| self.is_below(o.node, node)).map(|(i, _)| i).collect();
+            self.placed_objects().filter(|(_, o)| is_moved(o)).map(|(i, _)| i).collect();
+        let is_shifted =
+            |node| poses.iter().any(|pose| pose.local.is_some() && self.is_below(node, pose.node));
         let lights: Vec<usize> =
-            (0..self.lights.len()).filter(|&i| self.is_below(self.lights[i].node, node)).collect();
-        if !(objects.is_empty() && lights.is_empty()) {
+            (0..self.lights.len()).filter(|&i| is_shifted(self.lights[i].node)).collect();
+        let anything = !(objects.is_empty() && lights.is_empty());
+        if anything {
             self.open();
         }
-        let before = std::mem::replace(&mut self.nodes[node].local, local);
-        let too_far = lights.iter().any(|&l| !self.is_near(self.lights[l].node))
-            || objects.iter().any(|&o| !self.is_object_near(o));
-        if too_far {
-            self.nodes[node].local = before;
+        self.swap_poses(&mut poses);
+        let bounds: Vec<_> = objects.iter().map(|&o| (o, self.world_bounds(&self.objects[o]))).collect();
+        let far_object = bounds.iter().find(|(_, bounds)| !bounds.is_within(MAX_EXTENT));
+        let far_object = far_object.map(|(o, _)| format!("object `{}`", self.objects[*o].name));
+        let far_light = lights.iter().find(|&&l| !self.is_near(self.lights[l].node));
+        let far_light = far_light.map(|&l| format!("light `{}`", self.lights[l].name));
+        if let Some(far) = far_object.or(far_light) {
+            self.swap_poses(&mut poses);
             return invalid(format!(
-                "node {node} cannot be moved farther than {MAX_EXTENT:.0e} m away; scale it to metres"
+                "{far} cannot be moved farther than {MAX_EXTENT:.0e} m away; scale it to metres"
             ));
         }
-        if !(objects.is_empty() && lights.is_empty()) {
-            self.keep_in_frame(&objects);
+        if anything {
+            self.keep_in_frame(&bounds);
             objects.into_iter().for_each(|o| self.record.pending.note_moved(o.into()));
             lights.into_iter().for_each(|l| insert(&mut self.record.pending.lights, l as u32));
             self.stamp();
         }
         Ok(())
+    }
+
+    fn check_pose(&self, pose: &Pose) -> Result<()> {
+        let Pose { node, local, morph_weights } = pose;
+        if *node >= self.nodes.len() {
+            return invalid(format!("there is no node {node}; the scene has {}", self.nodes.len()));
+        }
+        if local.is_some_and(|local| !local.affine().is_finite()) {
+            return invalid(format!("node {node} cannot have a transform that is not finite; correct it"));
+        }
+        let Some(weights) = morph_weights else { return Ok(()) };
+        if !weights.iter().all(|weight| weight.is_finite()) {
+            return invalid(format!(
+                "node {node} cannot have morph weights that are not finite; correct them"
+            ));
+        }
+        let on_node = self.placed_objects().filter(|(_, o)| o.node == *node);
+        let mut counts = on_node.map(|(_, o)| self.meshes[o.mesh].morph_targets.len());
+        match counts.find(|&count| count != weights.len()) {
+            Some(count) => invalid(format!(
+                "node {node} has a mesh with {count} morph targets and cannot have {} weights; give one for each",
+                weights.len()
+            )),
+            None => Ok(()),
+        }
+    }
+
+    /// Exchanges what nodes have and what poses say.
+    fn swap_poses(&mut self, poses: &mut [Pose]) {
+        for Pose { node, local, morph_weights } in poses {
+            let node = &mut self.nodes[*node];
+            if let Some(local) = local {
+                std::mem::swap(&mut node.local, local);
+            }
+            if let Some(weights) = morph_weights {
+                std::mem::swap(&mut node.morph_weights, weights);
+            }
+        }
     }
 
     /// Changes what a material emits, W/(sr·m²).
@@ -280,11 +335,13 @@ impl Scene {
             name: name.into(),
             node,
             mesh: self.meshes.len() - 1,
+            skin: None,
             dynamic,
             removed: false,
         });
         let index = self.objects.len() - 1;
-        if !self.is_object_near(index) {
+        let bounds = self.world_bounds(&self.objects[index]);
+        if !bounds.is_within(MAX_EXTENT) {
             self.objects.pop();
             self.meshes.pop();
             self.nodes.pop();
@@ -292,7 +349,7 @@ impl Scene {
                 "object `{name}` is farther than {MAX_EXTENT:.0e} m away; scale it to metres"
             ));
         }
-        self.keep_in_frame(&[index]);
+        self.keep_in_frame(&[(index, bounds)]);
         insert(&mut self.record.pending.added, index.into());
         self.stamp();
         Ok(index.into())
@@ -334,21 +391,10 @@ impl Scene {
         self.world_from_node(node).translation.abs().max_element() <= MAX_EXTENT
     }
 
-    fn is_object_near(&self, object: usize) -> bool {
-        let Object { node, mesh, .. } = self.objects[object];
-        let affine = self.world_from_node(node);
-        let is_far = |p: &Vec3| {
-            let p = affine.transform_point3(p.as_dvec3());
-            p.is_finite() && p.abs().max_element() > MAX_EXTENT
-        };
-        affine.is_finite() && !self.meshes[mesh].positions.iter().any(is_far)
-    }
-
-    /// Makes another frame of reference if one of these objects is not within its bounds, with room for those.
-    fn keep_in_frame(&mut self, objects: &[usize]) {
+    /// Makes another frame of reference if one of these objects, by their bounds, is not within it, with room for those.
+    fn keep_in_frame(&mut self, objects: &[(usize, Box3)]) {
         let Some(frame) = self.record.frame else { return };
-        let left: Vec<usize> =
-            objects.iter().copied().filter(|&i| !frame.holds(self, &self.objects[i])).collect();
+        let left: Vec<usize> = objects.iter().filter(|(_, b)| !frame.holds(*b)).map(|(i, _)| *i).collect();
         let Some(&first) = left.first() else { return };
         let moves = |i: usize| self.objects[i].dynamic || left.contains(&i);
         self.record.frame = Some(FrameOfReference::with_movers(self, moves));

@@ -18,8 +18,9 @@
 //! surface; bounds over core are about 10; origin and scale are those of the room alone, to the bit, and the bounds
 //! reach to the box.
 
-use super::{MeshTriangle, Object, Scene, Transform};
-use glam::{DAffine3, DVec3, Vec3};
+use super::motion::Pose;
+use super::{MeshTriangle, Object, Scene};
+use glam::{DVec3, Vec3};
 
 /// Bounds are many times larger than the core from this factor on.
 const MANY_TIMES: f64 = 4.0;
@@ -95,19 +96,10 @@ impl FrameOfReference {
         (self.bounds.1 - self.bounds.0).length().max(f32::MIN_POSITIVE)
     }
 
-    /// Whether an object is within the bounds.
-    pub(super) fn holds(&self, scene: &Scene, object: &Object) -> bool {
-        let affine = scene.world_from_node(object.node);
-        let within = |p: Vec3| {
-            let p = (affine.transform_point3(p.as_dvec3()) - self.origin).as_vec3();
-            !p.is_finite() || p.cmpge(self.bounds.0).all() && p.cmple(self.bounds.1).all()
-        };
-        let positions = &scene.meshes[object.mesh].positions;
-        let own = positions.iter().filter(|p| p.is_finite());
-        let (low, high) = own.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
-        let corner = |i: usize| Vec3::select(glam::BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0), high, low);
-        // If the corners of its box are, all of it is.
-        low.cmpgt(high).any() || (0..8).all(|i| within(corner(i))) || positions.iter().all(|&p| within(p))
+    /// Whether something with these bounds in the world is within those here.
+    pub(super) fn holds(&self, what: Box3) -> bool {
+        let [low, high] = [what.low, what.high].map(|p| (p - self.origin).as_vec3());
+        what.is_empty() || low.cmpge(self.bounds.0).all() && high.cmple(self.bounds.1).all()
     }
 }
 
@@ -120,28 +112,17 @@ struct Placed {
 
 impl Placed {
     fn new(scene: &Scene, index: usize, object: &Object) -> Self {
-        let affine: DAffine3 = scene.world_from_node(object.node);
-        let positions: Vec<DVec3> = scene.meshes[object.mesh]
-            .positions
-            .iter()
-            .map(|p| affine.transform_point3(p.as_dvec3()))
-            .collect();
+        let positions: Vec<DVec3> = scene.world_positions(object).collect();
         let bounds = positions.iter().filter(|p| p.is_finite()).fold(Box3::EMPTY, |b, p| b.with(*p));
         Self { index, positions, bounds }
     }
 
     /// Boxes about it: as it stands, and in these poses of animations.
-    fn places(&self, scene: &Scene, poses: &[Vec<(usize, Transform)>]) -> Vec<Box3> {
+    fn places(&self, scene: &Scene, poses: &[Vec<Pose>]) -> Vec<Box3> {
         let object = &scene.objects[self.index];
         let mut places = vec![self.bounds];
-        if scene.is_animated(object.node) {
-            let positions = scene.meshes[object.mesh].positions.iter().filter(|p| p.is_finite());
-            let own = positions.fold(Box3::EMPTY, |b, p| b.with(p.as_dvec3()));
-            places.extend(poses.iter().filter(|_| !own.is_empty()).map(|poses| {
-                let world = scene.world_from_posed(object.node, poses);
-                let corners = own.corners().map(|corner| world.transform_point3(corner));
-                corners.into_iter().filter(|p| p.is_finite()).fold(Box3::EMPTY, Box3::with)
-            }));
+        if scene.is_animated(object) {
+            places.extend(scene.reaches(object, poses));
         }
         places
     }
@@ -159,16 +140,17 @@ fn least_height_squared([a, b, c]: [DVec3; 3]) -> f64 {
     if height_squared.is_finite() { height_squared } else { 0.0 }
 }
 
+/// Smallest and largest corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Box3 {
-    low: DVec3,
-    high: DVec3,
+pub(super) struct Box3 {
+    pub low: DVec3,
+    pub high: DVec3,
 }
 
 impl Box3 {
-    const EMPTY: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+    pub const EMPTY: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
 
-    fn is_empty(self) -> bool {
+    pub fn is_empty(self) -> bool {
         !self.low.cmple(self.high).all()
     }
 
@@ -176,14 +158,29 @@ impl Box3 {
         self.high - self.low
     }
 
-    fn corners(self) -> [DVec3; 8] {
+    pub fn corners(self) -> [DVec3; 8] {
         let high = |i: usize, bit: usize| i & (1 << bit) != 0;
         let mask = |i: usize| glam::BVec3::new(high(i, 0), high(i, 1), high(i, 2));
         std::array::from_fn(|i| DVec3::select(mask(i), self.high, self.low))
     }
 
-    fn with(self, p: DVec3) -> Self {
+    pub fn with(self, p: DVec3) -> Self {
         Self { low: self.low.min(p), high: self.high.max(p) }
+    }
+
+    /// The box of all sums.
+    pub fn plus(self, other: Self) -> Self {
+        Self { low: self.low + other.low, high: self.high + other.high }
+    }
+
+    pub fn times(self, factor: f64) -> Self {
+        let [a, b] = [self.low * factor, self.high * factor];
+        Self { low: a.min(b), high: a.max(b) }
+    }
+
+    /// Whether no coordinate is farther from 0.
+    pub fn is_within(self, distance: f64) -> bool {
+        self.is_empty() || self.low.min(-self.high).min_element() >= -distance
     }
 
     fn union(self, other: Self) -> Self {
@@ -276,7 +273,8 @@ fn surface_extent(scene: &Scene, objects: &[Placed]) -> f64 {
     for object in objects {
         let mesh = &scene.meshes[scene.objects[object.index].mesh];
         let mut on_none = vec![true; mesh.triangles.len()];
-        for patch in &mesh.patches {
+        let is_deformed = scene.is_deformed(&scene.objects[object.index]);
+        for patch in mesh.patches.iter().filter(|_| !is_deformed) {
             let range = patch.triangles.start as usize..patch.triangles.end as usize;
             on_none[range.clone()].fill(false);
             surfaces.push(surface(object, &mut mesh.triangles[range].iter()));

@@ -60,7 +60,8 @@ pub struct Geometry {
     pub tangents: Vec<Vec4>,
     /// Texture coordinates of set 0 and 1; zero where the mesh has none.
     pub uvs: Vec<[Vec2; 2]>,
-    /// All triangles that have an area, object by object.
+    /// All triangles, object by object: those that have an area, and all of what is deformed, where some may have none for a
+    /// while.
     pub triangles: Vec<Triangle>,
     /// All planar convex patches, object by object.
     pub patches: Vec<WorldPatch>,
@@ -68,7 +69,8 @@ pub struct Geometry {
     pub objects: Vec<ObjectRange>,
     /// Smallest and largest corner of the frame's bounds: everything, and room for what moves.
     pub bounds: (Vec3, Vec3),
-    /// Triangles without area or with non-finite corners, which were dropped.
+    /// Triangles without area or with non-finite corners, which were dropped. What is deformed keeps those without area, so that
+    /// the others' indices do not change.
     pub dropped: usize,
     scale: f32,
     surface_extent: f32,
@@ -88,6 +90,8 @@ impl Geometry {
                     result.triangles.len(),
                     result.patches.len(),
                 ]));
+            } else if scene.is_deformed(object) {
+                result.add_deformed(scene, index);
             } else {
                 result.add_object(scene, index, &scene.world_from_node(object.node));
             }
@@ -194,14 +198,43 @@ impl Geometry {
         self.objects.push(self.range_from(first));
     }
 
+    /// An object whose mesh bends: the same triangles at each moment, and no patches.
+    fn add_deformed(&mut self, scene: &Scene, index: usize) {
+        let object = &scene.objects[index];
+        let mesh = &scene.meshes[object.mesh];
+        let first = [self.positions.len(), self.triangles.len(), self.patches.len()];
+        let deformed = scene.deform(object);
+        self.positions.extend(deformed.positions.iter().map(|p| (*p - self.origin).as_vec3()));
+        self.normals.extend(deformed.normals);
+        self.tangents.extend(deformed.tangents);
+        self.tangents.resize(self.positions.len(), Vec4::ZERO);
+        self.uvs.extend(&mesh.uvs);
+        self.uvs.resize(self.positions.len(), Default::default());
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.vertices;
+            let is_finite = triangle.vertices.iter().all(|&v| mesh.positions[v as usize].is_finite());
+            if !is_finite || a == b || b == c || c == a {
+                self.dropped += 1;
+                continue;
+            }
+            let [a, b, c] = triangle.vertices.map(|v| v + first[0] as u32);
+            let vertices =
+                if deformed.mirrored[triangle.vertices[0] as usize] { [a, c, b] } else { [a, b, c] };
+            let material = triangle.material;
+            self.triangles.push(Triangle { vertices, object: index as u32, material, patch: NONE });
+        }
+        self.objects.push(self.range_from(first));
+    }
+
     /// Corners of a triangle.
     pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
         self.triangles[triangle as usize].vertices.map(|v| self.positions[v as usize])
     }
 
-    /// Unit normal of a triangle's front side.
+    /// Unit normal of a triangle's front side; +Y where it has no area.
     pub fn normal(&self, triangle: u32) -> Vec3 {
-        self.area_vector(self.triangles[triangle as usize].vertices).normalize().as_vec3()
+        let vector = self.area_vector(self.triangles[triangle as usize].vertices);
+        vector.normalize_or(DVec3::Y).as_vec3()
     }
 
     /// Area of a triangle, m².

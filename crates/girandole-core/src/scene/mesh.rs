@@ -1,8 +1,10 @@
 //! Triangle meshes in object space, with their planar patches.
 
+use super::{JointWeight, MorphTarget};
 use crate::{Error, Result};
 use glam::{Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
+use std::hash::Hash;
 use std::ops::Range;
 
 /// One triangle of a mesh, counter-clockwise seen from its front.
@@ -38,8 +40,16 @@ pub struct Mesh {
     pub uvs: Vec<[Vec2; 2]>,
     /// Triangles: those of patches first, patch by patch.
     pub triangles: Vec<MeshTriangle>,
-    /// Planar convex parts, see [`mark_patches`](super::mark_patches).
+    /// Planar convex parts, see [`mark_patches`](super::mark_patches). Where the mesh is deformed they do not count.
     pub patches: Vec<Patch>,
+    /// The joints that hold each vertex where the mesh has a [`Skin`](super::Skin): vertex by vertex, the same number each, filled
+    /// up with weights of 0. Empty where it never has one.
+    pub joint_weights: Vec<JointWeight>,
+    /// Shapes that the mesh is blended with, by [`Node::morph_weights`](super::Node::morph_weights).
+    pub morph_targets: Vec<MorphTarget>,
+    /// Vertices of triangles that have their own, three each, and stay flat: where they are deformed, normals are the triangle's.
+    /// Ascending.
+    pub flat: Vec<Range<u32>>,
 }
 
 impl Mesh {
@@ -66,10 +76,21 @@ impl Mesh {
                 && p.outline.iter().copied().all(is_known)
         }) {
             "has a patch with a triangle or vertex that does not exist"
+        } else if vertices > 0 && !self.joint_weights.len().is_multiple_of(vertices) {
+            "does not have the same number of joint weights a vertex"
+        } else if !self.morph_targets.iter().all(|t| optional(t.positions.len()) && optional(t.normals.len()))
+        {
+            "has a morph target that does not shift all vertices"
         } else {
             return Ok(());
         };
         Err(Error::Invalid(format!("the mesh `{}` {problem}", self.name)))
+    }
+
+    /// The joints that hold a vertex.
+    pub(super) fn joint_weights_of(&self, vertex: usize) -> &[JointWeight] {
+        let each = self.joint_weights.len() / self.positions.len().max(1);
+        &self.joint_weights[vertex * each..(vertex + 1) * each]
     }
 
     /// Adds a planar convex polygon as a patch, fanned from its first corner. Corners are counter-clockwise seen
@@ -134,8 +155,16 @@ pub(crate) fn polygon_normal(corners: &[Vec3]) -> Vec3 {
 
 /// The first vertex with the same position, for each vertex.
 pub(crate) fn weld(positions: &[Vec3]) -> Vec<u32> {
-    let mut first: FxHashMap<[u32; 3], u32> = FxHashMap::default();
-    first.reserve(positions.len());
-    let key = |p: &Vec3| (*p + Vec3::ZERO).to_array().map(f32::to_bits);
-    positions.iter().enumerate().map(|(i, p)| *first.entry(key(p)).or_insert(i as u32)).collect()
+    weld_by(positions, |p| (**p + Vec3::ZERO).to_array().map(f32::to_bits))
+}
+
+/// The first vertex with the same key, for each vertex.
+pub(crate) fn weld_by<V, K: Eq + Hash>(
+    vertices: impl IntoIterator<Item = V, IntoIter: ExactSizeIterator>,
+    key: impl Fn(&V) -> K,
+) -> Vec<u32> {
+    let vertices = vertices.into_iter();
+    let mut first: FxHashMap<K, u32> = FxHashMap::default();
+    first.reserve(vertices.len());
+    (0..).zip(vertices).map(|(i, vertex)| *first.entry(key(&vertex)).or_insert(i)).collect()
 }

@@ -1,6 +1,6 @@
 //! Scenes: what there is to light, and where it comes from.
 //!
-//! A [`Scene`] holds nodes (a transform hierarchy), meshes with marked planar [`Patch`]es, materials, textures,
+//! A [`Scene`] holds nodes (a transform hierarchy), meshes with marked planar [`Patch`]es, skins, materials, textures,
 //! cameras, punctual lights and animations. [`Geometry`] is the same scene flattened to world space: that is what
 //! rays, light samples and the renderer work on.
 //!
@@ -27,6 +27,7 @@ pub mod builtin;
 mod camera;
 mod changes;
 mod defaults;
+mod deformation;
 mod frame_of_reference;
 mod geometry;
 #[cfg(feature = "import")]
@@ -45,6 +46,7 @@ mod view;
 
 pub use camera::{Camera, Projection};
 pub use changes::{ObjectId, SceneChanges};
+pub use deformation::{Joint, JointWeight, MorphTarget, Skin};
 pub use frame_of_reference::FrameOfReference;
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
 #[cfg(feature = "import")]
@@ -75,6 +77,8 @@ pub struct Node {
     pub parent: Option<usize>,
     /// Parent from node.
     pub local: Transform,
+    /// How much each morph target of a mesh on the node counts; those that are missing do not.
+    pub morph_weights: Vec<f32>,
 }
 
 /// A mesh placed in the scene. Its index in [`Scene::objects`] is its stable identity, see [`ObjectId`].
@@ -86,6 +90,8 @@ pub struct Object {
     pub node: usize,
     /// Index into [`Scene::meshes`].
     pub mesh: usize,
+    /// Index into [`Scene::skins`] of what bends the mesh. Then `node` does not move it.
+    pub skin: Option<usize>,
     /// Whether it may move. It gets room to do so in the scene's [`FrameOfReference`], the hierarchy of receivers does
     /// not depend on where it is, and [`LightSettings::walk_dynamic`](crate::lights::LightSettings::walk_dynamic)
     /// decides whether it reflects and intercepts indirect light.
@@ -135,6 +141,8 @@ pub struct Scene {
     pub nodes: Vec<Node>,
     /// Triangle meshes in object space.
     pub meshes: Vec<Mesh>,
+    /// Joints that bend meshes.
+    pub skins: Vec<Skin>,
     /// Meshes placed in the scene.
     pub objects: Vec<Object>,
     /// Surface materials.
@@ -145,7 +153,7 @@ pub struct Scene {
     pub lights: Vec<PunctualLight>,
     /// Cameras; never empty after [`Scene::ensure_camera`].
     pub cameras: Vec<Camera>,
-    /// Node animations; [`Scene::set_time`] plays them.
+    /// Animations of nodes and morph weights; [`Scene::set_time`] plays them.
     pub animations: Vec<Animation>,
     /// What the source asked for and is not supported: one sentence each, already logged.
     pub warnings: Vec<String>,
@@ -155,7 +163,7 @@ pub struct Scene {
 impl Scene {
     /// Adds a root node and returns its index.
     pub fn add_node(&mut self, name: &str, local: Transform) -> usize {
-        self.nodes.push(Node { name: name.into(), parent: None, local });
+        self.nodes.push(Node { name: name.into(), local, ..Node::default() });
         self.nodes.len() - 1
     }
 
@@ -168,6 +176,7 @@ impl Scene {
             name: name.into(),
             node,
             mesh: self.meshes.len() - 1,
+            skin: None,
             dynamic: false,
             removed: false,
         });

@@ -80,14 +80,13 @@ fn merge(scene: &Scene) -> Mesh {
         name: scene.name.clone(),
         positions: geometry.positions.iter().map(|p| (p.as_dvec3() + geometry.origin).as_vec3()).collect(),
         normals: geometry.normals,
-        tangents: Vec::new(),
         uvs: if textured { geometry.uvs } else { Vec::new() },
         triangles: geometry
             .triangles
             .iter()
             .map(|t| MeshTriangle { vertices: t.vertices, material: 0 })
             .collect(),
-        patches: Vec::new(),
+        ..Mesh::default()
     }
 }
 

@@ -1,9 +1,10 @@
 //! Transforms, and how they change with time: glTF 2.0, §3.11 and appendix C.
 
-use super::Scene;
+use super::{Object, Scene};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3, Vec4};
 use std::collections::BTreeMap;
+use std::ops::{Add, Mul};
 
 /// A node's transform: scale, then rotation, then translation; or any affine map.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,7 +93,7 @@ pub enum Interpolation {
     CubicSpline,
 }
 
-/// The values of a channel, one (or for cubic splines three) a key.
+/// The values of a channel, one entry (or for cubic splines three) a key.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Keyframes {
     /// Metres.
@@ -101,6 +102,8 @@ pub enum Keyframes {
     Rotation(Vec<Quat>),
     /// Factors.
     Scale(Vec<Vec3>),
+    /// Of all morph targets, one after another for each entry.
+    MorphWeights(Vec<f32>),
 }
 
 /// One property of one node over time.
@@ -125,52 +128,101 @@ pub struct Animation {
     pub channels: Vec<Channel>,
 }
 
+/// What animations make of a node at a moment.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Pose {
+    pub node: usize,
+    /// `None` where it stays.
+    pub local: Option<Transform>,
+    /// `None` where they stay.
+    pub morph_weights: Option<Vec<f32>>,
+}
+
+/// Where a moment is among keys.
+#[derive(Clone, Copy)]
+enum Between {
+    Key(usize),
+    /// A share of the span, seconds, after this key.
+    Keys(usize, f32, f32),
+}
+
 impl Channel {
     /// Which of [`Transform::parts`] it drives.
-    fn part(&self) -> usize {
+    fn part(&self) -> Option<usize> {
         match self.keyframes {
-            Keyframes::Translation(_) => 0,
-            Keyframes::Rotation(_) => 1,
-            Keyframes::Scale(_) => 2,
+            Keyframes::Translation(_) => Some(0),
+            Keyframes::Rotation(_) => Some(1),
+            Keyframes::Scale(_) => Some(2),
+            Keyframes::MorphWeights(_) => None,
         }
     }
 
-    fn entry(&self, index: usize) -> Vec4 {
-        match &self.keyframes {
-            Keyframes::Translation(entries) | Keyframes::Scale(entries) => entries[index].extend(0.0),
-            Keyframes::Rotation(entries) => entries[index].into(),
-        }
-    }
-
-    /// Its value at a moment; before the first key that of the first, after the last that of the last. `None` without keys.
-    fn value(&self, seconds: f64) -> Option<Vec4> {
-        let is_rotation = self.part() == 1;
-        let is_spline = self.interpolation == Interpolation::CubicSpline;
-        let key = |i: usize| self.entry(if is_spline { 3 * i + 1 } else { i });
+    /// `None` without keys.
+    fn between(&self, seconds: f64) -> Option<Between> {
         let time = |i: usize| f64::from(self.times[i]);
         let after = self.times.partition_point(|&t| f64::from(t) <= seconds);
         let last = self.times.len().checked_sub(1)?;
         if after == 0 || after > last || self.interpolation == Interpolation::Step {
-            return Some(key(after.saturating_sub(1)));
+            return Some(Between::Key(after.saturating_sub(1)));
         }
         let before = after - 1;
         if time(before) == seconds {
-            return Some(key(before));
+            return Some(Between::Key(before));
         }
         let span = time(after) - time(before);
-        let t = ((seconds - time(before)) / span) as f32;
-        let value = if is_spline {
-            let (t2, t3, span) = (t * t, t * t * t, span as f32);
-            key(before) * (2.0 * t3 - 3.0 * t2 + 1.0)
-                + self.entry(3 * before + 2) * (span * (t3 - 2.0 * t2 + t))
-                + key(after) * (3.0 * t2 - 2.0 * t3)
-                + self.entry(3 * after) * (span * (t3 - t2))
-        } else if is_rotation {
-            slerp(key(before), key(after), t)
-        } else {
-            key(before).lerp(key(after), t)
+        Some(Between::Keys(before, ((seconds - time(before)) / span) as f32, span as f32))
+    }
+
+    /// The value there, of these entries; straight lines by `lerp`.
+    fn blend<T>(&self, at: Between, entry: impl Fn(usize) -> T, lerp: impl Fn(T, T, f32) -> T) -> T
+    where
+        T: Copy + Add<Output = T> + Mul<f32, Output = T>,
+    {
+        let is_spline = self.interpolation == Interpolation::CubicSpline;
+        let key = |i: usize| entry(if is_spline { 3 * i + 1 } else { i });
+        match at {
+            Between::Key(i) => key(i),
+            Between::Keys(before, t, span) if is_spline => {
+                let (after, t2, t3) = (before + 1, t * t, t * t * t);
+                key(before) * (2.0 * t3 - 3.0 * t2 + 1.0)
+                    + entry(3 * before + 2) * (span * (t3 - 2.0 * t2 + t))
+                    + key(after) * (3.0 * t2 - 2.0 * t3)
+                    + entry(3 * after) * (span * (t3 - t2))
+            }
+            Between::Keys(before, t, _) => lerp(key(before), key(before + 1), t),
+        }
+    }
+
+    /// Its value at a moment, of a part of a transform; before the first key that of the first, after the last that of the
+    /// last. `None` without keys, or of morph weights.
+    fn value(&self, seconds: f64) -> Option<(usize, Vec4)> {
+        let (part, at) = (self.part()?, self.between(seconds)?);
+        let entry = |i: usize| match &self.keyframes {
+            Keyframes::Translation(entries) | Keyframes::Scale(entries) => entries[i].extend(0.0),
+            Keyframes::Rotation(entries) => entries[i].into(),
+            Keyframes::MorphWeights(_) => Vec4::ZERO,
         };
-        Some(if is_rotation { value.try_normalize().unwrap_or(key(before)) } else { value })
+        let is_rotation = part == 1;
+        let value = self.blend(at, entry, if is_rotation { slerp } else { Vec4::lerp });
+        let value = match at {
+            Between::Keys(before, ..) if is_rotation => {
+                let key = || self.blend(Between::Key(before), entry, slerp);
+                value.try_normalize().unwrap_or_else(key)
+            }
+            _ => value,
+        };
+        Some((part, value))
+    }
+
+    /// The same of morph weights.
+    fn morph_weights(&self, seconds: f64) -> Option<Vec<f32>> {
+        let Keyframes::MorphWeights(weights) = &self.keyframes else { return None };
+        let at = self.between(seconds)?;
+        let entries = self.times.len() * if self.interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        let targets = weights.len() / entries;
+        let lerp = |a: f32, b: f32, t: f32| a * (1.0 - t) + b * t;
+        let weight = |target: usize| self.blend(at, |i| weights[i * targets + target], lerp);
+        Some((0..targets).map(weight).collect())
     }
 }
 
@@ -203,22 +255,16 @@ impl Scene {
         if !seconds.is_finite() {
             return Err(Error::Invalid(format!("there is no time {seconds}; give a number of seconds")));
         }
-        let poses = self.poses(seconds);
-        let before: Vec<_> = poses.iter().map(|&(node, _)| (node, self.nodes[node].local)).collect();
-        let set = |scene: &mut Self, poses: Vec<(usize, Transform)>| {
-            poses.into_iter().try_for_each(|(node, local)| scene.set_transform(node, local))
-        };
-        let result = set(self, poses);
-        if result.is_err() {
-            set(self, before)?;
-        }
-        result
+        self.set_poses(self.poses(seconds))
     }
 
-    /// Whether an animation drives a node or one above it.
-    pub(super) fn is_animated(&self, node: usize) -> bool {
+    /// Whether an animation drives what an object's place or shape depends on.
+    pub(super) fn is_animated(&self, object: &Object) -> bool {
         let mut channels = self.animations.iter().flat_map(|a| &a.channels);
-        channels.any(|channel| self.is_below(node, channel.node))
+        channels.any(|channel| match channel.part() {
+            Some(_) => self.is_moved_by(object, channel.node),
+            None => object.node == channel.node,
+        })
     }
 
     /// Moments that tell where things come by: keys and the middle between them, or evenly spaced ones where those are many.
@@ -236,29 +282,33 @@ impl Scene {
     }
 
     /// World from node in these [poses](Scene::poses).
-    pub(super) fn world_from_posed(&self, node: usize, poses: &[(usize, Transform)]) -> DAffine3 {
+    pub(super) fn world_from_posed(&self, node: usize, poses: &[Pose]) -> DAffine3 {
         let mut result = DAffine3::IDENTITY;
         let mut next = Some(node);
         while let Some(index) = next {
-            let posed = poses.binary_search_by_key(&index, |pose| pose.0);
-            result = posed.map_or(self.nodes[index].local, |i| poses[i].1).affine() * result;
+            let posed = poses.binary_search_by_key(&index, |pose| pose.node).ok();
+            let local = posed.and_then(|i| poses[i].local).unwrap_or(self.nodes[index].local);
+            result = local.affine() * result;
             next = self.nodes[index].parent;
         }
         result
     }
 
-    /// Nodes that animations drive, in order, and their transforms at a moment.
-    pub(super) fn poses(&self, seconds: f64) -> Vec<(usize, Transform)> {
+    /// What animations make of nodes at a moment, in the order of nodes.
+    pub(super) fn poses(&self, seconds: f64) -> Vec<Pose> {
         let duration = self.duration();
         let seconds = if seconds > duration && duration > 0.0 { seconds % duration } else { seconds };
-        let mut driven = BTreeMap::new();
+        let mut poses: BTreeMap<usize, Pose> = BTreeMap::new();
         for channel in self.animations.iter().flat_map(|a| &a.channels) {
-            if let Some(value) = channel.value(seconds) {
-                let parts =
-                    driven.entry(channel.node).or_insert_with(|| self.nodes[channel.node].local.parts());
-                parts[channel.part()] = value;
+            let node = channel.node;
+            let pose = poses.entry(node).or_insert_with(|| Pose { node, local: None, morph_weights: None });
+            if let Some((part, value)) = channel.value(seconds) {
+                let mut parts = pose.local.unwrap_or(self.nodes[node].local).parts();
+                parts[part] = value;
+                pose.local = Some(Transform::from_parts(parts));
             }
+            pose.morph_weights = channel.morph_weights(seconds).or(pose.morph_weights.take());
         }
-        driven.into_iter().map(|(node, parts)| (node, Transform::from_parts(parts))).collect()
+        poses.into_values().collect()
     }
 }

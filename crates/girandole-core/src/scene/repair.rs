@@ -1,7 +1,7 @@
 //! What importers add to meshes and remove from them: normals, duplicate triangles, patches.
 
 use super::MAX_EXTENT;
-use super::mesh::weld;
+use super::mesh::{weld, weld_by};
 use super::{Mesh, Scene, mark_patches};
 use glam::{DAffine3, DVec3, Vec3};
 use rustc_hash::FxHashSet;
@@ -42,11 +42,16 @@ pub(crate) fn smooth_normals(
         .collect()
 }
 
-/// Drops triangles of the same three positions, front and material as an earlier one, and returns their number. A ray
+/// Drops triangles of the same three positions (and what deforms them), front and material as an earlier one, and returns their
+/// number. A ray
 /// meets only one of them, so an emitter that is listed twice must not shine twice; and hierarchies over triangles
 /// cannot part them.
 pub(crate) fn drop_duplicates(mesh: &mut Mesh) -> usize {
-    let welded = weld(&mesh.positions);
+    let welded = if mesh.joint_weights.is_empty() && mesh.morph_targets.is_empty() {
+        weld(&mesh.positions)
+    } else {
+        weld_by(0..mesh.positions.len(), |&v| deformation_bits(mesh, v))
+    };
     let mut seen: FxHashSet<(u32, [u32; 3])> = FxHashSet::default();
     seen.reserve(mesh.triangles.len());
     let before = mesh.triangles.len();
@@ -59,7 +64,17 @@ pub(crate) fn drop_duplicates(mesh: &mut Mesh) -> usize {
     before - mesh.triangles.len()
 }
 
-/// Marks the patches of all meshes of an imported scene: those that are of some size where they are shown largest.
+/// What tells where a vertex is when its mesh is deformed.
+fn deformation_bits(mesh: &Mesh, vertex: usize) -> Vec<u32> {
+    let shifts = mesh.morph_targets.iter().map(|t| t.positions.get(vertex).copied().unwrap_or_default());
+    let places = std::iter::once(mesh.positions[vertex]).chain(shifts);
+    let joints = mesh.joint_weights_of(vertex).iter().map(|j| [j.joint, j.weight.to_bits()]);
+    let places = places.flat_map(|p| (p + Vec3::ZERO).to_array().map(f32::to_bits));
+    places.chain(joints.flatten()).collect()
+}
+
+/// Marks the patches of all meshes of an imported scene that are not deformed: those that are of some size where they are shown
+/// largest.
 /// Says what is wrong with scenes too large for single precision.
 pub(crate) fn mark_scene(scene: &mut Scene) -> Result<(), String> {
     let affines: Vec<DAffine3> = scene.objects.iter().map(|o| scene.world_from_node(o.node)).collect();
@@ -74,6 +89,11 @@ pub(crate) fn mark_scene(scene: &mut Scene) -> Result<(), String> {
         .collect();
     let mut scales = vec![0.0_f64; scene.meshes.len()];
     for (object, affine) in scene.objects.iter().zip(&affines) {
+        if scene.is_deformed(object) {
+            let bounds = scene.world_bounds(object);
+            (low, high) = (low.min(bounds.low), high.max(bounds.high));
+            continue;
+        }
         let (min, max) = bounds[object.mesh];
         for corner in 0..8 {
             let pick = |axis: usize| if corner >> axis & 1 == 0 { min[axis] } else { max[axis] };
@@ -91,6 +111,9 @@ pub(crate) fn mark_scene(scene: &mut Scene) -> Result<(), String> {
         }
     }
     let diagonal = (high - low).length();
+    if !diagonal.is_finite() {
+        return Err("has an object without a finite place; check its transforms".into());
+    }
     if diagonal > MAX_EXTENT || low.abs().max(high.abs()).max_element() > MAX_EXTENT {
         return Err(format!("reaches {diagonal:.3e} m far; scale it to metres"));
     }

@@ -40,6 +40,7 @@ impl File {
             "SCALAR" => 1,
             "VEC2" => 2,
             "VEC3" => 3,
+            "MAT4" => 16,
             _ => 4,
         };
         let view = self.view(bytes);

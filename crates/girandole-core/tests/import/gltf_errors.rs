@@ -1,5 +1,6 @@
 //! What the glTF importer refuses, and what it says then.
 
+use crate::bending::Bending;
 use crate::builder::{File, container, some_of_everything};
 use girandole_core::Error;
 use girandole_core::scene::{Scene, load_gltf, load_gltf_slice};
@@ -143,6 +144,79 @@ fn broken_animations() {
         "values instead of",
     );
     expect(set("/animations/0/samplers/0/interpolation", json!("MAGIC")), "interpolation");
+}
+
+#[test]
+fn broken_deformation() {
+    let bent = Bending::both().file();
+    let expect = |change: &dyn Fn(&mut File), words: &str| {
+        let mut file = Bending::both().file();
+        assert!(load_gltf_slice(&file.glb(), None).is_ok(), "the file is in order before it is changed");
+        change(&mut file);
+        let reason = refused(&file.glb());
+        assert!(reason.contains(words), "`{reason}` does not say `{words}`");
+        assert!(!reason.contains('\n') && reason.len() < 400, "not a sentence: {reason}");
+    };
+    let primitive = &bent.json["meshes"][2]["primitives"][0];
+    let number = |value: &Value| value.as_u64().expect("an index") as usize;
+    let accessor = |name: &str| number(&primitive["attributes"][name]);
+    let (joints, weights) = (accessor("JOINTS_0"), accessor("WEIGHTS_0"));
+    let matrices = number(&bent.json["skins"][0]["inverseBindMatrices"]);
+    let shifts = number(&primitive["targets"][1]["POSITION"]);
+    let start = |accessor: usize| {
+        let view = number(&bent.json["accessors"][accessor]["bufferView"]);
+        number(&bent.json["bufferViews"][view]["byteOffset"])
+    };
+    let float = |accessor: usize, value: f32| {
+        let at = start(accessor);
+        move |f: &mut File| f.bin[at..at + 4].copy_from_slice(&value.to_le_bytes())
+    };
+    expect(&set("/nodes/2/skin", json!(1)), "skin 1 of 1");
+    expect(&set("/skins/0/joints/1", json!(99)), "node 99");
+    expect(&set("/skins/0/joints", json!([4, 3, 3])), "3 joints and 2 inverse bind matrices");
+    expect(&set("/scenes/0/nodes", json!([0, 1, 2])), "not in the scene");
+    expect(&set("/skins/0/inverseBindMatrices", json!(shifts)), "inverse bind matrices are of type");
+    expect(&float(matrices, f32::NAN), "inverse bind matrix that is not finite");
+    expect(&|f| f.bin[start(joints) + 1] = 7, "joint 7 of 2");
+    expect(&|f| f.json["accessors"][joints]["componentType"] = json!(5120), "bytes or shorts");
+    for bad in [f32::NAN, f32::INFINITY, -0.5] {
+        expect(&float(weights, bad), "joint weights that are");
+    }
+    for short in [joints, weights, shifts] {
+        expect(&|f| f.json["accessors"][short]["count"] = json!(5), "81 positions and 5");
+        expect(&|f| f.json["accessors"][short]["count"] = json!(100_000), "100000 elements");
+    }
+    let attributes = |change: &dyn Fn(&mut Value), words: &str| {
+        expect(&|f| change(&mut f.json["meshes"][2]["primitives"][0]["attributes"]), words);
+    };
+    let remove = |names: &[&str], value: &mut Value| {
+        names.iter().for_each(|name| drop(value.as_object_mut().expect("attributes").remove(*name)));
+    };
+    attributes(&|a| remove(&["WEIGHTS_0"], a), "JOINTS_0 or WEIGHTS_0 alone");
+    attributes(&|a| remove(&["JOINTS_0", "WEIGHTS_0"], a), "a primitive without joints");
+    let many = |a: &mut Value| {
+        for set in 1..=4 {
+            a[format!("JOINTS_{set}")] = json!(joints);
+            a[format!("WEIGHTS_{set}")] = json!(weights);
+        }
+    };
+    attributes(&many, "more than 16 joints");
+    expect(&set("/meshes/2/primitives/0/targets/0/POSITION", json!(999)), "accessor 999");
+    expect(&set("/meshes/2/primitives/0/targets/0/NORMAL", json!(weights)), "morph target 0");
+    expect(&float(shifts, f32::NAN), "its vertex 0 has a morph target's positions that are not finite");
+    expect(&set("/nodes/2/weights", json!([1.0])), "1 morph weights for 2");
+    expect(
+        &|f| {
+            let again = f.json["meshes"][0]["primitives"][0].clone();
+            f.json["meshes"][2]["primitives"].as_array_mut().expect("primitives").push(again);
+        },
+        "0 morph targets and a primitive before it 2",
+    );
+    expect(&set("/nodes/2/weights", json!([1e35, 0.0])), "scale it to metres");
+    expect(&set("/animations/0/channels/0/target/node", json!(0)), "0 each");
+    let keys = number(&bent.json["animations"][0]["samplers"][0]["output"]);
+    expect(&|f| f.json["accessors"][keys]["count"] = json!(9), "9 values instead of 6");
+    expect(&float(keys, f32::INFINITY), "finite value");
 }
 
 #[test]

@@ -1,8 +1,12 @@
 //! The importers: what they read, what they refuse, and what they do to planar surfaces.
 
 #[cfg(feature = "import")]
+mod bending;
+#[cfg(feature = "import")]
 mod builder;
 mod defaults;
+#[cfg(feature = "import")]
+mod deformation;
 #[cfg(feature = "import")]
 mod gltf_content;
 #[cfg(feature = "import")]

@@ -27,7 +27,7 @@ pub enum MovingObject {
     Teapot,
     /// Any mesh with +Y up (see [`load_model`](crate::scene::load_model)); it is scaled to fit and takes on the
     /// material of the room's object.
-    Model(Mesh),
+    Model(Box<Mesh>),
 }
 
 /// The object that a room is best shown with, when the user asks for none in particular.

@@ -161,7 +161,7 @@ impl Room {
                 ("torus", shapes::thesis_torus(0), q)
             }
             MovingObject::Teapot => ("teapot", teapot(6, 0), about_y(yaw)),
-            MovingObject::Model(mesh) => ("model", mesh, about_y(yaw)),
+            MovingObject::Model(mesh) => ("model", *mesh, about_y(yaw)),
         };
         let material = self.diffuse(OBJECT);
         for triangle in &mut mesh.triangles {

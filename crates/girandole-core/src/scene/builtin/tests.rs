@@ -118,7 +118,9 @@ fn moving_objects_are_dynamic_and_stand_where_they_should() {
     for name in NAMES {
         let none = build(name, MovingObject::None).unwrap();
         assert!(none.objects.iter().all(|o| !o.dynamic));
-        for object in [MovingObject::Torus, MovingObject::Teapot, MovingObject::Model(model.clone())] {
+        for object in
+            [MovingObject::Torus, MovingObject::Teapot, MovingObject::Model(Box::new(model.clone()))]
+        {
             let scene = build(name, object).unwrap();
             let dynamic: Vec<usize> =
                 (0..scene.objects.len()).filter(|&i| scene.objects[i].dynamic).collect();
@@ -146,6 +148,6 @@ fn moving_objects_are_dynamic_and_stand_where_they_should() {
 fn an_unknown_room_lists_those_that_exist() {
     let error = build("kitchen", MovingObject::None).unwrap_err().to_string();
     assert!(NAMES.iter().all(|n| error.contains(n)), "{error}");
-    let empty = build("table", MovingObject::Model(Mesh::default())).unwrap_err().to_string();
+    let empty = build("table", MovingObject::Model(Box::default())).unwrap_err().to_string();
     assert!(empty.contains("extent"), "{empty}");
 }

@@ -1,4 +1,4 @@
-//! Node animations.
+//! Animations of nodes and morph weights.
 
 use super::accessor::Accessor;
 use super::document::lookup;
@@ -14,7 +14,8 @@ use gltf::json::validation::Checked;
 const MAX_KEYS: usize = 1 << 24;
 
 impl Importer<'_> {
-    /// Reads the channels that drive nodes of the scene. Objects on these nodes are dynamic.
+    /// Reads the channels that drive nodes of the scene. Objects that they move, and those that are deformed,
+    /// are dynamic.
     pub(super) fn read_animations(&mut self) -> Parsed<()> {
         let mut keys = 0;
         for (index, json) in self.document.root.animations.iter().enumerate() {
@@ -30,7 +31,8 @@ impl Importer<'_> {
             }
         }
         for object in 0..self.scene.objects.len() {
-            let moves = self.scene.is_animated(self.scene.objects[object].node);
+            let placed = &self.scene.objects[object];
+            let moves = self.scene.is_deformed(placed) || self.scene.is_animated(placed);
             self.scene.objects[object].dynamic |= moves;
         }
         Ok(())
@@ -48,9 +50,11 @@ impl Importer<'_> {
             self.scene.warn("animations of anything but nodes are left out".into());
             return Ok(None);
         };
+        let mut each = 1;
         if property == Property::MorphTargetWeights {
-            self.scene.warn("morph targets are not supported: meshes keep their base shape".into());
-            return Ok(None);
+            // What cannot be drawn is left out, and so is its animation.
+            let Some(object) = self.scene.objects.iter().find(|o| o.node == node) else { return Ok(None) };
+            each = self.scene.meshes[object.mesh].morph_targets.len();
         }
         let sampler = lookup(&animation.samplers, json.sampler.value(), "animation sampler")?;
         let interpolation = match sampler.interpolation {
@@ -66,13 +70,22 @@ impl Importer<'_> {
             return Err("its key times are not floats; export it again".into());
         }
         *keys = keys.saturating_add(input.count);
+        let too_many = || format!("its animations have more than {MAX_KEYS} keys; resample them");
         if *keys > MAX_KEYS {
-            return Err(format!("its animations have more than {MAX_KEYS} keys; resample them"));
+            return Err(too_many());
         }
-        let kind = if property == Property::Rotation { Type::Vec4 } else { Type::Vec3 };
+        let kind = match property {
+            Property::Rotation => Type::Vec4,
+            Property::MorphTargetWeights => Type::Scalar,
+            Property::Translation | Property::Scale => Type::Vec3,
+        };
         let output = Accessor::new(self.document, sampler.output.value())?.of(kind, "key values")?;
-        let values = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
-        if input.count == 0 || output.count != input.count * values {
+        *keys = keys.saturating_add(if kind == Type::Scalar { output.count } else { 0 });
+        if *keys > MAX_KEYS {
+            return Err(too_many());
+        }
+        let values = each * if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        if input.count == 0 || values == 0 || output.count != input.count.saturating_mul(values) {
             return Err(format!(
                 "it has {} keys with {} values instead of {values} each; export it again",
                 input.count, output.count
@@ -88,7 +101,12 @@ impl Importer<'_> {
         let keyframes = match property {
             Property::Translation => Keyframes::Translation(vectors()?),
             Property::Scale => Keyframes::Scale(vectors()?),
-            _ => Keyframes::Rotation(
+            Property::MorphTargetWeights => Keyframes::MorphWeights(
+                (0..output.count)
+                    .map(|i| finite(output.get::<1>(i)[0], f32::is_finite))
+                    .collect::<Parsed<_>>()?,
+            ),
+            Property::Rotation => Keyframes::Rotation(
                 (0..output.count)
                     .map(|i| finite(Quat::from_array(output.get::<4>(i)), Quat::is_finite))
                     .collect::<Parsed<_>>()?,

@@ -15,6 +15,8 @@ use rustc_hash::FxHashMap;
 /// The triangles of one primitive with the vertices that they use.
 #[derive(Default)]
 struct Part {
+    /// The file's number of each vertex.
+    sources: Vec<u32>,
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     tangents: Vec<Vec4>,
@@ -78,9 +80,6 @@ impl<'d> Importer<'d> {
         for name in json.extensions.iter().flat_map(|e| e.others.keys()) {
             self.meet_extension(name);
         }
-        if json.targets.as_ref().is_some_and(|t| !t.is_empty()) {
-            self.scene.warn("morph targets are not supported: meshes keep their base shape".into());
-        }
         let Some(attributes) = self.attributes(json)? else { return Ok(()) };
         let material = match json.material {
             Some(material) => {
@@ -101,6 +100,11 @@ impl<'d> Importer<'d> {
             None => part.tangents.clear(),
         }
         self.account(0, part.positions.len())?;
+        self.deformation(json, &part.sources, attributes.positions.count, mesh)?;
+        if attributes.normals.is_none() {
+            let first = mesh.positions.len() as u32;
+            mesh.flat.push(first..first + part.positions.len() as u32);
+        }
         append(mesh, part, material);
         Ok(())
     }
@@ -274,6 +278,7 @@ impl<'d> Importer<'d> {
                 let next = split.positions.len() as u32;
                 *slot = *known.entry((vertex, tangent.to_array().map(f32::to_bits))).or_insert(next);
                 if *slot == next {
+                    split.sources.push(part.sources[vertex as usize]);
                     split.positions.push(part.positions[vertex as usize]);
                     split.normals.push(part.normals[vertex as usize]);
                     split.uvs.push(part.uvs[vertex as usize]);
@@ -296,6 +301,7 @@ impl Part {
                 shorten(&position.to_string())
             ));
         }
+        self.sources.push(vertex as u32);
         self.positions.push(position);
         if let Some(normals) = &attributes.normals {
             let normal = Vec3::from(normals.get::<3>(vertex)).as_dvec3();

@@ -4,7 +4,7 @@
 //! 2. `material`, `texture`: all of the file's, in its order.
 //! 3. `nodes`: the hierarchy of the default scene; a `mesh` is read when the first node shows it, so that instances
 //!    share it.
-//! 4. `animation`.
+//! 4. `deformation`: skins, once all their joints are there; `animation`.
 //! 5. Walls and floors are marked as patches.
 //!
 //! Files come from anywhere, so nothing here trusts them: every index is looked up, every element checked, sizes are
@@ -13,6 +13,7 @@
 
 mod accessor;
 mod animation;
+mod deformation;
 mod document;
 mod material;
 mod mesh;
@@ -50,8 +51,8 @@ const SUPPORTED_EXTENSIONS: [&str; 5] = [
 /// Loads the default scene of a `.glb` or `.gltf` file, with the buffers and images that lie beside it.
 ///
 /// Lengths are metres, angles radians, emission W/(sr·m²), intensities W/sr (directional: W/m²). Objects are dynamic
-/// if their node or one above it is animated or has `"extras": {"dynamic": true}`. Nothing is added: see
-/// [`Scene::load`](crate::scene::Scene::load) for a camera and light where the file has none.
+/// if their node or one above it is animated or has `"extras": {"dynamic": true}`, or if they have a skin or morph targets.
+/// Nothing is added: see [`Scene::load`](crate::scene::Scene::load) for a camera and light where the file has none.
 ///
 /// # Errors
 /// [`Error::Read`] if the file cannot be read; [`Error::Broken`] if it, or a file that it refers to, is not usable.
@@ -84,6 +85,8 @@ struct Importer<'d> {
     nodes: Vec<Option<usize>>,
     /// Scene meshes with an object already.
     shown: HashSet<usize>,
+    /// Objects, and the glTF skins that they have.
+    skinned: Vec<(usize, usize)>,
     triangles: usize,
     vertices: usize,
     texels: usize,
@@ -99,6 +102,7 @@ fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
         default_material: None,
         nodes: vec![None; document.root.nodes.len()],
         shown: HashSet::new(),
+        skinned: Vec::new(),
         triangles: 0,
         vertices: 0,
         texels: 0,
@@ -106,6 +110,7 @@ fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
     importer.name_unsupported_extensions();
     importer.read_materials()?;
     importer.read_nodes()?;
+    importer.read_skins()?;
     importer.read_animations()?;
     let mut scene = importer.scene;
     if scene.objects.is_empty() {

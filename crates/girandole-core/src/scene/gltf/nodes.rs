@@ -59,7 +59,7 @@ impl Importer<'_> {
             }
             let local = transform(json).map_err(|e| format!("its node {index} {e}"))?;
             let name = json.name.clone().unwrap_or_default();
-            self.scene.nodes.push(Node { name, parent, local });
+            self.scene.nodes.push(Node { name, parent, local, ..Node::default() });
             let node = self.scene.nodes.len() - 1;
             self.nodes[index] = Some(node);
             let dynamic = pending.dynamic || is_dynamic(json);
@@ -74,9 +74,6 @@ impl Importer<'_> {
     /// What a node carries.
     fn contents(&mut self, json: &json::Node, node: usize, dynamic: bool) -> Parsed<()> {
         let root = &self.document.root;
-        if json.skin.is_some() {
-            self.scene.warn("skins are not supported: meshes keep their rest pose".into());
-        }
         let extensions = json.extensions.as_ref();
         for name in extensions.iter().flat_map(|e| e.others.keys()) {
             self.meet_extension(name);
@@ -92,7 +89,13 @@ impl Importer<'_> {
             }
             let own = self.scene.nodes[node].name.clone();
             let name = if own.is_empty() { self.scene.meshes[mesh].name.clone() } else { own };
-            self.scene.objects.push(Object { name, node, mesh, dynamic, removed: false });
+            self.scene.nodes[node].morph_weights = self
+                .morph_weights(json, index.value(), mesh)
+                .map_err(|e| format!("its node `{name}` {e}"))?;
+            self.scene.objects.push(Object { name, node, mesh, dynamic, removed: false, skin: None });
+            if let Some(skin) = json.skin {
+                self.skinned.push((self.scene.objects.len() - 1, skin.value()));
+            }
         }
         if let Some(index) = json.camera {
             let camera = lookup(&root.cameras, index.value(), "camera")?;

@@ -49,7 +49,14 @@ fn nodes_take_what_is_below_them_along() {
     let parent = scene.add_node("parent", Transform::IDENTITY);
     let child = scene.add_node("child", Transform::translation(vec3(0.0, 1.0, 0.0)));
     scene.nodes[child].parent = Some(parent);
-    scene.objects.push(Object { name: String::new(), node: child, mesh: 1, dynamic: false, removed: false });
+    scene.objects.push(Object {
+        name: String::new(),
+        node: child,
+        mesh: 1,
+        dynamic: false,
+        removed: false,
+        skin: None,
+    });
     let light =
         PunctualLight { name: String::new(), node: child, kind: PunctualKind::Point, intensity: Vec3::ONE };
     scene.lights.push(light);
@@ -125,7 +132,7 @@ fn what_leaves_the_bounds_opens_the_scene_anew() {
     // Something new far away.
     scene.insert_object("far", cube(0), Transform::translation(vec3(500.0, 0.0, 0.0)), false).unwrap();
     assert!(scene.take_changes().reopened);
-    assert!(scene.frame_of_reference().holds(&scene, &scene.objects[2]));
+    assert!(scene.frame_of_reference().holds(scene.world_bounds(&scene.objects[2])));
 }
 
 #[test]

@@ -1,4 +1,5 @@
 mod changes;
+mod deformation;
 mod frame;
 mod motion;
 mod view;

@@ -120,6 +120,30 @@ fn frames_have_room_for_where_animations_lead() {
 }
 
 #[test]
+fn what_moves_together_leaves_no_bounds_on_the_way() {
+    // A parent that moves away, and its child by as much the other way.
+    let away = |sign: f32| Keyframes::Translation(vec![Vec3::ZERO, vec3(0.0, 9.0 * sign, 0.0)]);
+    let (mut scene, child) = animated(&[(&[0.0, 1.0], away(-1.0), Interpolation::Step)]);
+    let parent = scene.add_node("parent", Transform::IDENTITY);
+    // Parents come first.
+    scene.nodes.swap(child, parent);
+    scene.objects[1].node = parent;
+    scene.nodes[parent].parent = Some(child);
+    scene.animations[0].channels[0].node = parent;
+    let channel = Channel { node: child, keyframes: away(1.0), ..scene.animations[0].channels[0].clone() };
+    scene.animations[0].channels.push(channel);
+    scene.open();
+    let mut one_by_one = scene.clone();
+    scene.set_time(1.0).expect("a moment");
+    assert!(!scene.take_changes().reopened);
+    // The control.
+    for node in [child, parent] {
+        one_by_one.set_transform(node, scene.nodes[node].local).expect("a place");
+    }
+    assert!(one_by_one.take_changes().reopened);
+}
+
+#[test]
 fn built_in_paths_run_into_nothing() {
     for name in builtin::NAMES {
         for object in [MovingObject::Torus, MovingObject::Teapot] {

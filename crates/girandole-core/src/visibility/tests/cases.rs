@@ -167,6 +167,7 @@ fn the_walls_of_an_empty_room_block_nothing() {
             mesh,
             dynamic: false,
             removed: false,
+            skin: None,
         });
         let geometry = Geometry::new(&scene);
         let database = build(&scene, &geometry, lights);
