@@ -31,7 +31,7 @@ pub(super) struct Assembly {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct End {
     nodes: usize,
-    leaves: usize,
+    pub leaves: usize,
     cells: usize,
     corners: usize,
     pub tests: Tests,
