@@ -23,7 +23,7 @@ pub struct VisibilityDatabase {
     settings: VisibilitySettings,
     surfaces: Surfaces,
     lights: Vec<Apex>,
-    /// For each light the blocker that it lies on, or [`NONE`].
+    /// For each light the blocker that it lies on, or [`NONE`](crate::scene::NONE).
     own: Vec<u32>,
     /// Over static blockers.
     groups: BlockerTree,
