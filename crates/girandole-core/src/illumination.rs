@@ -136,8 +136,13 @@ impl Illumination {
     ) -> Result<()> {
         let movers_moved = changes.moved.iter().all(|id| scene.objects[id.index()].dynamic);
         let may_follow = movers_moved && lights.samples() == self.lights.samples();
+        let mut has_moved = vec![false; scene.objects.len()];
+        for id in &changes.moved {
+            has_moved[id.index()] = true;
+        }
+        let moved = |object: u32| has_moved[object as usize];
         if let Some(database) = &mut self.visibility
-            && !(may_follow && database.follow(scene, &geometry, &lights))
+            && !(may_follow && database.follow(scene, &geometry, &lights, moved))
         {
             *database = VisibilityDatabase::build(scene, &geometry, &lights, database.settings())?;
         }

@@ -31,16 +31,10 @@ pub(super) struct Assembly {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct End {
     nodes: usize,
-    leaves: usize,
+    pub leaves: usize,
     cells: usize,
     corners: usize,
     pub tests: Tests,
-}
-
-impl End {
-    pub fn leaves(&self) -> usize {
-        self.leaves
-    }
 }
 
 /// Surfaces of a scene that become receivers together: sides of simple patches, and meshes.

@@ -2,6 +2,7 @@
 
 use super::boxes::Capsule;
 use super::clusters::Cluster;
+use super::node_visibility::Workspace;
 use super::primitives::box_extent;
 use super::pyramid::{Occlusion, Pyramid, Scratch};
 use super::shapes::Apex;
@@ -11,6 +12,7 @@ use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use rustc_hash::FxHashMap;
 
 /// Share of the hierarchy's nodes that are reinserted to improve it.
 const REINSERTED: f32 = 0.5;
@@ -25,7 +27,7 @@ pub enum Blocker {
     Triangle(u32),
     /// All triangles of an object that belong to none of those: index into the scene's objects.
     Mesh(u32),
-    /// Several static blockers: a node of the hierarchy over them.
+    /// Several static blockers, or several dynamic ones: a node of the hierarchy over them.
     Group(u32),
 }
 
@@ -53,12 +55,17 @@ pub(crate) struct BlockerTree {
 }
 
 impl BlockerTree {
+    /// Over nothing.
+    pub fn empty() -> Self {
+        Self { nodes: Vec::new(), items: Vec::new() }
+    }
+
     /// Over the blockers of the objects for which `accept` is true.
     pub fn new(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
         let all = surfaces.blocker_count();
         let blockers: Vec<u32> = (0..all).filter(|&b| accept(surfaces.blocker_object(b))).collect();
         if blockers.is_empty() {
-            return Self { nodes: Vec::new(), items: Vec::new() };
+            return Self::empty();
         }
         let bounds: Vec<(DVec3, DVec3)> = blockers.iter().map(|&b| surfaces.blocker_box(b)).collect();
         // The hierarchy is built where the scene's size is about 1.
@@ -151,18 +158,19 @@ impl BlockerTree {
         false
     }
 
-    /// Sets the extent of each node from the polygons that may cover a receiver: opaque ones with a surface or a light on
-    /// either side. A room's walls have none on one side, and would raise the extent of every node above them.
-    fn set_extents(&mut self, surfaces: &Surfaces, lights: &[Apex]) {
-        let divides = |patch: &SimplePatch| {
-            [1.0, -1.0].into_iter().all(|sign| {
-                let (normal, offset) =
-                    (patch.normal * sign, patch.offset * sign + surfaces.tolerance.coordinate);
-                self.extends_beyond(surfaces, normal, offset)
-                    || lights.iter().any(|l| l.is_in_front(normal, offset))
-            })
-        };
-        let covers = |b: &u32| surfaces.patches.get(*b as usize).filter(|p| p.opaque && divides(p));
+    /// Whether a polygon has a surface of the hierarchy or a light on either side. A room's walls have none on one side: they
+    /// cover no receiver, and would raise the extent of every node above them.
+    fn divides(&self, surfaces: &Surfaces, lights: &[Apex], patch: &SimplePatch) -> bool {
+        [1.0, -1.0].into_iter().all(|sign| {
+            let (normal, offset) = (patch.normal * sign, patch.offset * sign + surfaces.tolerance.coordinate);
+            lights.iter().any(|l| l.is_in_front(normal, offset))
+                || self.extends_beyond(surfaces, normal, offset)
+        })
+    }
+
+    /// Sets the extent of each node from the polygons that may cover a receiver: the opaque ones for which `divides` is true.
+    fn set_extents(&mut self, surfaces: &Surfaces, divides: impl Fn(&Self, &SimplePatch) -> bool) {
+        let covers = |b: &u32| surfaces.patches.get(*b as usize).filter(|p| p.opaque && divides(self, p));
         let of_item: Vec<f64> = self.items.iter().map(|b| covers(b).map_or(0.0, |p| p.extent)).collect();
         for i in self.leaves_first() {
             let (count, first) = (self.nodes[i].count, self.nodes[i].first as usize);
@@ -173,13 +181,22 @@ impl BlockerTree {
         }
     }
 
-    /// The same with the nodes' extents, and continued down to the clusters of meshes.
+    /// Over static blockers: with the nodes' extents, and continued down to the clusters of meshes.
     pub fn with_clusters(surfaces: &Surfaces, lights: &[Apex], accept: impl Fn(u32) -> bool) -> Self {
-        let mut tree = Self::new(surfaces, accept);
+        Self::new(surfaces, accept).continued(surfaces, |tree, patch| tree.divides(surfaces, lights, patch))
+    }
+
+    /// Over dynamic blockers: the same, but that any opaque polygon may cover a receiver.
+    pub fn of_dynamic(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
+        Self::new(surfaces, accept).continued(surfaces, |_, _| true)
+    }
+
+    fn continued(mut self, surfaces: &Surfaces, divides: impl Fn(&Self, &SimplePatch) -> bool) -> Self {
+        let tree = &mut self;
         if tree.is_empty() {
-            return tree;
+            return self;
         }
-        tree.set_extents(surfaces, lights);
+        tree.set_extents(surfaces, divides);
         let mut next = 0;
         while next < tree.nodes.len() {
             let end = tree.nodes.len() as u32;
@@ -204,7 +221,18 @@ impl BlockerTree {
             }
             next += 1;
         }
-        tree
+        self
+    }
+
+    /// Whether any of them may block all light of a receiver.
+    pub fn may_cover(&self) -> bool {
+        self.nodes.first().is_some_and(|root| root.extent > 0.0)
+    }
+
+    /// By mesh, the node that all of it is below.
+    pub fn mesh_nodes(&self) -> FxHashMap<u32, u32> {
+        let root_of = |(i, node): (u32, &BlockerNode)| (node.cluster == 0).then_some((node.mesh, i));
+        (0..).zip(&self.nodes).filter_map(root_of).collect()
     }
 
     /// The blocker of a node, or the group if it has several.
@@ -238,26 +266,23 @@ impl BlockerTree {
         self.nodes.is_empty()
     }
 
-    /// Finds all blockers whose boxes are near the rays between a receiver and a light.
-    pub fn query(&self, capsule: &Capsule, scratch: &mut Scratch, open: &mut Vec<u32>, found: &mut Vec<u32>) {
-        open.clear();
-        found.clear();
-        if !self.nodes.is_empty() {
-            open.push(0);
-        }
-        while let Some(i) = open.pop() {
-            let node = &self.nodes[i as usize];
+    /// Whether the box of anything is near the rays between a receiver and a light.
+    pub fn is_near(&self, capsule: &Capsule, workspace: &mut Workspace) -> bool {
+        let Workspace { scratch, stack, .. } = workspace;
+        stack.clear();
+        stack.push(0);
+        while let Some(node) = stack.pop().and_then(|i| self.nodes.get(i as usize)) {
             scratch.tests.boxes += 1;
             if !capsule.may_intersect(node.low, node.high) {
                 continue;
             }
-            if node.count == 0 {
-                open.extend([node.first, node.first + 1]);
-            } else {
-                found.extend(&self.items[node.first as usize..(node.first + node.count) as usize]);
+            // Not down to the clusters of a mesh.
+            if node.count > 0 || node.mesh != NONE {
+                return true;
             }
+            stack.extend([node.first, node.first + 1]);
         }
-        found.sort_unstable();
+        false
     }
 }
 
@@ -286,11 +311,6 @@ impl Surfaces {
         let index = self.patches.partition_point(|p| p.triangles.end <= triangle);
         let found = self.patches.get(index).is_some_and(|p| p.triangles.contains(&triangle));
         if found { index as u32 } else { NONE }
-    }
-
-    /// The mesh that a blocker is, if it is one.
-    pub fn mesh_of(&self, blocker: u32) -> Option<u32> {
-        blocker.checked_sub(self.patches.len() as u32)
     }
 
     pub fn blocker_box(&self, index: u32) -> (DVec3, DVec3) {

@@ -172,9 +172,12 @@ impl Slabs {
     pub fn set(&mut self, apex: &Apex, hull: &Hull, margin: f64) {
         let along = apex.towards(hull.middle()).normalize_or_zero();
         let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-        let normals = axes.into_iter().chain(axes.map(|axis| along.cross(axis).normalize_or_zero()));
-        for (slab, normal) in self.slabs.iter_mut().zip(normals) {
-            let (mut low, mut high) = hull.extent(normal);
+        let [x, y, z] = hull.extents();
+        let across = axes.map(|axis| along.cross(axis).normalize_or_zero());
+        let extents = [x, y, z].into_iter().chain(across.map(|normal| hull.extent(normal)));
+        for ((slab, normal), (mut low, mut high)) in
+            self.slabs.iter_mut().zip(axes.into_iter().chain(across)).zip(extents)
+        {
             if apex.finite {
                 let light = normal.dot(apex.position);
                 (low, high) = (low.min(light), high.max(light));

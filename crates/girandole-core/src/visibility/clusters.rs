@@ -37,19 +37,44 @@ pub(crate) struct ClusterTree {
     pub corners: Vec<[DVec3; 3]>,
 }
 
+/// What clusters need to know of a triangle.
+struct ClusterTriangle {
+    corners: [DVec3; 3],
+    /// Three times the centroid.
+    middle: DVec3,
+    normal: DVec3,
+    area: f64,
+    double_sided: bool,
+}
+
+impl ClusterTriangle {
+    fn new(scene: &Scene, geometry: &Geometry, triangle: u32) -> Self {
+        let corners = geometry.corners(triangle).map(|p| p.as_dvec3());
+        let [a, b, c] = corners;
+        let material = geometry.triangles[triangle as usize].material;
+        Self {
+            corners,
+            middle: a + b + c,
+            normal: geometry.normal(triangle).as_dvec3(),
+            area: f64::from(geometry.area(triangle)),
+            double_sided: scene.materials[material as usize].double_sided,
+        }
+    }
+}
+
 impl ClusterTree {
-    /// Splits triangles at the median of their centroids along the longest axis.
-    pub fn new(scene: &Scene, geometry: &Geometry, mut order: Vec<u32>) -> Self {
-        let centroid = |t: u32| {
-            let [a, b, c] = geometry.corners(t).map(|p| p.as_dvec3());
-            a + b + c
-        };
+    /// Splits triangles, in ascending order, at the median of their centroids along the longest axis.
+    pub fn new(scene: &Scene, geometry: &Geometry, triangles: &[u32]) -> Self {
+        let of: Vec<ClusterTriangle> =
+            triangles.iter().map(|&t| ClusterTriangle::new(scene, geometry, t)).collect();
+        let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
         let mut nodes = Vec::new();
         let mut open = vec![(0..order.len(), NONE)];
         // Depth first, parents before children.
         while let Some((range, parent)) = open.pop() {
             let index = nodes.len() as u32;
-            let mut cluster = Cluster::new(scene, geometry, &order[range.clone()]);
+            let members = &mut order[range.clone()];
+            let mut cluster = Cluster::new(members.iter().map(|&t| &of[t as usize]));
             cluster.range = range.start as u32..range.end as u32;
             nodes.push(cluster);
             if parent != NONE {
@@ -60,21 +85,22 @@ impl ClusterTree {
             if range.len() <= LEAF_TRIANGLES {
                 continue;
             }
-            let triangles = &mut order[range.clone()];
-            let (low, high) = triangles
+            let (low, high) = members
                 .iter()
-                .map(|&t| centroid(t))
+                .map(|&t| of[t as usize].middle)
                 .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), c| (low.min(c), high.max(c)));
             let extent = high - low;
             let axis = (0..3).fold(0, |best, i| if extent[i] > extent[best] { i } else { best });
-            let middle = triangles.len() / 2;
-            triangles.select_nth_unstable_by(middle, |&a, &b| {
-                centroid(a)[axis].total_cmp(&centroid(b)[axis]).then(a.cmp(&b))
-            });
+            let middle = members.len() / 2;
+            let along = |t: u32| of[t as usize].middle[axis];
+            members.select_nth_unstable_by(middle, |&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
             open.push((range.start + middle..range.end, index));
             open.push((range.start..range.start + middle, index));
         }
-        let corners = order.iter().map(|&t| geometry.corners(t).map(|p| p.as_dvec3())).collect();
+        let corners = order.iter().map(|&t| of[t as usize].corners).collect();
+        for triangle in &mut order {
+            *triangle = triangles[*triangle as usize];
+        }
         Self { nodes, order, corners }
     }
 
@@ -104,31 +130,17 @@ impl ClusterTree {
 }
 
 impl Cluster {
-    fn new(scene: &Scene, geometry: &Geometry, triangles: &[u32]) -> Self {
-        let points = || triangles.iter().flat_map(|&t| geometry.corners(t)).map(|p| p.as_dvec3());
-        let low = points().fold(DVec3::INFINITY, DVec3::min);
-        let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+    fn new<'a>(triangles: impl Iterator<Item = &'a ClusterTriangle> + Clone) -> Self {
+        let points = || triangles.clone().flat_map(|t| t.corners);
+        let (low, high) =
+            points().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         let center = (low + high) * 0.5;
-        let radius = points().map(|p| p.distance(center)).fold(0.0, f64::max);
-        let normal = |&t: &u32| geometry.normal(t).as_dvec3();
-        let area = |t: &u32| f64::from(geometry.area(*t));
-        let sum = triangles.iter().map(|t| normal(t) * area(t)).sum::<DVec3>();
-        let axis = sum.normalize_or_zero();
-        let double_sided = triangles
-            .iter()
-            .any(|&t| scene.materials[geometry.triangles[t as usize].material as usize].double_sided);
-        let cosine = triangles.iter().map(|t| normal(t).dot(axis)).fold(1.0, f64::min);
+        let radius = points().map(|p| p.distance_squared(center)).fold(0.0, f64::max).sqrt();
+        let axis = triangles.clone().map(|t| t.normal * t.area).sum::<DVec3>().normalize_or_zero();
+        let double_sided = triangles.clone().any(|t| t.double_sided);
+        let cosine = triangles.clone().map(|t| t.normal.dot(axis)).fold(1.0, f64::min);
         let angle = if double_sided || axis == DVec3::ZERO { PI } else { libm::acos(cosine) };
-        Self {
-            center,
-            radius,
-            low,
-            high,
-            axis,
-            angle,
-            area: triangles.iter().map(area).sum(),
-            range: 0..0,
-            children: [NONE; 2],
-        }
+        let area = triangles.map(|t| t.area).sum();
+        Self { center, radius, low, high, axis, angle, area, range: 0..0, children: [NONE; 2] }
     }
 }

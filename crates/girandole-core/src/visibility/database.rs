@@ -1,16 +1,17 @@
 //! The visibility database: for each node and light the state, and the blockers that decide it.
 
-use super::assembly::{Assembly, End, Sources, map};
+use super::assembly::{Assembly, End, Sources};
 use super::blockers::{Blocker, BlockerTree};
-use super::node_visibility::{Entry, NodeContext, NodeVisibility, SceneContext, Workspace};
+use super::dynamic::{Dynamic, DynamicPass};
+use super::node_visibility::{Entry, SceneContext};
 use super::pyramid::Tests;
 use super::receivers::Receivers;
-use super::shapes::{Apex, Shape};
+use super::shapes::Apex;
 use super::surfaces::Surfaces;
 use super::{LeafId, State, VisibilitySettings};
 use crate::generation::Generation;
 use crate::lights::LightSet;
-use crate::scene::{Geometry, NONE, Scene};
+use crate::scene::{Geometry, Scene};
 use crate::{Error, Result};
 
 /// With more lights visibility is not determined: a database holds three bytes for each node and light.
@@ -22,7 +23,7 @@ pub struct VisibilityDatabase {
     settings: VisibilitySettings,
     surfaces: Surfaces,
     lights: Vec<Apex>,
-    /// For each light the blocker that it lies on, or [`NONE`].
+    /// For each light the blocker that it lies on, or [`NONE`](crate::scene::NONE).
     own: Vec<u32>,
     /// Over static blockers.
     groups: BlockerTree,
@@ -32,11 +33,10 @@ pub struct VisibilityDatabase {
     still: End,
     /// Area × partially occluded lights above which patches are split.
     threshold: f64,
-    /// By node, with dynamic blockers.
-    pub(super) moving: Vec<NodeVisibility>,
-    /// By node and light, of all blockers.
-    states: Vec<State>,
-    tests: Tests,
+    /// Over dynamic blockers.
+    movers: BlockerTree,
+    /// The visibility with dynamic blockers too.
+    dynamic: Dynamic,
     of_geometry: Generation,
     of_lights: Generation,
 }
@@ -104,9 +104,8 @@ impl VisibilityDatabase {
             still: assembly.end(),
             assembly,
             threshold,
-            moving: Vec::new(),
-            states: Vec::new(),
-            tests: Tests::default(),
+            movers: BlockerTree::empty(),
+            dynamic: Dynamic::default(),
             of_geometry: geometry.generation(),
             of_lights: lights.generation(),
         };
@@ -114,15 +113,19 @@ impl VisibilityDatabase {
         Ok(result)
     }
 
-    /// Brings it up to a geometry in which nothing but places of dynamic objects changed, with lights as they were: it is
-    /// that which [`VisibilityDatabase::build`] makes of them, and what depends on static objects alone is kept. `false` where
-    /// surfaces come or go, and it has to be built anew.
-    pub(crate) fn follow(&mut self, scene: &Scene, geometry: &Geometry, lights: &LightSet) -> bool {
-        let surfaces = Surfaces::new(scene, geometry, &self.settings);
-        if !surfaces.are_those_of(&self.surfaces) {
+    /// Brings it up to a geometry in which nothing but places of dynamic objects changed, those that `moved` is true for, with
+    /// lights as they were: it is that which [`VisibilityDatabase::build`] makes of them, and what depends on static objects
+    /// alone is kept. `false` where surfaces come or go, and it has to be built anew.
+    pub(crate) fn follow(
+        &mut self,
+        scene: &Scene,
+        geometry: &Geometry,
+        lights: &LightSet,
+        moved: impl Fn(u32) -> bool,
+    ) -> bool {
+        if !self.surfaces.follow(scene, geometry, &self.settings, moved) {
             return false;
         }
-        self.surfaces = surfaces;
         self.assembly.truncate(self.still, &self.surfaces, |object| !is_dynamic(scene, object));
         self.add_dynamic(scene, geometry);
         (self.of_geometry, self.of_lights) = (geometry.generation(), lights.generation());
@@ -136,23 +139,15 @@ impl VisibilityDatabase {
         let context = SceneContext { surfaces, lights: &self.lights, own: &self.own, blockers: &self.groups };
         let sources = Sources::of(surfaces, dynamic);
         self.assembly.append(&context, geometry, settings, &sources, self.threshold);
-        self.tests = self.assembly.tests;
-        let fixed = &self.assembly.visibility;
-        // The visibility with dynamic blockers too.
-        let blockers = BlockerTree::new(surfaces, dynamic);
-        self.moving = Vec::new();
-        if !blockers.is_empty() {
-            let context = SceneContext { blockers: &blockers, ..context };
-            let (with_dynamic, more) =
-                determine(&context, &self.assembly.receivers, |node, shape, at, parent, workspace| {
-                    context.visibility_by_blockers(shape, at.own_mesh, (parent, &fixed[node]), workspace)
-                });
-            self.moving = with_dynamic;
-            self.tests += more;
-        }
-        let all = if self.moving.is_empty() { fixed } else { &self.moving };
-        self.states.clear();
-        self.states.extend(all.iter().flat_map(|node| &node.states));
+        self.movers = BlockerTree::of_dynamic(surfaces, dynamic);
+        let context = SceneContext { blockers: &self.movers, ..context };
+        let (receivers, fixed) = (&self.assembly.receivers, &self.assembly.visibility[..]);
+        self.dynamic = DynamicPass { context: &context, receivers, fixed }.run();
+    }
+
+    /// Where the leaves of dynamic objects begin in [`Receivers::leaves`]; before are those of static ones.
+    pub fn first_dynamic_leaf(&self) -> u32 {
+        self.still.leaves as u32
     }
 
     /// Whether it was built for this geometry and these lights.
@@ -189,18 +184,13 @@ impl VisibilityDatabase {
     /// The state of any node for a light: fully occluded if one blocker covers it all, or the two do not face each
     /// other.
     pub fn state(&self, node: u32, light: u32) -> State {
-        self.states[node as usize * self.lights.len() + light as usize]
+        self.dynamic.states[node as usize * self.lights.len() + light as usize]
     }
 
     /// The states of a leaf, one for each light.
     pub fn leaf_states(&self, leaf: u32) -> &[State] {
         let first = self.assembly.receivers.leaves[leaf as usize].node as usize * self.lights.len();
-        &self.states[first..first + self.lights.len()]
-    }
-
-    /// How many leaves are on static objects: these come first.
-    pub fn static_leaves(&self) -> usize {
-        self.still.leaves()
+        &self.dynamic.states[first..first + self.lights.len()]
     }
 
     /// By light, the state of a leaf that static blockers leave, whatever dynamic ones do.
@@ -208,22 +198,33 @@ impl VisibilityDatabase {
         &self.assembly.visibility[self.assembly.receivers.leaves[leaf as usize].node as usize].states
     }
 
-    /// The blockers of a node and a light, full (`true`) or partial. Of static objects this is the one blocker or
-    /// [`Blocker::Group`] that decides their state. Of dynamic ones it is each patch or mesh if static ones leave the pair
-    /// unoccluded; if those block a part of it, patches, and each mesh that is near, tested or not; if those block all,
-    /// none. Below a full blocker nothing is tested again. If a node has none, its parent's decide, or the light and it do
+    /// The blockers that decide the state of a node and a light, full (`true`) or partial: of static objects the one blocker
+    /// or [`Blocker::Group`]; where those block nothing, or a dynamic one blocks all, the one blocker or group of dynamic
+    /// objects. Below a full blocker nothing is tested again. If a node has none, its parent's decide, or the light and it do
     /// not face each other.
     pub fn blockers(&self, node: u32, light: u32) -> impl Iterator<Item = (Blocker, bool)> + '_ {
-        let fixed = entries_of(&self.assembly.visibility, node, light)
-            .map(|e| (self.groups.blocker(&self.surfaces, e.blocker()), e.full()));
-        let moving =
-            entries_of(&self.moving, node, light).map(|e| (self.surfaces.blocker(e.blocker()), e.full()));
-        fixed.chain(moving)
+        let named = |entries: Option<&[Entry]>, tree: &BlockerTree, first_group: u32| {
+            let entries = entries.map_or(&[][..], |e| of_light(e, light));
+            let named = |e: &Entry| match tree.blocker(&self.surfaces, e.blocker()) {
+                Blocker::Group(group) => (Blocker::Group(group + first_group), e.full()),
+                one => (one, e.full()),
+            };
+            entries.first().map(named)
+        };
+        let node = node as usize;
+        let fixed = self.assembly.visibility.get(node).map(|n| &n.entries[..]);
+        let dynamic = self.dynamic.entries.get(node).map(|e| &e[..]);
+        let first_group = self.groups.nodes.len() as u32;
+        named(fixed, &self.groups, 0).into_iter().chain(named(dynamic, &self.movers, first_group))
     }
 
     /// The blockers of a [`Blocker::Group`].
     pub fn members(&self, group: u32) -> impl Iterator<Item = Blocker> + '_ {
-        self.groups.members(group).into_iter().map(|b| self.surfaces.blocker(b))
+        let members = match group.checked_sub(self.groups.nodes.len() as u32) {
+            None => self.groups.members(group),
+            Some(of_movers) => self.movers.members(of_movers),
+        };
+        members.into_iter().map(|b| self.surfaces.blocker(b))
     }
 
     /// The numbers of nodes, leaves, pairs by state, blockers and tests.
@@ -232,10 +233,12 @@ impl VisibilityDatabase {
             nodes: self.assembly.receivers.nodes.len(),
             leaves: self.assembly.receivers.leaves.len(),
             pairs: self.assembly.receivers.leaves.len() * self.lights.len(),
-            blockers: self.assembly.visibility.iter().chain(&self.moving).map(|r| r.entries.len()).sum(),
-            tests: self.tests,
+            blockers: self.assembly.visibility.iter().map(|node| node.entries.len()).sum::<usize>()
+                + self.dynamic.entries.iter().map(Vec::len).sum::<usize>(),
+            tests: self.assembly.tests,
             ..Counts::default()
         };
+        counts.tests += self.dynamic.tests;
         for (index, leaf) in self.assembly.receivers.leaves.iter().enumerate() {
             for &state in self.leaf_states(index as u32) {
                 counts.by_state[state as usize] += 1;
@@ -254,48 +257,9 @@ fn is_dynamic(scene: &Scene, object: u32) -> bool {
     scene.objects.get(object as usize).is_some_and(|o| o.dynamic)
 }
 
-/// The blockers of a node and a light.
-pub(super) fn entries_of(nodes: &[NodeVisibility], node: u32, light: u32) -> impl Iterator<Item = &Entry> {
-    nodes.get(node as usize).map_or(&[][..], |n| of_light(&n.entries, light)).iter()
-}
-
+/// The entries of a light.
 pub(super) fn of_light(entries: &[Entry], light: u32) -> &[Entry] {
     let first = entries.partition_point(|e| e.light < light);
     let count = entries[first..].partition_point(|e| e.light == light);
     &entries[first..first + count]
-}
-
-/// The visibility of all nodes of a given hierarchy, each computed by `test` from its parent's, and the number of tests.
-pub(super) fn determine(
-    context: &SceneContext,
-    receivers: &Receivers,
-    test: impl Fn(usize, Shape, NodeContext, Option<&NodeVisibility>, &mut Workspace) -> NodeVisibility
-    + Sync
-    + Send,
-) -> (Vec<NodeVisibility>, Tests) {
-    let roots: Vec<usize> =
-        (0..receivers.nodes.len()).filter(|&i| receivers.nodes[i].parent == NONE).collect();
-    let ranges: Vec<_> = roots
-        .iter()
-        .enumerate()
-        .map(|(i, &first)| first..roots.get(i + 1).copied().unwrap_or(receivers.nodes.len()))
-        .collect();
-    let parts = map(&ranges, |range| {
-        let mut workspace = Workspace::new();
-        let mut nodes: Vec<NodeVisibility> = Vec::with_capacity(range.len());
-        for index in range.clone() {
-            let node = &receivers.nodes[index];
-            let parent = nodes.get((node.parent as usize).wrapping_sub(range.start));
-            let shape = receivers.shape(context.surfaces, index as u32);
-            let own_mesh = receivers.mesh(index as u32);
-            let at = NodeContext { own_mesh, is_leaf: node.leaf != NONE, ..NodeContext::default() };
-            nodes.push(test(index, shape, at, parent, &mut workspace));
-        }
-        (nodes, workspace.scratch.tests)
-    });
-    let mut tests = Tests::default();
-    for part in &parts {
-        tests += part.1;
-    }
-    (parts.into_iter().flat_map(|p| p.0).collect(), tests)
 }

@@ -2,7 +2,7 @@
 
 use super::State;
 use super::blockers::BlockerTree;
-use super::boxes::{Capsule, FullCoverHint};
+use super::boxes::FullCoverHint;
 use super::pyramid::{Containment, Facing, Occlusion, Pyramid, Scratch};
 use super::shapes::{Apex, MAX_CORNERS, Shape};
 use super::surfaces::Surfaces;
@@ -17,7 +17,7 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
-    fn new(light: u32, blocker: u32, full: bool) -> Self {
+    pub fn new(light: u32, blocker: u32, full: bool) -> Self {
         Self { light, code: blocker << 1 | u32::from(full), hint: FullCoverHint::UNKNOWN }
     }
 
@@ -36,6 +36,11 @@ impl Entry {
 
     pub fn full(self) -> bool {
         self.code & 1 == 1
+    }
+
+    /// What a child of the receiver has to test, and which parts of it may be covered.
+    pub fn for_child(&self, child: &NodeContext) -> (u32, FullCoverHint) {
+        (self.blocker(), self.hint.for_child(&child.parent_corners))
     }
 }
 
@@ -86,13 +91,14 @@ pub(crate) struct NodeContext {
 /// Buffers that one thread uses for one node after another.
 pub(crate) struct Workspace {
     pub scratch: Scratch,
-    pyramid: Pyramid,
+    pub pyramid: Pyramid,
     /// Nodes of the blocker hierarchy still to be tested, and which parts of the receiver they may cover.
-    open: Vec<(u32, FullCoverHint)>,
-    /// Blockers near the pyramid, and the stack of their search.
-    near: Vec<u32>,
-    stack: Vec<u32>,
-    found: Vec<Entry>,
+    pub open: Vec<(u32, FullCoverHint)>,
+    /// The stack of a search for what is near.
+    pub stack: Vec<u32>,
+    pub found: Vec<Entry>,
+    /// Lights to be tested.
+    pub lights: Vec<u32>,
 }
 
 impl Workspace {
@@ -101,9 +107,9 @@ impl Workspace {
             scratch: Scratch::default(),
             pyramid: Pyramid::new(),
             open: Vec::new(),
-            near: Vec::new(),
             stack: Vec::new(),
             found: Vec::new(),
+            lights: Vec::new(),
         }
     }
 }
@@ -144,12 +150,11 @@ impl SceneContext<'_> {
             workspace.open.clear();
             if parent.is_some() {
                 let partial = inherited.iter().filter(|e| !e.full() && !e.is_partly_facing());
-                let for_child = |e: &Entry| (e.blocker(), e.hint.for_child(&node.parent_corners));
-                workspace.open.extend(partial.rev().map(for_child));
+                workspace.open.extend(partial.rev().map(|e| e.for_child(&node)));
             } else {
                 workspace.open.extend((!self.blockers.is_empty()).then_some((0, FullCoverHint::UNKNOWN)));
             }
-            *state = self.search(index as u32, node, workspace);
+            *state = self.search(index as u32, node, State::Unoccluded, workspace);
             result.entries.extend_from_slice(&workspace.found);
             if *state == State::Unoccluded && facing != Facing::All {
                 result.entries.push(Entry::partly_facing(index as u32));
@@ -158,90 +163,19 @@ impl SceneContext<'_> {
         result
     }
 
-    /// Tests a node against each blocker by itself, starting from those that its parent left undecided. `fixed` is the
-    /// node's visibility with other blockers: pairs that are F there are not tested; where one is P, meshes cannot change
-    /// the state, and are recorded as partial blockers wherever they are near.
-    pub fn visibility_by_blockers(
+    /// Traverses the hierarchy of blockers only as far as the state depends on it: until one blocker is partial, unless
+    /// `state` says that another one is, and from there on where one may be full. What the children have to test is left in
+    /// `found`.
+    pub fn search(
         &self,
-        shape: Shape,
-        own_mesh: Option<u32>,
-        (parent, fixed): (Option<&NodeVisibility>, &NodeVisibility),
+        index: u32,
+        context: NodeContext,
+        mut state: State,
         workspace: &mut Workspace,
-    ) -> NodeVisibility {
-        let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
-        let mut result = NodeVisibility { states: fixed.states.clone(), entries: Vec::new() };
-        let tolerance = shape.tolerance(&self.surfaces.tolerance);
-        let bounds = shape.sphere(&tolerance);
-        for (index, (light, state)) in self.lights.iter().zip(&mut result.states).enumerate() {
-            let inherited = split_off_light(&mut rest, index as u32);
-            let parent_covered = parent.is_some_and(|p| p.states[index] == State::Full);
-            let is_decided = parent.is_some() && inherited.iter().all(|e| e.full());
-            if *state != State::Full && !is_decided {
-                self.find_near(&Capsule::new(light, bounds), parent.map(|_| inherited), workspace);
-                let Workspace { scratch, pyramid, near, .. } = &mut *workspace;
-                let is_own = |b: &u32| self.surfaces.mesh_of(*b) == own_mesh;
-                let shades_itself = own_mesh.is_some_and(|mesh| !self.surfaces.meshes[mesh as usize].convex);
-                if shades_itself && near.iter().any(is_own) {
-                    *state = State::Partial;
-                }
-                if *state == State::Partial && near.iter().all(|b| self.surfaces.mesh_of(*b).is_some()) {
-                    result.entries.extend(near.iter().map(|b| Entry::new(index as u32, *b, false)));
-                } else if !near.is_empty() {
-                    scratch.tests.boxes += 1;
-                    if pyramid.set(light, shape, &tolerance) == Facing::None {
-                        *state = State::Full;
-                    } else {
-                        *state = (*state).max(self.test_near(index as u32, own_mesh, workspace));
-                        result.entries.extend_from_slice(&workspace.found);
-                    }
-                }
-            }
-            if parent_covered {
-                *state = State::Full;
-            }
-        }
-        result
-    }
-
-    /// Fills `near` with the blockers near the rays: of those that are inherited, if any are, else of all.
-    fn find_near(&self, capsule: &Capsule, inherited: Option<&[Entry]>, workspace: &mut Workspace) {
-        let Workspace { scratch, stack, near, .. } = workspace;
-        let Some(inherited) = inherited else {
-            return self.blockers.query(capsule, scratch, stack, near);
-        };
-        scratch.tests.boxes += inherited.len() as u64;
-        near.clear();
-        near.extend(inherited.iter().filter(|e| !e.full()).map(|e| e.blocker()).filter(|b| {
-            let (low, high) = self.surfaces.blocker_box(*b);
-            capsule.may_intersect(low, high)
-        }));
-    }
-
-    /// Tests the blockers in `near` one by one; those that block anything are left in `found`.
-    fn test_near(&self, index: u32, own_mesh: Option<u32>, workspace: &mut Workspace) -> State {
-        let mut state = State::Unoccluded;
-        let Workspace { scratch, pyramid, near, found, .. } = workspace;
-        found.clear();
-        for &blocker in near.iter() {
-            let occlusion = self.surfaces.test(blocker, pyramid, own_mesh, scratch);
-            if occlusion == Occlusion::None {
-                continue;
-            }
-            // The triangle that a light lies on does not block it.
-            let full = occlusion == Occlusion::Full && self.own[index as usize] != blocker;
-            found.push(Entry::new(index, blocker, full));
-            state = state.max(if full { State::Full } else { State::Partial });
-        }
-        state
-    }
-
-    /// Traverses the hierarchy of blockers only as far as the state depends on it: until one blocker is partial, and from
-    /// there on where one may be full. What the children have to test is left in `found`.
-    fn search(&self, index: u32, context: NodeContext, workspace: &mut Workspace) -> State {
+    ) -> State {
         let Workspace { scratch, pyramid, open, found, .. } = workspace;
         let NodeContext { own_mesh, is_leaf, .. } = context;
         found.clear();
-        let mut state = State::Unoccluded;
         while let Some((group, mut hint)) = open.pop() {
             let node = &self.blockers.nodes[group as usize];
             let bounds = (node.low, node.high, node.extent);
@@ -328,7 +262,7 @@ impl SceneContext<'_> {
 }
 
 /// Splits the entries of a light off the front of the rest.
-fn split_off_light<'a>(rest: &mut &'a [Entry], light: u32) -> &'a [Entry] {
+pub(crate) fn split_off_light<'a>(rest: &mut &'a [Entry], light: u32) -> &'a [Entry] {
     let count = rest.iter().take_while(|e| e.light == light).count();
     let (of_light, others) = rest.split_at(count);
     *rest = others;

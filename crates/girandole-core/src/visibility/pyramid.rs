@@ -94,6 +94,8 @@ pub(crate) struct Pyramid {
     /// Computed on first use.
     bundle: RayBundle,
     slabs: Slabs,
+    /// The receiver's middle, and from there to the light.
+    axis: Option<(DVec3, DVec3)>,
 }
 
 impl Pyramid {
@@ -109,6 +111,7 @@ impl Pyramid {
             count: 0,
             bundle: RayBundle::default(),
             slabs: Slabs::default(),
+            axis: None,
         }
     }
 
@@ -133,9 +136,11 @@ impl Pyramid {
     }
 
     /// Whether the first of two boxes is nearer to the line between receiver and light, relative to its size.
-    pub fn is_nearer(&self, [(low, high), other]: [(DVec3, DVec3); 2]) -> bool {
-        let middle = self.hull.middle();
-        let along = self.apex.towards(middle);
+    pub fn is_nearer(&mut self, [(low, high), other]: [(DVec3, DVec3); 2]) -> bool {
+        let (middle, along) = *self.axis.get_or_insert_with(|| {
+            let middle = self.hull.middle();
+            (middle, self.apex.towards(middle))
+        });
         let beside = |(low, high): (DVec3, DVec3)| {
             ((low + high) * 0.5 - middle).cross(along).length_squared() / (high - low).length_squared()
         };
@@ -282,19 +287,20 @@ impl Pyramid {
         if heights.light >= clear && heights.low >= -seam || heights.light <= -clear && heights.high <= seam {
             return false;
         }
-        // One of the pyramid's planes separates.
-        let mut cut = 0_u32;
+        // One of the pyramid's planes separates. A bit for each corner: a patch has 64 at most.
+        let all = u64::MAX >> (64 - corners.len());
+        let (mut cut, mut outside_any) = (0_u32, 0_u64);
         for (i, p) in self.planes().iter().enumerate() {
-            let (mut inside, mut outside) = (false, false);
-            for corner in corners {
+            let mut outside = 0_u64;
+            for (j, corner) in corners.iter().enumerate() {
                 let is_inside = p.normal.dot(*corner) >= p.offset - p.margin;
-                inside |= is_inside;
-                outside |= !is_inside;
+                outside |= u64::from(!is_inside) << j;
             }
-            if !inside {
+            if outside == all {
                 return false;
             }
-            cut |= u32::from(outside) << i;
+            cut |= u32::from(outside != 0) << i;
+            outside_any |= outside;
         }
         if cut == 0 {
             return true;
@@ -306,6 +312,10 @@ impl Pyramid {
             {
                 return false;
             }
+        }
+        // A corner is inside.
+        if outside_any != all {
+            return true;
         }
         // Clip the polygon by the planes that cross it.
         let Scratch { from, to, .. } = scratch;

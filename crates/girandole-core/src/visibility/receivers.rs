@@ -152,6 +152,14 @@ impl Receivers {
         }
     }
 
+    /// The nodes of each root.
+    pub(crate) fn roots(&self) -> Vec<Range<usize>> {
+        let mut starts: Vec<usize> =
+            (0..self.nodes.len()).filter(|&i| self.nodes[i].parent == NONE).collect();
+        starts.push(self.nodes.len());
+        starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
+    }
+
     fn corners(&self, range: &Range<u32>) -> &[DVec3] {
         &self.corners[range.start as usize..range.end as usize]
     }

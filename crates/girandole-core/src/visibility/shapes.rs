@@ -113,4 +113,17 @@ impl Hull {
             }
         }
     }
+    /// The same for the three axes.
+    pub fn extents(&self) -> [(f64, f64); 3] {
+        match self {
+            Hull::Polygon(corners, n, down) => {
+                let low =
+                    corners[..*n].iter().copied().fold(DVec3::INFINITY, DVec3::min) + down.min(DVec3::ZERO);
+                let high = corners[..*n].iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max)
+                    + down.max(DVec3::ZERO);
+                std::array::from_fn(|i| (low[i], high[i]))
+            }
+            Hull::Sphere(..) => [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| self.extent(axis)),
+        }
+    }
 }

@@ -1,9 +1,10 @@
 //! The scene's surfaces: simple patches, and trees of clusters of all other triangles.
 
 use super::VisibilitySettings;
+use super::assembly::map;
 use super::clusters::ClusterTree;
 use super::primitives::{Tolerance, area_vector};
-use crate::scene::{Geometry, NONE, Scene, WorldPatch};
+use crate::scene::{Geometry, NONE, ObjectRange, Scene, WorldPatch};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -61,66 +62,160 @@ pub(crate) struct Surfaces {
 
 impl Surfaces {
     pub fn new(scene: &Scene, geometry: &Geometry, settings: &VisibilitySettings) -> Self {
-        let tolerance = Tolerance::new(geometry);
-        let typical = f64::from(geometry.surface_extent());
-        let least = typical * f64::from(settings.least_extent);
-        let mut patches: Vec<SimplePatch> = (0..geometry.patches.len() as u32)
-            .filter_map(|i| {
-                let WorldPatch { outline, triangles, .. } = &geometry.patches[i as usize];
-                let corners = outline.iter().map(|p| p.as_dvec3()).collect();
-                SimplePatch::new(scene, geometry, (corners, triangles.clone()), i, least, &tolerance)
-            })
-            .collect();
-        // Large triangles that are part of none.
-        let mut simple = vec![false; geometry.triangles.len()];
-        for triangle in patches.iter().flat_map(|p| p.triangles.clone()) {
-            simple[triangle as usize] = true;
-        }
-        let large = typical * typical * MIN_AREA;
-        for triangle in 0..geometry.triangles.len() as u32 {
-            if !simple[triangle as usize] && f64::from(geometry.area(triangle)) >= large {
-                let corners = geometry.corners(triangle).map(|p| p.as_dvec3()).to_vec();
-                let range = triangle..triangle + 1;
-                patches.extend(SimplePatch::new(scene, geometry, (corners, range), NONE, least, &tolerance));
-            }
-        }
+        let finder = Finder::new(scene, geometry, settings);
+        let mut patches: Vec<SimplePatch> =
+            geometry.objects.iter().flat_map(|object| finder.patches(object)).collect();
         // The largest ones, in the geometry's order.
         if patches.len() > settings.most_patches as usize {
             patches.sort_by(|a, b| b.area.total_cmp(&a.area).then(a.triangles.start.cmp(&b.triangles.start)));
             patches.truncate(settings.most_patches as usize);
+            patches.sort_by_key(|p| p.triangles.start);
         }
-        patches.sort_by_key(|p| p.triangles.start);
-        simple.fill(false);
-        for triangle in patches.iter().flat_map(|p| p.triangles.clone()) {
-            simple[triangle as usize] = true;
-        }
-        let is_simple = |t: &u32| simple[*t as usize];
-        let meshes = geometry
-            .objects
-            .iter()
-            .enumerate()
-            .filter_map(|(object, range)| {
-                let triangles: Vec<u32> = range.triangles.clone().filter(|t| !is_simple(t)).collect();
-                (!triangles.is_empty()).then(|| {
-                    let tree = ClusterTree::new(scene, geometry, triangles);
-                    let convex = is_convex(scene, geometry, &tree, &tolerance);
-                    MeshPart { object: object as u32, tree, convex }
-                })
+        let mut rest = &patches[..];
+        let objects: Vec<(u32, &[SimplePatch])> = (0..geometry.objects.len() as u32)
+            .map(|object| {
+                let count = rest.iter().take_while(|p| p.object == object).count();
+                let (own, others) = rest.split_at(count);
+                rest = others;
+                (object, own)
             })
             .collect();
-        Self { patches, meshes, tolerance }
+        let meshes = map(&objects, |(object, patches)| finder.mesh(*object, patches));
+        let meshes = meshes.into_iter().flatten().collect();
+        Self { patches, meshes, tolerance: finder.tolerance }
+    }
+
+    /// Finds the surfaces of these objects in other places, all others being where they were. `false` where surfaces come or
+    /// go: then nothing is changed.
+    pub fn follow(
+        &mut self,
+        scene: &Scene,
+        geometry: &Geometry,
+        settings: &VisibilitySettings,
+        moved: impl Fn(u32) -> bool,
+    ) -> bool {
+        // Which patches are the largest may change.
+        if self.patches.len() >= settings.most_patches as usize {
+            let all = Self::new(scene, geometry, settings);
+            let are_these = all.are_those_of(self);
+            if are_these {
+                *self = all;
+            }
+            return are_these;
+        }
+        let finder = Finder::new(scene, geometry, settings);
+        let objects: Vec<u32> = (0..geometry.objects.len() as u32).filter(|&o| moved(o)).collect();
+        let found = map(&objects, |&object| {
+            let patches = finder.patches(&geometry.objects[object as usize]);
+            let mesh = finder.mesh(object, &patches);
+            (patches, mesh)
+        });
+        let (patches, meshes): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+        let new = Self {
+            patches: patches.into_iter().flatten().collect(),
+            meshes: meshes.into_iter().flatten().collect(),
+            tolerance: self.tolerance,
+        };
+        let mut old_patches: Vec<&mut SimplePatch> =
+            self.patches.iter_mut().filter(|p| moved(p.object)).collect();
+        let mut old_meshes: Vec<&mut MeshPart> = self.meshes.iter_mut().filter(|m| moved(m.object)).collect();
+        let same_patches =
+            old_patches.iter().map(|p| p.identity()).eq(new.patches.iter().map(SimplePatch::identity));
+        let same_meshes =
+            old_meshes.iter().map(|m| m.identity()).eq(new.meshes.iter().map(MeshPart::identity));
+        if same_patches && same_meshes {
+            for (old, new) in old_patches.iter_mut().zip(new.patches) {
+                **old = new;
+            }
+            for (old, new) in old_meshes.iter_mut().zip(new.meshes) {
+                **old = new;
+            }
+        }
+        same_patches && same_meshes
     }
 
     /// Whether they are the same surfaces in other places.
-    pub fn are_those_of(&self, other: &Self) -> bool {
-        let patch = |p: &SimplePatch| (p.patch, p.object, p.triangles.clone(), p.double_sided);
-        let mesh = |m: &MeshPart| (m.object, m.tree.order.len());
-        self.patches.iter().map(patch).eq(other.patches.iter().map(patch))
-            && self.meshes.iter().map(mesh).eq(other.meshes.iter().map(mesh))
+    fn are_those_of(&self, other: &Self) -> bool {
+        self.patches.iter().map(SimplePatch::identity).eq(other.patches.iter().map(SimplePatch::identity))
+            && self.meshes.iter().map(MeshPart::identity).eq(other.meshes.iter().map(MeshPart::identity))
     }
 }
 
+impl MeshPart {
+    /// What it still is in another place.
+    fn identity(&self) -> (u32, usize) {
+        (self.object, self.tree.order.len())
+    }
+}
+
+/// Finds the surfaces of one object.
+struct Finder<'a> {
+    scene: &'a Scene,
+    geometry: &'a Geometry,
+    tolerance: Tolerance,
+    /// Extent of a simple patch, metres, and area of a triangle that is one, m², at least.
+    least: (f64, f64),
+}
+
+impl<'a> Finder<'a> {
+    fn new(scene: &'a Scene, geometry: &'a Geometry, settings: &VisibilitySettings) -> Self {
+        let typical = f64::from(geometry.surface_extent());
+        let least = (typical * f64::from(settings.least_extent), typical * typical * MIN_AREA);
+        Self { scene, geometry, tolerance: Tolerance::new(geometry), least }
+    }
+
+    /// An object's simple patches, in the geometry's order.
+    fn patches(&self, object: &ObjectRange) -> Vec<SimplePatch> {
+        let Self { scene, geometry, tolerance, least: (extent, area) } = self;
+        let mut patches: Vec<SimplePatch> = object
+            .patches
+            .clone()
+            .filter_map(|i| {
+                let WorldPatch { outline, triangles, .. } = &geometry.patches[i as usize];
+                let corners = outline.iter().map(|p| p.as_dvec3()).collect();
+                SimplePatch::new(scene, geometry, (corners, triangles.clone()), i, *extent, tolerance)
+            })
+            .collect();
+        // Large triangles that are part of none.
+        for triangle in other_triangles(object, &patches) {
+            if f64::from(geometry.area(triangle)) >= *area {
+                let corners = geometry.corners(triangle).map(|p| p.as_dvec3()).to_vec();
+                let range = triangle..triangle + 1;
+                patches.extend(SimplePatch::new(scene, geometry, (corners, range), NONE, *extent, tolerance));
+            }
+        }
+        patches.sort_by_key(|p| p.triangles.start);
+        patches
+    }
+
+    /// All of an object that is not in these patches, if there is anything.
+    fn mesh(&self, object: u32, patches: &[SimplePatch]) -> Option<MeshPart> {
+        let triangles = other_triangles(&self.geometry.objects[object as usize], patches);
+        if triangles.is_empty() {
+            return None;
+        }
+        let tree = ClusterTree::new(self.scene, self.geometry, &triangles);
+        let convex = is_convex(self.scene, self.geometry, &tree, &self.tolerance);
+        Some(MeshPart { object, tree, convex })
+    }
+}
+
+/// The triangles of an object that are in none of its patches.
+fn other_triangles(object: &ObjectRange, patches: &[SimplePatch]) -> Vec<u32> {
+    let first = object.triangles.start;
+    let mut simple = vec![false; object.triangles.len()];
+    for triangle in patches.iter().flat_map(|p| p.triangles.clone()) {
+        simple[(triangle - first) as usize] = true;
+    }
+    object.triangles.clone().filter(|t| !simple[(t - first) as usize]).collect()
+}
+
 impl SimplePatch {
+    /// What it still is in another place.
+    fn identity(&self) -> (u32, u32, Range<u32>, bool) {
+        (self.patch, self.object, self.triangles.clone(), self.double_sided)
+    }
+
     /// The patch, unless it is too small, not planar and convex enough, or not exactly filled by its triangles.
     fn new(
         scene: &Scene,

@@ -198,7 +198,7 @@ impl ShadowMaps {
                 let most = round.updates.iter().map(|update| tiles(&update.part)).max().unwrap_or(0);
                 let groups = Groups::Count([most, round.updates.len() as u32]);
                 let nothing = Frame::default();
-                kernel.record(recorder, (&nothing, None), "shadow_maps_gpu_ms", &resources, groups);
+                kernel.record(recorder, (&nothing, None), "copy_maps_gpu_ms", &resources, groups);
             }
             (whole, _) => page.record(recorder.encoder(), &atlas.texture, whole.unwrap_or(0)),
         }

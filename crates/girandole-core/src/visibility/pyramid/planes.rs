@@ -16,6 +16,7 @@ impl Pyramid {
     pub fn set(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Facing {
         self.bundle.count = 0;
         self.slabs.count = 0;
+        self.axis = None;
         (self.apex, self.tolerance, self.count) = (*apex, *tolerance, 0);
         match shape {
             Shape::Patch { corners, normal, offset, tilt } => {

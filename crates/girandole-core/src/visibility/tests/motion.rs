@@ -2,6 +2,7 @@
 
 use super::random::{random_lights, random_room};
 use super::*;
+use crate::scene::builtin::shapes;
 use crate::visibility::Blocker;
 
 /// Everything that it says.
@@ -18,13 +19,91 @@ fn contents(database: &VisibilityDatabase) -> Contents {
     )
 }
 
+fn dynamic_objects(scene: &Scene) -> Vec<usize> {
+    (0..scene.objects.len()).filter(|&i| scene.objects[i].dynamic).collect()
+}
+
+/// What happened to a database along a sequence of moves.
+#[derive(Debug, Default)]
+struct Followed {
+    /// How often it followed, and how often the states of all nodes were others then.
+    steps: usize,
+    changed: usize,
+    /// How often it could not follow, by whether objects were made flat.
+    anew: [usize; 2],
+    /// States of static leaves that became, and that stopped being, full; and those of dynamic leaves.
+    covered: usize,
+    uncovered: usize,
+    on_movers: usize,
+    /// How often a mover that stood still would have been elsewhere.
+    stale: usize,
+}
+
+/// Brings a database up to the scene as it stands and compares it with a new one; `false` where it did not follow.
+fn follow(
+    scene: &mut Scene,
+    samples: &[LightSample],
+    database: &mut VisibilityDatabase,
+    (flat, seen): (bool, &mut Followed),
+) -> bool {
+    let changes = scene.take_changes();
+    if changes.reopened {
+        return false;
+    }
+    let moved = |object: u32| changes.moved.iter().any(|id| id.index() == object as usize);
+    let geometry = Geometry::new(scene);
+    let lights = set(&geometry, samples.to_vec());
+    let fresh = VisibilityDatabase::build(scene, &geometry, &lights, &VisibilitySettings::default())
+        .expect("a database");
+    let mut unmoved = database.clone();
+    let before = contents(database);
+    if !database.follow(scene, &geometry, &lights, moved) {
+        assert!(contents(database) == before, "it is left as it was");
+        seen.anew[usize::from(flat)] += 1;
+        return false;
+    }
+    seen.steps += 1;
+    database.belongs_to(&geometry, &lights).expect("it is of this version");
+    let after = contents(database);
+    assert!(after == contents(&fresh));
+    assert_eq!(database.counts(), fresh.counts());
+    seen.changed += usize::from(before.1 != after.1);
+    // The control: one that is not told what moved.
+    assert!(unmoved.follow(scene, &geometry, &lights, |_| false));
+    seen.stale += usize::from(contents(&unmoved) != after);
+    let receivers = database.receivers();
+    for leaf in 0..receivers.leaves.len() as u32 {
+        let node = receivers.leaves[leaf as usize].node as usize;
+        for (light, &now) in database.leaf_states(leaf).iter().enumerate() {
+            let index = node * samples.len() + light;
+            if leaf >= database.first_dynamic_leaf() {
+                seen.on_movers += usize::from(before.1.get(index) != Some(&now));
+            } else if before.1[index] != now {
+                seen.covered += usize::from(now == State::Full);
+                seen.uncovered += usize::from(before.1[index] == State::Full);
+            }
+        }
+    }
+    true
+}
+
+fn shift(scene: &mut Scene, object: usize, by: Vec3, rotation: Option<Quat>, scale: Vec3) {
+    let node = scene.objects[object].node;
+    let Transform::Parts { translation, rotation: before, .. } = scene.nodes[node].local else {
+        panic!("they have parts")
+    };
+    let rotation = rotation.unwrap_or(before);
+    let place = Transform::Parts { translation: translation + by, rotation, scale };
+    scene.set_transform(node, place).expect("a place");
+}
+
 #[test]
 fn after_any_moves_it_is_one_from_scratch() {
-    let (mut followed, mut changed, mut anew) = (0, 0, [0; 2]);
+    let mut seen = Followed::default();
     for seed in 0..60 {
         let mut numbers = Numbers(seed);
         let mut scene = random_room(&mut numbers);
-        let movers: Vec<usize> = (0..scene.objects.len()).filter(|&i| scene.objects[i].dynamic).collect();
+        let movers = dynamic_objects(&scene);
         if movers.is_empty() {
             continue;
         }
@@ -34,40 +113,81 @@ fn after_any_moves_it_is_one_from_scratch() {
         for step in 0..4 {
             // Several at once, sometimes turned and stretched; the last time so far that nothing is left of them.
             for &mover in &movers {
-                let node = scene.objects[mover].node;
-                let Transform::Parts { translation, rotation, .. } = scene.nodes[node].local else {
-                    panic!("they have parts")
-                };
                 let scale = if step == 3 { Vec3::X } else { Vec3::ONE + numbers.vector().abs() * 0.5 };
-                let place = Transform::Parts {
-                    translation: translation + numbers.vector() * 0.3,
-                    rotation: if numbers.unit() < 0.5 { rotation } else { numbers.rotation() },
-                    scale,
-                };
-                scene.set_transform(node, place).expect("a place");
+                let by = numbers.vector() * 0.3;
+                let rotation = (numbers.unit() >= 0.5).then(|| numbers.rotation());
+                shift(&mut scene, mover, by, rotation, scale);
             }
-            if scene.take_changes().reopened {
-                break;
-            }
-            let geometry = Geometry::new(&scene);
-            let lights = set(&geometry, samples.clone());
-            let fresh = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())
-                .expect("a database");
-            let before = contents(&database);
-            if database.follow(&scene, &geometry, &lights) {
-                followed += 1;
-                database.belongs_to(&geometry, &lights).expect("it is of this version");
-                assert!(contents(&database) == contents(&fresh), "{seed} {step}");
-                assert_eq!(database.counts().tests, fresh.counts().tests);
-                changed += u32::from(before.1 != contents(&fresh).1);
-            } else {
-                // What grows may become a receiver of its own; what is flat is none.
-                anew[usize::from(step == 3)] += 1;
+            if !follow(&mut scene, &samples, &mut database, (step == 3, &mut seen)) {
                 break;
             }
         }
     }
     // The controls: there was something to follow, and what cannot be followed is not.
-    assert!(followed > 40 && changed * 2 > followed, "{followed} {changed}");
-    assert!(anew[0] * 10 < followed && anew[1] > 5, "{followed} {anew:?}");
+    let Followed { steps, changed, stale, anew, .. } = seen;
+    assert!(steps > 40 && changed * 2 > steps && stale * 2 > steps, "{seen:?}");
+    assert!(anew[0] * 10 < steps && anew[1] > 5, "{seen:?}");
+    assert!(seen.covered > 100 && seen.uncovered > 100 && seen.on_movers > 100, "{seen:?}");
+}
+
+#[test]
+fn after_long_sequences_it_is_one_from_scratch() {
+    for seed in 0..3 {
+        let mut numbers = Numbers(seed);
+        let mut scene = empty_scene();
+        add(&mut scene, room(vec3(-2.0, 0.0, -3.0), vec3(2.0, 2.5, 3.0)));
+        let mut table = Mesh::default();
+        table.add_box(vec3(-0.6, 0.6, -0.4), vec3(0.6, 0.7, 0.4), 0);
+        add(&mut scene, table);
+        // A door, a box, a torus, a cylinder and a two-sided board.
+        let mut door = Mesh::default();
+        door.add_box(vec3(0.0, 0.0, -0.02), vec3(0.9, 2.0, 0.02), 0);
+        let mut cube = Mesh::default();
+        cube.add_box(Vec3::splat(-0.2), Vec3::splat(0.2), 0);
+        let board = [vec3(-0.5, -0.5, 0.0), vec3(0.5, -0.5, 0.0), vec3(0.5, 0.5, 0.0), vec3(-0.5, 0.5, 0.0)];
+        let meshes = [
+            door,
+            cube,
+            shapes::torus(0.3, 0.1, 14, 9, 0),
+            shapes::cylinder(0.2, 0.5, 11, 0),
+            polygon(&board, 1),
+        ];
+        for (i, mesh) in meshes.into_iter().enumerate() {
+            let at = vec3(i as f32 * 0.6 - 1.2, 0.9, 1.2 - i as f32 * 0.4);
+            let index = scene.add_object("", mesh, Transform::rigid(Quat::IDENTITY, at));
+            scene.objects[index].dynamic = true;
+        }
+        let movers = dynamic_objects(&scene);
+        let geometry = Geometry::new(&scene);
+        let samples = random_lights(&scene, &geometry, &mut numbers, 40);
+        let mut database = build(&scene, &geometry, samples.clone());
+        let mut seen = Followed::default();
+        for step in 0..30 {
+            // The door turns; of the others some move, some rest, and all come back.
+            shift(
+                &mut scene,
+                movers[0],
+                Vec3::ZERO,
+                Some(Quat::from_rotation_y(step as f32 * 0.2)),
+                Vec3::ONE,
+            );
+            for &mover in &movers[1..] {
+                let by = numbers.vector() * 0.2;
+                if numbers.unit() < 0.4 {
+                    let scale = Vec3::ONE + numbers.vector().abs() * 0.3;
+                    let rotation = (numbers.unit() < 0.5).then(|| numbers.rotation());
+                    shift(&mut scene, mover, by, rotation, scale);
+                    if !follow(&mut scene, &samples, &mut database, (false, &mut seen)) {
+                        database = build(&scene, &Geometry::new(&scene), samples.clone());
+                    }
+                    shift(&mut scene, mover, -by, None, Vec3::ONE);
+                }
+            }
+            if !follow(&mut scene, &samples, &mut database, (false, &mut seen)) {
+                database = build(&scene, &Geometry::new(&scene), samples.clone());
+            }
+        }
+        assert!(seen.steps >= 60 && seen.changed * 4 > seen.steps * 3, "{seen:?}");
+        assert!(seen.covered > 50 && seen.uncovered > 50 && seen.stale * 4 > seen.steps * 3, "{seen:?}");
+    }
 }

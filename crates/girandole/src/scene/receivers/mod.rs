@@ -92,7 +92,7 @@ pub(crate) struct Sources<'a> {
 impl Receivers {
     pub fn new((device, queue): (&wgpu::Device, &wgpu::Queue), sources: Sources) -> Result<Self> {
         let tree = sources.database.receivers();
-        let (count, still) = (tree.leaves.len(), sources.database.static_leaves());
+        let (count, still) = (tree.leaves.len(), sources.database.first_dynamic_leaf() as usize);
         if count >= MAX_LEAVES {
             return Err(Error::too_large(format!("{count} receivers are too many"), Remedy::Naive));
         }
@@ -165,7 +165,8 @@ impl Receivers {
         let (count, still) = (tree.leaves.len(), self.still as usize);
         let lights = self.lights as usize;
         let receiver_words = receiver_words(&sources);
-        let is_same = sources.database.static_leaves() == still && sources.lights.len() == lights;
+        let is_same =
+            sources.database.first_dynamic_leaf() as usize == still && sources.lights.len() == lights;
         let has_room = count <= self.room as usize
             && receiver_words.len() <= self.receivers.room()
             && self.moving_at as usize + moving_entries(&sources) <= self.light_lists.room();
@@ -330,7 +331,7 @@ impl Receivers {
 /// Lights in the lists of leaves on dynamic objects.
 fn moving_entries(sources: &Sources) -> usize {
     let database = sources.database;
-    let leaves = database.static_leaves()..database.receivers().leaves.len();
+    let leaves = database.first_dynamic_leaf() as usize..database.receivers().leaves.len();
     let states = leaves.flat_map(|leaf| database.leaf_states(leaf as u32));
     states.filter(|state| **state != State::Full).count()
 }
