@@ -93,7 +93,7 @@ impl Illumination {
     /// The light samples held, in a scene of which only places changed; `None` where they are to be sampled anew.
     fn held_lights(&self, scene: &Scene, geometry: &Geometry, changes: &SceneChanges) -> Option<LightSet> {
         let (lights, placement) = &self.sampled;
-        let holds = self.settings.rewalk == Rewalk::Off && changes.is_motion();
+        let holds = self.settings.rewalk == Rewalk::Off && changes.is_of_places();
         holds.then(|| lights.moved(scene, geometry, placement)).flatten()
     }
 
@@ -134,8 +134,7 @@ impl Illumination {
         lights: LightSet,
         changes: &SceneChanges,
     ) -> Result<()> {
-        let movers_moved = changes.moved.iter().all(|id| scene.objects[id.index()].dynamic);
-        let may_follow = movers_moved && lights.samples() == self.lights.samples();
+        let may_follow = changes.made_dynamic.is_empty() && lights.samples() == self.lights.samples();
         let mut has_moved = vec![false; scene.objects.len()];
         for id in &changes.moved {
             has_moved[id.index()] = true;

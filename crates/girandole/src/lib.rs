@@ -74,6 +74,6 @@ pub use maps::occluders::CullCounts;
 pub use maps::states::StaleCounts;
 pub use renderer::Renderer;
 pub use settings::{
-    DebugView, MapUpdates, Mode, RenderSettings, RendererOptions, Shading, ShadowMap, Target,
+    DebugView, MapPriority, MapUpdates, Mode, RenderSettings, RendererOptions, Shading, ShadowMap, Target,
 };
 pub use stats::{FrameStats, PairCounts};

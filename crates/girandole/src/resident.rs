@@ -111,9 +111,8 @@ impl Resident {
         let is_parallel = |light: &Light| light.profile == DIRECTIONAL;
         let have_place = samples.iter().map(is_parallel).eq(self.lights.samples.iter().map(is_parallel));
         let frame = (geometry.origin, geometry.diagonal(), geometry.extent());
-        let is_same = geometry.objects == self.geometry.objects
-            && frame == (self.origin, self.scale, self.extent)
-            && moved.iter().all(|id| scene.objects[id.index()].dynamic);
+        let is_same =
+            geometry.objects == self.geometry.objects && frame == (self.origin, self.scale, self.extent);
         if !(have_place && is_same)
             || SceneFeatures::of(scene, geometry, &samples) != self.features
             || !self.non_blockers.stay(scene, geometry, &samples)

@@ -96,7 +96,7 @@ pub fn parse_updates(text: &str) -> Result<UpdatesArg, String> {
         "all" => None,
         number => Some(number.parse().map_err(|_| "give a number of shadow maps, or `all`")?),
     };
-    Ok(UpdatesArg(MapUpdates { most, oldest: None }))
+    Ok(UpdatesArg(MapUpdates { most, ..MapUpdates::default() }))
 }
 
 const MOST_FRAMES: u32 = 1_000_000;

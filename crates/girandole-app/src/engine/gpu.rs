@@ -113,7 +113,7 @@ impl Device {
                 args::DebugView::Atlas => DebugView::Atlas,
             }),
             // This frame's are drawn beforehand.
-            updates: MapUpdates { most: Some(0), oldest: None },
+            updates: MapUpdates { most: Some(0), ..MapUpdates::default() },
             ..settings(args.mode, &args.quality, args.quality.clamp.0, args.aa)
         };
         // The parts of a frame, in wall-clock time around submit and wait.

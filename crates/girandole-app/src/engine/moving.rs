@@ -56,7 +56,7 @@ impl Device {
         let mut beside = Illumination::new(&trial.scene, &held)?;
         let still = RenderSettings {
             exposure: girandole_core::tonemap::Exposure::Ev(0.0),
-            updates: MapUpdates { most: Some(0), oldest: None },
+            updates: MapUpdates { most: Some(0), ..MapUpdates::default() },
             ..settings(Mode::Full, &args.quality, args.quality.clamp.0, args.aa)
         };
         let moving = RenderSettings { updates: trial.updates.0, ..still };

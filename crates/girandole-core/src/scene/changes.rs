@@ -33,6 +33,8 @@ pub struct SceneChanges {
     pub to: Generation,
     /// Objects that were there before and after, and whose place or shape in the world changed.
     pub moved: Vec<ObjectId>,
+    /// Those of them that were static before: what is moved once is dynamic from then on.
+    pub made_dynamic: Vec<ObjectId>,
     /// Objects that were not there before and are after.
     pub added: Vec<ObjectId>,
     /// Objects that were there before and are not after.
@@ -53,6 +55,7 @@ impl SceneChanges {
             from: at,
             to: at,
             moved: Vec::new(),
+            made_dynamic: Vec::new(),
             added: Vec::new(),
             removed: Vec::new(),
             materials: Vec::new(),
@@ -67,8 +70,13 @@ impl SceneChanges {
         self.from == self.to
     }
 
-    /// Whether objects and lights changed their places, and lights their intensity, and nothing else happened.
+    /// Whether dynamic objects and lights changed their places, and punctual lights their intensity, and nothing else happened.
     pub fn is_motion(&self) -> bool {
+        self.made_dynamic.is_empty() && self.is_of_places()
+    }
+
+    /// The same, where static objects may have become dynamic ones.
+    pub(crate) fn is_of_places(&self) -> bool {
         self.added.is_empty()
             && self.removed.is_empty()
             && self.materials.is_empty()
@@ -86,6 +94,7 @@ impl SceneChanges {
             "these changes do not follow each other; take them in the order they were made",
         )?;
         self.to = next.to;
+        next.made_dynamic.iter().for_each(|&id| insert(&mut self.made_dynamic, id));
         next.added.iter().for_each(|&id| insert(&mut self.added, id));
         next.moved.iter().for_each(|&id| self.note_moved(id));
         next.removed.iter().for_each(|&id| self.note_removed(id));
@@ -104,6 +113,7 @@ impl SceneChanges {
 
     fn note_removed(&mut self, id: ObjectId) {
         remove(&mut self.moved, id);
+        remove(&mut self.made_dynamic, id);
         if !remove(&mut self.added, id) {
             insert(&mut self.removed, id);
         }
@@ -180,7 +190,7 @@ impl Scene {
         self.stamp();
     }
 
-    /// Puts a node, and what is below it, elsewhere. Cameras alone make no new version of the scene: nothing is derived
+    /// Puts a node, and what is below it, elsewhere; static objects become dynamic. Cameras alone make no new version of the scene: nothing is derived
     /// from them.
     ///
     /// # Errors
@@ -228,7 +238,13 @@ impl Scene {
         }
         if anything {
             self.keep_in_frame(&bounds);
-            objects.into_iter().for_each(|o| self.record.pending.note_moved(o.into()));
+            for object in objects {
+                self.record.pending.note_moved(object.into());
+                let was_dynamic = std::mem::replace(&mut self.objects[object].dynamic, true);
+                if !was_dynamic && self.record.pending.moved.binary_search(&object.into()).is_ok() {
+                    insert(&mut self.record.pending.made_dynamic, object.into());
+                }
+            }
             lights.into_iter().for_each(|l| insert(&mut self.record.pending.lights, l as u32));
             self.stamp();
         }

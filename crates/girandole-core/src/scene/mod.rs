@@ -92,7 +92,7 @@ pub struct Object {
     pub mesh: usize,
     /// Index into [`Scene::skins`] of what bends the mesh. Then `node` does not move it.
     pub skin: Option<usize>,
-    /// Whether it may move. It gets room to do so in the scene's [`FrameOfReference`], the hierarchy of receivers does
+    /// Whether it may move; what is moved is dynamic from then on. It gets room to do so in the scene's [`FrameOfReference`], the hierarchy of receivers does
     /// not depend on where it is, and [`LightSettings::walk_dynamic`](crate::lights::LightSettings::walk_dynamic)
     /// decides whether it reflects and intercepts indirect light.
     pub dynamic: bool,

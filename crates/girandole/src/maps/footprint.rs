@@ -40,6 +40,11 @@ impl TexelRect {
         (0..2).any(|i| self.first[i] >= self.end[i])
     }
 
+    /// How many.
+    pub fn texels(&self) -> f32 {
+        (0..2).map(|i| self.end[i].saturating_sub(self.first[i]) as f32).product()
+    }
+
     /// The smallest one about both.
     pub fn union(&self, other: &Self) -> Self {
         match (self.is_empty(), other.is_empty()) {

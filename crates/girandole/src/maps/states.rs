@@ -2,12 +2,12 @@
 //!
 //! A map is stale where what it shows has moved since: in the rectangle of texels that the mover covers, before and after. Each
 //! frame draws as many stale maps as its budget says, by priority: the brightest channel of the light times the frames that the
-//! map has been stale, so that bright ones come first and none starves. Maps that show nothing of use (those of lights
+//! map has been stale (and the extent of what is stale), so that bright ones come first and none starves. Maps that show nothing of use (those of lights
 //! that moved themselves, and before the first frame) are drawn in any case, lest light leak.
 
 use super::footprint::TexelRect;
 use crate::layout::Light;
-use crate::settings::MapUpdates;
+use crate::settings::{MapPriority, MapUpdates};
 
 /// How each light's shadow map stands.
 #[derive(Clone, Debug, Default)]
@@ -68,8 +68,14 @@ impl MapStates {
         };
         let (mut chosen, mut others): (Vec<usize>, Vec<usize>) = stale.partition(must);
         let room = updates.most.map_or(usize::MAX, |most| (most as usize).saturating_sub(chosen.len()));
-        let priority =
-            |light: usize| lights[light].intensity.max_element() * (self.maps[light].frames as f32 + 1.0);
+        let extent = |part: TexelRect| match updates.priority {
+            MapPriority::Brightness => 1.0,
+            MapPriority::BrightnessAndExtent => part.texels().sqrt(),
+        };
+        let priority = |light: usize| {
+            let MapState { stale, frames, .. } = self.maps[light];
+            lights[light].intensity.max_element() * (frames as f32 + 1.0) * extent(stale)
+        };
         others.sort_by(|&a, &b| priority(b).total_cmp(&priority(a)).then(a.cmp(&b)));
         chosen.extend(others.into_iter().take(room));
         chosen.sort_unstable();

@@ -12,6 +12,7 @@ pub fn tests() -> Vec<Test> {
     vec![
         ("with_held_lights_the_picture_is_that_of_a_fresh_renderer", held_lights),
         ("boxes_that_move_change_only_what_they_block", boxes),
+        ("static_objects_that_are_moved_become_dynamic", grabbed),
         ("with_few_updates_a_frame_maps_are_bounded_and_catch_up", few_updates),
     ]
 }
@@ -98,6 +99,33 @@ fn boxes(context: &Context) {
     }
 }
 
+/// A hand takes hold of something that stood still.
+fn grabbed(context: &Context) {
+    let mut scene = builtin::build("table", MovingObject::None).expect("a room");
+    let options = RendererOptions { map_size: Some(64), ..Default::default() };
+    let mut renderer = context.renderer(options);
+    renderer.open(&scene, &held(24, false)).expect("open");
+    let mut other = context.renderer(options);
+    let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
+    let leg = scene.objects.iter().position(|o| !o.dynamic && o.name != "room").expect("furniture");
+    let mut changes = Vec::new();
+    for step in 1..=3 {
+        let shift = Transform::translation(Vec3::new(0.1, 0.02, 0.1) * step as f32);
+        scene.set_transform(scene.objects[leg].node, shift).expect("a place");
+        let taken = scene.take_changes();
+        assert_eq!((taken.made_dynamic.len(), taken.moved.len()), (usize::from(step == 1), 1));
+        renderer.update(&scene, &taken).expect("update");
+        let after = context.frame(&mut renderer, &view, SIZE, &RenderSettings::default());
+        let stats = context.wait(renderer.stats()).expect("stats");
+        changes.push(stats.light_map_changes);
+        load_anew(context, &mut other, &scene, &renderer);
+        let anew = context.frame(&mut other, &view, SIZE, &RenderSettings::default());
+        assert!(after.pixels == anew.pixels, "step {step}");
+    }
+    // Once it is known to move, only what it changes is made anew.
+    assert!(changes[1..].iter().all(|n| n * 3 < changes[0] * 2), "{changes:?}");
+}
+
 fn few_updates(context: &Context) {
     let mut scene = builtin::build("pillars", MovingObject::Torus).expect("a room");
     let options = RendererOptions { map_size: Some(64), ..Default::default() };
@@ -105,8 +133,10 @@ fn few_updates(context: &Context) {
     renderer.open(&scene, &held(40, false)).expect("open");
     let mut other = context.renderer(options);
     let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
-    let with =
-        |most, oldest| RenderSettings { updates: MapUpdates { most, oldest }, ..RenderSettings::default() };
+    let with = |most, oldest| RenderSettings {
+        updates: MapUpdates { most, oldest, ..MapUpdates::default() },
+        ..RenderSettings::default()
+    };
     let frame = |renderer: &mut Renderer, scene: &mut Scene, seconds: Option<f64>, settings| {
         if let Some(seconds) = seconds {
             scene.set_time(seconds).expect("a moment");
