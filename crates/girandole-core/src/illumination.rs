@@ -12,9 +12,10 @@ pub enum Rewalk {
     /// All: they are what a fresh sampling of the scene gives.
     #[default]
     All,
-    /// None, as long as objects only move, and punctual lights move or are dimmed. Samples on what moves go with it; those
-    /// that the random walk left elsewhere stay, though what moves may have come into its way. Best with
-    /// [`LightSettings::walk_dynamic`] off. Objects and lights that come or go, and other emission, make all anew.
+    /// None, as long as objects only move, and lights move, or are dimmed, switched off or coloured. Samples on what moves go
+    /// with it, and are as bright as what their light comes from; those that the random walk left elsewhere stay, though what
+    /// moves may have come into its way. Best with [`LightSettings::walk_dynamic`] off. Objects that come or go make all
+    /// anew, and so does what emits in a channel in which it did not when light was sampled.
     Off,
 }
 
@@ -93,7 +94,7 @@ impl Illumination {
     /// The light samples held, in a scene of which only places changed; `None` where they are to be sampled anew.
     fn held_lights(&self, scene: &Scene, geometry: &Geometry, changes: &SceneChanges) -> Option<LightSet> {
         let (lights, placement) = &self.sampled;
-        let holds = self.settings.rewalk == Rewalk::Off && changes.is_of_places();
+        let holds = self.settings.rewalk == Rewalk::Off && changes.keeps_objects();
         holds.then(|| lights.moved(scene, geometry, placement)).flatten()
     }
 
@@ -134,7 +135,7 @@ impl Illumination {
         lights: LightSet,
         changes: &SceneChanges,
     ) -> Result<()> {
-        let may_follow = changes.made_dynamic.is_empty() && lights.samples() == self.lights.samples();
+        let may_follow = changes.made_dynamic.is_empty() && lights.stand_like(&self.lights);
         let mut has_moved = vec![false; scene.objects.len()];
         for id in &changes.moved {
             has_moved[id.index()] = true;

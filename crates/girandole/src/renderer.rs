@@ -122,7 +122,7 @@ impl Renderer {
         let illumination = self.illumination.take().ok_or_else(nothing_loaded)?;
         let follows = match &mut self.scene {
             Some(resident) if changes.is_motion() => {
-                resident.follow(&self.context, scene, &illumination, &changes.moved)?
+                resident.follow(&self.context, scene, &illumination, changes)?
             }
             _ => false,
         };

@@ -17,7 +17,7 @@ use girandole_core::Generation;
 use girandole_core::glam::DVec3;
 use girandole_core::illumination::Illumination;
 use girandole_core::lights::{Clamp, LightSet};
-use girandole_core::scene::{Geometry, NONE, ObjectId, Scene};
+use girandole_core::scene::{Geometry, NONE, Scene, SceneChanges};
 
 /// What a scene and its lights need of the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,7 +103,7 @@ impl Resident {
         context: &Context,
         scene: &Scene,
         illumination: &Illumination,
-        moved: &[ObjectId],
+        changes: &SceneChanges,
     ) -> Result<bool> {
         let Context { device, queue, options, .. } = context;
         let (geometry, lights) = (illumination.geometry(), illumination.lights());
@@ -122,9 +122,9 @@ impl Resident {
         for (light, slot) in samples.iter_mut().zip(&self.atlas.layout.slots) {
             light.atlas_slot = self.atlas.layout.place(slot);
         }
-        self.geometry.follow(queue, scene, geometry, moved)?;
+        self.geometry.follow(queue, scene, geometry, changes)?;
         let faces = options.shadow_map.faces();
-        self.atlas.follow(queue, geometry, moved, [&self.lights.samples, &samples], faces);
+        self.atlas.follow(queue, geometry, &changes.moved, [&self.lights.samples, &samples], faces);
         let lights_moved = self.lights.follow(queue, samples);
         if let Some(database) = illumination.visibility() {
             let sources = Sources { scene, geometry, lights, database };

@@ -338,9 +338,9 @@ fn held_samples_do_not_depend_on_the_way() {
     for leaf in 0..database.receivers().leaves.len() as u32 {
         assert_eq!(database.leaf_states(leaf), fresh.leaf_states(leaf));
     }
-    // Emission, objects and a new frame of reference make all anew.
-    let lamp = scene.materials.iter().position(Material::emits).expect("a lamp") as u32;
-    let dim = |scene: &mut Scene| scene.set_emission(lamp, Vec3::splat(3.0));
+    // New lamps, objects and a new frame of reference make all anew.
+    let wall = scene.materials.iter().position(|m| !m.emits()).expect("a wall") as u32;
+    let glow = |scene: &mut Scene| scene.set_emission(wall, Vec3::splat(3.0));
     let leave = |scene: &mut Scene| scene.set_transform(node, Transform::translation(vec3(40.0, 1.0, 0.0)));
     let remove = |scene: &mut Scene| scene.remove_object(mover.into());
     let squash = |scene: &mut Scene| {
@@ -348,11 +348,78 @@ fn held_samples_do_not_depend_on_the_way() {
         scene.set_transform(node, flat)
     };
     type Change<'a> = &'a dyn Fn(&mut Scene) -> Result<()>;
-    let changes: [Change; 4] = [&dim, &leave, &remove, &squash];
+    let changes: [Change; 4] = [&glow, &leave, &remove, &squash];
     for change in changes {
         let (mut scene, mut held) = (scene.clone(), held.clone());
         change(&mut scene).expect("it is possible");
         follow(&mut held, &mut scene);
         assert!(contents(&held) == contents(&Illumination::new(&scene, &holding()).expect("there is light")));
+    }
+}
+
+#[test]
+fn lights_that_are_dimmed_keep_their_samples() {
+    // The room's own lamp, another one, and a point light, all of which light the whole room.
+    let mut scene = lit_room();
+    let glow = scene.objects.iter().position(|o| o.name == "glow").expect("a lamp");
+    let glow = scene.meshes[scene.objects[glow].mesh].triangles[0].material;
+    scene.materials[glow as usize].emission = vec3(300.0, 200.0, 100.0);
+    let lamp = (0..).find(|&m| m != glow && scene.materials[m as usize].emits()).expect("the room's");
+    let node = scene.add_node("bulb", Transform::translation(vec3(1.0, 1.0, 1.0)));
+    let (kind, intensity) = (PunctualKind::Point, Vec3::splat(40.0));
+    scene.lights.push(PunctualLight { name: "bulb".into(), node, kind, intensity });
+    for direct_share in [None, Some(0.4)] {
+        let mut scene = scene.clone();
+        let lights = LightSettings { count: 200, direct_share, ..holding().lights };
+        let settings = IlluminationSettings { lights, ..holding() };
+        let mut held = Illumination::new(&scene, &settings).expect("there is light");
+        let bright = held.lights().clone();
+        let (lamp_emission, glow_emission) =
+            (scene.materials[lamp as usize].emission, scene.materials[glow as usize].emission);
+        let mut dimmed = |scene: &mut Scene, factors: [Vec3; 3]| {
+            scene.set_emission(lamp, lamp_emission * factors[0]).expect("an emission");
+            scene.set_emission(glow, glow_emission * factors[1]).expect("an emission");
+            scene.set_intensity(0, intensity * factors[2]).expect("an intensity");
+            follow(&mut held, scene);
+            held.lights().clone()
+        };
+        let [one, none] = [Vec3::ONE, Vec3::ZERO];
+        let alone = [[one, none, none], [none, one, none], [none, none, one]];
+        let alone = alone.map(|factors| dimmed(&mut scene, factors));
+        let factors = [vec3(0.5, 0.1, 0.9), vec3(0.2, 1.0, 0.0), vec3(3.0, 0.3, 1.0)];
+        let mixed = dimmed(&mut scene, factors);
+        let mut counts = [0; 3];
+        for (i, sample) in bright.samples().iter().enumerate() {
+            let parts = alone.each_ref().map(|set| set.samples()[i]);
+            let same = |s: &LightSample| {
+                (s.position, s.normal, s.origin, s.rectangle)
+                    == (sample.position, sample.normal, sample.origin, sample.rectangle)
+            };
+            assert!(parts.iter().chain([&mixed.samples()[i]]).all(same), "samples stay");
+            let near = |a: Vec3, b: Vec3| (a - b).abs().max_element() < 1e-4 * sample.intensity.max_element();
+            let sum: Vec3 = parts.iter().map(|s| s.intensity).sum();
+            assert!(near(sum, sample.intensity), "{sum} for {}", sample.intensity);
+            let sum: Vec3 = parts.iter().zip(factors).map(|(s, factor)| s.intensity * factor).sum();
+            assert!(near(sum, mixed.samples()[i].intensity), "{sum} for {}", mixed.samples()[i].intensity);
+            counts.iter_mut().zip(&parts).for_each(|(n, s)| *n += usize::from(s.intensity != Vec3::ZERO));
+        }
+        assert!(counts.iter().all(|n| (2..200).contains(n)), "{counts:?}");
+        // On emitters all of their light is their own; what samples have in all is what fresh ones have, about.
+        let flux = |set: &LightSet| set.samples().iter().map(|s| s.intensity).sum::<Vec3>();
+        let (now, fresh) = (flux(&mixed), LightSet::sample(&scene, &Geometry::new(&scene), &settings.lights));
+        let ratio = now / flux(&fresh.expect("there is light"));
+        assert!((ratio - Vec3::ONE).abs().max_element() < 0.15, "{ratio}");
+        let ratio = flux(&bright) / flux(&mixed);
+        assert!((ratio - Vec3::ONE).abs().max_element() > 0.3, "the control: {ratio}");
+        // Back again, to the bit; and what did not shine in a channel makes all anew.
+        assert!(dimmed(&mut scene, [one; 3]).samples() == bright.samples());
+        dimmed(&mut scene, [one, vec3(0.0, 1.0, 1.0), one]);
+        let mut scene = scene.clone();
+        let mut held = Illumination::new(&scene, &settings).expect("there is light");
+        let blue = held.lights().clone();
+        scene.set_emission(glow, glow_emission).expect("an emission");
+        follow(&mut held, &mut scene);
+        assert!(held.lights().samples() != blue.samples());
+        assert!(held.lights() == Illumination::new(&scene, &settings).expect("there is light").lights());
     }
 }

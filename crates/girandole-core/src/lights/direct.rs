@@ -3,17 +3,24 @@
 use super::emitters::{Source, SourceTree, SpotCone};
 use super::{LightSample, Profile, Rectangle, SampleOrigin};
 use crate::math::sequence;
-use crate::scene::{Geometry, PunctualKind, Scene};
+use crate::scene::{Geometry, PunctualKind, PunctualLight, Scene};
 use crate::trace::ray_offset_distance;
 use glam::{DVec2, DVec3, Vec3};
 
-/// All punctual lights: a point light is two opposite hemispheres, a spot and a directional light one sample each.
-pub(super) fn punctual(scene: &Scene, geometry: &Geometry) -> Vec<LightSample> {
+/// Whether a punctual light shines.
+pub(super) fn shines(light: &PunctualLight) -> bool {
+    light.intensity.is_finite() && light.intensity.max_element() > 0.0
+}
+
+/// The punctual lights that are accepted: a point light is two opposite hemispheres, a spot and a directional light one sample
+/// each.
+pub(super) fn punctual(
+    scene: &Scene,
+    geometry: &Geometry,
+    accept: impl Fn(u32, &PunctualLight) -> bool,
+) -> Vec<LightSample> {
     let mut samples = Vec::new();
-    for (index, light) in scene.lights.iter().enumerate() {
-        if !(light.intensity.is_finite() && light.intensity.max_element() > 0.0) {
-            continue;
-        }
+    for (index, light) in scene.lights.iter().enumerate().filter(|(i, light)| accept(*i as u32, light)) {
         let node = scene.world_from_node(light.node);
         let normal = node.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Y).as_vec3();
         let mut sample = LightSample {

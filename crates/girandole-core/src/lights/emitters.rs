@@ -8,6 +8,7 @@
 //!    unit square into a source and a point of it, splitting u and v in turn (hierarchical warping, Clarberg et al.
 //!    2005, §3): points that are well spread in the square stay so over many small sources.
 
+use super::emission::Emission;
 use crate::image::luminance;
 use crate::scene::{Geometry, NONE, PunctualKind, Scene};
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -63,6 +64,14 @@ pub(super) struct EmitterPoint {
 }
 
 impl Source {
+    /// What it is a piece of.
+    pub fn emission(&self, geometry: &Geometry) -> Emission {
+        match &self.kind {
+            Kind::Punctual(light) => Emission::Punctual(*light),
+            Kind::Area(area) => Emission::Material(geometry.triangles[area.triangles[0] as usize].material),
+        }
+    }
+
     /// The punctual light, if it is one.
     pub fn punctual(&self) -> Option<u32> {
         match self.kind {

@@ -1,6 +1,7 @@
 //! Light samples: all light in a scene as oriented point lights (Barczak §4.1; Keller 1997).
 
 mod direct;
+mod emission;
 mod emitters;
 mod ids;
 mod importance;
@@ -13,6 +14,8 @@ pub use ids::LightId;
 pub(crate) use motion::Placement;
 pub use rectangle::Rectangle;
 
+use self::emission::{Emission, Shares};
+use self::resample::Chosen;
 use crate::generation::Generation;
 use crate::math::sequence;
 use crate::scene::{Geometry, Scene, View};
@@ -205,6 +208,8 @@ impl Default for LightSettings {
 pub struct LightSet {
     samples: Vec<LightSample>,
     ids: Vec<LightId>,
+    /// For each sample, where its light comes from; none for punctual lights, and where it is not known.
+    shares: Vec<Shares>,
     /// How many of them are direct (punctual lights included).
     pub direct: u32,
     /// How many paths were started.
@@ -282,7 +287,7 @@ impl LightSet {
         geometry.belongs_to(scene)?;
         let groups = emitters::area_groups(scene, geometry);
         let punctual = emitters::punctual_sources(scene, geometry);
-        let mut samples = direct::punctual(scene, geometry);
+        let mut samples = direct::punctual(scene, geometry, |_, light| direct::shines(light));
         let lights = samples.len() as u32;
         let (mut paths, mut warnings) = (0, Vec::new());
         if lights > settings.count {
@@ -293,7 +298,7 @@ impl LightSet {
             ));
         }
         let spare = settings.count.saturating_sub(lights);
-        let shares = Shares::new(settings, lights, !groups.is_empty());
+        let shares = Numbers::new(settings, lights, !groups.is_empty());
         let per_sample = settings.candidates.min(MAX_LIGHTS / spare.max(1)).max(1);
         let tracer = SceneTracer::new(scene, geometry);
 
@@ -305,7 +310,7 @@ impl LightSet {
 
         // What the walk leaves.
         let seed = sequence::hash(settings.seed ^ 0x7f4a_7c15);
-        let mut deposits = Vec::new();
+        let (mut deposits, mut sources) = (Vec::new(), Vec::new());
         let trees = emitters::trees(&groups, &punctual);
         if !trees.is_empty() && shares.walked > 0 {
             let wanted = [shares.walked, per_sample];
@@ -320,7 +325,7 @@ impl LightSet {
                 ));
             }
             paths = walked.paths;
-            deposits = walked.samples;
+            (deposits, sources) = (walked.samples, walked.emissions);
         }
 
         // Samples are chosen among that, or among that and candidates on emitters.
@@ -328,16 +333,23 @@ impl LightSet {
         let emitter_seed = sequence::hash(settings.seed ^ 0x2545_f491);
         let on_emitters =
             |weights: &[f64], count, seed| direct::area(scene, geometry, &groups, weights, count, seed);
-        let choose = |candidates: &[LightSample], count: u32| {
+        let choose = |candidates: &[LightSample], sources: &[Emission], count: u32| {
             let (weights, normal_scale) = weigh(candidates);
             let count = count.min(candidates.len() as u32);
-            resample::resample(candidates, &weights, count, normal_scale, sequence::hash(seed))
+            let seed = sequence::hash(seed);
+            resample::resample((candidates, sources), &weights, count, normal_scale, seed)
         };
-        let (direct, indirect) = match settings.direct_share {
+        let source = |sample: &LightSample| Emission::of_direct(geometry, sample);
+        let (direct, indirect): (Vec<Chosen>, Vec<Chosen>) = match settings.direct_share {
             Some(_) => {
-                let indirect = choose(&deposits, shares.walked);
+                let indirect = choose(&deposits, &sources, shares.walked);
                 let rest = shares.walked - indirect.len() as u32;
-                (on_emitters(&power, spare.min(shares.emitters + rest), emitter_seed).concat(), indirect)
+                let direct = on_emitters(&power, spare.min(shares.emitters + rest), emitter_seed).concat();
+                let whole = |sample: LightSample| Chosen {
+                    shares: source(&sample).map(|s| (s, sample.intensity)).into_iter().collect(),
+                    sample,
+                };
+                (direct.into_iter().map(whole).collect(), indirect)
             }
             None => {
                 let count = shares.emitters * per_sample;
@@ -345,21 +357,32 @@ impl LightSet {
                 let pilot = on_emitters(&power, count / 8, sequence::hash(emitter_seed));
                 let weights = direct::worth(&power, &pilot, &weigh(&pilot.concat()).0);
                 let mut candidates = on_emitters(&weights, count, emitter_seed).concat();
+                let mut all_sources: Vec<Emission> = candidates.iter().filter_map(source).collect();
                 candidates.extend(deposits);
-                let is_direct = |s: &LightSample| matches!(s.origin, SampleOrigin::Emitter { .. });
-                choose(&candidates, spare).into_iter().partition(is_direct)
+                all_sources.extend(sources);
+                let is_direct = |c: &Chosen| matches!(c.sample.origin, SampleOrigin::Emitter { .. });
+                choose(&candidates, &all_sources, spare).into_iter().partition(is_direct)
             }
         };
-        samples.extend(direct);
-        let direct = samples.len() as u32;
-        samples.extend(indirect);
+        let direct_count = lights + direct.len() as u32;
+        let mut chosen_shares = vec![Shares::new(); samples.len()];
+        for Chosen { sample, shares } in direct.into_iter().chain(indirect) {
+            samples.push(sample);
+            chosen_shares.push(shares);
+        }
         if samples.is_empty() {
             return Err(no_light());
         }
         for warning in &warnings {
             tracing::warn!("{warning}");
         }
-        Ok(Self { direct, paths, warnings, ..Self::from_samples(geometry, samples) })
+        Ok(Self {
+            direct: direct_count,
+            paths,
+            warnings,
+            shares: chosen_shares,
+            ..Self::from_samples(geometry, samples)
+        })
     }
 
     /// A set of samples that were made otherwise; those that are no bounces count as direct.
@@ -368,6 +391,7 @@ impl LightSet {
         Self {
             ids: ids::identify(geometry, &samples),
             direct: samples.iter().filter(is_direct).count() as u32,
+            shares: vec![Shares::new(); samples.len()],
             samples,
             paths: 0,
             warnings: Vec::new(),
@@ -420,12 +444,12 @@ const NORMAL_SCALE: f32 = 0.4;
 const EMITTER_CANDIDATES: f32 = 0.25;
 
 /// How many samples, or shares of the candidates, are to lie on emitters and to be left by the walk.
-struct Shares {
+struct Numbers {
     emitters: u32,
     walked: u32,
 }
 
-impl Shares {
+impl Numbers {
     fn new(settings: &LightSettings, punctual: u32, has_area: bool) -> Self {
         let spare = settings.count.saturating_sub(punctual);
         let share = settings.direct_share.unwrap_or(EMITTER_CANDIDATES);

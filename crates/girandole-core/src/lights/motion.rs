@@ -1,15 +1,17 @@
 //! Light samples that are kept while things move.
 
+use super::emission::Emissions;
 use super::{LightSample, LightSet, Rectangle, SampleOrigin, direct};
 use crate::scene::{Geometry, ObjectRange, Scene, Triangle};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-/// Where objects were when light was sampled.
+/// Where objects were when light was sampled, and how much everything emitted.
 #[derive(Clone, Debug)]
 pub(crate) struct Placement {
     origin: DVec3,
     objects: Vec<ObjectRange>,
     world_from_object: Vec<DAffine3>,
+    emissions: Emissions,
     /// Of objects that are deformed; the others have none.
     positions: Vec<Option<Vec<Vec3>>>,
     /// Of all of those.
@@ -27,6 +29,7 @@ impl Placement {
             &geometry.triangles[range.triangles.start as usize..range.triangles.end as usize]
         });
         Self {
+            emissions: Emissions::of(scene),
             positions: positions.collect(),
             deformed: deformed.copied().collect(),
             origin: geometry.origin,
@@ -74,30 +77,48 @@ fn frame([a, b, c]: [DVec3; 3]) -> Option<DAffine3> {
 }
 
 impl LightSet {
-    /// The same samples after objects and punctual lights moved: those on a surface go with it, emitters shine as their area
-    /// changes, and all else stays. `None` where there are other objects, triangles or punctual lights than when they were
-    /// sampled, or another frame of reference, or where a deformed
-    /// triangle is turned inside out, or has no area and one is on it.
+    /// The same samples after objects and punctual lights moved, and lights of all kinds were dimmed or coloured: those on a
+    /// surface go with it, emitters shine as their area changes, each sample is as bright as what its light comes from, and
+    /// all else stays. `None` where there are other objects, triangles or punctual lights than when they were sampled, or
+    /// another frame of reference; where something emits in a channel in which it did not; where a deformed triangle is turned
+    /// inside out, or has no area and one is on it.
     pub(crate) fn moved(&self, scene: &Scene, geometry: &Geometry, from: &Placement) -> Option<Self> {
         let to = Placement::of(scene, geometry);
         if to.origin != from.origin || to.objects != from.objects || to.deformed != from.deformed {
             return None;
         }
-        let is_punctual = |s: &&LightSample| matches!(s.origin, SampleOrigin::Punctual { .. });
-        let mut samples = direct::punctual(scene, geometry);
-        let before = self.samples.iter().filter(is_punctual);
-        if !before.map(|s| s.origin).eq(samples.iter().map(|s| s.origin)) {
+        let light = |s: &LightSample| match s.origin {
+            SampleOrigin::Punctual { light } => Some(light),
+            _ => None,
+        };
+        let lights: Vec<u32> = self.samples.iter().filter_map(light).collect();
+        // Those that are switched off stay, dark.
+        let mut samples = direct::punctual(scene, geometry, |index, _| lights.contains(&index));
+        if !samples.iter().filter_map(light).eq(lights) {
             return None;
         }
-        for sample in self.samples.iter().filter(|s| !is_punctual(s)) {
+        if !from.emissions.cover(&to.emissions) {
+            return None;
+        }
+        for (sample, shares) in self.samples.iter().zip(&self.shares).filter(|(s, _)| light(s).is_none()) {
+            let intensity = from.emissions.carried(&to.emissions, sample.intensity, shares)?;
+            let sample = LightSample { intensity, ..*sample };
             samples.push(match from.motion(&to, geometry, sample.triangle()) {
-                Motion::None => *sample,
-                Motion::Affine(map) => carried(sample, map, to.origin),
+                Motion::None => sample,
+                Motion::Affine(map) => carried(&sample, map, to.origin),
                 Motion::Collapsed => return None,
             });
         }
         let Self { direct, paths, ref warnings, .. } = *self;
         Some(Self { direct, paths, warnings: warnings.clone(), ..Self::from_samples(geometry, samples) })
+    }
+}
+
+impl LightSet {
+    /// Whether all samples are where those of another set are, and look the same way, however bright they are.
+    pub(crate) fn stand_like(&self, other: &Self) -> bool {
+        let dark = |s: &LightSample| LightSample { intensity: Vec3::ZERO, ..*s };
+        self.samples.iter().map(dark).eq(other.samples.iter().map(dark))
     }
 }
 

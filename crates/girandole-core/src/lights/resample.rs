@@ -16,6 +16,7 @@
 //! Which cluster is split decides where samples lie, on emitters or on what reflects. With clusters of equal weight a lamp
 //! that brings half of the light gets half of the samples, though it is small and any of its points would do nearly as well.
 
+use super::emission::{Emission, Shares};
 use super::importance::power;
 use super::{LightSample, Rectangle, SampleOrigin};
 use crate::math::sequence;
@@ -143,16 +144,23 @@ enum Node {
     Split([usize; 2]),
 }
 
+/// A sample that was chosen.
+pub(super) struct Chosen {
+    pub sample: LightSample,
+    /// Where its light comes from.
+    pub shares: Shares,
+}
+
 /// `count` samples with the expected light of all candidates, in a spatial order; each has the area that it stands for. If there are
 /// too few to choose from, some are repeated. Weights are not negative, and positive where there is light; normals
 /// count as positions on a sphere with a radius of `normal_scale` metres.
 pub(super) fn resample(
-    candidates: &[LightSample],
+    (candidates, sources): (&[LightSample], &[Emission]),
     weights: &[f64],
     count: u32,
     normal_scale: f32,
     seed: u32,
-) -> Vec<LightSample> {
+) -> Vec<Chosen> {
     let item = |(index, (s, &weight)): (usize, (&LightSample, &f64))| {
         let (p, n) = (s.position, s.normal * normal_scale);
         Item { index: index as u32, weight, at: [p.x, p.y, p.z, n.x, n.y, n.z] }
@@ -181,7 +189,7 @@ pub(super) fn resample(
         match &nodes[node] {
             Node::Split([first, second]) => path.extend([*second, *first]),
             Node::Leaf(cluster) => {
-                result.extend(choose(candidates, weights, cluster, seed));
+                result.extend(choose((candidates, sources), weights, cluster, seed));
             }
         }
     }
@@ -203,7 +211,12 @@ fn own_random(candidate: &LightSample, seed: u32) -> f64 {
 /// A candidate of the cluster in proportion to weight: the first to come, where each comes at a time distributed
 /// exponentially with its weight as the rate. Its random number is its own, so that what is chosen changes little if weights
 /// or clusters do (permanent random numbers: Ohlsson 1995).
-fn choose(candidates: &[LightSample], weights: &[f64], cluster: &Cluster, seed: u32) -> Option<LightSample> {
+fn choose(
+    (candidates, sources): (&[LightSample], &[Emission]),
+    weights: &[f64],
+    cluster: &Cluster,
+    seed: u32,
+) -> Option<Chosen> {
     let time = |i: &Item| -libm::log(1.0 - own_random(&candidates[i.index as usize], seed)) / i.weight;
     let times = cluster.items.iter().map(|i| (time(i), i.index));
     let (_, index) = times.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
@@ -218,7 +231,19 @@ fn choose(candidates: &[LightSample], weights: &[f64], cluster: &Cluster, seed: 
     // A candidate may be there in part.
     let part = |i: &Item| i.weight / weights[i.index as usize];
     let light: DVec3 = coplanar.iter().map(|i| member(i).intensity.as_dvec3() * part(i)).sum();
-    let color = light / coplanar.iter().map(|i| power(member(i)) * part(i)).sum::<f64>();
-    let intensity = color * (power(&sample) * cluster.weight / weights[index]);
-    Some(LightSample { intensity: intensity.as_vec3(), rectangle, ..sample })
+    let in_all = coplanar.iter().map(|i| power(member(i)) * part(i)).sum::<f64>();
+    let scale = power(&sample) * cluster.weight / weights[index];
+    let intensity = light / in_all * scale;
+    // The same, by what emits.
+    let scale = scale / in_all;
+    let mut shares = Shares::new();
+    for item in coplanar {
+        let (source, member) = (sources[item.index as usize], member(item));
+        let share = (member.intensity.as_dvec3() * part(item) * scale).as_vec3();
+        match shares.iter_mut().find(|(known, _)| *known == source) {
+            Some((_, sum)) => *sum += share,
+            None => shares.push((source, share)),
+        }
+    }
+    Some(Chosen { sample: LightSample { intensity: intensity.as_vec3(), rectangle, ..sample }, shares })
 }

@@ -15,7 +15,8 @@
 //! 1479 paths (a fifth goes by power alone), the other 240, and its deposits are divided by those.
 
 use super::direct::{allocate, mixture};
-use super::emitters::{SourceTree, SpotCone};
+use super::emission::Emission;
+use super::emitters::{Source, SourceTree, SpotCone};
 use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
 use crate::math::{sequence, warp};
 use crate::scene::{Geometry, PunctualKind, Scene};
@@ -38,6 +39,8 @@ const PILOT_PATHS: u32 = 1 << 16;
 /// The result of the walk.
 pub(super) struct Deposits {
     pub samples: Vec<LightSample>,
+    /// Where their light comes from, in the same order.
+    pub emissions: Vec<Emission>,
     /// How many paths were walked.
     pub paths: u32,
     /// There are fewer samples than wanted because little light is reflected.
@@ -87,7 +90,7 @@ pub(super) fn walk(
     let walked = counts.iter().sum::<u32>();
     let pilot: Vec<LightSample> = left.concat();
     if pilot.is_empty() {
-        return Deposits { samples: Vec::new(), paths: walked, exhausted: true };
+        return Deposits { samples: Vec::new(), emissions: Vec::new(), paths: walked, exhausted: true };
     }
     let (mut worth, mut rates) = (vec![0.0; emitters.len()], vec![0.0; emitters.len()]);
     for (sample, weight) in pilot.iter().zip(weigh(&pilot)) {
@@ -109,7 +112,8 @@ pub(super) fn walk(
         sample.intensity = (sample.intensity.as_dvec3() * scale).as_vec3();
     }
     let exhausted = samples.is_empty() || paths == most && samples.len() < wanted as usize;
-    Deposits { samples, paths: counts.iter().sum(), exhausted }
+    let emissions = samples.iter().map(|deposit| walk.emission_of(deposit)).collect();
+    Deposits { samples, emissions, paths: counts.iter().sum(), exhausted }
 }
 
 impl Walk<'_> {
@@ -135,6 +139,18 @@ impl Walk<'_> {
             SampleOrigin::Bounce { path, .. } => path as usize % self.emitters.len(),
             SampleOrigin::Emitter { .. } | SampleOrigin::Punctual { .. } => 0,
         }
+    }
+
+    /// The source that a path starts from, and the point of it.
+    fn choose(&self, path: u32) -> (&Source, DVec2) {
+        let at = DVec2::new(f64::from(self.at(path, 0)), f64::from(self.at(path, 1)));
+        self.emitters[path as usize % self.emitters.len()].choose(at)
+    }
+
+    /// What emitted a deposit's light: neighbouring emitters may share a sequence.
+    fn emission_of(&self, deposit: &LightSample) -> Emission {
+        let SampleOrigin::Bounce { path, .. } = deposit.origin else { return Emission::Material(0) };
+        self.choose(path).0.emission(self.geometry)
     }
 
     /// Each emitter has a sequence of its own, and every so many paths are its own.
@@ -204,9 +220,8 @@ impl Walk<'_> {
     }
 
     fn start(&self, path: u32) -> Option<Photon> {
-        let at = DVec2::new(f64::from(self.at(path, 0)), f64::from(self.at(path, 1)));
         let tree = &self.emitters[path as usize % self.emitters.len()];
-        let (source, at) = tree.choose(at);
+        let (source, at) = self.choose(path);
         let probability = tree.probability(source);
         let Some(light) = source.punctual() else {
             let point = source.point(self.scene, self.geometry, at)?;

@@ -70,18 +70,15 @@ impl SceneChanges {
         self.from == self.to
     }
 
-    /// Whether dynamic objects and lights changed their places, and punctual lights their intensity, and nothing else happened.
+    /// Whether dynamic objects and lights changed their places, and lights and materials what they emit, and nothing else
+    /// happened.
     pub fn is_motion(&self) -> bool {
-        self.made_dynamic.is_empty() && self.is_of_places()
+        self.made_dynamic.is_empty() && self.keeps_objects()
     }
 
     /// The same, where static objects may have become dynamic ones.
-    pub(crate) fn is_of_places(&self) -> bool {
-        self.added.is_empty()
-            && self.removed.is_empty()
-            && self.materials.is_empty()
-            && !self.reopened
-            && !self.everything
+    pub(crate) fn keeps_objects(&self) -> bool {
+        self.added.is_empty() && self.removed.is_empty() && !self.reopened && !self.everything
     }
 
     /// Adds the changes that came next, for example where something could not be updated in between.

@@ -9,7 +9,7 @@ use crate::shader_constants::{TEXEL_COLUMNS, TEXEL_ROWS};
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::{Vec2, Vec4};
 use girandole_core::lights::LightSet;
-use girandole_core::scene::{ColorSpace, Filter, Geometry, ObjectId, ObjectRange, Scene, Texture, Wrap};
+use girandole_core::scene::{ColorSpace, Filter, Geometry, ObjectRange, Scene, SceneChanges, Texture, Wrap};
 use wgpu::util::DeviceExt;
 
 /// Everything about the scene that shaders read.
@@ -17,6 +17,7 @@ pub(crate) struct GpuScene {
     /// Bind group 1.
     pub group: wgpu::BindGroup,
     vertices: wgpu::Buffer,
+    materials: wgpu::Buffer,
     /// Triangle indices, those without an alpha mask first.
     pub triangle_order: wgpu::Buffer,
     /// Ids of the triangles' surfaces.
@@ -65,11 +66,12 @@ impl GpuScene {
             triangle_surfaces: storage(device, "surface ids", &surfaces)?,
             surfaces,
             vertices,
+            materials,
             objects: geometry.objects.clone(),
         })
     }
 
-    /// Follows objects that moved.
+    /// Follows objects that moved, and materials that emit something else.
     ///
     /// # Errors
     /// [`Error::TooLarge`] where there are too many surfaces now.
@@ -78,8 +80,13 @@ impl GpuScene {
         queue: &wgpu::Queue,
         scene: &Scene,
         geometry: &Geometry,
-        moved: &[ObjectId],
+        SceneChanges { moved, materials, .. }: &SceneChanges,
     ) -> Result<()> {
+        for &material in materials {
+            let record = GpuMaterial::from(&scene.materials[material as usize]);
+            let at = material as usize * size_of::<GpuMaterial>();
+            queue.write_buffer(&self.materials, at as u64, bytemuck::bytes_of(&record));
+        }
         for object in moved {
             let range = geometry.objects[object.index()].vertices.clone();
             let vertices: Vec<Vertex> = range.clone().map(|i| vertex(geometry, i as usize)).collect();

@@ -200,6 +200,24 @@ fn held_lights(context: &Context) {
             pictures.push(after.pixels);
         }
     }
+    // What is dimmed and coloured needs no map, and the next frame shows it.
+    let lamp = scene.materials.iter().position(|m| m.emits()).expect("a lamp") as u32;
+    for emission in [Vec3::new(2.0, 9.0, 4.0), Vec3::ZERO] {
+        scene.set_emission(lamp, emission).expect("an emission");
+        let changes = scene.take_changes();
+        renderer.update(&scene, &changes).expect("update");
+        load_anew(context, &mut other, &scene, &renderer);
+        let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
+        for mode in [Mode::Naive, Mode::Full] {
+            let settings = RenderSettings { mode, ..RenderSettings::default() };
+            let after = context.frame(&mut renderer, &view, SIZE, &settings);
+            assert_eq!(context.wait(renderer.stats()).expect("stats").maps_drawn, 0);
+            let anew = context.frame(&mut other, &view, SIZE, &settings);
+            assert!(after.pixels == anew.pixels, "{emission}, {mode:?}");
+            pictures.push(after.pixels);
+        }
+    }
+    assert!(pictures.last().expect("a picture").iter().all(|p| *p == Vec3::ZERO), "all is dark");
     // The control: it moves.
     assert!((2..pictures.len()).all(|i| pictures[i] != pictures[i - 2]));
 }

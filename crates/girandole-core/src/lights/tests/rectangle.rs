@@ -183,7 +183,8 @@ fn samples_have_the_mean_colour_of_their_plane() {
         })
         .collect();
     let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
-    for sample in resample::resample(&deposits, &weights, 6, 0.5, 1) {
+    let sources = vec![Emission::Material(0); deposits.len()];
+    for Chosen { sample, .. } in resample::resample((&deposits, &sources), &weights, 6, 0.5, 1) {
         let [red, green, blue] = sample.intensity.to_array();
         if sample.normal == Vec3::Z {
             assert!((0.3..0.7).contains(&(red / (red + green))) && blue == 0.0, "{sample:?}");

@@ -216,7 +216,9 @@ fn choosing_among_deposits_changes_no_expected_light() {
     };
     let resample = |deposits: &[LightSample], count, seed| {
         let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
-        resample::resample(deposits, &weights, count, 0.7, seed)
+        let sources = vec![Emission::Material(0); deposits.len()];
+        let chosen = resample::resample((deposits, &sources), &weights, count, 0.7, seed);
+        chosen.into_iter().map(|c| c.sample).collect::<Vec<_>>()
     };
     let expected = probe(&deposits);
     for count in [1, 7, 60, 500] {

@@ -1,0 +1,82 @@
+//! Which emission a sample's light comes from in the end, so that it can be dimmed and coloured without another walk: light is
+//! linear in what is emitted, in each channel.
+
+use super::{LightSample, SampleOrigin};
+use crate::scene::{Geometry, Scene};
+use glam::Vec3;
+
+/// What emits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Emission {
+    /// Surfaces of a material.
+    Material(u32),
+    /// A punctual light.
+    Punctual(u32),
+}
+
+/// What of a sample's intensity comes from what emits.
+pub(super) type Shares = Vec<(Emission, Vec3)>;
+
+/// How much everything emits.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Emissions {
+    materials: Vec<Vec3>,
+    punctual: Vec<Vec3>,
+}
+
+impl Emission {
+    /// Of a sample on an emitter, or for a punctual light; the light of others comes by way of a surface.
+    pub fn of_direct(geometry: &Geometry, sample: &LightSample) -> Option<Self> {
+        match sample.origin {
+            SampleOrigin::Emitter { triangle, .. } => {
+                Some(Self::Material(geometry.triangles[triangle as usize].material))
+            }
+            SampleOrigin::Punctual { light } => Some(Self::Punctual(light)),
+            SampleOrigin::Bounce { .. } => None,
+        }
+    }
+}
+
+impl Emissions {
+    pub fn of(scene: &Scene) -> Self {
+        Self {
+            materials: scene.materials.iter().map(|m| m.emission).collect(),
+            punctual: scene.lights.iter().map(|l| l.intensity).collect(),
+        }
+    }
+
+    /// Whether all that emits later did so already, in each channel: then what was sampled holds all of the light.
+    pub fn cover(&self, later: &Self) -> bool {
+        let covers = |before: &[Vec3], after: &[Vec3]| {
+            before.len() == after.len()
+                && before.iter().zip(after).all(|(b, a)| (b.cmpgt(Vec3::ZERO) | a.cmpeq(Vec3::ZERO)).all())
+        };
+        covers(&self.materials, &later.materials) && covers(&self.punctual, &later.punctual)
+    }
+
+    fn get(&self, emission: Emission) -> Vec3 {
+        match emission {
+            Emission::Material(material) => self.materials[material as usize],
+            Emission::Punctual(light) => self.punctual[light as usize],
+        }
+    }
+
+    /// A sample's intensity with what is emitted later; `None` where it is not known where its light comes from. To the bit as it
+    /// was where nothing changed.
+    pub fn carried(&self, later: &Self, intensity: Vec3, shares: &Shares) -> Option<Vec3> {
+        if self == later {
+            return Some(intensity);
+        }
+        if shares.is_empty() {
+            return None;
+        }
+        if shares.iter().all(|(emission, _)| self.get(*emission) == later.get(*emission)) {
+            return Some(intensity);
+        }
+        let of = |(emission, share): &(Emission, Vec3)| {
+            let (before, after) = (self.get(*emission), later.get(*emission));
+            *share * Vec3::select(before.cmpgt(Vec3::ZERO), after / before, Vec3::ZERO)
+        };
+        Some(shares.iter().map(of).sum())
+    }
+}
