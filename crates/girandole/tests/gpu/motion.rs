@@ -13,6 +13,7 @@ pub fn tests() -> Vec<Test> {
         ("with_held_lights_the_picture_is_that_of_a_fresh_renderer", held_lights),
         ("boxes_that_move_change_only_what_they_block", boxes),
         ("static_objects_that_are_moved_become_dynamic", grabbed),
+        ("after_many_frames_the_picture_is_that_of_a_fresh_renderer", many_frames),
         ("with_few_updates_a_frame_maps_are_bounded_and_catch_up", few_updates),
     ]
 }
@@ -124,6 +125,65 @@ fn grabbed(context: &Context) {
     }
     // Once it is known to move, only what it changes is made anew.
     assert!(changes[1..].iter().all(|n| n * 3 < changes[0] * 2), "{changes:?}");
+}
+
+/// Frames of random motion, of lights that change and of budgets.
+fn many_frames(context: &Context) {
+    const FRAMES: u32 = 120;
+    let mut scene = builtin::build("block", MovingObject::Torus).expect("a room");
+    let torus = scene.objects.iter().position(|o| o.dynamic).expect("it is dynamic");
+    let lamp = scene.materials.iter().position(|m| m.emits()).expect("a lamp") as u32;
+    let emission = scene.materials[lamp as usize].emission;
+    let gray = scene.add_material(Material::diffuse("gray", Vec3::splat(0.5)));
+    let cube = {
+        let mut mesh = Mesh::default();
+        mesh.add_box(Vec3::splat(-0.2), Vec3::splat(0.2), gray);
+        scene.add_object("cube", mesh, Transform::IDENTITY);
+        let cube = scene.objects.last_mut().expect("it was added");
+        cube.dynamic = true;
+        cube.node
+    };
+    let options = RendererOptions { map_size: Some(32), ..Default::default() };
+    let mut renderer = context.renderer(options);
+    renderer.open(&scene, &held(30, false)).expect("open");
+    let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
+    let random = |frame: u32, what: u32| {
+        let bits =
+            (frame.wrapping_mul(0x9e37_79b9) ^ what.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35);
+        (bits ^ bits >> 15).wrapping_mul(0x27d4_eb2f) as f32 / u32::MAX as f32
+    };
+    for frame in 0..FRAMES {
+        let at = Vec3::new(random(frame, 1) - 0.5, 0.5 + random(frame, 2), random(frame, 3) - 0.5);
+        let turn = Quat::from_rotation_y(random(frame, 4) * 6.0);
+        let node = if frame % 3 == 0 { cube } else { scene.objects[torus].node };
+        scene.set_transform(node, Transform::rigid(turn, at)).expect("a place");
+        if frame % 10 == 9 {
+            scene.set_emission(lamp, emission * (0.5 + random(frame, 5))).expect("an emission");
+        }
+        let changes = scene.take_changes();
+        renderer.update(&scene, &changes).expect("update");
+        let most = [None, Some(4), Some(0)][frame as usize % 3];
+        let updates = MapUpdates { most, ..MapUpdates::default() };
+        let settings = RenderSettings { updates, ..RenderSettings::default() };
+        renderer.render(&view, [32, 24], &settings).expect("render");
+        context.wait(renderer.stats()).expect("stats");
+    }
+    let last = context.frame(&mut renderer, &view, SIZE, &RenderSettings::default());
+    let mut other = context.renderer(options);
+    load_anew(context, &mut other, &scene, &renderer);
+    let fresh = context.frame(&mut other, &view, SIZE, &RenderSettings::default());
+    assert!(last.pixels == fresh.pixels);
+    // The control: with maps left stale it is not.
+    let node = scene.objects[torus].node;
+    scene.set_transform(node, Transform::translation(Vec3::new(0.3, 1.0, 0.6))).expect("a place");
+    let changes = scene.take_changes();
+    renderer.update(&scene, &changes).expect("update");
+    let updates = MapUpdates { most: Some(0), ..MapUpdates::default() };
+    let settings = RenderSettings { updates, ..RenderSettings::default() };
+    let stale = context.frame(&mut renderer, &view, SIZE, &settings);
+    load_anew(context, &mut other, &scene, &renderer);
+    let fresh = context.frame(&mut other, &view, SIZE, &RenderSettings::default());
+    assert!(stale.pixels != fresh.pixels);
 }
 
 fn few_updates(context: &Context) {
