@@ -106,7 +106,9 @@ impl Renderer {
 
     /// Follows the changes of the scene that is open, as [`Scene::take_changes`] returned them: the next frame is, bit for
     /// bit, that of a renderer that opens the scene as it stands; where light samples are
-    /// [held](girandole_core::illumination::Rewalk::Off), that of one that loads it with these samples. Maps are drawn anew.
+    /// [held](girandole_core::illumination::Rewalk::Off), that of one that loads it with these samples, and only what changed
+    /// is made anew. Shadow maps are stale where something moved, until frames draw them
+    /// ([`RenderSettings::updates`]). Submit what was recorded before the update first: it would show the scene after it.
     ///
     /// # Errors
     /// [`Error::Scene`] before [`Renderer::open`] and for changes that do not follow what was loaded (nothing changes
