@@ -8,7 +8,7 @@ pub(crate) struct Mirror {
     words: Vec<u32>,
     pub buffer: wgpu::Buffer,
     /// What differs on the device.
-    stale: Range<usize>,
+    stale: Option<Range<usize>>,
 }
 
 impl Mirror {
@@ -18,7 +18,7 @@ impl Mirror {
     /// [`crate::Error::TooLarge`] beyond the device's limit.
     pub fn new(device: &wgpu::Device, label: &str, mut words: Vec<u32>, room: usize) -> Result<Self> {
         words.resize(words.len().max(room), 0);
-        Ok(Self { buffer: storage(device, label, &words)?, words, stale: usize::MAX..0 })
+        Ok(Self { buffer: storage(device, label, &words)?, words, stale: None })
     }
 
     pub fn room(&self) -> usize {
@@ -32,14 +32,17 @@ impl Mirror {
         if let Some(first) = before.iter().zip(words).position(differ) {
             let last = before.iter().zip(words).rposition(differ).unwrap_or(first);
             before[first..=last].copy_from_slice(&words[first..=last]);
-            self.stale = self.stale.start.min(at + first)..self.stale.end.max(at + last + 1);
+            let (start, end) = (at + first, at + last + 1);
+            self.stale = Some(match &self.stale {
+                Some(stale) => stale.start.min(start)..stale.end.max(end),
+                None => start..end,
+            });
         }
     }
 
     /// Writes what was changed.
     pub fn flush(&mut self, queue: &wgpu::Queue) {
-        let stale = std::mem::replace(&mut self.stale, usize::MAX..0);
-        if !stale.is_empty() {
+        if let Some(stale) = self.stale.take() {
             let words = bytemuck::cast_slice(&self.words[stale.clone()]);
             queue.write_buffer(&self.buffer, stale.start as u64 * 4, words);
         }

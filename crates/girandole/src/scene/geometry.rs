@@ -94,6 +94,9 @@ impl GpuScene {
             queue.write_buffer(&self.vertices, at as u64, bytemuck::cast_slice(&vertices));
         }
         // Planes may have come to coincide, or no longer do.
+        if moved.iter().all(|object| geometry.objects[object.index()].patches.is_empty()) {
+            return Ok(());
+        }
         let surfaces = surface_ids(scene, geometry)?;
         if surfaces != self.surfaces {
             queue.write_buffer(&self.triangle_surfaces, 0, bytemuck::cast_slice(&surfaces));
