@@ -9,7 +9,7 @@ use girandole_core::tonemap::Exposure;
 use std::path::PathBuf;
 use values::*;
 
-use motion::parse_updates;
+use motion::parse_numbered_updates;
 pub use motion::{Frames, MotionArgs, RewalkArg, UpdatesArg};
 pub use values::{
     AntiAliasing, Bounces, Clamp, DebugView, DirectShare, Engine, Mode, Pcf, Placement, ShadingArg,
@@ -306,7 +306,7 @@ pub struct BenchArgs {
     pub moving: bool,
 
     /// With --moving: stale shadow maps that a frame draws at most
-    #[arg(long, value_name = "N|all,…", default_value = "all", value_delimiter = ',', requires = "moving", value_parser = parse_updates)]
+    #[arg(long, value_name = "N|all,…", default_value = "all", value_delimiter = ',', requires = "moving", value_parser = parse_numbered_updates)]
     pub updates: Vec<UpdatesArg>,
 
     /// With --moving: frames a second

@@ -2,7 +2,7 @@
 
 use crate::args::{
     AntiAliasing, Bounces, Cli, Command, DebugView, Engine, Frames, Mode, RenderArgs, RewalkArg, ShadingArg,
-    Switch,
+    Switch, UpdatesArg,
 };
 use crate::engine::{self, Job, Ready, Stats};
 use crate::output::{self, say};
@@ -50,7 +50,7 @@ fn check(args: &RenderArgs) -> Result<()> {
             bail!("--stats belongs to single pictures; leave it or --frames out");
         }
     }
-    if args.motion.updates.0.most.is_some() {
+    if args.motion.updates != UpdatesArg::All {
         if matches!(args.engine, Engine::Cpu | Engine::Path) {
             bail!("--updates belongs to --engine gpu; leave one of them out");
         }

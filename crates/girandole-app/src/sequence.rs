@@ -1,6 +1,6 @@
 //! `girandole render --frames`: a numbered sequence, of which each frame is the same alone, resumed and in sequence.
 
-use crate::args::{Frames, Mode, RenderArgs, RewalkArg};
+use crate::args::{Frames, Mode, RenderArgs, RewalkArg, UpdatesArg};
 use crate::engine::{Job, Picture, Ready};
 use crate::output::{self, Progress, say};
 use crate::render::write_shown;
@@ -38,8 +38,8 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
     for (done, (frame, path)) in missing.iter().enumerate() {
         let moment = |frame: u32| f64::from(frame) / args.motion.fps;
         // What was left stale in the frames before, of which those that are there are not rendered again.
-        if let (Light::OnDevice, Ready::Gpu(device), Some(_)) =
-            (&light, &mut engine, args.motion.updates.0.most)
+        if let (Light::OnDevice, Ready::Gpu(device), UpdatesArg::Maps(_)) =
+            (&light, &mut engine, args.motion.updates)
         {
             for skipped in next..*frame {
                 scene.set_time(moment(skipped))?;

@@ -35,8 +35,9 @@ pub struct MotionArgs {
     pub rewalk: RewalkArg,
 
     /// Shadow maps that a frame of a sequence draws anew at most, of those that show what moved; fewer take less time, and shadows
-    /// of what moves lag behind. The order is that of a sequence from frame 0 on, whichever frames are rendered (engine gpu)
-    #[arg(long, value_name = "N|all", default_value = "all", value_parser = parse_updates, requires = "frames")]
+    /// of what moves lag behind. The order is that of a sequence from frame 0 on, whichever frames are rendered. With Xms, as many
+    /// as X milliseconds are likely to suffice for: then a frame is another one each time (engine gpu)
+    #[arg(long, value_name = "N|all|Xms", default_value = "all", value_parser = parse_updates, requires = "frames")]
     pub updates: UpdatesArg,
 
     /// No shadow map is older than so many frames, whatever --updates says (engine gpu)
@@ -45,9 +46,10 @@ pub struct MotionArgs {
 }
 
 impl MotionArgs {
-    /// The budget of shadow maps.
-    pub fn map_updates(&self) -> MapUpdates {
-        MapUpdates { oldest: self.max_map_age, ..self.updates.0 }
+    /// The budget of shadow maps, where one takes so many milliseconds, if that is known.
+    pub fn map_updates(&self, ms_per_map: Option<f64>) -> MapUpdates {
+        let most = self.updates.most(ms_per_map);
+        MapUpdates { most, oldest: self.max_map_age, ..MapUpdates::default() }
     }
 }
 
@@ -78,25 +80,57 @@ impl Frames {
 }
 
 /// Stale shadow maps that a frame draws.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct UpdatesArg(pub MapUpdates);
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum UpdatesArg {
+    /// All of them.
+    #[default]
+    All,
+    /// At most so many.
+    Maps(u32),
+    /// As many as so many milliseconds are likely to suffice for.
+    Milliseconds(f64),
+}
 
-impl std::fmt::Display for UpdatesArg {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        match self.0.most {
-            Some(most) => write!(f, "{most}"),
-            None => write!(f, "all"),
+impl UpdatesArg {
+    /// In numbers, where a map takes so many milliseconds, if that is known.
+    pub fn most(self, ms_per_map: Option<f64>) -> Option<u32> {
+        match self {
+            Self::All => None,
+            Self::Maps(most) => Some(most),
+            Self::Milliseconds(ms) => Some(ms_per_map.map_or(1, |each| (ms / each) as u32).max(1)),
         }
     }
 }
 
-/// `all` or a number of maps.
+impl std::fmt::Display for UpdatesArg {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::All => write!(f, "all"),
+            Self::Maps(most) => write!(f, "{most}"),
+            Self::Milliseconds(ms) => write!(f, "{ms}ms"),
+        }
+    }
+}
+
+/// `all`, a number of maps, or milliseconds.
 pub fn parse_updates(text: &str) -> Result<UpdatesArg, String> {
-    let most = match text {
-        "all" => None,
-        number => Some(number.parse().map_err(|_| "give a number of shadow maps, or `all`")?),
-    };
-    Ok(UpdatesArg(MapUpdates { most, ..MapUpdates::default() }))
+    let ms = |text: &str| text.parse().ok().filter(|ms| (1e-3..=1e6).contains(ms));
+    match (text.strip_suffix("ms").and_then(ms), text) {
+        (Some(ms), _) => Ok(UpdatesArg::Milliseconds(ms)),
+        (_, "all") => Ok(UpdatesArg::All),
+        (_, number) => number
+            .parse()
+            .map(UpdatesArg::Maps)
+            .map_err(|_| "give a number of shadow maps, milliseconds as in 5ms, or `all`".into()),
+    }
+}
+
+/// `all`, or a number of maps.
+pub fn parse_numbered_updates(text: &str) -> Result<UpdatesArg, String> {
+    match parse_updates(text) {
+        Ok(UpdatesArg::Milliseconds(_)) => Err("give a number of shadow maps, or `all`".into()),
+        other => other,
+    }
 }
 
 const MOST_FRAMES: u32 = 1_000_000;
@@ -132,6 +166,18 @@ mod tests {
         assert_eq!(file("a#b/c##-#.png", 12), expect("a#b/c##-12.png"));
         assert_eq!(file("#.png", 123_456), expect("123456.png"));
         assert_eq!(file("a#b/frame.png", 1), None);
+    }
+
+    #[test]
+    fn budgets_are_numbers_or_times() {
+        let most = |text, each| parse_updates(text).map(|updates| updates.most(each));
+        assert_eq!((most("all", None), most("50", Some(2.0))), (Ok(None), Ok(Some(50))));
+        let times = [Some(0.5), Some(100.0), None].map(|each| most("7.5ms", each));
+        assert_eq!(times, [Ok(Some(15)), Ok(Some(1)), Ok(Some(1))]);
+        for wrong in ["-1", "5s", "0ms", "nanms", "ms", "some"] {
+            assert!(parse_updates(wrong).is_err(), "{wrong}");
+        }
+        assert!(parse_numbered_updates("5ms").is_err() && parse_numbered_updates("5").is_ok());
     }
 
     #[test]

@@ -28,12 +28,14 @@ pub struct Device {
     gpu: Gpu,
     /// Kept from picture to picture, as it holds what was compiled.
     renderer: Option<Renderer>,
+    /// What a shadow map took lately, if some were drawn.
+    ms_per_map: Option<f64>,
 }
 
 impl Device {
     /// Opens the adapter whose name contains `name`, or the best one.
     pub fn open(name: Option<&str>) -> Result<Self, Error> {
-        block_on(Gpu::new(name)).map(|gpu| Self { gpu, renderer: None })
+        block_on(Gpu::new(name)).map(|gpu| Self { gpu, renderer: None, ms_per_map: None })
     }
 
     /// The adapter's name, and how it is reached.
@@ -86,7 +88,8 @@ impl Device {
 
     /// Draws the shadow maps of a frame that is not rendered.
     pub fn skip_frame(&mut self, args: &args::RenderArgs) -> Result<()> {
-        Ok(self.opened()?.skip_frame(&args.motion.map_updates())?)
+        let updates = args.motion.map_updates(None);
+        Ok(self.opened()?.skip_frame(&updates)?)
     }
 
     /// What the light samples of the scene that is open warn of.
@@ -118,12 +121,17 @@ impl Device {
         };
         // The parts of a frame, in wall-clock time around submit and wait.
         let start = Instant::now();
-        self.opened()?.draw_shadow_maps(&args.motion.map_updates())?;
+        let updates = args.motion.map_updates(self.ms_per_map);
+        self.opened()?.draw_shadow_maps(&updates)?;
         self.wait()?;
         let shadow_maps_ms = milliseconds(start);
         let renderer = self.opened()?;
         let maps = renderer.stats();
         let maps = self.gpu.block_on(maps)??;
+        if maps.maps_drawn > 0 {
+            let now = shadow_maps_ms / f64::from(maps.maps_drawn);
+            self.ms_per_map = Some(self.ms_per_map.map_or(now, |before| (before + now) * 0.5));
+        }
         let start = Instant::now();
         self.opened()?.render(view, args.size, &settings)?;
         self.gpu.wait()?;

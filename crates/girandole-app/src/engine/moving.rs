@@ -59,7 +59,8 @@ impl Device {
             updates: MapUpdates { most: Some(0), ..MapUpdates::default() },
             ..settings(Mode::Full, &args.quality, args.quality.clamp.0, args.aa)
         };
-        let moving = RenderSettings { updates: trial.updates.0, ..still };
+        let most = trial.updates.most(None);
+        let moving = RenderSettings { updates: MapUpdates { most, ..MapUpdates::default() }, ..still };
         let frame = |renderer: &mut Renderer, settings: &RenderSettings| -> Result<f64> {
             let start = Instant::now();
             renderer.render(&trial.view, args.size, settings)?;
