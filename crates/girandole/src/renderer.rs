@@ -7,6 +7,7 @@ use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
 use crate::device::tuning::DeviceTuning;
 use crate::frame::record_frame;
+use crate::maps::hidden::HiddenMovers;
 use crate::packed::unpack_radiance;
 use crate::points::lists::PointLists;
 use crate::points::multipass_plan::MAX_LIGHTS_PER_PASS;
@@ -207,6 +208,7 @@ impl Renderer {
         let Context { device, queue, .. } = &self.context;
         let sources = Sources { scene, geometry, lights, database };
         resident.receivers = Some(Receivers::new((device, queue), sources)?);
+        resident.hidden = HiddenMovers::of(scene, Some(database));
         resident.multipass = None;
         Ok(())
     }

@@ -4,6 +4,7 @@ use crate::Result;
 use crate::device::context::Context;
 use crate::layout::Light;
 use crate::maps::atlas::Atlas;
+use crate::maps::hidden::HiddenMovers;
 use crate::maps::layout::AtlasLayout;
 use crate::maps::non_blockers::NonBlockers;
 use crate::maps::occluders::{CullCounts, Occluders};
@@ -50,6 +51,8 @@ pub(crate) struct Resident {
     pub receivers: Option<Receivers>,
     /// What multipass shading draws.
     pub multipass: Option<MultipassPlan>,
+    /// Dynamic objects that lights cannot see.
+    pub hidden: HiddenMovers,
     /// Surfaces that stay out of shadow maps.
     non_blockers: NonBlockers,
     /// What was drawn when shadow maps were last drawn.
@@ -88,6 +91,7 @@ impl Resident {
             multipass: None,
             culling: CullCounts::default(),
             maps_drawn: 0,
+            hidden: HiddenMovers::default(),
             non_blockers,
             light_map_changes: 0,
         })
@@ -124,7 +128,11 @@ impl Resident {
         }
         self.geometry.follow(queue, scene, geometry, changes)?;
         let faces = options.shadow_map.faces();
-        self.atlas.follow(queue, geometry, &changes.moved, [&self.lights.samples, &samples], faces);
+        let hidden = HiddenMovers::of(scene, illumination.visibility());
+        let (lights_then_now, hidden_then_now) =
+            ([&self.lights.samples[..], &samples], [&self.hidden, &hidden]);
+        self.atlas.follow(queue, geometry, &changes.moved, lights_then_now, hidden_then_now, faces);
+        self.hidden = hidden;
         let lights_moved = self.lights.follow(queue, samples);
         if let Some(database) = illumination.visibility() {
             let sources = Sources { scene, geometry, lights, database };

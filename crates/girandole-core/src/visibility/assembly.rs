@@ -37,6 +37,12 @@ pub(super) struct End {
     pub tests: Tests,
 }
 
+impl End {
+    pub fn nodes(&self) -> usize {
+        self.nodes
+    }
+}
+
 /// Surfaces of a scene that become receivers together: sides of simple patches, and meshes.
 pub(super) struct Sources {
     sides: Vec<PatchSide>,

@@ -5,13 +5,13 @@ use super::blockers::{Blocker, BlockerTree};
 use super::dynamic::{Dynamic, DynamicPass};
 use super::node_visibility::{Entry, SceneContext};
 use super::pyramid::Tests;
-use super::receivers::Receivers;
+use super::receivers::{Receivers, Source};
 use super::shapes::Apex;
 use super::surfaces::Surfaces;
 use super::{LeafId, State, VisibilitySettings};
 use crate::generation::Generation;
 use crate::lights::LightSet;
-use crate::scene::{Geometry, Scene};
+use crate::scene::{Geometry, NONE, ObjectId, Scene};
 use crate::{Error, Result};
 
 /// With more lights visibility is not determined: a database holds three bytes for each node and light.
@@ -225,6 +225,27 @@ impl VisibilityDatabase {
             Some(of_movers) => self.movers.members(of_movers),
         };
         members.into_iter().map(|b| self.surfaces.blocker(b))
+    }
+
+    /// For each light, whether one static polygon hides the whole of a dynamic mesh from it: then the mesh blocks none of its light
+    /// that is not blocked already. Nothing is said of objects with patches: their sides turn away from some lights by themselves.
+    pub fn hidden_from(&self, object: ObjectId) -> Vec<bool> {
+        let nodes = &self.assembly.receivers.nodes;
+        let roots = (self.still.nodes()..nodes.len()).filter(|&node| nodes[node].parent == NONE);
+        let of_object = |node: &usize| match nodes[*node].source {
+            Source::Patch { simple, .. } => self.surfaces.patches[simple as usize].object == object.0,
+            Source::Cluster { mesh, .. } => self.surfaces.meshes[mesh as usize].object == object.0,
+        };
+        let roots: Vec<usize> = roots.filter(of_object).collect();
+        let is_mesh = |node: &usize| matches!(nodes[*node].source, Source::Cluster { .. });
+        let mut hidden = vec![!roots.is_empty() && roots.iter().all(is_mesh); self.lights.len()];
+        for (light, hidden) in (0..).zip(&mut hidden) {
+            let covers = |&node: &usize| {
+                of_light(&self.assembly.visibility[node].entries, light).iter().any(|e| e.full())
+            };
+            *hidden &= roots.iter().all(covers);
+        }
+        hidden
     }
 
     /// The numbers of nodes, leaves, pairs by state, blockers and tests.

@@ -1,6 +1,7 @@
 //! The shadow atlas on the GPU, and what is drawn into it.
 
 use super::footprint::{Bounds, MapView};
+use super::hidden::HiddenMovers;
 use super::layout::AtlasLayout;
 use super::occluders::{CLUSTER, Clusters, Occluders};
 use super::states::MapStates;
@@ -102,13 +103,15 @@ impl Atlas {
         geometry: &Geometry,
         moved: &[ObjectId],
         [before, after]: [&[Light]; 2],
+        hidden: [&HiddenMovers; 2],
         faces: u32,
     ) {
         let Self { occluders, states, layout, positions, .. } = self;
-        let boxes = |occluders: &Occluders| -> Vec<Bounds> {
-            moved.iter().flat_map(|&object| occluders.of_object(object)).collect()
+        let boxes = |occluders: &Occluders| -> Vec<(ObjectId, Bounds)> {
+            let of = |&object: &ObjectId| occluders.of_object(object).map(move |bounds| (object, bounds));
+            moved.iter().flat_map(of).collect()
         };
-        let mut covered = boxes(occluders);
+        let covered_before = boxes(occluders);
         for (clusters, buffer) in [&mut occluders.opaque, &mut occluders.masked].into_iter().zip(positions) {
             for &object in moved {
                 clusters.follow(geometry, object);
@@ -119,15 +122,17 @@ impl Atlas {
                 }
             }
         }
-        covered.extend(boxes(occluders));
+        let covered_after = boxes(occluders);
         for (index, (light, slot)) in after.iter().zip(&layout.slots).enumerate() {
             if !before[index].sees_like(light) {
                 states.invalidate(index, slot.size);
                 continue;
             }
             let map = MapView::new(light, slot.size, faces);
-            for bounds in &covered {
-                states.mark(index, map.covered(bounds));
+            for (covered, hidden) in [&covered_before, &covered_after].into_iter().zip(hidden) {
+                for (_, bounds) in covered.iter().filter(|(object, _)| !hidden.is_hidden(*object, index)) {
+                    states.mark(index, map.covered(bounds));
+                }
             }
         }
     }

@@ -2,6 +2,7 @@
 
 pub(crate) mod atlas;
 pub(crate) mod footprint;
+pub(crate) mod hidden;
 pub(crate) mod layout;
 pub(crate) mod non_blockers;
 pub(crate) mod occluders;

@@ -14,6 +14,7 @@ pub fn tests() -> Vec<Test> {
         ("boxes_that_move_change_only_what_they_block", boxes),
         ("static_objects_that_are_moved_become_dynamic", grabbed),
         ("after_many_frames_the_picture_is_that_of_a_fresh_renderer", many_frames),
+        ("what_is_hidden_from_a_light_leaves_its_map_alone", hidden),
         ("with_few_updates_a_frame_maps_are_bounded_and_catch_up", few_updates),
     ]
 }
@@ -184,6 +185,51 @@ fn many_frames(context: &Context) {
     load_anew(context, &mut other, &scene, &renderer);
     let fresh = context.frame(&mut other, &view, SIZE, &RenderSettings::default());
     assert!(stale.pixels != fresh.pixels);
+}
+
+/// A screen between a torus and half of the lights, from behind which it comes out.
+fn hidden(context: &Context) {
+    let mut scene = Scene::default();
+    let gray = scene.add_material(Material::diffuse("gray", Vec3::splat(0.6)));
+    room(&mut scene, Vec3::new(6.0, 3.0, 4.0), gray, None);
+    for x in [-2.5, 2.0] {
+        lamp(&mut scene, 0.4, 20.0, Quat::IDENTITY, Vec3::new(x, 2.9, 0.0));
+    }
+    let mut screen = Mesh::default();
+    screen.add_box(Vec3::new(-0.05, 0.001, -1.9), Vec3::new(0.05, 2.6, 1.9), gray);
+    scene.add_object("screen", screen, Transform::IDENTITY);
+    scene.add_object(
+        "torus",
+        shapes::torus(0.2, 0.08, 24, 12, gray),
+        Transform::translation(Vec3::new(1.0, 0.6, 0.0)),
+    );
+    scene.objects.last_mut().expect("it was added").dynamic = true;
+    let torus = scene.objects.last().expect("it was added").node;
+    camera(&mut scene, Vec3::new(2.8, 1.6, 1.8), Vec3::new(-0.5, 0.6, -0.5), 1.0);
+    let options = RendererOptions { map_size: Some(64), ..Default::default() };
+    let mut renderer = context.renderer(options);
+    renderer.open(&scene, &held(60, false)).expect("open");
+    let mut other = context.renderer(options);
+    let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
+    let mut drawn = Vec::new();
+    for place in [
+        Vec3::new(1.0, 0.5, 0.3),
+        Vec3::new(0.6, 0.4, 0.3),
+        Vec3::new(0.3, 2.7, 0.0),
+        Vec3::new(-1.0, 0.6, 0.2),
+    ] {
+        context.frame(&mut renderer, &view, SIZE, &RenderSettings::default());
+        scene.set_transform(torus, Transform::translation(place)).expect("a place");
+        let changes = scene.take_changes();
+        renderer.update(&scene, &changes).expect("update");
+        let after = context.frame(&mut renderer, &view, SIZE, &RenderSettings::default());
+        drawn.push(context.wait(renderer.stats()).expect("stats").maps_drawn);
+        load_anew(context, &mut other, &scene, &renderer);
+        let anew = context.frame(&mut other, &view, SIZE, &RenderSettings::default());
+        assert!(after.pixels == anew.pixels, "{place}");
+    }
+    // Behind the screen, and, the control, from there over it.
+    assert!(drawn[1] < 45 && drawn[2] > drawn[1] + 8, "{drawn:?}");
 }
 
 fn few_updates(context: &Context) {

@@ -2,7 +2,8 @@
 
 use super::random::{random_lights, random_room};
 use super::*;
-use crate::scene::builtin::shapes;
+use crate::scene::ObjectId;
+use crate::scene::builtin::{self, MovingObject, shapes};
 use crate::visibility::Blocker;
 
 /// Everything that it says.
@@ -190,4 +191,37 @@ fn after_long_sequences_it_is_one_from_scratch() {
         assert!(seen.steps >= 60 && seen.changed * 4 > seen.steps * 3, "{seen:?}");
         assert!(seen.covered > 50 && seen.uncovered > 50 && seen.stale * 4 > seen.steps * 3, "{seen:?}");
     }
+}
+
+#[test]
+fn what_is_hidden_is_seen_by_no_ray() {
+    let mut scene = builtin::build("pillars", MovingObject::Torus).expect("a room");
+    let torus = scene.objects.iter().position(|o| o.dynamic).expect("it is dynamic");
+    let settings = LightSettings { count: 300, walk_dynamic: false, ..LightSettings::default() };
+    let lights = LightSet::sample(&scene, &Geometry::new(&scene), &settings).expect("light");
+    let (mut hidden, mut rays, mut open) = (0, 0, 0);
+    for moment in 0..8 {
+        scene.set_time(f64::from(moment)).expect("a moment");
+        let geometry = Geometry::new(&scene);
+        let lights = set(&geometry, lights.samples().to_vec());
+        let database = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())
+            .expect("a database");
+        let tracer = SceneTracer::new(&scene, &geometry);
+        let is_static = |triangle: u32, _| geometry.triangles[triangle as usize].object as usize != torus;
+        let vertices = geometry.objects[torus].vertices.clone();
+        for (light, is_hidden) in lights.samples().iter().zip(database.hidden_from(torus.into())) {
+            hidden += usize::from(is_hidden);
+            for vertex in vertices.clone().step_by(17) {
+                let to = geometry.positions[vertex as usize] - light.position;
+                let blocked =
+                    tracer.closest_hit_where(light.position, to.normalize(), to.length(), is_static);
+                rays += usize::from(is_hidden);
+                open += usize::from(!is_hidden && blocked.is_none() && light.normal.dot(to) > 0.0);
+                assert!(!is_hidden || blocked.is_some());
+            }
+        }
+        assert!(database.hidden_from(ObjectId(0)).iter().all(|hidden| !hidden), "it stands still");
+    }
+    // The control: most lights do see it.
+    assert!(hidden > 20 && rays > 1000 && open > 20 * rays / hidden, "{hidden} {rays} {open}");
 }
