@@ -10,7 +10,6 @@ use crate::maps::occluders::{CLUSTER, CullCounts};
 use crate::maps::states::MapUpdate;
 use crate::resident::Resident;
 use crate::settings::RendererOptions;
-use crate::shader_constants::TILE;
 use crate::{Result, shaders};
 use std::ops::Range;
 
@@ -18,6 +17,8 @@ use std::ops::Range;
 pub(crate) const NEAR: f64 = 1e-6;
 /// Items in one list at the most: 32 MiB of them.
 const MAX_ITEMS: usize = 4 << 20;
+/// Workgroups that copy a part of a map: a multiple of the threads of most software devices.
+const COPY_GROUPS: u32 = 16;
 
 pub(crate) struct ShadowMaps {
     /// Empties rectangles.
@@ -192,11 +193,7 @@ impl ShadowMaps {
                     texture("atlas", atlas.view().atlas),
                     buffer("parts", parts),
                 ];
-                let tiles = |rect: &TexelRect| {
-                    [0, 1].map(|i| (rect.end[i] - rect.first[i]).div_ceil(TILE)).iter().product::<u32>()
-                };
-                let most = round.updates.iter().map(|update| tiles(&update.part)).max().unwrap_or(0);
-                let groups = Groups::Count([most, round.updates.len() as u32]);
+                let groups = Groups::Count([round.updates.len() as u32, COPY_GROUPS]);
                 let nothing = Frame::default();
                 kernel.record(recorder, (&nothing, None), "copy_maps_gpu_ms", &resources, groups);
             }
