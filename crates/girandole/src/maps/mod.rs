@@ -6,4 +6,5 @@ pub(crate) mod hidden;
 pub(crate) mod layout;
 pub(crate) mod non_blockers;
 pub(crate) mod occluders;
+pub(crate) mod solids;
 pub(crate) mod states;

@@ -3,6 +3,7 @@
 
 use super::footprint::{Bounds, MapView, TexelRect};
 use super::non_blockers::NonBlockers;
+use super::solids::{Solid, is_closed, normal};
 use crate::layout::Item;
 use crate::shader_constants::NONE;
 use girandole_core::glam::Vec3;
@@ -11,6 +12,9 @@ use std::ops::Range;
 
 /// Triangles in a cluster.
 pub(crate) const CLUSTER: u32 = 32;
+/// What half a solid's extent counts for where its triangles are grouped; the directions of two normals at a right angle
+/// count √2.
+const PLACE_WEIGHT: f32 = 1.0;
 
 /// Triangles of one kind, in clusters: those of static objects, then those of each dynamic one.
 #[derive(Default)]
@@ -19,8 +23,16 @@ pub(crate) struct Clusters {
     pub triangles: Vec<u32>,
     /// About each cluster.
     pub bounds: Vec<Bounds>,
-    /// The clusters of each dynamic object.
-    moving: Vec<(ObjectId, Range<usize>)>,
+    /// Dynamic objects, ascending.
+    moving: Vec<Mover>,
+}
+
+/// A dynamic object.
+struct Mover {
+    object: ObjectId,
+    clusters: Range<usize>,
+    /// If it is one.
+    solid: Option<Solid>,
 }
 
 /// The occluders of a scene.
@@ -69,51 +81,72 @@ impl Occluders {
 }
 
 impl Clusters {
-    /// Groups triangles that lie close together: by the Morton code of their centroids.
+    /// Groups triangles that lie close together; those of solids also by where they face.
     fn new(scene: &Scene, geometry: &Geometry, mut triangles: Vec<u32>) -> Self {
-        let (low, high) = geometry.bounds;
-        let scale = 1023.0 / (high - low).max(Vec3::splat(f32::MIN_POSITIVE));
         // The dynamic object that a triangle belongs to, 0 for static ones.
         let mover = |t: u32| {
             let object = geometry.triangles[t as usize].object;
             if scene.objects[object as usize].dynamic { object + 1 } else { 0 }
         };
-        triangles.sort_by_cached_key(|&t| {
-            let [a, b, c] = geometry.corners(t);
-            let cell = (((a + b + c) / 3.0 - low) * scale).as_uvec3();
-            (mover(t), spread(cell.x) | spread(cell.y) << 1 | spread(cell.z) << 2, t)
-        });
+        triangles.sort_by_key(|&t| mover(t));
         let mut result = Self::default();
-        for part in triangles.chunk_by(|&a, &b| mover(a) == mover(b)) {
+        for part in triangles.chunk_by_mut(|&a, &b| mover(a) == mover(b)) {
+            let object = mover(part[0]).checked_sub(1);
+            // What bends may turn inside out.
+            let is_rigid = |object: u32| !scene.is_deformed(&scene.objects[object as usize]);
+            let is_solid = object.is_some_and(is_rigid) && is_closed(geometry, part);
+            sort_by_place(geometry, part, is_solid);
             let first = result.triangles.len() / CLUSTER as usize;
-            result.triangles.extend(part);
+            result.triangles.extend_from_slice(part);
             result.triangles.resize(result.triangles.len().next_multiple_of(CLUSTER as usize), NONE);
             let clusters = first..result.triangles.len() / CLUSTER as usize;
-            if let Some(object) = mover(part[0]).checked_sub(1) {
-                result.moving.push((ObjectId(object), clusters));
+            if let Some(object) = object {
+                let solid = is_solid.then(Solid::default);
+                result.moving.push(Mover { object: ObjectId(object), clusters, solid });
             }
         }
         let all = 0..result.triangles.len() / CLUSTER as usize;
         result.bounds = all.map(|cluster| result.bounds_of(geometry, cluster)).collect();
+        for index in 0..result.moving.len() {
+            result.follow_solid(geometry, index);
+        }
         result
     }
 
-    fn bounds_of(&self, geometry: &Geometry, cluster: usize) -> Bounds {
+    /// The triangles of a cluster.
+    pub fn of_cluster(&self, cluster: usize) -> &[u32] {
         let triangles = &self.triangles[cluster * CLUSTER as usize..][..CLUSTER as usize];
-        let triangles = triangles.iter().filter(|t| **t != NONE);
-        Bounds::around(triangles.flat_map(|&t| geometry.corners(t)))
+        &triangles[..triangles.partition_point(|t| *t != NONE)]
+    }
+
+    fn bounds_of(&self, geometry: &Geometry, cluster: usize) -> Bounds {
+        Bounds::around(self.of_cluster(cluster).iter().flat_map(|&t| geometry.corners(t)))
+    }
+
+    fn find(&self, object: ObjectId) -> Option<usize> {
+        self.moving.binary_search_by_key(&object, |mover| mover.object).ok()
     }
 
     /// The clusters of a dynamic object.
     pub fn of_object(&self, object: ObjectId) -> Option<Range<usize>> {
-        let found = self.moving.binary_search_by_key(&object, |(id, _)| *id).ok()?;
-        Some(self.moving[found].1.clone())
+        Some(self.moving[self.find(object)?].clusters.clone())
     }
 
-    /// Brings the boxes about a dynamic object up to where it is.
+    /// Brings what is known of a dynamic object's clusters up to where it is.
     pub fn follow(&mut self, geometry: &Geometry, object: ObjectId) {
-        for cluster in self.of_object(object).unwrap_or_default() {
-            self.bounds[cluster] = self.bounds_of(geometry, cluster);
+        if let Some(index) = self.find(object) {
+            for cluster in self.moving[index].clusters.clone() {
+                self.bounds[cluster] = self.bounds_of(geometry, cluster);
+            }
+            self.follow_solid(geometry, index);
+        }
+    }
+
+    fn follow_solid(&mut self, geometry: &Geometry, index: usize) {
+        let Mover { clusters, solid, .. } = &self.moving[index];
+        if solid.is_some() {
+            let clusters: Vec<&[u32]> = clusters.clone().map(|cluster| self.of_cluster(cluster)).collect();
+            self.moving[index].solid = Some(Solid::new(geometry, &clusters));
         }
     }
 
@@ -134,11 +167,13 @@ impl Clusters {
     }
 
     /// Appends the items of one light: each cluster in each face that its box touches, if it may cover a texel of `part` there.
+    /// What a solid hides by itself is left out.
     pub fn cull(&self, (index, map): (u32, MapView), part: TexelRect, items: &mut Vec<Item>) -> CullCounts {
         let mut counts = CullCounts::default();
         let mut touched = 0u32;
         let is_whole = part == TexelRect::whole(map.size);
-        for (cluster, bounds) in self.bounds.iter().enumerate() {
+        let mut add = |cluster: usize| {
+            let bounds = &self.bounds[cluster];
             let faces = map.faces_touched(bounds);
             for face in (0..map.faces()).filter(|face| faces >> face & 1 == 1) {
                 if is_whole || map.footprint(face, bounds).meets(&part) {
@@ -147,6 +182,13 @@ impl Clusters {
                     touched |= 1 << face;
                 }
             }
+        };
+        let still = self.moving.first().map_or(self.bounds.len(), |mover| mover.clusters.start);
+        (0..still).for_each(&mut add);
+        for Mover { clusters, solid, .. } in &self.moving {
+            let hidden = solid.as_ref().and_then(|solid| solid.hidden_from(&map));
+            let is_hidden = |cluster: &usize| hidden.as_ref().is_some_and(|h| h(cluster - clusters.start));
+            clusters.clone().filter(|cluster| !is_hidden(cluster)).for_each(&mut add);
         }
         counts.faces_drawn = u64::from(touched.count_ones());
         counts.faces_culled = u64::from(map.faces()) - counts.faces_drawn;
@@ -155,12 +197,39 @@ impl Clusters {
     }
 }
 
-/// Ten bits, two zeros between each.
-fn spread(x: u32) -> u32 {
-    let x = (x | x << 16) & 0x0300_00ff;
-    let x = (x | x << 8) & 0x0300_f00f;
-    let x = (x | x << 4) & 0x030c_30c3;
-    (x | x << 2) & 0x0924_9249
+/// Orders triangles so that those of a cluster lie close together, and where `facing` counts too, face similar ways.
+fn sort_by_place(geometry: &Geometry, triangles: &mut [u32], facing: bool) {
+    let middle = |t: u32| geometry.corners(t).into_iter().sum::<Vec3>() / 3.0;
+    let extent = Bounds::around(triangles.iter().map(|&t| middle(t))).half_extent.max_element();
+    let scale = if facing { PLACE_WEIGHT / extent.max(f32::MIN_POSITIVE) } else { 1.0 };
+    let mut points: Vec<Point> = triangles
+        .iter()
+        .map(|&t| ([middle(t) * scale, if facing { normal(geometry, t) } else { Vec3::ZERO }], t))
+        .collect();
+    split(&mut points);
+    triangles.iter_mut().zip(&points).for_each(|(triangle, point)| *triangle = point.1);
+}
+
+/// A triangle by place and direction.
+type Point = ([Vec3; 2], u32);
+
+/// Halves a list of triangles at a multiple of a cluster, across the axis of its largest extent, until the parts are clusters.
+fn split(points: &mut [Point]) {
+    let clusters = points.len().div_ceil(CLUSTER as usize);
+    if clusters < 2 {
+        return;
+    }
+    let extent = |kind: usize| Bounds::around(points.iter().map(|point| point.0[kind])).half_extent;
+    let extents = [extent(0), extent(1)];
+    let kind = usize::from(extents[1].max_element() > extents[0].max_element());
+    let axis = extents[kind].max_position();
+    let middle = clusters / 2 * CLUSTER as usize;
+    points.select_nth_unstable_by(middle, |a, b| {
+        a.0[kind][axis].total_cmp(&b.0[kind][axis]).then(a.1.cmp(&b.1))
+    });
+    let (low, high) = points.split_at_mut(middle);
+    split(low);
+    split(high);
 }
 
 /// How much was drawn and how much was not.
