@@ -91,7 +91,7 @@ impl Illumination {
         Ok(Self { settings, geometry, lights, visibility, sampled })
     }
 
-    /// The light samples held, in a scene of which only places changed; `None` where they are to be sampled anew.
+    /// The light samples held, in a scene of which only places and what is emitted changed; `None` where they are to be sampled anew.
     fn held_lights(&self, scene: &Scene, geometry: &Geometry, changes: &SceneChanges) -> Option<LightSet> {
         let (lights, placement) = &self.sampled;
         let holds = self.settings.rewalk == Rewalk::Off && changes.keeps_objects();
@@ -127,7 +127,7 @@ impl Illumination {
         Ok(())
     }
 
-    /// Takes the scene with these light samples, after changes of places alone.
+    /// Takes the scene with these light samples, after changes of places and of what is emitted alone.
     fn follow(
         &mut self,
         scene: &Scene,

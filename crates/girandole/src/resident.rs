@@ -115,8 +115,9 @@ impl Resident {
         let is_parallel = |light: &Light| light.profile == DIRECTIONAL;
         let have_place = samples.iter().map(is_parallel).eq(self.lights.samples.iter().map(is_parallel));
         let frame = (geometry.origin, geometry.diagonal(), geometry.extent());
-        let is_same =
-            geometry.objects == self.geometry.objects && frame == (self.origin, self.scale, self.extent);
+        let is_same = geometry.objects == self.geometry.objects
+            && scene.materials.len() == self.geometry.material_count
+            && frame == (self.origin, self.scale, self.extent);
         if !(have_place && is_same)
             || SceneFeatures::of(scene, geometry, &samples) != self.features
             || !self.non_blockers.stay(scene, geometry, &samples)
@@ -134,13 +135,17 @@ impl Resident {
         self.atlas.follow(queue, geometry, &changes.moved, lights_then_now, hidden_then_now, faces);
         self.hidden = hidden;
         let lights_moved = self.lights.follow(queue, samples);
+        // What a caller may have loaded by himself no longer holds either.
+        let receivers = self.receivers.take();
+        self.multipass = None;
         if let Some(database) = illumination.visibility() {
             let sources = Sources { scene, geometry, lights, database };
-            let followed = !lights_moved && self.receivers.as_mut().is_some_and(|r| r.follow(queue, sources));
-            if !followed {
-                self.receivers = Some(Receivers::new((device, queue), sources)?);
-            }
-            self.multipass = None;
+            let mut held = receivers.filter(|_| !lights_moved);
+            let follows = held.as_mut().is_some_and(|receivers| receivers.follow(queue, sources));
+            self.receivers = match held.filter(|_| follows) {
+                Some(held) => Some(held),
+                None => Some(Receivers::new((device, queue), sources)?),
+            };
         }
         self.generations = [geometry.generation(), lights.generation()];
         Ok(true)

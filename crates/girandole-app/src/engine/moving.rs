@@ -4,7 +4,7 @@ use super::Stats;
 use super::gpu::{self, Device, FORMAT, median, milliseconds, settings, statistics};
 use crate::args::{BenchArgs, Mode, UpdatesArg};
 use anyhow::Result;
-use girandole::{MapUpdates, RenderSettings, Renderer};
+use girandole::{CullCounts, MapUpdates, RenderSettings, Renderer};
 use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
 use girandole_core::lights::LightSettings;
 use girandole_core::scene::{Scene, View};
@@ -112,13 +112,15 @@ impl Device {
             if round % 4 == 2 {
                 times[4].push(build_ms);
             }
+            // What was counted when maps were last drawn says nothing of a frame that draws none.
+            let culling = if stats.maps_drawn == 0 { CullCounts::default() } else { stats.culling };
             let drawn = [
                 u64::from(stats.maps_drawn),
                 u64::from(stats.stale.maps),
                 u64::from(stats.stale.oldest),
-                stats.culling.faces_drawn,
-                stats.culling.clusters_drawn,
-                stats.culling.triangle_instances(),
+                culling.faces_drawn,
+                culling.clusters_drawn,
+                culling.triangle_instances(),
                 u64::from(stats.light_map_changes),
             ];
             for (counts, value) in counts.iter_mut().zip(drawn) {

@@ -73,6 +73,8 @@ fn bad_arguments() {
         ("render table --frames 0..3 --updates 5s -o f#.exr", "`all`"),
         ("render table --frames 0..3 --updates 5 --rewalk all -o f#.exr", "--rewalk off"),
         ("render table --frames 0..3 --updates 5 --engine cpu -o f#.exr", "--engine gpu"),
+        ("render table --max-map-age 3", "--updates"),
+        ("render table --updates 5 --max-map-age 3", "--frames"),
         ("bench table --updates 5", "--moving"),
         ("bench table --moving --updates 5ms", "a number of shadow maps"),
         ("bench table --moving --modes full", "--modes"),

@@ -298,7 +298,7 @@ impl LightSet {
             ));
         }
         let spare = settings.count.saturating_sub(lights);
-        let shares = Numbers::new(settings, lights, !groups.is_empty());
+        let numbers = Numbers::new(settings, lights, !groups.is_empty());
         let per_sample = settings.candidates.min(MAX_LIGHTS / spare.max(1)).max(1);
         let tracer = SceneTracer::new(scene, geometry);
 
@@ -312,8 +312,8 @@ impl LightSet {
         let seed = sequence::hash(settings.seed ^ 0x7f4a_7c15);
         let (mut deposits, mut sources) = (Vec::new(), Vec::new());
         let trees = emitters::trees(&groups, &punctual);
-        if !trees.is_empty() && shares.walked > 0 {
-            let wanted = [shares.walked, per_sample];
+        if !trees.is_empty() && numbers.walked > 0 {
+            let wanted = [numbers.walked, per_sample];
             let walked = walk::walk(&tracer, &trees, settings, wanted, seed, &|pilot| weigh(pilot).0);
             if walked.exhausted {
                 let rest = if groups.is_empty() { "" } else { "; the others lie on the emitters" };
@@ -321,7 +321,7 @@ impl LightSet {
                     "{} paths of light left only {} of {} indirect light samples, because little of it is reflected{rest}",
                     walked.paths,
                     walked.samples.len(),
-                    shares.walked,
+                    numbers.walked,
                 ));
             }
             paths = walked.paths;
@@ -342,9 +342,9 @@ impl LightSet {
         let source = |sample: &LightSample| Emission::of_direct(geometry, sample);
         let (direct, indirect): (Vec<Chosen>, Vec<Chosen>) = match settings.direct_share {
             Some(_) => {
-                let indirect = choose(&deposits, &sources, shares.walked);
-                let rest = shares.walked - indirect.len() as u32;
-                let direct = on_emitters(&power, spare.min(shares.emitters + rest), emitter_seed).concat();
+                let indirect = choose(&deposits, &sources, numbers.walked);
+                let rest = numbers.walked - indirect.len() as u32;
+                let direct = on_emitters(&power, spare.min(numbers.emitters + rest), emitter_seed).concat();
                 let whole = |sample: LightSample| Chosen {
                     shares: source(&sample).map(|s| (s, sample.intensity)).into_iter().collect(),
                     sample,
@@ -352,7 +352,7 @@ impl LightSet {
                 (direct.into_iter().map(whole).collect(), indirect)
             }
             None => {
-                let count = shares.emitters * per_sample;
+                let count = numbers.emitters * per_sample;
                 // The pilot has a seed of its own: how many candidates there are must not depend on them.
                 let pilot = on_emitters(&power, count / 8, sequence::hash(emitter_seed));
                 let weights = direct::worth(&power, &pilot, &weigh(&pilot.concat()).0);

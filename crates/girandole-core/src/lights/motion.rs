@@ -91,9 +91,10 @@ impl LightSet {
             SampleOrigin::Punctual { light } => Some(light),
             _ => None,
         };
+        // Ascending, as they were made.
         let lights: Vec<u32> = self.samples.iter().filter_map(light).collect();
         // Those that are switched off stay, dark.
-        let mut samples = direct::punctual(scene, geometry, |index, _| lights.contains(&index));
+        let mut samples = direct::punctual(scene, geometry, |index, _| lights.binary_search(&index).is_ok());
         if !samples.iter().filter_map(light).eq(lights) {
             return None;
         }

@@ -30,17 +30,11 @@ pub(super) struct Assembly {
 /// Where the part of an [`Assembly`] ends that belongs to objects that stand still.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct End {
-    nodes: usize,
+    pub nodes: usize,
     pub leaves: usize,
     cells: usize,
     corners: usize,
     pub tests: Tests,
-}
-
-impl End {
-    pub fn nodes(&self) -> usize {
-        self.nodes
-    }
 }
 
 /// Surfaces of a scene that become receivers together: sides of simple patches, and meshes.

@@ -231,7 +231,7 @@ impl VisibilityDatabase {
     /// that is not blocked already. Nothing is said of objects with patches: their sides turn away from some lights by themselves.
     pub fn hidden_from(&self, object: ObjectId) -> Vec<bool> {
         let nodes = &self.assembly.receivers.nodes;
-        let roots = (self.still.nodes()..nodes.len()).filter(|&node| nodes[node].parent == NONE);
+        let roots = (self.still.nodes..nodes.len()).filter(|&node| nodes[node].parent == NONE);
         let of_object = |node: &usize| match nodes[*node].source {
             Source::Patch { simple, .. } => self.surfaces.patches[simple as usize].object == object.0,
             Source::Cluster { mesh, .. } => self.surfaces.meshes[mesh as usize].object == object.0,

@@ -113,6 +113,7 @@ impl Hull {
             }
         }
     }
+
     /// The same for the three axes.
     pub fn extents(&self) -> [(f64, f64); 3] {
         match self {

@@ -173,3 +173,61 @@ impl<'a> MapView<'a> {
             .fold(TexelRect::default(), |rect, face| rect.union(&self.footprint(face, bounds)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use girandole_core::math::sequence;
+
+    /// Where a map shows what lies in a direction of the light's frame, as `lib/octahedral.wgsl` has it.
+    fn project(light: &Light, point: Vec3) -> [f32; 2] {
+        let d = point - light.position;
+        let bitangent = light.normal.cross(light.tangent);
+        let [x, y, z] = [light.tangent, bitangent, light.normal].map(|axis| axis.dot(d));
+        if light.profile == DIRECTIONAL {
+            return [x, y].map(|p| p * light.scale * 0.5 + 0.5);
+        }
+        let sum = x.abs() + y.abs() + z;
+        [(x + y) / sum, (x - y) / sum].map(|p| p * 0.5 + 0.5)
+    }
+
+    #[test]
+    fn boxes_stay_within_their_footprints_and_footprints_are_tight() {
+        const SIZE: u32 = 256;
+        let (mut footprints, mut tight, mut by_itself) = (0.0, 0.0, 0.0);
+        for case in 0..400 {
+            let random =
+                |what: u32| sequence::hash(case ^ sequence::hash(what)) as f32 / u32::MAX as f32 - 0.5;
+            let vector = |what: u32| Vec3::new(random(what), random(what + 1), random(what + 2));
+            let normal = vector(0).normalize();
+            let mut light =
+                Light { normal, tangent: normal.any_orthonormal_vector(), scale: 0.4, ..Light::default() };
+            light.profile = if case % 8 == 0 { DIRECTIONAL } else { light.profile };
+            light.position = vector(3) + if case % 8 == 0 { -normal * 5.0 } else { Vec3::ZERO };
+            let bounds = Bounds { center: vector(6) * 4.0, half_extent: vector(9).abs() * 0.8 };
+            let covered = MapView::new(&light, SIZE, 4).covered(&bounds);
+            let mut seen = TexelRect::default();
+            for point in 0..512 {
+                // Corners and edges, too.
+                let axis = |i: u32| (random(100 + 3 * point + i) * 3.0).clamp(-1.0, 1.0);
+                let at = bounds.center + bounds.half_extent * Vec3::new(axis(0), axis(1), axis(2));
+                if (at - light.position).dot(light.normal) <= 0.0 {
+                    continue;
+                }
+                let texel = project(&light, at).map(|p| (p * SIZE as f32) as u32);
+                if texel.iter().all(|t| *t < SIZE) {
+                    let texel = TexelRect { first: texel, end: texel.map(|t| t + 1) };
+                    assert!(covered.union(&texel) == covered, "case {case}: {texel:?} of {covered:?}");
+                    seen = seen.union(&texel);
+                }
+            }
+            if !seen.is_empty() {
+                footprints += covered.texels();
+                tight += seen.texels();
+                by_itself += (SIZE * SIZE) as f32;
+            }
+        }
+        // The control: they are not simply the whole map.
+        assert!(footprints < 3.0 * tight && footprints < 0.1 * by_itself, "{footprints} {tight} {by_itself}");
+    }
+}

@@ -106,3 +106,97 @@ impl MapStates {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use girandole_core::glam::Vec3;
+
+    const SIZE: u32 = 64;
+
+    /// Lights of these intensities, with maps that are up to date.
+    fn drawn(intensities: &[f32]) -> (MapStates, Vec<Light>) {
+        let light = |&i: &f32| Light { intensity: Vec3::new(0.0, i, i / 2.0), ..Light::default() };
+        let mut states = MapStates::new(intensities.iter().map(|_| SIZE));
+        let lights: Vec<Light> = intensities.iter().map(light).collect();
+        let all = states.choose(&MapUpdates { most: Some(0), ..MapUpdates::default() }, &lights);
+        assert_eq!(all.len(), lights.len(), "what was never drawn is drawn whatever the budget is");
+        states.note(&all);
+        (states, lights)
+    }
+
+    fn square(side: u32) -> TexelRect {
+        TexelRect { first: [3; 2], end: [3 + side; 2] }
+    }
+
+    /// A frame: which lights it draws.
+    fn frame(states: &mut MapStates, lights: &[Light], updates: &MapUpdates) -> Vec<u32> {
+        let chosen = states.choose(updates, lights);
+        states.note(&chosen);
+        states.advance();
+        chosen.iter().map(|update| update.light).collect()
+    }
+
+    fn few(most: u32, priority: MapPriority) -> MapUpdates {
+        MapUpdates { most: Some(most), oldest: None, priority }
+    }
+
+    #[test]
+    fn bright_lights_come_first_and_those_with_much_that_is_stale() {
+        for (priority, first) in
+            [(MapPriority::Brightness, [1, 3]), (MapPriority::BrightnessAndExtent, [0, 3])]
+        {
+            let (mut states, lights) = drawn(&[2.0, 3.0, 1.0, 4.0, 9.0]);
+            for (light, side) in [20, 5, 4, 18].into_iter().enumerate() {
+                states.mark(light, square(side));
+            }
+            // The brightest one is up to date.
+            assert_eq!(frame(&mut states, &lights, &few(2, priority)), first, "{priority:?}");
+            assert_eq!(states.counts(), StaleCounts { maps: 2, oldest: 1 });
+        }
+    }
+
+    #[test]
+    fn none_starves_and_each_gets_its_turn_by_its_brightness() {
+        let (mut states, lights) = drawn(&[8.0, 4.0, 1.0, 0.5]);
+        let mut turns = [0; 4];
+        for _ in 0..300 {
+            (0..4).for_each(|light| states.mark(light, square(7)));
+            let chosen = frame(&mut states, &lights, &few(1, MapPriority::default()));
+            assert_eq!(chosen.len(), 1, "the budget is kept and used");
+            turns[chosen[0] as usize] += 1;
+        }
+        assert!(turns.is_sorted_by(|a, b| a > b) && turns[3] > 5, "{turns:?}");
+    }
+
+    #[test]
+    fn no_map_is_older_than_allowed() {
+        let (mut states, lights) = drawn(&[8.0, 4.0, 1.0, 0.5]);
+        for oldest in [0, 1, 5] {
+            for _ in 0..30 {
+                (0..4).for_each(|light| states.mark(light, square(7)));
+                let updates = MapUpdates { most: Some(0), oldest: Some(oldest), ..MapUpdates::default() };
+                frame(&mut states, &lights, &updates);
+                assert!(states.counts().oldest <= oldest, "{:?}", states.counts());
+            }
+        }
+        // The control: without a bound they grow old.
+        states.mark(2, square(7));
+        (0..9).for_each(|_| drop(frame(&mut states, &lights, &few(0, MapPriority::default()))));
+        assert!(states.counts().oldest >= 9);
+    }
+
+    #[test]
+    fn what_is_drawn_covers_all_that_became_stale_and_lights_that_moved_are_drawn_as_a_whole() {
+        let (mut states, lights) = drawn(&[1.0, 1.0]);
+        states.mark(0, square(4));
+        states.mark(0, TexelRect { first: [20, 1], end: [30, 2] });
+        states.invalidate(1, SIZE);
+        let chosen = states.choose(&few(1, MapPriority::default()), &lights);
+        // The one that moved takes all of the budget.
+        assert_eq!(chosen, [MapUpdate { light: 1, part: TexelRect::whole(SIZE) }]);
+        states.note(&chosen);
+        let part = TexelRect { first: [3, 1], end: [30, 7] };
+        assert_eq!(states.choose(&MapUpdates::default(), &lights), [MapUpdate { light: 0, part }]);
+    }
+}

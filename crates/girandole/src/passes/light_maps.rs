@@ -39,7 +39,6 @@ impl LightMaps {
             return Ok(view);
         }
         let (device, lights) = (recorder.device, &scene.lights);
-        let offsets = receivers.offsets_buffer(device);
         let changed = storage(device, "changes of light maps", &changes.lights)?;
         for (batch, updates) in batches(lights.count(), BATCH).zip(&changes.updates) {
             if updates.is_empty() {
@@ -52,7 +51,6 @@ impl LightMaps {
                 ("lights", wgpu::BindingResource::Buffer(lights.batch(batch.first))),
                 buffer("light_lists", receivers.light_lists()),
                 buffer("light_maps", &receivers.light_maps.maps),
-                buffer("offsets", &offsets),
                 buffer("sums", &receivers.light_maps.sums),
                 buffer("updates", &updates),
                 buffer("changes", &changed),

@@ -83,8 +83,11 @@ impl ShadowMaps {
         updates: &[MapUpdate],
     ) -> Result<(MapsView<'a>, CullCounts)> {
         let Resident { lights, atlas, .. } = scene;
-        let rounds = rounds(atlas, updates);
         let mut counts = CullCounts::default();
+        if updates.is_empty() {
+            return Ok((atlas.view(), counts));
+        }
+        let rounds = rounds(atlas, updates);
         let (mut items, mut passes) = ([Vec::new(), Vec::new()], Vec::new());
         for round in &rounds {
             let mut is_first = true;
@@ -139,7 +142,10 @@ impl ShadowMaps {
             groups.push(kernel.group(device, &resources));
         }
         for Pass { round, is_first, is_last, items } in passes {
-            let parts: Vec<MapPart> = round.updates.iter().map(|update| map_part(atlas, update)).collect();
+            let parts: Vec<MapPart> = match round.whole_page {
+                None => round.updates.iter().map(|update| map_part(atlas, update)).collect(),
+                Some(_) => Vec::new(),
+            };
             let parts = storage(device, "parts of maps", &parts)?;
             let clears = *is_first && round.whole_page.is_some();
             let timestamps = recorder.timers.render("shadow_maps_gpu_ms");

@@ -18,6 +18,8 @@ pub(crate) struct GpuScene {
     pub group: wgpu::BindGroup,
     vertices: wgpu::Buffer,
     materials: wgpu::Buffer,
+    /// How many materials there are.
+    pub material_count: usize,
     /// Triangle indices, those without an alpha mask first.
     pub triangle_order: wgpu::Buffer,
     /// Ids of the triangles' surfaces.
@@ -67,11 +69,12 @@ impl GpuScene {
             surfaces,
             vertices,
             materials,
+            material_count: scene.materials.len(),
             objects: geometry.objects.clone(),
         })
     }
 
-    /// Follows objects that moved, and materials that emit something else.
+    /// Follows objects that moved, and materials, as many as there were, that emit something else.
     ///
     /// # Errors
     /// [`Error::TooLarge`] where there are too many surfaces now.

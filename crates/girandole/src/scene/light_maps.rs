@@ -5,6 +5,7 @@ use crate::layout::LightMapUpdate;
 use crate::shader_constants::{BATCH, MAPPED_SHADOWED, MAPPED_UNSHADOWED, SIDE, TAKEN_AWAY};
 use crate::{Error, Remedy, Result};
 use girandole_core::lights::Clamp;
+use std::collections::BTreeMap;
 
 /// Light maps on the GPU, and what is in them.
 pub(crate) struct LightMaps {
@@ -18,16 +19,8 @@ pub(crate) struct LightMaps {
     bound: Option<Clamp>,
     /// For each leaf and light, whether it is in the leaf's map.
     held: Vec<bool>,
-    /// Leaves whose maps are not what they should be.
-    stale: Vec<StaleMap>,
-}
-
-/// A light map that is not what it should be.
-#[derive(Clone, Copy)]
-struct StaleMap {
-    leaf: u32,
-    /// Whether nothing in it counts.
-    is_void: bool,
+    /// Leaves whose maps are not what they should be, and whether nothing in them counts.
+    stale: BTreeMap<u32, bool>,
 }
 
 /// How leaves' maps should be.
@@ -68,12 +61,12 @@ impl LightMaps {
             })
         };
         let (maps, sums) = (buffer("light maps"), buffer("sums of light maps"));
-        Ok(Self { maps, sums, room, bound: None, held: Vec::new(), stale: Vec::new() })
+        Ok(Self { maps, sums, room, bound: None, held: Vec::new(), stale: BTreeMap::new() })
     }
 
     /// A leaf's map has to be looked at again; `is_void`, where nothing in it counts.
     pub fn mark(&mut self, leaf: u32, is_void: bool) {
-        self.stale.push(StaleMap { leaf, is_void });
+        *self.stale.entry(leaf).or_default() |= is_void;
     }
 
     /// What brings all maps to how they should be, with this bound of the geometric factor.
@@ -81,46 +74,35 @@ impl LightMaps {
         let mut changes = LightMapChanges::default();
         changes.updates.resize_with(wanted.lights.div_ceil(BATCH as usize).max(1), Vec::new);
         if self.bound == Some(bound) {
-            let mut stale = self.stale.clone();
-            // Of several marks of a leaf those that void it count.
-            stale.sort_unstable_by_key(|map| (map.leaf, !map.is_void));
-            stale.dedup_by_key(|map| map.leaf);
-            stale.iter().for_each(|map| self.add(wanted, *map, &mut changes));
+            self.stale.iter().for_each(|(&leaf, &is_void)| self.add(wanted, (leaf, is_void), &mut changes));
         } else {
             let all = 0..wanted.units.len() as u32;
-            all.for_each(|leaf| self.add(wanted, StaleMap { leaf, is_void: true }, &mut changes));
+            all.for_each(|leaf| self.add(wanted, (leaf, true), &mut changes));
         }
         changes
     }
 
-    fn add(&self, wanted: &WantedMaps, map: StaleMap, changes: &mut LightMapChanges) {
-        let leaf = map.leaf as usize;
+    fn add(&self, wanted: &WantedMaps, (leaf, all_void): (u32, bool), changes: &mut LightMapChanges) {
         // A leaf may be gone by now.
-        let units = wanted.units.get(leaf).copied().unwrap_or(0.0);
+        let units = wanted.units.get(leaf as usize).copied().unwrap_or(0.0);
         if units == 0.0 {
             return;
         }
-        let row = leaf * wanted.lights..(leaf + 1) * wanted.lights;
+        let row = leaf as usize * wanted.lights..(leaf as usize + 1) * wanted.lights;
         for (batch, updates) in changes.updates.iter_mut().enumerate() {
             let first = changes.lights.len() as u32;
             let start = batch * BATCH as usize;
             let kinds = wanted.kinds[row.clone()].iter().skip(start).take(BATCH as usize);
             for (light, &kind) in kinds.enumerate() {
-                let held = !map.is_void && self.held[row.start + start + light];
+                let held = !all_void && self.held[row.start + start + light];
                 if is_mapped(kind) != held {
                     changes.lights.push(light as u32 | if held { TAKEN_AWAY } else { 0 });
                 }
             }
             let end = changes.lights.len() as u32;
-            let is_void = map.is_void && batch == 0;
+            let is_void = all_void && batch == 0;
             if is_void || first < end {
-                updates.push(LightMapUpdate {
-                    leaf: map.leaf,
-                    first,
-                    end,
-                    is_void: u32::from(is_void),
-                    units,
-                });
+                updates.push(LightMapUpdate { leaf, first, end, is_void: u32::from(is_void), units });
             }
         }
     }
@@ -131,7 +113,7 @@ impl LightMaps {
         self.held.resize(wanted.kinds.len(), false);
         let stale = std::mem::take(&mut self.stale);
         let every = 0..if all_new { wanted.units.len() } else { 0 };
-        for leaf in every.chain(stale.iter().map(|map| map.leaf as usize)) {
+        for leaf in every.chain(stale.into_keys().map(|leaf| leaf as usize)) {
             let row = leaf * wanted.lights..(leaf + 1) * wanted.lights;
             if let Some(kinds) = wanted.kinds.get(row.clone()) {
                 self.held[row].iter_mut().zip(kinds).for_each(|(held, &kind)| *held = is_mapped(kind));

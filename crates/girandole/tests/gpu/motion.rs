@@ -6,13 +6,14 @@ use girandole::core::illumination::{IlluminationSettings, Rewalk};
 use girandole::core::lights::LightSettings;
 use girandole::core::scene::builtin::{self, MovingObject, shapes};
 use girandole::core::scene::{Material, Mesh, MorphTarget, Scene, Transform, View};
-use girandole::{MapUpdates, Mode, RenderSettings, Renderer, RendererOptions};
+use girandole::{FrameStats, MapUpdates, Mode, RenderSettings, Renderer, RendererOptions};
 
 pub fn tests() -> Vec<Test> {
     vec![
         ("with_held_lights_the_picture_is_that_of_a_fresh_renderer", held_lights),
         ("boxes_that_move_change_only_what_they_block", boxes),
         ("static_objects_that_are_moved_become_dynamic", grabbed),
+        ("materials_that_come_later_light_and_reflect", new_materials),
         ("after_many_frames_the_picture_is_that_of_a_fresh_renderer", many_frames),
         ("what_is_hidden_from_a_light_leaves_its_map_alone", hidden),
         ("with_few_updates_a_frame_maps_are_bounded_and_catch_up", few_updates),
@@ -26,6 +27,22 @@ fn load_anew(context: &Context, renderer: &mut Renderer, scene: &Scene, follower
     let illumination = follower.illumination().expect("it is open");
     let (geometry, lights) = (illumination.geometry().clone(), illumination.lights().clone());
     context.load(renderer, &Stage { scene: scene.clone(), geometry, lights });
+}
+
+/// A full frame after the scene's changes, with what a fresh renderer with the same light set makes of it; and what was counted.
+fn updated(
+    context: &Context,
+    [renderer, other]: [&mut Renderer; 2],
+    (scene, view): (&mut Scene, &View),
+    settings: &RenderSettings,
+) -> ([Vec<Vec3>; 2], FrameStats) {
+    let changes = scene.take_changes();
+    renderer.update(scene, &changes).expect("update");
+    let after = context.frame(renderer, view, SIZE, settings);
+    let stats = context.wait(renderer.stats()).expect("stats");
+    load_anew(context, other, scene, renderer);
+    let anew = context.frame(other, view, SIZE, settings);
+    ([after.pixels, anew.pixels], stats)
 }
 
 fn held(count: u32, walk_dynamic: bool) -> IlluminationSettings {
@@ -83,15 +100,13 @@ fn boxes(context: &Context) {
         let (mut pictures, mut changes) = (Vec::new(), Vec::new());
         for step in 0..5 {
             place(&mut scene, step);
-            let taken = scene.take_changes();
-            renderer.update(&scene, &taken).expect("update");
             let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
-            let after = context.frame(&mut renderer, &view, SIZE, &RenderSettings::default());
-            changes.push(context.wait(renderer.stats()).expect("stats").light_map_changes);
-            load_anew(context, &mut other, &scene, &renderer);
-            let anew = context.frame(&mut other, &view, SIZE, &RenderSettings::default());
-            assert!(after.pixels == anew.pixels, "step {step}, lights on what moves: {walk_dynamic}");
-            pictures.push(after.pixels);
+            let full = RenderSettings::default();
+            let ([after, anew], stats) =
+                updated(context, [&mut renderer, &mut other], (&mut scene, &view), &full);
+            changes.push(stats.light_map_changes);
+            assert!(after == anew, "step {step}, lights on what moves: {walk_dynamic}");
+            pictures.push(after);
         }
         // The control: it moves, and it is back at the end.
         assert!((1..4).all(|i| pictures[i] != pictures[i - 1]) && pictures[4] == pictures[0]);
@@ -114,18 +129,42 @@ fn grabbed(context: &Context) {
     for step in 1..=3 {
         let shift = Transform::translation(Vec3::new(0.1, 0.02, 0.1) * step as f32);
         scene.set_transform(scene.objects[leg].node, shift).expect("a place");
-        let taken = scene.take_changes();
-        assert_eq!((taken.made_dynamic.len(), taken.moved.len()), (usize::from(step == 1), 1));
-        renderer.update(&scene, &taken).expect("update");
-        let after = context.frame(&mut renderer, &view, SIZE, &RenderSettings::default());
-        let stats = context.wait(renderer.stats()).expect("stats");
+        let full = RenderSettings::default();
+        let ([after, anew], stats) =
+            updated(context, [&mut renderer, &mut other], (&mut scene, &view), &full);
         changes.push(stats.light_map_changes);
-        load_anew(context, &mut other, &scene, &renderer);
-        let anew = context.frame(&mut other, &view, SIZE, &RenderSettings::default());
-        assert!(after.pixels == anew.pixels, "step {step}");
+        assert!(after == anew, "step {step}");
     }
     // Once it is known to move, only what it changes is made anew.
     assert!(changes[1..].iter().all(|n| n * 3 < changes[0] * 2), "{changes:?}");
+}
+
+/// A material that was not there when the scene was opened, and then an object of it.
+fn new_materials(context: &Context) {
+    let mut scene = builtin::build("table", MovingObject::Torus).expect("a room");
+    let options = RendererOptions { map_size: Some(64), ..Default::default() };
+    let (mut renderer, mut other) = (context.renderer(options), context.renderer(options));
+    renderer.open(&scene, &held(24, false)).expect("open");
+    let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
+    let full = RenderSettings::default();
+    let mut step = |scene: &mut Scene, seconds: f64| {
+        scene.set_time(seconds).expect("a moment");
+        let ([after, anew], _) = updated(context, [&mut renderer, &mut other], (scene, &view), &full);
+        assert!(after == anew, "{seconds} s");
+        after
+    };
+    step(&mut scene, 0.2);
+    let red = scene.add_material(Material::diffuse("red", Vec3::new(0.8, 0.1, 0.1)));
+    let before = step(&mut scene, 0.4);
+    let mut cube = Mesh::default();
+    cube.add_box(Vec3::splat(-0.3), Vec3::splat(0.3), red);
+    scene
+        .insert_object("cube", cube, Transform::translation(Vec3::new(0.0, 1.6, 0.4)), true)
+        .expect("a place");
+    let after = step(&mut scene, 0.4);
+    let reddened = before.iter().zip(&after).filter(|(b, a)| a.x * b.y > 2.0 * a.y * b.x).count();
+    assert!(reddened > 20, "{reddened} pixels show it");
+    step(&mut scene, 0.6);
 }
 
 /// Frames of random motion, of lights that change and of budgets.
@@ -220,13 +259,11 @@ fn hidden(context: &Context) {
     ] {
         context.frame(&mut renderer, &view, SIZE, &RenderSettings::default());
         scene.set_transform(torus, Transform::translation(place)).expect("a place");
-        let changes = scene.take_changes();
-        renderer.update(&scene, &changes).expect("update");
-        let after = context.frame(&mut renderer, &view, SIZE, &RenderSettings::default());
-        drawn.push(context.wait(renderer.stats()).expect("stats").maps_drawn);
-        load_anew(context, &mut other, &scene, &renderer);
-        let anew = context.frame(&mut other, &view, SIZE, &RenderSettings::default());
-        assert!(after.pixels == anew.pixels, "{place}");
+        let full = RenderSettings::default();
+        let ([after, anew], stats) =
+            updated(context, [&mut renderer, &mut other], (&mut scene, &view), &full);
+        drawn.push(stats.maps_drawn);
+        assert!(after == anew, "{place}");
     }
     // Behind the screen, and, the control, from there over it.
     assert!(drawn[1] < 45 && drawn[2] > drawn[1] + 8, "{drawn:?}");

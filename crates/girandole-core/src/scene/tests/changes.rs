@@ -44,6 +44,21 @@ fn each_change_is_a_version_and_is_written_down_once() {
 }
 
 #[test]
+fn what_stood_still_and_is_moved_is_dynamic_from_then_on() {
+    let mut scene = room();
+    let still = scene.insert_object("still", cube(0), Transform::IDENTITY, false).unwrap();
+    scene.take_changes();
+    for (step, made_dynamic) in [(1.0, vec![still]), (2.0, vec![])] {
+        let node = scene.objects[still.index()].node;
+        scene.set_transform(node, Transform::translation(Vec3::Y * step)).unwrap();
+        let changes = scene.take_changes();
+        assert_eq!((&changes.moved, &changes.made_dynamic), (&vec![still], &made_dynamic));
+        assert_eq!(changes.is_motion(), made_dynamic.is_empty());
+        assert!(scene.objects[still.index()].dynamic);
+    }
+}
+
+#[test]
 fn nodes_take_what_is_below_them_along() {
     let mut scene = room();
     let parent = scene.add_node("parent", Transform::IDENTITY);

@@ -23,7 +23,6 @@ use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Scene};
 use girandole_core::visibility::{State, TriangleReceiver, VisibilityDatabase};
 use std::ops::Range;
-use wgpu::util::DeviceExt;
 
 /// A leaf's index has 24 bits.
 const MAX_LEAVES: usize = 1 << 24;
@@ -104,6 +103,16 @@ impl Receivers {
         let receiver_words = receiver_words(&sources);
         let cells_at = receiver_words.len() - tree.cells.len();
         let ranges_at = room * LeafRecord::WORDS;
+        // What static leaves hold at most.
+        let (mut at, mut lists_at) = (ranges_at + room * batches * LeafRange::WORDS, Vec::new());
+        for leaf in 0..still as u32 {
+            for lights in sources.database.standing_states(leaf).chunks(BATCH as usize) {
+                lists_at.push(at as u32);
+                at += lights.iter().filter(|state| **state != State::Full).count();
+            }
+        }
+        let (entries, pairs) = (moving_entries(&sources), (room - still) * lights);
+        let list_room = at + entries.max(pairs.min(MOVING_ENTRIES));
         let mut result = Self {
             offsets: BufferOffsets {
                 grids_at: tree.triangles.len() as u32,
@@ -119,7 +128,7 @@ impl Receivers {
                 receiver_words,
                 cells_at + with_spare(tree.cells.len()),
             )?,
-            light_lists: Mirror::new(device, "lists of lights", Vec::new(), 0)?,
+            light_lists: Mirror::new(device, "lists of lights", Vec::new(), list_room)?,
             order_words: Mirror::new(device, "shading order", Vec::new(), room)?,
             light_maps: LightMaps::new(device, 0)?,
             leaves: 0,
@@ -135,21 +144,9 @@ impl Receivers {
             bounds: Vec::new(),
             lights: lights as u32,
             shading_order: Vec::new(),
-            lists_at: Vec::new(),
-            moving_at: 0,
+            lists_at,
+            moving_at: at as u32,
         };
-        // What static leaves hold at most.
-        let mut at = ranges_at + room * batches * LeafRange::WORDS;
-        for leaf in 0..still as u32 {
-            for lights in sources.database.standing_states(leaf).chunks(BATCH as usize) {
-                result.lists_at.push(at as u32);
-                at += lights.iter().filter(|state| **state != State::Full).count();
-            }
-        }
-        result.moving_at = at as u32;
-        let (entries, pairs) = (moving_entries(&sources), (room - still) * lights);
-        let list_room = at + entries.max(pairs.min(MOVING_ENTRIES));
-        result.light_lists = Mirror::new(device, "lists of lights", Vec::new(), list_room)?;
         let mut records = Vec::new();
         result.add_leaves(&sources, 0..count, &mut records);
         result.light_maps = LightMaps::new(device, result.mapped + with_spare(count - still) as u32)?;
@@ -316,15 +313,6 @@ impl Receivers {
     /// Leaves in their shading order.
     pub fn shading_order(&self) -> &wgpu::Buffer {
         &self.order_words.buffer
-    }
-
-    /// The offsets that depend on no picture, for light maps.
-    pub fn offsets_buffer(&self, device: &wgpu::Device) -> wgpu::Buffer {
-        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("buffer offsets"),
-            contents: bytemuck::bytes_of(&self.offsets),
-            usage: wgpu::BufferUsages::UNIFORM,
-        })
     }
 }
 
