@@ -1,5 +1,6 @@
 //! Direct samples: on emitters, and for punctual lights.
 
+use super::emission::Emissions;
 use super::emitters::{Source, SourceTree, SpotCone};
 use super::{LightSample, Profile, Rectangle, SampleOrigin};
 use crate::math::sequence;
@@ -137,13 +138,14 @@ fn on_tree(
     seed: u32,
     samples: &mut Vec<LightSample>,
 ) {
+    let emissions = &Emissions::of(scene);
     let first = samples.len();
     let most = 4096 + count.saturating_mul(64);
     let mut tries = 0;
     while tries < most {
         let at = [0, 1].map(|d| f64::from(sequence::sample(tries, d, seed)));
         let (source, at) = tree.choose(DVec2::from_array(at));
-        let point = source.point(scene, geometry, at).filter(|s| s.radiance.max_element() > 0.0);
+        let point = source.point((scene, geometry), emissions, at).filter(|s| s.radiance.max_element() > 0.0);
         if let Some(point) = point {
             if samples.len() - first == count as usize {
                 break;

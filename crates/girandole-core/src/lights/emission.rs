@@ -54,10 +54,20 @@ impl Emissions {
         covers(&self.materials, &later.materials) && covers(&self.punctual, &later.punctual)
     }
 
+    /// Of a material's surfaces, W/(sr·m²).
+    pub fn of_material(&self, material: u32) -> Vec3 {
+        self.materials[material as usize]
+    }
+
+    /// Of a punctual light, W/sr (directional: W/m²).
+    pub fn of_punctual(&self, light: u32) -> Vec3 {
+        self.punctual[light as usize]
+    }
+
     fn get(&self, emission: Emission) -> Vec3 {
         match emission {
-            Emission::Material(material) => self.materials[material as usize],
-            Emission::Punctual(light) => self.punctual[light as usize],
+            Emission::Material(material) => self.of_material(material),
+            Emission::Punctual(light) => self.of_punctual(light),
         }
     }
 

@@ -8,7 +8,7 @@
 //!    unit square into a source and a point of it, splitting u and v in turn (hierarchical warping, Clarberg et al.
 //!    2005, §3): points that are well spread in the square stay so over many small sources.
 
-use super::emission::Emission;
+use super::emission::{Emission, Emissions};
 use crate::image::luminance;
 use crate::scene::{Geometry, NONE, PunctualKind, Scene};
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -81,7 +81,12 @@ impl Source {
     }
 
     /// The point of an area source at `at` in the unit square, uniform over its area.
-    pub fn point(&self, scene: &Scene, geometry: &Geometry, at: DVec2) -> Option<EmitterPoint> {
+    pub fn point(
+        &self,
+        (scene, geometry): (&Scene, &Geometry),
+        emissions: &Emissions,
+        at: DVec2,
+    ) -> Option<EmitterPoint> {
         let Kind::Area(area) = &self.kind else { return None };
         let at = if area.triangles[1] == NONE { fold(at) } else { at };
         let position = (area.corner + area.edges[0] * at.x + area.edges[1] * at.y).as_vec3();
@@ -91,7 +96,8 @@ impl Source {
             .filter(|&&t| t != NONE)
             .map(|&t| (t, barycentric(geometry.corners(t), position)))
             .max_by(|(_, a), (_, b)| inside(*a).total_cmp(&inside(*b)))?;
-        let mut radiance = geometry.emission(scene, triangle, barycentric);
+        let emission = emissions.of_material(geometry.triangles[triangle as usize].material);
+        let mut radiance = emission * geometry.emission_factor(scene, triangle, barycentric);
         if area.textured && geometry.is_cut_out(scene, triangle, barycentric) {
             radiance = Vec3::ZERO;
         }
@@ -124,13 +130,14 @@ fn inside(barycentric: Vec2) -> f32 {
 }
 
 /// The sources on emitting surfaces, one group for each side of an object's material.
-pub(super) fn area_groups(scene: &Scene, geometry: &Geometry) -> Vec<Vec<Source>> {
+pub(super) fn area_groups(scene: &Scene, geometry: &Geometry, emissions: &Emissions) -> Vec<Vec<Source>> {
     let mut groups: std::collections::BTreeMap<(u32, u32, bool), Vec<Source>> = BTreeMap::new();
     let mut index = 0;
     while index < geometry.triangles.len() as u32 {
         let triangle = geometry.triangles[index as usize];
         let material = &scene.materials[triangle.material as usize];
-        if !(material.emits() && material.emission.is_finite()) {
+        let emission = emissions.of_material(triangle.material);
+        if !(emission.max_element() > 0.0 && emission.is_finite()) {
             index += 1;
             continue;
         }
@@ -138,9 +145,9 @@ pub(super) fn area_groups(scene: &Scene, geometry: &Geometry) -> Vec<Vec<Source>
         let patch = geometry.patches.get(triangle.patch as usize);
         let whole = patch.filter(|p| !textured && p.triangles.start == index && p.triangles.len() == 2);
         let pieces = match whole.and_then(|p| parallelogram(&p.outline, index)) {
-            Some(area) => vec![(area, f64::from(luminance(material.emission)))],
-            None if textured => cut(scene, geometry, index),
-            None => vec![(part(geometry, index, 1, [0, 0], false), f64::from(luminance(material.emission)))],
+            Some(area) => vec![(area, f64::from(luminance(emission)))],
+            None if textured => cut(scene, geometry, emissions, index),
+            None => vec![(part(geometry, index, 1, [0, 0], false), f64::from(luminance(emission)))],
         };
         for (area, radiance) in pieces {
             let weight = radiance * area.area * PI;
@@ -201,8 +208,9 @@ fn part(geometry: &Geometry, triangle: u32, n: u32, [i, j]: [u32; 2], textured: 
 }
 
 /// The parts of a textured triangle, about one for 2×2 texels, with the luminance that they are weighted by.
-fn cut(scene: &Scene, geometry: &Geometry, triangle: u32) -> Vec<(Area, f64)> {
-    let material = &scene.materials[geometry.triangles[triangle as usize].material as usize];
+fn cut(scene: &Scene, geometry: &Geometry, emissions: &Emissions, triangle: u32) -> Vec<(Area, f64)> {
+    let index = geometry.triangles[triangle as usize].material;
+    let material = &scene.materials[index as usize];
     let texels = [material.emission_texture, material.base_color_texture]
         .into_iter()
         .flatten()
@@ -216,7 +224,7 @@ fn cut(scene: &Scene, geometry: &Geometry, triangle: u32) -> Vec<(Area, f64)> {
         })
         .fold(0.0, f64::max);
     let n = (texels * 0.25).sqrt().ceil().clamp(1.0, MAX_CUTS) as u32;
-    let floor = FLOOR * f64::from(luminance(material.emission));
+    let floor = FLOOR * f64::from(luminance(emissions.of_material(index)));
     let parts = (0..n).flat_map(|i| (0..n).map(move |j| [i, j]));
     parts
         .map(|at| {
@@ -224,7 +232,7 @@ fn cut(scene: &Scene, geometry: &Geometry, triangle: u32) -> Vec<(Area, f64)> {
             let source = Source { kind: Kind::Area(area), weight: 0.0, center: Vec3::ZERO };
             let probes = (0..PROBES * PROBES).map(|k| {
                 let at = DVec2::new(f64::from(k % PROBES), f64::from(k / PROBES)) + 0.5;
-                let point = source.point(scene, geometry, at / f64::from(PROBES));
+                let point = source.point((scene, geometry), emissions, at / f64::from(PROBES));
                 point.map_or(0.0, |s| f64::from(luminance(s.radiance)))
             });
             (area, floor + probes.sum::<f64>() / f64::from(PROBES * PROBES))
@@ -233,7 +241,7 @@ fn cut(scene: &Scene, geometry: &Geometry, triangle: u32) -> Vec<(Area, f64)> {
 }
 
 /// The punctual lights as sources, weighted by the flux that they can send into the scene.
-pub(super) fn punctual_sources(scene: &Scene, geometry: &Geometry) -> Vec<Source> {
+pub(super) fn punctual_sources(scene: &Scene, geometry: &Geometry, emissions: &Emissions) -> Vec<Source> {
     let sources = scene.lights.iter().enumerate().map(|(index, light)| {
         let solid_angle = match light.kind {
             PunctualKind::Point => 4.0 * PI,
@@ -241,7 +249,7 @@ pub(super) fn punctual_sources(scene: &Scene, geometry: &Geometry) -> Vec<Source
             PunctualKind::Directional => PI * f64::from(geometry.extent() * 0.5).powi(2),
         };
         let center = (scene.world_from_node(light.node).translation - geometry.origin).as_vec3();
-        let weight = f64::from(luminance(light.intensity)) * solid_angle;
+        let weight = f64::from(luminance(emissions.of_punctual(index as u32))) * solid_angle;
         Source { kind: Kind::Punctual(index as u32), weight, center }
     });
     sources.filter(|s| s.weight > 0.0 && s.weight.is_finite()).collect()

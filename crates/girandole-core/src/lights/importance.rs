@@ -48,18 +48,76 @@ pub(super) fn power(sample: &LightSample) -> f64 {
     f64::from(sample.intensity.max_element())
 }
 
-/// The weight of each candidate for these points; its power if there are none, or no light reaches them.
-pub(super) fn weigh(
+/// Where a candidate lies among others: its position, and its normal as a position on a sphere with a radius of `normal_scale`
+/// metres.
+pub(super) fn place(candidate: &LightSample, normal_scale: f32) -> [f32; 6] {
+    let (p, n) = (candidate.position, candidate.normal * normal_scale);
+    [p.x, p.y, p.z, n.x, n.y, n.z]
+}
+
+/// What light from each place brings, per unit of power.
+#[derive(Clone, Debug)]
+pub(super) struct Importance {
+    /// Runs of neighbours, as halves of halves; none, where all places count alike.
+    runs: Vec<Run>,
+}
+
+/// Neighbours, or two halves of them.
+#[derive(Clone, Debug)]
+enum Run {
+    /// Up to where along an axis the first half goes, and both.
+    Halves { axis: usize, border: f32, halves: [usize; 2] },
+    /// Candidates that the run was made of, and what one brings per unit of power.
+    Whole { members: Vec<u32>, importance: f64 },
+}
+
+impl Importance {
+    /// Where all places count alike.
+    pub fn uniform() -> Self {
+        Self { runs: Vec::new() }
+    }
+
+    /// At a [place].
+    pub fn at(&self, place: [f32; 6]) -> f64 {
+        let mut run = 0;
+        loop {
+            match self.runs.get(run) {
+                Some(Run::Halves { axis, border, halves }) => {
+                    run = halves[usize::from(place[*axis] >= *border)];
+                }
+                Some(Run::Whole { importance, .. }) => return *importance,
+                None => return 1.0,
+            }
+        }
+    }
+
+    /// The weight of each of the candidates that it was measured with.
+    pub fn weights(&self, candidates: &[LightSample]) -> Vec<f64> {
+        let mut weights: Vec<f64> = candidates.iter().map(power).collect();
+        for run in &self.runs {
+            if let Run::Whole { members, importance } = run {
+                members.iter().for_each(|&i| weights[i as usize] *= importance);
+            }
+        }
+        weights
+    }
+}
+
+/// What candidates bring to these points; all alike if there are none, or no light reaches them.
+pub(super) fn measure(
     tracer: &SceneTracer,
     points: &[ViewPoint],
     candidates: &[LightSample],
     normal_scale: f32,
-) -> Vec<f64> {
-    let power: Vec<f64> = candidates.iter().map(power).collect();
+) -> Importance {
+    let alike = Importance::uniform();
     if points.is_empty() {
-        return power;
+        return alike;
     }
-    let runs = runs(candidates, normal_scale);
+    let power: Vec<f64> = candidates.iter().map(power).collect();
+    let mut result = Importance { runs: split_into_runs(candidates, normal_scale) };
+    let of = |run: &Run| if let Run::Whole { members, .. } = run { Some(members.clone()) } else { None };
+    let runs: Vec<Vec<u32>> = result.runs.iter().filter_map(of).collect();
     let order: Vec<u32> = runs.concat();
     let bounds: Vec<f32> =
         runs.iter().flat_map(|run| vec![bound(candidates, &power, run); run.len()]).collect();
@@ -75,12 +133,12 @@ pub(super) fn weigh(
     }
     let mean = brightness.iter().sum::<f64>() / points.len() as f64;
     if mean <= 0.0 {
-        return power;
+        return alike;
     }
     let counts: Vec<f64> = brightness.iter().map(|b| 1.0 / (b + DARK * mean)).collect();
 
     // What a run brings, per unit of power.
-    let mut importance = vec![0.0; candidates.len()];
+    let mut importances = Vec::with_capacity(runs.len());
     let (mut first, mut total) = (0, 0.0);
     for run in &runs {
         let (mut sum, mut run_power) = (0.0, 0.0);
@@ -89,14 +147,18 @@ pub(super) fn weigh(
             sum += seen.sum::<f64>() * power[candidate as usize];
             run_power += power[candidate as usize];
         }
-        for &candidate in run {
-            importance[candidate as usize] = sum / run_power;
-        }
+        importances.push(sum / run_power);
         total += sum;
         first += run.len();
     }
     let mean = total / power.iter().sum::<f64>();
-    power.iter().zip(&importance).map(|(power, own)| power * (PLAIN * mean + (1.0 - PLAIN) * own)).collect()
+    let mut importances = importances.into_iter();
+    for run in &mut result.runs {
+        if let Run::Whole { importance, .. } = run {
+            *importance = importances.next().map_or(mean, |own| PLAIN * mean + (1.0 - PLAIN) * own);
+        }
+    }
+    result
 }
 
 /// How far light that leaves the candidates goes, metres: the median of a few rays, which is what a room is large by,
@@ -168,17 +230,19 @@ fn bound(candidates: &[LightSample], power: &[f64], run: &[u32]) -> f32 {
 }
 
 /// Runs of neighbours by position and normal: halves of halves.
-fn runs(candidates: &[LightSample], normal_scale: f32) -> Vec<Vec<u32>> {
-    let at = |i: u32| {
-        let s = &candidates[i as usize];
-        [s.position.to_array(), (s.normal * normal_scale).to_array()].concat()
-    };
-    let places: Vec<Vec<f32>> = (0..candidates.len() as u32).map(at).collect();
-    let mut open = vec![(0..candidates.len() as u32).collect::<Vec<_>>()];
-    let mut runs = Vec::new();
-    while let Some(mut run) = open.pop() {
+fn split_into_runs(candidates: &[LightSample], normal_scale: f32) -> Vec<Run> {
+    let places: Vec<[f32; 6]> = candidates.iter().map(|c| place(c, normal_scale)).collect();
+    let mut open = vec![((0..candidates.len() as u32).collect::<Vec<_>>(), None)];
+    let mut runs: Vec<Run> = Vec::new();
+    while let Some((mut run, parent)) = open.pop() {
+        let node = runs.len();
+        if let Some((parent, side)) = parent
+            && let Some(Run::Halves { halves, .. }) = runs.get_mut::<usize>(parent)
+        {
+            halves[side] = node;
+        }
         if run.len() <= RUN {
-            runs.push(run);
+            runs.push(Run::Whole { members: run, importance: 1.0 });
             continue;
         }
         let variance = |axis: usize| {
@@ -191,12 +255,14 @@ fn runs(candidates: &[LightSample], normal_scale: f32) -> Vec<Vec<u32>> {
         let key = |i: u32| places[i as usize][axis];
         let middle = run.len() / 2;
         run.select_nth_unstable_by(middle, |&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
+        let border = key(run[middle]);
         let mut second = run.split_off(middle);
         // What select leaves within each half is not specified.
         run.sort_unstable();
         second.sort_unstable();
-        open.push(second);
-        open.push(run);
+        runs.push(Run::Halves { axis, border, halves: [node; 2] });
+        open.push((second, Some((node, 1))));
+        open.push((run, Some((node, 0))));
     }
     runs
 }

@@ -8,18 +8,19 @@ mod importance;
 mod motion;
 mod rectangle;
 mod resample;
+mod sampling;
+mod strata;
 mod walk;
 
 pub use ids::LightId;
 pub(crate) use motion::Placement;
 pub use rectangle::Rectangle;
 
-use self::emission::{Emission, Shares};
-use self::resample::Chosen;
+use self::emission::Shares;
+use self::resample::{Candidates, Chosen, resample};
+use self::sampling::Sampling;
 use crate::generation::Generation;
-use crate::math::sequence;
 use crate::scene::{Geometry, Scene, View};
-use crate::trace::SceneTracer;
 use crate::{Error, Result};
 use glam::Vec3;
 
@@ -285,104 +286,27 @@ impl LightSet {
     ) -> Result<Self> {
         settings.validate()?;
         geometry.belongs_to(scene)?;
-        let groups = emitters::area_groups(scene, geometry);
-        let punctual = emitters::punctual_sources(scene, geometry);
-        let mut samples = direct::punctual(scene, geometry, |_, light| direct::shines(light));
-        let lights = samples.len() as u32;
-        let (mut paths, mut warnings) = (0, Vec::new());
-        if lights > settings.count {
-            warnings.push(format!(
-                "the scene's punctual lights need {lights} light samples and {} were asked for; \
-                 ask for more, or area lights and indirect light stay dark",
-                settings.count
-            ));
-        }
-        let spare = settings.count.saturating_sub(lights);
-        let numbers = Numbers::new(settings, lights, !groups.is_empty());
-        let per_sample = settings.candidates.min(MAX_LIGHTS / spare.max(1)).max(1);
-        let tracer = SceneTracer::new(scene, geometry);
-
-        let points = importance::view_points(&tracer, views);
-        let weigh = |candidates: &[LightSample]| {
-            let normal_scale = NORMAL_SCALE * importance::free_path(&tracer, candidates);
-            (importance::weigh(&tracer, &points, candidates, normal_scale), normal_scale)
-        };
-
-        // What the walk leaves.
-        let seed = sequence::hash(settings.seed ^ 0x7f4a_7c15);
-        let (mut deposits, mut sources) = (Vec::new(), Vec::new());
-        let trees = emitters::trees(&groups, &punctual);
-        if !trees.is_empty() && numbers.walked > 0 {
-            let wanted = [numbers.walked, per_sample];
-            let walked = walk::walk(&tracer, &trees, settings, wanted, seed, &|pilot| weigh(pilot).0);
-            if walked.exhausted {
-                let rest = if groups.is_empty() { "" } else { "; the others lie on the emitters" };
-                warnings.push(format!(
-                    "{} paths of light left only {} of {} indirect light samples, because little of it is reflected{rest}",
-                    walked.paths,
-                    walked.samples.len(),
-                    numbers.walked,
-                ));
-            }
-            paths = walked.paths;
-            (deposits, sources) = (walked.samples, walked.emissions);
-        }
-
-        // Samples are chosen among that, or among that and candidates on emitters.
-        let power: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
-        let emitter_seed = sequence::hash(settings.seed ^ 0x2545_f491);
-        let on_emitters =
-            |weights: &[f64], count, seed| direct::area(scene, geometry, &groups, weights, count, seed);
-        let choose = |candidates: &[LightSample], sources: &[Emission], count: u32| {
-            let (weights, normal_scale) = weigh(candidates);
-            let count = count.min(candidates.len() as u32);
-            let seed = sequence::hash(seed);
-            resample::resample((candidates, sources), &weights, count, normal_scale, seed)
-        };
-        let source = |sample: &LightSample| Emission::of_direct(geometry, sample);
-        let (direct, indirect): (Vec<Chosen>, Vec<Chosen>) = match settings.direct_share {
-            Some(_) => {
-                let indirect = choose(&deposits, &sources, numbers.walked);
-                let rest = numbers.walked - indirect.len() as u32;
-                let direct = on_emitters(&power, spare.min(numbers.emitters + rest), emitter_seed).concat();
-                let whole = |sample: LightSample| Chosen {
-                    shares: source(&sample).map(|s| (s, sample.intensity)).into_iter().collect(),
-                    sample,
-                };
-                (direct.into_iter().map(whole).collect(), indirect)
-            }
-            None => {
-                let count = numbers.emitters * per_sample;
-                // The pilot has a seed of its own: how many candidates there are must not depend on them.
-                let pilot = on_emitters(&power, count / 8, sequence::hash(emitter_seed));
-                let weights = direct::worth(&power, &pilot, &weigh(&pilot.concat()).0);
-                let mut candidates = on_emitters(&weights, count, emitter_seed).concat();
-                let mut all_sources: Vec<Emission> = candidates.iter().filter_map(source).collect();
-                candidates.extend(deposits);
-                all_sources.extend(sources);
-                let is_direct = |c: &Chosen| matches!(c.sample.origin, SampleOrigin::Emitter { .. });
-                choose(&candidates, &all_sources, spare).into_iter().partition(is_direct)
-            }
-        };
-        let direct_count = lights + direct.len() as u32;
-        let mut chosen_shares = vec![Shares::new(); samples.len()];
-        for Chosen { sample, shares } in direct.into_iter().chain(indirect) {
-            samples.push(sample);
-            chosen_shares.push(shares);
-        }
-        if samples.is_empty() {
+        let sampling = Sampling::new(scene, geometry, settings, views);
+        let (samples, sources) = sampling.candidates(geometry);
+        let weights = sampling.importance.weights(&samples);
+        let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
+        let chosen = resample(candidates, sampling.wanted, sampling.normal_scale, sampling.seed);
+        let set = Self::from_chosen(geometry, sampling.given(geometry).chain(chosen));
+        if set.is_empty() {
             return Err(no_light());
         }
-        for warning in &warnings {
+        for warning in &sampling.warnings {
             tracing::warn!("{warning}");
         }
-        Ok(Self {
-            direct: direct_count,
-            paths,
-            warnings,
-            shares: chosen_shares,
-            ..Self::from_samples(geometry, samples)
-        })
+        Ok(Self { paths: sampling.walked.walked, warnings: sampling.warnings, ..set })
+    }
+
+    /// A set of samples of which it is known where their light comes from, direct ones first.
+    fn from_chosen(geometry: &Geometry, chosen: impl Iterator<Item = Chosen>) -> Self {
+        let (direct, indirect): (Vec<Chosen>, Vec<Chosen>) =
+            chosen.partition(|c| !matches!(c.sample.origin, SampleOrigin::Bounce { .. }));
+        let (samples, shares) = direct.into_iter().chain(indirect).map(|c| (c.sample, c.shares)).unzip();
+        Self { shares, ..Self::from_samples(geometry, samples) }
     }
 
     /// A set of samples that were made otherwise; those that are no bounces count as direct.
@@ -434,38 +358,6 @@ impl LightSet {
             geometry.generation(),
             "these light samples belong to another scene or to an earlier version of it; sample the scene's light anew",
         )
-    }
-}
-
-/// Scale of normals relative to positions, as a share of the [free path](importance::free_path): samples on two walls that
-/// meet differ by 0.57 times that.
-const NORMAL_SCALE: f32 = 0.4;
-/// Share of the candidates that lie on emitters.
-const EMITTER_CANDIDATES: f32 = 0.25;
-
-/// How many samples, or shares of the candidates, are to lie on emitters and to be left by the walk.
-struct Numbers {
-    emitters: u32,
-    walked: u32,
-}
-
-impl Numbers {
-    fn new(settings: &LightSettings, punctual: u32, has_area: bool) -> Self {
-        let spare = settings.count.saturating_sub(punctual);
-        let share = settings.direct_share.unwrap_or(EMITTER_CANDIDATES);
-        let of = f64::from(share)
-            * f64::from(if settings.direct_share.is_some() { settings.count } else { spare });
-        let punctual = if settings.direct_share.is_some() { punctual } else { 0 };
-        let mut emitters =
-            (of.round() as u32).saturating_sub(punctual).max(u32::from(share > 0.0)).min(spare);
-        if !has_area {
-            emitters = 0;
-        }
-        let walked = if settings.bounces == 0 { 0 } else { spare - emitters };
-        if settings.bounces == 0 && has_area {
-            emitters = spare;
-        }
-        Self { emitters, walked }
     }
 }
 

@@ -15,11 +15,11 @@
 //! 1479 paths (a fifth goes by power alone), the other 240, and its deposits are divided by those.
 
 use super::direct::{allocate, mixture};
-use super::emission::Emission;
+use super::emission::{Emission, Emissions};
 use super::emitters::{Source, SourceTree, SpotCone};
 use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
 use crate::math::{sequence, warp};
-use crate::scene::{Geometry, PunctualKind, Scene};
+use crate::scene::PunctualKind;
 use crate::trace::{SceneTracer, ray_offset_distance};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f32::consts::PI;
@@ -37,23 +37,41 @@ const PILOT_SHARE: f64 = 0.125;
 const PILOT_PATHS: u32 = 1 << 16;
 
 /// The result of the walk.
-pub(super) struct Deposits {
-    pub samples: Vec<LightSample>,
-    /// Where their light comes from, in the same order.
-    pub emissions: Vec<Emission>,
-    /// How many paths were walked.
-    pub paths: u32,
-    /// There are fewer samples than wanted because little light is reflected.
+#[derive(Default)]
+pub(super) struct Walked {
+    /// In ascending order.
+    pub paths: Vec<Path>,
+    /// How many paths started on each emitter.
+    pub counts: Vec<u32>,
+    /// How many paths were walked; where they left nothing at all, in the pilot.
+    pub walked: u32,
+    /// There are fewer deposits than samples wanted because little light is reflected.
     pub exhausted: bool,
 }
 
-struct Walk<'a> {
-    scene: &'a Scene,
-    geometry: &'a Geometry,
-    tracer: &'a SceneTracer<'a>,
-    emitters: &'a [SourceTree],
-    settings: &'a LightSettings,
-    seed: u32,
+/// A path of light.
+#[derive(Clone, Debug)]
+pub(super) struct Path {
+    /// Which one it is.
+    pub index: u32,
+    /// What its light comes from.
+    pub emission: Emission,
+    /// Where it starts, if it has any light.
+    pub start: Option<Vec3>,
+    /// What it leaves, bounce by bounce.
+    pub deposits: Vec<LightSample>,
+    /// Where it ends: on a surface, or beyond the scene.
+    pub end: Vec3,
+}
+
+/// What paths are walked with.
+pub(super) struct Walk<'a> {
+    pub tracer: &'a SceneTracer<'a>,
+    /// How much everything emits.
+    pub emissions: &'a Emissions,
+    pub emitters: &'a [SourceTree],
+    pub settings: &'a LightSettings,
+    pub seed: u32,
 }
 
 struct Photon {
@@ -65,15 +83,12 @@ struct Photon {
 /// Walks as many paths as are likely to leave `candidates` deposits for each of `wanted` samples; more from emitters whose
 /// deposits have a larger `weight`.
 pub(super) fn walk(
-    tracer: &SceneTracer,
-    emitters: &[SourceTree],
-    settings: &LightSettings,
+    mut walk: Walk,
     [wanted, candidates]: [u32; 2],
-    seed: u32,
     weigh: &dyn Fn(&[LightSample]) -> Vec<f64>,
-) -> Deposits {
-    let (scene, geometry) = (tracer.scene(), tracer.geometry());
-    let mut walk = Walk { scene, geometry, tracer, emitters, settings, seed: sequence::hash(seed) };
+) -> Walked {
+    let (emitters, seed) = (walk.emitters, walk.seed);
+    walk.seed = sequence::hash(seed);
     let power: Vec<f64> = emitters.iter().map(SourceTree::power).collect();
     let deposits = f64::from(wanted) * f64::from(candidates).max(1.2) + 8.0;
 
@@ -81,16 +96,17 @@ pub(super) fn walk(
     let enough = PILOT_DEPOSITS.max((deposits * PILOT_SHARE) as usize);
     let (mut left, mut counts) = (Vec::new(), vec![0; emitters.len()]);
     let mut paths = 256;
-    while left.iter().map(Vec::len).sum::<usize>() < enough && counts.iter().sum::<u32>() < PILOT_PATHS {
+    let deposits_of = |paths: &[Path]| paths.iter().map(|path| path.deposits.len()).sum::<usize>();
+    while deposits_of(&left) < enough && counts.iter().sum::<u32>() < PILOT_PATHS {
         let more = allocate(&power, paths.max(emitters.len() as u32));
-        left.extend(walk.paths(&counts, &more));
+        left.extend(walk.range(&counts, &more));
         counts.iter_mut().zip(&more).for_each(|(count, more)| *count += more);
         paths *= 2;
     }
     let walked = counts.iter().sum::<u32>();
-    let pilot: Vec<LightSample> = left.concat();
+    let pilot: Vec<LightSample> = left.into_iter().flat_map(|path| path.deposits).collect();
     if pilot.is_empty() {
-        return Deposits { samples: Vec::new(), emissions: Vec::new(), paths: walked, exhausted: true };
+        return Walked { walked, exhausted: true, ..Walked::default() };
     }
     let (mut worth, mut rates) = (vec![0.0; emitters.len()], vec![0.0; emitters.len()]);
     for (sample, weight) in pilot.iter().zip(weigh(&pilot)) {
@@ -106,24 +122,53 @@ pub(super) fn walk(
     let paths = (deposits / rate).ceil().min(f64::from(most)) as u32;
     walk.seed = seed;
     let counts = allocate(&shares, paths.max(emitters.len() as u32));
-    let mut samples = walk.paths(&vec![0; emitters.len()], &counts).concat();
-    for sample in &mut samples {
-        let scale = 1.0 / f64::from(counts[walk.emitter_of(sample)]);
-        sample.intensity = (sample.intensity.as_dvec3() * scale).as_vec3();
+    let mut left = walk.range(&vec![0; emitters.len()], &counts);
+    left.iter_mut().for_each(|path| path.share(&counts));
+    let found = deposits_of(&left);
+    let exhausted = found == 0 || paths == most && found < wanted as usize;
+    Walked { paths: left, walked: counts.iter().sum(), counts, exhausted }
+}
+
+impl Walked {
+    /// How many deposits the paths left.
+    pub fn deposits(&self) -> u32 {
+        self.paths.iter().map(|path| path.deposits.len() as u32).sum()
     }
-    let exhausted = samples.is_empty() || paths == most && samples.len() < wanted as usize;
-    let emissions = samples.iter().map(|deposit| walk.emission_of(deposit)).collect();
-    Deposits { samples, emissions, paths: counts.iter().sum(), exhausted }
+}
+
+impl Path {
+    /// The emitter that it starts on, of so many.
+    pub fn emitter(&self, emitters: usize) -> usize {
+        self.index as usize % emitters
+    }
+
+    /// Makes its deposits those of one of so many paths from each emitter.
+    pub fn share(&mut self, counts: &[u32]) {
+        let scale = 1.0 / f64::from(counts[self.emitter(counts.len())]);
+        for deposit in &mut self.deposits {
+            deposit.intensity = (deposit.intensity.as_dvec3() * scale).as_vec3();
+        }
+    }
+
+    /// Where it goes, from point to point.
+    pub fn points(&self) -> impl Iterator<Item = Vec3> {
+        let ends = self.start.map(|_| self.end);
+        self.start.into_iter().chain(self.deposits.iter().map(|deposit| deposit.position)).chain(ends)
+    }
 }
 
 impl Walk<'_> {
     /// So many paths of each emitter from its `first` on, in order, whatever the number of threads.
-    fn paths(&self, first: &[u32], counts: &[u32]) -> Vec<Vec<LightSample>> {
+    fn range(&self, first: &[u32], counts: &[u32]) -> Vec<Path> {
         let all = self.emitters.len() as u32;
         let of = |(emitter, (&first, &count)): (u32, (&u32, &u32))| {
             (first..first + count).map(move |index| index * all + emitter)
         };
-        let paths: Vec<u32> = (0..).zip(first.iter().zip(counts)).flat_map(of).collect();
+        self.paths((0..).zip(first.iter().zip(counts)).flat_map(of).collect())
+    }
+
+    /// These paths, in order, whatever the number of threads.
+    pub fn paths(&self, paths: Vec<u32>) -> Vec<Path> {
         #[cfg(feature = "parallel")]
         {
             use rayon::prelude::*;
@@ -147,12 +192,6 @@ impl Walk<'_> {
         self.emitters[path as usize % self.emitters.len()].choose(at)
     }
 
-    /// What emitted a deposit's light: neighbouring emitters may share a sequence.
-    fn emission_of(&self, deposit: &LightSample) -> Emission {
-        let SampleOrigin::Bounce { path, .. } = deposit.origin else { return Emission::Material(0) };
-        self.choose(path).0.emission(self.geometry)
-    }
-
     /// Each emitter has a sequence of its own, and every so many paths are its own.
     fn at(&self, path: u32, dimension: u32) -> f32 {
         let all = self.emitters.len() as u32;
@@ -163,18 +202,27 @@ impl Walk<'_> {
         sequence::sample(path / all, dimension, seed)
     }
 
-    fn path(&self, path: u32) -> Vec<LightSample> {
-        let mut deposits = Vec::new();
-        let Some(mut photon) = self.start(path) else { return deposits };
+    fn path(&self, path: u32) -> Path {
+        let (scene, geometry) = (self.tracer.scene(), self.tracer.geometry());
+        // Neighbouring emitters may share a sequence.
+        let emission = self.choose(path).0.emission(geometry);
+        let mut result = Path { index: path, emission, start: None, deposits: Vec::new(), end: Vec3::ZERO };
+        let Some(mut photon) = self.start(path) else { return result };
+        result.start = Some(photon.origin);
+        result.end = photon.origin;
         for bounce in 1..=self.settings.bounces {
             let accept = |triangle: u32, _| {
-                let object = self.geometry.triangles[triangle as usize].object;
-                self.settings.walk_dynamic || !self.scene.objects[object as usize].dynamic
+                let object = geometry.triangles[triangle as usize].object;
+                self.settings.walk_dynamic || !scene.objects[object as usize].dynamic
             };
             let hit = self.tracer.closest_hit_where(photon.origin, photon.direction, f32::INFINITY, accept);
-            let Some(hit) = hit else { break };
-            let surface = self.geometry.surface(self.scene, hit.triangle, hit.barycentric, -photon.direction);
+            let Some(hit) = hit else {
+                result.end = photon.origin + photon.direction * (2.0 * geometry.extent());
+                break;
+            };
+            let surface = geometry.surface(scene, hit.triangle, hit.barycentric, -photon.direction);
             let normal = surface.geometric_normal;
+            result.end = surface.position;
             // Photons arrive by the geometric normal, radiance is received by the shading normal: correct for the
             // difference (Veach 1996, §5.3.2).
             let arriving = -normal.dot(photon.direction);
@@ -196,8 +244,8 @@ impl Walk<'_> {
                 break;
             }
             photon.flux *= rho / survival;
-            let position = surface.position + normal * ray_offset_distance(self.geometry, surface.position);
-            deposits.push(LightSample {
+            let position = surface.position + normal * ray_offset_distance(geometry, surface.position);
+            result.deposits.push(LightSample {
                 position,
                 normal,
                 intensity: photon.flux / PI,
@@ -208,7 +256,7 @@ impl Walk<'_> {
             photon.origin = position;
             photon.direction = self.leave(path, dimension + 1, normal);
         }
-        deposits
+        result
     }
 
     /// A cosine-weighted direction from a surface.
@@ -220,21 +268,23 @@ impl Walk<'_> {
     }
 
     fn start(&self, path: u32) -> Option<Photon> {
+        let (scene, geometry) = (self.tracer.scene(), self.tracer.geometry());
         let tree = &self.emitters[path as usize % self.emitters.len()];
         let (source, at) = self.choose(path);
         let probability = tree.probability(source);
         let Some(light) = source.punctual() else {
-            let point = source.point(self.scene, self.geometry, at)?;
+            let point = source.point((scene, geometry), self.emissions, at)?;
             let flux = point.radiance.as_dvec3() * (std::f64::consts::PI * point.area / probability);
             return (flux.max_element() > 0.0).then(|| Photon {
-                origin: point.position + point.normal * ray_offset_distance(self.geometry, point.position),
+                origin: point.position + point.normal * ray_offset_distance(geometry, point.position),
                 direction: self.leave(path, 2, point.normal),
                 flux: flux.as_vec3(),
             });
         };
-        let light = &self.scene.lights[light as usize];
-        let node = self.scene.world_from_node(light.node);
-        let position = (node.translation - self.geometry.origin).as_vec3();
+        let intensity = self.emissions.of_punctual(light);
+        let light = &scene.lights[light as usize];
+        let node = scene.world_from_node(light.node);
+        let position = (node.translation - geometry.origin).as_vec3();
         let forward = node.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Y).as_vec3();
         let s = Vec2::new(self.at(path, 2), self.at(path, 3));
         let (origin, direction) = match light.kind {
@@ -249,14 +299,14 @@ impl Walk<'_> {
             }
             PunctualKind::Directional => {
                 let (x, y) = warp::frame(forward);
-                let disc = warp::disc(s) * (self.geometry.extent() * 0.5);
-                let center = (self.geometry.bounds.0 + self.geometry.bounds.1) * 0.5;
-                (center + x * disc.x + y * disc.y - forward * self.geometry.extent(), forward)
+                let disc = warp::disc(s) * (geometry.extent() * 0.5);
+                let center = (geometry.bounds.0 + geometry.bounds.1) * 0.5;
+                (center + x * disc.x + y * disc.y - forward * geometry.extent(), forward)
             }
         };
         // A source's weight is its flux by luminance.
-        let luminance = f64::from(crate::image::luminance(light.intensity));
-        let flux = light.intensity.as_dvec3() * (source.weight / luminance / probability);
+        let luminance = f64::from(crate::image::luminance(intensity));
+        let flux = intensity.as_dvec3() * (source.weight / luminance / probability);
         Some(Photon { origin, direction, flux: flux.as_vec3() })
     }
 }

@@ -307,10 +307,15 @@ impl Geometry {
     /// Radiance that a triangle emits from its front at a point, W/(sr·m²).
     pub fn emission(&self, scene: &Scene, triangle: u32, barycentric: Vec2) -> Vec3 {
         let material = &scene.materials[self.triangles[triangle as usize].material as usize];
-        let factor = material
+        material.emission * self.emission_factor(scene, triangle, barycentric)
+    }
+
+    /// What the texture makes of that.
+    pub(crate) fn emission_factor(&self, scene: &Scene, triangle: u32, barycentric: Vec2) -> Vec3 {
+        let material = &scene.materials[self.triangles[triangle as usize].material as usize];
+        material
             .emission_texture
-            .map_or(Vec3::ONE, |t| self.sample(scene, t, triangle, barycentric).truncate());
-        material.emission * factor
+            .map_or(Vec3::ONE, |t| self.sample(scene, t, triangle, barycentric).truncate())
     }
 
     fn sample(&self, scene: &Scene, texture: super::TextureRef, triangle: u32, barycentric: Vec2) -> Vec4 {

@@ -215,7 +215,9 @@ fn a_tree_chooses_in_proportion_and_stays_uniform() {
         square(&mut mesh, vec3(i as f32 * 3.0, 0.0, 0.0), size, true, 0);
     }
     let (scene, geometry) = scene_of(mesh, vec![Material::emitter("light", Vec3::ONE)]);
-    let tree = emitters::SourceTree::new(emitters::area_groups(&scene, &geometry).concat()).unwrap();
+    let tree =
+        emitters::SourceTree::new(emitters::area_groups(&scene, &geometry, &Emissions::of(&scene)).concat())
+            .unwrap();
     let n = 256;
     let mut counts = std::collections::BTreeMap::new();
     let mut rest = DVec2::ZERO;

@@ -7,8 +7,12 @@ mod rectangle;
 mod settings;
 mod walk;
 
+use super::emission::{Emission, Emissions};
+use super::walk::{Walk, walk};
 use super::*;
+use crate::math::sequence;
 use crate::scene::{Material, Mesh, Texture, Transform};
+use crate::trace::SceneTracer;
 use glam::{DVec3, vec3};
 
 /// A scene of one object: patches of the given materials.

@@ -55,13 +55,23 @@ fn a_closed_room_holds_the_geometric_series_of_light() {
                     "{rho} {termination:?} {bounces}: {mean:?} for {expected}"
                 );
                 // Negative control: divided by the number of deposits instead of paths.
-                let trees = emitters::trees(&emitters::area_groups(&scene, &geometry), &[]);
+                let emissions = Emissions::of(&scene);
+                let trees = emitters::trees(&emitters::area_groups(&scene, &geometry, &emissions), &[]);
                 let power = |pilot: &[LightSample]| pilot.iter().map(importance::power).collect();
                 let tracer = SceneTracer::new(&scene, &geometry);
                 let wrong = over_seeds(100, |seed| {
                     let settings = indirect_only(count, bounces, termination, seed);
-                    let left = super::super::walk::walk(&tracer, &trees, &settings, [count, 1], seed, &power);
-                    flux(&left.samples) * f64::from(left.paths) / left.samples.len() as f64
+                    let paths = Walk {
+                        tracer: &tracer,
+                        emissions: &emissions,
+                        emitters: &trees,
+                        settings: &settings,
+                        seed,
+                    };
+                    let left = walk(paths, [count, 1], &power);
+                    let deposits: Vec<LightSample> =
+                        left.paths.into_iter().flat_map(|path| path.deposits).collect();
+                    flux(&deposits) * f64::from(left.walked) / deposits.len() as f64
                 });
                 let same = termination == Termination::Throughput && bounces == 1;
                 assert!(same || !agrees(wrong, expected, 0.0), "negative control: {wrong:?}");
@@ -214,16 +224,16 @@ fn choosing_among_deposits_changes_no_expected_light() {
         let [red, blue] = [0, 2].map(|c| samples.iter().map(|s| f64::from(s.intensity[c])).sum());
         DVec3::new(power, red, blue)
     };
-    let resample = |deposits: &[LightSample], count, seed| {
+    let choose = |deposits: &[LightSample], count, seed| {
         let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
         let sources = vec![Emission::Material(0); deposits.len()];
-        let chosen = resample::resample((deposits, &sources), &weights, count, 0.7, seed);
-        chosen.into_iter().map(|c| c.sample).collect::<Vec<_>>()
+        let candidates = Candidates { samples: deposits, sources: &sources, weights: &weights };
+        resample(candidates, count, 0.7, seed).into_iter().map(|c| c.sample).collect::<Vec<_>>()
     };
     let expected = probe(&deposits);
     for count in [1, 7, 60, 500] {
         let mean = over_seeds(1500, |seed| {
-            let chosen = resample(&deposits, count, seed);
+            let chosen = choose(&deposits, count, seed);
             assert_eq!(chosen.len() as u32, count);
             // Each time all the power, by the weights.
             let total: f64 = deposits.iter().map(importance::power).sum();
@@ -237,7 +247,7 @@ fn choosing_among_deposits_changes_no_expected_light() {
         }
     }
     // And it spreads them: less variance than choosing at random.
-    let spread = over_seeds(300, |seed| probe(&resample(&deposits, 60, seed))).1;
+    let spread = over_seeds(300, |seed| probe(&choose(&deposits, 60, seed))).1;
     let random = over_seeds(300, |seed| {
         let pick = |i| {
             let at = sequence::hash(seed * 60 + i) % 500;
