@@ -1,7 +1,7 @@
 //! Everything that is derived from a scene without a GPU, and kept in step with it.
 
 use crate::generation::Generation;
-use crate::lights::{LightSet, LightSettings, Placement};
+use crate::lights::{IncrementalWalk, LightSet, LightSettings, Pace, Placement, WaitingPaths};
 use crate::scene::{Geometry, Scene, SceneChanges, View};
 use crate::visibility::{VisibilityDatabase, VisibilitySettings};
 use crate::{Error, Result};
@@ -12,6 +12,10 @@ pub enum Rewalk {
     /// All: they are what a fresh sampling of the scene gives.
     #[default]
     All,
+    /// So many a frame of those that are other ones by now, as long as objects and lights only move, or are dimmed, switched off or
+    /// coloured: each [update](Illumination::update) is a frame. Samples come and go little by little, and are in the mean those
+    /// that the scene has once it is at rest. What makes all anew with [`Rewalk::Off`] does so here.
+    Paths(Pace),
     /// None, as long as objects only move, and lights move, or are dimmed, switched off or coloured. Samples on what moves go
     /// with it, and are as bright as what their light comes from; those that the random walk left elsewhere stay, though what
     /// moves may have come into its way. Best with [`LightSettings::walk_dynamic`] off. Objects that come or go make all
@@ -64,6 +68,8 @@ pub struct Illumination {
     visibility: Option<VisibilityDatabase>,
     /// What was sampled last, and where things were then: held samples are moved from there, however they got where they are.
     sampled: (LightSet, Placement),
+    /// What samples follow the scene by, where some paths a frame are walked again.
+    walk: Option<Box<IncrementalWalk>>,
 }
 
 impl Illumination {
@@ -74,28 +80,29 @@ impl Illumination {
     /// than [`MOST_LIGHTS`](crate::visibility::MOST_LIGHTS) light samples.
     pub fn new(scene: &Scene, settings: &IlluminationSettings) -> Result<Self> {
         let geometry = Geometry::new(scene);
-        let lights = LightSet::sample_for(scene, &geometry, &settings.lights, &settings.views)?;
+        let IlluminationSettings { lights, views, .. } = settings;
+        let (walk, lights) = match settings.rewalk {
+            Rewalk::Paths(pace) => {
+                let (walk, lights) = IncrementalWalk::new(scene, &geometry, lights, views, pace)?;
+                (Some(Box::new(walk)), lights)
+            }
+            _ => (None, LightSet::sample_for(scene, &geometry, lights, views)?),
+        };
         let sampled = (lights.clone(), Placement::of(scene, &geometry));
-        Self::with_lights(scene, settings.clone(), geometry, lights, sampled)
-    }
-
-    fn with_lights(
-        scene: &Scene,
-        settings: IlluminationSettings,
-        geometry: Geometry,
-        lights: LightSet,
-        sampled: (LightSet, Placement),
-    ) -> Result<Self> {
         let build = |s: &VisibilitySettings| VisibilityDatabase::build(scene, &geometry, &lights, s);
         let visibility = settings.visibility.as_ref().map(build).transpose()?;
-        Ok(Self { settings, geometry, lights, visibility, sampled })
+        Ok(Self { settings: settings.clone(), geometry, lights, visibility, sampled, walk })
     }
 
-    /// The light samples held, in a scene of which only places and what is emitted changed; `None` where they are to be sampled anew.
-    fn held_lights(&self, scene: &Scene, geometry: &Geometry, changes: &SceneChanges) -> Option<LightSet> {
+    /// The light samples that follow, in a scene of which only places and what is emitted changed; `None` where they are to be
+    /// sampled anew.
+    fn following_lights(&mut self, scene: &Scene, geometry: &Geometry) -> Option<LightSet> {
         let (lights, placement) = &self.sampled;
-        let holds = self.settings.rewalk == Rewalk::Off && changes.keeps_objects();
-        holds.then(|| lights.moved(scene, geometry, placement)).flatten()
+        match (self.settings.rewalk, &mut self.walk) {
+            (Rewalk::Paths(_), Some(walk)) => walk.follow(scene, geometry),
+            (Rewalk::Off, _) => lights.moved(scene, geometry, placement),
+            _ => None,
+        }
     }
 
     /// Brings everything up to the scene after these changes. With [`Rewalk::All`] it is, to the bit, what
@@ -119,19 +126,25 @@ impl Illumination {
         }
         if changes.to != self.generation() {
             let geometry = Geometry::new(scene);
-            match self.held_lights(scene, &geometry, changes) {
-                Some(lights) => self.follow(scene, geometry, lights, changes)?,
+            let follows = changes.keeps_objects().then(|| self.following_lights(scene, &geometry));
+            match follows.flatten() {
+                Some(lights) => self.follow(scene, Some(geometry), lights, changes)?,
                 None => *self = Self::new(scene, &self.settings)?,
             }
+        } else if let Some(walk) = self.walk.as_mut().filter(|walk| !walk.is_settled())
+            && let Some(lights) = walk.follow(scene, &self.geometry)
+        {
+            self.follow(scene, None, lights, changes)?;
         }
         Ok(())
     }
 
-    /// Takes the scene with these light samples, after changes of places and of what is emitted alone.
+    /// Takes the scene, with this geometry if it is another one, and these light samples, after changes of places and of what is
+    /// emitted alone.
     fn follow(
         &mut self,
         scene: &Scene,
-        geometry: Geometry,
+        geometry: Option<Geometry>,
         lights: LightSet,
         changes: &SceneChanges,
     ) -> Result<()> {
@@ -141,26 +154,48 @@ impl Illumination {
             has_moved[id.index()] = true;
         }
         let moved = |object: u32| has_moved[object as usize];
+        let now = geometry.as_ref().unwrap_or(&self.geometry);
         if let Some(database) = &mut self.visibility
-            && !(may_follow && database.follow(scene, &geometry, &lights, moved))
+            && !(may_follow && database.follow(scene, now, &lights, moved))
         {
-            *database = VisibilityDatabase::build(scene, &geometry, &lights, database.settings())?;
+            *database = VisibilityDatabase::build(scene, now, &lights, database.settings())?;
         }
-        (self.geometry, self.lights) = (geometry, lights);
+        self.lights = lights;
+        if let Some(geometry) = geometry {
+            self.geometry = geometry;
+        }
         Ok(())
     }
 
-    /// Places the light samples for other views: to the bit what [`Illumination::new`] makes of them.
+    /// Places the light samples for other views: to the bit what [`Illumination::new`] makes of them. With [`Rewalk::Paths`] samples
+    /// go over to where they matter to the other views little by little, with the updates that follow.
     ///
     /// # Errors
     /// [`Error::Invalid`] where the scene is not the one that is held, and as [`Illumination::new`]; then nothing is changed.
     pub fn place_for(&mut self, scene: &Scene, views: &[View]) -> Result<()> {
         self.geometry.belongs_to(scene)?;
-        if self.settings.views != views {
+        if self.settings.views == views {
+            return Ok(());
+        }
+        if let Some(walk) = &mut self.walk {
+            walk.place_for(scene, &self.geometry, views);
+            self.settings.views = views.to_vec();
+        } else {
             *self =
                 Self::new(scene, &IlluminationSettings { views: views.to_vec(), ..self.settings.clone() })?;
         }
         Ok(())
+    }
+
+    /// Whether light samples stay as they are as long as the scene does. Otherwise [updates](Self::update), of no changes even, make
+    /// others of them, frame by frame.
+    pub fn is_settled(&self) -> bool {
+        self.walk.as_ref().is_none_or(|walk| walk.is_settled())
+    }
+
+    /// Paths of the random walk that are other ones by now and wait to be walked again, with [`Rewalk::Paths`].
+    pub fn waiting_paths(&self) -> WaitingPaths {
+        self.walk.as_ref().map_or_else(WaitingPaths::default, |walk| walk.waiting())
     }
 
     /// Which version of the scene it was derived from.

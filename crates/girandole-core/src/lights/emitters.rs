@@ -72,6 +72,14 @@ impl Source {
         }
     }
 
+    /// The triangle that it lies on, if it is no punctual light.
+    pub fn triangle(&self) -> Option<u32> {
+        match &self.kind {
+            Kind::Punctual(_) => None,
+            Kind::Area(area) => Some(area.triangles[0]),
+        }
+    }
+
     /// The punctual light, if it is one.
     pub fn punctual(&self) -> Option<u32> {
         match self.kind {
@@ -338,6 +346,11 @@ impl SourceTree {
             depth += 1;
         }
         (&self.sources[(-1 - node) as usize], DVec2::from_array(at))
+    }
+
+    /// What there is to choose.
+    pub fn sources(&self) -> &[Source] {
+        &self.sources
     }
 
     /// The power of all sources by luminance, watts.

@@ -39,6 +39,15 @@ pub enum LightId {
     },
 }
 
+/// Which emitter's point or path's bounce a sample is, wherever that lies.
+pub(super) fn origin(sample: &LightSample) -> [u32; 3] {
+    match sample.origin {
+        SampleOrigin::Punctual { light } => [0, light, 0],
+        SampleOrigin::Emitter { triangle, point } => [1, triangle, point],
+        SampleOrigin::Bounce { path, bounce, .. } => [2, path, bounce],
+    }
+}
+
 /// An id for each sample.
 pub(super) fn identify(geometry: &Geometry, samples: &[LightSample]) -> Vec<LightId> {
     let mut counts: FxHashMap<LightId, u32> = FxHashMap::default();

@@ -103,19 +103,19 @@ impl Importance {
     }
 }
 
-/// What candidates bring to these points; all alike if there are none, or no light reaches them.
+/// What candidates at these [places](place) bring to these points; all alike if there are none, or no light reaches them.
 pub(super) fn measure(
     tracer: &SceneTracer,
     points: &[ViewPoint],
     candidates: &[LightSample],
-    normal_scale: f32,
+    places: &[[f32; 6]],
 ) -> Importance {
     let alike = Importance::uniform();
     if points.is_empty() {
         return alike;
     }
     let power: Vec<f64> = candidates.iter().map(power).collect();
-    let mut result = Importance { runs: split_into_runs(candidates, normal_scale) };
+    let mut result = Importance { runs: split_into_runs(places) };
     let of = |run: &Run| if let Run::Whole { members, .. } = run { Some(members.clone()) } else { None };
     let runs: Vec<Vec<u32>> = result.runs.iter().filter_map(of).collect();
     let order: Vec<u32> = runs.concat();
@@ -230,9 +230,8 @@ fn bound(candidates: &[LightSample], power: &[f64], run: &[u32]) -> f32 {
 }
 
 /// Runs of neighbours by position and normal: halves of halves.
-fn split_into_runs(candidates: &[LightSample], normal_scale: f32) -> Vec<Run> {
-    let places: Vec<[f32; 6]> = candidates.iter().map(|c| place(c, normal_scale)).collect();
-    let mut open = vec![((0..candidates.len() as u32).collect::<Vec<_>>(), None)];
+fn split_into_runs(places: &[[f32; 6]]) -> Vec<Run> {
+    let mut open = vec![((0..places.len() as u32).collect::<Vec<_>>(), None)];
     let mut runs: Vec<Run> = Vec::new();
     while let Some((mut run, parent)) = open.pop() {
         let node = runs.len();

@@ -8,13 +8,17 @@ mod importance;
 mod motion;
 mod rectangle;
 mod resample;
+mod rewalk;
 mod sampling;
+mod slots;
 mod strata;
 mod walk;
 
 pub use ids::LightId;
 pub(crate) use motion::Placement;
 pub use rectangle::Rectangle;
+pub(crate) use rewalk::IncrementalWalk;
+pub use rewalk::{Pace, WaitingPaths};
 
 use self::emission::Shares;
 use self::resample::{Candidates, Chosen, resample};
@@ -105,6 +109,14 @@ impl LightSample {
         match self.origin {
             SampleOrigin::Emitter { triangle, .. } | SampleOrigin::Bounce { triangle, .. } => triangle,
             SampleOrigin::Punctual { .. } => crate::scene::NONE,
+        }
+    }
+
+    /// The punctual light that it is of.
+    pub(crate) fn punctual(&self) -> Option<u32> {
+        match self.origin {
+            SampleOrigin::Punctual { light } => Some(light),
+            _ => None,
         }
     }
 

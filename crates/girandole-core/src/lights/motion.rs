@@ -16,6 +16,7 @@ pub(crate) struct Placement {
     positions: Vec<Option<Vec<Vec3>>>,
     /// Of all of those.
     deformed: Vec<Triangle>,
+    world_from_light: Vec<DAffine3>,
 }
 
 impl Placement {
@@ -35,6 +36,45 @@ impl Placement {
             origin: geometry.origin,
             objects: geometry.objects.clone(),
             world_from_object: scene.objects.iter().map(|o| scene.world_from_node(o.node)).collect(),
+            world_from_light: scene.lights.iter().map(|l| scene.world_from_node(l.node)).collect(),
+        }
+    }
+
+    /// Whether there are the same objects, triangles and punctual lights in the same frame of reference, and all that emits there
+    /// did so here, in each channel.
+    pub(super) fn leads_to(&self, to: &Self) -> bool {
+        to.origin == self.origin
+            && to.objects == self.objects
+            && to.deformed == self.deformed
+            && self.emissions.cover(&to.emissions)
+    }
+
+    /// Objects that are elsewhere or of another shape there.
+    pub(super) fn moved_objects(&self, to: &Self) -> Vec<bool> {
+        let place = |p: &Self, object: usize| (p.world_from_object[object], p.positions[object].clone());
+        (0..self.objects.len()).map(|object| place(self, object) != place(to, object)).collect()
+    }
+
+    /// Punctual lights that are elsewhere there.
+    pub(super) fn moved_lights(&self, to: &Self) -> Vec<bool> {
+        self.world_from_light
+            .iter()
+            .zip(&to.world_from_light)
+            .map(|(before, after)| before != after)
+            .collect()
+    }
+
+    /// How much everything emitted.
+    pub(super) fn emissions(&self) -> &Emissions {
+        &self.emissions
+    }
+
+    /// A sample on a surface, after that went from here to there; `None` where its triangle has no area here or there.
+    pub(super) fn carry(&self, to: &Self, geometry: &Geometry, sample: &LightSample) -> Option<LightSample> {
+        match self.motion(to, geometry, sample.triangle()) {
+            Motion::None => Some(*sample),
+            Motion::Affine(map) => Some(carried(sample, map, to.origin)),
+            Motion::Collapsed => None,
         }
     }
 
@@ -84,31 +124,20 @@ impl LightSet {
     /// inside out, or has no area and one is on it.
     pub(crate) fn moved(&self, scene: &Scene, geometry: &Geometry, from: &Placement) -> Option<Self> {
         let to = Placement::of(scene, geometry);
-        if to.origin != from.origin || to.objects != from.objects || to.deformed != from.deformed {
+        if !from.leads_to(&to) {
             return None;
         }
-        let light = |s: &LightSample| match s.origin {
-            SampleOrigin::Punctual { light } => Some(light),
-            _ => None,
-        };
         // Ascending, as they were made.
-        let lights: Vec<u32> = self.samples.iter().filter_map(light).collect();
+        let lights: Vec<u32> = self.samples.iter().filter_map(LightSample::punctual).collect();
         // Those that are switched off stay, dark.
         let mut samples = direct::punctual(scene, geometry, |index, _| lights.binary_search(&index).is_ok());
-        if !samples.iter().filter_map(light).eq(lights) {
+        if !samples.iter().filter_map(LightSample::punctual).eq(lights) {
             return None;
         }
-        if !from.emissions.cover(&to.emissions) {
-            return None;
-        }
-        for (sample, shares) in self.samples.iter().zip(&self.shares).filter(|(s, _)| light(s).is_none()) {
+        for (sample, shares) in self.samples.iter().zip(&self.shares).filter(|(s, _)| s.punctual().is_none())
+        {
             let intensity = from.emissions.carried(&to.emissions, sample.intensity, shares)?;
-            let sample = LightSample { intensity, ..*sample };
-            samples.push(match from.motion(&to, geometry, sample.triangle()) {
-                Motion::None => sample,
-                Motion::Affine(map) => carried(&sample, map, to.origin),
-                Motion::Collapsed => return None,
-            });
+            samples.push(from.carry(&to, geometry, &LightSample { intensity, ..*sample })?);
         }
         let Self { direct, paths, ref warnings, .. } = *self;
         Some(Self { direct, paths, warnings: warnings.clone(), ..Self::from_samples(geometry, samples) })

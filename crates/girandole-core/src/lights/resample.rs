@@ -17,7 +17,7 @@
 //! that brings half of the light gets half of the samples, though it is small and any of its points would do nearly as well.
 
 use super::emission::{Emission, Shares};
-use super::importance::power;
+use super::importance::{place, power};
 use super::strata::{Cluster, Item, Strata};
 use super::{LightSample, Rectangle, SampleOrigin};
 use crate::math::sequence;
@@ -43,9 +43,10 @@ pub(super) struct Candidates<'a> {
 }
 
 /// `count` samples with the expected light of all candidates, in a spatial order; each has the area that it stands for. If there are
-/// too few to choose from, some are repeated.
+/// too few to choose from, some are repeated. Normals count as positions on a sphere with a radius of `normal_scale` metres.
 pub(super) fn resample(candidates: Candidates, count: u32, normal_scale: f32, seed: u32) -> Vec<Chosen> {
-    let strata = Strata::new(candidates.samples, candidates.weights, count, normal_scale);
+    let places: Vec<[f32; 6]> = candidates.samples.iter().map(|s| place(s, normal_scale)).collect();
+    let strata = Strata::new(&places, candidates.weights, count);
     let clusters = strata.clusters();
     clusters.into_iter().filter_map(|(_, cluster)| choose(candidates, cluster, seed)).collect()
 }

@@ -42,6 +42,7 @@ impl Numbers {
 }
 
 /// What light samples are made of.
+#[derive(Clone, Debug)]
 pub(super) struct Sampling {
     pub punctual: Vec<LightSample>,
     /// On emitters: samples as they are, where their share is given, or candidates.
@@ -86,7 +87,9 @@ impl Sampling {
         let points = importance::view_points(&tracer, views);
         let measure = |candidates: &[LightSample]| {
             let normal_scale = NORMAL_SCALE * importance::free_path(&tracer, candidates);
-            (importance::measure(&tracer, &points, candidates, normal_scale), normal_scale)
+            let places: Vec<[f32; 6]> =
+                candidates.iter().map(|c| importance::place(c, normal_scale)).collect();
+            (importance::measure(&tracer, &points, candidates, &places), normal_scale)
         };
         let weigh = |candidates: &[LightSample]| measure(candidates).0.weights(candidates);
 

@@ -4,8 +4,6 @@
 //! frame the splits are held, so that what happens in one stratum changes no other; and a few strata a frame are merged and
 //! others split where that lowers the largest error.
 
-use super::LightSample;
-use super::importance::place;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
 
@@ -159,19 +157,18 @@ pub(super) struct Strata {
     /// Places of nodes that are gone.
     free: Vec<usize>,
     next_id: u64,
-    normal_scale: f32,
 }
 
 impl Strata {
-    /// `count` of them. Weights are not negative, and positive where there is light; normals count as positions on a sphere with
-    /// a radius of `normal_scale` metres.
-    pub fn new(candidates: &[LightSample], weights: &[f64], count: u32, normal_scale: f32) -> Self {
+    /// `count` of them, over candidates at these [places](super::importance::place). Weights are not negative, and positive where
+    /// there is light.
+    pub fn new(places: &[[f32; 6]], weights: &[f64], count: u32) -> Self {
         let items: Vec<Item> = (0..)
-            .zip(candidates.iter().zip(weights))
-            .map(|(index, (s, &weight))| Item { index, weight, at: place(s, normal_scale) })
+            .zip(places.iter().zip(weights))
+            .map(|(index, (&at, &weight))| Item { index, weight, at })
             .filter(|i| i.weight > 0.0)
             .collect();
-        let mut result = Self { nodes: Vec::new(), free: Vec::new(), next_id: 0, normal_scale };
+        let mut result = Self { nodes: Vec::new(), free: Vec::new(), next_id: 0 };
         if items.is_empty() || count == 0 {
             return result;
         }
@@ -250,7 +247,8 @@ impl Strata {
     /// Merges strata and splits others, at most so many times, as long as that lowers the largest error by much, and gives
     /// them the same candidates again. Where weights are other ones by now, these decide, and those of candidates in strata that
     /// change take their place.
-    pub fn rebalance(&mut self, most: usize, places: &[[f32; 6]], weights: &mut [f64], now: &[f64]) {
+    /// Whether anything changed.
+    pub fn rebalance(&mut self, most: usize, places: &[[f32; 6]], weights: &mut [f64], now: &[f64]) -> bool {
         let count = self.nodes.len();
         let mut leaves: BTreeMap<usize, f64> = BTreeMap::new();
         let mut pairs: BTreeMap<usize, f64> = BTreeMap::new();
@@ -300,6 +298,7 @@ impl Strata {
         if changed {
             self.distribute(places, weights);
         }
+        changed
     }
 
     /// The error of a node that is not split, or that two such nodes would have as one.

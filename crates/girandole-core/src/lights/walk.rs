@@ -37,7 +37,7 @@ const PILOT_SHARE: f64 = 0.125;
 const PILOT_PATHS: u32 = 1 << 16;
 
 /// The result of the walk.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Walked {
     /// In ascending order.
     pub paths: Vec<Path>,

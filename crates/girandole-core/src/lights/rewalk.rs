@@ -1,0 +1,374 @@
+//! Light samples that follow a scene a few paths at a time.
+//!
+//! 1. The paths of the random walk are kept. A path is the same as long as its emitter stays and nothing that moves comes into its
+//!    way or leaves it: as long as no box about what moved, before and after, touches one of its segments. That is exact where
+//!    probing groups of paths for changes (Dmitriev et al. 2002) is a guess, and it costs no ray.
+//! 2. Each frame walks so many of the others again, those first that have waited for longest, with the random numbers that they
+//!    have: a path that nothing happened to ends where it did, and one from a lamp that moved moves with it. Until then what they
+//!    left stays, or goes with the surface that it is on. (Laine et al. 2007 do the like for a single bounce and spot lights.)
+//! 3. Samples are chosen among all deposits as ever (`resample.rs`), but by strata that are held: what does not change in a
+//!    stratum changes nothing in its sample. A few strata a frame are merged and others split as light moves, or the view does.
+//! 4. What is chosen comes and goes by [slots](super::slots).
+//!
+//! After all paths were walked again they are what a fresh walk of as many paths leaves, so that there is the same light in the
+//! mean over seeds.
+
+use super::ids::origin;
+use super::importance::{self, place, power};
+use super::motion::Placement;
+use super::resample::{Candidates, Chosen, choose, stand_in};
+use super::sampling::Sampling;
+use super::slots::{Slots, Wanted};
+use super::strata::{Cluster, Item, Strata};
+use super::walk::Walk;
+use super::{LightSample, LightSet, LightSettings, direct, emitters};
+use crate::Result;
+use crate::math::sequence;
+use crate::scene::{Geometry, Scene, View};
+use crate::trace::{SceneTracer, ray_offset_distance};
+use glam::Vec3;
+
+/// One of so many slots is left dark, for samples that come.
+const SPARE: u32 = 8;
+/// Slots that are left dark at least.
+const LEAST_SPARE: u32 = 4;
+
+/// How fast light samples follow a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pace {
+    /// Paths of the random walk that are walked again a frame, at most.
+    pub paths: u32,
+    /// Frames that it takes a sample to come or to go; 0 = at once.
+    pub fade: u32,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self { paths: 200, fade: 8 }
+    }
+}
+
+/// Paths that wait to be walked again.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WaitingPaths {
+    /// How many.
+    pub paths: u32,
+    /// Frames that the first of them has waited.
+    pub oldest: u32,
+}
+
+/// A light set in the making, frame by frame.
+#[derive(Clone, Debug)]
+pub(crate) struct IncrementalWalk {
+    settings: LightSettings,
+    pace: Pace,
+    /// Where everything was when light was sampled, and at the last frame.
+    sampled: Placement,
+    latest: Placement,
+    /// By object, a box about it at the last frame.
+    boxes: Vec<Option<Box3>>,
+    sampling: Sampling,
+    /// On emitters, where they were when light was sampled; of those that are candidates, what is known of them.
+    at_rest: Vec<LightSample>,
+    on_emitters: Known,
+    /// By path, of its deposits, and the frame in which it was found to be another one by now.
+    paths: Vec<(Known, Option<u32>)>,
+    strata: Strata,
+    slots: Slots,
+    /// Whether strata need not be merged and split as things are.
+    is_balanced: bool,
+    frame: u32,
+}
+
+/// What is known of candidates.
+#[derive(Clone, Debug)]
+struct Known {
+    /// As if what they lie on was where it was when light was sampled.
+    places: Vec<[f32; 6]>,
+    /// What strata choose by.
+    weights: Vec<f64>,
+}
+
+/// Lower and upper corner.
+type Box3 = [Vec3; 2];
+
+impl IncrementalWalk {
+    /// Samples the light of a scene.
+    ///
+    /// # Errors
+    /// As [`LightSet::sample_for`].
+    pub fn new(
+        scene: &Scene,
+        geometry: &Geometry,
+        settings: &LightSettings,
+        views: &[View],
+        pace: Pace,
+    ) -> Result<(Self, LightSet)> {
+        settings.validate()?;
+        geometry.belongs_to(scene)?;
+        let mut sampling = Sampling::new(scene, geometry, settings, views);
+        let (samples, _) = sampling.candidates(geometry);
+        let places: Vec<[f32; 6]> = samples.iter().map(|s| place(s, sampling.normal_scale)).collect();
+        let weights = sampling.importance.weights(&samples);
+        let spare = (sampling.wanted / SPARE).max(LEAST_SPARE).min(sampling.wanted.saturating_sub(1));
+        let mut strata = Strata::new(&places, &weights, sampling.wanted - spare);
+        // In the order that they will have from now on.
+        strata.distribute(&places, &weights);
+        let mut rest = (&places[..], &weights[..]);
+        let mut take = |count: usize| {
+            let ((places, other_places), (weights, others)) =
+                (rest.0.split_at(count), rest.1.split_at(count));
+            rest = (other_places, others);
+            Known { places: places.to_vec(), weights: weights.to_vec() }
+        };
+        let on_emitters = take(if sampling.all_alike { sampling.on_emitters.len() } else { 0 });
+        let paths = sampling.walked.paths.iter().map(|path| (take(path.deposits.len()), None)).collect();
+        let placement = Placement::of(scene, geometry);
+        let warnings = std::mem::take(&mut sampling.warnings);
+        for warning in &warnings {
+            tracing::warn!("{warning}");
+        }
+        let mut result = Self {
+            settings: *settings,
+            pace,
+            latest: placement.clone(),
+            sampled: placement,
+            boxes: boxes(geometry),
+            at_rest: sampling.on_emitters.clone(),
+            sampling,
+            on_emitters,
+            paths,
+            strata,
+            slots: Slots::new(Vec::new(), 0, 0),
+            is_balanced: true,
+            frame: 0,
+        };
+        let (samples, sources) = result.sampling.candidates(geometry);
+        let (_, weights) = result.known();
+        let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
+        let wanted = wanted(&result.strata.clusters(), candidates, result.sampling.seed);
+        result.slots = Slots::new(wanted, spare as usize, pace.fade);
+        let set = result.set(scene, geometry);
+        if set.is_empty() {
+            return Err(super::no_light());
+        }
+        Ok((result, LightSet { warnings, ..set }))
+    }
+
+    /// The samples a frame later, after objects and lights moved, or were dimmed or coloured. `None` where more changed than that,
+    /// or something emits in a channel in which it did not: then light is to be sampled anew.
+    pub fn follow(&mut self, scene: &Scene, geometry: &Geometry) -> Option<LightSet> {
+        let to = Placement::of(scene, geometry);
+        if !self.sampled.leads_to(&to) {
+            return None;
+        }
+        self.frame += 1;
+        let moved = self.latest.moved_objects(&to);
+        let moved_lights = self.latest.moved_lights(&to);
+        let groups = emitters::area_groups(scene, geometry, self.sampled.emissions());
+        let punctual = emitters::punctual_sources(scene, geometry, self.sampled.emissions());
+        let trees = emitters::trees(&groups, &punctual);
+        if trees.len() != self.sampling.walked.counts.len() && !self.paths.is_empty() {
+            return None;
+        }
+        if moved.contains(&true) || moved_lights.contains(&true) {
+            let is_moved = |source: &emitters::Source| match (source.triangle(), source.punctual()) {
+                (Some(triangle), _) => moved[geometry.triangles[triangle as usize].object as usize],
+                (_, Some(light)) => moved_lights[light as usize],
+                _ => false,
+            };
+            let moved_trees: Vec<bool> =
+                trees.iter().map(|tree| tree.sources().iter().any(is_moved)).collect();
+            self.find_changed(&moved_trees, &moved, geometry);
+            self.carry(&to, geometry)?;
+        }
+        self.latest = to;
+        self.walk(scene, geometry, &trees);
+        self.choose(geometry);
+        Some(self.set(scene, geometry))
+    }
+
+    /// Takes other views for those that samples are placed for.
+    pub fn place_for(&mut self, scene: &Scene, geometry: &Geometry, views: &[View]) {
+        let tracer = SceneTracer::new(scene, geometry);
+        let (samples, _) = self.sampling.candidates(geometry);
+        let points = importance::view_points(&tracer, views);
+        self.sampling.importance = importance::measure(&tracer, &points, &samples, &self.known().0);
+        self.is_balanced = false;
+    }
+
+    /// Whether nothing is on its way: as long as nothing else changes, the set stays as it is.
+    pub fn is_settled(&self) -> bool {
+        self.is_balanced && self.slots.is_settled() && self.waiting().paths == 0
+    }
+
+    /// What waits to be walked again.
+    pub fn waiting(&self) -> WaitingPaths {
+        let waiting = self.paths.iter().filter_map(|(_, since)| *since);
+        waiting.fold(WaitingPaths::default(), |found, since| WaitingPaths {
+            paths: found.paths + 1,
+            oldest: found.oldest.max(self.frame - since + 1),
+        })
+    }
+
+    /// Finds the paths that are other ones by now.
+    fn find_changed(&mut self, moved_trees: &[bool], moved: &[bool], geometry: &Geometry) {
+        let after = boxes(geometry);
+        let margin =
+            4.0 * ray_offset_distance(geometry, geometry.bounds.0.abs().max(geometry.bounds.1.abs()));
+        let in_the_way: Vec<Box3> = [&self.boxes, &after]
+            .into_iter()
+            .flat_map(|boxes| boxes.iter().zip(moved).filter(|(_, moved)| **moved).filter_map(|(b, _)| *b))
+            .map(|[low, high]| [low - margin, high + margin])
+            .collect();
+        let emitters = moved_trees.len();
+        for ((_, since), path) in self.paths.iter_mut().zip(&self.sampling.walked.paths) {
+            let meets = || {
+                let points: Vec<Vec3> = path.points().collect();
+                let touches = |ends: &[Vec3]| in_the_way.iter().any(|b| touches(*b, [ends[0], ends[1]]));
+                self.settings.walk_dynamic && points.windows(2).any(touches)
+            };
+            if since.is_none() && (moved_trees[path.emitter(emitters)] || meets()) {
+                *since = Some(self.frame);
+            }
+        }
+        self.boxes = after;
+    }
+
+    /// Takes what lies on moving surfaces along. `None` where a surface collapses.
+    fn carry(&mut self, to: &Placement, geometry: &Geometry) -> Option<()> {
+        for path in &mut self.sampling.walked.paths {
+            for deposit in &mut path.deposits {
+                *deposit = self.latest.carry(to, geometry, deposit)?;
+            }
+        }
+        for (sample, at_rest) in self.sampling.on_emitters.iter_mut().zip(&self.at_rest) {
+            *sample = self.sampled.carry(to, geometry, at_rest)?;
+        }
+        self.slots.carry(|sample| self.latest.carry(to, geometry, sample));
+        Some(())
+    }
+
+    /// Walks paths that wait for it.
+    fn walk(&mut self, scene: &Scene, geometry: &Geometry, trees: &[emitters::SourceTree]) {
+        let since = |(i, (_, since)): (usize, &(Known, Option<u32>))| Some((*since.as_ref()?, i));
+        let mut waiting: Vec<(u32, usize)> = self.paths.iter().enumerate().filter_map(since).collect();
+        waiting.sort_unstable_by_key(|&(since, i)| (since, sequence::hash(i as u32)));
+        waiting.truncate(self.pace.paths as usize);
+        if waiting.is_empty() {
+            return;
+        }
+        let tracer = SceneTracer::new(scene, geometry);
+        let Sampling { walked, importance, normal_scale, walk_seed, .. } = &mut self.sampling;
+        let walk = Walk {
+            tracer: &tracer,
+            emissions: self.sampled.emissions(),
+            emitters: trees,
+            settings: &self.settings,
+            seed: *walk_seed,
+        };
+        let indices = waiting.iter().map(|&(_, i)| walked.paths[i].index).collect();
+        for (mut path, (_, i)) in walk.paths(indices).into_iter().zip(waiting) {
+            path.share(&walked.counts);
+            // Where it would lie, had nothing moved.
+            let at_rest = |deposit: &LightSample| {
+                let back = self.latest.carry(&self.sampled, geometry, deposit).unwrap_or(*deposit);
+                place(&back, *normal_scale)
+            };
+            let places: Vec<[f32; 6]> = path.deposits.iter().map(at_rest).collect();
+            let weigh = |(deposit, at): (&LightSample, &[f32; 6])| power(deposit) * importance.at(*at);
+            let weights = path.deposits.iter().zip(&places).map(weigh).collect();
+            walked.paths[i] = path;
+            self.paths[i] = (Known { places, weights }, None);
+        }
+    }
+
+    /// Places of all candidates, and what strata choose by.
+    fn known(&self) -> (Vec<[f32; 6]>, Vec<f64>) {
+        let all = || std::iter::once(&self.on_emitters).chain(self.paths.iter().map(|(known, _)| known));
+        let places = all().flat_map(|known| &known.places).copied().collect();
+        (places, all().flat_map(|known| &known.weights).copied().collect())
+    }
+
+    /// Gives candidates to strata, and samples for those to slots.
+    fn choose(&mut self, geometry: &Geometry) {
+        let (places, mut weights) = self.known();
+        let (samples, sources) = self.sampling.candidates(geometry);
+        let weigh =
+            |(sample, at): (&LightSample, &[f32; 6])| power(sample) * self.sampling.importance.at(*at);
+        let now: Vec<f64> = samples.iter().zip(&places).map(weigh).collect();
+        self.strata.distribute(&places, &weights);
+        let most = self.slots.free() / 2;
+        self.is_balanced = !self.strata.rebalance(most, &places, &mut weights, &now) && most > 0;
+        let mut rest = weights.iter().copied();
+        for known in std::iter::once(&mut self.on_emitters).chain(self.paths.iter_mut().map(|(k, _)| k)) {
+            known.weights.iter_mut().zip(&mut rest).for_each(|(weight, now)| *weight = now);
+        }
+        let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
+        let clusters = self.strata.clusters();
+        let stay = |stratum: u64, shown: &LightSample| {
+            let (_, cluster) = clusters.iter().find(|(id, _)| *id == stratum)?;
+            let is_shown = |item: &&Item| origin(&samples[item.index as usize]) == origin(shown);
+            let item = cluster.items.iter().find(is_shown)?;
+            Some(stand_in(candidates, cluster, item.index as usize))
+        };
+        self.slots.show(wanted(&clusters, candidates, self.sampling.seed), stay);
+        self.slots.advance();
+    }
+
+    /// All samples as they are shown.
+    fn set(&self, scene: &Scene, geometry: &Geometry) -> LightSet {
+        let emissions = [self.sampled.emissions(), self.latest.emissions()];
+        let given: Vec<Chosen> = self.sampling.given(geometry).collect();
+        let lights: Vec<u32> = self.sampling.punctual.iter().filter_map(LightSample::punctual).collect();
+        // Those that are switched off stay, dark.
+        let mut samples = direct::punctual(scene, geometry, |index, _| lights.binary_search(&index).is_ok());
+        for Chosen { sample, shares } in given.iter().filter(|c| c.sample.punctual().is_none()) {
+            let intensity = emissions[0].carried(emissions[1], sample.intensity, shares);
+            samples.push(LightSample { intensity: intensity.unwrap_or(sample.intensity), ..*sample });
+        }
+        samples.extend(self.slots.samples(emissions));
+        LightSet { paths: self.sampling.walked.walked, ..LightSet::from_samples(geometry, samples) }
+    }
+}
+
+/// A sample for each stratum.
+fn wanted(clusters: &[(u64, &Cluster)], candidates: Candidates, seed: u32) -> Vec<Wanted> {
+    let of = |&(stratum, cluster): &(u64, &Cluster)| {
+        choose(candidates, cluster, seed).map(|chosen| Wanted { stratum, chosen })
+    };
+    clusters.iter().filter_map(of).collect()
+}
+
+/// By object, a box about it.
+fn boxes(geometry: &Geometry) -> Vec<Option<Box3>> {
+    let of = |range: &crate::scene::ObjectRange| {
+        let vertices = range.vertices.start as usize..range.vertices.end as usize;
+        geometry.positions[vertices].iter().fold(None, |found: Option<Box3>, &p| {
+            let [low, high] = found.unwrap_or([p; 2]);
+            Some([low.min(p), high.max(p)])
+        })
+    };
+    geometry.objects.iter().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests;
+
+/// Whether a segment has a point in a box.
+fn touches([low, high]: Box3, [from, to]: [Vec3; 2]) -> bool {
+    let (mut enter, mut leave) = (0.0_f32, 1.0_f32);
+    for axis in 0..3 {
+        let along = to[axis] - from[axis];
+        let (near, far) = ((low[axis] - from[axis]) / along, (high[axis] - from[axis]) / along);
+        if along == 0.0 {
+            if from[axis] < low[axis] || from[axis] > high[axis] {
+                return false;
+            }
+            continue;
+        }
+        enter = enter.max(near.min(far));
+        leave = leave.min(near.max(far));
+    }
+    enter <= leave
+}
