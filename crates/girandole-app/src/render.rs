@@ -56,7 +56,7 @@ fn check(args: &RenderArgs) -> Result<()> {
         }
         if args.motion.rewalk == RewalkArg::All {
             bail!(
-                "--rewalk all draws every shadow map at each frame; leave --updates out, or take --rewalk off"
+                "--rewalk all draws every shadow map at each frame; leave --updates out, or take --rewalk off or a number"
             );
         }
     }

@@ -5,7 +5,7 @@ use crate::engine::{Job, Picture, Ready};
 use crate::output::{self, Progress, say};
 use crate::render::write_shown;
 use anyhow::{Context, Result};
-use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
+use girandole_core::illumination::{Illumination, IlluminationSettings};
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::{Geometry, Scene, View};
 use girandole_core::visibility::VisibilitySettings;
@@ -37,14 +37,11 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
     let mut next = 0;
     for (done, (frame, path)) in missing.iter().enumerate() {
         let moment = |frame: u32| f64::from(frame) / args.motion.fps;
-        // What was left stale in the frames before, of which those that are there are not rendered again.
-        if let (Light::OnDevice, Ready::Gpu(device), UpdatesArg::Maps(_)) =
-            (&light, &mut engine, args.motion.updates)
-        {
+        // What depends on the frames before, of which those that are there are not rendered again.
+        if has_history(args) {
             for skipped in next..*frame {
                 scene.set_time(moment(skipped))?;
-                device.follow(&mut scene)?;
-                device.skip_frame(args)?;
+                light.skip(&mut scene, &mut engine, args)?;
             }
             next = frame + 1;
         }
@@ -86,6 +83,11 @@ fn warn_once(said: &mut Vec<String>, warnings: &[String]) {
     }
 }
 
+/// Whether frames depend on those before.
+fn has_history(args: &RenderArgs) -> bool {
+    matches!(args.motion.rewalk, RewalkArg::Paths(_)) || matches!(args.motion.updates, UpdatesArg::Maps(_))
+}
+
 fn view(scene: &Scene, args: &RenderArgs) -> Result<View> {
     let camera = scene.camera(args.camera.as_deref().unwrap_or("0"))?;
     Ok(View::new(scene, camera, args.size[0] as f32 / args.size[1] as f32))
@@ -93,9 +95,9 @@ fn view(scene: &Scene, args: &RenderArgs) -> Result<View> {
 
 /// The light samples of a sequence.
 enum Light {
-    /// Those of the scene as it was loaded, moved along; on the device, only what moves is made anew.
+    /// Those of the scene as it was at first, which follow it; on the device, only what changes is made anew.
     OnDevice,
-    Held(Box<Illumination>),
+    Following(Box<Illumination>),
     /// Other ones at each frame.
     Fresh(Box<IlluminationSettings>, Option<Box<Illumination>>),
     /// None: the path tracer has its own.
@@ -114,25 +116,59 @@ impl Light {
         if args.motion.rewalk == RewalkArg::All {
             return Ok(Self::Fresh(Box::new(settings), None));
         }
-        // Whatever the range of frames is, the samples are placed for all of the camera's way.
+        // Whatever the range of frames is: samples that are held are placed for all of the camera's way.
+        let is_held = args.motion.rewalk == RewalkArg::Off;
         let (mut posed, mut views) = (scene.clone(), Vec::new());
-        for moment in 0..VIEWS {
+        for moment in 0..if is_held { VIEWS } else { 1 } {
             posed.set_time(scene.duration() * f64::from(moment) / f64::from(VIEWS))?;
             let view = view(&posed, args)?;
             if !views.contains(&view) {
                 views.push(view);
             }
         }
+        if !is_held {
+            scene.set_time(0.0)?;
+        }
         let settings = IlluminationSettings {
-            lights: LightSettings { walk_dynamic: false, ..lights },
+            lights: LightSettings { walk_dynamic: !is_held, ..lights },
             views: args.lights.placement.views(&views).to_vec(),
-            rewalk: Rewalk::Off,
+            rewalk: args.motion.rewalk(),
             ..settings
         };
         scene.take_changes();
         match engine {
             Ready::Gpu(device) => device.open_scene(scene, &settings, args).map(|()| Self::OnDevice),
-            _ => Ok(Self::Held(Box::new(Illumination::new(scene, &settings)?))),
+            _ => Ok(Self::Following(Box::new(Illumination::new(scene, &settings)?))),
+        }
+    }
+
+    /// Takes the scene as it stands, and the view that samples go over to.
+    fn follow(&mut self, scene: &mut Scene, engine: &mut Ready, args: &RenderArgs) -> Result<()> {
+        let changes = scene.take_changes();
+        match (&mut *self, &mut *engine) {
+            (Self::OnDevice, Ready::Gpu(device)) => device.follow(scene, &changes)?,
+            (Self::Following(light), _) => light.update(scene, &changes)?,
+            _ => {}
+        }
+        if !matches!(args.motion.rewalk, RewalkArg::Paths(_)) {
+            return Ok(());
+        }
+        let view = [view(scene, args)?];
+        let views = args.lights.placement.views(&view);
+        match (self, engine) {
+            (Self::OnDevice, Ready::Gpu(device)) => device.place_for(scene, views)?,
+            (Self::Following(light), _) => light.place_for(scene, views)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Passes over a frame that is not rendered.
+    fn skip(&mut self, scene: &mut Scene, engine: &mut Ready, args: &RenderArgs) -> Result<()> {
+        self.follow(scene, engine, args)?;
+        match (self, engine) {
+            (Self::OnDevice, Ready::Gpu(device)) => device.skip_frame(args),
+            _ => Ok(()),
         }
     }
 
@@ -148,19 +184,15 @@ impl Light {
             clamp,
             args,
         };
+        self.follow(scene, engine, args)?;
         match (self, engine) {
-            (Self::OnDevice, Ready::Gpu(device)) => {
-                device.follow(scene)?;
-                device.picture(&view, args)
-            }
+            (Self::OnDevice, Ready::Gpu(device)) => device.picture(&view, args),
             (Self::OnDevice | Self::None, engine) => {
                 let geometry = Geometry::new(scene);
                 let lights = LightSet::from_samples(&geometry, Vec::new());
                 engine.render(&job(scene, &geometry, &lights, None))
             }
-            (Self::Held(light), engine) => {
-                let changes = scene.take_changes();
-                light.update(scene, &changes)?;
+            (Self::Following(light), engine) => {
                 engine.render(&job(scene, light.geometry(), light.lights(), light.visibility()))
             }
             (Self::Fresh(settings, light), engine) => {
@@ -175,7 +207,7 @@ impl Light {
     fn warnings<'a>(&'a self, engine: &'a Ready) -> &'a [String] {
         match (self, engine) {
             (Self::OnDevice, Ready::Gpu(device)) => device.warnings(),
-            (Self::Held(light) | Self::Fresh(_, Some(light)), _) => &light.lights().warnings,
+            (Self::Following(light) | Self::Fresh(_, Some(light)), _) => &light.lights().warnings,
             _ => &[],
         }
     }

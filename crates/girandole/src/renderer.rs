@@ -107,8 +107,9 @@ impl Renderer {
 
     /// Follows the changes of the scene that is open, as [`Scene::take_changes`] returned them: the next frame is, bit for
     /// bit, that of a renderer that opens the scene as it stands; where light samples are
-    /// [held](girandole_core::illumination::Rewalk::Off), that of one that loads it with these samples, and only what changed
-    /// is made anew. Shadow maps are stale where something moved, until frames draw them
+    /// [held](girandole_core::illumination::Rewalk::Off), or follow
+    /// [a few paths a frame](girandole_core::illumination::Rewalk::Paths), that of one that loads it with these samples, and only what
+    /// changed is made anew. In the latter case each update is a frame, of no changes even. Shadow maps are stale where something moved, until frames draw them
     /// ([`RenderSettings::updates`]). Submit what was recorded before the update first: it would show the scene after it.
     ///
     /// # Errors
@@ -118,8 +119,9 @@ impl Renderer {
         let Some(illumination) = &mut self.illumination else {
             return Err(Error::invalid("open a scene before updating it"));
         };
+        let lights = illumination.lights().generation();
         illumination.update(scene, changes)?;
-        if changes.is_empty() {
+        if changes.is_empty() && illumination.lights().generation() == lights {
             return Ok(());
         }
         let illumination = self.illumination.take().ok_or_else(nothing_loaded)?;
@@ -137,7 +139,9 @@ impl Renderer {
     }
 
     /// Places the light samples of the scene that is open for other views, all alike (none = by power): the next frame is, bit
-    /// for bit, that of a renderer that opens the scene with these views. Everything that depends on them is made anew.
+    /// for bit, that of a renderer that opens the scene with these views. Everything that depends on them is made anew. Samples
+    /// that follow [a few paths a frame](girandole_core::illumination::Rewalk::Paths) go over little by little, with the updates
+    /// that come.
     ///
     /// # Errors
     /// [`Error::Scene`] before [`Renderer::open`] and where the scene has changed since (nothing changes then); otherwise as
@@ -146,7 +150,11 @@ impl Renderer {
         let Some(illumination) = &mut self.illumination else {
             return Err(Error::invalid("open a scene before placing its light samples"));
         };
+        let lights = illumination.lights().generation();
         illumination.place_for(scene, views)?;
+        if illumination.lights().generation() == lights {
+            return Ok(());
+        }
         let illumination = self.illumination.take().ok_or_else(nothing_loaded)?;
         self.load_illumination(scene, illumination)
     }

@@ -1,16 +1,20 @@
 //! Options of what moves: one moment, or a numbered sequence.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use girandole::MapUpdates;
+use girandole_core::illumination::Rewalk;
+use girandole_core::lights::Pace;
 use std::path::{Path, PathBuf};
 
-/// Which light samples are sampled anew from frame to frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+/// Which light samples follow the scene from frame to frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RewalkArg {
-    /// None: one set for the whole sequence. What moves blocks light and reflects none; emitters take their samples along
+    /// None: one set for the whole sequence.
     #[default]
     Off,
-    /// All of them, at each frame: what moves reflects light, and pictures flicker where samples are few
+    /// As many as so many paths of light a frame leave.
+    Paths(u32),
+    /// All of them, at each frame.
     All,
 }
 
@@ -30,9 +34,16 @@ pub struct MotionArgs {
     #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = parse_fps, requires = "frames")]
     pub fps: f64,
 
-    /// Which light samples of a sequence are sampled anew at each frame
-    #[arg(long, value_enum, default_value_t, requires = "frames")]
+    /// Light samples of a sequence. off: one set for all frames; what moves blocks light and reflects none, and emitters take their
+    /// samples along. N: so many of the paths of light that something happened to are walked again at each frame, so that what
+    /// moves reflects light, and samples come and go little by little. all: other ones at each frame; pictures flicker where they
+    /// are few
+    #[arg(long, value_name = "off|N|all", default_value = "off", value_parser = parse_rewalk, requires = "frames")]
     pub rewalk: RewalkArg,
+
+    /// Frames in which a light sample comes or goes with --rewalk N; 0 = at once
+    #[arg(long, value_name = "FRAMES", default_value_t = Pace::default().fade, requires = "frames", value_parser = clap::value_parser!(u32).range(..=1000))]
+    pub fade: u32,
 
     /// Shadow maps that a frame of a sequence draws anew at most, of those that show what moved; fewer take less time, and shadows
     /// of what moves lag behind. The order is that of a sequence from frame 0 on, whichever frames are rendered. With Xms, as many
@@ -46,6 +57,15 @@ pub struct MotionArgs {
 }
 
 impl MotionArgs {
+    /// Which light samples follow the scene's changes.
+    pub fn rewalk(&self) -> Rewalk {
+        match self.rewalk {
+            RewalkArg::Off => Rewalk::Off,
+            RewalkArg::Paths(paths) => Rewalk::Paths(Pace { paths, fade: self.fade }),
+            RewalkArg::All => Rewalk::All,
+        }
+    }
+
     /// The budget of shadow maps, where one takes so many milliseconds, if that is known.
     pub fn map_updates(&self, ms_per_map: Option<f64>) -> MapUpdates {
         let most = self.updates.most(ms_per_map);
@@ -109,6 +129,16 @@ impl std::fmt::Display for UpdatesArg {
             Self::Maps(most) => write!(f, "{most}"),
             Self::Milliseconds(ms) => write!(f, "{ms}ms"),
         }
+    }
+}
+
+/// `off`, `all`, or a number of paths.
+fn parse_rewalk(text: &str) -> Result<RewalkArg, String> {
+    match (text, text.parse()) {
+        ("off", _) => Ok(RewalkArg::Off),
+        ("all", _) => Ok(RewalkArg::All),
+        (_, Ok(paths @ 1..)) => Ok(RewalkArg::Paths(paths)),
+        _ => Err("give off, all or a number of paths from 1 up".into()),
     }
 }
 
@@ -178,6 +208,15 @@ mod tests {
             assert!(parse_updates(wrong).is_err(), "{wrong}");
         }
         assert!(parse_numbered_updates("5ms").is_err() && parse_numbered_updates("5").is_ok());
+    }
+
+    #[test]
+    fn light_follows_by_a_number_of_paths() {
+        assert_eq!(parse_rewalk("off"), Ok(RewalkArg::Off));
+        assert_eq!(parse_rewalk("150"), Ok(RewalkArg::Paths(150)));
+        for wrong in ["0", "-3", "1.5", "some", ""] {
+            assert!(parse_rewalk(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use girandole::{
 };
 use girandole_core::illumination::IlluminationSettings;
 use girandole_core::lights::{Clamp, LightSet};
-use girandole_core::scene::{Geometry, Scene, View};
+use girandole_core::scene::{Geometry, Scene, SceneChanges, View};
 use girandole_core::visibility::{MOST_LIGHTS, VisibilityDatabase, VisibilitySettings};
 use pollster::block_on;
 use std::time::Instant;
@@ -81,9 +81,13 @@ impl Device {
     }
 
     /// Follows the changes of the scene that is open.
-    pub fn follow(&mut self, scene: &mut Scene) -> Result<()> {
-        let changes = scene.take_changes();
-        Ok(self.opened()?.update(scene, &changes)?)
+    pub fn follow(&mut self, scene: &Scene, changes: &SceneChanges) -> Result<()> {
+        Ok(self.opened()?.update(scene, changes)?)
+    }
+
+    /// Places the light samples of the scene that is open for other views.
+    pub fn place_for(&mut self, scene: &Scene, views: &[View]) -> Result<()> {
+        Ok(self.opened()?.place_for(scene, views)?)
     }
 
     /// Draws the shadow maps of a frame that is not rendered.
