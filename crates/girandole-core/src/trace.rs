@@ -16,6 +16,7 @@ use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
 use obvhs::ploc::PlocBuilder;
 use obvhs::ray::{Ray, RayHit};
 use obvhs::{Boundable, BvhBuildParams};
+use std::sync::Arc;
 
 /// An intersection of a ray and a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,12 +33,23 @@ pub struct Hit {
 pub struct SceneTracer<'a> {
     scene: &'a Scene,
     geometry: &'a Geometry,
+    hierarchy: Arc<Hierarchy>,
+}
+
+/// What rays are traced against.
+pub(crate) struct Hierarchy {
     bvh: CwBvh,
     /// The triangles in the hierarchy's order, `group` to a leaf.
     leaves: Vec<Leaf>,
     group: usize,
     /// A power of two: hierarchy from scene.
     scale: f64,
+}
+
+impl std::fmt::Debug for Hierarchy {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "Hierarchy of {} triangles", self.leaves.len())
+    }
 }
 
 /// A triangle where the traversal finds it.
@@ -132,7 +144,7 @@ impl Traversal {
     fn new(tracer: &SceneTracer, origin: DVec3, direction: DVec3, t_max: f64) -> Self {
         let length = direction.length();
         let unit = direction / length;
-        let (scale, center) = (tracer.scale, tracer.center());
+        let (scale, center) = (tracer.hierarchy.scale, tracer.center());
         // From far away, start near the scene: distances stay as exact as its size allows.
         let extent = f64::from(tracer.geometry.extent());
         let skipped = ((center - origin).dot(unit) - extent).max(0.0);
@@ -197,13 +209,27 @@ impl<'a> SceneTracer<'a> {
                 }
             })
             .collect();
-        Self { scene, geometry, bvh, leaves, group, scale }
+        Self::with_hierarchy(scene, geometry, Arc::new(Hierarchy { bvh, leaves, group, scale }))
+    }
+
+    /// With the hierarchy of another tracer of the same geometry.
+    pub(crate) fn with_hierarchy(
+        scene: &'a Scene,
+        geometry: &'a Geometry,
+        hierarchy: Arc<Hierarchy>,
+    ) -> Self {
+        Self { scene, geometry, hierarchy }
+    }
+
+    /// What rays are traced against, for other tracers of the same geometry.
+    pub(crate) fn hierarchy(&self) -> Arc<Hierarchy> {
+        self.hierarchy.clone()
     }
 
     /// The triangles of a leaf.
     #[inline]
     fn leaf(&self, slot: usize) -> &[Leaf] {
-        &self.leaves[slot * self.group..(slot + 1) * self.group]
+        &self.hierarchy.leaves[slot * self.hierarchy.group..(slot + 1) * self.hierarchy.group]
     }
 
     /// The geometry that is traced.
@@ -243,14 +269,14 @@ impl<'a> SceneTracer<'a> {
         t_max: f32,
         accept: impl Fn(u32, Vec2) -> bool,
     ) -> Option<Hit> {
-        if self.leaves.is_empty() {
+        if self.hierarchy.leaves.is_empty() {
             return None;
         }
         let (origin, direction, limit) = (origin.as_dvec3(), direction.as_dvec3(), f64::from(t_max));
         let ray = WatertightRay::new(origin, direction)?;
         let traversal = Traversal::new(self, origin, direction, limit);
         let mut best: Option<(f64, u32, Vec2)> = None;
-        self.bvh.ray_traverse(traversal.ray, &mut RayHit::none(), |_, slot| {
+        self.hierarchy.bvh.ray_traverse(traversal.ray, &mut RayHit::none(), |_, slot| {
             let mut reach = f32::INFINITY;
             for leaf in self.leaf(slot) {
                 let Some((t, u, v)) = ray.intersect(&leaf.corners) else { continue };
@@ -287,7 +313,7 @@ impl<'a> SceneTracer<'a> {
         to_triangle: u32,
         likely: u32,
     ) -> Option<u32> {
-        if self.leaves.is_empty() {
+        if self.hierarchy.leaves.is_empty() {
             return None;
         }
         let origin = from.as_dvec3();
@@ -312,7 +338,7 @@ impl<'a> SceneTracer<'a> {
         }
         let mut found = None;
         let traversal = Traversal::new(self, origin, direction, 1.0);
-        self.bvh.ray_traverse_miss(traversal.ray, |_, slot| {
+        self.hierarchy.bvh.ray_traverse_miss(traversal.ray, |_, slot| {
             match self.leaf(slot).iter().find(|l| blocks(&l.corners, l.triangle, l.masked)) {
                 Some(leaf) => {
                     found = Some(leaf.triangle);

@@ -86,8 +86,8 @@ pub(super) fn allocate(weights: &[f64], count: u32) -> Vec<u32> {
 /// Each emitter gets samples in proportion to its weight and keeps all its energy: with `n` of them on an emitter,
 /// `I = Le(y) / (n · p_A(y))`. Where there are more emitters than samples, they share one distribution.
 pub(super) fn area(
-    scene: &Scene,
-    geometry: &Geometry,
+    scene: (&Scene, &Geometry),
+    emissions: &Emissions,
     groups: &[Vec<Source>],
     weights: &[f64],
     count: u32,
@@ -96,7 +96,7 @@ pub(super) fn area(
     let of = |sources: Vec<Source>, count: u32, seed: u32| {
         let mut samples = Vec::new();
         if let Some(tree) = SourceTree::new(sources) {
-            on_tree(scene, geometry, &tree, count, seed, &mut samples);
+            on_tree(scene, emissions, &tree, count, seed, &mut samples);
         }
         samples
     };
@@ -131,14 +131,13 @@ pub(super) fn mixture(power: &[f64], worth: &[f64]) -> Vec<f64> {
 /// Samples of one distribution. Points that turn out black are passed over; then the number of tries divides (all but
 /// the one that brought a sample too many, which makes it unbiased: Haldane 1945).
 fn on_tree(
-    scene: &Scene,
-    geometry: &Geometry,
+    (scene, geometry): (&Scene, &Geometry),
+    emissions: &Emissions,
     tree: &SourceTree,
     count: u32,
     seed: u32,
     samples: &mut Vec<LightSample>,
 ) {
-    let emissions = &Emissions::of(scene);
     let first = samples.len();
     let most = 4096 + count.saturating_mul(64);
     let mut tries = 0;

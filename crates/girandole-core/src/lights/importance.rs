@@ -60,6 +60,8 @@ pub(super) fn place(candidate: &LightSample, normal_scale: f32) -> [f32; 6] {
 pub(super) struct Importance {
     /// Runs of neighbours, as halves of halves; none, where all places count alike.
     runs: Vec<Run>,
+    /// Over all candidates that it was measured with.
+    mean: f64,
 }
 
 /// Neighbours, or two halves of them.
@@ -74,11 +76,20 @@ enum Run {
 impl Importance {
     /// Where all places count alike.
     pub fn uniform() -> Self {
-        Self { runs: Vec::new() }
+        Self { runs: Vec::new(), mean: 1.0 }
     }
 
-    /// At a [place].
-    pub fn at(&self, place: [f32; 6]) -> f64 {
+    /// At a [place], as a multiple of the mean.
+    pub fn relative_at(&self, place: [f32; 6]) -> f64 {
+        self.at(place) / self.mean
+    }
+
+    /// How much of that is seen, and not given to all places alike.
+    pub fn seen_from(&self, place: [f32; 6]) -> f64 {
+        if self.runs.is_empty() { 1.0 } else { (self.relative_at(place) - PLAIN).max(0.0) }
+    }
+
+    fn at(&self, place: [f32; 6]) -> f64 {
         let mut run = 0;
         loop {
             match self.runs.get(run) {
@@ -115,7 +126,7 @@ pub(super) fn measure(
         return alike;
     }
     let power: Vec<f64> = candidates.iter().map(power).collect();
-    let mut result = Importance { runs: split_into_runs(places) };
+    let mut result = Importance { runs: split_into_runs(places), mean: 1.0 };
     let of = |run: &Run| if let Run::Whole { members, .. } = run { Some(members.clone()) } else { None };
     let runs: Vec<Vec<u32>> = result.runs.iter().filter_map(of).collect();
     let order: Vec<u32> = runs.concat();
@@ -152,6 +163,7 @@ pub(super) fn measure(
         first += run.len();
     }
     let mean = total / power.iter().sum::<f64>();
+    result.mean = mean;
     let mut importances = importances.into_iter();
     for run in &mut result.runs {
         if let Run::Whole { importance, .. } = run {

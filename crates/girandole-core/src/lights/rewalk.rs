@@ -14,22 +14,26 @@
 //! mean over seeds.
 
 use super::ids::origin;
-use super::importance::{self, place, power};
+use super::importance::{place, power};
 use super::motion::Placement;
 use super::resample::{Candidates, Chosen, choose, stand_in};
 use super::sampling::Sampling;
 use super::slots::{Slots, Wanted};
 use super::strata::{Cluster, Item, Strata};
-use super::walk::Walk;
+use super::walk::{Path, Walk, Walked};
 use super::{LightSample, LightSet, LightSettings, direct, emitters};
 use crate::Result;
+use crate::generation::Generation;
 use crate::math::sequence;
 use crate::scene::{Geometry, Scene, View};
-use crate::trace::{SceneTracer, ray_offset_distance};
+use crate::trace::{Hierarchy, SceneTracer, ray_offset_distance};
 use glam::Vec3;
+use std::sync::Arc;
+
+mod allocation;
 
 /// One of so many slots is left dark, for samples that come.
-const SPARE: u32 = 8;
+const SPARE: u32 = 4;
 /// Slots that are left dark at least.
 const LEAST_SPARE: u32 = 4;
 
@@ -73,11 +77,19 @@ pub(crate) struct IncrementalWalk {
     on_emitters: Known,
     /// By path, of its deposits, and the frame in which it was found to be another one by now.
     paths: Vec<(Known, Option<u32>)>,
+    /// How many candidates lie on each emitter.
+    emitter_counts: Vec<u32>,
+    /// How many paths each emitter is to have.
+    targets: Vec<u32>,
+    /// Of deposits and samples on emitters of pilots, as a mean over the last frames.
+    pilot_weights: [Vec<f64>; 2],
     strata: Strata,
     slots: Slots,
     /// Whether strata need not be merged and split as things are.
     is_balanced: bool,
     frame: u32,
+    /// What rays are traced against, of which version of the scene.
+    hierarchy: Option<(Generation, Arc<Hierarchy>)>,
 }
 
 /// What is known of candidates.
@@ -87,6 +99,8 @@ struct Known {
     places: Vec<[f32; 6]>,
     /// What strata choose by.
     weights: Vec<f64>,
+    /// Whether the strata do not know them yet.
+    is_new: bool,
 }
 
 /// Lower and upper corner.
@@ -109,20 +123,22 @@ impl IncrementalWalk {
         let mut sampling = Sampling::new(scene, geometry, settings, views);
         let (samples, _) = sampling.candidates(geometry);
         let places: Vec<[f32; 6]> = samples.iter().map(|s| place(s, sampling.normal_scale)).collect();
-        let weights = sampling.importance.weights(&samples);
+        let weigh = |(s, at): (&LightSample, &[f32; 6])| power(s) * sampling.importance.relative_at(*at);
+        let weights: Vec<f64> = samples.iter().zip(&places).map(weigh).collect();
         let spare = (sampling.wanted / SPARE).max(LEAST_SPARE).min(sampling.wanted.saturating_sub(1));
-        let mut strata = Strata::new(&places, &weights, sampling.wanted - spare);
-        // In the order that they will have from now on.
-        strata.distribute(&places, &weights);
+        let strata = Strata::new(&places, &weights, sampling.wanted - spare);
         let mut rest = (&places[..], &weights[..]);
-        let mut take = |count: usize| {
+        let mut take = |count: usize, scale: f64| {
             let ((places, other_places), (weights, others)) =
                 (rest.0.split_at(count), rest.1.split_at(count));
             rest = (other_places, others);
-            Known { places: places.to_vec(), weights: weights.to_vec() }
+            let weights = weights.iter().map(|weight| weight * scale).collect();
+            Known { places: places.to_vec(), weights, is_new: false }
         };
-        let on_emitters = take(if sampling.all_alike { sampling.on_emitters.len() } else { 0 });
-        let paths = sampling.walked.paths.iter().map(|path| (take(path.deposits.len()), None)).collect();
+        let on_emitters = take(if sampling.all_alike { sampling.on_emitters.len() } else { 0 }, 1.0);
+        let walked = &sampling.walked;
+        let count_of = |path: &Path| f64::from(walked.counts[path.emitter(walked.counts.len())]);
+        let paths = walked.paths.iter().map(|p| (take(p.deposits.len(), count_of(p)), None)).collect();
         let placement = Placement::of(scene, geometry);
         let warnings = std::mem::take(&mut sampling.warnings);
         for warning in &warnings {
@@ -135,6 +151,8 @@ impl IncrementalWalk {
             sampled: placement,
             boxes: boxes(geometry),
             at_rest: sampling.on_emitters.clone(),
+            emitter_counts: Vec::new(),
+            targets: sampling.walked.counts.clone(),
             sampling,
             on_emitters,
             paths,
@@ -142,9 +160,13 @@ impl IncrementalWalk {
             slots: Slots::new(Vec::new(), 0, 0),
             is_balanced: true,
             frame: 0,
+            hierarchy: None,
+            pilot_weights: [Vec::new(), Vec::new()],
         };
         let (samples, sources) = result.sampling.candidates(geometry);
-        let (_, weights) = result.known();
+        let (places, weights) = result.known();
+        // In the order that they will have from now on.
+        result.strata.distribute(&places, &weights);
         let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
         let wanted = wanted(&result.strata.clusters(), candidates, result.sampling.seed);
         result.slots = Slots::new(wanted, spare as usize, pace.fade);
@@ -188,18 +210,12 @@ impl IncrementalWalk {
         Some(self.set(scene, geometry))
     }
 
-    /// Takes other views for those that samples are placed for.
-    pub fn place_for(&mut self, scene: &Scene, geometry: &Geometry, views: &[View]) {
-        let tracer = SceneTracer::new(scene, geometry);
-        let (samples, _) = self.sampling.candidates(geometry);
-        let points = importance::view_points(&tracer, views);
-        self.sampling.importance = importance::measure(&tracer, &points, &samples, &self.known().0);
-        self.is_balanced = false;
-    }
-
     /// Whether nothing is on its way: as long as nothing else changes, the set stays as it is.
     pub fn is_settled(&self) -> bool {
-        self.is_balanced && self.slots.is_settled() && self.waiting().paths == 0
+        self.is_balanced
+            && self.slots.is_settled()
+            && self.waiting().paths == 0
+            && self.targets == self.sampling.walked.counts
     }
 
     /// What waits to be walked again.
@@ -249,61 +265,98 @@ impl IncrementalWalk {
         Some(())
     }
 
-    /// Walks paths that wait for it.
+    /// Walks paths that wait for it, and some that are there to be more or fewer.
     fn walk(&mut self, scene: &Scene, geometry: &Geometry, trees: &[emitters::SourceTree]) {
+        self.drop_paths();
         let since = |(i, (_, since)): (usize, &(Known, Option<u32>))| Some((*since.as_ref()?, i));
         let mut waiting: Vec<(u32, usize)> = self.paths.iter().enumerate().filter_map(since).collect();
         waiting.sort_unstable_by_key(|&(since, i)| (since, sequence::hash(i as u32)));
         waiting.truncate(self.pace.paths as usize);
-        if waiting.is_empty() {
+        let more = self.more_paths(self.pace.paths - waiting.len() as u32);
+        if waiting.is_empty() && more.is_empty() {
             return;
         }
-        let tracer = SceneTracer::new(scene, geometry);
-        let Sampling { walked, importance, normal_scale, walk_seed, .. } = &mut self.sampling;
+        let tracer = self.tracer(scene, geometry);
         let walk = Walk {
             tracer: &tracer,
             emissions: self.sampled.emissions(),
             emitters: trees,
             settings: &self.settings,
-            seed: *walk_seed,
+            seed: self.sampling.walk_seed,
         };
-        let indices = waiting.iter().map(|&(_, i)| walked.paths[i].index).collect();
-        for (mut path, (_, i)) in walk.paths(indices).into_iter().zip(waiting) {
-            path.share(&walked.counts);
-            // Where it would lie, had nothing moved.
-            let at_rest = |deposit: &LightSample| {
-                let back = self.latest.carry(&self.sampled, geometry, deposit).unwrap_or(*deposit);
-                place(&back, *normal_scale)
-            };
-            let places: Vec<[f32; 6]> = path.deposits.iter().map(at_rest).collect();
-            let weigh = |(deposit, at): (&LightSample, &[f32; 6])| power(deposit) * importance.at(*at);
-            let weights = path.deposits.iter().zip(&places).map(weigh).collect();
-            walked.paths[i] = path;
-            self.paths[i] = (Known { places, weights }, None);
+        let indices = waiting.iter().map(|&(_, i)| self.sampling.walked.paths[i].index).collect();
+        let (again, more) = (walk.paths(indices), walk.paths(more));
+        for (path, (_, i)) in again.into_iter().zip(waiting) {
+            self.paths[i] = (self.know(geometry, &path), None);
+            self.sampling.walked.paths[i] = path;
         }
+        self.add_paths(geometry, more);
+    }
+
+    /// A tracer, with the hierarchy of the last one if nothing moved since.
+    fn tracer<'a>(&mut self, scene: &'a Scene, geometry: &'a Geometry) -> SceneTracer<'a> {
+        let held = self.hierarchy.take().filter(|(generation, _)| *generation == geometry.generation());
+        let tracer = match held {
+            Some((_, hierarchy)) => SceneTracer::with_hierarchy(scene, geometry, hierarchy),
+            None => SceneTracer::new(scene, geometry),
+        };
+        self.hierarchy = Some((geometry.generation(), tracer.hierarchy()));
+        tracer
+    }
+
+    /// What there is to know of a path that was just walked.
+    fn know(&self, geometry: &Geometry, path: &Path) -> Known {
+        // Where a deposit would lie, had nothing moved.
+        let at_rest = |deposit: &LightSample| {
+            let back = self.latest.carry(&self.sampled, geometry, deposit).unwrap_or(*deposit);
+            place(&back, self.sampling.normal_scale)
+        };
+        let places: Vec<[f32; 6]> = path.deposits.iter().map(at_rest).collect();
+        let weigh = |(d, at): (&LightSample, &[f32; 6])| power(d) * self.sampling.importance.relative_at(*at);
+        let weights = path.deposits.iter().zip(&places).map(weigh).collect();
+        Known { weights, places, is_new: true }
     }
 
     /// Places of all candidates, and what strata choose by.
     fn known(&self) -> (Vec<[f32; 6]>, Vec<f64>) {
-        let all = || std::iter::once(&self.on_emitters).chain(self.paths.iter().map(|(known, _)| known));
-        let places = all().flat_map(|known| &known.places).copied().collect();
-        (places, all().flat_map(|known| &known.weights).copied().collect())
+        let (mut places, mut weights) = (self.on_emitters.places.clone(), self.on_emitters.weights.clone());
+        for ((known, _), scale) in self.paths.iter().zip(self.scales()) {
+            places.extend_from_slice(&known.places);
+            weights.extend(known.weights.iter().map(|weight| weight * scale));
+        }
+        (places, weights)
+    }
+
+    /// By candidate, whether the strata do not know it yet.
+    fn is_new(&self) -> Vec<bool> {
+        let all = std::iter::once(&self.on_emitters).chain(self.paths.iter().map(|(known, _)| known));
+        all.flat_map(|known| known.places.iter().map(|_| known.is_new)).collect()
+    }
+
+    /// By path, its part of the light of its emitter.
+    fn scales(&self) -> impl Iterator<Item = f64> + '_ {
+        let Walked { paths, counts, .. } = &self.sampling.walked;
+        paths.iter().map(|path| 1.0 / f64::from(counts[path.emitter(counts.len())]))
     }
 
     /// Gives candidates to strata, and samples for those to slots.
     fn choose(&mut self, geometry: &Geometry) {
         let (places, mut weights) = self.known();
         let (samples, sources) = self.sampling.candidates(geometry);
-        let weigh =
-            |(sample, at): (&LightSample, &[f32; 6])| power(sample) * self.sampling.importance.at(*at);
+        let weigh = |(sample, at): (&LightSample, &[f32; 6])| {
+            power(sample) * self.sampling.importance.relative_at(*at)
+        };
         let now: Vec<f64> = samples.iter().zip(&places).map(weigh).collect();
+        let held = weights.clone();
         self.strata.distribute(&places, &weights);
-        let most = self.slots.free() / 2;
-        self.is_balanced = !self.strata.rebalance(most, &places, &mut weights, &now) && most > 0;
-        let mut rest = weights.iter().copied();
-        for known in std::iter::once(&mut self.on_emitters).chain(self.paths.iter_mut().map(|(k, _)| k)) {
-            known.weights.iter_mut().zip(&mut rest).for_each(|(weight, now)| *weight = now);
-        }
+        self.strata.weigh_alike(&places, &mut weights, &now, &self.is_new());
+        // Each takes up to three.
+        let most = self.slots.free() / 3;
+        let lineage = self.strata.rebalance(most, &places, &mut weights, &now);
+        self.is_balanced = lineage.is_empty() && most > 0;
+        self.keep_weights(&held, &weights);
+        self.on_emitters.is_new = false;
+        self.paths.iter_mut().for_each(|(known, _)| known.is_new = false);
         let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
         let clusters = self.strata.clusters();
         let stay = |stratum: u64, shown: &LightSample| {
@@ -312,8 +365,24 @@ impl IncrementalWalk {
             let item = cluster.items.iter().find(is_shown)?;
             Some(stand_in(candidates, cluster, item.index as usize))
         };
-        self.slots.show(wanted(&clusters, candidates, self.sampling.seed), stay);
+        let Sampling { importance, normal_scale, seed, .. } = &self.sampling;
+        let matters = |sample: &LightSample| importance.seen_from(place(sample, *normal_scale)) as f32;
+        self.slots.show(wanted(&clusters, candidates, *seed), &lineage, stay, matters);
         self.slots.advance();
+    }
+
+    /// Takes note of what strata choose by from now on; where that is as it was, to the bit.
+    fn keep_weights(&mut self, before: &[f64], after: &[f64]) {
+        let scales: Vec<f64> = self.scales().collect();
+        let mut pairs = before.iter().zip(after);
+        let paths = self.paths.iter_mut().map(|(known, _)| known).zip(scales);
+        for (known, scale) in std::iter::once((&mut self.on_emitters, 1.0)).chain(paths) {
+            for (weight, (before, after)) in known.weights.iter_mut().zip(&mut pairs) {
+                if before != after {
+                    *weight = after / scale;
+                }
+            }
+        }
     }
 
     /// All samples as they are shown.
@@ -352,9 +421,6 @@ fn boxes(geometry: &Geometry) -> Vec<Option<Box3>> {
     geometry.objects.iter().map(of).collect()
 }
 
-#[cfg(test)]
-mod tests;
-
 /// Whether a segment has a point in a box.
 fn touches([low, high]: Box3, [from, to]: [Vec3; 2]) -> bool {
     let (mut enter, mut leave) = (0.0_f32, 1.0_f32);
@@ -372,3 +438,6 @@ fn touches([low, high]: Box3, [from, to]: [Vec3; 2]) -> bool {
     }
     enter <= leave
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,7 +3,7 @@
 use super::emission::{Emission, Emissions, Shares};
 use super::importance::Importance;
 use super::resample::Chosen;
-use super::walk::{Walk, Walked};
+use super::walk::{Pilot, Walk, Walked};
 use super::{LightSample, LightSettings, MAX_LIGHTS, direct, emitters, importance, walk};
 use crate::math::sequence;
 use crate::scene::{Geometry, Scene, View};
@@ -47,6 +47,12 @@ pub(super) struct Sampling {
     pub punctual: Vec<LightSample>,
     /// On emitters: samples as they are, where their share is given, or candidates.
     pub on_emitters: Vec<LightSample>,
+    /// What tells where emitters' samples matter, emitter by emitter.
+    pub emitter_pilot: Vec<Vec<LightSample>>,
+    /// How many candidates lie on emitters, and their seed.
+    pub emitter_candidates: (u32, u32),
+    /// What tells which emitters' paths matter.
+    pub pilot: Option<Pilot>,
     pub walked: Walked,
     /// Of the walk.
     pub walk_seed: u32,
@@ -95,12 +101,17 @@ impl Sampling {
 
         // What the walk leaves.
         let walk_seed = sequence::hash(settings.seed ^ 0x7f4a_7c15);
-        let mut walked = Walked::default();
+        let (mut walked, mut pilot) = (Walked::default(), None);
         let trees = emitters::trees(&groups, &sources);
         if !trees.is_empty() && numbers.walked > 0 {
             let walk =
                 Walk { tracer: &tracer, emissions: &emissions, emitters: &trees, settings, seed: walk_seed };
-            walked = walk::walk(walk, [numbers.walked, per_sample], &weigh);
+            let found = pilot.insert(Pilot::new(&walk, [numbers.walked, per_sample]));
+            walked = if found.deposits.is_empty() {
+                Walked { walked: found.walked(), exhausted: true, ..Walked::default() }
+            } else {
+                walk::walk(&walk, found, found.counts(&weigh(&found.deposits)))
+            };
             if walked.exhausted {
                 let rest = if groups.is_empty() { "" } else { "; the others lie on the emitters" };
                 warnings.push(format!(
@@ -115,14 +126,16 @@ impl Sampling {
         // Samples are chosen among that, or among that and candidates on emitters.
         let power: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
         let emitter_seed = sequence::hash(settings.seed ^ 0x2545_f491);
-        let on_emitters =
-            |weights: &[f64], count, seed| direct::area(scene, geometry, &groups, weights, count, seed);
+        let on_emitters = |weights: &[f64], count, seed| {
+            direct::area((scene, geometry), &emissions, &groups, weights, count, seed)
+        };
         let all_alike = settings.direct_share.is_none();
+        let count = numbers.emitters * per_sample;
+        let mut emitter_pilot = Vec::new();
         let (on_emitters, wanted) = if all_alike {
-            let count = numbers.emitters * per_sample;
             // The pilot has a seed of its own: how many candidates there are must not depend on them.
-            let pilot = on_emitters(&power, count / 8, sequence::hash(emitter_seed));
-            let weights = direct::worth(&power, &pilot, &weigh(&pilot.concat()));
+            emitter_pilot = on_emitters(&power, count / 8, sequence::hash(emitter_seed));
+            let weights = direct::worth(&power, &emitter_pilot, &weigh(&emitter_pilot.concat()));
             (on_emitters(&weights, count, emitter_seed).concat(), spare)
         } else {
             let indirect = numbers.walked.min(walked.deposits());
@@ -132,6 +145,9 @@ impl Sampling {
         let mut result = Self {
             punctual,
             on_emitters,
+            emitter_pilot,
+            emitter_candidates: (count, emitter_seed),
+            pilot,
             walked,
             walk_seed,
             importance: Importance::uniform(),
@@ -154,7 +170,7 @@ impl Sampling {
             on_emitters.clone().filter_map(|sample| Emission::of_direct(geometry, sample)).collect();
         let mut samples: Vec<LightSample> = on_emitters.copied().collect();
         for path in &self.walked.paths {
-            samples.extend_from_slice(&path.deposits);
+            samples.extend(self.walked.shares_of(path));
             sources.extend(path.deposits.iter().map(|_| path.emission));
         }
         (samples, sources)

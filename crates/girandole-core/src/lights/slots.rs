@@ -8,11 +8,17 @@ use super::{LightSample, Rectangle};
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
-/// Turns of the normal by more than this cosine make another sample.
-const SAME_NORMAL: f32 = 0.9;
+/// Turns of the normal by more than this cosine make another sample…
+const SAME_NORMAL: f32 = 0.99;
+/// …and centres of rectangles that are farther apart than this share of their radius…
+const SAME_CENTER: f32 = 0.75;
+/// …or areas that are less or more than these times as large.
+const SAME_AREA: [f32; 2] = [0.2, 1.6];
+/// How many times longer the brightest ones take than those of middling brightness.
+const LONGEST: f32 = 3.0;
 
 /// How much light, and where it comes from.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 struct Light {
     intensity: Vec3,
     shares: Shares,
@@ -26,8 +32,9 @@ struct Slot {
     sample: LightSample,
     from: Light,
     to: Light,
-    /// Frames on the way from one to the other.
-    step: u32,
+    /// Frames gone on the way from one to the other, and that there are left.
+    gone: u32,
+    left: u32,
 }
 
 /// What a stratum is to be represented by.
@@ -36,11 +43,20 @@ pub(super) struct Wanted {
     pub chosen: Chosen,
 }
 
+/// A slot that goes to other light.
+struct Going {
+    /// What it belongs to.
+    group: u64,
+    slot: usize,
+    /// Share of its light that changes.
+    change: f32,
+}
+
 /// All slots.
 #[derive(Clone, Debug)]
 pub(super) struct Slots {
     slots: Vec<Slot>,
-    /// Frames that it takes a sample to come or to go; 0 = at once.
+    /// Frames that it takes a sample of middling brightness to come or to go; 0 = at once.
     fade: u32,
     /// Whether some stratum waits for a slot.
     has_waiting: bool,
@@ -64,55 +80,74 @@ impl Light {
 }
 
 impl Slot {
-    fn new(wanted: Wanted, fade: u32) -> Self {
-        let to = Light::of(&wanted.chosen);
-        let sample = wanted.chosen.sample;
-        Self { stratum: Some(wanted.stratum), sample, from: Light::default(), to, step: fade }
+    /// At full intensity.
+    fn new(Wanted { stratum, chosen }: Wanted) -> Self {
+        let to = Light::of(&chosen);
+        let from = Light::default();
+        Self { stratum: Some(stratum), sample: chosen.sample, from, to, gone: 0, left: 0 }
     }
 
-    fn light(&self, fade: u32) -> Light {
-        if self.step >= fade {
-            self.to.clone()
-        } else {
-            self.from.mix(&self.to, self.step as f32 / fade as f32)
+    fn light(&self) -> Light {
+        match self.left {
+            0 => self.to.clone(),
+            left => self.from.mix(&self.to, self.gone as f32 / (self.gone + left) as f32),
         }
     }
 
-    fn is_dark(&self, fade: u32) -> bool {
-        self.stratum.is_none() && self.step >= fade
+    fn is_dark(&self) -> bool {
+        self.stratum.is_none() && self.left == 0
     }
 
-    /// Goes on to other light, step by step from what it is now.
-    fn fade_to(&mut self, stratum: Option<u64>, to: Light, fade: u32) {
-        self.from = self.light(fade);
-        (self.stratum, self.to, self.step) = (stratum, to, 0);
+    /// Goes on to other light, from what it is now, in the time that is left. Returns how much that is of a change, as a share of
+    /// the light.
+    fn go_to(&mut self, stratum: Option<u64>, to: Light) -> f32 {
+        let [was, is] = [&self.to, &to].map(|light| light.intensity.max_element());
+        let change = (to.intensity - self.to.intensity).abs().max_element() / was.max(is);
+        self.from = self.light();
+        (self.stratum, self.to, self.gone) = (stratum, to, 0);
+        if change.is_finite() { change.min(1.0) } else { 0.0 }
     }
 
-    /// Whether a sample is the one that is shown, if somewhat elsewhere.
+    fn area(&self) -> f32 {
+        self.sample.rectangle.as_ref().map_or(1.0, Rectangle::area).max(f32::MIN_POSITIVE)
+    }
+
+    /// Whether a sample is the one that is shown, if somewhat elsewhere, and stands for about the same surface.
     fn shows(&self, sample: &LightSample) -> bool {
-        let reach = sample.rectangle.as_ref().map_or(0.0, Rectangle::radius);
+        let (Some(old), Some(new)) = (&self.sample.rectangle, &sample.rectangle) else { return true };
+        let reach = old.radius();
         self.sample.position.distance(sample.position) <= reach
+            && old.center.distance(new.center) <= SAME_CENTER * reach
+            && (SAME_AREA[0]..=SAME_AREA[1]).contains(&(new.area() / old.area()))
             && self.sample.normal.dot(sample.normal) >= SAME_NORMAL
+    }
+
+    /// Takes the place of a sample that it shows; what that is spread over stays as it is, lest its edges sweep over surfaces
+    /// nearby.
+    fn follow(&mut self, sample: &LightSample) {
+        let shift = sample.position - self.sample.position;
+        let rectangle = self.sample.rectangle.map(|r| Rectangle { center: r.center + shift, ..r });
+        self.sample = LightSample { rectangle, ..*sample };
     }
 }
 
 impl Slots {
     /// With these samples at full intensity, and so many more slots that are dark.
     pub fn new(wanted: Vec<Wanted>, spare: usize, fade: u32) -> Self {
-        let mut slots: Vec<Slot> = wanted.into_iter().map(|wanted| Slot::new(wanted, fade)).collect();
+        let mut slots: Vec<Slot> = wanted.into_iter().map(Slot::new).collect();
         let dark = slots.first().cloned().map(|slot| Slot { stratum: None, to: Light::default(), ..slot });
         slots.extend(std::iter::repeat_n(dark, spare).flatten());
         Self { slots, fade, has_waiting: false }
     }
 
-    /// How many samples can come without one that goes being cut off.
+    /// How many are dark.
     pub fn free(&self) -> usize {
-        self.slots.iter().filter(|slot| slot.is_dark(self.fade)).count()
+        self.slots.iter().filter(|slot| slot.is_dark()).count()
     }
 
     /// Whether nothing is on its way.
     pub fn is_settled(&self) -> bool {
-        !self.has_waiting && self.slots.iter().all(|slot| slot.step >= self.fade)
+        !self.has_waiting && self.slots.iter().all(|slot| slot.left == 0)
     }
 
     /// Takes samples along with what they lie on.
@@ -123,9 +158,17 @@ impl Slots {
     }
 
     /// Shows what strata are to be represented by. Where a sample would have to come while no slot is free, the one that is
-    /// shown stays: `stay` makes it represent its stratum as it is now, if it still can.
-    pub fn show(&mut self, wanted: Vec<Wanted>, stay: impl Fn(u64, &LightSample) -> Option<Chosen>) {
-        let fade = self.fade;
+    /// shown stays: `stay` makes it represent its stratum as it is now, if it still can. What `lineage` says belongs together goes
+    /// the same way in the same time.
+    pub fn show(
+        &mut self,
+        wanted: Vec<Wanted>,
+        lineage: &[(u64, u64)],
+        stay: impl Fn(u64, &LightSample) -> Option<Chosen>,
+        matters: impl Fn(&LightSample) -> f32,
+    ) {
+        let lineage: FxHashMap<u64, u64> = lineage.iter().copied().collect();
+        let group = |stratum: u64| lineage.get(&stratum).copied().unwrap_or(stratum);
         let mut by_origin: FxHashMap<[u32; 3], Vec<usize>> = FxHashMap::default();
         let mut by_stratum: FxHashMap<u64, usize> = FxHashMap::default();
         for (index, slot) in self.slots.iter().enumerate().filter(|(_, slot)| slot.stratum.is_some()) {
@@ -133,6 +176,7 @@ impl Slots {
             by_stratum.extend(slot.stratum.map(|stratum| (stratum, index)));
         }
         let mut is_kept = vec![false; self.slots.len()];
+        let mut going: Vec<Going> = Vec::new();
         let mut coming = Vec::new();
         for wanted in wanted {
             let sample = &wanted.chosen.sample;
@@ -143,13 +187,12 @@ impl Slots {
                 continue;
             };
             is_kept[index] = true;
-            let slot = &mut self.slots[index];
-            slot.sample = *sample;
-            let to = Light::of(&wanted.chosen);
-            if slot.stratum == Some(wanted.stratum) {
-                slot.to = to;
-            } else {
-                slot.fade_to(Some(wanted.stratum), to, fade);
+            let (slot, to) = (&mut self.slots[index], Light::of(&wanted.chosen));
+            slot.follow(sample);
+            slot.stratum = Some(wanted.stratum);
+            if slot.to != to {
+                let change = slot.go_to(Some(wanted.stratum), to);
+                going.push(Going { group: group(wanted.stratum), slot: index, change });
             }
         }
         let before = |wanted: &Wanted, is_kept: &[bool]| {
@@ -163,37 +206,67 @@ impl Slots {
         });
         self.has_waiting = false;
         for wanted in coming {
-            match (before(&wanted, &is_kept), self.slots.iter().position(|slot| slot.is_dark(fade))) {
-                (Some(index), _) if fade == 0 => {
-                    self.slots[index] = Slot::new(wanted, fade);
+            let group = group(wanted.stratum);
+            match (before(&wanted, &is_kept), self.slots.iter().position(Slot::is_dark)) {
+                (Some(index), _) if self.fade == 0 => {
+                    self.slots[index] = Slot::new(wanted);
                     is_kept[index] = true;
                 }
                 (_, Some(dark)) => {
-                    self.slots[dark] = Slot { step: 0, ..Slot::new(wanted, fade) };
+                    self.slots[dark] = Slot::new(wanted);
                     is_kept[dark] = true;
+                    going.push(Going { group, slot: dark, change: 1.0 });
                 }
                 (before, None) => {
-                    if let Some(index) = before {
-                        if let Some(chosen) = stays(&wanted, &self.slots[index]) {
-                            self.slots[index].to = Light::of(&chosen);
-                            self.slots[index].sample = chosen.sample;
-                        }
-                        is_kept[index] = true;
-                    }
                     self.has_waiting = true;
+                    let Some(index) = before else { continue };
+                    is_kept[index] = true;
+                    if let Some(chosen) = stays(&wanted, &self.slots[index]) {
+                        let change = self.slots[index].go_to(Some(wanted.stratum), Light::of(&chosen));
+                        going.push(Going { group, slot: index, change });
+                    }
                 }
             }
         }
-        for (slot, is_kept) in self.slots.iter_mut().zip(is_kept) {
-            if slot.stratum.is_some() && !is_kept {
-                slot.fade_to(None, Light::default(), fade);
+        for (index, slot) in self.slots.iter_mut().enumerate().filter(|(index, _)| !is_kept[*index]) {
+            if let Some(stratum) = slot.stratum {
+                let change = slot.go_to(None, Light::default());
+                going.push(Going { group: group(stratum), slot: index, change });
+            }
+        }
+        self.set_times(&mut going, matters);
+    }
+
+    /// Gives slots that go to other light the time that their group takes: the more, the brighter the brightest of them is, and the
+    /// more of its light changes.
+    fn set_times(&mut self, going: &mut [Going], matters: impl Fn(&LightSample) -> f32) {
+        let lit = self.slots.iter().filter(|slot| slot.stratum.is_some());
+        let seen = |slot: &Slot, light: f32| light / slot.area() * matters(&slot.sample);
+        let mut all: Vec<f32> = lit.map(|slot| seen(slot, slot.to.intensity.max_element())).collect();
+        all.sort_unstable_by(f32::total_cmp);
+        let usual = all.get(all.len() / 2).copied().unwrap_or(0.0);
+        going.sort_unstable_by_key(|going| (going.group, going.slot));
+        for group in going.chunk_by(|a, b| a.group == b.group) {
+            let most = |f: &dyn Fn(&Going) -> f32| group.iter().map(f).fold(0.0, f32::max);
+            let seen = |going: &Going| {
+                let slot = &self.slots[going.slot];
+                seen(slot, (slot.to.intensity - slot.from.intensity).abs().max_element())
+            };
+            let factor = (most(&seen) / usual).min(LONGEST);
+            let factor = if factor.is_finite() { factor } else { 1.0 };
+            let time = (self.fade as f32 * factor * most(&|going| going.change)).ceil() as u32;
+            for going in group {
+                let slot = &mut self.slots[going.slot];
+                slot.left = slot.left.max(time);
             }
         }
     }
 
     /// Goes on by a frame.
     pub fn advance(&mut self) {
-        self.slots.iter_mut().for_each(|slot| slot.step = (slot.step + 1).min(self.fade));
+        for slot in self.slots.iter_mut().filter(|slot| slot.left > 0) {
+            (slot.gone, slot.left) = (slot.gone + 1, slot.left - 1);
+        }
     }
 
     /// What is shown, with what is emitted now instead of when light was sampled.
@@ -202,7 +275,7 @@ impl Slots {
         [sampled, now]: [&'a Emissions; 2],
     ) -> impl Iterator<Item = LightSample> + 'a {
         self.slots.iter().map(move |slot| {
-            let Light { intensity, shares } = slot.light(self.fade);
+            let Light { intensity, shares } = slot.light();
             let intensity = sampled.carried(now, intensity, &shares).unwrap_or(Vec3::ZERO);
             LightSample { intensity, ..slot.sample }
         })

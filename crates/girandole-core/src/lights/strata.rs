@@ -16,7 +16,7 @@ const SPREAD_POWER: f64 = 0.75;
 const PRIOR: f64 = 1.0;
 
 /// Strata are merged and others split where the error of the split one is so many times that of the merged ones.
-const HYSTERESIS: f64 = 1.5;
+const HYSTERESIS: f64 = 1.2;
 
 /// A candidate, or a part of one where clusters lie at one place.
 #[derive(Clone, Copy, Debug)]
@@ -244,11 +244,32 @@ impl Strata {
         }
     }
 
+    /// In strata with new candidates, gives all of them the weights that there are now: those of other times may be of other
+    /// orders of magnitude.
+    pub fn weigh_alike(&mut self, places: &[[f32; 6]], weights: &mut [f64], now: &[f64], is_new: &[bool]) {
+        let mut changed = false;
+        for Stratum { cluster: Cluster { items, .. }, .. } in &self.nodes {
+            if items.iter().any(|item| is_new[item.index as usize]) {
+                changed = true;
+                items.iter().for_each(|item| weights[item.index as usize] = now[item.index as usize]);
+            }
+        }
+        if changed {
+            self.distribute(places, weights);
+        }
+    }
+
     /// Merges strata and splits others, at most so many times, as long as that lowers the largest error by much, and gives
     /// them the same candidates again. Where weights are other ones by now, these decide, and those of candidates in strata that
     /// change take their place.
-    /// Whether anything changed.
-    pub fn rebalance(&mut self, most: usize, places: &[[f32; 6]], weights: &mut [f64], now: &[f64]) -> bool {
+    /// Returns the strata that are gone and those that came in pairs, each with the one that two became or that became two.
+    pub fn rebalance(
+        &mut self,
+        most: usize,
+        places: &[[f32; 6]],
+        weights: &mut [f64],
+        now: &[f64],
+    ) -> Vec<(u64, u64)> {
         let count = self.nodes.len();
         let mut leaves: BTreeMap<usize, f64> = BTreeMap::new();
         let mut pairs: BTreeMap<usize, f64> = BTreeMap::new();
@@ -256,7 +277,7 @@ impl Strata {
         for node in (0..count).filter(|&node| !is_gone[node]) {
             self.note_error(node, (weights, now), (&mut leaves, &mut pairs));
         }
-        let mut changed = false;
+        let mut lineage = Vec::new();
         for _ in 0..most {
             let extreme = |errors: &BTreeMap<usize, f64>, sign: f64| {
                 let better = |a: &(&usize, &f64), b: &(&usize, &f64)| (sign * a.1).total_cmp(&(sign * b.1));
@@ -278,6 +299,7 @@ impl Strata {
             for item in joined.items.iter().chain(&self.nodes[worst].cluster.items) {
                 weights[item.index as usize] = now[item.index as usize];
             }
+            lineage.extend(children.map(|child| (self.nodes[child].id, self.next_id)));
             let stratum = &mut self.nodes[merged];
             (stratum.cluster, stratum.id) = (joined, self.next_id);
             self.next_id += 1;
@@ -289,16 +311,16 @@ impl Strata {
             leaves.remove(&worst);
             pairs.remove(&merged);
             let parts = self.split(worst);
+            lineage.extend(parts.map(|part| (self.nodes[part].id, self.nodes[worst].id)));
             let parents = [merged, worst].map(|node| self.nodes[node].parent);
             for node in parts.into_iter().chain([merged, worst]).chain(parents.into_iter().flatten()) {
                 self.note_error(node, (weights, now), (&mut leaves, &mut pairs));
             }
-            changed = true;
         }
-        if changed {
+        if !lineage.is_empty() {
             self.distribute(places, weights);
         }
-        changed
+        lineage
     }
 
     /// The error of a node that is not split, or that two such nodes would have as one.

@@ -39,7 +39,7 @@ const PILOT_PATHS: u32 = 1 << 16;
 /// The result of the walk.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Walked {
-    /// In ascending order.
+    /// Ascending by index.
     pub paths: Vec<Path>,
     /// How many paths started on each emitter.
     pub counts: Vec<u32>,
@@ -58,13 +58,14 @@ pub(super) struct Path {
     pub emission: Emission,
     /// Where it starts, if it has any light.
     pub start: Option<Vec3>,
-    /// What it leaves, bounce by bounce.
+    /// What it leaves, bounce by bounce, each with all of its light.
     pub deposits: Vec<LightSample>,
     /// Where it ends: on a surface, or beyond the scene.
     pub end: Vec3,
 }
 
 /// What paths are walked with.
+#[derive(Clone, Copy)]
 pub(super) struct Walk<'a> {
     pub tracer: &'a SceneTracer<'a>,
     /// How much everything emits.
@@ -80,53 +81,83 @@ struct Photon {
     flux: Vec3,
 }
 
-/// Walks as many paths as are likely to leave `candidates` deposits for each of `wanted` samples; more from emitters whose
-/// deposits have a larger `weight`.
-pub(super) fn walk(
-    mut walk: Walk,
-    [wanted, candidates]: [u32; 2],
-    weigh: &dyn Fn(&[LightSample]) -> Vec<f64>,
-) -> Walked {
-    let (emitters, seed) = (walk.emitters, walk.seed);
-    walk.seed = sequence::hash(seed);
-    let power: Vec<f64> = emitters.iter().map(SourceTree::power).collect();
-    let deposits = f64::from(wanted) * f64::from(candidates).max(1.2) + 8.0;
+/// A short walk that finds out how many deposits a path leaves, and on which emitters those start that matter.
+#[derive(Clone, Debug)]
+pub(super) struct Pilot {
+    /// Each with all of its path's light.
+    pub deposits: Vec<LightSample>,
+    /// How many paths started on each emitter.
+    counts: Vec<u32>,
+    power: Vec<f64>,
+    /// How many samples are wanted, and candidates for each.
+    wanted: [u32; 2],
+}
 
-    // The pilot.
-    let enough = PILOT_DEPOSITS.max((deposits * PILOT_SHARE) as usize);
-    let (mut left, mut counts) = (Vec::new(), vec![0; emitters.len()]);
-    let mut paths = 256;
-    let deposits_of = |paths: &[Path]| paths.iter().map(|path| path.deposits.len()).sum::<usize>();
-    while deposits_of(&left) < enough && counts.iter().sum::<u32>() < PILOT_PATHS {
-        let more = allocate(&power, paths.max(emitters.len() as u32));
-        left.extend(walk.range(&counts, &more));
-        counts.iter_mut().zip(&more).for_each(|(count, more)| *count += more);
-        paths *= 2;
+impl Pilot {
+    /// With a seed of its own.
+    pub fn new(walk: &Walk, wanted: [u32; 2]) -> Self {
+        let walk = Walk { seed: sequence::hash(walk.seed), ..*walk };
+        let power: Vec<f64> = walk.emitters.iter().map(SourceTree::power).collect();
+        let mut result = Self { deposits: Vec::new(), counts: vec![0; power.len()], power, wanted };
+        let enough = PILOT_DEPOSITS.max((result.deposits_wanted() * PILOT_SHARE) as usize);
+        let mut paths = 256;
+        while result.deposits.len() < enough && result.walked() < PILOT_PATHS {
+            let more = allocate(&result.power, paths.max(walk.emitters.len() as u32));
+            let left = walk.range(&result.counts, &more);
+            result.deposits.extend(left.into_iter().flat_map(|path| path.deposits));
+            result.counts.iter_mut().zip(&more).for_each(|(count, more)| *count += more);
+            paths *= 2;
+        }
+        result
     }
-    let walked = counts.iter().sum::<u32>();
-    let pilot: Vec<LightSample> = left.into_iter().flat_map(|path| path.deposits).collect();
-    if pilot.is_empty() {
-        return Walked { walked, exhausted: true, ..Walked::default() };
-    }
-    let (mut worth, mut rates) = (vec![0.0; emitters.len()], vec![0.0; emitters.len()]);
-    for (sample, weight) in pilot.iter().zip(weigh(&pilot)) {
-        let emitter = walk.emitter_of(sample);
-        worth[emitter] += weight / f64::from(counts[emitter]);
-        rates[emitter] += 1.0 / f64::from(counts[emitter]);
-    }
-    let shares = mixture(&power, &worth);
 
-    // The walk, with a margin where there is a single candidate for each sample.
-    let rate: f64 = shares.iter().zip(&rates).map(|(share, rate)| share * rate).sum();
-    let most = (PILOT_PATHS + wanted.saturating_mul(32)).min(u32::MAX / emitters.len() as u32);
-    let paths = (deposits / rate).ceil().min(f64::from(most)) as u32;
-    walk.seed = seed;
-    let counts = allocate(&shares, paths.max(emitters.len() as u32));
-    let mut left = walk.range(&vec![0; emitters.len()], &counts);
-    left.iter_mut().for_each(|path| path.share(&counts));
-    let found = deposits_of(&left);
-    let exhausted = found == 0 || paths == most && found < wanted as usize;
-    Walked { paths: left, walked: counts.iter().sum(), counts, exhausted }
+    /// How many paths it has.
+    pub fn walked(&self) -> u32 {
+        self.counts.iter().sum()
+    }
+
+    /// With a margin where there is a single candidate for each sample.
+    fn deposits_wanted(&self) -> f64 {
+        let [wanted, candidates] = self.wanted;
+        f64::from(wanted) * f64::from(candidates).max(1.2) + 8.0
+    }
+
+    /// How many paths are walked at most.
+    fn most(&self) -> u32 {
+        (PILOT_PATHS + self.wanted[0].saturating_mul(32)).min(u32::MAX / self.counts.len() as u32)
+    }
+
+    /// How many paths from each emitter are likely to leave as many candidates as are wanted: more from those whose deposits
+    /// have a larger weight. There is some deposit.
+    pub fn counts(&self, weights: &[f64]) -> Vec<u32> {
+        let (mut worth, mut rates) = (vec![0.0; self.counts.len()], vec![0.0; self.counts.len()]);
+        for (sample, weight) in self.deposits.iter().zip(weights) {
+            let emitter = emitter_of(sample, self.counts.len());
+            worth[emitter] += weight / f64::from(self.counts[emitter]);
+            rates[emitter] += 1.0 / f64::from(self.counts[emitter]);
+        }
+        let shares = mixture(&self.power, &worth);
+        let rate: f64 = shares.iter().zip(&rates).map(|(share, rate)| share * rate).sum();
+        let paths = (self.deposits_wanted() / rate).ceil().min(f64::from(self.most())) as u32;
+        allocate(&shares, paths.max(self.counts.len() as u32))
+    }
+}
+
+/// The emitter, of so many, that a deposit's light comes from.
+fn emitter_of(deposit: &LightSample, emitters: usize) -> usize {
+    match deposit.origin {
+        SampleOrigin::Bounce { path, .. } => path as usize % emitters,
+        SampleOrigin::Emitter { .. } | SampleOrigin::Punctual { .. } => 0,
+    }
+}
+
+/// Walks so many paths from each emitter, as the pilot says.
+pub(super) fn walk(walk: &Walk, pilot: &Pilot, counts: Vec<u32>) -> Walked {
+    let paths = walk.range(&vec![0; counts.len()], &counts);
+    let mut result = Walked { paths, walked: counts.iter().sum(), counts, exhausted: false };
+    let found = result.deposits();
+    result.exhausted = found == 0 || result.walked >= pilot.most() && found < pilot.wanted[0];
+    result
 }
 
 impl Walked {
@@ -134,20 +165,19 @@ impl Walked {
     pub fn deposits(&self) -> u32 {
         self.paths.iter().map(|path| path.deposits.len() as u32).sum()
     }
+
+    /// A path's deposits, with its part of their light, as there are others from the same emitter.
+    pub fn shares_of<'a>(&self, path: &'a Path) -> impl Iterator<Item = LightSample> + 'a {
+        let scale = 1.0 / f64::from(self.counts[path.emitter(self.counts.len())]);
+        let shared = move |d: &LightSample| (d.intensity.as_dvec3() * scale).as_vec3();
+        path.deposits.iter().map(move |deposit| LightSample { intensity: shared(deposit), ..*deposit })
+    }
 }
 
 impl Path {
     /// The emitter that it starts on, of so many.
     pub fn emitter(&self, emitters: usize) -> usize {
         self.index as usize % emitters
-    }
-
-    /// Makes its deposits those of one of so many paths from each emitter.
-    pub fn share(&mut self, counts: &[u32]) {
-        let scale = 1.0 / f64::from(counts[self.emitter(counts.len())]);
-        for deposit in &mut self.deposits {
-            deposit.intensity = (deposit.intensity.as_dvec3() * scale).as_vec3();
-        }
     }
 
     /// Where it goes, from point to point.
@@ -176,14 +206,6 @@ impl Walk<'_> {
         }
         #[cfg(not(feature = "parallel"))]
         paths.into_iter().map(|path| self.path(path)).collect()
-    }
-
-    /// The emitter that a deposit's light comes from.
-    fn emitter_of(&self, deposit: &LightSample) -> usize {
-        match deposit.origin {
-            SampleOrigin::Bounce { path, .. } => path as usize % self.emitters.len(),
-            SampleOrigin::Emitter { .. } | SampleOrigin::Punctual { .. } => 0,
-        }
     }
 
     /// The source that a path starts from, and the point of it.

@@ -334,8 +334,8 @@ fn many_equal_boxes_are_traced_like_any() {
     }
     let (scene, geometry) = scene([mesh]);
     let tracer = SceneTracer::new(&scene, &geometry);
-    assert!(depth(&tracer.bvh) < MAX_DEPTH);
-    assert!(tracer.group > 1, "the control: single triangles would be too deep a hierarchy");
+    assert!(depth(&tracer.hierarchy.bvh) < MAX_DEPTH);
+    assert!(tracer.hierarchy.group > 1, "the control: single triangles would be too deep a hierarchy");
     let mut met = 0;
     for _ in 0..300 {
         let (origin, target) = (numbers.vector() * 2.0, numbers.vector() * 0.4);

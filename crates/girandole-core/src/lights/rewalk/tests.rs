@@ -62,10 +62,7 @@ fn wrong_paths(scene: &Scene, walk: &IncrementalWalk) -> usize {
     let (walked, seed) = (&walk.sampling.walked, walk.sampling.walk_seed);
     let fresh = Walk { tracer: &tracer, emissions, emitters: &trees, settings: &walk.settings, seed };
     let fresh = fresh.paths(walked.paths.iter().map(|path| path.index).collect());
-    let differ = |(mut fresh, held): (Path, &Path)| {
-        fresh.share(&walked.counts);
-        fresh.deposits != held.deposits
-    };
+    let differ = |(fresh, held): (Path, &Path)| fresh.deposits != held.deposits;
     fresh.into_iter().zip(&walked.paths).map(differ).filter(|differ| *differ).count()
 }
 
@@ -113,6 +110,48 @@ fn light_is_that_of_a_fresh_set_in_the_mean() {
 }
 
 #[test]
+fn light_is_kept_in_the_mean_as_the_view_moves() {
+    let scene = room();
+    let geometry = Geometry::new(&scene);
+    let views: Vec<View> = (0..5)
+        .map(|step| {
+            let view = View::new(&scene, &scene.cameras[0], 1.0);
+            let turn = Quat::from_rotation_y(0.5 * step as f32);
+            let [right, up, forward] = [view.right, view.up, view.forward].map(|axis| turn * axis);
+            View { right, up, forward, ..view }
+        })
+        .collect();
+    let (expected, error) = over_seeds(60, |seed| {
+        let set = LightSet::sample(&scene, &geometry, &settings(40, seed + 1000)).expect("there is light");
+        flux(set.samples())
+    });
+    let first = |seed: u32| {
+        let opened = IncrementalWalk::new(&scene, &geometry, &settings(40, seed), &views[..1], ALL);
+        opened.expect("there is light")
+    };
+    let (mean, own) = over_seeds(60, |seed| {
+        let (mut walk, mut set) = first(seed);
+        for view in &views[1..] {
+            walk.place_for(&scene, &geometry, &[*view]);
+            for _ in 0..3 {
+                set = walk.follow(&scene, &geometry).expect("it follows");
+            }
+        }
+        flux(set.samples())
+    });
+    let both = (mean, (own * own + error * error).map(f64::sqrt));
+    assert!(agrees(both, expected, 0.0), "{both:?} for {expected}");
+    // The control: samples go over to where the view is.
+    let (mut walk, before) = first(0);
+    walk.place_for(&scene, &geometry, &views[4..]);
+    let moved = (0..30).filter(|_| {
+        let after = walk.follow(&scene, &geometry).expect("it follows");
+        after != before
+    });
+    assert!(moved.count() > 20);
+}
+
+#[test]
 fn samples_come_and_go_little_by_little_and_come_to_rest() {
     let pace = Pace { paths: 60, fade: 6 };
     let mut scene = room();
@@ -153,7 +192,7 @@ fn samples_come_and_go_little_by_little_and_come_to_rest() {
     assert_eq!(wrong_paths(&scene, &walk), 0);
     // At once, if that is wanted: the control.
     let (_, _, set) = after(3, true, &settings(80, 1), Pace { fade: 0, ..pace });
-    assert_eq!(set.samples().iter().filter(|s| s.intensity == Vec3::ZERO).count(), 10);
+    assert_eq!(set.samples().iter().filter(|s| s.intensity == Vec3::ZERO).count(), 20);
 }
 
 #[test]

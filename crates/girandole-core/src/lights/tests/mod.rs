@@ -8,7 +8,7 @@ mod settings;
 mod walk;
 
 use super::emission::{Emission, Emissions};
-use super::walk::{Walk, walk};
+use super::walk::{Pilot, Walk, walk};
 use super::*;
 use crate::math::sequence;
 use crate::scene::{Material, Mesh, Texture, Transform};

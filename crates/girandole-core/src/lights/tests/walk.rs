@@ -57,7 +57,8 @@ fn a_closed_room_holds_the_geometric_series_of_light() {
                 // Negative control: divided by the number of deposits instead of paths.
                 let emissions = Emissions::of(&scene);
                 let trees = emitters::trees(&emitters::area_groups(&scene, &geometry, &emissions), &[]);
-                let power = |pilot: &[LightSample]| pilot.iter().map(importance::power).collect();
+                let power =
+                    |pilot: &[LightSample]| -> Vec<f64> { pilot.iter().map(importance::power).collect() };
                 let tracer = SceneTracer::new(&scene, &geometry);
                 let wrong = over_seeds(100, |seed| {
                     let settings = indirect_only(count, bounces, termination, seed);
@@ -68,10 +69,11 @@ fn a_closed_room_holds_the_geometric_series_of_light() {
                         settings: &settings,
                         seed,
                     };
-                    let left = walk(paths, [count, 1], &power);
+                    let pilot = Pilot::new(&paths, [count, 1]);
+                    let left = walk(&paths, &pilot, pilot.counts(&power(&pilot.deposits)));
                     let deposits: Vec<LightSample> =
                         left.paths.into_iter().flat_map(|path| path.deposits).collect();
-                    flux(&deposits) * f64::from(left.walked) / deposits.len() as f64
+                    flux(&deposits) / deposits.len() as f64
                 });
                 let same = termination == Termination::Throughput && bounces == 1;
                 assert!(same || !agrees(wrong, expected, 0.0), "negative control: {wrong:?}");

@@ -1,0 +1,135 @@
+//! Where candidates are made: what lights nothing that is seen gets few, until the view moves to where it does.
+
+use super::{IncrementalWalk, Known};
+use crate::lights::direct::{allocate, area, worth};
+use crate::lights::importance::{self, place, power};
+use crate::lights::walk::Path;
+use crate::lights::{LightSample, emitters};
+use crate::scene::{Geometry, Scene, View};
+
+/// Numbers of candidates stay as they are unless they should be more or fewer by this factor.
+const FACTOR: f64 = 2.0;
+/// Share of the last frame in the weights of pilots: single ones are noisy.
+const LAST: f64 = 0.2;
+
+/// Whether a number should be another one.
+fn differs(is: u32, should: u32) -> bool {
+    let ratio = f64::from(should.max(1)) / f64::from(is.max(1));
+    !(1.0 / FACTOR..=FACTOR).contains(&ratio)
+}
+
+/// Takes a frame's weights into the mean.
+fn blend(mean: &mut Vec<f64>, now: Vec<f64>) {
+    if mean.len() != now.len() {
+        *mean = now;
+        return;
+    }
+    mean.iter_mut().zip(now).for_each(|(mean, now)| *mean += LAST * (now - *mean));
+}
+
+impl IncrementalWalk {
+    /// Takes other views for those that samples are placed for.
+    pub fn place_for(&mut self, scene: &Scene, geometry: &Geometry, views: &[View]) {
+        let tracer = self.tracer(scene, geometry);
+        let (samples, _) = self.sampling.candidates(geometry);
+        let points = importance::view_points(&tracer, views);
+        self.sampling.importance = importance::measure(&tracer, &points, &samples, &self.known().0);
+        self.is_balanced = false;
+        // Pilots have seeds of their own: how many candidates there are must not depend on them.
+        if let Some(pilot) = self.sampling.pilot.as_ref().filter(|pilot| !pilot.deposits.is_empty()) {
+            let now = self.weigh(&pilot.deposits);
+            blend(&mut self.pilot_weights[0], now);
+            let counts = pilot.counts(&self.pilot_weights[0]);
+            for (target, count) in self.targets.iter_mut().zip(counts) {
+                if differs(*target, count) {
+                    *target = count;
+                }
+            }
+        }
+        self.allocate_emitters(scene, geometry);
+    }
+
+    fn weigh(&self, samples: &[LightSample]) -> Vec<f64> {
+        let at = |sample: &LightSample| place(sample, self.sampling.normal_scale);
+        samples
+            .iter()
+            .map(|sample| power(sample) * self.sampling.importance.relative_at(at(sample)))
+            .collect()
+    }
+
+    /// Makes other candidates on emitters, if some should have many more or fewer.
+    fn allocate_emitters(&mut self, scene: &Scene, geometry: &Geometry) {
+        let (count, seed) = self.sampling.emitter_candidates;
+        let emissions = self.sampled.emissions();
+        let groups = emitters::area_groups(scene, geometry, emissions);
+        let pilot = &self.sampling.emitter_pilot;
+        if !self.sampling.all_alike || groups.is_empty() || groups.len() > count as usize {
+            return;
+        }
+        let power: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
+        let now = self.weigh(&pilot.concat());
+        blend(&mut self.pilot_weights[1], now);
+        let weights = worth(&power, pilot, &self.pilot_weights[1]);
+        let counts = allocate(&weights, count);
+        let is_other = counts.iter().zip(&self.emitter_counts).any(|(&should, &is)| differs(is, should));
+        if !is_other && counts.len() == self.emitter_counts.len() {
+            return;
+        }
+        self.emitter_counts = counts;
+        let samples = area((scene, geometry), emissions, &groups, &weights, count, seed).concat();
+        let at_rest = |s: &LightSample| self.latest.carry(&self.sampled, geometry, s).unwrap_or(*s);
+        self.at_rest = samples.iter().map(at_rest).collect();
+        let places = self.at_rest.iter().map(|s| place(s, self.sampling.normal_scale)).collect();
+        self.on_emitters = Known { places, weights: self.weigh(&self.at_rest), is_new: true };
+        self.sampling.on_emitters = samples;
+    }
+
+    /// Takes paths away that there are too many of.
+    pub(super) fn drop_paths(&mut self) {
+        let walked = &mut self.sampling.walked;
+        let all = walked.counts.len();
+        let are_too_many = |(count, target): (&u32, &u32)| count > target;
+        if !walked.counts.iter().zip(&self.targets).any(are_too_many) {
+            return;
+        }
+        let is_kept = |path: &Path| path.index / (all as u32) < self.targets[path.emitter(all)];
+        let mut kept = walked.paths.iter().map(is_kept);
+        self.paths.retain(|_| kept.next().unwrap_or(false));
+        walked.paths.retain(is_kept);
+        walked.counts.iter_mut().zip(&self.targets).for_each(|(count, &target)| *count = target.min(*count));
+        walked.walked = walked.counts.iter().sum();
+    }
+
+    /// Which paths to walk beside, so many at most; they count from now on.
+    pub(super) fn more_paths(&mut self, most: u32) -> Vec<u32> {
+        let walked = &mut self.sampling.walked;
+        let all = walked.counts.len() as u32;
+        let mut lacking: Vec<usize> = (0..walked.counts.len()).collect();
+        lacking.retain(|&e| walked.counts[e] < self.targets[e]);
+        let lack = |&e: &usize| f64::from(self.targets[e]) / f64::from(walked.counts[e]);
+        lacking.sort_by(|a, b| lack(b).total_cmp(&lack(a)));
+        let mut more = Vec::new();
+        for emitter in lacking {
+            let count = &mut walked.counts[emitter];
+            let added = (self.targets[emitter] - *count).min(most - more.len() as u32);
+            more.extend((*count..*count + added).map(|index| index * all + emitter as u32));
+            *count += added;
+        }
+        walked.walked = walked.counts.iter().sum();
+        more
+    }
+
+    /// Takes new paths.
+    pub(super) fn add_paths(&mut self, geometry: &Geometry, more: Vec<Path>) {
+        if more.is_empty() {
+            return;
+        }
+        let known: Vec<Known> = more.iter().map(|path| self.know(geometry, path)).collect();
+        let walked = &mut self.sampling.walked;
+        let held = std::mem::take(&mut walked.paths).into_iter().zip(std::mem::take(&mut self.paths));
+        let new = more.into_iter().zip(known.into_iter().map(|known| (known, None)));
+        let mut all: Vec<_> = held.chain(new).collect();
+        all.sort_by_key(|(path, _)| path.index);
+        (walked.paths, self.paths) = all.into_iter().unzip();
+    }
+}
