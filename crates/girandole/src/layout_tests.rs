@@ -7,7 +7,10 @@ use crate::layout::{
     Light, LightMapUpdate, MapPart, Maps, MultipassParams, PointQueueHeader, ShadeListHeader, TextureUse,
     Triangle, Vertex,
 };
-use crate::records::{Element, LeafRange, LeafRecord, Member, ReceiverGrid, ShadePoint, TextureEntry};
+use crate::records::{
+    Element, LeafRange, LeafRecord, Member, OccluderBox, ReceiverGrid, ShadePoint, StaleMapsHeader,
+    StalePart, TextureEntry,
+};
 use crate::{DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap, shaders};
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject};
@@ -79,6 +82,9 @@ fn declared_records() -> Vec<(&'static str, u32, Fields)> {
         fields!(Element as "ELEMENT": members_at, member_count, lights_at, light_count, vertices, first_vertex),
         fields!(Member as "MEMBER": leaf, chunks_before),
         fields!(TextureEntry as "TEXTURE_ENTRY": offset, extent, levels, flags),
+        fields!(StaleMapsHeader as "STALE_MAPS_HEADER": groups_at, groups, first_moving, clusters_at, triangles_at),
+        fields!(StalePart as "STALE_PART": first_column, first_row, end_column, end_row),
+        fields!(OccluderBox as "OCCLUDER_BOX": center, half_extent),
     ]
 }
 

@@ -18,6 +18,7 @@ use crate::passes::shade_naive::ShadeNaive;
 use crate::passes::shade_points::ShadePoints;
 use crate::passes::shadow_maps::ShadowMaps;
 use crate::passes::sort_points::SortPoints;
+use crate::passes::stale_error::StaleError;
 use crate::passes::tonemap::ToneMapping;
 use crate::passes::visibility_buffer::VisibilityBuffer;
 use crate::points::lists::PointLists;
@@ -61,6 +62,8 @@ pub(crate) struct ScenePasses {
     multipass: OnceLock<Multipass>,
     resolve: OnceLock<Resolve>,
     debug: OnceLock<Debug>,
+    /// Without lists of lights, and with them.
+    stale_error: [OnceLock<StaleError>; 2],
 }
 
 impl ScenePasses {
@@ -72,7 +75,15 @@ impl ScenePasses {
             multipass: OnceLock::new(),
             resolve: OnceLock::new(),
             debug: OnceLock::new(),
+            stale_error: [const { OnceLock::new() }; 2],
         }
+    }
+
+    /// What compares a frame of a mode with one whose shadow maps are all up to date.
+    pub fn stale_error(&self, context: &Context, mode: Mode) -> &StaleError {
+        let listed = mode != Mode::Naive;
+        let compiler = Compiler::new(context, self.features);
+        self.stale_error[usize::from(listed)].get_or_init(|| StaleError::new(&compiler, listed))
     }
 }
 
@@ -235,13 +246,7 @@ pub(crate) fn prepare<'a>(
     (targets, lists): (&'a Targets, Option<&'a PointLists>),
     settings: &RenderSettings,
 ) -> Result<Prepared<'a>> {
-    let compiler = Compiler {
-        device: &context.device,
-        shared: &context.shared,
-        options: &context.options,
-        features: scene.features,
-        writes_radiance: false,
-    };
+    let compiler = Compiler::new(context, scene.features);
     let mode = match (settings.mode, &scene.receivers, lists) {
         (Mode::Naive, ..) => {
             PreparedMode::Naive(scene_passes.naive.get_or_init(|| ShadeNaive::new(&compiler)))

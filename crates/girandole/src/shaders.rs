@@ -16,6 +16,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     atlas_depth,
     atlas_image,
     blend,
+    blockers,
     branch_non_uniform,
     branch_uniform,
     brdf,
@@ -158,6 +159,11 @@ sources! {
     EXPOSURE = exposure "" [packed color];
     CALLER_DEPTH = caller_depth "" [frame];
     TONEMAP = tonemap "" [tonemap packed];
+    STALE_ERROR = stale_error "" [
+        frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
+        shadow rectangle point_sums packed buffer_offsets receiver receiver_grid_at leaf_range_at stale_maps_header_at
+        stale_part_at occluder_box_at blockers
+    ];
     DEBUG_LEAVES = debug_leaves "" [
         frame scene texture texture_entry_at surface buffer_offsets receiver receiver_grid_at packed
     ];

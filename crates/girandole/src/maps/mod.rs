@@ -7,4 +7,5 @@ pub(crate) mod layout;
 pub(crate) mod non_blockers;
 pub(crate) mod occluders;
 pub(crate) mod solids;
+pub(crate) mod stale;
 pub(crate) mod states;
