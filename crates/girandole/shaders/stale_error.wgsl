@@ -78,18 +78,29 @@ fn would_be_lit(light: Light, at: ShadowTexel, stored: f32, is_lit: bool) -> boo
   return answer == LIT;
 }
 
+fn old_row(index: u32) -> u32 {
+  return stale_part_at(STALE_MAPS_HEADER_WORDS + index * STALE_PART_WORDS).old_row;
+}
+
 // How much too bright a light makes a pixel.
 fn excess(index: u32, p: SparsePixel) -> f32 {
   let part = stale_part_at(STALE_MAPS_HEADER_WORDS + index * STALE_PART_WORDS);
   if part.first_column >= part.end_column { return 0.0; }
   let light = lights[index];
-  let at = shadow_texel_of(light, p.shading);
+  var here = p.shading;
+  here.mover = NONE;
+  let at = shadow_texel_of(light, index, here);
   let is_before = at.texel < vec2u(part.first_column, part.first_row);
   let is_behind = at.texel >= vec2u(part.end_column, part.end_row);
   if any(is_before) || any(is_behind) || arriving(light, p.shading).g <= 0.0 { return 0.0; }
   let stored = stored_at(light, at.texel);
-  let is_lit = is_shown_lit(light, at, stored);
-  if is_lit == would_be_lit(light, at, stored, is_lit) { return 0.0; }
+  var is_lit = is_shown_lit(light, at, stored);
+  let would = would_be_lit(light, at, stored, is_lit);
+  if p.shading.mover != NONE {
+    let then = shadow_texel_of(light, index, p.shading);
+    is_lit = is_shown_lit(light, then, stored_at(light, then.texel));
+  }
+  if is_lit == would { return 0.0; }
   let a = arriving_in_full(light, p.shading);
   var radiance = light.intensity * a.g * p.albedo;
   if HAS_SPECULAR {
@@ -124,10 +135,11 @@ fn of_all_lights(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_
 // Where those are looked up that something may block.
 @compute @workgroup_size(WORKGROUP)
 fn of_listed_lights(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-  let p = pixel_of(group);
+  var p = pixel_of(group);
   var sum = 0.0;
   if p.id > 0u {
     let leaf = leaf_of(p.pixel, p.id);
+    p.shading.mover = mover_of(leaf);
     for (var batch = 0u; batch < offsets.batches; batch++) {
       let range = leaf_range_at(offsets.ranges_at + (leaf * offsets.batches + batch) * LEAF_RANGE_WORDS);
       for (var i = range.near_shadowed + lane; i < range.end; i += WORKGROUP) {

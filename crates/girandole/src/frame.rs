@@ -181,13 +181,14 @@ fn shade<'g>(
     let mut lit = grid;
     for batch in batches(lights.count(), BATCH) {
         let (band, lights) = (band.with_batch(batch), lights.batch(batch.first));
-        let maps = (maps, light_maps);
-        lit = kernels.shade_points.record(
+        let (maps, old) =
+            ((maps, light_maps), adaptive.old_places.as_ref().map(|old| old.batch(batch.first)));
+        lit = kernels.shade_points(old.is_some()).record(
             recorder,
             &band,
             seen,
             maps,
-            lights,
+            (lights, old),
             (points, adaptive.are_few),
             grid,
         );

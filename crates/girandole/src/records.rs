@@ -84,6 +84,8 @@ record! {
         across: vec3f,
         up: vec3f,
         normal: vec3f,
+        /// Which of the dynamic objects it is on, or [`NONE`](crate::shader_constants::NONE).
+        mover: u32,
     }
 }
 
@@ -166,6 +168,8 @@ record! {
         first_row: u32,
         end_column: u32,
         end_row: u32,
+        /// The first of the places that dynamic objects have in the map, or [`NONE`](crate::shader_constants::NONE).
+        old_row: u32,
     }
 }
 

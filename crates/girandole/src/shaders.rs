@@ -39,9 +39,12 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     maps,
     multipass_params,
     occluders,
+    old_rows,
     octahedral,
     packed,
     parameterisation,
+    places_now,
+    places_then,
     point_queue,
     point_queue_atomic,
     point_sums,
@@ -93,7 +96,7 @@ sources! {
     VISIBILITY_BUFFER = visibility_buffer "" [frame scene texture texture_entry_at];
     SHADE_NAIVE = shade_naive "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights_uniform maps octahedral
-        parameterisation atlas shadow rectangle point_sums
+        parameterisation atlas shadow rectangle places_now point_sums
     ];
     APPEND_ALL_POINTS = append_all_points "" [
         frame scene texture texture_entry_at surface buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point
@@ -124,17 +127,27 @@ sources! {
     SCATTER_POINTS = scatter_points "" [buffer_offsets shade_list shade_point_at point_queue];
     SHADE_POINTS = shade_points "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle places_now point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        diffuse_material packed samples branch loads point_queue shade_chunk
+    ];
+    SHADE_POINTS_THEN = shade_points "" [
+        frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
+        atlas shadow rectangle places_then old_rows point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PERSISTENT = shade_points_persistent "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle places_now point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
+    ];
+    SHADE_POINTS_THEN_PERSISTENT = shade_points_persistent "" [
+        frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
+        atlas shadow rectangle places_then old_rows point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     MULTIPASS = multipass "" [
         frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
-        shadow rectangle point_sums buffer_offsets grid point_queue multipass_params element_at member_at
+        shadow rectangle places_now point_sums buffer_offsets grid point_queue multipass_params element_at member_at
     ];
     MULTIPASS_ARGUMENTS = multipass_arguments "" [
         buffer_offsets point_queue multipass_params element_at set_element member_at set_member prefix_scan
@@ -161,7 +174,7 @@ sources! {
     TONEMAP = tonemap "" [tonemap packed];
     STALE_ERROR = stale_error "" [
         frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
-        shadow rectangle point_sums packed buffer_offsets receiver receiver_grid_at leaf_range_at stale_maps_header_at
+        shadow rectangle places_then point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
         stale_part_at occluder_box_at blockers
     ];
     DEBUG_LEAVES = debug_leaves "" [
@@ -179,9 +192,18 @@ sources! {
 /// Group 1 by itself.
 pub(crate) const SCENE: Source = Source { name: "scene", text: "", uses: &["scene"], enable: "" };
 
-/// The shading of points on a device.
-pub(crate) fn shade_points(tuning: &DeviceTuning) -> &'static Source {
-    if tuning.persistent_threads { &SHADE_POINTS_PERSISTENT } else { &SHADE_POINTS }
+/// The shading of points on a device; `then`: where shadows on dynamic objects are looked up where these were.
+pub(crate) fn shade_points(tuning: &DeviceTuning, then: bool) -> &'static Source {
+    match (tuning.persistent_threads, then) {
+        (true, false) => &SHADE_POINTS_PERSISTENT,
+        (true, true) => &SHADE_POINTS_THEN_PERSISTENT,
+        (false, _) => shade_points_cooperative(then),
+    }
+}
+
+/// That in which lanes share points.
+pub(crate) fn shade_points_cooperative(then: bool) -> &'static Source {
+    if then { &SHADE_POINTS_THEN } else { &SHADE_POINTS }
 }
 
 /// The test of candidates on a device.

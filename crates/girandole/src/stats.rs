@@ -6,6 +6,7 @@ use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
 use crate::frame::first_samples;
 use crate::maps::occluders::CullCounts;
+use crate::maps::places::OldPlaces;
 use crate::maps::states::StaleCounts;
 use crate::passes::LightMapsView;
 use crate::passes::stale_error::PixelErrors;
@@ -174,7 +175,9 @@ impl Renderer {
         let listed = listed
             .map(|(receivers, lists)| (LightMapsView { receivers, used: settings.uses_light_maps() }, lists));
         let pass = scene_passes.stale_error(context, settings.mode);
-        let errors = pass.record(&mut recorder, &whole, seen, (&scene.lights, &scene.atlas), listed)?;
+        let old = scene.old_places(settings, &[]);
+        let old = old.unwrap_or_else(|| OldPlaces::none(scene.lights.samples.len()));
+        let errors = pass.record(&mut recorder, &whole, seen, (&scene.lights, &scene.atlas, &old), listed)?;
         recorder.finish();
         Ok(StaleError::OfPixels(errors))
     }

@@ -8,6 +8,7 @@
 use super::atlas::Atlas;
 use super::footprint::Bounds;
 use super::occluders::{CLUSTER, Clusters};
+use super::places::OldPlaces;
 use crate::records::{OccluderBox, StaleMapsHeader, StalePart};
 use crate::shader_constants::NONE;
 use girandole_core::glam::Vec3;
@@ -18,7 +19,7 @@ pub(crate) const BLOCKER_GROUP: u32 = 32;
 const ROUNDING: f32 = 1e-5;
 
 /// The words of `stale_maps` in `lib/blockers.wgsl`.
-pub(crate) fn stale_words(atlas: &Atlas) -> Vec<u32> {
+pub(crate) fn stale_words(atlas: &Atlas, old: &OldPlaces) -> Vec<u32> {
     let sets = atlas.occluders.sets();
     let still = sets.map(|set| (set, 0..set.first_moving()));
     let moving = sets.map(|set| (set, set.first_moving()..set.bounds.len()));
@@ -40,11 +41,13 @@ pub(crate) fn stale_words(atlas: &Atlas) -> Vec<u32> {
     let parts: Vec<StalePart> = atlas
         .states
         .stale_parts()
-        .map(|part| StalePart {
+        .zip(&old.rows)
+        .map(|(part, &old_row)| StalePart {
             first_column: part.first[0],
             first_row: part.first[1],
             end_column: part.end[0],
             end_row: part.end[1],
+            old_row,
         })
         .collect();
     let groups_at = StaleMapsHeader::WORDS + parts.len() * StalePart::WORDS;

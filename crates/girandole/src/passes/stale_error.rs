@@ -8,6 +8,7 @@ use crate::device::readback::TextureCopy;
 use crate::device::recorder::Recorder;
 use crate::maps::atlas::Atlas;
 use crate::maps::occluders::CLUSTER;
+use crate::maps::places::OldPlaces;
 use crate::maps::stale::{BLOCKER_GROUP, stale_words};
 use crate::points::lists::PointLists;
 use crate::points::targets::GRID;
@@ -40,7 +41,7 @@ impl StaleError {
         recorder: &mut Recorder,
         band: &BandSample,
         seen: Seen,
-        (lights, atlas): (&GpuLights, &Atlas),
+        (lights, atlas, old): (&GpuLights, &Atlas, &OldPlaces),
         lists: Option<(LightMapsView, &PointLists)>,
     ) -> Result<PixelErrors> {
         let device = recorder.device;
@@ -56,7 +57,8 @@ impl StaleError {
             view_formats: &[],
         });
         let view = errors.create_view(&Default::default());
-        let stale_maps = storage(device, "stale maps", &stale_words(atlas))?;
+        let stale_maps = storage(device, "stale maps", &stale_words(atlas, old))?;
+        let old_places = old.places_buffer(device);
         let maps = atlas.view();
         let mut resources = vec![
             texture("triangle_ids", seen.triangle_ids),
@@ -65,6 +67,7 @@ impl StaleError {
             buffer("lights", &lights.buffer),
             texture("picture", &band.targets.picture_view),
             buffer("stale_maps", &stale_maps),
+            buffer("old_places", &old_places),
             texture("errors", &view),
         ];
         if let Some((light_maps, lists)) = lists {

@@ -1,7 +1,7 @@
 //! What is said of the error that shadow maps make which are not up to date.
 
 use crate::common::{Context, Test, camera, lamp, room};
-use girandole::core::glam::{Quat, Vec3};
+use girandole::core::glam::{Quat, Vec2, Vec3};
 use girandole::core::illumination::{IlluminationSettings, Rewalk};
 use girandole::core::image::{Image, luminance};
 use girandole::core::lights::LightSettings;
@@ -10,13 +10,15 @@ use girandole::core::scene::{
     ColorSpace, Filter, Material, Mesh, PunctualKind, PunctualLight, Scene, Texture, TextureRef, Transform,
     View, Wrap,
 };
-use girandole::{MapUpdates, Mode, RenderSettings, Renderer, RendererOptions, ShadowMap};
+use girandole::core::trace::SceneTracer;
+use girandole::{MapUpdates, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap};
 
 pub fn tests() -> Vec<Test> {
     vec![
         ("the_error_of_stale_maps_is_as_estimated_within_a_factor_of_two", error_estimate),
         ("the_estimate_knows_masks_textures_and_all_lights", masks_and_profiles),
         ("the_estimate_is_of_the_last_frame", last_frame),
+        ("what_moves_is_not_dark_where_stale_maps_show_it_elsewhere", movers_in_stale_maps),
     ]
 }
 
@@ -189,4 +191,64 @@ fn last_frame(context: &Context) {
     assert_eq!(estimate(&renderer), None);
     renderer.render(&view, SIZE, &settings).expect("render");
     assert_eq!(estimate(&renderer), Some(0.0));
+}
+
+/// Two objects that move and turn, of which no map is drawn again.
+fn movers_in_stale_maps(context: &Context) {
+    let mut scene = builtin::build("table", MovingObject::Torus).expect("a room");
+    let gray = scene.add_material(Material::diffuse("gray", Vec3::splat(0.5)));
+    let mut step = Mesh::default();
+    step.add_box(Vec3::new(-0.3, -0.2, -0.2), Vec3::new(0.3, 0.0, 0.2), gray);
+    step.add_box(Vec3::new(-0.3, 0.001, -0.2), Vec3::new(0.0, 0.25, 0.2), gray);
+    scene.add_object("step", step, Transform::translation(Vec3::new(-0.8, 1.6, 0.5)));
+    scene.objects.last_mut().expect("it was added").dynamic = true;
+    let node = scene.objects.last().expect("it was added").node;
+    let view = View::new(&scene, &scene.cameras[0], SIZE[0] as f32 / SIZE[1] as f32);
+    scene.take_changes();
+    let options = RendererOptions { map_size: Some(128), ..Default::default() };
+    let [mut few, mut all] = [context.renderer(options), context.renderer(options)];
+    for renderer in [&mut few, &mut all] {
+        renderer.open(&scene, &held(60)).expect("open");
+        renderer.render(&view, SIZE, &RenderSettings::default()).expect("render");
+    }
+    scene.set_time(0.15).expect("a moment");
+    let at = Transform::rigid(Quat::from_rotation_y(0.2), Vec3::new(-0.75, 1.58, 0.54));
+    scene.set_transform(node, at).expect("a place");
+    let changes = scene.take_changes();
+    few.update(&scene, &changes).expect("update");
+    all.update(&scene, &changes).expect("update");
+    let truth = context.frame(&mut all, &view, SIZE, &RenderSettings::default());
+    let geometry = all.illumination().expect("it is open").geometry();
+    let (tracer, local) = (SceneTracer::new(&scene, geometry), view.relative_to(geometry.origin));
+    let shows = |pixel: usize, object: usize| {
+        let at = Vec2::new((pixel as u32 % SIZE[0]) as f32 + 0.5, (pixel as u32 / SIZE[0]) as f32 + 0.5);
+        let (origin, direction) = local.pixel_ray(at, SIZE);
+        let hit = tracer.closest_visible(origin, direction);
+        hit.is_some_and(|hit| geometry.triangles[hit.triangle as usize].object as usize == object)
+    };
+    let updates = MapUpdates { most: Some(0), ..MapUpdates::default() };
+    let movers: Vec<usize> =
+        (0..scene.objects.len()).filter(|&object| scene.objects[object].dynamic).collect();
+    assert_eq!(movers.len(), 2);
+    // The control: multipass shading looks shadows up where things are now.
+    let [then, now] = [Shading::Fused, Shading::Multipass { lights_per_pass: 20 }].map(|shading| {
+        let settings = RenderSettings { shading, updates, ..RenderSettings::default() };
+        let shown = context.frame(&mut few, &view, SIZE, &settings);
+        movers
+            .iter()
+            .map(|&object| {
+                let pixels: Vec<usize> = (0..shown.pixels.len()).filter(|&i| shows(i, object)).collect();
+                assert!(pixels.len() > 80, "{} pixels", pixels.len());
+                let part = |image: &Image| Image {
+                    width: pixels.len() as u32,
+                    height: 1,
+                    pixels: pixels.iter().map(|&i| image.pixels[i]).collect(),
+                };
+                difference(&part(&shown), &part(&truth))
+            })
+            .collect::<Vec<f64>>()
+    });
+    for (then, now) in then.iter().zip(&now) {
+        assert!(*now > 0.05 && then * 2.0 < *now, "{then} {now}");
+    }
 }
