@@ -5,7 +5,7 @@ use girandole::core::glam::{Quat, Vec2, Vec3};
 use girandole::core::illumination::{IlluminationSettings, Rewalk};
 use girandole::core::image::{Image, luminance};
 use girandole::core::lights::LightSettings;
-use girandole::core::scene::builtin::{self, MovingObject};
+use girandole::core::scene::builtin::{self, MovingObject, shapes};
 use girandole::core::scene::{
     ColorSpace, Filter, Material, Mesh, PunctualKind, PunctualLight, Scene, Texture, TextureRef, Transform,
     View, Wrap,
@@ -197,10 +197,8 @@ fn last_frame(context: &Context) {
 fn movers_in_stale_maps(context: &Context) {
     let mut scene = builtin::build("table", MovingObject::Torus).expect("a room");
     let gray = scene.add_material(Material::diffuse("gray", Vec3::splat(0.5)));
-    let mut step = Mesh::default();
-    step.add_box(Vec3::new(-0.3, -0.2, -0.2), Vec3::new(0.3, 0.0, 0.2), gray);
-    step.add_box(Vec3::new(-0.3, 0.001, -0.2), Vec3::new(0.0, 0.25, 0.2), gray);
-    scene.add_object("step", step, Transform::translation(Vec3::new(-0.8, 1.6, 0.5)));
+    let ring = shapes::torus(0.3, 0.12, 24, 12, gray);
+    scene.add_object("ring", ring, Transform::translation(Vec3::new(-0.8, 1.3, 0.5)));
     scene.objects.last_mut().expect("it was added").dynamic = true;
     let node = scene.objects.last().expect("it was added").node;
     let view = View::new(&scene, &scene.cameras[0], SIZE[0] as f32 / SIZE[1] as f32);
@@ -212,7 +210,7 @@ fn movers_in_stale_maps(context: &Context) {
         renderer.render(&view, SIZE, &RenderSettings::default()).expect("render");
     }
     scene.set_time(0.15).expect("a moment");
-    let at = Transform::rigid(Quat::from_rotation_y(0.2), Vec3::new(-0.75, 1.58, 0.54));
+    let at = Transform::rigid(Quat::from_rotation_x(0.2), Vec3::new(-0.75, 1.27, 0.54));
     scene.set_transform(node, at).expect("a place");
     let changes = scene.take_changes();
     few.update(&scene, &changes).expect("update");
