@@ -65,16 +65,14 @@ fn part_of(leaf: u32, light: u32) -> u32 {
   return (parts[nibble / 8u] >> (4u * (nibble % 8u))) & 15u;
 }
 
-fn sum_light(sums: ptr<function, PointSums>, index: u32, part: u32) {
-  let light = lights[index];
+fn sum_light(sums: ptr<function, PointSums>, light: Light, part: u32) {
   if part == UNSHADOWED || (part == MAPPED_UNSHADOWED && offsets.light_maps == 0u) {
     add(sums, light, arriving(light, (*sums).shading), 1.0);
     return;
   }
   let counted = select(0.0, 1.0, part == MAPPED_SHADOWED && offsets.light_maps != 0u);
-  let texel = shadow_texel_of(light, index, (*sums).shading);
-  let ambiguous = add_depth_tested(sums, light, texel, shadow_lookup(texel), 1u, counted);
-  if ambiguous != 0u { add_slope_corrected(sums, light, index); }
+  let texel = shadow_texel_of(light, (*sums).shading);
+  if add_depth_tested(sums, light, texel, shadow_lookup(texel), 1u, counted) != 0u { add_slope_corrected(sums, light); }
 }
 
 @fragment
@@ -89,12 +87,12 @@ fn sum_lights(in: Out) -> Sums {
       let part = part_of(in.leaf, elements[i]);
       let is_near = part == NEAR_UNSHADOWED || part == NEAR_SHADOWED;
       near |= select(0u, 1u << (i - first), is_near);
-      if part < NO_PART && !is_near { sum_light(&sums, elements[i], part); }
+      if part < NO_PART && !is_near { sum_light(&sums, lights[elements[i]], part); }
     }
     while near != 0u {
       let light = elements[first + firstTrailingBit(near)];
       near &= near - 1u;
-      add_in_full(&sums, lights[light], light, part_of(in.leaf, light) == NEAR_SHADOWED);
+      add_in_full(&sums, lights[light], part_of(in.leaf, light) == NEAR_SHADOWED);
     }
   }
   let is_direction = HAS_CURVED && sums.shading.reflection.f90 <= 0.0;

@@ -39,8 +39,7 @@ fn end(pixel: vec2u, sums: PointSums) {
 
 fn add_all_deferred(sums: ptr<function, PointSums>, first: u32) {
   while any((*sums).deferred != vec4u(0u)) {
-    let index = first + next_deferred(sums) - frame.first_light;
-    add_in_full(sums, lights[index], index, true);
+    add_in_full(sums, lights[first + next_deferred(sums) - frame.first_light], true);
   }
 }
 
@@ -69,8 +68,8 @@ fn shade_naive(@builtin(global_invocation_id) invocation: vec3u) {
         let light = lights[i - frame.first_light];
         let bit = 1u << (i - start);
         // Both texels are fetched before either is used: this loop is bound by memory latency.
-        let upper_texel = shadow_texel_of(light, i - frame.first_light, upper.shading);
-        let lower_texel = shadow_texel_of(light, i - frame.first_light, lower.shading);
+        let upper_texel = shadow_texel_of(light, upper.shading);
+        let lower_texel = shadow_texel_of(light, lower.shading);
         let upper_depth = shadow_lookup(upper_texel);
         let lower_depth = shadow_lookup(lower_texel);
         upper_bits |= add_unless_near(&upper, light, upper_texel, upper_depth, bit);

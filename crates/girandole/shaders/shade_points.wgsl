@@ -11,11 +11,9 @@ fn shade_points(@builtin(global_invocation_id) invocation: vec3u) {
 var<workgroup> irradiances: array<vec3f, WORKGROUP>;
 var<workgroup> directionals: array<vec3f, WORKGROUP>;
 
-fn add_light(sums: ptr<function, PointSums>, index: u32, counted: f32) {
-  let light = lights[index];
-  let texel = shadow_texel_of(light, index, (*sums).shading);
-  let ambiguous = add_depth_tested(sums, light, texel, shadow_lookup(texel), 1u, counted);
-  if ambiguous != 0u { add_slope_corrected(sums, light, index); }
+fn add_light(sums: ptr<function, PointSums>, light: Light, counted: f32) {
+  let texel = shadow_texel_of(light, (*sums).shading);
+  if add_depth_tested(sums, light, texel, shadow_lookup(texel), 1u, counted) != 0u { add_slope_corrected(sums, light); }
 }
 
 // Where points are few: LANES lanes share the list of a point.
@@ -36,16 +34,18 @@ fn shade_points_cooperative(@builtin(workgroup_id) group: vec3u, @builtin(local_
       sums.specular = vec3f(0.0);
       sums.light_direction = vec3f(0.0);
     }
-    let list = light_list(leaf);
+    let all = light_list(leaf);
+    add_looked_up_then(&sums, leaf, all, lane, LANES);
+    let list = remaining(leaf, all);
     for (var i = list.unshadowed + lane; i < list.near_unshadowed; i += LANES) {
       let light = lights[light_lists[i]];
       add(&sums, light, arriving(light, sums.shading), 1.0);
     }
     for (var i = list.near_unshadowed + lane; i < list.shadowed; i += LANES) {
-      add_in_full(&sums, lights[light_lists[i]], light_lists[i], i >= list.near_shadowed);
+      add_in_full(&sums, lights[light_lists[i]], i >= list.near_shadowed);
     }
     for (var i = list.shadowed + lane; i < list.end; i += LANES) {
-      add_light(&sums, light_lists[i], select(0.0, 1.0, i >= list.subtracted));
+      add_light(&sums, lights[light_lists[i]], select(0.0, 1.0, i >= list.subtracted));
     }
   }
   let is_direction = HAS_CURVED && sums.shading.reflection.f90 <= 0.0;

@@ -20,12 +20,14 @@ const SAME_DEPTH = 1e-4;
 
 var<workgroup> sums: array<f32, WORKGROUP>;
 
-struct SparsePixel { pixel: vec2u, id: u32, shading: Shading, albedo: vec3f }
+// `mover`: which dynamic object it shows, NONE where that does not matter.
+struct SparsePixel { pixel: vec2u, id: u32, shading: Shading, albedo: vec3f, mover: u32 }
 
 fn pixel_of(group: vec3u) -> SparsePixel {
   let index = f32(group.y * textureDimensions(errors).x + group.x);
   let at = fract(0.5 + index * vec2f(0.7548777, 0.5698403));
   var p: SparsePixel;
+  p.mover = NONE;
   p.pixel = min(vec2u(at * vec2f(frame.size)), frame.size - 1u);
   p.id = textureLoad(triangle_ids, p.pixel, 0).x;
   if p.id > 0u {
@@ -87,17 +89,15 @@ fn excess(index: u32, p: SparsePixel) -> f32 {
   let part = stale_part_at(STALE_MAPS_HEADER_WORDS + index * STALE_PART_WORDS);
   if part.first_column >= part.end_column { return 0.0; }
   let light = lights[index];
-  var here = p.shading;
-  here.mover = NONE;
-  let at = shadow_texel_of(light, index, here);
+  let at = shadow_texel_of(light, p.shading);
   let is_before = at.texel < vec2u(part.first_column, part.first_row);
   let is_behind = at.texel >= vec2u(part.end_column, part.end_row);
   if any(is_before) || any(is_behind) || arriving(light, p.shading).g <= 0.0 { return 0.0; }
   let stored = stored_at(light, at.texel);
   var is_lit = is_shown_lit(light, at, stored);
   let would = would_be_lit(light, at, stored, is_lit);
-  if p.shading.mover != NONE {
-    let then = shadow_texel_of(light, index, p.shading);
+  if p.mover != NONE {
+    let then = shadow_texel_then(light, index, p.shading, p.mover);
     is_lit = is_shown_lit(light, then, stored_at(light, then.texel));
   }
   if is_lit == would { return 0.0; }
@@ -139,7 +139,7 @@ fn of_listed_lights(@builtin(workgroup_id) group: vec3u, @builtin(local_invocati
   var sum = 0.0;
   if p.id > 0u {
     let leaf = leaf_of(p.pixel, p.id);
-    p.shading.mover = mover_of(leaf);
+    p.mover = mover_of(leaf);
     for (var batch = 0u; batch < offsets.batches; batch++) {
       let range = leaf_range_at(offsets.ranges_at + (leaf * offsets.batches + batch) * LEAF_RANGE_WORDS);
       for (var i = range.near_shadowed + lane; i < range.end; i += WORKGROUP) {

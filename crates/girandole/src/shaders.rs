@@ -39,7 +39,6 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     maps,
     multipass_params,
     occluders,
-    old_rows,
     octahedral,
     packed,
     parameterisation,
@@ -58,6 +57,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     shade_chunk,
     shade_list,
     shadow,
+    sums_then,
     surface,
     test_candidate,
     texture,
@@ -96,7 +96,7 @@ sources! {
     VISIBILITY_BUFFER = visibility_buffer "" [frame scene texture texture_entry_at];
     SHADE_NAIVE = shade_naive "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights_uniform maps octahedral
-        parameterisation atlas shadow rectangle places_now point_sums
+        parameterisation atlas shadow rectangle point_sums
     ];
     APPEND_ALL_POINTS = append_all_points "" [
         frame scene texture texture_entry_at surface buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point
@@ -132,7 +132,7 @@ sources! {
     ];
     SHADE_POINTS_THEN = shade_points "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle places_then old_rows point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle places_then sums_then point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PERSISTENT = shade_points_persistent "" [
@@ -142,12 +142,12 @@ sources! {
     ];
     SHADE_POINTS_THEN_PERSISTENT = shade_points_persistent "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle places_then old_rows point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle places_then sums_then point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     MULTIPASS = multipass "" [
         frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
-        shadow rectangle places_now point_sums buffer_offsets grid point_queue multipass_params element_at member_at
+        shadow rectangle point_sums buffer_offsets grid point_queue multipass_params element_at member_at
     ];
     MULTIPASS_ARGUMENTS = multipass_arguments "" [
         buffer_offsets point_queue multipass_params element_at set_element member_at set_member prefix_scan

@@ -1,4 +1,4 @@
-// Sums over lights at a point. A pass that uses it binds `lights`, `maps` and `atlas`, and uses one of lib/places_*.wgsl.
+// Sums over lights at a point. A pass that uses it binds `lights`, `maps` and `atlas`.
 //
 // The slope-corrected test is rare and long, and so is the mean over the rectangle of a light that is near. Such lights are
 // deferred to the end of each group, lest the lanes that need it delay the others at every light; where they are known to be
@@ -14,11 +14,7 @@ struct Shading {
   ns: vec3f, // shading normal
   wo: vec3f,
   reflection: Reflection,
-  mover: u32, // which dynamic object it is on, NONE where that does not matter
 }
-
-// Where a shadow is looked up: position and geometric normal.
-struct LookupPlace { position: vec3f, ng: vec3f }
 
 // Light that would arrive if nothing stood in its way.
 struct Arriving {
@@ -74,7 +70,7 @@ fn shading_at(pixel: vec2u, triangle: u32) -> Shading {
   var hit = hit_at(pixel, triangle);
   let m = materials[triangles[triangle].material];
   if has_textures(m) { hit = with_coordinates(pixel, hit); }
-  var shading = Shading(hit.position, hit.geometric_normal, shading_normal(hit, m), hit.wo, Reflection(), NONE);
+  var shading = Shading(hit.position, hit.geometric_normal, shading_normal(hit, m), hit.wo, Reflection());
   if HAS_SPECULAR { shading.reflection = reflection(hit, m); }
   return shading;
 }
@@ -97,10 +93,10 @@ fn add(sums: ptr<function, PointSums>, light: Light, a: Arriving, seen: f32) {
 // A texel of a light's map: in the map, and its column, row and page in the atlas.
 struct ShadowTexel { receiver: Receiver, texel: vec2u, in_atlas: vec3u }
 
-// `index` is the light's in its batch.
-fn shadow_texel_of(light: Light, index: u32, s: Shading) -> ShadowTexel {
-  let at = lookup_place(light, index, s);
-  let r = receiver(light, at.position, at.ng, dot(at.ng, light.position - at.position));
+fn shadow_texel_of(light: Light, s: Shading) -> ShadowTexel { return shadow_texel_at(light, s.position, s.ng); }
+
+fn shadow_texel_at(light: Light, position: vec3f, ng: vec3f) -> ShadowTexel {
+  let r = receiver(light, position, ng, dot(ng, light.position - position));
   let texel = texel_of(light, r.uv);
   return ShadowTexel(r, texel, in_atlas(light, texel));
 }
@@ -132,19 +128,19 @@ fn add_depth_tested(
 }
 
 // Adds a light that the depth test found ambiguous, if the slope-corrected test finds it lit.
-fn add_slope_corrected(sums: ptr<function, PointSums>, light: Light, index: u32) {
+fn add_slope_corrected(sums: ptr<function, PointSums>, light: Light) {
   let a = arriving(light, (*sums).shading);
-  let at = shadow_texel_of(light, index, (*sums).shading);
+  let at = shadow_texel_of(light, (*sums).shading);
   let is_lit = slope_corrected_test(light, at.receiver, at.texel, stored_at(light, at.texel));
   add(sums, light, a, select(0.0, 1.0, is_lit));
 }
 
 // Adds a light, near or not, with whichever shadow test it needs.
-fn add_in_full(sums: ptr<function, PointSums>, light: Light, index: u32, is_shadowed: bool) {
+fn add_in_full(sums: ptr<function, PointSums>, light: Light, is_shadowed: bool) {
   let a = arriving_in_full(light, (*sums).shading);
   var is_lit = true;
   if is_shadowed {
-    let at = shadow_texel_of(light, index, (*sums).shading);
+    let at = shadow_texel_of(light, (*sums).shading);
     if FILTER > 0u {
       add(sums, light, a, filtered(light, at.receiver));
       return;

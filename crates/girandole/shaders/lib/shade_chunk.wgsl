@@ -27,7 +27,6 @@ fn begin(index: u32, leaf: u32) -> PointSums {
   if !sums.is_surface { return sums; }
   let pixel = vec2u(index % frame.size.x, index / frame.size.x + frame.band.x);
   sums.shading = shading_at(pixel, textureLoad(triangle_ids, pixel, 0).x - 1u);
-  sums.shading.mover = mover_of(leaf);
   if branch_value(frame.first_light, index) > 0u {
     sums.irradiance = partial_sums[2u * index].xyz;
     let directional = partial_sums[2u * index + 1u];
@@ -65,15 +64,14 @@ fn end(index: u32, sums: PointSums) {
 // Tests the ambiguous lights of a group, of which `first` is the first entry of the list.
 fn resolve_ambiguous(sums: ptr<function, PointSums>, first: u32) {
   while any((*sums).deferred != vec4u(0u)) {
-    let index = light_lists[first + next_deferred(sums)];
-    add_slope_corrected(sums, lights[index], index);
+    add_slope_corrected(sums, lights[light_lists[first + next_deferred(sums)]]);
   }
 }
 
 // Adds a light that may be near, unless its depth test is ambiguous: returns whether it is.
-fn add_near_unless_ambiguous(sums: ptr<function, PointSums>, light: Light, index: u32) -> bool {
+fn add_near_unless_ambiguous(sums: ptr<function, PointSums>, light: Light) -> bool {
   let a = arriving_in_full(light, (*sums).shading);
-  let at = shadow_texel_of(light, index, (*sums).shading);
+  let at = shadow_texel_of(light, (*sums).shading);
   if FILTER > 0u {
     add(sums, light, a, filtered(light, at.receiver));
     return false;
@@ -86,8 +84,7 @@ fn add_near_unless_ambiguous(sums: ptr<function, PointSums>, light: Light, index
 // Adds the lights of a group that may be near and are ambiguous.
 fn resolve_near(sums: ptr<function, PointSums>, first: u32) {
   while any((*sums).deferred != vec4u(0u)) {
-    let index = light_lists[first + next_deferred(sums)];
-    add_in_full(sums, lights[index], index, true);
+    add_in_full(sums, lights[light_lists[first + next_deferred(sums)]], true);
   }
 }
 
@@ -101,7 +98,10 @@ fn shade_chunk(index: u32) {
   var one = begin(one_index, leaf);
   var other = begin(other_index, leaf);
   if !one.is_surface && !other.is_surface { return; }
-  let list = light_list(leaf);
+  let all = light_list(leaf);
+  add_looked_up_then(&one, leaf, all, 0u, 1u);
+  add_looked_up_then(&other, leaf, all, 0u, 1u);
+  let list = remaining(leaf, all);
   for (var i = list.unshadowed; i < list.near_unshadowed; i++) {
     let light = lights[light_lists[i]];
     add(&one, light, arriving(light, one.shading), 1.0);
@@ -114,12 +114,11 @@ fn shade_chunk(index: u32) {
   }
   for (var first = list.near_shadowed; first < list.shadowed; first += GROUP) {
     for (var i = first; i < min(first + GROUP, list.shadowed); i++) {
-      let index = light_lists[i];
-      let light = lights[index];
+      let light = lights[light_lists[i]];
       let word = (i - first) / 32u;
       let bit = 1u << ((i - first) % 32u);
-      if add_near_unless_ambiguous(&one, light, index) { one.deferred[word] |= bit; }
-      if add_near_unless_ambiguous(&other, light, index) { other.deferred[word] |= bit; }
+      if add_near_unless_ambiguous(&one, light) { one.deferred[word] |= bit; }
+      if add_near_unless_ambiguous(&other, light) { other.deferred[word] |= bit; }
     }
     resolve_near(&one, first);
     resolve_near(&other, first);
@@ -133,18 +132,16 @@ fn shade_chunk(index: u32) {
       // Two lights at a time, the last one alone where they are odd: four texels are fetched at once, as this loop is
       // bound by memory latency.
       for (var i = start; i < end; i += 2u) {
-        let index = light_lists[i];
-        let next_index = light_lists[min(i + 1u, end - 1u)];
-        let light = lights[index];
-        let next = lights[next_index];
+        let light = lights[light_lists[i]];
+        let next = lights[light_lists[min(i + 1u, end - 1u)]];
         let bit = 1u << (i - start);
         let next_bit = select(0u, bit << 1u, i + 1u < end);
         let counted = select(0.0, 1.0, i >= list.subtracted);
         let next_counted = select(0.0, 1.0, i + 1u >= list.subtracted);
-        var one_texel = shadow_texel_of(light, index, one.shading);
-        let other_texel = shadow_texel_of(light, index, other.shading);
-        let one_next_texel = shadow_texel_of(next, next_index, one.shading);
-        let other_next_texel = shadow_texel_of(next, next_index, other.shading);
+        var one_texel = shadow_texel_of(light, one.shading);
+        let other_texel = shadow_texel_of(light, other.shading);
+        let one_next_texel = shadow_texel_of(next, one.shading);
+        let other_next_texel = shadow_texel_of(next, other.shading);
         let others = other_texel.in_atlas | one_next_texel.in_atlas | other_next_texel.in_atlas;
         one_texel.in_atlas = address_after(one_texel.in_atlas, others);
         let one_depth = shadow_lookup(one_texel);
