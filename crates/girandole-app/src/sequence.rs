@@ -1,7 +1,7 @@
 //! `girandole render --frames`: a numbered sequence, of which each frame is the same alone, resumed and in sequence.
 
 use crate::args::{Frames, Mode, RenderArgs, RewalkArg, UpdatesArg};
-use crate::engine::{Job, Picture, Ready};
+use crate::engine::{Job, Picture, Ready, Stats};
 use crate::output::{self, Progress, say};
 use crate::render::write_shown;
 use anyhow::{Context, Result};
@@ -33,7 +33,7 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
         warn_once(&mut said, &[format!("nothing in {} is animated: all frames are the same", args.scene)]);
     }
     let bar = Progress::bar("rendering frames");
-    let mut total_ms = 0.0;
+    let (mut total_ms, mut staleness) = (0.0, Staleness::default());
     let mut next = 0;
     for (done, (frame, path)) in missing.iter().enumerate() {
         let moment = |frame: u32| f64::from(frame) / args.motion.fps;
@@ -49,6 +49,7 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
         let start = Instant::now();
         let picture = light.picture(&mut scene, &mut engine, args)?;
         total_ms += start.elapsed().as_secs_f64() * 1e3;
+        staleness.note(&picture.stats);
         warn_once(&mut said, light.warnings(&engine));
         write_shown(args, path, &picture.radiance)?;
         bar.set((done + 1) as f32 / missing.len() as f32);
@@ -62,7 +63,7 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
         n => format!(", {} a frame", output::duration(total_ms / n as f64)),
     };
     say(&format!(
-        "wrote {} of {} frames{there} to {} ({width}×{height}): {}{time} on {} ({} engine)",
+        "wrote {} of {} frames{there} to {} ({width}×{height}): {}{time}{staleness} on {} ({} engine)",
         missing.len(),
         frames.count(),
         args.output.display(),
@@ -71,6 +72,33 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
         engine.name(),
     ));
     Ok(ExitCode::SUCCESS)
+}
+
+/// How old shadow maps were, and what error of the pictures that makes.
+#[derive(Default)]
+struct Staleness {
+    oldest: f64,
+    /// Of each frame.
+    errors: Vec<f64>,
+}
+
+impl Staleness {
+    fn note(&mut self, stats: &Stats) {
+        let value = |key: &str| stats.get(key).and_then(serde_json::Value::as_f64);
+        self.oldest = self.oldest.max(value("oldest_map_frames").unwrap_or(0.0));
+        self.errors.extend(value("stale_map_error"));
+    }
+}
+
+impl std::fmt::Display for Staleness {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let Self { oldest, errors } = self;
+        if *oldest == 0.0 || errors.is_empty() {
+            return Ok(());
+        }
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        write!(f, ", shadow maps up to {oldest} frames old with a mean error of {:.2} %", mean * 100.0)
+    }
 }
 
 /// Prints those warnings that were not printed before.

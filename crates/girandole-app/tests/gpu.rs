@@ -195,6 +195,8 @@ fn bench_times_motion(directory: &Path) -> Result<(), Failed> {
     ensure(drawn[0] == 0.0 && drawn[1] == 6.0 && drawn[2] > 6.0, &format!("maps: {drawn:?}"))?;
     let stale = of("maps_stale")?;
     ensure(stale[0] > 6.0 && stale[1] > 0.0 && stale[2] == 0.0, &format!("stale: {stale:?}"))?;
+    let error = of("stale_map_error")?;
+    ensure(error[0] > 0.0 && error[1] < error[0] && error[2] == 0.0, &format!("errors: {error:?}"))?;
     for key in ["frame_ms", "static_frame_ms", "moving_frame_ms", "update_ms", "visibility_ms"] {
         ensure(of(key)?.iter().all(|ms| *ms > 0.0), key)?;
     }

@@ -34,7 +34,9 @@ fn shade_points_cooperative(@builtin(workgroup_id) group: vec3u, @builtin(local_
       sums.specular = vec3f(0.0);
       sums.light_direction = vec3f(0.0);
     }
-    let list = light_list(leaf);
+    let all = light_list(leaf);
+    add_looked_up_then(&sums, leaf, all, lane, LANES);
+    let list = remaining(leaf, all);
     for (var i = list.unshadowed + lane; i < list.near_unshadowed; i += LANES) {
       let light = lights[light_lists[i]];
       add(&sums, light, arriving(light, sums.shading), 1.0);

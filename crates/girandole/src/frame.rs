@@ -9,8 +9,9 @@ use crate::passes::shade_naive::ShadeNaive;
 use crate::passes::sort_points::ListedPoints;
 use crate::passes::visibility_buffer::{DepthUse, Seen};
 use crate::passes::{BandSample, GridView, LightMapsView, MapsView, batches};
-use crate::points::targets::COARSEST;
+use crate::points::targets::{COARSEST, Targets};
 use crate::prepare::{Adaptive, PointPasses, Prepared, PreparedMode};
+use crate::resident::Resident;
 use crate::settings::{RenderSettings, Target};
 use crate::shader_constants::{BATCH, GROUP};
 use girandole_core::glam::Vec2;
@@ -61,7 +62,7 @@ pub(crate) fn record_frame(
 
     for rows in targets.bands() {
         for sample in 0..settings.samples_per_axis.pow(2) {
-            let frame = frame_uniform(view, prepared, settings, rows, sample);
+            let frame = frame_uniform(view, (scene, targets), settings, rows, sample);
             let band = BandSample { frame, scene: &scene.geometry, targets };
 
             // Which triangle of which surface does each pixel show?
@@ -127,8 +128,7 @@ pub(crate) fn record_frame(
 
     // Our depth, that of first samples. It may go where the caller's came from, which every sample has read by now.
     if let Some(callers) = target.and_then(|t| t.depth_out) {
-        let frame = frame_uniform(view, prepared, settings, [0, targets.size[1]], 0);
-        let whole = BandSample { frame, scene: &scene.geometry, targets };
+        let whole = first_samples(view, (scene, targets), settings);
         let seen = passes.visibility_buffer.record(recorder, &whole, depth);
         passes.caller_depth.export(recorder, shared, &whole, seen, callers);
     }
@@ -181,13 +181,14 @@ fn shade<'g>(
     let mut lit = grid;
     for batch in batches(lights.count(), BATCH) {
         let (band, lights) = (band.with_batch(batch), lights.batch(batch.first));
-        let maps = (maps, light_maps);
-        lit = kernels.shade_points.record(
+        let (maps, old) =
+            ((maps, light_maps), adaptive.old_places.as_ref().map(|old| old.batch(batch.first)));
+        lit = kernels.shade_points(old.is_some()).record(
             recorder,
             &band,
             seen,
             maps,
-            lights,
+            (lights, old),
             (points, adaptive.are_few),
             grid,
         );
@@ -217,15 +218,24 @@ fn shade_all<'a>(
     lit
 }
 
+/// The first samples of the whole picture.
+pub(crate) fn first_samples<'a>(
+    view: &LocalView,
+    (scene, targets): (&'a Resident, &'a Targets),
+    settings: &RenderSettings,
+) -> BandSample<'a> {
+    let frame = frame_uniform(view, (scene, targets), settings, [0, targets.size[1]], 0);
+    BandSample { frame, scene: &scene.geometry, targets }
+}
+
 /// The uniform of a sub-pixel sample of a band of rows.
 fn frame_uniform(
     view: &LocalView,
-    prepared: &Prepared,
+    (scene, targets): (&Resident, &Targets),
     settings: &RenderSettings,
     band: [u32; 2],
     sample: u32,
 ) -> Frame {
-    let Prepared { scene, targets, .. } = prepared;
     let (n, size) = (settings.samples_per_axis, targets.size);
     let center = |i: u32| (i as f32 + 0.5) / n as f32;
     // The first sample is the one next to the pixel's centre.

@@ -175,6 +175,15 @@ pub(crate) struct Light {
     pub rectangle: Vec4,
 }
 
+/// `OldPlace` in `lib/places_then.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub(crate) struct OldPlace {
+    pub x: Vec4,
+    pub y: Vec4,
+    pub z: Vec4,
+}
+
 /// `Maps` in `lib/maps.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

@@ -4,10 +4,13 @@
 use crate::device::tuning::DeviceTuning;
 use crate::layout::{
     BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Item,
-    Light, LightMapUpdate, MapPart, Maps, MultipassParams, PointQueueHeader, ShadeListHeader, TextureUse,
-    Triangle, Vertex,
+    Light, LightMapUpdate, MapPart, Maps, MultipassParams, OldPlace, PointQueueHeader, ShadeListHeader,
+    TextureUse, Triangle, Vertex,
 };
-use crate::records::{Element, LeafRange, LeafRecord, Member, ReceiverGrid, ShadePoint, TextureEntry};
+use crate::records::{
+    Element, LeafRange, LeafRecord, Member, OccluderBox, ReceiverGrid, ShadePoint, StaleMapsHeader,
+    StalePart, TextureEntry,
+};
 use crate::{DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap, shaders};
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject};
@@ -44,6 +47,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
             specular_texture, specular_color_texture, normal_texture, emission_texture),
         fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, atlas_slot, rectangle),
         fields!(Maps as "Maps": page, size, parallel_size, texel, parallel_texel),
+        fields!(OldPlace as "OldPlace": x, y, z),
         fields!(Item as "Item": light, face_cluster),
         fields!(LightMapUpdate as "LightMapUpdate": leaf, first, end, is_void, units),
         fields!(MapPart as "MapPart": first, end, page, padding),
@@ -72,13 +76,17 @@ fn declared_heads() -> Vec<(&'static str, u32, Fields, &'static str)> {
 fn declared_records() -> Vec<(&'static str, u32, Fields)> {
     vec![
         fields!(ReceiverGrid as "RECEIVER_GRID": origin, columns, axis_u, rows, axis_v, front, back),
-        fields!(LeafRecord as "LEAF_RECORD": light_map, texel_u, texel_v, corner, across, up, normal),
+        fields!(LeafRecord as "LEAF_RECORD": light_map, texel_u, texel_v, corner, across, up, normal, mover),
         fields!(LeafRange as "LEAF_RANGE": mapped_unshadowed, unshadowed, near_unshadowed,
             near_shadowed, shadowed, mapped_shadowed, end),
         fields!(ShadePoint as "SHADE_POINT": pixel, leaf, rank),
         fields!(Element as "ELEMENT": members_at, member_count, lights_at, light_count, vertices, first_vertex),
         fields!(Member as "MEMBER": leaf, chunks_before),
         fields!(TextureEntry as "TEXTURE_ENTRY": offset, extent, levels, flags),
+        fields!(StaleMapsHeader as "STALE_MAPS_HEADER": groups_at, groups, first_moving, clusters_at, triangles_at),
+        fields!(StalePart as "STALE_PART": first_column, first_row, end_column, end_row,
+            old_row),
+        fields!(OccluderBox as "OCCLUDER_BOX": center, half_extent),
     ]
 }
 

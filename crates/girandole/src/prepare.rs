@@ -2,6 +2,7 @@
 
 use crate::device::context::Context;
 use crate::device::kernel::Shared;
+use crate::maps::places::GpuOldPlaces;
 use crate::maps::states::MapUpdate;
 use crate::passes::Compiler;
 use crate::passes::append_all_points::AppendAllPoints;
@@ -18,6 +19,7 @@ use crate::passes::shade_naive::ShadeNaive;
 use crate::passes::shade_points::ShadePoints;
 use crate::passes::shadow_maps::ShadowMaps;
 use crate::passes::sort_points::SortPoints;
+use crate::passes::stale_error::StaleError;
 use crate::passes::tonemap::ToneMapping;
 use crate::passes::visibility_buffer::VisibilityBuffer;
 use crate::points::lists::PointLists;
@@ -61,6 +63,8 @@ pub(crate) struct ScenePasses {
     multipass: OnceLock<Multipass>,
     resolve: OnceLock<Resolve>,
     debug: OnceLock<Debug>,
+    /// Without lists of lights, and with them.
+    stale_error: [OnceLock<StaleError>; 2],
 }
 
 impl ScenePasses {
@@ -72,7 +76,15 @@ impl ScenePasses {
             multipass: OnceLock::new(),
             resolve: OnceLock::new(),
             debug: OnceLock::new(),
+            stale_error: [const { OnceLock::new() }; 2],
         }
+    }
+
+    /// What compares a frame of a mode with one whose shadow maps are all up to date.
+    pub fn stale_error(&self, context: &Context, mode: Mode) -> &StaleError {
+        let listed = mode != Mode::Naive;
+        let compiler = Compiler::new(context, self.features);
+        self.stale_error[usize::from(listed)].get_or_init(|| StaleError::new(&compiler, listed))
     }
 }
 
@@ -97,9 +109,24 @@ pub(crate) struct RadiancePasses {
 pub(crate) struct PointPasses {
     pub refine: Refine,
     pub edges: Edges,
-    pub shade_points: ShadePoints,
+    shade_points: ShadePoints,
+    /// For frames with stale shadow maps of what moves.
+    shade_points_then: OnceLock<ShadePoints>,
     /// Whether they store the picture's radiance.
     pub writes_radiance: bool,
+}
+
+impl PointPasses {
+    /// Compiles what looks shadows on dynamic objects up where these were.
+    fn compile_then(&self, compiler: &Compiler) {
+        let compiler = Compiler { writes_radiance: self.writes_radiance, ..*compiler };
+        self.shade_points_then.get_or_init(|| ShadePoints::new(&compiler, true));
+    }
+
+    /// What shades points; `then`: with shadows on dynamic objects looked up where these were.
+    pub fn shade_points(&self, then: bool) -> &ShadePoints {
+        self.shade_points_then.get().filter(|_| then).unwrap_or(&self.shade_points)
+    }
 }
 
 impl AdaptivePasses {
@@ -109,7 +136,8 @@ impl AdaptivePasses {
             PointPasses {
                 refine: Refine::new(&compiler),
                 edges: Edges::new(&compiler),
-                shade_points: ShadePoints::new(&compiler),
+                shade_points: ShadePoints::new(&compiler, false),
+                shade_points_then: OnceLock::new(),
                 writes_radiance,
             }
         };
@@ -169,6 +197,8 @@ pub(crate) struct Adaptive<'a> {
     pub multipass: Option<(&'a Multipass, &'a MultipassPlan)>,
     /// What light maps lack, if the frame uses them.
     pub light_map_changes: Option<LightMapChanges>,
+    /// Where dynamic objects are in shadow maps that this frame leaves stale, if it does.
+    pub old_places: Option<GpuOldPlaces>,
     /// Whether points are few, so that lanes may share them.
     pub are_few: bool,
 }
@@ -235,13 +265,8 @@ pub(crate) fn prepare<'a>(
     (targets, lists): (&'a Targets, Option<&'a PointLists>),
     settings: &RenderSettings,
 ) -> Result<Prepared<'a>> {
-    let compiler = Compiler {
-        device: &context.device,
-        shared: &context.shared,
-        options: &context.options,
-        features: scene.features,
-        writes_radiance: false,
-    };
+    let compiler = Compiler::new(context, scene.features);
+    let map_updates = scene.atlas.states.choose(&settings.updates, &scene.lights.samples);
     let mode = match (settings.mode, &scene.receivers, lists) {
         (Mode::Naive, ..) => {
             PreparedMode::Naive(scene_passes.naive.get_or_init(|| ShadeNaive::new(&compiler)))
@@ -259,9 +284,16 @@ pub(crate) fn prepare<'a>(
             let stores_radiance = settings.debug.is_none()
                 && settings.mode.has_low_resolution()
                 && settings.shading == Shading::Fused;
+            let to_radiance = passes.to_radiance.as_ref().filter(|_| stores_radiance);
+            let old_places = scene.old_places(settings, &map_updates);
+            if old_places.is_some() {
+                passes.to_irradiance.compile_then(&compiler);
+                to_radiance.iter().for_each(|passes| passes.points.compile_then(&compiler));
+            }
             PreparedMode::Adaptive(Adaptive {
                 passes,
-                to_radiance: passes.to_radiance.as_ref().filter(|_| stores_radiance),
+                to_radiance,
+                old_places: old_places.map(|old| GpuOldPlaces::new(&context.device, &old)),
                 receivers,
                 lists,
                 multipass,
@@ -282,7 +314,7 @@ pub(crate) fn prepare<'a>(
         passes,
         scene,
         targets,
-        map_updates: scene.atlas.states.choose(&settings.updates, &scene.lights.samples),
+        map_updates,
         mode,
         resolve: scene_passes.resolve.get_or_init(|| Resolve::new(&compiler)),
         debug: settings.debug.map(|view| (scene_passes.debug.get_or_init(|| Debug::new(&compiler)), view)),

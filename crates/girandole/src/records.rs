@@ -84,6 +84,8 @@ record! {
         across: vec3f,
         up: vec3f,
         normal: vec3f,
+        /// Which of the dynamic objects it is on, or [`NONE`](crate::shader_constants::NONE).
+        mover: u32,
     }
 }
 
@@ -144,8 +146,43 @@ record! {
     }
 }
 
+record! {
+    /// Where things are in `stale_maps`, see `maps/stale.rs`: it is the first of them.
+    StaleMapsHeader as stale_maps_header in "stale_maps": Plain {
+        /// Boxes about groups of clusters.
+        groups_at: u32,
+        groups: u32,
+        /// The first group of dynamic objects; those of static ones come before.
+        first_moving: u32,
+        /// Boxes about clusters.
+        clusters_at: u32,
+        /// Triangles, cluster by cluster, as the geometry has them.
+        triangles_at: u32,
+    }
+}
+
+record! {
+    /// The texels of a light's map that are stale: from the first column and row up to before the last.
+    StalePart as stale_part in "stale_maps": Plain {
+        first_column: u32,
+        first_row: u32,
+        end_column: u32,
+        end_row: u32,
+        /// The first of the places that dynamic objects have in the map, or [`NONE`](crate::shader_constants::NONE).
+        old_row: u32,
+    }
+}
+
+record! {
+    /// A box about occluders.
+    OccluderBox as occluder_box in "stale_maps": Plain {
+        center: vec3f,
+        half_extent: vec3f,
+    }
+}
+
 /// All of them.
-pub(crate) const RECORDS: [Record; 7] = [
+pub(crate) const RECORDS: [Record; 10] = [
     TextureEntry::RECORD,
     ReceiverGrid::RECORD,
     LeafRecord::RECORD,
@@ -153,6 +190,9 @@ pub(crate) const RECORDS: [Record; 7] = [
     ShadePoint::RECORD,
     Element::RECORD,
     Member::RECORD,
+    StaleMapsHeader::RECORD,
+    StalePart::RECORD,
+    OccluderBox::RECORD,
 ];
 
 impl Record {

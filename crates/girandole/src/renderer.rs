@@ -20,7 +20,7 @@ use crate::{Error, Remedy, Result};
 use girandole_core::illumination::{Illumination, IlluminationSettings};
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet};
-use girandole_core::scene::{Geometry, Scene, SceneChanges, View};
+use girandole_core::scene::{Geometry, LocalView, Scene, SceneChanges, View};
 use girandole_core::tonemap::Exposure;
 use girandole_core::visibility::VisibilityDatabase;
 use std::future::Future;
@@ -43,6 +43,8 @@ pub struct Renderer {
     lists: Option<PointLists>,
     /// How the last frame was recorded.
     last: Option<RenderSettings>,
+    /// Its view, while scene and shadow maps are those that it shows.
+    last_view: Option<LocalView>,
 }
 
 /// Exposures beyond this many stops leave the range of floats.
@@ -87,6 +89,7 @@ impl Renderer {
             targets: None,
             lists: None,
             last: None,
+            last_view: None,
         })
     }
 
@@ -124,6 +127,7 @@ impl Renderer {
         if changes.is_empty() && illumination.lights().generation() == lights {
             return Ok(());
         }
+        self.last_view = None;
         let illumination = self.illumination.take().ok_or_else(nothing_loaded)?;
         let follows = match &mut self.scene {
             Some(resident) if changes.is_motion() => {
@@ -185,6 +189,7 @@ impl Renderer {
         // What was there leaves first: two atlases may not fit.
         self.scene = None;
         self.illumination = None;
+        self.last_view = None;
         let resident = Resident::new(&self.context, scene, geometry, lights)?;
         if self.scene_passes.as_ref().is_none_or(|p| p.features != resident.features) {
             self.scene_passes = Some(ScenePasses::new(resident.features));
@@ -213,6 +218,7 @@ impl Renderer {
         if resident.generations != [geometry.generation(), lights.generation()] {
             return Err(Error::invalid("this visibility database belongs to another scene or other lights"));
         }
+        self.last_view = None;
         let Context { device, queue, .. } = &self.context;
         let sources = Sources { scene, geometry, lights, database };
         resident.receivers = Some(Receivers::new((device, queue), sources)?);
@@ -229,6 +235,7 @@ impl Renderer {
     pub fn draw_shadow_maps(&mut self, updates: &MapUpdates) -> Result<()> {
         let Context { device, queue, shared, timers, .. } = &self.context;
         let scene = self.scene.as_mut().ok_or_else(nothing_loaded)?;
+        self.last_view = None;
         let updates = scene.atlas.states.choose(updates, &scene.lights.samples);
         let mut recorder = Recorder::submitting(device, queue, &shared.frame, timers);
         let (_, counts) = self.passes.shadow_maps.record(&mut recorder, scene, &updates)?;
@@ -291,7 +298,7 @@ impl Renderer {
         check(size, settings, scene.lights.count(), &context.device.limits())?;
         let view = &view.relative_to(scene.origin);
         context.timers.reset();
-        self.last = None;
+        (self.last, self.last_view) = (None, None);
         allocate(context, scene, (&mut self.targets, &mut self.lists), view, size, settings)?;
         let targets = self.targets.as_ref().ok_or_else(nothing_rendered)?;
         let passes = (&self.passes, scene_passes);
@@ -310,7 +317,7 @@ impl Renderer {
         if let Some(changes) = light_map_changes {
             scene.count_light_maps(changes, settings.clamp);
         }
-        self.last = Some(*settings);
+        (self.last, self.last_view) = (Some(*settings), Some(*view));
         Ok(())
     }
 
@@ -409,6 +416,11 @@ impl Renderer {
     /// How the last frame was recorded.
     pub(crate) fn last(&self) -> Option<&RenderSettings> {
         self.last.as_ref()
+    }
+
+    /// What shows the last frame's scene from its view once more; nothing where scene or shadow maps have changed since.
+    pub(crate) fn last_view(&self) -> Option<(&Passes, &ScenePasses, &LocalView)> {
+        Some((&self.passes, self.scene_passes.as_ref()?, self.last_view.as_ref()?))
     }
 }
 

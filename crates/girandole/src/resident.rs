@@ -8,11 +8,13 @@ use crate::maps::hidden::HiddenMovers;
 use crate::maps::layout::AtlasLayout;
 use crate::maps::non_blockers::NonBlockers;
 use crate::maps::occluders::{CullCounts, Occluders};
+use crate::maps::places::{OldPlaces, Places};
 use crate::maps::states::MapUpdate;
 use crate::points::multipass_plan::MultipassPlan;
 use crate::scene::geometry::{GpuScene, gpu_lights};
 use crate::scene::lights::GpuLights;
 use crate::scene::receivers::{Receivers, Sources};
+use crate::settings::{Mode, RenderSettings, Shading};
 use crate::shader_constants::{COSINE, DIRECTIONAL};
 use girandole_core::Generation;
 use girandole_core::glam::DVec3;
@@ -53,6 +55,8 @@ pub(crate) struct Resident {
     pub multipass: Option<MultipassPlan>,
     /// Dynamic objects that lights cannot see.
     pub hidden: HiddenMovers,
+    /// Where dynamic objects are, and where each shadow map has them.
+    places: Places,
     /// Surfaces that stay out of shadow maps.
     non_blockers: NonBlockers,
     /// What was drawn when shadow maps were last drawn.
@@ -92,6 +96,7 @@ impl Resident {
             culling: CullCounts::default(),
             maps_drawn: 0,
             hidden: HiddenMovers::default(),
+            places: Places::new(scene, geometry, lights.len()),
             non_blockers,
             light_map_changes: 0,
         })
@@ -134,6 +139,7 @@ impl Resident {
             ([&self.lights.samples[..], &samples], [&self.hidden, &hidden]);
         self.atlas.follow(queue, geometry, &changes.moved, lights_then_now, hidden_then_now, faces);
         self.hidden = hidden;
+        self.places.follow(scene, geometry);
         let lights_moved = self.lights.follow(queue, samples);
         // What a caller may have loaded by himself no longer holds either.
         let receivers = self.receivers.take();
@@ -156,10 +162,17 @@ impl Resident {
     /// Takes note of what was drawn into shadow maps for a frame.
     pub fn count_maps(&mut self, updates: &[MapUpdate], culling: CullCounts) {
         self.atlas.states.note(updates);
+        self.places.note(updates);
         self.maps_drawn = updates.len() as u32;
         if !updates.is_empty() {
             self.culling = culling;
         }
+    }
+
+    /// Where dynamic objects are in the shadow maps that are stale once these are drawn, for frames that look them up there.
+    pub fn old_places(&self, settings: &RenderSettings, updates: &[MapUpdate]) -> Option<OldPlaces> {
+        let has_leaves = settings.mode != Mode::Naive && settings.shading == Shading::Fused;
+        has_leaves.then(|| self.places.old(&self.atlas.states, updates))?
     }
 
     /// Takes note that a frame brought light maps up to date.

@@ -3,6 +3,8 @@
 use girandole_core::brdf;
 use girandole_core::lights::Rectangle;
 
+/// Places of dynamic objects in stale maps, as many as a uniform buffer of 64 KiB holds.
+pub(crate) const MAX_OLD_PLACES: u32 = 1365;
 /// Lights are summed in groups of this many; batches are whole groups.
 pub(crate) const GROUP: u32 = 128;
 /// Most lights in a batch: 32 KiB of a uniform buffer, of which WebGPU binds 64.
@@ -81,6 +83,7 @@ pub(crate) fn declarations() -> String {
     declarations!(
         GROUP,
         BATCH,
+        MAX_OLD_PLACES,
         CHUNK,
         WORKGROUP,
         TILE,

@@ -16,6 +16,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     atlas_depth,
     atlas_image,
     blend,
+    blockers,
     branch_non_uniform,
     branch_uniform,
     brdf,
@@ -41,6 +42,8 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     octahedral,
     packed,
     parameterisation,
+    places_now,
+    places_then,
     point_queue,
     point_queue_atomic,
     point_sums,
@@ -54,6 +57,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     shade_chunk,
     shade_list,
     shadow,
+    sums_then,
     surface,
     test_candidate,
     texture,
@@ -123,12 +127,22 @@ sources! {
     SCATTER_POINTS = scatter_points "" [buffer_offsets shade_list shade_point_at point_queue];
     SHADE_POINTS = shade_points "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle places_now point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        diffuse_material packed samples branch loads point_queue shade_chunk
+    ];
+    SHADE_POINTS_THEN = shade_points "" [
+        frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
+        atlas shadow rectangle places_then sums_then point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PERSISTENT = shade_points_persistent "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle places_now point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
+    ];
+    SHADE_POINTS_THEN_PERSISTENT = shade_points_persistent "" [
+        frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
+        atlas shadow rectangle places_then sums_then point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     MULTIPASS = multipass "" [
@@ -158,6 +172,11 @@ sources! {
     EXPOSURE = exposure "" [packed color];
     CALLER_DEPTH = caller_depth "" [frame];
     TONEMAP = tonemap "" [tonemap packed];
+    STALE_ERROR = stale_error "" [
+        frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
+        shadow rectangle places_then point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
+        stale_part_at occluder_box_at blockers
+    ];
     DEBUG_LEAVES = debug_leaves "" [
         frame scene texture texture_entry_at surface buffer_offsets receiver receiver_grid_at packed
     ];
@@ -173,9 +192,18 @@ sources! {
 /// Group 1 by itself.
 pub(crate) const SCENE: Source = Source { name: "scene", text: "", uses: &["scene"], enable: "" };
 
-/// The shading of points on a device.
-pub(crate) fn shade_points(tuning: &DeviceTuning) -> &'static Source {
-    if tuning.persistent_threads { &SHADE_POINTS_PERSISTENT } else { &SHADE_POINTS }
+/// The shading of points on a device; `then`: where shadows on dynamic objects are looked up where these were.
+pub(crate) fn shade_points(tuning: &DeviceTuning, then: bool) -> &'static Source {
+    match (tuning.persistent_threads, then) {
+        (true, false) => &SHADE_POINTS_PERSISTENT,
+        (true, true) => &SHADE_POINTS_THEN_PERSISTENT,
+        (false, _) => shade_points_cooperative(then),
+    }
+}
+
+/// That in which lanes share points.
+pub(crate) fn shade_points_cooperative(then: bool) -> &'static Source {
+    if then { &SHADE_POINTS_THEN } else { &SHADE_POINTS }
 }
 
 /// The test of candidates on a device.

@@ -365,11 +365,16 @@ pub(super) fn statistics(frame: &FrameStats, pixels: u64) -> Stats {
     ] {
         stats.insert(key.into(), value.into());
     }
+    if let Some(error) = frame.stale_error {
+        stats.insert("stale_map_error".into(), error.into());
+    }
     for (key, value) in [
         ("maps", u64::from(frame.lights)),
         ("map_size_texels", frame.map_size.into()),
         ("atlas_pages", frame.atlas_pages.into()),
         ("atlas_bytes", frame.atlas_bytes),
+        ("maps_stale", frame.stale.maps.into()),
+        ("oldest_map_frames", frame.stale.oldest.into()),
         ("triangles_that_cannot_block", frame.non_blockers as u64),
         ("faces_drawn", frame.culling.faces_drawn),
         ("faces_culled", frame.culling.faces_culled),

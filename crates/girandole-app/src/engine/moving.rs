@@ -24,10 +24,11 @@ pub struct MovingTrial<'a> {
 const TIMES: [&str; 5] =
     ["frame_ms", "static_frame_ms", "update_ms", "illumination_update_ms", "visibility_ms"];
 /// What is counted, frame by frame.
-const COUNTS: [&str; 7] = [
+const COUNTS: [&str; 8] = [
     "maps_drawn",
     "maps_stale",
     "oldest_map_frames",
+    "stale_map_error",
     "faces_drawn",
     "clusters_drawn",
     "triangle_instances",
@@ -115,16 +116,17 @@ impl Device {
             // What was counted when maps were last drawn says nothing of a frame that draws none.
             let culling = if stats.maps_drawn == 0 { CullCounts::default() } else { stats.culling };
             let drawn = [
-                u64::from(stats.maps_drawn),
-                u64::from(stats.stale.maps),
-                u64::from(stats.stale.oldest),
-                culling.faces_drawn,
-                culling.clusters_drawn,
-                culling.triangle_instances(),
-                u64::from(stats.light_map_changes),
+                f64::from(stats.maps_drawn),
+                f64::from(stats.stale.maps),
+                f64::from(stats.stale.oldest),
+                stats.stale_error.unwrap_or(0.0),
+                culling.faces_drawn as f64,
+                culling.clusters_drawn as f64,
+                culling.triangle_instances() as f64,
+                f64::from(stats.light_map_changes),
             ];
             for (counts, value) in counts.iter_mut().zip(drawn) {
-                counts.push(value as f64);
+                counts.push(value);
             }
         }
         for (key, values) in TIMES.iter().zip(&mut times) {

@@ -93,8 +93,10 @@ fn add(sums: ptr<function, PointSums>, light: Light, a: Arriving, seen: f32) {
 // A texel of a light's map: in the map, and its column, row and page in the atlas.
 struct ShadowTexel { receiver: Receiver, texel: vec2u, in_atlas: vec3u }
 
-fn shadow_texel_of(light: Light, s: Shading) -> ShadowTexel {
-  let r = receiver(light, s.position, s.ng, dot(s.ng, light.position - s.position));
+fn shadow_texel_of(light: Light, s: Shading) -> ShadowTexel { return shadow_texel_at(light, s.position, s.ng); }
+
+fn shadow_texel_at(light: Light, position: vec3f, ng: vec3f) -> ShadowTexel {
+  let r = receiver(light, position, ng, dot(ng, light.position - position));
   let texel = texel_of(light, r.uv);
   return ShadowTexel(r, texel, in_atlas(light, texel));
 }

@@ -98,7 +98,10 @@ fn shade_chunk(index: u32) {
   var one = begin(one_index, leaf);
   var other = begin(other_index, leaf);
   if !one.is_surface && !other.is_surface { return; }
-  let list = light_list(leaf);
+  let all = light_list(leaf);
+  add_looked_up_then(&one, leaf, all, 0u, 1u);
+  add_looked_up_then(&other, leaf, all, 0u, 1u);
+  let list = remaining(leaf, all);
   for (var i = list.unshadowed; i < list.near_unshadowed; i++) {
     let light = lights[light_lists[i]];
     add(&one, light, arriving(light, one.shading), 1.0);

@@ -89,7 +89,11 @@ fn slope_corrected_test(light: Light, r: Receiver, texel: vec2u, stored: f32) ->
   let gradient = vec2f(
     gradient_along(light, origin, vec2i(1, 0), stored),
     gradient_along(light, origin, vec2i(0, 1), stored));
-  let extrapolated = stored + dot(gradient, (r.uv - centre_of(light, texel)) * map_size(light));
+  return is_lit_behind(light, r, stored + dot(gradient, (r.uv - centre_of(light, texel)) * map_size(light)));
+}
+
+// The same for what was extrapolated to the receiver's position.
+fn is_lit_behind(light: Light, r: Receiver, extrapolated: f32) -> bool {
   let allowance = min(HOLLOW * FOOTPRINT * map_texel(light), GRAZING * r.slope);
   return extrapolated * r.height <= NEAR * (r.slope * (1.0 + SLACK) + allowance);
 }

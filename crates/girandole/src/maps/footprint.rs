@@ -28,6 +28,11 @@ impl Bounds {
             points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         Self { center: (low + high) * 0.5, half_extent: (high - low) * 0.5 }
     }
+
+    /// The smallest one about others; at least one.
+    pub fn about<'a>(others: impl Iterator<Item = &'a Self>) -> Self {
+        Self::around(others.flat_map(|b| [b.center - b.half_extent, b.center + b.half_extent]))
+    }
 }
 
 impl TexelRect {

@@ -6,5 +6,7 @@ pub(crate) mod hidden;
 pub(crate) mod layout;
 pub(crate) mod non_blockers;
 pub(crate) mod occluders;
+pub(crate) mod places;
 pub(crate) mod solids;
+pub(crate) mod stale;
 pub(crate) mod states;

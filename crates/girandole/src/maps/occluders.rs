@@ -74,8 +74,7 @@ impl Occluders {
         let sets = self.sets().into_iter();
         sets.filter_map(move |clusters| {
             let bounds = &clusters.bounds[clusters.of_object(object)?];
-            let corners = bounds.iter().flat_map(|b| [b.center - b.half_extent, b.center + b.half_extent]);
-            Some(Bounds::around(corners))
+            Some(Bounds::about(bounds.iter()))
         })
     }
 }
@@ -132,6 +131,11 @@ impl Clusters {
         Some(self.moving[self.find(object)?].clusters.clone())
     }
 
+    /// The first cluster of a dynamic object; those of static ones come before.
+    pub fn first_moving(&self) -> usize {
+        self.moving.first().map_or(self.bounds.len(), |mover| mover.clusters.start)
+    }
+
     /// Brings what is known of a dynamic object's clusters up to where it is.
     pub fn follow(&mut self, geometry: &Geometry, object: ObjectId) {
         if let Some(index) = self.find(object) {
@@ -183,8 +187,7 @@ impl Clusters {
                 }
             }
         };
-        let still = self.moving.first().map_or(self.bounds.len(), |mover| mover.clusters.start);
-        (0..still).for_each(&mut add);
+        (0..self.first_moving()).for_each(&mut add);
         for Mover { clusters, solid, .. } in &self.moving {
             let hidden = solid.as_ref().and_then(|solid| solid.hidden_from(&map));
             let is_hidden = |cluster: &usize| hidden.as_ref().is_some_and(|h| h(cluster - clusters.start));

@@ -97,6 +97,11 @@ impl MapStates {
         }
     }
 
+    /// What of each light's map is stale.
+    pub fn stale_parts(&self) -> impl Iterator<Item = TexelRect> {
+        self.maps.iter().map(|map| map.stale)
+    }
+
     /// What is stale now.
     pub fn counts(&self) -> StaleCounts {
         let stale = self.maps.iter().filter(|map| !map.stale.is_empty());

@@ -15,6 +15,7 @@ pub(crate) mod shade_naive;
 pub(crate) mod shade_points;
 pub(crate) mod shadow_maps;
 pub(crate) mod sort_points;
+pub(crate) mod stale_error;
 pub(crate) mod tonemap;
 pub(crate) mod visibility_buffer;
 
@@ -22,6 +23,7 @@ pub(crate) use crate::maps::atlas::MapsView;
 pub(crate) use crate::points::targets::GridView;
 pub(crate) use crate::scene::receivers::LightMapsView;
 
+use crate::device::context::Context;
 use crate::device::kernel::{Kernel, Shared};
 use crate::layout::Frame;
 use crate::points::targets::Targets;
@@ -42,7 +44,13 @@ pub(crate) struct Compiler<'a> {
     pub writes_radiance: bool,
 }
 
-impl Compiler<'_> {
+impl<'a> Compiler<'a> {
+    /// Of passes whose points are not the picture's pixels.
+    pub fn new(context: &'a Context, features: SceneFeatures) -> Self {
+        let Context { device, shared, options, .. } = context;
+        Self { device, shared, options, features, writes_radiance: false }
+    }
+
     /// An entry point of a compute shader.
     pub fn kernel(&self, source: &Source, entry: &'static str) -> Kernel {
         Kernel::new(self.device, self.shared, source, entry, &self.constants())

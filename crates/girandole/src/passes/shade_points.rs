@@ -5,6 +5,7 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView, MapsView};
 use crate::device::kernel::{Groups, Kernel, buffer, texture};
 use crate::device::recorder::Recorder;
+use crate::maps::places::OldPlacesBinding;
 use crate::points::lists::{COOPERATIVE_AT, SHADE_AT};
 use crate::shaders;
 
@@ -15,15 +16,14 @@ pub(crate) struct ShadePoints {
 }
 
 impl ShadePoints {
-    pub fn new(compiler: &Compiler) -> Self {
-        let source = shaders::shade_points(&compiler.shared.tuning);
+    /// `then`: for frames in which shadows on dynamic objects are looked up where these were when maps were drawn.
+    pub fn new(compiler: &Compiler, then: bool) -> Self {
+        let source = shaders::shade_points(&compiler.shared.tuning, then);
         Self {
             shade_points: compiler.kernel(source, "shade_points"),
-            cooperative: compiler
-                .shared
-                .tuning
-                .cooperative_points
-                .then(|| compiler.kernel(&shaders::SHADE_POINTS, "shade_points_cooperative")),
+            cooperative: compiler.shared.tuning.cooperative_points.then(|| {
+                compiler.kernel(shaders::shade_points_cooperative(then), "shade_points_cooperative")
+            }),
         }
     }
 
@@ -35,12 +35,12 @@ impl ShadePoints {
         band: &BandSample,
         seen: Seen,
         (maps, light_maps): (MapsView, LightMapsView),
-        lights: wgpu::BufferBinding,
+        (lights, old): (wgpu::BufferBinding, Option<OldPlacesBinding>),
         (points, are_few): (SortedPoints, bool),
         grid: GridView<'a>,
     ) -> GridView<'a> {
         let lists = points.lists;
-        let resources = [
+        let mut resources = vec![
             texture("triangle_ids", seen.triangle_ids),
             texture("surface_ids", seen.surface_ids),
             texture("atlas", maps.atlas),
@@ -55,6 +55,10 @@ impl ShadePoints {
             texture("fine_directional", grid.directional),
             texture("picture", &band.targets.picture_view),
         ];
+        if let Some(OldPlacesBinding { places, rows }) = old {
+            resources.push(buffer("old_places", places));
+            resources.push(("old_rows", wgpu::BindingResource::Buffer(rows)));
+        }
         let (kernel, at) = match &self.cooperative {
             Some(cooperative) if are_few => (cooperative, COOPERATIVE_AT),
             _ => (&self.shade_points, SHADE_AT),

@@ -12,6 +12,7 @@ mod recording;
 mod selected;
 mod shadings;
 mod sizes;
+mod staleness;
 mod truth;
 
 use common::{Context, Test};
@@ -39,6 +40,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         selected::tests(),
         shadings::tests(),
         sizes::tests(),
+        staleness::tests(),
         truth::tests(),
     ]
     .concat();

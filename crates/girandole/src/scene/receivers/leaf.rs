@@ -59,6 +59,7 @@ impl LeafLight {
         Self { rectangle, has_map, relations, units }
     }
 
+    /// Without the object that it is on.
     pub fn record(&self, light_map: u32) -> LeafRecord {
         let Some(r) = &self.rectangle else { return LeafRecord { light_map, ..LeafRecord::default() } };
         let texel = |axis: Vec3| {
@@ -73,6 +74,7 @@ impl LeafLight {
             across: r.across.to_array(),
             up: r.up.to_array(),
             normal: r.normal.to_array(),
+            ..LeafRecord::default()
         }
     }
 }

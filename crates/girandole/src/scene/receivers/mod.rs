@@ -14,6 +14,7 @@ mod leaf;
 use self::leaf::{LeafLight, Relation};
 use crate::device::mirror::Mirror;
 use crate::layout::BufferOffsets;
+use crate::maps::places::mover_of;
 use crate::records::{LeafRange, LeafRecord, ReceiverGrid};
 use crate::scene::light_maps::{LightMapChanges, LightMaps, WantedMaps};
 use crate::shader_constants::{BATCH, CLUSTERED, NO_PART, NONE, SIDE};
@@ -21,7 +22,7 @@ use crate::{Error, Remedy, Result};
 use girandole_core::glam::Vec3;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Scene};
-use girandole_core::visibility::{State, TriangleReceiver, VisibilityDatabase};
+use girandole_core::visibility::{LeafId, State, TriangleReceiver, VisibilityDatabase};
 use std::ops::Range;
 
 /// A leaf's index has 24 bits.
@@ -215,7 +216,10 @@ impl Receivers {
         for leaf in leaves {
             let light = LeafLight::new((scene, geometry), lights.samples(), database, leaf);
             let place = &database.receivers().leaves[leaf];
-            records.push(light.record(if light.has_map { self.mapped * SIDE * SIDE } else { NONE }));
+            let (LeafId::Patch { object, .. } | LeafId::Cluster { object, .. }) =
+                database.leaf_id(leaf as u32);
+            let light_map = if light.has_map { self.mapped * SIDE * SIDE } else { NONE };
+            records.push(LeafRecord { mover: mover_of(scene, object as usize), ..light.record(light_map) });
             self.mapped += u32::from(light.has_map);
             self.units.push(if light.has_map { light.units } else { 0.0 });
             self.relations.extend(light.relations);

@@ -1,0 +1,167 @@
+//! Where dynamic objects are, and where they were when each light's map was drawn.
+//!
+//! A stale map shows an object where it was. What the object's own surface receives is therefore looked up there, too: a
+//! point that the map shows, and not one that the object's former self hides. Shadows on what moves lag behind as those of what
+//! moves do. Objects that bend are looked up where they are.
+
+use super::states::{MapStates, MapUpdate};
+use crate::layout::OldPlace;
+use crate::shader_constants::{BATCH, MAX_OLD_PLACES, NONE};
+use girandole_core::glam::DAffine3;
+use girandole_core::scene::{Geometry, Scene};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use wgpu::util::DeviceExt;
+
+/// The places of dynamic objects, now and when maps were drawn.
+pub(crate) struct Places {
+    now: Snapshot,
+    /// For each light's map.
+    then: Vec<Snapshot>,
+}
+
+/// The places of all dynamic objects at a moment.
+#[derive(Clone)]
+struct Snapshot {
+    /// How many updates came before it.
+    moment: u64,
+    /// World from object, relative to the geometry's origin.
+    places: Arc<[DAffine3]>,
+}
+
+/// Which of the dynamic objects each object is, or [`NONE`].
+pub(crate) fn mover_of(scene: &Scene, object: usize) -> u32 {
+    if !scene.objects[object].dynamic {
+        return NONE;
+    }
+    scene.objects[..object].iter().filter(|o| o.dynamic).count() as u32
+}
+
+impl Snapshot {
+    fn new(moment: u64, scene: &Scene, geometry: &Geometry) -> Self {
+        let place = |object: &girandole_core::scene::Object| {
+            if object.removed || scene.is_deformed(object) {
+                return DAffine3::IDENTITY;
+            }
+            let world_from_object = scene.world_from_node(object.node);
+            DAffine3 { translation: world_from_object.translation - geometry.origin, ..world_from_object }
+        };
+        Self { moment, places: scene.objects.iter().filter(|o| o.dynamic).map(place).collect() }
+    }
+}
+
+impl Places {
+    /// Those of a scene with so many lights.
+    pub fn new(scene: &Scene, geometry: &Geometry, lights: usize) -> Self {
+        let now = Snapshot::new(0, scene, geometry);
+        Self { then: vec![now.clone(); lights], now }
+    }
+
+    /// Objects moved.
+    pub fn follow(&mut self, scene: &Scene, geometry: &Geometry) {
+        self.now = Snapshot::new(self.now.moment + 1, scene, geometry);
+    }
+
+    /// Takes note that maps were drawn, each with all that was stale of it.
+    pub fn note(&mut self, drawn: &[MapUpdate]) {
+        for update in drawn {
+            self.then[update.light as usize] = self.now.clone();
+        }
+    }
+
+    /// Where objects were in the maps that are stale, once these are drawn; nothing where none is.
+    pub fn old(&self, states: &MapStates, drawn: &[MapUpdate]) -> Option<OldPlaces> {
+        let mut is_stale: Vec<bool> = states.stale_parts().map(|part| !part.is_empty()).collect();
+        drawn.iter().for_each(|update| is_stale[update.light as usize] = false);
+        let (mut rows, mut known, mut places) = (vec![NONE; self.then.len()], BTreeMap::new(), Vec::new());
+        for ((row, then), _) in rows.iter_mut().zip(&self.then).zip(is_stale).filter(|(_, stale)| *stale) {
+            let movers = then.places.len();
+            let has_room = places.len() + movers <= MAX_OLD_PLACES as usize;
+            if then.moment == self.now.moment || movers != self.now.places.len() {
+                continue;
+            }
+            if !known.contains_key(&then.moment) && has_room {
+                known.insert(then.moment, places.len() as u32);
+                places.extend(
+                    then.places.iter().zip(&*self.now.places).map(|(then, now)| old_place(then, now)),
+                );
+            }
+            *row = known.get(&then.moment).copied().unwrap_or(NONE);
+        }
+        (!places.is_empty()).then_some(OldPlaces { rows, places })
+    }
+}
+
+/// Where points of an object were.
+fn old_place(then: &DAffine3, now: &DAffine3) -> OldPlace {
+    let flat = now.matrix3.determinant() == 0.0;
+    let then_from_now = if flat { DAffine3::IDENTITY } else { *then * now.inverse() };
+    let [x, y, z] = [0, 1, 2].map(|axis| {
+        let row = then_from_now.matrix3.row(axis).extend(then_from_now.translation[axis]);
+        row.as_vec4()
+    });
+    OldPlace { x, y, z }
+}
+
+/// Where dynamic objects were when stale maps were drawn.
+pub(crate) struct OldPlaces {
+    /// For each light, the first of its places, one for each dynamic object; [`NONE`] where its map is up to date.
+    pub rows: Vec<u32>,
+    places: Vec<OldPlace>,
+}
+
+/// The same on the GPU, for a frame.
+pub(crate) struct GpuOldPlaces {
+    places: wgpu::Buffer,
+    rows: wgpu::Buffer,
+}
+
+/// What shaders bind for a batch of lights.
+pub(crate) struct OldPlacesBinding<'a> {
+    pub places: &'a wgpu::Buffer,
+    pub rows: wgpu::BufferBinding<'a>,
+}
+
+impl GpuOldPlaces {
+    pub fn new(device: &wgpu::Device, old: &OldPlaces) -> Self {
+        let mut rows = old.rows.clone();
+        rows.resize(rows.len().max(1).next_multiple_of(BATCH as usize), NONE);
+        Self {
+            places: old.places_buffer(device),
+            rows: uniform(device, "old rows", bytemuck::cast_slice(&rows)),
+        }
+    }
+
+    /// For the batch that begins with a light.
+    pub fn batch(&self, first: u32) -> OldPlacesBinding<'_> {
+        let size = size_of::<u32>() as u64;
+        let rows = wgpu::BufferBinding {
+            buffer: &self.rows,
+            offset: u64::from(first) * size,
+            size: wgpu::BufferSize::new(u64::from(BATCH) * size),
+        };
+        OldPlacesBinding { places: &self.places, rows }
+    }
+}
+
+impl OldPlaces {
+    /// Places for as many lights whose maps are up to date.
+    pub fn none(lights: usize) -> Self {
+        Self { rows: vec![NONE; lights], places: Vec::new() }
+    }
+
+    /// `old_places` for shaders.
+    pub fn places_buffer(&self, device: &wgpu::Device) -> wgpu::Buffer {
+        let mut places = self.places.clone();
+        places.resize(MAX_OLD_PLACES as usize, OldPlace::default());
+        uniform(device, "old places", bytemuck::cast_slice(&places))
+    }
+}
+
+fn uniform(device: &wgpu::Device, label: &str, contents: &[u8]) -> wgpu::Buffer {
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some(label),
+        contents,
+        usage: wgpu::BufferUsages::UNIFORM,
+    })
+}
