@@ -3,10 +3,11 @@
 
 use super::groups::{PatchSide, ReceiverGroups};
 use super::hierarchy::{Frame, NodeBuilder, PatchRoot, mesh_nodes};
-use super::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspace};
+use super::node_visibility::{NodeVisibility, SceneContext, Workspace};
+use super::parallel::map;
 use super::pyramid::Tests;
 use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
-use super::shapes::Shape;
+use super::state_matrix::StateMatrix;
 use super::surfaces::Surfaces;
 use super::{VisibilitySettings, ids};
 use crate::scene::{Geometry, NONE};
@@ -23,8 +24,7 @@ enum Root {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Assembly {
     pub receivers: Receivers,
-    pub visibility: Vec<NodeVisibility>,
-    pub tests: Tests,
+    pub visibility: StateMatrix,
 }
 
 /// Where the part of an [`Assembly`] ends that belongs to objects that stand still.
@@ -34,13 +34,15 @@ pub(super) struct End {
     pub leaves: usize,
     cells: usize,
     corners: usize,
-    pub tests: Tests,
 }
 
 /// Surfaces of a scene that become receivers together: sides of simple patches, and meshes.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Sources {
     sides: Vec<PatchSide>,
     meshes: Vec<u32>,
+    /// Of the sides, if there are any.
+    groups: Option<ReceiverGroups>,
 }
 
 impl Sources {
@@ -54,7 +56,31 @@ impl Sources {
                 .map(move |back| (simple, back))
         });
         let meshes = (0..).zip(&surfaces.meshes).filter(|(_, mesh)| accept(mesh.object)).map(|(i, _)| i);
-        Self { sides: sides.collect(), meshes: meshes.collect() }
+        let sides: Vec<PatchSide> = sides.collect();
+        let groups = (!sides.is_empty()).then(|| ReceiverGroups::new(surfaces, &sides));
+        Self { sides, meshes: meshes.collect(), groups }
+    }
+
+    /// How many of the roots are sides of patches; they come before the meshes.
+    pub fn sides(&self) -> usize {
+        self.sides.len()
+    }
+
+    /// How many roots there are.
+    pub fn roots(&self) -> usize {
+        self.sides.len() + self.meshes.len()
+    }
+
+    /// What `build` makes of each side of a patch, given the visibility of its group; and the groups' tests.
+    pub fn descend<T: Send>(
+        &self,
+        context: &SceneContext,
+        build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
+    ) -> (Vec<T>, Tests) {
+        let found = self.groups.as_ref().map(|groups| groups.descend(context, build));
+        let (mut parts, tests) = found.unwrap_or_default();
+        parts.sort_unstable_by_key(|(side, _)| *side);
+        (parts.into_iter().map(|(_, part)| part).collect(), tests)
     }
 
     /// Area of the patches, both sides of those that have two, m².
@@ -65,8 +91,8 @@ impl Sources {
 
 impl Assembly {
     /// Without receivers.
-    pub fn new(surfaces: &Surfaces, geometry: &Geometry) -> Self {
-        let mut result = Self::default();
+    pub fn new(surfaces: &Surfaces, geometry: &Geometry, lights: usize) -> Self {
+        let mut result = Self { visibility: StateMatrix::new(lights), ..Self::default() };
         result.receivers.triangles = vec![TriangleReceiver::Leaf(NONE); geometry.triangles.len()];
         for simple in 0..surfaces.patches.len() {
             result.receivers.grids.push(empty_grid(surfaces, simple));
@@ -80,20 +106,18 @@ impl Assembly {
             leaves: self.receivers.leaves.len(),
             cells: self.receivers.cells.len(),
             corners: self.receivers.corners.len(),
-            tests: self.tests,
         }
     }
 
     /// Takes all away that was appended since, and what is on other objects than those that stand still.
     pub fn truncate(&mut self, end: End, surfaces: &Surfaces, stands: impl Fn(u32) -> bool) {
-        let Self { receivers, visibility, tests } = self;
+        let Self { receivers, visibility } = self;
         receivers.nodes.truncate(end.nodes);
         receivers.leaves.truncate(end.leaves);
         receivers.ids.truncate(end.leaves);
         receivers.cells.truncate(end.cells);
         receivers.corners.truncate(end.corners);
         visibility.truncate(end.nodes);
-        *tests = end.tests;
         for simple in 0..surfaces.patches.len() {
             if !stands(surfaces.patches[simple].object) {
                 receivers.grids[simple] = empty_grid(surfaces, simple);
@@ -101,15 +125,17 @@ impl Assembly {
         }
     }
 
-    /// Appends receivers: patches are split while their area times their partially occluded lights exceeds `threshold`.
+    /// Appends receivers: patches are split while their area times their partially occluded lights exceeds `threshold`. Returns
+    /// the tests made.
     pub fn append(
         &mut self,
         context: &SceneContext,
         geometry: &Geometry,
         settings: &VisibilitySettings,
-        Sources { sides, meshes }: &Sources,
+        sources: &Sources,
         threshold: f64,
-    ) {
+    ) -> Tests {
+        let Sources { sides, meshes, .. } = sources;
         let surfaces = context.surfaces;
         let frame = |simple: u32| {
             let patch = &surfaces.patches[simple as usize];
@@ -127,18 +153,13 @@ impl Assembly {
                 frame: frame(simple),
                 threshold,
             };
-            let nodes = root.build(&mut workspace);
-            Built { index, nodes, tests: workspace.scratch.tests }
+            (root.build(&mut workspace), workspace.scratch.tests)
         };
-        let mut parts = Vec::new();
-        if !sides.is_empty() {
-            parts = descend(context, &ReceiverGroups::new(surfaces, sides), 0, None, &build);
-        }
-        parts.sort_unstable_by_key(|part| part.index);
+        let (mut parts, mut tests) = sources.descend(context, &build);
         parts.extend(map(meshes, |&index| {
             let mut workspace = Workspace::new();
             let nodes = mesh_nodes(context, index, settings.cluster_triangles.max(1), &mut workspace);
-            Built { index, nodes, tests: workspace.scratch.tests }
+            (nodes, workspace.scratch.tests)
         }));
         let roots = sides.iter().map(|&(simple, back)| Root::Patch { simple, back });
         let roots = roots.chain(meshes.iter().map(|&mesh| Root::Mesh(mesh)));
@@ -148,13 +169,14 @@ impl Assembly {
                 self.receivers.triangles[triangle as usize] = TriangleReceiver::Grid(simple);
             }
         }
-        for (root, part) in roots.zip(parts) {
-            self.tests += part.tests;
-            flatten(surfaces, &root, part.nodes, &mut self.receivers, &mut self.visibility);
+        for (root, (nodes, of_root)) in roots.zip(parts) {
+            tests += of_root;
+            flatten(surfaces, &root, nodes, &mut self.receivers, &mut self.visibility);
         }
         make_grids(settings, first, frame, &mut self.receivers);
         let ids = ids::identify(geometry, surfaces, &self.receivers, first);
         self.receivers.ids.extend(ids);
+        tests
     }
 }
 
@@ -174,45 +196,13 @@ fn empty_grid(surfaces: &Surfaces, simple: usize) -> PatchGrid {
     }
 }
 
-/// The subtree of one root.
-struct Built {
-    index: u32,
-    nodes: Vec<NodeBuilder>,
-    tests: Tests,
-}
-
-/// The subtrees of a group's members, in any order; `build` makes each, given the group's visibility.
-fn descend(
-    context: &SceneContext,
-    groups: &ReceiverGroups,
-    index: u32,
-    above: Option<&NodeVisibility>,
-    build: &(impl Fn(u32, &NodeVisibility) -> Built + Sync + Send),
-) -> Vec<Built> {
-    let group = &groups.nodes[index as usize];
-    let mut workspace = Workspace::new();
-    let node = NodeContext { is_root: true, ..NodeContext::default() };
-    let visibility = context.visibility_by_groups(Shape::Group(group), node, above, &mut workspace);
-    let mut built = if group.bounds.children[0] == NONE {
-        let members = group.bounds.range.start as usize..group.bounds.range.end as usize;
-        map(&groups.order[members], |&member| build(member, &visibility))
-    } else {
-        let below = |&child: &u32| descend(context, groups, child, Some(&visibility), build);
-        map(&group.bounds.children, below).into_iter().flatten().collect()
-    };
-    if let Some(first) = built.first_mut() {
-        first.tests += workspace.scratch.tests;
-    }
-    built
-}
-
 /// Appends the nodes of a root that were not collapsed.
 fn flatten(
     surfaces: &Surfaces,
     root: &Root,
     mut builders: Vec<NodeBuilder>,
     result: &mut Receivers,
-    visibility: &mut Vec<NodeVisibility>,
+    visibility: &mut StateMatrix,
 ) {
     let mut open = std::collections::VecDeque::from([(0_usize, NONE)]);
     while let Some((builder, parent)) = open.pop_front() {
@@ -264,7 +254,7 @@ fn flatten(
         }
         let area = builder.area as f32;
         result.nodes.push(Node { parent, children: [NONE; 2], leaf, area, source });
-        visibility.push(std::mem::take(&mut builder.visibility));
+        visibility.push(&std::mem::take(&mut builder.visibility));
     }
 }
 
@@ -314,15 +304,4 @@ fn make_grids(
             }
         }
     }
-}
-
-/// One result for each item, in order, on all cores.
-pub(super) fn map<T: Sync, R: Send>(items: &[T], f: impl Fn(&T) -> R + Sync + Send) -> Vec<R> {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        items.par_iter().with_max_len(1).map(f).collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    items.iter().map(f).collect()
 }
