@@ -1,24 +1,19 @@
 //! Puts a hierarchy of receivers together: first those that stand still, then those that may move, so that the first part
 //! stays what it is when they do.
 
-use super::groups::{PatchSide, ReceiverGroups};
 use super::hierarchy::{Frame, NodeBuilder, PatchRoot, mesh_nodes};
-use super::node_visibility::{NodeVisibility, SceneContext, Workspace};
+use super::node_visibility::{SceneContext, Workspace};
 use super::parallel::map;
 use super::pyramid::Tests;
 use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
+use super::sources::{Root, Sources};
 use super::state_matrix::StateMatrix;
 use super::surfaces::Surfaces;
 use super::{VisibilitySettings, ids};
 use crate::scene::{Geometry, NONE};
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
-
-/// A root under construction.
-enum Root {
-    Patch { simple: u32, back: bool },
-    Mesh(u32),
-}
+use std::ops::Range;
 
 /// A hierarchy of receivers in the making, with the visibility of its nodes that static blockers leave.
 #[derive(Clone, Debug, Default)]
@@ -27,66 +22,13 @@ pub(super) struct Assembly {
     pub visibility: StateMatrix,
 }
 
-/// Where the part of an [`Assembly`] ends that belongs to objects that stand still.
+/// Where the part of an [`Assembly`] ends that belongs to some objects.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct End {
     pub nodes: usize,
     pub leaves: usize,
     cells: usize,
     corners: usize,
-}
-
-/// Surfaces of a scene that become receivers together: sides of simple patches, and meshes.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Sources {
-    sides: Vec<PatchSide>,
-    meshes: Vec<u32>,
-    /// Of the sides, if there are any.
-    groups: Option<ReceiverGroups>,
-}
-
-impl Sources {
-    /// Those of the objects that are accepted.
-    pub fn of(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
-        let patches = (0..).zip(&surfaces.patches).filter(|(_, patch)| accept(patch.object));
-        let sides = patches.flat_map(|(simple, patch)| {
-            [false, true]
-                .into_iter()
-                .take(1 + usize::from(patch.double_sided))
-                .map(move |back| (simple, back))
-        });
-        let meshes = (0..).zip(&surfaces.meshes).filter(|(_, mesh)| accept(mesh.object)).map(|(i, _)| i);
-        let sides: Vec<PatchSide> = sides.collect();
-        let groups = (!sides.is_empty()).then(|| ReceiverGroups::new(surfaces, &sides));
-        Self { sides, meshes: meshes.collect(), groups }
-    }
-
-    /// How many of the roots are sides of patches; they come before the meshes.
-    pub fn sides(&self) -> usize {
-        self.sides.len()
-    }
-
-    /// How many roots there are.
-    pub fn roots(&self) -> usize {
-        self.sides.len() + self.meshes.len()
-    }
-
-    /// What `build` makes of each side of a patch, given the visibility of its group; and the groups' tests.
-    pub fn descend<T: Send>(
-        &self,
-        context: &SceneContext,
-        build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
-    ) -> (Vec<T>, Tests) {
-        let found = self.groups.as_ref().map(|groups| groups.descend(context, build));
-        let (mut parts, tests) = found.unwrap_or_default();
-        parts.sort_unstable_by_key(|(side, _)| *side);
-        (parts.into_iter().map(|(_, part)| part).collect(), tests)
-    }
-
-    /// Area of the patches, both sides of those that have two, m².
-    pub fn area(&self, surfaces: &Surfaces) -> f64 {
-        self.sides.iter().map(|(simple, _)| surfaces.patches[*simple as usize].area).sum()
-    }
 }
 
 impl Assembly {
@@ -109,74 +51,130 @@ impl Assembly {
         }
     }
 
-    /// Takes all away that was appended since, and what is on other objects than those that stand still.
-    pub fn truncate(&mut self, end: End, surfaces: &Surfaces, stands: impl Fn(u32) -> bool) {
-        let Self { receivers, visibility } = self;
-        receivers.nodes.truncate(end.nodes);
-        receivers.leaves.truncate(end.leaves);
-        receivers.ids.truncate(end.leaves);
-        receivers.cells.truncate(end.cells);
-        receivers.corners.truncate(end.corners);
-        visibility.truncate(end.nodes);
-        for simple in 0..surfaces.patches.len() {
-            if !stands(surfaces.patches[simple].object) {
-                receivers.grids[simple] = empty_grid(surfaces, simple);
-            }
-        }
+    /// Takes off what comes after `end`.
+    pub fn split_off(&mut self, end: End) -> Self {
+        let from = &mut self.receivers;
+        let receivers = Receivers {
+            nodes: from.nodes.split_off(end.nodes),
+            leaves: from.leaves.split_off(end.leaves),
+            ids: from.ids.split_off(end.leaves),
+            cells: from.cells.split_off(end.cells),
+            corners: from.corners.split_off(end.corners),
+            ..Receivers::default()
+        };
+        Self { receivers, visibility: self.visibility.split_off(end.nodes) }
     }
 
-    /// Appends receivers: patches are split while their area times their partially occluded lights exceeds `threshold`. Returns
-    /// the tests made.
+    /// Appends receivers that were taken off, of surfaces that are where they were: those between two ends, in what was taken
+    /// off from the first of the three on.
+    pub fn append_held(
+        &mut self,
+        surfaces: &Surfaces,
+        sources: &Sources,
+        taken: &Self,
+        [first, from, to]: [End; 3],
+    ) {
+        let at = self.end();
+        let Receivers { nodes, leaves, grids, cells, triangles, corners, ids } = &mut self.receivers;
+        let of = &taken.receivers;
+        let shifted = |index: u32, from: usize, at: usize| match index {
+            NONE => NONE,
+            index => (index as usize - from + at) as u32,
+        };
+        let leaf = |index: u32| shifted(index, from.leaves, at.leaves);
+        let node = |index: u32| shifted(index, from.nodes, at.nodes);
+        for held in &of.nodes[from.nodes - first.nodes..to.nodes - first.nodes] {
+            let source = match held.source.clone() {
+                Source::Patch { simple, back, corners: Range { start, end } } => {
+                    let corner = |index: u32| shifted(index, from.corners, at.corners);
+                    Source::Patch { simple, back, corners: corner(start)..corner(end) }
+                }
+                Source::Cluster { mesh, cluster } => {
+                    if held.leaf != NONE {
+                        note_leaf(surfaces, (mesh, cluster), leaf(held.leaf), triangles);
+                    }
+                    Source::Cluster { mesh, cluster }
+                }
+            };
+            nodes.push(Node {
+                parent: node(held.parent),
+                children: held.children.map(node),
+                leaf: leaf(held.leaf),
+                area: held.area,
+                source,
+            });
+        }
+        let range = from.leaves - first.leaves..to.leaves - first.leaves;
+        ids.extend_from_slice(&of.ids[range.clone()]);
+        leaves.extend(of.leaves[range].iter().map(|l| Leaf { node: node(l.node), ..l.clone() }));
+        corners.extend_from_slice(&of.corners[from.corners - first.corners..to.corners - first.corners]);
+        cells.extend(of.cells[from.cells - first.cells..to.cells - first.cells].iter().map(|c| leaf(*c)));
+        for simple in sources.patches() {
+            let grid = &mut grids[simple as usize];
+            (grid.front, grid.back) =
+                (shifted(grid.front, from.cells, at.cells), shifted(grid.back, from.cells, at.cells));
+        }
+        self.visibility.append_rows(&taken.visibility, from.nodes - first.nodes..to.nodes - first.nodes);
+    }
+
+    /// Appends receivers that were grown from these sources.
     pub fn append(
         &mut self,
-        context: &SceneContext,
         geometry: &Geometry,
+        surfaces: &Surfaces,
         settings: &VisibilitySettings,
         sources: &Sources,
-        threshold: f64,
-    ) -> Tests {
-        let Sources { sides, meshes, .. } = sources;
-        let surfaces = context.surfaces;
-        let frame = |simple: u32| {
-            let patch = &surfaces.patches[simple as usize];
-            Frame::new(&patch.corners, patch.normal)
-        };
-        let build = |index: u32, group_visibility: &NodeVisibility| {
-            let mut workspace = Workspace::new();
-            let (simple, back) = sides[index as usize];
-            let root = PatchRoot {
-                context,
-                settings,
-                simple,
-                back,
-                group_visibility,
-                frame: frame(simple),
-                threshold,
-            };
-            (root.build(&mut workspace), workspace.scratch.tests)
-        };
-        let (mut parts, mut tests) = sources.descend(context, &build);
-        parts.extend(map(meshes, |&index| {
-            let mut workspace = Workspace::new();
-            let nodes = mesh_nodes(context, index, settings.cluster_triangles.max(1), &mut workspace);
-            (nodes, workspace.scratch.tests)
-        }));
-        let roots = sides.iter().map(|&(simple, back)| Root::Patch { simple, back });
-        let roots = roots.chain(meshes.iter().map(|&mesh| Root::Mesh(mesh)));
+        grown: Grown,
+    ) {
         let first = self.receivers.leaves.len();
-        for &(simple, _) in sides {
+        for simple in sources.patches() {
+            self.receivers.grids[simple as usize] = empty_grid(surfaces, simple as usize);
             for triangle in surfaces.patches[simple as usize].triangles.clone() {
                 self.receivers.triangles[triangle as usize] = TriangleReceiver::Grid(simple);
             }
         }
-        for (root, (nodes, of_root)) in roots.zip(parts) {
-            tests += of_root;
+        for (root, nodes) in sources.roots().zip(grown.roots) {
             flatten(surfaces, &root, nodes, &mut self.receivers, &mut self.visibility);
         }
+        let frame = |simple: u32| Frame::of(&surfaces.patches[simple as usize]);
         make_grids(settings, first, frame, &mut self.receivers);
         let ids = ids::identify(geometry, surfaces, &self.receivers, first);
         self.receivers.ids.extend(ids);
-        tests
+    }
+}
+
+/// Subtrees of roots, and the tests made to grow them.
+#[derive(Default)]
+pub(super) struct Grown {
+    roots: Vec<Vec<NodeBuilder>>,
+    pub tests: Tests,
+}
+
+impl Grown {
+    /// Patches are split while their area times their partially occluded lights exceeds `threshold`.
+    pub fn new(
+        context: &SceneContext,
+        settings: &VisibilitySettings,
+        sources: &Sources,
+        threshold: f64,
+    ) -> Self {
+        let (mut parts, mut tests) = sources.descend(context, &|(simple, back), group_visibility| {
+            let mut workspace = Workspace::new();
+            let frame = Frame::of(&context.surfaces.patches[simple as usize]);
+            let root = PatchRoot { context, settings, simple, back, group_visibility, frame, threshold };
+            (root.build(&mut workspace), workspace.scratch.tests)
+        });
+        parts.extend(map(sources.meshes(), |&index| {
+            let mut workspace = Workspace::new();
+            let nodes = mesh_nodes(context, index, settings.cluster_triangles.max(1), &mut workspace);
+            (nodes, workspace.scratch.tests)
+        }));
+        let mut roots = Vec::with_capacity(parts.len());
+        for (nodes, of_root) in parts {
+            roots.push(nodes);
+            tests += of_root;
+        }
+        Self { roots, tests }
     }
 }
 
@@ -186,7 +184,7 @@ fn empty_grid(surfaces: &Surfaces, simple: usize) -> PatchGrid {
     PatchGrid {
         patch: patch.patch,
         object: patch.object,
-        origin: Frame::new(&patch.corners, patch.normal).origin.as_vec3(),
+        origin: Frame::of(patch).origin.as_vec3(),
         axis_u: Vec3::ZERO,
         axis_v: Vec3::ZERO,
         columns: 1,
@@ -244,17 +242,27 @@ fn flatten(
                     area: builder.area as f32,
                 });
                 if let Source::Cluster { mesh, cluster } = source {
-                    let tree = &surfaces.meshes[mesh as usize].tree;
-                    let range = tree.nodes[cluster as usize].range.clone();
-                    for &triangle in &tree.order[range.start as usize..range.end as usize] {
-                        result.triangles[triangle as usize] = TriangleReceiver::Leaf(leaf);
-                    }
+                    note_leaf(surfaces, (mesh, cluster), leaf, &mut result.triangles);
                 }
             }
         }
         let area = builder.area as f32;
         result.nodes.push(Node { parent, children: [NONE; 2], leaf, area, source });
         visibility.push(&std::mem::take(&mut builder.visibility));
+    }
+}
+
+/// Notes which leaf the triangles of a mesh's cluster are in.
+fn note_leaf(
+    surfaces: &Surfaces,
+    (mesh, cluster): (u32, u32),
+    leaf: u32,
+    triangles: &mut [TriangleReceiver],
+) {
+    let tree = &surfaces.meshes[mesh as usize].tree;
+    let range = tree.nodes[cluster as usize].range.clone();
+    for &triangle in &tree.order[range.start as usize..range.end as usize] {
+        triangles[triangle as usize] = TriangleReceiver::Leaf(leaf);
     }
 }
 

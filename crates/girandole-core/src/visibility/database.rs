@@ -1,11 +1,12 @@
 //! The visibility database: for each node and light the state, and the blockers that decide it.
 
-use super::assembly::{Assembly, End, Sources};
+use super::assembly::{Assembly, End, Grown};
 use super::blockers::{Blocker, BlockerTree};
 use super::light_points::LightPoint;
 use super::node_visibility::SceneContext;
 use super::pyramid::Tests;
 use super::receivers::{Receivers, Source};
+use super::sources::Sources;
 use super::state_matrix::StateMatrix;
 use super::surfaces::Surfaces;
 use super::{LeafId, State, VisibilitySettings};
@@ -26,8 +27,10 @@ pub struct VisibilityDatabase {
     pub(super) lights: Vec<LightPoint>,
     /// Over static blockers.
     pub(super) groups: BlockerTree,
-    /// What static, and what dynamic receivers are made of.
-    pub(super) sources: [Sources; 2],
+    /// What static receivers are made of.
+    pub(super) sources: Sources,
+    /// Dynamic ones, in the order of objects.
+    pub(super) segments: Vec<Segment>,
     /// With the visibility of each node that static blockers leave.
     pub(super) assembly: Assembly,
     /// Where static receivers end.
@@ -41,6 +44,15 @@ pub struct VisibilityDatabase {
     pub(super) tests: Tests,
     pub(super) of_geometry: Generation,
     pub(super) of_lights: Generation,
+}
+
+/// The receivers on one dynamic object.
+#[derive(Clone, Debug)]
+pub(super) struct Segment {
+    pub object: u32,
+    pub sources: Sources,
+    /// Where they end.
+    pub end: End,
 }
 
 /// The size of a database.
@@ -95,13 +107,16 @@ impl VisibilityDatabase {
         }
         let threshold = area * points.len() as f64 / f64::from(settings.split).max(1e-30);
         let mut assembly = Assembly::new(&surfaces, geometry, points.len());
-        let tests = assembly.append(&context, geometry, settings, &sources, threshold);
+        let grown = Grown::new(&context, settings, &sources, threshold);
+        let tests = grown.tests;
+        assembly.append(geometry, &surfaces, settings, &sources, grown);
         let mut result = Self {
             settings: *settings,
             surfaces,
             lights: points,
             groups,
-            sources: [sources, Sources::default()],
+            sources,
+            segments: Vec::new(),
             still: assembly.end(),
             assembly,
             threshold,
@@ -111,7 +126,10 @@ impl VisibilityDatabase {
             of_geometry: geometry.generation(),
             of_lights: lights.generation(),
         };
-        result.add_dynamic(scene, geometry);
+        let moves = |object: &u32| is_dynamic(scene, *object);
+        let dynamic: Vec<u32> = (0..scene.objects.len() as u32).filter(moves).collect();
+        result.lay_dynamic(geometry, &dynamic, &vec![true; scene.objects.len()]);
+        result.block_dynamic(scene);
         Ok(result)
     }
 

@@ -1,13 +1,15 @@
 //! How a database follows lights that change and objects that move, on the hierarchy of receivers that it has.
 
-use super::assembly::Sources;
+use super::assembly::Grown;
 use super::blockers::BlockerTree;
-use super::database::{VisibilityDatabase, is_dynamic};
+use super::database::{Segment, VisibilityDatabase, is_dynamic};
 use super::dynamic::DynamicPass;
 use super::held::HeldPass;
 use super::light_points::LightPoint;
 use super::node_visibility::SceneContext;
+use super::parallel::map;
 use super::pyramid::Tests;
+use super::sources::Sources;
 use super::surfaces::Surfaces;
 use crate::Result;
 use crate::lights::LightSet;
@@ -15,9 +17,9 @@ use crate::scene::{Geometry, Scene};
 
 impl VisibilityDatabase {
     /// Brings it up to a geometry in which nothing but places of dynamic objects changed, those that `moved` is true for, and
-    /// to as many lights, any of which may be others than before. The hierarchy of receivers on static objects is held as it
-    /// was built; of what static objects block, only the lights that changed are determined anew. Where dynamic objects moved,
-    /// receivers on dynamic objects are made anew, and so is what dynamic objects block; else these are held like the others.
+    /// to as many lights, any of which may be others than before. Receivers on objects that did not move are held; of what
+    /// static objects block there, only the lights that changed are determined anew. Receivers on objects that moved are made
+    /// anew. What dynamic objects block is determined anew for all where any of them moved, else for the lights that changed.
     /// Afterwards it equals what [`VisibilityDatabase::redetermined`] makes of it. `false` where surfaces come or go, or there
     /// are more or fewer lights: then nothing is changed, and it has to be built anew.
     pub(crate) fn follow(
@@ -27,8 +29,7 @@ impl VisibilityDatabase {
         lights: &LightSet,
         moved: impl Fn(u32) -> bool,
     ) -> bool {
-        let objects = 0..scene.objects.len() as u32;
-        let has_moved = objects.clone().any(&moved);
+        let has_moved: Vec<bool> = (0..scene.objects.len() as u32).map(&moved).collect();
         if lights.len() != self.lights.len() || !self.surfaces.follow(scene, geometry, &self.settings, moved)
         {
             return false;
@@ -38,15 +39,13 @@ impl VisibilityDatabase {
         let changed: Vec<u32> = pairs.filter(|(_, (now, before))| now != before).map(|(i, _)| i).collect();
         self.lights = points;
         self.tests = Tests::default();
-        if has_moved {
-            self.assembly.truncate(self.still, &self.surfaces, |object| !is_dynamic(scene, object));
-            self.sources[1] = Sources::default();
-        }
         if !changed.is_empty() {
-            self.determine_columns(&changed);
+            self.determine_columns(&changed, &has_moved);
         }
-        if has_moved {
-            self.add_dynamic(scene, geometry);
+        if has_moved.contains(&true) {
+            let objects: Vec<u32> = self.segments.iter().map(|segment| segment.object).collect();
+            self.lay_dynamic(geometry, &objects, &has_moved);
+            self.block_dynamic(scene);
         } else if !changed.is_empty() {
             self.determine_dynamic_columns(&changed);
         }
@@ -72,8 +71,12 @@ impl VisibilityDatabase {
         let groups = BlockerTree::with_clusters(&surfaces, |object| !is_dynamic(scene, object));
         let mut result = Self {
             lights: LightPoint::of(lights.samples(), &surfaces, &groups),
-            sources: [false, true]
-                .map(|dynamic| Sources::of(&surfaces, |object| is_dynamic(scene, object) == dynamic)),
+            sources: Sources::of(&surfaces, |object| !is_dynamic(scene, object)),
+            segments: self
+                .segments
+                .iter()
+                .map(|s| Segment { sources: Sources::of_object(&surfaces, s.object), ..*s })
+                .collect(),
             movers: BlockerTree::of_dynamic(&surfaces, |object| is_dynamic(scene, object)),
             tests: Tests::default(),
             surfaces,
@@ -81,23 +84,53 @@ impl VisibilityDatabase {
             ..self.clone()
         };
         let all: Vec<u32> = (0..lights.len() as u32).collect();
-        result.determine_columns(&all);
+        result.determine_columns(&all, &vec![false; scene.objects.len()]);
         result.determine_dynamic_columns(&all);
         Ok(result)
     }
 
-    /// Adds what dynamic objects receive, and block.
-    pub(super) fn add_dynamic(&mut self, scene: &Scene, geometry: &Geometry) {
-        let dynamic = |object: u32| is_dynamic(scene, object);
-        let (surfaces, settings) = (&self.surfaces, &self.settings);
+    /// Puts the receivers on dynamic objects after the static ones: those on objects that moved are made anew, the others are
+    /// held.
+    pub(super) fn lay_dynamic(&mut self, geometry: &Geometry, objects: &[u32], has_moved: &[bool]) {
+        let (surfaces, settings, threshold) = (&self.surfaces, &self.settings, self.threshold);
         let context = SceneContext { surfaces, lights: &self.lights, blockers: &self.groups };
-        let sources = Sources::of(surfaces, dynamic);
-        self.tests += self.assembly.append(&context, geometry, settings, &sources, self.threshold);
-        self.sources[1] = sources;
-        self.movers = BlockerTree::of_dynamic(surfaces, dynamic);
+        let made = map(objects, |&object| {
+            has_moved[object as usize].then(|| {
+                let sources = Sources::of_object(surfaces, object);
+                let grown = Grown::new(&context, settings, &sources, threshold);
+                (sources, grown)
+            })
+        });
+        let taken = self.assembly.split_off(self.still);
+        let mut before = std::mem::take(&mut self.segments).into_iter();
+        let mut from = self.still;
+        for (&object, made) in objects.iter().zip(made) {
+            let held = before.next();
+            let to = held.as_ref().map_or(from, |held| held.end);
+            let sources = match (made, held) {
+                (Some((sources, grown)), _) => {
+                    self.tests += grown.tests;
+                    self.assembly.append(geometry, surfaces, settings, &sources, grown);
+                    sources
+                }
+                (None, Some(Segment { sources, .. })) => {
+                    self.assembly.append_held(surfaces, &sources, &taken, [self.still, from, to]);
+                    sources
+                }
+                (None, None) => Sources::default(),
+            };
+            self.segments.push(Segment { object, sources, end: self.assembly.end() });
+            from = to;
+        }
+    }
+
+    /// Determines what dynamic objects block.
+    pub(super) fn block_dynamic(&mut self, scene: &Scene) {
+        self.movers = BlockerTree::of_dynamic(&self.surfaces, |object| is_dynamic(scene, object));
         self.dynamic = None;
         if !self.movers.is_empty() {
-            let context = SceneContext { blockers: &self.movers, ..context };
+            let context =
+                SceneContext { surfaces: &self.surfaces, lights: &self.lights, blockers: &self.movers };
             let (receivers, fixed) = (&self.assembly.receivers, &self.assembly.visibility);
             let (states, tests) = DynamicPass { context: &context, receivers, fixed }.run();
             self.dynamic = Some(states);
@@ -105,19 +138,26 @@ impl VisibilityDatabase {
         }
     }
 
-    /// Determines what static blockers leave of some lights to the receivers that are held.
-    fn determine_columns(&mut self, lights: &[u32]) {
+    /// Determines what static blockers leave of some lights to the receivers that are held: all but those on objects that moved.
+    fn determine_columns(&mut self, lights: &[u32], has_moved: &[bool]) {
         let points: Vec<LightPoint> = lights.iter().map(|&light| self.lights[light as usize]).collect();
         let context = SceneContext { surfaces: &self.surfaces, lights: &points, blockers: &self.groups };
         let pass = HeldPass { context: &context, receivers: &self.assembly.receivers };
         let roots = self.assembly.receivers.roots();
-        let mut rest = &roots[..];
-        for sources in &self.sources {
-            let (own, others) = rest.split_at(sources.roots());
+        let (still, mut rest) = roots.split_at(self.sources.roots().len());
+        let mut held = vec![(&self.sources, still)];
+        for Segment { object, sources, .. } in &self.segments {
+            let (own, others) = rest.split_at(sources.roots().len());
             rest = others;
-            let Some(first) = own.first() else { continue };
-            let (columns, tests) = pass.run(sources, own);
-            self.assembly.visibility.set_columns(first.start, lights, &columns);
+            if !has_moved[*object as usize] {
+                held.push((sources, own));
+            }
+        }
+        let columns = map(&held, |(sources, roots)| pass.run(sources, roots));
+        for ((_, roots), (columns, tests)) in held.iter().zip(columns) {
+            if let Some(first) = roots.first() {
+                self.assembly.visibility.set_columns(first.start, lights, &columns);
+            }
             self.tests += tests;
         }
     }

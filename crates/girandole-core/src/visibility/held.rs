@@ -1,10 +1,10 @@
 //! Visibility on a hierarchy of receivers that is there already.
 
-use super::assembly::Sources;
 use super::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspace, parent_corners};
 use super::parallel::map;
 use super::pyramid::Tests;
 use super::receivers::{Node, Receivers};
+use super::sources::Sources;
 use super::state_matrix::StateMatrix;
 use crate::scene::NONE;
 use std::ops::Range;
@@ -19,11 +19,11 @@ pub(super) struct HeldPass<'a> {
 impl HeldPass<'_> {
     /// Tests the nodes of these roots, which are those of the sources.
     pub fn run(&self, sources: &Sources, roots: &[Range<usize>]) -> (StateMatrix, Tests) {
-        let (sides, meshes) = roots.split_at(sources.sides().min(roots.len()));
-        let (mut parts, mut tests) = sources.descend(self.context, &|side, group: &NodeVisibility| {
-            self.run_root(sides[side as usize].clone(), Some(group))
+        let (mut parts, mut tests) = sources.descend_by_index(self.context, &|side, group| {
+            self.run_root(roots[side as usize].clone(), Some(group))
         });
-        parts.extend(map(meshes, |range| self.run_root(range.clone(), None)));
+        // Of the roots that are left, which are meshes, each is by itself.
+        parts.extend(map(&roots[parts.len()..], |range| self.run_root(range.clone(), None)));
         let mut result = StateMatrix::new(self.context.lights.len());
         for (part, of_part) in parts {
             result.append(part);

@@ -5,6 +5,7 @@ use super::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspac
 use super::primitives::{area_vector, clip};
 use super::receivers::{cluster_of, patch_shape};
 use super::shapes::{MAX_CORNERS, Shape};
+use super::surfaces::SimplePatch;
 use super::{State, VisibilitySettings};
 use crate::scene::NONE;
 use glam::DVec3;
@@ -37,6 +38,11 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
+    /// Of a patch.
+    pub fn of(patch: &SimplePatch) -> Self {
+        Self::new(&patch.corners, patch.normal)
+    }
+
     /// Along the longest edge; the second side is chosen so that the two and the normal are right-handed.
     pub fn new(corners: &[DVec3], normal: DVec3) -> Self {
         let edge = |i: usize| corners[(i + 1) % corners.len()] - corners[i];

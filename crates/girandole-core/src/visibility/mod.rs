@@ -58,6 +58,7 @@ mod primitives;
 mod pyramid;
 mod receivers;
 mod shapes;
+mod sources;
 mod state_matrix;
 mod surfaces;
 

@@ -2,6 +2,7 @@
 
 use super::State;
 use super::node_visibility::{Entry, NodeVisibility};
+use std::ops::Range;
 
 /// The blocker that decides a state, if there is one: a node of a hierarchy of blockers, with the lowest bit set if it is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,10 +67,21 @@ impl StateMatrix {
         self.deciders.extend(other.deciders);
     }
 
-    /// Keeps the first nodes.
-    pub fn truncate(&mut self, nodes: usize) {
-        self.states.truncate(nodes * self.lights);
-        self.deciders.truncate(nodes * self.lights);
+    /// Takes off all but the first nodes.
+    pub fn split_off(&mut self, nodes: usize) -> Self {
+        let first = nodes * self.lights;
+        Self {
+            lights: self.lights,
+            states: self.states.split_off(first),
+            deciders: self.deciders.split_off(first),
+        }
+    }
+
+    /// Appends some rows of another matrix of as many lights.
+    pub fn append_rows(&mut self, other: &Self, nodes: Range<usize>) {
+        let range = nodes.start * self.lights..nodes.end * self.lights;
+        self.states.extend_from_slice(&other.states[range.clone()]);
+        self.deciders.extend_from_slice(&other.deciders[range]);
     }
 
     /// The columns of some lights.
@@ -85,9 +97,14 @@ impl StateMatrix {
 
     /// Replaces the columns of some lights, from a node on, by those of a matrix.
     pub fn set_columns(&mut self, node: usize, lights: &[u32], columns: &Self) {
-        for (i, (state, decider)) in columns.states.iter().zip(&columns.deciders).enumerate() {
-            let at = (node + i / columns.lights) * self.lights + lights[i % columns.lights] as usize;
-            (self.states[at], self.deciders[at]) = (*state, *decider);
+        let width = columns.lights.max(1);
+        let rows = columns.states.chunks(width).zip(columns.deciders.chunks(width));
+        let first = (node * self.lights..).step_by(self.lights.max(1));
+        for (first, (states, deciders)) in first.zip(rows) {
+            for (light, (state, decider)) in lights.iter().zip(states.iter().zip(deciders)) {
+                let at = first + *light as usize;
+                (self.states[at], self.deciders[at]) = (*state, *decider);
+            }
         }
     }
 }
