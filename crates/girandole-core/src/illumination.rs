@@ -107,8 +107,9 @@ impl Illumination {
 
     /// Brings everything up to the scene after these changes. With [`Rewalk::All`] it is, to the bit, what
     /// [`Illumination::new`] makes of the scene; with [`Rewalk::Off`] the geometry is, and visibility is that of the samples
-    /// that are held. Of visibility, what depends on static objects alone is kept while only dynamic ones move and the samples
-    /// stay; all else is derived anew.
+    /// that are held. While only dynamic objects and lights move, visibility is determined on the hierarchy of receivers that
+    /// is there ([`VisibilityDatabase::redetermined`] tells what follows), and of what static objects block, for the samples
+    /// alone that moved; else it is built anew.
     ///
     /// # Errors
     /// [`Error::Invalid`] where the changes do not lead from the version held to the scene's, unless they say that
@@ -148,7 +149,7 @@ impl Illumination {
         lights: LightSet,
         changes: &SceneChanges,
     ) -> Result<()> {
-        let may_follow = changes.made_dynamic.is_empty() && lights.stand_like(&self.lights);
+        let may_follow = changes.made_dynamic.is_empty();
         let mut has_moved = vec![false; scene.objects.len()];
         for id in &changes.moved {
             has_moved[id.index()] = true;

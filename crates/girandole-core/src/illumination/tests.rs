@@ -423,3 +423,50 @@ fn lights_that_are_dimmed_keep_their_samples() {
         assert!(held.lights() == Illumination::new(&scene, &settings).expect("there is light").lights());
     }
 }
+
+#[test]
+fn lamps_that_move_keep_the_hierarchy_of_receivers() {
+    let mut scene = lit_room();
+    let lamp = scene.objects.iter().position(|o| o.name == "glow").expect("a lamp");
+    scene.objects[lamp].dynamic = true;
+    let node = scene.add_node("bulb", Transform::translation(vec3(1.0, 1.0, 1.0)));
+    let (kind, intensity) = (PunctualKind::Point, Vec3::splat(20.0));
+    scene.lights.push(PunctualLight { name: "bulb".into(), node, kind, intensity });
+    let mut held = Illumination::new(&scene, &holding()).expect("there is light");
+    let database = |held: &Illumination| held.visibility().cloned().expect("it is asked for");
+    let still = |of: &VisibilityDatabase| {
+        of.receivers().leaves[..of.first_dynamic_leaf() as usize].iter().map(|l| l.node).collect::<Vec<_>>()
+    };
+    let states = |of: &VisibilityDatabase| {
+        (0..of.receivers().leaves.len() as u32).map(|l| of.leaf_states(l).to_vec()).collect::<Vec<_>>()
+    };
+    let first = database(&held);
+    let (mut splits_differ, mut changed) = (0, 0);
+    for step in 0..6_u8 {
+        // The lamp with what lies on it, the bulb, or both.
+        let by = f32::from(step);
+        if step % 3 != 0 {
+            let place = Transform::translation(vec3(0.4 * by - 1.0, 0.5, 0.3));
+            scene.set_transform(scene.objects[lamp].node, place).expect("a place");
+        }
+        if step % 3 != 1 {
+            scene
+                .set_transform(node, Transform::translation(vec3(1.0 - 0.3 * by, 1.2, 0.5)))
+                .expect("a place");
+        }
+        let before = database(&held);
+        follow(&mut held, &mut scene);
+        let after = database(&held);
+        let (geometry, lights) = (held.geometry(), held.lights());
+        assert_eq!(still(&after), still(&first));
+        let scratch = after.redetermined(&scene, geometry, lights).expect("it is of this scene");
+        assert!(states(&after) == states(&scratch));
+        assert!(after.counts().tests.total() < scratch.counts().tests.total());
+        // The controls: something changed, and a new hierarchy is another one.
+        changed += usize::from(states(&before) != states(&after));
+        let fresh =
+            VisibilityDatabase::build(&scene, geometry, lights, after.settings()).expect("a database");
+        splits_differ += usize::from(still(&fresh) != still(&after));
+    }
+    assert!(changed == 6 && splits_differ > 2, "{changed} {splits_differ}");
+}

@@ -144,14 +144,6 @@ impl LightSet {
     }
 }
 
-impl LightSet {
-    /// Whether all samples are where those of another set are, and look the same way, however bright they are.
-    pub(crate) fn stand_like(&self, other: &Self) -> bool {
-        let dark = |s: &LightSample| LightSample { intensity: Vec3::ZERO, ..*s };
-        self.samples.iter().map(dark).eq(other.samples.iter().map(dark))
-    }
-}
-
 /// A sample on a surface that an affine map of the world moves.
 fn carried(sample: &LightSample, map: DAffine3, origin: DVec3) -> LightSample {
     let place = |p: Vec3| (map.transform_point3(p.as_dvec3() + origin) - origin).as_vec3();

@@ -1,72 +1,40 @@
 //! Puts a hierarchy of receivers together: first those that stand still, then those that may move, so that the first part
 //! stays what it is when they do.
 
-use super::groups::{PatchSide, ReceiverGroups};
 use super::hierarchy::{Frame, NodeBuilder, PatchRoot, mesh_nodes};
-use super::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspace};
+use super::node_visibility::{SceneContext, Workspace};
+use super::parallel::map;
 use super::pyramid::Tests;
 use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
-use super::shapes::Shape;
+use super::sources::{Root, Sources};
+use super::state_matrix::StateMatrix;
 use super::surfaces::Surfaces;
 use super::{VisibilitySettings, ids};
 use crate::scene::{Geometry, NONE};
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
-
-/// A root under construction.
-enum Root {
-    Patch { simple: u32, back: bool },
-    Mesh(u32),
-}
+use std::ops::Range;
 
 /// A hierarchy of receivers in the making, with the visibility of its nodes that static blockers leave.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Assembly {
     pub receivers: Receivers,
-    pub visibility: Vec<NodeVisibility>,
-    pub tests: Tests,
+    pub visibility: StateMatrix,
 }
 
-/// Where the part of an [`Assembly`] ends that belongs to objects that stand still.
+/// Where the part of an [`Assembly`] ends that belongs to some objects.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct End {
     pub nodes: usize,
     pub leaves: usize,
     cells: usize,
     corners: usize,
-    pub tests: Tests,
-}
-
-/// Surfaces of a scene that become receivers together: sides of simple patches, and meshes.
-pub(super) struct Sources {
-    sides: Vec<PatchSide>,
-    meshes: Vec<u32>,
-}
-
-impl Sources {
-    /// Those of the objects that are accepted.
-    pub fn of(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
-        let patches = (0..).zip(&surfaces.patches).filter(|(_, patch)| accept(patch.object));
-        let sides = patches.flat_map(|(simple, patch)| {
-            [false, true]
-                .into_iter()
-                .take(1 + usize::from(patch.double_sided))
-                .map(move |back| (simple, back))
-        });
-        let meshes = (0..).zip(&surfaces.meshes).filter(|(_, mesh)| accept(mesh.object)).map(|(i, _)| i);
-        Self { sides: sides.collect(), meshes: meshes.collect() }
-    }
-
-    /// Area of the patches, both sides of those that have two, m².
-    pub fn area(&self, surfaces: &Surfaces) -> f64 {
-        self.sides.iter().map(|(simple, _)| surfaces.patches[*simple as usize].area).sum()
-    }
 }
 
 impl Assembly {
     /// Without receivers.
-    pub fn new(surfaces: &Surfaces, geometry: &Geometry) -> Self {
-        let mut result = Self::default();
+    pub fn new(surfaces: &Surfaces, geometry: &Geometry, lights: usize) -> Self {
+        let mut result = Self { visibility: StateMatrix::new(lights), ..Self::default() };
         result.receivers.triangles = vec![TriangleReceiver::Leaf(NONE); geometry.triangles.len()];
         for simple in 0..surfaces.patches.len() {
             result.receivers.grids.push(empty_grid(surfaces, simple));
@@ -80,81 +48,133 @@ impl Assembly {
             leaves: self.receivers.leaves.len(),
             cells: self.receivers.cells.len(),
             corners: self.receivers.corners.len(),
-            tests: self.tests,
         }
     }
 
-    /// Takes all away that was appended since, and what is on other objects than those that stand still.
-    pub fn truncate(&mut self, end: End, surfaces: &Surfaces, stands: impl Fn(u32) -> bool) {
-        let Self { receivers, visibility, tests } = self;
-        receivers.nodes.truncate(end.nodes);
-        receivers.leaves.truncate(end.leaves);
-        receivers.ids.truncate(end.leaves);
-        receivers.cells.truncate(end.cells);
-        receivers.corners.truncate(end.corners);
-        visibility.truncate(end.nodes);
-        *tests = end.tests;
-        for simple in 0..surfaces.patches.len() {
-            if !stands(surfaces.patches[simple].object) {
-                receivers.grids[simple] = empty_grid(surfaces, simple);
-            }
-        }
+    /// Takes off what comes after `end`.
+    pub fn split_off(&mut self, end: End) -> Self {
+        let from = &mut self.receivers;
+        let receivers = Receivers {
+            nodes: from.nodes.split_off(end.nodes),
+            leaves: from.leaves.split_off(end.leaves),
+            ids: from.ids.split_off(end.leaves),
+            cells: from.cells.split_off(end.cells),
+            corners: from.corners.split_off(end.corners),
+            ..Receivers::default()
+        };
+        Self { receivers, visibility: self.visibility.split_off(end.nodes) }
     }
 
-    /// Appends receivers: patches are split while their area times their partially occluded lights exceeds `threshold`.
+    /// Appends receivers that were taken off, of surfaces that are where they were: those between two ends, in what was taken
+    /// off from the first of the three on.
+    pub fn append_held(
+        &mut self,
+        surfaces: &Surfaces,
+        sources: &Sources,
+        taken: &Self,
+        [first, from, to]: [End; 3],
+    ) {
+        let at = self.end();
+        let Receivers { nodes, leaves, grids, cells, triangles, corners, ids } = &mut self.receivers;
+        let of = &taken.receivers;
+        let shifted = |index: u32, from: usize, at: usize| match index {
+            NONE => NONE,
+            index => (index as usize - from + at) as u32,
+        };
+        let leaf = |index: u32| shifted(index, from.leaves, at.leaves);
+        let node = |index: u32| shifted(index, from.nodes, at.nodes);
+        for held in &of.nodes[from.nodes - first.nodes..to.nodes - first.nodes] {
+            let source = match held.source.clone() {
+                Source::Patch { simple, back, corners: Range { start, end } } => {
+                    let corner = |index: u32| shifted(index, from.corners, at.corners);
+                    Source::Patch { simple, back, corners: corner(start)..corner(end) }
+                }
+                Source::Cluster { mesh, cluster } => {
+                    if held.leaf != NONE {
+                        note_leaf(surfaces, (mesh, cluster), leaf(held.leaf), triangles);
+                    }
+                    Source::Cluster { mesh, cluster }
+                }
+            };
+            nodes.push(Node {
+                parent: node(held.parent),
+                children: held.children.map(node),
+                leaf: leaf(held.leaf),
+                area: held.area,
+                source,
+            });
+        }
+        let range = from.leaves - first.leaves..to.leaves - first.leaves;
+        ids.extend_from_slice(&of.ids[range.clone()]);
+        leaves.extend(of.leaves[range].iter().map(|l| Leaf { node: node(l.node), ..l.clone() }));
+        corners.extend_from_slice(&of.corners[from.corners - first.corners..to.corners - first.corners]);
+        cells.extend(of.cells[from.cells - first.cells..to.cells - first.cells].iter().map(|c| leaf(*c)));
+        for simple in sources.patches() {
+            let grid = &mut grids[simple as usize];
+            (grid.front, grid.back) =
+                (shifted(grid.front, from.cells, at.cells), shifted(grid.back, from.cells, at.cells));
+        }
+        self.visibility.append_rows(&taken.visibility, from.nodes - first.nodes..to.nodes - first.nodes);
+    }
+
+    /// Appends receivers that were grown from these sources.
     pub fn append(
         &mut self,
-        context: &SceneContext,
         geometry: &Geometry,
+        surfaces: &Surfaces,
         settings: &VisibilitySettings,
-        Sources { sides, meshes }: &Sources,
-        threshold: f64,
+        sources: &Sources,
+        grown: Grown,
     ) {
-        let surfaces = context.surfaces;
-        let frame = |simple: u32| {
-            let patch = &surfaces.patches[simple as usize];
-            Frame::new(&patch.corners, patch.normal)
-        };
-        let build = |index: u32, group_visibility: &NodeVisibility| {
-            let mut workspace = Workspace::new();
-            let (simple, back) = sides[index as usize];
-            let root = PatchRoot {
-                context,
-                settings,
-                simple,
-                back,
-                group_visibility,
-                frame: frame(simple),
-                threshold,
-            };
-            let nodes = root.build(&mut workspace);
-            Built { index, nodes, tests: workspace.scratch.tests }
-        };
-        let mut parts = Vec::new();
-        if !sides.is_empty() {
-            parts = descend(context, &ReceiverGroups::new(surfaces, sides), 0, None, &build);
-        }
-        parts.sort_unstable_by_key(|part| part.index);
-        parts.extend(map(meshes, |&index| {
-            let mut workspace = Workspace::new();
-            let nodes = mesh_nodes(context, index, settings.cluster_triangles.max(1), &mut workspace);
-            Built { index, nodes, tests: workspace.scratch.tests }
-        }));
-        let roots = sides.iter().map(|&(simple, back)| Root::Patch { simple, back });
-        let roots = roots.chain(meshes.iter().map(|&mesh| Root::Mesh(mesh)));
         let first = self.receivers.leaves.len();
-        for &(simple, _) in sides {
+        for simple in sources.patches() {
+            self.receivers.grids[simple as usize] = empty_grid(surfaces, simple as usize);
             for triangle in surfaces.patches[simple as usize].triangles.clone() {
                 self.receivers.triangles[triangle as usize] = TriangleReceiver::Grid(simple);
             }
         }
-        for (root, part) in roots.zip(parts) {
-            self.tests += part.tests;
-            flatten(surfaces, &root, part.nodes, &mut self.receivers, &mut self.visibility);
+        for (root, nodes) in sources.roots().zip(grown.roots) {
+            flatten(surfaces, &root, nodes, &mut self.receivers, &mut self.visibility);
         }
+        let frame = |simple: u32| Frame::of(&surfaces.patches[simple as usize]);
         make_grids(settings, first, frame, &mut self.receivers);
         let ids = ids::identify(geometry, surfaces, &self.receivers, first);
         self.receivers.ids.extend(ids);
+    }
+}
+
+/// Subtrees of roots, and the tests made to grow them.
+#[derive(Default)]
+pub(super) struct Grown {
+    roots: Vec<Vec<NodeBuilder>>,
+    pub tests: Tests,
+}
+
+impl Grown {
+    /// Patches are split while their area times their partially occluded lights exceeds `threshold`.
+    pub fn new(
+        context: &SceneContext,
+        settings: &VisibilitySettings,
+        sources: &Sources,
+        threshold: f64,
+    ) -> Self {
+        let (mut parts, mut tests) = sources.descend(context, &|(simple, back), group_visibility| {
+            let mut workspace = Workspace::new();
+            let frame = Frame::of(&context.surfaces.patches[simple as usize]);
+            let root = PatchRoot { context, settings, simple, back, group_visibility, frame, threshold };
+            (root.build(&mut workspace), workspace.scratch.tests)
+        });
+        parts.extend(map(sources.meshes(), |&index| {
+            let mut workspace = Workspace::new();
+            let nodes = mesh_nodes(context, index, settings.cluster_triangles.max(1), &mut workspace);
+            (nodes, workspace.scratch.tests)
+        }));
+        let mut roots = Vec::with_capacity(parts.len());
+        for (nodes, of_root) in parts {
+            roots.push(nodes);
+            tests += of_root;
+        }
+        Self { roots, tests }
     }
 }
 
@@ -164,7 +184,7 @@ fn empty_grid(surfaces: &Surfaces, simple: usize) -> PatchGrid {
     PatchGrid {
         patch: patch.patch,
         object: patch.object,
-        origin: Frame::new(&patch.corners, patch.normal).origin.as_vec3(),
+        origin: Frame::of(patch).origin.as_vec3(),
         axis_u: Vec3::ZERO,
         axis_v: Vec3::ZERO,
         columns: 1,
@@ -174,45 +194,13 @@ fn empty_grid(surfaces: &Surfaces, simple: usize) -> PatchGrid {
     }
 }
 
-/// The subtree of one root.
-struct Built {
-    index: u32,
-    nodes: Vec<NodeBuilder>,
-    tests: Tests,
-}
-
-/// The subtrees of a group's members, in any order; `build` makes each, given the group's visibility.
-fn descend(
-    context: &SceneContext,
-    groups: &ReceiverGroups,
-    index: u32,
-    above: Option<&NodeVisibility>,
-    build: &(impl Fn(u32, &NodeVisibility) -> Built + Sync + Send),
-) -> Vec<Built> {
-    let group = &groups.nodes[index as usize];
-    let mut workspace = Workspace::new();
-    let node = NodeContext { is_root: true, ..NodeContext::default() };
-    let visibility = context.visibility_by_groups(Shape::Group(group), node, above, &mut workspace);
-    let mut built = if group.bounds.children[0] == NONE {
-        let members = group.bounds.range.start as usize..group.bounds.range.end as usize;
-        map(&groups.order[members], |&member| build(member, &visibility))
-    } else {
-        let below = |&child: &u32| descend(context, groups, child, Some(&visibility), build);
-        map(&group.bounds.children, below).into_iter().flatten().collect()
-    };
-    if let Some(first) = built.first_mut() {
-        first.tests += workspace.scratch.tests;
-    }
-    built
-}
-
 /// Appends the nodes of a root that were not collapsed.
 fn flatten(
     surfaces: &Surfaces,
     root: &Root,
     mut builders: Vec<NodeBuilder>,
     result: &mut Receivers,
-    visibility: &mut Vec<NodeVisibility>,
+    visibility: &mut StateMatrix,
 ) {
     let mut open = std::collections::VecDeque::from([(0_usize, NONE)]);
     while let Some((builder, parent)) = open.pop_front() {
@@ -254,17 +242,27 @@ fn flatten(
                     area: builder.area as f32,
                 });
                 if let Source::Cluster { mesh, cluster } = source {
-                    let tree = &surfaces.meshes[mesh as usize].tree;
-                    let range = tree.nodes[cluster as usize].range.clone();
-                    for &triangle in &tree.order[range.start as usize..range.end as usize] {
-                        result.triangles[triangle as usize] = TriangleReceiver::Leaf(leaf);
-                    }
+                    note_leaf(surfaces, (mesh, cluster), leaf, &mut result.triangles);
                 }
             }
         }
         let area = builder.area as f32;
         result.nodes.push(Node { parent, children: [NONE; 2], leaf, area, source });
-        visibility.push(std::mem::take(&mut builder.visibility));
+        visibility.push(&std::mem::take(&mut builder.visibility));
+    }
+}
+
+/// Notes which leaf the triangles of a mesh's cluster are in.
+fn note_leaf(
+    surfaces: &Surfaces,
+    (mesh, cluster): (u32, u32),
+    leaf: u32,
+    triangles: &mut [TriangleReceiver],
+) {
+    let tree = &surfaces.meshes[mesh as usize].tree;
+    let range = tree.nodes[cluster as usize].range.clone();
+    for &triangle in &tree.order[range.start as usize..range.end as usize] {
+        triangles[triangle as usize] = TriangleReceiver::Leaf(leaf);
     }
 }
 
@@ -314,15 +312,4 @@ fn make_grids(
             }
         }
     }
-}
-
-/// One result for each item, in order, on all cores.
-pub(super) fn map<T: Sync, R: Send>(items: &[T], f: impl Fn(&T) -> R + Sync + Send) -> Vec<R> {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        items.par_iter().with_max_len(1).map(f).collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    items.iter().map(f).collect()
 }

@@ -43,8 +43,9 @@ pub(crate) struct BlockerNode {
     /// The mesh that all of it is part of, or [`NONE`], and its cluster.
     pub mesh: u32,
     pub cluster: u32,
-    /// Extent of the largest polygon that may cover a receiver, 0 if there is none.
-    pub extent: f64,
+    /// Extent of the largest polygon that may cover a receiver, 0 if there is none: from a light that is not outside, see
+    /// [`BlockerTree::is_outside`], and from one that is.
+    pub extents: [f64; 2],
 }
 
 /// A hierarchy over some of a scene's blockers. They are numbered as the surfaces: patches, then meshes.
@@ -52,12 +53,14 @@ pub(crate) struct BlockerNode {
 pub(crate) struct BlockerTree {
     pub nodes: Vec<BlockerNode>,
     pub items: Vec<u32>,
+    /// Planes of opaque polygons, as normal and offset, before which nothing of the hierarchy is.
+    outer_planes: Vec<(DVec3, f64)>,
 }
 
 impl BlockerTree {
     /// Over nothing.
     pub fn empty() -> Self {
-        Self { nodes: Vec::new(), items: Vec::new() }
+        Self { nodes: Vec::new(), items: Vec::new(), outer_planes: Vec::new() }
     }
 
     /// Over the blockers of the objects for which `accept` is true.
@@ -99,10 +102,10 @@ impl BlockerTree {
                 first: n.first_index,
                 mesh: NONE,
                 cluster: NONE,
-                extent: 0.0,
+                extents: [0.0; 2],
             })
             .collect();
-        let mut tree = Self { nodes, items };
+        let mut tree = Self { nodes, items, outer_planes: Vec::new() };
         // Exact bounds.
         for i in tree.leaves_first() {
             let (count, first) = (tree.nodes[i].count, tree.nodes[i].first as usize);
@@ -158,45 +161,66 @@ impl BlockerTree {
         false
     }
 
-    /// Whether a polygon has a surface of the hierarchy or a light on either side. A room's walls have none on one side: they
-    /// cover no receiver, and would raise the extent of every node above them.
-    fn divides(&self, surfaces: &Surfaces, lights: &[Apex], patch: &SimplePatch) -> bool {
-        [1.0, -1.0].into_iter().all(|sign| {
+    /// The sides of a polygon on which no surface of the hierarchy is, as planes before which nothing is.
+    fn empty_sides<'a>(
+        &'a self,
+        surfaces: &'a Surfaces,
+        patch: &'a SimplePatch,
+    ) -> impl Iterator<Item = (DVec3, f64)> + 'a {
+        [1.0, -1.0].into_iter().filter_map(|sign| {
             let (normal, offset) = (patch.normal * sign, patch.offset * sign + surfaces.tolerance.coordinate);
-            lights.iter().any(|l| l.is_in_front(normal, offset))
-                || self.extends_beyond(surfaces, normal, offset)
+            (!self.extends_beyond(surfaces, normal, offset)).then_some((normal, offset))
         })
     }
 
-    /// Sets the extent of each node from the polygons that may cover a receiver: the opaque ones for which `divides` is true.
-    fn set_extents(&mut self, surfaces: &Surfaces, divides: impl Fn(&Self, &SimplePatch) -> bool) {
-        let covers = |b: &u32| surfaces.patches.get(*b as usize).filter(|p| p.opaque && divides(self, p));
-        let of_item: Vec<f64> = self.items.iter().map(|b| covers(b).map_or(0.0, |p| p.extent)).collect();
+    /// Sets the extents of each node from the opaque polygons. A room's walls have nothing on one side: they cover no receiver
+    /// unless the light is there, and would raise the extent of every node above them.
+    fn set_extents(&mut self, surfaces: &Surfaces, has_static_receivers: bool) {
+        let mut outer_planes = Vec::new();
+        let mut of_item = vec![[0.0; 2]; self.items.len()];
+        for (extents, &blocker) in of_item.iter_mut().zip(&self.items) {
+            let Some(patch) = surfaces.patches.get(blocker as usize).filter(|p| p.opaque) else { continue };
+            *extents = [patch.extent; 2];
+            if has_static_receivers {
+                let planes = outer_planes.len();
+                outer_planes.extend(self.empty_sides(surfaces, patch));
+                if outer_planes.len() > planes {
+                    extents[0] = 0.0;
+                }
+            }
+        }
+        self.outer_planes = outer_planes;
+        let joined = |a: [f64; 2], b: &[f64; 2]| [a[0].max(b[0]), a[1].max(b[1])];
         for i in self.leaves_first() {
             let (count, first) = (self.nodes[i].count, self.nodes[i].first as usize);
-            self.nodes[i].extent = match count {
-                0 => self.nodes[first].extent.max(self.nodes[first + 1].extent),
-                _ => of_item[first..first + count as usize].iter().copied().fold(0.0, f64::max),
+            self.nodes[i].extents = match count {
+                0 => joined(self.nodes[first].extents, &self.nodes[first + 1].extents),
+                _ => of_item[first..first + count as usize].iter().fold([0.0; 2], joined),
             };
         }
     }
 
+    /// Whether a light is where nothing of the hierarchy is, behind a wall: only from there that wall may cover a receiver.
+    pub fn is_outside(&self, apex: &Apex) -> bool {
+        self.outer_planes.iter().any(|(normal, offset)| apex.is_in_front(*normal, *offset))
+    }
+
     /// Over static blockers: with the nodes' extents, and continued down to the clusters of meshes.
-    pub fn with_clusters(surfaces: &Surfaces, lights: &[Apex], accept: impl Fn(u32) -> bool) -> Self {
-        Self::new(surfaces, accept).continued(surfaces, |tree, patch| tree.divides(surfaces, lights, patch))
+    pub fn with_clusters(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
+        Self::new(surfaces, accept).continued(surfaces, true)
     }
 
     /// Over dynamic blockers: the same, but that any opaque polygon may cover a receiver.
     pub fn of_dynamic(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
-        Self::new(surfaces, accept).continued(surfaces, |_, _| true)
+        Self::new(surfaces, accept).continued(surfaces, false)
     }
 
-    fn continued(mut self, surfaces: &Surfaces, divides: impl Fn(&Self, &SimplePatch) -> bool) -> Self {
+    fn continued(mut self, surfaces: &Surfaces, has_static_receivers: bool) -> Self {
         let tree = &mut self;
         if tree.is_empty() {
             return self;
         }
-        tree.set_extents(surfaces, divides);
+        tree.set_extents(surfaces, has_static_receivers);
         let mut next = 0;
         while next < tree.nodes.len() {
             let end = tree.nodes.len() as u32;
@@ -215,7 +239,7 @@ impl BlockerTree {
                     (node.count, node.first) = (0, end);
                     tree.nodes.extend(children.map(|cluster| {
                         let Cluster { low, high, .. } = clusters[cluster as usize];
-                        BlockerNode { low, high, count: 1, first: item, mesh, cluster, extent: 0.0 }
+                        BlockerNode { low, high, count: 1, first: item, mesh, cluster, extents: [0.0; 2] }
                     }));
                 }
             }
@@ -226,7 +250,7 @@ impl BlockerTree {
 
     /// Whether any of them may block all light of a receiver.
     pub fn may_cover(&self) -> bool {
-        self.nodes.first().is_some_and(|root| root.extent > 0.0)
+        self.nodes.first().is_some_and(|root| root.extents[1] > 0.0)
     }
 
     /// By mesh, the node that all of it is below.

@@ -1,12 +1,13 @@
 //! The visibility database: for each node and light the state, and the blockers that decide it.
 
-use super::assembly::{Assembly, End, Sources};
+use super::assembly::{Assembly, End, Grown};
 use super::blockers::{Blocker, BlockerTree};
-use super::dynamic::{Dynamic, DynamicPass};
-use super::node_visibility::{Entry, SceneContext};
+use super::light_points::LightPoint;
+use super::node_visibility::SceneContext;
 use super::pyramid::Tests;
 use super::receivers::{Receivers, Source};
-use super::shapes::Apex;
+use super::sources::Sources;
+use super::state_matrix::StateMatrix;
 use super::surfaces::Surfaces;
 use super::{LeafId, State, VisibilitySettings};
 use crate::generation::Generation;
@@ -14,31 +15,44 @@ use crate::lights::LightSet;
 use crate::scene::{Geometry, NONE, ObjectId, Scene};
 use crate::{Error, Result};
 
-/// With more lights visibility is not determined: a database holds three bytes for each node and light.
+/// With more lights visibility is not determined: a database holds five bytes for each node and light, and ten where something
+/// moves.
 pub const MOST_LIGHTS: usize = 16384;
 
 /// For each node and light the state, and the blockers that decide it.
 #[derive(Clone, Debug)]
 pub struct VisibilityDatabase {
-    settings: VisibilitySettings,
-    surfaces: Surfaces,
-    lights: Vec<Apex>,
-    /// For each light the blocker that it lies on, or [`NONE`](crate::scene::NONE).
-    own: Vec<u32>,
+    pub(super) settings: VisibilitySettings,
+    pub(super) surfaces: Surfaces,
+    pub(super) lights: Vec<LightPoint>,
     /// Over static blockers.
-    groups: BlockerTree,
+    pub(super) groups: BlockerTree,
+    /// What static receivers are made of.
+    pub(super) sources: Sources,
+    /// Dynamic ones, in the order of objects.
+    pub(super) segments: Vec<Segment>,
     /// With the visibility of each node that static blockers leave.
-    assembly: Assembly,
+    pub(super) assembly: Assembly,
     /// Where static receivers end.
-    still: End,
+    pub(super) still: End,
     /// Area × partially occluded lights above which patches are split.
-    threshold: f64,
+    pub(super) threshold: f64,
     /// Over dynamic blockers.
-    movers: BlockerTree,
-    /// The visibility with dynamic blockers too.
-    dynamic: Dynamic,
-    of_geometry: Generation,
-    of_lights: Generation,
+    pub(super) movers: BlockerTree,
+    /// The visibility with dynamic blockers too, if there are any.
+    pub(super) dynamic: Option<StateMatrix>,
+    pub(super) tests: Tests,
+    pub(super) of_geometry: Generation,
+    pub(super) of_lights: Generation,
+}
+
+/// The receivers on one dynamic object.
+#[derive(Clone, Debug)]
+pub(super) struct Segment {
+    pub object: u32,
+    pub sources: Sources,
+    /// Where they end.
+    pub end: End,
 }
 
 /// The size of a database.
@@ -56,7 +70,7 @@ pub struct Counts {
     pub area_shares: [f64; 3],
     /// Full and partial blockers that are stored, over all nodes.
     pub blockers: usize,
-    /// Tests made to build it.
+    /// Tests made to build it, or by the update that changed it last.
     pub tests: Tests,
 }
 
@@ -81,68 +95,42 @@ impl VisibilityDatabase {
             )));
         }
         let surfaces = Surfaces::new(scene, geometry, settings);
-        let apexes: Vec<Apex> = lights.samples().iter().map(Apex::new).collect();
-        let own: Vec<u32> = lights.samples().iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let stands = |object: u32| !is_dynamic(scene, object);
         // The hierarchy, with the visibility that static blockers leave.
-        let groups = BlockerTree::with_clusters(&surfaces, &apexes, stands);
-        let context = SceneContext { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &groups };
+        let groups = BlockerTree::with_clusters(&surfaces, stands);
+        let points = LightPoint::of(lights.samples(), &surfaces, &groups);
+        let context = SceneContext { surfaces: &surfaces, lights: &points, blockers: &groups };
         let sources = Sources::of(&surfaces, stands);
         let mut area = sources.area(&surfaces);
         if area == 0.0 {
             area = Sources::of(&surfaces, |_| true).area(&surfaces);
         }
-        let threshold = area * apexes.len() as f64 / f64::from(settings.split).max(1e-30);
-        let mut assembly = Assembly::new(&surfaces, geometry);
-        assembly.append(&context, geometry, settings, &sources, threshold);
+        let threshold = area * points.len() as f64 / f64::from(settings.split).max(1e-30);
+        let mut assembly = Assembly::new(&surfaces, geometry, points.len());
+        let grown = Grown::new(&context, settings, &sources, threshold);
+        let tests = grown.tests;
+        assembly.append(geometry, &surfaces, settings, &sources, grown);
         let mut result = Self {
             settings: *settings,
             surfaces,
-            lights: apexes,
-            own,
+            lights: points,
             groups,
+            sources,
+            segments: Vec::new(),
             still: assembly.end(),
             assembly,
             threshold,
             movers: BlockerTree::empty(),
-            dynamic: Dynamic::default(),
+            dynamic: None,
+            tests,
             of_geometry: geometry.generation(),
             of_lights: lights.generation(),
         };
-        result.add_dynamic(scene, geometry);
+        let moves = |object: &u32| is_dynamic(scene, *object);
+        let dynamic: Vec<u32> = (0..scene.objects.len() as u32).filter(moves).collect();
+        result.lay_dynamic(geometry, &dynamic, &vec![true; scene.objects.len()]);
+        result.block_dynamic(scene);
         Ok(result)
-    }
-
-    /// Brings it up to a geometry in which nothing but places of dynamic objects changed, those that `moved` is true for, with
-    /// lights as they were: it is that which [`VisibilityDatabase::build`] makes of them, and what depends on static objects
-    /// alone is kept. `false` where surfaces come or go, and it has to be built anew.
-    pub(crate) fn follow(
-        &mut self,
-        scene: &Scene,
-        geometry: &Geometry,
-        lights: &LightSet,
-        moved: impl Fn(u32) -> bool,
-    ) -> bool {
-        if !self.surfaces.follow(scene, geometry, &self.settings, moved) {
-            return false;
-        }
-        self.assembly.truncate(self.still, &self.surfaces, |object| !is_dynamic(scene, object));
-        self.add_dynamic(scene, geometry);
-        (self.of_geometry, self.of_lights) = (geometry.generation(), lights.generation());
-        true
-    }
-
-    /// Adds what dynamic objects receive, and block.
-    fn add_dynamic(&mut self, scene: &Scene, geometry: &Geometry) {
-        let dynamic = |object: u32| is_dynamic(scene, object);
-        let (surfaces, settings) = (&self.surfaces, &self.settings);
-        let context = SceneContext { surfaces, lights: &self.lights, own: &self.own, blockers: &self.groups };
-        let sources = Sources::of(surfaces, dynamic);
-        self.assembly.append(&context, geometry, settings, &sources, self.threshold);
-        self.movers = BlockerTree::of_dynamic(surfaces, dynamic);
-        let context = SceneContext { blockers: &self.movers, ..context };
-        let (receivers, fixed) = (&self.assembly.receivers, &self.assembly.visibility[..]);
-        self.dynamic = DynamicPass { context: &context, receivers, fixed }.run();
     }
 
     /// Where the leaves of dynamic objects begin in [`Receivers::leaves`]; before are those of static ones.
@@ -184,18 +172,17 @@ impl VisibilityDatabase {
     /// The state of any node for a light: fully occluded if one blocker covers it all, or the two do not face each
     /// other.
     pub fn state(&self, node: u32, light: u32) -> State {
-        self.dynamic.states[node as usize * self.lights.len() + light as usize]
+        self.states().row(node as usize)[light as usize]
     }
 
     /// The states of a leaf, one for each light.
     pub fn leaf_states(&self, leaf: u32) -> &[State] {
-        let first = self.assembly.receivers.leaves[leaf as usize].node as usize * self.lights.len();
-        &self.dynamic.states[first..first + self.lights.len()]
+        self.states().row(self.assembly.receivers.leaves[leaf as usize].node as usize)
     }
 
     /// By light, the state of a leaf that static blockers leave, whatever dynamic ones do.
     pub fn standing_states(&self, leaf: u32) -> &[State] {
-        &self.assembly.visibility[self.assembly.receivers.leaves[leaf as usize].node as usize].states
+        self.assembly.visibility.row(self.assembly.receivers.leaves[leaf as usize].node as usize)
     }
 
     /// The blockers that decide the state of a node and a light, full (`true`) or partial: of static objects the one blocker
@@ -203,19 +190,16 @@ impl VisibilityDatabase {
     /// objects. Below a full blocker nothing is tested again. If a node has none, its parent's decide, or the light and it do
     /// not face each other.
     pub fn blockers(&self, node: u32, light: u32) -> impl Iterator<Item = (Blocker, bool)> + '_ {
-        let named = |entries: Option<&[Entry]>, tree: &BlockerTree, first_group: u32| {
-            let entries = entries.map_or(&[][..], |e| of_light(e, light));
-            let named = |e: &Entry| match tree.blocker(&self.surfaces, e.blocker()) {
-                Blocker::Group(group) => (Blocker::Group(group + first_group), e.full()),
-                one => (one, e.full()),
-            };
-            entries.first().map(named)
+        let named = |states: &StateMatrix, tree: &BlockerTree, first_group: u32| {
+            let (blocker, is_full) = states.decider(node as usize, light as usize)?;
+            Some(match tree.blocker(&self.surfaces, blocker) {
+                Blocker::Group(group) => (Blocker::Group(group + first_group), is_full),
+                one => (one, is_full),
+            })
         };
-        let node = node as usize;
-        let fixed = self.assembly.visibility.get(node).map(|n| &n.entries[..]);
-        let dynamic = self.dynamic.entries.get(node).map(|e| &e[..]);
         let first_group = self.groups.nodes.len() as u32;
-        named(fixed, &self.groups, 0).into_iter().chain(named(dynamic, &self.movers, first_group))
+        let of_movers = self.dynamic.as_ref().and_then(|states| named(states, &self.movers, first_group));
+        named(&self.assembly.visibility, &self.groups, 0).into_iter().chain(of_movers)
     }
 
     /// The blockers of a [`Blocker::Group`].
@@ -239,13 +223,16 @@ impl VisibilityDatabase {
         let roots: Vec<usize> = roots.filter(of_object).collect();
         let is_mesh = |node: &usize| matches!(nodes[*node].source, Source::Cluster { .. });
         let mut hidden = vec![!roots.is_empty() && roots.iter().all(is_mesh); self.lights.len()];
-        for (light, hidden) in (0..).zip(&mut hidden) {
-            let covers = |&node: &usize| {
-                of_light(&self.assembly.visibility[node].entries, light).iter().any(|e| e.full())
-            };
+        for (light, hidden) in hidden.iter_mut().enumerate() {
+            let covers =
+                |&node: &usize| self.assembly.visibility.decider(node, light).is_some_and(|(_, full)| full);
             *hidden &= roots.iter().all(covers);
         }
         hidden
+    }
+
+    fn states(&self) -> &StateMatrix {
+        self.dynamic.as_ref().unwrap_or(&self.assembly.visibility)
     }
 
     /// The numbers of nodes, leaves, pairs by state, blockers and tests.
@@ -254,12 +241,11 @@ impl VisibilityDatabase {
             nodes: self.assembly.receivers.nodes.len(),
             leaves: self.assembly.receivers.leaves.len(),
             pairs: self.assembly.receivers.leaves.len() * self.lights.len(),
-            blockers: self.assembly.visibility.iter().map(|node| node.entries.len()).sum::<usize>()
-                + self.dynamic.entries.iter().map(Vec::len).sum::<usize>(),
-            tests: self.assembly.tests,
+            blockers: self.assembly.visibility.blockers()
+                + self.dynamic.as_ref().map_or(0, StateMatrix::blockers),
+            tests: self.tests,
             ..Counts::default()
         };
-        counts.tests += self.dynamic.tests;
         for (index, leaf) in self.assembly.receivers.leaves.iter().enumerate() {
             for &state in self.leaf_states(index as u32) {
                 counts.by_state[state as usize] += 1;
@@ -274,13 +260,6 @@ impl VisibilityDatabase {
     }
 }
 
-fn is_dynamic(scene: &Scene, object: u32) -> bool {
+pub(super) fn is_dynamic(scene: &Scene, object: u32) -> bool {
     scene.objects.get(object as usize).is_some_and(|o| o.dynamic)
-}
-
-/// The entries of a light.
-pub(super) fn of_light(entries: &[Entry], light: u32) -> &[Entry] {
-    let first = entries.partition_point(|e| e.light < light);
-    let count = entries[first..].partition_point(|e| e.light == light);
-    &entries[first..first + count]
 }

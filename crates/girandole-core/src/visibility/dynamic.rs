@@ -1,22 +1,15 @@
 //! What dynamic objects block of the light that static ones leave.
 
 use super::State;
-use super::assembly::map;
 use super::boxes::{Capsule, FullCoverHint};
-use super::node_visibility::{Entry, NodeContext, NodeVisibility, SceneContext, Workspace, split_off_light};
+use super::node_visibility::{Entry, NodeContext, SceneContext, Workspace, split_off_light};
+use super::parallel::map;
 use super::pyramid::{Facing, Tests};
 use super::receivers::Receivers;
+use super::state_matrix::StateMatrix;
 use crate::scene::NONE;
 use rustc_hash::FxHashMap;
 use std::ops::Range;
-
-/// States with dynamic blockers too, by node and light, and by node those of them that decide.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Dynamic {
-    pub states: Vec<State>,
-    pub entries: Vec<Vec<Entry>>,
-    pub tests: Tests,
-}
 
 /// The dynamic blockers, and what is known of static ones.
 pub(super) struct DynamicPass<'a> {
@@ -24,7 +17,7 @@ pub(super) struct DynamicPass<'a> {
     pub context: &'a SceneContext<'a>,
     pub receivers: &'a Receivers,
     /// By node, the visibility that static blockers leave.
-    pub fixed: &'a [NodeVisibility],
+    pub fixed: &'a StateMatrix,
 }
 
 /// What the parent's tests leave to a node.
@@ -35,38 +28,34 @@ struct Above<'a> {
 }
 
 impl DynamicPass<'_> {
-    /// Tests all nodes, each against what its parent's tests left.
-    pub fn run(&self) -> Dynamic {
-        let mut result = Dynamic::default();
-        if self.context.blockers.is_empty() {
-            result.states.extend(self.fixed.iter().flat_map(|node| &node.states));
-            return result;
-        }
+    /// Tests all nodes, each against what its parent's tests left: the states with dynamic blockers too, and those of them that
+    /// decide.
+    pub fn run(&self) -> (StateMatrix, Tests) {
         let roots = self.receivers.roots();
         let own_nodes = self.context.blockers.mesh_nodes();
-        for part in map(&roots, |range| self.run_root(range.clone(), &own_nodes)) {
-            result.states.extend(part.states);
-            result.entries.extend(part.entries);
-            result.tests += part.tests;
+        let (mut result, mut tests) = (StateMatrix::new(self.context.lights.len()), Tests::default());
+        for (part, of_part) in map(&roots, |range| self.run_root(range.clone(), &own_nodes)) {
+            result.append(part);
+            tests += of_part;
         }
-        result
+        (result, tests)
     }
 
     /// The nodes of one root.
-    fn run_root(&self, range: Range<usize>, own_nodes: &FxHashMap<u32, u32>) -> Dynamic {
+    fn run_root(&self, range: Range<usize>, own_nodes: &FxHashMap<u32, u32>) -> (StateMatrix, Tests) {
         let lights = self.context.lights.len();
         let mut workspace = Workspace::new();
         let mut states: Vec<State> = Vec::with_capacity(range.len() * lights);
         let mut entries: Vec<Vec<Entry>> = Vec::with_capacity(range.len());
         for index in range.clone() {
             let first = states.len();
-            states.extend_from_slice(&self.fixed[index].states);
+            states.extend_from_slice(self.fixed.row(index));
             let (before, own) = states.split_at_mut(first);
             let parent = self.receivers.nodes[index].parent;
             let above = (parent != NONE).then(|| {
                 let local = parent as usize - range.start;
                 Above {
-                    fixed: &self.fixed[parent as usize].states,
+                    fixed: self.fixed.row(parent as usize),
                     states: &before[local * lights..(local + 1) * lights],
                     entries: &entries[local],
                 }
@@ -77,12 +66,14 @@ impl DynamicPass<'_> {
                 None => self.test(index, above.as_ref(), own, &mut workspace),
             });
         }
-        // What only the children's tests needed.
-        for (entries, fixed) in entries.iter_mut().zip(&self.fixed[range]) {
-            entries.retain(|e| e.full() || fixed.states[e.light as usize] == State::Unoccluded);
-            entries.dedup_by_key(|e| e.light);
+        // Without what only the children's tests needed.
+        let mut result = StateMatrix::new(lights);
+        for (local, (entries, index)) in entries.iter().zip(range).enumerate() {
+            let fixed = self.fixed.row(index);
+            let decides = |e: &&Entry| e.full() || fixed[e.light as usize] == State::Unoccluded;
+            result.push_states(&states[local * lights..(local + 1) * lights], entries.iter().filter(decides));
         }
-        Dynamic { states, entries, tests: workspace.scratch.tests }
+        (result, workspace.scratch.tests)
     }
 
     /// The blocker that a node's own mesh is, if it may block light that comes to it and nothing may block all of that.
@@ -120,7 +111,7 @@ impl DynamicPass<'_> {
             rest = &rest[rest.partition_point(|e| e.light < light)..];
             let inherited = split_off_light(&mut rest, light);
             let state = &mut states[light as usize];
-            let apex = &context.lights[light as usize];
+            let apex = &context.lights[light as usize].apex;
             let from_start = above.is_none_or(|a| a.leaves_untested(light as usize, may_cover));
             if from_start && !context.blockers.is_near(&Capsule::new(apex, bounds), workspace) {
                 continue;

@@ -1,6 +1,10 @@
 //! Groups of receivers: lights behind all members, and blockers outside the group's pyramid, are culled once for all.
 
 use super::clusters::Cluster;
+use super::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspace};
+use super::parallel::map;
+use super::pyramid::Tests;
+use super::shapes::Shape;
 use super::surfaces::Surfaces;
 use crate::scene::NONE;
 use glam::DVec3;
@@ -26,6 +30,7 @@ pub(crate) struct ReceiverGroup {
 }
 
 /// A binary tree of groups; the first one holds all sides.
+#[derive(Clone, Debug)]
 pub(crate) struct ReceiverGroups {
     pub nodes: Vec<ReceiverGroup>,
     /// Indices of sides, group by group.
@@ -77,6 +82,40 @@ impl ReceiverGroups {
             }
         }
         Self { nodes, order }
+    }
+
+    /// What `build` makes of each side, given the visibility of its group; sides in any order. And the groups' tests.
+    pub fn descend<T: Send>(
+        &self,
+        context: &SceneContext,
+        build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
+    ) -> (Vec<(u32, T)>, Tests) {
+        self.descend_from(0, None, context, build)
+    }
+
+    fn descend_from<T: Send>(
+        &self,
+        index: u32,
+        above: Option<&NodeVisibility>,
+        context: &SceneContext,
+        build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
+    ) -> (Vec<(u32, T)>, Tests) {
+        let group = &self.nodes[index as usize];
+        let mut workspace = Workspace::new();
+        let node = NodeContext { is_root: true, ..NodeContext::default() };
+        let visibility = context.visibility_by_groups(Shape::Group(group), node, above, &mut workspace);
+        let mut tests = workspace.scratch.tests;
+        if group.bounds.children[0] == NONE {
+            let members = group.bounds.range.start as usize..group.bounds.range.end as usize;
+            return (map(&self.order[members], |&member| (member, build(member, &visibility))), tests);
+        }
+        let below = |&child: &u32| self.descend_from(child, Some(&visibility), context, build);
+        let mut result = Vec::new();
+        for (of_child, tests_of_child) in map(&group.bounds.children, below) {
+            result.extend(of_child);
+            tests += tests_of_child;
+        }
+        (result, tests)
     }
 }
 

@@ -1,10 +1,11 @@
 //! The subtree of one root: the adaptive split of a patch, and the clusters of a mesh.
 
 use super::clusters::Cluster;
-use super::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspace};
+use super::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspace, parent_corners};
 use super::primitives::{area_vector, clip};
 use super::receivers::{cluster_of, patch_shape};
 use super::shapes::{MAX_CORNERS, Shape};
+use super::surfaces::SimplePatch;
 use super::{State, VisibilitySettings};
 use crate::scene::NONE;
 use glam::DVec3;
@@ -37,6 +38,11 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
+    /// Of a patch.
+    pub fn of(patch: &SimplePatch) -> Self {
+        Self::new(&patch.corners, patch.normal)
+    }
+
     /// Along the longest edge; the second side is chosen so that the two and the normal are right-handed.
     pub fn new(corners: &[DVec3], normal: DVec3) -> Self {
         let edge = |i: usize| corners[(i + 1) % corners.len()] - corners[i];
@@ -106,11 +112,8 @@ impl PatchRoot<'_> {
         // A node is a leaf if it would be too small to split with every undecided light partial.
         let above = parent.map_or(self.group_visibility, |p| &p.visibility);
         let is_leaf = area * above.undecided() as f64 <= self.threshold;
-        let mut node = NodeContext { is_leaf, is_root: parent.is_none(), ..NodeContext::default() };
-        for (index, corner) in node.parent_corners.iter_mut().zip(&corners) {
-            let same = parent.and_then(|p| p.corners.iter().position(|c| c == corner));
-            *index = same.map_or(0, |i| i as u8 + 1);
-        }
+        let parent_corners = parent_corners(&corners, parent.map(|p| &p.corners[..]));
+        let node = NodeContext { own_mesh: None, is_leaf, is_root: parent.is_none(), parent_corners };
         let visibility = self.context.visibility_by_groups(shape, node, Some(above), workspace);
         NodeBuilder {
             cells,

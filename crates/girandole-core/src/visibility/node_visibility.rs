@@ -3,10 +3,12 @@
 use super::State;
 use super::blockers::BlockerTree;
 use super::boxes::FullCoverHint;
+use super::light_points::LightPoint;
 use super::pyramid::{Containment, Facing, Occlusion, Pyramid, Scratch};
-use super::shapes::{Apex, MAX_CORNERS, Shape};
+use super::shapes::{MAX_CORNERS, Shape};
 use super::surfaces::Surfaces;
 use crate::scene::NONE;
+use glam::DVec3;
 
 /// A full or partial blocker of a pair: `light`, and an index into the blockers with the lowest bit set if full.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +28,7 @@ impl Entry {
         Self { light, code: u32::MAX << 1, hint: FullCoverHint::UNKNOWN }
     }
 
-    fn is_partly_facing(self) -> bool {
+    pub fn is_partly_facing(self) -> bool {
         self.code == u32::MAX << 1
     }
 
@@ -69,9 +71,7 @@ impl NodeVisibility {
 /// The inputs that all nodes share.
 pub(crate) struct SceneContext<'a> {
     pub surfaces: &'a Surfaces,
-    pub lights: &'a [Apex],
-    /// For each light the blocker that it lies on, or [`NONE`].
-    pub own: &'a [u32],
+    pub lights: &'a [LightPoint],
     pub blockers: &'a BlockerTree,
 }
 
@@ -84,8 +84,18 @@ pub(crate) struct NodeContext {
     pub is_leaf: bool,
     /// Whether only groups of receivers are above it: then it stores the full blockers of its group as its own.
     pub is_root: bool,
-    /// For each of its corners the parent's corner at the same position, counted from 1; 0 for new ones.
+    /// See [`parent_corners`].
     pub parent_corners: [u8; MAX_CORNERS],
+}
+
+/// For each corner of a node the parent's corner at the same position, counted from 1; 0 for new ones.
+pub(crate) fn parent_corners(corners: &[DVec3], parent: Option<&[DVec3]>) -> [u8; MAX_CORNERS] {
+    let mut result = [0; MAX_CORNERS];
+    for (index, corner) in result.iter_mut().zip(corners) {
+        let same = parent.and_then(|parent| parent.iter().position(|c| c == corner));
+        *index = same.map_or(0, |i| i as u8 + 1);
+    }
+    result
 }
 
 /// Buffers that one thread uses for one node after another.
@@ -142,7 +152,7 @@ impl SceneContext<'_> {
                 continue;
             }
             workspace.scratch.tests.boxes += 1;
-            let facing = workspace.pyramid.set(light, shape, &tolerance);
+            let facing = workspace.pyramid.set(&light.apex, shape, &tolerance);
             if facing == Facing::None {
                 *state = State::Full;
                 continue;
@@ -175,10 +185,11 @@ impl SceneContext<'_> {
     ) -> State {
         let Workspace { scratch, pyramid, open, found, .. } = workspace;
         let NodeContext { own_mesh, is_leaf, .. } = context;
+        let light = &self.lights[index as usize];
         found.clear();
         while let Some((group, mut hint)) = open.pop() {
             let node = &self.blockers.nodes[group as usize];
-            let bounds = (node.low, node.high, node.extent);
+            let bounds = (node.low, node.high, node.extents[usize::from(light.is_outside)]);
             // A cluster of the receiver's own mesh.
             if node.mesh != NONE && own_mesh == Some(node.mesh) {
                 scratch.tests.blockers += 1;
@@ -244,7 +255,7 @@ impl SceneContext<'_> {
                 match self.surfaces.test(blocker, pyramid, own_mesh, scratch) {
                     Occlusion::None => {}
                     // The triangle that a light lies on does not block it.
-                    Occlusion::Full if self.own[index as usize] != blocker => {
+                    Occlusion::Full if light.own != blocker => {
                         found.clear();
                         found.push(Entry::new(index, group, true));
                         return State::Full;

@@ -146,10 +146,7 @@ impl Receivers {
 
     /// Corners of a patch node's polygon, which may be somewhat larger than the surface; empty for meshes.
     pub fn polygon(&self, node: u32) -> Vec<Vec3> {
-        match &self.nodes[node as usize].source {
-            Source::Patch { corners, .. } => self.corners(corners).iter().map(|c| c.as_vec3()).collect(),
-            Source::Cluster { .. } => Vec::new(),
-        }
+        self.node_corners(node).iter().map(|c| c.as_vec3()).collect()
     }
 
     /// The nodes of each root.
@@ -158,6 +155,14 @@ impl Receivers {
             (0..self.nodes.len()).filter(|&i| self.nodes[i].parent == NONE).collect();
         starts.push(self.nodes.len());
         starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
+    }
+
+    /// The corners of a patch's node; none of a mesh's.
+    pub(crate) fn node_corners(&self, node: u32) -> &[DVec3] {
+        match &self.nodes[node as usize].source {
+            Source::Patch { corners, .. } => self.corners(corners),
+            Source::Cluster { .. } => &[],
+        }
     }
 
     fn corners(&self, range: &Range<u32>) -> &[DVec3] {

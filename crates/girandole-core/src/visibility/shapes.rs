@@ -10,7 +10,7 @@ use glam::DVec3;
 pub(crate) const MAX_CORNERS: usize = 8;
 
 /// The light at the apex of a pyramid.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Apex {
     pub position: DVec3,
     pub normal: DVec3,

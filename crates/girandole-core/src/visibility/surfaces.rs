@@ -1,8 +1,8 @@
 //! The scene's surfaces: simple patches, and trees of clusters of all other triangles.
 
 use super::VisibilitySettings;
-use super::assembly::map;
 use super::clusters::ClusterTree;
+use super::parallel::map;
 use super::primitives::{Tolerance, area_vector};
 use crate::scene::{Geometry, NONE, ObjectRange, Scene, WorldPatch};
 use glam::DVec3;

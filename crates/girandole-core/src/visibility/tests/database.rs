@@ -4,10 +4,10 @@ use super::growth::{Growth, grown, lights_on_shell};
 use super::*;
 use crate::scene::builtin::{self, MovingObject};
 use crate::visibility::blockers::BlockerTree;
-use crate::visibility::database::of_light;
+use crate::visibility::light_points::LightPoint;
 use crate::visibility::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspace};
 use crate::visibility::pyramid::{Facing, Occlusion, Pyramid, Scratch, Tests};
-use crate::visibility::shapes::{Apex, Shape};
+use crate::visibility::shapes::Shape;
 use crate::visibility::surfaces::Surfaces;
 use crate::visibility::{Blocker, Receivers};
 
@@ -50,7 +50,9 @@ fn test_each(
     let (mut pyramid, mut scratch) = (Pyramid::new(), Scratch::default());
     let mut result = Alone { states: facing.to_vec(), blockers: vec![Vec::new(); facing.len()] };
     for (light, state) in result.states.iter_mut().enumerate() {
-        if *state == State::Full || pyramid.set(&context.lights[light], shape, &tolerance) == Facing::None {
+        if *state == State::Full
+            || pyramid.set(&context.lights[light].apex, shape, &tolerance) == Facing::None
+        {
             *state = State::Full;
             continue;
         }
@@ -61,7 +63,7 @@ fn test_each(
         for blocker in open {
             let occlusion = surfaces.test(blocker, &mut pyramid, own_mesh, &mut scratch);
             if occlusion != Occlusion::None {
-                let full = occlusion == Occlusion::Full && context.own[light] != blocker;
+                let full = occlusion == Occlusion::Full && context.lights[light].own != blocker;
                 *state = (*state).max(if full { State::Full } else { State::Partial });
                 result.blockers[light].push((blocker, full));
             }
@@ -133,12 +135,10 @@ fn dynamic_objects_are_blockers_like_others() {
         let database = VisibilityDatabase::build(&scene, &geometry, &lights, &settings).expect("a database");
         // All of them from the start, on the same hierarchy.
         let surfaces = Surfaces::new(&scene, &geometry, &settings);
-        let apexes: Vec<Apex> = lights.samples().iter().map(Apex::new).collect();
-        let own: Vec<u32> = lights.samples().iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let alone = |accept: &dyn Fn(u32) -> bool| {
             let blockers = BlockerTree::new(&surfaces, accept);
-            let context =
-                SceneContext { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers };
+            let points = LightPoint::of(lights.samples(), &surfaces, &blockers);
+            let context = SceneContext { surfaces: &surfaces, lights: &points, blockers: &blockers };
             each_alone(&context, database.receivers())
         };
         let (all, fixed) = (alone(&|_| true), alone(&|object| !scene.objects[object as usize].dynamic));
@@ -146,7 +146,7 @@ fn dynamic_objects_are_blockers_like_others() {
             (0, 0, 0, 0, 0, 0, 0);
         let moves = |b: &u32| scene.objects[surfaces.blocker_object(*b) as usize].dynamic;
         for node in 0..database.receivers().nodes.len() as u32 {
-            for light in 0..apexes.len() as u32 {
+            for light in 0..lights.len() as u32 {
                 // Groups may leave a pair partial that each of their members by itself does not.
                 let each = &all[node as usize];
                 let (found, of_each) = (database.state(node, light), each.states[light as usize]);
@@ -234,10 +234,9 @@ fn the_hierarchy_finds_what_all_blockers_against_each_leaf_do() {
         let settings = VisibilitySettings::default();
         let database = VisibilityDatabase::build(&scene, &geometry, &lights, &settings).expect("a database");
         let surfaces = Surfaces::new(&scene, &geometry, &settings);
-        let apexes: Vec<Apex> = lights.samples().iter().map(Apex::new).collect();
-        let own: Vec<u32> = lights.samples().iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
         let blockers = BlockerTree::new(&surfaces, |_| true);
-        let context = SceneContext { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers };
+        let points = LightPoint::of(lights.samples(), &surfaces, &blockers);
+        let context = SceneContext { surfaces: &surfaces, lights: &points, blockers: &blockers };
         let receivers = database.receivers();
         let nothing = BlockerTree::empty();
         let empty = SceneContext { blockers: &nothing, ..context };
@@ -277,7 +276,7 @@ fn the_hierarchy_finds_what_all_blockers_against_each_leaf_do() {
         assert!(split > 50 && blocked > 1000, "{name}: {split} {blocked}");
         assert!(tighter * 100 < pairs && looser * 1000 < pairs, "{name}: {tighter} {looser} of {pairs}");
         for node in 0..receivers.nodes.len() as u32 {
-            let named = (0..apexes.len() as u32).flat_map(|light| database.blockers(node, light));
+            let named = (0..points.len() as u32).flat_map(|light| database.blockers(node, light));
             groups += named.filter(|(b, full)| matches!(b, Blocker::Group(_)) && !full).count();
         }
     }
@@ -297,10 +296,9 @@ fn groups_of_receivers_find_what_each_of_them_does() {
         let receivers = database.receivers();
         // Each patch from all blockers.
         let surfaces = Surfaces::new(&scene, &geometry, &settings);
-        let apexes: Vec<Apex> = lights.iter().map(Apex::new).collect();
-        let own: Vec<u32> = lights.iter().map(|l| surfaces.blocker_of(l.triangle())).collect();
-        let blockers = BlockerTree::with_clusters(&surfaces, &apexes, |_| true);
-        let context = SceneContext { surfaces: &surfaces, lights: &apexes, own: &own, blockers: &blockers };
+        let blockers = BlockerTree::with_clusters(&surfaces, |_| true);
+        let points = LightPoint::of(&lights, &surfaces, &blockers);
+        let context = SceneContext { surfaces: &surfaces, lights: &points, blockers: &blockers };
         let (nodes, tests) = determine(&context, receivers, |_, shape, at, parent, workspace| {
             context.visibility_by_groups(shape, at, parent, workspace)
         });
@@ -312,9 +310,9 @@ fn groups_of_receivers_find_what_each_of_them_does() {
                 pairs += 1;
                 assert!(state == alone || state == State::Partial || alone == State::Partial);
                 other += usize::from(state != alone);
-                swapped += usize::from(state != visibility.states[(index + 1) % apexes.len()]);
+                swapped += usize::from(state != visibility.states[(index + 1) % points.len()]);
                 // What covers a group is named at each of its members.
-                let full = of_light(&visibility.entries, light).iter().any(|e| e.full());
+                let full = visibility.entries.iter().any(|e| e.light == light && e.full());
                 if receivers.nodes[node as usize].parent == NONE && state == State::Full && full {
                     covered += 1;
                     assert!(database.blockers(node, light).any(|(_, full)| full), "{node} {light}");

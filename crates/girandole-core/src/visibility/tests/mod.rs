@@ -3,6 +3,7 @@ mod cases;
 mod database;
 mod growth;
 mod ids;
+mod lights;
 mod motion;
 mod outliers;
 mod random;

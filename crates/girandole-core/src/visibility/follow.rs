@@ -1,0 +1,176 @@
+//! How a database follows lights that change and objects that move, on the hierarchy of receivers that it has.
+
+use super::assembly::Grown;
+use super::blockers::BlockerTree;
+use super::database::{Segment, VisibilityDatabase, is_dynamic};
+use super::dynamic::DynamicPass;
+use super::held::HeldPass;
+use super::light_points::LightPoint;
+use super::node_visibility::SceneContext;
+use super::parallel::map;
+use super::pyramid::Tests;
+use super::sources::Sources;
+use super::surfaces::Surfaces;
+use crate::Result;
+use crate::lights::LightSet;
+use crate::scene::{Geometry, Scene};
+
+impl VisibilityDatabase {
+    /// Brings it up to a geometry in which nothing but places of dynamic objects changed, those that `moved` is true for, and
+    /// to as many lights, any of which may be others than before. Receivers on objects that did not move are held; of what
+    /// static objects block there, only the lights that changed are determined anew. Receivers on objects that moved are made
+    /// anew. What dynamic objects block is determined anew for all where any of them moved, else for the lights that changed.
+    /// Afterwards it equals what [`VisibilityDatabase::redetermined`] makes of it. `false` where surfaces come or go, or there
+    /// are more or fewer lights: then nothing is changed, and it has to be built anew.
+    pub(crate) fn follow(
+        &mut self,
+        scene: &Scene,
+        geometry: &Geometry,
+        lights: &LightSet,
+        moved: impl Fn(u32) -> bool,
+    ) -> bool {
+        let has_moved: Vec<bool> = (0..scene.objects.len() as u32).map(&moved).collect();
+        if lights.len() != self.lights.len() || !self.surfaces.follow(scene, geometry, &self.settings, moved)
+        {
+            return false;
+        }
+        let points = LightPoint::of(lights.samples(), &self.surfaces, &self.groups);
+        let pairs = (0..).zip(points.iter().zip(&self.lights));
+        let changed: Vec<u32> = pairs.filter(|(_, (now, before))| now != before).map(|(i, _)| i).collect();
+        self.lights = points;
+        self.tests = Tests::default();
+        if !changed.is_empty() {
+            self.determine_columns(&changed, &has_moved);
+        }
+        if has_moved.contains(&true) {
+            let objects: Vec<u32> = self.segments.iter().map(|segment| segment.object).collect();
+            self.lay_dynamic(geometry, &objects, &has_moved);
+            self.block_dynamic(scene);
+        } else if !changed.is_empty() {
+            self.determine_dynamic_columns(&changed);
+        }
+        (self.of_geometry, self.of_lights) = (geometry.generation(), lights.generation());
+        true
+    }
+
+    /// The states of all nodes and lights and the blockers that decide them, determined from scratch on this hierarchy of
+    /// receivers. It is equal to this database, to the bit, however that came about: for checks, and for measurements of what
+    /// following costs.
+    ///
+    /// The hierarchy was split where that paid for the lights as they stood when it was built. That leaves more pairs partial
+    /// than a new one where lights have moved since, and changes no picture. It is remade by [`VisibilityDatabase::build`], as
+    /// [`Illumination::update`](crate::illumination::Illumination::update) does where static objects or the number of lights
+    /// change.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error::Invalid) where geometry or lights are not this scene's, or the database is of others.
+    pub fn redetermined(&self, scene: &Scene, geometry: &Geometry, lights: &LightSet) -> Result<Self> {
+        geometry.belongs_to(scene)?;
+        self.belongs_to(geometry, lights)?;
+        let surfaces = Surfaces::new(scene, geometry, &self.settings);
+        let groups = BlockerTree::with_clusters(&surfaces, |object| !is_dynamic(scene, object));
+        let mut result = Self {
+            lights: LightPoint::of(lights.samples(), &surfaces, &groups),
+            sources: Sources::of(&surfaces, |object| !is_dynamic(scene, object)),
+            segments: self
+                .segments
+                .iter()
+                .map(|s| Segment { sources: Sources::of_object(&surfaces, s.object), ..*s })
+                .collect(),
+            movers: BlockerTree::of_dynamic(&surfaces, |object| is_dynamic(scene, object)),
+            tests: Tests::default(),
+            surfaces,
+            groups,
+            ..self.clone()
+        };
+        let all: Vec<u32> = (0..lights.len() as u32).collect();
+        result.determine_columns(&all, &vec![false; scene.objects.len()]);
+        result.determine_dynamic_columns(&all);
+        Ok(result)
+    }
+
+    /// Puts the receivers on dynamic objects after the static ones: those on objects that moved are made anew, the others are
+    /// held.
+    pub(super) fn lay_dynamic(&mut self, geometry: &Geometry, objects: &[u32], has_moved: &[bool]) {
+        let (surfaces, settings, threshold) = (&self.surfaces, &self.settings, self.threshold);
+        let context = SceneContext { surfaces, lights: &self.lights, blockers: &self.groups };
+        let made = map(objects, |&object| {
+            has_moved[object as usize].then(|| {
+                let sources = Sources::of_object(surfaces, object);
+                let grown = Grown::new(&context, settings, &sources, threshold);
+                (sources, grown)
+            })
+        });
+        let taken = self.assembly.split_off(self.still);
+        let mut before = std::mem::take(&mut self.segments).into_iter();
+        let mut from = self.still;
+        for (&object, made) in objects.iter().zip(made) {
+            let held = before.next();
+            let to = held.as_ref().map_or(from, |held| held.end);
+            let sources = match (made, held) {
+                (Some((sources, grown)), _) => {
+                    self.tests += grown.tests;
+                    self.assembly.append(geometry, surfaces, settings, &sources, grown);
+                    sources
+                }
+                (None, Some(Segment { sources, .. })) => {
+                    self.assembly.append_held(surfaces, &sources, &taken, [self.still, from, to]);
+                    sources
+                }
+                (None, None) => Sources::default(),
+            };
+            self.segments.push(Segment { object, sources, end: self.assembly.end() });
+            from = to;
+        }
+    }
+
+    /// Determines what dynamic objects block.
+    pub(super) fn block_dynamic(&mut self, scene: &Scene) {
+        self.movers = BlockerTree::of_dynamic(&self.surfaces, |object| is_dynamic(scene, object));
+        self.dynamic = None;
+        if !self.movers.is_empty() {
+            let context =
+                SceneContext { surfaces: &self.surfaces, lights: &self.lights, blockers: &self.movers };
+            let (receivers, fixed) = (&self.assembly.receivers, &self.assembly.visibility);
+            let (states, tests) = DynamicPass { context: &context, receivers, fixed }.run();
+            self.dynamic = Some(states);
+            self.tests += tests;
+        }
+    }
+
+    /// Determines what static blockers leave of some lights to the receivers that are held: all but those on objects that moved.
+    fn determine_columns(&mut self, lights: &[u32], has_moved: &[bool]) {
+        let points: Vec<LightPoint> = lights.iter().map(|&light| self.lights[light as usize]).collect();
+        let context = SceneContext { surfaces: &self.surfaces, lights: &points, blockers: &self.groups };
+        let pass = HeldPass { context: &context, receivers: &self.assembly.receivers };
+        let roots = self.assembly.receivers.roots();
+        let (still, mut rest) = roots.split_at(self.sources.roots().len());
+        let mut held = vec![(&self.sources, still)];
+        for Segment { object, sources, .. } in &self.segments {
+            let (own, others) = rest.split_at(sources.roots().len());
+            rest = others;
+            if !has_moved[*object as usize] {
+                held.push((sources, own));
+            }
+        }
+        let columns = map(&held, |(sources, roots)| pass.run(sources, roots));
+        for ((_, roots), (columns, tests)) in held.iter().zip(columns) {
+            if let Some(first) = roots.first() {
+                self.assembly.visibility.set_columns(first.start, lights, &columns);
+            }
+            self.tests += tests;
+        }
+    }
+
+    /// Determines what dynamic blockers leave of some lights.
+    fn determine_dynamic_columns(&mut self, lights: &[u32]) {
+        let Some(states) = &mut self.dynamic else { return };
+        let points: Vec<LightPoint> = lights.iter().map(|&light| self.lights[light as usize]).collect();
+        let context = SceneContext { surfaces: &self.surfaces, lights: &points, blockers: &self.movers };
+        let fixed = self.assembly.visibility.columns(lights);
+        let pass = DynamicPass { context: &context, receivers: &self.assembly.receivers, fixed: &fixed };
+        let (columns, tests) = pass.run();
+        states.set_columns(0, lights, &columns);
+        self.tests += tests;
+    }
+}

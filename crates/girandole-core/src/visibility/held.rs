@@ -1,0 +1,69 @@
+//! Visibility on a hierarchy of receivers that is there already.
+
+use super::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspace, parent_corners};
+use super::parallel::map;
+use super::pyramid::Tests;
+use super::receivers::{Node, Receivers};
+use super::sources::Sources;
+use super::state_matrix::StateMatrix;
+use crate::scene::NONE;
+use std::ops::Range;
+
+/// Determines what static blockers leave to receivers that are held: for each light what building the same hierarchy finds,
+/// whichever other lights there are.
+pub(super) struct HeldPass<'a> {
+    pub context: &'a SceneContext<'a>,
+    pub receivers: &'a Receivers,
+}
+
+impl HeldPass<'_> {
+    /// Tests the nodes of these roots, which are those of the sources.
+    pub fn run(&self, sources: &Sources, roots: &[Range<usize>]) -> (StateMatrix, Tests) {
+        let (mut parts, mut tests) = sources.descend_by_index(self.context, &|side, group| {
+            self.run_root(roots[side as usize].clone(), Some(group))
+        });
+        // Of the roots that are left, which are meshes, each is by itself.
+        parts.extend(map(&roots[parts.len()..], |range| self.run_root(range.clone(), None)));
+        let mut result = StateMatrix::new(self.context.lights.len());
+        for (part, of_part) in parts {
+            result.append(part);
+            tests += of_part;
+        }
+        (result, tests)
+    }
+
+    /// The nodes of one root, given the visibility of its group.
+    fn run_root(&self, range: Range<usize>, group: Option<&NodeVisibility>) -> (StateMatrix, Tests) {
+        let mut workspace = Workspace::new();
+        let mut result = StateMatrix::new(self.context.lights.len());
+        // Until their children are tested.
+        let mut open: Vec<NodeVisibility> = Vec::with_capacity(range.len());
+        for index in range.clone() {
+            let node = &self.receivers.nodes[index];
+            let local = |node: u32| node as usize - range.start;
+            let above = if node.parent == NONE { group } else { Some(&open[local(node.parent)]) };
+            let shape = self.receivers.shape(self.context.surfaces, index as u32);
+            let at = self.node_context(index, node, group.is_some());
+            let visibility = self.context.visibility_by_groups(shape, at, above, &mut workspace);
+            result.push(&visibility);
+            open.push(if node.leaf == NONE { visibility } else { NodeVisibility::default() });
+            if node.parent != NONE {
+                let parent = &self.receivers.nodes[node.parent as usize];
+                if parent.children[1] as usize == index {
+                    open[local(node.parent)] = NodeVisibility::default();
+                }
+            }
+        }
+        (result, workspace.scratch.tests)
+    }
+
+    fn node_context(&self, index: usize, node: &Node, has_group: bool) -> NodeContext {
+        let above = (node.parent != NONE).then(|| self.receivers.node_corners(node.parent));
+        NodeContext {
+            own_mesh: self.receivers.mesh(index as u32),
+            is_leaf: node.leaf != NONE,
+            is_root: node.parent == NONE && has_group,
+            parent_corners: parent_corners(self.receivers.node_corners(index as u32), above),
+        }
+    }
+}

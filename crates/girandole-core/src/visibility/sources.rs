@@ -1,0 +1,103 @@
+//! Surfaces that become receivers together: all static ones, and those of each dynamic object.
+
+use super::groups::{PatchSide, ReceiverGroups};
+use super::node_visibility::{NodeVisibility, SceneContext};
+use super::pyramid::Tests;
+use super::surfaces::Surfaces;
+
+/// What a tree of receivers is of.
+pub(super) enum Root {
+    Patch { simple: u32, back: bool },
+    Mesh(u32),
+}
+
+/// Sides of simple patches, and meshes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sources {
+    sides: Vec<PatchSide>,
+    meshes: Vec<u32>,
+    /// Of the sides, if there are any.
+    groups: Option<ReceiverGroups>,
+}
+
+impl Sources {
+    /// Those of the objects that are accepted.
+    pub fn of(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
+        let patches =
+            (0..surfaces.patches.len() as u32).filter(|&i| accept(surfaces.patches[i as usize].object));
+        let meshes =
+            (0..surfaces.meshes.len() as u32).filter(|&i| accept(surfaces.meshes[i as usize].object));
+        Self::new(surfaces, patches, meshes)
+    }
+
+    /// Those of one object; surfaces are in the order of their objects.
+    pub fn of_object(surfaces: &Surfaces, object: u32) -> Self {
+        let [first, end] = [object, object + 1]
+            .map(|object| surfaces.patches.partition_point(|patch| patch.object < object) as u32);
+        let [first_mesh, end_mesh] = [object, object + 1]
+            .map(|object| surfaces.meshes.partition_point(|mesh| mesh.object < object) as u32);
+        Self::new(surfaces, first..end, first_mesh..end_mesh)
+    }
+
+    fn new(
+        surfaces: &Surfaces,
+        patches: impl Iterator<Item = u32>,
+        meshes: impl Iterator<Item = u32>,
+    ) -> Self {
+        let mut sides: Vec<PatchSide> = Vec::new();
+        for simple in patches {
+            sides.push((simple, false));
+            if surfaces.patches[simple as usize].double_sided {
+                sides.push((simple, true));
+            }
+        }
+        let groups = (!sides.is_empty()).then(|| ReceiverGroups::new(surfaces, &sides));
+        Self { sides, meshes: meshes.collect(), groups }
+    }
+
+    /// The roots of their receivers, in order.
+    pub fn roots(&self) -> impl ExactSizeIterator<Item = Root> + '_ {
+        let count = self.sides.len();
+        (0..count + self.meshes.len()).map(move |i| match self.sides.get(i) {
+            Some(&(simple, back)) => Root::Patch { simple, back },
+            None => Root::Mesh(self.meshes[i - count]),
+        })
+    }
+
+    /// The patches.
+    pub fn patches(&self) -> impl Iterator<Item = u32> + '_ {
+        self.sides.iter().filter(|(_, back)| !back).map(|(simple, _)| *simple)
+    }
+
+    /// The meshes.
+    pub fn meshes(&self) -> &[u32] {
+        &self.meshes
+    }
+
+    /// What `build` makes of each side of a patch, given the visibility of its group; and the groups' tests.
+    pub fn descend<T: Send>(
+        &self,
+        context: &SceneContext,
+        build: &(impl Fn(PatchSide, &NodeVisibility) -> T + Sync + Send),
+    ) -> (Vec<T>, Tests) {
+        let build = |side: u32, group: &NodeVisibility| build(self.sides[side as usize], group);
+        self.descend_by_index(context, &build)
+    }
+
+    /// The same by the side's position among the roots.
+    pub fn descend_by_index<T: Send>(
+        &self,
+        context: &SceneContext,
+        build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
+    ) -> (Vec<T>, Tests) {
+        let found = self.groups.as_ref().map(|groups| groups.descend(context, build));
+        let (mut parts, tests) = found.unwrap_or_default();
+        parts.sort_unstable_by_key(|(side, _)| *side);
+        (parts.into_iter().map(|(_, part)| part).collect(), tests)
+    }
+
+    /// Area of the patches, both sides of those that have two, m².
+    pub fn area(&self, surfaces: &Surfaces) -> f64 {
+        self.sides.iter().map(|(simple, _)| surfaces.patches[*simple as usize].area).sum()
+    }
+}
