@@ -3,7 +3,7 @@
 use crate::common::{Context, Stage, Test, camera, lamp, room};
 use girandole::core::glam::{Quat, Vec3};
 use girandole::core::illumination::{IlluminationSettings, Rewalk};
-use girandole::core::lights::LightSettings;
+use girandole::core::lights::{LightSettings, Pace};
 use girandole::core::scene::builtin::{self, MovingObject, shapes};
 use girandole::core::scene::{Material, Mesh, MorphTarget, Scene, Transform, View};
 use girandole::{FrameStats, MapUpdates, Mode, RenderSettings, Renderer, RendererOptions};
@@ -14,6 +14,7 @@ pub fn tests() -> Vec<Test> {
         ("boxes_that_move_change_only_what_they_block", boxes),
         ("static_objects_that_are_moved_become_dynamic", grabbed),
         ("materials_that_come_later_light_and_reflect", new_materials),
+        ("light_that_follows_path_by_path_gives_the_picture_of_its_samples", rewalked),
         ("after_many_frames_the_picture_is_that_of_a_fresh_renderer", many_frames),
         ("what_is_hidden_from_a_light_leaves_its_map_alone", hidden),
         ("with_few_updates_a_frame_maps_are_bounded_and_catch_up", few_updates),
@@ -22,11 +23,14 @@ pub fn tests() -> Vec<Test> {
 
 const SIZE: [u32; 2] = [64, 48];
 
-/// A renderer that loads geometry and lights as they are, and determines visibility from scratch.
+/// A renderer that loads geometry and lights as they are, and determines visibility from scratch on the same hierarchy.
 fn load_anew(context: &Context, renderer: &mut Renderer, scene: &Scene, follower: &Renderer) {
     let illumination = follower.illumination().expect("it is open");
     let (geometry, lights) = (illumination.geometry().clone(), illumination.lights().clone());
-    context.load(renderer, &Stage { scene: scene.clone(), geometry, lights });
+    let held = illumination.visibility().expect("it was determined");
+    let database = held.redetermined(scene, &geometry, &lights).expect("visibility");
+    renderer.load(scene, &geometry, &lights).expect("load");
+    renderer.load_visibility(scene, &geometry, &lights, &database).expect("visibility");
 }
 
 /// A full frame after the scene's changes, with what a fresh renderer with the same light set makes of it; and what was counted.
@@ -165,6 +169,43 @@ fn new_materials(context: &Context) {
     let reddened = before.iter().zip(&after).filter(|(b, a)| a.x * b.y > 2.0 * a.y * b.x).count();
     assert!(reddened > 20, "{reddened} pixels show it");
     step(&mut scene, 0.6);
+}
+
+/// Samples that come and go as a torus and a lamp move, until they are at rest.
+fn rewalked(context: &Context) {
+    let mut scene = builtin::build("table", MovingObject::Torus).expect("a room");
+    let options = RendererOptions { map_size: Some(64), ..Default::default() };
+    let (mut renderer, mut other) = (context.renderer(options), context.renderer(options));
+    let lights = LightSettings { count: 40, candidates: 4, ..Default::default() };
+    let pace = Pace { paths: 100, fade: 3 };
+    let settings = IlluminationSettings { lights, rewalk: Rewalk::Paths(pace), ..Default::default() };
+    renderer.open(&scene, &settings).expect("open");
+    let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
+    let lamp = scene.objects.iter().find(|o| o.name == "light").expect("a lamp").node;
+    let full = RenderSettings::default();
+    let mut pictures = Vec::new();
+    for step in 0..4 {
+        scene.set_time(f64::from(step) * 0.2).expect("a moment");
+        let mut local = scene.nodes[lamp].local.affine();
+        local.translation.x = 0.1 * f64::from(step);
+        scene.set_transform(lamp, Transform::Affine(local)).expect("a place");
+        let ([after, anew], _) = updated(context, [&mut renderer, &mut other], (&mut scene, &view), &full);
+        assert!(after == anew, "step {step}");
+        assert!(pictures.last() != Some(&after), "the control");
+        pictures.push(after);
+    }
+    // Updates of no changes bring the light to rest, and then change nothing.
+    let is_settled = |renderer: &Renderer| renderer.illumination().expect("it is open").is_settled();
+    assert!(!is_settled(&renderer));
+    for _ in 0..200 {
+        let still = scene.take_changes();
+        renderer.update(&scene, &still).expect("update");
+    }
+    assert!(is_settled(&renderer));
+    let ([rest, anew], _) = updated(context, [&mut renderer, &mut other], (&mut scene, &view), &full);
+    assert!(rest == anew && Some(&rest) != pictures.last());
+    let ([still, _], stats) = updated(context, [&mut renderer, &mut other], (&mut scene, &view), &full);
+    assert!(still == rest && stats.maps_drawn == 0 && stats.light_map_changes == 0);
 }
 
 /// Frames of random motion, of lights that change and of budgets.
