@@ -24,6 +24,11 @@
 //! Patches that face the same way and are near each other form groups too, above the hierarchy of receivers: a light
 //! behind all of a group is behind each member, and a blocker outside the group's pyramid is outside of the members'.
 //!
+//! Each light is determined by itself, whichever others there are. Where lights move, the hierarchy of receivers is held and
+//! their states alone are determined anew (`Illumination::update`). Where dynamic objects move, the receivers on those that did
+//! are made anew, and what dynamic objects block is determined again. Where static objects or the number of lights change,
+//! everything is.
+//!
 //! ```
 //! use girandole_core::lights::{LightSet, LightSettings};
 //! use girandole_core::scene::{Geometry, builtin};

@@ -202,6 +202,54 @@ fn after_long_sequences_it_is_one_from_scratch() {
 }
 
 #[test]
+fn receivers_on_what_rests_are_not_tested_again() {
+    let mut numbers = Numbers(7);
+    let mut scene = empty_scene();
+    add(&mut scene, room(vec3(-2.0, 0.0, -3.0), vec3(2.0, 2.5, 3.0)));
+    for i in 0..12 {
+        // Furniture, so that what stands blocks something.
+        let (foot, mut post) = (vec3(i as f32 * 0.3 - 1.8, 0.0, -1.0), Mesh::default());
+        post.add_box(foot, foot + vec3(0.1, 2.0, 0.1), 0);
+        add(&mut scene, post);
+        let mut cube = Mesh::default();
+        cube.add_box(Vec3::splat(-0.1), Vec3::splat(0.1), 0);
+        // Boxes, whose receivers may be split otherwise in another place, and meshes.
+        let mesh = if i % 2 == 0 { cube } else { shapes::torus(0.1, 0.04, 14, 9, 0) };
+        let at = vec3(i as f32 * 0.3 - 1.7, 1.0, numbers.unit());
+        let index = scene.add_object("", mesh, Transform::rigid(Quat::IDENTITY, at));
+        scene.objects[index].dynamic = true;
+    }
+    let movers = dynamic_objects(&scene);
+    let geometry = Geometry::new(&scene);
+    let samples = random_lights(&scene, &geometry, &mut numbers, 30);
+    let mut database = build(&scene, &geometry, samples.clone());
+    scene.take_changes();
+    // The first, one amid the others, the last, and some.
+    for some in [&movers[..1], &movers[5..6], &movers[11..], &movers[3..7]] {
+        for &mover in some {
+            shift(&mut scene, mover, vec3(0.05, 0.02, -0.1), Some(numbers.rotation()), Vec3::ONE);
+        }
+        let mut seen = Followed::default();
+        assert!(follow(&mut scene, &samples, &mut database, (false, &mut seen)));
+        assert_eq!((seen.changed, seen.stale), (1, 1), "the controls");
+    }
+    // The tests that receivers on some of them cost.
+    let geometry = Geometry::new(&scene);
+    let objects: Vec<u32> = movers.iter().map(|&mover| mover as u32).collect();
+    let tests = |some: &[usize]| {
+        let mut of_some = database.clone();
+        of_some.tests = Tests::default();
+        let has_moved: Vec<bool> = (0..scene.objects.len()).map(|object| some.contains(&object)).collect();
+        of_some.lay_dynamic(&geometry, &objects, &has_moved);
+        assert!(contents(&of_some) == contents(&database));
+        of_some.tests.total()
+    };
+    let each: Vec<u64> = movers.iter().map(|&mover| tests(&[mover])).collect();
+    assert!(each.iter().all(|n| *n > 0));
+    assert_eq!((tests(&[]), tests(&movers)), (0, each.iter().sum()));
+}
+
+#[test]
 fn what_is_hidden_is_seen_by_no_ray() {
     let mut scene = builtin::build("pillars", MovingObject::Torus).expect("a room");
     let torus = scene.objects.iter().position(|o| o.dynamic).expect("it is dynamic");
