@@ -44,6 +44,7 @@
 pub use girandole_core as core;
 pub use wgpu;
 
+mod checks;
 mod device;
 mod error;
 mod frame;

@@ -12,7 +12,7 @@ fn help_names_every_option() {
             "SCENE --output -o --size --camera --object --lights --direct --placement view scene --bounces --seed --termination --clamp \
              --shadow-map octahedral parabolic cube --map-size --pcf --memory --mode full vd-lp vd naive --light-maps on off \
              --shading fused multipass --lights-per-pass --tolerance --debug receivers states levels atlas --engine auto \
-             gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats --time --frames --fps --rewalk off all --updates --max-map-age Examples area-lights table \
+             gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats --time --frames --fps --rewalk off N all --fade --updates --max-map-age Examples area-lights table \
              pillars block gap torus teapot 1024x768",
         ),
         (

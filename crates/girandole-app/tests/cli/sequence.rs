@@ -10,7 +10,7 @@ fn small<'a>(more: &[&'a str]) -> Vec<&'a str> {
 
 #[test]
 fn frames_are_the_same_alone_resumed_and_in_sequence() {
-    for rewalk in ["off", "all"] {
+    for rewalk in ["off", "30", "all"] {
         let girandole = Girandole::new();
         let frames = |range: &str, name: &str| {
             girandole.succeed(&small(&["--frames", range, "--fps", "2", "--rewalk", rewalk, "-o", name]))

@@ -4,9 +4,10 @@
 //! cargo run --release -p girandole-reference --example light_motion -- <scene> [key=value]…
 //! ```
 //!
-//! `<scene>` is a built-in room or a file. The walk leads from the first camera to the farthest place that can be reached at its
-//! height, within `reach=12` metres, at 1.4 m/s and 30 frames a second. `lights=300`, `paths` and `fade` are how samples follow; samples are placed for the view and the one `ahead=30`
-//! frames later; `frames=150` of the walk, every `every=30`th compared; `truth=4096` samples of the moment make the picture to compare with; `size=64x48`; `seed=0`.
+//! `<scene>` is a built-in room or a file. The walk leads from the first camera to the farthest place that can be reached
+//! at its height, within `reach=12` metres, at 1.4 m/s and 30 frames a second. `lights=300`, `paths` and `fade` are how
+//! samples follow; samples are placed for the view and the one `ahead=30` frames later; `frames=150` of the walk, every
+//! `every=30`th compared; `truth=4096` samples of the moment make the picture to compare with; `size=64x48`; `seed=0`.
 //!
 //! Prints for some frames relMSE (without the worst 0.1 %) of the samples that follow and of as many that were sampled for the moment,
 //! then their means. Between any two frames, for the same view: how many samples differ, and the largest change of a pixel through
