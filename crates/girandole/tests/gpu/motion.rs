@@ -1,6 +1,6 @@
 //! Scenes in which things move while light samples are held.
 
-use crate::common::{Context, Stage, Test, camera, lamp, room};
+use crate::common::{Context, Test, camera, lamp, room};
 use girandole::core::glam::{Quat, Vec3};
 use girandole::core::illumination::{IlluminationSettings, Rewalk};
 use girandole::core::lights::{LightSettings, Pace};
@@ -24,7 +24,7 @@ pub fn tests() -> Vec<Test> {
 const SIZE: [u32; 2] = [64, 48];
 
 /// A renderer that loads geometry and lights as they are, and determines visibility from scratch on the same hierarchy.
-fn load_anew(context: &Context, renderer: &mut Renderer, scene: &Scene, follower: &Renderer) {
+fn load_anew(renderer: &mut Renderer, scene: &Scene, follower: &Renderer) {
     let illumination = follower.illumination().expect("it is open");
     let (geometry, lights) = (illumination.geometry().clone(), illumination.lights().clone());
     let held = illumination.visibility().expect("it was determined");
@@ -44,7 +44,7 @@ fn updated(
     renderer.update(scene, &changes).expect("update");
     let after = context.frame(renderer, view, SIZE, settings);
     let stats = context.wait(renderer.stats()).expect("stats");
-    load_anew(context, other, scene, renderer);
+    load_anew(other, scene, renderer);
     let anew = context.frame(other, view, SIZE, settings);
     ([after.pixels, anew.pixels], stats)
 }
@@ -251,7 +251,7 @@ fn many_frames(context: &Context) {
     }
     let last = context.frame(&mut renderer, &view, SIZE, &RenderSettings::default());
     let mut other = context.renderer(options);
-    load_anew(context, &mut other, &scene, &renderer);
+    load_anew(&mut other, &scene, &renderer);
     let fresh = context.frame(&mut other, &view, SIZE, &RenderSettings::default());
     assert!(last.pixels == fresh.pixels);
     // The control: with maps left stale it is not.
@@ -262,7 +262,7 @@ fn many_frames(context: &Context) {
     let updates = MapUpdates { most: Some(0), ..MapUpdates::default() };
     let settings = RenderSettings { updates, ..RenderSettings::default() };
     let stale = context.frame(&mut renderer, &view, SIZE, &settings);
-    load_anew(context, &mut other, &scene, &renderer);
+    load_anew(&mut other, &scene, &renderer);
     let fresh = context.frame(&mut other, &view, SIZE, &RenderSettings::default());
     assert!(stale.pixels != fresh.pixels);
 }
@@ -346,7 +346,7 @@ fn few_updates(context: &Context) {
         assert!(stats.stale.oldest <= 2, "step {step}: {:?}", stats.stale);
     }
     // At rest the picture becomes that of a fresh renderer, and not before the last map is drawn.
-    load_anew(context, &mut other, &scene, &renderer);
+    load_anew(&mut other, &scene, &renderer);
     let (fresh, _) = frame(&mut other, &mut scene, None, RenderSettings::default());
     let mut rounds = 0;
     loop {
@@ -374,7 +374,7 @@ fn held_lights(context: &Context) {
         scene.set_time(seconds).expect("a moment");
         let changes = scene.take_changes();
         renderer.update(&scene, &changes).expect("update");
-        load_anew(context, &mut other, &scene, &renderer);
+        load_anew(&mut other, &scene, &renderer);
         let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
         for mode in [Mode::Naive, Mode::Full] {
             let settings = RenderSettings { mode, ..RenderSettings::default() };
@@ -390,7 +390,7 @@ fn held_lights(context: &Context) {
         scene.set_emission(lamp, emission).expect("an emission");
         let changes = scene.take_changes();
         renderer.update(&scene, &changes).expect("update");
-        load_anew(context, &mut other, &scene, &renderer);
+        load_anew(&mut other, &scene, &renderer);
         let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
         for mode in [Mode::Naive, Mode::Full] {
             let settings = RenderSettings { mode, ..RenderSettings::default() };
