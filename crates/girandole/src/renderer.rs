@@ -91,7 +91,7 @@ impl Renderer {
     }
 
     /// Whether passes are timed from now on, for [`FrameStats::gpu_ms`](crate::FrameStats::gpu_ms) (default no). On
-    /// software devices timestamps take about a tenth of a frame in [`Mode::Full`].
+    /// software devices timestamps take about a tenth of a frame in [`Mode::Full`](crate::Mode::Full).
     pub fn time_passes(&mut self, on: bool) {
         self.context.timers.on = on;
     }
@@ -195,7 +195,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Takes what visibility determination says of the scene that is loaded: every mode but [`Mode::Naive`] needs it.
+    /// Takes what visibility determination says of the scene that is loaded: every mode but [`Mode::Naive`](crate::Mode::Naive) needs it.
     ///
     /// # Errors
     /// [`Error::Scene`] before [`Renderer::load`] or where the database was built for other lights or another scene;
@@ -254,7 +254,7 @@ impl Renderer {
 
     /// Records a frame into the caller's encoder: from shadow maps that are stale to the tone-mapped picture on `target`.
     /// Frames have to be submitted in the order in which they were recorded; several may be recorded into one encoder. A
-    /// dispatch of [`Mode::Naive`] stays well below a second, a whole frame of it on a slow device may not: there,
+    /// dispatch of [`Mode::Naive`](crate::Mode::Naive) stays well below a second, a whole frame of it on a slow device may not: there,
     /// [`Renderer::render`] submits in parts.
     ///
     /// # Errors
