@@ -172,7 +172,7 @@ impl Resident {
     /// Where dynamic objects are in the shadow maps that are stale once these are drawn, for frames that look them up there.
     pub fn old_places(&self, settings: &RenderSettings, updates: &[MapUpdate]) -> Option<OldPlaces> {
         let has_leaves = settings.mode != Mode::Naive && settings.shading == Shading::Fused;
-        has_leaves.then(|| self.places.old(&self.atlas.states, updates))?
+        has_leaves.then(|| self.places.old(&self.atlas.states, &self.lights.samples, updates))?
     }
 
     /// Takes note that a frame brought light maps up to date.

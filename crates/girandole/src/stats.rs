@@ -101,7 +101,7 @@ impl Renderer {
             stats.culling = scene.culling;
             stats.maps_drawn = scene.maps_drawn;
             stats.light_map_changes = scene.light_map_changes;
-            stats.stale = scene.atlas.states.counts();
+            stats.stale = scene.atlas.states.counts(&scene.lights.samples);
         }
         let mut encoder = context.device.create_command_encoder(&Default::default());
         let mut tally = None;
@@ -162,7 +162,7 @@ impl Renderer {
         if settings.debug.is_some() {
             return Ok(StaleError::Unknown);
         }
-        if scene.atlas.states.counts().maps == 0 {
+        if scene.atlas.states.counts(&scene.lights.samples).maps == 0 {
             return Ok(StaleError::Nothing);
         }
         // The frame's own passes alone are timed.

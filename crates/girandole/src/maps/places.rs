@@ -5,7 +5,7 @@
 //! moves do. Objects that bend are looked up where they are.
 
 use super::states::{MapStates, MapUpdate};
-use crate::layout::OldPlace;
+use crate::layout::{Light, OldPlace};
 use crate::shader_constants::{BATCH, MAX_OLD_PLACES, NONE};
 use girandole_core::glam::DAffine3;
 use girandole_core::scene::{Geometry, Scene};
@@ -70,8 +70,8 @@ impl Places {
     }
 
     /// Where objects were in the maps that are stale, once these are drawn; nothing where none is.
-    pub fn old(&self, states: &MapStates, drawn: &[MapUpdate]) -> Option<OldPlaces> {
-        let mut is_stale: Vec<bool> = states.stale_parts().map(|part| !part.is_empty()).collect();
+    pub fn old(&self, states: &MapStates, lights: &[Light], drawn: &[MapUpdate]) -> Option<OldPlaces> {
+        let mut is_stale: Vec<bool> = states.stale_parts(lights).map(|part| !part.is_empty()).collect();
         drawn.iter().for_each(|update| is_stale[update.light as usize] = false);
         let (mut rows, mut known, mut places) = (vec![NONE; self.then.len()], BTreeMap::new(), Vec::new());
         for ((row, then), _) in rows.iter_mut().zip(&self.then).zip(is_stale).filter(|(_, stale)| *stale) {

@@ -9,6 +9,7 @@ use super::atlas::Atlas;
 use super::footprint::Bounds;
 use super::occluders::{CLUSTER, Clusters};
 use super::places::OldPlaces;
+use crate::layout::Light;
 use crate::records::{OccluderBox, StaleMapsHeader, StalePart};
 use crate::shader_constants::NONE;
 use girandole_core::glam::Vec3;
@@ -19,7 +20,7 @@ pub(crate) const BLOCKER_GROUP: u32 = 32;
 const ROUNDING: f32 = 1e-5;
 
 /// The words of `stale_maps` in `lib/blockers.wgsl`.
-pub(crate) fn stale_words(atlas: &Atlas, old: &OldPlaces) -> Vec<u32> {
+pub(crate) fn stale_words(atlas: &Atlas, lights: &[Light], old: &OldPlaces) -> Vec<u32> {
     let sets = atlas.occluders.sets();
     let still = sets.map(|set| (set, 0..set.first_moving()));
     let moving = sets.map(|set| (set, set.first_moving()..set.bounds.len()));
@@ -40,7 +41,7 @@ pub(crate) fn stale_words(atlas: &Atlas, old: &OldPlaces) -> Vec<u32> {
     }
     let parts: Vec<StalePart> = atlas
         .states
-        .stale_parts()
+        .stale_parts(lights)
         .zip(&old.rows)
         .map(|(part, &old_row)| StalePart {
             first_column: part.first[0],

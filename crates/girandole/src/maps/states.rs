@@ -8,6 +8,7 @@
 use super::footprint::TexelRect;
 use crate::layout::Light;
 use crate::settings::{MapPriority, MapUpdates};
+use girandole_core::glam::Vec3;
 
 /// How each light's shadow map stands.
 #[derive(Clone, Debug, Default)]
@@ -59,9 +60,9 @@ impl MapStates {
         self.maps[light] = MapState { stale: TexelRect::whole(size), frames: 0, is_valid: false };
     }
 
-    /// What the next frame draws, in the order of lights.
+    /// What the next frame draws, in the order of lights. Maps of lights that are dark are left until those shine.
     pub fn choose(&self, updates: &MapUpdates, lights: &[Light]) -> Vec<MapUpdate> {
-        let stale = (0..self.maps.len()).filter(|&light| !self.maps[light].stale.is_empty());
+        let stale = (0..self.maps.len()).filter(|&light| self.is_stale(light, lights));
         let must = |&light: &usize| {
             let MapState { is_valid, frames, .. } = self.maps[light];
             !is_valid || updates.oldest.is_some_and(|oldest| frames >= oldest)
@@ -97,15 +98,23 @@ impl MapStates {
         }
     }
 
-    /// What of each light's map is stale.
-    pub fn stale_parts(&self) -> impl Iterator<Item = TexelRect> {
-        self.maps.iter().map(|map| map.stale)
+    /// Whether a map shows what is no longer there, and it matters.
+    fn is_stale(&self, light: usize, lights: &[Light]) -> bool {
+        !self.maps[light].stale.is_empty() && lights[light].intensity != Vec3::ZERO
+    }
+
+    /// What of each light's map is stale, and matters.
+    pub fn stale_parts<'a>(&'a self, lights: &'a [Light]) -> impl Iterator<Item = TexelRect> + 'a {
+        let part = |light: usize| {
+            if self.is_stale(light, lights) { self.maps[light].stale } else { TexelRect::default() }
+        };
+        (0..self.maps.len()).map(part)
     }
 
     /// What is stale now.
-    pub fn counts(&self) -> StaleCounts {
-        let stale = self.maps.iter().filter(|map| !map.stale.is_empty());
-        stale.fold(StaleCounts::default(), |counts, map| StaleCounts {
+    pub fn counts(&self, lights: &[Light]) -> StaleCounts {
+        let stale = (0..self.maps.len()).filter(|&light| self.is_stale(light, lights));
+        stale.map(|light| self.maps[light]).fold(StaleCounts::default(), |counts, map| StaleCounts {
             maps: counts.maps + 1,
             oldest: counts.oldest.max(map.frames),
         })
@@ -115,7 +124,6 @@ impl MapStates {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use girandole_core::glam::Vec3;
 
     const SIZE: u32 = 64;
 
@@ -125,7 +133,8 @@ mod tests {
         let mut states = MapStates::new(intensities.iter().map(|_| SIZE));
         let lights: Vec<Light> = intensities.iter().map(light).collect();
         let all = states.choose(&MapUpdates { most: Some(0), ..MapUpdates::default() }, &lights);
-        assert_eq!(all.len(), lights.len(), "what was never drawn is drawn whatever the budget is");
+        let lit = intensities.iter().filter(|i| **i > 0.0).count();
+        assert_eq!(all.len(), lit, "what was never drawn is drawn whatever the budget is");
         states.note(&all);
         (states, lights)
     }
@@ -157,7 +166,7 @@ mod tests {
             }
             // The brightest one is up to date.
             assert_eq!(frame(&mut states, &lights, &few(2, priority)), first, "{priority:?}");
-            assert_eq!(states.counts(), StaleCounts { maps: 2, oldest: 1 });
+            assert_eq!(states.counts(&lights), StaleCounts { maps: 2, oldest: 1 });
         }
     }
 
@@ -175,6 +184,18 @@ mod tests {
     }
 
     #[test]
+    fn maps_of_dark_lights_wait_until_those_shine() {
+        let (mut states, mut lights) = drawn(&[2.0, 0.0]);
+        states.mark(0, square(7));
+        states.mark(1, square(7));
+        assert_eq!(frame(&mut states, &lights, &MapUpdates::default()), [0]);
+        assert_eq!(states.counts(&lights), StaleCounts::default());
+        lights[1].intensity = Vec3::ONE;
+        assert_eq!(states.counts(&lights).maps, 1);
+        assert_eq!(frame(&mut states, &lights, &MapUpdates::default()), [1]);
+    }
+
+    #[test]
     fn no_map_is_older_than_allowed() {
         let (mut states, lights) = drawn(&[8.0, 4.0, 1.0, 0.5]);
         for oldest in [0, 1, 5] {
@@ -182,13 +203,13 @@ mod tests {
                 (0..4).for_each(|light| states.mark(light, square(7)));
                 let updates = MapUpdates { most: Some(0), oldest: Some(oldest), ..MapUpdates::default() };
                 frame(&mut states, &lights, &updates);
-                assert!(states.counts().oldest <= oldest, "{:?}", states.counts());
+                assert!(states.counts(&lights).oldest <= oldest, "{:?}", states.counts(&lights));
             }
         }
         // The control: without a bound they grow old.
         states.mark(2, square(7));
         (0..9).for_each(|_| drop(frame(&mut states, &lights, &few(0, MapPriority::default()))));
-        assert!(states.counts().oldest >= 9);
+        assert!(states.counts(&lights).oldest >= 9);
     }
 
     #[test]

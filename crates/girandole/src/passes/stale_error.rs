@@ -57,7 +57,7 @@ impl StaleError {
             view_formats: &[],
         });
         let view = errors.create_view(&Default::default());
-        let stale_maps = storage(device, "stale maps", &stale_words(atlas, old))?;
+        let stale_maps = storage(device, "stale maps", &stale_words(atlas, &lights.samples, old))?;
         let old_places = old.places_buffer(device);
         let maps = atlas.view();
         let mut resources = vec![

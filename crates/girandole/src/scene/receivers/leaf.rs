@@ -25,6 +25,8 @@ pub(super) struct Relation {
     pub in_map: bool,
     /// Whether some point of the leaf may be near to what it stands for.
     pub is_near: bool,
+    /// Whether it brings no light.
+    pub is_dark: bool,
 }
 
 /// A leaf, with what depends on static geometry and the lights.
@@ -53,6 +55,7 @@ impl LeafLight {
         let relation = |(light, in_map): (&LightSample, bool)| Relation {
             in_map,
             is_near: is_near(light, rectangle.as_ref(), place),
+            is_dark: light.intensity == Vec3::ZERO,
         };
         let relations: Vec<Relation> = lights.iter().zip(in_map).map(relation).collect();
         let units = mapped.map_or(1.0, |r| units(lights, &relations, r));
@@ -82,6 +85,9 @@ impl LeafLight {
 impl Relation {
     /// The part of the leaf's list that the light is in.
     pub fn part(self, state: State) -> u32 {
+        if self.is_dark {
+            return NO_PART;
+        }
         match (state, self.in_map, self.is_near) {
             (State::Full, ..) => NO_PART,
             (State::Unoccluded, _, true) => NEAR_UNSHADOWED,
