@@ -19,7 +19,7 @@ pub(crate) const BLOCKER_GROUP: u32 = 32;
 /// What boxes are enlarged by, as a share of their coordinates: flat ones have a thickness then.
 const ROUNDING: f32 = 1e-5;
 
-/// The words of `stale_maps` in `lib/blockers.wgsl`.
+/// The words that shaders bind as `stale_maps`, see lib/blockers.wgsl.
 pub(crate) fn stale_words(atlas: &Atlas, lights: &[Light], old: &OldPlaces) -> Vec<u32> {
     let sets = atlas.occluders.sets();
     let still = sets.map(|set| (set, 0..set.first_moving()));
