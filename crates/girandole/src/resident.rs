@@ -140,15 +140,17 @@ impl Resident {
         self.atlas.follow(queue, geometry, &changes.moved, lights_then_now, hidden_then_now, faces);
         self.hidden = hidden;
         self.places.follow(scene, geometry);
-        let lights_moved = self.lights.follow(queue, samples);
+        self.lights.follow(queue, samples);
         // What a caller may have loaded by himself no longer holds either.
         let receivers = self.receivers.take();
         self.multipass = None;
         if let Some(database) = illumination.visibility() {
             let sources = Sources { scene, geometry, lights, database };
-            let mut held = receivers.filter(|_| !lights_moved);
-            let follows = held.as_mut().is_some_and(|receivers| receivers.follow(queue, sources));
-            self.receivers = match held.filter(|_| follows) {
+            let follows = match receivers {
+                Some(mut held) => held.follow((device, queue), sources)?.then_some(held),
+                None => None,
+            };
+            self.receivers = match follows {
                 Some(held) => Some(held),
                 None => Some(Receivers::new((device, queue), sources)?),
             };

@@ -8,6 +8,7 @@ use crate::device::recorder::Recorder;
 use crate::layout::{self, Frame};
 use crate::resident::Resident;
 use crate::scene::light_maps::LightMapChanges;
+use crate::scene::lights::GpuLights;
 use crate::scene::receivers::Receivers;
 use crate::shader_constants::{BATCH, GROUPS_PER_ROW};
 use crate::shaders;
@@ -40,15 +41,19 @@ impl LightMaps {
         }
         let (device, lights) = (recorder.device, &scene.lights);
         let changed = storage(device, "changes of light maps", &changes.lights)?;
-        for (batch, updates) in batches(lights.count(), BATCH).zip(&changes.updates) {
-            if updates.is_empty() {
-                continue;
-            }
-            let frame = Frame { batch: batch.first / BATCH, clamp: layout::clamp(clamp), ..Frame::default() };
+        let former = changes.former.clone().map(|former| GpuLights::new(device, former)).transpose()?;
+        let former = former.as_ref().unwrap_or(lights);
+        // What is taken away goes through the kernel that added it, with the lights of then: to the bit the same sum.
+        let batches = batches(lights.count(), BATCH).zip(&changes.updates);
+        let updates = batches.flat_map(|(batch, [taken_away, added])| {
+            [(batch.first, taken_away, former), (batch.first, added, lights)]
+        });
+        for (first, updates, lights) in updates.filter(|(_, updates, _)| !updates.is_empty()) {
+            let frame = Frame { batch: first / BATCH, clamp: layout::clamp(clamp), ..Frame::default() };
             let count = updates.len() as u32;
             let updates = storage(device, "updates of light maps", updates)?;
             let resources = [
-                ("lights", wgpu::BindingResource::Buffer(lights.batch(batch.first))),
+                ("lights", wgpu::BindingResource::Buffer(lights.batch(first))),
                 buffer("light_lists", receivers.light_lists()),
                 buffer("light_maps", &receivers.light_maps.maps),
                 buffer("sums", &receivers.light_maps.sums),

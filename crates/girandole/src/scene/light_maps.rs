@@ -1,11 +1,14 @@
 //! What light maps hold, and what has to be added to them and taken away. Their sums are integers, so that what is added and
 //! taken away again leaves nothing behind: after any changes a map is, to the bit, that of a fresh sum.
 
-use crate::layout::LightMapUpdate;
+use crate::layout::{Light, LightMapUpdate};
 use crate::shader_constants::{BATCH, MAPPED_SHADOWED, MAPPED_UNSHADOWED, SIDE, TAKEN_AWAY};
 use crate::{Error, Remedy, Result};
 use girandole_core::lights::Clamp;
 use std::collections::BTreeMap;
+
+/// Words of a texel's sums: three channels of 64 bits.
+const SUM_WORDS: u32 = 6;
 
 /// Light maps on the GPU, and what is in them.
 pub(crate) struct LightMaps {
@@ -13,20 +16,20 @@ pub(crate) struct LightMaps {
     pub maps: wgpu::Buffer,
     /// The same as integers, in the units of each map.
     pub sums: wgpu::Buffer,
-    /// How many there is room for.
-    pub room: u32,
     /// The bound of the geometric factor that they were summed with; nothing before the first frame.
     bound: Option<Clamp>,
+    /// Lights as they were summed.
+    lights: Vec<Light>,
     /// For each leaf and light, whether it is in the leaf's map.
     held: Vec<bool>,
-    /// Leaves whose maps are not what they should be, and whether nothing in them counts.
+    /// Leaves whose maps hold others than they should, and whether nothing in them counts.
     stale: BTreeMap<u32, bool>,
 }
 
 /// How leaves' maps should be.
 pub(crate) struct WantedMaps<'a> {
-    /// How many lights there are.
-    pub lights: usize,
+    /// Their places in the atlas do not matter.
+    pub lights: &'a [Light],
     /// For each leaf and light, the part of the list that it is in.
     pub kinds: &'a [u8],
     /// For each leaf, the units of its sums in 1 W/m²; 0 where it has no map.
@@ -36,10 +39,12 @@ pub(crate) struct WantedMaps<'a> {
 /// What brings light maps up to date.
 #[derive(Default)]
 pub(crate) struct LightMapChanges {
-    /// For each batch of lights, leaves and what changes in their maps.
-    pub updates: Vec<Vec<LightMapUpdate>>,
+    /// For each batch of lights, leaves whose maps lose some; and those whose maps gain some, or are emptied.
+    pub updates: Vec<[Vec<LightMapUpdate>; 2]>,
     /// Indices of lights in their batches, with [`TAKEN_AWAY`].
     pub lights: Vec<u32>,
+    /// Lights as they were added, if any are taken away.
+    pub former: Option<Vec<Light>>,
 }
 
 impl LightMaps {
@@ -48,61 +53,97 @@ impl LightMaps {
     /// # Errors
     /// [`Error::TooLarge`] beyond the device's limits.
     pub fn new(device: &wgpu::Device, room: u32) -> Result<Self> {
-        let size = u64::from((room * SIDE * SIDE).max(16)) * 16;
-        if size > device.limits().max_storage_buffer_binding_size {
-            return Err(Error::too_large(format!("{room} light maps are too many"), Remedy::Naive));
-        }
-        let buffer = |label| {
-            device.create_buffer(&wgpu::BufferDescriptor {
+        let texels = u64::from((room * SIDE * SIDE).max(16));
+        let buffer = |label, words: u32| {
+            let size = texels * u64::from(words) * 4;
+            if size > device.limits().max_storage_buffer_binding_size {
+                return Err(Error::too_large(format!("{room} light maps are too many"), Remedy::Naive));
+            }
+            Ok(device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
                 size,
                 usage: wgpu::BufferUsages::STORAGE,
                 mapped_at_creation: false,
-            })
+            }))
         };
-        let (maps, sums) = (buffer("light maps"), buffer("sums of light maps"));
-        Ok(Self { maps, sums, room, bound: None, held: Vec::new(), stale: BTreeMap::new() })
+        Ok(Self {
+            maps: buffer("light maps", 4)?,
+            sums: buffer("sums of light maps", SUM_WORDS)?,
+            bound: None,
+            lights: Vec::new(),
+            held: Vec::new(),
+            stale: BTreeMap::new(),
+        })
     }
 
-    /// A leaf's map has to be looked at again; `is_void`, where nothing in it counts.
-    pub fn mark(&mut self, leaf: u32, is_void: bool) {
-        *self.stale.entry(leaf).or_default() |= is_void;
+    /// A leaf's map is to hold other lights than it did; `is_void`, where nothing in it counts.
+    pub fn mark(&mut self, leaf: usize, is_void: bool) {
+        *self.stale.entry(leaf as u32).or_default() |= is_void;
     }
 
     /// What brings all maps to how they should be, with this bound of the geometric factor.
     pub fn changes(&self, wanted: &WantedMaps, bound: Clamp) -> LightMapChanges {
         let mut changes = LightMapChanges::default();
-        changes.updates.resize_with(wanted.lights.div_ceil(BATCH as usize).max(1), Vec::new);
-        if self.bound == Some(bound) {
-            self.stale.iter().for_each(|(&leaf, &is_void)| self.add(wanted, (leaf, is_void), &mut changes));
-        } else {
-            let all = 0..wanted.units.len() as u32;
-            all.for_each(|leaf| self.add(wanted, (leaf, true), &mut changes));
+        changes.updates.resize_with(wanted.lights.len().div_ceil(BATCH as usize).max(1), Default::default);
+        let every_light: Vec<usize> = (0..wanted.lights.len()).collect();
+        let leaves = 0..wanted.units.len() as u32;
+        if self.bound != Some(bound) {
+            leaves.for_each(|leaf| self.add(wanted, (leaf, true), &every_light, &mut changes));
+            return changes;
         }
+        // Where the same lights are held as before, those that changed.
+        let changed: Vec<usize> = every_light.iter().copied().filter(|&l| self.differs(wanted, l)).collect();
+        if !changed.is_empty() {
+            let same = leaves.filter(|leaf| !self.stale.contains_key(leaf));
+            same.for_each(|leaf| self.add(wanted, (leaf, false), &changed, &mut changes));
+        }
+        for (&leaf, &is_void) in &self.stale {
+            self.add(wanted, (leaf, is_void), &every_light, &mut changes);
+        }
+        let takes_away = changes.updates.iter().any(|[taken_away, _]| !taken_away.is_empty());
+        changes.former = takes_away.then(|| self.lights.clone());
         changes
     }
 
-    fn add(&self, wanted: &WantedMaps, (leaf, all_void): (u32, bool), changes: &mut LightMapChanges) {
+    /// Whether a light is not as it was summed.
+    fn differs(&self, wanted: &WantedMaps, light: usize) -> bool {
+        self.lights.get(light) != wanted.lights.get(light)
+    }
+
+    /// Adds what changes of these lights, ascending, in a leaf's map.
+    fn add(
+        &self,
+        wanted: &WantedMaps,
+        (leaf, all_void): (u32, bool),
+        lights: &[usize],
+        changes: &mut LightMapChanges,
+    ) {
         // A leaf may be gone by now.
         let units = wanted.units.get(leaf as usize).copied().unwrap_or(0.0);
         if units == 0.0 {
             return;
         }
-        let row = leaf as usize * wanted.lights..(leaf as usize + 1) * wanted.lights;
-        for (batch, updates) in changes.updates.iter_mut().enumerate() {
-            let first = changes.lights.len() as u32;
+        let row = leaf as usize * wanted.lights.len();
+        let LightMapChanges { updates, lights: indices, .. } = changes;
+        for (batch, [taken_away, added]) in updates.iter_mut().enumerate() {
             let start = batch * BATCH as usize;
-            let kinds = wanted.kinds[row.clone()].iter().skip(start).take(BATCH as usize);
-            for (light, &kind) in kinds.enumerate() {
-                let held = !all_void && self.held[row.start + start + light];
-                if is_mapped(kind) != held {
-                    changes.lights.push(light as u32 | if held { TAKEN_AWAY } else { 0 });
-                }
+            let [from, to] = [start, start + BATCH as usize].map(|end| lights.partition_point(|&l| l < end));
+            let is_held = |light: usize| !all_void && self.held.get(row + light) == Some(&true);
+            let is_wanted = |light: usize| is_mapped(wanted.kinds[row + light]);
+            let differs = |light: usize| is_wanted(light) != is_held(light) || self.differs(wanted, light);
+            let first = indices.len() as u32;
+            let taken = lights[from..to].iter().filter(|light| is_held(**light) && differs(**light));
+            indices.extend(taken.map(|light| (light - start) as u32 | TAKEN_AWAY));
+            let middle = indices.len() as u32;
+            let gained = lights[from..to].iter().filter(|light| is_wanted(**light) && differs(**light));
+            indices.extend(gained.map(|light| (light - start) as u32));
+            let end = indices.len() as u32;
+            if first < middle {
+                taken_away.push(LightMapUpdate { leaf, first, end: middle, is_void: 0, units });
             }
-            let end = changes.lights.len() as u32;
             let is_void = all_void && batch == 0;
-            if is_void || first < end {
-                updates.push(LightMapUpdate { leaf, first, end, is_void: u32::from(is_void), units });
+            if is_void || middle < end {
+                added.push(LightMapUpdate { leaf, first: middle, end, is_void: u32::from(is_void), units });
             }
         }
     }
@@ -113,22 +154,25 @@ impl LightMaps {
         self.held.resize(wanted.kinds.len(), false);
         let stale = std::mem::take(&mut self.stale);
         let every = 0..if all_new { wanted.units.len() } else { 0 };
+        let lights = wanted.lights.len();
         for leaf in every.chain(stale.into_keys().map(|leaf| leaf as usize)) {
-            let row = leaf * wanted.lights..(leaf + 1) * wanted.lights;
+            let row = leaf * lights..(leaf + 1) * lights;
             if let Some(kinds) = wanted.kinds.get(row.clone()) {
                 self.held[row].iter_mut().zip(kinds).for_each(|(held, &kind)| *held = is_mapped(kind));
             }
         }
+        wanted.lights.clone_into(&mut self.lights);
         self.bound = Some(bound);
     }
 }
 
 impl LightMapChanges {
     pub fn is_empty(&self) -> bool {
-        self.updates.iter().all(Vec::is_empty)
+        self.updates.iter().flatten().all(Vec::is_empty)
     }
 }
 
-fn is_mapped(kind: u8) -> bool {
+/// Whether light maps hold the lights of this part of the lists.
+pub(super) fn is_mapped(kind: u8) -> bool {
     matches!(u32::from(kind), MAPPED_UNSHADOWED | MAPPED_SHADOWED)
 }

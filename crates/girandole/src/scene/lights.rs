@@ -28,14 +28,15 @@ impl GpuLights {
         Ok(Self { samples, buffer })
     }
 
-    /// Takes as many others; whether they are different.
-    pub fn follow(&mut self, queue: &wgpu::Queue, samples: Vec<Light>) -> bool {
-        let differ = samples != self.samples;
-        if differ {
-            queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&samples));
-            self.samples = samples;
+    /// Takes as many others.
+    pub fn follow(&mut self, queue: &wgpu::Queue, samples: Vec<Light>) {
+        let differ = |(a, b): (&Light, &Light)| a != b;
+        let pairs = || self.samples.iter().zip(&samples);
+        if let (Some(first), Some(last)) = (pairs().position(differ), pairs().rposition(differ)) {
+            let at = first * size_of::<Light>();
+            queue.write_buffer(&self.buffer, at as u64, bytemuck::cast_slice(&samples[first..=last]));
         }
-        differ
+        self.samples = samples;
     }
 
     /// How many.

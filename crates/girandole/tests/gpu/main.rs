@@ -3,6 +3,7 @@
 mod common;
 mod exact;
 mod leaks;
+mod light_motion;
 mod materials;
 mod mirrors;
 mod motion;
@@ -33,6 +34,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         exact::tests(),
         oracle::tests(),
         leaks::tests(),
+        light_motion::tests(),
         materials::tests(),
         pictures::tests(),
         motion::tests(),

@@ -21,7 +21,7 @@ pub fn tests() -> Vec<Test> {
     ]
 }
 
-const SIZE: [u32; 2] = [64, 48];
+pub const SIZE: [u32; 2] = [64, 48];
 
 /// A renderer that loads geometry and lights as they are, and determines visibility from scratch on the same hierarchy.
 fn load_anew(renderer: &mut Renderer, scene: &Scene, follower: &Renderer) {
@@ -34,7 +34,7 @@ fn load_anew(renderer: &mut Renderer, scene: &Scene, follower: &Renderer) {
 }
 
 /// A full frame after the scene's changes, with what a fresh renderer with the same light set makes of it; and what was counted.
-fn updated(
+pub fn updated(
     context: &Context,
     [renderer, other]: [&mut Renderer; 2],
     (scene, view): (&mut Scene, &View),
@@ -49,7 +49,7 @@ fn updated(
     ([after.pixels, anew.pixels], stats)
 }
 
-fn held(count: u32, walk_dynamic: bool) -> IlluminationSettings {
+pub fn held(count: u32, walk_dynamic: bool) -> IlluminationSettings {
     let lights = LightSettings { count, candidates: 4, walk_dynamic, ..Default::default() };
     IlluminationSettings { lights, rewalk: Rewalk::Off, ..Default::default() }
 }

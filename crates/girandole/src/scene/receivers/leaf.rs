@@ -2,21 +2,24 @@
 //! decided by static geometry and the lights alone, so that what moves changes no more of a light map than the lights that it
 //! blocks as a whole.
 
+use super::exact_sum::ExactSum;
+use crate::maps::places::mover_of;
 use crate::records::LeafRecord;
 use crate::scene::surface_ids::is_flat;
 use crate::shader_constants::{
-    MAPPED_SHADOWED, MAPPED_UNSHADOWED, NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART, SHADOWED, SIDE, UNSHADOWED,
+    MAPPED_SHADOWED, MAPPED_UNSHADOWED, NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART, NONE, SHADOWED, SIDE,
+    UNSHADOWED,
 };
 use girandole_core::glam::Vec3;
 use girandole_core::image::luminance;
 use girandole_core::lights::{Clamp, LightSample, Profile};
 use girandole_core::scene::{Geometry, Scene};
-use girandole_core::visibility::{Leaf, LeafKind, State, VisibilityDatabase};
+use girandole_core::visibility::{Leaf, LeafId, LeafKind, State, VisibilityDatabase};
 
 /// Largest error of interpolating a light's contribution in a light map, as a share of what the leaf receives.
 const INTERPOLATION_ERROR: f32 = 5e-4;
-/// Sums of light maps stay below this, in their units.
-const LARGEST_SUM: f32 = (1u32 << 30) as f32;
+/// Sums of light maps have no more bits, in their units.
+const SUM_BITS: i32 = 62;
 
 /// How a light lies to a leaf.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,46 +28,52 @@ pub(super) struct Relation {
     pub in_map: bool,
     /// Whether some point of the leaf may be near to what it stands for.
     pub is_near: bool,
-    /// Whether it brings no light.
-    pub is_dark: bool,
 }
 
-/// A leaf, with what depends on static geometry and the lights.
-pub(super) struct LeafLight {
-    /// What a leaf patch with a light map covers.
-    pub rectangle: Option<LeafRectangle>,
+/// Which piece of surface a leaf is, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct LeafPlace {
+    id: LeafId,
+    /// What a patch covers.
+    rectangle: Option<LeafRectangle>,
+    center: Vec3,
+    radius: f32,
+    /// Which of the dynamic objects it is on, or [`NONE`].
+    mover: u32,
     pub has_map: bool,
-    /// By light.
-    pub relations: Vec<Relation>,
-    /// Units of the light map's sums in 1 W/m² of irradiance: a power of two.
-    pub units: f32,
 }
 
-impl LeafLight {
-    pub fn new(
-        (scene, geometry): (&Scene, &Geometry),
-        lights: &[LightSample],
-        database: &VisibilityDatabase,
-        leaf: usize,
-    ) -> Self {
-        let rectangle = LeafRectangle::of(geometry, database, leaf);
-        let has_map = rectangle.is_some() && is_plain(scene, geometry, database, leaf);
-        let place = &database.receivers().leaves[leaf];
-        let mapped = rectangle.as_ref().filter(|_| has_map);
-        let in_map = in_map(lights, database.standing_states(leaf as u32), mapped);
-        let relation = |(light, in_map): (&LightSample, bool)| Relation {
-            in_map,
-            is_near: is_near(light, rectangle.as_ref(), place),
-            is_dark: light.intensity == Vec3::ZERO,
-        };
-        let relations: Vec<Relation> = lights.iter().zip(in_map).map(relation).collect();
-        let units = mapped.map_or(1.0, |r| units(lights, &relations, r));
-        Self { rectangle, has_map, relations, units }
+impl LeafPlace {
+    pub fn of((scene, geometry): (&Scene, &Geometry), database: &VisibilityDatabase, leaf: usize) -> Self {
+        let place = Self::of_geometry(geometry, database, leaf);
+        let has_map = place.rectangle.is_some() && is_plain(scene, geometry, database, leaf);
+        let (LeafId::Patch { object, .. } | LeafId::Cluster { object, .. }) = place.id;
+        Self { has_map, mover: mover_of(scene, object as usize), ..place }
     }
 
-    /// Without the object that it is on.
+    /// Without what the scene says.
+    fn of_geometry(geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) -> Self {
+        let &Leaf { center, radius, .. } = &database.receivers().leaves[leaf];
+        let rectangle = LeafRectangle::of(geometry, database, leaf);
+        Self { id: database.leaf_id(leaf as u32), rectangle, center, radius, mover: NONE, has_map: false }
+    }
+
+    /// Whether a leaf of another database is the same, in the same place.
+    pub fn stays(&self, geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) -> bool {
+        let &Self { mover, has_map, .. } = self;
+        Self { mover, has_map, ..Self::of_geometry(geometry, database, leaf) } == *self
+    }
+
+    /// Centre and radius of a sphere around it.
+    pub fn bounds(&self) -> (Vec3, f32) {
+        (self.center, self.radius)
+    }
+
     pub fn record(&self, light_map: u32) -> LeafRecord {
-        let Some(r) = &self.rectangle else { return LeafRecord { light_map, ..LeafRecord::default() } };
+        let light_map = if self.has_map { light_map } else { NONE };
+        let Some(r) = &self.rectangle else {
+            return LeafRecord { light_map, mover: self.mover, ..LeafRecord::default() };
+        };
         let texel = |axis: Vec3| {
             let scaled = axis / axis.length_squared() * (SIDE - 1) as f32;
             scaled.extend(-scaled.dot(r.corner)).to_array()
@@ -77,17 +86,153 @@ impl LeafLight {
             across: r.across.to_array(),
             up: r.up.to_array(),
             normal: r.normal.to_array(),
-            ..LeafRecord::default()
+            mover: self.mover,
         }
+    }
+
+    /// What its light map covers, if it has one.
+    fn mapped(&self) -> Option<&LeafRectangle> {
+        self.rectangle.as_ref().filter(|_| self.has_map)
+    }
+
+    /// Whether some point of it may be near to what a light stands for.
+    fn is_near(&self, light: &LightSample) -> bool {
+        const SLACK: f32 = 1.001;
+        light.rectangle.is_some_and(|lit| {
+            let distance = match &self.rectangle {
+                Some(leaf) => leaf.nearest(lit.center).distance(lit.center),
+                None => self.center.distance(lit.center) - self.radius,
+            };
+            distance < SLACK * lit.reach()
+        })
+    }
+}
+
+/// Light samples as they were and as they are.
+#[derive(Clone, Copy)]
+pub(super) struct LightsThenNow<'a> {
+    pub then: &'a [LightSample],
+    pub now: &'a [LightSample],
+}
+
+/// What decides which lights a leaf's light map holds, and in which units: a function of the lights, however they came there.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LeafLight {
+    /// W/m² at the leaf's centre, from all lights that static objects do not hide.
+    received: ExactSum,
+    /// What the map holds at most at any point, W/m².
+    most: ExactSum,
+    /// No error of a light that the map holds is above this.
+    held_error: f32,
+    /// No error of one that it does not hold is below this.
+    excluded_error: f32,
+}
+
+impl LeafLight {
+    /// With the states that static blockers leave. Writes the leaf's relations.
+    pub fn new(
+        place: &LeafPlace,
+        lights: &[LightSample],
+        standing: &[State],
+        relations: &mut [Relation],
+    ) -> Self {
+        let mut result = Self::default();
+        for (relation, light) in relations.iter_mut().zip(lights) {
+            *relation = Relation { in_map: false, is_near: place.is_near(light) };
+        }
+        if let Some(map) = place.mapped() {
+            let visible = lights.iter().zip(standing).filter(|(_, state)| **state != State::Full);
+            result.received = visible.map(|(light, _)| map.received(light)).collect();
+            result.fill(map, lights, relations);
+        }
+        result
+    }
+
+    /// Follows lights that changed, or their states, with the leaf where it was. Whether the relations of any others changed.
+    pub fn follow(
+        &mut self,
+        place: &LeafPlace,
+        lights: LightsThenNow,
+        [standing_then, standing]: [&[State]; 2],
+        changed: &[usize],
+        relations: &mut [Relation],
+    ) -> bool {
+        let map = place.mapped();
+        for &index in changed {
+            let (then, now) = (&lights.then[index], &lights.now[index]);
+            if let Some(map) = map {
+                if standing_then[index] != State::Full {
+                    self.received.subtract(map.received(then));
+                }
+                if standing[index] != State::Full {
+                    self.received.add(map.received(now));
+                }
+                if relations[index].is_summed() {
+                    self.most.subtract(map.most(then));
+                }
+            }
+            relations[index] = Relation { in_map: false, is_near: place.is_near(now) };
+        }
+        let Some(map) = map else { return false };
+        let bound = self.largest_error();
+        if self.held_error > bound || self.excluded_error <= bound {
+            return self.fill(map, lights.now, relations);
+        }
+        for &index in changed {
+            self.decide(map, &lights.now[index], bound, &mut relations[index]);
+        }
+        false
+    }
+
+    /// Decides for all lights whether the map holds them. Whether any did not have that relation before.
+    fn fill(&mut self, map: &LeafRectangle, lights: &[LightSample], relations: &mut [Relation]) -> bool {
+        (self.most, self.held_error, self.excluded_error) =
+            (ExactSum::default(), f32::NEG_INFINITY, f32::INFINITY);
+        let (bound, mut differ) = (self.largest_error(), false);
+        for (light, relation) in lights.iter().zip(relations) {
+            let before = *relation;
+            self.decide(map, light, bound, relation);
+            differ |= before != *relation;
+        }
+        differ
+    }
+
+    fn decide(&mut self, map: &LeafRectangle, light: &LightSample, bound: f32, relation: &mut Relation) {
+        let error = map.error(light);
+        relation.in_map = error <= bound;
+        if relation.in_map {
+            self.held_error = self.held_error.max(error);
+        } else {
+            self.excluded_error = self.excluded_error.min(error);
+        }
+        if relation.is_summed() {
+            self.most.add(map.most(light));
+        }
+    }
+
+    fn largest_error(&self) -> f32 {
+        INTERPOLATION_ERROR * self.received.value()
+    }
+
+    /// Units of the light map's sums in 1 W/m²: a power of two, so that all that it may hold stays below 2⁶². They are the same
+    /// for all sums from 2⁻¹⁹ to 2¹³ W/m², lest a light that changes a little make all others be summed again.
+    pub fn units(&self) -> f32 {
+        const TOP: i32 = 13;
+        const STEP: i32 = 32;
+        let exponent = ((1.001 * self.most.value()).to_bits() >> 23) as i32 - 126;
+        let steps = (exponent - TOP + STEP - 1).div_euclid(STEP).clamp(-1, 2);
+        2f32.powi(SUM_BITS - TOP - STEP * steps)
     }
 }
 
 impl Relation {
+    /// Whether the light map holds the light where anything of it arrives.
+    fn is_summed(self) -> bool {
+        self.in_map && !self.is_near
+    }
+
     /// The part of the leaf's list that the light is in.
     pub fn part(self, state: State) -> u32 {
-        if self.is_dark {
-            return NO_PART;
-        }
         match (state, self.in_map, self.is_near) {
             (State::Full, ..) => NO_PART,
             (State::Unoccluded, _, true) => NEAR_UNSHADOWED,
@@ -101,7 +246,8 @@ impl Relation {
 }
 
 /// A leaf patch in world space.
-pub(super) struct LeafRectangle {
+#[derive(Clone, Debug, PartialEq)]
+struct LeafRectangle {
     corner: Vec3,
     across: Vec3,
     up: Vec3,
@@ -114,6 +260,39 @@ impl LeafRectangle {
         let along =
             |axis: Vec3| axis * ((point - self.corner).dot(axis) / axis.length_squared()).clamp(0.0, 1.0);
         self.corner + along(self.across) + along(self.up)
+    }
+
+    /// W/m² at its centre from an unoccluded light.
+    fn received(&self, light: &LightSample) -> f32 {
+        let center = self.corner + (self.across + self.up) * 0.5;
+        let factor = light.geometric_factor(center, self.normal, self.normal, Clamp::Own);
+        factor.map_or(0.0, |(g, _)| g * luminance(light.intensity))
+    }
+
+    /// The error of a light in a light map. That of bilinear interpolation is about h² / 8 · |G″| in either direction; over a
+    /// plane at distance z, z² / r⁴ has |G″| ≤ 4 / r⁴.
+    fn error(&self, light: &LightSample) -> f32 {
+        match light.profile {
+            Profile::Directional => 0.0,
+            // Its cone has an edge.
+            Profile::Spot { .. } => f32::INFINITY,
+            Profile::Cosine | Profile::Hemisphere => {
+                let (u2, v2) = (self.across.length_squared(), self.up.length_squared());
+                let spacing2 = u2.max(v2) / ((SIDE - 1) * (SIDE - 1)) as f32;
+                let distance2 = (light.position - self.nearest(light.position)).length_squared();
+                let height = (light.position - self.corner).dot(self.normal);
+                luminance(light.intensity) * height * spacing2 / (distance2 * distance2 * distance2.sqrt())
+            }
+        }
+    }
+
+    /// W/m² that a light sends to any point of it, at most.
+    fn most(&self, light: &LightSample) -> f32 {
+        let brightest = light.intensity.max_element();
+        match light.profile {
+            Profile::Directional => brightest,
+            _ => brightest / light.position.distance_squared(self.nearest(light.position)),
+        }
     }
 
     /// The part of its patch's plane that a leaf covers; `None` for clusters.
@@ -137,18 +316,6 @@ impl LeafRectangle {
     }
 }
 
-/// Whether some point of a leaf may be near to what a light stands for.
-fn is_near(light: &LightSample, leaf_rectangle: Option<&LeafRectangle>, leaf: &Leaf) -> bool {
-    const SLACK: f32 = 1.001;
-    light.rectangle.is_some_and(|lit| {
-        let distance = match leaf_rectangle {
-            Some(leaf) => leaf.nearest(lit.center).distance(lit.center),
-            None => leaf.center.distance(lit.center) - leaf.radius,
-        };
-        distance < SLACK * lit.reach()
-    })
-}
-
 /// Whether a leaf patch reflects what a light map holds and nothing else: its shading normal is that of its plane,
 /// and it has no specular lobe, which depends on where one looks from.
 fn is_plain(scene: &Scene, geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) -> bool {
@@ -157,54 +324,4 @@ fn is_plain(scene: &Scene, geometry: &Geometry, database: &VisibilityDatabase, l
     let Some(patch) = geometry.patches.get(tree.grids[grid as usize].patch as usize) else { return false };
     let material = &scene.materials[patch.material as usize];
     is_flat(scene, geometry, patch) && material.specular == 0.0 && material.metallic == 0.0
-}
-
-/// Which lights a leaf's light map holds: those whose contribution changes little from texel to texel. The error of
-/// bilinear interpolation is about h² / 8 · |G″| in either direction; over a plane at distance z, z² / r⁴ has |G″| ≤
-/// 4 / r⁴.
-fn in_map(lights: &[LightSample], states: &[State], rectangle: Option<&LeafRectangle>) -> Vec<bool> {
-    let Some(r) = rectangle else { return vec![false; lights.len()] };
-    let center = r.corner + (r.across + r.up) * 0.5;
-    let (u2, v2) = (r.across.length_squared(), r.up.length_squared());
-    let spacing2 = u2.max(v2) / ((SIDE - 1) * (SIDE - 1)) as f32;
-    let luminance = |l: &LightSample| luminance(l.intensity);
-    let received: f32 = lights
-        .iter()
-        .zip(states)
-        .filter(|(_, s)| **s != State::Full)
-        .filter_map(|(l, _)| {
-            l.geometric_factor(center, r.normal, r.normal, Clamp::Own).map(|(g, _)| g * luminance(l))
-        })
-        .sum();
-    lights
-        .iter()
-        .map(|light| match light.profile {
-            Profile::Directional => true,
-            // Its cone has an edge.
-            Profile::Spot { .. } => false,
-            Profile::Cosine | Profile::Hemisphere => {
-                let d = light.position - r.corner;
-                let distance2 = (light.position - r.nearest(light.position)).length_squared();
-                let height = d.dot(r.normal);
-                let error = luminance(light) * height * spacing2 / (distance2 * distance2 * distance2.sqrt());
-                error <= INTERPOLATION_ERROR * received
-            }
-        })
-        .collect()
-}
-
-/// Of a map's sums: so fine that all that it may hold stays below [`LARGEST_SUM`].
-fn units(lights: &[LightSample], relations: &[Relation], rectangle: &LeafRectangle) -> f32 {
-    let most = |light: &LightSample| match light.profile {
-        Profile::Directional => light.intensity.max_element(),
-        _ => {
-            let nearest = rectangle.nearest(light.position);
-            light.intensity.max_element() / light.position.distance_squared(nearest)
-        }
-    };
-    let mapped = lights.iter().zip(relations).filter(|(_, relation)| relation.in_map && !relation.is_near);
-    let sum: f32 = mapped.map(|(light, _)| most(light)).sum();
-    // The power of two below, in the range of normal numbers.
-    let units = (LARGEST_SUM / (1.001 * sum)).clamp(1e-30, 1e30);
-    f32::from_bits(units.to_bits() & 0x7f80_0000)
 }

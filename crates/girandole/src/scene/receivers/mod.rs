@@ -1,7 +1,7 @@
 //! The visibility database on the GPU: where a pixel finds its leaf receiver, which lights that leaf sums in which
 //! way, and light maps.
 //!
-//! Each leaf has a list of lights for each batch, in six parts. F lights are in none of them. Near lights are those for whose
+//! Each leaf has a list of lights for each batch, in six parts. F lights and dark ones are in none of them. Near lights are those for whose
 //! [rectangle](girandole_core::lights::Rectangle) some of its points may be near.
 //!
 //! | | in the light map | not in it | near |
@@ -9,30 +9,33 @@
 //! | N: nothing blocks | 0: nothing left to do | 1: add | 2: add |
 //! | P: something may block | 5: look, and subtract where it is blocked | 4: look, and add where it is not | 3: as 4 |
 
+mod exact_sum;
+mod follow;
 mod leaf;
+#[cfg(test)]
+mod leaf_tests;
+mod lists;
 
-use self::leaf::{LeafLight, Relation};
+use self::leaf::{LeafLight, LeafPlace, Relation};
 use crate::device::mirror::Mirror;
-use crate::layout::BufferOffsets;
-use crate::maps::places::mover_of;
+use crate::layout::{BufferOffsets, Light};
 use crate::records::{LeafRange, LeafRecord, ReceiverGrid};
-use crate::scene::light_maps::{LightMapChanges, LightMaps, WantedMaps};
-use crate::shader_constants::{BATCH, CLUSTERED, NO_PART, NONE, SIDE};
+use crate::scene::geometry::gpu_lights;
+use crate::scene::light_maps::{LightMapChanges, LightMaps, WantedMaps, is_mapped};
+use crate::shader_constants::{BATCH, CLUSTERED, NO_PART, NONE};
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::Vec3;
-use girandole_core::lights::{Clamp, LightSet};
+use girandole_core::lights::{Clamp, LightSample, LightSet};
 use girandole_core::scene::{Geometry, Scene};
-use girandole_core::visibility::{LeafId, State, TriangleReceiver, VisibilityDatabase};
+use girandole_core::visibility::{State, TriangleReceiver, VisibilityDatabase};
 use std::ops::Range;
 
 /// A leaf's index has 24 bits.
 const MAX_LEAVES: usize = 1 << 24;
-/// Room that the lists of leaves on dynamic objects have, where they do not need more: 16 MiB.
-const MOVING_ENTRIES: usize = 4 << 20;
 const _: () = assert!(LeafRange::WORDS == NO_PART as usize + 1, "where each part begins, and the end");
 
-/// What visibility determination says, on the GPU. Leaves of static objects come first; where only dynamic ones move, their
-/// lists stay where they are.
+/// What visibility determination says, on the GPU. Leaves of static objects come first; while they are the same, only what
+/// changes of their lists and light maps is written, whatever moves.
 pub(crate) struct Receivers {
     receivers: Mirror,
     light_lists: Mirror,
@@ -44,18 +47,25 @@ pub(crate) struct Receivers {
     pub room: u32,
     /// How many of them are on static objects.
     still: u32,
+    /// How many light maps static leaves have; all others have room for one.
+    static_maps: u32,
     /// Offsets in the buffers; those that depend on the picture are missing.
     pub offsets: BufferOffsets,
     /// For each leaf, how many lights are in each part of its lists.
     pub parts: Vec<[u32; NO_PART as usize]>,
     /// For each leaf, how many lights cannot light it at all.
     pub skipped: Vec<u32>,
+    places: Vec<LeafPlace>,
+    /// For each leaf, what decides about its light map.
+    leaf_lights: Vec<LeafLight>,
     /// For each leaf, the units of its light map; 0 where it has none.
     units: Vec<f32>,
     /// How many leaves have a light map.
     pub mapped: u32,
     /// For each leaf, the state of each light.
     pub states: Vec<State>,
+    /// The same, whatever dynamic objects do.
+    standing: Vec<State>,
     /// For each leaf and light, how they lie to each other.
     relations: Vec<Relation>,
     /// For each leaf and light, the part of the list that it is in, or [`NO_PART`].
@@ -64,9 +74,13 @@ pub(crate) struct Receivers {
     pub bounds: Vec<(Vec3, f32)>,
     /// Lights.
     pub lights: u32,
+    samples: Vec<LightSample>,
+    /// The same, without places in the atlas.
+    gpu_lights: Vec<Light>,
     /// Leaves in the order in which their points are shaded.
     pub shading_order: Vec<u32>,
-    /// Where the lists of each leaf and batch begin; those of a static leaf have room for whatever dynamic objects do.
+    /// Where the lists of each leaf and batch begin; those of static leaves have room for whatever dynamic objects do, and for
+    /// some lights more.
     lists_at: Vec<u32>,
     /// Where those of leaves on dynamic objects begin.
     moving_at: u32,
@@ -100,27 +114,15 @@ impl Receivers {
         // Those of dynamic objects may become more.
         let with_spare = |n: usize| if count > still { 2 * n + 64 } else { n };
         let room = still + with_spare(count - still);
-        let batches = lights.div_ceil(BATCH as usize).max(1);
         let receiver_words = receiver_words(&sources);
         let cells_at = receiver_words.len() - tree.cells.len();
-        let ranges_at = room * LeafRecord::WORDS;
-        // What static leaves hold at most.
-        let (mut at, mut lists_at) = (ranges_at + room * batches * LeafRange::WORDS, Vec::new());
-        for leaf in 0..still as u32 {
-            for lights in sources.database.standing_states(leaf).chunks(BATCH as usize) {
-                lists_at.push(at as u32);
-                at += lights.iter().filter(|state| **state != State::Full).count();
-            }
-        }
-        let (entries, pairs) = (moving_entries(&sources), (room - still) * lights);
-        let list_room = at + entries.max(pairs.min(MOVING_ENTRIES));
         let mut result = Self {
             offsets: BufferOffsets {
                 grids_at: tree.triangles.len() as u32,
                 cells_at: cells_at as u32,
                 leaves: room as u32,
-                batches: batches as u32,
-                ranges_at: ranges_at as u32,
+                batches: lights.div_ceil(BATCH as usize).max(1) as u32,
+                ranges_at: (room * LeafRecord::WORDS) as u32,
                 ..BufferOffsets::default()
             },
             receivers: Mirror::new(
@@ -129,158 +131,97 @@ impl Receivers {
                 receiver_words,
                 cells_at + with_spare(tree.cells.len()),
             )?,
-            light_lists: Mirror::new(device, "lists of lights", Vec::new(), list_room)?,
+            light_lists: Mirror::new(device, "lists of lights", Vec::new(), 0)?,
             order_words: Mirror::new(device, "shading order", Vec::new(), room)?,
             light_maps: LightMaps::new(device, 0)?,
             leaves: 0,
             room: room as u32,
             still: still as u32,
+            static_maps: 0,
             parts: vec![[0; NO_PART as usize]; room],
             skipped: vec![0; room],
+            places: Vec::new(),
+            leaf_lights: Vec::new(),
             units: Vec::new(),
             mapped: 0,
             states: Vec::new(),
+            standing: Vec::new(),
             relations: Vec::new(),
             kinds: Vec::new(),
             bounds: Vec::new(),
             lights: lights as u32,
+            samples: sources.lights.samples().to_vec(),
+            gpu_lights: gpu_lights(sources.lights, sources.geometry.radius()),
             shading_order: Vec::new(),
-            lists_at,
-            moving_at: at as u32,
+            lists_at: Vec::new(),
+            moving_at: 0,
         };
-        let mut records = Vec::new();
-        result.add_leaves(&sources, 0..count, &mut records);
-        result.light_maps = LightMaps::new(device, result.mapped + with_spare(count - still) as u32)?;
-        result.list_all(0..count, &records);
+        result.resize(count);
+        (0..count).for_each(|leaf| result.place(&sources, leaf));
+        result.static_maps = result.places[..still].iter().filter(|place| place.has_map).count() as u32;
+        result.light_maps = LightMaps::new(device, result.static_maps + (room - still) as u32)?;
+        result.lay_out(device)?;
+        result.order();
         result.flush(queue);
         Ok(result)
     }
 
-    /// Takes what visibility determination says after dynamic objects moved, and nothing else. `false` where there is no room
-    /// for it: then all is to be made anew.
-    pub fn follow(&mut self, queue: &wgpu::Queue, sources: Sources) -> bool {
-        let tree = sources.database.receivers();
-        let (count, still) = (tree.leaves.len(), self.still as usize);
-        let lights = self.lights as usize;
-        let receiver_words = receiver_words(&sources);
-        let is_same =
-            sources.database.first_dynamic_leaf() as usize == still && sources.lights.len() == lights;
-        let has_room = count <= self.room as usize
-            && receiver_words.len() <= self.receivers.room()
-            && self.moving_at as usize + moving_entries(&sources) <= self.light_lists.room();
-        if !(is_same && has_room) {
-            return false;
-        }
-        self.receivers.set(0, &receiver_words);
-        // Leaves that stand still, where something changed.
-        for leaf in 0..still {
-            let row = leaf * lights..(leaf + 1) * lights;
-            let states = sources.database.leaf_states(leaf as u32);
-            if self.states[row.clone()] == *states {
-                continue;
-            }
-            let is_full = |state: &State| *state == State::Full;
-            if self.states[row.clone()].iter().map(is_full).ne(states.iter().map(is_full)) {
-                self.light_maps.mark(leaf as u32, false);
-            }
-            self.states[row].copy_from_slice(states);
-            self.list(leaf);
-        }
-        // Those that move.
-        self.leaves = self.still;
-        self.mapped = self.units[..still].iter().filter(|units| **units != 0.0).count() as u32;
-        self.units.truncate(still);
-        self.bounds.truncate(still);
-        self.relations.truncate(still * lights);
-        self.states.truncate(still * lights);
-        self.kinds.truncate(still * lights);
-        self.lists_at.truncate(still * self.offsets.batches as usize);
-        self.parts[still..].fill([0; NO_PART as usize]);
-        self.skipped[still..].fill(0);
-        let mut records = Vec::new();
-        self.add_leaves(&sources, still..count, &mut records);
-        if self.mapped > self.light_maps.room {
-            return false;
-        }
-        for leaf in still..count {
-            self.light_maps.mark(leaf as u32, true);
-        }
-        self.list_all(still..count, &records);
-        self.flush(queue);
-        true
+    /// Makes room for so many leaves, and forgets others.
+    fn resize(&mut self, count: usize) {
+        let pairs = count * self.lights as usize;
+        self.leaves = count as u32;
+        self.places.truncate(count);
+        self.leaf_lights.resize_with(count, LeafLight::default);
+        self.units.resize(count, 0.0);
+        self.bounds.resize(count, (Vec3::ZERO, 0.0));
+        self.states.resize(pairs, State::Full);
+        self.standing.resize(pairs, State::Full);
+        self.relations.resize(pairs, Relation::default());
+        self.kinds.resize(pairs, NO_PART as u8);
     }
 
-    /// Appends leaves, without lists.
-    fn add_leaves(&mut self, sources: &Sources, leaves: Range<usize>, records: &mut Vec<LeafRecord>) {
-        let Sources { scene, geometry, lights, database } = *sources;
-        for leaf in leaves {
-            let light = LeafLight::new((scene, geometry), lights.samples(), database, leaf);
-            let place = &database.receivers().leaves[leaf];
-            let (LeafId::Patch { object, .. } | LeafId::Cluster { object, .. }) =
-                database.leaf_id(leaf as u32);
-            let light_map = if light.has_map { self.mapped * SIDE * SIDE } else { NONE };
-            records.push(LeafRecord { mover: mover_of(scene, object as usize), ..light.record(light_map) });
-            self.mapped += u32::from(light.has_map);
-            self.units.push(if light.has_map { light.units } else { 0.0 });
-            self.relations.extend(light.relations);
-            self.states.extend_from_slice(database.leaf_states(leaf as u32));
-            self.bounds.push((place.center, place.radius));
+    /// Takes a leaf that was not there, or was another one.
+    fn place(&mut self, sources: &Sources, leaf: usize) {
+        let Sources { scene, geometry, database, .. } = *sources;
+        let place = LeafPlace::of((scene, geometry), database, leaf);
+        let row = self.row(leaf);
+        self.states[row.clone()].copy_from_slice(database.leaf_states(leaf as u32));
+        self.standing[row.clone()].copy_from_slice(database.standing_states(leaf as u32));
+        let relations = &mut self.relations[row.clone()];
+        let light = LeafLight::new(&place, &self.samples, &self.standing[row], relations);
+        self.units[leaf] = if place.has_map { light.units() } else { 0.0 };
+        self.bounds[leaf] = place.bounds();
+        self.leaf_lights[leaf] = light;
+        match self.places.get_mut(leaf) {
+            Some(before) => *before = place,
+            None => self.places.push(place),
         }
-        self.leaves = self.units.len() as u32;
-        self.kinds.resize(self.relations.len(), NO_PART as u8);
+        self.choose_parts(leaf, 0..self.lights as usize);
     }
 
-    /// Writes the records and lists of leaves, those on dynamic objects behind the others', and sorts all.
-    fn list_all(&mut self, leaves: Range<usize>, records: &[LeafRecord]) {
-        self.light_lists.set(leaves.start * LeafRecord::WORDS, bytemuck::cast_slice(records));
-        let lights = self.lights as usize;
-        let mut at = self.moving_at;
-        for leaf in leaves {
-            if leaf >= self.still as usize {
-                for states in self.states[leaf * lights..(leaf + 1) * lights].chunks(BATCH as usize) {
-                    self.lists_at.push(at);
-                    at += states.iter().filter(|state| **state != State::Full).count() as u32;
-                }
+    /// Decides in which parts of a leaf's list these lights are. Whether any of them is in another one than before.
+    fn choose_parts(&mut self, leaf: usize, lights: impl IntoIterator<Item = usize>) -> bool {
+        let first = leaf * self.lights as usize;
+        let mut differ = false;
+        for light in lights {
+            let pair = first + light;
+            // What is dark is in none.
+            let part = match self.samples[light].intensity == Vec3::ZERO {
+                true => NO_PART,
+                false => self.relations[pair].part(self.states[pair]),
+            };
+            let before = std::mem::replace(&mut self.kinds[pair], part as u8);
+            differ |= before != part as u8;
+            if is_mapped(before) != is_mapped(part as u8) {
+                self.light_maps.mark(leaf, false);
             }
-            self.list(leaf);
         }
-        // Leaves with lists of equal length lie side by side: neighbours finish together.
-        let states = |leaf: u32| &self.states[leaf as usize * lights..(leaf as usize + 1) * lights];
-        let mut order: Vec<u32> = (0..self.leaves).collect();
-        order.sort_by_cached_key(|&leaf| states(leaf).iter().filter(|s| **s == State::Partial).count());
-        self.shading_order.clone_from(&order);
-        order.extend(self.leaves..self.room);
-        self.order_words.set(0, &order);
+        differ
     }
 
-    /// Writes the lists of a leaf by the states of its lights.
-    fn list(&mut self, leaf: usize) {
-        let (lights, batches) = (self.lights as usize, self.offsets.batches as usize);
-        let row = leaf * lights..(leaf + 1) * lights;
-        let kinds = &mut self.kinds[row.clone()];
-        for ((kind, relation), state) in
-            kinds.iter_mut().zip(&self.relations[row.clone()]).zip(&self.states[row])
-        {
-            *kind = relation.part(*state) as u8;
-        }
-        let mut counts = [0; NO_PART as usize + 1];
-        for (batch, kinds) in kinds.chunks(BATCH as usize).enumerate() {
-            let at = self.lists_at[leaf * batches + batch];
-            // The parts' first entries, in order, and the end.
-            let mut bounds = [at; NO_PART as usize + 1];
-            let mut entries = Vec::with_capacity(kinds.len());
-            for part in 0..NO_PART as usize {
-                let members = (0..).zip(kinds).filter(|(_, kind)| usize::from(**kind) == part);
-                entries.extend(members.map(|(light, _)| light));
-                bounds[part + 1] = at + entries.len() as u32;
-                counts[part] += bounds[part + 1] - bounds[part];
-            }
-            let range = self.offsets.ranges_at as usize + (leaf * batches + batch) * LeafRange::WORDS;
-            self.light_lists.set(range, &bounds);
-            self.light_lists.set(at as usize, &entries);
-        }
-        self.parts[leaf].copy_from_slice(&counts[..NO_PART as usize]);
-        self.skipped[leaf] = self.lights - counts.iter().sum::<u32>();
+    /// The pairs of a leaf.
+    fn row(&self, leaf: usize) -> Range<usize> {
+        leaf * self.lights as usize..(leaf + 1) * self.lights as usize
     }
 
     fn flush(&mut self, queue: &wgpu::Queue) {
@@ -296,12 +237,12 @@ impl Receivers {
 
     /// Takes note that light maps are up to date.
     pub fn advance_light_maps(&mut self, bound: Clamp) {
-        let Self { light_maps, lights, kinds, units, .. } = self;
-        light_maps.advance(&WantedMaps { lights: *lights as usize, kinds, units }, bound);
+        let Self { light_maps, gpu_lights, kinds, units, .. } = self;
+        light_maps.advance(&WantedMaps { lights: gpu_lights, kinds, units }, bound);
     }
 
     fn wanted_maps(&self) -> WantedMaps<'_> {
-        WantedMaps { lights: self.lights as usize, kinds: &self.kinds, units: &self.units }
+        WantedMaps { lights: &self.gpu_lights, kinds: &self.kinds, units: &self.units }
     }
 
     /// Where pixels find their leaf.
@@ -318,14 +259,6 @@ impl Receivers {
     pub fn shading_order(&self) -> &wgpu::Buffer {
         &self.order_words.buffer
     }
-}
-
-/// Lights in the lists of leaves on dynamic objects.
-fn moving_entries(sources: &Sources) -> usize {
-    let database = sources.database;
-    let leaves = database.first_dynamic_leaf() as usize..database.receivers().leaves.len();
-    let states = leaves.flat_map(|leaf| database.leaf_states(leaf as u32));
-    states.filter(|state| **state != State::Full).count()
 }
 
 /// Where pixels find their leaf: triangles, grids, cells.

@@ -1,0 +1,131 @@
+//! Lists of lights by leaf and batch, and where they lie: records of all leaves, where each list begins, the lists of static
+//! leaves, and those of leaves on dynamic objects.
+
+use super::Receivers;
+use crate::Result;
+use crate::device::mirror::Mirror;
+use crate::records::{LeafRange, LeafRecord};
+use crate::shader_constants::{BATCH, NO_PART, SIDE};
+use girandole_core::visibility::State;
+
+/// Room that the lists of leaves on dynamic objects have, where they do not need more: 16 MiB.
+const MOVING_ENTRIES: usize = 4 << 20;
+/// Lights more than now that the list of a static leaf and batch has room for; and a share of those that it has.
+const SPARE_ENTRIES: usize = 8;
+const SPARE_SHARE: usize = 8;
+
+impl Receivers {
+    /// Makes room for the lists as they are, and writes them.
+    ///
+    /// # Errors
+    /// [`crate::Error::TooLarge`] beyond the device's limits.
+    pub(super) fn lay_out(&mut self, device: &wgpu::Device) -> Result<()> {
+        let (still, room) = (self.still as usize, self.room as usize);
+        let mut at =
+            self.offsets.ranges_at as usize + room * self.offsets.batches as usize * LeafRange::WORDS;
+        self.lists_at.clear();
+        for leaf in 0..still {
+            for states in self.standing[self.row(leaf)].chunks(BATCH as usize) {
+                self.lists_at.push(at as u32);
+                let entries = states.iter().filter(|state| **state != State::Full).count();
+                at += states.len().min(entries + entries / SPARE_SHARE + SPARE_ENTRIES);
+            }
+        }
+        self.moving_at = at as u32;
+        let pairs = (room - still) * self.lights as usize;
+        let list_room = at + self.moving_entries().max(pairs.min(MOVING_ENTRIES));
+        self.light_lists = Mirror::new(device, "lists of lights", Vec::new(), list_room)?;
+        let mut light_map = 0;
+        for leaf in 0..still {
+            self.write_record(leaf, light_map);
+            light_map += u32::from(self.places[leaf].has_map);
+            self.list(leaf);
+        }
+        self.list_moving();
+        Ok(())
+    }
+
+    /// Writes records and lists of leaves on dynamic objects.
+    pub(super) fn list_moving(&mut self) {
+        let (still, count) = (self.still as usize, self.leaves as usize);
+        self.lists_at.truncate(still * self.offsets.batches as usize);
+        self.parts[still..].fill([0; NO_PART as usize]);
+        self.skipped[still..].fill(0);
+        let mut at = self.moving_at;
+        for leaf in still..count {
+            for kinds in self.kinds[self.row(leaf)].chunks(BATCH as usize) {
+                self.lists_at.push(at);
+                at += entries(kinds) as u32;
+            }
+            self.write_record(leaf, self.static_maps + (leaf - still) as u32);
+            self.list(leaf);
+        }
+    }
+
+    /// Whether there is room for the lists of leaves on dynamic objects.
+    pub(super) fn moving_lists_fit(&self) -> bool {
+        self.moving_at as usize + self.moving_entries() <= self.light_lists.room()
+    }
+
+    fn moving_entries(&self) -> usize {
+        entries(&self.kinds[self.still as usize * self.lights as usize..])
+    }
+
+    /// Whether there is room for the lists of a static leaf.
+    pub(super) fn lists_fit(&self, leaf: usize) -> bool {
+        let batches = self.offsets.batches as usize;
+        let mut lists = self.kinds[self.row(leaf)].chunks(BATCH as usize).zip(leaf * batches..);
+        lists.all(|(kinds, list)| {
+            let end = self.lists_at.get(list + 1).filter(|_| list + 1 < self.still as usize * batches);
+            self.lists_at[list] as usize + entries(kinds) <= *end.unwrap_or(&self.moving_at) as usize
+        })
+    }
+
+    fn write_record(&mut self, leaf: usize, light_map: u32) {
+        let record = self.places[leaf].record(light_map * SIDE * SIDE);
+        self.light_lists.set(leaf * LeafRecord::WORDS, bytemuck::cast_slice(&[record]));
+    }
+
+    /// Writes the lists of a leaf.
+    pub(super) fn list(&mut self, leaf: usize) {
+        let batches = self.offsets.batches as usize;
+        let row = self.row(leaf);
+        let mut counts = [0; NO_PART as usize + 1];
+        for (batch, kinds) in self.kinds[row].chunks(BATCH as usize).enumerate() {
+            let at = self.lists_at[leaf * batches + batch];
+            // The parts' first entries, in order, and the end.
+            let mut bounds = [at; NO_PART as usize + 1];
+            let mut entries = Vec::with_capacity(kinds.len());
+            for part in 0..NO_PART as usize {
+                let members = (0..).zip(kinds).filter(|(_, kind)| usize::from(**kind) == part);
+                entries.extend(members.map(|(light, _)| light));
+                bounds[part + 1] = at + entries.len() as u32;
+                counts[part] += bounds[part + 1] - bounds[part];
+            }
+            let range = self.offsets.ranges_at as usize + (leaf * batches + batch) * LeafRange::WORDS;
+            self.light_lists.set(range, &bounds);
+            self.light_lists.set(at as usize, &entries);
+        }
+        self.parts[leaf].copy_from_slice(&counts[..NO_PART as usize]);
+        self.skipped[leaf] = self.lights - counts.iter().sum::<u32>();
+    }
+
+    /// Sorts leaves, and counts those with light maps.
+    pub(super) fn order(&mut self) {
+        // Leaves with lists of equal length lie side by side: neighbours finish together.
+        let mut order: Vec<u32> = (0..self.leaves).collect();
+        let is_partial = |state: &&State| **state == State::Partial;
+        order.sort_by_cached_key(|&leaf| {
+            self.states[self.row(leaf as usize)].iter().filter(is_partial).count()
+        });
+        self.shading_order.clone_from(&order);
+        order.extend(self.leaves..self.room);
+        self.order_words.set(0, &order);
+        self.mapped = self.places.iter().filter(|place| place.has_map).count() as u32;
+    }
+}
+
+/// How many lights are in a list.
+fn entries(kinds: &[u8]) -> usize {
+    kinds.iter().filter(|kind| u32::from(**kind) != NO_PART).count()
+}
