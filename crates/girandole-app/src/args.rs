@@ -287,6 +287,7 @@ Examples:
   girandole bench
   girandole bench area-lights table --lights 25,50,100,200,300 --modes naive,vd,vd-lp,full --json times.json
   girandole bench pillars --moving --updates 50,100,all
+  girandole bench pillars --moving --rewalk 200
   girandole bench pillars --modes vd,full --light-maps on --size 1920x1080 --csv times.csv";
 
 /// Options of `girandole bench`.
@@ -301,13 +302,17 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N,…", default_value = "300", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LIGHTS)))]
     pub lights: Vec<u32>,
 
-    /// Times mode full along the scene's motion, with one set of light samples: frames after updates, and static ones
+    /// Times mode full along the scene's motion: frames after updates, and static ones
     #[arg(long, conflicts_with = "modes")]
     pub moving: bool,
 
     /// With --moving: stale shadow maps that a frame draws at most
     #[arg(long, value_name = "N|all,…", default_value = "all", value_delimiter = ',', requires = "moving", value_parser = parse_numbered_updates)]
     pub updates: Vec<UpdatesArg>,
+
+    /// With --moving: which light samples follow; see `girandole render --help`
+    #[arg(long, value_name = "off|N|all", default_value = "off", value_parser = motion::parse_rewalk, requires = "moving")]
+    pub rewalk: RewalkArg,
 
     /// With --moving: frames a second
     #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = motion::parse_fps, requires = "moving")]

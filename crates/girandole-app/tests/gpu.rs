@@ -202,5 +202,14 @@ fn bench_times_motion(directory: &Path) -> Result<(), Failed> {
     }
     ensure(of("share_clusters_drawn")?.iter().all(|share| *share <= 1.0), "more than a full redraw draws")?;
     let table = String::from_utf8(output.stdout)?;
-    ensure(table.lines().count() == 4 && table.contains("updates"), &table)
+    ensure(table.lines().count() == 4 && table.contains("updates"), &table)?;
+    let changed = of("light_maps_changed")?;
+    let command = format!("bench pillars --moving --rewalk 200 {small} --json light.json --csv light.csv");
+    succeed(directory, &command)?;
+    let csv = std::fs::read_to_string(directory.join("light.csv"))?;
+    ensure(csv.contains("mode,updates,rewalk,width") && csv.contains(",all,200,64,48,"), &csv)?;
+    let rows: Vec<serde_json::Map<String, serde_json::Value>> =
+        serde_json::from_slice(&std::fs::read(directory.join("light.json"))?)?;
+    let follows = rows[0].get("light_maps_changed").and_then(|n| n.as_f64()).ok_or("no light maps")?;
+    ensure(follows > 10.0 * changed[2] + 10.0, &format!("light maps: {changed:?}, {follows}"))
 }

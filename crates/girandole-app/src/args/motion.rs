@@ -18,6 +18,27 @@ pub enum RewalkArg {
     All,
 }
 
+impl RewalkArg {
+    /// With samples that come and go in so many frames.
+    pub fn with_fade(self, fade: u32) -> Rewalk {
+        match self {
+            Self::Off => Rewalk::Off,
+            Self::Paths(paths) => Rewalk::Paths(Pace { paths, fade }),
+            Self::All => Rewalk::All,
+        }
+    }
+}
+
+impl std::fmt::Display for RewalkArg {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Off => write!(f, "off"),
+            Self::Paths(paths) => write!(f, "{paths}"),
+            Self::All => write!(f, "all"),
+        }
+    }
+}
+
 /// Options of motion.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct MotionArgs {
@@ -59,11 +80,7 @@ pub struct MotionArgs {
 impl MotionArgs {
     /// Which light samples follow the scene's changes.
     pub fn rewalk(&self) -> Rewalk {
-        match self.rewalk {
-            RewalkArg::Off => Rewalk::Off,
-            RewalkArg::Paths(paths) => Rewalk::Paths(Pace { paths, fade: self.fade }),
-            RewalkArg::All => Rewalk::All,
-        }
+        self.rewalk.with_fade(self.fade)
     }
 
     /// The budget of shadow maps, where one takes so many milliseconds, if that is known.
@@ -133,7 +150,7 @@ impl std::fmt::Display for UpdatesArg {
 }
 
 /// `off`, `all`, or a number of paths.
-fn parse_rewalk(text: &str) -> Result<RewalkArg, String> {
+pub(super) fn parse_rewalk(text: &str) -> Result<RewalkArg, String> {
     match (text, text.parse()) {
         ("off", _) => Ok(RewalkArg::Off),
         ("all", _) => Ok(RewalkArg::All),

@@ -109,10 +109,10 @@ type Column = (&'static str, &'static str, f64, usize);
 
 fn table(rows: &[Stats], columns: &[Column]) -> String {
     let width = rows.iter().map(|r| text(r, "scene").chars().count()).max().unwrap_or(0).max(5);
-    let budgets = rows.iter().any(|row| row.contains_key("updates"));
+    let words = words(rows);
     let mut out = format!("{:width$} {:>6} {:>6}", "scene", "lights", "mode");
-    if budgets {
-        out.push_str(" updates");
+    for word in &words {
+        let _ = write!(out, " {word:>7}");
     }
     for (heading, ..) in columns {
         let _ = write!(out, " {heading:>10}");
@@ -121,8 +121,8 @@ fn table(rows: &[Stats], columns: &[Column]) -> String {
     for row in rows {
         let (lights, mode) = (number(row, "lights"), text(row, "mode"));
         let _ = write!(out, "{:width$} {lights:>6} {mode:>6}", text(row, "scene"));
-        if budgets {
-            let _ = write!(out, " {:>7}", text(row, "updates"));
+        for word in &words {
+            let _ = write!(out, " {:>7}", text(row, word));
         }
         for (_, key, factor, digits) in columns {
             let _ = write!(out, " {:>10.digits$}", number(row, key) * factor);
@@ -132,22 +132,26 @@ fn table(rows: &[Stats], columns: &[Column]) -> String {
     out
 }
 
+/// Keys of columns that are no numbers, where there are any.
+fn words(rows: &[Stats]) -> Vec<&'static str> {
+    ["updates", "rewalk"].into_iter().filter(|key| rows.iter().any(|row| row.contains_key(*key))).collect()
+}
+
 /// The table's columns under the keys of the JSON file.
 fn csv(rows: &[Stats], columns: &[Column]) -> String {
-    let budgets = if rows.iter().any(|row| row.contains_key("updates")) { ",updates" } else { "" };
-    let mut out = format!("scene,lights,mode{budgets},width,height");
-    for (_, key, ..) in columns {
-        let _ = write!(out, ",{key}");
-    }
+    let words = words(rows);
+    let sizes = ["width", "height"];
+    let keys = words.iter().chain(&sizes).chain(columns.iter().map(|(_, key, ..)| key));
+    let mut out = keys.fold(String::from("scene,lights,mode"), |out, key| out + "," + key);
     out.push('\n');
     for row in rows {
         // A path may hold commas and quotes.
         let scene = format!("\"{}\"", text(row, "scene").replace('"', "\"\""));
         let _ = write!(out, "{scene},{},{}", number(row, "lights"), text(row, "mode"));
-        if !budgets.is_empty() {
-            let _ = write!(out, ",{}", text(row, "updates"));
+        for word in &words {
+            let _ = write!(out, ",{}", text(row, word));
         }
-        for key in ["width", "height"].iter().chain(columns.iter().map(|(_, key, ..)| key)) {
+        for key in sizes.iter().chain(columns.iter().map(|(_, key, ..)| key)) {
             let _ = write!(out, ",{}", number(row, key));
         }
         out.push('\n');

@@ -45,6 +45,7 @@ pub fn rows(args: &BenchArgs, scenes: &[(&String, Scene)], device: &Device) -> R
                     ("lights", lights.into()),
                     ("mode", "full".into()),
                     ("updates", updates.to_string().into()),
+                    ("rewalk", args.rewalk.to_string().into()),
                     ("width", args.size[0].into()),
                     ("height", args.size[1].into()),
                     ("moving_frame_ms", (number(&row, "frame_ms") + number(&row, "update_ms")).into()),

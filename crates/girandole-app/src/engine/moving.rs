@@ -2,11 +2,11 @@
 
 use super::Stats;
 use super::gpu::{self, Device, FORMAT, median, milliseconds, settings, statistics};
-use crate::args::{BenchArgs, Mode, UpdatesArg};
+use crate::args::{BenchArgs, Mode, RewalkArg, UpdatesArg};
 use anyhow::Result;
 use girandole::{CullCounts, MapUpdates, RenderSettings, Renderer};
-use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
-use girandole_core::lights::LightSettings;
+use girandole_core::illumination::{Illumination, IlluminationSettings};
+use girandole_core::lights::{LightSettings, Pace};
 use girandole_core::scene::{Scene, View};
 use girandole_core::visibility::VisibilityDatabase;
 use std::time::Instant;
@@ -36,7 +36,7 @@ const COUNTS: [&str; 8] = [
 ];
 
 impl Device {
-    /// Times frames of mode full along a scene's motion with light samples held: each after an update, and once more with
+    /// Times frames of mode full along a scene's motion: each after an update, and once more with
     /// nothing changed.
     pub fn time_moving(&self, mut trial: MovingTrial, progress: &dyn Fn(f32)) -> Result<Stats> {
         let args = trial.args;
@@ -46,15 +46,16 @@ impl Device {
         let lights = LightSettings {
             count: trial.lights,
             seed: args.seed,
-            walk_dynamic: false,
+            walk_dynamic: args.rewalk != RewalkArg::Off,
             ..LightSettings::default()
         };
         let views = vec![trial.view];
-        let held = IlluminationSettings { lights, views, rewalk: Rewalk::Off, ..Default::default() };
+        let rewalk = args.rewalk.with_fade(Pace::default().fade);
+        let light = IlluminationSettings { lights, views, rewalk, ..Default::default() };
         trial.scene.take_changes();
-        renderer.open(&trial.scene, &held)?;
+        renderer.open(&trial.scene, &light)?;
         // A second one, to time by itself what the renderer does within its update.
-        let mut beside = Illumination::new(&trial.scene, &held)?;
+        let mut beside = Illumination::new(&trial.scene, &light)?;
         let still = RenderSettings {
             exposure: girandole_core::tonemap::Exposure::Ev(0.0),
             updates: MapUpdates { most: Some(0), ..MapUpdates::default() },

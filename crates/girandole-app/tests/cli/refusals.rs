@@ -80,6 +80,7 @@ fn bad_arguments() {
         ("render table --max-map-age 3", "--updates"),
         ("render table --updates 5 --max-map-age 3", "--frames"),
         ("bench table --updates 5", "--moving"),
+        ("bench table --rewalk 200", "--moving"),
         ("bench table --moving --updates 5ms", "a number of shadow maps"),
         ("bench table --moving --modes full", "--modes"),
         ("render table --frames 0..3 --rewalk some -o f#.exr", "off, all"),
