@@ -8,14 +8,15 @@
 //! direction below 1.2e-7. Rays start `BACK_UP` earlier there, and boxes are `MARGIN` larger: more than single
 //! precision can be wrong by.
 
+mod hierarchy;
+
+pub(crate) use hierarchy::HeldHierarchies;
+
 use crate::scene::{Geometry, NONE, Scene};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3A};
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
-use obvhs::ploc::PlocBuilder;
+use hierarchy::{Hierarchy, MARGIN};
+use obvhs::BvhBuildParams;
 use obvhs::ray::{Ray, RayHit};
-use obvhs::{Boundable, BvhBuildParams};
 use std::sync::Arc;
 
 /// An intersection of a ray and a surface.
@@ -33,47 +34,12 @@ pub struct Hit {
 pub struct SceneTracer<'a> {
     scene: &'a Scene,
     geometry: &'a Geometry,
-    hierarchy: Arc<Hierarchy>,
-}
-
-/// What rays are traced against.
-pub(crate) struct Hierarchy {
-    bvh: CwBvh,
-    /// The triangles in the hierarchy's order, `group` to a leaf.
-    leaves: Vec<Leaf>,
-    group: usize,
-    /// A power of two: hierarchy from scene.
-    scale: f64,
-}
-
-impl std::fmt::Debug for Hierarchy {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(f, "Hierarchy of {} triangles", self.leaves.len())
-    }
-}
-
-/// A triangle where the traversal finds it.
-struct Leaf {
-    corners: [Vec3; 3],
-    triangle: u32,
-    masked: bool,
-}
-
-struct Bounds(Aabb);
-
-impl Boundable for Bounds {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
+    /// All triangles are in one of them. Into how many they are divided changes no result.
+    hierarchies: Vec<Arc<Hierarchy>>,
 }
 
 /// How much earlier rays start in the hierarchy's space.
 const BACK_UP: f64 = 2e-4;
-/// How much larger boxes are in the hierarchy's space, on each side.
-const MARGIN: f32 = 1e-6;
-/// Levels of a hierarchy that the traversal's stack of 32 has room for.
-const MAX_DEPTH: usize = 31;
-
 /// A ray prepared for the watertight intersection test of Woop, Benthin and Wald (2013).
 struct WatertightRay {
     origin: DVec3,
@@ -144,7 +110,7 @@ impl Traversal {
     fn new(tracer: &SceneTracer, origin: DVec3, direction: DVec3, t_max: f64) -> Self {
         let length = direction.length();
         let unit = direction / length;
-        let (scale, center) = (tracer.hierarchy.scale, tracer.center());
+        let (scale, center) = (hierarchy::scale(tracer.geometry), tracer.center());
         // From far away, start near the scene: distances stay as exact as its size allows.
         let extent = f64::from(tracer.geometry.extent());
         let skipped = ((center - origin).dot(unit) - extent).max(0.0);
@@ -167,69 +133,18 @@ impl Traversal {
 impl<'a> SceneTracer<'a> {
     /// Builds the hierarchy over all triangles.
     pub fn new(scene: &'a Scene, geometry: &'a Geometry) -> Self {
-        Self::with_build(scene, geometry, BvhBuildParams::medium_build())
+        Self::with_build(scene, geometry, &BvhBuildParams::medium_build())
     }
 
-    fn with_build(scene: &'a Scene, geometry: &'a Geometry, build: BvhBuildParams) -> Self {
-        let scale = libm::exp2(-libm::floor(libm::log2(f64::from(geometry.extent()))));
-        let count = geometry.triangles.len();
-        let bounds = |triangles: &[u32]| {
-            let corners = triangles.iter().flat_map(|&i| geometry.corners(i));
-            let corners: Vec<Vec3A> = corners.map(|p| (p.as_dvec3() * scale).as_vec3a()).collect();
-            let mut aabb = Aabb::from_points(&corners);
-            aabb.min -= Vec3A::splat(MARGIN);
-            aabb.max += Vec3A::splat(MARGIN);
-            Bounds(aabb)
-        };
-        let all: Vec<u32> = (0..count as u32).collect();
-        // Many equal boxes can make a hierarchy deeper than its traversal's stack. Then neighbours in the list share a leaf,
-        // enough of them that it fits.
-        let mut group = 1;
-        let mut bvh = CwBvh::default();
-        if count > 0 {
-            bvh = hierarchy(&all.chunks(group).map(bounds).collect::<Vec<_>>(), &build);
-            while depth(&bvh) >= MAX_DEPTH {
-                group *= 4;
-                bvh = hierarchy(&all.chunks(group).map(bounds).collect::<Vec<_>>(), &build);
-            }
-        }
-        let leaves = bvh
-            .primitive_indices
-            .iter()
-            .flat_map(|&chunk| {
-                // The last chunk is padded with its last triangle, which changes no result.
-                (0..group).map(move |i| (chunk as usize * group + i).min(count - 1) as u32)
-            })
-            .map(|triangle| {
-                let material = geometry.triangles[triangle as usize].material;
-                Leaf {
-                    corners: geometry.corners(triangle),
-                    triangle,
-                    masked: scene.materials[material as usize].alpha_cutoff.is_some(),
-                }
-            })
-            .collect();
-        Self::with_hierarchy(scene, geometry, Arc::new(Hierarchy { bvh, leaves, group, scale }))
+    fn with_build(scene: &'a Scene, geometry: &'a Geometry, build: &BvhBuildParams) -> Self {
+        let all = (0..geometry.triangles.len() as u32).collect();
+        Self::over(scene, geometry, &[Arc::new(Hierarchy::new(scene, geometry, all, build))])
     }
 
-    /// With the hierarchy of another tracer of the same geometry.
-    pub(crate) fn with_hierarchy(
-        scene: &'a Scene,
-        geometry: &'a Geometry,
-        hierarchy: Arc<Hierarchy>,
-    ) -> Self {
-        Self { scene, geometry, hierarchy }
-    }
-
-    /// What rays are traced against, for other tracers of the same geometry.
-    pub(crate) fn hierarchy(&self) -> Arc<Hierarchy> {
-        self.hierarchy.clone()
-    }
-
-    /// The triangles of a leaf.
-    #[inline]
-    fn leaf(&self, slot: usize) -> &[Leaf] {
-        &self.hierarchy.leaves[slot * self.hierarchy.group..(slot + 1) * self.hierarchy.group]
+    /// With these hierarchies over all triangles.
+    fn over(scene: &'a Scene, geometry: &'a Geometry, hierarchies: &[Arc<Hierarchy>]) -> Self {
+        let with_triangles = hierarchies.iter().filter(|hierarchy| !hierarchy.is_empty());
+        Self { scene, geometry, hierarchies: with_triangles.cloned().collect() }
     }
 
     /// The geometry that is traced.
@@ -269,31 +184,33 @@ impl<'a> SceneTracer<'a> {
         t_max: f32,
         accept: impl Fn(u32, Vec2) -> bool,
     ) -> Option<Hit> {
-        if self.hierarchy.leaves.is_empty() {
-            return None;
-        }
         let (origin, direction, limit) = (origin.as_dvec3(), direction.as_dvec3(), f64::from(t_max));
         let ray = WatertightRay::new(origin, direction)?;
-        let traversal = Traversal::new(self, origin, direction, limit);
+        let mut traversal = Traversal::new(self, origin, direction, limit);
         let mut best: Option<(f64, u32, Vec2)> = None;
-        self.hierarchy.bvh.ray_traverse(traversal.ray, &mut RayHit::none(), |_, slot| {
-            let mut reach = f32::INFINITY;
-            for leaf in self.leaf(slot) {
-                let Some((t, u, v)) = ray.intersect(&leaf.corners) else { continue };
-                let barycentric = Vec2::new(u as f32, v as f32);
-                let nearer = best.is_none_or(|(bt, bi, _)| t < bt || t == bt && leaf.triangle < bi);
-                let taken = t > 0.0
-                    && t < limit
-                    && nearer
-                    && accept(leaf.triangle, barycentric)
-                    && !(leaf.masked && self.geometry.is_cut_out(self.scene, leaf.triangle, barycentric));
-                if taken {
-                    best = Some((t, leaf.triangle, barycentric));
-                    reach = traversal.reach(t);
+        for hierarchy in &self.hierarchies {
+            hierarchy.bvh.ray_traverse(traversal.ray, &mut RayHit::none(), |_, slot| {
+                let mut reach = f32::INFINITY;
+                for leaf in hierarchy.leaf(slot) {
+                    let Some((t, u, v)) = ray.intersect(&leaf.corners) else { continue };
+                    let barycentric = Vec2::new(u as f32, v as f32);
+                    let nearer = best.is_none_or(|(bt, bi, _)| t < bt || t == bt && leaf.triangle < bi);
+                    let taken = t > 0.0
+                        && t < limit
+                        && nearer
+                        && accept(leaf.triangle, barycentric)
+                        && !(leaf.masked && self.geometry.is_cut_out(self.scene, leaf.triangle, barycentric));
+                    if taken {
+                        best = Some((t, leaf.triangle, barycentric));
+                        reach = traversal.reach(t);
+                    }
                 }
+                reach
+            });
+            if let Some((t, ..)) = best {
+                traversal.ray.tmax = traversal.reach(t);
             }
-            reach
-        });
+        }
         best.map(|(t, triangle, barycentric)| Hit { t: t as f32, triangle, barycentric })
     }
 
@@ -313,9 +230,6 @@ impl<'a> SceneTracer<'a> {
         to_triangle: u32,
         likely: u32,
     ) -> Option<u32> {
-        if self.hierarchy.leaves.is_empty() {
-            return None;
-        }
         let origin = from.as_dvec3();
         let direction = to.as_dvec3() - origin;
         let ray = WatertightRay::new(origin, direction)?;
@@ -336,18 +250,20 @@ impl<'a> SceneTracer<'a> {
                 return Some(likely);
             }
         }
-        let mut found = None;
         let traversal = Traversal::new(self, origin, direction, 1.0);
-        self.hierarchy.bvh.ray_traverse_miss(traversal.ray, |_, slot| {
-            match self.leaf(slot).iter().find(|l| blocks(&l.corners, l.triangle, l.masked)) {
-                Some(leaf) => {
-                    found = Some(leaf.triangle);
-                    f32::NEG_INFINITY
+        self.hierarchies.iter().find_map(|hierarchy| {
+            let mut found = None;
+            hierarchy.bvh.ray_traverse_miss(traversal.ray, |_, slot| {
+                match hierarchy.leaf(slot).iter().find(|l| blocks(&l.corners, l.triangle, l.masked)) {
+                    Some(leaf) => {
+                        found = Some(leaf.triangle);
+                        f32::NEG_INFINITY
+                    }
+                    None => f32::INFINITY,
                 }
-                None => f32::INFINITY,
-            }
-        });
-        found
+            });
+            found
+        })
     }
 
     /// Offsets a ray's origin from the surface along its unit normal: far enough that neither rounding nor a coplanar
@@ -355,36 +271,6 @@ impl<'a> SceneTracer<'a> {
     pub fn offset_ray_origin(&self, point: Vec3, normal: Vec3) -> Vec3 {
         point + normal * ray_offset_distance(self.geometry, point)
     }
-}
-
-/// Builds as `obvhs` does in `build_cwbvh`, which would panic where the result is too deep.
-fn hierarchy(boxes: &[Bounds], build: &BvhBuildParams) -> CwBvh {
-    let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
-        build.ploc_search_distance,
-        boxes,
-        (0..boxes.len() as u32).collect(),
-        build.sort_precision,
-        build.search_depth_threshold,
-    );
-    ReinsertionOptimizer::default().run(&mut binary, build.reinsertion_batch_ratio, None);
-    bvh2_to_cwbvh(&binary, build.max_prims_per_leaf.clamp(1, 3), true, false)
-}
-
-/// Levels of a hierarchy.
-fn depth(bvh: &CwBvh) -> usize {
-    let mut level: Vec<usize> = if bvh.nodes.is_empty() { Vec::new() } else { vec![0] };
-    let mut depth = 0;
-    while !level.is_empty() {
-        depth += 1;
-        level = level
-            .iter()
-            .flat_map(|&i| {
-                let node = &bvh.nodes[i];
-                (0..node.imask.count_ones() as usize).map(move |child| node.child_base_idx as usize + child)
-            })
-            .collect();
-    }
-    depth
 }
 
 /// Share of a point's largest coordinate that its ray origins are offset by at least.

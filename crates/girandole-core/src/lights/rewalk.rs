@@ -23,12 +23,10 @@ use super::strata::{Cluster, Item, Strata};
 use super::walk::{Path, Walk, Walked};
 use super::{LightSample, LightSet, LightSettings, direct, emitters};
 use crate::Result;
-use crate::generation::Generation;
 use crate::math::sequence;
 use crate::scene::{Geometry, Scene, View};
-use crate::trace::{Hierarchy, SceneTracer, ray_offset_distance};
+use crate::trace::{HeldHierarchies, ray_offset_distance};
 use glam::Vec3;
-use std::sync::Arc;
 
 mod allocation;
 
@@ -88,8 +86,7 @@ pub(crate) struct IncrementalWalk {
     /// Whether strata need not be merged and split as things are.
     is_balanced: bool,
     frame: u32,
-    /// What rays are traced against, of which version of the scene.
-    hierarchy: Option<(Generation, Arc<Hierarchy>)>,
+    hierarchies: HeldHierarchies,
 }
 
 /// What is known of candidates.
@@ -160,7 +157,7 @@ impl IncrementalWalk {
             slots: Slots::new(Vec::new(), 0, 0),
             is_balanced: true,
             frame: 0,
-            hierarchy: None,
+            hierarchies: HeldHierarchies::default(),
             pilot_weights: [Vec::new(), Vec::new()],
         };
         let (samples, sources) = result.sampling.candidates(geometry);
@@ -276,7 +273,7 @@ impl IncrementalWalk {
         if waiting.is_empty() && more.is_empty() {
             return;
         }
-        let tracer = self.tracer(scene, geometry);
+        let tracer = self.hierarchies.tracer(scene, geometry);
         let walk = Walk {
             tracer: &tracer,
             emissions: self.sampled.emissions(),
@@ -291,17 +288,6 @@ impl IncrementalWalk {
             self.sampling.walked.paths[i] = path;
         }
         self.add_paths(geometry, more);
-    }
-
-    /// A tracer, with the hierarchy of the last one if nothing moved since.
-    fn tracer<'a>(&mut self, scene: &'a Scene, geometry: &'a Geometry) -> SceneTracer<'a> {
-        let held = self.hierarchy.take().filter(|(generation, _)| *generation == geometry.generation());
-        let tracer = match held {
-            Some((_, hierarchy)) => SceneTracer::with_hierarchy(scene, geometry, hierarchy),
-            None => SceneTracer::new(scene, geometry),
-        };
-        self.hierarchy = Some((geometry.generation(), tracer.hierarchy()));
-        tracer
     }
 
     /// What there is to know of a path that was just walked.

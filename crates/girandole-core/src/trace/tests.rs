@@ -1,3 +1,4 @@
+use super::hierarchy::{MAX_DEPTH, depth};
 use super::*;
 use crate::scene::{ColorSpace, Filter, Material, Mesh, MeshTriangle, Texture, TextureRef, Transform, Wrap};
 
@@ -236,7 +237,7 @@ fn the_hierarchy_does_not_matter() {
     let mesh = soup(&mut numbers, 200, 1.0);
     let (scene, geometry) = scene([mesh.clone(), mesh]);
     let builds = [BvhBuildParams::fastest_build(), BvhBuildParams::very_slow_build()];
-    let [fast, slow] = builds.map(|b| SceneTracer::with_build(&scene, &geometry, b));
+    let [fast, slow] = builds.map(|b| SceneTracer::with_build(&scene, &geometry, &b));
     let mut hits = 0;
     for _ in 0..3000 {
         let (origin, direction) = (numbers.vector() * 2.0, numbers.vector());
@@ -251,6 +252,52 @@ fn the_hierarchy_does_not_matter() {
         assert_eq!(blocked, fast.occluder(origin, NONE, to, NONE, guess).is_some());
     }
     assert!(hits > 300, "{hits}");
+}
+
+#[test]
+fn held_hierarchies_give_what_a_fresh_one_gives() {
+    let mut numbers = Numbers(9);
+    let meshes: [Mesh; 3] = std::array::from_fn(|_| soup(&mut numbers, 100, 1.0));
+    let (mut scene, _) = scene(meshes);
+    scene.objects[1].dynamic = true;
+    let mut held = HeldHierarchies::default();
+    let mut kept: Vec<Arc<Hierarchy>> = Vec::new();
+    for step in 0..6 {
+        if step == 4 {
+            // It was static until now.
+            scene.objects[2].dynamic = true;
+        }
+        let moved = if step < 4 { 1 } else { 2 };
+        let place = Transform::translation(numbers.vector());
+        scene.set_transform(scene.objects[moved].node, place).expect("a place");
+        let geometry = Geometry::new(&scene);
+        for round in 0..2 {
+            let (tracer, fresh) = (held.tracer(&scene, &geometry), SceneTracer::new(&scene, &geometry));
+            let mut hits = [0; 3];
+            for _ in 0..500 {
+                let (origin, direction) = (numbers.vector() * 2.0, numbers.vector());
+                let hit = tracer.closest_hit(origin, direction, f32::INFINITY, NONE);
+                assert_eq!(hit, fresh.closest_hit(origin, direction, f32::INFINITY, NONE));
+                if let Some(hit) = hit {
+                    hits[geometry.triangles[hit.triangle as usize].object as usize] += 1;
+                }
+                let to = origin + direction;
+                assert_eq!(tracer.occluded(origin, NONE, to, NONE), fresh.occluded(origin, NONE, to, NONE));
+            }
+            assert!(hits.iter().all(|hits| *hits > 10), "{hits:?}");
+            let same: Vec<bool> =
+                kept.iter().zip(&tracer.hierarchies).map(|(a, b)| Arc::ptr_eq(a, b)).collect();
+            kept.clone_from(&tracer.hierarchies);
+            let expected = match (step, round) {
+                (0, 0) => Vec::new(),
+                (_, 1) => vec![true, true],
+                // Another one is static, or none.
+                (4, _) => vec![false, false],
+                _ => vec![true, false],
+            };
+            assert_eq!(same, expected, "{step} {round}");
+        }
+    }
 }
 
 #[test]
@@ -334,8 +381,8 @@ fn many_equal_boxes_are_traced_like_any() {
     }
     let (scene, geometry) = scene([mesh]);
     let tracer = SceneTracer::new(&scene, &geometry);
-    assert!(depth(&tracer.hierarchy.bvh) < MAX_DEPTH);
-    assert!(tracer.hierarchy.group > 1, "the control: single triangles would be too deep a hierarchy");
+    assert!(depth(&tracer.hierarchies[0].bvh) < MAX_DEPTH);
+    assert!(tracer.hierarchies[0].group > 1, "the control: single triangles would be too deep a hierarchy");
     let mut met = 0;
     for _ in 0..300 {
         let (origin, target) = (numbers.vector() * 2.0, numbers.vector() * 0.4);

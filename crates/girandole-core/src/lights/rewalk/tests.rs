@@ -5,6 +5,7 @@ use crate::lights::tests::{agrees, flux, over_seeds};
 use crate::lights::walk::Path;
 use crate::scene::Transform;
 use crate::scene::builtin::{self, MovingObject};
+use crate::trace::SceneTracer;
 use glam::{DVec3, Quat, vec3};
 
 const ALL: Pace = Pace { paths: u32::MAX, fade: 0 };
