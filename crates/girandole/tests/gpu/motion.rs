@@ -210,7 +210,13 @@ fn rewalked(context: &Context) {
 
 /// Frames of random motion, of lights that change and of budgets.
 fn many_frames(context: &Context) {
-    const FRAMES: u32 = 120;
+    for rewalk in [Rewalk::Off, Rewalk::Paths(Pace { paths: 50, fade: 4 })] {
+        many_frames_with(context, rewalk);
+    }
+}
+
+fn many_frames_with(context: &Context, rewalk: Rewalk) {
+    const FRAMES: u32 = 90;
     let mut scene = builtin::build("block", MovingObject::Torus).expect("a room");
     let torus = scene.objects.iter().position(|o| o.dynamic).expect("it is dynamic");
     let lamp = scene.materials.iter().position(|m| m.emits()).expect("a lamp") as u32;
@@ -226,7 +232,8 @@ fn many_frames(context: &Context) {
     };
     let options = RendererOptions { map_size: Some(32), ..Default::default() };
     let mut renderer = context.renderer(options);
-    renderer.open(&scene, &held(30, false)).expect("open");
+    let settings = IlluminationSettings { rewalk, ..held(30, rewalk != Rewalk::Off) };
+    renderer.open(&scene, &settings).expect("open");
     let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
     let random = |frame: u32, what: u32| {
         let bits =
