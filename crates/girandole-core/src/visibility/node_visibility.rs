@@ -106,6 +106,8 @@ pub(crate) struct Workspace {
     pub open: Vec<(u32, FullCoverHint)>,
     /// The stack of a search for what is near.
     pub stack: Vec<u32>,
+    /// What it found.
+    pub near: Vec<u32>,
     pub found: Vec<Entry>,
     /// Lights to be tested.
     pub lights: Vec<u32>,
@@ -118,6 +120,7 @@ impl Workspace {
             pyramid: Pyramid::new(),
             open: Vec::new(),
             stack: Vec::new(),
+            near: Vec::new(),
             found: Vec::new(),
             lights: Vec::new(),
         }

@@ -46,6 +46,18 @@ impl StateMatrix {
         self.deciders.iter().filter(|d| **d != Decider::NONE).count()
     }
 
+    /// The same states, without blockers that decide them.
+    pub fn undecided(&self) -> Self {
+        let deciders = vec![Decider::NONE; self.states.len()];
+        Self { lights: self.lights, states: self.states.clone(), deciders }
+    }
+
+    /// Makes a pair partial because of a blocker.
+    pub fn set_partial(&mut self, node: usize, light: u32, blocker: u32) {
+        let at = node * self.lights + light as usize;
+        (self.states[at], self.deciders[at]) = (State::Partial, Decider(blocker << 1));
+    }
+
     /// Appends a node; of a light's entries the first one decides.
     pub fn push(&mut self, node: &NodeVisibility) {
         self.push_states(&node.states, node.entries.iter().filter(|e| !e.is_partly_facing()));

@@ -2,12 +2,13 @@
 
 use super::*;
 use crate::scene::builtin::shapes;
-use crate::visibility::boxes::Capsule;
+use crate::visibility::cones::{ConeBase, ShadowCone, Sphere};
 use crate::visibility::shapes::{Apex, Shape};
 use crate::visibility::surfaces::Surfaces;
+use glam::DVec3;
 
 #[test]
-fn capsules_contain_the_rays() {
+fn cones_contain_the_rays() {
     let mut numbers = Numbers(5);
     let mut scene = empty_scene();
     add(&mut scene, room(vec3(-2.0, 0.0, -3.0), vec3(2.0, 2.5, 3.0)));
@@ -33,14 +34,16 @@ fn capsules_contain_the_rays() {
         for profile in [Profile::Cosine, Profile::Directional] {
             for _ in 0..20 {
                 let apex = Apex::new(&light(numbers.vector() * 3.0, numbers.vector().normalize(), profile));
-                let capsule = Capsule::new(&apex, (center, radius));
+                let base = ConeBase::new(&shape, &surfaces.tolerance);
+                let cone = ShadowCone::new(&apex, &base);
+                let touches = |center: DVec3, radius: f64| cone.may_touch(&Sphere { center, radius });
                 for corner in &patch.corners {
                     // From the corner itself to the light, or on for as long as one likes.
                     let start = *corner + patch.normal * surfaces.tolerance.ray_offset;
                     for t in [0.0, 0.001, 0.3, 0.9, 1.0] {
                         let point = start + apex.towards(start) * if apex.finite { t } else { t * 50.0 };
                         on_rays += 1;
-                        assert!(capsule.may_intersect(point, point), "{shape:?} {apex:?} {t}");
+                        assert!(touches(point, 0.0), "{shape:?} {apex:?} {t}");
                     }
                 }
                 // It is no wider than a third more, and does not go on behind.
@@ -49,9 +52,9 @@ fn capsules_contain_the_rays() {
                 let across = center + along.any_orthonormal_vector() * radius * 1.3;
                 for point in [behind, across] {
                     beside += 1;
-                    missed += usize::from(!capsule.may_intersect(point, point));
+                    missed += usize::from(!touches(point, 0.0));
                 }
-                assert!(capsule.may_intersect(behind - radius, behind + radius), "boxes have an extent");
+                assert!(touches(behind, radius), "spheres have an extent");
             }
         }
     }
