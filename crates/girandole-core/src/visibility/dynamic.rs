@@ -27,23 +27,22 @@ pub(super) struct DynamicPass<'a> {
 
 impl DynamicPass<'_> {
     /// The states with dynamic blockers too, and those of them that decide: first those that may cover receivers, then of the
-    /// light that these leave all others.
-    pub fn run(&self) -> (StateMatrix, Tests) {
+    /// light that these leave all others. They are put into `before`, whose memory serves again.
+    pub fn run(&self, before: StateMatrix) -> (StateMatrix, Tests) {
         let Self { surfaces, lights, receivers, movers, fixed } = *self;
-        let (mut states, mut tests) = if movers.covers.is_empty() {
-            (fixed.undecided(), Tests::default())
+        let (mut states, mut tests) = (before, Tests::default());
+        if movers.covers.is_empty() {
+            states.set_undecided(fixed);
         } else {
             let context = SceneContext { surfaces, lights, blockers: &movers.covers };
-            CoverPass { context: &context, receivers, fixed }.run()
-        };
+            (states, tests) = CoverPass { context: &context, receivers, fixed }.run();
+        }
         if !movers.others.is_empty() {
             let (shades, of_shades) = ShadePass { surfaces, lights, receivers, movers, left: &states }.run();
             tests += of_shades;
-            for (nodes, of_root) in shades {
-                for (node, of_node) in nodes.zip(of_root) {
-                    for shade in of_node {
-                        states.set_partial(node, shade.light, movers.number(shade.blocker));
-                    }
+            for (node, of_node) in shades.into_iter().enumerate() {
+                for shade in of_node {
+                    states.set_partial(node, shade.light, movers.number(shade.blocker));
                 }
             }
         }

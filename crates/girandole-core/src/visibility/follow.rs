@@ -129,9 +129,9 @@ impl VisibilityDatabase {
     /// Determines what dynamic objects block.
     pub(super) fn block_dynamic(&mut self, scene: &Scene) {
         self.movers = Movers::of(&self.surfaces, |object| is_dynamic(scene, object));
-        self.dynamic = None;
+        let before = self.dynamic.take().unwrap_or_default();
         if !self.movers.is_empty() {
-            let (states, tests) = self.dynamic_pass(&self.lights, &self.assembly.visibility).run();
+            let (states, tests) = self.dynamic_pass(&self.lights, &self.assembly.visibility).run(before);
             self.dynamic = Some(states);
             self.tests += tests;
         }
@@ -168,7 +168,7 @@ impl VisibilityDatabase {
         }
         let points: Vec<LightPoint> = lights.iter().map(|&light| self.lights[light as usize]).collect();
         let fixed = self.assembly.visibility.columns(lights);
-        let (columns, tests) = self.dynamic_pass(&points, &fixed).run();
+        let (columns, tests) = self.dynamic_pass(&points, &fixed).run(StateMatrix::default());
         if let Some(states) = &mut self.dynamic {
             states.set_columns(0, lights, &columns);
         }

@@ -102,6 +102,8 @@ pub(crate) struct Pyramid {
     hull: Hull,
     planes: [Plane; MAX_CORNERS + 2],
     count: usize,
+    /// Whether planes are wanted, not only the facing.
+    needs_planes: bool,
     /// Computed on first use.
     bundle: RayBundle,
     slabs: Slabs,
@@ -124,6 +126,7 @@ impl Pyramid {
             hull,
             planes: [Plane::default(); MAX_CORNERS + 2],
             count: 0,
+            needs_planes: true,
             bundle: RayBundle::default(),
             slabs: Slabs::default(),
             swept: None,

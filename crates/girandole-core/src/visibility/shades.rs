@@ -3,7 +3,7 @@
 use super::State;
 use super::blockers::BlockerNode;
 use super::clusters::ClusterTree;
-use super::cones::{ConeBase, ShadowCone};
+use super::cones::{ConeBase, ShadowCone, Sphere};
 use super::light_points::LightPoint;
 use super::movers::Movers;
 use super::node_visibility::Workspace;
@@ -54,8 +54,8 @@ struct Receiver<'a> {
 }
 
 impl ShadePass<'_> {
-    /// By root of the hierarchy of receivers and by node, its shades in the order of lights; and the tests made.
-    pub fn run(&self) -> (Vec<(Range<usize>, Vec<Vec<Shade>>)>, Tests) {
+    /// By node of the hierarchy of receivers, its shades in the order of lights; and the tests made.
+    pub fn run(&self) -> (Vec<Vec<Shade>>, Tests) {
         let own_nodes = self.mesh_nodes();
         let mut tests = Tests::default();
         let roots = self.receivers.roots();
@@ -69,10 +69,10 @@ impl ShadePass<'_> {
                 _ => self.run_root(range.clone()),
             }
         };
-        let mut result = Vec::with_capacity(roots.len());
-        for (range, (shades, of_part)) in roots.iter().zip(map(&roots, of_root)) {
+        let mut result = Vec::with_capacity(self.receivers.nodes.len());
+        for (shades, of_part) in map(&roots, of_root) {
             tests += of_part;
-            result.push((range.clone(), shades));
+            result.extend(shades);
         }
         (result, tests)
     }
@@ -141,28 +141,31 @@ impl ShadePass<'_> {
             let light = of_light[0].0;
             if left[light as usize] != State::Full {
                 let cone = ShadowCone::new(&self.lights[light as usize].apex, &receiver.cone_base);
-                let first = result.len();
-                let mut touches = |node: u32| {
-                    tests.boxes += 1;
-                    cone.may_touch(&self.movers.spheres[node as usize])
-                };
-                result.extend(of_light.iter().filter(|(_, node)| touches(*node)));
-                // As far down as there is room.
-                let mut next = first;
-                while next < result.len() {
-                    let BlockerNode { count, first: child, .. } =
-                        self.movers.others.nodes[result[next].1 as usize];
-                    if count > 0 || result.len() - first >= MAX_OPEN {
-                        next += 1;
-                        continue;
-                    }
-                    result.swap_remove(next);
-                    let children = [child, child + 1].into_iter().filter(|node| touches(*node));
-                    result.extend(children.map(|node| (light, node)));
-                }
+                self.add_touched(&cone, of_light, &mut result, tests);
             }
         }
         result
+    }
+
+    /// Adds those nodes that a cone may touch, as far down as there is room.
+    fn add_touched(&self, cone: &ShadowCone, open: &[Open], result: &mut Vec<Open>, tests: &mut Tests) {
+        let first = result.len();
+        let mut touches = |(_, node): &Open| {
+            tests.boxes += 1;
+            cone.may_touch(&self.movers.spheres[*node as usize])
+        };
+        result.extend(open.iter().copied().filter(&mut touches));
+        let mut next = first;
+        while next < result.len() {
+            let (light, node) = result[next];
+            let BlockerNode { count, first: child, .. } = self.movers.others.nodes[node as usize];
+            if count > 0 || result.len() - first >= MAX_OPEN {
+                next += 1;
+                continue;
+            }
+            result.swap_remove(next);
+            result.extend([(light, child), (light, child + 1)].into_iter().filter(&mut touches));
+        }
     }
 
     /// The lights of which something is blocked for a leaf.
@@ -187,32 +190,29 @@ impl ShadePass<'_> {
     fn blocker(&self, receiver: &Receiver, open: &[Open], workspace: &mut Workspace) -> Option<u32> {
         let apex = &self.lights[open[0].0 as usize].apex;
         let cone = ShadowCone::new(apex, &receiver.cone_base);
-        let Workspace { scratch, pyramid, stack, near, .. } = workspace;
+        let Workspace { scratch, pyramid, stack, .. } = workspace;
+        let Movers { others, spheres, .. } = self.movers;
         stack.clear();
-        near.clear();
         stack.extend(open.iter().map(|(_, node)| node));
-        let spheres = &self.movers.spheres;
-        while let Some(index) = stack.pop() {
-            scratch.tests.boxes += 1;
-            let node = &self.movers.others.nodes[index as usize];
-            match cone.classify(&spheres[index as usize]) {
+        let mut test = PairTest { receiver, apex, cone, pyramid, scratch, stack, is_set: false };
+        while let Some(index) = test.stack.pop() {
+            test.scratch.tests.boxes += 1;
+            let BlockerNode { count, first, .. } = others.nodes[index as usize];
+            match test.cone.classify(&spheres[index as usize]) {
                 Containment::Outside => {}
                 Containment::Inside => return Some(index),
-                Containment::Crossing if node.count > 0 => {
-                    // The nearest one is the first, as it may be all that has to be tested.
-                    near.push(index);
-                    if cone.is_nearer(&spheres[index as usize], &spheres[near[0] as usize]) {
-                        let last = near.len() - 1;
-                        near.swap(0, last);
+                Containment::Crossing if count == 0 => {
+                    let children = [first, first + 1];
+                    test.push_nearer_last(children, children.map(|child| spheres[child as usize]));
+                }
+                Containment::Crossing => {
+                    if others.leaf_items(index).iter().any(|&item| test.intersects(self.surfaces, item)) {
+                        return Some(index);
                     }
                 }
-                Containment::Crossing => stack.extend([node.first, node.first + 1]),
             }
         }
-        let mut test = PyramidTest { receiver, apex, cone, pyramid, scratch, stack, is_set: false };
-        near.iter().copied().find(|&node| {
-            self.movers.others.leaf_items(node).iter().any(|&item| test.intersects(self.surfaces, item))
-        })
+        None
     }
 
     /// Gives each inner node what its children have, where nothing else blocks a part.
@@ -232,18 +232,20 @@ impl ShadePass<'_> {
     }
 }
 
-/// The test of a receiver's pyramid, which is set once it is needed.
-struct PyramidTest<'a> {
+/// The tests of a receiver and a light.
+struct PairTest<'a> {
     receiver: &'a Receiver<'a>,
     apex: &'a Apex,
     cone: ShadowCone<'a>,
+    /// Set once it is needed.
     pyramid: &'a mut Pyramid,
-    scratch: &'a mut Scratch,
-    stack: &'a mut Vec<u32>,
     is_set: bool,
+    scratch: &'a mut Scratch,
+    /// Nodes of a hierarchy that are to be tested.
+    stack: &'a mut Vec<u32>,
 }
 
-impl PyramidTest<'_> {
+impl PairTest<'_> {
     /// Whether anything of a blocker is in the pyramid.
     fn intersects(&mut self, surfaces: &Surfaces, blocker: u32) -> bool {
         let own_mesh = self.receiver.own_mesh;
@@ -266,36 +268,45 @@ impl PyramidTest<'_> {
         }
     }
 
+    /// The one that is tested first is more likely to be all that has to be.
+    fn push_nearer_last(&mut self, nodes: [u32; 2], spheres: [Sphere; 2]) {
+        let nearer = usize::from(!self.cone.is_nearer(&spheres[0], &spheres[1]));
+        self.stack.extend([nodes[1 - nearer], nodes[nearer]]);
+    }
+
     /// Tests clusters by the cone first, and the triangles of those that it crosses by the pyramid.
     fn intersects_tree(&mut self, tree: &ClusterTree) -> bool {
-        self.stack.clear();
+        let below = self.stack.len();
         self.stack.push(0);
-        while let Some(index) = self.stack.pop() {
-            let cluster = &tree.nodes[index as usize];
-            let sphere = cluster.sphere();
-            self.scratch.tests.boxes += 1;
-            match self.cone.classify(&sphere) {
-                Containment::Outside => continue,
-                Containment::Inside => return true,
-                Containment::Crossing => self.set_pyramid(),
-            }
-            if cluster.children[0] == NONE {
-                if self.pyramid.intersects_cluster(tree, index, self.scratch) {
-                    return true;
-                }
-                continue;
-            }
-            self.scratch.tests.blockers += 1;
-            match self.pyramid.classify_sphere(&sphere) {
-                Containment::Outside => {}
-                Containment::Inside => return true,
-                Containment::Crossing => {
-                    let [a, b] = cluster.children.map(|child| tree.nodes[child as usize].sphere());
-                    let nearer = usize::from(!self.cone.is_nearer(&a, &b));
-                    self.stack.extend([cluster.children[1 - nearer], cluster.children[nearer]]);
-                }
+        while self.stack.len() > below
+            && let Some(index) = self.stack.pop()
+        {
+            if self.intersects_cluster(tree, index) {
+                self.stack.truncate(below);
+                return true;
             }
         }
         false
+    }
+
+    /// Whether anything of a cluster is in the pyramid; for one that has children that is left to them, unless it is certain.
+    fn intersects_cluster(&mut self, tree: &ClusterTree, index: u32) -> bool {
+        let cluster = &tree.nodes[index as usize];
+        self.scratch.tests.boxes += 1;
+        match self.cone.classify(&cluster.sphere()) {
+            Containment::Outside => return false,
+            Containment::Inside => return true,
+            Containment::Crossing => self.set_pyramid(),
+        }
+        if cluster.children[0] == NONE {
+            return self.pyramid.intersects_cluster(tree, index, self.scratch);
+        }
+        self.scratch.tests.blockers += 1;
+        let containment = self.pyramid.classify_sphere(&cluster.sphere());
+        if containment == Containment::Crossing {
+            let spheres = cluster.children.map(|child| tree.nodes[child as usize].sphere());
+            self.push_nearer_last(cluster.children, spheres);
+        }
+        containment == Containment::Inside
     }
 }

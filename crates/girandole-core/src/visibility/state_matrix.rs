@@ -46,10 +46,12 @@ impl StateMatrix {
         self.deciders.iter().filter(|d| **d != Decider::NONE).count()
     }
 
-    /// The same states, without blockers that decide them.
-    pub fn undecided(&self) -> Self {
-        let deciders = vec![Decider::NONE; self.states.len()];
-        Self { lights: self.lights, states: self.states.clone(), deciders }
+    /// Becomes a matrix of the same states as another one, without blockers that decide them.
+    pub fn set_undecided(&mut self, states: &Self) {
+        self.lights = states.lights;
+        self.states.clone_from(&states.states);
+        self.deciders.clear();
+        self.deciders.resize(self.states.len(), Decider::NONE);
     }
 
     /// Makes a pair partial because of a blocker.

@@ -16,6 +16,17 @@ const MAX_SPREAD: f64 = 1.0;
 impl Pyramid {
     /// Sets the planes for a pair, unless no point of the receiver and the light face each other.
     pub fn set(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Facing {
+        self.needs_planes = true;
+        self.set_shape(apex, shape, tolerance)
+    }
+
+    /// How many of the receiver's points and the light face each other, where there is nothing to be tested.
+    pub fn facing(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Facing {
+        self.needs_planes = false;
+        self.set_shape(apex, shape, tolerance)
+    }
+
+    fn set_shape(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Facing {
         self.bundle.count = 0;
         self.slabs.count = 0;
         (self.swept, self.sphere_axis, self.axis) = (None, None, None);
@@ -26,8 +37,10 @@ impl Pyramid {
             }
             Shape::Cluster(cluster) => {
                 let room = tolerance.ray_offset + tolerance.coordinate;
-                let bounds = [cluster.low - room, cluster.high + room];
-                self.swept = Some(SweptBox::new(apex, bounds, tolerance.side));
+                if self.needs_planes {
+                    let bounds = [cluster.low - room, cluster.high + room];
+                    self.swept = Some(SweptBox::new(apex, bounds, tolerance.side));
+                }
                 self.set_cluster(apex, cluster, room, tolerance)
             }
             Shape::Group(group) => self.set_group(apex, group, tolerance),
@@ -84,6 +97,9 @@ impl Pyramid {
             } else {
                 facing = Facing::All;
             }
+        }
+        if !self.needs_planes {
+            return facing;
         }
         let mut centroid = DVec3::ZERO;
         for (to, corner) in origins.iter_mut().zip(&corners[..n]) {
@@ -151,6 +167,9 @@ impl Pyramid {
                 }
                 return facing;
             }
+        }
+        if !self.needs_planes {
+            return facing;
         }
         let axis = away / distance;
         let sphere_axis = SphereAxis { direction: axis, sine, cosine: (1.0 - sine * sine).sqrt() };
