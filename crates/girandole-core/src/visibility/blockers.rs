@@ -1,7 +1,7 @@
 //! Blockers, and the bounding volume hierarchy over them.
 
-use super::boxes::Capsule;
 use super::clusters::Cluster;
+use super::cones::{ShadowCone, Sphere};
 use super::node_visibility::Workspace;
 use super::primitives::box_extent;
 use super::pyramid::{Occlusion, Pyramid, Scratch};
@@ -12,7 +12,6 @@ use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
-use rustc_hash::FxHashMap;
 
 /// Share of the hierarchy's nodes that are reinserted to improve it.
 const REINSERTED: f32 = 0.5;
@@ -49,7 +48,7 @@ pub(crate) struct BlockerNode {
 }
 
 /// A hierarchy over some of a scene's blockers. They are numbered as the surfaces: patches, then meshes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct BlockerTree {
     pub nodes: Vec<BlockerNode>,
     pub items: Vec<u32>,
@@ -60,13 +59,17 @@ pub(crate) struct BlockerTree {
 impl BlockerTree {
     /// Over nothing.
     pub fn empty() -> Self {
-        Self { nodes: Vec::new(), items: Vec::new(), outer_planes: Vec::new() }
+        Self::default()
     }
 
     /// Over the blockers of the objects for which `accept` is true.
     pub fn new(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
-        let all = surfaces.blocker_count();
-        let blockers: Vec<u32> = (0..all).filter(|&b| accept(surfaces.blocker_object(b))).collect();
+        let all = 0..surfaces.blocker_count();
+        Self::over(surfaces, all.filter(|&b| accept(surfaces.blocker_object(b))).collect())
+    }
+
+    /// Over these blockers.
+    pub fn over(surfaces: &Surfaces, blockers: Vec<u32>) -> Self {
         if blockers.is_empty() {
             return Self::empty();
         }
@@ -124,7 +127,7 @@ impl BlockerTree {
 
     /// All nodes, children before their parents.
     fn leaves_first(&self) -> Vec<usize> {
-        let mut order = vec![0_usize];
+        let mut order: Vec<usize> = (0..self.nodes.len().min(1)).collect();
         let mut next = 0;
         while next < order.len() {
             let node = &self.nodes[order[next]];
@@ -175,7 +178,7 @@ impl BlockerTree {
 
     /// Sets the extents of each node from the opaque polygons. A room's walls have nothing on one side: they cover no receiver
     /// unless the light is there, and would raise the extent of every node above them.
-    fn set_extents(&mut self, surfaces: &Surfaces, has_static_receivers: bool) {
+    pub fn set_extents(&mut self, surfaces: &Surfaces, has_static_receivers: bool) {
         let mut outer_planes = Vec::new();
         let mut of_item = vec![[0.0; 2]; self.items.len()];
         for (extents, &blocker) in of_item.iter_mut().zip(&self.items) {
@@ -207,20 +210,9 @@ impl BlockerTree {
 
     /// Over static blockers: with the nodes' extents, and continued down to the clusters of meshes.
     pub fn with_clusters(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
-        Self::new(surfaces, accept).continued(surfaces, true)
-    }
-
-    /// Over dynamic blockers: the same, but that any opaque polygon may cover a receiver.
-    pub fn of_dynamic(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
-        Self::new(surfaces, accept).continued(surfaces, false)
-    }
-
-    fn continued(mut self, surfaces: &Surfaces, has_static_receivers: bool) -> Self {
-        let tree = &mut self;
-        if tree.is_empty() {
-            return self;
-        }
-        tree.set_extents(surfaces, has_static_receivers);
+        let mut result = Self::new(surfaces, accept);
+        let tree = &mut result;
+        tree.set_extents(surfaces, true);
         let mut next = 0;
         while next < tree.nodes.len() {
             let end = tree.nodes.len() as u32;
@@ -245,18 +237,7 @@ impl BlockerTree {
             }
             next += 1;
         }
-        self
-    }
-
-    /// Whether any of them may block all light of a receiver.
-    pub fn may_cover(&self) -> bool {
-        self.nodes.first().is_some_and(|root| root.extents[1] > 0.0)
-    }
-
-    /// By mesh, the node that all of it is below.
-    pub fn mesh_nodes(&self) -> FxHashMap<u32, u32> {
-        let root_of = |(i, node): (u32, &BlockerNode)| (node.cluster == 0).then_some((node.mesh, i));
-        (0..).zip(&self.nodes).filter_map(root_of).collect()
+        result
     }
 
     /// The blocker of a node, or the group if it has several.
@@ -268,6 +249,12 @@ impl BlockerTree {
             BlockerNode { count: 1, first, .. } => surfaces.blocker(self.items[*first as usize]),
             _ => Blocker::Group(node),
         }
+    }
+
+    /// The blockers of a leaf; none of an inner node.
+    pub fn leaf_items(&self, node: u32) -> &[u32] {
+        let BlockerNode { first, count, .. } = self.nodes[node as usize];
+        if count > 0 { &self.items[first as usize..(first + count) as usize] } else { &[] }
     }
 
     /// All blockers below a node.
@@ -291,17 +278,16 @@ impl BlockerTree {
     }
 
     /// Whether the box of anything is near the rays between a receiver and a light.
-    pub fn is_near(&self, capsule: &Capsule, workspace: &mut Workspace) -> bool {
+    pub fn is_near(&self, cone: &ShadowCone, workspace: &mut Workspace) -> bool {
         let Workspace { scratch, stack, .. } = workspace;
         stack.clear();
         stack.push(0);
         while let Some(node) = stack.pop().and_then(|i| self.nodes.get(i as usize)) {
             scratch.tests.boxes += 1;
-            if !capsule.may_intersect(node.low, node.high) {
+            if !cone.may_touch(&Sphere::of_box(node.low, node.high)) {
                 continue;
             }
-            // Not down to the clusters of a mesh.
-            if node.count > 0 || node.mesh != NONE {
+            if node.count > 0 {
                 return true;
             }
             stack.extend([node.first, node.first + 1]);

@@ -130,32 +130,48 @@ impl Ray {
     }
 }
 
-/// A receiver's bounding sphere swept to the light: encloses the pyramid and is cheaper to test.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Capsule {
-    from: DVec3,
-    towards: DVec3,
-    inverse_square: f64,
-    /// How far the line goes, in lengths of `towards`.
+/// A box swept to the light, to which it shrinks: encloses the pyramid of a receiver in it, and is cheaper to test.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SweptBox {
+    /// Where its lower and its upper corner are at the receiver.
+    corners: [DVec3; 2],
+    /// Reciprocals of the ways that they go.
+    inverse: [DVec3; 2],
+    /// How far they go, in lengths of those ways.
     end: f64,
-    radius: f64,
 }
 
-impl Capsule {
-    /// From the bounding sphere of the receiver.
-    pub fn new(apex: &Apex, (center, radius): (DVec3, f64)) -> Self {
-        let towards = apex.towards(center);
-        let inverse_square = towards.length_squared().max(f64::MIN_POSITIVE).recip();
+impl SweptBox {
+    /// `margin` is how far rays may be outside of it.
+    pub fn new(apex: &Apex, [low, high]: [DVec3; 2], margin: f64) -> Self {
+        let corners = [low - margin, high + margin];
+        let ways = match apex.finite {
+            true => [apex.position - margin - corners[0], apex.position + margin - corners[1]],
+            false => [-apex.normal; 2],
+        };
         let end = if apex.finite { 1.0 } else { f64::INFINITY };
-        Self { from: center, towards, inverse_square, end, radius }
+        Self { corners, inverse: ways.map(DVec3::recip), end }
     }
 
-    /// Whether it intersects the bounding sphere of a box.
+    /// Whether it may intersect a box: whether at one time its lower corner is not above, and its upper one not below that.
     pub fn may_intersect(&self, low: DVec3, high: DVec3) -> bool {
-        let beside = (low + high) * 0.5 - self.from;
-        let along = (beside.dot(self.towards) * self.inverse_square).clamp(0.0, self.end);
-        let room = self.radius + 0.5 * (high - low).length();
-        (beside - self.towards * along).length_squared() <= room * room
+        let [below, above] =
+            [(high - self.corners[0]) * self.inverse[0], (low - self.corners[1]) * self.inverse[1]];
+        let (mut enter, mut leave): (f64, f64) = (0.0, self.end);
+        for axis in 0..3 {
+            // A corner that goes up passes a bound from below. `min` and `max` ignore a NaN, which is one that stays on it.
+            if self.inverse[0][axis] > 0.0 {
+                leave = leave.min(below[axis]);
+            } else {
+                enter = enter.max(below[axis]);
+            }
+            if self.inverse[1][axis] > 0.0 {
+                enter = enter.max(above[axis]);
+            } else {
+                leave = leave.min(above[axis]);
+            }
+        }
+        enter <= leave
     }
 }
 

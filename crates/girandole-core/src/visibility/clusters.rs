@@ -1,5 +1,6 @@
 //! A binary tree of clusters over some triangles of an object: receivers near the root, blockers down to the leaves.
 
+use super::cones::Sphere;
 use super::primitives::box_extent;
 use crate::scene::{Geometry, NONE, Scene};
 use glam::DVec3;
@@ -20,6 +21,8 @@ pub(crate) struct Cluster {
     pub axis: DVec3,
     /// Radians; π where there is no such cone, as for double-sided ones.
     pub angle: f64,
+    /// Sine and cosine of that angle and a little more, which rounding is less than.
+    pub angle_sine_cosine: (f64, f64),
     pub area: f64,
     /// Into [`ClusterTree::order`].
     pub range: Range<u32>,
@@ -141,6 +144,18 @@ impl Cluster {
         let cosine = triangles.clone().map(|t| t.normal.dot(axis)).fold(1.0, f64::min);
         let angle = if double_sided || axis == DVec3::ZERO { PI } else { libm::acos(cosine) };
         let area = triangles.map(|t| t.area).sum();
-        Self { center, radius, low, high, axis, angle, area, range: 0..0, children: [NONE; 2] }
+        let angle_sine_cosine = Self::sine_cosine(angle);
+        let children = [NONE; 2];
+        Self { center, radius, low, high, axis, angle, angle_sine_cosine, area, range: 0..0, children }
+    }
+
+    /// Its bounding sphere.
+    pub fn sphere(&self) -> Sphere {
+        Sphere { center: self.center, radius: self.radius }
+    }
+
+    /// What [`Cluster::angle_sine_cosine`] is for an angle.
+    pub fn sine_cosine(angle: f64) -> (f64, f64) {
+        libm::sincos(angle + 1e-3)
     }
 }

@@ -3,6 +3,7 @@
 use super::assembly::{Assembly, End, Grown};
 use super::blockers::{Blocker, BlockerTree};
 use super::light_points::LightPoint;
+use super::movers::Movers;
 use super::node_visibility::SceneContext;
 use super::pyramid::Tests;
 use super::receivers::{Receivers, Source};
@@ -38,7 +39,7 @@ pub struct VisibilityDatabase {
     /// Area × partially occluded lights above which patches are split.
     pub(super) threshold: f64,
     /// Over dynamic blockers.
-    pub(super) movers: BlockerTree,
+    pub(super) movers: Movers,
     /// The visibility with dynamic blockers too, if there are any.
     pub(super) dynamic: Option<StateMatrix>,
     pub(super) tests: Tests,
@@ -120,7 +121,7 @@ impl VisibilityDatabase {
             still: assembly.end(),
             assembly,
             threshold,
-            movers: BlockerTree::empty(),
+            movers: Movers::default(),
             dynamic: None,
             tests,
             of_geometry: geometry.generation(),
@@ -190,16 +191,17 @@ impl VisibilityDatabase {
     /// objects. Below a full blocker nothing is tested again. If a node has none, its parent's decide, or the light and it do
     /// not face each other.
     pub fn blockers(&self, node: u32, light: u32) -> impl Iterator<Item = (Blocker, bool)> + '_ {
-        let named = |states: &StateMatrix, tree: &BlockerTree, first_group: u32| {
-            let (blocker, is_full) = states.decider(node as usize, light as usize)?;
-            Some(match tree.blocker(&self.surfaces, blocker) {
+        let decider = |states: &StateMatrix| states.decider(node as usize, light as usize);
+        let first_group = self.groups.nodes.len() as u32;
+        let fixed = decider(&self.assembly.visibility)
+            .map(|(blocker, is_full)| (self.groups.blocker(&self.surfaces, blocker), is_full));
+        let dynamic = self.dynamic.as_ref().and_then(decider).map(|(blocker, is_full)| {
+            match self.movers.blocker(&self.surfaces, blocker) {
                 Blocker::Group(group) => (Blocker::Group(group + first_group), is_full),
                 one => (one, is_full),
-            })
-        };
-        let first_group = self.groups.nodes.len() as u32;
-        let of_movers = self.dynamic.as_ref().and_then(|states| named(states, &self.movers, first_group));
-        named(&self.assembly.visibility, &self.groups, 0).into_iter().chain(of_movers)
+            }
+        });
+        fixed.into_iter().chain(dynamic)
     }
 
     /// The blockers of a [`Blocker::Group`].

@@ -6,10 +6,12 @@ use super::database::{Segment, VisibilityDatabase, is_dynamic};
 use super::dynamic::DynamicPass;
 use super::held::HeldPass;
 use super::light_points::LightPoint;
+use super::movers::Movers;
 use super::node_visibility::SceneContext;
 use super::parallel::map;
 use super::pyramid::Tests;
 use super::sources::Sources;
+use super::state_matrix::StateMatrix;
 use super::surfaces::Surfaces;
 use crate::Result;
 use crate::lights::LightSet;
@@ -77,7 +79,7 @@ impl VisibilityDatabase {
                 .iter()
                 .map(|s| Segment { sources: Sources::of_object(&surfaces, s.object), ..*s })
                 .collect(),
-            movers: BlockerTree::of_dynamic(&surfaces, |object| is_dynamic(scene, object)),
+            movers: Movers::of(&surfaces, |object| is_dynamic(scene, object)),
             tests: Tests::default(),
             surfaces,
             groups,
@@ -126,13 +128,10 @@ impl VisibilityDatabase {
 
     /// Determines what dynamic objects block.
     pub(super) fn block_dynamic(&mut self, scene: &Scene) {
-        self.movers = BlockerTree::of_dynamic(&self.surfaces, |object| is_dynamic(scene, object));
-        self.dynamic = None;
+        self.movers = Movers::of(&self.surfaces, |object| is_dynamic(scene, object));
+        let before = self.dynamic.take().unwrap_or_default();
         if !self.movers.is_empty() {
-            let context =
-                SceneContext { surfaces: &self.surfaces, lights: &self.lights, blockers: &self.movers };
-            let (receivers, fixed) = (&self.assembly.receivers, &self.assembly.visibility);
-            let (states, tests) = DynamicPass { context: &context, receivers, fixed }.run();
+            let (states, tests) = self.dynamic_pass(&self.lights, &self.assembly.visibility).run(before);
             self.dynamic = Some(states);
             self.tests += tests;
         }
@@ -164,13 +163,21 @@ impl VisibilityDatabase {
 
     /// Determines what dynamic blockers leave of some lights.
     fn determine_dynamic_columns(&mut self, lights: &[u32]) {
-        let Some(states) = &mut self.dynamic else { return };
+        if self.dynamic.is_none() {
+            return;
+        }
         let points: Vec<LightPoint> = lights.iter().map(|&light| self.lights[light as usize]).collect();
-        let context = SceneContext { surfaces: &self.surfaces, lights: &points, blockers: &self.movers };
         let fixed = self.assembly.visibility.columns(lights);
-        let pass = DynamicPass { context: &context, receivers: &self.assembly.receivers, fixed: &fixed };
-        let (columns, tests) = pass.run();
-        states.set_columns(0, lights, &columns);
+        let (columns, tests) = self.dynamic_pass(&points, &fixed).run(StateMatrix::default());
+        if let Some(states) = &mut self.dynamic {
+            states.set_columns(0, lights, &columns);
+        }
         self.tests += tests;
+    }
+
+    /// For these lights and what static blockers leave of them.
+    fn dynamic_pass<'a>(&'a self, lights: &'a [LightPoint], fixed: &'a StateMatrix) -> DynamicPass<'a> {
+        let Self { surfaces, assembly, movers, .. } = self;
+        DynamicPass { surfaces, lights, receivers: &assembly.receivers, movers, fixed }
     }
 }

@@ -139,13 +139,15 @@ impl ReceiverGroup {
         let low = points().fold(DVec3::INFINITY, DVec3::min);
         let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
         let center = (low + high) * 0.5;
+        let angle = if axis == DVec3::ZERO { std::f64::consts::PI } else { libm::acos(cosine) };
         let bounds = Cluster {
             center,
             radius: points().map(|p| p.distance(center)).fold(0.0, f64::max),
             low,
             high,
             axis,
-            angle: if axis == DVec3::ZERO { std::f64::consts::PI } else { libm::acos(cosine) },
+            angle,
+            angle_sine_cosine: Cluster::sine_cosine(angle),
             area: 0.0,
             range: 0..0,
             children: [NONE; 2],

@@ -17,9 +17,11 @@
 //! traversed, and the others are left to the receiver's children. A node may hold a full blocker only if all rays from
 //! the receiver's corners to the light pass through its box, and only if its largest polygon is as wide as the pyramid is
 //! there. A failed test leaves a hint for the children: those that have a corner whose ray misses the box, or that are
-//! still too wide, skip the test. Dynamic blockers have a hierarchy of their own, which is traversed after the static
-//! one, and only where that can change the state: not for receivers that static blockers cover, and only for patches, which
-//! might cover it, for those that static blockers block in part.
+//! still too wide, skip the test. Dynamic blockers are traversed after the static ones, in two hierarchies, and only where that
+//! can change the state. Opaque polygons, which might cover a receiver, are tested as static ones are, but for receivers that
+//! those cover. All others can only make an unoccluded pair partial. To find which, the cone about all rays between a light and
+//! a receiver is tested against bounding spheres: at inner nodes nothing else is, and at leaves the pyramid only where the cone
+//! does not decide. An inner node is partial if one of its leaves is.
 //!
 //! Patches that face the same way and are near each other form groups too, above the hierarchy of receivers: a light
 //! behind all of a group is behind each member, and a blocker outside the group's pyramid is outside of the members'.
@@ -49,6 +51,7 @@ mod assembly;
 mod blockers;
 mod boxes;
 mod clusters;
+mod cones;
 mod database;
 mod dynamic;
 mod follow;
@@ -57,11 +60,13 @@ mod held;
 mod hierarchy;
 mod ids;
 mod light_points;
+mod movers;
 mod node_visibility;
 mod parallel;
 mod primitives;
 mod pyramid;
 mod receivers;
+mod shades;
 mod shapes;
 mod sources;
 mod state_matrix;

@@ -151,18 +151,21 @@ impl SceneContext<'_> {
                 }
                 continue;
             }
-            workspace.scratch.tests.boxes += 1;
-            let facing = workspace.pyramid.set(&light.apex, shape, &tolerance);
-            if facing == Facing::None {
-                *state = State::Full;
-                continue;
-            }
             workspace.open.clear();
             if parent.is_some() {
                 let partial = inherited.iter().filter(|e| !e.full() && !e.is_partly_facing());
                 workspace.open.extend(partial.rev().map(|e| e.for_child(&node)));
             } else {
                 workspace.open.extend((!self.blockers.is_empty()).then_some((0, FullCoverHint::UNKNOWN)));
+            }
+            workspace.scratch.tests.boxes += 1;
+            let facing = match workspace.open.is_empty() {
+                true => workspace.pyramid.facing(&light.apex, shape, &tolerance),
+                false => workspace.pyramid.set(&light.apex, shape, &tolerance),
+            };
+            if facing == Facing::None {
+                *state = State::Full;
+                continue;
             }
             *state = self.search(index as u32, node, State::Unoccluded, workspace);
             result.entries.extend_from_slice(&workspace.found);

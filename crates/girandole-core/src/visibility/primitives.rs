@@ -38,6 +38,11 @@ impl Tolerance {
         }
     }
 
+    /// How much farther than a receiver's own bounds those of its pyramids reach.
+    pub fn room(&self) -> f64 {
+        4.0 * (self.ray_offset + self.side)
+    }
+
     /// For points of a box, some of which may be offset farther than others.
     pub fn within(&self, low: DVec3, high: DVec3) -> Self {
         let far = low.abs().max(high.abs()).max_element() * (1.0 + 1e-6);

@@ -6,8 +6,9 @@
 
 mod planes;
 
-use super::boxes::{FullCoverHint, RayBundle, Slabs};
+use super::boxes::{FullCoverHint, RayBundle, Slabs, SweptBox};
 use super::clusters::{Cluster, ClusterTree};
+use super::cones::Sphere;
 use super::primitives::{Tolerance, clip};
 use super::shapes::{Apex, Hull, MAX_CORNERS};
 use super::surfaces::SimplePatch;
@@ -84,6 +85,16 @@ struct PlaneHeights {
     high: f64,
 }
 
+/// The axis of the cone of planes that touch a receiver's sphere and go through the light.
+#[derive(Clone, Copy, Debug)]
+struct SphereAxis {
+    /// From the light to the sphere, unit length.
+    direction: DVec3,
+    /// Of the angle between axis and planes.
+    sine: f64,
+    cosine: f64,
+}
+
 /// The half-spaces of a receiver and a light that face each other; set again for each pair.
 pub(crate) struct Pyramid {
     apex: Apex,
@@ -91,9 +102,15 @@ pub(crate) struct Pyramid {
     hull: Hull,
     planes: [Plane; MAX_CORNERS + 2],
     count: usize,
+    /// Whether planes are wanted, not only the facing.
+    needs_planes: bool,
     /// Computed on first use.
     bundle: RayBundle,
     slabs: Slabs,
+    /// Of a cluster.
+    swept: Option<SweptBox>,
+    /// Of a sphere: from the light to it.
+    sphere_axis: Option<SphereAxis>,
     /// The receiver's middle, and from there to the light.
     axis: Option<(DVec3, DVec3)>,
 }
@@ -109,19 +126,21 @@ impl Pyramid {
             hull,
             planes: [Plane::default(); MAX_CORNERS + 2],
             count: 0,
+            needs_planes: true,
             bundle: RayBundle::default(),
             slabs: Slabs::default(),
+            swept: None,
+            sphere_axis: None,
             axis: None,
         }
     }
 
     /// For a spherical receiver, the tangent plane that separates the pyramid best from a point beside it.
     fn tangent_towards(&self, point: DVec3) -> Option<Plane> {
-        let Hull::Sphere(center, ..) = self.hull else { return None };
-        let away = if self.apex.finite { center - self.apex.position } else { self.apex.normal };
-        let axis = away.try_normalize()?;
+        let (Hull::Sphere(center, ..), Some(axis)) = (&self.hull, &self.sphere_axis) else { return None };
+        let SphereAxis { direction, .. } = *axis;
         let beside = point - center;
-        let across = (axis * axis.dot(beside) - beside).try_normalize()?;
+        let across = (direction * direction.dot(beside) - beside).try_normalize()?;
         let (normal, offset) = self.tangent(axis, across);
         Some(Plane { normal, offset, margin: self.tolerance.side })
     }
@@ -141,14 +160,22 @@ impl Pyramid {
             let middle = self.hull.middle();
             (middle, self.apex.towards(middle))
         });
+        let length = along.length_squared();
+        // Squares of twice the distance times that length, and of the size.
         let beside = |(low, high): (DVec3, DVec3)| {
-            ((low + high) * 0.5 - middle).cross(along).length_squared() / (high - low).length_squared()
+            let to = low + high - middle * 2.0;
+            let ahead = to.dot(along);
+            (to.length_squared() * length - ahead * ahead, (high - low).length_squared())
         };
-        beside((low, high)) < beside(other)
+        let ((distance, size), (other_distance, other_size)) = (beside((low, high)), beside(other));
+        distance * other_size < other_distance * size
     }
 
     /// Where a box is; what is inside is so by more than the tolerance.
     pub fn classify_box(&mut self, low: DVec3, high: DVec3) -> Containment {
+        if self.swept.as_ref().is_some_and(|swept| !swept.may_intersect(low, high)) {
+            return Containment::Outside;
+        }
         let (center, half) = ((low + high) * 0.5, (high - low) * 0.5);
         let mut containment = Containment::Inside;
         for p in self.planes() {
@@ -160,7 +187,7 @@ impl Pyramid {
                 containment = Containment::Crossing;
             }
         }
-        if containment == Containment::Crossing {
+        if containment == Containment::Crossing && self.swept.is_none() {
             if self.slabs.count == 0 {
                 self.slabs.set(&self.apex, &self.hull, self.tolerance.side);
             }
@@ -225,6 +252,21 @@ impl Pyramid {
             }
         }
         false
+    }
+
+    /// Where a sphere is.
+    pub fn classify_sphere(&self, sphere: &Sphere) -> Containment {
+        let mut containment = Containment::Inside;
+        for p in self.planes() {
+            let height = p.normal.dot(sphere.center) - p.offset;
+            if height + sphere.radius < -p.margin {
+                return Containment::Outside;
+            }
+            if height - sphere.radius < p.margin {
+                containment = Containment::Crossing;
+            }
+        }
+        containment
     }
 
     /// Where a cluster is, by its sphere and its box.

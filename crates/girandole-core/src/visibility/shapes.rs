@@ -66,7 +66,7 @@ impl Shape<'_> {
 
     /// Centre and radius of a sphere that contains the bases of its pyramids, tolerances included.
     pub fn sphere(&self, tolerance: &Tolerance) -> (DVec3, f64) {
-        let room = 4.0 * (tolerance.ray_offset + tolerance.side);
+        let room = tolerance.room();
         match self {
             Self::Patch { corners, .. } => {
                 let center = corners.iter().sum::<DVec3>() / corners.len() as f64;

@@ -46,6 +46,20 @@ impl StateMatrix {
         self.deciders.iter().filter(|d| **d != Decider::NONE).count()
     }
 
+    /// Becomes a matrix of the same states as another one, without blockers that decide them.
+    pub fn set_undecided(&mut self, states: &Self) {
+        self.lights = states.lights;
+        self.states.clone_from(&states.states);
+        self.deciders.clear();
+        self.deciders.resize(self.states.len(), Decider::NONE);
+    }
+
+    /// Makes a pair partial because of a blocker.
+    pub fn set_partial(&mut self, node: usize, light: u32, blocker: u32) {
+        let at = node * self.lights + light as usize;
+        (self.states[at], self.deciders[at]) = (State::Partial, Decider(blocker << 1));
+    }
+
     /// Appends a node; of a light's entries the first one decides.
     pub fn push(&mut self, node: &NodeVisibility) {
         self.push_states(&node.states, node.entries.iter().filter(|e| !e.is_partly_facing()));

@@ -1,12 +1,14 @@
 //! The planes of a pyramid, and whether receiver and light face each other.
 
-use super::{Facing, Plane, Pyramid};
+use super::{Facing, Plane, Pyramid, SphereAxis};
+use crate::visibility::boxes::SweptBox;
 use crate::visibility::clusters::Cluster;
 use crate::visibility::groups::ReceiverGroup;
 use crate::visibility::primitives::{ROUNDING, Tolerance, box_extent};
 use crate::visibility::shapes::{Apex, Hull, MAX_CORNERS, Shape};
 use crate::visibility::surfaces::MAX_TILT;
 use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
 
 /// Radians from their common axis within which receivers face about the same way.
 const MAX_SPREAD: f64 = 1.0;
@@ -14,16 +16,32 @@ const MAX_SPREAD: f64 = 1.0;
 impl Pyramid {
     /// Sets the planes for a pair, unless no point of the receiver and the light face each other.
     pub fn set(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Facing {
+        self.needs_planes = true;
+        self.set_shape(apex, shape, tolerance)
+    }
+
+    /// How many of the receiver's points and the light face each other, where there is nothing to be tested.
+    pub fn facing(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Facing {
+        self.needs_planes = false;
+        self.set_shape(apex, shape, tolerance)
+    }
+
+    fn set_shape(&mut self, apex: &Apex, shape: Shape, tolerance: &Tolerance) -> Facing {
         self.bundle.count = 0;
         self.slabs.count = 0;
-        self.axis = None;
+        (self.swept, self.sphere_axis, self.axis) = (None, None, None);
         (self.apex, self.tolerance, self.count) = (*apex, *tolerance, 0);
         match shape {
             Shape::Patch { corners, normal, offset, tilt } => {
                 self.set_patch(apex, corners, normal, offset, tilt, tolerance)
             }
             Shape::Cluster(cluster) => {
-                self.set_cluster(apex, cluster, tolerance.ray_offset + tolerance.coordinate, tolerance)
+                let room = tolerance.ray_offset + tolerance.coordinate;
+                if self.needs_planes {
+                    let bounds = [cluster.low - room, cluster.high + room];
+                    self.swept = Some(SweptBox::new(apex, bounds, tolerance.side));
+                }
+                self.set_cluster(apex, cluster, room, tolerance)
             }
             Shape::Group(group) => self.set_group(apex, group, tolerance),
         }
@@ -80,6 +98,9 @@ impl Pyramid {
                 facing = Facing::All;
             }
         }
+        if !self.needs_planes {
+            return facing;
+        }
         let mut centroid = DVec3::ZERO;
         for (to, corner) in origins.iter_mut().zip(&corners[..n]) {
             *to = *corner + normal * t.ray_offset;
@@ -121,21 +142,8 @@ impl Pyramid {
         let bounds = [cluster.low - room, cluster.high + room];
         let away = if apex.finite { center - apex.position } else { apex.normal };
         let distance = away.length();
-        // Whether all triangles face away from all of the light's directions.
-        let spread = match apex.finite {
-            true if distance <= radius => std::f64::consts::FRAC_PI_2,
-            true => libm::asin(radius / distance),
-            false => 0.0,
-        };
-        let cosine = cluster.axis.dot(-away) / distance;
-        let turned = libm::acos(cosine.clamp(-1.0, 1.0));
-        if turned - spread >= std::f64::consts::FRAC_PI_2 + cluster.angle + 1e-3 {
-            return Facing::None;
-        }
-        let mut facing = match turned + spread + cluster.angle + 1e-3 < std::f64::consts::FRAC_PI_2 {
-            true => Facing::All,
-            false => Facing::Some,
-        };
+        let sine = if apex.finite { (radius / distance).min(1.0) } else { 0.0 };
+        let Some(mut facing) = facing_of(cluster, -away / distance, sine) else { return Facing::None };
         self.hull = Hull::Sphere(center, radius, bounds);
         if apex.finite {
             let (low, high) = box_extent(apex.normal, bounds);
@@ -160,10 +168,16 @@ impl Pyramid {
                 return facing;
             }
         }
+        if !self.needs_planes {
+            return facing;
+        }
         let axis = away / distance;
-        for across in [axis.any_orthonormal_vector(), axis.cross(axis.any_orthonormal_vector())] {
+        let sphere_axis = SphereAxis { direction: axis, sine, cosine: (1.0 - sine * sine).sqrt() };
+        self.sphere_axis = Some(sphere_axis);
+        let across = axis.any_orthonormal_vector();
+        for across in [across, axis.cross(across)] {
             for across in [across, -across] {
-                let (normal, offset) = self.tangent(axis, across);
+                let (normal, offset) = self.tangent(&sphere_axis, across);
                 self.push(normal, offset, t.side);
             }
         }
@@ -173,14 +187,13 @@ impl Pyramid {
     }
 
     /// The plane through the light that touches the sphere on the side opposite to `across` (unit, perpendicular to
-    /// `axis`).
-    pub(super) fn tangent(&self, axis: DVec3, across: DVec3) -> (DVec3, f64) {
+    /// the axis).
+    pub(super) fn tangent(&self, axis: &SphereAxis, across: DVec3) -> (DVec3, f64) {
         let Hull::Sphere(center, radius, _) = self.hull else { return (across, f64::NEG_INFINITY) };
         if !self.apex.finite {
             return (across, across.dot(center) - radius);
         }
-        let sine = (radius / self.apex.position.distance(center)).min(1.0);
-        let normal = across * (1.0 - sine * sine).sqrt() + axis * sine;
+        let normal = across * axis.cosine + axis.direction * axis.sine;
         (normal, normal.dot(self.apex.position).min(normal.dot(center) - radius))
     }
 
@@ -205,5 +218,26 @@ impl Pyramid {
         }
         self.push(axis, floor, t.coordinate);
         facing
+    }
+}
+
+/// How many of a cluster's triangles face a light in this direction; `sine` is of the angle that the cluster appears under.
+/// `None` where all face away from all of the light's directions.
+fn facing_of(cluster: &Cluster, direction: DVec3, sine: f64) -> Option<Facing> {
+    let (angle_sine, angle_cosine) = cluster.angle_sine_cosine;
+    let spread_cosine = (1.0 - sine * sine).sqrt();
+    // Of both angles together. From a right angle on some may face the light and some may not, whatever its direction.
+    let both_cosine = angle_cosine * spread_cosine - angle_sine * sine;
+    if cluster.angle >= FRAC_PI_2 || both_cosine <= 0.0 {
+        return Some(Facing::Some);
+    }
+    let both_sine = angle_sine * spread_cosine + angle_cosine * sine;
+    let turned_cosine = cluster.axis.dot(direction);
+    if turned_cosine <= -both_sine {
+        return None;
+    }
+    match turned_cosine > both_sine {
+        true => Some(Facing::All),
+        false => Some(Facing::Some),
     }
 }

@@ -250,6 +250,35 @@ fn receivers_on_what_rests_are_not_tested_again() {
 }
 
 #[test]
+fn a_mover_that_covers_nothing_blocks_for_a_node_what_it_blocks_for_its_leaves() {
+    let scene = builtin::build("pillars", MovingObject::Torus).expect("a room");
+    let geometry = Geometry::new(&scene);
+    let lights = sampled(&scene, &geometry, 60);
+    let database = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())
+        .expect("a database");
+    let mover = Blocker::Mesh(dynamic_objects(&scene)[0] as u32);
+    let nodes = &database.receivers().nodes;
+    let (mut blocked, mut lit) = (0, 0);
+    for (index, node) in nodes.iter().enumerate().filter(|(_, node)| node.leaf == NONE) {
+        for light in 0..lights.len() as u32 {
+            let by_mover = |node: u32| database.blockers(node, light).any(|(b, _)| b == mover);
+            match database.state(index as u32, light) {
+                State::Unoccluded => {
+                    lit += 1;
+                    assert!(node.children.iter().all(|c| database.state(*c, light) != State::Partial));
+                }
+                State::Partial if by_mover(index as u32) => {
+                    blocked += 1;
+                    assert!(node.children.iter().any(|c| by_mover(*c)));
+                }
+                _ => {}
+            }
+        }
+    }
+    assert!(blocked > 50 && lit > 1000, "{blocked} {lit}");
+}
+
+#[test]
 fn what_is_hidden_is_seen_by_no_ray() {
     let mut scene = builtin::build("pillars", MovingObject::Torus).expect("a room");
     let torus = scene.objects.iter().position(|o| o.dynamic).expect("it is dynamic");
