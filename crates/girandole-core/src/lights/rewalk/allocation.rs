@@ -35,10 +35,15 @@ impl IncrementalWalk {
         let points = importance::view_points(&tracer, views);
         self.sampling.importance = importance::measure(&tracer, &points, &samples, &self.known().0);
         self.is_balanced = false;
+        // What pilots left is weighed by itself: where candidates are few, these say little of places.
+        let weigh = |samples: &[LightSample]| {
+            let places: Vec<_> = samples.iter().map(|s| place(s, self.sampling.normal_scale)).collect();
+            importance::measure(&tracer, &points, samples, &places).weights(samples)
+        };
+        let on_emitters = weigh(&self.sampling.emitter_pilot.concat());
         // Pilots have seeds of their own: how many candidates there are must not depend on them.
         if let Some(pilot) = self.sampling.pilot.as_ref().filter(|pilot| !pilot.deposits.is_empty()) {
-            let now = self.weigh(&pilot.deposits);
-            blend(&mut self.pilot_weights[0], now);
+            blend(&mut self.pilot_weights[0], weigh(&pilot.deposits));
             let counts = pilot.counts(&self.pilot_weights[0]);
             for (target, count) in self.targets.iter_mut().zip(counts) {
                 if differs(*target, count) {
@@ -46,6 +51,7 @@ impl IncrementalWalk {
                 }
             }
         }
+        blend(&mut self.pilot_weights[1], on_emitters);
         self.allocate_emitters(scene, geometry);
     }
 
@@ -67,8 +73,6 @@ impl IncrementalWalk {
             return;
         }
         let power: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
-        let now = self.weigh(&pilot.concat());
-        blend(&mut self.pilot_weights[1], now);
         let weights = worth(&power, pilot, &self.pilot_weights[1]);
         let counts = allocate(&weights, count);
         let is_other = counts.iter().zip(&self.emitter_counts).any(|(&should, &is)| differs(is, should));
