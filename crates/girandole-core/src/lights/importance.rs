@@ -17,7 +17,7 @@ use crate::image::luminance;
 use crate::math::{sequence, warp};
 use crate::scene::View;
 use crate::trace::SceneTracer;
-use glam::{DVec3, Vec2};
+use glam::{DVec3, Vec2, Vec3};
 
 /// Points that all views see together.
 const POINTS: u32 = 1024;
@@ -31,6 +31,8 @@ const RUN: usize = 64;
 const PLAIN: f64 = 0.1;
 /// Share of the mean brightness that counts as dark.
 const DARK: f64 = 0.3;
+/// Changes of a point that are not seen, as a share of the mean brightness.
+const UNSEEN: f32 = 5e-4;
 
 /// Rays that measure how far light goes.
 const FREE_PATH_RAYS: usize = 256;
@@ -62,6 +64,8 @@ pub(super) struct Importance {
     runs: Vec<Run>,
     /// Over all candidates that it was measured with.
     mean: f64,
+    /// Of the points that it was measured at: the light that they reflect in the mean; 0 where there are none.
+    pub brightness: f64,
 }
 
 /// Neighbours, or two halves of them.
@@ -76,17 +80,12 @@ enum Run {
 impl Importance {
     /// Where all places count alike.
     pub fn uniform() -> Self {
-        Self { runs: Vec::new(), mean: 1.0 }
+        Self { runs: Vec::new(), mean: 1.0, brightness: 0.0 }
     }
 
     /// At a [place], as a multiple of the mean.
     pub fn relative_at(&self, place: [f32; 6]) -> f64 {
         self.at(place) / self.mean
-    }
-
-    /// How much of that is seen, and not given to all places alike.
-    pub fn seen_from(&self, place: [f32; 6]) -> f64 {
-        if self.runs.is_empty() { 1.0 } else { (self.relative_at(place) - PLAIN).max(0.0) }
     }
 
     fn at(&self, place: [f32; 6]) -> f64 {
@@ -126,7 +125,7 @@ pub(super) fn measure(
         return alike;
     }
     let power: Vec<f64> = candidates.iter().map(power).collect();
-    let mut result = Importance { runs: split_into_runs(places), mean: 1.0 };
+    let mut result = Importance { runs: split_into_runs(places), mean: 1.0, brightness: 0.0 };
     let of = |run: &Run| if let Run::Whole { members, .. } = run { Some(members.clone()) } else { None };
     let runs: Vec<Vec<u32>> = result.runs.iter().filter_map(of).collect();
     let order: Vec<u32> = runs.concat();
@@ -146,6 +145,8 @@ pub(super) fn measure(
     if mean <= 0.0 {
         return alike;
     }
+    // Each point is one of so many that a candidate could have been tested against.
+    result.brightness = mean * points.len() as f64 / PAIRS as f64;
     let counts: Vec<f64> = brightness.iter().map(|b| 1.0 / (b + DARK * mean)).collect();
 
     // What a run brings, per unit of power.
@@ -228,6 +229,25 @@ fn reflected(tracer: &SceneTracer, point: &ViewPoint, candidate: &LightSample, b
         }
         _ => 0.0,
     }
+}
+
+/// What samples bring to points, by sample and then by point: per unit of intensity, as a share of a brightness. Shadows are
+/// left out where a change of the intensity by so much could not be seen anyway.
+pub(super) fn brought(
+    tracer: &SceneTracer,
+    points: &[ViewPoint],
+    samples: &[(LightSample, Vec3)],
+    brightness: f64,
+) -> Vec<f32> {
+    in_order(samples.len() * points.len(), |i| {
+        let ((sample, change), point) = (&samples[i / points.len()], &points[i % points.len()]);
+        let Surface { position, geometric_normal, shading_normal, .. } = point.surface;
+        let factor = sample.geometric_factor(position, geometric_normal, shading_normal, Clamp::Own);
+        let share = factor.map_or(0.0, |(g, _)| g * point.reflectance) / brightness as f32;
+        let blocked =
+            || tracer.occluded(position, point.triangle, sample.position, sample.triangle());
+        if change.abs().max_element() * share > UNSEEN && blocked() { 0.0 } else { share }
+    })
 }
 
 /// The bound on `G` of a sample that stands for a whole run, lest single pairs decide.

@@ -14,7 +14,7 @@
 //! mean over seeds.
 
 use super::ids::origin;
-use super::importance::{place, power};
+use super::importance::{self, place, power};
 use super::motion::Placement;
 use super::resample::{Candidates, Chosen, choose, stand_in};
 use super::sampling::Sampling;
@@ -42,7 +42,8 @@ const LEAST_SPARE: u32 = 4;
 pub struct Pace {
     /// Paths of the random walk that are walked again a frame, at most.
     pub paths: u32,
-    /// Frames that it takes a sample to come or to go; 0 = at once.
+    /// Frames over which a change of a quarter of the picture's mean brightness is spread, wherever it is seen, where samples
+    /// come or go; 0 = at once.
     pub fade: u32,
 }
 
@@ -72,6 +73,8 @@ pub(crate) struct IncrementalWalk {
     /// By object, a box about it at the last frame.
     boxes: Vec<Option<Box3>>,
     sampling: Sampling,
+    /// What is seen.
+    views: Vec<View>,
     /// On emitters, where they were when light was sampled; of those that are candidates, what is known of them.
     at_rest: Vec<LightSample>,
     on_emitters: Known,
@@ -152,6 +155,7 @@ impl IncrementalWalk {
             boxes: boxes(geometry),
             at_rest: sampling.on_emitters.clone(),
             emitter_counts: Vec::new(),
+            views: views.to_vec(),
             targets: sampling.walked.counts.clone(),
             sampling,
             on_emitters,
@@ -206,7 +210,7 @@ impl IncrementalWalk {
         }
         self.latest = to;
         self.walk(scene, geometry, &trees);
-        self.choose(geometry);
+        self.choose(scene, geometry);
         Some(self.set(scene, geometry))
     }
 
@@ -340,7 +344,7 @@ impl IncrementalWalk {
     }
 
     /// Gives candidates to strata, and samples for those to slots.
-    fn choose(&mut self, geometry: &Geometry) {
+    fn choose(&mut self, scene: &Scene, geometry: &Geometry) {
         let (places, mut weights) = self.known();
         let (samples, sources) = self.sampling.candidates(geometry);
         let weigh = |(sample, at): (&LightSample, &[f32; 6])| {
@@ -365,10 +369,14 @@ impl IncrementalWalk {
             let item = cluster.items.iter().find(is_shown)?;
             Some(stand_in(candidates, cluster, item.index as usize))
         };
-        let Sampling { importance, normal_scale, seed, .. } = &self.sampling;
-        let matters = |sample: &LightSample| importance.seen_from(place(sample, *normal_scale)) as f32;
-        self.slots.show(wanted(&clusters, candidates, *seed), &lineage, stay, matters);
-        self.slots.advance();
+        self.slots.show(wanted(&clusters, candidates, self.sampling.seed), &lineage, stay);
+        let tracer = self.tracer(scene, geometry);
+        let brightness = self.sampling.importance.brightness;
+        self.slots.advance(|changes| {
+            let points = importance::view_points(&tracer, &self.views);
+            let is_seen = brightness > 0.0 && !points.is_empty();
+            is_seen.then(|| importance::brought(&tracer, &points, changes, brightness))
+        });
     }
 
     /// Takes note of what strata choose by from now on; where that is as it was, to the bit.

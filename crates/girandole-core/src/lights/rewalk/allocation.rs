@@ -30,6 +30,7 @@ fn blend(mean: &mut Vec<f64>, now: Vec<f64>) {
 impl IncrementalWalk {
     /// Takes other views for those that samples are placed for.
     pub fn place_for(&mut self, scene: &Scene, geometry: &Geometry, views: &[View]) {
+        self.views = views.to_vec();
         let tracer = self.tracer(scene, geometry);
         let (samples, _) = self.sampling.candidates(geometry);
         let points = importance::view_points(&tracer, views);
