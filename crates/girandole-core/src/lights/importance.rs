@@ -1,6 +1,6 @@
 //! What candidates for light samples bring to the picture.
 //!
-//! 1. [View points](ViewPoint) are what the views see, well spread over their pictures.
+//! 1. [View points](super::view_points) are what the views see, well spread over their pictures.
 //! 2. Candidates are sorted into runs of neighbours. Each candidate is tested against a few of the points: `G · V` times what
 //!    the point reflects. The pairs of a run have different points.
 //! 3. A point counts for the inverse of its brightness, as all pairs estimate it: relative errors are what is seen.
@@ -11,18 +11,15 @@
 //!
 //! Weights decide where samples are, never what light there is in the mean (`resample.rs`).
 
+use super::view_points::ViewPoint;
 use super::{Clamp, LightSample};
 use crate::brdf::Surface;
-use crate::image::luminance;
 use crate::math::{sequence, warp};
-use crate::scene::View;
 use crate::trace::SceneTracer;
 use glam::{DVec3, Vec2, Vec3};
 
-/// Points that all views see together.
-const POINTS: u32 = 1024;
-/// Of the sequence that they are spread by: they depend on nothing but the views.
-const POINTS_SEED: u32 = 0x3c6e_f372;
+/// Of the sequence that rays are spread by.
+const RAYS_SEED: u32 = 0x3c6e_f372;
 /// Points that a candidate is tested against.
 const PAIRS: usize = 8;
 /// Candidates in a run, at most.
@@ -36,14 +33,6 @@ const UNSEEN: f32 = 5e-4;
 
 /// Rays that measure how far light goes.
 const FREE_PATH_RAYS: usize = 256;
-
-/// A surface point that a view sees.
-pub(super) struct ViewPoint {
-    surface: Surface,
-    triangle: u32,
-    /// How much of the light that arrives it reflects, by luminance.
-    reflectance: f32,
-}
 
 /// The power of a candidate: W/sr of its brightest channel.
 pub(super) fn power(sample: &LightSample) -> f64 {
@@ -64,7 +53,8 @@ pub(super) struct Importance {
     runs: Vec<Run>,
     /// Over all candidates that it was measured with.
     mean: f64,
-    /// Of the points that it was measured at: the light that they reflect in the mean; 0 where there are none.
+    /// Of the points that are seen, among those that it was measured at: the light that they reflect in the mean; 0 where there
+    /// are none.
     pub brightness: f64,
 }
 
@@ -145,8 +135,10 @@ pub(super) fn measure(
     if mean <= 0.0 {
         return alike;
     }
+    let seen = brightness.iter().zip(points).filter(|(_, point)| point.is_seen).map(|(b, _)| b);
     // Each point is one of so many that a candidate could have been tested against.
-    result.brightness = mean * points.len() as f64 / PAIRS as f64;
+    let each = points.len() as f64 / (PAIRS * seen.clone().count().max(1)) as f64;
+    result.brightness = seen.sum::<f64>() * each;
     let counts: Vec<f64> = brightness.iter().map(|b| 1.0 / (b + DARK * mean)).collect();
 
     // What a run brings, per unit of power.
@@ -180,7 +172,7 @@ pub(super) fn free_path(tracer: &SceneTracer, candidates: &[LightSample]) -> f32
     let rays = FREE_PATH_RAYS.min(candidates.len());
     let length = |i: usize| {
         let candidate = &candidates[i * candidates.len() / rays];
-        let s = [0, 1].map(|d| sequence::sample(i as u32, d, POINTS_SEED));
+        let s = [0, 1].map(|d| sequence::sample(i as u32, d, RAYS_SEED));
         let local = warp::cosine_hemisphere(Vec2::from_array(s));
         let (x, y) = warp::frame(candidate.normal);
         let direction = (x * local.x + y * local.y + candidate.normal * local.z).normalize();
@@ -191,31 +183,6 @@ pub(super) fn free_path(tracer: &SceneTracer, candidates: &[LightSample]) -> f32
     let mut lengths: Vec<f32> = (0..rays).filter_map(length).collect();
     lengths.sort_unstable_by(f32::total_cmp);
     lengths.get(lengths.len() / 2).copied().unwrap_or(1.0)
-}
-
-/// Points that the views see of what reflects.
-pub(super) fn view_points(tracer: &SceneTracer, views: &[View]) -> Vec<ViewPoint> {
-    let geometry = tracer.geometry();
-    let views: Vec<_> = views.iter().map(|v| v.relative_to(geometry.origin)).collect();
-    let mut points = Vec::new();
-    for i in 0..4 * POINTS {
-        let Some(view) = views.get(i as usize % views.len().max(1)) else { break };
-        if points.len() == POINTS as usize {
-            break;
-        }
-        let index = i / views.len() as u32;
-        let at = Vec2::from_array([0, 1].map(|d| sequence::sample(index, d, POINTS_SEED)));
-        let (origin, direction) = view.ray(2.0 * at - 1.0);
-        let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
-        let wo = -direction.normalize();
-        let mut surface = geometry.surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
-        let reflectance = luminance(surface.albedo + surface.f0);
-        if reflectance > 0.0 {
-            surface.position = tracer.offset_ray_origin(surface.position, surface.geometric_normal);
-            points.push(ViewPoint { surface, triangle: hit.triangle, reflectance });
-        }
-    }
-    points
 }
 
 /// Light from a candidate that a point reflects, per unit of intensity; by luminance, in arbitrary units.
@@ -243,7 +210,8 @@ pub(super) fn brought(
         let ((sample, change), point) = (&samples[i / points.len()], &points[i % points.len()]);
         let Surface { position, geometric_normal, shading_normal, .. } = point.surface;
         let factor = sample.geometric_factor(position, geometric_normal, shading_normal, Clamp::Own);
-        let share = factor.map_or(0.0, |(g, _)| g * point.reflectance) / brightness as f32;
+        let reflectance = (point.surface.albedo + point.surface.f0).max_element();
+        let share = factor.map_or(0.0, |(g, _)| g * reflectance) / brightness as f32;
         let blocked =
             || tracer.occluded(position, point.triangle, sample.position, sample.triangle());
         if change.abs().max_element() * share > UNSEEN && blocked() { 0.0 } else { share }

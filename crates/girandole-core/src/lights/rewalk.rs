@@ -20,6 +20,7 @@ use super::resample::{Candidates, Chosen, choose, stand_in};
 use super::sampling::Sampling;
 use super::slots::{Slots, Wanted};
 use super::strata::{Cluster, Item, Strata};
+use super::view_points::{POINTS, lit_points, view_points};
 use super::walk::{Path, Walk, Walked};
 use super::{LightSample, LightSet, LightSettings, direct, emitters};
 use crate::Result;
@@ -30,6 +31,7 @@ use crate::trace::{Hierarchy, SceneTracer, ray_offset_distance};
 use glam::Vec3;
 use std::sync::Arc;
 
+mod ahead;
 mod allocation;
 
 /// One of so many slots is left dark, for samples that come.
@@ -73,8 +75,9 @@ pub(crate) struct IncrementalWalk {
     /// By object, a box about it at the last frame.
     boxes: Vec<Option<Box3>>,
     sampling: Sampling,
-    /// What is seen.
+    /// What is seen, as from which frame.
     views: Vec<View>,
+    placed: u32,
     /// On emitters, where they were when light was sampled; of those that are candidates, what is known of them.
     at_rest: Vec<LightSample>,
     on_emitters: Known,
@@ -156,6 +159,7 @@ impl IncrementalWalk {
             at_rest: sampling.on_emitters.clone(),
             emitter_counts: Vec::new(),
             views: views.to_vec(),
+            placed: 0,
             targets: sampling.walked.counts.clone(),
             sampling,
             on_emitters,
@@ -373,7 +377,9 @@ impl IncrementalWalk {
         let tracer = self.tracer(scene, geometry);
         let brightness = self.sampling.importance.brightness;
         self.slots.advance(|changes| {
-            let points = importance::view_points(&tracer, &self.views);
+            let lit = |(sample, _): &(LightSample, Vec3)| lit_points(&tracer, &self.views, sample);
+            let mut points = view_points(&tracer, &self.views, POINTS);
+            points.extend(changes.iter().flat_map(lit));
             let is_seen = brightness > 0.0 && !points.is_empty();
             is_seen.then(|| importance::brought(&tracer, &points, changes, brightness))
         });

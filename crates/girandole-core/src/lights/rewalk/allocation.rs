@@ -3,12 +3,15 @@
 use super::{IncrementalWalk, Known};
 use crate::lights::direct::{allocate, area, worth};
 use crate::lights::importance::{self, place, power};
+use crate::lights::view_points::{self, POINTS, view_points};
 use crate::lights::walk::Path;
 use crate::lights::{LightSample, emitters};
 use crate::scene::{Geometry, Scene, View};
 
 /// Numbers of candidates stay as they are unless they should be more or fewer by this factor.
 const FACTOR: f64 = 2.0;
+/// Points that may be seen soon.
+const POINTS_AHEAD: u32 = POINTS / 2;
 /// Share of the last frame in the weights of pilots: single ones are noisy.
 const LAST: f64 = 0.2;
 
@@ -30,10 +33,13 @@ fn blend(mean: &mut Vec<f64>, now: Vec<f64>) {
 impl IncrementalWalk {
     /// Takes other views for those that samples are placed for.
     pub fn place_for(&mut self, scene: &Scene, geometry: &Geometry, views: &[View]) {
-        self.views = views.to_vec();
         let tracer = self.tracer(scene, geometry);
         let (samples, _) = self.sampling.candidates(geometry);
-        let points = importance::view_points(&tracer, views);
+        let ahead = self.look_ahead(&tracer, views);
+        let points = view_points::with_ahead(
+            view_points(&tracer, views, POINTS),
+            view_points(&tracer, &ahead, POINTS_AHEAD),
+        );
         self.sampling.importance = importance::measure(&tracer, &points, &samples, &self.known().0);
         self.is_balanced = false;
         // What pilots left is weighed by itself: where candidates are few, these say little of places.
