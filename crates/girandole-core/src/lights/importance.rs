@@ -212,8 +212,7 @@ pub(super) fn brought(
         let factor = sample.geometric_factor(position, geometric_normal, shading_normal, Clamp::Own);
         let reflectance = (point.surface.albedo + point.surface.f0).max_element();
         let share = factor.map_or(0.0, |(g, _)| g * reflectance) / brightness as f32;
-        let blocked =
-            || tracer.occluded(position, point.triangle, sample.position, sample.triangle());
+        let blocked = || tracer.occluded(position, point.triangle, sample.position, sample.triangle());
         if change.abs().max_element() * share > UNSEEN && blocked() { 0.0 } else { share }
     })
 }

@@ -8,7 +8,9 @@
 //!    left stays, or goes with the surface that it is on. (Laine et al. 2007 do the like for a single bounce and spot lights.)
 //! 3. Samples are chosen among all deposits as ever (`resample.rs`), but by strata that are held: what does not change in a
 //!    stratum changes nothing in its sample. A few strata a frame are merged and others split as light moves, or the view does.
-//! 4. What is chosen comes and goes by [slots](super::slots).
+//! 4. Where views move, samples are placed for these and for what is around the places that they are on their way to
+//!    (`rewalk/ahead.rs`): most of what another room needs then comes before it is seen.
+//! 5. What is chosen comes and goes by [slots](super::slots), no faster than what is seen may change.
 //!
 //! After all paths were walked again they are what a fresh walk of as many paths leaves, so that there is the same light in the
 //! mean over seeds.
@@ -20,7 +22,7 @@ use super::resample::{Candidates, Chosen, choose, stand_in};
 use super::sampling::Sampling;
 use super::slots::{Slots, Wanted};
 use super::strata::{Cluster, Item, Strata};
-use super::view_points::{POINTS, lit_points, view_points};
+use super::view_points::{lit_points, view_points};
 use super::walk::{Path, Walk, Walked};
 use super::{LightSample, LightSet, LightSettings, direct, emitters};
 use crate::Result;
@@ -38,6 +40,9 @@ mod allocation;
 const SPARE: u32 = 4;
 /// Slots that are left dark at least.
 const LEAST_SPARE: u32 = 4;
+
+/// Points that views see, at which what comes and goes must not be seen to do so: enough that few pixels differ from them all.
+const WATCHED: u32 = 4096;
 
 /// How fast light samples follow a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +83,8 @@ pub(crate) struct IncrementalWalk {
     /// What is seen, as from which frame.
     views: Vec<View>,
     placed: u32,
+    /// Whether samples are placed for views that do not move.
+    is_still: bool,
     /// On emitters, where they were when light was sampled; of those that are candidates, what is known of them.
     at_rest: Vec<LightSample>,
     on_emitters: Known,
@@ -160,6 +167,7 @@ impl IncrementalWalk {
             emitter_counts: Vec::new(),
             views: views.to_vec(),
             placed: 0,
+            is_still: true,
             targets: sampling.walked.counts.clone(),
             sampling,
             on_emitters,
@@ -378,7 +386,7 @@ impl IncrementalWalk {
         let brightness = self.sampling.importance.brightness;
         self.slots.advance(|changes| {
             let lit = |(sample, _): &(LightSample, Vec3)| lit_points(&tracer, &self.views, sample);
-            let mut points = view_points(&tracer, &self.views, POINTS);
+            let mut points = view_points(&tracer, &self.views, WATCHED);
             points.extend(changes.iter().flat_map(lit));
             let is_seen = brightness > 0.0 && !points.is_empty();
             is_seen.then(|| importance::brought(&tracer, &points, changes, brightness))

@@ -265,7 +265,8 @@ impl Strata {
     pub fn weigh_alike(&mut self, places: &[[f32; 6]], weights: &mut [f64], now: &[f64], is_new: &[bool]) {
         let mut changed = false;
         for Stratum { cluster: Cluster { items, .. }, .. } in &self.nodes {
-            if items.iter().any(|item| is_new[item.index as usize]) || staleness(items, weights, now) > STALE {
+            if items.iter().any(|item| is_new[item.index as usize]) || staleness(items, weights, now) > STALE
+            {
                 changed = true;
                 items.iter().for_each(|item| weights[item.index as usize] = now[item.index as usize]);
             }

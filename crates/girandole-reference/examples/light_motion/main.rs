@@ -69,8 +69,8 @@ fn main() -> Result<()> {
     let mut count = 0;
     for (frame, view) in views.iter().enumerate() {
         let before = light.lights().clone();
-        light.update(&scene, &still)?;
         light.place_for(&scene, &[*view])?;
+        light.update(&scene, &still)?;
         let now = light.lights();
         let pairs = || before.samples().iter().zip(now.samples());
         let moved = pairs().filter(|(a, b)| a.position != b.position).count();

@@ -10,8 +10,8 @@ use crate::scene::{Geometry, Scene, View};
 
 /// Numbers of candidates stay as they are unless they should be more or fewer by this factor.
 const FACTOR: f64 = 2.0;
-/// Points that may be seen soon.
-const POINTS_AHEAD: u32 = POINTS / 2;
+/// Points around where the views will be, beside those that they see.
+const POINTS_AHEAD: u32 = POINTS;
 /// Share of the last frame in the weights of pilots: single ones are noisy.
 const LAST: f64 = 0.2;
 
@@ -31,8 +31,14 @@ fn blend(mean: &mut Vec<f64>, now: Vec<f64>) {
 }
 
 impl IncrementalWalk {
-    /// Takes other views for those that samples are placed for.
+    /// Takes other views for those that samples are placed for, and looks ahead from these. Views that stay where they are do
+    /// so once more: they are on their way to nowhere then.
     pub fn place_for(&mut self, scene: &Scene, geometry: &Geometry, views: &[View]) {
+        let is_still = self.views == views;
+        if is_still && self.is_still {
+            return;
+        }
+        self.is_still = is_still;
         let tracer = self.tracer(scene, geometry);
         let (samples, _) = self.sampling.candidates(geometry);
         let ahead = self.look_ahead(&tracer, views);

@@ -41,8 +41,7 @@ impl Slots {
             self.slots.iter_mut().for_each(|slot| slot.go(1.0));
             return;
         }
-        let changes: Vec<_> =
-            going.iter().map(|&i| (self.slots[i].sample, self.slots[i].change())).collect();
+        let changes: Vec<_> = going.iter().map(|&i| (self.slots[i].sample, self.slots[i].change())).collect();
         let groups = self.groups(&going);
         let limit = USUAL / self.fade as f32;
         let Some(brought) = brought(&changes) else { return self.go_unseen(&groups) };
@@ -56,7 +55,8 @@ impl Slots {
                 let change = changes[row].1;
                 rest.iter_mut().zip(brought).for_each(|(rest, &brought)| *rest += change * brought);
             }
-            let part = changed.iter().zip(&rest).map(|(c, r)| largest_part(*c, *r, limit)).fold(1.0, f32::min);
+            let part =
+                changed.iter().zip(&rest).map(|(c, r)| largest_part(*c, *r, limit)).fold(1.0, f32::min);
             changed.iter_mut().zip(&rest).for_each(|(changed, rest)| *changed += *rest * part);
             slots.iter().for_each(|&slot| self.slots[slot].go(part));
         }
@@ -97,4 +97,92 @@ fn largest_part(changed: Vec3, rest: Vec3, limit: f32) -> f32 {
     let left = Vec3::splat(limit) - changed * rest.signum();
     let parts = left.max(Vec3::ZERO) / rest.abs();
     [parts.x, parts.y, parts.z].into_iter().fold(1.0, f32::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Chosen, Wanted};
+    use super::*;
+    use crate::lights::{Profile, SampleOrigin};
+
+    fn wanted(stratum: u64, point: u32) -> Wanted {
+        let sample = LightSample {
+            position: Vec3::ZERO,
+            normal: Vec3::Y,
+            intensity: Vec3::ONE,
+            profile: Profile::Cosine,
+            origin: SampleOrigin::Emitter { triangle: 0, point },
+            rectangle: None,
+        };
+        Wanted { stratum, chosen: Chosen { sample, shares: Vec::new() } }
+    }
+
+    /// Two strata that are to show other samples: points 2 and 3 for 0 and 1.
+    fn going(fade: u32) -> Slots {
+        let mut slots = Slots::new(vec![wanted(0, 0), wanted(1, 1)], 2, fade);
+        slots.show(vec![wanted(0, 2), wanted(1, 3)], &[], |_, _| None);
+        slots
+    }
+
+    /// At the one point that is seen: nothing of the second stratum.
+    fn brings(sample: &LightSample) -> f32 {
+        match sample.origin {
+            SampleOrigin::Emitter { point: 0, .. } => 2.0,
+            SampleOrigin::Emitter { point: 2, .. } => 1.0,
+            _ => 0.0,
+        }
+    }
+
+    fn brought(changes: &[(LightSample, Vec3)]) -> Option<Vec<f32>> {
+        Some(changes.iter().map(|(sample, _)| brings(sample)).collect())
+    }
+
+    fn lit(slots: &Slots) -> f32 {
+        slots.slots.iter().map(|slot| slot.now.intensity.x * brings(&slot.sample)).sum()
+    }
+
+    #[test]
+    fn what_is_seen_changes_by_no_more_than_the_limit_and_the_rest_at_once() {
+        let limit = USUAL / 5.0;
+        let mut slots = going(5);
+        let (mut before, mut frames) = (lit(&slots), 0);
+        while !slots.is_settled() {
+            slots.advance(brought);
+            let (now, change) = (lit(&slots), (lit(&slots) - before).abs());
+            assert!(change <= limit * 1.001, "{change}");
+            (before, frames) = (now, frames + 1);
+            let of = |point: u32| {
+                let is_it = |slot: &&Slot| slot.sample.origin == SampleOrigin::Emitter { triangle: 0, point };
+                slots.slots.iter().find(is_it).map_or(0.0, |slot| slot.now.intensity.x)
+            };
+            assert_eq!(of(3), 1.0, "nobody sees it");
+            assert!((of(0) + of(2) - 1.0).abs() < 1e-5, "they go together");
+        }
+        // From 2 to 1 in steps of a twentieth, and not much slower.
+        assert_eq!(before, 1.0);
+        assert!((20..=21).contains(&frames), "{frames}");
+        // The control: at once, if that is wanted.
+        let mut slots = going(0);
+        slots.advance(brought);
+        assert!(slots.is_settled());
+        assert_eq!(lit(&slots), 1.0);
+    }
+
+    #[test]
+    fn where_nothing_is_known_to_be_seen_it_takes_the_frames_that_are_given() {
+        let mut slots = going(5);
+        let frames = (1..).find(|_| {
+            slots.advance(|_| None);
+            slots.is_settled()
+        });
+        assert_eq!(frames, Some(5));
+    }
+
+    #[test]
+    fn a_point_that_has_changed_may_change_back_but_not_on() {
+        let part = |changed: f32, rest: f32| largest_part(Vec3::splat(changed), Vec3::splat(rest), 0.1);
+        assert_eq!(part(0.1, 1.0), 0.0);
+        assert!((part(0.1, -1.0) - 0.2).abs() < 1e-6);
+        assert_eq!((part(0.1, -0.2), part(0.1, 0.0), part(0.0, 0.1)), (1.0, 1.0, 1.0));
+    }
 }
