@@ -382,14 +382,21 @@ impl IncrementalWalk {
             Some(stand_in(candidates, cluster, item.index as usize))
         };
         self.slots.show(wanted(&clusters, candidates, self.sampling.seed), &lineage, stay);
-        let tracer = self.tracer(scene, geometry);
+        self.advance(scene, geometry);
+    }
+
+    /// Lets samples come and go as far as what is seen may change in a frame.
+    fn advance(&mut self, scene: &Scene, geometry: &Geometry) {
+        let is_watched = !self.views.is_empty() && !self.slots.is_settled();
+        let tracer = is_watched.then(|| self.tracer(scene, geometry));
         let brightness = self.sampling.importance.brightness;
         self.slots.advance(|changes| {
-            let lit = |(sample, _): &(LightSample, Vec3)| lit_points(&tracer, &self.views, sample);
-            let mut points = view_points(&tracer, &self.views, WATCHED);
+            let tracer = tracer.as_ref()?;
+            let lit = |(sample, _): &(LightSample, Vec3)| lit_points(tracer, &self.views, sample);
+            let mut points = view_points(tracer, &self.views, WATCHED);
             points.extend(changes.iter().flat_map(lit));
             let is_seen = brightness > 0.0 && !points.is_empty();
-            is_seen.then(|| importance::brought(&tracer, &points, changes, brightness))
+            is_seen.then(|| importance::brought(tracer, &points, changes, brightness))
         });
     }
 
