@@ -169,19 +169,18 @@ impl Illumination {
     }
 
     /// Places the light samples for other views: to the bit what [`Illumination::new`] makes of them. With [`Rewalk::Paths`] samples
-    /// go over to where they matter to the other views little by little, with the updates that follow.
+    /// go over to where they matter to the other views little by little, with the updates that follow; and to where it will
+    /// matter if views move on as they did since the last call. Call it at each frame, before the update where nothing else moves:
+    /// these views are those of which pixels must not change at once.
     ///
     /// # Errors
     /// [`Error::Invalid`] where the scene is not the one that is held, and as [`Illumination::new`]; then nothing is changed.
     pub fn place_for(&mut self, scene: &Scene, views: &[View]) -> Result<()> {
         self.geometry.belongs_to(scene)?;
-        if self.settings.views == views {
-            return Ok(());
-        }
         if let Some(walk) = &mut self.walk {
             walk.place_for(scene, &self.geometry, views);
             self.settings.views = views.to_vec();
-        } else {
+        } else if self.settings.views != views {
             *self =
                 Self::new(scene, &IlluminationSettings { views: views.to_vec(), ..self.settings.clone() })?;
         }

@@ -62,7 +62,8 @@ pub struct MotionArgs {
     #[arg(long, value_name = "off|N|all", default_value = "off", value_parser = parse_rewalk, requires = "frames")]
     pub rewalk: RewalkArg,
 
-    /// Frames in which a light sample comes or goes with --rewalk N; 0 = at once
+    /// Frames over which light samples that come or go with --rewalk N spread a change of a quarter of the picture's mean
+    /// brightness, at any pixel; 0 = at once
     #[arg(long, value_name = "FRAMES", default_value_t = Pace::default().fade, requires = "frames", value_parser = clap::value_parser!(u32).range(..=1000))]
     pub fade: u32,
 

@@ -1,6 +1,6 @@
 //! What candidates for light samples bring to the picture.
 //!
-//! 1. [View points](ViewPoint) are what the views see, well spread over their pictures.
+//! 1. [View points](super::view_points) are what the views see, well spread over their pictures.
 //! 2. Candidates are sorted into runs of neighbours. Each candidate is tested against a few of the points: `G · V` times what
 //!    the point reflects. The pairs of a run have different points.
 //! 3. A point counts for the inverse of its brightness, as all pairs estimate it: relative errors are what is seen.
@@ -11,18 +11,15 @@
 //!
 //! Weights decide where samples are, never what light there is in the mean (`resample.rs`).
 
+use super::view_points::ViewPoint;
 use super::{Clamp, LightSample};
 use crate::brdf::Surface;
-use crate::image::luminance;
 use crate::math::{sequence, warp};
-use crate::scene::View;
 use crate::trace::SceneTracer;
-use glam::{DVec3, Vec2};
+use glam::{DVec3, Vec2, Vec3};
 
-/// Points that all views see together.
-const POINTS: u32 = 1024;
-/// Of the sequence that they are spread by: they depend on nothing but the views.
-const POINTS_SEED: u32 = 0x3c6e_f372;
+/// Of the sequence that rays are spread by.
+const RAYS_SEED: u32 = 0x3c6e_f372;
 /// Points that a candidate is tested against.
 const PAIRS: usize = 8;
 /// Candidates in a run, at most.
@@ -31,17 +28,11 @@ const RUN: usize = 64;
 const PLAIN: f64 = 0.1;
 /// Share of the mean brightness that counts as dark.
 const DARK: f64 = 0.3;
+/// Changes of a point that are not seen, as a share of the mean brightness.
+const UNSEEN: f32 = 5e-4;
 
 /// Rays that measure how far light goes.
 const FREE_PATH_RAYS: usize = 256;
-
-/// A surface point that a view sees.
-pub(super) struct ViewPoint {
-    surface: Surface,
-    triangle: u32,
-    /// How much of the light that arrives it reflects, by luminance.
-    reflectance: f32,
-}
 
 /// The power of a candidate: W/sr of its brightest channel.
 pub(super) fn power(sample: &LightSample) -> f64 {
@@ -62,6 +53,9 @@ pub(super) struct Importance {
     runs: Vec<Run>,
     /// Over all candidates that it was measured with.
     mean: f64,
+    /// Of the points that are seen, among those that it was measured at: the light that they reflect in the mean; 0 where there
+    /// are none.
+    pub brightness: f64,
 }
 
 /// Neighbours, or two halves of them.
@@ -76,17 +70,12 @@ enum Run {
 impl Importance {
     /// Where all places count alike.
     pub fn uniform() -> Self {
-        Self { runs: Vec::new(), mean: 1.0 }
+        Self { runs: Vec::new(), mean: 1.0, brightness: 0.0 }
     }
 
     /// At a [place], as a multiple of the mean.
     pub fn relative_at(&self, place: [f32; 6]) -> f64 {
         self.at(place) / self.mean
-    }
-
-    /// How much of that is seen, and not given to all places alike.
-    pub fn seen_from(&self, place: [f32; 6]) -> f64 {
-        if self.runs.is_empty() { 1.0 } else { (self.relative_at(place) - PLAIN).max(0.0) }
     }
 
     fn at(&self, place: [f32; 6]) -> f64 {
@@ -126,7 +115,7 @@ pub(super) fn measure(
         return alike;
     }
     let power: Vec<f64> = candidates.iter().map(power).collect();
-    let mut result = Importance { runs: split_into_runs(places), mean: 1.0 };
+    let mut result = Importance { runs: split_into_runs(places), mean: 1.0, brightness: 0.0 };
     let of = |run: &Run| if let Run::Whole { members, .. } = run { Some(members.clone()) } else { None };
     let runs: Vec<Vec<u32>> = result.runs.iter().filter_map(of).collect();
     let order: Vec<u32> = runs.concat();
@@ -146,6 +135,10 @@ pub(super) fn measure(
     if mean <= 0.0 {
         return alike;
     }
+    let seen = brightness.iter().zip(points).filter(|(_, point)| point.is_seen).map(|(b, _)| b);
+    // Each point is one of so many that a candidate could have been tested against.
+    let each = points.len() as f64 / (PAIRS * seen.clone().count().max(1)) as f64;
+    result.brightness = seen.sum::<f64>() * each;
     let counts: Vec<f64> = brightness.iter().map(|b| 1.0 / (b + DARK * mean)).collect();
 
     // What a run brings, per unit of power.
@@ -179,7 +172,7 @@ pub(super) fn free_path(tracer: &SceneTracer, candidates: &[LightSample]) -> f32
     let rays = FREE_PATH_RAYS.min(candidates.len());
     let length = |i: usize| {
         let candidate = &candidates[i * candidates.len() / rays];
-        let s = [0, 1].map(|d| sequence::sample(i as u32, d, POINTS_SEED));
+        let s = [0, 1].map(|d| sequence::sample(i as u32, d, RAYS_SEED));
         let local = warp::cosine_hemisphere(Vec2::from_array(s));
         let (x, y) = warp::frame(candidate.normal);
         let direction = (x * local.x + y * local.y + candidate.normal * local.z).normalize();
@@ -190,31 +183,6 @@ pub(super) fn free_path(tracer: &SceneTracer, candidates: &[LightSample]) -> f32
     let mut lengths: Vec<f32> = (0..rays).filter_map(length).collect();
     lengths.sort_unstable_by(f32::total_cmp);
     lengths.get(lengths.len() / 2).copied().unwrap_or(1.0)
-}
-
-/// Points that the views see of what reflects.
-pub(super) fn view_points(tracer: &SceneTracer, views: &[View]) -> Vec<ViewPoint> {
-    let geometry = tracer.geometry();
-    let views: Vec<_> = views.iter().map(|v| v.relative_to(geometry.origin)).collect();
-    let mut points = Vec::new();
-    for i in 0..4 * POINTS {
-        let Some(view) = views.get(i as usize % views.len().max(1)) else { break };
-        if points.len() == POINTS as usize {
-            break;
-        }
-        let index = i / views.len() as u32;
-        let at = Vec2::from_array([0, 1].map(|d| sequence::sample(index, d, POINTS_SEED)));
-        let (origin, direction) = view.ray(2.0 * at - 1.0);
-        let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
-        let wo = -direction.normalize();
-        let mut surface = geometry.surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
-        let reflectance = luminance(surface.albedo + surface.f0);
-        if reflectance > 0.0 {
-            surface.position = tracer.offset_ray_origin(surface.position, surface.geometric_normal);
-            points.push(ViewPoint { surface, triangle: hit.triangle, reflectance });
-        }
-    }
-    points
 }
 
 /// Light from a candidate that a point reflects, per unit of intensity; by luminance, in arbitrary units.
@@ -228,6 +196,25 @@ fn reflected(tracer: &SceneTracer, point: &ViewPoint, candidate: &LightSample, b
         }
         _ => 0.0,
     }
+}
+
+/// What samples bring to points, by sample and then by point: per unit of intensity, as a share of a brightness. Shadows are
+/// left out where a change of the intensity by so much could not be seen anyway.
+pub(super) fn brought(
+    tracer: &SceneTracer,
+    points: &[ViewPoint],
+    samples: &[(LightSample, Vec3)],
+    brightness: f64,
+) -> Vec<f32> {
+    in_order(samples.len() * points.len(), |i| {
+        let ((sample, change), point) = (&samples[i / points.len()], &points[i % points.len()]);
+        let Surface { position, geometric_normal, shading_normal, .. } = point.surface;
+        let factor = sample.geometric_factor(position, geometric_normal, shading_normal, Clamp::Own);
+        let reflectance = (point.surface.albedo + point.surface.f0).max_element();
+        let share = factor.map_or(0.0, |(g, _)| g * reflectance) / brightness as f32;
+        let blocked = || tracer.occluded(position, point.triangle, sample.position, sample.triangle());
+        if change.abs().max_element() * share > UNSEEN && blocked() { 0.0 } else { share }
+    })
 }
 
 /// The bound on `G` of a sample that stands for a whole run, lest single pairs decide.

@@ -12,6 +12,7 @@ mod rewalk;
 mod sampling;
 mod slots;
 mod strata;
+mod view_points;
 mod walk;
 
 pub use ids::LightId;

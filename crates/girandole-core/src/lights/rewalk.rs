@@ -8,18 +8,21 @@
 //!    left stays, or goes with the surface that it is on. (Laine et al. 2007 do the like for a single bounce and spot lights.)
 //! 3. Samples are chosen among all deposits as ever (`resample.rs`), but by strata that are held: what does not change in a
 //!    stratum changes nothing in its sample. A few strata a frame are merged and others split as light moves, or the view does.
-//! 4. What is chosen comes and goes by [slots](super::slots).
+//! 4. Where views move, samples are placed for these and for what is around the places that they are on their way to
+//!    (`rewalk/ahead.rs`): most of what another room needs then comes before it is seen.
+//! 5. What is chosen comes and goes by [slots](super::slots), no faster than what is seen may change.
 //!
 //! After all paths were walked again they are what a fresh walk of as many paths leaves, so that there is the same light in the
 //! mean over seeds.
 
 use super::ids::origin;
-use super::importance::{place, power};
+use super::importance::{self, place, power};
 use super::motion::Placement;
 use super::resample::{Candidates, Chosen, choose, stand_in};
 use super::sampling::Sampling;
 use super::slots::{Slots, Wanted};
 use super::strata::{Cluster, Item, Strata};
+use super::view_points::{lit_points, view_points};
 use super::walk::{Path, Walk, Walked};
 use super::{LightSample, LightSet, LightSettings, direct, emitters};
 use crate::Result;
@@ -28,6 +31,7 @@ use crate::scene::{Geometry, Scene, View};
 use crate::trace::{HeldHierarchies, ray_offset_distance};
 use glam::Vec3;
 
+mod ahead;
 mod allocation;
 
 /// One of so many slots is left dark, for samples that come.
@@ -35,12 +39,16 @@ const SPARE: u32 = 4;
 /// Slots that are left dark at least.
 const LEAST_SPARE: u32 = 4;
 
+/// Points that views see, at which what comes and goes must not be seen to do so: enough that few pixels differ from them all.
+const WATCHED: u32 = 4096;
+
 /// How fast light samples follow a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pace {
     /// Paths of the random walk that are walked again a frame, at most.
     pub paths: u32,
-    /// Frames that it takes a sample to come or to go; 0 = at once.
+    /// Frames over which a change of a quarter of the picture's mean brightness is spread, wherever it is seen, where samples
+    /// come or go; 0 = at once.
     pub fade: u32,
 }
 
@@ -70,6 +78,15 @@ pub(crate) struct IncrementalWalk {
     /// By object, a box about it at the last frame.
     boxes: Vec<Option<Box3>>,
     sampling: Sampling,
+    /// What is seen, as from which frame; and what may be seen soon.
+    views: Vec<View>,
+    placed: u32,
+    ahead: Vec<View>,
+    /// The frame in which it was last measured what places bring to those, and whether something has moved since.
+    measured: u32,
+    is_outdated: bool,
+    /// Whether samples are placed for views that do not move.
+    is_still: bool,
     /// On emitters, where they were when light was sampled; of those that are candidates, what is known of them.
     at_rest: Vec<LightSample>,
     on_emitters: Known,
@@ -149,6 +166,12 @@ impl IncrementalWalk {
             boxes: boxes(geometry),
             at_rest: sampling.on_emitters.clone(),
             emitter_counts: Vec::new(),
+            views: views.to_vec(),
+            placed: 0,
+            ahead: Vec::new(),
+            measured: 0,
+            is_outdated: false,
+            is_still: true,
             targets: sampling.walked.counts.clone(),
             sampling,
             on_emitters,
@@ -190,7 +213,8 @@ impl IncrementalWalk {
         if trees.len() != self.sampling.walked.counts.len() && !self.paths.is_empty() {
             return None;
         }
-        if moved.contains(&true) || moved_lights.contains(&true) {
+        let has_moved = moved.contains(&true) || moved_lights.contains(&true);
+        if has_moved {
             let is_moved = |source: &emitters::Source| match (source.triangle(), source.punctual()) {
                 (Some(triangle), _) => moved[geometry.triangles[triangle as usize].object as usize],
                 (_, Some(light)) => moved_lights[light as usize],
@@ -202,14 +226,16 @@ impl IncrementalWalk {
             self.carry(&to, geometry)?;
         }
         self.latest = to;
+        self.measure_moved(scene, geometry, has_moved);
         self.walk(scene, geometry, &trees);
-        self.choose(geometry);
+        self.choose(scene, geometry);
         Some(self.set(scene, geometry))
     }
 
     /// Whether nothing is on its way: as long as nothing else changes, the set stays as it is.
     pub fn is_settled(&self) -> bool {
         self.is_balanced
+            && !self.is_outdated
             && self.slots.is_settled()
             && self.waiting().paths == 0
             && self.targets == self.sampling.walked.counts
@@ -326,7 +352,7 @@ impl IncrementalWalk {
     }
 
     /// Gives candidates to strata, and samples for those to slots.
-    fn choose(&mut self, geometry: &Geometry) {
+    fn choose(&mut self, scene: &Scene, geometry: &Geometry) {
         let (places, mut weights) = self.known();
         let (samples, sources) = self.sampling.candidates(geometry);
         let weigh = |(sample, at): (&LightSample, &[f32; 6])| {
@@ -351,10 +377,23 @@ impl IncrementalWalk {
             let item = cluster.items.iter().find(is_shown)?;
             Some(stand_in(candidates, cluster, item.index as usize))
         };
-        let Sampling { importance, normal_scale, seed, .. } = &self.sampling;
-        let matters = |sample: &LightSample| importance.seen_from(place(sample, *normal_scale)) as f32;
-        self.slots.show(wanted(&clusters, candidates, *seed), &lineage, stay, matters);
-        self.slots.advance();
+        self.slots.show(wanted(&clusters, candidates, self.sampling.seed), &lineage, stay);
+        self.advance(scene, geometry);
+    }
+
+    /// Lets samples come and go as far as what is seen may change in a frame.
+    fn advance(&mut self, scene: &Scene, geometry: &Geometry) {
+        let is_watched = !self.views.is_empty() && !self.slots.is_settled();
+        let tracer = is_watched.then(|| self.hierarchies.tracer(scene, geometry));
+        let brightness = self.sampling.importance.brightness;
+        self.slots.advance(|changes| {
+            let tracer = tracer.as_ref()?;
+            let lit = |(sample, _): &(LightSample, Vec3)| lit_points(tracer, &self.views, sample);
+            let mut points = view_points(tracer, &self.views, WATCHED);
+            points.extend(changes.iter().flat_map(lit));
+            let is_seen = brightness > 0.0 && !points.is_empty();
+            is_seen.then(|| importance::brought(tracer, &points, changes, brightness))
+        });
     }
 
     /// Takes note of what strata choose by from now on; where that is as it was, to the bit.

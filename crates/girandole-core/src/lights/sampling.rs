@@ -3,6 +3,7 @@
 use super::emission::{Emission, Emissions, Shares};
 use super::importance::Importance;
 use super::resample::Chosen;
+use super::view_points::{POINTS, view_points};
 use super::walk::{Pilot, Walk, Walked};
 use super::{LightSample, LightSettings, MAX_LIGHTS, direct, emitters, importance, walk};
 use crate::math::sequence;
@@ -90,7 +91,7 @@ impl Sampling {
         let per_sample = settings.candidates.min(MAX_LIGHTS / spare.max(1)).max(1);
         let tracer = SceneTracer::new(scene, geometry);
 
-        let points = importance::view_points(&tracer, views);
+        let points = view_points(&tracer, views, POINTS);
         let measure = |candidates: &[LightSample]| {
             let normal_scale = NORMAL_SCALE * importance::free_path(&tracer, candidates);
             let places: Vec<[f32; 6]> =

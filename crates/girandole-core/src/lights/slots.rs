@@ -1,5 +1,6 @@
 //! A light set whose samples come and go: a fixed number of slots, each with one shadow map. A sample that comes takes a free
-//! slot, and its intensity comes in over a few frames, while that of the one that goes fades away: light in all is kept.
+//! slot, and its intensity comes in while that of the one that goes fades away: light in all is kept. How fast depends on what
+//! is seen of that (`slots/steps.rs`).
 
 use super::emission::{Emissions, Shares};
 use super::ids::origin;
@@ -8,14 +9,14 @@ use super::{LightSample, Rectangle};
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
+mod steps;
+
 /// Turns of the normal by more than this cosine make another sample…
 const SAME_NORMAL: f32 = 0.99;
 /// …and centres of rectangles that are farther apart than this share of their radius…
 const SAME_CENTER: f32 = 0.75;
 /// …or areas that are less or more than these times as large.
 const SAME_AREA: [f32; 2] = [0.2, 1.6];
-/// How many times longer the brightest ones take than those of middling brightness.
-const LONGEST: f32 = 3.0;
 
 /// How much light, and where it comes from.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,11 +31,11 @@ struct Slot {
     /// The stratum that its sample stands for; none, if it fades away or is dark.
     stratum: Option<u64>,
     sample: LightSample,
-    from: Light,
+    now: Light,
     to: Light,
-    /// Frames gone on the way from one to the other, and that there are left.
-    gone: u32,
-    left: u32,
+    /// Slots that go to other light together have the same one, and since when.
+    group: u64,
+    since: u32,
 }
 
 /// What a stratum is to be represented by.
@@ -43,21 +44,13 @@ pub(super) struct Wanted {
     pub chosen: Chosen,
 }
 
-/// A slot that goes to other light.
-struct Going {
-    /// What it belongs to.
-    group: u64,
-    slot: usize,
-    /// Share of its light that changes.
-    change: f32,
-}
-
 /// All slots.
 #[derive(Clone, Debug)]
 pub(super) struct Slots {
     slots: Vec<Slot>,
-    /// Frames that it takes a sample of middling brightness to come or to go; 0 = at once.
+    /// See [`Pace`](super::Pace).
     fade: u32,
+    frame: u32,
     /// Whether some stratum waits for a slot.
     has_waiting: bool,
 }
@@ -83,29 +76,24 @@ impl Slot {
     /// At full intensity.
     fn new(Wanted { stratum, chosen }: Wanted) -> Self {
         let to = Light::of(&chosen);
-        let from = Light::default();
-        Self { stratum: Some(stratum), sample: chosen.sample, from, to, gone: 0, left: 0 }
+        let (now, group) = (to.clone(), stratum);
+        Self { stratum: Some(stratum), sample: chosen.sample, now, to, group, since: 0 }
     }
 
-    fn light(&self) -> Light {
-        match self.left {
-            0 => self.to.clone(),
-            left => self.from.mix(&self.to, self.gone as f32 / (self.gone + left) as f32),
-        }
+    fn is_going(&self) -> bool {
+        self.now != self.to
     }
 
     fn is_dark(&self) -> bool {
-        self.stratum.is_none() && self.left == 0
+        self.stratum.is_none() && !self.is_going()
     }
 
-    /// Goes on to other light, from what it is now, in the time that is left. Returns how much that is of a change, as a share of
-    /// the light.
-    fn go_to(&mut self, stratum: Option<u64>, to: Light) -> f32 {
-        let [was, is] = [&self.to, &to].map(|light| light.intensity.max_element());
-        let change = (to.intensity - self.to.intensity).abs().max_element() / was.max(is);
-        self.from = self.light();
-        (self.stratum, self.to, self.gone) = (stratum, to, 0);
-        if change.is_finite() { change.min(1.0) } else { 0.0 }
+    /// Goes on to other light, from what it is now.
+    fn go_to(&mut self, stratum: Option<u64>, to: Light, (group, frame): (u64, u32)) {
+        if !self.is_going() {
+            self.since = frame;
+        }
+        (self.stratum, self.to, self.group) = (stratum, to, group);
     }
 
     fn area(&self) -> f32 {
@@ -135,9 +123,11 @@ impl Slots {
     /// With these samples at full intensity, and so many more slots that are dark.
     pub fn new(wanted: Vec<Wanted>, spare: usize, fade: u32) -> Self {
         let mut slots: Vec<Slot> = wanted.into_iter().map(Slot::new).collect();
-        let dark = slots.first().cloned().map(|slot| Slot { stratum: None, to: Light::default(), ..slot });
+        let none = Light::default();
+        let dark = |slot: Slot| Slot { stratum: None, now: none.clone(), to: none.clone(), ..slot };
+        let dark = slots.first().cloned().map(dark);
         slots.extend(std::iter::repeat_n(dark, spare).flatten());
-        Self { slots, fade, has_waiting: false }
+        Self { slots, fade, frame: 0, has_waiting: false }
     }
 
     /// How many are dark.
@@ -147,7 +137,7 @@ impl Slots {
 
     /// Whether nothing is on its way.
     pub fn is_settled(&self) -> bool {
-        !self.has_waiting && self.slots.iter().all(|slot| slot.left == 0)
+        !self.has_waiting && !self.slots.iter().any(Slot::is_going)
     }
 
     /// Takes samples along with what they lie on.
@@ -165,18 +155,21 @@ impl Slots {
         wanted: Vec<Wanted>,
         lineage: &[(u64, u64)],
         stay: impl Fn(u64, &LightSample) -> Option<Chosen>,
-        matters: impl Fn(&LightSample) -> f32,
     ) {
+        self.frame += 1;
+        let frame = self.frame;
         let lineage: FxHashMap<u64, u64> = lineage.iter().copied().collect();
-        let group = |stratum: u64| lineage.get(&stratum).copied().unwrap_or(stratum);
+        let group = |stratum: u64| (lineage.get(&stratum).copied().unwrap_or(stratum), frame);
         let mut by_origin: FxHashMap<[u32; 3], Vec<usize>> = FxHashMap::default();
         let mut by_stratum: FxHashMap<u64, usize> = FxHashMap::default();
-        for (index, slot) in self.slots.iter().enumerate().filter(|(_, slot)| slot.stratum.is_some()) {
-            by_origin.entry(origin(&slot.sample)).or_default().push(index);
-            by_stratum.extend(slot.stratum.map(|stratum| (stratum, index)));
+        for (index, slot) in self.slots.iter_mut().enumerate() {
+            (slot.group, _) = group(slot.group);
+            if let Some(stratum) = slot.stratum {
+                by_origin.entry(origin(&slot.sample)).or_default().push(index);
+                by_stratum.insert(stratum, index);
+            }
         }
         let mut is_kept = vec![false; self.slots.len()];
-        let mut going: Vec<Going> = Vec::new();
         let mut coming = Vec::new();
         for wanted in wanted {
             let sample = &wanted.chosen.sample;
@@ -191,8 +184,7 @@ impl Slots {
             slot.follow(sample);
             slot.stratum = Some(wanted.stratum);
             if slot.to != to {
-                let change = slot.go_to(Some(wanted.stratum), to);
-                going.push(Going { group: group(wanted.stratum), slot: index, change });
+                slot.go_to(Some(wanted.stratum), to, group(wanted.stratum));
             }
         }
         let before = |wanted: &Wanted, is_kept: &[bool]| {
@@ -213,59 +205,24 @@ impl Slots {
                     is_kept[index] = true;
                 }
                 (_, Some(dark)) => {
-                    self.slots[dark] = Slot::new(wanted);
+                    let (group, since) = group;
+                    self.slots[dark] = Slot { now: Light::default(), group, since, ..Slot::new(wanted) };
                     is_kept[dark] = true;
-                    going.push(Going { group, slot: dark, change: 1.0 });
                 }
                 (before, None) => {
                     self.has_waiting = true;
                     let Some(index) = before else { continue };
                     is_kept[index] = true;
                     if let Some(chosen) = stays(&wanted, &self.slots[index]) {
-                        let change = self.slots[index].go_to(Some(wanted.stratum), Light::of(&chosen));
-                        going.push(Going { group, slot: index, change });
+                        self.slots[index].go_to(Some(wanted.stratum), Light::of(&chosen), group);
                     }
                 }
             }
         }
-        for (index, slot) in self.slots.iter_mut().enumerate().filter(|(index, _)| !is_kept[*index]) {
+        for (slot, _) in self.slots.iter_mut().zip(is_kept).filter(|(_, is_kept)| !is_kept) {
             if let Some(stratum) = slot.stratum {
-                let change = slot.go_to(None, Light::default());
-                going.push(Going { group: group(stratum), slot: index, change });
+                slot.go_to(None, Light::default(), group(stratum));
             }
-        }
-        self.set_times(&mut going, matters);
-    }
-
-    /// Gives slots that go to other light the time that their group takes: the more, the brighter the brightest of them is, and the
-    /// more of its light changes.
-    fn set_times(&mut self, going: &mut [Going], matters: impl Fn(&LightSample) -> f32) {
-        let lit = self.slots.iter().filter(|slot| slot.stratum.is_some());
-        let seen = |slot: &Slot, light: f32| light / slot.area() * matters(&slot.sample);
-        let mut all: Vec<f32> = lit.map(|slot| seen(slot, slot.to.intensity.max_element())).collect();
-        all.sort_unstable_by(f32::total_cmp);
-        let usual = all.get(all.len() / 2).copied().unwrap_or(0.0);
-        going.sort_unstable_by_key(|going| (going.group, going.slot));
-        for group in going.chunk_by(|a, b| a.group == b.group) {
-            let most = |f: &dyn Fn(&Going) -> f32| group.iter().map(f).fold(0.0, f32::max);
-            let seen = |going: &Going| {
-                let slot = &self.slots[going.slot];
-                seen(slot, (slot.to.intensity - slot.from.intensity).abs().max_element())
-            };
-            let factor = (most(&seen) / usual).min(LONGEST);
-            let factor = if factor.is_finite() { factor } else { 1.0 };
-            let time = (self.fade as f32 * factor * most(&|going| going.change)).ceil() as u32;
-            for going in group {
-                let slot = &mut self.slots[going.slot];
-                slot.left = slot.left.max(time);
-            }
-        }
-    }
-
-    /// Goes on by a frame.
-    pub fn advance(&mut self) {
-        for slot in self.slots.iter_mut().filter(|slot| slot.left > 0) {
-            (slot.gone, slot.left) = (slot.gone + 1, slot.left - 1);
         }
     }
 
@@ -275,8 +232,8 @@ impl Slots {
         [sampled, now]: [&'a Emissions; 2],
     ) -> impl Iterator<Item = LightSample> + 'a {
         self.slots.iter().map(move |slot| {
-            let Light { intensity, shares } = slot.light();
-            let intensity = sampled.carried(now, intensity, &shares).unwrap_or(Vec3::ZERO);
+            let Light { intensity, shares } = &slot.now;
+            let intensity = sampled.carried(now, *intensity, shares).unwrap_or(Vec3::ZERO);
             LightSample { intensity, ..slot.sample }
         })
     }

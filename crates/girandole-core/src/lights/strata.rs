@@ -18,6 +18,10 @@ const PRIOR: f64 = 1.0;
 /// Strata are merged and others split where the error of the split one is so many times that of the merged ones.
 const HYSTERESIS: f64 = 1.2;
 
+/// Strata keep their weights up to this relative variance of the light that these leave, if what they were given for has
+/// changed.
+const STALE: f64 = 0.2;
+
 /// A candidate, or a part of one where clusters lie at one place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
@@ -159,6 +163,18 @@ pub(super) struct Strata {
     next_id: u64,
 }
 
+/// Relative variance of what a candidate brings by the weights that there are now, chosen by those held.
+fn staleness(items: &[Item], held: &[f64], now: &[f64]) -> f64 {
+    let (mut weight, mut sum, mut squares) = (0.0, 0.0, 0.0);
+    for item in items {
+        let ratio = now[item.index as usize] / held[item.index as usize];
+        weight += item.weight;
+        sum += item.weight * ratio;
+        squares += item.weight * ratio * ratio;
+    }
+    if sum > 0.0 { weight * squares / (sum * sum) - 1.0 } else { 0.0 }
+}
+
 impl Strata {
     /// `count` of them, over candidates at these [places](super::importance::place). Weights are not negative, and positive where
     /// there is light.
@@ -244,12 +260,13 @@ impl Strata {
         }
     }
 
-    /// In strata with new candidates, gives all of them the weights that there are now: those of other times may be of other
-    /// orders of magnitude.
+    /// In strata with new candidates, or whose weights are too far from those that there are now, gives all of them the latter:
+    /// those of other times may be of other orders of magnitude.
     pub fn weigh_alike(&mut self, places: &[[f32; 6]], weights: &mut [f64], now: &[f64], is_new: &[bool]) {
         let mut changed = false;
         for Stratum { cluster: Cluster { items, .. }, .. } in &self.nodes {
-            if items.iter().any(|item| is_new[item.index as usize]) {
+            if items.iter().any(|item| is_new[item.index as usize]) || staleness(items, weights, now) > STALE
+            {
                 changed = true;
                 items.iter().for_each(|item| weights[item.index as usize] = now[item.index as usize]);
             }

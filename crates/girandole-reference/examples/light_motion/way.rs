@@ -9,13 +9,14 @@ use std::collections::{HashMap, VecDeque};
 const STEP: f64 = 0.25;
 /// Metres that are left to what stands about.
 const MARGIN: f64 = 0.2;
-/// Metres a frame: 1.4 m/s at 30 frames a second.
-const PACE: f64 = 1.4 / 30.0;
+/// Metres a second.
+const PACE: f64 = 1.4;
 /// Places that one looks ahead.
 const AHEAD: f64 = 1.5;
 
-/// Views along the way from where a view is to the farthest place within `reach` metres of it.
-pub fn walk(tracer: &SceneTracer, start: &View, reach: f64, frames: u32) -> Vec<View> {
+/// Views along the way from where a view is to the farthest place within `reach` metres of it: so many
+/// frames, and so many a second.
+pub fn walk(tracer: &SceneTracer, start: &View, reach: f64, (frames, fps): (u32, u32)) -> Vec<View> {
     let origin = tracer.geometry().origin;
     let at = |[x, z]: [i32; 2]| start.eye + DVec3::new(f64::from(x), 0.0, f64::from(z)) * STEP;
     let local = |p: DVec3| (p - origin).as_vec3();
@@ -63,7 +64,7 @@ pub fn walk(tracer: &SceneTracer, start: &View, reach: f64, frames: u32) -> Vec<
     let ahead = start.eye + start.forward.as_dvec3();
     (0..frames)
         .map(|frame| {
-            let distance = f64::from(frame) * PACE;
+            let distance = f64::from(frame) * PACE / f64::from(fps.max(1));
             let eye = rounded(distance);
             // From where the camera looks at first to where one goes.
             let turned = (distance / AHEAD).min(1.0);

@@ -3,12 +3,17 @@
 use super::{IncrementalWalk, Known};
 use crate::lights::direct::{allocate, area, worth};
 use crate::lights::importance::{self, place, power};
+use crate::lights::view_points::{self, POINTS, view_points};
 use crate::lights::walk::Path;
 use crate::lights::{LightSample, emitters};
 use crate::scene::{Geometry, Scene, View};
 
 /// Numbers of candidates stay as they are unless they should be more or fewer by this factor.
 const FACTOR: f64 = 2.0;
+/// Points around where the views will be, beside those that they see.
+const POINTS_AHEAD: u32 = POINTS;
+/// Frames between two measurements while things move.
+const EVERY: u32 = 8;
 /// Share of the last frame in the weights of pilots: single ones are noisy.
 const LAST: f64 = 0.2;
 
@@ -18,27 +23,58 @@ fn differs(is: u32, should: u32) -> bool {
     !(1.0 / FACTOR..=FACTOR).contains(&ratio)
 }
 
-/// Takes a frame's weights into the mean.
-fn blend(mean: &mut Vec<f64>, now: Vec<f64>) {
+/// Takes a frame's weights into the mean, with this share.
+fn blend(mean: &mut Vec<f64>, now: Vec<f64>, share: f64) {
     if mean.len() != now.len() {
         *mean = now;
         return;
     }
-    mean.iter_mut().zip(now).for_each(|(mean, now)| *mean += LAST * (now - *mean));
+    mean.iter_mut().zip(now).for_each(|(mean, now)| *mean += share * (now - *mean));
 }
 
 impl IncrementalWalk {
-    /// Takes other views for those that samples are placed for.
+    /// Takes other views for those that samples are placed for, and looks ahead from these. Views that stay where they are do
+    /// so once more: they are on their way to nowhere then.
     pub fn place_for(&mut self, scene: &Scene, geometry: &Geometry, views: &[View]) {
+        let is_still = self.views == views;
+        if is_still && self.is_still {
+            return;
+        }
+        self.is_still = is_still;
+        let tracer = self.hierarchies.tracer(scene, geometry);
+        self.ahead = self.look_ahead(&tracer, views);
+        self.measure(scene, geometry, LAST);
+    }
+
+    /// Measures anew what places bring to the views, where something moved: as often as that may be while it moves, and once it
+    /// has come to rest.
+    pub(super) fn measure_moved(&mut self, scene: &Scene, geometry: &Geometry, has_moved: bool) {
+        self.is_outdated |= has_moved && !self.views.is_empty();
+        if self.is_outdated && (!has_moved || self.frame - self.measured >= EVERY) {
+            self.measure(scene, geometry, if has_moved { LAST } else { 1.0 });
+        }
+    }
+
+    /// Measures what places bring to the views, of pilots with this share in the mean.
+    fn measure(&mut self, scene: &Scene, geometry: &Geometry, share: f64) {
+        (self.measured, self.is_outdated) = (self.frame, false);
         let tracer = self.hierarchies.tracer(scene, geometry);
         let (samples, _) = self.sampling.candidates(geometry);
-        let points = importance::view_points(&tracer, views);
+        let points = view_points::with_ahead(
+            view_points(&tracer, &self.views, POINTS),
+            view_points(&tracer, &self.ahead, POINTS_AHEAD),
+        );
         self.sampling.importance = importance::measure(&tracer, &points, &samples, &self.known().0);
         self.is_balanced = false;
+        // What pilots left is weighed by itself: where candidates are few, these say little of places.
+        let weigh = |samples: &[LightSample]| {
+            let places: Vec<_> = samples.iter().map(|s| place(s, self.sampling.normal_scale)).collect();
+            importance::measure(&tracer, &points, samples, &places).weights(samples)
+        };
+        let on_emitters = weigh(&self.sampling.emitter_pilot.concat());
         // Pilots have seeds of their own: how many candidates there are must not depend on them.
         if let Some(pilot) = self.sampling.pilot.as_ref().filter(|pilot| !pilot.deposits.is_empty()) {
-            let now = self.weigh(&pilot.deposits);
-            blend(&mut self.pilot_weights[0], now);
+            blend(&mut self.pilot_weights[0], weigh(&pilot.deposits), share);
             let counts = pilot.counts(&self.pilot_weights[0]);
             for (target, count) in self.targets.iter_mut().zip(counts) {
                 if differs(*target, count) {
@@ -46,6 +82,7 @@ impl IncrementalWalk {
                 }
             }
         }
+        blend(&mut self.pilot_weights[1], on_emitters, share);
         self.allocate_emitters(scene, geometry);
     }
 
@@ -67,8 +104,6 @@ impl IncrementalWalk {
             return;
         }
         let power: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
-        let now = self.weigh(&pilot.concat());
-        blend(&mut self.pilot_weights[1], now);
         let weights = worth(&power, pilot, &self.pilot_weights[1]);
         let counts = allocate(&weights, count);
         let is_other = counts.iter().zip(&self.emitter_counts).any(|(&should, &is)| differs(is, should));

@@ -1,0 +1,93 @@
+//! Where a moving camera will be: samples that it will need are to stand before it sees them.
+
+use super::IncrementalWalk;
+use crate::scene::{NONE, View};
+use crate::trace::SceneTracer;
+use glam::{Vec2, Vec3};
+
+/// Frames that one looks ahead: two seconds at 30 frames a second, in which samples go over to another room. In a building the
+/// error where a walk comes into another room was 1.6 times that of a fresh set, with 45 frames 3.9 times.
+const LEAD: f32 = 60.0;
+/// Share of the way to what is ahead that the camera will not pass.
+const KEPT_OFF: f32 = 0.1;
+
+impl IncrementalWalk {
+    /// Takes note of views, and tells what will be seen around the places that they are on their way to: whoever goes into a room
+    /// may turn there.
+    pub(super) fn look_ahead(&mut self, tracer: &SceneTracer, views: &[View]) -> Vec<View> {
+        let frames = (self.frame - self.placed).max(1) as f32;
+        let before = std::mem::replace(&mut self.views, views.to_vec());
+        self.placed = self.frame;
+        let pairs = views.iter().zip(&before).filter(|(view, _)| !view.orthographic);
+        pairs.flat_map(|(view, before)| around(&arrived(tracer, before, view, LEAD / frames))).collect()
+    }
+}
+
+/// A view that goes on as from one to the other, so many times as far, but into nothing.
+fn arrived(tracer: &SceneTracer, before: &View, view: &View, times: f32) -> View {
+    let way = (view.eye - before.eye).as_vec3() * times;
+    if way == Vec3::ZERO {
+        return *view;
+    }
+    let eye = view.relative_to(tracer.geometry().origin).eye;
+    let free = match tracer.closest_hit(eye, way, 1.0, NONE) {
+        Some(hit) => hit.t * (1.0 - KEPT_OFF),
+        None => 1.0,
+    };
+    View { eye: view.eye + (way * free).as_dvec3(), ..*view }
+}
+
+/// Four views all around.
+fn around(view: &View) -> [View; 4] {
+    let View { right, forward, .. } = *view;
+    let sides = [(right, forward), (-forward, right), (-right, -forward), (forward, -right)];
+    sides.map(|(right, forward)| View { right, forward, half_extent: Vec2::ONE, center: Vec2::ZERO, ..*view })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Geometry, Scene, builtin};
+    use glam::DVec3;
+
+    fn with_tracer(check: impl Fn(&SceneTracer, View)) {
+        let scene: Scene = builtin::build("table", builtin::default_object("table")).expect("built in");
+        let geometry = Geometry::new(&scene);
+        let view = View::new(&scene, &scene.cameras[0], 1.0);
+        check(&SceneTracer::new(&scene, &geometry), view);
+    }
+
+    #[test]
+    fn one_arrives_before_walls_and_not_beyond() {
+        with_tracer(|tracer, view| {
+            let step = view.forward.as_dvec3() * 0.01;
+            let then = arrived(tracer, &View { eye: view.eye - step, ..view }, &view, 10.0);
+            assert!(then.eye.abs_diff_eq(view.eye + step * 10.0, 1e-5), "{then:?}");
+            let still = arrived(tracer, &view, &view, 10.0);
+            assert_eq!(still, view);
+            // Into a wall: all of the way but a little.
+            let local = view.relative_to(tracer.geometry().origin);
+            let wall = tracer.closest_hit(local.eye, local.forward, f32::INFINITY, NONE).expect("a wall");
+            let then = arrived(tracer, &View { eye: view.eye - step, ..view }, &view, 1e4);
+            let gone = (then.eye - view.eye).length() as f32;
+            assert!((gone / wall.t - 0.9).abs() < 1e-3, "{gone} of {}", wall.t);
+        });
+    }
+
+    #[test]
+    fn all_around_is_every_direction_beside_the_horizon() {
+        with_tracer(|_, view| {
+            let views = around(&view);
+            for angle in (0..16).map(|i| 0.4 * i as f32) {
+                let direction = view.forward * angle.cos() + view.right * angle.sin();
+                let point = view.relative_to(DVec3::ZERO).eye + direction;
+                let sees = |view: &View| {
+                    let (ndc, distance) = view.relative_to(DVec3::ZERO).project(point);
+                    distance > 0.0 && ndc.abs().max_element() <= 1.001
+                };
+                assert!(views.iter().any(sees), "{angle}");
+                assert!(!sees(&views[0]) || !sees(&views[2]));
+            }
+        });
+    }
+}

@@ -1,0 +1,188 @@
+//! How far slots go to other light in a frame: as far as what is seen changes by no more than a little, wherever it is seen.
+//!
+//! Of each group of slots it is computed what the rest of their way would change at points that are seen, shadows and all. One
+//! group after the other, that which has been on its way for longest first, then goes as far of it as the limit leaves at all of
+//! these points. What is not seen goes all the way at once; so does a sample for one beside it, or nearly.
+
+use super::{Light, Slot, Slots};
+use crate::lights::LightSample;
+use glam::Vec3;
+
+/// Change of a point, as a share of the mean brightness, that takes as many frames as [`Pace::fade`](crate::lights::Pace::fade)
+/// says.
+const USUAL: f32 = 0.25;
+/// Of the changes of slots where nothing is known of what is seen, the largest, relative to the median of all lights.
+const LARGEST: f32 = 3.0;
+
+/// A part of what slots go, and what it changes.
+struct Group {
+    slots: Vec<usize>,
+    since: u32,
+    id: u64,
+}
+
+impl Slot {
+    fn change(&self) -> Vec3 {
+        self.to.intensity - self.now.intensity
+    }
+
+    /// Goes a part of its way.
+    fn go(&mut self, part: f32) {
+        self.now = if part < 1.0 { self.now.mix(&self.to, part) } else { self.to.clone() };
+    }
+}
+
+impl Slots {
+    /// Goes on by a frame. `brought` computes what samples whose intensity changes by so much bring to points that are seen, by
+    /// sample and then by point: per unit of intensity, relative to the mean brightness; `None` where no point is known.
+    pub fn advance(&mut self, brought: impl FnOnce(&[(LightSample, Vec3)]) -> Option<Vec<f32>>) {
+        let going: Vec<usize> = (0..self.slots.len()).filter(|&i| self.slots[i].is_going()).collect();
+        if self.fade == 0 || going.is_empty() {
+            self.slots.iter_mut().for_each(|slot| slot.go(1.0));
+            return;
+        }
+        let changes: Vec<_> = going.iter().map(|&i| (self.slots[i].sample, self.slots[i].change())).collect();
+        let groups = self.groups(&going);
+        let limit = USUAL / self.fade as f32;
+        let Some(brought) = brought(&changes) else { return self.go_unseen(&groups) };
+        let points = brought.len() / going.len();
+        let mut changed = vec![Vec3::ZERO; points];
+        for Group { slots, .. } in groups {
+            let mut rest = vec![Vec3::ZERO; points];
+            for &slot in &slots {
+                let Ok(row) = going.binary_search(&slot) else { continue };
+                let brought = &brought[row * points..(row + 1) * points];
+                let change = changes[row].1;
+                rest.iter_mut().zip(brought).for_each(|(rest, &brought)| *rest += change * brought);
+            }
+            let part =
+                changed.iter().zip(&rest).map(|(c, r)| largest_part(*c, *r, limit)).fold(1.0, f32::min);
+            changed.iter_mut().zip(&rest).for_each(|(changed, rest)| *changed += *rest * part);
+            slots.iter().for_each(|&slot| self.slots[slot].go(part));
+        }
+    }
+
+    /// Slots that are on their way, those first that have been so for longest.
+    fn groups(&self, going: &[usize]) -> Vec<Group> {
+        let mut order = going.to_vec();
+        order.sort_by_key(|&slot| self.slots[slot].group);
+        let same = |a: &usize, b: &usize| self.slots[*a].group == self.slots[*b].group;
+        let of = |slots: &[usize]| {
+            let since = slots.iter().map(|&slot| self.slots[slot].since).min().unwrap_or(0);
+            Group { slots: slots.to_vec(), since, id: self.slots[slots[0]].group }
+        };
+        let mut groups: Vec<Group> = order.chunk_by(same).map(of).collect();
+        groups.sort_by_key(|group| (group.since, group.id));
+        groups
+    }
+
+    /// Goes on where nothing is known of what is seen: the slower, the brighter.
+    fn go_unseen(&mut self, groups: &[Group]) {
+        let bright = |slot: &Slot, Light { intensity, .. }: &Light| intensity.max_element() / slot.area();
+        let lit = self.slots.iter().filter(|slot| slot.stratum.is_some());
+        let mut all: Vec<f32> = lit.map(|slot| bright(slot, &slot.to)).collect();
+        all.sort_unstable_by(f32::total_cmp);
+        let usual = all.get(all.len() / 2).copied().unwrap_or(0.0);
+        for Group { slots, .. } in groups {
+            let change = |&i: &usize| self.slots[i].change().abs().max_element() / self.slots[i].area();
+            let most = (slots.iter().map(change).fold(0.0, f32::max) / usual).min(LARGEST);
+            let part = 1.0 / (self.fade as f32 * most);
+            slots.iter().for_each(|&slot| self.slots[slot].go(part));
+        }
+    }
+}
+
+/// How far a point may go on its way, where it has changed already.
+fn largest_part(changed: Vec3, rest: Vec3, limit: f32) -> f32 {
+    let left = Vec3::splat(limit) - changed * rest.signum();
+    let parts = left.max(Vec3::ZERO) / rest.abs();
+    [parts.x, parts.y, parts.z].into_iter().fold(1.0, f32::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Chosen, Wanted};
+    use super::*;
+    use crate::lights::{Profile, SampleOrigin};
+
+    fn wanted(stratum: u64, point: u32) -> Wanted {
+        let sample = LightSample {
+            position: Vec3::ZERO,
+            normal: Vec3::Y,
+            intensity: Vec3::ONE,
+            profile: Profile::Cosine,
+            origin: SampleOrigin::Emitter { triangle: 0, point },
+            rectangle: None,
+        };
+        Wanted { stratum, chosen: Chosen { sample, shares: Vec::new() } }
+    }
+
+    /// Two strata that are to show other samples: points 2 and 3 for 0 and 1.
+    fn going(fade: u32) -> Slots {
+        let mut slots = Slots::new(vec![wanted(0, 0), wanted(1, 1)], 2, fade);
+        slots.show(vec![wanted(0, 2), wanted(1, 3)], &[], |_, _| None);
+        slots
+    }
+
+    /// At the one point that is seen: nothing of the second stratum.
+    fn brings(sample: &LightSample) -> f32 {
+        match sample.origin {
+            SampleOrigin::Emitter { point: 0, .. } => 2.0,
+            SampleOrigin::Emitter { point: 2, .. } => 1.0,
+            _ => 0.0,
+        }
+    }
+
+    fn brought(changes: &[(LightSample, Vec3)]) -> Option<Vec<f32>> {
+        Some(changes.iter().map(|(sample, _)| brings(sample)).collect())
+    }
+
+    fn lit(slots: &Slots) -> f32 {
+        slots.slots.iter().map(|slot| slot.now.intensity.x * brings(&slot.sample)).sum()
+    }
+
+    #[test]
+    fn what_is_seen_changes_by_no_more_than_the_limit_and_the_rest_at_once() {
+        let limit = USUAL / 5.0;
+        let mut slots = going(5);
+        let (mut before, mut frames) = (lit(&slots), 0);
+        while !slots.is_settled() {
+            slots.advance(brought);
+            let (now, change) = (lit(&slots), (lit(&slots) - before).abs());
+            assert!(change <= limit * 1.001, "{change}");
+            (before, frames) = (now, frames + 1);
+            let of = |point: u32| {
+                let is_it = |slot: &&Slot| slot.sample.origin == SampleOrigin::Emitter { triangle: 0, point };
+                slots.slots.iter().find(is_it).map_or(0.0, |slot| slot.now.intensity.x)
+            };
+            assert_eq!(of(3), 1.0, "nobody sees it");
+            assert!((of(0) + of(2) - 1.0).abs() < 1e-5, "they go together");
+        }
+        // From 2 to 1 in steps of a twentieth, and not much slower.
+        assert_eq!(before, 1.0);
+        assert!((20..=21).contains(&frames), "{frames}");
+        // The control: at once, if that is wanted.
+        let mut slots = going(0);
+        slots.advance(brought);
+        assert!(slots.is_settled());
+        assert_eq!(lit(&slots), 1.0);
+    }
+
+    #[test]
+    fn where_nothing_is_known_to_be_seen_it_takes_the_frames_that_are_given() {
+        let mut slots = going(5);
+        let frames = (1..).find(|_| {
+            slots.advance(|_| None);
+            slots.is_settled()
+        });
+        assert_eq!(frames, Some(5));
+    }
+
+    #[test]
+    fn a_point_that_has_changed_may_change_back_but_not_on() {
+        let part = |changed: f32, rest: f32| largest_part(Vec3::splat(changed), Vec3::splat(rest), 0.1);
+        assert_eq!(part(0.1, 1.0), 0.0);
+        assert!((part(0.1, -1.0) - 0.2).abs() < 1e-6);
+        assert_eq!((part(0.1, -0.2), part(0.1, 0.0), part(0.0, 0.1)), (1.0, 1.0, 1.0));
+    }
+}
