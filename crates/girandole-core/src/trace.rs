@@ -36,6 +36,8 @@ pub struct SceneTracer<'a> {
     geometry: &'a Geometry,
     /// All triangles are in one of them. Into how many they are divided changes no result.
     hierarchies: Vec<Arc<Hierarchy>>,
+    /// From the scene to their space.
+    scale: f64,
 }
 
 /// How much earlier rays start in the hierarchy's space.
@@ -110,7 +112,7 @@ impl Traversal {
     fn new(tracer: &SceneTracer, origin: DVec3, direction: DVec3, t_max: f64) -> Self {
         let length = direction.length();
         let unit = direction / length;
-        let (scale, center) = (hierarchy::scale(tracer.geometry), tracer.center());
+        let (scale, center) = (tracer.scale, tracer.center());
         // From far away, start near the scene: distances stay as exact as its size allows.
         let extent = f64::from(tracer.geometry.extent());
         let skipped = ((center - origin).dot(unit) - extent).max(0.0);
@@ -144,7 +146,8 @@ impl<'a> SceneTracer<'a> {
     /// With these hierarchies over all triangles.
     fn over(scene: &'a Scene, geometry: &'a Geometry, hierarchies: &[Arc<Hierarchy>]) -> Self {
         let with_triangles = hierarchies.iter().filter(|hierarchy| !hierarchy.is_empty());
-        Self { scene, geometry, hierarchies: with_triangles.cloned().collect() }
+        let scale = hierarchy::scale(geometry);
+        Self { scene, geometry, hierarchies: with_triangles.cloned().collect(), scale }
     }
 
     /// The geometry that is traced.

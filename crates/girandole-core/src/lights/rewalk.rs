@@ -40,7 +40,12 @@ const SPARE: u32 = 4;
 const LEAST_SPARE: u32 = 4;
 
 /// Points that views see, at which what comes and goes must not be seen to do so: enough that few pixels differ from them all.
-const WATCHED: u32 = 4096;
+const WATCHED: usize = 4096;
+/// As many as that where many samples come and go, and each of them changes little: pairs of samples and points, and points at least.
+const WATCHED_PAIRS: usize = 400_000;
+const LEAST_WATCHED: usize = 512;
+/// After this many times the frames of a fade what moved has come through: then only what is seen of it counts.
+const HURRY: u32 = 6;
 
 /// How fast light samples follow a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +53,8 @@ pub struct Pace {
     /// Paths of the random walk that are walked again a frame, at most.
     pub paths: u32,
     /// Frames over which a change of a quarter of the picture's mean brightness is spread, wherever it is seen, where samples
-    /// come or go; 0 = at once.
+    /// come or go; 0 = at once. Where something moved, samples go this part of the rest of their way a frame, so that light is not
+    /// behind for longer.
     pub fade: u32,
 }
 
@@ -85,6 +91,8 @@ pub(crate) struct IncrementalWalk {
     /// The frame in which it was last measured what places bring to those, and whether something has moved since.
     measured: u32,
     is_outdated: bool,
+    /// The frame in which something moved last.
+    moved: Option<u32>,
     /// Whether samples are placed for views that do not move.
     is_still: bool,
     /// On emitters, where they were when light was sampled; of those that are candidates, what is known of them.
@@ -171,6 +179,7 @@ impl IncrementalWalk {
             ahead: Vec::new(),
             measured: 0,
             is_outdated: false,
+            moved: None,
             is_still: true,
             targets: sampling.walked.counts.clone(),
             sampling,
@@ -215,6 +224,7 @@ impl IncrementalWalk {
         }
         let has_moved = moved.contains(&true) || moved_lights.contains(&true);
         if has_moved {
+            self.moved = Some(self.frame);
             let is_moved = |source: &emitters::Source| match (source.triangle(), source.punctual()) {
                 (Some(triangle), _) => moved[geometry.triangles[triangle as usize].object as usize],
                 (_, Some(light)) => moved_lights[light as usize],
@@ -386,11 +396,16 @@ impl IncrementalWalk {
         let is_watched = !self.views.is_empty() && !self.slots.is_settled();
         let tracer = is_watched.then(|| self.hierarchies.tracer(scene, geometry));
         let brightness = self.sampling.importance.brightness;
-        self.slots.advance(|changes| {
+        let in_hurry = self.moved.is_some_and(|moved| self.frame - moved <= HURRY * self.pace.fade);
+        self.slots.advance(in_hurry, |changes| {
             let tracer = tracer.as_ref()?;
-            let lit = |(sample, _): &(LightSample, Vec3)| lit_points(tracer, &self.views, sample);
-            let mut points = view_points(tracer, &self.views, WATCHED);
-            points.extend(changes.iter().flat_map(lit));
+            let most = (WATCHED_PAIRS / changes.len()).clamp(LEAST_WATCHED, 2 * WATCHED);
+            let mut points = view_points(tracer, &self.views, WATCHED.min(most / 2) as u32);
+            // Where those light that change most.
+            let mut order: Vec<&(LightSample, Vec3)> = changes.iter().collect();
+            order.sort_by(|a, b| b.1.abs().max_element().total_cmp(&a.1.abs().max_element()));
+            let lit = order.iter().flat_map(|(sample, _)| lit_points(tracer, &self.views, sample));
+            points.extend(lit.take(most - most / 2));
             let is_seen = brightness > 0.0 && !points.is_empty();
             is_seen.then(|| importance::brought(tracer, &points, changes, brightness))
         });

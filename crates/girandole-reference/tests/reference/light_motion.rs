@@ -70,46 +70,57 @@ fn door_opens() -> (Scene, impl Fn(&mut Scene, f32)) {
 fn picture(scene: &Scene, lights: &LightSet, view: &View) -> Image {
     let geometry = Geometry::new(scene);
     let tracer = SceneTracer::new(scene, &geometry);
-    oracle(&tracer, lights, view, SIZE, &OracleSettings { samples_per_axis: 2, ..OracleSettings::default() }, &|_| ())
+    oracle(
+        &tracer,
+        lights,
+        view,
+        SIZE,
+        &OracleSettings { samples_per_axis: 2, ..OracleSettings::default() },
+        &|_| (),
+    )
 }
 
-
+/// Moves, waits until the light has followed, and compares with the path tracer.
 fn at_rest((mut scene, pose): (Scene, impl Fn(&mut Scene, f32)), view: &View, what: &str) {
-    pose(&mut scene, 1.0);
-    let geometry = Geometry::new(&scene);
-    let paths = PathSettings { paths: 400, bounces: Some(BOUNCES), seed: 3 };
-    let truth = { let tracer = SceneTracer::new(&scene, &geometry); path_trace(&tracer, view, SIZE, &paths, &|_| ()).mean };
-    let options = CompareOptions { trim: 0.001, ..CompareOptions::default() };
-    for again in [true] { for (count, seeds) in [(300, 8), (1024, 6), (4096, 4)] {
-    let mut sum = [0.0; 4];
-    for seed in 0..seeds {
-    let lights = LightSettings { count, seed, bounces: BOUNCES, ..LightSettings::default() };
+    let lights = LightSettings { count: 4096, bounces: BOUNCES, ..LightSettings::default() };
     let settings =
         IlluminationSettings { lights, visibility: None, views: vec![*view], rewalk: Rewalk::Paths(PACE) };
     pose(&mut scene, 0.0);
     scene.take_changes();
     let mut light = Illumination::new(&scene, &settings).expect("there is light");
+    let start = light.lights().clone();
+    let mut waited = 0;
     for frame in 1..=FRAMES {
         pose(&mut scene, frame as f32 / FRAMES as f32);
         let changes = scene.take_changes();
         light.update(&scene, &changes).expect("it follows");
-        if again { light.place_for(&scene, &[*view]).unwrap(); }
+        waited = waited.max(light.waiting_paths().oldest);
     }
     let still = scene.take_changes();
     let mut rest = 0;
     while !light.is_settled() {
         light.update(&scene, &still).expect("it follows");
+        waited = waited.max(light.waiting_paths().oldest);
         rest += 1;
-        if again && rest == 5 { light.place_for(&scene, &[*view]).unwrap(); }
+        assert!(rest < 100, "{what} comes to no rest");
     }
     let geometry = Geometry::new(&scene);
-    let against = |lights: &LightSet| compare(&truth, &picture(&scene, lights, view), &options).expect("they are alike");
+    let tracer = SceneTracer::new(&scene, &geometry);
+    let paths = PathSettings { paths: 400, bounces: Some(BOUNCES), seed: 3 };
+    let truth = path_trace(&tracer, view, SIZE, &paths, &|_| ()).mean;
+    let options = CompareOptions { trim: 0.001, ..CompareOptions::default() };
+    let against = |lights: &LightSet| {
+        compare(&truth, &picture(&scene, lights, view), &options).expect("they are alike")
+    };
     let followed = against(light.lights());
     let fresh = against(&LightSet::sample_for(&scene, &geometry, &lights, &[*view]).expect("there is light"));
-    for (s, v) in sum.iter_mut().zip([followed.energy_ratio, fresh.energy_ratio, followed.rel_mse, fresh.rel_mse]) { *s += v / f64::from(seeds); }
-    }
-    println!("{what}: {again} {count}: {sum:?}");
-    } }
+    assert!((followed.energy_ratio - 1.0).abs() < 0.02, "{what}: {followed:?}");
+    assert!(followed.rel_mse < 1.6 * fresh.rel_mse, "{what}: {followed:?}, {fresh:?}");
+    // Each path waits for its turn, and no longer.
+    assert!(waited > 1 && waited < 12, "{what}: {waited}");
+    // The control: light as it was.
+    let before = against(&start);
+    assert!(before.energy_ratio < 0.9 && before.rel_mse > 10.0 * followed.rel_mse, "{what}: {before:?}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod closed_form;
 mod common;
 mod files;
+mod light_motion;
 mod many_lights;
 mod metrics;
 mod reflection;

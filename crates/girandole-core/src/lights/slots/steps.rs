@@ -34,8 +34,13 @@ impl Slot {
 
 impl Slots {
     /// Goes on by a frame. `brought` computes what samples whose intensity changes by so much bring to points that are seen, by
-    /// sample and then by point: per unit of intensity, relative to the mean brightness; `None` where no point is known.
-    pub fn advance(&mut self, brought: impl FnOnce(&[(LightSample, Vec3)]) -> Option<Vec<f32>>) {
+    /// sample and then by point: per unit of intensity, relative to the mean brightness; `None` where no point is known. In a
+    /// `hurry` each goes the `fade`th part of what is left of its way at least, however much that changes.
+    pub fn advance(
+        &mut self,
+        in_hurry: bool,
+        brought: impl FnOnce(&[(LightSample, Vec3)]) -> Option<Vec<f32>>,
+    ) {
         let going: Vec<usize> = (0..self.slots.len()).filter(|&i| self.slots[i].is_going()).collect();
         if self.fade == 0 || going.is_empty() {
             self.slots.iter_mut().for_each(|slot| slot.go(1.0));
@@ -44,6 +49,7 @@ impl Slots {
         let changes: Vec<_> = going.iter().map(|&i| (self.slots[i].sample, self.slots[i].change())).collect();
         let groups = self.groups(&going);
         let limit = USUAL / self.fade as f32;
+        let least = if in_hurry { 1.0 / self.fade as f32 } else { 0.0 };
         let Some(brought) = brought(&changes) else { return self.go_unseen(&groups) };
         let points = brought.len() / going.len();
         let mut changed = vec![Vec3::ZERO; points];
@@ -55,8 +61,8 @@ impl Slots {
                 let change = changes[row].1;
                 rest.iter_mut().zip(brought).for_each(|(rest, &brought)| *rest += change * brought);
             }
-            let part =
-                changed.iter().zip(&rest).map(|(c, r)| largest_part(*c, *r, limit)).fold(1.0, f32::min);
+            let parts = changed.iter().zip(&rest).map(|(c, r)| largest_part(*c, *r, limit));
+            let part = parts.fold(1.0, f32::min).max(least);
             changed.iter_mut().zip(&rest).for_each(|(changed, rest)| *changed += *rest * part);
             slots.iter().for_each(|&slot| self.slots[slot].go(part));
         }
@@ -147,7 +153,7 @@ mod tests {
         let mut slots = going(5);
         let (mut before, mut frames) = (lit(&slots), 0);
         while !slots.is_settled() {
-            slots.advance(brought);
+            slots.advance(false, brought);
             let (now, change) = (lit(&slots), (lit(&slots) - before).abs());
             assert!(change <= limit * 1.001, "{change}");
             (before, frames) = (now, frames + 1);
@@ -161,9 +167,14 @@ mod tests {
         // From 2 to 1 in steps of a twentieth, and not much slower.
         assert_eq!(before, 1.0);
         assert!((20..=21).contains(&frames), "{frames}");
+        // In a hurry more may change, if not at once.
+        let mut slots = going(5);
+        let before = lit(&slots);
+        slots.advance(true, brought);
+        assert!((before - lit(&slots) - 0.2).abs() < 1e-6, "a fifth of 1");
         // The control: at once, if that is wanted.
         let mut slots = going(0);
-        slots.advance(brought);
+        slots.advance(false, brought);
         assert!(slots.is_settled());
         assert_eq!(lit(&slots), 1.0);
     }
@@ -172,7 +183,7 @@ mod tests {
     fn where_nothing_is_known_to_be_seen_it_takes_the_frames_that_are_given() {
         let mut slots = going(5);
         let frames = (1..).find(|_| {
-            slots.advance(|_| None);
+            slots.advance(false, |_| None);
             slots.is_settled()
         });
         assert_eq!(frames, Some(5));
