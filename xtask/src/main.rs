@@ -2,6 +2,7 @@
 
 mod adapter;
 mod test;
+mod test_window;
 mod truth;
 
 use clap::{Parser, Subcommand};
@@ -24,6 +25,8 @@ enum Task {
         #[arg(last = true)]
         arguments: Vec<String>,
     },
+    /// Drives the window by keys and mouse under Xvfb; needs Xvfb, xdotool and a graphics adapter
+    TestWindow,
     /// Prints how far renderer and path tracer are from pictures by an independent renderer
     Truth(truth::Arguments),
 }
@@ -31,6 +34,7 @@ enum Task {
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
         Task::Test { arguments } => test::run(&arguments),
+        Task::TestWindow => test_window::run(),
         Task::Truth(arguments) => truth::run(&arguments),
     };
     result.unwrap_or_else(|error| {

@@ -1,6 +1,9 @@
 //! The command line: options and their ranges.
 
+mod command_line;
 mod motion;
+mod scene;
+mod settings;
 mod values;
 
 use clap::{Args, Parser, Subcommand};
@@ -11,6 +14,7 @@ use values::*;
 
 use motion::parse_numbered_updates;
 pub use motion::{Frames, MotionArgs, RewalkArg, UpdatesArg};
+pub use scene::{SceneArgs, ViewArg};
 pub use values::{
     AntiAliasing, Bounces, Clamp, DebugView, DirectShare, Engine, Mode, Pcf, Placement, ShadingArg,
     ShadowMap, Switch, TerminationArg, ToneCurve,
@@ -18,7 +22,8 @@ pub use values::{
 
 const EXAMPLES: &str = "\
 Examples:
-  girandole                                              light the room `pillars`
+  girandole                                              a window on the room `pillars`
+  girandole view room.glb                                a window on a glTF file
   girandole render table -o table.png                    a built-in room, tone-mapped
   girandole render room.glb -o room.exr --camera 1       a glTF file, linear radiance
   girandole render block --object teapot --lights 1024 --aa 2 -o block.png
@@ -29,7 +34,7 @@ Examples:
 
 /// Lights scenes with hundreds to thousands of shadowed point lights.
 ///
-/// Without a command it lights the built-in room `pillars`.
+/// Without a command it shows the built-in room `pillars` in a window, or, without a display, renders it to girandole.png.
 #[derive(Debug, Parser)]
 #[command(name = "girandole", version, after_help = EXAMPLES, max_term_width = 110)]
 pub struct Cli {
@@ -41,6 +46,8 @@ pub struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Opens a window on a scene
+    View(Box<ViewArgs>),
     /// Renders a picture of a scene
     Render(Box<RenderArgs>),
     /// Compares two pictures: energy, relMSE, RMSE, FLIP, worst pixel
@@ -51,6 +58,84 @@ pub enum Command {
     Bench(Box<BenchArgs>),
 }
 
+const VIEW_EXAMPLES: &str = "\
+Mouse over the picture: drag to look, right button to orbit, middle button to pan, wheel to move; click to pick an object.
+Keys: W A S D to walk, E and Q up and down, Shift faster; Space plays motion; F12 saves the picture, F9 copies the
+call of `girandole render` that gives it; T shows the truth beside it, V the debug views; H hides the panel; Esc lets go of
+what is picked; Ctrl Q closes the window.
+
+Examples:
+  girandole view
+  girandole view table --lights 1024 --aa 2
+  girandole view room.glb --camera Front --mode naive";
+
+/// Options of `girandole view`: what the window starts with.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = VIEW_EXAMPLES, allow_negative_numbers = true)]
+pub struct ViewArgs {
+    /// A built-in room (area-lights, table, pillars, block, gap) or a .glb or .gltf file
+    #[arg(default_value = "pillars")]
+    pub scene: String,
+
+    /// The first picture: pixels in x and y, each from 1 to 8192; the panel is beside it
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = parse_size, allow_hyphen_values = true)]
+    pub size: [u32; 2],
+
+    /// A camera of the scene, by name or index; the first if not given
+    #[arg(long, value_name = "NAME|INDEX", conflicts_with = "view")]
+    pub camera: Option<String>,
+
+    #[command(flatten)]
+    pub seen: SceneArgs,
+
+    /// The moving object of a built-in room; see `girandole render --help`
+    #[arg(long, value_name = "none|torus|teapot|FILE")]
+    pub object: Option<String>,
+
+    /// Where pictures are saved, .png or .exr; a number is added where the file is there already
+    #[arg(short, long, value_name = "OUT.{exr,png}", default_value = "girandole.png")]
+    pub output: PathBuf,
+
+    #[command(flatten)]
+    pub lights: LightArgs,
+
+    /// How much work is avoided
+    #[arg(long, value_enum, default_value_t)]
+    pub mode: Mode,
+
+    #[command(flatten)]
+    pub quality: QualityArgs,
+
+    /// What a frame may take while things move, in milliseconds from 1 to 10000: then pictures have fewer pixels, down to a quarter,
+    /// and fewer shadow maps are drawn anew, as the time demands. A moment after all is at rest the picture is as it was asked for
+    #[arg(long, value_name = "MS", value_parser = parse_budget)]
+    pub interactive_budget: Option<f64>,
+
+    /// Writes times and counts as one flat JSON object when the window is closed
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+
+    /// The adapter whose name contains this; see `girandole info`
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+
+    /// Exposure in stops, or auto: the mean becomes middle grey
+    #[arg(long, value_name = "auto|EV", default_value = "auto", value_parser = parse_exposure)]
+    pub exposure: Exposure,
+
+    /// Tone curve
+    #[arg(long, value_enum, default_value_t)]
+    pub tonemap: ToneCurve,
+
+    /// Anti-aliasing: samples along each axis of a pixel
+    #[arg(long, value_enum, default_value_t)]
+    pub aa: AntiAliasing,
+
+    /// While everything is at rest, averages the pictures of further light sets, as `girandole render --refine` does
+    #[arg(long)]
+    pub refine: bool,
+}
+
 const RENDER_EXAMPLES: &str = "\
 Examples:
   girandole render -o pillars.png
@@ -58,10 +143,14 @@ Examples:
   girandole render block --object teapot --exposure 1.5 --tonemap aces -o block.png
   girandole render room.glb --camera Front --engine cpu -o room.exr --stats room.json
   girandole render pillars --time 2.5 -o later.png
-  girandole render pillars --frames 0..239 --exposure 0.5 -o pillars.####.png";
+  girandole render table --refine 64 -o exact.exr
+  girandole render table --view 0,1.7,2,0,0.8,0,0,1,0,60 --edits moved.json -o moved.png
+  girandole render pillars --frames 0..239 --exposure 0.5 -o pillars.####.png
+
+Edits are a list such as {\"version\": 1, \"edits\": [{\"set_time\": {\"seconds\": 1.5}}]}; the README shows one of each kind.";
 
 /// Options of `girandole render`.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, PartialEq)]
 #[command(after_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
     /// A built-in room (area-lights, table, pillars, block, gap) or a .glb or .gltf file
@@ -77,8 +166,11 @@ pub struct RenderArgs {
     pub size: [u32; 2],
 
     /// A camera of the scene, by name or index; the first if not given
-    #[arg(long, value_name = "NAME|INDEX")]
+    #[arg(long, value_name = "NAME|INDEX", conflicts_with = "view")]
     pub camera: Option<String>,
+
+    #[command(flatten)]
+    pub seen: SceneArgs,
 
     /// The moving object of a built-in room: none, torus, teapot, or a .ply, .obj or .glb file; if not given, the
     /// room's default
@@ -129,13 +221,18 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value_t)]
     pub aa: AntiAliasing,
 
+    /// Averages the pictures of so many light sets, each with --lights samples, tighter settings, and rays through other points of
+    /// the pixels (engine gpu); the error falls about as their number grows, down to that of a path tracer
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub refine: u32,
+
     /// Writes times and counts as one flat JSON object
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
 }
 
 /// Options of the light samples.
-#[derive(Args, Clone, Copy, Debug)]
+#[derive(Args, Clone, Copy, Debug, PartialEq)]
 pub struct LightArgs {
     /// Light samples in all, from 1 to 1048576
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LIGHTS)))]
@@ -180,7 +277,7 @@ impl LightArgs {
 }
 
 /// Options of shadows and shading.
-#[derive(Args, Clone, Copy, Debug)]
+#[derive(Args, Clone, Copy, Debug, PartialEq)]
 pub struct QualityArgs {
     /// Upper bound on the geometric factor, m⁻², against bright spots near light samples; off: exact, with the spots; auto:
     /// none either, but close to a sample the mean over the surface that it stands for
@@ -213,7 +310,7 @@ pub struct QualityArgs {
     pub shading: ShadingArg,
 
     /// Multipass shading: lights a pass
-    #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=32))]
+    #[arg(long, value_name = "K", default_value_t = settings::LIGHTS_PER_PASS, value_parser = clap::value_parser!(u32).range(1..=32))]
     pub lights_per_pass: u32,
 
     /// Modes vd-lp and full: by what share the light of neighbouring points may differ, and pixels between them still
@@ -288,6 +385,7 @@ Examples:
   girandole bench area-lights table --lights 25,50,100,200,300 --modes naive,vd,vd-lp,full --json times.json
   girandole bench pillars --moving --updates 50,100,all
   girandole bench pillars --moving --rewalk 200
+  girandole bench room.glb --view 0,1.7,2,0,0.8,0,0,1,0,60 --edits moved.json
   girandole bench pillars --modes vd,full --light-maps on --size 1920x1080 --csv times.csv";
 
 /// Options of `girandole bench`.
@@ -329,6 +427,9 @@ pub struct BenchArgs {
     /// Pixels in x and y, each from 1 to 8192
     #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = parse_size, allow_hyphen_values = true)]
     pub size: [u32; 2],
+
+    #[command(flatten)]
+    pub seen: SceneArgs,
 
     /// The moving object of built-in rooms; see `girandole render --help`
     #[arg(long, value_name = "none|torus|teapot|FILE")]

@@ -1,5 +1,5 @@
-//! The program `girandole`: renders scenes lit by many shadowed point lights, compares pictures, and describes scenes
-//! and adapters.
+//! The program `girandole`: shows scenes lit by many shadowed point lights in a window or renders them to files, compares
+//! pictures, and describes scenes and adapters.
 //!
 //! Exit codes: 0 done, 1 a comparison is beyond its thresholds (or a required adapter is missing), 2 anything else,
 //! with one sentence on the standard error stream.
@@ -10,9 +10,11 @@ mod compare;
 mod engine;
 mod info;
 mod output;
+mod picture;
 mod render;
 mod scene;
 mod sequence;
+mod window;
 
 use clap::Parser;
 use std::process::ExitCode;
@@ -30,7 +32,8 @@ fn main() -> ExitCode {
         Err(error) => return output::command_line_error(&error),
     };
     let result = match cli.command {
-        None => render::main_job(),
+        None => window::main_job(),
+        Some(args::Command::View(args)) => window::run(*args),
         Some(args::Command::Render(args)) => render::run(*args),
         Some(args::Command::Compare(args)) => compare::run(&args),
         Some(args::Command::Info(args)) => info::run(&args),

@@ -1,32 +1,27 @@
 //! `girandole render`, also the default without a command.
 
 use crate::args::{
-    AntiAliasing, Bounces, Cli, Command, DebugView, Engine, Frames, Mode, RenderArgs, RewalkArg, ShadingArg,
-    Switch, UpdatesArg,
+    AntiAliasing, Bounces, Engine, Frames, Mode, RenderArgs, RewalkArg, ShadingArg, Switch, UpdatesArg,
 };
 use crate::engine::{self, Job, Ready, Stats};
 use crate::output::{self, say};
+use crate::picture::{self, Shown};
 use crate::{scene, sequence};
-use anyhow::{Context, Result, bail};
-use clap::Parser;
+use anyhow::{Result, bail};
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet};
-use girandole_core::scene::{Geometry, View};
-use girandole_core::tonemap;
+use girandole_core::scene::Geometry;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// The default without a command: renders the room `pillars` to a file.
-pub fn main_job() -> Result<ExitCode> {
-    let Some(Command::Render(args)) = Cli::try_parse_from(["girandole", "render"])?.command else {
-        bail!("the main job is `girandole render`");
-    };
+/// The default where no window can be shown: renders the room `pillars` to a file.
+pub fn main_job(why: &str) -> Result<ExitCode> {
+    let args = RenderArgs::defaults()?;
     check(&args)?;
-    let why = if has_display() { "the window comes in a later version" } else { "there is no display" };
     say(&format!("{why}: rendering the room {} to {}", args.scene, args.output.display()));
     // Anti-aliasing costs four times as much, which is affordable on a GPU.
-    render(*args, AntiAliasing::Two)
+    render(args, AntiAliasing::Two)
 }
 
 /// Renders by the options of the command line.
@@ -45,6 +40,9 @@ fn check(args: &RenderArgs) -> Result<()> {
                 "{} is one file; with --frames, give its name a run of # for the number, as in frame.####.exr",
                 args.output.display()
             );
+        }
+        if args.refine > 1 {
+            bail!("--refine belongs to single pictures; leave it or --frames out");
         }
         if args.stats.is_some() {
             bail!("--stats belongs to single pictures; leave it or --frames out");
@@ -78,6 +76,12 @@ fn check(args: &RenderArgs) -> Result<()> {
     if args.debug.is_some() && matches!(args.engine, Engine::Cpu | Engine::Path) {
         bail!("--debug belongs to --engine gpu; leave one of them out");
     }
+    if args.refine > 1 && matches!(args.engine, Engine::Cpu | Engine::Path) {
+        bail!("--refine belongs to --engine gpu; leave one of them out");
+    }
+    if args.refine > 1 && args.debug.is_some() {
+        bail!("--debug shows one light set; leave --refine out");
+    }
     if args.adapter.is_some() && matches!(args.engine, Engine::Cpu | Engine::Path) {
         bail!("--adapter belongs to --engine gpu; leave one of them out");
     }
@@ -87,7 +91,7 @@ fn check(args: &RenderArgs) -> Result<()> {
 fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     // The scene.
     let start = Instant::now();
-    let mut scene = scene::load(&args.scene, args.object.as_deref())?;
+    let (mut scene, _) = scene::load_edited(&args.scene, args.object.as_deref(), args.seen.edits.as_deref())?;
     if let Some(frames) = args.motion.frames {
         return sequence::render(&args, scene, frames);
     }
@@ -95,9 +99,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
         scene.set_time(seconds)?;
     }
     let geometry = Geometry::new(&scene);
-    let camera = scene.camera(args.camera.as_deref().unwrap_or("0"))?;
-    let aspect = args.size[0] as f32 / args.size[1] as f32;
-    let view = View::new(&scene, camera, aspect);
+    let view = scene::view(&scene, &args.seen, args.camera.as_deref(), args.size)?;
     let scene_ms = milliseconds(start);
 
     // The light samples.
@@ -117,6 +119,9 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
 
     // The engine. Nothing was printed before, so that an error is the only line.
     let mut engine = Ready::choose(&args)?;
+    if args.refine > 1 && !matches!(engine, Ready::Gpu(_)) {
+        bail!("--refine belongs to --engine gpu, and there is no adapter; leave it out");
+    }
     if matches!(engine, Ready::Gpu(_)) {
         args.aa = aa_on_gpu;
     }
@@ -141,10 +146,12 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
 
     // Statistics and messages.
     let [width, height] = args.size;
-    let by = if by_samples {
-        format!("{} light samples ({} direct)", lights.len(), lights.direct)
-    } else {
-        format!("{} paths a pixel", args.paths)
+    let by = match (by_samples, picture.stats.get("estimated_rel_mse").and_then(|error| error.as_f64())) {
+        (false, _) => format!("{} paths a pixel", args.paths),
+        (true, None) => format!("{} light samples ({} direct)", lights.len(), lights.direct),
+        (true, Some(error)) => {
+            format!("{} sets of {} light samples (estimated relMSE {error:.1e})", args.refine, lights.len())
+        }
     };
     say(&format!(
         "wrote {} ({width}×{height}): {} with {by}, {} on {adapter} ({name} engine)",
@@ -169,6 +176,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
         let indirect = lights.len() as u64 - u64::from(lights.direct);
         for (key, value) in [
             ("scene", args.scene.as_str().into()),
+            ("command", args.command_line().ok().into()),
             ("engine", name.into()),
             ("adapter", adapter.into()),
             ("width", width.into()),
@@ -176,6 +184,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
             ("samples_per_pixel", samples.into()),
             ("seed", args.lights.seed.into()),
             ("bounces", args.lights.bounces.limit().into()),
+            ("light_sets", args.refine.into()),
             ("lights", lights.len().into()),
             ("direct_lights", lights.direct.into()),
             ("indirect_lights", indirect.into()),
@@ -197,29 +206,10 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
 
 /// Writes a picture, with the exposure and tone curve of the options where it is a .png. Returns the exposure in stops.
 pub fn write_shown(args: &RenderArgs, path: &Path, radiance: &Image) -> Result<f32> {
-    // Debug views are display colours already.
-    let shows_debug = args.debug.is_some_and(|view| view != DebugView::Lights);
-    let (ev, curve) = if shows_debug {
-        (0.0, tonemap::Tonemap::None)
-    } else {
-        (args.exposure.ev(radiance), args.tonemap.into())
-    };
-    let is_exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    if is_exr {
-        girandole_reference::image_file::write_exr(path, radiance)?;
-    } else {
-        let bytes = tonemap::to_srgb8(radiance, ev, curve);
-        girandole_reference::image_file::write_png(path, radiance.width, radiance.height, &bytes)
-            .context("the picture is rendered, but not saved")?;
-    }
-    Ok(ev)
+    let shown = Shown::new(args.exposure, args.tonemap.into(), args.debug.map(Into::into));
+    picture::write(path, radiance, shown)
 }
 
 fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
-}
-
-fn has_display() -> bool {
-    cfg!(any(windows, target_os = "macos"))
-        || ["WAYLAND_DISPLAY", "DISPLAY"].iter().any(|v| std::env::var_os(v).is_some_and(|s| !s.is_empty()))
 }

@@ -1,9 +1,10 @@
-//! Loads the scene that is named on the command line.
+//! Loads the scene that is named on the command line, and finds the view of it.
 
-use anyhow::{Result, bail};
+use crate::args::SceneArgs;
+use anyhow::{Context, Result, bail};
 use girandole_core::Error;
 use girandole_core::scene::builtin::{self, MovingObject};
-use girandole_core::scene::{Scene, load_model};
+use girandole_core::scene::{Edits, Scene, View, load_model};
 use std::path::Path;
 
 const OBJECTS: &str = "none, torus, teapot, or a .ply, .obj, .glb or .gltf file";
@@ -23,6 +24,27 @@ pub fn load(name: &str, object: Option<&str>) -> Result<Scene> {
     };
     scene.ensure_camera();
     Ok(scene)
+}
+
+/// The same, with what a file says was changed in it.
+pub fn load_edited(name: &str, object: Option<&str>, edits: Option<&Path>) -> Result<(Scene, Edits)> {
+    let mut scene = load(name, object)?;
+    let Some(file) = edits else { return Ok((scene, Edits::default())) };
+    let mut edits = Edits::load(file)?;
+    edits.place_models(file.parent().unwrap_or(Path::new("")));
+    edits
+        .apply(&mut scene, &load_model)
+        .with_context(|| format!("{} cannot be applied to {name}", file.display()))?;
+    Ok((scene, edits))
+}
+
+/// The view that is asked for, else that of a camera of the scene, the first if none is named.
+pub fn view(scene: &Scene, seen: &SceneArgs, camera: Option<&str>, size: [u32; 2]) -> Result<View> {
+    let aspect = size[0] as f32 / size[1] as f32;
+    match seen.view {
+        Some(view) => Ok(view.0.view(aspect)?),
+        None => Ok(View::new(scene, scene.camera(camera.unwrap_or("0"))?, aspect)),
+    }
 }
 
 fn moving_object(name: &str) -> Result<MovingObject> {

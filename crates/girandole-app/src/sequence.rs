@@ -117,8 +117,7 @@ fn has_history(args: &RenderArgs) -> bool {
 }
 
 fn view(scene: &Scene, args: &RenderArgs) -> Result<View> {
-    let camera = scene.camera(args.camera.as_deref().unwrap_or("0"))?;
-    Ok(View::new(scene, camera, args.size[0] as f32 / args.size[1] as f32))
+    crate::scene::view(scene, &args.seen, args.camera.as_deref(), args.size)
 }
 
 /// The light samples of a sequence.

@@ -8,8 +8,10 @@ type Check = fn(&Path) -> Result<(), Failed>;
 
 fn main() {
     let has_adapter = girandole(Path::new("."), "info --require-adapter").status.success();
-    let checks: [(&str, Check); 8] = [
+    let checks: [(&str, Check); 10] = [
         ("same_command_same_bytes", same_command_same_bytes),
+        ("the_command_in_the_statistics_makes_the_same_picture", same_picture_by_its_command),
+        ("refined_pictures_repeat_and_are_better", refined_pictures),
         ("agrees_with_traced_shadows", agrees_with_traced_shadows),
         ("statistics_name_passes_and_counts", statistics_name_passes_and_counts),
         ("maps_that_do_not_fit_are_refused", maps_that_do_not_fit_are_refused),
@@ -57,6 +59,56 @@ fn same_command_same_bytes(directory: &Path) -> Result<(), Failed> {
     ensure(first == render("--aa 2")?, "the same command leaves other bytes")?;
     ensure(first != render("--aa off")?, "anti-aliasing changes nothing")?;
     ensure(first != render("--aa 2 --seed 1")?, "another seed changes nothing")
+}
+
+fn same_picture_by_its_command(directory: &Path) -> Result<(), Failed> {
+    let edits = r#"{"version": 1, "edits": [{"set_time": {"seconds": 0.7}},
+        {"insert_object": {"name": "pot", "shape": "teapot", "transform": {"parts": {"translation": [0.1, 0.9, 0]}}}},
+        {"set_emission": {"material": {"index": 5, "name": "wood"}, "emission": [0.1, 0.2, 3]}}]}"#;
+    std::fs::write(directory.join("e.json"), edits)?;
+    let options = "--view 1,1.6,1.5,0,0.8,-1e-7,0,1,0.1,61.3 --edits e.json --exposure -0.3 --stats s.json";
+    succeed(directory, &format!("{SMALL} {options} -o p.png"))?;
+    let first = std::fs::read(directory.join("p.png"))?;
+    let stats: serde_json::Value = serde_json::from_slice(&std::fs::read(directory.join("s.json"))?)?;
+    let command = stats["command"].as_str().ok_or("no command")?.replace('\'', "");
+    std::fs::remove_file(directory.join("p.png"))?;
+    succeed(directory, command.strip_prefix("girandole ").ok_or("another program")?)?;
+    ensure(first == std::fs::read(directory.join("p.png"))?, "the command makes another picture")?;
+    succeed(directory, &command.replace("girandole ", "").replace("61.3", "61.4"))?;
+    ensure(first != std::fs::read(directory.join("p.png"))?, "another view changes nothing")?;
+    let small = "--size 32x24 --lights 8 --repeat 1 --map-size 32";
+    succeed(directory, &format!("bench table {small} --view 1,1.6,1.5,0,0.8,0,0,1,0,60 --edits e.json"))?;
+    Ok(())
+}
+
+fn refined_pictures(directory: &Path) -> Result<(), Failed> {
+    let render = |sets: u32, name: &str, more: &str| -> Result<Vec<u8>, Failed> {
+        succeed(directory, &format!("{SMALL} --refine {sets} {more} -o {name}.exr --stats {name}.json"))?;
+        Ok(std::fs::read(directory.join(format!("{name}.exr")))?)
+    };
+    let stats = |name: &str| -> Result<serde_json::Value, Failed> {
+        Ok(serde_json::from_slice(&std::fs::read(directory.join(format!("{name}.json")))?)?)
+    };
+    // One set is the picture without the option.
+    let one = render(1, "one", "")?;
+    succeed(directory, &format!("{SMALL} -o plain.exr"))?;
+    ensure(one == std::fs::read(directory.join("plain.exr"))?, "one set is another picture")?;
+    let few = render(3, "few", "")?;
+    ensure(few == render(3, "again", "")? && few != one, "the same command leaves other bytes")?;
+    let command = stats("few")?["command"].to_string();
+    ensure(command.contains("--refine 3") && stats("few")?["light_sets"] == 3, &command)?;
+    // The estimate falls, as the error does.
+    render(12, "many", "")?;
+    let error = |name: &str| -> Result<f64, Failed> {
+        stats(name)?["estimated_rel_mse"].as_f64().ok_or_else(|| "no estimate".into())
+    };
+    ensure(error("many")? < 0.6 * error("few")?, "the estimated error does not fall")?;
+    ensure(stats("one")?.get("estimated_rel_mse").is_none(), "one set says something of its error")?;
+    let path = SMALL.replace("--engine gpu", "--engine path --paths 128");
+    succeed(directory, &format!("{path} -o path.exr"))?;
+    succeed(directory, "compare path.exr many.exr --max-rel-mse 0.006 --max-energy-error 0.03")?;
+    let far = girandole(directory, "compare path.exr one.exr --max-rel-mse 0.006");
+    ensure(far.status.code() == Some(1), "a picture of one set passes for a refined one")
 }
 
 fn agrees_with_traced_shadows(directory: &Path) -> Result<(), Failed> {

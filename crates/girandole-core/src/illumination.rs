@@ -6,6 +6,10 @@ use crate::scene::{Geometry, Scene, SceneChanges, View};
 use crate::visibility::{VisibilityDatabase, VisibilitySettings};
 use crate::{Error, Result};
 
+mod opening;
+
+pub use opening::{Opening, Stage};
+
 /// Which light samples are sampled anew where a scene changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rewalk {
@@ -70,6 +74,8 @@ pub struct Illumination {
     sampled: (LightSet, Placement),
     /// What samples follow the scene by, where some paths a frame are walked again.
     walk: Option<Box<IncrementalWalk>>,
+    /// How many samples are lit, where it is not all of them.
+    most_lit: Option<usize>,
 }
 
 impl Illumination {
@@ -79,6 +85,15 @@ impl Illumination {
     /// [`Error::Invalid`] where a setting is out of range, the scene has no light, or visibility is asked for with more
     /// than [`MOST_LIGHTS`](crate::visibility::MOST_LIGHTS) light samples.
     pub fn new(scene: &Scene, settings: &IlluminationSettings) -> Result<Self> {
+        let mut opened = Self::without_visibility(scene, settings)?;
+        let build =
+            |s: &VisibilitySettings| VisibilityDatabase::build(scene, &opened.geometry, &opened.lights, s);
+        opened.visibility = settings.visibility.as_ref().map(build).transpose()?;
+        Ok(opened)
+    }
+
+    /// Its geometry and light samples alone.
+    fn without_visibility(scene: &Scene, settings: &IlluminationSettings) -> Result<Self> {
         let geometry = Geometry::new(scene);
         let IlluminationSettings { lights, views, .. } = settings;
         let (walk, lights) = match settings.rewalk {
@@ -89,9 +104,36 @@ impl Illumination {
             _ => (None, LightSet::sample_for(scene, &geometry, lights, views)?),
         };
         let sampled = (lights.clone(), Placement::of(scene, &geometry));
-        let build = |s: &VisibilitySettings| VisibilityDatabase::build(scene, &geometry, &lights, s);
-        let visibility = settings.visibility.as_ref().map(build).transpose()?;
-        Ok(Self { settings: settings.clone(), geometry, lights, visibility, sampled, walk })
+        let settings = settings.clone();
+        Ok(Self { settings, geometry, lights, visibility: None, sampled, walk, most_lit: None })
+    }
+
+    /// Lights so many of the samples alone, for the same light in the mean ([`LightSet::prefix`]); `None` = all. What is not lit
+    /// keeps its place, and nothing else changes. Samples that follow paths are all lit at the next update.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the scene is not the one that is held.
+    pub fn light(&mut self, scene: &Scene, most: Option<usize>) -> Result<()> {
+        self.geometry.belongs_to(scene)?;
+        if self.most_lit == most {
+            return Ok(());
+        }
+        let (sampled, placement) = &self.sampled;
+        let moved = || sampled.moved(scene, &self.geometry, placement);
+        let all = if sampled.belongs_to(&self.geometry).is_ok() { Some(sampled.clone()) } else { moved() };
+        self.most_lit = most;
+        if let Some(all) = all.filter(|_| self.walk.is_none()) {
+            self.set_lights(scene, all);
+        }
+        Ok(())
+    }
+
+    /// Takes these light samples, at the same places.
+    fn set_lights(&mut self, scene: &Scene, all: LightSet) {
+        self.lights = self.most_lit.map_or_else(|| all.clone(), |most| all.prefix(most));
+        if let Some(database) = &mut self.visibility {
+            database.follow(scene, &self.geometry, &self.lights, |_| false);
+        }
     }
 
     /// The light samples that follow, in a scene of which only places and what is emitted changed; `None` where they are to be
@@ -100,7 +142,10 @@ impl Illumination {
         let (lights, placement) = &self.sampled;
         match (self.settings.rewalk, &mut self.walk) {
             (Rewalk::Paths(_), Some(walk)) => walk.follow(scene, geometry),
-            (Rewalk::Off, _) => lights.moved(scene, geometry, placement),
+            (Rewalk::Off, _) => {
+                let all = lights.moved(scene, geometry, placement)?;
+                Some(self.most_lit.map_or_else(|| all.clone(), |most| all.prefix(most)))
+            }
             _ => None,
         }
     }
@@ -130,7 +175,11 @@ impl Illumination {
             let follows = changes.keeps_objects().then(|| self.following_lights(scene, &geometry));
             match follows.flatten() {
                 Some(lights) => self.follow(scene, Some(geometry), lights, changes)?,
-                None => *self = Self::new(scene, &self.settings)?,
+                None => {
+                    let most = self.most_lit;
+                    *self = Self::new(scene, &self.settings)?;
+                    self.light(scene, most)?;
+                }
             }
         } else if let Some(walk) = self.walk.as_mut().filter(|walk| !walk.is_settled())
             && let Some(lights) = walk.follow(scene, &self.geometry)

@@ -10,7 +10,7 @@
 
 mod hierarchy;
 
-pub(crate) use hierarchy::HeldHierarchies;
+pub use hierarchy::HeldHierarchies;
 
 use crate::scene::{Geometry, NONE, Scene};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3A};

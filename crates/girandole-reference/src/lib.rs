@@ -11,4 +11,4 @@ mod path;
 mod tiles;
 
 pub use oracle::{OracleSettings, oracle, oracle_pixel, oracle_with_states, radiance, visible};
-pub use path::{Estimate, PathSettings, path_trace};
+pub use path::{Estimate, PathSettings, ProgressivePathTracer, path_trace};

@@ -49,6 +49,15 @@ pub(crate) fn render<S, T: Copy + Default + Send>(
     result
 }
 
+/// Does something to each row of so many values, on all cores; rows count from 0.
+pub(crate) fn for_each_row<T: Send>(values: &mut [T], width: usize, f: impl Fn(u32, &mut [T]) + Sync + Send) {
+    let width = width.max(1);
+    #[cfg(feature = "parallel")]
+    values.par_chunks_mut(width).enumerate().for_each(|(row, values)| f(row as u32, values));
+    #[cfg(not(feature = "parallel"))]
+    values.chunks_mut(width).enumerate().for_each(|(row, values)| f(row as u32, values));
+}
+
 fn corner(index: usize, columns: u32) -> [u32; 2] {
     let index = index as u32;
     [index % columns * TILE, index / columns * TILE]

@@ -210,8 +210,8 @@ fn shade_all<'a>(
     let size = settings.lights_per_batch.unwrap_or_else(|| (BATCH_PAIRS / pixels).clamp(1, 1 << 20) as u32);
     let size = size.next_multiple_of(GROUP).clamp(GROUP, BATCH);
     let mut lit = grid;
-    for batch in batches(lights.count(), size) {
-        let (band, lights) = (band.with_batch(batch), lights.batch(batch.first));
+    for batch in batches(lights.lit_count(), size) {
+        let (band, lights) = (band.with_batch(batch), lights.lit_batch(batch.first));
         lit = pass.record(recorder, &band, seen, maps, lights, grid);
         recorder.split();
     }

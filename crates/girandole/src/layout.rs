@@ -278,8 +278,9 @@ impl Light {
     }
 
     /// A light sample without its place in the atlas. Maps are turned about their normals by the golden angle from
-    /// one light to the next, so that the edges of their texels do not line up. `radius` is the scene's, in metres.
-    pub fn new(id: u32, sample: &LightSample, radius: f32) -> Self {
+    /// one light to the next, so that the edges of their texels do not line up, and from one `set` of a refined picture to the
+    /// next, so that those of lights that stay average out. `radius` is the scene's, in metres.
+    pub fn new(id: u32, set: u32, sample: &LightSample, radius: f32) -> Self {
         use girandole_core::math::warp;
         let (profile, scale, offset) = match sample.profile {
             Profile::Cosine => (COSINE, 0.0, 0.0),
@@ -288,7 +289,8 @@ impl Light {
             Profile::Directional => (DIRECTIONAL, 1.0 / radius, 0.0),
         };
         let (x, y) = warp::frame(sample.normal);
-        let turn = (f64::from(id) * 0.618_033_988_75).fract() as f32 * std::f32::consts::TAU;
+        let turn = f64::from(id) * 0.618_033_988_75 + f64::from(set) * 0.414_213_562_37;
+        let turn = turn.fract() as f32 * std::f32::consts::TAU;
         // A directional map is centred on the scene; its depth runs over the scene's diameter.
         let position = if profile == DIRECTIONAL { -sample.normal * radius } else { sample.position };
         let tangent = x * turn.cos() + y * turn.sin();

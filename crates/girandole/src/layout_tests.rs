@@ -232,7 +232,7 @@ fn every_pass_stays_within_default_limits() {
     assert_eq!(without + 1, with);
 }
 
-fn noop(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {
+pub(crate) fn noop(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::NOOP;
     // Its offset alignment is 1, which the check of indirect calls does not know.

@@ -67,7 +67,7 @@ mod stats;
 mod layout_tests;
 
 pub use device::tuning::DeviceTuning;
-pub use device::{AdapterReport, Gpu, WANTED_FEATURES, adapters, wanted_limits};
+pub use device::{AdapterReport, Gpu, WANTED_FEATURES, adapters, instance, wanted_limits};
 pub use error::{Error, Remedy, Result};
 pub use maps::layout::{AtlasLayout, MapSlot};
 

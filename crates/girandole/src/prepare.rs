@@ -6,6 +6,7 @@ use crate::maps::places::GpuOldPlaces;
 use crate::maps::states::MapUpdate;
 use crate::passes::Compiler;
 use crate::passes::append_all_points::AppendAllPoints;
+use crate::passes::average::Averaging;
 use crate::passes::caller_depth::CallerDepth;
 use crate::passes::debug::Debug;
 use crate::passes::edges::Edges;
@@ -40,6 +41,8 @@ pub(crate) struct Passes {
     pub caller_depth: CallerDepth,
     pub exposure: Exposure,
     pub tone_mapping: ToneMapping,
+    /// Compiled when a picture is refined for the first time.
+    averaging: OnceLock<Averaging>,
 }
 
 impl Passes {
@@ -51,7 +54,13 @@ impl Passes {
             caller_depth: CallerDepth::new(device, shared),
             exposure: Exposure::new(device, shared),
             tone_mapping: ToneMapping::new(),
+            averaging: OnceLock::new(),
         }
+    }
+
+    /// What averages pictures.
+    pub fn averaging(&self, context: &Context) -> &Averaging {
+        self.averaging.get_or_init(|| Averaging::new(&context.device, &context.shared))
     }
 }
 

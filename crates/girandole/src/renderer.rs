@@ -1,5 +1,8 @@
 //! The renderer: a scene with its light on the GPU, and frames of it.
 
+mod opening;
+mod refinement;
+
 use crate::checks::{check, check_display};
 use crate::device::context::Context;
 use crate::device::kernel::Shared;
@@ -9,6 +12,7 @@ use crate::device::timers::Timers;
 use crate::device::tuning::DeviceTuning;
 use crate::frame::record_frame;
 use crate::maps::hidden::HiddenMovers;
+use crate::maps::states::StaleCounts;
 use crate::packed::unpack_radiance;
 use crate::points::lists::PointLists;
 use crate::points::targets::Targets;
@@ -23,6 +27,7 @@ use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, LocalView, Scene, SceneChanges, View};
 use girandole_core::tonemap::Exposure;
 use girandole_core::visibility::VisibilityDatabase;
+use refinement::{Picture, Refinement};
 use std::future::Future;
 
 /// Lights a scene; see the [crate's front page](crate) for an example.
@@ -32,6 +37,7 @@ use std::future::Future;
 /// 3. [`Renderer::record`] records a frame into the caller's encoder and target. Or [`Renderer::render`] submits a frame by
 ///    itself, in parts, and [`Renderer::show`] tone-maps it into a texture view of the caller.
 /// 4. [`Renderer::radiance`] and [`Renderer::stats`] read back.
+/// 5. [`Renderer::refine`] goes on with a picture of [`Renderer::render`] while everything is at rest.
 pub struct Renderer {
     context: Context,
     passes: Passes,
@@ -45,6 +51,7 @@ pub struct Renderer {
     last: Option<RenderSettings>,
     /// Its view, while scene and shadow maps are those that it shows.
     last_view: Option<LocalView>,
+    refinement: Refinement,
 }
 
 impl Renderer {
@@ -87,7 +94,13 @@ impl Renderer {
             lists: None,
             last: None,
             last_view: None,
+            refinement: Refinement::default(),
         })
+    }
+
+    /// What it was made with.
+    pub fn options(&self) -> &RendererOptions {
+        &self.context.options
     }
 
     /// Whether passes are timed from now on, for [`FrameStats::gpu_ms`](crate::FrameStats::gpu_ms) (default no). On
@@ -124,6 +137,7 @@ impl Renderer {
         if changes.is_empty() && illumination.lights().generation() == lights {
             return Ok(());
         }
+        self.restart(None);
         self.last_view = None;
         let illumination = self.illumination.take().ok_or_else(nothing_loaded)?;
         let follows = match &mut self.scene {
@@ -165,6 +179,12 @@ impl Renderer {
         self.illumination.as_ref()
     }
 
+    /// Shadow maps that the last frame left stale: frames to come draw them, as far as their budgets allow.
+    pub fn stale(&self) -> StaleCounts {
+        let scene = self.scene.as_ref();
+        scene.map_or_else(Default::default, |scene| scene.atlas.states.counts(&scene.lights.samples))
+    }
+
     fn load_illumination(&mut self, scene: &Scene, illumination: Illumination) -> Result<()> {
         let (geometry, lights) = (illumination.geometry(), illumination.lights());
         self.load(scene, geometry, lights)?;
@@ -186,6 +206,7 @@ impl Renderer {
         // What was there leaves first: two atlases may not fit.
         self.scene = None;
         self.illumination = None;
+        self.refinement = Refinement::default();
         self.last_view = None;
         let resident = Resident::new(&self.context, scene, geometry, lights)?;
         if self.scene_passes.as_ref().is_none_or(|p| p.features != resident.features) {
@@ -207,6 +228,7 @@ impl Renderer {
         lights: &LightSet,
         database: &VisibilityDatabase,
     ) -> Result<()> {
+        self.restart(None);
         let Some(resident) = &mut self.scene else {
             return Err(Error::invalid("load the scene before its visibility"));
         };
@@ -230,6 +252,7 @@ impl Renderer {
     /// [`Error::Scene`] before [`Renderer::load`], [`Error::TooLarge`] where a list of what to draw exceeds the device's
     /// limits.
     pub fn draw_shadow_maps(&mut self, updates: &MapUpdates) -> Result<()> {
+        self.restart(None);
         let Context { device, queue, shared, timers, .. } = &self.context;
         let scene = self.scene.as_mut().ok_or_else(nothing_loaded)?;
         self.last_view = None;
@@ -269,6 +292,7 @@ impl Renderer {
     ) -> Result<()> {
         target.check(self.context.device.features())?;
         check_display(settings.exposure, target.format)?;
+        self.restart(None);
         self.frame(Some(encoder), view, target.size, settings, Some(target))
     }
 
@@ -277,7 +301,10 @@ impl Renderer {
     /// # Errors
     /// As for [`Renderer::record`].
     pub fn render(&mut self, view: &View, size: [u32; 2], settings: &RenderSettings) -> Result<()> {
-        self.frame(None, view, size, settings, None)
+        self.restart(None);
+        self.frame(None, view, size, settings, None)?;
+        self.restart(Some(Picture { view: *view, size, settings: settings.of_radiance() }));
+        Ok(())
     }
 
     fn frame(

@@ -21,6 +21,7 @@ use girandole_core::glam::DVec3;
 use girandole_core::illumination::Illumination;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, NONE, Scene, SceneChanges};
+use girandole_core::visibility::VisibilityDatabase;
 
 /// What a scene and its lights need of the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,21 +118,17 @@ impl Resident {
         let Context { device, queue, options, .. } = context;
         let (geometry, lights) = (illumination.geometry(), illumination.lights());
         let mut samples = gpu_lights(lights, geometry.radius());
-        let is_parallel = |light: &Light| light.profile == DIRECTIONAL;
-        let have_place = samples.iter().map(is_parallel).eq(self.lights.samples.iter().map(is_parallel));
         let frame = (geometry.origin, geometry.diagonal(), geometry.extent());
         let is_same = geometry.objects == self.geometry.objects
             && scene.materials.len() == self.geometry.material_count
             && frame == (self.origin, self.scale, self.extent);
-        if !(have_place && is_same)
+        if !(self.have_place(&samples) && is_same)
             || SceneFeatures::of(scene, geometry, &samples) != self.features
             || !self.non_blockers.stay(scene, geometry, &samples)
         {
             return Ok(false);
         }
-        for (light, slot) in samples.iter_mut().zip(&self.atlas.layout.slots) {
-            light.atlas_slot = self.atlas.layout.place(slot);
-        }
+        self.give_places(&mut samples);
         self.geometry.follow(queue, scene, geometry, changes)?;
         let faces = options.shadow_map.faces();
         let hidden = HiddenMovers::of(scene, illumination.visibility());
@@ -140,7 +137,7 @@ impl Resident {
         self.atlas.follow(queue, geometry, &changes.moved, lights_then_now, hidden_then_now, faces);
         self.hidden = hidden;
         self.places.follow(scene, geometry);
-        self.lights.follow(queue, samples);
+        self.lights.follow((device, queue), samples);
         // What a caller may have loaded by himself no longer holds either.
         let receivers = self.receivers.take();
         self.multipass = None;
@@ -158,6 +155,95 @@ impl Resident {
         self.generations = [geometry.generation(), lights.generation()];
         Ok(true)
     }
+}
+
+/// Light samples for a scene that stays, and their visibility if that is known.
+#[derive(Clone, Copy)]
+pub(crate) struct LightSource<'a> {
+    pub scene: &'a Scene,
+    pub geometry: &'a Geometry,
+    pub lights: &'a LightSet,
+    pub visibility: Option<&'a VisibilityDatabase>,
+}
+
+/// What a [`Resident`] holds for its light samples alone, but for their shadow maps.
+pub(crate) struct Lighting {
+    lights: GpuLights,
+    receivers: Option<Receivers>,
+    hidden: HiddenMovers,
+    generations: [Generation; 2],
+}
+
+impl Resident {
+    /// A scene with other light samples, and with what visibility determination says of them.
+    ///
+    /// # Errors
+    /// As for [`Resident::new`].
+    pub fn lit(context: &Context, source: LightSource) -> Result<Self> {
+        let LightSource { scene, geometry, lights, .. } = source;
+        let mut resident = Self::new(context, scene, geometry, lights)?;
+        resident.receivers = receivers(context, source)?;
+        resident.hidden = HiddenMovers::of(scene, source.visibility);
+        Ok(resident)
+    }
+
+    /// Other light samples of the scene as it is, to be [swapped in](Self::swap_lighting). Nothing where they do not fit the
+    /// atlas, the occluders or the kernels that are there.
+    ///
+    /// # Errors
+    /// [`crate::Error::TooLarge`] beyond the device's limits.
+    pub fn lighting(&self, context: &Context, source: LightSource) -> Result<Option<Lighting>> {
+        let LightSource { scene, geometry, lights, visibility } = source;
+        let mut samples = gpu_lights(lights, geometry.radius());
+        if !self.have_place(&samples)
+            || SceneFeatures::of(scene, geometry, &samples) != self.features
+            || !self.non_blockers.stay(scene, geometry, &samples)
+        {
+            return Ok(None);
+        }
+        self.give_places(&mut samples);
+        Ok(Some(Lighting {
+            lights: GpuLights::new(&context.device, samples)?,
+            receivers: receivers(context, source)?,
+            hidden: HiddenMovers::of(scene, visibility),
+            generations: [geometry.generation(), lights.generation()],
+        }))
+    }
+
+    /// Takes other light samples, whose shadow maps are all stale then; returns those before.
+    pub fn swap_lighting(&mut self, lighting: Lighting) -> Lighting {
+        for (index, slot) in self.atlas.layout.slots.iter().enumerate() {
+            self.atlas.states.invalidate(index, slot.size);
+        }
+        self.multipass = None;
+        Lighting {
+            lights: std::mem::replace(&mut self.lights, lighting.lights),
+            receivers: std::mem::replace(&mut self.receivers, lighting.receivers),
+            hidden: std::mem::replace(&mut self.hidden, lighting.hidden),
+            generations: std::mem::replace(&mut self.generations, lighting.generations),
+        }
+    }
+
+    /// Whether the atlas has a place for each of these lights, and no more.
+    fn have_place(&self, samples: &[Light]) -> bool {
+        let is_parallel = |light: &Light| light.profile == DIRECTIONAL;
+        samples.iter().map(is_parallel).eq(self.lights.samples.iter().map(is_parallel))
+    }
+
+    fn give_places(&self, samples: &mut [Light]) {
+        for (light, slot) in samples.iter_mut().zip(&self.atlas.layout.slots) {
+            light.atlas_slot = self.atlas.layout.place(slot);
+        }
+    }
+}
+
+/// What visibility determination says, if it was made.
+fn receivers(context: &Context, source: LightSource) -> Result<Option<Receivers>> {
+    let LightSource { scene, geometry, lights, visibility } = source;
+    let of = |database| {
+        Receivers::new((&context.device, &context.queue), Sources { scene, geometry, lights, database })
+    };
+    visibility.map(of).transpose()
 }
 
 impl Resident {

@@ -175,6 +175,29 @@ impl RenderSettings {
     }
 }
 
+impl RenderSettings {
+    /// Those of light set `set` of a [refined](crate::Renderer::refine) picture: without what is wrong in all sets alike. From set 1 on
+    /// every pixel is shaded, as a [tolerance](Self::tolerance) above 0 lets light leak to points that resemble their neighbours (then
+    /// relMSE stays above 8e-4 in `table`, however many sets there are), and all shadow maps are drawn; a bound on the geometric factor rises with the root of
+    /// the number of sets, and loses less light. Set 0 has these settings.
+    pub fn of_set(&self, set: u32) -> Self {
+        if set == 0 {
+            return *self;
+        }
+        let clamp = match self.clamp {
+            Clamp::At(bound) => Clamp::At(bound * (set as f32 + 1.0).sqrt()),
+            clamp => clamp,
+        };
+        Self { tolerance: 0.0, clamp, updates: MapUpdates::default(), ..*self }
+    }
+
+    /// The same for all settings that have the same radiance, once all shadow maps are drawn.
+    pub(crate) fn of_radiance(&self) -> Self {
+        let Self { exposure, tonemap, updates, .. } = Self::default();
+        Self { exposure, tonemap, updates, ..*self }
+    }
+}
+
 impl Default for RenderSettings {
     fn default() -> Self {
         Self {

@@ -171,6 +171,7 @@ sources! {
     COPY_MAPS = copy_maps "" [map_parts];
     EXPOSURE = exposure "" [packed color];
     CALLER_DEPTH = caller_depth "" [frame];
+    AVERAGE = average "" [frame packed];
     TONEMAP = tonemap "" [tonemap packed];
     STALE_ERROR = stale_error "" [
         frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas

@@ -40,12 +40,6 @@ pub struct FrameStats {
     pub maps_drawn: u32,
     /// Shadow maps that the frame left stale.
     pub stale: StaleCounts,
-    /// An estimate of the error that these make: the mean over the picture's pixels of |L − L′|, over the mean of L, where L
-    /// is the luminance of the frame's linear radiance and L′ what it would be with all shadow maps up to date. 0 where none is
-    /// stale. It looks at 1024 fixed pixels, spread evenly, whatever the picture's size; what it takes to compute is spent when
-    /// [`Renderer::stats`] is called. Interpolation and filters of shadow maps are not part of it. `None` without a frame since
-    /// scene or shadow maps were changed, for debug views, and where the picture is black.
-    pub stale_error: Option<f64>,
     /// Pairs of a light map and a light that was added to it or taken away.
     pub light_map_changes: u32,
     /// Points shaded, by pixels from point to point: 1, 2, 4, 8; and further samples of pixels at edges. All other
@@ -87,8 +81,7 @@ impl Renderer {
     /// into an encoder of the caller's has to be submitted before.
     ///
     /// # Errors
-    /// [`Error::Device`](crate::Error::Device) where the device was lost, [`Error::TooLarge`](crate::Error::TooLarge) where a
-    /// scene with stale shadow maps exceeds its limits.
+    /// [`Error::Device`](crate::Error::Device) where the device was lost.
     pub fn stats(&self) -> impl Future<Output = Result<FrameStats>> + use<> {
         let (context, scene, targets, lists) = self.parts();
         let mut stats = FrameStats::default();
@@ -101,7 +94,7 @@ impl Renderer {
             stats.culling = scene.culling;
             stats.maps_drawn = scene.maps_drawn;
             stats.light_map_changes = scene.light_map_changes;
-            stats.stale = scene.atlas.states.counts(&scene.lights.samples);
+            stats.stale = self.stale();
         }
         let mut encoder = context.device.create_command_encoder(&Default::default());
         let mut tally = None;
@@ -122,21 +115,39 @@ impl Renderer {
             _ => {}
         }
         let timestamps = context.timers.resolve(&context.device, &mut encoder);
-        let errors = self.record_stale_error(&mut encoder);
         context.queue.submit([encoder.finish()]);
         async move {
             if let Some(tally) = tally {
                 tally.count(&mut stats).await?;
             }
-            stats.stale_error = match errors? {
-                StaleError::Unknown => None,
-                StaleError::Nothing => Some(0.0),
-                StaleError::OfPixels(errors) => errors.relative().await?,
-            };
             if let Some(timestamps) = timestamps {
                 stats.gpu_ms = timestamps.sums().await?;
             }
             Ok(stats)
+        }
+    }
+
+    /// An estimate of the error that [stale](FrameStats::stale) shadow maps make in the last frame: the mean over the picture's
+    /// pixels of |L − L′|, over the mean of L, where L is the luminance of the frame's linear radiance and L′ what it would be with
+    /// all shadow maps up to date. 0 where none is stale. It looks at 1024 fixed pixels, spread evenly, whatever the picture's size,
+    /// which takes as long as a small frame. Interpolation and filters of shadow maps are not part of it. `None` without a
+    /// frame since scene or shadow maps were changed, for debug views, and where the picture is black. The future is like that of
+    /// [`Renderer::stats`].
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) where the device was lost, [`Error::TooLarge`](crate::Error::TooLarge) where a
+    /// scene exceeds its limits.
+    pub fn stale_error(&self) -> impl Future<Output = Result<Option<f64>>> + use<> {
+        let (context, ..) = self.parts();
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        let errors = self.record_stale_error(&mut encoder);
+        context.queue.submit([encoder.finish()]);
+        async move {
+            match errors? {
+                StaleError::Unknown => Ok(None),
+                StaleError::Nothing => Ok(Some(0.0)),
+                StaleError::OfPixels(errors) => errors.relative().await,
+            }
         }
     }
 }

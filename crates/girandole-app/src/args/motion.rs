@@ -40,7 +40,7 @@ impl std::fmt::Display for RewalkArg {
 }
 
 /// Options of motion.
-#[derive(Args, Clone, Copy, Debug)]
+#[derive(Args, Clone, Copy, Debug, PartialEq)]
 pub struct MotionArgs {
     /// The moment of the scene's animations, in seconds; they repeat
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, conflicts_with = "frames")]
@@ -114,6 +114,12 @@ impl Frames {
         let start = name[..end].trim_end_matches('#').len();
         let width = end - start;
         Some(pattern.with_file_name(format!("{}{frame:0width$}{}", &name[..start], &name[end..])))
+    }
+}
+
+impl std::fmt::Display for Frames {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "{}..{}", self.first, self.last)
     }
 }
 

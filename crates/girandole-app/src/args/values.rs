@@ -152,9 +152,27 @@ impl Bounces {
     }
 }
 
+impl std::fmt::Display for Bounces {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Limit(n) => write!(f, "{n}"),
+            Self::Unlimited => f.write_str("unlimited"),
+        }
+    }
+}
+
 /// Percentage-closer filtering: width in texels, 0 = off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pcf(pub u32);
+
+impl std::fmt::Display for Pcf {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self.0 {
+            0 => f.write_str("off"),
+            texels => write!(f, "{texels}"),
+        }
+    }
+}
 
 /// The bound on the geometric factor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -218,6 +236,33 @@ pub enum DebugView {
     Lights,
     /// Shadow maps.
     Atlas,
+}
+
+impl From<DebugView> for girandole::DebugView {
+    fn from(view: DebugView) -> Self {
+        match view {
+            DebugView::Receivers => Self::Receivers,
+            DebugView::States(light) => Self::States(light),
+            DebugView::LightMaps => Self::LightMaps,
+            DebugView::Levels => Self::Levels,
+            DebugView::Lights => Self::LightPositions,
+            DebugView::Atlas => Self::Atlas,
+        }
+    }
+}
+
+impl std::fmt::Display for DebugView {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Receivers => "receivers",
+            Self::States(None) => "states",
+            Self::States(Some(light)) => return write!(f, "states:{light}"),
+            Self::LightMaps => "light-maps",
+            Self::Levels => "levels",
+            Self::Lights => "lights",
+            Self::Atlas => "atlas",
+        })
+    }
 }
 
 type Parsed<T> = Result<T, String>;
@@ -313,6 +358,13 @@ pub(super) fn parse_pcf(text: &str) -> Parsed<Pcf> {
             .map(Pcf)
             .ok_or_else(|| "give a whole number from 1 to 16, or off".into()),
     }
+}
+
+pub(super) fn parse_budget(text: &str) -> Parsed<f64> {
+    let milliseconds = parse_finite(text).ok().map(f64::from);
+    milliseconds
+        .filter(|ms| (1.0..=1e4).contains(ms))
+        .ok_or_else(|| "give milliseconds from 1 to 10000".into())
 }
 
 pub(super) fn parse_exposure(text: &str) -> Parsed<Exposure> {

@@ -2,14 +2,14 @@
 
 mod moving;
 
-use crate::args::BenchArgs;
+use crate::args::{BenchArgs, SceneArgs};
 use crate::engine::Stats;
 use crate::engine::gpu::{Device, Trial};
 use crate::output::{self, Progress, say};
 use crate::scene;
 use anyhow::{Result, bail};
 use girandole_core::lights::{LightSet, LightSettings};
-use girandole_core::scene::{Geometry, Scene, View};
+use girandole_core::scene::{Geometry, Scene};
 use serde_json::Value;
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -37,11 +37,15 @@ pub fn run(args: &BenchArgs) -> Result<ExitCode> {
     if args.modes.iter().enumerate().any(|(i, mode)| args.modes[..i].contains(mode)) {
         bail!("--modes names a mode twice; name each once");
     }
+    if args.scenes.len() > 1 && args.seen != SceneArgs::default() {
+        bail!("--view and --edits belong to one scene; name it");
+    }
     // All scenes are loaded first, so that a misspelt name is reported before any is timed.
     let mut scenes = Vec::new();
     for name in &args.scenes {
         let builtin = girandole_core::scene::builtin::NAMES.contains(&name.as_str());
-        scenes.push((name, scene::load(name, args.object.as_deref().filter(|_| builtin))?));
+        let object = args.object.as_deref().filter(|_| builtin);
+        scenes.push((name, scene::load_edited(name, object, args.seen.edits.as_deref())?.0));
     }
     let device = Device::open(args.adapter.as_deref())?;
     say(&format!("timing {} rounds on {}", args.repeat, device.name()));
@@ -65,8 +69,7 @@ fn rows(args: &BenchArgs, scenes: &[(&String, Scene)], device: &Device) -> Resul
     let mut rows: Vec<Stats> = Vec::new();
     for (name, scene) in scenes {
         let geometry = Geometry::new(scene);
-        let aspect = args.size[0] as f32 / args.size[1] as f32;
-        let view = View::new(scene, scene.camera("0")?, aspect);
+        let view = scene::view(scene, &args.seen, None, args.size)?;
         for &count in &args.lights {
             let settings = LightSettings { count, seed: args.seed, ..LightSettings::default() };
             let lights = LightSet::sample_for(scene, &geometry, &settings, &[view])?;

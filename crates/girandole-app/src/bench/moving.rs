@@ -6,8 +6,9 @@ use crate::engine::Stats;
 use crate::engine::gpu::Device;
 use crate::engine::moving::MovingTrial;
 use crate::output::{Progress, say};
+use crate::scene;
 use anyhow::Result;
-use girandole_core::scene::{Scene, View};
+use girandole_core::scene::Scene;
 
 /// Columns of the table.
 pub const COLUMNS: [Column; 12] = [
@@ -32,7 +33,7 @@ pub fn rows(args: &BenchArgs, scenes: &[(&String, Scene)], device: &Device) -> R
         if scene.duration() == 0.0 {
             say(&format!("warning: nothing in {name} is animated"));
         }
-        let view = View::new(scene, scene.camera("0")?, args.size[0] as f32 / args.size[1] as f32);
+        let view = scene::view(scene, &args.seen, None, args.size)?;
         for &lights in &args.lights {
             for &updates in &args.updates {
                 let progress = Progress::bar(&format!("{name} with {lights} lights, updates {updates}"));

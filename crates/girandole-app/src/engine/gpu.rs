@@ -1,4 +1,4 @@
-//! The renderer on wgpu: the only file of the program that uses wgpu.
+//! The renderer on wgpu, without a window.
 
 use super::{Job, Picture, Stats};
 use crate::args;
@@ -6,14 +6,14 @@ use crate::output::Progress;
 use anyhow::{Result, anyhow};
 use girandole::wgpu;
 use girandole::{
-    DebugView, FrameStats, Gpu, MapUpdates, Mode, RenderSettings, Renderer, RendererOptions, Shading,
-    ShadowMap,
+    FrameStats, Gpu, MapUpdates, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap,
 };
 use girandole_core::illumination::IlluminationSettings;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Scene, SceneChanges, View};
 use girandole_core::visibility::{MOST_LIGHTS, VisibilityDatabase, VisibilitySettings};
 use pollster::block_on;
+use std::future::Future;
 use std::time::Instant;
 
 pub use girandole::{AdapterReport, Error};
@@ -45,8 +45,11 @@ impl Device {
 
     /// Renders with shadow maps.
     pub fn render(&mut self, job: &Job) -> Result<Picture> {
-        let _progress = Progress::spinner(&format!("rendering on {}", self.name()));
         let args = job.args;
+        if args.refine > 1 {
+            return self.refine(job);
+        }
+        let _progress = Progress::spinner(&format!("rendering on {}", self.name()));
         let (mut found, mut visibility_ms) = (None, 0.0);
         if job.visibility.is_none()
             && let Some((database, ms)) = visibility(job.scene, job.geometry, job.lights, &[args.mode])?
@@ -102,27 +105,13 @@ impl Device {
         open.map_or(&[], |illumination| &illumination.lights().warnings)
     }
 
-    fn opened(&mut self) -> Result<&mut Renderer> {
+    pub(super) fn opened(&mut self) -> Result<&mut Renderer> {
         self.renderer.as_mut().ok_or_else(|| anyhow!("no scene is open"))
     }
 
     /// A picture of what was loaded or opened.
     pub fn picture(&mut self, view: &View, args: &args::RenderArgs) -> Result<Picture> {
-        let settings = RenderSettings {
-            exposure: args.exposure,
-            tonemap: args.tonemap.into(),
-            debug: args.debug.map(|view| match view {
-                args::DebugView::Receivers => DebugView::Receivers,
-                args::DebugView::States(light) => DebugView::States(light),
-                args::DebugView::LightMaps => DebugView::LightMaps,
-                args::DebugView::Levels => DebugView::Levels,
-                args::DebugView::Lights => DebugView::LightPositions,
-                args::DebugView::Atlas => DebugView::Atlas,
-            }),
-            // This frame's are drawn beforehand.
-            updates: MapUpdates { most: Some(0), ..MapUpdates::default() },
-            ..settings(args.mode, &args.quality, args.quality.clamp.0, args.aa)
-        };
+        let settings = picture_settings(args);
         // The parts of a frame, in wall-clock time around submit and wait.
         let start = Instant::now();
         let updates = args.motion.map_updates(self.ms_per_map);
@@ -229,8 +218,16 @@ impl Device {
         Ok(self.gpu.wait()?)
     }
 
+    pub(super) fn block_on<T>(&self, future: impl Future<Output = girandole::Result<T>>) -> Result<T> {
+        Ok(self.gpu.block_on(future)??)
+    }
+
     pub(super) fn stats(&self, renderer: &Renderer) -> Result<FrameStats> {
         Ok(self.gpu.block_on(renderer.stats())??)
+    }
+
+    pub(super) fn stale_error(&self, renderer: &Renderer) -> Result<f64> {
+        Ok(self.gpu.block_on(renderer.stale_error())??.unwrap_or(0.0))
     }
 
     pub(super) fn target(&self, [width, height]: [u32; 2]) -> wgpu::TextureView {
@@ -265,7 +262,8 @@ pub struct Trial<'a> {
     pub args: &'a args::BenchArgs,
 }
 
-pub(super) fn options(quality: &args::QualityArgs) -> RendererOptions {
+/// What the options say that is fixed when a renderer is made.
+pub fn options(quality: &args::QualityArgs) -> RendererOptions {
     RendererOptions {
         shadow_map: match quality.shadow_map {
             args::ShadowMap::Octahedral => ShadowMap::Octahedral,
@@ -279,7 +277,19 @@ pub(super) fn options(quality: &args::QualityArgs) -> RendererOptions {
     }
 }
 
-pub(super) fn settings(
+/// What the options say of a picture whose shadow maps are drawn beforehand.
+pub(super) fn picture_settings(args: &args::RenderArgs) -> RenderSettings {
+    RenderSettings {
+        exposure: args.exposure,
+        tonemap: args.tonemap.into(),
+        debug: args.debug.map(Into::into),
+        updates: MapUpdates { most: Some(0), ..MapUpdates::default() },
+        ..settings(args.mode, &args.quality, args.quality.clamp.0, args.aa)
+    }
+}
+
+/// What the options say of each frame, but for exposure and tone curve.
+pub fn settings(
     mode: args::Mode,
     quality: &args::QualityArgs,
     clamp: Clamp,
@@ -364,9 +374,6 @@ pub(super) fn statistics(frame: &FrameStats, pixels: u64) -> Stats {
         ("pairs_per_pixel", pairs.evaluated() as f64 / pixels as f64),
     ] {
         stats.insert(key.into(), value.into());
-    }
-    if let Some(error) = frame.stale_error {
-        stats.insert("stale_map_error".into(), error.into());
     }
     for (key, value) in [
         ("maps", u64::from(frame.lights)),

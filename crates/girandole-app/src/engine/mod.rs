@@ -5,6 +5,7 @@ mod cpu;
 pub mod gpu;
 pub mod moving;
 mod path;
+mod refine;
 
 pub use advice::sentence;
 pub use cpu::energy_lost_by_clamp;

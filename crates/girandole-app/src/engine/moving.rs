@@ -90,6 +90,7 @@ impl Device {
             let update_ms = milliseconds(start);
             let frame_ms = frame(&mut renderer, &moving)?;
             let stats = self.stats(&renderer)?;
+            let stale_error = self.stale_error(&renderer)?;
             if round == last {
                 for (pass, ms) in stats.gpu_ms {
                     result.insert(pass.into(), ms.into());
@@ -120,7 +121,7 @@ impl Device {
                 f64::from(stats.maps_drawn),
                 f64::from(stats.stale.maps),
                 f64::from(stats.stale.oldest),
-                stats.stale_error.unwrap_or(0.0),
+                stale_error,
                 culling.faces_drawn as f64,
                 culling.clusters_drawn as f64,
                 culling.triangle_instances() as f64,

@@ -6,13 +6,19 @@ use crate::{Girandole, stdout};
 fn help_names_every_option() {
     let girandole = Girandole::new();
     for (command, words) in [
-        ("--help", "render compare info bench --help --version Examples"),
+        ("--help", "view render compare info bench --help --version Examples"),
+        (
+            "view",
+            "SCENE --output -o --size --camera --object --lights --direct --placement --bounces --seed --termination --clamp \
+             --shadow-map --map-size --pcf --memory --mode --light-maps --shading --lights-per-pass --tolerance --adapter \
+             --exposure --tonemap --aa --refine Mouse Keys Examples",
+        ),
         (
             "render",
-            "SCENE --output -o --size --camera --object --lights --direct --placement view scene --bounces --seed --termination --clamp \
+            "SCENE --output -o --size --camera --view EYE TARGET UP FOV --edits --object --lights --direct --placement view scene --bounces --seed --termination --clamp \
              --shadow-map octahedral parabolic cube --map-size --pcf --memory --mode full vd-lp vd naive --light-maps on off \
              --shading fused multipass --lights-per-pass --tolerance --debug receivers states levels atlas --engine auto \
-             gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats --time --frames --fps --rewalk off N all --fade --updates --max-map-age Examples area-lights table \
+             gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats --time --frames --fps --rewalk off N all --refine --fade --updates --max-map-age Examples area-lights table \
              pillars block gap torus teapot 1024x768",
         ),
         (
@@ -23,7 +29,7 @@ fn help_names_every_option() {
         ("info", "SCENE --require-adapter Examples"),
         (
             "bench",
-            "SCENES --lights --modes full vd-lp vd naive --repeat --size --object --aa --seed --adapter --csv --json \
+            "SCENES --lights --modes full vd-lp vd naive --repeat --size --view --edits --object --aa --seed --adapter --csv --json \
              --light-maps --shading --lights-per-pass --clamp --map-size --memory Examples",
         ),
     ] {

@@ -2,6 +2,7 @@
 
 mod bench;
 mod compare;
+mod edits;
 mod help;
 mod info;
 mod refusals;

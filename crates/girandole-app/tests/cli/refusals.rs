@@ -47,6 +47,19 @@ fn bad_arguments() {
         ("render table --object cow", "none, torus, teapot"),
         ("render table --object cow.ply", "cow.ply"),
         ("render nowhere.glb --object torus", "--object"),
+        ("render table --view 1,2,3", "ten numbers"),
+        ("render table --view -1,2,3", "ten numbers"),
+        ("render table --view 0,1.7,4,0,1.7,0,0,1,0,x", "ten numbers"),
+        ("render table --view 0,1.7,4,0,1.7,4,0,1,0,60", "same point"),
+        ("render table --view 0,1.7,4,0,1.7,nan,0,1,0,60", "finite"),
+        ("render table --view 0,1.7,4,0,1.7,0,0,0,1,60", "up"),
+        ("render table --view 0,1.7,4,0,1.7,0,0,1,0,180", "180"),
+        ("render table --view 0,1.7,4,0,1.7,0,0,1,0,60 --camera 0", "--camera"),
+        ("render table --edits nowhere.json", "cannot read nowhere.json"),
+        ("render table --edits folder.png", "folder.png"),
+        ("bench table gap --view 0,1.7,4,0,1.7,0,0,1,0,60", "one scene"),
+        ("bench --edits nowhere.json", "one scene"),
+        ("bench table --edits nowhere.json", "cannot read nowhere.json"),
         ("render table --size 8x6 --lights 4 --adapter nobody's", "nobody's"),
         ("render table --engine cpu --adapter any", "--adapter"),
         ("render table --engine warp", "auto, gpu, cpu, path"),
@@ -55,6 +68,11 @@ fn bad_arguments() {
         ("render table --debug shades", "light-maps"),
         ("render table --debug states:x", "states:N"),
         ("render table --debug levels --engine cpu", "--debug"),
+        ("render table --refine 0", "--refine"),
+        ("render table --refine 4 --engine cpu", "--refine"),
+        ("render table --refine 4 --engine path", "--refine"),
+        ("render table --refine 4 --debug levels", "--refine"),
+        ("render table --refine 4 --frames 0..1 -o f#.png", "--refine"),
         ("render table --tolerance 2", "0 to 1"),
         ("render table --mode naive --shading multipass", "--shading"),
         ("render table --mode naive --light-maps on", "--light-maps"),
@@ -192,4 +210,51 @@ fn broken_files() {
     std::fs::write(girandole.path().join("text.ply"), b"hello").unwrap();
     let output = girandole.run(&["render", "table", "--object", "text.ply"]);
     refusal(&output, "text.ply").unwrap();
+}
+
+#[test]
+fn a_window_without_a_display_is_refused() {
+    let girandole = Girandole::new();
+    let output = girandole
+        .command(&["view", "table"])
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let said = stderr(&output);
+    assert!(said.starts_with("error: there is no display") && said.lines().count() == 1, "{said}");
+    assert!(girandole.files().is_empty());
+}
+
+#[test]
+fn edits_of_another_scene() {
+    let girandole = Girandole::new();
+    std::fs::write(girandole.path().join("text.ply"), b"hello").unwrap();
+    let torus = r#""node": {"index": 2, "name": "torus"}"#;
+    let list = |edit: &str| format!(r#"{{"version": 1, "edits": [{edit}]}}"#);
+    let inserted = |more: &str| list(&format!(r#"{{"insert_object": {{"name": "a", {more}}}}}"#));
+    for (content, fragment) in [
+        (String::new(), "no list of edits"),
+        ("hello".into(), "no list of edits"),
+        (r#"{"version": 7, "edits": []}"#.into(), "version is 7"),
+        (list(r#"{"set_mood": {}}"#), "set_mood"),
+        (list(r#"{"set_time": {"seconds": 1e999}}"#), "out of range"),
+        (list(&format!(r#"{{"set_transform": {{{torus}, "transform": {{"parts": {{}}}}}}}}"#)), "node 2"),
+        (
+            list(r#"{"set_intensity": {"light": {"index": 0, "name": "sun"}, "intensity": [1, 1, 1]}}"#),
+            "no light 0",
+        ),
+        (list(r#"{"remove_object": {"object": {"index": 999, "name": "torus"}}}"#), "no object 999"),
+        (inserted(r#""shape": {"file": "nowhere.obj"}"#), "nowhere.obj"),
+        (inserted(r#""shape": {"file": "text.ply"}"#), "text.ply"),
+        (inserted(r#""shape": {"file": "a.txt"}"#), ".obj"),
+        (inserted(r#""shape": "torus", "transform": {"parts": {"scale": [1e30, 1, 1]}}"#), "as large"),
+    ] {
+        std::fs::write(girandole.path().join("e.json"), &content).unwrap();
+        let output = girandole.run(&["render", "table", "--engine", "cpu", "--edits", "e.json"]);
+        refusal(&output, fragment).unwrap_or_else(|problem| panic!("{content}: {problem}"));
+        refusal(&output, "e.json").unwrap_or_else(|problem| panic!("{content}: {problem}"));
+    }
+    assert_eq!(girandole.files(), ["e.json", "text.ply"]);
 }

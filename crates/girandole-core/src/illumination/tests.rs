@@ -1,5 +1,7 @@
 //! After any sequence of changes everything is what it would be from scratch.
 
+mod opening;
+
 use super::*;
 use crate::lights::{LightSample, SampleOrigin};
 use crate::scene::builtin::{self, MovingObject, shapes};

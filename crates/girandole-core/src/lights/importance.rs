@@ -29,7 +29,7 @@ const PLAIN: f64 = 0.1;
 /// Share of the mean brightness that counts as dark.
 const DARK: f64 = 0.3;
 /// Changes of a point that are not seen, as a share of the mean brightness.
-const UNSEEN: f32 = 2e-3;
+const UNSEEN: f32 = 1e-3;
 
 /// Rays that measure how far light goes.
 const FREE_PATH_RAYS: usize = 256;

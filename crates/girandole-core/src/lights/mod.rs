@@ -6,10 +6,12 @@ mod emitters;
 mod ids;
 mod importance;
 mod motion;
+mod prefix;
 mod rectangle;
 mod resample;
 mod rewalk;
 mod sampling;
+mod sets;
 mod slots;
 mod strata;
 mod view_points;
@@ -232,6 +234,8 @@ pub struct LightSet {
     pub warnings: Vec<String>,
     generation: Generation,
     geometry: Generation,
+    /// Which set of a refinement it is.
+    set: u32,
 }
 
 impl PartialEq for LightSet {
@@ -334,6 +338,7 @@ impl LightSet {
             warnings: Vec::new(),
             generation: Generation::fresh(),
             geometry: geometry.generation(),
+            set: 0,
         }
     }
 

@@ -42,7 +42,7 @@ const LEAST_SPARE: u32 = 4;
 /// Points that views see, at which what comes and goes must not be seen to do so: enough that few pixels differ from them all.
 const WATCHED: usize = 4096;
 /// As many as that where many samples come and go, and each of them changes little: pairs of samples and points, and points at least.
-const WATCHED_PAIRS: usize = 400_000;
+const WATCHED_PAIRS: usize = 1_000_000;
 const LEAST_WATCHED: usize = 512;
 /// After this many times the frames of a fade what moved has come through: then only what is seen of it counts.
 const HURRY: u32 = 6;
@@ -399,13 +399,13 @@ impl IncrementalWalk {
         let in_hurry = self.moved.is_some_and(|moved| self.frame - moved <= HURRY * self.pace.fade);
         self.slots.advance(in_hurry, |changes| {
             let tracer = tracer.as_ref()?;
-            let most = (WATCHED_PAIRS / changes.len()).clamp(LEAST_WATCHED, 2 * WATCHED);
-            let mut points = view_points(tracer, &self.views, WATCHED.min(most / 2) as u32);
+            let most = (WATCHED_PAIRS / changes.len()).clamp(LEAST_WATCHED, WATCHED / 3 * 4);
+            let mut points = view_points(tracer, &self.views, WATCHED.min(most / 4 * 3) as u32);
             // Where those light that change most.
             let mut order: Vec<&(LightSample, Vec3)> = changes.iter().collect();
             order.sort_by(|a, b| b.1.abs().max_element().total_cmp(&a.1.abs().max_element()));
             let lit = order.iter().flat_map(|(sample, _)| lit_points(tracer, &self.views, sample));
-            points.extend(lit.take(most - most / 2));
+            points.extend(lit.take(most / 4));
             let is_seen = brightness > 0.0 && !points.is_empty();
             is_seen.then(|| importance::brought(tracer, &points, changes, brightness))
         });

@@ -50,7 +50,8 @@ pub struct SceneChanges {
 }
 
 impl SceneChanges {
-    fn none(at: Generation) -> Self {
+    /// That nothing changed at this version.
+    pub fn none(at: Generation) -> Self {
         Self {
             from: at,
             to: at,

@@ -28,6 +28,8 @@ mod camera;
 mod changes;
 mod defaults;
 mod deformation;
+#[cfg(feature = "import")]
+mod edits;
 mod frame_of_reference;
 mod geometry;
 #[cfg(feature = "import")]
@@ -43,10 +45,13 @@ mod patches;
 #[cfg(feature = "import")]
 mod repair;
 mod view;
+mod viewpoint;
 
 pub use camera::{Camera, Projection};
 pub use changes::{ObjectId, SceneChanges};
 pub use deformation::{Joint, JointWeight, MorphTarget, Skin};
+#[cfg(feature = "import")]
+pub use edits::{Edit, Edits, NamedIndex, ReadModel, Shape};
 pub use frame_of_reference::FrameOfReference;
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
 #[cfg(feature = "import")]
@@ -58,6 +63,7 @@ pub use model_file::{load_model, load_model_slice};
 pub use motion::{Animation, Channel, Interpolation, Keyframes, Transform};
 pub use patches::mark_patches;
 pub use view::{ClipDepth, LocalView, View};
+pub use viewpoint::{FieldOfView, Viewpoint};
 
 use crate::{Error, Result};
 use glam::{DAffine3, Vec3};

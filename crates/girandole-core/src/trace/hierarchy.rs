@@ -102,9 +102,9 @@ impl std::fmt::Debug for Hierarchy {
 }
 
 /// Hierarchies that are kept while things move: that of static objects as it is, and that of dynamic ones for as long as they
-/// stay.
+/// stay. For whoever traces rays a few at a time.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct HeldHierarchies(Option<Held>);
+pub struct HeldHierarchies(Option<Held>);
 
 #[derive(Clone, Debug)]
 struct Held {
@@ -124,7 +124,8 @@ struct Key {
 }
 
 impl HeldHierarchies {
-    /// A tracer of a scene that differs from the last one in where dynamic objects are, or in which objects there are.
+    /// A tracer of a scene, as [`SceneTracer::new`] gives but for the order in which triangles are tested: what is held of the last
+    /// scene, or the last version of this one, is used as far as it still holds.
     pub fn tracer<'a>(&mut self, scene: &'a Scene, geometry: &'a Geometry) -> SceneTracer<'a> {
         let key = Key {
             objects: geometry.objects.clone(),

@@ -1,10 +1,8 @@
 //! Puts a hierarchy of receivers together: first those that stand still, then those that may move, so that the first part
 //! stays what it is when they do.
 
-use super::hierarchy::{Frame, NodeBuilder, PatchRoot, mesh_nodes};
-use super::node_visibility::{SceneContext, Workspace};
-use super::parallel::map;
-use super::pyramid::Tests;
+use super::growth::Grown;
+use super::hierarchy::{Frame, NodeBuilder};
 use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
 use super::sources::{Root, Sources};
 use super::state_matrix::StateMatrix;
@@ -140,41 +138,6 @@ impl Assembly {
         make_grids(settings, first, frame, &mut self.receivers);
         let ids = ids::identify(geometry, surfaces, &self.receivers, first);
         self.receivers.ids.extend(ids);
-    }
-}
-
-/// Subtrees of roots, and the tests made to grow them.
-#[derive(Default)]
-pub(super) struct Grown {
-    roots: Vec<Vec<NodeBuilder>>,
-    pub tests: Tests,
-}
-
-impl Grown {
-    /// Patches are split while their area times their partially occluded lights exceeds `threshold`.
-    pub fn new(
-        context: &SceneContext,
-        settings: &VisibilitySettings,
-        sources: &Sources,
-        threshold: f64,
-    ) -> Self {
-        let (mut parts, mut tests) = sources.descend(context, &|(simple, back), group_visibility| {
-            let mut workspace = Workspace::new();
-            let frame = Frame::of(&context.surfaces.patches[simple as usize]);
-            let root = PatchRoot { context, settings, simple, back, group_visibility, frame, threshold };
-            (root.build(&mut workspace), workspace.scratch.tests)
-        });
-        parts.extend(map(sources.meshes(), |&index| {
-            let mut workspace = Workspace::new();
-            let nodes = mesh_nodes(context, index, settings.cluster_triangles.max(1), &mut workspace);
-            (nodes, workspace.scratch.tests)
-        }));
-        let mut roots = Vec::with_capacity(parts.len());
-        for (nodes, of_root) in parts {
-            roots.push(nodes);
-            tests += of_root;
-        }
-        Self { roots, tests }
     }
 }
 

@@ -1,20 +1,20 @@
 //! The visibility database: for each node and light the state, and the blockers that decide it.
 
-use super::assembly::{Assembly, End, Grown};
+use super::assembly::{Assembly, End};
 use super::blockers::{Blocker, BlockerTree};
+use super::build::VisibilityBuild;
 use super::light_points::LightPoint;
 use super::movers::Movers;
-use super::node_visibility::SceneContext;
 use super::pyramid::Tests;
 use super::receivers::{Receivers, Source};
 use super::sources::Sources;
 use super::state_matrix::StateMatrix;
 use super::surfaces::Surfaces;
 use super::{LeafId, State, VisibilitySettings};
+use crate::Result;
 use crate::generation::Generation;
 use crate::lights::LightSet;
 use crate::scene::{Geometry, NONE, ObjectId, Scene};
-use crate::{Error, Result};
 
 /// With more lights visibility is not determined: a database holds five bytes for each node and light, and ten where something
 /// moves.
@@ -80,58 +80,18 @@ impl VisibilityDatabase {
     /// blockers.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where there are more than [`MOST_LIGHTS`] lights, or geometry or lights are not this scene's.
+    /// [`Error::Invalid`](crate::Error::Invalid) where there are more than [`MOST_LIGHTS`] lights, or geometry or lights are not this scene's.
     pub fn build(
         scene: &Scene,
         geometry: &Geometry,
         lights: &LightSet,
         settings: &VisibilitySettings,
     ) -> Result<Self> {
-        geometry.belongs_to(scene)?;
-        lights.belongs_to(geometry)?;
-        if lights.len() > MOST_LIGHTS {
-            return Err(Error::Invalid(format!(
-                "visibility is determined for {MOST_LIGHTS} light samples at most; there are {}",
-                lights.len()
-            )));
+        let mut build = VisibilityBuild::new(scene, geometry, lights, settings)?;
+        while !build.is_done() {
+            build.step(usize::MAX);
         }
-        let surfaces = Surfaces::new(scene, geometry, settings);
-        let stands = |object: u32| !is_dynamic(scene, object);
-        // The hierarchy, with the visibility that static blockers leave.
-        let groups = BlockerTree::with_clusters(&surfaces, stands);
-        let points = LightPoint::of(lights.samples(), &surfaces, &groups);
-        let context = SceneContext { surfaces: &surfaces, lights: &points, blockers: &groups };
-        let sources = Sources::of(&surfaces, stands);
-        let mut area = sources.area(&surfaces);
-        if area == 0.0 {
-            area = Sources::of(&surfaces, |_| true).area(&surfaces);
-        }
-        let threshold = area * points.len() as f64 / f64::from(settings.split).max(1e-30);
-        let mut assembly = Assembly::new(&surfaces, geometry, points.len());
-        let grown = Grown::new(&context, settings, &sources, threshold);
-        let tests = grown.tests;
-        assembly.append(geometry, &surfaces, settings, &sources, grown);
-        let mut result = Self {
-            settings: *settings,
-            surfaces,
-            lights: points,
-            groups,
-            sources,
-            segments: Vec::new(),
-            still: assembly.end(),
-            assembly,
-            threshold,
-            movers: Movers::default(),
-            dynamic: None,
-            tests,
-            of_geometry: geometry.generation(),
-            of_lights: lights.generation(),
-        };
-        let moves = |object: &u32| is_dynamic(scene, *object);
-        let dynamic: Vec<u32> = (0..scene.objects.len() as u32).filter(moves).collect();
-        result.lay_dynamic(geometry, &dynamic, &vec![true; scene.objects.len()]);
-        result.block_dynamic(scene);
-        Ok(result)
+        build.end(scene, geometry)
     }
 
     /// Where the leaves of dynamic objects begin in [`Receivers::leaves`]; before are those of static ones.
@@ -142,7 +102,7 @@ impl VisibilityDatabase {
     /// Whether it was built for this geometry and these lights.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where it was built for others.
+    /// [`Error::Invalid`](crate::Error::Invalid) where it was built for others.
     pub fn belongs_to(&self, geometry: &Geometry, lights: &LightSet) -> Result<()> {
         let sentence = "this visibility database belongs to another scene, an earlier version of it or other lights; \
                         build it anew";

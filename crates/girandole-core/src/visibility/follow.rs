@@ -1,9 +1,9 @@
 //! How a database follows lights that change and objects that move, on the hierarchy of receivers that it has.
 
-use super::assembly::Grown;
 use super::blockers::BlockerTree;
 use super::database::{Segment, VisibilityDatabase, is_dynamic};
 use super::dynamic::DynamicPass;
+use super::growth::{Grown, Soil};
 use super::held::HeldPass;
 use super::light_points::LightPoint;
 use super::movers::Movers;
@@ -99,7 +99,7 @@ impl VisibilityDatabase {
         let made = map(objects, |&object| {
             has_moved[object as usize].then(|| {
                 let sources = Sources::of_object(surfaces, object);
-                let grown = Grown::new(&context, settings, &sources, threshold);
+                let grown = Grown::new(&Soil { context: &context, settings, threshold }, &sources);
                 (sources, grown)
             })
         });

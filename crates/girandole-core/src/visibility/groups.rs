@@ -8,6 +8,7 @@ use super::shapes::Shape;
 use super::surfaces::Surfaces;
 use crate::scene::NONE;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Members of a group without children, at most.
 const MAX_MEMBERS: usize = 16;
@@ -90,32 +91,80 @@ impl ReceiverGroups {
         context: &SceneContext,
         build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
     ) -> (Vec<(u32, T)>, Tests) {
-        self.descend_from(0, None, context, build)
+        let mut descent = Descent::new(self);
+        while !descent.is_done() {
+            descent.step(self, (context, usize::MAX), build);
+        }
+        (descent.parts, descent.tests)
+    }
+}
+
+/// What is made of sides, group by group: a part of the tree at a time.
+#[derive(Clone, Debug)]
+pub(super) struct Descent<T> {
+    /// Groups that are next, with the visibility of the group above.
+    open: Vec<(u32, Option<Arc<NodeVisibility>>)>,
+    /// Of sides, in any order.
+    pub parts: Vec<(u32, T)>,
+    pub tests: Tests,
+}
+
+/// What becomes of a group.
+struct Visited<T> {
+    below: Vec<(u32, Option<Arc<NodeVisibility>>)>,
+    parts: Vec<(u32, T)>,
+    tests: Tests,
+}
+
+impl<T: Send> Descent<T> {
+    pub fn new(groups: &ReceiverGroups) -> Self {
+        let root = (!groups.nodes.is_empty()).then_some((0, None));
+        Self { open: root.into_iter().collect(), parts: Vec::new(), tests: Tests::default() }
     }
 
-    fn descend_from<T: Send>(
+    pub fn is_done(&self) -> bool {
+        self.open.is_empty()
+    }
+
+    /// Goes on with so many groups, on all cores.
+    pub fn step(
+        &mut self,
+        groups: &ReceiverGroups,
+        (context, most): (&SceneContext, usize),
+        build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
+    ) {
+        let next = self.open.split_off(self.open.len().saturating_sub(most));
+        for Visited { below, parts, tests } in
+            map(&next, |(index, above)| groups.visit(*index, above.as_deref(), context, build))
+        {
+            self.open.extend(below);
+            self.parts.extend(parts);
+            self.tests += tests;
+        }
+    }
+}
+
+impl ReceiverGroups {
+    fn visit<T: Send>(
         &self,
         index: u32,
         above: Option<&NodeVisibility>,
         context: &SceneContext,
         build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
-    ) -> (Vec<(u32, T)>, Tests) {
+    ) -> Visited<T> {
         let group = &self.nodes[index as usize];
         let mut workspace = Workspace::new();
         let node = NodeContext { is_root: true, ..NodeContext::default() };
         let visibility = context.visibility_by_groups(Shape::Group(group), node, above, &mut workspace);
-        let mut tests = workspace.scratch.tests;
-        if group.bounds.children[0] == NONE {
-            let members = group.bounds.range.start as usize..group.bounds.range.end as usize;
-            return (map(&self.order[members], |&member| (member, build(member, &visibility))), tests);
+        let tests = workspace.scratch.tests;
+        let Cluster { children, ref range, .. } = group.bounds;
+        if children[0] == NONE {
+            let members = &self.order[range.start as usize..range.end as usize];
+            let parts = map(members, |&member| (member, build(member, &visibility)));
+            return Visited { below: Vec::new(), parts, tests };
         }
-        let below = |&child: &u32| self.descend_from(child, Some(&visibility), context, build);
-        let mut result = Vec::new();
-        for (of_child, tests_of_child) in map(&group.bounds.children, below) {
-            result.extend(of_child);
-            tests += tests_of_child;
-        }
-        (result, tests)
+        let visibility = Some(Arc::new(visibility));
+        Visited { below: children.map(|child| (child, visibility.clone())).into(), parts: Vec::new(), tests }
     }
 }
 

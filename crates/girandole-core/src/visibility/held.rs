@@ -19,9 +19,8 @@ pub(super) struct HeldPass<'a> {
 impl HeldPass<'_> {
     /// Tests the nodes of these roots, which are those of the sources.
     pub fn run(&self, sources: &Sources, roots: &[Range<usize>]) -> (StateMatrix, Tests) {
-        let (mut parts, mut tests) = sources.descend_by_index(self.context, &|side, group| {
-            self.run_root(roots[side as usize].clone(), Some(group))
-        });
+        let (mut parts, mut tests) = sources
+            .descend(self.context, &|side, group| self.run_root(roots[side as usize].clone(), Some(group)));
         // Of the roots that are left, which are meshes, each is by itself.
         parts.extend(map(&roots[parts.len()..], |range| self.run_root(range.clone(), None)));
         let mut result = StateMatrix::new(self.context.lights.len());

@@ -50,12 +50,14 @@
 mod assembly;
 mod blockers;
 mod boxes;
+mod build;
 mod clusters;
 mod cones;
 mod database;
 mod dynamic;
 mod follow;
 mod groups;
+mod growth;
 mod held;
 mod hierarchy;
 mod ids;
@@ -73,6 +75,7 @@ mod state_matrix;
 mod surfaces;
 
 pub use blockers::Blocker;
+pub use build::VisibilityBuild;
 pub use database::{Counts, MOST_LIGHTS, VisibilityDatabase};
 pub use ids::LeafId;
 pub use pyramid::Tests;

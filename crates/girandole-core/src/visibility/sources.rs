@@ -74,18 +74,19 @@ impl Sources {
         &self.meshes
     }
 
-    /// What `build` makes of each side of a patch, given the visibility of its group; and the groups' tests.
-    pub fn descend<T: Send>(
-        &self,
-        context: &SceneContext,
-        build: &(impl Fn(PatchSide, &NodeVisibility) -> T + Sync + Send),
-    ) -> (Vec<T>, Tests) {
-        let build = |side: u32, group: &NodeVisibility| build(self.sides[side as usize], group);
-        self.descend_by_index(context, &build)
+    /// The sides of patches.
+    pub fn sides(&self) -> &[PatchSide] {
+        &self.sides
     }
 
-    /// The same by the side's position among the roots.
-    pub fn descend_by_index<T: Send>(
+    /// Their groups, if there are any.
+    pub fn groups(&self) -> Option<&ReceiverGroups> {
+        self.groups.as_ref()
+    }
+
+    /// What `build` makes of each side of a patch, by its position among the roots, given the visibility of its group; and the
+    /// groups' tests.
+    pub fn descend<T: Send>(
         &self,
         context: &SceneContext,
         build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),

@@ -3,14 +3,17 @@
 
 mod bsdf;
 mod emitters;
+mod progressive;
 mod random;
+
+pub use progressive::ProgressivePathTracer;
 
 use crate::tiles;
 use emitters::{Emitters, Punctual};
 use girandole_core::brdf::Surface;
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::image::Image;
-use girandole_core::scene::View;
+use girandole_core::scene::{LocalView, View};
 use girandole_core::trace::SceneTracer;
 use random::Random;
 
@@ -53,12 +56,7 @@ pub fn path_trace(
     settings: &PathSettings,
     progress: &(dyn Fn(f32) + Sync),
 ) -> Estimate {
-    let integrator = Integrator {
-        tracer,
-        emitters: Emitters::new(tracer),
-        punctual: Punctual::all(tracer),
-        bounces: settings.bounces,
-    };
+    let integrator = Integrator::new(tracer, settings.bounces);
     let paths = settings.paths.max(1);
     let view = view.relative_to(tracer.geometry().origin);
     let pixels = tiles::render(
@@ -66,29 +64,48 @@ pub fn path_trace(
         progress,
         || (),
         |(), [x, y]| {
-            let mut random = Random::new(settings.seed, u64::from(y) << 32 | u64::from(x));
-            // Welford's running mean and sum of squares.
-            let (mut mean, mut squares) = (DVec3::ZERO, DVec3::ZERO);
-            for i in 1..=paths {
-                let at = Vec2::new(x as f32, y as f32) + random.square();
-                let (origin, direction) = view.pixel_ray(at, size);
-                let value = integrator.radiance(origin, direction, &mut random).as_dvec3();
-                let step = value - mean;
-                mean += step / f64::from(i);
-                squares += step * (value - mean);
-            }
-            let variance = if paths > 1 {
-                (squares / (f64::from(paths) * f64::from(paths - 1))).as_vec3()
-            } else {
-                Vec3::INFINITY
-            };
-            (mean.as_vec3(), variance)
+            let mut pixel = Pixel::new(settings.seed, [x, y]);
+            (0..paths).for_each(|_| pixel.add_path(&integrator, &view, ([x, y], size)));
+            (pixel.mean.as_vec3(), pixel.variance())
         },
     );
     let picture = |pixels| Image { width: size[0], height: size[1], pixels };
     Estimate {
         mean: picture(pixels.iter().map(|p| p.0).collect()),
         variance: picture(pixels.iter().map(|p| p.1).collect()),
+    }
+}
+
+/// What is known of a pixel: Welford's running mean and sum of squares, and the random numbers to come.
+#[derive(Clone, Debug)]
+struct Pixel {
+    random: Random,
+    paths: u32,
+    mean: DVec3,
+    squares: DVec3,
+}
+
+impl Pixel {
+    fn new(seed: u32, [x, y]: [u32; 2]) -> Self {
+        let random = Random::new(seed, u64::from(y) << 32 | u64::from(x));
+        Self { random, paths: 0, mean: DVec3::ZERO, squares: DVec3::ZERO }
+    }
+
+    fn add_path(&mut self, integrator: &Integrator, view: &LocalView, ([x, y], size): ([u32; 2], [u32; 2])) {
+        let at = Vec2::new(x as f32, y as f32) + self.random.square();
+        let (origin, direction) = view.pixel_ray(at, size);
+        let value = integrator.radiance(origin, direction, &mut self.random).as_dvec3();
+        self.paths += 1;
+        let step = value - self.mean;
+        self.mean += step / f64::from(self.paths);
+        self.squares += step * (value - self.mean);
+    }
+
+    fn variance(&self) -> Vec3 {
+        if self.paths < 2 {
+            return Vec3::INFINITY;
+        }
+        (self.squares / (f64::from(self.paths) * f64::from(self.paths - 1))).as_vec3()
     }
 }
 
@@ -113,7 +130,11 @@ struct Vertex {
     wo: Vec3,
 }
 
-impl Integrator<'_> {
+impl<'a> Integrator<'a> {
+    fn new(tracer: &'a SceneTracer<'a>, bounces: Option<u32>) -> Self {
+        Self { tracer, emitters: Emitters::new(tracer), punctual: Punctual::all(tracer), bounces }
+    }
+
     /// The radiance that one random path finds along a camera ray.
     fn radiance(&self, origin: Vec3, direction: Vec3, random: &mut Random) -> Vec3 {
         let geometry = self.tracer.geometry();

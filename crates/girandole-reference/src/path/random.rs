@@ -2,6 +2,7 @@
 
 use girandole_core::glam::Vec2;
 
+#[derive(Clone, Debug)]
 pub(super) struct Random {
     state: u64,
     increment: u64,

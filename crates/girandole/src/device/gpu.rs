@@ -74,14 +74,22 @@ pub async fn adapters() -> Vec<AdapterReport> {
     enumerate().await.iter().map(AdapterReport::new).collect()
 }
 
-/// Adapters of Vulkan, Metal and Direct3D 12. OpenGL is left out: its shaders cannot read texels of depth textures.
-async fn enumerate() -> Vec<wgpu::Adapter> {
-    let backends = wgpu::Backends::all() - wgpu::Backends::GL;
+/// Vulkan, Metal and Direct3D 12. OpenGL is left out: its shaders cannot read texels of depth textures.
+fn backends() -> wgpu::Backends {
+    wgpu::Backends::all() - wgpu::Backends::GL
+}
+
+/// An instance with the backends that the renderer runs on, for programs that make a surface for [`Gpu::for_surface`].
+pub fn instance() -> wgpu::Instance {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    descriptor.backends = backends;
+    descriptor.backends = backends();
     // Indirect calls take what the renderer's own kernels count: no need to check each before it is made.
     descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
-    sorted(wgpu::Instance::new(descriptor).enumerate_adapters(backends).await)
+    wgpu::Instance::new(descriptor)
+}
+
+async fn enumerate() -> Vec<wgpu::Adapter> {
+    sorted(instance().enumerate_adapters(backends()).await)
 }
 
 /// Usable ones first, then real GPUs before software.
@@ -100,9 +108,11 @@ fn sorted(mut adapters: Vec<wgpu::Adapter>) -> Vec<wgpu::Adapter> {
     adapters
 }
 
-/// A device without a window.
+/// A device of the renderer's own, with or without a window.
 #[derive(Clone, Debug)]
 pub struct Gpu {
+    /// The adapter.
+    pub adapter: wgpu::Adapter,
     /// The device.
     pub device: wgpu::Device,
     /// Its queue.
@@ -128,7 +138,25 @@ impl Gpu {
     /// # Errors
     /// As for [`Gpu::new`].
     pub async fn with_features(name: Option<&str>, wanted: wgpu::Features) -> Result<Self> {
-        let all = enumerate().await;
+        Self::choose(enumerate().await, name, wanted).await
+    }
+
+    /// Opens the best adapter that can show pictures on a surface, or the best such one whose name contains `name`. The
+    /// surface is one of the [`instance`].
+    ///
+    /// # Errors
+    /// As for [`Gpu::new`].
+    pub async fn for_surface(
+        instance: &wgpu::Instance,
+        surface: &wgpu::Surface<'_>,
+        name: Option<&str>,
+    ) -> Result<Self> {
+        let mut all = sorted(instance.enumerate_adapters(backends()).await);
+        all.retain(|adapter| adapter.is_surface_supported(surface));
+        Self::choose(all, name, WANTED_FEATURES).await
+    }
+
+    async fn choose(all: Vec<wgpu::Adapter>, name: Option<&str>, wanted: wgpu::Features) -> Result<Self> {
         let names: Vec<String> = all.iter().map(|a| a.get_info().name).collect();
         let matches = |a: &wgpu::Adapter| {
             name.is_none_or(|n| a.get_info().name.to_lowercase().contains(&n.to_lowercase()))
@@ -141,6 +169,10 @@ impl Gpu {
                 _ => Error::NoAdapter,
             });
         };
+        Self::open(adapter, wanted).await
+    }
+
+    async fn open(adapter: wgpu::Adapter, wanted: wgpu::Features) -> Result<Self> {
         let info = adapter.get_info();
         if !is_usable(&adapter) {
             let what = "compute shaders or WebGPU's default limits".into();
@@ -160,7 +192,23 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             let _ = slot.set(error.to_string());
         }));
-        Ok(Self { device, queue, info, failure })
+        let slot = failure.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            // A device that the program itself gives up is no failure.
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                let _ = slot.set(format!("the device was lost: {message}"));
+            }
+        });
+        Ok(Self { adapter, device, queue, info, failure })
+    }
+
+    /// Completes what is done by now, without waiting: for programs that draw frame by frame.
+    ///
+    /// # Errors
+    /// As for [`Gpu::wait`].
+    pub fn poll(&self) -> Result<()> {
+        self.device.poll(wgpu::PollType::Poll).map_err(|e| Error::Device(e.to_string()))?;
+        self.failure()
     }
 
     /// Waits until everything submitted so far is done.
@@ -169,6 +217,10 @@ impl Gpu {
     /// [`Error::Device`] where the device was lost, or anything before went wrong on it.
     pub fn wait(&self) -> Result<()> {
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| Error::Device(e.to_string()))?;
+        self.failure()
+    }
+
+    fn failure(&self) -> Result<()> {
         self.failure.get().map_or(Ok(()), |failure| Err(Error::Device(failure.clone())))
     }
 

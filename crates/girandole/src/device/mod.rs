@@ -10,4 +10,4 @@ pub(crate) mod recorder;
 pub(crate) mod timers;
 pub(crate) mod tuning;
 
-pub use gpu::{AdapterReport, Gpu, WANTED_FEATURES, adapters, wanted_limits};
+pub use gpu::{AdapterReport, Gpu, WANTED_FEATURES, adapters, instance, wanted_limits};

@@ -2,6 +2,7 @@
 //! state.
 
 pub(crate) mod append_all_points;
+pub(crate) mod average;
 pub(crate) mod caller_depth;
 pub(crate) mod debug;
 pub(crate) mod edges;

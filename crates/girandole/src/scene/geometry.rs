@@ -124,7 +124,12 @@ fn vertex(geometry: &Geometry, i: usize) -> Vertex {
 
 /// Light samples for the GPU, without their places in the atlas. `radius` is the scene's.
 pub(crate) fn gpu_lights(lights: &LightSet, radius: f32) -> Vec<Light> {
-    lights.samples().iter().enumerate().map(|(id, sample)| Light::new(id as u32, sample, radius)).collect()
+    lights
+        .samples()
+        .iter()
+        .enumerate()
+        .map(|(id, sample)| Light::new(id as u32, lights.set(), sample, radius))
+        .collect()
 }
 
 /// The words of all textures in rows of a texture array.

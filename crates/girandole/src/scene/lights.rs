@@ -4,6 +4,7 @@ use crate::Result;
 use crate::device::buffers::check_size;
 use crate::layout::Light;
 use crate::shader_constants::BATCH;
+use girandole_core::glam::Vec3;
 use wgpu::util::DeviceExt;
 
 /// Light samples with their places in the atlas.
@@ -11,30 +12,29 @@ pub(crate) struct GpuLights {
     pub samples: Vec<Light>,
     /// For shadow maps as a whole, for shading in batches: it goes on for a batch behind the last one.
     pub buffer: wgpu::Buffer,
+    /// The same without those that are dark, if there are any, and how many are left.
+    lit: Option<(wgpu::Buffer, u32)>,
 }
 
 impl GpuLights {
     /// # Errors
     /// [`crate::Error::TooLarge`] beyond the device's limit.
     pub fn new(device: &wgpu::Device, samples: Vec<Light>) -> Result<Self> {
-        let mut padded = samples.clone();
-        padded.resize(samples.len() + BATCH as usize, Light::default());
+        let padded = padded(&samples);
         check_size(device, "lights", bytemuck::cast_slice::<_, u8>(&padded))?;
-        let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("lights"),
-            contents: bytemuck::cast_slice(&padded),
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        });
-        Ok(Self { samples, buffer })
+        Ok(Self { lit: lit(device, &samples), buffer: buffer(device, &padded), samples })
     }
 
     /// Takes as many others.
-    pub fn follow(&mut self, queue: &wgpu::Queue, samples: Vec<Light>) {
+    pub fn follow(&mut self, (device, queue): (&wgpu::Device, &wgpu::Queue), samples: Vec<Light>) {
         let differ = |(a, b): (&Light, &Light)| a != b;
         let pairs = || self.samples.iter().zip(&samples);
         if let (Some(first), Some(last)) = (pairs().position(differ), pairs().rposition(differ)) {
             let at = first * size_of::<Light>();
             queue.write_buffer(&self.buffer, at as u64, bytemuck::cast_slice(&samples[first..=last]));
+        }
+        if samples != self.samples {
+            self.lit = lit(device, &samples);
         }
         self.samples = samples;
     }
@@ -44,13 +44,46 @@ impl GpuLights {
         self.samples.len() as u32
     }
 
+    /// How many are not dark.
+    pub fn lit_count(&self) -> u32 {
+        self.lit.as_ref().map_or(self.count(), |(_, count)| *count)
+    }
+
     /// Lights from `first` on: [`BATCH`] of them, used or not.
     pub fn batch(&self, first: u32) -> wgpu::BufferBinding<'_> {
-        let size = size_of::<Light>() as u64;
-        wgpu::BufferBinding {
-            buffer: &self.buffer,
-            offset: u64::from(first) * size,
-            size: wgpu::BufferSize::new(u64::from(BATCH) * size),
-        }
+        batch(&self.buffer, first)
     }
+
+    /// The same of those that are not dark.
+    pub fn lit_batch(&self, first: u32) -> wgpu::BufferBinding<'_> {
+        batch(self.lit.as_ref().map_or(&self.buffer, |(buffer, _)| buffer), first)
+    }
+}
+
+fn batch(buffer: &wgpu::Buffer, first: u32) -> wgpu::BufferBinding<'_> {
+    let size = size_of::<Light>() as u64;
+    wgpu::BufferBinding {
+        buffer,
+        offset: u64::from(first) * size,
+        size: wgpu::BufferSize::new(u64::from(BATCH) * size),
+    }
+}
+
+fn padded(samples: &[Light]) -> Vec<Light> {
+    let mut padded = samples.to_vec();
+    padded.resize(samples.len() + BATCH as usize, Light::default());
+    padded
+}
+
+fn buffer(device: &wgpu::Device, padded: &[Light]) -> wgpu::Buffer {
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("lights"),
+        contents: bytemuck::cast_slice(padded),
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+    })
+}
+
+fn lit(device: &wgpu::Device, samples: &[Light]) -> Option<(wgpu::Buffer, u32)> {
+    let lit: Vec<Light> = samples.iter().filter(|light| light.intensity != Vec3::ZERO).copied().collect();
+    (lit.len() < samples.len()).then(|| (buffer(device, &padded(&lit)), lit.len() as u32))
 }

@@ -7,9 +7,11 @@ mod light_motion;
 mod materials;
 mod mirrors;
 mod motion;
+mod opening;
 mod oracle;
 mod pictures;
 mod recording;
+mod refinement;
 mod selected;
 mod shadings;
 mod sizes;
@@ -32,6 +34,7 @@ type Requirement = wgpu::Features;
 fn pictures() -> Vec<(Test, Requirement)> {
     let of_any_device = [
         exact::tests(),
+        opening::tests(),
         oracle::tests(),
         leaks::tests(),
         light_motion::tests(),
@@ -39,6 +42,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         pictures::tests(),
         motion::tests(),
         recording::tests(),
+        refinement::tests(),
         selected::tests(),
         shadings::tests(),
         sizes::tests(),

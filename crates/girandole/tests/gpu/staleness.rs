@@ -81,7 +81,8 @@ impl<'a> Motion<'a> {
                     let picture = context.frame(renderer, &view, SIZE, settings);
                     let stats = context.wait(renderer.stats()).expect("stats");
                     assert_eq!(stats.stale.maps == 0, settings.updates.most.is_none());
-                    (stats.stale_error.expect("a frame was rendered"), picture)
+                    let error = context.wait(renderer.stale_error()).expect("an estimate");
+                    (error.expect("a frame was rendered"), picture)
                 });
             assert_eq!(none, 0.0, "all maps are up to date");
             [estimate, difference(&picture, &truth)]
@@ -169,7 +170,7 @@ fn last_frame(context: &Context) {
     let mut scene = builtin::build("block", MovingObject::Torus).expect("a room");
     let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
     let mut renderer = context.renderer(RendererOptions { map_size: Some(32), ..Default::default() });
-    let estimate = |renderer: &Renderer| context.wait(renderer.stats()).expect("stats").stale_error;
+    let estimate = |renderer: &Renderer| context.wait(renderer.stale_error()).expect("an estimate");
     assert_eq!(estimate(&renderer), None);
     renderer.open(&scene, &held(20)).expect("open");
     assert_eq!(estimate(&renderer), None);

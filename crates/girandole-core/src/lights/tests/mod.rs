@@ -3,6 +3,7 @@
 mod direct;
 mod ids;
 mod placement;
+mod prefix;
 mod rectangle;
 mod settings;
 mod walk;

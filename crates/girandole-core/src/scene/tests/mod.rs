@@ -1,8 +1,11 @@
 mod changes;
 mod deformation;
+#[cfg(feature = "import")]
+mod edits;
 mod frame;
 mod motion;
 mod view;
+mod viewpoint;
 
 use super::builtin::shapes;
 use super::*;

@@ -1,0 +1,280 @@
+//! The call of the program that has given options: the way back from [`RenderArgs`] to a command line.
+
+use super::{Cli, Command, LightArgs, MotionArgs, QualityArgs, RenderArgs, SceneArgs};
+use anyhow::{Context, Result, bail};
+use clap::{Parser, ValueEnum};
+use girandole_core::tonemap::Exposure;
+use std::path::Path;
+
+/// An option's name, and its value if there is one.
+type Choice = (&'static str, Option<String>);
+
+impl RenderArgs {
+    /// Those of `girandole render` without options.
+    pub fn defaults() -> Result<Self> {
+        match Cli::try_parse_from(["girandole", "render"])?.command {
+            Some(Command::Render(args)) => Ok(*args),
+            _ => bail!("`girandole render` renders"),
+        }
+    }
+
+    /// The call of `girandole render` that has these options, quoted for a POSIX shell. Those that are as without options are
+    /// left out.
+    ///
+    /// # Errors
+    /// Where a file's name is no Unicode, or holds a zero byte.
+    pub fn command_line(&self) -> Result<String> {
+        let defaults = Self::defaults()?;
+        let mut words: Vec<String> = ["girandole", "render"].map(String::from).into();
+        let is_default = self.scene == defaults.scene;
+        let looks_like_an_option = self.scene.starts_with('-');
+        if !is_default && !looks_like_an_option {
+            words.push(self.scene.clone());
+        }
+        for ((name, value), (_, default)) in self.choices()?.into_iter().zip(defaults.choices()?) {
+            match value.filter(|value| default.as_ref() != Some(value)) {
+                Some(value) if value.starts_with('-') => words.push(format!("{name}={value}")),
+                Some(value) => words.extend([name.into(), value]),
+                None => {}
+            }
+        }
+        if !is_default && looks_like_an_option {
+            words.extend(["--".into(), self.scene.clone()]);
+        }
+        Ok(shlex::try_join(words.iter().map(String::as_str))?)
+    }
+
+    /// All options in the order of the help text; the scene is none.
+    fn choices(&self) -> Result<Vec<Choice>> {
+        let Self { scene: _, output, size, camera, object, seen, motion, lights, mode, quality, .. } = self;
+        let Self { debug, engine, paths, adapter, exposure, tonemap, aa, refine, stats, .. } = self;
+        let SceneArgs { view, edits } = seen;
+        let mut choices = vec![
+            ("--output", Some(file_name(output)?)),
+            ("--size", text(format!("{}x{}", size[0], size[1]))),
+            ("--camera", camera.clone()),
+            ("--view", view.map(|view| view.to_string())),
+            ("--edits", edits.as_deref().map(file_name).transpose()?),
+            ("--object", object.clone()),
+        ];
+        choices.extend(motion.choices());
+        choices.extend(lights.choices());
+        choices.push(("--mode", value_name(mode)));
+        choices.extend(quality.choices());
+        choices.extend([
+            ("--debug", debug.map(|view| view.to_string())),
+            ("--engine", value_name(engine)),
+            ("--paths", text(paths)),
+            ("--adapter", adapter.clone()),
+            (
+                "--exposure",
+                match exposure {
+                    Exposure::Auto => text("auto"),
+                    Exposure::Ev(ev) => text(ev),
+                },
+            ),
+            ("--tonemap", value_name(tonemap)),
+            ("--aa", value_name(aa)),
+            ("--refine", text(refine)),
+            ("--stats", stats.as_deref().map(file_name).transpose()?),
+        ]);
+        Ok(choices)
+    }
+}
+
+impl MotionArgs {
+    fn choices(&self) -> [Choice; 7] {
+        let Self { time, frames, fps, rewalk, fade, updates, max_map_age } = self;
+        [
+            ("--time", time.map(|seconds| seconds.to_string())),
+            ("--frames", frames.map(|frames| frames.to_string())),
+            ("--fps", text(fps)),
+            ("--rewalk", text(rewalk)),
+            ("--fade", text(fade)),
+            ("--updates", text(updates)),
+            ("--max-map-age", max_map_age.map(|frames| frames.to_string())),
+        ]
+    }
+}
+
+impl LightArgs {
+    fn choices(&self) -> [Choice; 6] {
+        let Self { lights, direct, placement, bounces, seed, termination } = self;
+        [
+            ("--lights", text(lights)),
+            ("--direct", text(direct)),
+            ("--placement", value_name(placement)),
+            ("--bounces", text(bounces)),
+            ("--seed", text(seed)),
+            ("--termination", value_name(termination)),
+        ]
+    }
+}
+
+impl QualityArgs {
+    fn choices(&self) -> [Choice; 9] {
+        let Self { clamp, shadow_map, map_size, pcf, memory, light_maps, shading, .. } = self;
+        let Self { lights_per_pass, tolerance, .. } = self;
+        [
+            ("--clamp", text(clamp)),
+            ("--shadow-map", value_name(shadow_map)),
+            ("--map-size", map_size.map(|texels| texels.to_string())),
+            ("--pcf", text(pcf)),
+            ("--memory", text(memory)),
+            ("--light-maps", light_maps.as_ref().and_then(value_name)),
+            ("--shading", value_name(shading)),
+            ("--lights-per-pass", text(lights_per_pass)),
+            ("--tolerance", text(tolerance)),
+        ]
+    }
+}
+
+fn text(value: impl ToString) -> Option<String> {
+    Some(value.to_string())
+}
+
+fn value_name(value: &impl ValueEnum) -> Option<String> {
+    Some(value.to_possible_value()?.get_name().to_owned())
+}
+
+fn file_name(path: &Path) -> Result<String> {
+    let name =
+        path.to_str().with_context(|| format!("{} is no Unicode; give it another name", path.display()))?;
+    Ok(name.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+    use proptest::prelude::*;
+    use proptest::sample::{select, subsequence};
+
+    fn parse(words: &[String]) -> Result<RenderArgs> {
+        match Cli::try_parse_from(words)?.command {
+            Some(Command::Render(args)) => Ok(*args),
+            other => bail!("{words:?} is {other:?}"),
+        }
+    }
+
+    /// Options with other values than their own.
+    const OPTIONS: [(&str, &[&str]); 28] = [
+        ("--size", &["8x6", "8192x1"]),
+        ("--lights", &["1", "1048576"]),
+        ("--direct", &["0", "0.1", "1"]),
+        ("--placement", &["scene"]),
+        ("--bounces", &["0", "1000", "unlimited"]),
+        ("--seed", &["1", "4294967295"]),
+        ("--termination", &["throughput"]),
+        ("--mode", &["vd-lp", "vd", "naive"]),
+        ("--clamp", &["off", "0.3", "1e-30"]),
+        ("--shadow-map", &["parabolic", "cube"]),
+        ("--map-size", &["16", "8192"]),
+        ("--pcf", &["1", "16"]),
+        ("--memory", &["1", "1000"]),
+        ("--light-maps", &["on", "off"]),
+        ("--shading", &["multipass"]),
+        ("--lights-per-pass", &["1", "32"]),
+        ("--tolerance", &["0", "0.123456789", "1"]),
+        ("--debug", &["receivers", "states", "states:7", "light-maps", "levels", "lights", "atlas"]),
+        ("--engine", &["gpu", "cpu", "path"]),
+        ("--paths", &["1", "1000000"]),
+        ("--exposure", &["-1.5", "0", "64"]),
+        ("--tonemap", &["aces", "none"]),
+        ("--aa", &["2", "4"]),
+        ("--refine", &["2", "1000000"]),
+        ("--adapter", &["lava pipe", "-1", "--help"]),
+        ("--object", &["none", "torus", "-x.ply", "two words.obj"]),
+        ("--edits", &["e.json", "-e.json", "it's.json"]),
+        ("--stats", &["s.json", "$(s).json"]),
+    ];
+    const CAMERAS: [(&str, &[&str]); 2] = [
+        ("--camera", &["1", "-1", "", "Front \"door\""]),
+        ("--view", &["0,1.7,4,0,1.7,0,0,1,0,60", "-0,1e-7,1e14,-3,0.1,0.2,0,1,0,2.5m"]),
+    ];
+    const MOTION: [(&str, &[&str]); 5] = [
+        ("--fps", &["24", "29.97"]),
+        ("--rewalk", &["1", "200", "all"]),
+        ("--fade", &["0", "1000"]),
+        ("--updates", &["0", "100", "7.5ms"]),
+        ("--max-map-age", &["0", "9"]),
+    ];
+
+    /// Some of the options, each with one of its values.
+    fn some(options: &'static [(&str, &[&str])]) -> impl Strategy<Value = Vec<String>> {
+        let word = |&(name, values): &(&'static str, &'static [&'static str])| {
+            select(values).prop_map(move |value| format!("{name}={value}"))
+        };
+        subsequence(options, 0..=options.len()).prop_flat_map(move |o| o.iter().map(word).collect::<Vec<_>>())
+    }
+
+    fn motion() -> impl Strategy<Value = Vec<String>> {
+        prop_oneof![
+            Just(Vec::new()),
+            Just(vec!["--time=2.125".to_owned()]),
+            some(&MOTION).prop_map(|mut words| {
+                let needs_updates = !words.iter().any(|w| w.starts_with("--updates"));
+                words.retain(|w| !(needs_updates && w.starts_with("--max-map-age")));
+                words.push("--frames=3..17".into());
+                words
+            }),
+        ]
+    }
+
+    fn any_name() -> impl Strategy<Value = String> {
+        prop_oneof!["[^\0]{1,12}", "[-'\" \\\\$`!*~#\n=äλ]{1,6}"]
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_printed_is_parsed_to_the_same(
+            options in some(&OPTIONS),
+            camera in (0..CAMERAS.len()).prop_flat_map(|i| some(&CAMERAS[i..=i])),
+            motion in motion(),
+            names in (any_name(), any_name()),
+        ) {
+            let (scene, output) = names;
+            let mut words = vec!["girandole".to_owned(), "render".into(), format!("--output={output}")];
+            words.extend(options.into_iter().chain(camera).chain(motion));
+            words.extend(["--".into(), scene]);
+            let args = parse(&words).map_err(|e| TestCaseError::fail(e.to_string()))?;
+            let line = args.command_line().map_err(|e| TestCaseError::fail(e.to_string()))?;
+            let split = shlex::split(&line).ok_or_else(|| TestCaseError::fail("not quoted"))?;
+            let again = parse(&split).map_err(|e| TestCaseError::fail(format!("{line}: {e}")))?;
+            prop_assert_eq!(args, again, "{}", line);
+            prop_assert!(split.len() <= 2 * words.len());
+        }
+    }
+
+    #[test]
+    fn only_what_differs_is_printed() -> Result<()> {
+        let mut args = RenderArgs::defaults()?;
+        assert_eq!(args.command_line()?, "girandole render");
+        args.scene = "-it's a room.glb".into();
+        args.exposure = Exposure::Ev(-1.5);
+        args.lights.lights = 1024;
+        let expected = r#"girandole render --lights 1024 '--exposure=-1.5' -- "-it's a room.glb""#;
+        assert_eq!(args.command_line()?, expected);
+        args.output = "a\0b.png".into();
+        assert!(args.command_line().is_err());
+        Ok(())
+    }
+
+    #[test]
+    fn no_option_is_forgotten() -> Result<()> {
+        let printed: Vec<&str> = RenderArgs::defaults()?.choices()?.iter().map(|(name, _)| *name).collect();
+        let cli = Cli::command();
+        let render = cli.find_subcommand("render").context("render")?;
+        let known: Vec<String> =
+            render.get_arguments().filter_map(|a| Some(format!("--{}", a.get_long()?))).collect();
+        for option in known.iter().filter(|o| *o != "--help") {
+            assert!(printed.contains(&option.as_str()), "{option}");
+        }
+        let tested: Vec<&str> = [&OPTIONS[..], &CAMERAS, &MOTION].concat().iter().map(|o| o.0).collect();
+        for option in printed {
+            let elsewhere = ["--output", "--time", "--frames"].contains(&option);
+            assert!(tested.contains(&option) || elsewhere, "{option} is not tested");
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,143 @@
+//! Options of what is seen of a scene, and of what was changed in it.
+
+use clap::Args;
+use girandole_core::glam::DVec3;
+use girandole_core::scene::{FieldOfView, Viewpoint};
+use std::path::PathBuf;
+
+/// Options of the view and of edits.
+#[derive(Args, Clone, Debug, Default, PartialEq)]
+pub struct SceneArgs {
+    /// A camera by numbers: where it is, what it looks at and what is up (x, y and z of each, world metres, +Y up), then the
+    /// vertical angle of view in degrees; or, with an m after it, the height in metres of a parallel projection. Mirrored and
+    /// off-axis views cannot be given in this way
+    #[arg(long, value_name = "EYE,TARGET,UP,FOV", value_parser = parse_view, allow_hyphen_values = true)]
+    pub view: Option<ViewArg>,
+
+    /// What was moved, lit, added and removed, as the library's `Edits` write it; done once the scene is loaded, before
+    /// --time and --frames. Models that it names are looked for in its folder
+    #[arg(long, value_name = "FILE.json")]
+    pub edits: Option<PathBuf>,
+}
+
+/// A camera by numbers, that has a view. It is printed and parsed without loss.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewArg(pub Viewpoint);
+
+impl From<Viewpoint> for ViewArg {
+    fn from(viewpoint: Viewpoint) -> Self {
+        Self(viewpoint)
+    }
+}
+
+impl std::fmt::Display for ViewArg {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let Viewpoint { eye, target, up, field } = self.0;
+        for value in [eye, target, up].iter().flat_map(DVec3::to_array) {
+            write!(f, "{},", shortest(value))?;
+        }
+        match field {
+            FieldOfView::Perspective { degrees } => f.write_str(&shortest(degrees)),
+            FieldOfView::Orthographic { height } => write!(f, "{}m", shortest(height)),
+        }
+    }
+}
+
+/// The fewest digits that are parsed to the same bits.
+fn shortest(value: f64) -> String {
+    let text = format!("{value:?}");
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+}
+
+fn parse_view(text: &str) -> Result<ViewArg, String> {
+    let wrong = || "give ten numbers as in 0,1.7,4,0,1.7,0,0,1,0,60: eye, target, up, degrees".to_owned();
+    let (points, field) = text.rsplit_once(',').ok_or_else(wrong)?;
+    let number = |text: &str| text.trim().parse::<f64>().map_err(|_| wrong());
+    let points: Vec<f64> = points.split(',').map(number).collect::<Result<_, _>>()?;
+    let [x, y, z, to_x, to_y, to_z, up_x, up_y, up_z] = points[..] else { return Err(wrong()) };
+    let viewpoint = Viewpoint {
+        eye: DVec3::new(x, y, z),
+        target: DVec3::new(to_x, to_y, to_z),
+        up: DVec3::new(up_x, up_y, up_z),
+        field: match field.strip_suffix('m') {
+            Some(height) => FieldOfView::Orthographic { height: number(height)? },
+            None => FieldOfView::Perspective { degrees: number(field)? },
+        },
+    };
+    viewpoint.view(1.0).map_err(|error| error.to_string())?;
+    Ok(ViewArg(viewpoint))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use girandole_core::scene::builtin;
+    use proptest::prelude::*;
+
+    fn number() -> impl Strategy<Value = f64> {
+        prop_oneof![-1e15..1e15, -10.0..10.0, -1e-9..1e-9, any::<i16>().prop_map(f64::from)]
+    }
+
+    fn point() -> impl Strategy<Value = DVec3> {
+        prop::array::uniform3(number()).prop_map(DVec3::from)
+    }
+
+    fn field() -> impl Strategy<Value = FieldOfView> {
+        prop_oneof![
+            (1e-6..179.999).prop_map(|degrees| FieldOfView::Perspective { degrees }),
+            (1e-30..1e14).prop_map(|height| FieldOfView::Orthographic { height }),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn views_are_printed_and_parsed_to_the_bit(
+            (eye, target, up, field) in (point(), point(), point(), field())
+        ) {
+            let viewpoint = Viewpoint { eye, target, up, field };
+            prop_assume!(viewpoint.view(1.5).is_ok());
+            let text = ViewArg::from(viewpoint).to_string();
+            let parsed = parse_view(&text).map_err(TestCaseError::fail)?.0;
+            prop_assert_eq!(format!("{parsed:?}"), format!("{viewpoint:?}"));
+            let views = [parsed, viewpoint].map(|v| format!("{:?}", v.view(1.5)));
+            prop_assert_eq!(&views[0], &views[1]);
+        }
+    }
+
+    #[test]
+    fn cameras_of_rooms_can_be_printed() {
+        for name in builtin::NAMES {
+            let scene = builtin::build(name, builtin::MovingObject::None).expect("it is built in");
+            for camera in &scene.cameras {
+                let viewpoint = Viewpoint::of(&scene, camera, 2.0);
+                assert_eq!(parse_view(&ViewArg(viewpoint).to_string()), Ok(ViewArg(viewpoint)));
+            }
+        }
+    }
+
+    #[test]
+    fn views_are_ten_numbers() {
+        let text = "0,1.7,4,0,1.7,-1e-7,0,1,0,60";
+        let parsed = parse_view(text).expect("a view");
+        assert_eq!(parsed.to_string(), text);
+        assert_eq!(parsed.0.field, FieldOfView::Perspective { degrees: 60.0 });
+        let parallel = parse_view(" 0, 1.7, 4, 0, 1.7, 0, 0, 1, 0, 2.50m").expect("a view");
+        assert_eq!(parallel.to_string(), "0,1.7,4,0,1.7,0,0,1,0,2.5m");
+        for (wrong, fragment) in [
+            ("", "ten numbers"),
+            ("1,2,3", "ten numbers"),
+            ("0,1.7,4,0,1.7,0,0,1,0,60,1", "ten numbers"),
+            ("0,1.7,4,0,1.7,0,0,1,0,wide", "ten numbers"),
+            ("0,1.7,4,0,1.7,0,0,1,0,60°", "ten numbers"),
+            ("0,1.7,nan,0,1.7,0,0,1,0,60", "not finite"),
+            ("0,1.7,inf,0,1.7,0,0,1,0,60", "not finite"),
+            ("0,1.7,4,0,1.7,4,0,1,0,60", "same point"),
+            ("0,1.7,4,0,9.7,4,0,1,0,60", "up"),
+            ("0,1.7,4,0,1.7,0,0,1,0,180", "180"),
+            ("0,1.7,4,0,1.7,0,0,1,0,-2m", "height"),
+        ] {
+            let said = parse_view(wrong).expect_err(wrong);
+            assert!(said.contains(fragment), "{wrong}: {said}");
+        }
+    }
+}

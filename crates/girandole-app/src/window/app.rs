@@ -1,0 +1,307 @@
+//! A window with its device: one frame after the other.
+
+use super::clock::{Duration, Instant, milliseconds};
+use super::command;
+use super::drop::{Drop, Dropped};
+use super::frame_log::FrameLog;
+use super::frames::{FrameTimes, Frames};
+use super::gui::{Gui, GuiFrame};
+use super::insert::insert;
+use super::layout;
+use super::session::Session;
+use super::shot::Shots;
+use super::surface::WindowSurface;
+use super::target::PictureTarget;
+use super::tools::Tools;
+use crate::engine::Stats;
+use crate::output::say;
+use anyhow::Result;
+use girandole::Gpu;
+use girandole_core::scene::Shape;
+use std::path::Path;
+use std::sync::Arc;
+use winit::event::WindowEvent;
+use winit::window::Window;
+
+/// How often what is on its way back from the device is looked for.
+const POLL: Duration = Duration::from_millis(4);
+
+/// What is made between two frames takes as long, or a little longer.
+const SLICE: Duration = Duration::from_millis(15);
+
+/// When to try again where the surface is hidden or was made anew.
+const RETRY: Duration = Duration::from_millis(20);
+
+/// All that is behind a window.
+pub struct App {
+    window: Arc<Window>,
+    gpu: Gpu,
+    surface: WindowSurface,
+    gui: Gui,
+    session: Session,
+    tools: Tools,
+    target: Option<PictureTarget>,
+    frames: Frames,
+    log: FrameLog,
+    shots: Shots,
+    dropped: Drop,
+    /// Whether the last frame said that light is being made.
+    says_progress: bool,
+    last_frame: Instant,
+    /// When a frame is due though nothing happens.
+    due: Option<Instant>,
+}
+
+impl App {
+    /// Of a program that started then.
+    pub fn new(
+        started: Instant,
+        window: Arc<Window>,
+        (surface, gpu): (WindowSurface, Gpu),
+        (session, tools): (Session, Tools),
+    ) -> Self {
+        let gui = Gui::new(&window, &gpu, &surface);
+        let now = Instant::now();
+        Self {
+            window,
+            gpu,
+            surface,
+            gui,
+            session,
+            tools,
+            target: None,
+            frames: Frames::default(),
+            log: FrameLog::new(started),
+            shots: Shots::default(),
+            dropped: Drop::default(),
+            says_progress: false,
+            last_frame: now,
+            due: Some(now),
+        }
+    }
+
+    /// Takes an event of the window.
+    pub fn on_event(&mut self, event: &WindowEvent) -> Result<()> {
+        if *event == WindowEvent::RedrawRequested {
+            return self.frame();
+        }
+        if let WindowEvent::Resized(size) = event {
+            self.surface.resize(&self.gpu, (*size).into());
+        }
+        if self.gui.on_event(&self.window, event) {
+            self.window.request_redraw();
+        }
+        Ok(())
+    }
+
+    /// What was measured, as one flat object.
+    pub fn stats(&self) -> Stats {
+        let mut stats = self.log.stats(self.session.budget.milliseconds);
+        stats.insert("adapter".into(), self.gpu.info.name.clone().into());
+        if let Some(comparison) = &self.tools.truth.comparison {
+            stats.insert("truth_rel_mse".into(), comparison.rel_mse.into());
+            stats.insert("truth_energy_ratio".into(), comparison.energy_ratio.into());
+            stats.insert("truth_flip".into(), comparison.flip.into());
+        }
+        stats
+    }
+
+    /// Whether the window is to be closed.
+    pub fn quits(&self) -> bool {
+        self.tools.quits
+    }
+
+    /// Takes what has come back from the device, and asks for a frame if one is due. Returns when to be called again.
+    pub fn poll(&mut self) -> Result<Option<Instant>> {
+        self.gpu.poll()?;
+        let now = Instant::now();
+        let (mut is_there, times) = self.frames.collect();
+        is_there |= self.collect_shots() | self.collect_drop() | self.session.refinement.collect();
+        if let Some(times) = times {
+            self.log.add(&times);
+            if times.hurried {
+                self.session.budget.took(times.total());
+            }
+        }
+        if is_there || self.due.is_some_and(|due| due <= now) {
+            self.due = None;
+            self.window.request_redraw();
+        }
+        let waits = self.tools.truth.is_waiting()
+            || self.frames.is_waiting()
+            || self.shots.is_waiting()
+            || self.dropped.is_waiting()
+            || self.session.refinement.is_waiting();
+        let poll = waits.then(|| now + POLL);
+        Ok(poll.into_iter().chain(self.due).min())
+    }
+
+    fn collect_shots(&mut self) -> bool {
+        let written = self.shots.collect();
+        for result in &written {
+            let sentence = match result {
+                Ok((path, 1)) => format!("wrote {}", path.display()),
+                Ok((path, sets)) => format!("wrote {}, the average of {sets} light sets", path.display()),
+                Err(error) => crate::sentence(error),
+            };
+            say(&sentence);
+            self.session.notice = Some(sentence);
+        }
+        !written.is_empty()
+    }
+
+    fn collect_drop(&mut self) -> bool {
+        let Some(dropped) = self.dropped.take() else { return false };
+        let Self { session, tools, .. } = self;
+        match dropped {
+            Ok(Dropped::Scene(source, scene)) => {
+                tools.selected = None;
+                session.replace_scene(source, *scene, tools.picture_size);
+            }
+            Ok(Dropped::Model(path, mesh)) => {
+                let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                insert(session, tools, &name, Shape::File(path), &|_| Ok((*mesh).clone()));
+            }
+            Err(error) => session.notice = Some(crate::sentence(&error)),
+        }
+        true
+    }
+
+    fn frame(&mut self) -> Result<()> {
+        if self.window.inner_size().width == 0 || self.window.inner_size().height == 0 {
+            return Ok(());
+        }
+        let Some(surface) = self.surface.acquire(&self.gpu)? else {
+            self.due = Some(Instant::now() + RETRY);
+            return Ok(());
+        };
+        // The panel acts on the session.
+        let start = Instant::now();
+        let elapsed = start - std::mem::replace(&mut self.last_frame, start);
+        if !self.frames.is_busy() || !self.session.is_moving() {
+            self.session.advance(elapsed.as_secs_f64());
+        } else {
+            // Motion waits for the picture of the last moment.
+            self.last_frame -= elapsed;
+        }
+        let Self { session, tools, frames, .. } = self;
+        let gui = self.gui.run(&self.window, |ui| layout::show(ui, session, tools, frames));
+        let panel = milliseconds(start);
+        self.take_dropped_files();
+        self.allocate_target();
+        self.session.rest(elapsed.as_secs_f64(), self.tools.picture_size);
+        self.make();
+        self.schedule(&gui);
+        self.draw(panel);
+        let Self { session, tools, .. } = self;
+        tools.truth.step(session, tools.picture_size, self.gui.context());
+        self.frames.ask(self.session.renderer(), self.session.is_hurried());
+        self.save();
+        // The panel is painted over the picture.
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let target = self.target.as_ref();
+        self.gui.paint(&self.gpu, &mut encoder, (&surface.texture, target), gui);
+        self.window.pre_present_notify();
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.queue.present(surface);
+        Ok(())
+    }
+
+    fn take_dropped_files(&mut self) {
+        for file in self.gui.take_dropped_files() {
+            self.dropped.read(file, self.gui.has_shift());
+        }
+    }
+
+    /// Makes the target as large as the picture.
+    fn allocate_target(&mut self) {
+        let size = self.tools.picture_size;
+        if self.target.as_ref().is_some_and(|target| target.size == size) {
+            return;
+        }
+        self.target =
+            Some(PictureTarget::new((&self.gpu.device, &self.gpu.queue), size, self.surface.format()));
+        self.session.forget_picture();
+    }
+
+    /// Makes a slice of light, once the frame that says so was shown. Nothing is made anew while a control is being dragged or typed
+    /// into.
+    fn make(&mut self) {
+        let said = std::mem::replace(&mut self.says_progress, self.session.is_making());
+        if !said || !self.session.is_making() || self.gui.is_in_use() || self.frames.is_busy() {
+            return;
+        }
+        let until = Instant::now() + SLICE;
+        if self.session.make((&self.gpu.device, &self.gpu.queue), until) {
+            self.frames.submitted_work(&self.gpu.queue);
+        }
+    }
+
+    /// Finds out when the next frame is due.
+    fn schedule(&mut self, gui: &GuiFrame) {
+        if self.session.is_making() && !self.gui.is_in_use() && !self.frames.is_busy() {
+            self.window.request_redraw();
+        }
+        self.due = Instant::now().checked_add(gui.repaint_after);
+        if let Some(seconds) = self.session.rests_in(self.tools.picture_size) {
+            let rested = Instant::now() + Duration::from_secs_f64(seconds);
+            self.due = Some(self.due.map_or(rested, |due| due.min(rested)));
+        }
+        if gui.repaint_after.is_zero()
+            || self.tools.truth.is_waiting()
+            || self.session.is_moving() && !self.frames.is_busy()
+        {
+            self.window.request_redraw();
+        }
+    }
+
+    /// Draws the picture where it is another one, unless the device is still at the last.
+    fn draw(&mut self, panel: f64) {
+        let Some(target) = &mut self.target else { return };
+        if self.frames.is_busy() {
+            return;
+        }
+        let start = Instant::now();
+        self.session.follow(target.size);
+        let update = milliseconds(start);
+        let start = Instant::now();
+        let (hurried, preliminary) = (self.session.is_hurried(), self.session.is_preliminary());
+        if self.session.wants_picture(target.size) {
+            self.session.draw(target);
+        } else if !self.session.may_refine(target.size) {
+            return;
+        } else if !self.session.refine(target) {
+            // The next piece of work, in the next frame.
+            return self.window.request_redraw();
+        }
+        let times =
+            FrameTimes { panel, update, record: milliseconds(start), device: 0.0, hurried, preliminary };
+        self.frames.submitted(&self.gpu.queue, times);
+    }
+
+    /// Saves the picture, if that was asked for and it is the one that is wanted; and says what call renders it.
+    fn save(&mut self) {
+        let size = self.tools.picture_size;
+        let is_there = self.session.is_done() && !self.session.wants_picture(size);
+        if self.tools.copies && is_there && self.session.is_ready_to_copy(size) {
+            self.tools.copies = false;
+            self.copy_command();
+        }
+        if let Some(renderer) = self.session.renderer().filter(|_| self.tools.saves && is_there) {
+            self.shots.take(renderer, self.session.shown(), Path::new(&self.tools.file));
+            self.tools.saves = false;
+        }
+    }
+
+    fn copy_command(&mut self) {
+        let output = (self.tools.picture_size, Path::new(&self.tools.file));
+        let line = command::line(&self.session, output, self.tools.adapter.as_deref());
+        self.session.attempt(|session| {
+            let line = line?;
+            say(&line);
+            session.notice = Some(format!("copied: {line}"));
+            self.gui.copy(line);
+            Ok(())
+        });
+    }
+}

@@ -1,0 +1,49 @@
+//! The call of `girandole render` that gives what is on the screen, to the byte.
+
+use super::camera::Eye;
+use super::session::{Session, Source};
+use super::shot::free;
+use crate::args::{DebugView, LightArgs, Mode, QualityArgs, RenderArgs, ViewArg};
+use anyhow::{Result, anyhow};
+use std::path::{Path, PathBuf};
+
+/// The call that renders the picture to `output`. Where the scene was changed, its edits are written to a file beside it.
+pub fn line(session: &Session, (size, output): ([u32; 2], &Path), adapter: Option<&str>) -> Result<String> {
+    let edits = write_edits(session, output)?;
+    let Source { scene, object } = session.source.clone();
+    let settings = &session.settings;
+    let mut args = RenderArgs {
+        scene,
+        object,
+        size,
+        output: output.into(),
+        lights: LightArgs::from(&session.light),
+        mode: Mode::from(settings.mode),
+        quality: QualityArgs::from((&session.options, settings)),
+        debug: settings.debug.map(DebugView::from),
+        exposure: settings.exposure,
+        tonemap: settings.tonemap.into(),
+        aa: settings.samples_per_axis.try_into().map_err(|error: String| anyhow!(error))?,
+        adapter: adapter.map(str::to_owned),
+        refine: if session.refinement.on { session.refined_sets().max(1) } else { 1 },
+        ..RenderArgs::defaults()?
+    };
+    match session.eye {
+        Eye::Camera(0) => {}
+        Eye::Camera(index) => args.camera = Some(index.to_string()),
+        Eye::Free(viewpoint) => args.seen.view = Some(ViewArg(viewpoint)),
+    }
+    args.seen.edits = edits;
+    args.command_line()
+}
+
+/// Writes what was changed to a file that is not there yet.
+fn write_edits(session: &Session, output: &Path) -> Result<Option<PathBuf>> {
+    if session.edits.0.is_empty() {
+        return Ok(None);
+    }
+    let path = free(&output.with_extension("edits.json"), Path::exists);
+    crate::output::check_writable(&path, &["json"])?;
+    crate::output::write_whole(&path, session.edits.to_json()?.as_bytes())?;
+    Ok(Some(path))
+}

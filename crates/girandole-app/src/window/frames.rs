@@ -1,0 +1,139 @@
+//! How long frames took, and what the last one did.
+
+use super::clock::{Duration, Instant, milliseconds};
+use super::pending::{self, Pending};
+use crate::output::say;
+use girandole::{FrameStats, Renderer, Result, wgpu};
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// How many frames are remembered.
+pub const REMEMBERED: usize = 120;
+/// The least time between two estimates of the error that stale maps make.
+const BETWEEN_ESTIMATES: Duration = Duration::from_secs(1);
+
+/// Milliseconds of a frame with a new picture.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FrameTimes {
+    /// Laying out and painting the panel, on the CPU.
+    pub panel: f64,
+    /// Following the scene, on the CPU.
+    pub update: f64,
+    /// Recording the picture, on the CPU.
+    pub record: f64,
+    /// From submitting it until the device is done.
+    pub device: f64,
+    /// Whether things moved, and a budget counted.
+    pub hurried: bool,
+    /// Whether it was a first picture of few samples.
+    pub preliminary: bool,
+}
+
+impl FrameTimes {
+    pub fn total(&self) -> f64 {
+        self.panel + self.update + self.record + self.device
+    }
+}
+
+/// A picture that the device is at.
+struct InFlight {
+    /// Of a picture; none, of other work.
+    times: Option<FrameTimes>,
+    submitted: Instant,
+    done: Arc<AtomicBool>,
+}
+
+/// The last frames.
+#[derive(Default)]
+pub struct Frames {
+    pub history: VecDeque<FrameTimes>,
+    /// What the last picture took and did, where somebody looks.
+    pub stats: Option<FrameStats>,
+    /// An estimate of the error that stale shadow maps make, of a picture of the last seconds.
+    pub stale_error: Option<f64>,
+    pub wants_stats: bool,
+    pub times_passes: bool,
+    in_flight: Option<InFlight>,
+    /// Whether there was a picture since.
+    has_news: bool,
+    pending: Option<Pending<Result<FrameStats>>>,
+    pending_error: Option<Pending<Result<Option<f64>>>>,
+    /// When the error was last asked for.
+    estimated: Option<Instant>,
+}
+
+impl Frames {
+    /// Whether the device is still at a picture: another one would only queue up.
+    pub fn is_busy(&self) -> bool {
+        self.in_flight.is_some()
+    }
+
+    /// Whether something is on its way.
+    pub fn is_waiting(&self) -> bool {
+        self.is_busy() || self.pending.is_some() || self.pending_error.is_some()
+    }
+
+    /// A picture was submitted.
+    pub fn submitted(&mut self, queue: &wgpu::Queue, times: FrameTimes) {
+        self.wait(queue, Some(times));
+        self.has_news = true;
+    }
+
+    /// Other work was submitted.
+    pub fn submitted_work(&mut self, queue: &wgpu::Queue) {
+        self.wait(queue, None);
+    }
+
+    fn wait(&mut self, queue: &wgpu::Queue, times: Option<FrameTimes>) {
+        let done = Arc::<AtomicBool>::default();
+        let flag = done.clone();
+        queue.on_submitted_work_done(move || flag.store(true, Ordering::Relaxed));
+        self.in_flight = Some(InFlight { times, submitted: Instant::now(), done });
+    }
+
+    /// Asks what the last picture did, if somebody looks and it is not known yet; where there is no `hurry`, now and then also how
+    /// wrong it is for its shadow maps, which takes as long as a small frame.
+    pub fn ask(&mut self, renderer: Option<&Renderer>, hurry: bool) {
+        let Some(renderer) = renderer.filter(|_| self.wants_stats && self.has_news && self.pending.is_none())
+        else {
+            return;
+        };
+        self.has_news = false;
+        self.pending = Some(Pending::new(renderer.stats()));
+        let is_due = self.estimated.is_none_or(|at| at.elapsed() >= BETWEEN_ESTIMATES);
+        if renderer.stale().maps == 0 {
+            self.stale_error = Some(0.0);
+        } else if is_due && !hurry && self.pending_error.is_none() {
+            self.estimated = Some(Instant::now());
+            self.pending_error = Some(Pending::new(renderer.stale_error()));
+        }
+    }
+
+    /// Takes what is there by now. Returns whether anything is, and the times of a picture that is done.
+    pub fn collect(&mut self) -> (bool, Option<FrameTimes>) {
+        let (mut any, mut times) = (false, None);
+        if let Some(done) = self.in_flight.take_if(|picture| picture.done.load(Ordering::Relaxed)) {
+            any = true;
+            let device = milliseconds(done.submitted);
+            times = done.times.map(|times| FrameTimes { device, ..times });
+        }
+        if let Some(times) = times {
+            if self.history.len() == REMEMBERED {
+                self.history.pop_front();
+            }
+            self.history.push_back(times);
+        }
+        if let Some(error) = pending::take(&mut self.pending_error) {
+            self.stale_error = error.ok().flatten();
+            any = true;
+        }
+        match pending::take(&mut self.pending) {
+            Some(Ok(stats)) => self.stats = Some(stats),
+            Some(Err(error)) => say(&format!("warning: {error}")),
+            None => return (any, times),
+        }
+        any = true;
+        (any, times)
+    }
+}

@@ -1,0 +1,138 @@
+//! egui between winit and wgpu.
+
+use super::clock::Duration;
+use super::surface::WindowSurface;
+use super::target::PictureTarget;
+use egui_wgpu::ScreenDescriptor;
+use girandole::{Gpu, wgpu};
+use winit::event::WindowEvent;
+use winit::window::Window;
+
+const TEXT: egui::Color32 = egui::Color32::from_gray(190);
+
+/// The panel's state, input and painter.
+pub struct Gui {
+    context: egui::Context,
+    state: egui_winit::State,
+    painter: egui_wgpu::Renderer,
+}
+
+/// A frame of it, not yet painted.
+pub struct GuiFrame {
+    textures: egui::TexturesDelta,
+    shapes: Vec<egui::ClippedPrimitive>,
+    pixels_per_point: f32,
+    /// When the next one is due, though nothing happens.
+    pub repaint_after: Duration,
+}
+
+impl Gui {
+    pub fn new(window: &Window, gpu: &Gpu, surface: &WindowSurface) -> Self {
+        let context = egui::Context::default();
+        context.set_theme(egui::Theme::Dark);
+        // The names of controls are to be read.
+        context.all_styles_mut(|style| style.visuals.widgets.noninteractive.fg_stroke.color = TEXT);
+        let most = gpu.device.limits().max_texture_dimension_2d as usize;
+        let state = egui_winit::State::new(
+            context.clone(),
+            egui::ViewportId::ROOT,
+            window,
+            Some(window.scale_factor() as f32),
+            window.theme(),
+            Some(most),
+        );
+        let painter =
+            egui_wgpu::Renderer::new(&gpu.device, surface.format(), egui_wgpu::RendererOptions::default());
+        Self { context, state, painter }
+    }
+
+    /// Takes an event of the window. Returns whether a frame is due.
+    pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
+        self.state.on_window_event(window, event).repaint
+    }
+
+    /// Lays a frame out and lets it act.
+    pub fn run(&mut self, window: &Window, contents: impl FnMut(&mut egui::Ui)) -> GuiFrame {
+        let input = self.state.take_egui_input(window);
+        let output = self.context.run_ui(input, contents);
+        self.state.handle_platform_output(window, output.platform_output);
+        let root = output.viewport_output.get(&egui::ViewportId::ROOT);
+        GuiFrame {
+            shapes: self.context.tessellate(output.shapes, output.pixels_per_point),
+            textures: output.textures_delta,
+            pixels_per_point: output.pixels_per_point,
+            repaint_after: root.map_or(Duration::MAX, |root| root.repaint_delay),
+        }
+    }
+
+    /// Where textures of the panel's are made.
+    pub fn context(&self) -> &egui::Context {
+        &self.context
+    }
+
+    /// Puts a text into the clipboard.
+    pub fn copy(&mut self, text: String) {
+        self.state.set_clipboard_text(text);
+    }
+
+    /// Files that were dropped on the window in the last frame.
+    pub fn take_dropped_files(&self) -> Vec<egui::DroppedFileHandle> {
+        self.context.input(|input| input.raw.dropped_files.clone())
+    }
+
+    /// Whether Shift is down.
+    pub fn has_shift(&self) -> bool {
+        self.context.input(|input| input.modifiers.shift)
+    }
+
+    /// Whether a control is being dragged or typed into.
+    pub fn is_in_use(&self) -> bool {
+        self.context.egui_is_using_pointer() || self.context.text_edit_focused()
+    }
+
+    /// Records a frame onto the window: the picture as it is, from the top left corner, and the panel beside and over it.
+    pub fn paint(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        (color, picture): (&wgpu::Texture, Option<&PictureTarget>),
+        mut frame: GuiFrame,
+    ) {
+        let screen = ScreenDescriptor {
+            size_in_pixels: [color.width(), color.height()],
+            pixels_per_point: frame.pixels_per_point,
+        };
+        for (id, deltas) in &frame.textures.set {
+            for delta in deltas {
+                self.painter.update_texture(&gpu.device, &gpu.queue, *id, delta);
+            }
+        }
+        self.painter.update_buffers(&gpu.device, &gpu.queue, encoder, &frame.shapes, &screen);
+        let load = match picture {
+            Some(picture) => {
+                picture.copy_to(encoder, color);
+                wgpu::LoadOp::Load
+            }
+            None => wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+        };
+        let view = color.create_view(&Default::default());
+        let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("window"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+            })],
+            depth_stencil_attachment: None,
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        self.painter.render(&mut pass.forget_lifetime(), &frame.shapes, &screen);
+        for id in &frame.textures.free {
+            self.painter.free_texture(id);
+        }
+        frame.textures.clear();
+    }
+}

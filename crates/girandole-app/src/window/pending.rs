@@ -1,0 +1,29 @@
+//! What is on its way back from the device.
+
+use std::future::Future;
+use std::pin::Pin;
+use std::task::{Context, Poll, Waker};
+
+/// A future that is looked at once a frame.
+pub struct Pending<T>(Pin<Box<dyn Future<Output = T>>>);
+
+impl<T> Pending<T> {
+    pub fn new(future: impl Future<Output = T> + 'static) -> Self {
+        Self(Box::pin(future))
+    }
+
+    /// The result, once: when it is there.
+    pub fn take(&mut self) -> Option<T> {
+        match self.0.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            Poll::Ready(value) => Some(value),
+            Poll::Pending => None,
+        }
+    }
+}
+
+/// The result of a slot, which is empty afterwards, if it is there.
+pub fn take<T>(slot: &mut Option<Pending<T>>) -> Option<T> {
+    let value = slot.as_mut()?.take()?;
+    *slot = None;
+    Some(value)
+}

@@ -1,0 +1,467 @@
+//! What the window shows: a scene, its light and its renderer, and what has to be made anew when one of them changes.
+//!
+//! Settings are those of the library. What the renderer was made with and what it opened, it knows itself: the session
+//! compares, and makes anew no more than what differs.
+//!
+//! | what changes | what is made anew |
+//! |---|---|
+//! | the view, [`RenderSettings`] | the picture; for exposure and tone curve, only how it is shown |
+//! | the scene's places and emission | what [`Renderer::update`] says |
+//! | [`IlluminationSettings`] | light samples, visibility, shadow maps |
+//! | [`RendererOptions`] | the renderer, and all of that |
+
+use super::budget::{Budget, Quality};
+use super::camera::Eye;
+use super::panel;
+use super::refine::Refinement;
+use super::rest::Rest;
+use super::target::PictureTarget;
+use crate::picture::Shown;
+use anyhow::Result;
+use girandole::{DebugView, Mode, RenderSettings, Renderer, RendererOptions};
+use girandole_core::Generation;
+use girandole_core::illumination::{IlluminationSettings, Rewalk};
+use girandole_core::image::Image;
+use girandole_core::scene::{Edit, Edits, ReadModel, Scene, View, load_model};
+use girandole_core::trace::{HeldHierarchies, SceneTracer};
+
+mod making;
+
+use making::Making;
+
+/// What has to be made, slice by slice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Work {
+    Nothing,
+    /// The scene's light.
+    Light,
+    /// The renderer, and the scene's light.
+    Renderer,
+}
+
+impl Work {
+    /// What is said meanwhile.
+    pub fn message(self) -> Option<&'static str> {
+        match self {
+            Self::Nothing => None,
+            Self::Light => Some("Sampling light"),
+            Self::Renderer => Some("Making the renderer"),
+        }
+    }
+}
+
+/// The moment of the scene's animations.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Playback {
+    pub playing: bool,
+    /// From 0 to the scene's duration.
+    pub seconds: f64,
+}
+
+/// A picture, by all that it depends on besides the scene and its light.
+#[derive(Clone, Copy, PartialEq)]
+struct Picture {
+    view: View,
+    size: [u32; 2],
+    settings: RenderSettings,
+    quality: Quality,
+}
+
+impl Picture {
+    /// Whether the other one has the same radiance.
+    fn has_radiance_of(&self, other: &Self) -> bool {
+        let RenderSettings { exposure, tonemap, .. } = self.settings;
+        let settings = RenderSettings { exposure, tonemap, ..other.settings };
+        *self == Self { settings, ..*other }
+    }
+
+    /// Whether it is the other one, but for its quality.
+    fn shows(&self, other: &Self) -> bool {
+        *self == Self { quality: self.quality, ..*other }
+    }
+}
+
+/// What a scene was loaded from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Source {
+    /// As on the command line: a built-in room or a file.
+    pub scene: String,
+    /// The moving object of a built-in room, where it is not the room's own.
+    pub object: Option<String>,
+}
+
+/// What the window starts with.
+pub struct Start {
+    /// Milliseconds of a frame while things move.
+    pub budget: Option<f64>,
+    pub source: Source,
+    pub scene: Scene,
+    /// Those that led from the source to the scene.
+    pub edits: Edits,
+    pub eye: Eye,
+    pub options: RendererOptions,
+    pub light: IlluminationSettings,
+    pub settings: RenderSettings,
+    pub refine: bool,
+}
+
+/// A scene that is shown.
+pub struct Session {
+    pub source: Source,
+    /// What is shown; [`Session::edit`] changes it.
+    pub scene: Scene,
+    /// What led from the source to the scene.
+    pub edits: Edits,
+    pub eye: Eye,
+    pub playback: Playback,
+    pub options: RendererOptions,
+    pub light: IlluminationSettings,
+    pub settings: RenderSettings,
+    /// For frames while things move.
+    pub budget: Budget,
+    /// Whether light is sampled anew once nothing moves any more.
+    pub fresh_at_rest: bool,
+    pub refinement: Refinement,
+    /// What went wrong, or is to be known: one sentence.
+    pub notice: Option<String>,
+    renderer: Option<Renderer>,
+    /// Whether the renderer has the scene.
+    is_open: bool,
+    /// The version of the scene whose light was sampled, where samples are still those.
+    sampled: Option<Generation>,
+    /// Whether it is to be sampled anew though no setting differs.
+    is_outdated: bool,
+    making: Option<Making>,
+    rest: Rest,
+    /// What was refused, lest it be tried again each frame.
+    refused: Option<(RendererOptions, IlluminationSettings)>,
+    shown: Option<Picture>,
+}
+
+impl Session {
+    pub fn new(start: Start) -> Self {
+        let Start { budget, source, scene, edits, eye, options, light, settings, refine } = start;
+        let notice = scene.warnings.first().cloned();
+        Self {
+            source,
+            scene,
+            edits,
+            eye,
+            playback: Playback::default(),
+            options,
+            light,
+            settings,
+            budget: Budget::new(budget),
+            fresh_at_rest: true,
+            refinement: Refinement::new(refine),
+            notice,
+            renderer: None,
+            is_open: false,
+            sampled: None,
+            is_outdated: false,
+            making: None,
+            rest: Rest::default(),
+            refused: None,
+            shown: None,
+        }
+    }
+
+    /// Shows another scene, by the same settings.
+    pub fn replace_scene(&mut self, source: Source, scene: Scene, size: [u32; 2]) {
+        self.notice = scene.warnings.first().cloned();
+        self.source = source;
+        self.scene = scene;
+        self.edits = Edits::default();
+        self.eye = Eye::Camera(0);
+        self.playback = Playback::default();
+        if !self.light.views.is_empty() {
+            self.light.views = vec![self.view(size)];
+        }
+        (self.is_open, self.making, self.shown) = (false, None, None);
+        self.refused = None;
+    }
+
+    /// The view of a picture of so many pixels.
+    pub fn view(&self, [width, height]: [u32; 2]) -> View {
+        self.eye.view(&self.scene, width as f32 / height as f32)
+    }
+
+    /// What has to be done before the next picture.
+    pub fn work(&self) -> Work {
+        let is_refused = |(options, light): &(RendererOptions, IlluminationSettings)| {
+            *options == self.options && *light == self.light
+        };
+        if self.refused.as_ref().is_some_and(is_refused) {
+            return Work::Nothing;
+        }
+        let Some(renderer) = self.renderer.as_ref().filter(|r| *r.options() == self.options) else {
+            return Work::Renderer;
+        };
+        let is_sampled = self.is_open && !self.is_outdated;
+        let is_lit = is_sampled && renderer.illumination().is_some_and(|i| *i.settings() == self.light);
+        if is_lit { Work::Nothing } else { Work::Light }
+    }
+
+    /// Moves on by so many seconds of real time. Motion waits for light that is being made.
+    pub fn advance(&mut self, seconds: f64) {
+        let duration = self.scene.duration();
+        let held = self.renderer.as_ref().and_then(Renderer::illumination).map(|i| i.settings());
+        let waits = self.is_making() && (held != Some(&self.light) || self.is_preliminary());
+        if self.playback.playing && duration > 0.0 && !waits {
+            self.seek((self.playback.seconds + seconds) % duration);
+        }
+    }
+
+    /// Puts everything where it is at a moment.
+    pub fn seek(&mut self, seconds: f64) {
+        self.playback.seconds = seconds;
+        self.edit(Edit::SetTime { seconds });
+    }
+
+    /// Changes the scene, and writes down how.
+    pub fn edit(&mut self, edit: Edit) {
+        self.edit_with(edit, &load_model);
+    }
+
+    /// The same with a model that was read already.
+    pub fn edit_with(&mut self, edit: Edit, read_model: &ReadModel) {
+        self.attempt(|session| Ok(session.edits.record(edit, &mut session.scene, read_model)?));
+    }
+
+    /// Does something that may be refused: then the window says why.
+    pub fn attempt(&mut self, action: impl FnOnce(&mut Self) -> Result<()>) {
+        if let Err(error) = action(self) {
+            self.notice = Some(crate::sentence(&error));
+        }
+    }
+
+    /// Follows what changed in the scene.
+    pub fn follow(&mut self, size: [u32; 2]) {
+        let view = self.view(size);
+        let Some(renderer) = self.renderer.as_mut().filter(|_| self.is_open) else { return };
+        let changes = self.scene.take_changes();
+        let has_changed = !changes.is_empty();
+        let settled = renderer.illumination().is_none_or(|i| i.is_settled());
+        if !(changes.is_empty() && settled) {
+            self.shown = None;
+            match self.light.rewalk {
+                Rewalk::Off => {}
+                Rewalk::Paths(_) => self.sampled = None,
+                Rewalk::All => self.sampled = Some(self.scene.generation()),
+            }
+            if let Err(error) = renderer.update(&self.scene, &changes) {
+                self.notice = Some(crate::sentence(&error.into()));
+                self.is_open = renderer.illumination().is_some();
+            }
+        }
+        if has_changed {
+            self.forget_making();
+        }
+        self.place_along(view);
+    }
+
+    /// So many seconds of real time have passed: what rests may have fresh light by now.
+    pub fn rest(&mut self, seconds: f64, size: [u32; 2]) {
+        self.rest.pass(seconds, (self.scene.generation(), self.view(size)));
+        if self.fresh_at_rest && self.rest.is_resting() && !self.is_moving() && self.making.is_none() {
+            self.refresh(size);
+        }
+    }
+
+    /// Seconds until what is shown may have fresh light, if nothing moves; `None` where it has.
+    pub fn rests_in(&self, size: [u32; 2]) -> Option<f64> {
+        self.rest.left().filter(|_| self.fresh_at_rest && self.is_open && !self.is_fresh(size))
+    }
+
+    /// Whether light was sampled for the scene as it stands and what is seen of it, as `girandole render` does.
+    pub fn is_fresh(&self, size: [u32; 2]) -> bool {
+        self.sampled == Some(self.scene.generation()) && !self.is_placed_elsewhere(size)
+    }
+
+    /// Whether a call of `girandole render` would give the same light; asks for that where it is not so.
+    pub fn is_ready_to_copy(&mut self, size: [u32; 2]) -> bool {
+        self.playback.playing = false;
+        self.refresh(size);
+        let follows = matches!(self.light.rewalk, Rewalk::Paths(_));
+        (self.is_fresh(size) || follows && !self.is_moving()) && self.is_done()
+    }
+
+    /// Whether all light is there that was asked for.
+    pub fn is_done(&self) -> bool {
+        self.making.is_none() && self.work() == Work::Nothing
+    }
+
+    /// Asks for light that is [fresh](Self::is_fresh), unless it is. Samples that follow paths are left to do so.
+    pub fn refresh(&mut self, size: [u32; 2]) {
+        if self.is_fresh(size)
+            || !self.is_open
+            || self.making.is_some()
+            || matches!(self.light.rewalk, Rewalk::Paths(_))
+        {
+            return;
+        }
+        if !self.light.views.is_empty() {
+            self.light.views = vec![self.view(size)];
+        }
+        self.is_outdated = true;
+    }
+
+    /// Light samples that follow little by little go over to what is seen now.
+    fn place_along(&mut self, view: View) {
+        let Some(renderer) = self.renderer.as_mut().filter(|_| self.is_open) else { return };
+        let follows = matches!(self.light.rewalk, Rewalk::Paths(_)) && !self.light.views.is_empty();
+        let held = renderer.illumination().map(|i| i.settings());
+        // Other changes of the light make it anew, and place it on that occasion.
+        if !follows || held != Some(&self.light) || self.light.views == [view] {
+            return;
+        }
+        self.light.views = vec![view];
+        self.sampled = None;
+        if let Err(error) = renderer.place_for(&self.scene, &self.light.views) {
+            self.notice = Some(crate::sentence(&error.into()));
+        }
+    }
+
+    /// Whether the picture is another one by now.
+    pub fn wants_picture(&self, size: [u32; 2]) -> bool {
+        let Some(renderer) = self.renderer.as_ref().filter(|_| self.is_open) else { return false };
+        if self.making.as_ref().is_some_and(|making| making.behind && making.is_loaded()) {
+            return false;
+        }
+        let (picture, moves) = (self.picture(size), self.is_hurried());
+        let is_shown = |shown: Picture| if moves { shown.shows(&picture) } else { shown == picture };
+        !self.shown.is_some_and(is_shown) || renderer.stale().maps > 0
+    }
+
+    /// Whether a budget counts at this moment.
+    pub fn is_hurried(&self) -> bool {
+        !self.is_preliminary()
+            && self.budget.milliseconds.is_some()
+            && (self.is_moving() || !self.rest.is_resting())
+    }
+
+    /// Whether the next frame will differ from this one though nothing is touched.
+    pub fn is_moving(&self) -> bool {
+        let light = self.renderer.as_ref().and_then(Renderer::illumination);
+        self.playback.playing && self.scene.duration() > 0.0 || light.is_some_and(|l| !l.is_settled())
+    }
+
+    fn picture(&self, size: [u32; 2]) -> Picture {
+        let quality = match (self.is_preliminary(), self.is_hurried()) {
+            (true, _) => Quality::PRELIMINARY,
+            (false, true) => self.budget.quality(),
+            _ => Quality::FULL,
+        };
+        let mut settings = self.settings;
+        let light = self.renderer.as_ref().and_then(Renderer::illumination);
+        if light.is_some_and(|light| light.visibility().is_none()) {
+            let RenderSettings { exposure, tonemap, .. } = settings;
+            settings = RenderSettings { mode: Mode::Naive, exposure, tonemap, ..RenderSettings::default() };
+        }
+        Picture { view: self.view(size), size, settings, quality }
+    }
+
+    /// Draws the picture where it is another one by now.
+    pub fn draw(&mut self, target: &mut PictureTarget) {
+        let picture = self.picture(target.size);
+        let Some(renderer) = self.renderer.as_mut().filter(|_| self.is_open) else { return };
+        let is_there = self.shown.is_some_and(|shown| shown.has_radiance_of(&picture));
+        let is_stale = renderer.stale().maps > 0;
+        self.shown = Some(picture);
+        let mut draw = || -> Result<()> {
+            if !is_there || is_stale {
+                let settings = picture.quality.settings(&picture.settings);
+                renderer.render(&picture.view, picture.quality.size(picture.size), &settings)?;
+            }
+            let Shown { exposure, tonemap } = picture.settings_shown();
+            let settings = RenderSettings { exposure, tonemap, ..picture.settings };
+            let (size, format) = (picture.quality.size(picture.size), target.format);
+            Ok(target.draw(size, |view| renderer.show(&settings, view, format))?)
+        };
+        if let Err(error) = draw() {
+            self.notice = Some(crate::sentence(&error));
+        }
+    }
+
+    /// Shows the next of the debug views that the mode has, after the last one the picture.
+    pub fn next_debug_view(&mut self) {
+        let all = panel::DEBUG_VIEWS.map(|(view, ..)| view);
+        let possible = all.into_iter().filter(|view| panel::has_debug_view(self.settings.mode, *view));
+        let views: Vec<Option<DebugView>> = possible.collect();
+        let kind = |view: &Option<DebugView>| view.as_ref().map(std::mem::discriminant);
+        let now = views.iter().position(|view| kind(view) == kind(&self.settings.debug));
+        self.settings.debug = views[now.map_or(0, |now| (now + 1) % views.len())];
+    }
+
+    /// The radiance of the naive mode's picture, which is rendered now; the next frame renders the other one again.
+    pub fn naive_radiance(
+        &mut self,
+        size: [u32; 2],
+    ) -> Option<impl Future<Output = girandole::Result<Image>> + 'static> {
+        let view = self.view(size);
+        let samples_per_axis = self.settings.samples_per_axis;
+        let settings = RenderSettings {
+            mode: Mode::Naive,
+            samples_per_axis,
+            clamp: self.settings.clamp,
+            ..RenderSettings::default()
+        };
+        let renderer = self.renderer.as_mut().filter(|_| self.is_open)?;
+        self.shown = None;
+        let rendered = renderer.render(&view, size, &settings).map(|()| renderer.radiance());
+        match rendered {
+            Ok(radiance) => Some(radiance),
+            Err(error) => {
+                self.notice = Some(crate::sentence(&error.into()));
+                None
+            }
+        }
+    }
+
+    /// Traces rays in the scene that is open.
+    pub fn trace(&self, hierarchies: &mut HeldHierarchies, trace: impl FnOnce(&SceneTracer)) {
+        if let Some(light) = self.renderer.as_ref().and_then(Renderer::illumination) {
+            trace(&hierarchies.tracer(&self.scene, light.geometry()));
+        }
+    }
+
+    /// The target is another one: the picture has to be drawn to it.
+    pub fn forget_picture(&mut self) {
+        self.shown = None;
+    }
+
+    /// How the picture is shown.
+    pub fn shown(&self) -> Shown {
+        Shown::new(self.settings.exposure, self.settings.tonemap, self.settings.debug)
+    }
+
+    /// What draws, once there is a picture.
+    pub fn renderer(&self) -> Option<&Renderer> {
+        self.renderer.as_ref().filter(|_| self.shown.is_some())
+    }
+
+    /// What draws, with what it draws.
+    pub(super) fn renderer_and_scene(&mut self) -> Option<(&mut Renderer, &Scene)> {
+        let Self { renderer, scene, .. } = self;
+        renderer.as_mut().filter(|_| self.is_open).map(|renderer| (renderer, &*scene))
+    }
+
+    /// What draws, to be timed or not.
+    pub fn time_passes(&mut self, on: bool) {
+        self.renderer.iter_mut().for_each(|renderer| renderer.time_passes(on));
+    }
+
+    /// Whether light samples are placed for another view than the one that is shown.
+    pub fn is_placed_elsewhere(&self, size: [u32; 2]) -> bool {
+        !self.light.views.is_empty() && self.light.views != [self.view(size)]
+    }
+}
+
+impl Picture {
+    fn settings_shown(&self) -> Shown {
+        Shown::new(self.settings.exposure, self.settings.tonemap, self.settings.debug)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,205 @@
+use super::super::clock::Instant;
+use super::super::presets::PRESETS;
+use super::*;
+use girandole::wgpu;
+use girandole_core::glam::Vec3;
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::builtin::{self, MovingObject};
+use girandole_core::tonemap::Exposure;
+
+const SIZE: [u32; 2] = [64, 48];
+
+/// A device that draws nothing.
+fn device() -> (wgpu::Device, wgpu::Queue) {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::NOOP;
+    descriptor.backend_options.noop.enable = true;
+    let instance = wgpu::Instance::new(descriptor);
+    pollster::block_on(async {
+        let adapter = instance.request_adapter(&Default::default()).await.unwrap();
+        adapter.request_device(&Default::default()).await.unwrap()
+    })
+}
+
+fn session() -> Session {
+    let mut scene = builtin::build("pillars", MovingObject::Torus).unwrap();
+    scene.open();
+    let eye = Eye::Camera(0);
+    let light = IlluminationSettings {
+        lights: LightSettings { count: 8, candidates: 1, ..LightSettings::default() },
+        views: vec![eye.view(&scene, 4.0 / 3.0)],
+        rewalk: Rewalk::Off,
+        ..IlluminationSettings::default()
+    };
+    let (options, settings) = (RendererOptions::default(), RenderSettings::default());
+    let source = Source { scene: "pillars".into(), object: None };
+    Session::new(Start {
+        budget: None,
+        source,
+        scene,
+        edits: Edits::default(),
+        eye,
+        options,
+        light,
+        settings,
+        refine: true,
+    })
+}
+
+/// Makes all light that is to be made, a slice at a time.
+fn make(session: &mut Session, (device, queue): &(wgpu::Device, wgpu::Queue)) {
+    for _ in 0..10_000 {
+        if !session.is_making() {
+            return;
+        }
+        session.make((device, queue), Instant::now());
+    }
+    panic!("it never ends");
+}
+
+struct Drawn {
+    device: (wgpu::Device, wgpu::Queue),
+    target: PictureTarget,
+    session: Session,
+}
+
+/// A session with its first picture.
+fn drawn() -> Drawn {
+    let device = device();
+    let mut target = PictureTarget::new((&device.0, &device.1), SIZE, wgpu::TextureFormat::Bgra8Unorm);
+    let mut session = session();
+    assert_eq!(session.work(), Work::Renderer);
+    make(&mut session, &device);
+    assert_eq!((session.work(), &session.notice), (Work::Nothing, &None));
+    assert!(session.wants_picture(SIZE));
+    session.draw(&mut target);
+    assert!(!session.wants_picture(SIZE), "{:?}", session.notice);
+    Drawn { device, target, session }
+}
+
+#[test]
+fn only_what_a_change_needs_is_made_anew() {
+    let Drawn { mut session, .. } = drawn();
+    session.settings.exposure = Exposure::Ev(1.0);
+    assert_eq!((session.work(), session.wants_picture(SIZE)), (Work::Nothing, true));
+    session.settings.exposure = Exposure::Auto;
+    assert!(!session.wants_picture(SIZE));
+    session.light.lights.seed = 1;
+    assert_eq!(session.work(), Work::Light);
+    session.light.lights.seed = 0;
+    session.options.pcf = 3;
+    assert_eq!(session.work(), Work::Renderer);
+}
+
+#[test]
+fn exposure_and_curve_leave_radiance_as_it_is() {
+    let picture =
+        |settings| Picture { view: session().view(SIZE), size: SIZE, settings, quality: Quality::FULL };
+    let first = RenderSettings::default();
+    let brighter = RenderSettings { exposure: Exposure::Ev(2.0), ..first };
+    let finer = RenderSettings { samples_per_axis: 2, ..first };
+    assert!(picture(first).has_radiance_of(&picture(brighter)));
+    assert!(!picture(first).has_radiance_of(&picture(finer)));
+}
+
+#[test]
+fn motion_is_followed_and_repeats() {
+    let Drawn { mut session, mut target, .. } = drawn();
+    session.playback.playing = true;
+    let duration = session.scene.duration();
+    session.advance(duration + 0.5);
+    assert!((session.playback.seconds - 0.5).abs() < 1e-9);
+    session.follow(SIZE);
+    assert!(session.wants_picture(SIZE));
+    session.draw(&mut target);
+    assert_eq!((session.notice.clone(), session.wants_picture(SIZE)), (None, false));
+}
+
+#[test]
+fn what_is_refused_is_said_once_and_not_tried_again() {
+    let Drawn { mut session, device, .. } = drawn();
+    session.light.lights.candidates = 0;
+    make(&mut session, &device);
+    assert!(session.notice.as_ref().unwrap().contains("candidates"), "{:?}", session.notice);
+    assert_eq!((session.work(), session.wants_picture(SIZE)), (Work::Nothing, false));
+    session.light.lights.candidates = 1;
+    assert_eq!(session.work(), Work::Light);
+    make(&mut session, &device);
+    assert_eq!((session.notice.clone(), session.wants_picture(SIZE)), (None, true));
+}
+
+#[test]
+fn another_scene_is_lit_by_the_same_settings() {
+    let Drawn { mut session, device, .. } = drawn();
+    let views = session.light.views.clone();
+    session.replace_scene(Source::default(), builtin::build("table", MovingObject::None).unwrap(), SIZE);
+    assert_eq!((session.work(), session.light.lights.count), (Work::Light, 8));
+    assert_ne!(session.light.views, views);
+    make(&mut session, &device);
+    assert!(session.wants_picture(SIZE) && !session.is_placed_elsewhere(SIZE));
+}
+
+#[test]
+fn samples_that_follow_little_by_little_go_over_to_what_is_seen() {
+    let Drawn { mut session, device, mut target } = drawn();
+    session.light.rewalk = Rewalk::Paths(girandole_core::lights::Pace { paths: 4, fade: 0 });
+    make(&mut session, &device);
+    session.draw(&mut target);
+    let view = super::super::camera::moved(&session.view(SIZE), Vec3::X * 0.2);
+    session.eye = Eye::free(&view).unwrap();
+    session.follow(SIZE);
+    assert_eq!((&session.light.views, session.work()), (&vec![session.view(SIZE)], Work::Nothing));
+    assert!(session.notice.is_none());
+}
+
+#[test]
+fn presets_are_found_by_their_settings_and_change_what_they_are_about() {
+    let Drawn { mut session, .. } = drawn();
+    let matching = |session: &Session| {
+        PRESETS.iter().filter(|p| p.matches(session, SIZE)).map(|p| p.name).collect::<Vec<_>>()
+    };
+    assert!(matching(&session).is_empty());
+    let seed = session.light.lights.seed;
+    for preset in &PRESETS {
+        preset.apply(&mut session, SIZE);
+        assert_eq!((matching(&session), session.light.lights.seed), (vec![preset.name], seed));
+    }
+}
+
+/// Refines until so many sets are averaged. Returns in how many pieces.
+fn refine(session: &mut Session, target: &mut PictureTarget, sets: u32) -> u32 {
+    let mut pieces = 0;
+    while session.refined_sets() < sets {
+        assert!(session.may_refine(SIZE) && pieces < 100, "{:?}", session.notice);
+        session.refine(target);
+        pieces += 1;
+    }
+    pieces
+}
+
+#[test]
+fn what_rests_is_refined_until_something_changes() {
+    let Drawn { mut session, mut target, .. } = drawn();
+    // Whatever light was sampled for.
+    session.fresh_at_rest = false;
+    assert_eq!((session.refined_sets(), refine(&mut session, &mut target, 3)), (1, 6));
+    assert!(!session.wants_picture(SIZE) && session.refinement.is_waiting());
+    // Another exposure shows the same average.
+    session.settings.exposure = Exposure::Ev(1.0);
+    assert!(!session.may_refine(SIZE));
+    session.draw(&mut target);
+    assert_eq!((session.refined_sets(), session.may_refine(SIZE)), (3, true));
+    // Another view begins anew, and so does motion.
+    let view = super::super::camera::moved(&session.view(SIZE), Vec3::X * 0.2);
+    session.eye = Eye::free(&view).unwrap();
+    assert!(!session.may_refine(SIZE));
+    session.draw(&mut target);
+    assert_eq!((session.refined_sets(), refine(&mut session, &mut target, 2)), (1, 3));
+    session.seek(0.5);
+    session.follow(SIZE);
+    assert!(!session.may_refine(SIZE));
+    session.draw(&mut target);
+    assert_eq!((session.refined_sets(), refine(&mut session, &mut target, 2)), (1, 3));
+    session.refinement.on = false;
+    assert_eq!((session.may_refine(SIZE), session.notice.clone()), (false, None));
+}

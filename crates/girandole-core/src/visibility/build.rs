@@ -1,0 +1,129 @@
+//! A visibility database in the making, slice by slice.
+
+use super::assembly::Assembly;
+use super::blockers::BlockerTree;
+use super::database::{MOST_LIGHTS, is_dynamic};
+use super::growth::{Growth, Soil};
+use super::light_points::LightPoint;
+use super::movers::Movers;
+use super::node_visibility::SceneContext;
+use super::sources::Sources;
+use super::surfaces::Surfaces;
+use super::{VisibilityDatabase, VisibilitySettings};
+use crate::generation::Generation;
+use crate::lights::LightSet;
+use crate::scene::{Geometry, Scene};
+use crate::{Error, Result};
+
+/// A [`VisibilityDatabase`] in the making: what does not fit between two frames is made in slices of work. What is made does not
+/// depend on how it is sliced. Dropping it gives it up.
+pub struct VisibilityBuild {
+    settings: VisibilitySettings,
+    surfaces: Surfaces,
+    lights: Vec<LightPoint>,
+    groups: BlockerTree,
+    sources: Sources,
+    threshold: f64,
+    growth: Growth,
+    of_geometry: Generation,
+    of_lights: Generation,
+}
+
+impl VisibilityBuild {
+    /// Begins it.
+    ///
+    /// # Errors
+    /// As [`VisibilityDatabase::build`].
+    pub fn new(
+        scene: &Scene,
+        geometry: &Geometry,
+        lights: &LightSet,
+        settings: &VisibilitySettings,
+    ) -> Result<Self> {
+        geometry.belongs_to(scene)?;
+        lights.belongs_to(geometry)?;
+        if lights.len() > MOST_LIGHTS {
+            return Err(Error::Invalid(format!(
+                "visibility is determined for {MOST_LIGHTS} light samples at most; there are {}",
+                lights.len()
+            )));
+        }
+        let surfaces = Surfaces::new(scene, geometry, settings);
+        let stands = |object: u32| !is_dynamic(scene, object);
+        // The hierarchy, with the visibility that static blockers leave.
+        let groups = BlockerTree::with_clusters(&surfaces, stands);
+        let points = LightPoint::of(lights.samples(), &surfaces, &groups);
+        let sources = Sources::of(&surfaces, stands);
+        let mut area = sources.area(&surfaces);
+        if area == 0.0 {
+            area = Sources::of(&surfaces, |_| true).area(&surfaces);
+        }
+        Ok(Self {
+            settings: *settings,
+            threshold: area * points.len() as f64 / f64::from(settings.split).max(1e-30),
+            growth: Growth::new(&sources),
+            surfaces,
+            lights: points,
+            groups,
+            sources,
+            of_geometry: geometry.generation(),
+            of_lights: lights.generation(),
+        })
+    }
+
+    /// The share that is done, 0 to 1.
+    pub fn progress(&self) -> f32 {
+        self.growth.progress(&self.sources)
+    }
+
+    /// Whether all is done but the [end](Self::end).
+    pub fn is_done(&self) -> bool {
+        self.growth.is_done(&self.sources)
+    }
+
+    /// Goes on by a slice: so many groups of up to 16 patches, or meshes, on all cores.
+    pub fn step(&mut self, most: usize) {
+        let context = SceneContext { surfaces: &self.surfaces, lights: &self.lights, blockers: &self.groups };
+        let soil = Soil { context: &context, settings: &self.settings, threshold: self.threshold };
+        self.growth.step(&soil, &self.sources, most.max(1));
+    }
+
+    /// Puts it together, and determines what dynamic objects block. What was left is done now.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where this is another version of the scene.
+    pub fn end(mut self, scene: &Scene, geometry: &Geometry) -> Result<VisibilityDatabase> {
+        geometry.belongs_to(scene)?;
+        let sentence = "this visibility was begun for another version of the scene; begin anew";
+        self.of_geometry.expect(geometry.generation(), sentence)?;
+        while !self.is_done() {
+            self.step(usize::MAX);
+        }
+        let Self { settings, surfaces, lights, groups, sources, threshold, growth, .. } = self;
+        let mut assembly = Assembly::new(&surfaces, geometry, lights.len());
+        let grown = growth.end();
+        let tests = grown.tests;
+        assembly.append(geometry, &surfaces, &settings, &sources, grown);
+        let mut result = VisibilityDatabase {
+            settings,
+            surfaces,
+            lights,
+            groups,
+            sources,
+            segments: Vec::new(),
+            still: assembly.end(),
+            assembly,
+            threshold,
+            movers: Movers::default(),
+            dynamic: None,
+            tests,
+            of_geometry: self.of_geometry,
+            of_lights: self.of_lights,
+        };
+        let moves = |object: &u32| is_dynamic(scene, *object);
+        let dynamic: Vec<u32> = (0..scene.objects.len() as u32).filter(moves).collect();
+        result.lay_dynamic(geometry, &dynamic, &vec![true; scene.objects.len()]);
+        result.block_dynamic(scene);
+        Ok(result)
+    }
+}
