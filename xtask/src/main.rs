@@ -1,6 +1,7 @@
 //! Development tasks: `cargo xtask --help`.
 
 mod adapter;
+mod check_web;
 mod test;
 mod test_window;
 mod truth;
@@ -25,6 +26,8 @@ enum Task {
         #[arg(last = true)]
         arguments: Vec<String>,
     },
+    /// Checks that the window compiles for browsers; needs the target wasm32-unknown-unknown
+    CheckWeb,
     /// Drives the window by keys and mouse under Xvfb; needs Xvfb, xdotool and a graphics adapter
     TestWindow,
     /// Prints how far renderer and path tracer are from pictures by an independent renderer
@@ -34,6 +37,7 @@ enum Task {
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
         Task::Test { arguments } => test::run(&arguments),
+        Task::CheckWeb => check_web::run(),
         Task::TestWindow => test_window::run(),
         Task::Truth(arguments) => truth::run(&arguments),
     };

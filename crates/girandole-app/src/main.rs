@@ -4,22 +4,48 @@
 //! Exit codes: 0 done, 1 a comparison is beyond its thresholds (or a required adapter is missing), 2 anything else,
 //! with one sentence on the standard error stream.
 
+#![cfg_attr(
+    target_arch = "wasm32",
+    allow(
+        dead_code,
+        unused_imports,
+        reason = "browsers have no command line, and none of its other commands"
+    )
+)]
+
+mod advice;
 mod args;
-mod bench;
-mod compare;
-mod engine;
-mod info;
 mod output;
 mod picture;
-mod render;
 mod scene;
-mod sequence;
 mod window;
 
-use clap::Parser;
-use std::process::ExitCode;
+// Browsers have the window alone.
+#[cfg(not(target_arch = "wasm32"))]
+mod bench;
+#[cfg(not(target_arch = "wasm32"))]
+mod compare;
+#[cfg(not(target_arch = "wasm32"))]
+mod engine;
+#[cfg(not(target_arch = "wasm32"))]
+mod info;
+#[cfg(not(target_arch = "wasm32"))]
+mod render;
+#[cfg(not(target_arch = "wasm32"))]
+mod sequence;
 
-fn main() -> ExitCode {
+#[cfg(target_arch = "wasm32")]
+fn main() {
+    if let Err(error) = args::ViewArgs::defaults().and_then(window::run) {
+        output::error(&sentence(&error));
+    }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn main() -> std::process::ExitCode {
+    use clap::Parser;
+    use std::process::ExitCode;
+
     silence_layer();
     tracing_subscriber::fmt()
         .with_env_filter(
@@ -32,7 +58,7 @@ fn main() -> ExitCode {
         Err(error) => return output::command_line_error(&error),
     };
     let result = match cli.command {
-        None => window::main_job(),
+        None => main_job(),
         Some(args::Command::View(args)) => window::run(*args),
         Some(args::Command::Render(args)) => render::run(*args),
         Some(args::Command::Compare(args)) => compare::run(&args),
@@ -45,10 +71,22 @@ fn main() -> ExitCode {
     })
 }
 
+/// The default without a command: a window on the room `pillars`, or a picture of it where there is no display or no GPU.
+#[cfg(not(target_arch = "wasm32"))]
+fn main_job() -> anyhow::Result<std::process::ExitCode> {
+    if !window::has_display() {
+        render::main_job("there is no display")
+    } else if !engine::gpu::adapters().iter().any(|adapter| adapter.usable) {
+        render::main_job("there is no GPU adapter")
+    } else {
+        window::run(args::ViewArgs::defaults()?)
+    }
+}
+
 /// The error with its causes, each of them once: some messages already include theirs.
 fn sentence(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |text, cause| {
-        let cause = cause.downcast_ref().map_or_else(|| cause.to_string(), engine::sentence);
+        let cause = cause.downcast_ref().map_or_else(|| cause.to_string(), advice::sentence);
         if text.is_empty() {
             cause
         } else if text.contains(&cause) {
@@ -61,6 +99,7 @@ fn sentence(error: &anyhow::Error) -> String {
 
 /// Without a desktop session, Mesa's device-selection layer prints two lines that begin with "error:". It only reorders
 /// adapters, which the library does itself: it is switched off.
+#[cfg(not(target_arch = "wasm32"))]
 #[allow(unsafe_code, reason = "there is no other way to reach the layer, and no other thread yet")]
 fn silence_layer() {
     let unset = |name| std::env::var_os(name).is_none();

@@ -2,12 +2,19 @@
 
 use anyhow::{Context, Result, bail};
 use clap::error::ErrorKind;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::io::{self, ErrorKind as IoKind, IsTerminal, Write};
+use serde_json::{Map, Value};
+use std::io::{self, ErrorKind as IoKind, Write};
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+
+#[cfg(not(target_arch = "wasm32"))]
+mod progress;
+
+#[cfg(not(target_arch = "wasm32"))]
+pub use progress::Progress;
+
+/// Flat statistics, sorted by key.
+pub type Stats = Map<String, Value>;
 
 /// Prints a message. A closed stream is no error.
 pub fn say(sentence: &str) {
@@ -68,6 +75,7 @@ fn directory_of(path: &Path) -> &Path {
 
 /// Writes a small file under a temporary name and renames it.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    #[cfg_attr(not(unix), expect(unused_mut, reason = "permissions"))]
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -78,58 +86,6 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
         Ok(())
     };
     write().with_context(|| format!("cannot write {}", path.display()))
-}
-
-/// A progress bar on a terminal, nothing elsewhere and within the work of another one.
-pub struct Progress {
-    bar: ProgressBar,
-    is_outer: bool,
-}
-
-/// Whether there is one.
-static IN_PROGRESS: AtomicBool = AtomicBool::new(false);
-
-impl Progress {
-    /// A bar for work whose finished share is known.
-    pub fn bar(what: &str) -> Self {
-        Self::new(what, "{msg} {wide_bar} {percent:>3} % {eta}")
-    }
-
-    /// A spinner for work whose finished share is not known.
-    pub fn spinner(what: &str) -> Self {
-        let spinner = Self::new(what, "{spinner} {msg} {elapsed}");
-        if !spinner.bar.is_hidden() {
-            spinner.bar.enable_steady_tick(Duration::from_millis(100));
-        }
-        spinner
-    }
-
-    fn new(what: &str, template: &str) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::hidden());
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style);
-        }
-        bar.set_message(what.to_owned());
-        let is_outer = !IN_PROGRESS.swap(true, Ordering::Relaxed);
-        if is_outer && io::stderr().is_terminal() {
-            bar.set_draw_target(ProgressDrawTarget::stderr());
-        }
-        Self { bar, is_outer }
-    }
-
-    /// Shows the finished share, 0 to 1.
-    pub fn set(&self, done: f32) {
-        self.bar.set_position((done.clamp(0.0, 1.0) * 1000.0) as u64);
-    }
-}
-
-impl Drop for Progress {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
-        if self.is_outer {
-            IN_PROGRESS.store(false, Ordering::Relaxed);
-        }
-    }
 }
 
 /// A duration in readable units.

@@ -3,8 +3,8 @@
 use crate::args::{
     AntiAliasing, Bounces, Engine, Frames, Mode, RenderArgs, RewalkArg, ShadingArg, Switch, UpdatesArg,
 };
-use crate::engine::{self, Job, Ready, Stats};
-use crate::output::{self, say};
+use crate::engine::{self, Job, Ready};
+use crate::output::{self, Stats, say};
 use crate::picture::{self, Shown};
 use crate::{scene, sequence};
 use anyhow::{Result, bail};

@@ -1,7 +1,8 @@
 //! `girandole render --frames`: a numbered sequence, of which each frame is the same alone, resumed and in sequence.
 
 use crate::args::{Frames, Mode, RenderArgs, RewalkArg, UpdatesArg};
-use crate::engine::{Job, Picture, Ready, Stats};
+use crate::engine::{Job, Picture, Ready};
+use crate::output::Stats;
 use crate::output::{self, Progress, say};
 use crate::render::write_shown;
 use anyhow::{Context, Result};

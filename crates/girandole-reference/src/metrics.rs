@@ -2,9 +2,13 @@
 
 use girandole_core::glam::{DVec3, Vec3};
 use girandole_core::image::Image;
-use girandole_core::tonemap::{srgb_decode, srgb_encode};
 use girandole_core::{Error, Result};
-use nv_flip::{FlipImageFloat, FlipImageRgb8};
+
+#[cfg(feature = "flip")]
+mod flip;
+
+#[cfg(feature = "flip")]
+pub use flip::{HeatMap, heat_map};
 
 /// Keeps the relative error of dark pixels finite, (W/(sr·m²))².
 const RELATIVE_EPSILON: f64 = 0.01;
@@ -35,6 +39,7 @@ pub struct Comparison {
     pub rmse: f64,
     /// Mean FLIP (Andersson et al. 2020), 0 = looks the same, 1 = as different as can be: both pictures exposed so
     /// that 95 % of the reference is below 0.8, clamped, sRGB, at 67 pixels a degree.
+    #[cfg(feature = "flip")]
     pub flip: f64,
     /// Column and row of the pixel with the greatest relative error, trimmed or not.
     pub worst_pixel: [u32; 2],
@@ -97,61 +102,17 @@ pub fn compare(reference: &Image, test: &Image, options: &CompareOptions) -> Res
     }
     errors.sort_by(f64::total_cmp);
     let kept = &errors[..(count - (f64::from(options.trim) * count as f64) as usize).max(1)];
-    let map = flip_map(reference, test, &valid);
-    let flip = map.iter().zip(&valid).filter(|(_, v)| **v).map(|(e, _)| f64::from(*e)).sum::<f64>();
     Ok(Comparison {
         valid_pixels: count,
         energy_ratio: if sum_test == sum_reference { 1.0 } else { sum_test / sum_reference },
         rel_mse: kept.iter().sum::<f64>() / kept.len() as f64,
         rmse: (squares / (3 * count) as f64).sqrt(),
-        flip: flip / count as f64,
+        #[cfg(feature = "flip")]
+        flip: flip::mean(reference, test, &valid),
         worst_pixel: position(reference, worst.0),
         worst_error: worst.1,
         non_finite: bad.len(),
     })
-}
-
-/// What a heat map shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum HeatMap {
-    /// The root of a pixel's (t − r)² / (r² + 0.01), mean over the channels: 0.1 is about 10 % off.
-    #[default]
-    Relative,
-    /// FLIP, see [`Comparison::flip`].
-    Flip,
-}
-
-/// A picture of where two pictures differ: black = equal, by violet, red and yellow (magma) to white = 1 or more.
-/// The colours are linear Rec. 709, so a PNG of it shows magma as it is. Pixels that do not count are dark green,
-/// those that are not finite cyan.
-///
-/// # Errors
-/// [`Error::Invalid`] where sizes differ.
-pub fn heat_map(reference: &Image, test: &Image, options: &CompareOptions, kind: HeatMap) -> Result<Image> {
-    let valid = valid_pixels(reference, test, options)?;
-    let errors: Vec<f32> = match kind {
-        HeatMap::Flip => flip_map(reference, test, &valid),
-        HeatMap::Relative => reference
-            .pixels
-            .iter()
-            .zip(&test.pixels)
-            .map(|(r, t)| relative_error(r.as_dvec3(), t.as_dvec3()).sqrt() as f32)
-            .collect(),
-    };
-    let colours = nv_flip::magma_lut().to_vec();
-    let last = colours.len() / 3 - 1;
-    let pixel = |i: usize| {
-        if !valid[i] {
-            return Vec3::new(0.0, 0.05, 0.0);
-        }
-        if !(reference.pixels[i].is_finite() && test.pixels[i].is_finite()) {
-            return Vec3::new(0.0, 1.0, 1.0);
-        }
-        let at = 3 * ((errors[i].clamp(0.0, 1.0) * last as f32).round() as usize);
-        Vec3::from([0, 1, 2].map(|c| srgb_decode(f32::from(colours[at + c]) / 255.0)))
-    };
-    let pixels = (0..valid.len()).map(pixel).collect();
-    Ok(Image { width: reference.width, height: reference.height, pixels })
 }
 
 fn valid_pixels(reference: &Image, test: &Image, options: &CompareOptions) -> Result<Vec<bool>> {
@@ -180,37 +141,4 @@ fn position(image: &Image, index: usize) -> [u32; 2] {
 
 fn relative_error(r: DVec3, t: DVec3) -> f64 {
     ((t - r) * (t - r) / (r * r + RELATIVE_EPSILON)).element_sum() / 3.0
-}
-
-/// The factor that brings 95 % of the reference's pixels below 0.8; 1 for a black picture.
-fn exposure(reference: &Image, valid: &[bool]) -> f32 {
-    let counted = reference.pixels.iter().zip(valid).filter(|(p, v)| **v && p.is_finite());
-    let mut brightness: Vec<f32> = counted.map(|(p, _)| p.max_element()).collect();
-    brightness.sort_by(f32::total_cmp);
-    let at = (brightness.len() as f64 * 0.95) as usize;
-    match brightness.get(at.min(brightness.len().saturating_sub(1))) {
-        Some(&bright) if bright > 0.0 => 0.8 / bright,
-        _ => 1.0,
-    }
-}
-
-/// FLIP of every pixel. Pixels that do not count are the reference's in both pictures, so that their error is 0.
-fn flip_map(reference: &Image, test: &Image, valid: &[bool]) -> Vec<f32> {
-    if valid.is_empty() {
-        return Vec::new();
-    }
-    let exposure = exposure(reference, valid);
-    let encode = |p: Vec3| {
-        // A NaN becomes 0 by the cast.
-        (p * exposure).to_array().map(|x| (srgb_encode(x) * 255.0).round() as u8)
-    };
-    let bytes = |image: &Image| -> Vec<u8> {
-        (0..valid.len())
-            .flat_map(|i| encode(if valid[i] { image.pixels[i] } else { reference.pixels[i] }))
-            .collect()
-    };
-    let picture = |image: &Image| FlipImageRgb8::with_data(reference.width, reference.height, &bytes(image));
-    let map: FlipImageFloat =
-        nv_flip::flip(picture(reference), picture(test), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
-    map.to_vec()
 }

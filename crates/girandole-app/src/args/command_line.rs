@@ -1,6 +1,6 @@
 //! The call of the program that has given options: the way back from [`RenderArgs`] to a command line.
 
-use super::{Cli, Command, LightArgs, MotionArgs, QualityArgs, RenderArgs, SceneArgs};
+use super::{Cli, Command, LightArgs, MotionArgs, QualityArgs, RenderArgs, SceneArgs, ViewArgs};
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use girandole_core::tonemap::Exposure;
@@ -8,6 +8,16 @@ use std::path::Path;
 
 /// An option's name, and its value if there is one.
 type Choice = (&'static str, Option<String>);
+
+impl ViewArgs {
+    /// Those of `girandole view` without options.
+    pub fn defaults() -> Result<Self> {
+        match Cli::try_parse_from(["girandole", "view"])?.command {
+            Some(Command::View(args)) => Ok(*args),
+            _ => bail!("`girandole view` opens a window"),
+        }
+    }
+}
 
 impl RenderArgs {
     /// Those of `girandole render` without options.

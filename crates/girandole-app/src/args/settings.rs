@@ -1,4 +1,4 @@
-//! The way back from the library's settings to options; the way there is in [`gpu`](crate::engine::gpu).
+//! From options to the library's settings, and back.
 
 use super::{
     AntiAliasing, Bounces, Clamp, DebugView, DirectShare, LightArgs, Mode, Pcf, Placement, QualityArgs,
@@ -6,7 +6,7 @@ use super::{
 };
 use girandole::{RenderSettings, RendererOptions, Shading};
 use girandole_core::illumination::IlluminationSettings;
-use girandole_core::lights::Termination;
+use girandole_core::lights::{self, Termination};
 use girandole_core::tonemap::Tonemap;
 
 /// The thesis has as many.
@@ -29,6 +29,47 @@ impl From<&IlluminationSettings> for LightArgs {
                 Termination::Throughput => TerminationArg::Throughput,
                 Termination::Albedo => TerminationArg::Albedo,
             },
+        }
+    }
+}
+
+impl QualityArgs {
+    /// What is fixed when a renderer is made.
+    pub fn options(&self) -> RendererOptions {
+        RendererOptions {
+            shadow_map: match self.shadow_map {
+                ShadowMap::Octahedral => girandole::ShadowMap::Octahedral,
+                ShadowMap::Parabolic => girandole::ShadowMap::Parabolic,
+                ShadowMap::Cube => girandole::ShadowMap::Cube,
+            },
+            map_size: self.map_size,
+            memory_mib: self.memory,
+            pcf: self.pcf.0,
+            ..RendererOptions::default()
+        }
+    }
+
+    /// What is said of each frame, but for exposure and tone curve. The bound on the geometric factor may be another one than
+    /// that of the options.
+    pub fn settings(&self, mode: Mode, clamp: lights::Clamp, aa: AntiAliasing) -> RenderSettings {
+        RenderSettings {
+            mode: match mode {
+                Mode::Naive => girandole::Mode::Naive,
+                Mode::Vd => girandole::Mode::Visibility,
+                Mode::VdLp => girandole::Mode::LowResolution,
+                Mode::Full => girandole::Mode::Full,
+            },
+            shading: match self.shading {
+                ShadingArg::Multipass if mode != Mode::Naive => {
+                    Shading::Multipass { lights_per_pass: self.lights_per_pass }
+                }
+                _ => Shading::Fused,
+            },
+            light_maps: self.light_maps.map(|s| s == Switch::On && mode != Mode::Naive),
+            tolerance: self.tolerance,
+            clamp,
+            samples_per_axis: aa.samples_per_axis(),
+            ..RenderSettings::default()
         }
     }
 }
@@ -105,9 +146,8 @@ impl TryFrom<u32> for AntiAliasing {
 mod tests {
     use super::*;
     use crate::args::RenderArgs;
-    use crate::engine::gpu;
     use clap::ValueEnum;
-    use girandole_core::lights::{self, LightSettings};
+    use girandole_core::lights::LightSettings;
 
     #[test]
     fn there_and_back_is_the_same() -> anyhow::Result<()> {
@@ -115,8 +155,8 @@ mod tests {
         let mut quality = defaults.quality;
         for (i, &mode) in Mode::value_variants().iter().filter(|&&mode| mode != Mode::Naive).enumerate() {
             for aa in AntiAliasing::value_variants() {
-                let options = gpu::options(&quality);
-                let settings = gpu::settings(mode, &quality, quality.clamp.0, *aa);
+                let options = quality.options();
+                let settings = quality.settings(mode, quality.clamp.0, *aa);
                 assert_eq!(QualityArgs::from((&options, &settings)), quality);
                 assert_eq!(Mode::from(settings.mode), mode);
                 assert_eq!(AntiAliasing::try_from(settings.samples_per_axis), Ok(*aa));

@@ -3,8 +3,8 @@
 mod moving;
 
 use crate::args::{BenchArgs, SceneArgs};
-use crate::engine::Stats;
 use crate::engine::gpu::{Device, Trial};
+use crate::output::Stats;
 use crate::output::{self, Progress, say};
 use crate::scene;
 use anyhow::{Result, bail};

@@ -2,9 +2,9 @@
 
 use super::{Column, number};
 use crate::args::BenchArgs;
-use crate::engine::Stats;
 use crate::engine::gpu::Device;
 use crate::engine::moving::MovingTrial;
+use crate::output::Stats;
 use crate::output::{Progress, say};
 use crate::scene;
 use anyhow::Result;

@@ -1,7 +1,8 @@
 //! The exact sum over the light samples, with traced shadows.
 
-use super::{Job, Picture, Stats};
+use super::{Job, Picture};
 use crate::output::Progress;
+use crate::output::Stats;
 use girandole_core::image::luminance;
 use girandole_core::lights::Clamp;
 use girandole_core::trace::SceneTracer;

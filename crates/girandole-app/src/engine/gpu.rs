@@ -1,15 +1,14 @@
 //! The renderer on wgpu, without a window.
 
-use super::{Job, Picture, Stats};
+use super::{Job, Picture};
 use crate::args;
 use crate::output::Progress;
+use crate::output::Stats;
 use anyhow::{Result, anyhow};
 use girandole::wgpu;
-use girandole::{
-    FrameStats, Gpu, MapUpdates, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap,
-};
+use girandole::{FrameStats, Gpu, MapUpdates, RenderSettings, Renderer};
 use girandole_core::illumination::IlluminationSettings;
-use girandole_core::lights::{Clamp, LightSet};
+use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, Scene, SceneChanges, View};
 use girandole_core::visibility::{MOST_LIGHTS, VisibilityDatabase, VisibilitySettings};
 use pollster::block_on;
@@ -146,7 +145,7 @@ impl Device {
     /// Times modes in alternation on one scene with its lights.
     pub fn time(&self, trial: &Trial, progress: &dyn Fn(f32)) -> Result<Vec<Stats>> {
         let Trial { scene, geometry, lights, view, args, .. } = trial;
-        let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, options(&args.quality))?;
+        let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, args.quality.options())?;
         let target = self.target(args.size);
         let clamp = args.quality.clamp.0;
         // One round to warm up, and one for pass timestamps, which would slow the others down.
@@ -172,7 +171,7 @@ impl Device {
             for (index, &mode) in args.modes.iter().enumerate() {
                 let settings = RenderSettings {
                     exposure: girandole_core::tonemap::Exposure::Ev(0.0),
-                    ..settings(mode, &args.quality, clamp, args.aa)
+                    ..args.quality.settings(mode, clamp, args.aa)
                 };
                 let start = Instant::now();
                 renderer.render(view, args.size, &settings)?;
@@ -262,21 +261,6 @@ pub struct Trial<'a> {
     pub args: &'a args::BenchArgs,
 }
 
-/// What the options say that is fixed when a renderer is made.
-pub fn options(quality: &args::QualityArgs) -> RendererOptions {
-    RendererOptions {
-        shadow_map: match quality.shadow_map {
-            args::ShadowMap::Octahedral => ShadowMap::Octahedral,
-            args::ShadowMap::Parabolic => ShadowMap::Parabolic,
-            args::ShadowMap::Cube => ShadowMap::Cube,
-        },
-        map_size: quality.map_size,
-        memory_mib: quality.memory,
-        pcf: quality.pcf.0,
-        ..RendererOptions::default()
-    }
-}
-
 /// What the options say of a picture whose shadow maps are drawn beforehand.
 pub(super) fn picture_settings(args: &args::RenderArgs) -> RenderSettings {
     RenderSettings {
@@ -284,35 +268,7 @@ pub(super) fn picture_settings(args: &args::RenderArgs) -> RenderSettings {
         tonemap: args.tonemap.into(),
         debug: args.debug.map(Into::into),
         updates: MapUpdates { most: Some(0), ..MapUpdates::default() },
-        ..settings(args.mode, &args.quality, args.quality.clamp.0, args.aa)
-    }
-}
-
-/// What the options say of each frame, but for exposure and tone curve.
-pub fn settings(
-    mode: args::Mode,
-    quality: &args::QualityArgs,
-    clamp: Clamp,
-    aa: args::AntiAliasing,
-) -> RenderSettings {
-    RenderSettings {
-        mode: match mode {
-            args::Mode::Naive => Mode::Naive,
-            args::Mode::Vd => Mode::Visibility,
-            args::Mode::VdLp => Mode::LowResolution,
-            args::Mode::Full => Mode::Full,
-        },
-        shading: match quality.shading {
-            args::ShadingArg::Multipass if mode != args::Mode::Naive => {
-                Shading::Multipass { lights_per_pass: quality.lights_per_pass }
-            }
-            _ => Shading::Fused,
-        },
-        light_maps: quality.light_maps.map(|s| s == args::Switch::On && mode != args::Mode::Naive),
-        tolerance: quality.tolerance,
-        clamp,
-        samples_per_axis: aa.samples_per_axis(),
-        ..RenderSettings::default()
+        ..args.quality.settings(args.mode, args.quality.clamp.0, args.aa)
     }
 }
 
@@ -328,7 +284,7 @@ fn renderer<'a>(
     args: &args::RenderArgs,
 ) -> Result<&'a mut Renderer> {
     if renderer.is_none() {
-        *renderer = Some(Renderer::new(&gpu.device, &gpu.queue, options(&args.quality))?);
+        *renderer = Some(Renderer::new(&gpu.device, &gpu.queue, args.quality.options())?);
     }
     renderer.as_mut().ok_or_else(|| anyhow!("there is no renderer"))
 }

@@ -1,26 +1,21 @@
 //! The engines: shadow maps on a GPU, the same sum with traced shadows, and the path tracer.
 
-mod advice;
 mod cpu;
 pub mod gpu;
 pub mod moving;
 mod path;
 mod refine;
 
-pub use advice::sentence;
 pub use cpu::energy_lost_by_clamp;
 
+use crate::advice::sentence;
 use crate::args::{Engine, RenderArgs};
-use crate::output::say;
+use crate::output::{Stats, say};
 use anyhow::Result;
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Scene, View};
 use girandole_core::visibility::VisibilityDatabase;
-use serde_json::{Map, Value};
-
-/// Flat statistics, sorted by key.
-pub type Stats = Map<String, Value>;
 
 /// The inputs of an engine.
 pub struct Job<'a> {

@@ -1,8 +1,8 @@
 //! Frames of a scene in which things move, timed part by part.
 
-use super::Stats;
-use super::gpu::{self, Device, FORMAT, median, milliseconds, settings, statistics};
+use super::gpu::{Device, FORMAT, median, milliseconds, statistics};
 use crate::args::{BenchArgs, Mode, RewalkArg, UpdatesArg};
+use crate::output::Stats;
 use anyhow::Result;
 use girandole::{CullCounts, MapUpdates, RenderSettings, Renderer};
 use girandole_core::illumination::{Illumination, IlluminationSettings};
@@ -41,7 +41,7 @@ impl Device {
     pub fn time_moving(&self, mut trial: MovingTrial, progress: &dyn Fn(f32)) -> Result<Stats> {
         let args = trial.args;
         let (device, queue) = self.handles();
-        let mut renderer = Renderer::new(device, queue, gpu::options(&args.quality))?;
+        let mut renderer = Renderer::new(device, queue, args.quality.options())?;
         let target = self.target(args.size);
         let lights = LightSettings {
             count: trial.lights,
@@ -59,7 +59,7 @@ impl Device {
         let still = RenderSettings {
             exposure: girandole_core::tonemap::Exposure::Ev(0.0),
             updates: MapUpdates { most: Some(0), ..MapUpdates::default() },
-            ..settings(Mode::Full, &args.quality, args.quality.clamp.0, args.aa)
+            ..args.quality.settings(Mode::Full, args.quality.clamp.0, args.aa)
         };
         let most = trial.updates.most(None);
         let moving = RenderSettings { updates: MapUpdates { most, ..MapUpdates::default() }, ..still };

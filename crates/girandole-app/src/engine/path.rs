@@ -1,7 +1,8 @@
 //! The path tracer: ground truth, with noise.
 
-use super::{Job, Picture, Stats};
+use super::{Job, Picture};
 use crate::output::Progress;
+use crate::output::Stats;
 use girandole_core::trace::SceneTracer;
 use girandole_reference::{PathSettings, path_trace};
 use std::time::Instant;

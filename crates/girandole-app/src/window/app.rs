@@ -13,7 +13,7 @@ use super::shot::Shots;
 use super::surface::WindowSurface;
 use super::target::PictureTarget;
 use super::tools::Tools;
-use crate::engine::Stats;
+use crate::output::Stats;
 use crate::output::say;
 use anyhow::Result;
 use girandole::Gpu;
@@ -101,6 +101,7 @@ impl App {
         if let Some(comparison) = &self.tools.truth.comparison {
             stats.insert("truth_rel_mse".into(), comparison.rel_mse.into());
             stats.insert("truth_energy_ratio".into(), comparison.energy_ratio.into());
+            #[cfg(not(target_arch = "wasm32"))]
             stats.insert("truth_flip".into(), comparison.flip.into());
         }
         stats

@@ -2,7 +2,7 @@
 
 use super::clock::{Instant, milliseconds};
 use super::frames::FrameTimes;
-use crate::engine::Stats;
+use crate::output::Stats;
 
 /// Times of frames with a new picture.
 pub struct FrameLog {

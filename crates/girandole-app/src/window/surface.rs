@@ -15,10 +15,10 @@ pub struct WindowSurface {
 
 impl WindowSurface {
     /// Opens the adapter whose name contains `name`, or the best one that can show pictures in the window.
-    pub async fn open(window: Arc<Window>, name: Option<&str>) -> Result<(Self, Gpu)> {
+    pub async fn open(window: Arc<Window>, name: Option<String>) -> Result<(Self, Gpu)> {
         let instance = girandole::instance();
         let surface = instance.create_surface(window.clone()).context("the window has no surface")?;
-        let gpu = Gpu::for_surface(&instance, &surface, name).await?;
+        let gpu = Gpu::for_surface(&instance, &surface, name.as_deref()).await?;
         let size = window.inner_size();
         let mut config = surface
             .get_default_config(&gpu.adapter, size.width.max(1), size.height.max(1))

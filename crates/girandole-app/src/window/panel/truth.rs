@@ -44,6 +44,7 @@ pub fn show(ui: &mut Ui, tools: &mut Tools) {
                 format!("{:.4}", comparison.energy_ratio),
                 "Light in the picture over light in the truth.",
             ),
+            #[cfg(not(target_arch = "wasm32"))]
             ("FLIP", format!("{:.4}", comparison.flip), "Mean visible difference, 0 to 1."),
         ] {
             ui.label(name).on_hover_text(explanation);

@@ -1,0 +1,137 @@
+//! What winit calls.
+
+use super::app::App;
+use super::clock::{Duration, Instant};
+use super::layout::PANEL_WIDTH;
+use super::pending::{self, Pending};
+use super::session::{Session, Start};
+use super::surface::WindowSurface;
+use super::tools::Tools;
+use crate::args::ViewArgs;
+use crate::output;
+use anyhow::{Context, Result};
+use girandole::Gpu;
+use std::path::Path;
+use std::sync::Arc;
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::window::{Window, WindowId};
+
+/// How often an adapter that is being opened is looked for.
+const POLL: Duration = Duration::from_millis(4);
+
+/// A program that shows a window.
+pub struct Handler {
+    started: Instant,
+    args: ViewArgs,
+    /// Until the window is there.
+    start: Option<Start>,
+    opening: Option<Opening>,
+    app: Option<App>,
+    /// What ended the window, if not its user.
+    result: Result<()>,
+}
+
+/// A window whose adapter is being opened.
+struct Opening {
+    window: Arc<Window>,
+    start: Start,
+    opened: Option<Pending<Result<(WindowSurface, Gpu)>>>,
+}
+
+impl Handler {
+    /// Of a program that started then.
+    pub fn new(started: Instant, args: ViewArgs, start: Start) -> Self {
+        Self { started, args, start: Some(start), opening: None, app: None, result: Ok(()) }
+    }
+
+    /// What ended the window, if not its user.
+    pub fn result(self) -> Result<()> {
+        self.result
+    }
+
+    fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<()> {
+        let Some(start) = self.start.take() else { return Ok(()) };
+        let [width, height] = self.args.size;
+        let attributes = Window::default_attributes()
+            .with_title("Girandole")
+            .with_inner_size(PhysicalSize::new(width + PANEL_WIDTH as u32, height));
+        #[cfg(target_arch = "wasm32")]
+        let attributes = winit::platform::web::WindowAttributesExtWebSys::with_append(attributes, true);
+        let window = Arc::new(event_loop.create_window(attributes).context("the window cannot be opened")?);
+        // The panel is as many pixels wide as the display says.
+        let panel = (f64::from(PANEL_WIDTH) * window.scale_factor()).round() as u32;
+        let _ = window.request_inner_size(PhysicalSize::new(width + panel, height));
+        let opened = WindowSurface::open(window.clone(), self.args.adapter.clone());
+        self.opening = Some(Opening { window, start, opened: Some(Pending::new(opened)) });
+        Ok(())
+    }
+
+    /// Goes on. Returns when to be called again.
+    fn poll(&mut self) -> Result<Option<Instant>> {
+        if let Some(app) = &mut self.app {
+            return app.poll();
+        }
+        let Some(opening) = &mut self.opening else { return Ok(None) };
+        let Some(opened) = pending::take(&mut opening.opened) else {
+            return Ok(Some(Instant::now() + POLL));
+        };
+        let Some(Opening { window, start, .. }) = self.opening.take() else { return Ok(None) };
+        let tools = Tools::new(self.args.output.clone(), self.args.size, self.args.adapter.clone());
+        let app = self.app.insert(App::new(self.started, window, opened?, (Session::new(start), tools)));
+        app.poll()
+    }
+
+    /// Gives up all that is behind the window, and says what was measured.
+    fn close(&mut self) {
+        self.opening = None;
+        if let (Some(app), Some(path), Ok(())) = (self.app.take(), &self.args.stats, &self.result) {
+            self.result = write_stats(&app, path);
+        }
+    }
+
+    /// Ends the window where something went wrong for good.
+    fn check<T>(&mut self, event_loop: &ActiveEventLoop, result: Result<T>) -> Option<T> {
+        result
+            .map_err(|error| {
+                self.result = Err(error);
+                event_loop.exit();
+            })
+            .ok()
+    }
+}
+
+fn write_stats(app: &App, path: &Path) -> Result<()> {
+    let text = serde_json::to_string_pretty(&app.stats())?;
+    output::write_whole(path, format!("{text}\n").as_bytes())
+}
+
+impl ApplicationHandler for Handler {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        let opened = self.open(event_loop);
+        self.check(event_loop, opened);
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if matches!(event, WindowEvent::CloseRequested | WindowEvent::Destroyed) {
+            self.close();
+            event_loop.exit();
+        } else if let Some(app) = &mut self.app {
+            let result = app.on_event(&event);
+            let quits = app.quits();
+            self.check(event_loop, result);
+            if quits {
+                self.close();
+                event_loop.exit();
+            }
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let next = self.poll();
+        let Some(next) = self.check(event_loop, next) else { return };
+        event_loop.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
+    }
+}
