@@ -50,11 +50,14 @@ use anyhow::{Context, Result, bail};
 use camera::Eye;
 use clock::Instant;
 use event_loop::Handler;
-use girandole::RenderSettings;
+use girandole::{MapUpdates, RenderSettings};
 use girandole_core::illumination::{IlluminationSettings, Rewalk};
 use session::{Source, Start};
 use std::process::ExitCode;
 use winit::event_loop::EventLoop;
+
+/// Shadow maps that a frame draws at most, until told otherwise: others wait while things move, and follow once they rest.
+const UPDATES: u32 = 100;
 
 /// Opens a window by the options of the command line.
 pub fn run(args: ViewArgs) -> Result<ExitCode> {
@@ -92,6 +95,7 @@ fn start(args: &ViewArgs) -> Result<Start> {
     let settings = RenderSettings {
         exposure: args.exposure,
         tonemap: args.tonemap.into(),
+        updates: MapUpdates { most: Some(UPDATES), ..MapUpdates::default() },
         ..args.quality.settings(args.mode, args.quality.clamp.0, args.aa)
     };
     Ok(Start {

@@ -136,6 +136,8 @@ pub struct Session {
     /// What was refused, lest it be tried again each frame.
     refused: Option<(RendererOptions, IlluminationSettings)>,
     shown: Option<Picture>,
+    /// How many pictures were rendered.
+    pictures: u64,
 }
 
 impl Session {
@@ -163,6 +165,7 @@ impl Session {
             rest: Rest::default(),
             refused: None,
             shown: None,
+            pictures: 0,
         }
     }
 
@@ -372,6 +375,7 @@ impl Session {
             if !is_there || is_stale {
                 let settings = picture.quality.settings(&picture.settings);
                 renderer.render(&picture.view, picture.quality.size(picture.size), &settings)?;
+                self.pictures += 1;
             }
             let Shown { exposure, tonemap } = picture.settings_shown();
             let settings = RenderSettings { exposure, tonemap, ..picture.settings };
@@ -430,6 +434,11 @@ impl Session {
         self.shown = None;
     }
 
+    /// The number of the last picture, another one for each that was rendered, and light sets in it.
+    pub fn picture_number(&self) -> (u64, u32) {
+        (self.pictures, self.refined_sets())
+    }
+
     /// How the picture is shown.
     pub fn shown(&self) -> Shown {
         Shown::new(self.settings.exposure, self.settings.tonemap, self.settings.debug)
@@ -464,4 +473,4 @@ impl Picture {
 }
 
 #[cfg(test)]
-mod tests;
+pub mod tests;

@@ -3,12 +3,15 @@
 use super::clock::{Duration, Instant};
 use super::pending::{self, Pending};
 use super::session::Session;
+use crate::picture::Shown;
 use egui::{ColorImage, TextureHandle, TextureOptions};
+use girandole::RendererOptions;
 use girandole_core::Generation;
 use girandole_core::illumination::IlluminationSettings;
 use girandole_core::image::Image;
+use girandole_core::lights::{Clamp, LightSettings};
 use girandole_core::scene::View;
-use girandole_core::tonemap;
+use girandole_core::tonemap::{self, Tonemap};
 use girandole_core::trace::HeldHierarchies;
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 use girandole_reference::{PathSettings, ProgressivePathTracer};
@@ -18,7 +21,7 @@ use std::sync::Arc;
 /// and no more than this.
 const ROWS: u32 = 4;
 const SLICE: [Duration; 2] = [Duration::from_millis(40), Duration::from_millis(300)];
-/// How often the truth is shown and compared anew.
+/// How often the two are compared anew, and a truth that grows is shown.
 const BETWEEN_PICTURES: Duration = Duration::from_millis(700);
 
 /// What the picture is compared with.
@@ -45,13 +48,18 @@ impl Against {
 
 /// What the truth is of.
 #[derive(Clone, PartialEq)]
-struct Key {
-    against: Against,
+struct Subject {
     scene: Generation,
     view: View,
     size: [u32; 2],
-    light: IlluminationSettings,
-    settings: girandole::RenderSettings,
+    of: Kind,
+}
+
+/// How it is found, by all that it depends on.
+#[derive(Clone, PartialEq)]
+enum Kind {
+    Paths(PathSettings),
+    Naive { light: IlluminationSettings, options: RendererOptions, clamp: Clamp, samples_per_axis: u32 },
 }
 
 /// The truth beside the picture.
@@ -62,18 +70,22 @@ pub struct Truth {
     pub split: Split,
     /// Of the last comparison.
     pub comparison: Option<Comparison>,
-    key: Option<Key>,
+    subject: Option<Subject>,
     tracing: Option<ProgressivePathTracer>,
     hierarchies: HeldHierarchies,
     ours: Pictured,
+    /// Which of the session's pictures ours is.
+    number: Option<(u64, u32)>,
     truth: Pictured,
+    /// Whether one of the two is not compared yet.
+    has_news: bool,
     comparing: Option<Pending<Option<Comparison>>>,
     texture: Option<TextureHandle>,
-    shown: Option<Instant>,
+    /// How the texture shows the truth.
+    shown_as: Option<(f32, Tonemap)>,
+    compared: Option<Instant>,
     /// When a slice was last traced.
     traced: Option<Instant>,
-    /// How many light sets our picture had when it was last asked for.
-    sets: u32,
 }
 
 /// A place between the picture's edges.
@@ -94,6 +106,11 @@ struct Pictured {
 }
 
 impl Pictured {
+    /// Whether it is neither there nor on its way.
+    fn is_unasked(&self) -> bool {
+        self.image.is_none() && self.pending.is_none()
+    }
+
     /// Whether it has come just now.
     fn collect(&mut self) -> bool {
         match pending::take(&mut self.pending) {
@@ -120,94 +137,130 @@ impl Truth {
     /// Whether another frame would bring it further.
     pub fn is_waiting(&self) -> bool {
         let is_coming = self.ours.pending.is_some() || self.truth.pending.is_some();
-        self.key.is_some() && (self.tracing.is_some() || is_coming || self.comparing.is_some())
+        self.subject.is_some() && (self.tracing.is_some() || is_coming || self.comparing.is_some())
     }
 
-    /// Goes on by a slice, if the session's picture is there and nothing moves. What it is of is begun anew where it is another one.
+    /// Goes on by a slice, if nothing moves. What it is of is begun anew where it is another one; other settings of our picture
+    /// only make another comparison.
     pub fn step(&mut self, session: &mut Session, size: [u32; 2], context: &egui::Context) {
-        let key = self.key(session, size);
-        if key.is_none() || self.key != key {
+        let subject = self.subject(session, size);
+        if subject.is_none() || self.subject != subject {
             let Self { against, split, .. } = *self;
             let hierarchies = std::mem::take(&mut self.hierarchies);
             *self = Self { against, split, hierarchies, ..Self::default() };
-            let Some(key) = key else { return };
-            self.ask(session);
-            if key.against == Against::PathTracer {
-                let bounces = Some(session.light.lights.bounces);
-                let settings = PathSettings { paths: 1, bounces, seed: session.light.lights.seed };
-                self.tracing = Some(ProgressivePathTracer::new(&key.view, size, &settings));
-            }
-            self.key = Some(key);
-        }
-        let has_ours = self.ours.collect();
-        if has_ours && self.against == Against::Naive {
-            self.truth.pending = session.naive_radiance(size).map(Pending::new);
-        }
-        let mut has_truth = self.truth.collect();
-        let is_due = self.shown.is_none_or(|at| at.elapsed() >= BETWEEN_PICTURES);
-        if is_due && self.sets != session.refined_sets() && self.ours.pending.is_none() {
-            self.ask(session);
-        }
-        if let Some(tracing) = &mut self.tracing {
-            let start = Instant::now();
-            let others = self.traced.map_or(SLICE[0], |at| start - at);
-            let until = start + others.clamp(SLICE[0], SLICE[1]);
-            session.trace(&mut self.hierarchies, |tracer| {
-                while Instant::now() < until {
-                    tracing.step(tracer, ROWS);
+            self.tracing = match &subject {
+                Some(Subject { view, of: Kind::Paths(settings), .. }) => {
+                    Some(ProgressivePathTracer::new(view, size, settings))
                 }
-            });
-            self.traced = Some(Instant::now());
-            if is_due && self.ours.image.is_some() && self.comparing.is_none() {
-                self.truth.image = Some(Arc::new(tracing.estimate().mean));
-                has_truth = true;
-            }
+                _ => None,
+            };
+            self.subject = subject;
         }
-        if has_truth {
-            self.show(session, context);
+        if self.subject.is_none() {
+            return;
         }
+        self.has_news |= self.ours.collect() | self.truth.collect();
+        let is_due =
+            self.tracing.is_none() || self.compared.is_none_or(|at| at.elapsed() >= BETWEEN_PICTURES);
+        self.ask(session, size, is_due);
+        self.trace(session);
+        if is_due {
+            self.compare(session);
+        }
+        self.show(session, context);
         if let Some(comparison) = pending::take(&mut self.comparing) {
             self.comparison = comparison;
         }
     }
 
-    /// Asks for our picture.
-    fn ask(&mut self, session: &Session) {
-        self.sets = session.refined_sets();
-        self.ours.pending = session.renderer().map(|renderer| Pending::new(renderer.radiance()));
+    /// Asks for the pictures that the device has or can make.
+    fn ask(&mut self, session: &mut Session, size: [u32; 2], is_due: bool) {
+        // While another picture is wanted, or a debug view shown, the last one is not ours.
+        if !session.is_done() || session.wants_picture(size) || session.settings.debug.is_some() {
+            return;
+        }
+        let number = session.picture_number();
+        if self.number != Some(number) && self.ours.pending.is_none() && is_due {
+            self.number = Some(number);
+            self.ours.pending = session.renderer().map(|renderer| Pending::new(renderer.radiance()));
+        }
+        // The device is given one picture after the other.
+        let naive = matches!(&self.subject, Some(Subject { of: Kind::Naive { .. }, .. }));
+        if naive && self.truth.is_unasked() && self.ours.pending.is_none() {
+            self.truth.pending = session.naive_radiance(size).map(Pending::new);
+        }
     }
 
-    /// What there is to compare: nothing while anything moves or is being made.
-    fn key(&self, session: &Session, size: [u32; 2]) -> Option<Key> {
-        let rests = session.is_done() && !session.is_moving();
-        // While the naive picture is being rendered, ours is not the renderer's last.
-        let is_there = !session.wants_picture(size) || self.key.is_some();
-        (self.against != Against::Nothing && rests && is_there).then(|| Key {
-            against: self.against,
-            scene: session.scene.generation(),
-            view: session.view(size),
-            size,
-            light: session.light.clone(),
-            settings: session.settings,
-        })
+    fn trace(&mut self, session: &Session) {
+        let Some(tracing) = &mut self.tracing else { return };
+        let start = Instant::now();
+        let others = self.traced.map_or(SLICE[0], |at| start - at);
+        let until = start + others.clamp(SLICE[0], SLICE[1]);
+        session.trace(&mut self.hierarchies, |tracer| {
+            while Instant::now() < until {
+                tracing.step(tracer, ROWS);
+            }
+        });
+        self.traced = Some(Instant::now());
     }
 
-    /// Shows the truth as the picture is shown, and compares the two, on a thread where there are threads.
+    /// Compares the two, on a thread where there are threads.
+    fn compare(&mut self, session: &Session) {
+        if self.comparing.is_some() || session.settings.debug.is_some() {
+            return;
+        }
+        if let Some(tracing) = self.tracing.as_ref().filter(|tracing| tracing.paths() > 0) {
+            self.truth.image = Some(Arc::new(tracing.estimate().mean));
+            self.has_news = true;
+            self.shown_as = None;
+        }
+        let (Some(ours), Some(truth)) = (&self.ours.image, &self.truth.image) else { return };
+        if std::mem::take(&mut self.has_news) {
+            let (ours, truth) = (ours.clone(), truth.clone());
+            self.compared = Some(Instant::now());
+            self.comparing = Some(beside(move || compare(&truth, &ours, &CompareOptions::default()).ok()));
+        }
+    }
+
+    /// What there is to compare: nothing while anything moves.
+    fn subject(&self, session: &Session, size: [u32; 2]) -> Option<Subject> {
+        let of = match self.against {
+            Against::Nothing => return None,
+            Against::PathTracer => Kind::Paths(path_settings(&session.light)),
+            Against::Naive => Kind::Naive {
+                light: session.light.clone(),
+                options: session.options,
+                clamp: session.settings.clamp,
+                samples_per_axis: session.settings.samples_per_axis,
+            },
+        };
+        let (scene, view) = (session.scene.generation(), session.view(size));
+        (!session.is_moving()).then_some(Subject { scene, view, size, of })
+    }
+
+    /// Shows the truth as the picture is shown.
     fn show(&mut self, session: &Session, context: &egui::Context) {
-        let (Some(ours), Some(truth)) = (self.ours.image.clone(), self.truth.image.clone()) else { return };
-        let shown = session.shown();
-        let bytes = tonemap::to_srgb8(&truth, shown.exposure.ev(&ours), shown.tonemap);
+        let Some(truth) = &self.truth.image else { return };
+        let Shown { exposure, tonemap } = session.shown();
+        let shown_as = (exposure.ev(self.ours.image.as_ref().unwrap_or(truth)), tonemap);
+        if self.shown_as == Some(shown_as) {
+            return;
+        }
+        self.shown_as = Some(shown_as);
+        let bytes = tonemap::to_srgb8(truth, shown_as.0, tonemap);
         let size = [truth.width as usize, truth.height as usize];
         let image = ColorImage::from_rgb(size, &bytes);
         match &mut self.texture {
             Some(texture) => texture.set(image, TextureOptions::NEAREST),
             None => self.texture = Some(context.load_texture("truth", image, TextureOptions::NEAREST)),
         }
-        self.shown = Some(Instant::now());
-        if self.paths() != Some(0) {
-            self.comparing = Some(beside(move || compare(&truth, &ours, &CompareOptions::default()).ok()));
-        }
     }
+}
+
+/// As many bounces as the light samples have.
+fn path_settings(light: &IlluminationSettings) -> PathSettings {
+    let LightSettings { bounces, seed, .. } = light.lights;
+    PathSettings { paths: 1, bounces: (bounces != u32::MAX).then_some(bounces), seed }
 }
 
 /// The result of a function that is called on a thread of its own, where there are threads.
@@ -225,3 +278,6 @@ fn beside<T: Send + 'static>(f: impl FnOnce() -> T + Send + 'static) -> Pending<
     };
     Pending::new(result)
 }
+
+#[cfg(test)]
+mod tests;

@@ -7,7 +7,7 @@ use girandole_core::lights::LightSettings;
 use girandole_core::scene::builtin::{self, MovingObject};
 use girandole_core::tonemap::Exposure;
 
-const SIZE: [u32; 2] = [64, 48];
+pub const SIZE: [u32; 2] = [64, 48];
 
 /// A device that draws nothing.
 fn device() -> (wgpu::Device, wgpu::Queue) {
@@ -47,7 +47,7 @@ fn session() -> Session {
 }
 
 /// Makes all light that is to be made, a slice at a time.
-fn make(session: &mut Session, (device, queue): &(wgpu::Device, wgpu::Queue)) {
+pub fn make(session: &mut Session, (device, queue): &(wgpu::Device, wgpu::Queue)) {
     for _ in 0..10_000 {
         if !session.is_making() {
             return;
@@ -57,14 +57,14 @@ fn make(session: &mut Session, (device, queue): &(wgpu::Device, wgpu::Queue)) {
     panic!("it never ends");
 }
 
-struct Drawn {
-    device: (wgpu::Device, wgpu::Queue),
-    target: PictureTarget,
-    session: Session,
+pub struct Drawn {
+    pub device: (wgpu::Device, wgpu::Queue),
+    pub target: PictureTarget,
+    pub session: Session,
 }
 
 /// A session with its first picture.
-fn drawn() -> Drawn {
+pub fn drawn() -> Drawn {
     let device = device();
     let mut target = PictureTarget::new((&device.0, &device.1), SIZE, wgpu::TextureFormat::Bgra8Unorm);
     let mut session = session();
