@@ -38,6 +38,7 @@ pub fn run() -> Result<ExitCode> {
     refines(&program, &display)?;
     compares(&program, &display)?;
     changes_controls(&program, &display)?;
+    loses_devices(&program, &display)?;
     for room in ROOMS {
         let session = Session::start(&program, &display, room)?;
         session.shot("shot.png")?;
@@ -53,7 +54,7 @@ pub fn run() -> Result<ExitCode> {
     }
     println!(
         "the window opened scenes, moved an object, walked, looked, played, copied its command line, was resized, refined a picture, \
-         compared it with the truth, showed each debug view, had each control of its panel touched, and closed without error"
+         compared it with the truth, showed each debug view, had each control of its panel touched, lost its device and got another one, and closed without error"
     );
     Ok(ExitCode::SUCCESS)
 }
@@ -127,6 +128,31 @@ fn refines(program: &Path, display: &Display) -> Result<()> {
     ensure!(render(&sets, "refined.png")? == bytes, "the window's {sets} sets are not those of the program");
     ensure!(render("1", "one.png")? != bytes, "one set is as good as {sets}");
     session.quit()
+}
+
+/// After a device was lost there is another one, with the same picture; one that is lost again at once ends the program.
+fn loses_devices(program: &Path, display: &Display) -> Result<()> {
+    let session = Session::start_with(program, display, "table", &["--lose-device", "8"])?;
+    let before = session.shot("shot.png")?;
+    let line = session.wait_for_line("the GPU's device was lost")?;
+    ensure!(session.shot("shot-2.png")? == before, "another device shows another picture");
+    let said = session.close()?;
+    let complaint = said.lines().find(|said| !said.starts_with("wrote ") && *said != line);
+    ensure!(complaint.is_none(), "the program says: {said}");
+
+    let session = Session::start_with(program, display, "table", &["--lose-device", "4,6"])?;
+    let start = Instant::now();
+    loop {
+        if let Some(status) = session.program.borrow_mut().try_wait()? {
+            let said = session.said();
+            let is_well =
+                status.code() == Some(2) && said.contains("error: the GPU failed: the device was lost");
+            ensure!(is_well, "a device that is lost again ends the program with {status}: {said}");
+            return Ok(());
+        }
+        ensure!(start.elapsed() < PATIENCE, "a device that is lost again and again does not end the program");
+        sleep(Duration::from_millis(50));
+    }
 }
 
 fn walks(session: &Session) -> Result<()> {

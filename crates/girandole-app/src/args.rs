@@ -134,6 +134,10 @@ pub struct ViewArgs {
     /// While everything is at rest, averages the pictures of further light sets, as `girandole render --refine` does
     #[arg(long)]
     pub refine: bool,
+
+    /// For tests: gives the device up so many seconds after the start, as a driver does that fails
+    #[arg(long, hide = true, value_name = "SECONDS", value_delimiter = ',', value_parser = clap::value_parser!(u64).range(1..=3600))]
+    pub lose_device: Vec<u64>,
 }
 
 const RENDER_EXAMPLES: &str = "\

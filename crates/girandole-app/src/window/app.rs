@@ -32,6 +32,15 @@ const SLICE: Duration = Duration::from_millis(15);
 /// When to try again where the surface is hidden or was made anew.
 const RETRY: Duration = Duration::from_millis(20);
 
+/// What does not depend on a device.
+pub struct State {
+    pub session: Session,
+    pub tools: Tools,
+    pub log: FrameLog,
+    /// Of the panel: what is open, and how far it is scrolled.
+    pub memory: egui::Memory,
+}
+
 /// All that is behind a window.
 pub struct App {
     window: Arc<Window>,
@@ -53,14 +62,9 @@ pub struct App {
 }
 
 impl App {
-    /// Of a program that started then.
-    pub fn new(
-        started: Instant,
-        window: Arc<Window>,
-        (surface, gpu): (WindowSurface, Gpu),
-        (session, tools): (Session, Tools),
-    ) -> Self {
-        let gui = Gui::new(&window, &gpu, &surface);
+    pub fn new(window: Arc<Window>, (surface, gpu): (WindowSurface, Gpu), state: State) -> Self {
+        let State { session, tools, log, memory } = state;
+        let gui = Gui::new(&window, &gpu, &surface, memory);
         let now = Instant::now();
         Self {
             window,
@@ -71,13 +75,37 @@ impl App {
             tools,
             target: None,
             frames: Frames::default(),
-            log: FrameLog::new(started),
+            log,
             shots: Shots::default(),
             dropped: Drop::default(),
             says_progress: false,
             last_frame: now,
             due: Some(now),
         }
+    }
+
+    /// What is left where the device was lost: all but what was on it.
+    pub fn rescue(self) -> State {
+        let Self { mut session, mut tools, log, gui, shots, .. } = self;
+        session.forget_device();
+        tools.truth.begin_anew();
+        // Pictures on their way are lost, but not that they were asked for.
+        tools.saves |= shots.is_waiting();
+        State { session, tools, log, memory: gui.memory() }
+    }
+
+    pub fn window(&self) -> Arc<Window> {
+        self.window.clone()
+    }
+
+    /// Whether nothing works any more on the device.
+    pub fn has_lost_device(&self) -> bool {
+        self.gpu.is_lost()
+    }
+
+    /// Gives the device up, as a driver does that fails.
+    pub fn lose_device(&self) {
+        self.gpu.device.destroy();
     }
 
     /// Takes an event of the window.
@@ -275,8 +303,9 @@ impl App {
             // The next piece of work, in the next frame.
             return self.window.request_redraw();
         }
-        let times =
-            FrameTimes { panel, update, record: milliseconds(start), device: 0.0, hurried, preliminary };
+        let is_full = !hurried && !preliminary && self.session.stale_maps() == 0;
+        let record = milliseconds(start);
+        let times = FrameTimes { panel, update, record, device: 0.0, hurried, is_full };
         self.frames.submitted(&self.gpu.queue, times);
     }
 

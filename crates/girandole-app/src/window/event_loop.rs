@@ -1,16 +1,17 @@
 //! What winit calls.
 
-use super::app::App;
+use super::app::{App, State};
 use super::clock::{Duration, Instant};
+use super::frame_log::FrameLog;
 use super::layout::PANEL_WIDTH;
 use super::pending::{self, Pending};
 use super::session::{Session, Start};
 use super::surface::WindowSurface;
 use super::tools::Tools;
 use crate::args::ViewArgs;
-use crate::output;
+use crate::output::{self, say};
 use anyhow::{Context, Result};
-use girandole::Gpu;
+use girandole::{Error, Gpu};
 use std::path::Path;
 use std::sync::Arc;
 use winit::application::ApplicationHandler;
@@ -22,6 +23,9 @@ use winit::window::{Window, WindowId};
 /// How often an adapter that is being opened is looked for.
 const POLL: Duration = Duration::from_millis(4);
 
+/// A device that is lost again after so short a time is given up.
+const LEAST_LIFE: Duration = Duration::from_secs(10);
+
 /// A program that shows a window.
 pub struct Handler {
     started: Instant,
@@ -30,6 +34,8 @@ pub struct Handler {
     start: Option<Start>,
     opening: Option<Opening>,
     app: Option<App>,
+    /// When the last device was lost.
+    lost: Option<Instant>,
     /// What ended the window, if not its user.
     result: Result<()>,
 }
@@ -37,14 +43,14 @@ pub struct Handler {
 /// A window whose adapter is being opened.
 struct Opening {
     window: Arc<Window>,
-    start: Start,
+    state: State,
     opened: Option<Pending<Result<(WindowSurface, Gpu)>>>,
 }
 
 impl Handler {
     /// Of a program that started then.
     pub fn new(started: Instant, args: ViewArgs, start: Start) -> Self {
-        Self { started, args, start: Some(start), opening: None, app: None, result: Ok(()) }
+        Self { started, args, start: Some(start), opening: None, app: None, lost: None, result: Ok(()) }
     }
 
     /// What ended the window, if not its user.
@@ -64,24 +70,50 @@ impl Handler {
         // The panel is as many pixels wide as the display says.
         let panel = (f64::from(PANEL_WIDTH) * window.scale_factor()).round() as u32;
         let _ = window.request_inner_size(PhysicalSize::new(width + panel, height));
-        let opened = WindowSurface::open(window.clone(), self.args.adapter.clone());
-        self.opening = Some(Opening { window, start, opened: Some(Pending::new(opened)) });
+        let tools = Tools::new(self.args.output.clone(), self.args.size, self.args.adapter.clone());
+        let (session, log) = (Session::new(start), FrameLog::new(self.started));
+        self.open_device(window, State { session, tools, log, memory: egui::Memory::default() });
         Ok(())
+    }
+
+    fn open_device(&mut self, window: Arc<Window>, state: State) {
+        let opened = WindowSurface::open(window.clone(), self.args.adapter.clone());
+        self.opening = Some(Opening { window, state, opened: Some(Pending::new(opened)) });
+    }
+
+    /// Opens a device again where the last one was lost; what came of it says what went wrong otherwise.
+    fn reopen<T>(&mut self, result: Result<T>) -> Result<Option<T>> {
+        let Some(app) = self.app.take_if(|app| app.has_lost_device()) else { return result.map(Some) };
+        let lost = self.lost.replace(Instant::now());
+        if lost.is_some_and(|at| at.elapsed() < LEAST_LIFE) {
+            return Err(result
+                .err()
+                .unwrap_or_else(|| Error::Device("the device was lost again".into()).into()));
+        }
+        say("the GPU's device was lost; it is opened again");
+        let window = app.window();
+        self.open_device(window, app.rescue());
+        Ok(None)
     }
 
     /// Goes on. Returns when to be called again.
     fn poll(&mut self) -> Result<Option<Instant>> {
         if let Some(app) = &mut self.app {
-            return app.poll();
+            let loss = self.args.lose_device.first().map(|s| self.started + Duration::from_secs(*s));
+            if loss.is_some_and(|at| at <= Instant::now()) {
+                self.args.lose_device.remove(0);
+                app.lose_device();
+            }
+            let next = app.poll();
+            let next = self.reopen(next)?.unwrap_or_else(|| Some(Instant::now()));
+            return Ok(next.into_iter().chain(loss).min());
         }
         let Some(opening) = &mut self.opening else { return Ok(None) };
         let Some(opened) = pending::take(&mut opening.opened) else {
             return Ok(Some(Instant::now() + POLL));
         };
-        let Some(Opening { window, start, .. }) = self.opening.take() else { return Ok(None) };
-        let tools = Tools::new(self.args.output.clone(), self.args.size, self.args.adapter.clone());
-        let app = self.app.insert(App::new(self.started, window, opened?, (Session::new(start), tools)));
-        app.poll()
+        let Some(Opening { window, state, .. }) = self.opening.take() else { return Ok(None) };
+        self.app.insert(App::new(window, opened?, state)).poll()
     }
 
     /// Gives up all that is behind the window, and says what was measured.
@@ -121,6 +153,7 @@ impl ApplicationHandler for Handler {
         } else if let Some(app) = &mut self.app {
             let result = app.on_event(&event);
             let quits = app.quits();
+            let result = self.reopen(result);
             self.check(event_loop, result);
             if quits {
                 self.close();

@@ -33,13 +33,13 @@ impl FrameLog {
 
     pub fn add(&mut self, times: &FrameTimes) {
         self.first_picture.get_or_insert_with(|| milliseconds(self.started));
-        if !times.preliminary {
+        if times.is_full {
             self.first_full.get_or_insert_with(|| milliseconds(self.started));
         }
         self.all.push(*times);
         if times.hurried {
             self.hurried_at = Some(Instant::now());
-        } else if let Some(at) = self.hurried_at.take() {
+        } else if let Some(at) = self.hurried_at.take_if(|_| times.is_full) {
             self.sharpened.push(milliseconds(at));
         }
     }

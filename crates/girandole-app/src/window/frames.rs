@@ -26,8 +26,8 @@ pub struct FrameTimes {
     pub device: f64,
     /// Whether things moved, and a budget counted.
     pub hurried: bool,
-    /// Whether it was a first picture of few samples.
-    pub preliminary: bool,
+    /// Whether nothing of it is left out or out of date.
+    pub is_full: bool,
 }
 
 impl FrameTimes {

@@ -27,8 +27,10 @@ pub struct GuiFrame {
 }
 
 impl Gui {
-    pub fn new(window: &Window, gpu: &Gpu, surface: &WindowSurface) -> Self {
+    /// With what a panel before it remembered.
+    pub fn new(window: &Window, gpu: &Gpu, surface: &WindowSurface, memory: egui::Memory) -> Self {
         let context = egui::Context::default();
+        context.memory_mut(|m| *m = memory);
         context.set_theme(egui::Theme::Dark);
         // The names of controls are to be read.
         context.all_styles_mut(|style| style.visuals.widgets.noninteractive.fg_stroke.color = TEXT);
@@ -63,6 +65,11 @@ impl Gui {
             pixels_per_point: output.pixels_per_point,
             repaint_after: root.map_or(Duration::MAX, |root| root.repaint_delay),
         }
+    }
+
+    /// What another panel needs to go on.
+    pub fn memory(&self) -> egui::Memory {
+        self.context.memory(egui::Memory::clone)
     }
 
     /// Where textures of the panel's are made.

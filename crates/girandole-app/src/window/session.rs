@@ -327,13 +327,27 @@ impl Session {
 
     /// Whether the picture is another one by now.
     pub fn wants_picture(&self, size: [u32; 2]) -> bool {
-        let Some(renderer) = self.renderer.as_ref().filter(|_| self.is_open) else { return false };
+        if self.renderer.is_none() || !self.is_open {
+            return false;
+        }
         if self.making.as_ref().is_some_and(|making| making.behind && making.is_loaded()) {
             return false;
         }
         let (picture, moves) = (self.picture(size), self.is_hurried());
         let is_shown = |shown: Picture| if moves { shown.shows(&picture) } else { shown == picture };
-        !self.shown.is_some_and(is_shown) || renderer.stale().maps > 0
+        !self.shown.is_some_and(is_shown) || self.stale_maps() > 0
+    }
+
+    /// Shadow maps that are out of date in the picture.
+    pub fn stale_maps(&self) -> u32 {
+        self.renderer.as_ref().map_or(0, |renderer| renderer.stale().maps)
+    }
+
+    /// What was on the device is lost: all of it is made anew.
+    pub fn forget_device(&mut self) {
+        (self.renderer, self.making, self.shown) = (None, None, None);
+        (self.is_open, self.sampled, self.refused) = (false, None, None);
+        self.refinement = Refinement::new(self.refinement.on);
     }
 
     /// Whether a budget counts at this moment.

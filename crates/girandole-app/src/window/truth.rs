@@ -134,6 +134,13 @@ impl Truth {
         self.tracing.as_ref().map(ProgressivePathTracer::paths)
     }
 
+    /// Forgets all pictures.
+    pub fn begin_anew(&mut self) {
+        let Self { against, split, .. } = *self;
+        let hierarchies = std::mem::take(&mut self.hierarchies);
+        *self = Self { against, split, hierarchies, ..Self::default() };
+    }
+
     /// Whether another frame would bring it further.
     pub fn is_waiting(&self) -> bool {
         let is_coming = self.ours.pending.is_some() || self.truth.pending.is_some();
@@ -145,9 +152,7 @@ impl Truth {
     pub fn step(&mut self, session: &mut Session, size: [u32; 2], context: &egui::Context) {
         let subject = self.subject(session, size);
         if subject.is_none() || self.subject != subject {
-            let Self { against, split, .. } = *self;
-            let hierarchies = std::mem::take(&mut self.hierarchies);
-            *self = Self { against, split, hierarchies, ..Self::default() };
+            self.begin_anew();
             self.tracing = match &subject {
                 Some(Subject { view, of: Kind::Paths(settings), .. }) => {
                     Some(ProgressivePathTracer::new(view, size, settings))

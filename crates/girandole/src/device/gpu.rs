@@ -119,8 +119,16 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// What it is.
     pub info: wgpu::AdapterInfo,
-    /// The first error that no call returned, such as a lack of memory.
-    failure: Arc<OnceLock<String>>,
+    failures: Arc<Failures>,
+}
+
+/// What no call returned.
+#[derive(Debug, Default)]
+struct Failures {
+    /// The first error, such as a lack of memory.
+    error: OnceLock<String>,
+    /// Why the device was lost.
+    lost: OnceLock<String>,
 }
 
 impl Gpu {
@@ -187,19 +195,19 @@ impl Gpu {
             })
             .await
             .map_err(|e| Error::Device(e.to_string()))?;
-        let failure = Arc::<OnceLock<String>>::default();
-        let slot = failure.clone();
+        let failures = Arc::<Failures>::default();
+        let held = failures.clone();
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            let _ = slot.set(error.to_string());
+            let _ = held.error.set(error.to_string());
         }));
-        let slot = failure.clone();
-        device.set_device_lost_callback(move |reason, message| {
-            // A device that the program itself gives up is no failure.
-            if reason != wgpu::DeviceLostReason::Destroyed {
-                let _ = slot.set(format!("the device was lost: {message}"));
-            }
+        let held = failures.clone();
+        device.set_device_lost_callback(move |_, message| {
+            let _ = held.lost.set(match message.trim_end_matches('.') {
+                "" => "the device was lost".into(),
+                why => format!("the device was lost: {why}"),
+            });
         });
-        Ok(Self { adapter, device, queue, info, failure })
+        Ok(Self { adapter, device, queue, info, failures })
     }
 
     /// Completes what is done by now, without waiting: for programs that draw frame by frame.
@@ -220,8 +228,15 @@ impl Gpu {
         self.failure()
     }
 
+    /// Whether the device was lost: nothing works on it any more, but another one may be opened.
+    pub fn is_lost(&self) -> bool {
+        self.failures.lost.get().is_some()
+    }
+
     fn failure(&self) -> Result<()> {
-        self.failure.get().map_or(Ok(()), |failure| Err(Error::Device(failure.clone())))
+        // Errors that follow a loss say less.
+        let failure = self.failures.lost.get().or(self.failures.error.get());
+        failure.map_or(Ok(()), |failure| Err(Error::Device(failure.clone())))
     }
 
     /// Runs a future to its end, polling the device in between: for programs that have nothing else to do.

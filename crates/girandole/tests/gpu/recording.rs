@@ -20,11 +20,38 @@ pub fn tests() -> Vec<Test> {
         ("the_callers_depth_hides_and_ours_goes_out", depth),
         ("after_updates_the_picture_is_that_of_a_fresh_renderer", updates),
         ("changes_that_do_not_follow_are_refused", wrong_changes),
+        ("a_lost_device_is_an_error_and_another_one_works", lost_device),
     ]
 }
 
 pub fn with_float_blending() -> (wgpu::Features, Test) {
     (wgpu::Features::FLOAT32_BLENDABLE, ("the_callers_picture_stays_where_nothing_is_seen", background))
+}
+
+/// On a device of its own.
+fn lost_device(_: &Context) {
+    let picture = || -> girandole::Result<Vec<Vec3>> {
+        let gpu = pollster::block_on(girandole::Gpu::new(None))?;
+        assert!(!gpu.is_lost());
+        let mut scene = builtin::build("table", MovingObject::None).expect("a room");
+        scene.open();
+        let view = View::new(&scene, &scene.cameras[0], 1.0);
+        let lights = LightSettings { count: 4, ..LightSettings::default() };
+        let light = IlluminationSettings { lights, ..IlluminationSettings::default() };
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, RendererOptions::default())?;
+        renderer.open(&scene, &light)?;
+        let radiance = |renderer: &mut Renderer| {
+            renderer.render(&view, [32, 32], &RenderSettings::default())?;
+            gpu.block_on(renderer.radiance())?.map(|image| image.pixels)
+        };
+        let pixels = radiance(&mut renderer)?;
+        gpu.device.destroy();
+        let Err(error) = radiance(&mut renderer) else { panic!("it renders without a device") };
+        assert!(gpu.is_lost() && error.to_string().contains("the device was lost"), "{error}");
+        Ok(pixels)
+    };
+    let (one, another) = (picture().expect("a picture"), picture().expect("a picture"));
+    assert!(one == another && one.iter().any(|pixel| *pixel != Vec3::ZERO));
 }
 
 const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
