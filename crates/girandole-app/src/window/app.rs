@@ -299,8 +299,8 @@ impl App {
             self.session.draw(target);
         } else if !self.session.may_refine(target.size) {
             return;
-        } else if !self.session.refine(target) {
-            // The next piece of work, in the next frame.
+        } else if !self.session.refine(target, Instant::now() + SLICE) {
+            // The next slice of work, in the next frame.
             return self.window.request_redraw();
         }
         let is_full = !hurried && !preliminary && self.session.stale_maps() == 0;

@@ -1,5 +1,6 @@
-//! What goes on while everything is at rest: pictures of further light sets are averaged in, one piece of work a frame.
+//! What goes on while everything is at rest: pictures of further light sets are averaged in, a slice of work a frame.
 
+use super::clock::Instant;
 use super::pending::{self, Pending};
 use super::session::Session;
 use super::target::PictureTarget;
@@ -61,10 +62,9 @@ impl Session {
         self.renderer().map_or(0, |renderer| renderer.refined_sets())
     }
 
-    /// Does the next piece of work to refine the picture that is shown. Returns whether it is another one now, which the
-    /// device is at.
-    pub fn refine(&mut self, target: &mut PictureTarget) -> bool {
-        let refined = self.refined(target);
+    /// Goes on to refine the picture that is shown, until then. Returns whether it is another one now, which the device is at.
+    pub fn refine(&mut self, target: &mut PictureTarget, until: Instant) -> bool {
+        let refined = self.refined(target, until);
         refined.unwrap_or_else(|error| {
             self.refinement.on = false;
             self.notice = Some(crate::sentence(&error));
@@ -72,11 +72,13 @@ impl Session {
         })
     }
 
-    fn refined(&mut self, target: &mut PictureTarget) -> Result<bool> {
+    fn refined(&mut self, target: &mut PictureTarget, until: Instant) -> Result<bool> {
         let (view, shown, settings) = (self.view(target.size), self.shown(), self.settings);
         let Some((renderer, scene)) = self.renderer_and_scene() else { return Ok(false) };
-        if !renderer.refine(scene, &view, target.size, &settings)? {
-            return Ok(false);
+        while !renderer.refine(scene, &view, target.size, &settings)? {
+            if Instant::now() >= until {
+                return Ok(false);
+            }
         }
         let settings = RenderSettings { exposure: shown.exposure, tonemap: shown.tonemap, ..settings };
         let (size, format) = (target.size, target.format);

@@ -15,11 +15,14 @@ use crate::{Error, Result};
 use girandole_core::glam::DVec2;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Scene, View};
-use girandole_core::visibility::VisibilityDatabase;
+use girandole_core::visibility::{VisibilityBuild, VisibilityDatabase};
 use std::future::Future;
 
 /// Distances of the rays of one set from those of the one before, pixels (the R2 sequence: Roberts 2018).
 const JITTER: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+
+/// Groups of patches, or meshes, whose visibility one call determines.
+const SLICE: usize = 8;
 
 /// What a picture shows and how.
 #[derive(Clone, Copy, PartialEq)]
@@ -32,6 +35,8 @@ pub(super) struct Picture {
 /// Light samples of a set that is not rendered yet.
 struct NextSet {
     lights: LightSet,
+    /// While visibility is being determined.
+    build: Option<VisibilityBuild>,
     visibility: Option<VisibilityDatabase>,
 }
 
@@ -64,7 +69,7 @@ impl Refinement {
 
 impl Renderer {
     /// Does the next piece of work to refine the picture of a scene at rest: the picture itself ([`Renderer::render`]); then, call by
-    /// call, the light samples of another light set, their visibility, and their picture, which is averaged with those
+    /// call, the light samples of another light set, a slice of their visibility, and their picture, which is averaged with those
     /// before it. Returns whether the picture is another one now: [`Renderer::show`] and [`Renderer::radiance`] give the average. Work
     /// on the device is submitted, not waited for.
     ///
@@ -103,23 +108,29 @@ impl Renderer {
             return Ok(true);
         }
         let (geometry, light) = (illumination.geometry(), illumination.settings());
-        match (self.refinement.next.take(), &light.visibility) {
-            (None, _) => {
+        let mut next = match self.refinement.next.take() {
+            Some(next) => next,
+            None => {
                 let set = self.refinement.sets();
                 let lights = LightSet::sample_set(scene, geometry, &light.lights, &light.views, set)?;
-                self.refinement.next = Some(NextSet { lights, visibility: None });
-                Ok(false)
+                let determined = light.visibility.as_ref();
+                let build = determined.map(|wanted| VisibilityBuild::new(scene, geometry, &lights, wanted));
+                self.refinement.next = Some(NextSet { lights, build: build.transpose()?, visibility: None });
+                return Ok(false);
             }
-            (Some(NextSet { lights, visibility: None }), Some(wanted)) => {
-                let visibility = Some(VisibilityDatabase::build(scene, geometry, &lights, wanted)?);
-                self.refinement.next = Some(NextSet { lights, visibility });
-                Ok(false)
-            }
-            (Some(next), _) => {
-                self.average_in(scene, &next, &picture)?;
-                Ok(true)
-            }
+        };
+        let Some(mut build) = next.build.take() else {
+            self.average_in(scene, &next, &picture)?;
+            return Ok(true);
+        };
+        if build.is_done() {
+            next.visibility = Some(build.end(scene, geometry)?);
+        } else {
+            build.step(SLICE);
+            next.build = Some(build);
         }
+        self.refinement.next = Some(next);
+        Ok(false)
     }
 
     /// How many light sets are averaged in the last picture: 1 unless it was [refined](Renderer::refine), 0 without a picture of
@@ -186,7 +197,7 @@ impl Renderer {
 
     /// Puts the light of a later set on the device.
     fn light_with(&mut self, scene: &Scene, next: &NextSet) -> Result<()> {
-        let NextSet { lights, visibility } = next;
+        let NextSet { lights, visibility, .. } = next;
         let geometry = self.illumination.as_ref().ok_or_else(not_open)?.geometry();
         let source = LightSource { scene, geometry, lights, visibility: visibility.as_ref() };
         let resident = self.scene.as_mut().ok_or_else(nothing_loaded)?;
@@ -267,7 +278,9 @@ mod tests {
             for (set, &count) in (1..).zip(counts) {
                 let settings = LightSettings { count, ..lights };
                 let lights = LightSet::sample_set(&scene, &geometry, &settings, &[], set).expect("lights");
-                renderer.light_with(&scene, &NextSet { lights, visibility: None }).expect("lights that fit");
+                renderer
+                    .light_with(&scene, &NextSet { lights, build: None, visibility: None })
+                    .expect("lights that fit");
                 let now = held(&renderer);
                 assert!(now.0 == count as usize && now.1 != before.1 && !now.2, "{counts:?}: {now:?}");
             }
