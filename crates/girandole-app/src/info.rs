@@ -12,7 +12,7 @@ use std::process::ExitCode;
 
 /// Prints the adapters, and the scene if one is given.
 pub fn run(args: &InfoArgs) -> Result<ExitCode> {
-    let scene = args.scene.as_deref().map(|name| scene::load(name, None)).transpose()?;
+    let scene = args.scene.as_deref().map(|name| scene::load(name, None, &Default::default())).transpose()?;
     let adapters = gpu::adapters();
     let mut text = String::new();
     about_adapters(&mut text, &adapters)?;

@@ -91,7 +91,7 @@ fn check(args: &RenderArgs) -> Result<()> {
 fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     // The scene.
     let start = Instant::now();
-    let (mut scene, _) = scene::load_edited(&args.scene, args.object.as_deref(), args.seen.edits.as_deref())?;
+    let (mut scene, _) = scene::load_edited(&args.scene, args.object.as_deref(), &args.seen)?;
     if let Some(frames) = args.motion.frames {
         return sequence::render(&args, scene, frames);
     }

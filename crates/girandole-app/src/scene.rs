@@ -1,23 +1,29 @@
 //! Loads the scene that is named on the command line, and finds the view of it.
 
-use crate::args::SceneArgs;
+use crate::args::{EnvironmentArg, EnvironmentArgs, SceneArgs};
 use anyhow::{Context, Result, bail};
 use girandole_core::Error;
+use girandole_core::glam::Vec3;
 use girandole_core::scene::builtin::{self, MovingObject};
-use girandole_core::scene::{Edits, Scene, View, load_model};
+use girandole_core::scene::{Edits, Environment, Scene, View, load_model};
+use girandole_reference::image_file;
 use std::path::Path;
 
 const OBJECTS: &str = "none, torus, teapot, or a .ply, .obj, .glb or .gltf file";
 
 /// A built-in room with its moving object, or a glTF file.
-pub fn load(name: &str, object: Option<&str>) -> Result<Scene> {
+pub fn load(name: &str, object: Option<&str>, around: &EnvironmentArgs) -> Result<Scene> {
+    let environment = environment(around)?;
     let mut scene = if extension(name).is_some_and(|e| ["glb", "gltf"].contains(&e.as_str())) {
         if object.is_some() {
             bail!("--object belongs to the built-in rooms; leave it out for {name}");
         }
-        Scene::load(Path::new(name))?
+        Scene::load_with_environment(Path::new(name), environment)?
     } else if builtin::NAMES.contains(&name) {
-        builtin::build(name, object.map_or_else(|| Ok(builtin::default_object(name)), moving_object)?)?
+        let object = object.map_or_else(|| Ok(builtin::default_object(name)), moving_object)?;
+        let mut scene = builtin::build(name, object)?;
+        scene.environment = environment;
+        scene
     } else {
         let known = format!("{}, or a .glb or .gltf file", builtin::NAMES.join(", "));
         return Err(Error::Unknown { kind: "scene", name: name.into(), known }.into());
@@ -27,9 +33,9 @@ pub fn load(name: &str, object: Option<&str>) -> Result<Scene> {
 }
 
 /// The same, with what a file says was changed in it.
-pub fn load_edited(name: &str, object: Option<&str>, edits: Option<&Path>) -> Result<(Scene, Edits)> {
-    let mut scene = load(name, object)?;
-    let Some(file) = edits else { return Ok((scene, Edits::default())) };
+pub fn load_edited(name: &str, object: Option<&str>, seen: &SceneArgs) -> Result<(Scene, Edits)> {
+    let mut scene = load(name, object, &seen.around)?;
+    let Some(file) = seen.edits.as_deref() else { return Ok((scene, Edits::default())) };
     let mut edits = Edits::load(file)?;
     edits.place_models(file.parent().unwrap_or(Path::new("")));
     edits
@@ -45,6 +51,21 @@ pub fn view(scene: &Scene, seen: &SceneArgs, camera: Option<&str>, size: [u32; 2
         Some(view) => Ok(view.0.view(aspect)?),
         None => Ok(View::new(scene, scene.camera(camera.unwrap_or("0"))?, aspect)),
     }
+}
+
+/// What is all around, if anything is.
+fn environment(args: &EnvironmentArgs) -> Result<Option<Environment>> {
+    let environment = match &args.environment {
+        None => return Ok(None),
+        Some(EnvironmentArg::Color(radiance)) => Environment::constant(Vec3::from_array(*radiance))?,
+        Some(EnvironmentArg::File(path)) => {
+            let image = image_file::read_radiance(path)?;
+            Environment::new(image).with_context(|| path.display().to_string())?
+        }
+    };
+    let strength = args.environment_strength.unwrap_or(1.0);
+    let rotation = args.environment_rotation.unwrap_or(0.0).to_radians();
+    Ok(Some(Environment { strength, rotation, ..environment }))
 }
 
 fn moving_object(name: &str) -> Result<MovingObject> {

@@ -24,6 +24,35 @@ pub fn read(path: &Path) -> Result<Image> {
     }
 }
 
+/// Reads radiance: `.exr` as [`read_exr`], `.hdr` as [`read_hdr`].
+///
+/// # Errors
+/// Those of the two, and [`Error::Broken`] for another ending.
+pub fn read_radiance(path: &Path) -> Result<Image> {
+    match path.extension().map(|e| e.to_ascii_lowercase()) {
+        Some(e) if e == "exr" => read_exr(path),
+        Some(e) if e == "hdr" => read_hdr(path),
+        _ => Err(broken(path, "radiance is read from .exr and .hdr files")),
+    }
+}
+
+/// Reads a Radiance picture (`.hdr`, RGBE) as it is: linear Rec. 709 by convention.
+///
+/// # Errors
+/// [`Error::Read`], or [`Error::Broken`] with what is wrong with the file.
+pub fn read_hdr(path: &Path) -> Result<Image> {
+    let bytes = read_bytes(path)?;
+    let unreadable = |e| broken(path, format!("it is no readable Radiance file ({e})"));
+    let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(&bytes)).map_err(unreadable)?;
+    let (width, height) = image::ImageDecoder::dimensions(&decoder);
+    if width as usize * height as usize > MAX_PIXELS {
+        return Err(broken(path, "it claims to have more than 2^28 pixels"));
+    }
+    let decoded = image::DynamicImage::from_decoder(decoder).map_err(unreadable)?.into_rgb32f();
+    let pixels = decoded.pixels().map(|p| Vec3::from(p.0)).collect();
+    Ok(Image { width, height, pixels })
+}
+
 /// Reads the channels R, G and B (half, float or integer, in any order) of the first layer that has them, as they
 /// are: linear Rec. 709 by OpenEXR's convention. Further channels are ignored.
 ///

@@ -4,7 +4,7 @@ use crate::tiles;
 use girandole_core::brdf::{Surface, specular_brdf};
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::image::Image;
-use girandole_core::lights::{Clamp, LightSample, LightSet, Profile};
+use girandole_core::lights::{Clamp, LightSample, LightSet};
 use girandole_core::scene::{LocalView, NONE, View};
 use girandole_core::trace::SceneTracer;
 use girandole_core::visibility::{State, VisibilityDatabase};
@@ -132,12 +132,7 @@ fn occluder(
     light: &LightSample,
     likely: u32,
 ) -> Option<u32> {
-    let to = if light.profile == Profile::Directional {
-        origin - light.normal * (origin.length() + 2.0 * tracer.geometry().extent())
-    } else {
-        light.position
-    };
-    tracer.occluder(origin, triangle, to, light.triangle(), likely)
+    tracer.occluder(origin, triangle, light.shadow_ray_end(origin), light.triangle(), likely)
 }
 
 impl Sum<'_> {
@@ -158,7 +153,12 @@ impl Sum<'_> {
             for i in 0..n {
                 let within = (Vec2::new(i as f32, j as f32) + 0.5) / n as f32;
                 let (origin, direction) = view.pixel_ray(Vec2::new(x as f32, y as f32) + within, size);
-                let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
+                let Some(hit) = tracer.closest_visible(origin, direction) else {
+                    let environment = tracer.scene().environment.as_ref();
+                    total +=
+                        environment.map_or(DVec3::ZERO, |e| e.radiance(direction.normalize()).as_dvec3());
+                    continue;
+                };
                 let wo = -direction.normalize();
                 let surface = tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
                 total += self.radiance(&surface, hit.triangle, wo, settings.clamp, occluders);

@@ -20,7 +20,7 @@ struct LightMapUpdate {
 
 fn irradiance(light: Light, position: vec3f, normal: vec3f) -> vec3f {
   var to_light = light.position - position;
-  if !ONLY_COSINE_LIGHTS && light.profile == DIRECTIONAL { to_light = -light.normal; }
+  if !ONLY_COSINE_LIGHTS && light.profile >= DIRECTIONAL { to_light = -light.normal; }
   let cos_x = dot(normal, to_light);
   let cos_light = -dot(light.normal, to_light);
   let g = geometric_factor(light, cos_x, cos_light, dot(to_light, to_light));

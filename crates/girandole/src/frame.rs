@@ -126,6 +126,11 @@ pub(crate) fn record_frame(
         }
     }
 
+    // What lies behind.
+    if let (Some(background), Some(environment)) = (prepared.background, &scene.geometry.environment) {
+        background.record(recorder, &first_samples(view, (scene, targets), settings), environment);
+    }
+
     // Our depth, that of first samples. It may go where the caller's came from, which every sample has read by now.
     if let Some(callers) = target.and_then(|t| t.depth_out) {
         let whole = first_samples(view, (scene, targets), settings);
@@ -273,6 +278,7 @@ fn frame_uniform(
         center: view.center,
         depth_scale,
         forward_depth: u32::from(is_forward),
+        environment: scene.geometry.environment.as_ref().map_or(Vec2::ZERO, |e| e.uniform),
         ..Frame::default()
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::settings::ShadowMap;
 use crate::shader_constants::{
-    COSINE, CUBE, DIRECTIONAL, HEMISPHERE, MAX_CLAMP, OCTAHEDRAL, OWN_CLAMP, PARABOLIC, SPOT,
+    COSINE, CUBE, DIRECTIONAL, DISTANT, HEMISPHERE, MAX_CLAMP, OCTAHEDRAL, OWN_CLAMP, PARABOLIC, SPOT,
 };
 use bytemuck::{Pod, Zeroable};
 use girandole_core::brdf::Surface;
@@ -40,7 +40,7 @@ pub(crate) struct Frame {
     pub center: Vec2,
     pub depth_scale: f32,
     pub forward_depth: u32,
-    pub padding: [u32; 2],
+    pub environment: Vec2,
 }
 
 /// `BufferOffsets` in `lib/buffer_offsets.wgsl`.
@@ -272,9 +272,19 @@ impl Light {
     /// Whether its map shows the same as another light's.
     pub fn sees_like(&self, other: &Self) -> bool {
         (self.position, self.normal, self.tangent) == (other.position, other.normal, other.tangent)
-            && (self.profile == DIRECTIONAL, self.atlas_slot)
-                == (other.profile == DIRECTIONAL, other.atlas_slot)
-            && (self.profile != DIRECTIONAL || self.scale == other.scale)
+            && (self.is_parallel(), self.has_large_map(), self.atlas_slot)
+                == (other.is_parallel(), other.has_large_map(), other.atlas_slot)
+            && (!self.is_parallel() || self.scale == other.scale)
+    }
+
+    /// Whether its light is parallel.
+    pub fn is_parallel(&self) -> bool {
+        self.profile >= DIRECTIONAL
+    }
+
+    /// Whether its map has to show the whole scene sharply: it stands for all light from its direction, not for a part of a sky.
+    pub fn has_large_map(&self) -> bool {
+        self.profile == DIRECTIONAL
     }
 
     /// A light sample without its place in the atlas. Maps are turned about their normals by the golden angle from
@@ -287,12 +297,13 @@ impl Light {
             Profile::Hemisphere => (HEMISPHERE, 0.0, 0.0),
             Profile::Spot { scale, offset } => (SPOT, scale, offset),
             Profile::Directional => (DIRECTIONAL, 1.0 / radius, 0.0),
+            Profile::Distant { .. } => (DISTANT, 1.0 / radius, 0.0),
         };
         let (x, y) = warp::frame(sample.normal);
         let turn = f64::from(id) * 0.618_033_988_75 + f64::from(set) * 0.414_213_562_37;
         let turn = turn.fract() as f32 * std::f32::consts::TAU;
-        // A directional map is centred on the scene; its depth runs over the scene's diameter.
-        let position = if profile == DIRECTIONAL { -sample.normal * radius } else { sample.position };
+        // A map of parallel light is centred on the scene; its depth runs over the scene's diameter.
+        let position = if profile >= DIRECTIONAL { -sample.normal * radius } else { sample.position };
         let tangent = x * turn.cos() + y * turn.sin();
         let light = Self {
             position,

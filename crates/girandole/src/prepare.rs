@@ -7,6 +7,7 @@ use crate::maps::states::MapUpdate;
 use crate::passes::Compiler;
 use crate::passes::append_all_points::AppendAllPoints;
 use crate::passes::average::Averaging;
+use crate::passes::background::Background;
 use crate::passes::caller_depth::CallerDepth;
 use crate::passes::debug::Debug;
 use crate::passes::edges::Edges;
@@ -43,6 +44,8 @@ pub(crate) struct Passes {
     pub tone_mapping: ToneMapping,
     /// Compiled when a picture is refined for the first time.
     averaging: OnceLock<Averaging>,
+    /// Compiled for a scene with an environment.
+    background: OnceLock<Background>,
 }
 
 impl Passes {
@@ -55,7 +58,13 @@ impl Passes {
             exposure: Exposure::new(device, shared),
             tone_mapping: ToneMapping::new(),
             averaging: OnceLock::new(),
+            background: OnceLock::new(),
         }
+    }
+
+    /// What puts an environment behind pictures.
+    fn background(&self, context: &Context) -> &Background {
+        self.background.get_or_init(|| Background::new(&context.device, &context.shared))
     }
 
     /// What averages pictures.
@@ -174,6 +183,8 @@ pub(crate) struct Prepared<'a> {
     pub mode: PreparedMode<'a>,
     pub resolve: &'a Resolve,
     pub debug: Option<(&'a Debug, DebugView)>,
+    /// What puts an environment behind the picture, if it is to be there.
+    pub background: Option<&'a Background>,
 }
 
 impl Prepared<'_> {
@@ -318,6 +329,8 @@ pub(crate) fn prepare<'a>(
             ));
         }
     };
+    let has_surroundings = settings.debug.is_none_or(|view| view == DebugView::LightPositions);
+    let shows_background = scene.geometry.environment.is_some() && has_surroundings;
     Ok(Prepared {
         shared: &context.shared,
         passes,
@@ -327,5 +340,6 @@ pub(crate) fn prepare<'a>(
         mode,
         resolve: scene_passes.resolve.get_or_init(|| Resolve::new(&compiler)),
         debug: settings.debug.map(|view| (scene_passes.debug.get_or_init(|| Debug::new(&compiler)), view)),
+        background: shows_background.then(|| passes.background(context)),
     })
 }

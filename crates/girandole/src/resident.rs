@@ -15,7 +15,7 @@ use crate::scene::geometry::{GpuScene, gpu_lights};
 use crate::scene::lights::GpuLights;
 use crate::scene::receivers::{Receivers, Sources};
 use crate::settings::{Mode, RenderSettings, Shading};
-use crate::shader_constants::{COSINE, DIRECTIONAL};
+use crate::shader_constants::COSINE;
 use girandole_core::Generation;
 use girandole_core::glam::DVec3;
 use girandole_core::illumination::Illumination;
@@ -75,7 +75,7 @@ impl Resident {
         let Context { device, options, shared, .. } = context;
         let radius = geometry.radius();
         let mut samples = gpu_lights(lights, radius);
-        let directional: Vec<bool> = samples.iter().map(|l| l.profile == DIRECTIONAL).collect();
+        let directional: Vec<bool> = samples.iter().map(Light::has_large_map).collect();
         let layout = AtlasLayout::new(&directional, shared.tuning.copy_maps, options, &device.limits())?;
         for (light, slot) in samples.iter_mut().zip(&layout.slots) {
             light.atlas_slot = layout.place(slot);
@@ -226,8 +226,7 @@ impl Resident {
 
     /// Whether the atlas has a place for each of these lights, and no more.
     fn have_place(&self, samples: &[Light]) -> bool {
-        let is_parallel = |light: &Light| light.profile == DIRECTIONAL;
-        samples.iter().map(is_parallel).eq(self.lights.samples.iter().map(is_parallel))
+        samples.iter().map(Light::has_large_map).eq(self.lights.samples.iter().map(Light::has_large_map))
     }
 
     fn give_places(&self, samples: &mut [Light]) {

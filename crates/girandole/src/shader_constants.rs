@@ -35,6 +35,7 @@ pub(crate) const COSINE: u32 = 0;
 pub(crate) const HEMISPHERE: u32 = 1;
 pub(crate) const SPOT: u32 = 2;
 pub(crate) const DIRECTIONAL: u32 = 3;
+pub(crate) const DISTANT: u32 = 4;
 /// Columns and rows of the texture array that holds the texels of all textures.
 pub(crate) const TEXEL_COLUMNS: u32 = 4096;
 pub(crate) const TEXEL_ROWS: u32 = 4096;
@@ -99,6 +100,7 @@ pub(crate) fn declarations() -> String {
         HEMISPHERE,
         SPOT,
         DIRECTIONAL,
+        DISTANT,
         TEXEL_COLUMNS,
         TEXEL_ROWS,
         MAPPED_UNSHADOWED,

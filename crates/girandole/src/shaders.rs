@@ -26,6 +26,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     color,
     diffuse_material,
     edge_sample,
+    environment,
     frame,
     grid,
     light,
@@ -172,6 +173,7 @@ sources! {
     EXPOSURE = exposure "" [packed color];
     CALLER_DEPTH = caller_depth "" [frame];
     AVERAGE = average "" [frame packed];
+    BACKGROUND = background "" [frame packed environment];
     TONEMAP = tonemap "" [tonemap packed];
     STALE_ERROR = stale_error "" [
         frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas

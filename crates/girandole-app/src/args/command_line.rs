@@ -7,7 +7,7 @@ use girandole_core::tonemap::Exposure;
 use std::path::Path;
 
 /// An option's name, and its value if there is one.
-type Choice = (&'static str, Option<String>);
+pub(super) type Choice = (&'static str, Option<String>);
 
 impl ViewArgs {
     /// Those of `girandole view` without options.
@@ -58,7 +58,7 @@ impl RenderArgs {
     fn choices(&self) -> Result<Vec<Choice>> {
         let Self { scene: _, output, size, camera, object, seen, motion, lights, mode, quality, .. } = self;
         let Self { debug, engine, paths, adapter, exposure, tonemap, aa, refine, stats, .. } = self;
-        let SceneArgs { view, edits } = seen;
+        let SceneArgs { view, edits, around } = seen;
         let mut choices = vec![
             ("--output", Some(file_name(output)?)),
             ("--size", text(format!("{}x{}", size[0], size[1]))),
@@ -67,6 +67,7 @@ impl RenderArgs {
             ("--edits", edits.as_deref().map(file_name).transpose()?),
             ("--object", object.clone()),
         ];
+        choices.extend(around.choices()?);
         choices.extend(motion.choices());
         choices.extend(lights.choices());
         choices.push(("--mode", value_name(mode)));
@@ -147,7 +148,7 @@ fn value_name(value: &impl ValueEnum) -> Option<String> {
     Some(value.to_possible_value()?.get_name().to_owned())
 }
 
-fn file_name(path: &Path) -> Result<String> {
+pub(super) fn file_name(path: &Path) -> Result<String> {
     let name =
         path.to_str().with_context(|| format!("{} is no Unicode; give it another name", path.display()))?;
     Ok(name.to_owned())

@@ -1,5 +1,7 @@
 //! Options of what is seen of a scene, and of what was changed in it.
 
+use super::command_line::{Choice, file_name};
+use super::values::parse_finite;
 use clap::Args;
 use girandole_core::glam::DVec3;
 use girandole_core::scene::{FieldOfView, Viewpoint};
@@ -18,6 +20,74 @@ pub struct SceneArgs {
     /// --time and --frames. Models that it names are looked for in its folder
     #[arg(long, value_name = "FILE.json")]
     pub edits: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub around: EnvironmentArgs,
+}
+
+/// Options of the light from infinitely far away.
+#[derive(Args, Clone, Debug, Default, PartialEq)]
+pub struct EnvironmentArgs {
+    /// Light from all around, infinitely far away, which is also seen behind the scene: a picture of all directions, .exr or .hdr,
+    /// twice as wide as high (its middle is towards −Z), or the same radiance from everywhere, W/(sr·m²)
+    #[arg(long, value_name = "FILE.{exr,hdr}|R,G,B")]
+    pub environment: Option<EnvironmentArg>,
+
+    /// What the environment is multiplied by, from 0 to 1e6; 1 if not given
+    #[arg(long, value_name = "FACTOR", requires = "environment", value_parser = parse_strength)]
+    pub environment_strength: Option<f32>,
+
+    /// How far the environment is turned, degrees, counter-clockwise seen from above; 0 if not given
+    #[arg(long, value_name = "DEGREES", requires = "environment", value_parser = parse_finite, allow_hyphen_values = true)]
+    pub environment_rotation: Option<f32>,
+}
+
+/// What is all around.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EnvironmentArg {
+    /// The same radiance from everywhere.
+    Color([f32; 3]),
+    /// A picture of all directions.
+    File(PathBuf),
+}
+
+impl std::str::FromStr for EnvironmentArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let path = PathBuf::from(text);
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("hdr")) {
+            return Ok(Self::File(path));
+        }
+        let wrong = || "give an .exr or .hdr file, or three numbers as in 0.5,0.8,1.5".to_owned();
+        let number = |text: &str| text.trim().parse::<f32>().ok().filter(|x| x.is_finite() && *x >= 0.0);
+        let numbers = text.split(',').map(number).collect::<Option<Vec<f32>>>().ok_or_else(wrong)?;
+        Ok(Self::Color(numbers.try_into().map_err(|_| wrong())?))
+    }
+}
+
+impl EnvironmentArgs {
+    /// The options' words on a command line.
+    pub(super) fn choices(&self) -> anyhow::Result<[Choice; 3]> {
+        let Self { environment, environment_strength, environment_rotation } = self;
+        let environment = match environment {
+            Some(EnvironmentArg::Color([r, g, b])) => Some(format!("{r:?},{g:?},{b:?}")),
+            Some(EnvironmentArg::File(path)) => Some(file_name(path)?),
+            None => None,
+        };
+        Ok([
+            ("--environment", environment),
+            ("--environment-strength", environment_strength.map(|x| format!("{x:?}"))),
+            ("--environment-rotation", environment_rotation.map(|x| format!("{x:?}"))),
+        ])
+    }
+}
+
+fn parse_strength(text: &str) -> Result<f32, String> {
+    parse_finite(text)
+        .ok()
+        .filter(|x| (0.0..=1e6).contains(x))
+        .ok_or_else(|| "give a factor from 0 to 1000000".into())
 }
 
 /// A camera by numbers, that has a view. It is printed and parsed without loss.

@@ -38,14 +38,14 @@ pub fn run(args: &BenchArgs) -> Result<ExitCode> {
         bail!("--modes names a mode twice; name each once");
     }
     if args.scenes.len() > 1 && args.seen != SceneArgs::default() {
-        bail!("--view and --edits belong to one scene; name it");
+        bail!("--view, --edits and --environment belong to one scene; name it");
     }
     // All scenes are loaded first, so that a misspelt name is reported before any is timed.
     let mut scenes = Vec::new();
     for name in &args.scenes {
         let builtin = girandole_core::scene::builtin::NAMES.contains(&name.as_str());
         let object = args.object.as_deref().filter(|_| builtin);
-        scenes.push((name, scene::load_edited(name, object, args.seen.edits.as_deref())?.0));
+        scenes.push((name, scene::load_edited(name, object, &args.seen)?.0));
     }
     let device = Device::open(args.adapter.as_deref())?;
     say(&format!("timing {} rounds on {}", args.repeat, device.name()));

@@ -45,7 +45,7 @@ impl Drop {
             if self.inserts || is_model(&self.path) {
                 return Ok(Dropped::Model(self.path.clone(), Box::new(model(&self.path, &bytes)?)));
             }
-            let source = Source { scene: self.path.to_string_lossy().into_owned(), object: None };
+            let source = Source { scene: self.path.to_string_lossy().into_owned(), ..Source::default() };
             Ok(Dropped::Scene(source, Box::new(scene(&self.path, &bytes)?)))
         }))
     }

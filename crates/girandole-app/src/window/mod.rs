@@ -78,9 +78,9 @@ pub fn run(args: ViewArgs) -> Result<ExitCode> {
 
 /// What the options say.
 fn start(args: &ViewArgs) -> Result<Start> {
-    let source = Source { scene: args.scene.clone(), object: args.object.clone() };
-    let (mut scene, edits) =
-        scene::load_edited(&args.scene, args.object.as_deref(), args.seen.edits.as_deref())?;
+    let (object, around) = (args.object.clone(), args.seen.around.clone());
+    let source = Source { scene: args.scene.clone(), object, around };
+    let (mut scene, edits) = scene::load_edited(&args.scene, args.object.as_deref(), &args.seen)?;
     scene.open();
     let named = scene.camera(args.camera.as_deref().unwrap_or("0"))?;
     let camera = scene.cameras.iter().position(|camera| camera == named).unwrap_or_default();

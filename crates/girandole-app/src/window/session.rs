@@ -16,6 +16,7 @@ use super::panel;
 use super::refine::Refinement;
 use super::rest::Rest;
 use super::target::PictureTarget;
+use crate::args::EnvironmentArgs;
 use crate::picture::Shown;
 use anyhow::Result;
 use girandole::{DebugView, Mode, RenderSettings, Renderer, RendererOptions};
@@ -82,12 +83,14 @@ impl Picture {
 }
 
 /// What a scene was loaded from.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Source {
     /// As on the command line: a built-in room or a file.
     pub scene: String,
     /// The moving object of a built-in room, where it is not the room's own.
     pub object: Option<String>,
+    /// What is all around.
+    pub around: EnvironmentArgs,
 }
 
 /// What the window starts with.

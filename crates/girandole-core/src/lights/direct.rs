@@ -1,7 +1,7 @@
 //! Direct samples: on emitters, and for punctual lights.
 
 use super::emission::Emissions;
-use super::emitters::{Source, SourceTree, SpotCone};
+use super::emitters::{EnvironmentPoint, Source, SourceTree, SpotCone};
 use super::{LightSample, Profile, Rectangle, SampleOrigin};
 use crate::math::sequence;
 use crate::scene::{Geometry, PunctualKind, PunctualLight, Scene};
@@ -45,8 +45,7 @@ pub(super) fn punctual(
                 samples.push(sample);
             }
             PunctualKind::Directional => {
-                let center = (geometry.bounds.0 + geometry.bounds.1) * 0.5;
-                sample.position = center - normal * geometry.extent();
+                sample.position = geometry.center() - normal * geometry.extent();
                 sample.profile = Profile::Directional;
                 samples.push(sample);
             }
@@ -144,6 +143,21 @@ fn on_tree(
     while tries < most {
         let at = [0, 1].map(|d| f64::from(sequence::sample(tries, d, seed)));
         let (source, at) = tree.choose(DVec2::from_array(at));
+        let direction = source.direction(scene, emissions, at).filter(|s| s.radiance.max_element() > 0.0);
+        if let Some(EnvironmentPoint { direction, radiance, solid_angle }) = direction {
+            if samples.len() - first == count as usize {
+                break;
+            }
+            let (center, distance) = (geometry.center(), geometry.extent());
+            samples.push(LightSample {
+                position: center + direction * distance,
+                normal: -direction,
+                intensity: (radiance.as_dvec3() * (solid_angle / tree.probability(source))).as_vec3(),
+                profile: Profile::Distant { distance },
+                origin: SampleOrigin::Environment { point: tries },
+                rectangle: None,
+            });
+        }
         let point = source.point((scene, geometry), emissions, at).filter(|s| s.radiance.max_element() > 0.0);
         if let Some(point) = point {
             if samples.len() - first == count as usize {

@@ -12,6 +12,8 @@ pub(super) enum Emission {
     Material(u32),
     /// A punctual light.
     Punctual(u32),
+    /// What is infinitely far away.
+    Environment,
 }
 
 /// What of a sample's intensity comes from what emits.
@@ -22,6 +24,8 @@ pub(super) type Shares = Vec<(Emission, Vec3)>;
 pub(super) struct Emissions {
     materials: Vec<Vec3>,
     punctual: Vec<Vec3>,
+    /// What the environment's map is multiplied by.
+    environment: Vec3,
 }
 
 impl Emission {
@@ -32,6 +36,7 @@ impl Emission {
                 Some(Self::Material(geometry.triangles[triangle as usize].material))
             }
             SampleOrigin::Punctual { light } => Some(Self::Punctual(light)),
+            SampleOrigin::Environment { .. } => Some(Self::Environment),
             SampleOrigin::Bounce { .. } => None,
         }
     }
@@ -42,6 +47,7 @@ impl Emissions {
         Self {
             materials: scene.materials.iter().map(|m| m.emission).collect(),
             punctual: scene.lights.iter().map(|l| l.intensity).collect(),
+            environment: Vec3::splat(scene.environment.as_ref().map_or(0.0, |e| e.strength)),
         }
     }
 
@@ -51,7 +57,9 @@ impl Emissions {
             before.len() == after.len()
                 && before.iter().zip(after).all(|(b, a)| (b.cmpgt(Vec3::ZERO) | a.cmpeq(Vec3::ZERO)).all())
         };
-        covers(&self.materials, &later.materials) && covers(&self.punctual, &later.punctual)
+        covers(&self.materials, &later.materials)
+            && covers(&self.punctual, &later.punctual)
+            && covers(&[self.environment], &[later.environment])
     }
 
     /// Of a material's surfaces, W/(sr·m²).
@@ -64,10 +72,16 @@ impl Emissions {
         self.punctual[light as usize]
     }
 
+    /// What the environment's map is multiplied by.
+    pub fn of_environment(&self) -> Vec3 {
+        self.environment
+    }
+
     fn get(&self, emission: Emission) -> Vec3 {
         match emission {
             Emission::Material(material) => self.of_material(material),
             Emission::Punctual(light) => self.of_punctual(light),
+            Emission::Environment => self.environment,
         }
     }
 

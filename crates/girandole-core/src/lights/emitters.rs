@@ -10,7 +10,7 @@
 
 use super::emission::{Emission, Emissions};
 use crate::image::luminance;
-use crate::scene::{Geometry, NONE, PunctualKind, Scene};
+use crate::scene::{Environment, Geometry, NONE, PunctualKind, Scene};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -22,7 +22,7 @@ const PROBES: u32 = 4;
 /// Weight of a part whose samples are all black, as a share of its greatest possible emission.
 const FLOOR: f64 = 0.02;
 
-/// A piece of an emitter, or a punctual light.
+/// A piece of an emitter, a punctual light, or a part of the environment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source {
     kind: Kind,
@@ -35,6 +35,8 @@ pub(super) struct Source {
 enum Kind {
     Area(Area),
     Punctual(u32),
+    /// A cell of the environment.
+    Distant(u32),
 }
 
 /// A flat piece of an emitter: corner + a·edge₁ + b·edge₂ with (a, b) in the unit square, or its lower half.
@@ -63,19 +65,30 @@ pub(super) struct EmitterPoint {
     pub area: f64,
 }
 
+/// A direction of the environment.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EnvironmentPoint {
+    /// Unit, from the scene.
+    pub direction: Vec3,
+    pub radiance: Vec3,
+    /// Of the source it was chosen from, sr.
+    pub solid_angle: f64,
+}
+
 impl Source {
     /// What it is a piece of.
     pub fn emission(&self, geometry: &Geometry) -> Emission {
         match &self.kind {
             Kind::Punctual(light) => Emission::Punctual(*light),
+            Kind::Distant(_) => Emission::Environment,
             Kind::Area(area) => Emission::Material(geometry.triangles[area.triangles[0] as usize].material),
         }
     }
 
-    /// The triangle that it lies on, if it is no punctual light.
+    /// The triangle that it lies on, if it lies on one.
     pub fn triangle(&self) -> Option<u32> {
         match &self.kind {
-            Kind::Punctual(_) => None,
+            Kind::Punctual(_) | Kind::Distant(_) => None,
             Kind::Area(area) => Some(area.triangles[0]),
         }
     }
@@ -84,8 +97,16 @@ impl Source {
     pub fn punctual(&self) -> Option<u32> {
         match self.kind {
             Kind::Punctual(light) => Some(light),
-            Kind::Area(_) => None,
+            Kind::Area(_) | Kind::Distant(_) => None,
         }
+    }
+
+    /// Of a part of the environment, the direction at `at` in the unit square, uniform over its solid angle.
+    pub fn direction(&self, scene: &Scene, emissions: &Emissions, at: DVec2) -> Option<EnvironmentPoint> {
+        let (Kind::Distant(cell), Some(environment)) = (&self.kind, &scene.environment) else { return None };
+        let radiance = environment.cell_radiance(*cell) / environment.strength * emissions.of_environment();
+        let direction = environment.cell_direction(*cell, at);
+        Some(EnvironmentPoint { direction, radiance, solid_angle: environment.cell_solid_angle() })
     }
 
     /// The point of an area source at `at` in the unit square, uniform over its area.
@@ -137,8 +158,8 @@ fn inside(barycentric: Vec2) -> f32 {
     barycentric.min_element().min(1.0 - barycentric.x - barycentric.y)
 }
 
-/// The sources on emitting surfaces, one group for each side of an object's material.
-pub(super) fn area_groups(scene: &Scene, geometry: &Geometry, emissions: &Emissions) -> Vec<Vec<Source>> {
+/// The sources on emitting surfaces, one group for each side of an object's material, and last those of the environment.
+pub(super) fn groups(scene: &Scene, geometry: &Geometry, emissions: &Emissions) -> Vec<Vec<Source>> {
     let mut groups: std::collections::BTreeMap<(u32, u32, bool), Vec<Source>> = BTreeMap::new();
     let mut index = 0;
     while index < geometry.triangles.len() as u32 {
@@ -170,7 +191,9 @@ pub(super) fn area_groups(scene: &Scene, geometry: &Geometry, emissions: &Emissi
         }
         index += 1;
     }
-    groups.into_values().collect()
+    let distant = scene.environment.iter().filter(|environment| environment.shines());
+    let distant = distant.map(|environment| environment_sources(geometry, environment, emissions));
+    groups.into_values().chain(distant.filter(|sources| !sources.is_empty())).collect()
 }
 
 /// Emitters that have sequences of their own, at most; if there are more, neighbours in the scene share one.
@@ -246,6 +269,19 @@ fn cut(scene: &Scene, geometry: &Geometry, emissions: &Emissions, triangle: u32)
             (area, floor + probes.sum::<f64>() / f64::from(PROBES * PROBES))
         })
         .collect()
+}
+
+/// The environment's cells as sources, weighted by the flux that they send through a disc as large as the scene.
+fn environment_sources(geometry: &Geometry, environment: &Environment, emissions: &Emissions) -> Vec<Source> {
+    let disc = PI * f64::from(geometry.extent() * 0.5).powi(2);
+    let strength = f64::from(luminance(emissions.of_environment()) / environment.strength);
+    let each = environment.cell_solid_angle() * disc * strength;
+    let source = |cell| Source {
+        kind: Kind::Distant(cell),
+        weight: f64::from(luminance(environment.cell_radiance(cell))) * each,
+        center: environment.cell_direction(cell, DVec2::splat(0.5)) * geometry.extent(),
+    };
+    (0..environment.cells()).map(source).filter(|s| s.weight > 0.0 && s.weight.is_finite()).collect()
 }
 
 /// The punctual lights as sources, weighted by the flux that they can send into the scene.

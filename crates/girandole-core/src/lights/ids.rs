@@ -28,6 +28,13 @@ pub enum LightId {
         /// Which of the samples at this point: 0, unless it stands for more light than one sample should carry.
         index: u32,
     },
+    /// One of the environment's samples.
+    Environment {
+        /// Which point of its sequence.
+        point: u32,
+        /// Which of the samples at this point: 0, unless it stands for more light than one sample should carry.
+        index: u32,
+    },
     /// Left by a random walk.
     Bounce {
         /// Which path.
@@ -45,6 +52,7 @@ pub(super) fn origin(sample: &LightSample) -> [u32; 3] {
         SampleOrigin::Punctual { light } => [0, light, 0],
         SampleOrigin::Emitter { triangle, point } => [1, triangle, point],
         SampleOrigin::Bounce { path, bounce, .. } => [2, path, bounce],
+        SampleOrigin::Environment { point } => [3, point, 0],
     }
 }
 
@@ -56,6 +64,7 @@ pub(super) fn identify(geometry: &Geometry, samples: &[LightSample]) -> Vec<Ligh
         let count = counts.entry(id).or_default();
         let (LightId::Punctual { index, .. }
         | LightId::Emitter { index, .. }
+        | LightId::Environment { index, .. }
         | LightId::Bounce { index, .. }) = &mut id;
         *index = *count;
         *count += 1;
@@ -68,6 +77,7 @@ pub(super) fn identify(geometry: &Geometry, samples: &[LightSample]) -> Vec<Ligh
 fn first(geometry: &Geometry, sample: &LightSample) -> LightId {
     match sample.origin {
         SampleOrigin::Punctual { light } => LightId::Punctual { light, index: 0 },
+        SampleOrigin::Environment { point } => LightId::Environment { point, index: 0 },
         SampleOrigin::Bounce { path, bounce, .. } => LightId::Bounce { path, bounce, index: 0 },
         SampleOrigin::Emitter { triangle, point } => match geometry.triangles.get(triangle as usize) {
             Some(t) => LightId::Emitter {

@@ -5,14 +5,14 @@
 //!    the point reflects. The pairs of a run have different points.
 //! 3. A point counts for the inverse of its brightness, as all pairs estimate it: relative errors are what is seen.
 //! 4. What a run's pairs bring in the mean is the importance of its candidates, per unit of power.
-//! 5. A candidate's weight is its power times a mixture of its importance and the mean of all: none that could be seen is left
-//!    out because none of its pairs happened to see it, and none becomes stronger than [`1 / PLAIN`](PLAIN) times what
-//!    power alone would make it.
+//! 5. A candidate's weight is its power times a mixture of its importance and the mean of all of its kind, an environment's or
+//!    other: none that could be seen is left out because none of its pairs happened to see it, and none becomes stronger than
+//!    [`1 / PLAIN`](PLAIN) times what power alone would make it.
 //!
 //! Weights decide where samples are, never what light there is in the mean (`resample.rs`).
 
 use super::view_points::ViewPoint;
-use super::{Clamp, LightSample};
+use super::{Clamp, LightSample, Profile};
 use crate::brdf::Surface;
 use crate::math::{sequence, warp};
 use crate::trace::SceneTracer;
@@ -26,23 +26,44 @@ const PAIRS: usize = 8;
 const RUN: usize = 64;
 /// Share of the weight that comes from power alone.
 const PLAIN: f64 = 0.1;
+/// An environment's light and all other light have means of their own: most of a sky's power may never come into a room. Either is
+/// no less than this share of that of all.
+const LEAST_PLAIN: f64 = 1e-2;
 /// Share of the mean brightness that counts as dark.
 const DARK: f64 = 0.3;
 /// Changes of a point that are not seen, as a share of the mean brightness.
 const UNSEEN: f32 = 1e-3;
 
+/// Scale of normals relative to positions, as a share of the [free path](free_path): samples on two walls that meet differ by 0.57
+/// times that.
+pub(super) const NORMAL_SCALE: f32 = 0.4;
+/// Where an environment's candidates lie among others, in the scene's size.
+const ELSEWHERE: f32 = 100.0;
+
 /// Rays that measure how far light goes.
 const FREE_PATH_RAYS: usize = 256;
 
-/// The power of a candidate: W/sr of its brightest channel.
+/// The power of a candidate: W/sr of its brightest channel; of parallel light, as much as a light at its position needs for the
+/// same in the middle of the scene.
 pub(super) fn power(sample: &LightSample) -> f64 {
-    f64::from(sample.intensity.max_element())
+    f64::from(sample.intensity.max_element()) * f64::from(distance_squared(sample))
+}
+
+/// What parallel light is divided by to be compared with other light, m²; 1 for that.
+fn distance_squared(sample: &LightSample) -> f32 {
+    if let Profile::Distant { distance } = sample.profile { distance * distance } else { 1.0 }
 }
 
 /// Where a candidate lies among others: its position, and its normal as a position on a sphere with a radius of `normal_scale`
-/// metres.
+/// metres. Those of an environment lie as far apart as light from them that comes as far as other light does, all far away from others.
 pub(super) fn place(candidate: &LightSample, normal_scale: f32) -> [f32; 6] {
-    let (p, n) = (candidate.position, candidate.normal * normal_scale);
+    let n = candidate.normal * normal_scale;
+    let p = match candidate.profile {
+        Profile::Distant { distance } => {
+            Vec3::X * (ELSEWHERE * distance) - candidate.normal * (normal_scale / NORMAL_SCALE)
+        }
+        _ => candidate.position,
+    };
     [p.x, p.y, p.z, n.x, n.y, n.z]
 }
 
@@ -144,6 +165,9 @@ pub(super) fn measure(
     // What a run brings, per unit of power.
     let mut importances = Vec::with_capacity(runs.len());
     let (mut first, mut total) = (0, 0.0);
+    // An environment's light and all other light, each with its power.
+    let mut kinds = [(0.0, 0.0); 2];
+    let is_distant = |run: &[u32]| run.first().is_some_and(|&i| candidates[i as usize].profile.is_parallel());
     for run in &runs {
         let (mut sum, mut run_power) = (0.0, 0.0);
         for (at, &candidate) in (first..).zip(run) {
@@ -153,14 +177,19 @@ pub(super) fn measure(
         }
         importances.push(sum / run_power);
         total += sum;
+        let kind = &mut kinds[usize::from(is_distant(run))];
+        *kind = (kind.0 + sum, kind.1 + run_power);
         first += run.len();
     }
     let mean = total / power.iter().sum::<f64>();
     result.mean = mean;
+    let is_mixed = kinds.iter().all(|(_, power)| *power > 0.0);
+    let plain = kinds.map(|(sum, power)| if is_mixed { (sum / power).max(LEAST_PLAIN * mean) } else { mean });
     let mut importances = importances.into_iter();
     for run in &mut result.runs {
-        if let Run::Whole { importance, .. } = run {
-            *importance = importances.next().map_or(mean, |own| PLAIN * mean + (1.0 - PLAIN) * own);
+        if let Run::Whole { importance, members } = run {
+            let plain = plain[usize::from(is_distant(members))];
+            *importance = importances.next().map_or(plain, |own| PLAIN * plain + (1.0 - PLAIN) * own);
         }
     }
     result
@@ -185,14 +214,19 @@ pub(super) fn free_path(tracer: &SceneTracer, candidates: &[LightSample]) -> f32
     lengths.get(lengths.len() / 2).copied().unwrap_or(1.0)
 }
 
-/// Light from a candidate that a point reflects, per unit of intensity; by luminance, in arbitrary units.
+/// Light from a candidate that a point reflects, per unit of [power]; by luminance, in arbitrary units.
 fn reflected(tracer: &SceneTracer, point: &ViewPoint, candidate: &LightSample, bound: f32) -> f32 {
     let Surface { position, geometric_normal, shading_normal, .. } = point.surface;
     match candidate.geometric_factor(position, geometric_normal, shading_normal, Clamp::At(bound)) {
         Some((g, _))
-            if !tracer.occluded(position, point.triangle, candidate.position, candidate.triangle()) =>
+            if !tracer.occluded(
+                position,
+                point.triangle,
+                candidate.shadow_ray_end(position),
+                candidate.triangle(),
+            ) =>
         {
-            g * point.reflectance
+            g * point.reflectance / distance_squared(candidate)
         }
         _ => 0.0,
     }
@@ -212,7 +246,8 @@ pub(super) fn brought(
         let factor = sample.geometric_factor(position, geometric_normal, shading_normal, Clamp::Own);
         let reflectance = (point.surface.albedo + point.surface.f0).max_element();
         let share = factor.map_or(0.0, |(g, _)| g * reflectance) / brightness as f32;
-        let blocked = || tracer.occluded(position, point.triangle, sample.position, sample.triangle());
+        let end = sample.shadow_ray_end(position);
+        let blocked = || tracer.occluded(position, point.triangle, end, sample.triangle());
         if change.abs().max_element() * share > UNSEEN && blocked() { 0.0 } else { share }
     })
 }

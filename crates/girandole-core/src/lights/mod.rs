@@ -47,6 +47,18 @@ pub enum Profile {
     },
     /// Parallel light along the normal; the position lies outside the scene, distance does not count.
     Directional,
+    /// The same from a part of an environment, one of many samples of it.
+    Distant {
+        /// From the sample's position to the middle of the scene, m: with it, light is compared with light that is not parallel.
+        distance: f32,
+    },
+}
+
+impl Profile {
+    /// Whether light is parallel.
+    pub fn is_parallel(&self) -> bool {
+        matches!(self, Self::Directional | Self::Distant { .. })
+    }
 }
 
 /// Where a light sample comes from.
@@ -63,6 +75,11 @@ pub enum SampleOrigin {
     Punctual {
         /// Index into the scene's lights.
         light: u32,
+    },
+    /// A direction of the scene's environment.
+    Environment {
+        /// Which point of its sequence.
+        point: u32,
     },
     /// Left by a random walk.
     Bounce {
@@ -82,7 +99,7 @@ pub struct LightSample {
     pub position: Vec3,
     /// Unit normal; nothing is emitted behind it.
     pub normal: Vec3,
-    /// Radiant intensity along the normal, W/sr, linear RGB (directional: irradiance, W/m²).
+    /// Radiant intensity along the normal, W/sr, linear RGB (parallel light: irradiance, W/m²).
     pub intensity: Vec3,
     /// Dependence on direction.
     pub profile: Profile,
@@ -107,12 +124,20 @@ pub enum Clamp {
 }
 
 impl LightSample {
-    /// The triangle that the sample lies on, [`NONE`](crate::scene::NONE) for punctual lights.
+    /// The triangle that the sample lies on, [`NONE`](crate::scene::NONE) for those that lie on none.
     pub fn triangle(&self) -> u32 {
         match self.origin {
             SampleOrigin::Emitter { triangle, .. } | SampleOrigin::Bounce { triangle, .. } => triangle,
-            SampleOrigin::Punctual { .. } => crate::scene::NONE,
+            SampleOrigin::Punctual { .. } | SampleOrigin::Environment { .. } => crate::scene::NONE,
         }
+    }
+
+    /// Where a shadow ray from a point ends: at the sample, or beyond the scene where its light is parallel.
+    pub fn shadow_ray_end(&self, from: Vec3) -> Vec3 {
+        if !self.profile.is_parallel() {
+            return self.position;
+        }
+        from - self.normal * (from - self.position).dot(self.normal).max(0.0)
     }
 
     /// The punctual light that it is of.
@@ -123,7 +148,7 @@ impl LightSample {
         }
     }
 
-    /// The geometric factor `G` of this sample at a point, m⁻² (directional: a cosine); and the unit direction that light comes
+    /// The geometric factor `G` of this sample at a point, m⁻² (parallel light: a cosine); and the unit direction that light comes
     /// from. `None` unless both cosines and the geometric one are positive: a pair counts only if the geometric normals of
     /// both face each other. Mirrored in `shaders/lib/light.wgsl`.
     pub fn geometric_factor(
@@ -133,7 +158,7 @@ impl LightSample {
         shading_normal: Vec3,
         clamp: Clamp,
     ) -> Option<(f32, Vec3)> {
-        if self.profile == Profile::Directional {
+        if self.profile.is_parallel() {
             let wi = -self.normal;
             let cosine = shading_normal.dot(wi);
             return (cosine > 0.0 && geometric_normal.dot(wi) > 0.0).then_some((cosine, wi));
@@ -162,7 +187,7 @@ impl LightSample {
                 let x = (cos_light * inverse_r * scale + offset).clamp(0.0, 1.0);
                 x * x
             }
-            Profile::Hemisphere | Profile::Directional => 1.0,
+            Profile::Hemisphere | Profile::Directional | Profile::Distant { .. } => 1.0,
         };
         let bound = if let Clamp::At(bound) = clamp { bound } else { f32::MAX };
         Some(((cos_x * inverse_r * falloff / r2).min(bound), to_light * inverse_r))
@@ -380,7 +405,9 @@ impl LightSet {
 }
 
 fn no_light() -> Error {
-    Error::Invalid("the scene has no light; give a surface an emission, or add a punctual light".into())
+    Error::Invalid(
+        "the scene has no light; give a surface an emission, add a punctual light, or an environment".into(),
+    )
 }
 
 #[cfg(test)]

@@ -57,6 +57,7 @@ fn own_random(candidate: &LightSample, seed: u32) -> f64 {
         SampleOrigin::Emitter { triangle, point } => [triangle.wrapping_add(1 << 31), point],
         SampleOrigin::Bounce { path, bounce, .. } => [path, bounce],
         SampleOrigin::Punctual { light } => [light, 0],
+        SampleOrigin::Environment { point } => [point, u32::MAX],
     };
     let low = sequence::hash(a ^ sequence::hash(b ^ seed));
     let high = sequence::hash(low ^ 0x68bc_21eb);
@@ -80,10 +81,16 @@ pub(super) fn stand_in(candidates: Candidates, cluster: &Cluster, index: usize) 
     let sample = samples[index];
     let area = (PI * cluster.radius_squared) as f32;
     let member = |i: &Item| &samples[i.index as usize];
-    let in_plane = |i: &&Item| Rectangle::shares_plane(&sample, member(i), area);
+    let is_distant = sample.profile.is_parallel();
+    let in_plane = |i: &&Item| {
+        if is_distant {
+            return member(i).profile.is_parallel();
+        }
+        !member(i).profile.is_parallel() && Rectangle::shares_plane(&sample, member(i), area)
+    };
     let coplanar: Vec<&Item> = cluster.items.iter().filter(in_plane).collect();
     let positions = coplanar.iter().map(|i| member(i).position);
-    let rectangle = Some(Rectangle::about(&sample, positions, area));
+    let rectangle = (!is_distant).then(|| Rectangle::about(&sample, positions, area));
     // A candidate may be there in part.
     let part = |i: &Item| i.weight / weights[i.index as usize];
     let light: DVec3 = coplanar.iter().map(|i| member(i).intensity.as_dvec3() * part(i)).sum();

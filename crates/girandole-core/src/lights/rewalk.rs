@@ -216,7 +216,7 @@ impl IncrementalWalk {
         self.frame += 1;
         let moved = self.latest.moved_objects(&to);
         let moved_lights = self.latest.moved_lights(&to);
-        let groups = emitters::area_groups(scene, geometry, self.sampled.emissions());
+        let groups = emitters::groups(scene, geometry, self.sampled.emissions());
         let punctual = emitters::punctual_sources(scene, geometry, self.sampled.emissions());
         let trees = emitters::trees(&groups, &punctual);
         if trees.len() != self.sampling.walked.counts.len() && !self.paths.is_empty() {

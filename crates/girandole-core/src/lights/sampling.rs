@@ -10,9 +10,6 @@ use crate::math::sequence;
 use crate::scene::{Geometry, Scene, View};
 use crate::trace::SceneTracer;
 
-/// Scale of normals relative to positions, as a share of the [free path](importance::free_path): samples on two walls that
-/// meet differ by 0.57 times that.
-const NORMAL_SCALE: f32 = 0.4;
 /// Share of the candidates that lie on emitters.
 const EMITTER_CANDIDATES: f32 = 0.25;
 
@@ -74,7 +71,7 @@ impl Sampling {
     /// For what `views` see; none = by power. The settings are in range, and the geometry is the scene's.
     pub fn new(scene: &Scene, geometry: &Geometry, settings: &LightSettings, views: &[View]) -> Self {
         let emissions = Emissions::of(scene);
-        let groups = emitters::area_groups(scene, geometry, &emissions);
+        let groups = emitters::groups(scene, geometry, &emissions);
         let sources = emitters::punctual_sources(scene, geometry, &emissions);
         let punctual = direct::punctual(scene, geometry, |_, light| direct::shines(light));
         let lights = punctual.len() as u32;
@@ -93,7 +90,7 @@ impl Sampling {
 
         let points = view_points(&tracer, views, POINTS);
         let measure = |candidates: &[LightSample]| {
-            let normal_scale = NORMAL_SCALE * importance::free_path(&tracer, candidates);
+            let normal_scale = importance::NORMAL_SCALE * importance::free_path(&tracer, candidates);
             let places: Vec<[f32; 6]> =
                 candidates.iter().map(|c| importance::place(c, normal_scale)).collect();
             (importance::measure(&tracer, &points, candidates, &places), normal_scale)

@@ -16,7 +16,7 @@
 
 use super::direct::{allocate, mixture};
 use super::emission::{Emission, Emissions};
-use super::emitters::{Source, SourceTree, SpotCone};
+use super::emitters::{EnvironmentPoint, Source, SourceTree, SpotCone};
 use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
 use crate::math::{sequence, warp};
 use crate::scene::PunctualKind;
@@ -147,7 +147,7 @@ impl Pilot {
 fn emitter_of(deposit: &LightSample, emitters: usize) -> usize {
     match deposit.origin {
         SampleOrigin::Bounce { path, .. } => path as usize % emitters,
-        SampleOrigin::Emitter { .. } | SampleOrigin::Punctual { .. } => 0,
+        _ => 0,
     }
 }
 
@@ -289,11 +289,31 @@ impl Walk<'_> {
         (x * local.x + y * local.y + normal * local.z).normalize()
     }
 
+    /// A point outside of the scene on a disc as large as that, from where light goes in that direction.
+    fn on_disc(&self, path: u32, forward: Vec3) -> Vec3 {
+        let geometry = self.tracer.geometry();
+        let (x, y) = warp::frame(forward);
+        let disc = warp::disc(Vec2::new(self.at(path, 2), self.at(path, 3))) * (geometry.extent() * 0.5);
+        geometry.center() + x * disc.x + y * disc.y - forward * geometry.extent()
+    }
+
     fn start(&self, path: u32) -> Option<Photon> {
         let (scene, geometry) = (self.tracer.scene(), self.tracer.geometry());
         let tree = &self.emitters[path as usize % self.emitters.len()];
         let (source, at) = self.choose(path);
         let probability = tree.probability(source);
+        if let Some(EnvironmentPoint { direction, radiance, .. }) =
+            source.direction(scene, self.emissions, at)
+        {
+            let luminance = f64::from(crate::image::luminance(radiance));
+            let flux = radiance.as_dvec3() * (source.weight / luminance / probability);
+            let origin = self.on_disc(path, -direction);
+            return (flux.max_element() > 0.0).then(|| Photon {
+                origin,
+                direction: -direction,
+                flux: flux.as_vec3(),
+            });
+        }
         let Some(light) = source.punctual() else {
             let point = source.point((scene, geometry), self.emissions, at)?;
             let flux = point.radiance.as_dvec3() * (std::f64::consts::PI * point.area / probability);
@@ -319,12 +339,7 @@ impl Walk<'_> {
                 let across = x * libm::cosf(phi) + y * libm::sinf(phi);
                 (position, (across * sin + forward * cos).normalize())
             }
-            PunctualKind::Directional => {
-                let (x, y) = warp::frame(forward);
-                let disc = warp::disc(s) * (geometry.extent() * 0.5);
-                let center = (geometry.bounds.0 + geometry.bounds.1) * 0.5;
-                (center + x * disc.x + y * disc.y - forward * geometry.extent(), forward)
-            }
+            PunctualKind::Directional => (self.on_disc(path, forward), forward),
         };
         // A source's weight is its flux by luminance.
         let luminance = f64::from(crate::image::luminance(intensity));

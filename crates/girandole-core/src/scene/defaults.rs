@@ -1,8 +1,8 @@
 //! A camera and a light for scenes that have none.
 
 use super::{
-    Camera, Geometry, LocalView, Material, Mesh, NONE, Projection, PunctualKind, PunctualLight, Scene,
-    Transform, View,
+    Camera, Environment, Geometry, LocalView, Material, Mesh, NONE, Projection, PunctualKind, PunctualLight,
+    Scene, Transform, View,
 };
 use crate::trace::SceneTracer;
 use glam::Vec3;
@@ -77,7 +77,8 @@ impl Scene {
 
     fn shines(&self) -> bool {
         let emits = |material: u32| self.materials.get(material as usize).is_some_and(Material::emits);
-        self.lights.iter().any(|l| l.intensity.max_element() > 0.0)
+        self.environment.as_ref().is_some_and(Environment::shines)
+            || self.lights.iter().any(|l| l.intensity.max_element() > 0.0)
             || self
                 .placed_objects()
                 .any(|(_, o)| self.meshes[o.mesh].triangles.iter().any(|t| emits(t.material)))

@@ -264,6 +264,11 @@ impl Geometry {
         self.frame_of_reference().extent()
     }
 
+    /// Middle of the bounds of what there is.
+    pub(crate) fn center(&self) -> Vec3 {
+        (self.bounds.0 + self.bounds.1) * 0.5
+    }
+
     /// Bounds of what there is, but for outliers: smallest and largest corner.
     pub fn main_bounds(&self) -> (Vec3, Vec3) {
         // The origin is their centre.

@@ -1,6 +1,6 @@
 //! Scenes from files of any supported kind.
 
-use super::{Material, Scene, Transform, gltf, model_file, repair};
+use super::{Environment, Material, Scene, Transform, gltf, model_file, repair};
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -13,6 +13,14 @@ impl Scene {
     /// [`Error::Unknown`] for other kinds of files; [`Error::Read`] or [`Error::Broken`] if the file, or one that it
     /// refers to, is not usable.
     pub fn load(path: &Path) -> Result<Self> {
+        Self::load_with_environment(path, None)
+    }
+
+    /// The same with an environment, which takes the place of the file's own, if there is one: then nothing else needs to shine.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn load_with_environment(path: &Path, environment: Option<Environment>) -> Result<Self> {
         let kind = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
         let mut scene = match kind.as_str() {
             "glb" | "gltf" => gltf::load_gltf(path)?,
@@ -26,6 +34,7 @@ impl Scene {
             }
         };
         scene.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        scene.environment = environment.or(scene.environment);
         scene.ensure_camera();
         scene.ensure_light();
         Ok(scene)

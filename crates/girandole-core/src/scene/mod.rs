@@ -30,6 +30,7 @@ mod defaults;
 mod deformation;
 #[cfg(feature = "import")]
 mod edits;
+mod environment;
 mod frame_of_reference;
 mod geometry;
 #[cfg(feature = "import")]
@@ -52,6 +53,7 @@ pub use changes::{ObjectId, SceneChanges};
 pub use deformation::{Joint, JointWeight, MorphTarget, Skin};
 #[cfg(feature = "import")]
 pub use edits::{Edit, Edits, NamedIndex, ReadModel, Shape};
+pub use environment::{Environment, EnvironmentMap};
 pub use frame_of_reference::FrameOfReference;
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
 #[cfg(feature = "import")]
@@ -157,6 +159,8 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Lights without extent; area lights are meshes whose material emits.
     pub lights: Vec<PunctualLight>,
+    /// Light from infinitely far away, if there is any.
+    pub environment: Option<Environment>,
     /// Cameras; never empty after [`Scene::ensure_camera`].
     pub cameras: Vec<Camera>,
     /// Animations of nodes and morph weights; [`Scene::set_time`] plays them.

@@ -3,7 +3,7 @@
 use super::clusters::Cluster;
 use super::groups::ReceiverGroup;
 use super::primitives::{Tolerance, box_extent};
-use crate::lights::{LightSample, Profile};
+use crate::lights::LightSample;
 use glam::DVec3;
 
 /// Corners of a receiver's polygon, at most.
@@ -23,7 +23,7 @@ impl Apex {
         Self {
             position: light.position.as_dvec3(),
             normal: light.normal.as_dvec3(),
-            finite: light.profile != Profile::Directional,
+            finite: !light.profile.is_parallel(),
         }
     }
 

@@ -2,6 +2,7 @@
 //! 1997). It is written to be verified by reading, not to be fast.
 
 mod bsdf;
+mod distant;
 mod emitters;
 mod progressive;
 mod random;
@@ -9,6 +10,7 @@ mod random;
 pub use progressive::ProgressivePathTracer;
 
 use crate::tiles;
+use distant::Distant;
 use emitters::{Emitters, Punctual};
 use girandole_core::brdf::Surface;
 use girandole_core::glam::{DVec3, Vec2, Vec3};
@@ -39,7 +41,7 @@ impl Default for PathSettings {
 /// A picture and its variance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
-    /// Radiance, W/(sr·m²): mean over a pixel (box filter). The background is black.
+    /// Radiance, W/(sr·m²): mean over a pixel (box filter). The background is the scene's environment, black without one.
     pub mean: Image,
     /// Variance of that mean, by pixel and channel: the sample variance of the paths divided by their number.
     /// Infinite for a single path.
@@ -118,6 +120,7 @@ struct Integrator<'a> {
     tracer: &'a SceneTracer<'a>,
     emitters: Emitters,
     punctual: Vec<Punctual>,
+    distant: Option<Distant<'a>>,
     bounces: Option<u32>,
 }
 
@@ -132,13 +135,21 @@ struct Vertex {
 
 impl<'a> Integrator<'a> {
     fn new(tracer: &'a SceneTracer<'a>, bounces: Option<u32>) -> Self {
-        Self { tracer, emitters: Emitters::new(tracer), punctual: Punctual::all(tracer), bounces }
+        Self {
+            tracer,
+            emitters: Emitters::new(tracer),
+            punctual: Punctual::all(tracer),
+            distant: Distant::new(tracer),
+            bounces,
+        }
     }
 
     /// The radiance that one random path finds along a camera ray.
     fn radiance(&self, origin: Vec3, direction: Vec3, random: &mut Random) -> Vec3 {
         let geometry = self.tracer.geometry();
-        let Some(hit) = self.tracer.closest_visible(origin, direction) else { return Vec3::ZERO };
+        let Some(hit) = self.tracer.closest_visible(origin, direction) else {
+            return self.distant.as_ref().map_or(Vec3::ZERO, |d| d.radiance(direction.normalize()));
+        };
         let mut vertex = self.vertex(hit.triangle, hit.barycentric, -direction.normalize());
         let mut result = vertex.surface.emission;
         let mut beta = Vec3::ONE;
@@ -147,7 +158,9 @@ impl<'a> Integrator<'a> {
                 break;
             }
             result += beta
-                * (self.light_from_emitters(&vertex, random) + self.light_from_punctual(&vertex, random));
+                * (self.light_from_emitters(&vertex, random)
+                    + self.light_from_punctual(&vertex, random)
+                    + self.light_from_distant(&vertex, random));
 
             // Continue by the BSDF; weight emission found there against emitter sampling.
             let Some((wi, pdf)) = bsdf::sample(&vertex.surface, vertex.wo, random) else { break };
@@ -157,6 +170,9 @@ impl<'a> Integrator<'a> {
             }
             beta *= reflection / pdf;
             let Some(hit) = self.tracer.closest_hit(vertex.start, wi, f32::INFINITY, vertex.triangle) else {
+                if let Some(distant) = &self.distant {
+                    result += beta * distant.radiance(wi) * power_heuristic(pdf, distant.pdf(wi));
+                }
                 break;
             };
             let next = self.vertex(hit.triangle, hit.barycentric, -wi);
@@ -207,6 +223,22 @@ impl<'a> Integrator<'a> {
         }
         let end = self.tracer.offset_ray_origin(point.position, towards);
         if self.tracer.occluded(vertex.start, vertex.triangle, end, point.triangle) {
+            return Vec3::ZERO;
+        }
+        light / pdf * power_heuristic(pdf, bsdf::pdf(&vertex.surface, vertex.wo, wi))
+    }
+
+    /// Reflected light of one direction of the environment, weighted against BSDF sampling.
+    fn light_from_distant(&self, vertex: &Vertex, random: &mut Random) -> Vec3 {
+        let Some(distant) = &self.distant else { return Vec3::ZERO };
+        let wi = distant.sample(random);
+        let pdf = distant.pdf(wi);
+        let light = bsdf::evaluate(&vertex.surface, vertex.wo, wi) * distant.radiance(wi);
+        if light == Vec3::ZERO || pdf <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let end = vertex.start + wi * (vertex.start.length() + 2.0 * self.tracer.geometry().extent());
+        if self.tracer.occluded(vertex.start, vertex.triangle, end, girandole_core::scene::NONE) {
             return Vec3::ZERO;
         }
         light / pdf * power_heuristic(pdf, bsdf::pdf(&vertex.surface, vertex.wo, wi))

@@ -2,6 +2,7 @@
 
 mod closed_form;
 mod common;
+mod environment;
 mod files;
 mod light_motion;
 mod many_lights;

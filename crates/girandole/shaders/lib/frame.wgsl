@@ -27,7 +27,7 @@ struct Frame {
   center: vec2f, // shift of the view, in units of half its size
   depth_scale: f32, // where rays are parallel, depth is depth_bias − z / depth_scale
   forward_depth: u32, // whether depth grows with distance in the caller's depth buffers
-  padding: vec2u,
+  environment: vec2f, // what its map is multiplied by, and how far it is turned
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -2,9 +2,9 @@
 
 struct Light {
   position: vec3f,
-  profile: u32, // COSINE, HEMISPHERE, SPOT or DIRECTIONAL
+  profile: u32, // COSINE, HEMISPHERE, SPOT, DIRECTIONAL or DISTANT
   normal: vec3f,
-  scale: f32, // cosine: height / width of its rectangle; spot: 1 / (cos inner − cos outer); directional: 1 / radius of the scene
+  scale: f32, // cosine: height / width of its rectangle; spot: 1 / (cos inner − cos outer); parallel light: 1 / radius of the scene
   tangent: vec3f,
   offset: f32, // cosine: squared distance within which a receiver may be near, m²; spot: −cos outer · scale
   intensity: vec3f,
@@ -26,7 +26,7 @@ fn geometric_factor(light: Light, cos_x: f32, cos_light: f32, r2: f32) -> f32 {
   if ONLY_COSINE_LIGHTS || light.profile == COSINE {
     return min(cos_x * cos_light / (r2 * r2), bound);
   }
-  if light.profile == DIRECTIONAL { return cos_x; }
+  if light.profile >= DIRECTIONAL { return cos_x; }
   let inverse_r = inverseSqrt(r2);
   var falloff = 1.0;
   if light.profile == SPOT {

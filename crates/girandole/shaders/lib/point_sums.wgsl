@@ -25,7 +25,7 @@ struct Arriving {
 
 fn arriving(light: Light, s: Shading) -> Arriving {
   var to_light = light.position - s.position;
-  if !ONLY_COSINE_LIGHTS && light.profile == DIRECTIONAL { to_light = -light.normal; }
+  if !ONLY_COSINE_LIGHTS && light.profile >= DIRECTIONAL { to_light = -light.normal; }
   let cos_x = dot(s.ns, to_light);
   let cos_light = -dot(light.normal, to_light);
   let height = dot(s.ng, to_light);

@@ -44,7 +44,7 @@ fn receiver(light: Light, position: vec3f, ng: vec3f, height: f32) -> Receiver {
 }
 
 fn is_parallel(light: Light) -> bool {
-  return !ONLY_COSINE_LIGHTS && light.profile == DIRECTIONAL;
+  return !ONLY_COSINE_LIGHTS && light.profile >= DIRECTIONAL;
 }
 
 fn texel_of(light: Light, uv: vec2f) -> vec2u {

@@ -1,7 +1,6 @@
 //! Which texels of a light's shadow map a box may cover.
 
 use crate::layout::Light;
-use crate::shader_constants::DIRECTIONAL;
 use girandole_core::glam::Vec3;
 
 /// An axis-aligned box in world space.
@@ -91,7 +90,7 @@ pub(crate) struct MapView<'a> {
 impl<'a> MapView<'a> {
     /// `faces` are those of the parameterisation; parallel light has one.
     pub fn new(light: &'a Light, size: u32, faces: u32) -> Self {
-        Self { light, size, faces: if light.profile == DIRECTIONAL { 1 } else { faces } }
+        Self { light, size, faces: if light.is_parallel() { 1 } else { faces } }
     }
 
     pub fn faces(&self) -> u32 {
@@ -107,7 +106,7 @@ impl<'a> MapView<'a> {
         let overlap = (d.length() + bounds.half_extent.length()) * 2.0 / self.size as f32;
         let range = |axis: Vec3| (axis.dot(d), axis.abs().dot(bounds.half_extent) + overlap);
         let [x, y, z] = [light.tangent, bitangent, light.normal].map(range);
-        if light.profile != DIRECTIONAL && z.0 + z.1 < 0.0 {
+        if !light.is_parallel() && z.0 + z.1 < 0.0 {
             return 0;
         }
         let is_inside = |face: u32| {
@@ -142,7 +141,7 @@ impl<'a> MapView<'a> {
                 high[i] = high[i].max(uv[i]);
             }
         };
-        if light.profile == DIRECTIONAL {
+        if light.is_parallel() {
             corners.for_each(|p| extend([p.x, p.y].map(|q| q * light.scale * 0.5 + 0.5)));
             return TexelRect::between(low, high, self.size);
         }
@@ -182,6 +181,7 @@ impl<'a> MapView<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shader_constants::DIRECTIONAL;
     use girandole_core::math::sequence;
 
     /// Where a map shows what lies in a direction of the light's frame, as `lib/octahedral.wgsl` has it.

@@ -2,7 +2,6 @@
 //! with the outer walls of a room.
 
 use crate::layout::Light;
-use crate::shader_constants::DIRECTIONAL;
 use girandole_core::glam::Vec3;
 use girandole_core::scene::{Geometry, Scene, WorldPatch};
 use std::ops::Range;
@@ -44,7 +43,7 @@ impl NonBlockers {
 
     fn find(&self, scene: &Scene, geometry: &Geometry, lights: &[Light]) -> Vec<u32> {
         // A directional light comes from outside of the scene: whatever it passes on its way in can block.
-        if lights.iter().any(|l| l.profile == DIRECTIONAL) {
+        if lights.iter().any(Light::is_parallel) {
             return Vec::new();
         }
         let [still, moving] = [false, true].map(|dynamic| vertices(scene, geometry, dynamic));

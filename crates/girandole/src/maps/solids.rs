@@ -5,7 +5,6 @@
 //! far side counts as the nearest; it faces the light, and nothing is seen of it but from inside.)
 
 use super::footprint::{Bounds, MapView};
-use crate::shader_constants::DIRECTIONAL;
 use girandole_core::glam::Vec3;
 use girandole_core::scene::Geometry;
 use std::collections::{HashMap, HashSet};
@@ -50,7 +49,7 @@ impl Solid {
     pub fn hidden_from<'a>(&'a self, map: &MapView) -> Option<impl Fn(usize) -> bool + 'a> {
         let light = map.light;
         let (position, direction) = (light.position, light.normal);
-        let is_parallel = light.profile == DIRECTIONAL;
+        let is_parallel = light.is_parallel();
         let Bounds { center, half_extent } = self.bounds?;
         let d = center - position;
         let is_outside = if is_parallel {

@@ -3,6 +3,7 @@
 
 pub(crate) mod append_all_points;
 pub(crate) mod average;
+pub(crate) mod background;
 pub(crate) mod caller_depth;
 pub(crate) mod debug;
 pub(crate) mod edges;

@@ -1,5 +1,7 @@
 //! Textures and buffers that depend on the picture's size alone; resizing makes only these anew.
 
+use std::sync::OnceLock;
+
 /// Pixels whose sums are held at once: 48 MiB of them.
 const BAND_PIXELS: u32 = 1 << 20;
 /// Pixels from point to point of the coarsest grid that is shaded.
@@ -38,6 +40,8 @@ pub(crate) struct Targets {
     pub partial_sums: wgpu::Buffer,
     pub picture: wgpu::Texture,
     pub picture_view: wgpu::TextureView,
+    /// The picture with what is behind it, where a scene has an environment.
+    with_background: OnceLock<(wgpu::Texture, wgpu::TextureView)>,
     /// The band's grids of points with steps of 1, 2, 4 and 8 pixels.
     grids: [Grid; 4],
     /// A further sample of each pixel.
@@ -82,7 +86,8 @@ impl Targets {
             let texture = |label| view(sized(label, points, GRID, U::STORAGE_BINDING | U::TEXTURE_BINDING));
             Grid { irradiance: texture("irradiance"), directional: texture("directional") }
         };
-        let picture = texture("picture", PICTURE, U::STORAGE_BINDING | U::TEXTURE_BINDING | U::COPY_SRC);
+        let usage = U::STORAGE_BINDING | U::TEXTURE_BINDING | U::COPY_SRC | U::COPY_DST;
+        let picture = texture("picture", PICTURE, usage);
         let pixels = u64::from(size[0]) * u64::from(band_rows + 1);
         Self {
             size,
@@ -99,8 +104,27 @@ impl Targets {
                 mapped_at_creation: false,
             }),
             picture_view: picture.create_view(&Default::default()),
+            with_background: OnceLock::new(),
             picture,
         }
+    }
+
+    /// A texture like the picture.
+    pub fn with_background(&self, device: &wgpu::Device) -> &(wgpu::Texture, wgpu::TextureView) {
+        self.with_background.get_or_init(|| {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("picture with background"),
+                size: self.picture.size(),
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: PICTURE,
+                usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
+                view_formats: &[],
+            });
+            let view = texture.create_view(&Default::default());
+            (texture, view)
+        })
     }
 
     /// The grid with points every `step` pixels: 1, 2, 4 or 8.

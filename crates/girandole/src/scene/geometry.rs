@@ -4,6 +4,7 @@ use crate::device::buffers::storage;
 use crate::device::kernel::{GroupLayout, buffer, texture};
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
 use crate::records::TextureEntry;
+use crate::scene::environment::GpuEnvironment;
 use crate::scene::surface_ids::surface_ids;
 use crate::shader_constants::{TEXEL_COLUMNS, TEXEL_ROWS};
 use crate::{Error, Remedy, Result};
@@ -29,6 +30,8 @@ pub(crate) struct GpuScene {
     pub objects: Vec<ObjectRange>,
     /// How many triangles have no mask, and how many have.
     pub counts: [u32; 2],
+    /// What is behind it all, if anything.
+    pub environment: Option<GpuEnvironment>,
 }
 
 impl GpuScene {
@@ -71,6 +74,7 @@ impl GpuScene {
             materials,
             material_count: scene.materials.len(),
             objects: geometry.objects.clone(),
+            environment: scene.environment.as_ref().map(|e| GpuEnvironment::new((device, queue), e)),
         })
     }
 

@@ -1,5 +1,6 @@
 //! What lies on the GPU of a scene: geometry, lights, and receivers with their light maps.
 
+pub(crate) mod environment;
 pub(crate) mod geometry;
 pub(crate) mod light_maps;
 pub(crate) mod lights;

@@ -1,6 +1,7 @@
 //! Tests that need an adapter (a software one will do). Where there is none, all are reported as ignored.
 
 mod common;
+mod environment;
 mod exact;
 mod leaks;
 mod light_motion;
@@ -41,6 +42,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         materials::tests(),
         pictures::tests(),
         motion::tests(),
+        environment::tests(),
         recording::tests(),
         refinement::tests(),
         selected::tests(),

@@ -170,7 +170,8 @@ fn geometric_factor(context: &Context) {
             }
         }
     }
-    let profiles = [Profile::Cosine, Profile::Hemisphere, spot, Profile::Directional];
+    let distant = Profile::Distant { distance: 3.0 };
+    let profiles = [Profile::Cosine, Profile::Hemisphere, spot, Profile::Directional, distant];
     let cases = profiles.into_iter().enumerate().flat_map(|p| [Clamp::At(bound), Clamp::Own].map(|c| (p, c)));
     for ((index, profile), clamp) in cases {
         let origin = SampleOrigin::Punctual { light: 0 };
@@ -198,7 +199,7 @@ fn geometric_factor(context: &Context) {
              fn map(a: vec4f, b: vec4f) -> vec4f {{ \
              var light: Light; light.position = {}; light.profile = {index}u; light.normal = {}; light.tangent = {}; \
              light.scale = {scale:?}; light.offset = {offset:?}; light.rectangle = vec4f(0.1, -0.05, 0.32, 0.24); \
-             var to_light = light.position - a.xyz; if light.profile == DIRECTIONAL {{ to_light = -light.normal; }} \
+             var to_light = light.position - a.xyz; if light.profile >= DIRECTIONAL {{ to_light = -light.normal; }} \
              let cosines = vec2f(dot(b.xyz, to_light), -dot(light.normal, to_light)); \
              let r2 = dot(to_light, to_light); \
              var g = geometric_factor(light, cosines.x, cosines.y, r2); \
@@ -225,7 +226,7 @@ fn geometric_factor(context: &Context) {
             .replace(", bound)", ", 1e30)")
             .replace("if is_near(light, r2)", "if false");
         let differs = match profile {
-            Profile::Directional => false,
+            Profile::Directional | Profile::Distant { .. } => false,
             Profile::Hemisphere => clamp != Clamp::Own,
             Profile::Cosine | Profile::Spot { .. } => true,
         };

@@ -32,7 +32,7 @@ fn session() -> Session {
         ..IlluminationSettings::default()
     };
     let (options, settings) = (RendererOptions::default(), RenderSettings::default());
-    let source = Source { scene: "pillars".into(), object: None };
+    let source = Source { scene: "pillars".into(), ..Source::default() };
     Session::new(Start {
         budget: None,
         source,

@@ -98,7 +98,7 @@ impl IncrementalWalk {
     fn allocate_emitters(&mut self, scene: &Scene, geometry: &Geometry) {
         let (count, seed) = self.sampling.emitter_candidates;
         let emissions = self.sampled.emissions();
-        let groups = emitters::area_groups(scene, geometry, emissions);
+        let groups = emitters::groups(scene, geometry, emissions);
         let pilot = &self.sampling.emitter_pilot;
         if !self.sampling.all_alike || groups.is_empty() || groups.len() > count as usize {
             return;

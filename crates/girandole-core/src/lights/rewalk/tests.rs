@@ -57,7 +57,7 @@ fn after(
 fn wrong_paths(scene: &Scene, walk: &IncrementalWalk) -> usize {
     let geometry = Geometry::new(scene);
     let emissions = walk.sampled.emissions();
-    let groups = emitters::area_groups(scene, &geometry, emissions);
+    let groups = emitters::groups(scene, &geometry, emissions);
     let trees = emitters::trees(&groups, &emitters::punctual_sources(scene, &geometry, emissions));
     let tracer = SceneTracer::new(scene, &geometry);
     let (walked, seed) = (&walk.sampling.walked, walk.sampling.walk_seed);

@@ -56,7 +56,7 @@ fn a_closed_room_holds_the_geometric_series_of_light() {
                 );
                 // Negative control: divided by the number of deposits instead of paths.
                 let emissions = Emissions::of(&scene);
-                let trees = emitters::trees(&emitters::area_groups(&scene, &geometry, &emissions), &[]);
+                let trees = emitters::trees(&emitters::groups(&scene, &geometry, &emissions), &[]);
                 let power =
                     |pilot: &[LightSample]| -> Vec<f64> { pilot.iter().map(importance::power).collect() };
                 let tracer = SceneTracer::new(&scene, &geometry);

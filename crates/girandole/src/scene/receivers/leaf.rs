@@ -273,7 +273,7 @@ impl LeafRectangle {
     /// plane at distance z, z² / r⁴ has |G″| ≤ 4 / r⁴.
     fn error(&self, light: &LightSample) -> f32 {
         match light.profile {
-            Profile::Directional => 0.0,
+            Profile::Directional | Profile::Distant { .. } => 0.0,
             // Its cone has an edge.
             Profile::Spot { .. } => f32::INFINITY,
             Profile::Cosine | Profile::Hemisphere => {
@@ -290,7 +290,7 @@ impl LeafRectangle {
     fn most(&self, light: &LightSample) -> f32 {
         let brightest = light.intensity.max_element();
         match light.profile {
-            Profile::Directional => brightest,
+            Profile::Directional | Profile::Distant { .. } => brightest,
             _ => brightest / light.position.distance_squared(self.nearest(light.position)),
         }
     }

@@ -1,0 +1,261 @@
+//! Light from all around, infinitely far away: a sky, or a picture of one.
+
+use crate::image::Image;
+use crate::{Error, Result};
+use glam::{DVec2, DVec3, Quat, Vec2, Vec3};
+use std::f32::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// Cells of an environment that light samples are taken from, across and up at most.
+const MOST_CELLS: [u32; 2] = [256, 128];
+/// The same of an environment without detail.
+const LEAST_CELLS: [u32; 2] = [32, 16];
+
+/// Places in a cell at which its mean is taken, for each pixel of the map along either axis.
+const PROBES: u32 = 4;
+
+/// Light that comes from infinitely far away, by direction.
+///
+/// Without rotation, a direction's place in the map is that of latitude and longitude: the middle of the map is towards −Z, its right edge +X a
+/// quarter further, its top +Y.
+#[derive(Clone, Debug)]
+pub struct Environment {
+    /// Radiance by direction, before [`strength`](Self::strength).
+    pub map: Arc<EnvironmentMap>,
+    /// What the map is multiplied by.
+    pub strength: f32,
+    /// How far it is turned about +Y, counter-clockwise seen from above, radians.
+    pub rotation: f32,
+}
+
+/// A picture of all directions by latitude and longitude, and its mean in cells of equal solid angle, by which light is sampled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnvironmentMap {
+    image: Image,
+    /// Cells around and from top to bottom.
+    size: [u32; 2],
+    /// Mean radiance of each cell, row by row from the top, W/(sr·m²).
+    cells: Vec<Vec3>,
+}
+
+impl EnvironmentMap {
+    /// Radiance, W/(sr·m²): a picture twice as wide as high, or one pixel where it is the same from everywhere.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a pixel is negative or not finite, or there is none.
+    pub fn new(image: Image) -> Result<Self> {
+        let refuse = |what: &str| Err(Error::Invalid(format!("the environment {what}")));
+        if image.pixels.is_empty() || image.pixels.len() != image.width as usize * image.height as usize {
+            return refuse("has no pixels; give a picture twice as wide as high");
+        }
+        if !image.pixels.iter().all(|p| p.is_finite() && p.min_element() >= 0.0) {
+            return refuse("has pixels that are negative or not finite; mend the picture");
+        }
+        let sides = [image.width, image.height];
+        let size = std::array::from_fn(|i| sides[i].next_power_of_two().clamp(LEAST_CELLS[i], MOST_CELLS[i]));
+        let mut result = Self { image, size, cells: Vec::new() };
+        let columns = PROBES * sides[0].div_ceil(size[0]);
+        let mean = |cell: u32| {
+            // Rows of cells are of the same height in y: at the poles they hold more rows of the picture than at the equator.
+            let y = |edge: u32| 1.0 - 2.0 * (cell / size[0] + edge) as f32 / size[1] as f32;
+            let angle = libm::acosf(y(1).max(-1.0)) - libm::acosf(y(0));
+            let rows = PROBES * (angle / PI * sides[1] as f32).ceil().max(1.0) as u32;
+            let mut sum = Vec3::ZERO;
+            for (i, j) in (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j))) {
+                let [x, y] = [(i, columns), (j, rows)].map(|(k, n)| (f64::from(k) + 0.5) / f64::from(n));
+                sum += result.at(place(result.direction(cell, DVec2::new(x, y))));
+            }
+            sum / (columns * rows) as f32
+        };
+        result.cells = (0..size[0] * size[1]).map(mean).collect();
+        Ok(result)
+    }
+
+    /// The picture.
+    pub fn image(&self) -> &Image {
+        &self.image
+    }
+
+    /// Unit direction to a place in a cell.
+    fn direction(&self, cell: u32, at: DVec2) -> Vec3 {
+        let [columns, rows] = self.size;
+        let longitude =
+            std::f64::consts::TAU * ((f64::from(cell % columns) + at.x) / f64::from(columns) - 0.5);
+        let y = 1.0 - 2.0 * (f64::from(cell / columns) + at.y) / f64::from(rows);
+        let across = (1.0 - y * y).max(0.0).sqrt();
+        DVec3::new(libm::sin(longitude) * across, y, -libm::cos(longitude) * across).as_vec3().normalize()
+    }
+
+    /// Bilinear; around it goes on at the other edge.
+    fn at(&self, place: Vec2) -> Vec3 {
+        let Image { width, height, pixels } = &self.image;
+        let at = place * Vec2::new(*width as f32, *height as f32) - 0.5;
+        let (low, f) = (at.floor(), at - at.floor());
+        let pixel = |dx: i32, dy: i32| {
+            let x = (low.x as i32 + dx).rem_euclid(*width as i32);
+            let y = (low.y as i32 + dy).clamp(0, *height as i32 - 1);
+            pixels[(y as u32 * width + x as u32) as usize]
+        };
+        let row = |dy| pixel(0, dy).lerp(pixel(1, dy), f.x);
+        row(0).lerp(row(1), f.y)
+    }
+}
+
+/// Where a direction lies in a map: in [0, 1], from the left and from the top.
+fn place(direction: Vec3) -> Vec2 {
+    let u = libm::atan2f(direction.x, -direction.z) / TAU + 0.5;
+    Vec2::new(u - u.floor(), libm::acosf(direction.y.clamp(-1.0, 1.0)) / PI)
+}
+
+impl PartialEq for Environment {
+    fn eq(&self, other: &Self) -> bool {
+        let is_same = Arc::ptr_eq(&self.map, &other.map) || self.map == other.map;
+        is_same && (self.strength, self.rotation) == (other.strength, other.rotation)
+    }
+}
+
+impl Environment {
+    /// By latitude and longitude, as [`EnvironmentMap::new`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn new(image: Image) -> Result<Self> {
+        Ok(Self { map: Arc::new(EnvironmentMap::new(image)?), strength: 1.0, rotation: 0.0 })
+    }
+
+    /// The same radiance from everywhere, W/(sr·m²).
+    ///
+    /// # Errors
+    /// As [`EnvironmentMap::new`].
+    pub fn constant(radiance: Vec3) -> Result<Self> {
+        Self::new(Image { width: 1, height: 1, pixels: vec![radiance] })
+    }
+
+    /// Radiance from a unit direction, W/(sr·m²): bilinear in the map.
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        self.map.at(place(self.in_map(direction))) * self.strength
+    }
+
+    /// Whether there is any light.
+    pub fn shines(&self) -> bool {
+        self.strength > 0.0 && self.map.cells.iter().any(|p| p.max_element() > 0.0)
+    }
+
+    /// How many cells there are, all of the same solid angle.
+    pub fn cells(&self) -> u32 {
+        self.map.cells.len() as u32
+    }
+
+    /// Solid angle of each cell, sr.
+    pub fn cell_solid_angle(&self) -> f64 {
+        4.0 * std::f64::consts::PI / f64::from(self.cells())
+    }
+
+    /// Mean radiance of a cell, W/(sr·m²).
+    pub fn cell_radiance(&self, cell: u32) -> Vec3 {
+        self.map.cells[cell as usize] * self.strength
+    }
+
+    /// Unit direction to a place in a cell, from (0, 0) to (1, 1): uniform in solid angle where places are.
+    pub fn cell_direction(&self, cell: u32, at: DVec2) -> Vec3 {
+        Quat::from_rotation_y(self.rotation) * self.map.direction(cell, at)
+    }
+
+    /// The cell that a unit direction lies in.
+    pub fn cell_at(&self, direction: Vec3) -> u32 {
+        let [columns, rows] = self.map.size;
+        let direction = self.in_map(direction);
+        let column = (place(direction).x * columns as f32) as u32;
+        let row = ((1.0 - direction.y) * 0.5 * rows as f32) as u32;
+        row.min(rows - 1) * columns + column.min(columns - 1)
+    }
+
+    /// A direction as the map has it.
+    fn in_map(&self, direction: Vec3) -> Vec3 {
+        Quat::from_rotation_y(-self.rotation) * direction
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{sequence, warp};
+
+    /// Brighter towards +Y and +X, with a small sun.
+    fn gradient() -> Environment {
+        let (width, height) = (128, 64);
+        let pixel = |i: u32| {
+            let (x, y) = (i % width, i / width);
+            let sun = if (70..73).contains(&x) && (20..22).contains(&y) { 500.0 } else { 0.0 };
+            Vec3::new(1.0 - y as f32 / 64.0, x as f32 / 128.0, 0.25 + sun)
+        };
+        let pixels = (0..width * height).map(pixel).collect();
+        Environment {
+            rotation: 0.7,
+            strength: 2.0,
+            ..Environment::new(Image { width, height, pixels }).unwrap()
+        }
+    }
+
+    fn directions() -> impl Iterator<Item = Vec3> {
+        (0..40_000).map(|i| warp::sphere(Vec2::from_array([0, 1].map(|d| sequence::sample(i, d, 3)))))
+    }
+
+    #[test]
+    fn directions_are_where_the_map_shows_them() {
+        let mut map = Image::new(4, 2);
+        map.pixels = (0..8).map(|i| Vec3::splat(i as f32)).collect();
+        let environment = Environment::new(map).unwrap();
+        // Middles of the map's pixels: above the horizon by 45°, and towards the corners of the sky.
+        let up = std::f32::consts::FRAC_1_SQRT_2;
+        for (x, z, wanted) in [(-0.5, 0.5, 0.0), (-0.5, -0.5, 1.0), (0.5, -0.5, 2.0), (0.5, 0.5, 3.0)] {
+            let radiance = environment.radiance(Vec3::new(x, up, z).normalize());
+            assert!((radiance - wanted).abs().max_element() < 1e-3, "{x} {z}: {radiance}");
+            let below = environment.radiance(Vec3::new(x, -up, z).normalize());
+            assert!((below - wanted - 4.0).abs().max_element() < 1e-3, "{x} {z}: {below}");
+        }
+        // Turned counter-clockwise by a quarter, what was towards −Z is towards −X.
+        let turned = Environment { rotation: PI * 0.5, ..environment.clone() };
+        let [before, after] = [Vec3::NEG_Z, Vec3::NEG_X].map(|d| (d + Vec3::Y).normalize());
+        assert!(turned.radiance(after).abs_diff_eq(environment.radiance(before), 1e-3));
+    }
+
+    #[test]
+    fn cells_hold_all_of_the_light_and_know_their_directions() {
+        let environment = gradient();
+        let in_cells =
+            (0..environment.cells()).map(|i| environment.cell_radiance(i).as_dvec3()).sum::<DVec3>()
+                * environment.cell_solid_angle();
+        // By texels, whatever cells are.
+        let mut sum = DVec3::ZERO;
+        let steps = [1024, 512];
+        for (i, j) in (0..steps[0]).flat_map(|i| (0..steps[1]).map(move |j| (i, j))) {
+            let theta = std::f64::consts::PI * (f64::from(j) + 0.5) / f64::from(steps[1]);
+            let phi = std::f64::consts::TAU * (f64::from(i) + 0.5) / f64::from(steps[0]);
+            let direction = DVec3::new(theta.sin() * phi.sin(), theta.cos(), -theta.sin() * phi.cos());
+            sum += environment.radiance(direction.as_vec3()).as_dvec3() * theta.sin();
+        }
+        sum *= 2.0 * std::f64::consts::PI.powi(2) / f64::from(steps[0] * steps[1]);
+        assert!(((in_cells - sum) / sum).abs().max_element() < 2e-3, "{in_cells} {sum}");
+        let mut missed = 0;
+        for (i, direction) in directions().enumerate() {
+            let cell = environment.cell_at(direction);
+            let at = [0, 1].map(|d| f64::from(sequence::sample(i as u32, d, 9)) * 0.98 + 0.01);
+            missed += usize::from(
+                environment.cell_at(environment.cell_direction(cell, DVec2::from_array(at))) != cell,
+            );
+        }
+        assert!(missed < 4, "{missed} directions lie in another cell");
+    }
+
+    #[test]
+    fn what_is_no_light_is_refused() {
+        for bad in [f32::NAN, f32::INFINITY, -1.0] {
+            assert!(Environment::constant(Vec3::splat(bad)).is_err());
+        }
+        assert!(Environment::new(Image::new(0, 0)).is_err());
+        assert!(!Environment::constant(Vec3::ZERO).unwrap().shines());
+        let one = Environment::constant(Vec3::new(1.0, 2.0, 3.0)).unwrap();
+        assert!(directions().all(|d| one.radiance(d) == Vec3::new(1.0, 2.0, 3.0)));
+    }
+}

@@ -1,0 +1,134 @@
+//! Light from infinitely far away: the path tracer against closed forms, and light samples against the path tracer.
+
+use crate::common::{Stage, assert_constant, look, trace};
+use girandole_core::glam::Vec3;
+use girandole_core::image::Image;
+use girandole_core::lights::{LightSet, LightSettings, SampleOrigin};
+use girandole_core::scene::builtin::shapes;
+use girandole_core::scene::{Environment, Geometry, Material, Mesh, Scene, View};
+use girandole_core::trace::SceneTracer;
+use girandole_reference::metrics::{CompareOptions, Comparison, compare};
+use girandole_reference::{OracleSettings, PathSettings, oracle, path_trace};
+
+const SKY: Vec3 = Vec3::new(0.5, 0.8, 1.5);
+
+fn constant() -> Environment {
+    Environment::constant(SKY).expect("an environment")
+}
+
+/// Brighter above, and to one side.
+fn gradient() -> Environment {
+    let pixel = |i: u32| {
+        let (x, y) = ((i % 64) as f32 / 64.0, (i / 64) as f32 / 32.0);
+        Vec3::new(1.2 - y, 1.0 - y * y, 0.3 + x)
+    };
+    let map = Image { width: 64, height: 32, pixels: (0..64 * 32).map(pixel).collect() };
+    Environment { rotation: 0.4, ..Environment::new(map).expect("an environment") }
+}
+
+/// A dim sky with a sun a thousand times as bright, as much as a degree across.
+fn sunny() -> Environment {
+    let pixel = |i: u32| {
+        let (x, y) = (i % 512, i / 512);
+        let is_sun = (150..153).contains(&x) && (70..72).contains(&y);
+        if is_sun { Vec3::new(2500.0, 2200.0, 1800.0) } else { SKY * if y < 128 { 1.0 } else { 0.2 } }
+    };
+    let map = Image { width: 512, height: 256, pixels: (0..512 * 256).map(pixel).collect() };
+    Environment::new(map).expect("an environment")
+}
+
+/// A white sphere and a box on a floor.
+fn outdoors(environment: Environment) -> (Scene, View) {
+    let mut stage = Stage::default();
+    let white = stage.material(Material::diffuse("", Vec3::splat(0.8)));
+    let red = stage.material(Material::diffuse("", Vec3::new(0.7, 0.2, 0.1)));
+    stage.quad(Vec3::new(-3.0, 0.0, -3.0), Vec3::Z * 6.0, Vec3::X * 6.0, white);
+    let mut sphere = shapes::sphere(0.5, 48, 24, white);
+    sphere.positions.iter_mut().for_each(|p| *p += Vec3::new(-0.7, 0.5, 0.0));
+    stage.mesh(sphere);
+    let mut block = Mesh::default();
+    block.add_box(Vec3::new(0.3, 0.0, -0.4), Vec3::new(1.0, 0.9, 0.4), red);
+    stage.mesh(block);
+    stage.scene.environment = Some(environment);
+    (stage.scene, look(Vec3::new(0.6, 1.4, 3.2), Vec3::new(0.0, 0.4, 0.0), 0.8))
+}
+
+/// The many-light sum against the path tracer with so many bounces.
+fn compared(environment: Environment, (lights, bounces): (&LightSettings, u32), paths: u32) -> Comparison {
+    let (scene, view) = outdoors(environment);
+    let geometry = Geometry::new(&scene);
+    let tracer = SceneTracer::new(&scene, &geometry);
+    let size = [48, 36];
+    let settings = PathSettings { paths, bounces: Some(bounces), seed: 2 };
+    let truth = path_trace(&tracer, &view, size, &settings, &|_| {}).mean;
+    let samples = LightSet::sample_for(&scene, &geometry, lights, &[view]).expect("light");
+    assert!(samples.len() == lights.count as usize && samples.warnings.is_empty(), "{:?}", samples.warnings);
+    let oracle_settings = OracleSettings { samples_per_axis: 4, ..OracleSettings::default() };
+    let sum = oracle(&tracer, &samples, &view, size, &oracle_settings, &|_| {});
+    compare(&truth, &sum, &CompareOptions::default()).expect("comparable")
+}
+
+#[test]
+fn a_furnace_open_to_all_sides_stays_one() {
+    let mut stage = Stage::default();
+    let grey = Vec3::new(0.7, 0.5, 0.3);
+    let material = stage.material(Material::diffuse("", grey));
+    stage.mesh(shapes::sphere(1.0, 96, 48, material));
+    stage.scene.environment = Some(constant());
+    let geometry = stage.geometry();
+    let on_it = look(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 0.05);
+    for bounces in [Some(0), Some(3), None] {
+        let settings = PathSettings { paths: 64, bounces, seed: 1 };
+        let estimate = trace(&stage.scene, &geometry, &on_it, 16, settings);
+        assert_constant(&estimate, SKY * grey, &format!("a convex body in a furnace, bounces {bounces:?}"));
+        let beside = look(Vec3::new(0.0, 0.0, 4.0), Vec3::new(0.0, 4.0, 0.0), 0.05);
+        let background = trace(&stage.scene, &geometry, &beside, 8, settings);
+        assert!(background.mean.pixels.iter().all(|p| p.abs_diff_eq(SKY, 1e-5)));
+    }
+}
+
+#[test]
+fn samples_of_an_environment_agree_with_the_path_tracer() {
+    for (name, environment) in [("constant", constant()), ("gradient", gradient()), ("sunny", sunny())] {
+        for (bounces, most) in [(0, 0.003), (3, 0.006)] {
+            let lights = LightSettings { count: 1024, bounces, ..LightSettings::default() };
+            let found = compared(environment.clone(), (&lights, bounces), 512);
+            let energy = (found.energy_ratio - 1.0).abs();
+            assert!(energy < 0.01 && found.rel_mse < most, "{name}, {bounces} bounces: {found:?}");
+        }
+    }
+    // The control: without the light that the scene reflects, some is missed.
+    let lights = LightSettings { count: 256, bounces: 0, ..LightSettings::default() };
+    let found = compared(constant(), (&lights, 3), 64);
+    assert!(found.energy_ratio < 0.99, "{found:?}");
+}
+
+#[test]
+fn light_is_the_same_in_the_mean_whatever_is_seen() {
+    let (scene, view) = outdoors(sunny());
+    let geometry = Geometry::new(&scene);
+    let irradiance = |views: &[View]| {
+        let (mut sum, seeds) = (Vec3::ZERO, 40);
+        for seed in 0..seeds {
+            let lights = LightSettings { count: 64, bounces: 0, seed, ..LightSettings::default() };
+            let set = LightSet::sample_for(&scene, &geometry, &lights, views).expect("light");
+            assert!(set.samples().iter().all(|s| matches!(s.origin, SampleOrigin::Environment { .. })));
+            // On a floor that sees all of the sky.
+            let up = |s: &girandole_core::lights::LightSample| s.intensity * (-s.normal.y).max(0.0);
+            sum += set.samples().iter().map(up).sum::<Vec3>() / seeds as f32;
+        }
+        sum
+    };
+    let (by_power, by_view) = (irradiance(&[]), irradiance(&[view]));
+    let environment = sunny();
+    let each = environment.cell_solid_angle() as f32;
+    let exact: Vec3 = (0..environment.cells())
+        .map(|cell| {
+            let up = environment.cell_direction(cell, girandole_core::glam::DVec2::splat(0.5)).y.max(0.0);
+            environment.cell_radiance(cell) * up * each
+        })
+        .sum();
+    for found in [by_power, by_view] {
+        assert!(((found - exact) / exact).abs().max_element() < 0.03, "{found} for {exact}");
+    }
+}

@@ -1,0 +1,24 @@
+// The environment (core: scene::Environment). A pass that uses it binds `environment`, by latitude and longitude.
+
+const TAU = 6.28318530717959;
+
+// Radiance from a unit direction: bilinear, going on at the other edge.
+fn environment_from(direction: vec3f) -> vec3f {
+  let c = cos(frame.environment.y);
+  let s = sin(frame.environment.y);
+  let d = vec3f(direction.x * c - direction.z * s, direction.y, direction.x * s + direction.z * c);
+  let u = atan2(d.x, -d.z) / TAU + 0.5;
+  let place = vec2f(u - floor(u), acos(clamp(d.y, -1.0, 1.0)) * 2.0 / TAU);
+  let at = place * vec2f(textureDimensions(environment)) - 0.5;
+  let low = vec2i(floor(at));
+  let f = fract(at);
+  let above = mix(environment_at(low), environment_at(low + vec2i(1, 0)), f.x);
+  let below = mix(environment_at(low + vec2i(0, 1)), environment_at(low + vec2i(1, 1)), f.x);
+  return mix(above, below, f.y) * frame.environment.x;
+}
+
+fn environment_at(at: vec2i) -> vec3f {
+  let size = vec2i(textureDimensions(environment));
+  let wrapped = vec2i((at.x + size.x) % size.x, clamp(at.y, 0, size.y - 1));
+  return textureLoad(environment, wrapped, 0).xyz;
+}

@@ -1,0 +1,72 @@
+//! The environment's map on the GPU.
+
+use girandole_core::glam::{Vec2, Vec3};
+use girandole_core::image::Image;
+use girandole_core::scene::Environment;
+use wgpu::util::DeviceExt;
+
+/// Pixels across that are kept: a picture of 90° has as many of them as of its own at 1024.
+const MOST_COLUMNS: u32 = 4096;
+
+/// What backgrounds show.
+pub(crate) struct GpuEnvironment {
+    pub map: wgpu::TextureView,
+    /// What the map is multiplied by, and how far it is turned, see `Frame.environment`.
+    pub uniform: Vec2,
+}
+
+impl GpuEnvironment {
+    pub fn new((device, queue): (&wgpu::Device, &wgpu::Queue), environment: &Environment) -> Self {
+        let image = reduced(environment.map.image(), MOST_COLUMNS);
+        let texels: Vec<[f32; 4]> = image.pixels.iter().map(|p| [p.x, p.y, p.z, 0.0]).collect();
+        let texture = device.create_texture_with_data(
+            queue,
+            &wgpu::TextureDescriptor {
+                label: Some("environment"),
+                size: wgpu::Extent3d { width: image.width, height: image.height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: wgpu::TextureFormat::Rgba32Float,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            },
+            wgpu::util::TextureDataOrder::LayerMajor,
+            bytemuck::cast_slice(&texels),
+        );
+        let map = texture.create_view(&Default::default());
+        Self { map, uniform: Vec2::new(environment.strength, environment.rotation) }
+    }
+}
+
+/// The picture, halved until it has no more than so many pixels on a side.
+fn reduced(image: &Image, most: u32) -> Image {
+    let mut image = image.clone();
+    while image.width.max(image.height) > most {
+        let (width, height) = (image.width.div_ceil(2), image.height.div_ceil(2));
+        let mean = |i: u32| {
+            let [x, y] = [i % width * 2, i / width * 2];
+            let [x2, y2] = [(x + 1).min(image.width - 1), (y + 1).min(image.height - 1)];
+            let at = |x: u32, y: u32| image.pixels[(y * image.width + x) as usize];
+            (at(x, y) + at(x2, y) + at(x, y2) + at(x2, y2)) * 0.25
+        };
+        let pixels: Vec<Vec3> = (0..width * height).map(mean).collect();
+        image = Image { width, height, pixels };
+    }
+    image
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_maps_are_halved_and_keep_their_light() {
+        let pixels = (0..60 * 31).map(|i| Vec3::splat((i % 7) as f32)).collect();
+        let image = Image { width: 60, height: 31, pixels };
+        assert_eq!(reduced(&image, 60), image);
+        let small = reduced(&image, 20);
+        assert_eq!((small.width, small.height), (15, 8));
+        assert!(((small.mean() - image.mean()) / image.mean()).abs().max_element() < 0.02);
+    }
+}
