@@ -69,11 +69,13 @@ fn stored_at(light: Light, texel: vec2u) -> f32 {
 fn depth_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
   let centre = centre_of(light, texel);
   if is_parallel(light) {
-    // Parallel rays: depth is linear, and the plane's depth at the texel's centre follows from its slope.
+    // Parallel rays: depth is linear, and the plane's depth at the texel's centre follows from its slope. What is nearer than the
+    // receiver, but no nearer than its plane is there, may be that plane or a roof above the end of a wall.
     let flat = max(-r.normal.z, 1e-3);
     let shift = 2.0 * dot(r.normal.xy, centre - r.uv) / flat;
-    let depth = 1.0 - (r.height + min(shift, 0.0)) * 0.5;
-    return select(DARK, LIT, stored <= depth + SLACK + 2.0 * FOOTPRINT * map_texel(light) / flat);
+    let allowance = SLACK + 2.0 * FOOTPRINT * map_texel(light) / flat;
+    let depth = 1.0 - r.height * 0.5 + allowance;
+    return select(select(DARK, AMBIGUOUS, stored <= depth - 0.5 * shift), LIT, stored <= depth);
   }
   let here = max(-dot(r.normal, decode(centre)), r.slope);
   let allowance = min(FOOTPRINT * map_texel(light), GRAZING * r.slope);
@@ -94,6 +96,10 @@ fn slope_corrected_test(light: Light, r: Receiver, texel: vec2u, stored: f32) ->
 
 // The same for what was extrapolated to the receiver's position.
 fn is_lit_behind(light: Light, r: Receiver, extrapolated: f32) -> bool {
+  if is_parallel(light) {
+    let flat = max(-r.normal.z, 1e-3);
+    return extrapolated <= 1.0 - r.height * 0.5 + SLACK + 2.0 * FOOTPRINT * map_texel(light) / flat;
+  }
   let allowance = min(HOLLOW * FOOTPRINT * map_texel(light), GRAZING * r.slope);
   return extrapolated * r.height <= NEAR * (r.slope * (1.0 + SLACK) + allowance);
 }
