@@ -54,7 +54,7 @@ fn texel_ray(light: Light, uv: vec2f) -> PixelRay {
 // What a map stores for a nearness along the ray of its texel.
 fn stored_nearness(light: Light, nearness: f32) -> f32 {
   if nearness <= 0.0 { return 0.0; }
-  if is_parallel(light) { return 1.0 - 0.5 * light.scale / nearness; }
+  if is_parallel(light) { return 1.0 - 0.5 * light.offset / nearness; }
   return NEAR * nearness;
 }
 
@@ -73,6 +73,10 @@ fn would_be_lit(light: Light, at: ShadowTexel, stored: f32, is_lit: bool) -> boo
   if is_lit && now <= stored { return true; }
   if abs(now - stored) <= SAME_DEPTH * stored { return is_lit; }
   let answer = depth_test(light, at.receiver, at.texel, now);
+  if answer == AMBIGUOUS && is_parallel(light) {
+    let here = nearest_blocker(texel_ray(light, at.receiver.uv), first_group);
+    return is_lit_behind(light, at.receiver, stored_nearness(light, here.nearness));
+  }
   if answer == AMBIGUOUS {
     let extrapolated = NEAR * dot(blocker.plane, texel_ray(light, at.receiver.uv).direction);
     return is_lit_behind(light, at.receiver, extrapolated);

@@ -274,7 +274,7 @@ impl Light {
         (self.position, self.normal, self.tangent) == (other.position, other.normal, other.tangent)
             && (self.is_parallel(), self.has_large_map(), self.atlas_slot)
                 == (other.is_parallel(), other.has_large_map(), other.atlas_slot)
-            && (!self.is_parallel() || self.scale == other.scale)
+            && (!self.is_parallel() || (self.scale, self.offset) == (other.scale, other.offset))
     }
 
     /// Whether its light is parallel.
@@ -296,14 +296,19 @@ impl Light {
             Profile::Cosine => (COSINE, 0.0, 0.0),
             Profile::Hemisphere => (HEMISPHERE, 0.0, 0.0),
             Profile::Spot { scale, offset } => (SPOT, scale, offset),
-            Profile::Directional => (DIRECTIONAL, 1.0 / radius, 0.0),
-            Profile::Distant { .. } => (DISTANT, 1.0 / radius, 0.0),
+            Profile::Directional => (DIRECTIONAL, 1.0 / radius, 1.0 / radius),
+            Profile::Distant { shown, .. } => (DISTANT, 1.0 / shown.radius, 1.0 / radius),
         };
         let (x, y) = warp::frame(sample.normal);
         let turn = f64::from(id) * 0.618_033_988_75 + f64::from(set) * 0.414_213_562_37;
         let turn = turn.fract() as f32 * std::f32::consts::TAU;
-        // A map of parallel light is centred on the scene; its depth runs over the scene's diameter.
-        let position = if profile >= DIRECTIONAL { -sample.normal * radius } else { sample.position };
+        // Depth of parallel light runs over the scene's diameter; the map's middle is that of what it shows.
+        let across = |center: Vec3| center - sample.normal * center.dot(sample.normal);
+        let position = match sample.profile {
+            Profile::Directional => -sample.normal * radius,
+            Profile::Distant { shown, .. } => across(shown.center) - sample.normal * radius,
+            _ => sample.position,
+        };
         let tangent = x * turn.cos() + y * turn.sin();
         let light = Self {
             position,

@@ -2,7 +2,7 @@
 
 use super::emission::Emissions;
 use super::emitters::{EnvironmentPoint, Source, SourceTree, SpotCone};
-use super::{LightSample, Profile, Rectangle, SampleOrigin};
+use super::{BoundingSphere, LightSample, Profile, Rectangle, SampleOrigin};
 use crate::math::sequence;
 use crate::scene::{Geometry, PunctualKind, PunctualLight, Scene};
 use crate::trace::ray_offset_distance;
@@ -153,7 +153,7 @@ fn on_tree(
                 position: center + direction * distance,
                 normal: -direction,
                 intensity: (radiance.as_dvec3() * (solid_angle / tree.probability(source))).as_vec3(),
-                profile: Profile::Distant { distance },
+                profile: Profile::Distant { distance, shown: BoundingSphere::of_scene(geometry) },
                 origin: SampleOrigin::Environment { point: tries },
                 rectangle: None,
             });

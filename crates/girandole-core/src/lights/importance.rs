@@ -51,7 +51,7 @@ pub(super) fn power(sample: &LightSample) -> f64 {
 
 /// What parallel light is divided by to be compared with other light, m²; 1 for that.
 fn distance_squared(sample: &LightSample) -> f32 {
-    if let Profile::Distant { distance } = sample.profile { distance * distance } else { 1.0 }
+    if let Profile::Distant { distance, .. } = sample.profile { distance * distance } else { 1.0 }
 }
 
 /// Where a candidate lies among others: its position, and its normal as a position on a sphere with a radius of `normal_scale`
@@ -59,7 +59,7 @@ fn distance_squared(sample: &LightSample) -> f32 {
 pub(super) fn place(candidate: &LightSample, normal_scale: f32) -> [f32; 6] {
     let n = candidate.normal * normal_scale;
     let p = match candidate.profile {
-        Profile::Distant { distance } => {
+        Profile::Distant { distance, .. } => {
             Vec3::X * (ELSEWHERE * distance) - candidate.normal * (normal_scale / NORMAL_SCALE)
         }
         _ => candidate.position,

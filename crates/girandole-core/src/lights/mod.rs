@@ -12,6 +12,7 @@ mod resample;
 mod rewalk;
 mod sampling;
 mod sets;
+mod shown;
 mod slots;
 mod strata;
 mod view_points;
@@ -22,6 +23,7 @@ pub(crate) use motion::Placement;
 pub use rectangle::Rectangle;
 pub(crate) use rewalk::IncrementalWalk;
 pub use rewalk::{Pace, WaitingPaths};
+pub use shown::BoundingSphere;
 
 use self::emission::Shares;
 use self::resample::{Candidates, Chosen, resample};
@@ -51,6 +53,8 @@ pub enum Profile {
     Distant {
         /// From the sample's position to the middle of the scene, m: with it, light is compared with light that is not parallel.
         distance: f32,
+        /// What its shadow map shows at least: what is seen, or all of the scene.
+        shown: BoundingSphere,
     },
 }
 
@@ -333,7 +337,8 @@ impl LightSet {
         let weights = sampling.importance.weights(&samples);
         let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
         let chosen = resample(candidates, sampling.wanted, sampling.normal_scale, sampling.seed);
-        let set = Self::from_chosen(geometry, sampling.given(geometry).chain(chosen));
+        let mut set = Self::from_chosen(geometry, sampling.given(geometry).chain(chosen));
+        sampling.shown.fit(&mut set.samples);
         if set.is_empty() {
             return Err(no_light());
         }

@@ -437,6 +437,7 @@ impl IncrementalWalk {
             samples.push(LightSample { intensity: intensity.unwrap_or(sample.intensity), ..*sample });
         }
         samples.extend(self.slots.samples(emissions));
+        self.sampling.shown.fit(&mut samples);
         LightSet { paths: self.sampling.walked.walked, ..LightSet::from_samples(geometry, samples) }
     }
 }

@@ -5,7 +5,7 @@ use super::importance::Importance;
 use super::resample::Chosen;
 use super::view_points::{POINTS, view_points};
 use super::walk::{Pilot, Walk, Walked};
-use super::{LightSample, LightSettings, MAX_LIGHTS, direct, emitters, importance, walk};
+use super::{BoundingSphere, LightSample, LightSettings, MAX_LIGHTS, direct, emitters, importance, walk};
 use crate::math::sequence;
 use crate::scene::{Geometry, Scene, View};
 use crate::trace::SceneTracer;
@@ -57,6 +57,8 @@ pub(super) struct Sampling {
     pub importance: Importance,
     /// Metres, see [`importance::place`].
     pub normal_scale: f32,
+    /// What maps of an environment's samples show.
+    pub shown: BoundingSphere,
     /// How many samples are chosen among the candidates.
     pub wanted: u32,
     /// Of the choice.
@@ -88,6 +90,11 @@ impl Sampling {
         let per_sample = settings.candidates.min(MAX_LIGHTS / spare.max(1)).max(1);
         let tracer = SceneTracer::new(scene, geometry);
 
+        let shown = if scene.environment.is_some() {
+            BoundingSphere::seen(&tracer, views)
+        } else {
+            BoundingSphere::of_scene(geometry)
+        };
         let points = view_points(&tracer, views, POINTS);
         let measure = |candidates: &[LightSample]| {
             let normal_scale = importance::NORMAL_SCALE * importance::free_path(&tracer, candidates);
@@ -150,6 +157,7 @@ impl Sampling {
             walk_seed,
             importance: Importance::uniform(),
             normal_scale: 0.0,
+            shown,
             wanted,
             seed: sequence::hash(walk_seed),
             warnings,

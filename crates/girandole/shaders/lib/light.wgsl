@@ -4,9 +4,9 @@ struct Light {
   position: vec3f,
   profile: u32, // COSINE, HEMISPHERE, SPOT, DIRECTIONAL or DISTANT
   normal: vec3f,
-  scale: f32, // cosine: height / width of its rectangle; spot: 1 / (cos inner − cos outer); parallel light: 1 / radius of the scene
+  scale: f32, // cosine: height / width of its rectangle; spot: 1 / (cos inner − cos outer); parallel light: 1 / half the width of its map, 1/m
   tangent: vec3f,
-  offset: f32, // cosine: squared distance within which a receiver may be near, m²; spot: −cos outer · scale
+  offset: f32, // cosine: squared distance within which a receiver may be near, m²; spot: −cos outer · scale; parallel light: 1 / radius of the scene, 1/m
   intensity: vec3f,
   atlas_slot: u32, // of its shadow map in the atlas: (page << 24) | (row << 12) | column, in units of Maps.size
   rectangle: vec4f, // cosine: from the position to the rectangle's centre, and half its width, along tangent and bitangent, m

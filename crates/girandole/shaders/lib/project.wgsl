@@ -18,8 +18,8 @@ fn project(light: Light, face: u32, point: vec3f) -> Projected {
   let p = vec3f(dot(d, light.tangent), dot(d, bitangent), dot(d, light.normal));
   var out: Projected;
   if light.profile >= DIRECTIONAL {
-    let s = p * light.scale;
-    out.position = clip_position(light, s.xy * 0.5 + 0.5, 1.0 - s.z * 0.5, 1.0);
+    let s = p.xy * light.scale;
+    out.position = clip_position(light, s * 0.5 + 0.5, 1.0 - p.z * light.offset * 0.5, 1.0);
     out.clip = vec4f(1.0 - s.x, 1.0 + s.x, 1.0 - s.y, 1.0 + s.y);
     return out;
   }

@@ -26,7 +26,7 @@ struct Receiver {
   uv: vec2f, // its position in the map's square
   normal: vec3f, // geometric, in light space
   height: f32, // distance of its plane to the light, > 0; for parallel light: depth in units of the scene's radius
-  slope: f32, // height / norm of its position
+  slope: f32, // height / norm of its position; for parallel light: units of depth in a unit across
 }
 
 // `height` is that of the light over the receiver's plane.
@@ -36,8 +36,7 @@ fn receiver(light: Light, position: vec3f, ng: vec3f, height: f32) -> Receiver {
   let p = vec3f(dot(d, light.tangent), dot(d, bitangent), dot(d, light.normal));
   let normal = vec3f(dot(ng, light.tangent), dot(ng, bitangent), dot(ng, light.normal));
   if is_parallel(light) {
-    let s = p * light.scale;
-    return Receiver(s.xy * 0.5 + 0.5, normal, s.z, 1.0);
+    return Receiver(p.xy * light.scale * 0.5 + 0.5, normal, p.z * light.offset, light.offset / light.scale);
   }
   let inverse = 1.0 / norm(p);
   return Receiver(encode(p * inverse), normal, height, height * inverse);
@@ -65,17 +64,23 @@ fn stored_at(light: Light, texel: vec2u) -> f32 {
   return atlas_at(at.xy, at.z);
 }
 
+// Parallel rays: depth is linear. That of the receiver, of its plane at a texel's centre, and what both may be wrong by.
+struct PlaneDepth { here: f32, at_centre: f32, allowance: f32 }
+
+fn plane_depth(light: Light, r: Receiver, centre: vec2f) -> PlaneDepth {
+  let flat = max(-r.normal.z, 1e-3);
+  let shift = dot(r.normal.xy, centre - r.uv) / flat * r.slope;
+  let here = 1.0 - r.height * 0.5;
+  return PlaneDepth(here, here - shift, SLACK + 0.5 * FOOTPRINT * map_texel(light) / flat * r.slope);
+}
+
 // One texel: LIT, DARK or AMBIGUOUS.
 fn depth_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
   let centre = centre_of(light, texel);
   if is_parallel(light) {
-    // Parallel rays: depth is linear, and the plane's depth at the texel's centre follows from its slope. What is nearer than the
-    // receiver, but no nearer than its plane is there, may be that plane or a roof above the end of a wall.
-    let flat = max(-r.normal.z, 1e-3);
-    let shift = 2.0 * dot(r.normal.xy, centre - r.uv) / flat;
-    let allowance = SLACK + 2.0 * FOOTPRINT * map_texel(light) / flat;
-    let depth = 1.0 - r.height * 0.5 + allowance;
-    return select(select(DARK, AMBIGUOUS, stored <= depth - 0.5 * shift), LIT, stored <= depth);
+    let d = plane_depth(light, r, centre);
+    if abs(stored - d.at_centre) <= d.allowance { return LIT; }
+    return select(AMBIGUOUS, DARK, stored > max(d.here, d.at_centre) + d.allowance);
   }
   let here = max(-dot(r.normal, decode(centre)), r.slope);
   let allowance = min(FOOTPRINT * map_texel(light), GRAZING * r.slope);
@@ -88,6 +93,10 @@ fn depth_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
 // the way. Extrapolate it by its own slope to the receiver's position: only what is still nearer there blocks.
 fn slope_corrected_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> bool {
   let origin = vec2i(texel);
+  if is_parallel(light) {
+    let d = plane_depth(light, r, centre_of(light, texel));
+    if stored < min(d.here, d.at_centre) { return is_lit_beside(light, r, texel); }
+  }
   let gradient = vec2f(
     gradient_along(light, origin, vec2i(1, 0), stored),
     gradient_along(light, origin, vec2i(0, 1), stored));
@@ -97,11 +106,26 @@ fn slope_corrected_test(light: Light, r: Receiver, texel: vec2u, stored: f32) ->
 // The same for what was extrapolated to the receiver's position.
 fn is_lit_behind(light: Light, r: Receiver, extrapolated: f32) -> bool {
   if is_parallel(light) {
-    let flat = max(-r.normal.z, 1e-3);
-    return extrapolated <= 1.0 - r.height * 0.5 + SLACK + 2.0 * FOOTPRINT * map_texel(light) / flat;
+    let d = plane_depth(light, r, r.uv);
+    return extrapolated <= d.here + d.allowance;
   }
   let allowance = min(HOLLOW * FOOTPRINT * map_texel(light), GRAZING * r.slope);
   return extrapolated * r.height <= NEAR * (r.slope * (1.0 + SLACK) + allowance);
+}
+
+// A texel of parallel light that looks past the receiver's plane, as beyond the edge of a roof, tells nothing of the receiver: those
+// next to it decide. It is dark where one of them shows something before the receiver's plane, and none that plane.
+fn is_lit_beside(light: Light, r: Receiver, texel: vec2u) -> bool {
+  let towards = vec2i(sign(r.uv - centre_of(light, texel)));
+  var is_dark = false;
+  for (var i = 1; i < 4; i++) {
+    let next = clamp(vec2i(texel) + towards * vec2i(i & 1, i >> 1), vec2i(0), vec2i(i32(map_size(light)) - 1));
+    let d = plane_depth(light, r, centre_of(light, vec2u(next)));
+    let stored = stored_at(light, vec2u(next));
+    if abs(stored - d.at_centre) <= d.allowance { return true; }
+    if stored > d.at_centre { is_dark = true; }
+  }
+  return !is_dark;
 }
 
 // Change a texel of stored depth along one axis, on the surface that `stored` belongs to: of the two sides, the one

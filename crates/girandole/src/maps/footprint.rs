@@ -106,7 +106,11 @@ impl<'a> MapView<'a> {
         let overlap = (d.length() + bounds.half_extent.length()) * 2.0 / self.size as f32;
         let range = |axis: Vec3| (axis.dot(d), axis.abs().dot(bounds.half_extent) + overlap);
         let [x, y, z] = [light.tangent, bitangent, light.normal].map(range);
-        if !light.is_parallel() && z.0 + z.1 < 0.0 {
+        if light.is_parallel() {
+            let is_shown = [x, y].iter().all(|(center, half)| (center.abs() - half) * light.scale <= 1.0);
+            return u32::from(is_shown);
+        }
+        if z.0 + z.1 < 0.0 {
             return 0;
         }
         let is_inside = |face: u32| {

@@ -2,7 +2,7 @@
 
 use crate::common::{Context, Test};
 use girandole::core::glam::{Vec2, Vec3, Vec4};
-use girandole::core::lights::{Clamp, LightSample, Profile, Rectangle, SampleOrigin};
+use girandole::core::lights::{BoundingSphere, Clamp, LightSample, Profile, Rectangle, SampleOrigin};
 use girandole::core::math::warp;
 use girandole::core::{brdf, math, tonemap};
 use std::f32::consts::PI;
@@ -170,7 +170,7 @@ fn geometric_factor(context: &Context) {
             }
         }
     }
-    let distant = Profile::Distant { distance: 3.0 };
+    let distant = Profile::Distant { distance: 3.0, shown: BoundingSphere { center: Vec3::ZERO, radius: 1.0 } };
     let profiles = [Profile::Cosine, Profile::Hemisphere, spot, Profile::Directional, distant];
     let cases = profiles.into_iter().enumerate().flat_map(|p| [Clamp::At(bound), Clamp::Own].map(|c| (p, c)));
     for ((index, profile), clamp) in cases {

@@ -43,6 +43,9 @@ impl IncrementalWalk {
         self.is_still = is_still;
         let tracer = self.hierarchies.tracer(scene, geometry);
         self.ahead = self.look_ahead(&tracer, views);
+        if scene.environment.is_some() {
+            self.sampling.shown = self.sampling.shown.or_seen(&tracer, views);
+        }
         self.measure(scene, geometry, LAST);
     }
 
