@@ -12,6 +12,8 @@ const SLACK = 2e-5;
 const FOOTPRINT = 0.02;
 // Blockers farther than this share of the distance in front of the receiver block without a slope-corrected test.
 const NEARBY = 0.95;
+// The same for parallel light, in texels.
+const CLOSE = 4.0;
 // What remains in hollows of finely tessellated surfaces, in units of FOOTPRINT.
 const HOLLOW = 10.0;
 // Where light grazes, the allowances for rounding are no more than this share of the distance.
@@ -80,7 +82,8 @@ fn depth_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
   if is_parallel(light) {
     let d = plane_depth(light, r, centre);
     if abs(stored - d.at_centre) <= d.allowance { return LIT; }
-    return select(AMBIGUOUS, DARK, stored > max(d.here, d.at_centre) + d.allowance);
+    let close = CLOSE * map_texel(light) * r.slope;
+    return select(AMBIGUOUS, DARK, stored > max(d.here, d.at_centre) + d.allowance + close);
   }
   let here = max(-dot(r.normal, decode(centre)), r.slope);
   let allowance = min(FOOTPRINT * map_texel(light), GRAZING * r.slope);
@@ -106,8 +109,8 @@ fn slope_corrected_test(light: Light, r: Receiver, texel: vec2u, stored: f32) ->
 // The same for what was extrapolated to the receiver's position.
 fn is_lit_behind(light: Light, r: Receiver, extrapolated: f32) -> bool {
   if is_parallel(light) {
-    let d = plane_depth(light, r, r.uv);
-    return extrapolated <= d.here + d.allowance;
+    let hollow = HOLLOW * FOOTPRINT * map_texel(light) / max(-r.normal.z, GRAZING) * r.slope;
+    return extrapolated <= 1.0 - r.height * 0.5 + SLACK + hollow;
   }
   let allowance = min(HOLLOW * FOOTPRINT * map_texel(light), GRAZING * r.slope);
   return extrapolated * r.height <= NEAR * (r.slope * (1.0 + SLACK) + allowance);
