@@ -14,7 +14,7 @@ use values::*;
 
 use motion::parse_numbered_updates;
 pub use motion::{Frames, MotionArgs, RewalkArg, UpdatesArg};
-pub use scene::{EnvironmentArg, EnvironmentArgs, SceneArgs, ViewArg};
+pub use scene::{EnvironmentArg, EnvironmentArgs, LightArg, SceneArgs, ViewArg};
 pub use values::{
     AntiAliasing, Bounces, Clamp, DebugView, DirectShare, Engine, Mode, Pcf, Placement, ShadingArg,
     ShadowMap, Switch, TerminationArg, ToneCurve,
@@ -73,7 +73,7 @@ Examples:
 #[derive(Args, Clone, Debug)]
 #[command(after_help = VIEW_EXAMPLES, allow_negative_numbers = true)]
 pub struct ViewArgs {
-    /// A built-in room (area-lights, table, pillars, block, gap) or a .glb or .gltf file
+    /// A built-in room (area-lights, table, pillars, block, gap) or a .glb, .gltf, .obj or .ply file
     #[arg(default_value = "pillars")]
     pub scene: String,
 
@@ -157,7 +157,7 @@ Edits are a list such as {\"version\": 1, \"edits\": [{\"set_time\": {\"seconds\
 #[derive(Args, Clone, Debug, PartialEq)]
 #[command(after_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
-    /// A built-in room (area-lights, table, pillars, block, gap) or a .glb or .gltf file
+    /// A built-in room (area-lights, table, pillars, block, gap) or a .glb, .gltf, .obj or .ply file
     #[arg(default_value = "pillars")]
     pub scene: String,
 
@@ -396,7 +396,7 @@ Examples:
 #[derive(Args, Clone, Debug)]
 #[command(after_help = BENCH_EXAMPLES, allow_negative_numbers = true)]
 pub struct BenchArgs {
-    /// Built-in rooms, .glb or .gltf files
+    /// Built-in rooms, .glb, .gltf, .obj or .ply files
     #[arg(default_values = ["area-lights", "table", "pillars"])]
     pub scenes: Vec<String>,
 
@@ -469,7 +469,7 @@ pub struct BenchArgs {
     after_help = "Examples:\n  girandole info\n  girandole info table\n  girandole info --require-adapter"
 )]
 pub struct InfoArgs {
-    /// A built-in room or a .glb or .gltf file
+    /// A built-in room or a .glb, .gltf, .obj or .ply file
     pub scene: Option<String>,
 
     /// Exits with code 1 where no adapter can run the gpu engine

@@ -1,6 +1,6 @@
 //! Loads the scene that is named on the command line, and finds the view of it.
 
-use crate::args::{EnvironmentArg, EnvironmentArgs, SceneArgs};
+use crate::args::{EnvironmentArg, EnvironmentArgs, LightArg, SceneArgs};
 use anyhow::{Context, Result, bail};
 use girandole_core::Error;
 use girandole_core::glam::Vec3;
@@ -11,21 +11,27 @@ use std::path::Path;
 
 const OBJECTS: &str = "none, torus, teapot, or a .ply, .obj, .glb or .gltf file";
 
-/// A built-in room with its moving object, or a glTF file.
+/// Scenes from files.
+const FILES: [&str; 4] = ["glb", "gltf", "obj", "ply"];
+
+/// A built-in room with its moving object, or a file.
 pub fn load(name: &str, object: Option<&str>, around: &EnvironmentArgs) -> Result<Scene> {
     let environment = environment(around)?;
-    let mut scene = if extension(name).is_some_and(|e| ["glb", "gltf"].contains(&e.as_str())) {
+    let mut scene = if extension(name).is_some_and(|e| FILES.contains(&e.as_str())) {
         if object.is_some() {
             bail!("--object belongs to the built-in rooms; leave it out for {name}");
         }
-        Scene::load_with_environment(Path::new(name), environment)?
+        Scene::load_with(Path::new(name), environment, around.light.into())?
     } else if builtin::NAMES.contains(&name) {
         let object = object.map_or_else(|| Ok(builtin::default_object(name)), moving_object)?;
         let mut scene = builtin::build(name, object)?;
         scene.environment = environment;
+        if around.light == LightArg::Studio {
+            scene.add_studio();
+        }
         scene
     } else {
-        let known = format!("{}, or a .glb or .gltf file", builtin::NAMES.join(", "));
+        let known = format!("{}, or a .glb, .gltf, .obj or .ply file", builtin::NAMES.join(", "));
         return Err(Error::Unknown { kind: "scene", name: name.into(), known }.into());
     };
     scene.ensure_camera();

@@ -144,7 +144,7 @@ fn text(value: impl ToString) -> Option<String> {
     Some(value.to_string())
 }
 
-fn value_name(value: &impl ValueEnum) -> Option<String> {
+pub(super) fn value_name(value: &impl ValueEnum) -> Option<String> {
     Some(value.to_possible_value()?.get_name().to_owned())
 }
 

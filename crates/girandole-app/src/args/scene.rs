@@ -1,10 +1,10 @@
 //! Options of what is seen of a scene, and of what was changed in it.
 
-use super::command_line::{Choice, file_name};
+use super::command_line::{Choice, file_name, value_name};
 use super::values::parse_finite;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use girandole_core::glam::DVec3;
-use girandole_core::scene::{FieldOfView, Viewpoint};
+use girandole_core::scene::{DefaultLight, FieldOfView, Viewpoint};
 use std::path::PathBuf;
 
 /// Options of the view and of edits.
@@ -40,6 +40,33 @@ pub struct EnvironmentArgs {
     /// How far the environment is turned, degrees, counter-clockwise seen from above; 0 if not given
     #[arg(long, value_name = "DEGREES", requires = "environment", value_parser = parse_finite, allow_hyphen_values = true)]
     pub environment_rotation: Option<f32>,
+
+    /// What else lights a scene that comes from a file
+    #[arg(long, value_enum, default_value_t = LightArg::Auto, conflicts_with = "environment")]
+    pub light: LightArg,
+}
+
+/// What lights a scene beside its own light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum LightArg {
+    /// A studio where the file's own light reaches less than half of what its first camera sees; in closed rooms a lamp under the
+    /// ceiling
+    #[default]
+    Auto,
+    /// Nothing
+    None,
+    /// A photographer's studio: a grey dome, a key light above the camera to the left, a weak one to the right
+    Studio,
+}
+
+impl From<LightArg> for DefaultLight {
+    fn from(light: LightArg) -> Self {
+        match light {
+            LightArg::Auto => Self::Auto,
+            LightArg::None => Self::None,
+            LightArg::Studio => Self::Studio,
+        }
+    }
 }
 
 /// What is all around.
@@ -68,8 +95,8 @@ impl std::str::FromStr for EnvironmentArg {
 
 impl EnvironmentArgs {
     /// The options' words on a command line.
-    pub(super) fn choices(&self) -> anyhow::Result<[Choice; 3]> {
-        let Self { environment, environment_strength, environment_rotation } = self;
+    pub(super) fn choices(&self) -> anyhow::Result<[Choice; 4]> {
+        let Self { environment, environment_strength, environment_rotation, light } = self;
         let environment = match environment {
             Some(EnvironmentArg::Color([r, g, b])) => Some(format!("{r:?},{g:?},{b:?}")),
             Some(EnvironmentArg::File(path)) => Some(file_name(path)?),
@@ -79,6 +106,7 @@ impl EnvironmentArgs {
             ("--environment", environment),
             ("--environment-strength", environment_strength.map(|x| format!("{x:?}"))),
             ("--environment-rotation", environment_rotation.map(|x| format!("{x:?}"))),
+            ("--light", value_name(light)),
         ])
     }
 }

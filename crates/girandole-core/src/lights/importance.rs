@@ -301,7 +301,7 @@ fn split_into_runs(places: &[[f32; 6]]) -> Vec<Run> {
 }
 
 /// A function of 0 to `count`, whatever the number of threads.
-fn in_order(count: usize, f: impl Fn(usize) -> f32 + Send + Sync) -> Vec<f32> {
+pub(super) fn in_order(count: usize, f: impl Fn(usize) -> f32 + Send + Sync) -> Vec<f32> {
     #[cfg(feature = "parallel")]
     {
         use rayon::prelude::*;

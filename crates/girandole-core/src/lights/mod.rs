@@ -7,6 +7,7 @@ mod ids;
 mod importance;
 mod motion;
 mod prefix;
+mod reach;
 mod rectangle;
 mod resample;
 mod rewalk;
@@ -20,6 +21,7 @@ mod walk;
 
 pub use ids::LightId;
 pub(crate) use motion::Placement;
+pub(crate) use reach::share_reached;
 pub use rectangle::Rectangle;
 pub(crate) use rewalk::IncrementalWalk;
 pub use rewalk::{Pace, WaitingPaths};

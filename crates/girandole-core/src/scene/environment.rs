@@ -51,6 +51,11 @@ impl EnvironmentMap {
         if !image.pixels.iter().all(|p| p.is_finite() && p.min_element() >= 0.0) {
             return refuse("has pixels that are negative or not finite; mend the picture");
         }
+        Ok(Self::of(image))
+    }
+
+    /// The same of pixels that are light.
+    pub(super) fn of(image: Image) -> Self {
         let sides = [image.width, image.height];
         let size = std::array::from_fn(|i| sides[i].next_power_of_two().clamp(LEAST_CELLS[i], MOST_CELLS[i]));
         let mut result = Self { image, size, cells: Vec::new() };
@@ -68,7 +73,7 @@ impl EnvironmentMap {
             sum / (columns * rows) as f32
         };
         result.cells = (0..size[0] * size[1]).map(mean).collect();
-        Ok(result)
+        result
     }
 
     /// The picture.

@@ -1,26 +1,26 @@
 //! Scenes from files of any supported kind.
 
-use super::{Environment, Material, Scene, Transform, gltf, model_file, repair};
+use super::{DefaultLight, Environment, Material, Scene, Transform, gltf, model_file, repair};
 use crate::{Error, Result};
 use std::path::Path;
 
 impl Scene {
     /// Loads a `.glb`, `.gltf`, `.ply` or `.obj` file: a scene, or a single model of white clay. The scene is named
-    /// after the file; it gets a camera if it has none ([`Scene::ensure_camera`]), and a light if nothing in it
-    /// shines ([`Scene::ensure_light`]).
+    /// after the file; it gets a camera if it has none ([`Scene::ensure_camera`]), and light if it has none or little
+    /// ([`Scene::ensure_light`]).
     ///
     /// # Errors
     /// [`Error::Unknown`] for other kinds of files; [`Error::Read`] or [`Error::Broken`] if the file, or one that it
     /// refers to, is not usable.
     pub fn load(path: &Path) -> Result<Self> {
-        Self::load_with_environment(path, None)
+        Self::load_with(path, None, DefaultLight::Auto)
     }
 
-    /// The same with an environment, which takes the place of the file's own, if there is one: then nothing else needs to shine.
+    /// The same with an environment, which takes the place of the file's own, if there is one, or with another choice of light.
     ///
     /// # Errors
     /// As [`Scene::load`].
-    pub fn load_with_environment(path: &Path, environment: Option<Environment>) -> Result<Self> {
+    pub fn load_with(path: &Path, environment: Option<Environment>, light: DefaultLight) -> Result<Self> {
         let kind = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
         let mut scene = match kind.as_str() {
             "glb" | "gltf" => gltf::load_gltf(path)?,
@@ -34,9 +34,14 @@ impl Scene {
             }
         };
         scene.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let has_environment = environment.is_some();
         scene.environment = environment.or(scene.environment);
         scene.ensure_camera();
-        scene.ensure_light();
+        match light {
+            DefaultLight::Auto if !has_environment => scene.ensure_light(),
+            DefaultLight::Studio => scene.add_studio(),
+            DefaultLight::Auto | DefaultLight::None => {}
+        }
         Ok(scene)
     }
 

@@ -1,8 +1,9 @@
 //! The camera and the light of scenes that have none.
 
-use girandole_core::glam::{Vec2, Vec3};
+use girandole_core::glam::{DVec2, Vec2, Vec3};
 use girandole_core::scene::{
-    Camera, Geometry, LocalView, Material, Mesh, NONE, Projection, PunctualKind, Scene, Transform, View,
+    Camera, Environment, Geometry, LocalView, Material, Mesh, NONE, Projection, PunctualKind, Scene,
+    Transform, View,
 };
 use girandole_core::trace::SceneTracer;
 
@@ -104,69 +105,111 @@ fn an_empty_scene_gets_both() {
     let mut scene = Scene::default();
     scene.ensure_camera();
     scene.ensure_light();
-    assert_eq!((scene.cameras.len(), scene.objects.len()), (1, 1));
+    assert!(scene.cameras.len() == 1 && scene.environment.is_some());
+}
+
+/// Irradiance of a surface from the environment alone, by quadrature.
+fn irradiance(environment: &Environment, normal: Vec3) -> f32 {
+    let of_cell = |cell: u32| {
+        let direction = environment.cell_direction(cell, DVec2::splat(0.5));
+        environment.cell_radiance(cell).x * direction.dot(normal).max(0.0)
+    };
+    (0..environment.cells()).map(of_cell).sum::<f32>() * environment.cell_solid_angle() as f32
 }
 
 #[test]
-fn an_open_scene_is_lit_by_a_soft_box_out_of_sight() {
-    let cameras = [
-        None,
-        Some(Transform::looking_at(Vec3::new(100.0, 50.0, 0.0), Vec3::new(100.0, 50.0, -20.0))),
-        Some(Transform::looking_at(Vec3::new(100.0, 45.0, -20.1), Vec3::new(100.0, 50.0, -20.0))),
-        Some(Transform::looking_at(Vec3::new(100.0, 80.0, -20.1), Vec3::new(100.0, 50.0, -20.0))),
-    ];
-    for (i, camera) in cameras.into_iter().enumerate() {
+fn an_open_scene_is_lit_by_a_studio_set_up_for_its_camera() {
+    let center = Vec3::new(100.0, 50.0, -20.0);
+    let eyes = [None, Some(Vec3::new(0.0, 1.0, 20.0)), Some(Vec3::new(-20.0, 5.0, 3.0))];
+    for eye in eyes {
         let mut scene = block(false);
-        if let Some(place) = camera {
-            let node = scene.add_node("eye", place);
+        if let Some(eye) = eye {
+            let node = scene.add_node("eye", Transform::looking_at(center + eye, center));
             let projection = Projection::Perspective { yfov: 0.8 };
             scene.cameras.push(Camera { name: "eye".into(), node, projection });
         }
-        let bounds = Geometry::new(&scene).bounds;
         scene.ensure_camera();
         scene.ensure_light();
-        assert_eq!(scene.warnings, ["`block` has no light: it is lit by a default one"]);
-        let (geometry, view) = view(&scene, 16.0 / 9.0);
-        let patch = geometry.patches.last().expect("the light");
-        // Relative to the block alone, whose centre stayed where it was.
-        let center = (bounds.0 + bounds.1) * 0.5;
-        let shift = (geometry.origin - girandole_core::glam::DVec3::new(100.0, 50.25, -20.0)).as_vec3();
-        let outline: Vec<Vec3> = patch.outline.iter().map(|p| *p + shift).collect();
-        let radius = (bounds.1 - bounds.0).length() * 0.5;
-        let is_visible = |view: &LocalView| {
-            let faces = (view.eye - patch.outline[0]).dot(patch.normal) >= 0.0;
-            let is_in_view = |i: usize| {
-                let (u, v) = ((i % 21) as f32 / 20.0, (i / 21) as f32 / 20.0);
-                let [a, b, _, d] = [0, 1, 2, 3].map(|k| patch.outline[k]);
-                sees(view, a + (b - a) * u + (d - a) * v)
-            };
-            faces && (0..441).any(is_in_view)
-        };
-        assert!(!is_visible(&view), "{view:?} sees {:?}", patch.outline);
-        // Negative control: a camera in front of the light sees it.
-        let eye = (patch.outline[0] + patch.outline[2]) * 0.5 + patch.normal * radius;
-        let right = patch.normal.any_orthonormal_vector();
-        let forward = -patch.normal;
-        assert!(is_visible(&LocalView { eye, forward, right, up: right.cross(forward), ..view }));
-        // Irradiance at the centre of a surface that faces the light, by quadrature.
-        let material = &scene.materials[geometry.triangles[patch.triangles.start as usize].material as usize];
-        let [a, b, _, d] = [0, 1, 2, 3].map(|k| outline[k]);
-        let area = (b - a).length() * (d - a).length();
-        let facing = ((a + outline[2]) * 0.5 - center).normalize();
-        assert!(facing.y > 0.3 || i == 2, "from above, unless a camera looks up from below");
-        let mut irradiance = 0.0;
-        for i in 0..400 {
-            let (u, v) = (((i % 20) as f32 + 0.5) / 20.0, ((i / 20) as f32 + 0.5) / 20.0);
-            let to = a + (b - a) * u + (d - a) * v - center;
-            assert!(to.length() > radius, "outside of the scene");
-            let distance2 = to.length_squared();
-            let direction = to / distance2.sqrt();
-            irradiance +=
-                material.emission.x * facing.dot(direction) * -patch.normal.dot(direction) / distance2 * area
-                    / 400.0;
-        }
-        assert!((irradiance - 3.0).abs() < 0.3, "{irradiance} W/m²");
+        assert_eq!(scene.warnings, ["`block` has no light: a studio lights it"]);
+        let (_, view) = view(&scene, 16.0 / 9.0);
+        let studio = scene.environment.as_ref().expect("a studio");
+        // From the left above the camera comes most of the light, from behind what is seen the least.
+        let level = Vec3::new(view.forward.x, 0.0, view.forward.z).normalize();
+        let right = level.cross(Vec3::Y);
+        let key = irradiance(studio, (Vec3::Y * 0.7 - right * 0.55 - level * 0.45).normalize());
+        assert!((key - 3.0).abs() < 0.4, "{key} W/m²");
+        let [left, right, away] = [-right, right, level].map(|normal| irradiance(studio, normal));
+        assert!(left > 1.3 * right && right > 1.1 * away && away > 0.2 * key, "{left} {right} {away}");
     }
+}
+
+#[test]
+fn light_that_hardly_reaches_what_is_seen_is_no_lighting() {
+    // A visor that glows to one side of a helmet, and the same as a floor lamp of the whole scene.
+    for (glow, is_enough) in [(Vec3::new(0.02, 0.02, 0.0), false), (Vec3::new(3.0, 3.0, 0.0), true)] {
+        let mut scene = block(false);
+        let material = scene.add_material(Material::emitter("visor", Vec3::ONE));
+        let mut visor = Mesh::default();
+        let Vec3 { x, y, .. } = glow;
+        visor.add_polygon(&[(-x, -y), (x, -y), (x, y), (-x, y)].map(|(x, y)| Vec3::new(x, y, 0.0)), material);
+        // Before one end of the block, or before all that is seen.
+        let from = if is_enough { Vec3::new(8.0, 8.0, 10.0) } else { Vec3::new(0.0, 0.25, -3.05) };
+        let center = Vec3::new(100.0, 50.0, -20.0);
+        let towards = if is_enough { center } else { center + from + Vec3::Z };
+        let away = 2.0 * (center + from) - towards;
+        scene.add_object("visor", visor, Transform::looking_at(center + from, away));
+        let node = scene.add_node("eye", Transform::looking_at(center + Vec3::new(5.0, 4.0, 7.0), center));
+        scene.cameras.push(Camera {
+            name: "eye".into(),
+            node,
+            projection: Projection::Perspective { yfov: 0.8 },
+        });
+        scene.ensure_light();
+        assert_eq!(scene.environment.is_none(), is_enough, "{:?}", scene.warnings);
+        assert_eq!(scene.warnings.is_empty(), is_enough);
+        assert!(is_enough || scene.warnings[0].contains("% of what is seen: a studio lights it"));
+    }
+}
+
+#[test]
+fn hollow_objects_are_seen_from_outside() {
+    // A shell with a wall that has two sides, as a shader ball or a cake.
+    let mut scene = Scene::default();
+    let material = scene.add_material(Material::default());
+    let mut outer = Mesh::default();
+    outer.add_box(Vec3::splat(-1.0), Vec3::splat(1.0), material);
+    scene.add_object("outer", outer, Transform::IDENTITY);
+    let mut inner = Mesh::default();
+    inner.add_box(Vec3::splat(-0.9), Vec3::splat(0.9), material);
+    inner.triangles.iter_mut().for_each(|t| t.vertices.swap(1, 2));
+    inner.patches.clear();
+    inner.normals.iter_mut().for_each(|n| *n = -*n);
+    let inner_only = inner.clone();
+    scene.add_object("inner", inner, Transform::IDENTITY);
+    scene.ensure_camera();
+    let eye = |scene: &Scene| view(scene, 1.0).1.eye;
+    assert!(eye(&scene).length() > 2.0, "{}", eye(&scene));
+    scene.ensure_light();
+    assert!(scene.environment.is_some() && scene.lights.is_empty());
+    // The control: without its outside it is a room.
+    let mut room = Scene::default();
+    room.add_material(Material::default());
+    room.add_object("inner", inner_only, Transform::IDENTITY);
+    room.ensure_camera();
+    assert!(eye(&room).length() < 1.3, "{}", eye(&room));
+}
+
+#[test]
+fn flat_things_are_seen_from_above() {
+    let mut scene = Scene::default();
+    let material = scene.add_material(Material::default());
+    let mut mesh = Mesh::default();
+    mesh.add_box(Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 0.1, 1.0), material);
+    scene.add_object("coin", mesh, Transform::IDENTITY);
+    scene.ensure_camera();
+    let (geometry, view) = view(&scene, 1.0);
+    assert!(view.forward.y < -0.6, "{}", view.forward);
+    assert!(corners(&geometry).iter().all(|&c| sees(&view, c)));
 }
 
 #[test]
@@ -187,17 +230,19 @@ fn light_that_is_there_is_enough() {
     let mut emitting = block(false);
     emitting.materials[0].emission = Vec3::X;
     let mut punctual = block(false);
+    let node = punctual.add_node("bulb", Transform::translation(Vec3::new(105.0, 58.0, -10.0)));
     punctual.lights.push(girandole_core::scene::PunctualLight {
         name: "bulb".into(),
-        node: 0,
+        node,
         kind: PunctualKind::Point,
         intensity: Vec3::X,
     });
     for mut scene in [emitting, punctual] {
         let before = (scene.lights.len(), scene.objects.len());
+        scene.ensure_camera();
         scene.ensure_light();
         assert_eq!((scene.lights.len(), scene.objects.len()), before);
-        assert!(scene.warnings.is_empty());
+        assert!(scene.warnings.is_empty() && scene.environment.is_none());
     }
     // A material that nothing uses does not shine.
     let mut unused = block(false);
@@ -234,6 +279,6 @@ fn scenes_of_any_size_are_framed_and_lit() {
         let (geometry, view) = view(&scene, 1.0);
         assert!(corners(&geometry).iter().all(|&c| sees(&view, c)), "{scale}: {view:?}");
         scene.ensure_light();
-        assert_eq!(scene.objects.len(), 2, "{scale}");
+        assert!(scene.environment.is_some(), "{scale}");
     }
 }

@@ -170,7 +170,8 @@ fn geometric_factor(context: &Context) {
             }
         }
     }
-    let distant = Profile::Distant { distance: 3.0, shown: BoundingSphere { center: Vec3::ZERO, radius: 1.0 } };
+    let distant =
+        Profile::Distant { distance: 3.0, shown: BoundingSphere { center: Vec3::ZERO, radius: 1.0 } };
     let profiles = [Profile::Cosine, Profile::Hemisphere, spot, Profile::Directional, distant];
     let cases = profiles.into_iter().enumerate().flat_map(|p| [Clamp::At(bound), Clamp::Own].map(|c| (p, c)));
     for ((index, profile), clamp) in cases {

@@ -1,0 +1,147 @@
+//! Light for scenes that bring none, or too little.
+
+use super::defaults::inside;
+use super::{Environment, Geometry, Material, NONE, PunctualKind, PunctualLight, Scene, Transform, View};
+use crate::image::Image;
+use crate::lights::{LightSet, LightSettings, share_reached};
+use crate::trace::SceneTracer;
+use glam::{DVec2, Vec3};
+
+/// Irradiance that a lamp under a ceiling gives a room's middle, W/m²: a white wall then shines with about 1 W/(sr·m²).
+const IRRADIANCE: f32 = 3.0;
+/// Aspect of the picture by which light is judged.
+const ASPECT: f32 = 4.0 / 3.0;
+/// Light that reaches less than this share of what is seen is no lighting.
+const LEAST_REACHED: f32 = 0.5;
+/// By which it is judged.
+const SAMPLES: u32 = 128;
+
+/// Pixels of a studio's map.
+const SIZE: [u32; 2] = [128, 64];
+/// Radiance of a studio's dome from the ground, the horizon and the zenith, W/(sr·m²).
+const DOME: [f32; 3] = [0.08, 0.2, 0.4];
+
+/// A soft light in a studio.
+struct SoftLight {
+    /// From the scene to it, of a view towards −Z.
+    direction: Vec3,
+    /// Its radius, as a cosine, and where it has faded.
+    cosines: [f32; 2],
+    /// W/(sr·m²).
+    radiance: f32,
+}
+
+/// A key light to the left above the camera, and a fill light to its right.
+const LIGHTS: [SoftLight; 2] = [
+    SoftLight { direction: Vec3::new(-0.55, 0.7, 0.45), cosines: [0.92, 0.85], radiance: 3.1 },
+    SoftLight { direction: Vec3::new(0.9, 0.25, 0.35), cosines: [0.85, 0.7], radiance: 0.5 },
+];
+
+/// What lights a scene beside its own light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DefaultLight {
+    /// A studio where the scene's own light reaches less than half of what its first camera sees; in closed rooms, which it cannot
+    /// come into, a lamp under the ceiling.
+    #[default]
+    Auto,
+    /// Nothing.
+    None,
+    /// A studio ([`Environment::studio`]), in any case.
+    Studio,
+}
+
+impl Environment {
+    /// A photographer's studio: a grey dome, a soft key light to the left above a camera that looks along `forward`, and a weaker fill
+    /// light to its right. What faces the key light has an irradiance of about 3 W/m².
+    pub fn studio(forward: Vec3) -> Self {
+        let pixel = |i: u32| {
+            let place = DVec2::new(f64::from(i % SIZE[0]), f64::from(i / SIZE[0])) + 0.5;
+            let longitude = (place.x / f64::from(SIZE[0]) - 0.5) * std::f64::consts::TAU;
+            let polar = place.y / f64::from(SIZE[1]) * std::f64::consts::PI;
+            let across = libm::sin(polar);
+            let y = libm::cos(polar) as f32;
+            let direction =
+                Vec3::new((libm::sin(longitude) * across) as f32, y, (-libm::cos(longitude) * across) as f32);
+            let [ground, horizon, zenith] = DOME;
+            let dome = horizon + (if y < 0.0 { ground } else { zenith } - horizon) * y.abs();
+            let of = |light: &SoftLight| {
+                let [inner, outer] = light.cosines;
+                let cosine = light.direction.normalize().dot(direction);
+                let t = ((cosine - outer) / (inner - outer)).clamp(0.0, 1.0);
+                light.radiance * t * t * (3.0 - 2.0 * t)
+            };
+            Vec3::splat(dome + LIGHTS.iter().map(of).sum::<f32>())
+        };
+        let image =
+            Image { width: SIZE[0], height: SIZE[1], pixels: (0..SIZE[0] * SIZE[1]).map(pixel).collect() };
+        let map = super::EnvironmentMap::of(image);
+        Self { map: map.into(), strength: 1.0, rotation: libm::atan2f(-forward.x, -forward.z) }
+    }
+}
+
+impl Scene {
+    /// Adds light if the scene's own reaches less than half of what its first camera sees, and says so in a warning: a
+    /// [studio](Environment::studio), or a lamp under the ceiling of a closed room that gives its middle an irradiance of 3 W/m².
+    pub fn ensure_light(&mut self) {
+        let geometry = Geometry::new(self);
+        let what = match self.reached(&geometry) {
+            None => format!("`{}` has no light", self.name),
+            Some(share) if share < LEAST_REACHED => {
+                format!("the light of `{}` reaches {:.0} % of what is seen", self.name, share * 100.0)
+            }
+            Some(_) => return,
+        };
+        let tracer = SceneTracer::new(self, &geometry);
+        let lamp =
+            inside(&tracer).and_then(|p| Some((p, tracer.closest_hit(p, Vec3::Y, f32::INFINITY, NONE)?.t)));
+        match lamp {
+            Some((point, height)) => {
+                self.warn(format!("{what}: a lamp under the ceiling lights it"));
+                self.add_lamp(&geometry, point, height * 0.9);
+            }
+            None => {
+                self.warn(format!("{what}: a studio lights it"));
+                self.add_studio();
+            }
+        }
+    }
+
+    /// Puts the scene into a [studio](Environment::studio), set up for its first camera, in place of its environment.
+    pub fn add_studio(&mut self) {
+        let forward =
+            self.cameras.first().map_or(Vec3::NEG_Z, |camera| View::new(self, camera, ASPECT).forward);
+        self.environment = Some(Environment::studio(forward));
+    }
+
+    fn add_lamp(&mut self, geometry: &Geometry, below: Vec3, distance: f32) {
+        let place = Transform::translation(below + Vec3::Y * distance + geometry.origin.as_vec3());
+        let node = self.add_node("default light", place);
+        self.lights.push(PunctualLight {
+            name: "default light".into(),
+            node,
+            kind: PunctualKind::Point,
+            intensity: Vec3::splat(IRRADIANCE * distance * distance),
+        });
+    }
+
+    /// Which share of what the first camera sees the scene's own light reaches; `None` where there is none.
+    fn reached(&self, geometry: &Geometry) -> Option<f32> {
+        if !self.shines() {
+            return None;
+        }
+        let settings = LightSettings { count: SAMPLES, candidates: 4, ..LightSettings::default() };
+        let lights = LightSet::sample(self, geometry, &settings).ok()?;
+        let Some(camera) = self.cameras.first() else { return Some(1.0) };
+        let tracer = SceneTracer::new(self, geometry);
+        Some(share_reached(&tracer, &View::new(self, camera, ASPECT), lights.samples()))
+    }
+
+    fn shines(&self) -> bool {
+        let emits = |material: u32| self.materials.get(material as usize).is_some_and(Material::emits);
+        self.environment.as_ref().is_some_and(Environment::shines)
+            || self.lights.iter().any(|l| l.intensity.max_element() > 0.0)
+            || self
+                .placed_objects()
+                .any(|(_, o)| self.meshes[o.mesh].triangles.iter().any(|t| emits(t.material)))
+    }
+}
