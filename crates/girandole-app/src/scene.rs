@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail};
 use girandole_core::Error;
 use girandole_core::glam::Vec3;
 use girandole_core::scene::builtin::{self, MovingObject};
-use girandole_core::scene::{Edits, Environment, Scene, View, load_model};
+use girandole_core::scene::{Edits, Environment, Scene, Sky, View, load_model};
 use girandole_reference::image_file;
 use std::path::Path;
 
@@ -64,6 +64,11 @@ fn environment(args: &EnvironmentArgs) -> Result<Option<Environment>> {
     let environment = match &args.environment {
         None => return Ok(None),
         Some(EnvironmentArg::Color(radiance)) => Environment::constant(Vec3::from_array(*radiance))?,
+        Some(EnvironmentArg::Sky([elevation, azimuth, turbidity])) => Environment::sky(&Sky {
+            elevation: elevation.to_radians(),
+            azimuth: azimuth.to_radians(),
+            turbidity: *turbidity,
+        })?,
         Some(EnvironmentArg::File(path)) => {
             let image = image_file::read_radiance(path)?;
             Environment::new(image).with_context(|| path.display().to_string())?

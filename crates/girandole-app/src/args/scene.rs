@@ -4,7 +4,7 @@ use super::command_line::{Choice, file_name, value_name};
 use super::values::parse_finite;
 use clap::{Args, ValueEnum};
 use girandole_core::glam::DVec3;
-use girandole_core::scene::{DefaultLight, FieldOfView, Viewpoint};
+use girandole_core::scene::{DefaultLight, FieldOfView, Sky, Viewpoint};
 use std::path::PathBuf;
 
 /// Options of the view and of edits.
@@ -29,8 +29,10 @@ pub struct SceneArgs {
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct EnvironmentArgs {
     /// Light from all around, infinitely far away, which is also seen behind the scene: a picture of all directions, .exr or .hdr,
-    /// twice as wide as high (its middle is towards −Z), or the same radiance from everywhere, W/(sr·m²)
-    #[arg(long, value_name = "FILE.{exr,hdr}|R,G,B")]
+    /// twice as wide as high (its middle is towards −Z); sky, or sky:ELEVATION,AZIMUTH,TURBIDITY: a clear sky with its sun, that stands
+    /// so high and so far clockwise from −Z (degrees; sky:40,225,3 if not given), in units of 683 cd/m²; or the same radiance from
+    /// everywhere, W/(sr·m²)
+    #[arg(long, value_name = "FILE.{exr,hdr}|sky[:E,A,T]|R,G,B")]
     pub environment: Option<EnvironmentArg>,
 
     /// What the environment is multiplied by, from 0 to 1e6; 1 if not given
@@ -76,6 +78,8 @@ pub enum EnvironmentArg {
     Color([f32; 3]),
     /// A picture of all directions.
     File(PathBuf),
+    /// A clear sky with its sun: elevation and azimuth in degrees, turbidity.
+    Sky([f32; 3]),
 }
 
 impl std::str::FromStr for EnvironmentArg {
@@ -86,11 +90,32 @@ impl std::str::FromStr for EnvironmentArg {
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("hdr")) {
             return Ok(Self::File(path));
         }
-        let wrong = || "give an .exr or .hdr file, or three numbers as in 0.5,0.8,1.5".to_owned();
+        if let Some(rest) = text.strip_prefix("sky") {
+            return parse_sky(rest).map(Self::Sky);
+        }
+        let wrong = || "give an .exr or .hdr file, sky, or three numbers as in 0.5,0.8,1.5".to_owned();
         let number = |text: &str| text.trim().parse::<f32>().ok().filter(|x| x.is_finite() && *x >= 0.0);
         let numbers = text.split(',').map(number).collect::<Option<Vec<f32>>>().ok_or_else(wrong)?;
         Ok(Self::Color(numbers.try_into().map_err(|_| wrong())?))
     }
+}
+
+/// What follows `sky`: up to three numbers, those that are left out as [`Sky::default`] has them.
+fn parse_sky(text: &str) -> Result<[f32; 3], String> {
+    let Sky { elevation, azimuth, turbidity } = Sky::default();
+    let mut numbers = [elevation.to_degrees().round(), azimuth.to_degrees().round(), turbidity];
+    let wrong = || {
+        "give the sun's elevation (0 to 90°), its azimuth (degrees) and the turbidity (1 to 10), as in sky:30,225,3".to_owned()
+    };
+    if text.is_empty() {
+        return Ok(numbers);
+    }
+    let given = text.strip_prefix(':').ok_or_else(wrong)?;
+    for (i, word) in given.split(',').enumerate() {
+        *numbers.get_mut(i).ok_or_else(wrong)? = parse_finite(word.trim()).map_err(|_| wrong())?;
+    }
+    let in_range = (0.0..=90.0).contains(&numbers[0]) && (1.0..=10.0).contains(&numbers[2]);
+    if in_range { Ok(numbers) } else { Err(wrong()) }
 }
 
 impl EnvironmentArgs {
@@ -100,6 +125,9 @@ impl EnvironmentArgs {
         let environment = match environment {
             Some(EnvironmentArg::Color([r, g, b])) => Some(format!("{r:?},{g:?},{b:?}")),
             Some(EnvironmentArg::File(path)) => Some(file_name(path)?),
+            Some(EnvironmentArg::Sky([elevation, azimuth, turbidity])) => {
+                Some(format!("sky:{elevation:?},{azimuth:?},{turbidity:?}"))
+            }
             None => None,
         };
         Ok([

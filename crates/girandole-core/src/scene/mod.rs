@@ -45,6 +45,7 @@ mod motion;
 mod patches;
 #[cfg(feature = "import")]
 mod repair;
+mod sky;
 mod studio;
 mod view;
 mod viewpoint;
@@ -65,6 +66,7 @@ pub use mesh::{Mesh, MeshTriangle, Patch};
 pub use model_file::{load_model, load_model_slice};
 pub use motion::{Animation, Channel, Interpolation, Keyframes, Transform};
 pub use patches::mark_patches;
+pub use sky::Sky;
 pub use studio::DefaultLight;
 pub use view::{ClipDepth, LocalView, View};
 pub use viewpoint::{FieldOfView, Viewpoint};
