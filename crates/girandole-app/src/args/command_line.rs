@@ -203,6 +203,12 @@ mod tests {
         ("--camera", &["1", "-1", "", "Front \"door\""]),
         ("--view", &["0,1.7,4,0,1.7,0,0,1,0,60", "-0,1e-7,1e14,-3,0.1,0.2,0,1,0,2.5m"]),
     ];
+    const AROUND: [(&str, &[&str]); 4] = [
+        ("--environment", &["sky.hdr", "two skies.exr", "0.1,2,1e3", "sky", "sky:12.5", "sky:90,-30.25,1"]),
+        ("--environment-strength", &["0", "0.3", "1e6"]),
+        ("--environment-rotation", &["-90.5", "0", "400"]),
+        ("--light", &["none", "studio"]),
+    ];
     const MOTION: [(&str, &[&str]); 5] = [
         ("--fps", &["24", "29.97"]),
         ("--rewalk", &["1", "200", "all"]),
@@ -232,6 +238,18 @@ mod tests {
         ]
     }
 
+    fn around() -> impl Strategy<Value = Vec<String>> {
+        prop_oneof![
+            some(&AROUND[3..]),
+            some(&AROUND[..3]).prop_map(|mut words| {
+                if !words.iter().any(|w| w.starts_with("--environment=")) {
+                    words.clear();
+                }
+                words
+            }),
+        ]
+    }
+
     fn any_name() -> impl Strategy<Value = String> {
         prop_oneof!["[^\0]{1,12}", "[-'\" \\\\$`!*~#\n=äλ]{1,6}"]
     }
@@ -242,11 +260,12 @@ mod tests {
             options in some(&OPTIONS),
             camera in (0..CAMERAS.len()).prop_flat_map(|i| some(&CAMERAS[i..=i])),
             motion in motion(),
+            around in around(),
             names in (any_name(), any_name()),
         ) {
             let (scene, output) = names;
             let mut words = vec!["girandole".to_owned(), "render".into(), format!("--output={output}")];
-            words.extend(options.into_iter().chain(camera).chain(motion));
+            words.extend(options.into_iter().chain(camera).chain(motion).chain(around));
             words.extend(["--".into(), scene]);
             let args = parse(&words).map_err(|e| TestCaseError::fail(e.to_string()))?;
             let line = args.command_line().map_err(|e| TestCaseError::fail(e.to_string()))?;
@@ -281,7 +300,8 @@ mod tests {
         for option in known.iter().filter(|o| *o != "--help") {
             assert!(printed.contains(&option.as_str()), "{option}");
         }
-        let tested: Vec<&str> = [&OPTIONS[..], &CAMERAS, &MOTION].concat().iter().map(|o| o.0).collect();
+        let tested: Vec<&str> =
+            [&OPTIONS[..], &CAMERAS, &MOTION, &AROUND].concat().iter().map(|o| o.0).collect();
         for option in printed {
             let elsewhere = ["--output", "--time", "--frames"].contains(&option);
             assert!(tested.contains(&option) || elsewhere, "{option} is not tested");

@@ -47,6 +47,17 @@ fn bad_arguments() {
         ("render table --object cow", "none, torus, teapot"),
         ("render table --object cow.ply", "cow.ply"),
         ("render nowhere.glb --object torus", "--object"),
+        ("render table --environment nowhere.hdr", "nowhere.hdr"),
+        ("render table --environment 1,2", "three numbers"),
+        ("render table --environment 1,-2,3", "three numbers"),
+        ("render table --environment sky:100", "0 to 90°"),
+        ("render table --environment sky:40,0,11", "1 to 10"),
+        ("render table --environment sky:40,0,3,1", "elevation"),
+        ("render table --environment sky40", "elevation"),
+        ("render table --environment-strength 2", "--environment"),
+        ("render table --environment 1,1,1 --environment-strength -1", "0 to 1000000"),
+        ("render table --environment 1,1,1 --environment-rotation nan", "--environment-rotation"),
+        ("render table --environment 1,1,1 --light studio", "--light"),
         ("render table --view 1,2,3", "ten numbers"),
         ("render table --view -1,2,3", "ten numbers"),
         ("render table --view 0,1.7,4,0,1.7,0,0,1,0,x", "ten numbers"),
@@ -207,6 +218,14 @@ fn broken_files() {
         let output = girandole.run(&["compare", name, name]);
         refusal(&output, name).unwrap_or_else(|problem| panic!("{name}: {problem}"));
     }
+    for (name, content) in [("narrow.hdr", &b"#?RADIANCE\n"[..]), ("text.hdr", b"hello")] {
+        std::fs::write(girandole.path().join(name), content).unwrap();
+        let output = girandole.run(&["render", "table", "--environment", name]);
+        refusal(&output, name).unwrap_or_else(|problem| panic!("{name}: {problem}"));
+    }
+    std::fs::write(girandole.path().join("triangle.obj"), b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let output = girandole.run(&["render", "triangle.obj", "--light", "none", "--engine", "cpu"]);
+    refusal(&output, "no light").unwrap();
     std::fs::write(girandole.path().join("text.ply"), b"hello").unwrap();
     let output = girandole.run(&["render", "table", "--object", "text.ply"]);
     refusal(&output, "text.ply").unwrap();

@@ -68,6 +68,10 @@ fn options_change_the_picture() {
         ["--camera", "1"],
         ["--object", "teapot"],
         ["--termination", "throughput"],
+        ["--environment", "1,2,3"],
+        ["--environment", "sky"],
+        ["--environment", "sky:10,90,6"],
+        ["--light", "studio"],
     ] {
         // The later one of an option that is given twice would be an error; take the first away.
         let base: Vec<&str> = if more[0] == "--lights" { SMALL[..4].to_vec() } else { SMALL.to_vec() };
@@ -75,6 +79,29 @@ fn options_change_the_picture() {
         assert!(plain != girandole.bytes("picture.exr"), "{more:?} changes nothing");
     }
     assert!(plain == render(&[]));
+}
+
+#[test]
+fn models_are_seen_in_a_studio_unless_there_is_other_light() {
+    let girandole = Girandole::new();
+    std::fs::write(
+        girandole.path().join("wedge.obj"),
+        b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\n",
+    )
+    .unwrap();
+    let render = |more: &[&'static str]| {
+        let base =
+            ["render", "wedge.obj", "--engine", "cpu", "--size", "32x24", "--lights", "20", "-o", "w.exr"];
+        let output = girandole.succeed(&[&base[..], more].concat());
+        (crate::stderr(&output).contains("a studio lights it"), girandole.bytes("w.exr"))
+    };
+    let (is_said, alone) = render(&[]);
+    assert!(is_said);
+    assert!(render(&["--light", "studio"]) == (false, alone.clone()));
+    let (is_said, colored) = render(&["--environment", "1,0.5,0.25"]);
+    assert!(!is_said && colored != alone);
+    let turned = render(&["--environment", "sky", "--environment-rotation", "90"]);
+    assert!(render(&["--environment", "sky"]) != turned);
 }
 
 #[test]

@@ -72,3 +72,56 @@ fn seen(tracer: &SceneTracer, views: &[View]) -> Vec<Vec3> {
     };
     views.iter().flat_map(of_view).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::builtin::{self, MovingObject};
+    use crate::scene::{Environment, FieldOfView, Scene, Transform, Viewpoint};
+    use glam::DVec3;
+
+    /// A view of a room from one side of it, and the room with another one far away.
+    fn rooms() -> (Scene, View) {
+        let mut scene = builtin::build("table", MovingObject::None).expect("a room");
+        let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
+        let shell = scene.objects[0].clone();
+        let mesh = scene.meshes[shell.mesh].clone();
+        scene.add_object("another", mesh, Transform::translation(Vec3::new(40.0, 0.0, 0.0)));
+        scene.environment = Some(Environment::constant(Vec3::ONE).expect("light"));
+        (scene, view)
+    }
+
+    #[test]
+    fn maps_show_what_is_seen_and_little_else() {
+        let (scene, view) = rooms();
+        let geometry = Geometry::new(&scene);
+        let tracer = SceneTracer::new(&scene, &geometry);
+        let all = BoundingSphere::of_scene(&geometry);
+        assert_eq!(BoundingSphere::seen(&tracer, &[]), all);
+        let shown = BoundingSphere::seen(&tracer, &[view]);
+        assert!(shown.radius < 0.4 * all.radius, "{shown:?} of {all:?}");
+        // Between the rays that looked for it, too.
+        let local = view.relative_to(geometry.origin);
+        for i in 0..5000 {
+            let at = Vec2::from_array([0, 1].map(|d| crate::math::sequence::sample(i, d, 1)));
+            let (eye, direction) = local.ray(2.0 * at - 1.0);
+            let hit = tracer.closest_visible(eye, direction).expect("a wall");
+            assert!((eye + direction * hit.t).distance(shown.center) < shown.radius);
+        }
+        // Two views need both.
+        let away = Viewpoint {
+            eye: DVec3::new(41.0, 1.5, 0.0),
+            target: DVec3::new(40.0, 1.0, 0.0),
+            up: DVec3::Y,
+            field: FieldOfView::Perspective { degrees: 57.0 },
+        };
+        let away = away.view(1.0).expect("a view");
+        let both = BoundingSphere::seen(&tracer, &[view, away]);
+        assert!(both.radius > 2.0 * shown.radius, "{both:?}");
+        // It stays while it suffices.
+        let turned = View { forward: (view.forward + view.right * 0.05).normalize(), ..view };
+        assert_eq!(shown.or_seen(&tracer, &[turned]), shown);
+        assert_ne!(shown.or_seen(&tracer, &[away]), shown);
+        assert_eq!(both.or_seen(&tracer, &[view]), shown, "too large by far");
+    }
+}
