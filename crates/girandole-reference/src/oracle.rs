@@ -132,7 +132,13 @@ fn occluder(
     light: &LightSample,
     likely: u32,
 ) -> Option<u32> {
-    tracer.occluder(origin, triangle, light.shadow_ray_end(origin), light.triangle(), likely)
+    tracer.occluder(
+        origin,
+        triangle,
+        light.shadow_ray_end(origin, tracer.geometry()),
+        light.triangle(),
+        likely,
+    )
 }
 
 impl Sum<'_> {

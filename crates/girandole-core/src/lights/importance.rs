@@ -222,7 +222,7 @@ fn reflected(tracer: &SceneTracer, point: &ViewPoint, candidate: &LightSample, b
             if !tracer.occluded(
                 position,
                 point.triangle,
-                candidate.shadow_ray_end(position),
+                candidate.shadow_ray_end(position, tracer.geometry()),
                 candidate.triangle(),
             ) =>
         {
@@ -246,7 +246,7 @@ pub(super) fn brought(
         let factor = sample.geometric_factor(position, geometric_normal, shading_normal, Clamp::Own);
         let reflectance = (point.surface.albedo + point.surface.f0).max_element();
         let share = factor.map_or(0.0, |(g, _)| g * reflectance) / brightness as f32;
-        let end = sample.shadow_ray_end(position);
+        let end = sample.shadow_ray_end(position, tracer.geometry());
         let blocked = || tracer.occluded(position, point.triangle, end, sample.triangle());
         if change.abs().max_element() * share > UNSEEN && blocked() { 0.0 } else { share }
     })

@@ -139,11 +139,11 @@ impl LightSample {
     }
 
     /// Where a shadow ray from a point ends: at the sample, or beyond the scene where its light is parallel.
-    pub fn shadow_ray_end(&self, from: Vec3) -> Vec3 {
+    pub fn shadow_ray_end(&self, from: Vec3, geometry: &Geometry) -> Vec3 {
         if !self.profile.is_parallel() {
             return self.position;
         }
-        from - self.normal * (from - self.position).dot(self.normal).max(0.0)
+        from - self.normal * (from.length() + 2.0 * geometry.extent())
     }
 
     /// The punctual light that it is of.
