@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use clap::error::ErrorKind;
+use girandole_core::files;
 use serde_json::{Map, Value};
 use std::io::{self, ErrorKind as IoKind, Write};
 use std::path::Path;
@@ -18,7 +19,10 @@ pub type Stats = Map<String, Value>;
 
 /// Prints a message. A closed stream is no error.
 pub fn say(sentence: &str) {
-    let _ = writeln!(io::stderr(), "{sentence}");
+    // Names from files may hold what a terminal would obey.
+    let harmless: String =
+        sentence.chars().map(|c| if c.is_control() && c != '\n' { '\u{fffd}' } else { c }).collect();
+    let _ = writeln!(io::stderr(), "{harmless}");
 }
 
 /// Prints an error on one line.
@@ -60,7 +64,14 @@ pub fn check_writable(path: &Path, extensions: &[&str]) -> Result<()> {
     if path.is_dir() {
         bail!("cannot write {name}: it is a directory");
     }
-    let directory = directory_of(path);
+    match path.symlink_metadata() {
+        Err(e) if e.kind() != IoKind::NotFound && e.kind() != IoKind::NotADirectory => {
+            return Err(e).with_context(|| format!("cannot write {name}"));
+        }
+        _ => {}
+    }
+    let target = files::destination(path);
+    let directory = directory_of(&target);
     if !directory.is_dir() {
         bail!("cannot write {name}: there is no directory {}; make it first", directory.display());
     }
@@ -71,21 +82,6 @@ pub fn check_writable(path: &Path, extensions: &[&str]) -> Result<()> {
 
 fn directory_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-/// Writes a small file under a temporary name and renames it.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    #[cfg_attr(not(unix), expect(unused_mut, reason = "permissions"))]
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let write = || -> io::Result<()> {
-        let mut file = builder.tempfile_in(directory_of(path))?;
-        file.write_all(bytes)?;
-        file.persist(path)?;
-        Ok(())
-    };
-    write().with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// A duration in readable units.

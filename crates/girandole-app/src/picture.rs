@@ -1,6 +1,6 @@
 //! Pictures on their way to files.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use girandole::DebugView;
 use girandole_core::image::Image;
 use girandole_core::tonemap::{self, Exposure, Tonemap};
@@ -28,6 +28,13 @@ impl Shown {
 
 /// Writes an .exr with radiance, or a .png as it is shown. Returns the exposure in stops.
 pub fn write(path: &Path, radiance: &Image, shown: Shown) -> Result<f32> {
+    let broken = radiance.pixels.iter().filter(|p| !p.is_finite()).count();
+    if broken > 0 {
+        bail!(
+            "{broken} of {} pixels are no numbers: light or lengths of the scene are beyond single precision; scale it, or dim its lights",
+            radiance.pixels.len()
+        );
+    }
     let ev = shown.exposure.ev(radiance);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
         image_file::write_exr(path, radiance)?;

@@ -199,7 +199,10 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
         ] {
             stats.entry(key).or_insert(value);
         }
-        output::write_whole(path, format!("{}\n", serde_json::to_string_pretty(&stats)?).as_bytes())?;
+        girandole_core::files::write(
+            path,
+            format!("{}\n", serde_json::to_string_pretty(&stats)?).as_bytes(),
+        )?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -7,6 +7,7 @@
 pub mod brdf;
 pub mod elements;
 pub mod error;
+pub mod files;
 mod generation;
 pub mod illumination;
 pub mod image;

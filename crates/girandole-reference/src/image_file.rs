@@ -4,10 +4,9 @@ use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, SpecificChanne
 use girandole_core::glam::Vec3;
 use girandole_core::image::Image;
 use girandole_core::tonemap::srgb_decode;
-use girandole_core::{Error, Result};
-use std::io::{Cursor, Write};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
+use girandole_core::{Error, Result, files};
+use std::io::Cursor;
+use std::path::Path;
 
 /// Largest number of pixels that a file's header may claim.
 const MAX_PIXELS: usize = 1 << 28;
@@ -41,7 +40,7 @@ pub fn read_radiance(path: &Path) -> Result<Image> {
 /// # Errors
 /// [`Error::Read`], or [`Error::Broken`] with what is wrong with the file.
 pub fn read_hdr(path: &Path) -> Result<Image> {
-    let bytes = read_bytes(path)?;
+    let bytes = files::read(path)?;
     let unreadable = |e| broken(path, format!("it is no readable Radiance file ({e})"));
     let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(&bytes)).map_err(unreadable)?;
     let (width, height) = image::ImageDecoder::dimensions(&decoder);
@@ -59,7 +58,7 @@ pub fn read_hdr(path: &Path) -> Result<Image> {
 /// # Errors
 /// [`Error::Read`], or [`Error::Broken`] with what is wrong with the file.
 pub fn read_exr(path: &Path) -> Result<Image> {
-    let bytes = read_bytes(path)?;
+    let bytes = files::read(path)?;
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes), false)
         .map_err(|e| broken(path, format!("it is no readable OpenEXR file ({e})")))?;
     let names = |header: &exr::meta::header::Header| -> Vec<String> {
@@ -121,7 +120,7 @@ pub fn write_exr(path: &Path, image: &Image) -> Result<()> {
         .non_parallel()
         .to_buffered(&mut bytes)
         .map_err(|e| write_error(path, std::io::Error::other(e)))?;
-    write_bytes(path, bytes.get_ref())
+    files::write(path, bytes.get_ref())
 }
 
 /// Reads a PNG of 8 or 16 bits a channel and decodes its sRGB transfer to linear Rec. 709. Alpha is ignored.
@@ -129,7 +128,7 @@ pub fn write_exr(path: &Path, image: &Image) -> Result<()> {
 /// # Errors
 /// [`Error::Read`], or [`Error::Broken`] with what is wrong with the file.
 pub fn read_png(path: &Path) -> Result<Image> {
-    let bytes = read_bytes(path)?;
+    let bytes = files::read(path)?;
     let decoded = image::ImageReader::with_format(Cursor::new(&bytes), image::ImageFormat::Png)
         .decode()
         .map_err(|e| broken(path, format!("it is no readable PNG file ({e})")))?
@@ -149,7 +148,7 @@ pub fn write_png(path: &Path, width: u32, height: u32, rgb8: &[u8]) -> Result<()
     image::codecs::png::PngEncoder::new(&mut bytes)
         .write_image(rgb8, width, height, image::ExtendedColorType::Rgb8)
         .map_err(|e| write_error(path, std::io::Error::other(e)))?;
-    write_bytes(path, &bytes)
+    files::write(path, &bytes)
 }
 
 fn check_size(width: u32, height: u32, have: usize, per_pixel: usize) -> Result<()> {
@@ -166,35 +165,4 @@ fn broken(path: &Path, reason: impl Into<String>) -> Error {
 
 fn write_error(path: &Path, source: std::io::Error) -> Error {
     Error::Write { path: path.into(), source }
-}
-
-fn read_bytes(path: &Path) -> Result<Vec<u8>> {
-    std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })
-}
-
-/// Writes to a new file beside `path`, then renames it. If anything goes wrong, that file is removed.
-fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
-    let temporary = beside(path).map_err(|e| write_error(path, e))?;
-    let written = std::fs::OpenOptions::new()
-        .write(true)
-        .create_new(true)
-        .open(&temporary)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| std::fs::rename(&temporary, path));
-    written.map_err(|source| {
-        // Best effort: the first error is the one to report.
-        let _ = std::fs::remove_file(&temporary);
-        write_error(path, source)
-    })
-}
-
-/// A name in the same folder that no other write of any process uses.
-fn beside(path: &Path) -> std::io::Result<PathBuf> {
-    static COUNTER: AtomicU32 = AtomicU32::new(0);
-    let name = path.file_name().ok_or_else(|| std::io::Error::other("the path names no file"))?;
-    let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-    let mut temporary = std::ffi::OsString::from(".");
-    temporary.push(name);
-    temporary.push(format!(".{}.{number}.part", std::process::id()));
-    Ok(path.with_file_name(temporary))
 }

@@ -56,10 +56,10 @@ pub fn run(args: &BenchArgs) -> Result<ExitCode> {
     };
     output::data(&table(&rows, columns))?;
     if let Some(path) = &args.csv {
-        output::write_whole(path, csv(&rows, columns).as_bytes())?;
+        girandole_core::files::write(path, csv(&rows, columns).as_bytes())?;
     }
     if let Some(path) = &args.json {
-        output::write_whole(path, format!("{}\n", serde_json::to_string_pretty(&rows)?).as_bytes())?;
+        girandole_core::files::write(path, format!("{}\n", serde_json::to_string_pretty(&rows)?).as_bytes())?;
     }
     Ok(ExitCode::SUCCESS)
 }

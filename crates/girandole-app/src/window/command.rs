@@ -45,6 +45,6 @@ fn write_edits(session: &Session, output: &Path) -> Result<Option<PathBuf>> {
     }
     let path = free(&output.with_extension("edits.json"), Path::exists);
     crate::output::check_writable(&path, &["json"])?;
-    crate::output::write_whole(&path, session.edits.to_json()?.as_bytes())?;
+    girandole_core::files::write(&path, session.edits.to_json()?.as_bytes())?;
     Ok(Some(path))
 }

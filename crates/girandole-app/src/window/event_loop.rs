@@ -9,7 +9,7 @@ use super::session::{Session, Start};
 use super::surface::WindowSurface;
 use super::tools::Tools;
 use crate::args::ViewArgs;
-use crate::output::{self, say};
+use crate::output::say;
 use anyhow::{Context, Result};
 use girandole::{Error, Gpu};
 use std::path::Path;
@@ -137,7 +137,7 @@ impl Handler {
 
 fn write_stats(app: &App, path: &Path) -> Result<()> {
     let text = serde_json::to_string_pretty(&app.stats())?;
-    output::write_whole(path, format!("{text}\n").as_bytes())
+    Ok(girandole_core::files::write(path, format!("{text}\n").as_bytes())?)
 }
 
 impl ApplicationHandler for Handler {

@@ -201,6 +201,8 @@ fn broken_files() {
         ("text.gltf", b"hello".to_vec()),
         ("array.gltf", b"[]".to_vec()),
         ("version.gltf", br#"{"asset":{"version":"1.0"}}"#.to_vec()),
+        ("version3.gltf", br#"{"asset":{"version":"3.0"}}"#.to_vec()),
+        ("least.gltf", br#"{"asset":{"version":"2.0","minVersion":"3.0"}}"#.to_vec()),
         ("nothing.gltf", br#"{"asset":{"version":"2.0"}}"#.to_vec()),
     ] {
         std::fs::write(girandole.path().join(name), content).unwrap();
@@ -229,6 +231,60 @@ fn broken_files() {
     std::fs::write(girandole.path().join("text.ply"), b"hello").unwrap();
     let output = girandole.run(&["render", "table", "--object", "text.ply"]);
     refusal(&output, "text.ply").unwrap();
+}
+
+/// A triangle before a camera, with a point light as bright as single precision allows, and a name that a terminal would obey.
+const BLINDING: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1,2]}],
+    "extensionsUsed":["KHR_lights_punctual","NO\u001b[31mBODY"],
+    "extensions":{"KHR_lights_punctual":{"lights":[{"type":"point","intensity":3.4e38}]}},
+    "nodes":[{"mesh":0},{"translation":[0.2,0.2,1],"camera":0},
+        {"translation":[0.2,0.2,0.05],"extensions":{"KHR_lights_punctual":{"light":0}}}],
+    "cameras":[{"type":"perspective","perspective":{"yfov":0.8,"znear":0.1}}],
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+    "bufferViews":[{"buffer":0,"byteLength":36}],
+    "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+
+#[test]
+fn pictures_of_what_are_no_numbers() {
+    let girandole = Girandole::new();
+    std::fs::write(girandole.path().join("blinding.gltf"), BLINDING).unwrap();
+    for engine in ["cpu", "path"] {
+        let output = girandole.run(&["render", "blinding.gltf", "--engine", engine, "--size", "32x24"]);
+        let said = crate::stderr(&output);
+        assert!(output.status.code() == Some(2) && said.contains("are no numbers"), "{engine}: {said}");
+        assert!(said.contains("BODY") && !said.contains('\u{1b}'), "{said:?}");
+        assert_eq!(girandole.files(), ["blinding.gltf"]);
+    }
+    let dim = BLINDING.replace("3.4e38", "3.4");
+    std::fs::write(girandole.path().join("blinding.gltf"), dim).unwrap();
+    girandole.succeed(&["render", "blinding.gltf", "--engine", "cpu", "--size", "32x24"]);
+}
+
+#[test]
+#[cfg(unix)]
+fn pipes_and_devices() {
+    let girandole = Girandole::new();
+    for name in ["scene.glb", "scene.obj", "sky.hdr", "edits.json"] {
+        std::os::unix::fs::symlink("/dev/zero", girandole.path().join(name)).unwrap();
+    }
+    for arguments in [
+        &["render", "scene.glb"][..],
+        &["render", "scene.obj"],
+        &["render", "table", "--environment", "sky.hdr"],
+        &["render", "table", "--edits", "edits.json"],
+    ] {
+        refusal(&girandole.run(arguments), "device")
+            .unwrap_or_else(|problem| panic!("{arguments:?}: {problem}"));
+    }
+}
+
+#[test]
+fn names_that_are_too_long() {
+    let girandole = Girandole::new();
+    let name = format!("{}.png", "n".repeat(300));
+    refusal(&girandole.run(&["render", "table", "-o", &name]), "cannot write").unwrap();
+    assert!(girandole.files().is_empty());
 }
 
 #[test]

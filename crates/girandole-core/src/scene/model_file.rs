@@ -24,7 +24,7 @@ pub fn load_model(path: &Path) -> Result<Mesh> {
     let mut mesh = match Kind::new(kind, || path.display().to_string())? {
         Kind::Gltf => merge(&load_gltf(path)?),
         kind => {
-            let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+            let bytes = crate::files::read(path)?;
             kind.read(&bytes).map_err(|reason| Error::Broken { path: path.into(), reason })?
         }
     };

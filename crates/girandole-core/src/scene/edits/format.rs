@@ -98,7 +98,7 @@ impl Edits {
     /// # Errors
     /// [`Error::Read`] where it cannot be read, and those of [`Edits::from_json`].
     pub fn load(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+        let bytes = crate::files::read(path)?;
         let text = String::from_utf8(bytes).map_err(|_| "it is no text; save the edits again".to_owned());
         text.and_then(|text| Self::parse(&text)).map_err(|reason| Error::Broken { path: path.into(), reason })
     }

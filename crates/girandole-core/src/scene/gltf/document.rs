@@ -4,12 +4,14 @@ use super::Parsed;
 use base64::Engine;
 use gltf::json::{self, Root, Value};
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 /// A parsed file and all its buffers.
 pub(super) struct Document<'a> {
     pub root: Root,
-    buffers: Vec<Cow<'a, [u8]>>,
+    buffers: Vec<Arc<Cow<'a, [u8]>>>,
     base: Option<&'a Path>,
 }
 
@@ -27,11 +29,23 @@ impl<'a> Document<'a> {
         let (text, blob) = split(bytes)?;
         let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
         let root: Root = json::deserialize::from_slice(text).map_err(|error| broken_json(text, &error))?;
+        let needed = root.asset.min_version.as_ref().unwrap_or(&root.asset.version);
+        if !needed.starts_with("2.") {
+            return Err(format!("it is glTF of version {}; convert it to version 2.0", shorten(needed)));
+        }
         let mut document = Self { root, buffers: Vec::new(), base };
+        // A file that many buffers name is read once.
+        let mut read: BTreeMap<&str, Arc<Cow<'a, [u8]>>> = BTreeMap::new();
         for (index, buffer) in document.root.buffers.iter().enumerate() {
             let data = match &buffer.uri {
-                Some(uri) => document.resource(uri).map_err(|e| format!("its buffer {index} {e}"))?,
-                None => Cow::Borrowed(if index == 0 { blob } else { &[] }),
+                Some(uri) => match read.get(uri.as_str()) {
+                    Some(data) => data.clone(),
+                    None => {
+                        let data = document.resource(uri).map_err(|e| format!("its buffer {index} {e}"))?;
+                        read.entry(uri).or_insert(Arc::new(data)).clone()
+                    }
+                },
+                None => Arc::new(Cow::Borrowed(if index == 0 { blob } else { &[] })),
             };
             // A buffer without any data is legal where an extension compresses it; views into it are refused later.
             let wanted = buffer.byte_length.0;

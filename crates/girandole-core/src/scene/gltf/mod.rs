@@ -57,7 +57,7 @@ const SUPPORTED_EXTENSIONS: [&str; 5] = [
 /// # Errors
 /// [`Error::Read`] if the file cannot be read; [`Error::Broken`] if it, or a file that it refers to, is not usable.
 pub fn load_gltf(path: &Path) -> Result<Scene> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let bytes = crate::files::read(path)?;
     let base = path.parent().unwrap_or(Path::new(""));
     import(&bytes, Some(base)).map_err(|reason| Error::Broken { path: path.into(), reason })
 }

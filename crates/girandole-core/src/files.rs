@@ -1,0 +1,129 @@
+//! Files, read whole and written whole or not at all.
+
+use crate::{Error, Result};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Reads a file. Pipes and devices, which may have no end, are refused.
+///
+/// # Errors
+/// [`Error::Read`].
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    let read = || {
+        let kind = std::fs::metadata(path)?;
+        if !kind.is_file() && !kind.is_dir() {
+            return Err(std::io::Error::other("it is a pipe or a device, not a file"));
+        }
+        std::fs::read(path)
+    };
+    read().map_err(|source| Error::Read { path: path.into(), source })
+}
+
+/// Writes a file under another name in its folder, then gives it its name. If anything goes wrong, what was there stays. A link
+/// stays one: what it leads to is written; and a file that was there keeps its permissions.
+///
+/// # Errors
+/// [`Error::Write`].
+pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    static COUNTER: AtomicU32 = AtomicU32::new(0);
+    let target = destination(path);
+    let number = COUNTER.fetch_add(1, Ordering::Relaxed);
+    let temporary = target.with_file_name(format!(".girandole.{}.{number}.part", std::process::id()));
+    let write = || {
+        let mut file = std::fs::OpenOptions::new().write(true).create_new(true).open(&temporary)?;
+        if let Ok(replaced) = std::fs::metadata(&target) {
+            file.set_permissions(replaced.permissions())?;
+        }
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        std::fs::rename(&temporary, &target)
+    };
+    write().map_err(|source| {
+        // Best effort: the first error is the one to report.
+        let _ = std::fs::remove_file(&temporary);
+        Error::Write { path: path.into(), source }
+    })
+}
+
+/// Where a file of this name is written: what it leads to, if it is a link.
+pub fn destination(path: &Path) -> PathBuf {
+    if !path.is_symlink() {
+        return path.into();
+    }
+    std::fs::canonicalize(path).unwrap_or_else(|_| {
+        // It leads to what is not there yet.
+        let to = std::fs::read_link(path).unwrap_or_else(|_| path.into());
+        path.parent().unwrap_or(Path::new("")).join(to)
+    })
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    /// A folder of its own that goes away with it.
+    struct Folder(PathBuf);
+
+    impl Folder {
+        fn new(name: &str) -> Self {
+            let path = std::env::temp_dir().join(format!("girandole-files-{name}-{}", std::process::id()));
+            std::fs::create_dir_all(&path).expect("a folder");
+            Self(path)
+        }
+
+        fn at(&self, name: &str) -> PathBuf {
+            self.0.join(name)
+        }
+
+        fn names(&self) -> Vec<String> {
+            let entries = std::fs::read_dir(&self.0).expect("a folder");
+            let mut names: Vec<String> =
+                entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+            names.sort();
+            names
+        }
+    }
+
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = std::fs::remove_dir_all(&self.0);
+        }
+    }
+
+    #[test]
+    fn links_are_followed_and_permissions_stay() {
+        let folder = Folder::new("links");
+        let (file, link, dangling) = (folder.at("file"), folder.at("link"), folder.at("dangling"));
+        std::fs::write(&file, b"old").expect("written");
+        std::fs::set_permissions(&file, PermissionsExt::from_mode(0o600)).expect("permissions");
+        symlink("file", &link).expect("a link");
+        symlink("later", &dangling).expect("a link");
+        write(&link, b"new").expect("written");
+        write(&dangling, b"first").expect("written");
+        assert!(link.is_symlink() && dangling.is_symlink());
+        assert_eq!(read(&file).expect("read"), b"new");
+        assert_eq!(std::fs::metadata(&file).expect("there").permissions().mode() & 0o777, 0o600);
+        assert_eq!(read(&folder.at("later")).expect("read"), b"first");
+        assert_eq!(folder.names(), ["dangling", "file", "later", "link"]);
+    }
+
+    #[test]
+    fn what_cannot_be_written_leaves_nothing() {
+        let folder = Folder::new("failures");
+        std::fs::create_dir(folder.at("folder")).expect("a folder");
+        std::fs::write(folder.at("folder/inside"), b"").expect("written");
+        for name in ["folder".to_owned(), "nowhere/file".into(), "n".repeat(300)] {
+            assert!(matches!(write(&folder.at(&name), b"bytes"), Err(Error::Write { .. })), "{name}");
+        }
+        assert_eq!(folder.names(), ["folder"]);
+    }
+
+    #[test]
+    fn devices_are_not_read() {
+        let error = read(Path::new("/dev/zero")).expect_err("it has no end");
+        assert!(error.to_string().contains("device"), "{error}");
+        assert!(read(Path::new("/nowhere")).is_err());
+    }
+}
