@@ -303,6 +303,52 @@ fn what_is_not_supported_is_named_once() {
 }
 
 #[test]
+fn what_is_valid_and_not_needed_is_left_out() {
+    let whole = load(&some_of_everything());
+    // A scene without nodes, as the specification allows.
+    let mut file = some_of_everything();
+    file.push("scenes", json!({"name": "empty"}));
+    let scene = load(&file);
+    assert_eq!((scene.objects.len(), mentions(&scene, "2 scenes")), (whole.objects.len(), 1));
+    // A channel that moves what is no node; the others stay.
+    let mut file = some_of_everything();
+    let pointer = json!({"pointer": "/materials/0/emissiveFactor"});
+    let target = json!({"path": "pointer", "extensions": {"KHR_animation_pointer": pointer}});
+    let channels = file.json["animations"][0]["channels"].as_array_mut().expect("channels");
+    channels.push(json!({"sampler": 0, "target": target}));
+    let scene = load(&file);
+    assert_eq!(scene.animations, whole.animations);
+    assert_eq!(mentions(&scene, "animations of anything but nodes"), 1, "{:?}", scene.warnings);
+    // Pictures that only materials without users name.
+    let mut file = some_of_everything();
+    let image = file.push("images", json!({"uri": "nowhere.png"}));
+    let texture = file.push("textures", json!({"source": image}));
+    let color = json!({"baseColorTexture": {"index": texture}});
+    let material = file.push("materials", json!({"name": "unused", "pbrMetallicRoughness": color}));
+    let scene = load(&file);
+    assert_eq!(scene.materials[material].name, "unused");
+    assert_eq!(mentions(&scene, "is left out, as nothing uses it"), 1, "{:?}", scene.warnings);
+    assert_eq!(scene.textures.len(), whole.textures.len());
+    // A texture without a picture.
+    let mut file = some_of_everything();
+    file.json["textures"][0] = json!({});
+    let scene = load(&file);
+    assert!(scene.materials[0].base_color_texture.is_none());
+    assert_eq!(mentions(&scene, "texture 0 has no image"), 1, "{:?}", scene.warnings);
+    // A camera that sees nothing.
+    let mut file = some_of_everything();
+    let camera =
+        file.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}));
+    file.node(json!({"name": "blind", "camera": camera, "scale": [0.0, 0.0, 0.0]}));
+    let scene = load(&file);
+    assert_eq!((scene.cameras.len(), mentions(&scene, "camera `blind`")), (whole.cameras.len(), 1));
+    // The control: what is used is missed.
+    let mut file = some_of_everything();
+    file.json["images"][0] = json!({"uri": "nowhere.png"});
+    assert!(load_gltf_slice(&file.glb(), None).is_err());
+}
+
+#[test]
 fn triangles_listed_twice_count_once() {
     let mut file = File::with_square();
     let primitive: Value = file.json["meshes"][0]["primitives"][0].clone();

@@ -13,6 +13,8 @@ pub(super) struct Document<'a> {
     pub root: Root,
     buffers: Vec<Arc<Cow<'a, [u8]>>>,
     base: Option<&'a Path>,
+    /// What was left out.
+    pub warnings: Vec<String>,
 }
 
 /// A part of a buffer.
@@ -28,12 +30,16 @@ impl<'a> Document<'a> {
     pub fn parse(bytes: &'a [u8], base: Option<&'a Path>) -> Parsed<Self> {
         let (text, blob) = split(bytes)?;
         let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
-        let root: Root = json::deserialize::from_slice(text).map_err(|error| broken_json(text, &error))?;
+        let parsed = json::deserialize::from_slice(text);
+        let (root, warnings): (Root, _) = match parsed {
+            Ok(root) => (root, Vec::new()),
+            Err(error) => mended(text).ok_or_else(|| broken_json(text, &error))?,
+        };
         let needed = root.asset.min_version.as_ref().unwrap_or(&root.asset.version);
         if !needed.starts_with("2.") {
             return Err(format!("it is glTF of version {}; convert it to version 2.0", shorten(needed)));
         }
-        let mut document = Self { root, buffers: Vec::new(), base };
+        let mut document = Self { root, buffers: Vec::new(), base, warnings };
         // A file that many buffers name is read once.
         let mut read: BTreeMap<&str, Arc<Cow<'a, [u8]>>> = BTreeMap::new();
         for (index, buffer) in document.root.buffers.iter().enumerate() {
@@ -167,6 +173,27 @@ fn split(bytes: &[u8]) -> Parsed<(&[u8], &[u8])> {
         Err(gltf::Error::Binary(e)) => Err(broken(&e)),
         Err(e) => Err(broken(&e)),
     }
+}
+
+/// What is valid glTF, but more than the parser knows of: scenes without nodes, and animations of what are no nodes
+/// (`KHR_animation_pointer`), which are left out. `None` where that is not what is wrong.
+fn mended(text: &[u8]) -> Option<(Root, Vec<String>)> {
+    let mut value = json::deserialize::from_slice::<Value>(text).ok()?;
+    for scene in value.get_mut("scenes").and_then(Value::as_array_mut).into_iter().flatten() {
+        let scene = scene.as_object_mut()?;
+        scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+    }
+    let mut warnings = Vec::new();
+    for animation in value.get_mut("animations").and_then(Value::as_array_mut).into_iter().flatten() {
+        let channels = animation.get_mut("channels").and_then(Value::as_array_mut)?;
+        let count = channels.len();
+        channels.retain(|channel| channel.get("target").is_some_and(|target| target.get("node").is_some()));
+        if channels.len() < count {
+            warnings.push("animations of anything but nodes are left out".to_owned());
+        }
+    }
+    warnings.dedup();
+    Some((json::deserialize::from_value(value).ok()?, warnings))
 }
 
 /// Why the JSON cannot be read; old versions fail somewhere in the middle, so they are looked for first.

@@ -7,15 +7,25 @@ use gltf::json;
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::material::AlphaMode;
 use gltf::json::validation::Checked;
+use std::collections::HashSet;
 
 /// Brighter than this, W/(sr·m²), is a mistake, and sums would leave the range of single precision.
 const MAX_EMISSION: f32 = 1e12;
 
 impl Importer<'_> {
-    /// Reads all materials, so that indices stay the file's.
+    /// Reads all materials, so that indices stay the file's; of those that nothing uses and that are broken, the name alone.
     pub(super) fn read_materials(&mut self) -> Parsed<()> {
-        for (index, json) in self.document.root.materials.iter().enumerate() {
-            let material = self.material(json).map_err(|e| format!("{e} (material {index})"))?;
+        let root = &self.document.root;
+        let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+        let used: HashSet<usize> = primitives.filter_map(|p| Some(p.material?.value())).collect();
+        for (index, json) in root.materials.iter().enumerate() {
+            let material = match self.material(json) {
+                Err(e) if !used.contains(&index) => {
+                    self.scene.warn(format!("material {index} is left out, as nothing uses it, and {e}"));
+                    Material { name: json.name.clone().unwrap_or_default(), ..Material::default() }
+                }
+                other => other.map_err(|e| format!("{e} (material {index})"))?,
+            };
             self.scene.add_material(material);
         }
         Ok(())

@@ -21,9 +21,10 @@ mod nodes;
 mod tangents;
 mod texture;
 
-use super::Scene;
+use super::{Camera, Scene, View};
 use crate::{Error, Result};
 use document::Document;
+use glam::Vec3;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
@@ -107,6 +108,7 @@ fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
         vertices: 0,
         texels: 0,
     };
+    document.warnings.iter().for_each(|warning| importer.scene.warn(warning.clone()));
     importer.name_unsupported_extensions();
     importer.read_materials()?;
     importer.read_nodes()?;
@@ -121,6 +123,16 @@ fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
         }
         return Err(reason);
     }
+    let sees = |camera: &Camera| {
+        let view = View::new(&scene, camera, 1.0);
+        [view.forward, view.right, view.up].iter().all(|axis| axis.is_finite() && *axis != Vec3::ZERO)
+    };
+    let (cameras, blind): (Vec<Camera>, Vec<Camera>) = scene.cameras.iter().cloned().partition(sees);
+    for camera in &blind {
+        let name = document::shorten(&camera.name);
+        scene.warn(format!("camera `{name}` is left out: its node is scaled to nothing"));
+    }
+    scene.cameras = cameras;
     super::repair::mark_scene(&mut scene).map_err(|e| format!("it {e}"))?;
     Ok(scene)
 }

@@ -57,7 +57,8 @@ impl Importer<'_> {
         if source == u32::MAX as usize {
             let extension = json.extensions.as_ref().and_then(|e| e.others.keys().next());
             let Some(extension) = extension else {
-                return Err(format!("its texture {index} has no image; export it again"));
+                self.scene.warn(format!("texture {index} has no image: it is left out"));
+                return Ok(None);
             };
             self.scene.warn(format!(
                 "textures that exist only as {} are left out: convert them to PNG or JPEG",
