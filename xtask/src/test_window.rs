@@ -29,16 +29,16 @@ pub fn run() -> Result<ExitCode> {
     let display = Display::start()?;
     let session = Session::start(&program, &display, "pillars")?;
     let first = session.shot("shot.png")?;
-    moves_an_object(&session, &first)?;
-    walks(&session)?;
-    plays(&session)?;
-    copies_the_command(&session, &program)?;
-    resizes(&session)?;
+    moves_an_object(&session, &first).context("moving an object")?;
+    walks(&session).context("walking")?;
+    plays(&session).context("playing")?;
+    copies_the_command(&session, &program).context("copying the command")?;
+    resizes(&session).context("resizing")?;
     session.quit()?;
-    refines(&program, &display)?;
-    compares(&program, &display)?;
-    changes_controls(&program, &display)?;
-    loses_devices(&program, &display)?;
+    refines(&program, &display).context("refining")?;
+    compares(&program, &display).context("comparing")?;
+    changes_controls(&program, &display).context("changing controls")?;
+    loses_devices(&program, &display).context("losing a device")?;
     for room in ROOMS {
         let session = Session::start(&program, &display, room)?;
         session.shot("shot.png")?;

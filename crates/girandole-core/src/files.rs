@@ -63,39 +63,20 @@ mod tests {
     use super::*;
     use std::os::unix::fs::{PermissionsExt, symlink};
 
-    /// A folder of its own that goes away with it.
-    struct Folder(PathBuf);
-
-    impl Folder {
-        fn new(name: &str) -> Self {
-            let path = std::env::temp_dir().join(format!("girandole-files-{name}-{}", std::process::id()));
-            std::fs::create_dir_all(&path).expect("a folder");
-            Self(path)
-        }
-
-        fn at(&self, name: &str) -> PathBuf {
-            self.0.join(name)
-        }
-
-        fn names(&self) -> Vec<String> {
-            let entries = std::fs::read_dir(&self.0).expect("a folder");
-            let mut names: Vec<String> =
-                entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
-            names.sort();
-            names
-        }
-    }
-
-    impl Drop for Folder {
-        fn drop(&mut self) {
-            let _ = std::fs::remove_dir_all(&self.0);
-        }
+    /// What lies in a folder.
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).expect("a folder");
+        let mut names: Vec<String> =
+            entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
     }
 
     #[test]
     fn links_are_followed_and_permissions_stay() {
-        let folder = Folder::new("links");
-        let (file, link, dangling) = (folder.at("file"), folder.at("link"), folder.at("dangling"));
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path();
+        let [file, link, dangling] = ["file", "link", "dangling"].map(|name| folder.join(name));
         std::fs::write(&file, b"old").expect("written");
         std::fs::set_permissions(&file, PermissionsExt::from_mode(0o600)).expect("permissions");
         symlink("file", &link).expect("a link");
@@ -105,19 +86,20 @@ mod tests {
         assert!(link.is_symlink() && dangling.is_symlink());
         assert_eq!(read(&file).expect("read"), b"new");
         assert_eq!(std::fs::metadata(&file).expect("there").permissions().mode() & 0o777, 0o600);
-        assert_eq!(read(&folder.at("later")).expect("read"), b"first");
-        assert_eq!(folder.names(), ["dangling", "file", "later", "link"]);
+        assert_eq!(read(&folder.join("later")).expect("read"), b"first");
+        assert_eq!(names(folder), ["dangling", "file", "later", "link"]);
     }
 
     #[test]
     fn what_cannot_be_written_leaves_nothing() {
-        let folder = Folder::new("failures");
-        std::fs::create_dir(folder.at("folder")).expect("a folder");
-        std::fs::write(folder.at("folder/inside"), b"").expect("written");
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path();
+        std::fs::create_dir(folder.join("folder")).expect("a folder");
+        std::fs::write(folder.join("folder/inside"), b"").expect("written");
         for name in ["folder".to_owned(), "nowhere/file".into(), "n".repeat(300)] {
-            assert!(matches!(write(&folder.at(&name), b"bytes"), Err(Error::Write { .. })), "{name}");
+            assert!(matches!(write(&folder.join(&name), b"bytes"), Err(Error::Write { .. })), "{name}");
         }
-        assert_eq!(folder.names(), ["folder"]);
+        assert_eq!(names(folder), ["folder"]);
     }
 
     #[test]

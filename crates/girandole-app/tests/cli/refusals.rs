@@ -220,7 +220,9 @@ fn broken_files() {
         let output = girandole.run(&["compare", name, name]);
         refusal(&output, name).unwrap_or_else(|problem| panic!("{name}: {problem}"));
     }
-    for (name, content) in [("narrow.hdr", &b"#?RADIANCE\n"[..]), ("text.hdr", b"hello")] {
+    for (name, content) in
+        [("cut.hdr", &b"#?RADIANCE\n"[..]), ("text.hdr", b"hello"), ("square.hdr", SQUARE_HDR)]
+    {
         std::fs::write(girandole.path().join(name), content).unwrap();
         let output = girandole.run(&["render", "table", "--environment", name]);
         refusal(&output, name).unwrap_or_else(|problem| panic!("{name}: {problem}"));
@@ -232,6 +234,9 @@ fn broken_files() {
     let output = girandole.run(&["render", "table", "--object", "text.ply"]);
     refusal(&output, "text.ply").unwrap();
 }
+
+/// A picture of one direction, not of all: two by two pixels of radiance 1.
+const SQUARE_HDR: &[u8] = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n\x80\x80\x80\x81\x80\x80\x80\x81\x80\x80\x80\x81\x80\x80\x80\x81";
 
 /// A triangle before a camera, with a point light as bright as single precision allows, and a name that a terminal would obey.
 const BLINDING: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1,2]}],
@@ -283,7 +288,9 @@ fn pipes_and_devices() {
 fn names_that_are_too_long() {
     let girandole = Girandole::new();
     let name = format!("{}.png", "n".repeat(300));
-    refusal(&girandole.run(&["render", "table", "-o", &name]), "cannot write").unwrap();
+    // Before anything else is looked at.
+    refusal(&girandole.run(&["render", "nowhere.glb", "-o", &name]), "cannot write").unwrap();
+    refusal(&girandole.run(&["render", "nowhere.glb", "-o", "n.png"]), "nowhere.glb").unwrap();
     assert!(girandole.files().is_empty());
 }
 

@@ -147,7 +147,7 @@ impl Pilot {
 fn emitter_of(deposit: &LightSample, emitters: usize) -> usize {
     match deposit.origin {
         SampleOrigin::Bounce { path, .. } => path as usize % emitters,
-        _ => 0,
+        SampleOrigin::Emitter { .. } | SampleOrigin::Punctual { .. } | SampleOrigin::Environment { .. } => 0,
     }
 }
 

@@ -42,11 +42,15 @@ impl EnvironmentMap {
     /// Radiance, W/(sr·m²): a picture twice as wide as high, or one pixel where it is the same from everywhere.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where a pixel is negative or not finite, or there is none.
+    /// [`Error::Invalid`] where a pixel is negative or not finite, and for a picture of another shape.
     pub fn new(image: Image) -> Result<Self> {
         let refuse = |what: &str| Err(Error::Invalid(format!("the environment {what}")));
         if image.pixels.is_empty() || image.pixels.len() != image.width as usize * image.height as usize {
             return refuse("has no pixels; give a picture twice as wide as high");
+        }
+        if image.width != 2 * image.height && (image.width, image.height) != (1, 1) {
+            let size = format!("is {} × {} pixels", image.width, image.height);
+            return refuse(&format!("{size}; give a picture of all directions, twice as wide as high"));
         }
         if !image.pixels.iter().all(|p| p.is_finite() && p.min_element() >= 0.0) {
             return refuse("has pixels that are negative or not finite; mend the picture");
@@ -104,6 +108,16 @@ impl EnvironmentMap {
         let row = |dy| pixel(0, dy).lerp(pixel(1, dy), f.x);
         row(0).lerp(row(1), f.y)
     }
+}
+
+/// Unit direction to the middle of a pixel of a map of this size, row by row from the top.
+pub(super) fn pixel_direction(pixel: u32, [width, height]: [u32; 2]) -> DVec3 {
+    use std::f64::consts::{PI, TAU};
+    let [x, y] =
+        [(pixel % width, width), (pixel / width, height)].map(|(n, of)| (f64::from(n) + 0.5) / f64::from(of));
+    let (longitude, polar) = ((x - 0.5) * TAU, y * PI);
+    let across = libm::sin(polar);
+    DVec3::new(libm::sin(longitude) * across, libm::cos(polar), -libm::cos(longitude) * across)
 }
 
 /// Where a direction lies in a map: in [0, 1], from the left and from the top.
@@ -226,6 +240,16 @@ mod tests {
     }
 
     #[test]
+    fn pixels_lie_where_they_are_shown() {
+        let size = [16, 8];
+        for pixel in 0..16 * 8 {
+            let at = place(pixel_direction(pixel, size).as_vec3()) * Vec2::new(16.0, 8.0);
+            let middle = Vec2::new((pixel % 16) as f32, (pixel / 16) as f32) + 0.5;
+            assert!(at.abs_diff_eq(middle, 1e-3), "{pixel}: {at}");
+        }
+    }
+
+    #[test]
     fn cells_hold_all_of_the_light_and_know_their_directions() {
         let environment = gradient();
         let in_cells =
@@ -258,7 +282,10 @@ mod tests {
         for bad in [f32::NAN, f32::INFINITY, -1.0] {
             assert!(Environment::constant(Vec3::splat(bad)).is_err());
         }
-        assert!(Environment::new(Image::new(0, 0)).is_err());
+        for [width, height] in [[0, 0], [4, 4], [1, 2], [6, 2]] {
+            assert!(Environment::new(Image::new(width, height)).is_err(), "{width} × {height}");
+        }
+        assert!(Environment::new(Image::new(4, 2)).is_ok());
         assert!(!Environment::constant(Vec3::ZERO).unwrap().shines());
         let one = Environment::constant(Vec3::new(1.0, 2.0, 3.0)).unwrap();
         assert!(directions().all(|d| one.radiance(d) == Vec3::new(1.0, 2.0, 3.0)));

@@ -1,11 +1,12 @@
 //! Light for scenes that bring none, or too little.
 
 use super::defaults::inside;
+use super::environment::pixel_direction;
 use super::{Environment, Geometry, Material, NONE, PunctualKind, PunctualLight, Scene, Transform, View};
 use crate::image::Image;
 use crate::lights::{LightSet, LightSettings, share_reached};
 use crate::trace::SceneTracer;
-use glam::{DVec2, Vec3};
+use glam::Vec3;
 
 /// Irradiance that a lamp under a ceiling gives a room's middle, W/m²: a white wall then shines with about 1 W/(sr·m²).
 const IRRADIANCE: f32 = 3.0;
@@ -55,13 +56,8 @@ impl Environment {
     /// light to its right. What faces the key light has an irradiance of about 3 W/m².
     pub fn studio(forward: Vec3) -> Self {
         let pixel = |i: u32| {
-            let place = DVec2::new(f64::from(i % SIZE[0]), f64::from(i / SIZE[0])) + 0.5;
-            let longitude = (place.x / f64::from(SIZE[0]) - 0.5) * std::f64::consts::TAU;
-            let polar = place.y / f64::from(SIZE[1]) * std::f64::consts::PI;
-            let across = libm::sin(polar);
-            let y = libm::cos(polar) as f32;
-            let direction =
-                Vec3::new((libm::sin(longitude) * across) as f32, y, (-libm::cos(longitude) * across) as f32);
+            let direction = pixel_direction(i, SIZE).as_vec3();
+            let y = direction.y;
             let [ground, horizon, zenith] = DOME;
             let dome = horizon + (if y < 0.0 { ground } else { zenith } - horizon) * y.abs();
             let of = |light: &SoftLight| {

@@ -80,6 +80,7 @@ fn plane_depth(light: Light, r: Receiver, centre: vec2f) -> PlaneDepth {
 fn depth_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
   let centre = centre_of(light, texel);
   if is_parallel(light) {
+    // What is not much nearer than the plane, or farther, is left to the slope-corrected test.
     let d = plane_depth(light, r, centre);
     if abs(stored - d.at_centre) <= d.allowance { return LIT; }
     let close = CLOSE * map_texel(light) * r.slope;

@@ -1,18 +1,20 @@
 //! Light from infinitely far away, and the background.
 
-use crate::common::{Context, Stage, Test, camera, exact};
+use crate::common::{Context, Stage, Test, camera, exact, mean, room};
 use crate::selected::{bounded, flip};
-use girandole::core::glam::{Quat, Vec3};
+use girandole::core::glam::{DVec3, Quat, Vec3};
 use girandole::core::image::Image;
-use girandole::core::lights::LightSettings;
+use girandole::core::lights::{BoundingSphere, LightSample, LightSet, LightSettings, Profile};
 use girandole::core::scene::builtin::shapes;
-use girandole::core::scene::{Environment, Material, Mesh, Scene, Transform};
+use girandole::core::scene::{Environment, Geometry, Material, Mesh, Scene, Transform};
 use girandole::{Mode, RenderSettings, RendererOptions};
 use girandole_reference::metrics::{CompareOptions, compare};
 
 pub fn tests() -> Vec<Test> {
     vec![
         ("samples_of_an_environment_are_shadowed_as_traced", outdoors_as_traced),
+        ("maps_that_show_only_what_is_seen", fitted_maps),
+        ("no_sky_in_a_closed_room", closed_room),
         ("all_modes_agree_under_an_environment", modes),
         ("the_environment_is_seen_where_it_is", background),
     ]
@@ -31,8 +33,12 @@ fn surroundings() -> Environment {
     Environment { rotation: 0.9, strength: 1.5, ..Environment::new(map).expect("an environment") }
 }
 
-/// A sphere and a box on a floor.
 fn outdoors(count: u32) -> Stage {
+    Stage::new(sphere_and_box(), &LightSettings { count, ..LightSettings::default() })
+}
+
+/// A sphere and a box on a floor.
+fn sphere_and_box() -> Scene {
     let mut scene = Scene::default();
     let white = scene.add_material(Material::diffuse("white", Vec3::splat(0.8)));
     let red = scene.add_material(Material::diffuse("red", Vec3::new(0.7, 0.2, 0.1)));
@@ -49,7 +55,7 @@ fn outdoors(count: u32) -> Stage {
     scene.add_object("box", block, Transform::IDENTITY);
     camera(&mut scene, Vec3::new(0.6, 1.4, 3.2), Vec3::new(0.0, 0.4, 0.0), 0.8);
     scene.environment = Some(surroundings());
-    Stage::new(scene, &LightSettings { count, ..LightSettings::default() })
+    scene
 }
 
 fn outdoors_as_traced(context: &Context) {
@@ -67,6 +73,83 @@ fn outdoors_as_traced(context: &Context) {
     turned = Stage::new(turned.scene, &LightSettings::default());
     let other = compare(&turned.oracle(&view, SIZE, 1), &picture, &options).expect("comparable");
     assert!(other.rel_mse > 1e-2, "{other:?}");
+}
+
+fn is_distant(sample: &&LightSample) -> bool {
+    matches!(sample.profile, Profile::Distant { .. })
+}
+
+/// A tower far from what is seen, which shades it all the same, and maps about what is seen alone.
+fn fitted_maps(context: &Context) {
+    let mut scene = sphere_and_box();
+    let mut tower = Mesh::default();
+    tower.add_box(Vec3::new(-40.0, -1.0, -60.0), Vec3::new(40.0, 70.0, -50.0), 0);
+    scene.add_object("tower", tower, Transform::IDENTITY);
+    // Only the floor is behind what stands on it.
+    scene.cameras.clear();
+    camera(&mut scene, Vec3::new(0.6, 3.0, 1.6), Vec3::new(0.1, 0.2, 0.0), 0.8);
+    let geometry = Geometry::new(&scene);
+    let mut stage = Stage { lights: LightSet::from_samples(&geometry, Vec::new()), scene, geometry };
+    let view = stage.view(0, SIZE);
+    let settings = LightSettings { count: 300, ..LightSettings::default() };
+    stage.lights = LightSet::sample_for(&stage.scene, &stage.geometry, &settings, &[view]).expect("lights");
+    let fitted = stage.lights.samples().to_vec();
+    assert!(fitted.iter().filter(is_distant).count() > 100);
+    let oracle = stage.oracle(&view, SIZE, 1);
+    let mut error = |radius: Option<f32>| {
+        let samples = fitted.iter().map(|sample| {
+            let mut sample = *sample;
+            if let Profile::Distant { shown, .. } = &mut sample.profile {
+                assert!(shown.radius < 5.0, "{shown:?}");
+                *shown = BoundingSphere { radius: radius.unwrap_or(shown.radius), ..*shown };
+            }
+            sample
+        });
+        stage.lights = LightSet::from_samples(&stage.geometry, samples.collect());
+        let picture = context.picture(&stage, RendererOptions::default(), &view, SIZE);
+        let options = CompareOptions { trim: 0.002, ..CompareOptions::default() };
+        compare(&oracle, &picture, &options).expect("comparable")
+    };
+    let found = error(None);
+    assert!((found.energy_ratio - 1.0).abs() < 0.005 && found.rel_mse < 1e-3, "{found:?}");
+    // The controls: maps of the whole scene are coarse, and too small ones shade what they do not show.
+    let coarse = error(Some(70.0));
+    assert!(coarse.rel_mse > 4.0 * found.rel_mse, "{coarse:?} for {found:?}");
+    let small = error(Some(0.5));
+    assert!(small.rel_mse > 4.0 * found.rel_mse, "{small:?} for {found:?}");
+}
+
+fn closed_room(context: &Context) {
+    const TOP: usize = 3;
+    let lit = |leave_out: Option<usize>| {
+        let mut scene = Scene::default();
+        let white = scene.add_material(Material::diffuse("white", Vec3::splat(0.8)));
+        room(&mut scene, Vec3::new(4.0, 2.6, 5.0), white, leave_out);
+        let mut tower = Mesh::default();
+        tower.add_box(Vec3::new(20.0, 0.0, 20.0), Vec3::new(24.0, 30.0, 24.0), white);
+        scene.add_object("tower", tower, Transform::IDENTITY);
+        camera(&mut scene, Vec3::new(1.6, 1.5, 2.2), Vec3::new(-1.0, 1.2, -2.0), 1.2);
+        scene.environment = Some(surroundings());
+        let mut stage = Stage::new(scene, &LightSettings { count: 300, ..LightSettings::default() });
+        let shown = BoundingSphere {
+            center: (DVec3::new(0.0, 1.3, 0.0) - stage.geometry.origin).as_vec3(),
+            radius: 3.6,
+        };
+        let samples = stage.lights.samples().iter().filter(is_distant).map(|sample| {
+            let mut sample = *sample;
+            if let Profile::Distant { shown: of_sample, .. } = &mut sample.profile {
+                *of_sample = shown;
+            }
+            sample
+        });
+        let samples: Vec<_> = samples.collect();
+        assert!(samples.len() > 100);
+        stage.lights = LightSet::from_samples(&stage.geometry, samples);
+        context.picture(&stage, RendererOptions::default(), &stage.view(0, SIZE), SIZE)
+    };
+    let (closed, open) = (lit(None), lit(Some(TOP)));
+    // Walls without thickness: what leaks is a line along their seams.
+    assert!(mean(&closed) < 2e-3 * mean(&open), "{} of {}", mean(&closed), mean(&open));
 }
 
 fn modes(context: &Context) {

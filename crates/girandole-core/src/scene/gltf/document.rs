@@ -217,3 +217,20 @@ pub(super) fn shorten(name: &str) -> String {
     }
     short
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_many_buffers_name_is_read_once() {
+        let uri =
+            |data: &str| format!(r#"{{"byteLength":3,"uri":"data:application/octet-stream;base64,{data}"}}"#);
+        let (same, other) = (uri("AAAA"), uri("AAAB"));
+        let text = format!(r#"{{"asset":{{"version":"2.0"}},"buffers":[{same},{other},{same}]}}"#);
+        let document = Document::parse(text.as_bytes(), None).expect("a document");
+        let [a, b, c] = [0, 1, 2].map(|i| &document.buffers[i]);
+        assert!(Arc::ptr_eq(a, c) && !Arc::ptr_eq(a, b));
+        assert!(a[..] == [0, 0, 0] && b[..] == [0, 0, 1]);
+    }
+}
