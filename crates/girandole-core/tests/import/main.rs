@@ -4,6 +4,8 @@
 mod bending;
 #[cfg(feature = "import")]
 mod builder;
+#[cfg(feature = "import")]
+mod compression;
 mod defaults;
 #[cfg(feature = "import")]
 mod deformation;

@@ -2,6 +2,7 @@
 
 use crate::bending::Bending;
 use crate::builder::{File, container, some_of_everything};
+use crate::compression::Compression;
 use crate::models::{ascii, binary};
 use girandole_core::scene::{Geometry, Scene, load_gltf_slice, load_model_slice};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -110,7 +111,8 @@ fn every_truncation() {
 
 #[test]
 fn flipped_bytes() {
-    for file in [some_of_everything(), Bending::both().file()] {
+    let compressed = Compression::ALL.map(Compression::file);
+    for file in [some_of_everything(), Bending::both().file()].into_iter().chain(compressed) {
         let glb = file.glb();
         let mut random = Random(1);
         let mut tally = Tally::default();
@@ -146,16 +148,20 @@ fn numbers(text: &[u8]) -> Vec<std::ops::Range<usize>> {
 #[test]
 fn changed_numbers() {
     for file in [some_of_everything(), Bending::both().file()] {
-        change_numbers(&file);
+        change_numbers(&file, 100);
+    }
+    for compression in Compression::ALL {
+        change_numbers(&compression.file(), 20);
     }
 }
 
-fn change_numbers(file: &File) {
+/// `least`: how many numbers the file has at least.
+fn change_numbers(file: &File, least: usize) {
     let glb = file.glb();
     let length = u32::from_le_bytes([glb[12], glb[13], glb[14], glb[15]]) as usize;
     let (text, bin) = (&glb[20..20 + length], &glb[28 + length..]);
     let numbers = numbers(text);
-    assert!(numbers.len() > 100);
+    assert!(numbers.len() > least, "{}", numbers.len());
     let values = [
         "0",
         "1",

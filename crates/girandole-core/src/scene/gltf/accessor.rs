@@ -3,8 +3,8 @@
 //! The `gltf` crate's own readers index without checks and take quantised positions for floats, so elements are read
 //! here: everything that can be wrong is refused when an [`Accessor`] is made, and reading an element cannot fail.
 
-use super::Parsed;
 use super::document::{Document, lookup};
+use super::{Parsed, compression};
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 
@@ -77,7 +77,26 @@ impl<'d> Accessor<'d> {
     /// Checks accessor `index` and makes it readable.
     pub fn new(document: &'d Document<'_>, index: usize) -> Parsed<Self> {
         let json = lookup(&document.root.accessors, index, "accessor")?;
-        Self::checked(document, json).map_err(|e| format!("its accessor {index} {e}"))
+        let accessor = match document.compressed_elements(index) {
+            Some(elements) => elements.and_then(|elements| Self::compressed(elements, json)),
+            None => Self::checked(document, json),
+        };
+        accessor.map_err(|e| format!("its accessor {index} {e}"))
+    }
+
+    /// What was compressed says of itself what it is, and how much.
+    fn compressed(elements: &'d compression::Elements, json: &gltf::json::Accessor) -> Parsed<Self> {
+        let &compression::Elements { component, components, count, .. } = elements;
+        let Checked::Valid(kind) = json.type_ else {
+            return Err("has an unknown type; export the file again".into());
+        };
+        if components != kind.multiplicity() {
+            return Err(format!(
+                "is of type {kind:?}, but has {components} components; export the file again"
+            ));
+        }
+        let base = Elements { bytes: &elements.bytes, stride: components * component.size() };
+        Ok(Self { count, kind, component, base: Some(base), normalized: json.normalized, sparse: None })
     }
 
     fn checked(document: &'d Document<'_>, json: &gltf::json::Accessor) -> Parsed<Self> {

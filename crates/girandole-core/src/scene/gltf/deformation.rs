@@ -80,10 +80,6 @@ impl<'d> Importer<'d> {
     }
 
     fn vertex_data(&self, accessor: usize, kind: Type, count: usize, what: &str) -> Parsed<Accessor<'d>> {
-        let json = lookup(&self.document.root.accessors, accessor, "accessor")?;
-        if let Some(e) = json.buffer_view.and_then(|v| self.document.compression_of_view(v.value())) {
-            return Err(format!("its {what} are compressed with {e}; export it without"));
-        }
         let accessor = Accessor::new(self.document, accessor)?.of(kind, what)?;
         if accessor.count != count {
             return Err(format!(

@@ -1,6 +1,7 @@
 //! The container: GLB chunks, JSON, and the bytes of buffers and other resources.
 
 use super::Parsed;
+use super::compression::{Compressed, Elements};
 use base64::Engine;
 use gltf::json::{self, Root, Value};
 use std::borrow::Cow;
@@ -12,6 +13,7 @@ use std::sync::Arc;
 pub(super) struct Document<'a> {
     pub root: Root,
     buffers: Vec<Arc<Cow<'a, [u8]>>>,
+    compressed: Compressed,
     base: Option<&'a Path>,
     /// What was left out.
     pub warnings: Vec<String>,
@@ -39,7 +41,8 @@ impl<'a> Document<'a> {
         if !needed.starts_with("2.") {
             return Err(format!("it is glTF of version {}; convert it to version 2.0", shorten(needed)));
         }
-        let mut document = Self { root, buffers: Vec::new(), base, warnings };
+        let compressed = Compressed::new(&root)?;
+        let mut document = Self { root, buffers: Vec::new(), compressed, base, warnings };
         // A file that many buffers name is read once.
         let mut read: BTreeMap<&str, Arc<Cow<'a, [u8]>>> = BTreeMap::new();
         for (index, buffer) in document.root.buffers.iter().enumerate() {
@@ -67,9 +70,23 @@ impl<'a> Document<'a> {
         Ok(document)
     }
 
-    /// The bytes of a buffer view.
+    /// The bytes of a buffer.
+    pub fn buffer(&self, index: usize) -> Option<&[u8]> {
+        Some(self.buffers.get(index)?.as_ref().as_ref())
+    }
+
+    /// The elements of an accessor whose primitive is compressed as a whole.
+    pub fn compressed_elements(&self, accessor: usize) -> Option<Parsed<&Elements>> {
+        self.compressed.accessor(self, accessor)
+    }
+
+    /// The bytes of a buffer view, decompressed.
     pub fn view(&self, index: usize) -> Parsed<View<'_>> {
         let view = lookup(&self.root.buffer_views, index, "buffer view")?;
+        let stride = view.byte_stride.map(|s| s.0);
+        if let Some(bytes) = self.compressed.view(self, index) {
+            return Ok(View { bytes: bytes?, stride });
+        }
         let buffer = lookup(&self.buffers, view.buffer.value(), "buffer")?;
         let start = view.byte_offset.unwrap_or_default().0;
         let end = start.checked_add(view.byte_length.0);
@@ -83,13 +100,7 @@ impl<'a> Document<'a> {
                     view.buffer.value()
                 )
             })?;
-        Ok(View { bytes, stride: view.byte_stride.map(|s| s.0) })
-    }
-
-    /// Whether a buffer view is compressed by an extension.
-    pub fn compression_of_view(&self, index: usize) -> Option<&'static str> {
-        let others = &self.root.buffer_views.get(index)?.extensions.as_ref()?.others;
-        ["EXT_meshopt_compression", "KHR_meshopt_compression"].into_iter().find(|e| others.contains_key(*e))
+        Ok(View { bytes, stride })
     }
 
     /// The bytes that a URI stands for: a `data:` URI, or a file beside the glTF file.

@@ -109,10 +109,9 @@ impl<'d> Importer<'d> {
         Ok(())
     }
 
-    /// `None` if the primitive cannot be read without an extension.
+    /// `None` for a primitive without positions.
     fn attributes(&mut self, json: &Primitive) -> Parsed<Option<Attributes<'d>>> {
-        let mut unreadable = None;
-        for (semantic, accessor) in &json.attributes {
+        for semantic in json.attributes.keys() {
             match semantic {
                 Checked::Valid(Semantic::Colors(_)) => {
                     self.scene.warn("vertex colours are not supported and left out".into());
@@ -120,25 +119,12 @@ impl<'d> Importer<'d> {
                 Checked::Invalid => self.scene.warn("vertex attributes of unknown names are left out".into()),
                 _ => {}
             }
-            let json = lookup(&self.document.root.accessors, accessor.value(), "accessor")?;
-            let view = json.buffer_view.map(|v| v.value());
-            unreadable = unreadable.or(view.and_then(|v| self.document.compression_of_view(v)));
         }
-        let draco = "KHR_draco_mesh_compression";
         let find = |semantic: Semantic| json.attributes.get(&Checked::Valid(semantic)).map(|a| a.value());
         let Some(positions) = find(Semantic::Positions) else {
             self.scene.warn("primitives without positions are left out".into());
             return Ok(None);
         };
-        let compressed = json.extensions.as_ref().is_some_and(|e| e.others.contains_key(draco));
-        let accessor = lookup(&self.document.root.accessors, positions, "accessor")?;
-        if compressed && accessor.buffer_view.is_none() && accessor.sparse.is_none() {
-            unreadable = Some(draco);
-        }
-        if let Some(extension) = unreadable {
-            self.scene.warn(format!("meshes compressed with {extension} are left out: export without it"));
-            return Ok(None);
-        }
         let read = |semantic: Option<usize>, kind: Type, what: &str| -> Parsed<Option<Accessor<'d>>> {
             semantic.map(|a| Accessor::new(self.document, a)?.of(kind, what)).transpose()
         };
@@ -169,11 +155,6 @@ impl<'d> Importer<'d> {
         let indices = match json.indices {
             None => None,
             Some(index) => {
-                let view = lookup(&self.document.root.accessors, index.value(), "accessor")?.buffer_view;
-                if let Some(e) = view.and_then(|v| self.document.compression_of_view(v.value())) {
-                    self.scene.warn(format!("meshes compressed with {e} are left out: export without it"));
-                    return Ok(Vec::new());
-                }
                 let accessor = Accessor::new(self.document, index.value())?.of(Type::Scalar, "indices")?;
                 if !matches!(accessor.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
                 {

@@ -1,6 +1,6 @@
 //! glTF 2.0 import.
 //!
-//! 1. `document`: chunks, JSON, buffers.
+//! 1. `document`: chunks, JSON, buffers; `compression`: what is decompressed when it is read.
 //! 2. `material`, `texture`: all of the file's, in its order.
 //! 3. `nodes`: the hierarchy of the default scene; a `mesh` is read when the first node shows it, so that instances
 //!    share it.
@@ -13,6 +13,7 @@
 
 mod accessor;
 mod animation;
+mod compression;
 mod deformation;
 mod document;
 mod material;
@@ -41,7 +42,10 @@ pub const MAX_TEXTURE_SIDE: u32 = 8192;
 pub const MAX_TEXELS: usize = 1 << 28;
 
 /// Extensions that are read. Others are named in a warning.
-const SUPPORTED_EXTENSIONS: [&str; 5] = [
+const SUPPORTED_EXTENSIONS: [&str; 8] = [
+    compression::MESHOPT[0],
+    compression::MESHOPT[1],
+    compression::DRACO,
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_specular",
