@@ -29,7 +29,7 @@ fn collect(index: u32, leaf: u32) {
     if HAS_SPECULAR {
       var hit = hit_at(pixel, triangle);
       let m = materials[triangles[triangle].material];
-      if has_textures(m) { hit = with_coordinates(pixel, hit); }
+      if varies(m) { hit = with_coordinates(pixel, hit); }
       reflects = reflection(hit, m).f90 > 0.0;
     }
     let is_direction = select(0.0, 1.0, HAS_CURVED && !reflects);

@@ -18,13 +18,13 @@ fn resolve(@builtin(global_invocation_id) invocation: vec3u) {
   if id > 0u {
     let m = materials[triangles[id - 1u].material];
     var hit: Hit;
-    if has_textures(m) { hit = with_coordinates(pixel, hit_at(pixel, id - 1u)); }
+    if varies(m) { hit = with_coordinates(pixel, hit_at(pixel, id - 1u)); }
     let point = vec2u(pixel.x, pixel.y - frame.band.x);
     // Of a single-sided surface only the front is ever seen.
     var diffuse = diffuse_material(triangles[id - 1u].material);
     if HAS_TEXTURES {
       diffuse.albedo = reflection(hit, m).albedo / PI;
-      diffuse.emission *= sample_at(m.emission_texture, hit).xyz;
+      diffuse.emission *= emission_factor(hit, m);
     }
     var other = vec4f(0.0);
     if HAS_SPECULAR { other = textureLoad(directional, point, 0); }

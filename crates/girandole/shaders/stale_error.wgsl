@@ -33,7 +33,7 @@ fn pixel_of(group: vec3u) -> SparsePixel {
   if p.id > 0u {
     let m = materials[triangles[p.id - 1u].material];
     var hit: Hit;
-    if has_textures(m) { hit = with_coordinates(p.pixel, hit_at(p.pixel, p.id - 1u)); }
+    if varies(m) { hit = with_coordinates(p.pixel, hit_at(p.pixel, p.id - 1u)); }
     p.shading = shading_at(p.pixel, p.id - 1u);
     p.albedo = reflection(hit, m).albedo / PI;
   }

@@ -2,7 +2,8 @@
 
 use crate::settings::ShadowMap;
 use crate::shader_constants::{
-    COSINE, CUBE, DIRECTIONAL, DISTANT, HEMISPHERE, MAX_CLAMP, OCTAHEDRAL, OWN_CLAMP, PARABOLIC, SPOT,
+    COSINE, CUBE, DIRECTIONAL, DISTANT, HEMISPHERE, MAX_CLAMP, OCTAHEDRAL, OWN_CLAMP, PARABOLIC, SPOT, UNLIT,
+    VERTEX_COLORED,
 };
 use bytemuck::{Pod, Zeroable};
 use girandole_core::brdf::Surface;
@@ -71,7 +72,8 @@ pub(crate) struct Vertex {
     pub v1: f32,
     pub tangent: Vec4,
     pub uv0: Vec2,
-    pub padding: Vec2,
+    /// Two times 16 bits: red and green, blue and nothing.
+    pub color: [u32; 2],
 }
 
 /// `Triangle` in `lib/scene.wgsl`.
@@ -119,7 +121,7 @@ pub(crate) struct GpuMaterial {
     pub normal_scale: f32,
     pub double_sided: u32,
     pub albedo: Vec3,
-    pub padding: f32,
+    pub flags: u32,
     pub base_color_texture: TextureUse,
     pub metallic_roughness_texture: TextureUse,
     pub specular_texture: TextureUse,
@@ -131,31 +133,35 @@ pub(crate) struct GpuMaterial {
 impl From<&Material> for GpuMaterial {
     fn from(m: &Material) -> Self {
         Self {
-            base_color: m.base_color,
+            base_color: if m.unlit { Vec3::ZERO } else { m.base_color },
             alpha: m.alpha,
-            emission: m.emission,
+            emission: if m.unlit { m.base_color } else { m.emission },
             alpha_cutoff: m.alpha_cutoff.unwrap_or(-1.0),
             specular_color: m.specular_color,
-            specular: m.specular,
-            metallic: m.metallic,
+            specular: if m.unlit { 0.0 } else { m.specular },
+            metallic: if m.unlit { 0.0 } else { m.metallic },
             roughness: m.roughness,
             normal_scale: m.normal_texture.map_or(1.0, |n| n.scale),
             double_sided: u32::from(m.double_sided),
-            albedo: Surface::from_metallic_roughness(
-                m.base_color,
-                m.metallic,
-                m.roughness,
-                m.specular,
-                m.specular_color,
-            )
-            .albedo,
-            padding: 0.0,
+            albedo: if m.unlit {
+                Vec3::ZERO
+            } else {
+                Surface::from_metallic_roughness(
+                    m.base_color,
+                    m.metallic,
+                    m.roughness,
+                    m.specular,
+                    m.specular_color,
+                )
+                .albedo
+            },
+            flags: if m.vertex_colors { VERTEX_COLORED } else { 0 } | if m.unlit { UNLIT } else { 0 },
             base_color_texture: m.base_color_texture.into(),
             metallic_roughness_texture: m.metallic_roughness_texture.into(),
             specular_texture: m.specular_texture.into(),
             specular_color_texture: m.specular_color_texture.into(),
             normal_texture: m.normal_texture.map(|n| n.texture).into(),
-            emission_texture: m.emission_texture.into(),
+            emission_texture: if m.unlit { m.base_color_texture } else { m.emission_texture }.into(),
         }
     }
 }

@@ -276,7 +276,7 @@ impl SceneFeatures {
         Self {
             specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),
             only_cosine_lights: lights.iter().all(|l| l.profile == COSINE),
-            textures: !scene.textures.is_empty(),
+            textures: !scene.textures.is_empty() || scene.materials.iter().any(|m| m.vertex_colors),
             curved: is_curved(scene, geometry),
         }
     }

@@ -30,6 +30,9 @@ pub(crate) const CLUSTERED: u32 = 1 << 31;
 pub(crate) const CURVED: u32 = 1 << 23;
 /// Bit of a surface id: its reflection cannot be interpolated.
 pub(crate) const SHINY: u32 = 1 << 22;
+/// Flags of materials: vertices' colours multiply their base colour; they are unlit.
+pub(crate) const VERTEX_COLORED: u32 = 1;
+pub(crate) const UNLIT: u32 = 2;
 /// Profiles of lights.
 pub(crate) const COSINE: u32 = 0;
 pub(crate) const HEMISPHERE: u32 = 1;
@@ -96,6 +99,8 @@ pub(crate) fn declarations() -> String {
         CLUSTERED,
         CURVED,
         SHINY,
+        VERTEX_COLORED,
+        UNLIT,
         COSINE,
         HEMISPHERE,
         SPOT,

@@ -1,6 +1,6 @@
 //! The scene flattened to world space: what rays, light samples and the renderer work on.
 
-use super::{FrameOfReference, NONE, Scene};
+use super::{FrameOfReference, Mesh, NONE, Scene};
 use crate::Result;
 use crate::brdf::Surface;
 use crate::generation::Generation;
@@ -60,6 +60,8 @@ pub struct Geometry {
     pub tangents: Vec<Vec4>,
     /// Texture coordinates of set 0 and 1; zero where the mesh has none.
     pub uvs: Vec<[Vec2; 2]>,
+    /// Linear RGB that multiplies base colours; empty where no mesh has any.
+    pub colors: Vec<Vec3>,
     /// All triangles, object by object: those that have an area, and all of what is deformed, where some may have none for a
     /// while.
     pub triangles: Vec<Triangle>,
@@ -152,6 +154,7 @@ impl Geometry {
             }));
             self.uvs.push(mesh.uvs.get(i).copied().unwrap_or_default());
         }
+        self.add_colors(first[0], mesh);
         // Triangles, in the mesh's order; a mirrored object's turn around. Those without area are dropped.
         let mut kept_before = Vec::with_capacity(mesh.triangles.len() + 1);
         for triangle in &mesh.triangles {
@@ -198,6 +201,15 @@ impl Geometry {
         self.objects.push(self.range_from(first));
     }
 
+    /// The colours of the vertices that were added last, from `first` on.
+    fn add_colors(&mut self, first: usize, mesh: &Mesh) {
+        if !mesh.colors.is_empty() || !self.colors.is_empty() {
+            self.colors.resize(first, Vec3::ONE);
+            self.colors.extend(&mesh.colors);
+            self.colors.resize(self.positions.len(), Vec3::ONE);
+        }
+    }
+
     /// An object whose mesh bends: the same triangles at each moment, and no patches.
     fn add_deformed(&mut self, scene: &Scene, index: usize) {
         let object = &scene.objects[index];
@@ -210,6 +222,7 @@ impl Geometry {
         self.tangents.resize(self.positions.len(), Vec4::ZERO);
         self.uvs.extend(&mesh.uvs);
         self.uvs.resize(self.positions.len(), Default::default());
+        self.add_colors(first[0], mesh);
         for triangle in &mesh.triangles {
             let [a, b, c] = triangle.vertices;
             let is_finite = triangle.vertices.iter().all(|&v| mesh.positions[v as usize].is_finite());
@@ -353,7 +366,11 @@ impl Geometry {
             let bent = along * (texel.x * map.scale) + across * (texel.y * map.scale) + normal * texel.z;
             normal = bent.normalize_or(normal);
         }
-        let base_color = material.base_color * sample(material.base_color_texture).truncate();
+        let mut base_color = material.base_color * sample(material.base_color_texture).truncate();
+        if material.vertex_colors && !self.colors.is_empty() {
+            let color = |(&vertex, weight): (&u32, f32)| self.colors[vertex as usize] * weight;
+            base_color *= t.vertices.iter().zip(weights).map(color).sum::<Vec3>();
+        }
         let mr = sample(material.metallic_roughness_texture);
         let specular = material.specular * sample(material.specular_texture).w;
         let tint = material.specular_color * sample(material.specular_color_texture).truncate();
@@ -373,6 +390,11 @@ impl Geometry {
             surface.shading_normal = -normal;
         }
         if from_back && !material.double_sided {
+            surface.albedo = Vec3::ZERO;
+            surface.f0 = Vec3::ZERO;
+            surface.f90 = 0.0;
+        } else if material.unlit {
+            surface.emission = base_color;
             surface.albedo = Vec3::ZERO;
             surface.f0 = Vec3::ZERO;
             surface.f90 = 0.0;

@@ -87,6 +87,8 @@ pub struct Material {
     pub name: String,
     /// Linear RGB; reflection of a dielectric's diffuse part is this / π.
     pub base_color: Vec3,
+    /// Whether vertices' colours multiply it.
+    pub vertex_colors: bool,
     /// Opacity factor; counts only for an alpha mask.
     pub alpha: f32,
     /// sRGB colour and alpha.
@@ -115,6 +117,9 @@ pub struct Material {
     pub alpha_cutoff: Option<f32>,
     /// Whether it shades (and emits) from its back too.
     pub double_sided: bool,
+    /// Whether the eye sees its base colour as radiance, W/(sr·m²), and light is lost on it (`KHR_materials_unlit`). It casts
+    /// shadows, and does not emit.
+    pub unlit: bool,
 }
 
 impl Default for Material {
@@ -123,6 +128,7 @@ impl Default for Material {
         Self {
             name: String::new(),
             base_color: Vec3::splat(0.8),
+            vertex_colors: false,
             alpha: 1.0,
             base_color_texture: None,
             metallic: 0.0,
@@ -137,6 +143,7 @@ impl Default for Material {
             emission_texture: None,
             alpha_cutoff: None,
             double_sided: false,
+            unlit: false,
         }
     }
 }
@@ -154,7 +161,7 @@ impl Material {
 
     /// Whether it can emit at all.
     pub fn emits(&self) -> bool {
-        self.emission.max_element() > 0.0
+        !self.unlit && self.emission.max_element() > 0.0
     }
 
     /// Every texture that the material uses.

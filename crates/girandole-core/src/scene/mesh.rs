@@ -38,6 +38,9 @@ pub struct Mesh {
     pub tangents: Vec<Vec4>,
     /// Texture coordinates of set 0 and 1; empty where the mesh has none.
     pub uvs: Vec<[Vec2; 2]>,
+    /// Linear RGB that multiplies the base colour of materials with [`vertex_colors`](super::Material::vertex_colors), 0 to 1; empty
+    /// where the mesh has none.
+    pub colors: Vec<Vec3>,
     /// Triangles: those of patches first, patch by patch.
     pub triangles: Vec<MeshTriangle>,
     /// Planar convex parts, see [`mark_patches`](super::mark_patches). Where the mesh is deformed they do not count.
@@ -64,8 +67,9 @@ impl Mesh {
         let triangles = self.triangles.len() as u32;
         let problem = if self.normals.len() != vertices {
             "does not have one normal a vertex"
-        } else if !(optional(self.tangents.len()) && optional(self.uvs.len())) {
-            "does not have tangents or texture coordinates for all vertices"
+        } else if !(optional(self.tangents.len()) && optional(self.uvs.len()) && optional(self.colors.len()))
+        {
+            "does not have tangents, texture coordinates or colours for all vertices"
         } else if !self.triangles.iter().all(|t| t.vertices.into_iter().all(is_known)) {
             "has a triangle with a vertex that does not exist"
         } else if !self.triangles.iter().all(|t| (t.material as usize) < materials) {
@@ -109,6 +113,9 @@ impl Mesh {
         if !self.uvs.is_empty() || first == 0 {
             let square = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
             self.uvs.extend((0..corners.len()).map(|i| [square[i % 4]; 2]));
+        }
+        if !self.colors.is_empty() {
+            self.colors.resize(self.positions.len(), Vec3::ONE);
         }
         let start = self.triangles.len() as u32;
         self.triangles.extend(

@@ -262,17 +262,17 @@ fn alpha_is_cut_only_where_it_can_be_seen() {
 #[test]
 fn what_is_not_supported_is_named_once() {
     let mut file = File::with_square();
-    file.json["extensionsUsed"] = json!(["KHR_materials_clearcoat", "EXT_mesh_gpu_instancing"]);
+    file.json["extensionsUsed"] = json!(["KHR_materials_volume", "EXT_mesh_gpu_instancing"]);
     file.json["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing"]);
     for _ in 0..2 {
         let mut primitive = file.square();
         let colors = file.floats(&[1.0; 12], "VEC3");
-        primitive["attributes"]["COLOR_0"] = json!(colors);
+        primitive["attributes"]["COLOR_1"] = json!(colors);
         let texture = file.texture(1, 1, |_, _| [255; 4]);
         let material = file.push(
             "materials",
             json!({
-                "extensions": {"KHR_materials_clearcoat": {}, "KHR_materials_unlit": {}},
+                "extensions": {"KHR_materials_volume": {}, "KHR_materials_iridescence": {}},
                 "occlusionTexture": {"index": texture},
                 "pbrMetallicRoughness": {"baseColorTexture": {"index": texture, "texCoord": 3}},
             }),
@@ -288,10 +288,10 @@ fn what_is_not_supported_is_named_once() {
     }
     let scene = load(&file);
     for what in [
-        "KHR_materials_clearcoat",
+        "KHR_materials_volume",
         "requires EXT_mesh_gpu_instancing",
-        "KHR_materials_unlit",
-        "vertex colours",
+        "KHR_materials_iridescence",
+        "vertex colours beyond set 0",
         "occlusion textures",
         "texture coordinates beyond set 1",
         "2 scenes",

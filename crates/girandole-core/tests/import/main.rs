@@ -14,6 +14,8 @@ mod gltf_content;
 #[cfg(feature = "import")]
 mod gltf_errors;
 #[cfg(feature = "import")]
+mod materials;
+#[cfg(feature = "import")]
 mod models;
 #[cfg(feature = "import")]
 mod mutation;

@@ -144,6 +144,11 @@ impl<'a> Integrator<'a> {
         }
     }
 
+    fn emits(&self, triangle: u32) -> bool {
+        let material = self.tracer.geometry().triangles[triangle as usize].material;
+        self.tracer.scene().materials[material as usize].emits()
+    }
+
     /// The radiance that one random path finds along a camera ray.
     fn radiance(&self, origin: Vec3, direction: Vec3, random: &mut Random) -> Vec3 {
         let geometry = self.tracer.geometry();
@@ -176,7 +181,8 @@ impl<'a> Integrator<'a> {
                 break;
             };
             let next = self.vertex(hit.triangle, hit.barycentric, -wi);
-            if next.surface.emission != Vec3::ZERO {
+            // What is unlit shows itself to the eye alone.
+            if next.surface.emission != Vec3::ZERO && self.emits(hit.triangle) {
                 let emitter_pdf = self.emitters.pdf_solid_angle(
                     hit.triangle,
                     geometry.normal(hit.triangle),

@@ -69,7 +69,7 @@ struct PointSums {
 fn shading_at(pixel: vec2u, triangle: u32) -> Shading {
   var hit = hit_at(pixel, triangle);
   let m = materials[triangles[triangle].material];
-  if has_textures(m) { hit = with_coordinates(pixel, hit); }
+  if varies(m) { hit = with_coordinates(pixel, hit); }
   var shading = Shading(hit.position, hit.geometric_normal, shading_normal(hit, m), hit.wo, Reflection());
   if HAS_SPECULAR { shading.reflection = reflection(hit, m); }
   return shading;

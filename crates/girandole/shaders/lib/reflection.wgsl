@@ -7,7 +7,7 @@ struct Reflection {
 }
 
 fn reflection(hit: Hit, m: Material) -> Reflection {
-  let base_color = m.base_color * sample_at(m.base_color_texture, hit).xyz;
+  let base_color = m.base_color * sample_at(m.base_color_texture, hit).xyz * vertex_tint(hit, m, VERTEX_COLORED);
   let mr = sample_at(m.metallic_roughness_texture, hit);
   let metallic = m.metallic * mr.z;
   let roughness = m.roughness * mr.y;

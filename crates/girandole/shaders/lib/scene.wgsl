@@ -7,7 +7,7 @@ struct Vertex {
   v1: f32,
   tangent: vec4f,
   uv0: vec2f,
-  padding: vec2f,
+  color: vec2u, // three of four times 16 bits
 }
 
 struct Triangle {
@@ -35,7 +35,7 @@ struct Material {
   normal_scale: f32,
   double_sided: u32,
   albedo: vec3f, // of the diffuse reflection, but for textures
-  padding: f32,
+  flags: u32, // VERTEX_COLORED, UNLIT
   base_color_texture: TextureUse,
   metallic_roughness_texture: TextureUse,
   specular_texture: TextureUse,

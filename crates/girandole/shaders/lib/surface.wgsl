@@ -1,6 +1,6 @@
 // From a pixel of the visibility buffer to the surface that it shows (core: Geometry::surface).
 
-override HAS_TEXTURES: bool = true; // whether any material has textures
+override HAS_TEXTURES: bool = true; // whether any material has textures or vertices' colours
 
 struct Hit {
   triangle: u32, // index
@@ -10,6 +10,7 @@ struct Hit {
   wo: vec3f, // unit, towards the eye
   geometric_normal: vec3f, // unit, on the side that is seen
   side: f32, // −1 where the back is seen
+  color: vec3f, // of the vertices
   uv: array<vec2f, 2>,
   uv_dx: array<vec2f, 2>,
   uv_dy: array<vec2f, 2>,
@@ -43,7 +44,12 @@ fn hit_at(pixel: vec2u, triangle: u32) -> Hit {
   return hit;
 }
 
-// Adds texture coordinates and their derivatives: the neighbouring pixels' rays meet the same plane.
+fn vertex_color(v: Vertex) -> vec3f {
+  return vec3f(unpack2x16unorm(v.color.x), unpack2x16unorm(v.color.y).x);
+}
+
+// Adds what varies from vertex to vertex. Derivatives of texture coordinates: the neighbouring pixels' rays meet the same
+// plane.
 fn with_coordinates(pixel: vec2u, h: Hit) -> Hit {
   var hit = h;
   if !HAS_TEXTURES { return hit; }
@@ -62,6 +68,7 @@ fn with_coordinates(pixel: vec2u, h: Hit) -> Hit {
   let first = array<vec2f, 2>(a.uv0, vec2f(a.u1, a.v1));
   let d1 = array<vec2f, 2>(b.uv0 - a.uv0, vec2f(b.u1 - a.u1, b.v1 - a.v1));
   let d2 = array<vec2f, 2>(c.uv0 - a.uv0, vec2f(c.u1 - a.u1, c.v1 - a.v1));
+  hit.color = vertex_color(a) * (1.0 - hit.u - hit.v) + vertex_color(b) * hit.u + vertex_color(c) * hit.v;
   for (var i = 0u; i < 2u; i++) {
     hit.uv[i] = first[i] + d1[i] * hit.u + d2[i] * hit.v;
     hit.uv_dx[i] = d1[i] * bx.x + d2[i] * bx.y;
@@ -76,7 +83,19 @@ fn sample_at(use_: TextureUse, hit: Hit) -> vec4f {
   return sample_texture(use_, hit.uv[chosen], hit.uv_dx[chosen], hit.uv_dy[chosen]);
 }
 
-fn has_textures(m: Material) -> bool {
+// What vertices' colours make of a material with these flags.
+fn vertex_tint(hit: Hit, m: Material, flags: u32) -> vec3f {
+  if !HAS_TEXTURES || (m.flags & flags) != flags { return vec3f(1.0); }
+  return hit.color;
+}
+
+fn emission_factor(hit: Hit, m: Material) -> vec3f {
+  return sample_at(m.emission_texture, hit).xyz * vertex_tint(hit, m, VERTEX_COLORED | UNLIT);
+}
+
+// Whether a material is not the same all over a triangle.
+fn varies(m: Material) -> bool {
+  if HAS_TEXTURES && (m.flags & VERTEX_COLORED) != 0u { return true; }
   return HAS_TEXTURES && (m.base_color_texture.texture & m.metallic_roughness_texture.texture & m.specular_texture.texture
     & m.specular_color_texture.texture & m.normal_texture.texture & m.emission_texture.texture) != NONE;
 }

@@ -8,7 +8,7 @@ use crate::scene::environment::GpuEnvironment;
 use crate::scene::surface_ids::surface_ids;
 use crate::shader_constants::{TEXEL_COLUMNS, TEXEL_ROWS};
 use crate::{Error, Remedy, Result};
-use girandole_core::glam::{Vec2, Vec4};
+use girandole_core::glam::{Vec2, Vec3, Vec4};
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{ColorSpace, Filter, Geometry, ObjectRange, Scene, SceneChanges, Texture, Wrap};
 use wgpu::util::DeviceExt;
@@ -115,6 +115,7 @@ impl GpuScene {
 
 fn vertex(geometry: &Geometry, i: usize) -> Vertex {
     let [uv0, uv1] = geometry.uvs.get(i).copied().unwrap_or_default();
+    let color = geometry.colors.get(i).copied().unwrap_or(Vec3::ONE);
     Vertex {
         position: geometry.positions[i],
         normal: geometry.normals[i],
@@ -122,8 +123,14 @@ fn vertex(geometry: &Geometry, i: usize) -> Vertex {
         uv0,
         u1: uv1.x,
         v1: uv1.y,
-        padding: Vec2::ZERO,
+        color: [color.truncate(), Vec2::new(color.z, 0.0)].map(pack_unorm),
     }
+}
+
+/// WGSL's `pack2x16unorm`.
+fn pack_unorm(v: Vec2) -> u32 {
+    let [x, y] = v.to_array().map(|x| (x.clamp(0.0, 1.0) * 65535.0).round() as u32);
+    x | y << 16
 }
 
 /// Light samples for the GPU, without their places in the atlas. `radius` is the scene's.

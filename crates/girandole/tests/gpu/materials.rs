@@ -1,17 +1,23 @@
 //! Full frames of surfaces that vary: with normal maps, with textures, with reflections.
 
-use crate::common::{Context, Stage, Test, beyond_storage, mean};
+use crate::common::{Context, Stage, Test, beyond_storage, camera, exact, mean, room};
 use crate::selected::{bounded, flip, glossy};
 use girandole::core::glam::{Vec2, Vec3};
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
+use girandole::core::image::Image;
+use girandole::core::lights::{LightSet, LightSettings};
+use girandole::core::scene::builtin::{self, MovingObject, shapes};
+use girandole::core::scene::{
+    ColorSpace, Filter, Geometry, Material, NormalTexture, Scene, Texture, TextureRef, Transform, Wrap,
+};
 use girandole::{Mode, RenderSettings, RendererOptions};
+use girandole_reference::metrics::{CompareOptions, compare};
+use girandole_reference::{PathSettings, path_trace};
 
 pub fn tests() -> Vec<Test> {
     vec![
         ("planes_with_tilted_normals_are_filled", tilted_normals),
         ("normal_mapped_surfaces_are_close_to_naive", normal_maps),
+        ("colours_of_vertices_and_unlit_surfaces", vertex_colors),
     ]
 }
 
@@ -135,5 +141,75 @@ fn tilted_normals(context: &Context) {
         let mut renderer = context.loaded(&straight, RendererOptions::default());
         let straight = context.frame(&mut renderer, &view, size, &bounded(Mode::Full));
         assert!(flip(&naive, &straight) > 0.03, "{name}: {}", flip(&naive, &straight));
+    }
+}
+
+/// A block on a table whose walls, floor and block have colours by where they are; one object is unlit.
+fn colored(is_colored: bool) -> Stage {
+    let mut scene = builtin::build("table", MovingObject::Torus).expect("a room");
+    let unlit = scene.materials.len() as u32;
+    scene.add_material(Material {
+        unlit: true,
+        vertex_colors: is_colored,
+        ..Material::diffuse("unlit", Vec3::new(0.9, 0.5, 0.2))
+    });
+    for material in &mut scene.materials[..unlit as usize] {
+        material.vertex_colors = is_colored && !material.emits();
+    }
+    if is_colored {
+        for mesh in &mut scene.meshes {
+            let color = |p: &Vec3| (*p * 1.7).map(|x| 0.5 + 0.5 * x.sin());
+            mesh.colors = mesh.positions.iter().map(color).collect();
+        }
+    }
+    let last = scene.objects.len() - 1;
+    let mesh = scene.objects[last].mesh;
+    for triangle in &mut scene.meshes[mesh].triangles {
+        triangle.material = unlit;
+    }
+    Stage::new(scene, &LightSettings { count: 100, ..Default::default() })
+}
+
+fn vertex_colors(context: &Context) {
+    let size = [240, 180];
+    let stage = colored(true);
+    let view = stage.view(0, size);
+    let oracle = stage.oracle(&view, size, 1);
+    let mut renderer = context.loaded(&stage, RendererOptions::default());
+    let naive = context.frame(&mut renderer, &view, size, &exact());
+    let options = CompareOptions { keep_edges: true, trim: 0.001, ..CompareOptions::default() };
+    let found = compare(&oracle, &naive, &options).expect("comparable");
+    assert!((found.energy_ratio - 1.0).abs() < 0.005 && found.rel_mse < 1e-3, "{found:?}");
+    // Selected points are as good as without colours.
+    let plain = colored(false);
+    let [difference, usual] = [&stage, &plain].map(|stage| {
+        context.load(&mut renderer, stage);
+        let [full, naive] =
+            [Mode::Full, Mode::Naive].map(|mode| context.frame(&mut renderer, &view, size, &bounded(mode)));
+        flip(&naive, &full)
+    });
+    assert!(difference < 1.2 * usual, "{difference} for {usual}");
+    // The control: without colours it is another picture.
+    let without = context.picture(&plain, RendererOptions::default(), &view, size);
+    assert!(compare(&oracle, &without, &options).expect("comparable").rel_mse > 0.05);
+    // What is unlit is as bright as its colour where no light falls.
+    let mut scene = Scene::default();
+    let unlit = Material { unlit: true, ..Material::diffuse("", Vec3::new(0.3, 0.6, 0.9)) };
+    let unlit = scene.add_material(unlit);
+    let white = scene.add_material(Material::diffuse("", Vec3::ONE));
+    room(&mut scene, Vec3::splat(3.0), white, None);
+    let ball = shapes::sphere(0.5, 32, 16, unlit);
+    scene.add_object("ball", ball, Transform::translation(Vec3::Y));
+    camera(&mut scene, Vec3::new(0.0, 1.0, 1.4), Vec3::Y, 1.2);
+    let geometry = Geometry::new(&scene);
+    let dark = Stage { lights: LightSet::from_samples(&geometry, Vec::new()), scene, geometry };
+    let view = dark.view(0, size);
+    let picture = context.picture(&dark, RendererOptions::default(), &view, size);
+    let truth =
+        path_trace(&dark.tracer(), &view, size, &PathSettings { paths: 4, ..Default::default() }, &|_| {});
+    let at = |image: &Image, x: u32, y: u32| image.pixels[(y * size[0] + x) as usize];
+    for image in [&picture, &truth.mean] {
+        assert!(at(image, 120, 90).abs_diff_eq(Vec3::new(0.3, 0.6, 0.9), 1e-3), "{}", at(image, 120, 90));
+        assert_eq!(at(image, 3, 3), Vec3::ZERO, "it lights nothing");
     }
 }

@@ -1,4 +1,5 @@
-//! Materials: metallic-roughness with `KHR_materials_specular` and `KHR_materials_emissive_strength`.
+//! Materials: metallic-roughness with `KHR_materials_specular` and `KHR_materials_emissive_strength`; others make them into such,
+//! see `material_extensions`.
 
 use super::{Importer, Parsed};
 use crate::scene::{ColorSpace, Material, NormalTexture, TextureRef};
@@ -111,11 +112,14 @@ impl Importer<'_> {
             let scale = normal.scale.clamp(-1e3, 1e3);
             material.normal_texture = texture.map(|texture| NormalTexture { texture, scale });
         }
+        if let Some(extensions) = extensions {
+            self.extend(&mut material, &extensions.others)?;
+        }
         material.alpha_cutoff = self.alpha_cutoff(json, &material);
         Ok(material)
     }
 
-    fn info(
+    pub(super) fn info(
         &mut self,
         info: Option<&json::texture::Info>,
         color_space: ColorSpace,

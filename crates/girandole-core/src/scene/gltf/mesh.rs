@@ -21,6 +21,7 @@ struct Part {
     normals: Vec<Vec3>,
     tangents: Vec<Vec4>,
     uvs: Vec<[Vec2; 2]>,
+    colors: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
 }
 
@@ -30,6 +31,7 @@ struct Attributes<'d> {
     normals: Option<Accessor<'d>>,
     tangents: Option<Accessor<'d>>,
     uvs: [Option<Accessor<'d>>; 2],
+    colors: Option<Accessor<'d>>,
 }
 
 impl<'d> Importer<'d> {
@@ -99,6 +101,7 @@ impl<'d> Importer<'d> {
             Some(map) => self.tangents(&attributes, &mut part, map.texture),
             None => part.tangents.clear(),
         }
+        self.scene.materials[material as usize].vertex_colors |= !part.colors.is_empty();
         self.account(0, part.positions.len())?;
         self.deformation(json, &part.sources, attributes.positions.count, mesh)?;
         if attributes.normals.is_none() {
@@ -113,8 +116,8 @@ impl<'d> Importer<'d> {
     fn attributes(&mut self, json: &Primitive) -> Parsed<Option<Attributes<'d>>> {
         for semantic in json.attributes.keys() {
             match semantic {
-                Checked::Valid(Semantic::Colors(_)) => {
-                    self.scene.warn("vertex colours are not supported and left out".into());
+                Checked::Valid(Semantic::Colors(1..)) => {
+                    self.scene.warn("vertex colours beyond set 0 are left out".into());
                 }
                 Checked::Invalid => self.scene.warn("vertex attributes of unknown names are left out".into()),
                 _ => {}
@@ -136,10 +139,19 @@ impl<'d> Importer<'d> {
                 read(find(Semantic::TexCoords(0)), Type::Vec2, "texture coordinates")?,
                 read(find(Semantic::TexCoords(1)), Type::Vec2, "texture coordinates")?,
             ],
+            colors: match find(Semantic::Colors(0)) {
+                Some(index) => {
+                    let colors = Accessor::new(self.document, index)?;
+                    let kind = if colors.kind == Type::Vec4 { Type::Vec4 } else { Type::Vec3 };
+                    Some(colors.of(kind, "colours")?)
+                }
+                None => None,
+            },
         };
         let count = attributes.positions.count;
         let [uv0, uv1] = &attributes.uvs;
-        for other in [&attributes.normals, &attributes.tangents, uv0, uv1].into_iter().flatten() {
+        let Attributes { normals, tangents, colors, .. } = &attributes;
+        for other in [normals, tangents, uv0, uv1, colors].into_iter().flatten() {
             if other.count != count {
                 return Err(format!(
                     "it has {count} positions and {} of another vertex attribute; export it again",
@@ -263,6 +275,7 @@ impl<'d> Importer<'d> {
                     split.positions.push(part.positions[vertex as usize]);
                     split.normals.push(part.normals[vertex as usize]);
                     split.uvs.push(part.uvs[vertex as usize]);
+                    split.colors.extend(part.colors.get(vertex as usize));
                     split.tangents.push(tangent);
                 }
             }
@@ -304,6 +317,13 @@ impl Part {
         if attributes.uvs.iter().any(Option::is_some) {
             self.uvs.push(uv);
         }
+        if let Some(colors) = &attributes.colors {
+            let color = Vec3::from(colors.get::<3>(vertex));
+            if !color.is_finite() {
+                return Err(format!("its vertex {vertex} has the colour {color}; export it again"));
+            }
+            self.colors.push(color.clamp(Vec3::ZERO, Vec3::ONE));
+        }
         Ok(())
     }
 }
@@ -323,6 +343,11 @@ fn append(mesh: &mut Mesh, part: Part, material: u32) {
         mesh.tangents.resize(first, Vec4::ZERO);
         mesh.tangents.extend(part.tangents);
         mesh.tangents.resize(count, Vec4::ZERO);
+    }
+    if !part.colors.is_empty() || !mesh.colors.is_empty() {
+        mesh.colors.resize(first, Vec3::ONE);
+        mesh.colors.extend(part.colors);
+        mesh.colors.resize(count, Vec3::ONE);
     }
     let first = first as u32;
     mesh.triangles.extend(

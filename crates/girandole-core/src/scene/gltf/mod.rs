@@ -1,7 +1,7 @@
 //! glTF 2.0 import.
 //!
 //! 1. `document`: chunks, JSON, buffers; `compression`: what is decompressed when it is read.
-//! 2. `material`, `texture`: all of the file's, in its order.
+//! 2. `material`, `material_extensions`, `texture`: all of the file's, in its order.
 //! 3. `nodes`: the hierarchy of the default scene; a `mesh` is read when the first node shows it, so that instances
 //!    share it.
 //! 4. `deformation`: skins, once all their joints are there; `animation`.
@@ -17,6 +17,7 @@ mod compression;
 mod deformation;
 mod document;
 mod material;
+mod material_extensions;
 mod mesh;
 mod nodes;
 mod tangents;
@@ -42,10 +43,17 @@ pub const MAX_TEXTURE_SIDE: u32 = 8192;
 pub const MAX_TEXELS: usize = 1 << 28;
 
 /// Extensions that are read. Others are named in a warning.
-const SUPPORTED_EXTENSIONS: [&str; 8] = [
+const SUPPORTED_EXTENSIONS: [&str; 15] = [
     compression::MESHOPT[0],
     compression::MESHOPT[1],
     compression::DRACO,
+    material_extensions::CLEARCOAT,
+    material_extensions::IOR,
+    material_extensions::SHEEN,
+    material_extensions::SPECULAR_GLOSSINESS,
+    material_extensions::UNLIT,
+    texture::FORMATS[0],
+    texture::FORMATS[1],
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_specular",

@@ -13,6 +13,15 @@ use std::io::Cursor;
 /// Texture coordinates and the factors on them stay exact enough below this.
 pub(super) const MAX_COORDINATE: f32 = 1e9;
 
+/// What the parser makes of a texture without a picture of its own.
+const NO_IMAGE: usize = u32::MAX as usize;
+
+/// Extensions that name a picture of another format.
+pub(super) const FORMATS: [&str; 2] = ["EXT_texture_webp", "KHR_texture_basisu"];
+
+/// What files in KTX 2.0 begin with.
+const KTX2: &[u8] = b"\xabKTX 20\xbb";
+
 impl Importer<'_> {
     /// A use of a texture. `None` if the texture exists in an unsupported format only.
     pub(super) fn texture_ref(
@@ -47,25 +56,41 @@ impl Importer<'_> {
         Ok(Some(TextureRef { texture: index, uv_set: set, transform }))
     }
 
+    /// Takes texels out of what a scene may have.
+    pub(super) fn account_texels(&mut self, count: usize) -> Parsed<()> {
+        self.texels = self.texels.saturating_add(count);
+        if self.texels > MAX_TEXELS {
+            return Err(format!("its textures have more than {MAX_TEXELS} pixels together; scale them down"));
+        }
+        Ok(())
+    }
+
     fn texture(&mut self, index: usize, color_space: ColorSpace) -> Parsed<Option<u32>> {
         if let Some(&known) = self.textures.get(&(index, color_space)) {
             return Ok(Some(known));
         }
         let root = &self.document.root;
         let json = lookup(&root.textures, index, "texture")?;
-        let source = json.source.value();
-        if source == u32::MAX as usize {
-            let extension = json.extensions.as_ref().and_then(|e| e.others.keys().next());
-            let Some(extension) = extension else {
-                self.scene.warn(format!("texture {index} has no image: it is left out"));
-                return Ok(None);
-            };
-            self.scene.warn(format!(
-                "textures that exist only as {} are left out: convert them to PNG or JPEG",
-                shorten(extension)
-            ));
+        // What every program reads comes first.
+        let others = json.extensions.as_ref().map(|e| &e.others);
+        let source = match json.source.value() {
+            NO_IMAGE => others.and_then(|others| {
+                FORMATS.iter().find_map(|format| others.get(*format)?.get("source")?.as_u64())
+            }),
+            source => Some(source as u64),
+        };
+        let Some(source) = source.and_then(|source| usize::try_from(source).ok()) else {
+            self.scene.warn(match others.and_then(|others| others.keys().next()) {
+                Some(extension) => {
+                    let extension = shorten(extension);
+                    format!(
+                        "textures that exist only as {extension} are left out: convert them to PNG or JPEG"
+                    )
+                }
+                None => format!("texture {index} has no image: it is left out"),
+            });
             return Ok(None);
-        }
+        };
         let image = lookup(&root.images, source, "image")?;
         let (shown, bytes) = match (&image.uri, image.buffer_view) {
             (Some(uri), _) if uri.starts_with("data:") => {
@@ -80,7 +105,7 @@ impl Importer<'_> {
         let bytes = bytes.map_err(|e| format!("its {shown} {e}"))?;
         let (size, texels) =
             decode(&bytes, MAX_TEXELS - self.texels).map_err(|e| format!("its {shown} {e}"))?;
-        self.texels += texels.len();
+        self.account_texels(texels.len())?;
         let sampler = match json.sampler {
             Some(sampler) => Some(lookup(&root.samplers, sampler.value(), "sampler")?),
             None => None,
@@ -112,7 +137,7 @@ impl Importer<'_> {
     }
 }
 
-/// Decodes a PNG or JPEG to 8-bit RGBA; at most `budget` texels.
+/// Decodes a PNG, JPEG, WebP or Basis Universal picture to 8-bit RGBA; at most `budget` texels.
 fn decode(bytes: &[u8], budget: usize) -> Parsed<([u32; 2], Vec<[u8; 4]>)> {
     let undecodable = |e: image::ImageError| format!("cannot be decoded ({e}); save it as PNG or JPEG again");
     let reader = || {
@@ -120,8 +145,41 @@ fn decode(bytes: &[u8], budget: usize) -> Parsed<([u32; 2], Vec<[u8; 4]>)> {
             .with_guessed_format()
             .map_err(|e| undecodable(image::ImageError::IoError(e)))
     };
+    if bytes.starts_with(KTX2) {
+        return transcode(bytes, budget);
+    }
     // The header first: the size decides whether the rest is looked at.
     let (width, height) = reader()?.into_dimensions().map_err(undecodable)?;
+    check_size([width, height], budget)?;
+    let mut limits = image::Limits::default();
+    limits.max_image_width = Some(MAX_TEXTURE_SIDE);
+    limits.max_image_height = Some(MAX_TEXTURE_SIDE);
+    limits.max_alloc = Some(1 << 30);
+    let mut reader = reader()?;
+    reader.limits(limits);
+    let pixels = reader.decode().map_err(undecodable)?.into_rgba8();
+    if pixels.dimensions() != (width, height) {
+        return Err("has no pixels; save it again".into());
+    }
+    let texels = pixels.pixels().map(|p| p.0).collect();
+    Ok(([width, height], texels))
+}
+
+/// The largest picture of a KTX 2.0 file.
+fn transcode(bytes: &[u8], budget: usize) -> Parsed<([u32; 2], Vec<[u8; 4]>)> {
+    let undecodable = |e: basisu::Error| format!("cannot be decoded ({e:?}); save it as PNG or JPEG");
+    let transcoder = basisu::Transcoder::new(bytes).map_err(undecodable)?;
+    let (width, height) = transcoder.base_dimensions();
+    check_size([width, height], budget)?;
+    let target = basisu::TargetFormat::Rgba32;
+    let pixels = transcoder.transcode(0, target, basisu::DecodeFlags::NONE).map_err(undecodable)?;
+    Ok(([width, height], pixels.as_chunks().0.to_vec()))
+}
+
+fn check_size([width, height]: [u32; 2], budget: usize) -> Parsed<()> {
+    if width == 0 || height == 0 {
+        return Err("has no pixels; save it again".into());
+    }
     if width > MAX_TEXTURE_SIDE || height > MAX_TEXTURE_SIDE {
         return Err(format!(
             "is {width} × {height} pixels large; scale it down to {MAX_TEXTURE_SIDE} × {MAX_TEXTURE_SIDE} at most"
@@ -132,16 +190,5 @@ fn decode(bytes: &[u8], budget: usize) -> Parsed<([u32; 2], Vec<[u8; 4]>)> {
             "and those before it have more than {MAX_TEXELS} pixels together; scale them down"
         ));
     }
-    let mut limits = image::Limits::default();
-    limits.max_image_width = Some(MAX_TEXTURE_SIDE);
-    limits.max_image_height = Some(MAX_TEXTURE_SIDE);
-    limits.max_alloc = Some(1 << 30);
-    let mut reader = reader()?;
-    reader.limits(limits);
-    let pixels = reader.decode().map_err(undecodable)?.into_rgba8();
-    if width == 0 || height == 0 || pixels.dimensions() != (width, height) {
-        return Err("has no pixels; save it again".into());
-    }
-    let texels = pixels.pixels().map(|p| p.0).collect();
-    Ok(([width, height], texels))
+    Ok(())
 }

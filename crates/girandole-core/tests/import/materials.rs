@@ -1,0 +1,227 @@
+//! What extensions make of materials, vertices' colours, and pictures of other formats.
+
+use crate::builder::File;
+use girandole_core::glam::{Vec2, Vec3};
+use girandole_core::scene::{Geometry, Material, Scene, load_gltf_slice};
+use serde_json::{Value, json};
+use std::io::Cursor;
+
+fn load(file: &File) -> Scene {
+    let scene = load_gltf_slice(&file.glb(), None).expect("a scene");
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    scene
+}
+
+/// A square with a material.
+fn square(material: Value) -> File {
+    let mut file = File::new();
+    file.push("materials", material);
+    let mut primitive = file.square();
+    primitive["material"] = json!(0);
+    let mesh = file.mesh(primitive);
+    file.node(json!({"mesh": mesh}));
+    file
+}
+
+fn material(json: Value) -> Material {
+    load(&square(json)).materials[0].clone()
+}
+
+fn is_near(a: f32, b: f32) -> bool {
+    (a - b).abs() < 1e-5
+}
+
+#[test]
+fn refractive_index_is_reflectance() {
+    let of = |ior: f32| {
+        material(json!({"extensions": {"KHR_materials_ior": {"ior": ior}}})).specular_color.x * 0.04
+    };
+    assert!(
+        is_near(of(1.5), 0.04) && is_near(of(1.0), 0.0) && is_near(of(3.0), 0.25) && is_near(of(0.0), 1.0)
+    );
+    let usual = material(json!({"extensions": {"KHR_materials_ior": {}}}));
+    assert!(usual.specular_color.abs_diff_eq(Vec3::ONE, 1e-5));
+    let file = square(json!({"extensions": {"KHR_materials_ior": {"ior": 0.5}}}));
+    let scene = load_gltf_slice(&file.glb(), None).expect("a scene");
+    assert!(scene.warnings.iter().any(|w| w.contains("refractive")), "{:?}", scene.warnings);
+    let file = square(json!({"extensions": {"KHR_materials_ior": {"ior": "glass"}}}));
+    let sentence = load_gltf_slice(&file.glb(), None).expect_err("refused").to_string();
+    assert!(sentence.contains("KHR_materials_ior"), "{sentence}");
+}
+
+#[test]
+fn clear_coats_sharpen_rough_dielectrics() {
+    let base = json!({"metallicFactor": 0.0, "roughnessFactor": 0.9});
+    let coated = |factor: f32| {
+        let coat = json!({"clearcoatFactor": factor, "clearcoatRoughnessFactor": 0.1});
+        material(json!({"pbrMetallicRoughness": base, "extensions": {"KHR_materials_clearcoat": coat}}))
+    };
+    let (without, half, all) = (coated(0.0), coated(0.5), coated(1.0));
+    assert!(is_near(without.roughness, 0.9) && without.specular_color.abs_diff_eq(Vec3::ONE, 1e-5));
+    assert!(all.roughness < half.roughness && half.roughness < without.roughness);
+    // Two surfaces of 4 %, one behind the other.
+    let both = 0.04 + 0.04 * 0.96 * 0.96;
+    assert!(is_near(all.specular_color.x * all.specular * 0.04, both), "{all:?}");
+}
+
+#[test]
+fn sheen_brightens_what_is_dark() {
+    let dark = json!({"metallicFactor": 0.0, "baseColorFactor": [0.0, 0.5, 1.0, 1.0]});
+    let of = |roughness: f32| {
+        let sheen = json!({"sheenColorFactor": [1.0, 1.0, 1.0], "sheenRoughnessFactor": roughness});
+        material(json!({"pbrMetallicRoughness": dark, "extensions": {"KHR_materials_sheen": sheen}}))
+            .base_color
+    };
+    let (sharp, soft) = (of(0.2), of(0.8));
+    assert!(0.0 < sharp.x && sharp.x < soft.x && soft.x < 0.5, "{sharp} {soft}");
+    // White stays white: what the sheen takes it gives.
+    assert!(is_near(soft.z, 1.0) && soft.y > 0.5, "{soft}");
+}
+
+#[test]
+fn specular_glossiness_is_a_coloured_dielectric() {
+    let mut file = square(json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": {
+        "diffuseFactor": [0.1, 0.2, 0.3, 1.0], "specularFactor": [0.5, 0.25, 0.1], "glossinessFactor": 0.5,
+    }}}));
+    let m = load(&file).materials[0].clone();
+    assert_eq!((m.base_color, m.metallic, m.roughness), (Vec3::new(0.1, 0.2, 0.3), 0.0, 0.5));
+    assert!((m.specular_color * 0.04).abs_diff_eq(Vec3::new(0.5, 0.25, 0.1), 1e-5));
+    // Glossiness is alpha, and roughness is what is left of it.
+    let texture = file.texture(2, 1, |x, _| [255, 255, 255, if x == 0 { 255 } else { 64 }]);
+    file.json["materials"][0]["extensions"]["KHR_materials_pbrSpecularGlossiness"]["specularGlossinessTexture"] =
+        json!({"index": texture});
+    let scene = load(&file);
+    let geometry = Geometry::new(&scene);
+    let rough = |u: f32| {
+        let m = scene.materials[0].metallic_roughness_texture.expect("a texture");
+        scene.textures[m.texture as usize].sample(Vec2::new(u, 0.5)).y
+    };
+    assert!((rough(0.25) - 0.5).abs() < 0.01 && (rough(0.75) - (1.0 - 32.0 / 255.0)).abs() < 0.01);
+    let surface = geometry.surface(&scene, 0, Vec2::splat(0.3), Vec3::Z);
+    assert!(surface.f0.abs_diff_eq(Vec3::new(0.5, 0.25, 0.1), 1e-4), "{surface:?}");
+}
+
+#[test]
+fn unlit_surfaces_show_their_colour_and_nothing_else() {
+    let scene = load(&square(json!({
+        "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.5, 0.9, 1.0], "metallicFactor": 1.0},
+        "emissiveFactor": [1.0, 1.0, 1.0],
+        "extensions": {"KHR_materials_unlit": {}},
+    })));
+    assert!(scene.materials[0].unlit && !scene.materials[0].emits());
+    let surface = Geometry::new(&scene).surface(&scene, 0, Vec2::splat(0.3), Vec3::Z);
+    assert_eq!(surface.emission, Vec3::new(0.1, 0.5, 0.9));
+    assert_eq!((surface.albedo, surface.f0, surface.f90), (Vec3::ZERO, Vec3::ZERO, 0.0));
+}
+
+#[test]
+fn colours_of_vertices_multiply_the_base_colour() {
+    let mut file = square(
+        json!({"pbrMetallicRoughness": {"metallicFactor": 0.0, "baseColorFactor": [0.5, 1.0, 1.0, 1.0]},
+        "extensions": {"KHR_materials_specular": {"specularFactor": 0.0}}}),
+    );
+    // Red, green, blue and white, as bytes, four a vertex.
+    let corners: [[u8; 4]; 4] = [[255, 0, 0, 9], [0, 255, 0, 9], [0, 0, 255, 9], [255, 255, 255, 9]];
+    let view = file.view(&corners.concat());
+    let colors = file.push(
+        "accessors",
+        json!({"bufferView": view, "componentType": 5121, "normalized": true, "count": 4, "type": "VEC4"}),
+    );
+    file.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colors);
+    // Another mesh of the same material has none.
+    let mut plain = file.square();
+    plain["material"] = json!(0);
+    let mesh = file.mesh(plain);
+    file.node(json!({"mesh": mesh, "translation": [3.0, 0.0, 0.0]}));
+    let scene = load(&file);
+    let geometry = Geometry::new(&scene);
+    let albedo =
+        |triangle: u32, u: f32, v: f32| geometry.surface(&scene, triangle, Vec2::new(u, v), Vec3::Z).albedo;
+    let base = Vec3::new(0.5, 1.0, 1.0);
+    assert!(albedo(0, 0.25, 0.25).abs_diff_eq(base * Vec3::new(0.5, 0.25, 0.25), 1e-5));
+    assert!(albedo(0, 1.0, 0.0).abs_diff_eq(base * Vec3::Y, 1e-5));
+    assert!(albedo(1, 0.0, 1.0).abs_diff_eq(base, 1e-5));
+    assert!(albedo(2, 0.25, 0.25).abs_diff_eq(base, 1e-5), "the other mesh");
+    // What is wrong is said.
+    file.json["accessors"][colors]["type"] = json!("VEC2");
+    assert!(load_gltf_slice(&file.glb(), None).is_err());
+}
+
+/// Texels of a file's only texture.
+fn texels(bytes: &[u8], mime: &str, extension: Option<&str>) -> Result<Vec<[u8; 4]>, String> {
+    let mut file = square(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
+    let view = file.view(bytes);
+    let image = file.push("images", json!({"bufferView": view, "mimeType": mime}));
+    let texture = match extension {
+        Some(name) => json!({"extensions": {name: {"source": image}}}),
+        None => json!({"source": image}),
+    };
+    file.push("textures", texture);
+    match load_gltf_slice(&file.glb(), None) {
+        Ok(scene) => {
+            assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+            Ok(scene.textures[0].texels.clone())
+        }
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// Four squares of 4 × 4 texels.
+const COLORS: [[u8; 4]; 4] = [[255, 0, 10, 255], [0, 200, 20, 255], [9, 30, 255, 128], [77, 88, 99, 255]];
+
+fn picture() -> image::RgbaImage {
+    image::RgbaImage::from_fn(8, 8, |x, y| image::Rgba(COLORS[(x / 4 + y / 4 * 2) as usize]))
+}
+
+/// The same in KTX 2.0: UASTC blocks of a colour each (Basis Universal's UASTC texture specification, mode 8).
+fn ktx2() -> Vec<u8> {
+    let block = |[r, g, b, a]: [u8; 4]| {
+        let bits = 0x17 | u128::from(u32::from_le_bytes([r, g, b, a])) << 5;
+        bits.to_le_bytes()
+    };
+    let blocks = COLORS.map(block).concat();
+    let words = |words: &[u32]| words.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>();
+    let mut file = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();
+    // No format, bytes, 8 × 8 × 0, no layers, a face, a level, no supercompression; descriptor at 104, no more data.
+    file.extend(words(&[0, 1, 8, 8, 0, 0, 1, 1, 0, 104, 44, 0, 0, 0, 0, 0, 0]));
+    for number in [148u64, blocks.len() as u64, blocks.len() as u64] {
+        file.extend(number.to_le_bytes());
+    }
+    // UASTC of sRGB, blocks of 4 × 4, one sample of RGBA.
+    file.extend(words(&[
+        44,
+        0,
+        2 | 40 << 16,
+        166 | 1 << 8 | 2 << 16,
+        3 | 3 << 8,
+        16,
+        0,
+        127 << 16 | 3 << 24,
+        0,
+        0,
+        u32::MAX,
+    ]));
+    assert_eq!(file.len(), 148);
+    file.extend(blocks);
+    file
+}
+
+#[test]
+fn pictures_of_other_formats_are_their_twins() {
+    let wanted: Vec<[u8; 4]> = picture().pixels().map(|p| p.0).collect();
+    let mut webp = Cursor::new(Vec::new());
+    picture().write_to(&mut webp, image::ImageFormat::WebP).expect("a WebP");
+    assert_eq!(texels(webp.get_ref(), "image/webp", Some("EXT_texture_webp")), Ok(wanted.clone()));
+    assert_eq!(texels(&ktx2(), "image/ktx2", Some("KHR_texture_basisu")), Ok(wanted.clone()));
+    assert_eq!(texels(&ktx2(), "image/ktx2", None), Ok(wanted));
+    // Broken ones are refused with a sentence, whatever is broken.
+    for at in 0..148 {
+        let mut broken = ktx2();
+        broken[at] ^= 0x5b;
+        if let Err(sentence) = texels(&broken, "image/ktx2", Some("KHR_texture_basisu")) {
+            assert!(sentence.contains("image 0"), "{at}: {sentence}");
+        }
+        assert!(texels(&ktx2()[..at], "image/ktx2", Some("KHR_texture_basisu")).is_err());
+    }
+    assert!(texels(&ktx2()[..160], "image/ktx2", Some("KHR_texture_basisu")).is_err());
+}
