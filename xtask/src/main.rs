@@ -2,11 +2,13 @@
 
 mod adapter;
 mod check_web;
+mod gallery;
 mod test;
 mod test_window;
 mod truth;
 
 use clap::{Parser, Subcommand};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
@@ -30,6 +32,13 @@ enum Task {
     CheckWeb,
     /// Drives the window by keys and mouse under Xvfb; needs Xvfb, xdotool and a graphics adapter
     TestWindow,
+    /// Renders every glTF file below a folder beside the path tracer, to one HTML page
+    #[command(disable_help_flag = true)]
+    Gallery {
+        /// `--help` lists them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
     /// Prints how far renderer and path tracer are from pictures by an independent renderer
     Truth(truth::Arguments),
 }
@@ -39,6 +48,7 @@ fn main() -> ExitCode {
         Task::Test { arguments } => test::run(&arguments),
         Task::CheckWeb => check_web::run(),
         Task::TestWindow => test_window::run(),
+        Task::Gallery { arguments } => gallery::run(&arguments),
         Task::Truth(arguments) => truth::run(&arguments),
     };
     result.unwrap_or_else(|error| {

@@ -9,7 +9,7 @@ use crate::picture::{self, Shown};
 use crate::{scene, sequence};
 use anyhow::{Result, bail};
 use girandole_core::image::Image;
-use girandole_core::lights::{Clamp, LightSet};
+use girandole_core::lights::{Clamp, LightSet, MAX_BOUNCES};
 use girandole_core::scene::Geometry;
 use std::path::Path;
 use std::process::ExitCode;
@@ -66,6 +66,12 @@ fn check(args: &RenderArgs) -> Result<()> {
     }
     if args.lights.bounces == Bounces::Unlimited && args.engine != Engine::Path {
         bail!("only --engine path can follow light without limit; give --bounces a number");
+    }
+    if let Some(bounces) = args.lights.bounces.limit()
+        && bounces > MAX_BOUNCES
+        && args.engine != Engine::Path
+    {
+        bail!("only --engine path follows {bounces} bounces; give --bounces {MAX_BOUNCES} or fewer");
     }
     if args.mode == Mode::Naive && args.quality.shading == ShadingArg::Multipass {
         bail!("--mode naive has no passes; choose another mode or leave --shading out");

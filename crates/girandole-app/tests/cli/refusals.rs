@@ -140,6 +140,7 @@ fn bad_arguments() {
         ("render --placement here", "view, scene"),
         ("render --bounces -1", "--bounces"),
         ("render --bounces 4000000000", "1000"),
+        ("render nowhere.glb --bounces 65", "--bounces 64"),
         ("render --bounces unlimited", "--engine path"),
         ("render --seed -1", "--seed"),
         ("render --clamp nan", "positive"),

@@ -10,13 +10,15 @@
 
 use super::emission::{Emission, Emissions};
 use crate::image::luminance;
-use crate::scene::{Environment, Geometry, NONE, PunctualKind, Scene};
+use crate::scene::{Environment, Geometry, Material, NONE, PunctualKind, Scene};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// A textured triangle is cut into at most this many squared…
 const MAX_CUTS: f64 = 24.0;
+/// …all of them into about this many parts together…
+const MAX_PARTS: f64 = (1 << 17) as f64;
 /// …and estimated at this many squared points in each part.
 const PROBES: u32 = 4;
 /// Weight of a part whose samples are all black, as a share of its greatest possible emission.
@@ -161,21 +163,22 @@ fn inside(barycentric: Vec2) -> f32 {
 /// The sources on emitting surfaces, one group for each side of an object's material, and last those of the environment.
 pub(super) fn groups(scene: &Scene, geometry: &Geometry, emissions: &Emissions) -> Vec<Vec<Source>> {
     let mut groups: std::collections::BTreeMap<(u32, u32, bool), Vec<Source>> = BTreeMap::new();
+    let coarser = coarser(scene, geometry, emissions);
     let mut index = 0;
     while index < geometry.triangles.len() as u32 {
         let triangle = geometry.triangles[index as usize];
         let material = &scene.materials[triangle.material as usize];
         let emission = emissions.of_material(triangle.material);
-        if !(emission.max_element() > 0.0 && emission.is_finite()) {
+        if !is_light(emission) {
             index += 1;
             continue;
         }
-        let textured = material.emission_texture.is_some() || material.alpha_cutoff.is_some();
+        let textured = is_textured(material);
         let patch = geometry.patches.get(triangle.patch as usize);
         let whole = patch.filter(|p| !textured && p.triangles.start == index && p.triangles.len() == 2);
         let pieces = match whole.and_then(|p| parallelogram(&p.outline, index)) {
             Some(area) => vec![(area, f64::from(luminance(emission)))],
-            None if textured => cut(scene, geometry, emissions, index),
+            None if textured => cut(scene, geometry, emissions, index, coarser),
             None => vec![(part(geometry, index, 1, [0, 0], false), f64::from(luminance(emission)))],
         };
         for (area, radiance) in pieces {
@@ -238,8 +241,27 @@ fn part(geometry: &Geometry, triangle: u32, n: u32, [i, j]: [u32; 2], textured: 
     Area { triangles: [triangle, NONE], corner, edges, area, back: false, textured }
 }
 
-/// The parts of a textured triangle, about one for 2×2 texels, with the luminance that they are weighted by.
-fn cut(scene: &Scene, geometry: &Geometry, emissions: &Emissions, triangle: u32) -> Vec<(Area, f64)> {
+fn is_light(emission: Vec3) -> bool {
+    emission.max_element() > 0.0 && emission.is_finite()
+}
+
+fn is_textured(material: &Material) -> bool {
+    material.emission_texture.is_some() || material.alpha_cutoff.is_some()
+}
+
+/// By which factor triangles with a texture are cut along their sides so that there are not too many parts; 1 as a rule.
+fn coarser(scene: &Scene, geometry: &Geometry, emissions: &Emissions) -> f64 {
+    let is_cut = |&triangle: &u32| {
+        let material = geometry.triangles[triangle as usize].material;
+        is_textured(&scene.materials[material as usize]) && is_light(emissions.of_material(material))
+    };
+    let triangles = (0..geometry.triangles.len() as u32).filter(is_cut);
+    let parts: f64 = triangles.map(|triangle| cuts(scene, geometry, triangle).powi(2)).sum();
+    (MAX_PARTS / parts).sqrt().min(1.0)
+}
+
+/// Into how many parts along a side a textured triangle is cut: about one part for 2×2 texels.
+fn cuts(scene: &Scene, geometry: &Geometry, triangle: u32) -> f64 {
     let index = geometry.triangles[triangle as usize].material;
     let material = &scene.materials[index as usize];
     let texels = [material.emission_texture, material.base_color_texture]
@@ -254,7 +276,19 @@ fn cut(scene: &Scene, geometry: &Geometry, emissions: &Emissions, triangle: u32)
             (b - a).perp_dot(c - a).abs() * 0.5
         })
         .fold(0.0, f64::max);
-    let n = (texels * 0.25).sqrt().ceil().clamp(1.0, MAX_CUTS) as u32;
+    (texels * 0.25).sqrt().ceil().clamp(1.0, MAX_CUTS)
+}
+
+/// The parts of a textured triangle with the luminance that they are weighted by.
+fn cut(
+    scene: &Scene,
+    geometry: &Geometry,
+    emissions: &Emissions,
+    triangle: u32,
+    coarser: f64,
+) -> Vec<(Area, f64)> {
+    let index = geometry.triangles[triangle as usize].material;
+    let n = (cuts(scene, geometry, triangle) * coarser).max(1.0) as u32;
     let floor = FLOOR * f64::from(luminance(emissions.of_material(index)));
     let parts = (0..n).flat_map(|i| (0..n).map(move |j| [i, j]));
     parts

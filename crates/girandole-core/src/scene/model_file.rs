@@ -7,6 +7,7 @@ use crate::{Error, Result};
 use glam::{Vec2, Vec3};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
+use std::borrow::Cow;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -230,12 +231,21 @@ fn ply(bytes: &[u8]) -> Parsed<Mesh> {
     )
 }
 
+fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Cow<'static, str> {
+    let units: Vec<u16> = bytes.as_chunks().0.iter().map(|&pair| unit(pair)).collect();
+    String::from_utf16_lossy(&units).into()
+}
+
 /// A Wavefront OBJ file.
 fn obj(bytes: &[u8]) -> Parsed<Mesh> {
     let options =
         tobj::LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true };
     // Only names can hold anything but ASCII, and they do not matter.
-    let text = String::from_utf8_lossy(bytes);
+    let text = match bytes {
+        [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes),
+        [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes),
+        _ => String::from_utf8_lossy(bytes),
+    };
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(text.as_bytes()), &options, |_| {
         Err(tobj::LoadError::OpenFileFailed)
     })

@@ -225,3 +225,19 @@ fn pictures_of_other_formats_are_their_twins() {
     }
     assert!(texels(&ktx2()[..160], "image/ktx2", Some("KHR_texture_basisu")).is_err());
 }
+
+#[test]
+fn pictures_that_are_cut_off_are_refused() {
+    let mut jpeg = Cursor::new(Vec::new());
+    let picture = image::RgbImage::from_fn(40, 40, |x, y| image::Rgb([x as u8 * 6, y as u8 * 6, 255]));
+    picture.write_to(&mut jpeg, image::ImageFormat::Jpeg).expect("a JPEG");
+    let whole = jpeg.get_ref();
+    assert_eq!(texels(whole, "image/jpeg", None).map(|t| t.len()), Ok(1600));
+    // What follows its end does not matter, nor do bytes that fill it up.
+    let longer = [whole, &b"padding"[..]].concat();
+    assert_eq!(texels(&longer, "image/jpeg", None).map(|t| t.len()), Ok(1600));
+    for length in 3..whole.len() {
+        let sentence = texels(&whole[..length], "image/jpeg", None).expect_err("cut off");
+        assert!(sentence.contains("image 0"), "{sentence}");
+    }
+}

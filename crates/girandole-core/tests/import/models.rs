@@ -96,6 +96,13 @@ fn objects_of_an_obj_are_merged() {
         (b - a).cross(c - a).normalize()
     };
     assert_eq!([front(0), front(1), front(2)], [Vec3::Z, Vec3::Z, Vec3::NEG_Z]);
+    // As some programs save text: two bytes a character, of either order.
+    let marked = format!("\u{feff}{text}");
+    for order in [u16::to_le_bytes, u16::to_be_bytes] {
+        let wide: Vec<u8> = marked.encode_utf16().flat_map(order).collect();
+        let wide = load_model_slice(&wide, "OBJ").expect("a model");
+        assert_eq!((wide.positions, wide.triangles.len()), (mesh.positions.clone(), 3));
+    }
 }
 
 #[test]

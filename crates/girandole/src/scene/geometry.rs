@@ -11,6 +11,8 @@ use crate::{Error, Remedy, Result};
 use girandole_core::glam::{Vec2, Vec3, Vec4};
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{ColorSpace, Filter, Geometry, ObjectRange, Scene, SceneChanges, Texture, Wrap};
+use girandole_core::tonemap::{srgb_decode, srgb_encode};
+use std::borrow::Cow;
 use wgpu::util::DeviceExt;
 
 /// Everything about the scene that shaders read.
@@ -199,7 +201,8 @@ fn pack_textures(textures: &[Texture]) -> Result<Vec<u32>> {
             | wrap(texture.wrap[0]) << 2
             | wrap(texture.wrap[1]) << 4;
         let offset = words.len() as u32;
-        let mut level = texture.clone();
+        let decoded = decoded(texture.color_space);
+        let mut level = Cow::Borrowed(texture);
         let mut levels = 0;
         loop {
             words.extend(level.texels.iter().map(|t| u32::from_le_bytes(*t)));
@@ -207,7 +210,7 @@ fn pack_textures(textures: &[Texture]) -> Result<Vec<u32>> {
             if level.width == 1 && level.height == 1 {
                 break;
             }
-            level = halve(&level);
+            level = Cow::Owned(halve(&level, &decoded));
         }
         let extent = texture.width | texture.height << 16;
         let entry = TextureEntry { offset, extent, levels, flags };
@@ -217,26 +220,51 @@ fn pack_textures(textures: &[Texture]) -> Result<Vec<u32>> {
     Ok(words)
 }
 
+/// Linear values of bytes.
+type Decoded = [f32; 256];
+
+fn decoded(color_space: ColorSpace) -> Decoded {
+    std::array::from_fn(|byte| match color_space {
+        ColorSpace::Srgb => srgb_decode(byte as f32 / 255.0),
+        ColorSpace::Linear => byte as f32 / 255.0,
+    })
+}
+
 /// The next level: each texel the mean of two by two in linear light.
-fn halve(texture: &Texture) -> Texture {
+fn halve(texture: &Texture, decoded: &Decoded) -> Texture {
     let (width, height) = ((texture.width / 2).max(1), (texture.height / 2).max(1));
     let encode = |v: f32| match texture.color_space {
-        ColorSpace::Srgb => girandole_core::tonemap::srgb_encode(v),
+        ColorSpace::Srgb => srgb_encode(v),
         ColorSpace::Linear => v,
     };
     let byte = |v: f32| (v * 255.0 + 0.5) as u8;
     let mut texels = Vec::with_capacity(width as usize * height as usize);
-    for y in 0..i64::from(height) {
-        for x in 0..i64::from(width) {
-            let clamped = |dx: i64, dy: i64| {
-                texture.texel(
-                    (2 * x + dx).min(i64::from(texture.width) - 1),
-                    (2 * y + dy).min(i64::from(texture.height) - 1),
-                )
-            };
-            let mean = (clamped(0, 0) + clamped(1, 0) + clamped(0, 1) + clamped(1, 1)) * 0.25;
-            texels.push([byte(encode(mean.x)), byte(encode(mean.y)), byte(encode(mean.z)), byte(mean.w)]);
+    for y in 0..height {
+        let rows = [2 * y, 2 * y + 1].map(|y| y.min(texture.height - 1) as usize * texture.width as usize);
+        for x in 0..width {
+            let columns = [2 * x, 2 * x + 1].map(|x| x.min(texture.width - 1) as usize);
+            let of_row = |row: usize| columns.map(|column| texture.texels[row + column]);
+            let [[a, b], [c, d]] = rows.map(of_row);
+            if a == b && b == c && c == d {
+                texels.push(a);
+                continue;
+            }
+            texels.push(std::array::from_fn(|i| match i {
+                3 => byte([a, b, c, d].map(|t| f32::from(t[3]) / 255.0).iter().sum::<f32>() * 0.25),
+                _ => {
+                    byte(encode([a, b, c, d].map(|t| decoded[usize::from(t[i])]).iter().sum::<f32>() * 0.25))
+                }
+            }));
         }
     }
-    Texture { width, height, texels, ..texture.clone() }
+    let Texture { name, color_space, wrap, filter, .. } = texture;
+    Texture {
+        name: name.clone(),
+        width,
+        height,
+        texels,
+        color_space: *color_space,
+        wrap: *wrap,
+        filter: *filter,
+    }
 }

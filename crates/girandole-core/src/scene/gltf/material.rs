@@ -129,10 +129,15 @@ impl Importer<'_> {
         self.texture_ref(info.index.value(), info.tex_coord, transform, color_space)
     }
 
+    fn least_alpha(&mut self, texture: u32) -> u8 {
+        let texels = &self.scene.textures[texture as usize].texels;
+        let least = || texels.iter().map(|t| t[3]).min().unwrap_or(255);
+        *self.least_alphas.entry(texture).or_insert_with(least)
+    }
+
     /// Where the surface ends, if anything of it is cut away at all: opaque materials are much cheaper to draw.
     fn alpha_cutoff(&mut self, json: &json::Material, material: &Material) -> Option<f32> {
-        let texture = material.base_color_texture.map(|t| &self.scene.textures[t.texture as usize]);
-        let least = texture.map_or(255, |t| t.texels.iter().map(|t| t[3]).min().unwrap_or(255));
+        let least = material.base_color_texture.map_or(255, |t| self.least_alpha(t.texture));
         let least = f32::from(least) / 255.0;
         match json.alpha_mode {
             Checked::Valid(AlphaMode::Mask) => {

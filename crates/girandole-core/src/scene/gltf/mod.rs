@@ -92,6 +92,8 @@ struct Importer<'d> {
     meshes: HashMap<usize, Option<usize>>,
     /// Scene texture by glTF texture and colour space.
     textures: HashMap<(usize, super::ColorSpace), u32>,
+    /// Of textures of the scene.
+    least_alphas: HashMap<u32, u8>,
     /// The material of primitives without one.
     default_material: Option<u32>,
     /// Scene node by glTF node.
@@ -112,6 +114,7 @@ fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
         scene: Scene::default(),
         meshes: HashMap::new(),
         textures: HashMap::new(),
+        least_alphas: HashMap::new(),
         default_material: None,
         nodes: vec![None; document.root.nodes.len()],
         shown: HashSet::new(),

@@ -148,6 +148,9 @@ fn decode(bytes: &[u8], budget: usize) -> Parsed<([u32; 2], Vec<[u8; 4]>)> {
     if bytes.starts_with(KTX2) {
         return transcode(bytes, budget);
     }
+    if bytes.starts_with(&[0xff, 0xd8]) && !has_end(bytes) {
+        return Err("is cut off; fetch or save it again".into());
+    }
     // The header first: the size decides whether the rest is looked at.
     let (width, height) = reader()?.into_dimensions().map_err(undecodable)?;
     check_size([width, height], budget)?;
@@ -163,6 +166,35 @@ fn decode(bytes: &[u8], budget: usize) -> Parsed<([u32; 2], Vec<[u8; 4]>)> {
     }
     let texels = pixels.pixels().map(|p| p.0).collect();
     Ok(([width, height], texels))
+}
+
+/// Whether the data of a JPEG, segment after segment, lead to the marker of its end.
+fn has_end(bytes: &[u8]) -> bool {
+    const START_OF_SCAN: u8 = 0xda;
+    const END: u8 = 0xd9;
+    let mut at = 2;
+    while let Some(&[0xff, marker]) = bytes.get(at..at + 2).and_then(|pair| pair.first_chunk()) {
+        match marker {
+            END => return true,
+            // Fill bytes, and markers alone.
+            0xff => at += 1,
+            0x01 | 0xd0..=0xd7 => at += 2,
+            _ => {
+                let Some(&length) = bytes.get(at + 2..at + 4).and_then(|pair| pair.first_chunk()) else {
+                    return false;
+                };
+                at += 2 + usize::from(u16::from_be_bytes(length)).max(2);
+                if marker == START_OF_SCAN {
+                    // Where a byte of 255 is no data.
+                    let rest = bytes.get(at..).unwrap_or_default();
+                    let next = |pair: &[u8]| pair[0] == 0xff && !matches!(pair[1], 0 | 0xd0..=0xd7);
+                    let Some(skipped) = rest.windows(2).position(next) else { return false };
+                    at += skipped;
+                }
+            }
+        }
+    }
+    false
 }
 
 /// The largest picture of a KTX 2.0 file.
