@@ -59,6 +59,14 @@ impl Surface {
     }
 }
 
+/// GGX α of a lobe that is wide enough to show what is between light samples that stand for a `solid_angle` each, sr: a mirror then
+/// reflects them as discs that meet. In the limit of many samples nothing changes (path-space regularisation: Kaplanyan and
+/// Dachsbacher 2013). Mirrored in `shaders/lib/brdf.wgsl`.
+pub fn widened_alpha(alpha: f32, solid_angle: f32) -> f32 {
+    // A half vector turns by half of what light does, and at 0.64 α the distribution is at half of its peak.
+    (alpha * alpha + 0.25 * solid_angle).sqrt().min(1.0)
+}
+
 /// The specular BRDF, 1/sr: GGX distribution, height-correlated Smith visibility (Heitz 2014, eq. 99), Schlick's
 /// Fresnel. `wo` and `wi` are unit vectors away from the surface with positive cosines to `normal`.
 pub fn specular_brdf(normal: Vec3, wo: Vec3, wi: Vec3, f0: Vec3, f90: f32, alpha: f32) -> Vec3 {
@@ -113,6 +121,21 @@ mod tests {
     fn albedo(f0: f32, f90: f32, alpha: f32) -> f64 {
         let mean = (0..16).map(|i| directional_albedo(((i as f32 + 0.5) / 16.0).sqrt(), f0, f90, alpha));
         mean.sum::<f64>() / 16.0
+    }
+
+    #[test]
+    fn lobes_of_neighbouring_samples_meet() {
+        assert_eq!(widened_alpha(0.3, 0.0), 0.3);
+        assert!(widened_alpha(MIN_ALPHA, 100.0) <= 1.0);
+        // Of two samples that stand for squares side by side, a mirror shows half of its brightest between them.
+        let solid_angle: f32 = 0.04;
+        let alpha = widened_alpha(MIN_ALPHA, solid_angle);
+        let lobe = |angle: f32| {
+            let light = direction(angle.cos(), 0.0);
+            specular_brdf(Vec3::Z, Vec3::Z, light, Vec3::ONE, 1.0, alpha).x * light.z
+        };
+        let half = lobe(0.5 * solid_angle.sqrt()) / lobe(0.0);
+        assert!((0.45..0.75).contains(&half), "{half}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The exact many-light sum: every light of a set at every pixel, visibility by traced rays.
 
 use crate::tiles;
-use girandole_core::brdf::{Surface, specular_brdf};
+use girandole_core::brdf::{Surface, specular_brdf, widened_alpha};
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSample, LightSet};
@@ -203,7 +203,11 @@ impl Sum<'_> {
             let Some((factor, wi)) = factor else { continue };
             let mut brdf = diffuse;
             if surface.is_specular() {
-                brdf += specular_brdf(surface.shading_normal, wo, wi, surface.f0, surface.f90, surface.alpha);
+                let alpha = match clamp {
+                    Clamp::Own => widened_alpha(surface.alpha, light.solid_angle(surface.position)),
+                    _ => surface.alpha,
+                };
+                brdf += specular_brdf(surface.shading_normal, wo, wi, surface.f0, surface.f90, alpha);
             }
             let contribution = brdf * light.intensity * factor;
             if contribution == Vec3::ZERO {

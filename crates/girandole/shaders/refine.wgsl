@@ -60,7 +60,7 @@ fn interpolate_or_defer(
   let surface = textureLoad(surface_ids, pixel, 0).xy;
   let surface_id = surface.x;
   var range = high.irradiance - low.irradiance;
-  if HAS_SPECULAR { range = max(range, vec4f((high.directional - low.directional).xyz * PI, 0.0)); }
+  if HAS_SPECULAR && value.directional.w <= 0.0 { range = max(range, vec4f((high.directional - low.directional).xyz * PI, 0.0)); }
   let same = low.irradiance.w == high.irradiance.w && u32(low.irradiance.w) == surface_id
     && (surface_id & (CURVED | SHINY)) == 0u;
   let is_even = same && max(range.x, max(range.y, range.z)) <= allowed_range(value.irradiance.xyz);

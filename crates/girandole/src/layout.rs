@@ -326,8 +326,11 @@ impl Light {
             intensity: sample.intensity,
             ..Self::default()
         };
-        match sample.rectangle {
-            Some(rectangle) if profile == COSINE => light.with_rectangle(&rectangle),
+        match (sample.profile, sample.rectangle) {
+            (Profile::Cosine, Some(rectangle)) => light.with_rectangle(&rectangle),
+            (Profile::Distant { solid_angle, .. }, _) => {
+                Self { rectangle: Vec4::new(solid_angle, 0.0, 0.0, 0.0), ..light }
+            }
             _ => light,
         }
     }

@@ -153,7 +153,11 @@ fn on_tree(
                 position: center + direction * distance,
                 normal: -direction,
                 intensity: (radiance.as_dvec3() * (solid_angle / tree.probability(source))).as_vec3(),
-                profile: Profile::Distant { distance, shown: BoundingSphere::of_scene(geometry) },
+                profile: Profile::Distant {
+                    distance,
+                    shown: BoundingSphere::of_scene(geometry),
+                    solid_angle: (solid_angle / tree.probability(source)) as f32,
+                },
                 origin: SampleOrigin::Environment { point: tries },
                 rectangle: None,
             });
@@ -179,6 +183,9 @@ fn on_tree(
     let scale = 1.0 / f64::from(tries.max(1));
     for sample in &mut samples[first..] {
         sample.intensity = (sample.intensity.as_dvec3() * scale).as_vec3();
+        if let Profile::Distant { solid_angle, .. } = &mut sample.profile {
+            *solid_angle *= scale as f32;
+        }
         if let Some(rectangle) = &mut sample.rectangle {
             rectangle.half_axes = rectangle.half_axes.map(|axis| axis * scale.sqrt() as f32);
         }

@@ -57,6 +57,8 @@ pub enum Profile {
         distance: f32,
         /// What its shadow map shows at least: what is seen, or all of the scene.
         shown: BoundingSphere,
+        /// Of the directions that it stands for, sr.
+        solid_angle: f32,
     },
 }
 
@@ -151,6 +153,21 @@ impl LightSample {
         match self.origin {
             SampleOrigin::Punctual { light } => Some(light),
             _ => None,
+        }
+    }
+
+    /// The solid angle at a point, sr, of what this sample stands for; 0 for lights that are points indeed. Mirrored in
+    /// `shaders/lib/light.wgsl`.
+    pub fn solid_angle(&self, position: Vec3) -> f32 {
+        match (self.profile, &self.rectangle) {
+            (Profile::Distant { solid_angle, .. }, _) => solid_angle,
+            (Profile::Cosine, Some(rectangle)) => {
+                let to_light = self.position - position;
+                let r2 = to_light.length_squared();
+                let cos_light = -self.normal.dot(to_light);
+                (rectangle.area() * cos_light / (r2 * r2.sqrt())).clamp(0.0, std::f32::consts::TAU)
+            }
+            _ => 0.0,
         }
     }
 

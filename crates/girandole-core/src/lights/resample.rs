@@ -19,7 +19,7 @@
 use super::emission::{Emission, Shares};
 use super::importance::{place, power};
 use super::strata::{Cluster, Item, Strata};
-use super::{LightSample, Rectangle, SampleOrigin};
+use super::{LightSample, Profile, Rectangle, SampleOrigin};
 use crate::math::sequence;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -108,5 +108,9 @@ pub(super) fn stand_in(candidates: Candidates, cluster: &Cluster, index: usize) 
             None => shares.push((source, share)),
         }
     }
-    Chosen { sample: LightSample { intensity: intensity.as_vec3(), rectangle, ..sample }, shares }
+    let mut profile = sample.profile;
+    if let Profile::Distant { solid_angle, .. } = &mut profile {
+        *solid_angle = cluster.solid_angle() as f32;
+    }
+    Chosen { sample: LightSample { intensity: intensity.as_vec3(), profile, rectangle, ..sample }, shares }
 }

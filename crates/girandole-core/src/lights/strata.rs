@@ -4,8 +4,10 @@
 //! frame the splits are held, so that what happens in one stratum changes no other; and a few strata a frame are merged and
 //! others split where that lowers the largest error.
 
+use super::importance::NORMAL_SCALE;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
+use std::f64::consts::PI;
 
 /// Power of a cluster's spread in its error. If light went unblocked, what a cluster brings to a point would differ in
 /// proportion to its spread, at shadow edges to its root; splitting the largest error of all then puts samples to
@@ -63,6 +65,14 @@ impl Cluster {
             None => own,
         };
         Self { items, weight, variance, radius_squared }
+    }
+
+    /// Where candidates are directions of an environment, what a sample of the cluster stands for, sr.
+    pub fn solid_angle(&self) -> f64 {
+        // They lie on a sphere, and so do their scaled normals.
+        let scaled_normal = |i: &Item| i.at[3..].iter().map(|&x| f64::from(x).powi(2)).sum::<f64>();
+        let sphere = self.items.first().map_or(1.0, scaled_normal) / f64::from(NORMAL_SCALE).powi(2);
+        (PI * self.radius_squared / sphere).min(4.0 * PI)
     }
 
     /// How much a sample of the cluster may be wrong by, in arbitrary units.

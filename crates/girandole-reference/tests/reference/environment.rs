@@ -3,7 +3,7 @@
 use crate::common::{Stage, assert_constant, look, trace};
 use girandole_core::glam::Vec3;
 use girandole_core::image::Image;
-use girandole_core::lights::{LightSet, LightSettings, SampleOrigin};
+use girandole_core::lights::{Clamp, LightSet, LightSettings, SampleOrigin};
 use girandole_core::scene::builtin::shapes;
 use girandole_core::scene::{Environment, Geometry, Material, Mesh, Scene, View};
 use girandole_core::trace::SceneTracer;
@@ -130,5 +130,41 @@ fn light_is_the_same_in_the_mean_whatever_is_seen() {
         .sum();
     for found in [by_power, by_view] {
         assert!(((found - exact) / exact).abs().max_element() < 0.03, "{found} for {exact}");
+    }
+}
+
+/// A sphere of metal on a matte floor fills the picture.
+#[test]
+fn metals_reflect_what_lies_between_samples() {
+    for (roughness, energy, most) in [(0.05, 0.1, 0.2), (0.2, 0.06, 0.2), (0.5, 0.05, 0.1)] {
+        let mut stage = Stage::default();
+        let white = stage.material(Material::diffuse("", Vec3::splat(0.8)));
+        let gold = Material {
+            metallic: 1.0,
+            roughness,
+            specular: 1.0,
+            ..Material::diffuse("", Vec3::new(0.9, 0.6, 0.3))
+        };
+        let gold = stage.material(gold);
+        stage.quad(Vec3::new(-3.0, -0.5, -3.0), Vec3::Z * 6.0, Vec3::X * 6.0, white);
+        stage.mesh(shapes::sphere(0.5, 96, 48, gold));
+        stage.scene.environment = Some(gradient());
+        let view = look(Vec3::new(0.0, 0.6, 4.0), Vec3::ZERO, 0.17);
+        let geometry = Geometry::new(&stage.scene);
+        let tracer = SceneTracer::new(&stage.scene, &geometry);
+        let size = [32, 32];
+        let settings = PathSettings { paths: 512, bounces: Some(2), seed: 2 };
+        let truth = path_trace(&tracer, &view, size, &settings, &|_| {}).mean;
+        let lights = LightSettings { count: 512, bounces: 1, ..LightSettings::default() };
+        let samples = LightSet::sample_for(&stage.scene, &geometry, &lights, &[view]).expect("light");
+        let error = |clamp| {
+            let settings = OracleSettings { samples_per_axis: 2, clamp };
+            let sum = oracle(&tracer, &samples, &view, size, &settings, &|_| {});
+            compare(&truth, &sum, &CompareOptions::default()).expect("comparable")
+        };
+        let (found, points) = (error(Clamp::Own), error(Clamp::Off));
+        assert!((found.energy_ratio - 1.0).abs() < energy && found.rel_mse < most, "{roughness}: {found:?}");
+        // Points without extent are spots on a dark sphere.
+        assert!(roughness > 0.3 || points.rel_mse > 3.0 * found.rel_mse, "{roughness}: {points:?}");
     }
 }

@@ -2,6 +2,11 @@
 
 const PI = 3.14159265358979;
 
+// core: brdf::widened_alpha.
+fn widened_alpha(alpha: f32, solid_angle: f32) -> f32 {
+  return min(sqrt(alpha * alpha + 0.25 * solid_angle), 1.0);
+}
+
 fn specular_brdf(normal: vec3f, wo: vec3f, wi: vec3f, f0: vec3f, f90: f32, alpha: f32) -> vec3f {
   let sum = wo + wi;
   let h = select(vec3f(0.0), normalize(sum), dot(sum, sum) > 0.0);

@@ -9,14 +9,27 @@ struct Light {
   offset: f32, // cosine: squared distance within which a receiver may be near, m²; spot: −cos outer · scale; parallel light: 1 / radius of the scene, 1/m
   intensity: vec3f,
   atlas_slot: u32, // of its shadow map in the atlas: (page << 24) | (row << 12) | column, in units of Maps.size
-  rectangle: vec4f, // cosine: from the position to the rectangle's centre, and half its width, along tangent and bitangent, m
+  rectangle: vec4f, // cosine: from the position to the rectangle's centre, and half its width, along tangent and bitangent, m; distant: x = solid angle, sr
 }
+
+const HEMISPHERE_SOLID_ANGLE = 6.28318530717959;
 
 override ONLY_COSINE_LIGHTS: bool = false; // whether all lights have the profile COSINE
 
 // Whether a receiver is so near that the light's rectangle counts, or may be.
 fn is_near(light: Light, r2: f32) -> bool {
   return (ONLY_COSINE_LIGHTS || light.profile == COSINE) && r2 < select(0.0, light.offset, frame.clamp == OWN_CLAMP);
+}
+
+// The solid angle of what a light stands for (core: LightSample::solid_angle), where it is not taken for a point.
+fn solid_angle_of(light: Light, position: vec3f) -> f32 {
+  if frame.clamp != OWN_CLAMP { return 0.0; }
+  if !ONLY_COSINE_LIGHTS && light.profile == DISTANT { return light.rectangle.x; }
+  if !ONLY_COSINE_LIGHTS && light.profile != COSINE { return 0.0; }
+  let to_light = light.position - position;
+  let r2 = dot(to_light, to_light);
+  let area = 4.0 * dot(light.rectangle.zw, light.rectangle.zw) * light.scale;
+  return clamp(-dot(light.normal, to_light) * area / (r2 * sqrt(r2)), 0.0, HEMISPHERE_SOLID_ANGLE);
 }
 
 // The geometric factor G of the light's place, bounded (core: LightSample::geometric_factor), where the pair faces each

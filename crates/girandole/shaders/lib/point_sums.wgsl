@@ -53,7 +53,8 @@ fn arriving_in_full(light: Light, s: Shading) -> Arriving {
 
 fn specular_radiance(light: Light, a: Arriving, s: Shading) -> vec3f {
   let r = s.reflection;
-  return light.intensity * (a.g * specular_brdf(s.ns, s.wo, normalize(a.to_light), r.f0, r.f90, r.alpha));
+  let alpha = widened_alpha(r.alpha, solid_angle_of(light, s.position));
+  return light.intensity * (a.g * specular_brdf(s.ns, s.wo, normalize(a.to_light), r.f0, r.f90, alpha));
 }
 
 // A point and its sums so far.

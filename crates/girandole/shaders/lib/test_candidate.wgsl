@@ -55,7 +55,11 @@ fn neighbour(point: vec2i, curved: CurvedPoint, surface_id: u32) -> Neighbour {
   let at = vec2u(clamp(point, vec2i(0), size - 1));
   let light = textureLoad(coarse_irradiance, at, 0);
   var result = Neighbour(light.xyz, vec3f(0.0), inside && u32(light.w) == surface_id, curved.is_curved);
-  if curved.is_curved || HAS_SPECULAR { result.directional = textureLoad(coarse_directional, at, 0).xyz; }
+  if curved.is_curved || HAS_SPECULAR {
+    let directional = textureLoad(coarse_directional, at, 0);
+    // On a plane the direction of light does not matter.
+    result.directional = select(directional.xyz, vec3f(0.0), !curved.is_curved && directional.w > 0.0);
+  }
   if curved.is_curved {
     // On a curved surface light comes from a direction, and the pixel's normal differs.
     let other = curved_point_at(pixel_of_point(at, 2u * frame.step));

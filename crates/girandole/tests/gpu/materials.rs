@@ -18,6 +18,7 @@ pub fn tests() -> Vec<Test> {
         ("planes_with_tilted_normals_are_filled", tilted_normals),
         ("normal_mapped_surfaces_are_close_to_naive", normal_maps),
         ("colours_of_vertices_and_unlit_surfaces", vertex_colors),
+        ("matte_walls_about_something_glossy", matte_walls),
     ]
 }
 
@@ -212,4 +213,31 @@ fn vertex_colors(context: &Context) {
         assert!(at(image, 120, 90).abs_diff_eq(Vec3::new(0.3, 0.6, 0.9), 1e-3), "{}", at(image, 120, 90));
         assert_eq!(at(image, 3, 3), Vec3::ZERO, "it lights nothing");
     }
+}
+
+/// Of a room without reflections, one curved object has some: what walls hold besides irradiance is not seen.
+fn matte_walls(context: &Context) {
+    let size = [240, 180];
+    let mut renderer = context.renderer(RendererOptions::default());
+    let [usual, glossy] = [false, true].map(|is_glossy| {
+        let mut scene = builtin::build("table", MovingObject::Torus).expect("a room");
+        let last = scene.objects.len() - 1;
+        let material = scene.meshes[scene.objects[last].mesh].triangles[0].material;
+        let glossy = scene.add_material(Material {
+            specular: if is_glossy { 1.0 } else { 0.0 },
+            roughness: 0.6,
+            ..scene.materials[material as usize].clone()
+        });
+        let mesh = scene.objects[last].mesh;
+        for triangle in &mut scene.meshes[mesh].triangles {
+            triangle.material = glossy;
+        }
+        let stage = Stage::new(scene, &LightSettings { count: 100, ..Default::default() });
+        context.load(&mut renderer, &stage);
+        let view = stage.view(0, size);
+        let [full, naive] =
+            [Mode::Full, Mode::Naive].map(|mode| context.frame(&mut renderer, &view, size, &bounded(mode)));
+        flip(&naive, &full)
+    });
+    assert!(glossy < 1.2 * usual, "{glossy} for {usual}");
 }

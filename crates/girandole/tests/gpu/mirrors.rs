@@ -170,8 +170,11 @@ fn geometric_factor(context: &Context) {
             }
         }
     }
-    let distant =
-        Profile::Distant { distance: 3.0, shown: BoundingSphere { center: Vec3::ZERO, radius: 1.0 } };
+    let distant = Profile::Distant {
+        distance: 3.0,
+        shown: BoundingSphere { center: Vec3::ZERO, radius: 1.0 },
+        solid_angle: 0.1,
+    };
     let profiles = [Profile::Cosine, Profile::Hemisphere, spot, Profile::Directional, distant];
     let cases = profiles.into_iter().enumerate().flat_map(|p| [Clamp::At(bound), Clamp::Own].map(|c| (p, c)));
     for ((index, profile), clamp) in cases {
@@ -193,20 +196,25 @@ fn geometric_factor(context: &Context) {
             let n = n.truncate();
             sample.geometric_factor(p.truncate(), n, n, clamp).map_or(0.0, |(g, _)| g)
         });
+        let solid_angle = |p: Vec4| if clamp == Clamp::Own { sample.solid_angle(p.truncate()) } else { 0.0 };
+        let seen_as = match profile {
+            Profile::Distant { .. } => "vec4f(0.1, 0.0, 0.0, 0.0)",
+            _ => "vec4f(0.1, -0.05, 0.32, 0.24)",
+        };
         let frame_clamp = if clamp == Clamp::Own { 0.0 } else { bound };
         let vector = |v: Vec3| format!("vec3f({:?}, {:?}, {:?})", v.x, v.y, v.z);
         let source = format!(
             "struct Bound {{ clamp: f32 }} const frame = Bound({frame_clamp:?}); const PI = {PI:?}; {} {} \
              fn map(a: vec4f, b: vec4f) -> vec4f {{ \
              var light: Light; light.position = {}; light.profile = {index}u; light.normal = {}; light.tangent = {}; \
-             light.scale = {scale:?}; light.offset = {offset:?}; light.rectangle = vec4f(0.1, -0.05, 0.32, 0.24); \
+             light.scale = {scale:?}; light.offset = {offset:?}; light.rectangle = {seen_as}; \
              var to_light = light.position - a.xyz; if light.profile >= DIRECTIONAL {{ to_light = -light.normal; }} \
              let cosines = vec2f(dot(b.xyz, to_light), -dot(light.normal, to_light)); \
              let r2 = dot(to_light, to_light); \
              var g = geometric_factor(light, cosines.x, cosines.y, r2); \
              if is_near(light, r2) {{ let mean = rectangle_mean(light, a.xyz, b.xyz); \
              g = dot(mix(mean.vector, to_light * (cosines.y / (r2 * r2)), mean.point_share), b.xyz); }} \
-             return vec4f(select(0.0, g, min(cosines.x, cosines.y) > 0.0), 0.0, 0.0, 0.0); }}",
+             return vec4f(select(0.0, g, min(cosines.x, cosines.y) > 0.0), solid_angle_of(light, a.xyz), 0.0, 0.0); }}",
             include_str!("../../shaders/lib/light.wgsl"),
             include_str!("../../shaders/lib/rectangle.wgsl"),
             vector(position),
@@ -220,6 +228,14 @@ fn geometric_factor(context: &Context) {
             relative.fold(0.0, f32::max)
         };
         assert!(difference(&source) < 3e-5, "{profile:?} {clamp:?}: {}", difference(&source));
+        for (found, [p, _]) in run(context, &source, &inputs, &[]).iter().zip(&inputs) {
+            let wanted = solid_angle(*p);
+            assert!(
+                (found.y - wanted).abs() <= 1e-4 * wanted.max(1e-3),
+                "{profile:?}: {} for {wanted}",
+                found.y
+            );
+        }
         assert!(expected.clone().filter(|g| *g > 0.0).count() * 8 > inputs.len(), "{profile:?}: mostly dark");
         // The controls: a fall-off that is not squared, no bound, the point instead of the rectangle.
         let wrong = source
@@ -270,7 +286,8 @@ fn reflection(context: &Context) {
     let source = |result: &str| {
         format!(
             "{structs} struct Hit {{ unused: u32 }} \
-             fn sample_at(use_: TextureUse, hit: Hit) -> vec4f {{ return vec4f(1.0); }} {} \
+             fn sample_at(use_: TextureUse, hit: Hit) -> vec4f {{ return vec4f(1.0); }} \
+             fn vertex_tint(hit: Hit, m: Material, flags: u32) -> vec3f {{ return vec3f(1.0); }} {} \
              fn map(a: vec4f, b: vec4f) -> vec4f {{ var m: Material; m.base_color = a.xyz; m.metallic = a.w; \
              m.roughness = b.x; m.specular = b.y; m.specular_color = vec3f(b.z, b.w, 1.0); \
              let r = reflection(Hit(), m); return {result}; }}",
