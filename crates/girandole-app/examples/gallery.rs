@@ -7,8 +7,9 @@ use girandole_core::tonemap::{Exposure, Tonemap, to_srgb8};
 use girandole_reference::image_file::{read_exr, write_png};
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 use std::fmt::Write as _;
+use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Output, Stdio};
+use std::process::{Command, ExitCode, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 /// Renders every glTF file below a folder beside the path tracer, to one HTML page
@@ -55,26 +56,26 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let folder = arguments.folder.clone();
+    let folder = &arguments.folder;
     let mut files = Vec::new();
-    collect(&folder, &mut files).with_context(|| format!("cannot read the folder {}", folder.display()))?;
+    collect(folder, &mut files).with_context(|| format!("cannot read the folder {}", folder.display()))?;
     if files.is_empty() {
         bail!("there is no .gltf or .glb file below {}", folder.display());
     }
     files.sort();
-    let gallery = Gallery { arguments, program: program()?, out: arguments.out.clone(), folder };
+    let gallery = Gallery { arguments, program: program()?, out: arguments.out.clone() };
     std::fs::create_dir_all(&gallery.out)?;
     let mut rows = String::new();
     let mut failures = 0;
     for (number, file) in files.iter().enumerate() {
-        let name = file.strip_prefix(&gallery.folder).unwrap_or(file).display().to_string();
+        let name = file.strip_prefix(folder).unwrap_or(file).display().to_string();
         eprintln!("{} of {}: {name}", number + 1, files.len());
         let outcome = gallery.file(file, number).unwrap_or_else(|e| Outcome::Failed(format!("{e:#}")));
         failures += usize::from(matches!(outcome, Outcome::Failed(_)));
         rows.push_str(&row(&name, number, &outcome));
         // Looked at while others are rendered.
         let page = gallery.out.join("index.html");
-        std::fs::write(&page, document(&rows)).with_context(|| format!("cannot write {}", page.display()))?;
+        girandole_core::files::write(&page, document(&rows).as_bytes())?;
     }
     eprintln!("{} files, {failures} failures: {}", files.len(), gallery.out.join("index.html").display());
     Ok(if failures == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
@@ -83,7 +84,6 @@ fn run(arguments: &Arguments) -> Result<ExitCode> {
 struct Gallery<'a> {
     arguments: &'a Arguments,
     program: PathBuf,
-    folder: PathBuf,
     out: PathBuf,
 }
 
@@ -100,15 +100,15 @@ impl Gallery<'_> {
             command.arg("render").arg(file).arg("-o").arg(picture).args(["--size", &self.arguments.size]);
             command.args(options).args(&self.arguments.options);
             let start = Instant::now();
-            let Some(output) = output(&mut command, Duration::from_secs(self.arguments.timeout))? else {
+            let Some((status, lines)) = output(&mut command, Duration::from_secs(self.arguments.timeout))?
+            else {
                 return Ok(Outcome::Failed(format!("no picture after {} s", self.arguments.timeout)));
             };
             *seconds = start.elapsed().as_secs_f64();
-            let lines = String::from_utf8_lossy(&output.stderr);
-            match output.status.code() {
+            match status.code() {
                 Some(0) => {}
                 Some(2) => return Ok(Outcome::Refused(lines.trim().to_owned())),
-                _ => return Ok(Outcome::Failed(format!("{}: {}", output.status, lines.trim()))),
+                _ => return Ok(Outcome::Failed(format!("{status}: {}", lines.trim()))),
             }
             if said.is_empty() {
                 said =
@@ -131,32 +131,39 @@ impl Gallery<'_> {
 
 /// The program, of the same profile as this.
 fn program() -> Result<PathBuf> {
-    let mut folder = std::env::current_exe()?;
-    folder.pop();
-    folder.set_file_name(format!("girandole{}", std::env::consts::EXE_SUFFIX));
-    if !folder.is_file() {
+    // Examples lie in a folder beside it.
+    let examples = std::env::current_exe()?;
+    let profile = examples.ancestors().nth(2).context("this program lies nowhere")?;
+    let program = profile.join(format!("girandole{}", std::env::consts::EXE_SUFFIX));
+    if !program.is_file() {
         bail!(
             "there is no program {}; build it in this profile, or run `cargo xtask gallery`",
-            folder.display()
+            program.display()
         );
     }
-    Ok(folder)
+    Ok(program)
 }
 
 /// What a command wrote; `None` where it took too long.
-fn output(command: &mut Command, timeout: Duration) -> Result<Option<Output>> {
-    let mut child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
+fn output(command: &mut Command, timeout: Duration) -> Result<Option<(ExitStatus, String)>> {
+    let mut said = tempfile::tempfile()?;
+    let mut child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(said.try_clone()?).spawn()?;
     let start = Instant::now();
-    // What it says fits into a pipe.
-    while child.try_wait()?.is_none() {
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
         if start.elapsed() > timeout {
             child.kill()?;
             child.wait()?;
             return Ok(None);
         }
         std::thread::sleep(Duration::from_millis(20));
-    }
-    Ok(Some(child.wait_with_output()?))
+    };
+    let mut bytes = Vec::new();
+    said.rewind()?;
+    said.read_to_end(&mut bytes)?;
+    Ok(Some((status, String::from_utf8_lossy(&bytes).into_owned())))
 }
 
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> std::io::Result<()> {

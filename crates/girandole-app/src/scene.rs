@@ -1,6 +1,6 @@
 //! Loads the scene that is named on the command line, and finds the view of it.
 
-use crate::args::{EnvironmentArg, EnvironmentArgs, LightArg, SceneArgs};
+use crate::args::{EnvironmentArg, LightArg, LoadArgs, SceneArgs};
 use anyhow::{Context, Result, bail};
 use girandole_core::Error;
 use girandole_core::glam::Vec3;
@@ -15,18 +15,18 @@ const OBJECTS: &str = "none, torus, teapot, or a .ply, .obj, .glb or .gltf file"
 const FILES: [&str; 4] = ["glb", "gltf", "obj", "ply"];
 
 /// A built-in room with its moving object, or a file.
-pub fn load(name: &str, object: Option<&str>, around: &EnvironmentArgs) -> Result<Scene> {
-    let environment = environment(around)?;
+pub fn load(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> {
+    let environment = environment(load)?;
     let mut scene = if extension(name).is_some_and(|e| FILES.contains(&e.as_str())) {
         if object.is_some() {
             bail!("--object belongs to the built-in rooms; leave it out for {name}");
         }
-        Scene::load_with(Path::new(name), environment, around.light.into())?
+        Scene::load_with(Path::new(name), environment, load.light.into())?
     } else if builtin::NAMES.contains(&name) {
         let object = object.map_or_else(|| Ok(builtin::default_object(name)), moving_object)?;
         let mut scene = builtin::build(name, object)?;
         scene.environment = environment;
-        if around.light == LightArg::Studio {
+        if load.light == LightArg::Studio {
             scene.add_studio();
         }
         scene
@@ -40,7 +40,7 @@ pub fn load(name: &str, object: Option<&str>, around: &EnvironmentArgs) -> Resul
 
 /// The same, with what a file says was changed in it.
 pub fn load_edited(name: &str, object: Option<&str>, seen: &SceneArgs) -> Result<(Scene, Edits)> {
-    let mut scene = load(name, object, &seen.around)?;
+    let mut scene = load(name, object, &seen.load)?;
     let Some(file) = seen.edits.as_deref() else { return Ok((scene, Edits::default())) };
     let mut edits = Edits::load(file)?;
     edits.place_models(file.parent().unwrap_or(Path::new("")));
@@ -60,7 +60,7 @@ pub fn view(scene: &Scene, seen: &SceneArgs, camera: Option<&str>, size: [u32; 2
 }
 
 /// What is all around, if anything is.
-fn environment(args: &EnvironmentArgs) -> Result<Option<Environment>> {
+fn environment(args: &LoadArgs) -> Result<Option<Environment>> {
     let environment = match &args.environment {
         None => return Ok(None),
         Some(EnvironmentArg::Color(radiance)) => Environment::constant(Vec3::from_array(*radiance))?,

@@ -26,6 +26,8 @@ pub struct Surface {
     pub alpha: f32,
     /// Emitted radiance, W/(sr·m²).
     pub emission: Vec3,
+    /// Share of the radiance from straight behind that passes; 0 = opaque.
+    pub transmittance: Vec3,
 }
 
 /// Smallest GGX α: a point light's reflection in a smoother surface would miss every pixel.
@@ -51,6 +53,18 @@ impl Surface {
             alpha: (roughness * roughness).max(MIN_ALPHA),
             ..Self::default()
         }
+    }
+
+    /// Lets light through: of the surface only `opacity` is there, and of what enters it `transmission` passes, tinted, instead of
+    /// being diffusely reflected (glTF's alpha blending and `KHR_materials_transmission`, as a thin wall). `cosine` is that of the
+    /// angle between the normal and the ray. Mirrored in `shaders/lib/reflection.wgsl`.
+    pub fn see_through(&mut self, opacity: f32, transmission: f32, tint: Vec3, cosine: f32) {
+        let reflected = self.f0 + (self.f90 - self.f0) * (1.0 - cosine.clamp(0.0, 1.0)).powi(5);
+        let passes = transmission * tint * (1.0 - reflected.min(Vec3::ONE));
+        self.transmittance = Vec3::splat(1.0 - opacity) + opacity * passes;
+        self.albedo *= opacity * (1.0 - transmission);
+        self.f0 *= opacity;
+        self.f90 *= opacity;
     }
 
     /// Whether there is a specular lobe.

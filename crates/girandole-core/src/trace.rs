@@ -17,7 +17,7 @@ use glam::{DVec2, DVec3, Vec2, Vec3, Vec3A};
 use hierarchy::{Hierarchy, MARGIN};
 use obvhs::BvhBuildParams;
 use obvhs::ray::{Ray, RayHit};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// An intersection of a ray and a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,12 +30,16 @@ pub struct Hit {
     pub barycentric: Vec2,
 }
 
-/// Finds the first surface along a ray, and whether anything lies between two points.
+/// Finds the first surface along a ray, and whether anything lies between two points. Surfaces that
+/// [let light through](crate::scene::Material::is_transparent) are not there for it, but for
+/// [`transparent_hits`](SceneTracer::transparent_hits).
 pub struct SceneTracer<'a> {
     scene: &'a Scene,
     geometry: &'a Geometry,
-    /// All triangles are in one of them. Into how many they are divided changes no result.
+    /// All other triangles are in one of them. Into how many they are divided changes no result.
     hierarchies: Vec<Arc<Hierarchy>>,
+    /// Over the transparent ones, once somebody asks.
+    transparent: OnceLock<Hierarchy>,
     /// From the scene to their space.
     scale: f64,
 }
@@ -138,16 +142,24 @@ impl<'a> SceneTracer<'a> {
         Self::with_build(scene, geometry, &BvhBuildParams::medium_build())
     }
 
-    fn with_build(scene: &'a Scene, geometry: &'a Geometry, build: &BvhBuildParams) -> Self {
+    /// Over what lets light through, too: where surfaces are, whatever they look like.
+    pub(crate) fn of_all_surfaces(scene: &'a Scene, geometry: &'a Geometry) -> Self {
         let all = (0..geometry.triangles.len() as u32).collect();
-        Self::over(scene, geometry, &[Arc::new(Hierarchy::new(scene, geometry, all, build))])
+        let hierarchy = Hierarchy::new(scene, geometry, all, &BvhBuildParams::medium_build());
+        Self::over(scene, geometry, &[Arc::new(hierarchy)])
     }
 
-    /// With these hierarchies over all triangles.
+    fn with_build(scene: &'a Scene, geometry: &'a Geometry, build: &BvhBuildParams) -> Self {
+        let all = (0..geometry.triangles.len() as u32).filter(|&t| !geometry.is_transparent(scene, t));
+        Self::over(scene, geometry, &[Arc::new(Hierarchy::new(scene, geometry, all.collect(), build))])
+    }
+
+    /// With these hierarchies over all triangles that block.
     fn over(scene: &'a Scene, geometry: &'a Geometry, hierarchies: &[Arc<Hierarchy>]) -> Self {
         let with_triangles = hierarchies.iter().filter(|hierarchy| !hierarchy.is_empty());
         let scale = hierarchy::scale(geometry);
-        Self { scene, geometry, hierarchies: with_triangles.cloned().collect(), scale }
+        let hierarchies = with_triangles.cloned().collect();
+        Self { scene, geometry, hierarchies, transparent: OnceLock::new(), scale }
     }
 
     /// The geometry that is traced.
@@ -173,9 +185,7 @@ impl<'a> SceneTracer<'a> {
     /// The first surface that a camera sees: the backs of single-sided surfaces are not there (glTF culls them).
     pub fn closest_visible(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
         self.closest_hit_where(origin, direction, f32::INFINITY, |triangle, _| {
-            let t = &self.geometry.triangles[triangle as usize];
-            self.scene.materials[t.material as usize].double_sided
-                || self.geometry.normal(triangle).dot(direction) < 0.0
+            self.is_visible(triangle, direction)
         })
     }
 
@@ -215,6 +225,52 @@ impl<'a> SceneTracer<'a> {
             }
         }
         best.map(|(t, triangle, barycentric)| Hit { t: t as f32, triangle, barycentric })
+    }
+
+    /// All transparent surfaces along a ray at `0 < t < t_max`, from either side, in the order in which it meets them.
+    pub fn transparent_hits(&self, origin: Vec3, direction: Vec3, t_max: f32) -> Vec<Hit> {
+        let (scene, geometry) = (self.scene, self.geometry);
+        let hierarchy = self.transparent.get_or_init(|| {
+            let all = 0..geometry.triangles.len() as u32;
+            let transparent = all.filter(|&t| geometry.is_transparent(scene, t)).collect();
+            Hierarchy::new(scene, geometry, transparent, &BvhBuildParams::medium_build())
+        });
+        if hierarchy.is_empty() {
+            return Vec::new();
+        }
+        let (origin, direction, limit) = (origin.as_dvec3(), direction.as_dvec3(), f64::from(t_max));
+        let Some(ray) = WatertightRay::new(origin, direction) else { return Vec::new() };
+        let traversal = Traversal::new(self, origin, direction, limit);
+        let mut hits = Vec::new();
+        hierarchy.bvh.ray_traverse(traversal.ray, &mut RayHit::none(), |_, slot| {
+            for leaf in hierarchy.leaf(slot) {
+                if let Some((t, u, v)) = ray.intersect(&leaf.corners).filter(|(t, ..)| *t > 0.0 && *t < limit)
+                {
+                    let barycentric = Vec2::new(u as f32, v as f32);
+                    hits.push((t, Hit { t: t as f32, triangle: leaf.triangle, barycentric }));
+                }
+            }
+            f32::INFINITY
+        });
+        hits.sort_by(|(a, x), (b, y)| a.total_cmp(b).then(x.triangle.cmp(&y.triangle)));
+        // Leaves may be padded; and on the edge between two triangles a ray meets both.
+        let is_on_edge = |hit: &Hit| {
+            let Vec2 { x: u, y: v } = hit.barycentric;
+            u.min(v).min(1.0 - u - v) < 1e-6
+        };
+        let faces = |hit: &Hit| geometry.normal(hit.triangle).as_dvec3().dot(direction) < 0.0;
+        hits.dedup_by(|(t, later), (before, hit)| {
+            let meet = || is_on_edge(hit) && is_on_edge(later) && faces(hit) == faces(later);
+            hit.triangle == later.triangle || (*t - *before <= 1e-9 * *t && meet())
+        });
+        hits.into_iter().map(|(_, hit)| hit).collect()
+    }
+
+    /// Whether a camera in direction `direction` sees a triangle: the backs of single-sided surfaces are not there (glTF).
+    pub fn is_visible(&self, triangle: u32, direction: Vec3) -> bool {
+        let t = &self.geometry.triangles[triangle as usize];
+        self.scene.materials[t.material as usize].double_sided
+            || self.geometry.normal(triangle).dot(direction) < 0.0
     }
 
     /// Whether a surface lies strictly between two points, other than the triangles that they lie on ([`NONE`] for

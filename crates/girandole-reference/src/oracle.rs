@@ -28,7 +28,8 @@ impl Default for OracleSettings {
 }
 
 /// The picture that a light set gives, exactly: at each point seen, `L = Le + Σ (ρ/π + f) · I · V · G` over all
-/// lights (Barczak §4.1; f is the specular BRDF), V by traced rays. Radiance, W/(sr·m²); the background is black.
+/// lights (Barczak §4.1; f is the specular BRDF), V by traced rays. What is seen through surfaces that let light through is
+/// weakened by them; light that falls through them is not. Radiance, W/(sr·m²); the background is the environment.
 ///
 /// Threads and tiles do not change the result. `progress` is called with the finished share, 0 to 1, from any thread.
 pub fn oracle(
@@ -159,15 +160,21 @@ impl Sum<'_> {
             for i in 0..n {
                 let within = (Vec2::new(i as f32, j as f32) + 0.5) / n as f32;
                 let (origin, direction) = view.pixel_ray(Vec2::new(x as f32, y as f32) + within, size);
-                let Some(hit) = tracer.closest_visible(origin, direction) else {
-                    let environment = tracer.scene().environment.as_ref();
-                    total +=
-                        environment.map_or(DVec3::ZERO, |e| e.radiance(direction.normalize()).as_dvec3());
-                    continue;
-                };
+                let hit = tracer.closest_visible(origin, direction);
                 let wo = -direction.normalize();
-                let surface = tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
-                total += self.radiance(&surface, hit.triangle, wo, settings.clamp, occluders);
+                let mut passed = DVec3::ONE;
+                let reach = hit.map_or(f32::INFINITY, |hit| hit.t);
+                let through = tracer.transparent_hits(origin, direction, reach);
+                let visible = through.into_iter().filter(|hit| tracer.is_visible(hit.triangle, direction));
+                for hit in visible.chain(hit) {
+                    let surface =
+                        tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
+                    total += passed * self.radiance(&surface, hit.triangle, wo, settings.clamp, occluders);
+                    passed *= surface.transmittance.as_dvec3();
+                }
+                if let (None, Some(environment)) = (hit, &tracer.scene().environment) {
+                    total += passed * environment.radiance(direction.normalize()).as_dvec3();
+                }
             }
         }
         (total / f64::from(n * n)).as_vec3()

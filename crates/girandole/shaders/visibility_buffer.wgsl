@@ -1,4 +1,5 @@
-// Which triangle each pixel shows, plus one; 0 = none. And the id of its surface and its material.
+// Which triangle each pixel shows, plus one; 0 = none. And the id of its surface and its material. Triangles that let light
+// through are drawn afterwards, in layers.
 struct Out {
   @builtin(position) position: vec4f,
   @location(0) @interpolate(flat) triangle: u32,
@@ -11,8 +12,22 @@ struct Shown { @location(0) triangle: u32, @location(1) surface: vec2u }
 @group(2) @binding(0) var<storage, read> triangle_order: array<u32>; // triangles, those without an alpha mask first
 @group(2) @binding(1) var<storage, read> triangle_surfaces: array<u32>; // of each triangle
 
+@group(2) @binding(2) var nearer_depth: texture_depth_2d; // of the layer before
+
+// Layers lie by this share of their distance nearer than they are, so that they are seen on what they cover.
+const LAYER_BIAS = 4e-6;
+
 @vertex
-fn project_triangle(@builtin(vertex_index) index: u32) -> Out {
+fn project_layer(@builtin(vertex_index) index: u32) -> Out {
+  var out = projected(index);
+  out.position.z *= 1.0 + LAYER_BIAS;
+  return out;
+}
+
+@vertex
+fn project_triangle(@builtin(vertex_index) index: u32) -> Out { return projected(index); }
+
+fn projected(index: u32) -> Out {
   let id = triangle_order[index / 3u];
   let triangle = triangles[id];
   let vertex = vertices[triangle.vertices[index % 3u]];
@@ -25,7 +40,7 @@ fn project_triangle(@builtin(vertex_index) index: u32) -> Out {
   let perspective = vec4f(p.xy - frame.center * p.z + shift * p.z, frame.depth_bias - p.z * frame.depth_scale, p.z);
   out.position = select(perspective, parallel, frame.orthographic != 0u);
   // Backs of single-sided surfaces are not there for the camera (glTF).
-  if materials[triangle.material].double_sided == 0u {
+  if (materials[triangle.material].flags & DOUBLE_SIDED) == 0u {
     let a = vertices[triangle.vertices.x].position;
     let normal = cross(vertices[triangle.vertices.y].position - a, vertices[triangle.vertices.z].position - a);
     let towards = select(frame.eye - a, -frame.forward, frame.orthographic != 0u);
@@ -51,4 +66,14 @@ fn masked(in: Out) -> Shown {
   }
   if alpha < m.alpha_cutoff { discard; }
   return Shown(in.triangle, in.surface);
+}
+
+struct Layer { @builtin(frag_depth) depth: f32, @location(0) triangle: u32, @location(1) surface: vec2u }
+
+// The nearest surface beyond the layer before (depth peeling, Everitt 2001).
+@fragment
+fn layer(in: Out) -> Layer {
+  let depth = in.position.z;
+  if depth >= textureLoad(nearer_depth, vec2u(in.position.xy), 0) { discard; }
+  return Layer(depth, in.triangle, in.surface);
 }

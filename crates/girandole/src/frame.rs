@@ -51,9 +51,13 @@ pub(crate) fn record_frame(
             Lighting::Adaptive(adaptive, light_maps)
         }
     };
+    let samples = settings.samples_per_axis.pow(2);
+    let in_view = || scene.geometry.transparent.in_view(view, targets.size);
+    let seen_through = prepared.layers.and_then(|layers| Some((layers, in_view()?)));
     let depth = match target {
         Some(Target { depth_in: Some(callers), .. }) => DepthUse::Behind(&passes.caller_depth, callers),
         Some(Target { depth_out: Some(_), .. }) => DepthUse::Keep,
+        _ if seen_through.is_some() => DepthUse::Keep,
         _ => DepthUse::Discard,
     };
     if prepared.debug.is_some() {
@@ -61,7 +65,7 @@ pub(crate) fn record_frame(
     }
 
     for rows in targets.bands() {
-        for sample in 0..settings.samples_per_axis.pow(2) {
+        for sample in 0..samples {
             let frame = frame_uniform(view, (scene, targets), settings, rows, sample);
             let band = BandSample { frame, scene: &scene.geometry, targets };
 
@@ -81,28 +85,9 @@ pub(crate) fn record_frame(
                         kernels.edges.record(recorder, &band, seen, light_maps, adaptive.lists, grids);
                     (shade(recorder, &band, inputs, points, grids[1]), kernels.writes_radiance)
                 }
-                // The coarsest grid is shaded; finer ones are interpolated, and shaded where that is not enough.
-                Lighting::Adaptive(adaptive, light_maps) => {
-                    let grids = if settings.mode.has_low_resolution() { &GRIDS[..] } else { &[1] };
-                    let kernels = adaptive.kernels(false);
-                    let inputs = ShadeInputs { prepared, adaptive, kernels, seen, maps, light_maps };
-                    let (coarsest, grid) = (band.with_step(grids[0]), targets.grid(grids[0]));
-                    let all = &adaptive.passes.append_all_points;
-                    let points = all.record(recorder, &coarsest, seen, light_maps, adaptive.lists, grid);
-                    let mut lit = (shade(recorder, &coarsest, inputs, points, grid), false);
-                    for &step in &grids[1..] {
-                        let (fine, grids) = (band.with_step(step), [lit.0, targets.grid(step)]);
-                        let kernels = adaptive.kernels(step == 1 && settings.samples_per_axis == 1);
-                        let inputs = ShadeInputs { kernels, ..inputs };
-                        let points =
-                            kernels.refine.record(recorder, &fine, seen, light_maps, adaptive.lists, grids);
-                        lit = (shade(recorder, &fine, inputs, points, grids[1]), kernels.writes_radiance);
-                    }
-                    lit
-                }
-                // Every light at every pixel.
-                Lighting::Naive(pass) => {
-                    (shade_all(recorder, &band, pass, prepared, settings, (seen, maps)), false)
+                _ => {
+                    let ends_in_radiance = settings.samples_per_axis == 1;
+                    light(recorder, &band, lighting, prepared, settings, (seen, maps), ends_in_radiance)
                 }
             };
 
@@ -129,6 +114,33 @@ pub(crate) fn record_frame(
     // What lies behind.
     if let (Some(background), Some(environment)) = (prepared.background, &scene.geometry.environment) {
         background.record(recorder, &first_samples(view, (scene, targets), settings), environment);
+    }
+
+    // What is seen through.
+    if let Some((layers, in_view)) = seen_through {
+        let peeled = targets.layers(recorder.device);
+        let bands =
+            targets.bands().map(|[first, end]| [first.max(in_view.rows.start), end.min(in_view.rows.end)]);
+        for rows in bands.filter(|[first, end]| first < end) {
+            let band = |sample| BandSample {
+                frame: frame_uniform(view, (scene, targets), settings, rows, sample),
+                scene: &scene.geometry,
+                targets,
+            };
+            for sample in 0..samples {
+                let band = band(sample);
+                if samples > 1 {
+                    passes.visibility_buffer.record(recorder, &band, depth);
+                }
+                for layer in 0..in_view.count {
+                    let seen = passes.visibility_buffer.record_layer(recorder, &band, peeled, layer);
+                    let lit = light(recorder, &band, lighting, prepared, settings, (seen, maps), false).0;
+                    layers.add(recorder, &band.with_layer(layer, layer + 1 == in_view.count), seen, lit);
+                    recorder.split();
+                }
+            }
+            layers.put_before(recorder, &band(0));
+        }
     }
 
     // Our depth, that of first samples. It may go where the caller's came from, which every sample has read by now.
@@ -167,6 +179,41 @@ struct ShadeInputs<'a> {
     seen: Seen<'a>,
     maps: MapsView<'a>,
     light_maps: LightMapsView<'a>,
+}
+
+/// What the pixels of a sample receive, and whether that is their radiance already, if it may be.
+fn light<'a>(
+    recorder: &mut Recorder,
+    band: &BandSample<'a>,
+    lighting: Lighting,
+    prepared: &Prepared,
+    settings: &RenderSettings,
+    (seen, maps): (Seen, MapsView),
+    may_be_radiance: bool,
+) -> (GridView<'a>, bool) {
+    let targets = band.targets;
+    match lighting {
+        // The coarsest grid is shaded; finer ones are interpolated, and shaded where that is not enough.
+        Lighting::Adaptive(adaptive, light_maps) => {
+            let grids = if settings.mode.has_low_resolution() { &GRIDS[..] } else { &[1] };
+            let kernels = adaptive.kernels(false);
+            let inputs = ShadeInputs { prepared, adaptive, kernels, seen, maps, light_maps };
+            let (coarsest, grid) = (band.with_step(grids[0]), targets.grid(grids[0]));
+            let all = &adaptive.passes.append_all_points;
+            let points = all.record(recorder, &coarsest, seen, light_maps, adaptive.lists, grid);
+            let mut lit = (shade(recorder, &coarsest, inputs, points, grid), false);
+            for &step in &grids[1..] {
+                let (fine, grids) = (band.with_step(step), [lit.0, targets.grid(step)]);
+                let kernels = adaptive.kernels(step == 1 && may_be_radiance);
+                let inputs = ShadeInputs { kernels, ..inputs };
+                let points = kernels.refine.record(recorder, &fine, seen, light_maps, adaptive.lists, grids);
+                lit = (shade(recorder, &fine, inputs, points, grids[1]), kernels.writes_radiance);
+            }
+            lit
+        }
+        // Every light at every pixel.
+        Lighting::Naive(pass) => (shade_all(recorder, band, pass, prepared, settings, (seen, maps)), false),
+    }
 }
 
 /// Shades listed points of a grid: sorted by receiver, with the lights that each may see.

@@ -2,8 +2,8 @@
 
 use crate::settings::ShadowMap;
 use crate::shader_constants::{
-    COSINE, CUBE, DIRECTIONAL, DISTANT, HEMISPHERE, MAX_CLAMP, OCTAHEDRAL, OWN_CLAMP, PARABOLIC, SPOT, UNLIT,
-    VERTEX_COLORED,
+    BLENDED, COSINE, CUBE, DIRECTIONAL, DISTANT, DOUBLE_SIDED, HEMISPHERE, MAX_CLAMP, OCTAHEDRAL, OWN_CLAMP,
+    PARABOLIC, SPOT, TRANSPARENT, UNLIT, VERTEX_COLORED,
 };
 use bytemuck::{Pod, Zeroable};
 use girandole_core::brdf::Surface;
@@ -119,7 +119,7 @@ pub(crate) struct GpuMaterial {
     pub metallic: f32,
     pub roughness: f32,
     pub normal_scale: f32,
-    pub double_sided: u32,
+    pub transmission: f32,
     pub albedo: Vec3,
     pub flags: u32,
     pub base_color_texture: TextureUse,
@@ -128,6 +128,7 @@ pub(crate) struct GpuMaterial {
     pub specular_color_texture: TextureUse,
     pub normal_texture: TextureUse,
     pub emission_texture: TextureUse,
+    pub transmission_texture: TextureUse,
 }
 
 impl From<&Material> for GpuMaterial {
@@ -142,28 +143,39 @@ impl From<&Material> for GpuMaterial {
             metallic: if m.unlit { 0.0 } else { m.metallic },
             roughness: m.roughness,
             normal_scale: m.normal_texture.map_or(1.0, |n| n.scale),
-            double_sided: u32::from(m.double_sided),
-            albedo: if m.unlit {
-                Vec3::ZERO
-            } else {
-                Surface::from_metallic_roughness(
-                    m.base_color,
-                    m.metallic,
-                    m.roughness,
-                    m.specular,
-                    m.specular_color,
-                )
-                .albedo
-            },
-            flags: if m.vertex_colors { VERTEX_COLORED } else { 0 } | if m.unlit { UNLIT } else { 0 },
+            transmission: m.transmission,
+            albedo: if m.unlit { Vec3::ZERO } else { albedo(m) },
+            flags: flags(m),
             base_color_texture: m.base_color_texture.into(),
             metallic_roughness_texture: m.metallic_roughness_texture.into(),
             specular_texture: m.specular_texture.into(),
             specular_color_texture: m.specular_color_texture.into(),
             normal_texture: m.normal_texture.map(|n| n.texture).into(),
             emission_texture: if m.unlit { m.base_color_texture } else { m.emission_texture }.into(),
+            transmission_texture: m.transmission_texture.into(),
         }
     }
+}
+
+/// Of the diffuse reflection, but for textures.
+fn albedo(m: &Material) -> Vec3 {
+    let (metallic, roughness) = (m.metallic, m.roughness);
+    let mut surface =
+        Surface::from_metallic_roughness(m.base_color, metallic, roughness, m.specular, m.specular_color);
+    let opacity = if m.blended { m.alpha } else { 1.0 };
+    surface.see_through(opacity, m.transmission, Vec3::ZERO, 1.0);
+    surface.albedo
+}
+
+fn flags(m: &Material) -> u32 {
+    let flags = [
+        (m.vertex_colors, VERTEX_COLORED),
+        (m.unlit, UNLIT),
+        (m.double_sided, DOUBLE_SIDED),
+        (m.is_transparent(), TRANSPARENT),
+        (m.blended, BLENDED),
+    ];
+    flags.into_iter().filter(|(is, _)| *is).map(|(_, flag)| flag).sum()
 }
 
 /// `Light` in `lib/light.wgsl`.

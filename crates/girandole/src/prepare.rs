@@ -13,6 +13,7 @@ use crate::passes::debug::Debug;
 use crate::passes::edges::Edges;
 use crate::passes::exposure::Exposure;
 use crate::passes::first_samples::FirstSamples;
+use crate::passes::layers::Layers;
 use crate::passes::light_maps::LightMaps;
 use crate::passes::multipass::Multipass;
 use crate::passes::refine::Refine;
@@ -80,6 +81,7 @@ pub(crate) struct ScenePasses {
     adaptive: OnceLock<AdaptivePasses>,
     multipass: OnceLock<Multipass>,
     resolve: OnceLock<Resolve>,
+    layers: OnceLock<Layers>,
     debug: OnceLock<Debug>,
     /// Without lists of lights, and with them.
     stale_error: [OnceLock<StaleError>; 2],
@@ -93,6 +95,7 @@ impl ScenePasses {
             adaptive: OnceLock::new(),
             multipass: OnceLock::new(),
             resolve: OnceLock::new(),
+            layers: OnceLock::new(),
             debug: OnceLock::new(),
             stale_error: [const { OnceLock::new() }; 2],
         }
@@ -185,6 +188,8 @@ pub(crate) struct Prepared<'a> {
     pub debug: Option<(&'a Debug, DebugView)>,
     /// What puts an environment behind the picture, if it is to be there.
     pub background: Option<&'a Background>,
+    /// What puts surfaces that let light through before the picture, if there are any.
+    pub layers: Option<&'a Layers>,
 }
 
 impl Prepared<'_> {
@@ -331,6 +336,7 @@ pub(crate) fn prepare<'a>(
     };
     let has_surroundings = settings.debug.is_none_or(|view| view == DebugView::LightPositions);
     let shows_background = scene.geometry.environment.is_some() && has_surroundings;
+    let has_layers = scene.features.transparent && settings.debug.is_none();
     Ok(Prepared {
         shared: &context.shared,
         passes,
@@ -341,5 +347,6 @@ pub(crate) fn prepare<'a>(
         resolve: scene_passes.resolve.get_or_init(|| Resolve::new(&compiler)),
         debug: settings.debug.map(|view| (scene_passes.debug.get_or_init(|| Debug::new(&compiler)), view)),
         background: shows_background.then(|| passes.background(context)),
+        layers: has_layers.then(|| scene_passes.layers.get_or_init(|| Layers::new(&compiler))),
     })
 }

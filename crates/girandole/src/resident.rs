@@ -20,7 +20,7 @@ use girandole_core::Generation;
 use girandole_core::glam::DVec3;
 use girandole_core::illumination::Illumination;
 use girandole_core::lights::{Clamp, LightSet};
-use girandole_core::scene::{Geometry, NONE, Scene, SceneChanges};
+use girandole_core::scene::{Geometry, Material, NONE, Scene, SceneChanges};
 use girandole_core::visibility::VisibilityDatabase;
 
 /// What a scene and its lights need of the kernels.
@@ -34,6 +34,8 @@ pub(crate) struct SceneFeatures {
     pub textures: bool,
     /// Some surface has normals that vary.
     pub curved: bool,
+    /// Light passes some material.
+    pub transparent: bool,
 }
 
 /// A scene and its lights on the GPU, with what is derived from both.
@@ -278,6 +280,7 @@ impl SceneFeatures {
             only_cosine_lights: lights.iter().all(|l| l.profile == COSINE),
             textures: !scene.textures.is_empty() || scene.materials.iter().any(|m| m.vertex_colors),
             curved: is_curved(scene, geometry),
+            transparent: scene.materials.iter().any(Material::is_transparent),
         }
     }
 }

@@ -30,9 +30,13 @@ pub(crate) const CLUSTERED: u32 = 1 << 31;
 pub(crate) const CURVED: u32 = 1 << 23;
 /// Bit of a surface id: its reflection cannot be interpolated.
 pub(crate) const SHINY: u32 = 1 << 22;
-/// Flags of materials: vertices' colours multiply their base colour; they are unlit.
+/// Flags of materials: vertices' colours multiply their base colour; they are unlit; they are seen from both sides; light passes
+/// them, and what alpha leaves free is not there.
 pub(crate) const VERTEX_COLORED: u32 = 1;
 pub(crate) const UNLIT: u32 = 2;
+pub(crate) const DOUBLE_SIDED: u32 = 4;
+pub(crate) const TRANSPARENT: u32 = 8;
+pub(crate) const BLENDED: u32 = 16;
 /// Profiles of lights.
 pub(crate) const COSINE: u32 = 0;
 pub(crate) const HEMISPHERE: u32 = 1;
@@ -101,6 +105,9 @@ pub(crate) fn declarations() -> String {
         SHINY,
         VERTEX_COLORED,
         UNLIT,
+        DOUBLE_SIDED,
+        TRANSPARENT,
+        BLENDED,
         COSINE,
         HEMISPHERE,
         SPOT,

@@ -158,6 +158,7 @@ sources! {
         leaf_range_at light_map
     ];
     LIGHT_MAPS = light_maps "" [frame light buffer_offsets light_lists leaf_record_at leaf_range_at];
+    LAYERS = layers "" [frame scene texture texture_entry_at surface reflection brdf diffuse_material packed];
     RESOLVE = resolve "" [frame scene texture texture_entry_at surface reflection brdf diffuse_material packed samples branch];
     SHADOW_MAPS_CLIP = shadow_maps_clip "enable clip_distances;\n" [
         frame light maps octahedral parameterisation project occluders

@@ -58,7 +58,7 @@ impl RenderArgs {
     fn choices(&self) -> Result<Vec<Choice>> {
         let Self { scene: _, output, size, camera, object, seen, motion, lights, mode, quality, .. } = self;
         let Self { debug, engine, paths, adapter, exposure, tonemap, aa, refine, stats, .. } = self;
-        let SceneArgs { view, edits, around } = seen;
+        let SceneArgs { view, edits, load } = seen;
         let mut choices = vec![
             ("--output", Some(file_name(output)?)),
             ("--size", text(format!("{}x{}", size[0], size[1]))),
@@ -67,7 +67,7 @@ impl RenderArgs {
             ("--edits", edits.as_deref().map(file_name).transpose()?),
             ("--object", object.clone()),
         ];
-        choices.extend(around.choices()?);
+        choices.extend(load.choices()?);
         choices.extend(motion.choices());
         choices.extend(lights.choices());
         choices.push(("--mode", value_name(mode)));
@@ -238,7 +238,7 @@ mod tests {
         ]
     }
 
-    fn around() -> impl Strategy<Value = Vec<String>> {
+    fn load() -> impl Strategy<Value = Vec<String>> {
         prop_oneof![
             some(&AROUND[3..]),
             some(&AROUND[..3]).prop_map(|mut words| {
@@ -260,12 +260,12 @@ mod tests {
             options in some(&OPTIONS),
             camera in (0..CAMERAS.len()).prop_flat_map(|i| some(&CAMERAS[i..=i])),
             motion in motion(),
-            around in around(),
+            load in load(),
             names in (any_name(), any_name()),
         ) {
             let (scene, output) = names;
             let mut words = vec!["girandole".to_owned(), "render".into(), format!("--output={output}")];
-            words.extend(options.into_iter().chain(camera).chain(motion).chain(around));
+            words.extend(options.into_iter().chain(camera).chain(motion).chain(load));
             words.extend(["--".into(), scene]);
             let args = parse(&words).map_err(|e| TestCaseError::fail(e.to_string()))?;
             let line = args.command_line().map_err(|e| TestCaseError::fail(e.to_string()))?;

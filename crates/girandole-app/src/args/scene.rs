@@ -22,12 +22,12 @@ pub struct SceneArgs {
     pub edits: Option<PathBuf>,
 
     #[command(flatten)]
-    pub around: EnvironmentArgs,
+    pub load: LoadArgs,
 }
 
 /// Options of the light from infinitely far away.
 #[derive(Args, Clone, Debug, Default, PartialEq)]
-pub struct EnvironmentArgs {
+pub struct LoadArgs {
     /// Light from all around, infinitely far away, which is also seen behind the scene: a picture of all directions, .exr or .hdr,
     /// twice as wide as high (its middle is towards −Z); sky, or sky:ELEVATION,AZIMUTH,TURBIDITY: a clear sky with its sun, that stands
     /// so high and so far clockwise from −Z (degrees; sky:40,225,3 if not given), in units of 683 cd/m²; or the same radiance from
@@ -118,7 +118,7 @@ fn parse_sky(text: &str) -> Result<[f32; 3], String> {
     if in_range { Ok(numbers) } else { Err(wrong()) }
 }
 
-impl EnvironmentArgs {
+impl LoadArgs {
     /// The options' words on a command line.
     pub(super) fn choices(&self) -> anyhow::Result<[Choice; 4]> {
         let Self { environment, environment_strength, environment_rotation, light } = self;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// The call that renders the picture to `output`. Where the scene was changed, its edits are written to a file beside it.
 pub fn line(session: &Session, (size, output): ([u32; 2], &Path), adapter: Option<&str>) -> Result<String> {
     let edits = write_edits(session, output)?;
-    let Source { scene, object, around } = session.source.clone();
+    let Source { scene, object, load } = session.source.clone();
     let settings = &session.settings;
     let mut args = RenderArgs {
         scene,
@@ -34,7 +34,7 @@ pub fn line(session: &Session, (size, output): ([u32; 2], &Path), adapter: Optio
         Eye::Free(viewpoint) => args.seen.view = Some(ViewArg(viewpoint)),
     }
     args.seen.edits = edits;
-    args.seen.around = around;
+    args.seen.load = load;
     args.command_line()
 }
 

@@ -124,7 +124,11 @@ pub fn place(response: &Response, at: egui::Pos2) -> Vec2 {
 pub fn pick(session: &Session, view: &View, at: Vec2) -> Option<(ObjectId, DVec3)> {
     let geometry = session.renderer()?.illumination()?.geometry();
     let (origin, direction) = view.relative_to(geometry.origin).ray(at);
-    let hit = SceneTracer::new(&session.scene, geometry).closest_visible(origin, direction)?;
+    let tracer = SceneTracer::new(&session.scene, geometry);
+    let behind = tracer.closest_visible(origin, direction);
+    let reach = behind.map_or(f32::INFINITY, |hit| hit.t);
+    let through = tracer.transparent_hits(origin, direction, reach).into_iter();
+    let hit = through.chain(behind).find(|hit| tracer.is_visible(hit.triangle, direction))?;
     let point = geometry.origin + (origin + direction * hit.t).as_dvec3();
     Some((object_of(geometry, hit.triangle)?, point))
 }

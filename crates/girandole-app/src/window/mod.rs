@@ -78,8 +78,8 @@ pub fn run(args: ViewArgs) -> Result<ExitCode> {
 
 /// What the options say.
 fn start(args: &ViewArgs) -> Result<Start> {
-    let (object, around) = (args.object.clone(), args.seen.around.clone());
-    let source = Source { scene: args.scene.clone(), object, around };
+    let (object, load) = (args.object.clone(), args.seen.load.clone());
+    let source = Source { scene: args.scene.clone(), object, load };
     let (mut scene, edits) = scene::load_edited(&args.scene, args.object.as_deref(), &args.seen)?;
     scene.open();
     let named = scene.camera(args.camera.as_deref().unwrap_or("0"))?;

@@ -16,7 +16,7 @@ use super::panel;
 use super::refine::Refinement;
 use super::rest::Rest;
 use super::target::PictureTarget;
-use crate::args::EnvironmentArgs;
+use crate::args::LoadArgs;
 use crate::picture::Shown;
 use anyhow::Result;
 use girandole::{DebugView, Mode, RenderSettings, Renderer, RendererOptions};
@@ -90,7 +90,7 @@ pub struct Source {
     /// The moving object of a built-in room, where it is not the room's own.
     pub object: Option<String>,
     /// What is all around.
-    pub around: EnvironmentArgs,
+    pub load: LoadArgs,
 }
 
 /// What the window starts with.

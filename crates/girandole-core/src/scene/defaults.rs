@@ -23,7 +23,7 @@ impl Scene {
         let (min, max) = geometry.main_bounds();
         let center = (min + max) * 0.5;
         let radius = ((max - min).length() * 0.5).max(1e-3);
-        let tracer = SceneTracer::new(self, &geometry);
+        let tracer = SceneTracer::of_all_surfaces(self, &geometry);
         let (eye, target, yfov) = match inside(&tracer) {
             Some(point) => {
                 let (eye, target) = room_view(&tracer, point);

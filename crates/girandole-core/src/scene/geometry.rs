@@ -313,6 +313,11 @@ impl Geometry {
         a + (b - a) * barycentric.x + (c - a) * barycentric.y
     }
 
+    /// Whether a triangle's material lets light through.
+    pub fn is_transparent(&self, scene: &Scene, triangle: u32) -> bool {
+        scene.materials[self.triangles[triangle as usize].material as usize].is_transparent()
+    }
+
     /// Whether there is no surface at a point of an alpha-masked triangle.
     pub fn is_cut_out(&self, scene: &Scene, triangle: u32, barycentric: Vec2) -> bool {
         let material = &scene.materials[self.triangles[triangle as usize].material as usize];
@@ -366,7 +371,8 @@ impl Geometry {
             let bent = along * (texel.x * map.scale) + across * (texel.y * map.scale) + normal * texel.z;
             normal = bent.normalize_or(normal);
         }
-        let mut base_color = material.base_color * sample(material.base_color_texture).truncate();
+        let base = sample(material.base_color_texture);
+        let mut base_color = material.base_color * base.truncate();
         if material.vertex_colors && !self.colors.is_empty() {
             let color = |(&vertex, weight): (&u32, f32)| self.colors[vertex as usize] * weight;
             base_color *= t.vertices.iter().zip(weights).map(color).sum::<Vec3>();
@@ -401,12 +407,22 @@ impl Geometry {
         } else if material.emits() {
             surface.emission = self.emission(scene, triangle, barycentric);
         }
+        if material.is_transparent() {
+            let opacity = if material.blended { material.alpha * base.w } else { 1.0 };
+            let transmission = material.transmission * sample(material.transmission_texture).x;
+            let mut tint = base_color * (1.0 - material.metallic * mr.z);
+            if material.unlit {
+                surface.emission *= opacity;
+                tint = Vec3::ZERO;
+            }
+            surface.see_through(opacity, transmission, tint, surface.shading_normal.dot(wo).abs());
+        }
         surface
     }
 
     /// Whether a point looks inside a room: rays in 26 directions all meet a surface's front (or a double-sided one).
     pub fn encloses(&self, scene: &Scene, point: Vec3) -> bool {
-        let tracer = crate::trace::SceneTracer::new(scene, self);
+        let tracer = crate::trace::SceneTracer::of_all_surfaces(scene, self);
         (0..27).filter(|&i| i != 13).all(|i| {
             let direction = Vec3::new((i % 3) as f32 - 1.0, (i / 3 % 3) as f32 - 1.0, (i / 9) as f32 - 1.0);
             let direction = (direction + Vec3::new(0.013, 0.007, 0.011)).normalize();

@@ -89,7 +89,7 @@ pub struct Material {
     pub base_color: Vec3,
     /// Whether vertices' colours multiply it.
     pub vertex_colors: bool,
-    /// Opacity factor; counts only for an alpha mask.
+    /// Opacity factor; counts for an alpha mask, and where the material is [`blended`](Self::blended).
     pub alpha: f32,
     /// sRGB colour and alpha.
     pub base_color_texture: Option<TextureRef>,
@@ -115,6 +115,13 @@ pub struct Material {
     pub emission_texture: Option<TextureRef>,
     /// Where alpha is below this there is no surface; `None` = opaque.
     pub alpha_cutoff: Option<f32>,
+    /// Whether alpha is how much of what lies behind is covered. Emission is what is seen, and not weakened by it.
+    pub blended: bool,
+    /// Share of the light that enters a dielectric and passes straight through, tinted by the base colour, instead of being
+    /// diffusely reflected: a thin wall (`KHR_materials_transmission`), clear however rough it is.
+    pub transmission: f32,
+    /// Factor of the transmission in R; linear.
+    pub transmission_texture: Option<TextureRef>,
     /// Whether it shades (and emits) from its back too.
     pub double_sided: bool,
     /// Whether the eye sees its base colour as radiance, W/(sr·m²), and light is lost on it (`KHR_materials_unlit`). It casts
@@ -142,6 +149,9 @@ impl Default for Material {
             emission: Vec3::ZERO,
             emission_texture: None,
             alpha_cutoff: None,
+            blended: false,
+            transmission: 0.0,
+            transmission_texture: None,
             double_sided: false,
             unlit: false,
         }
@@ -164,6 +174,12 @@ impl Material {
         !self.unlit && self.emission.max_element() > 0.0
     }
 
+    /// Whether what lies behind is seen through it. Such surfaces cast no shadows: light samples shine through them undiminished,
+    /// and the random walk passes them.
+    pub fn is_transparent(&self) -> bool {
+        self.blended || self.transmission > 0.0
+    }
+
     /// Every texture that the material uses.
     pub fn textures(&self) -> impl Iterator<Item = TextureRef> + '_ {
         [
@@ -173,6 +189,7 @@ impl Material {
             self.specular_color_texture,
             self.normal_texture.map(|n| n.texture),
             self.emission_texture,
+            self.transmission_texture,
         ]
         .into_iter()
         .flatten()

@@ -87,7 +87,7 @@ impl Scene {
             }
             Some(_) => return,
         };
-        let tracer = SceneTracer::new(self, &geometry);
+        let tracer = SceneTracer::of_all_surfaces(self, &geometry);
         let lamp =
             inside(&tracer).and_then(|p| Some((p, tracer.closest_hit(p, Vec3::Y, f32::INFINITY, NONE)?.t)));
         match lamp {

@@ -134,7 +134,10 @@ impl HeldHierarchies {
             scale: scale(geometry),
         };
         let build = |dynamic: bool| {
-            let is_one = |t: &u32| key.dynamic[geometry.triangles[*t as usize].object as usize] == dynamic;
+            let is_one = |t: &u32| {
+                key.dynamic[geometry.triangles[*t as usize].object as usize] == dynamic
+                    && !geometry.is_transparent(scene, *t)
+            };
             let triangles = (0..geometry.triangles.len() as u32).filter(is_one).collect();
             Arc::new(Hierarchy::new(scene, geometry, triangles, &BvhBuildParams::medium_build()))
         };

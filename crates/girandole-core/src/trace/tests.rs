@@ -323,6 +323,36 @@ fn cameras_do_not_see_backs() {
 }
 
 #[test]
+fn transparent_surfaces_are_met_in_order() {
+    let square = |z: f32| {
+        [Vec3::new(-1.0, -1.0, z), Vec3::new(1.0, -1.0, z), Vec3::new(1.0, 1.0, z), Vec3::new(-1.0, 1.0, z)]
+    };
+    let mut mesh = Mesh::default();
+    for (z, material) in [(-2.0, 1), (2.0, 0), (1.0, 1), (0.0, 1)] {
+        mesh.add_polygon(&square(z), material);
+    }
+    let (mut scene, _) = scene([mesh]);
+    scene.materials[1] = Material { blended: true, alpha: 0.5, ..Material::default() };
+    let geometry = Geometry::new(&scene);
+    let tracer = SceneTracer::new(&scene, &geometry);
+    let origin = Vec3::new(0.1, 0.2, -3.0);
+    let met = |t_max: f32| -> Vec<f32> {
+        tracer.transparent_hits(origin, Vec3::Z, t_max).iter().map(|hit| hit.t).collect()
+    };
+    assert_eq!(met(f32::INFINITY), [1.0, 3.0, 4.0]);
+    assert_eq!(met(3.5), [1.0, 3.0]);
+    assert!(tracer.transparent_hits(origin, -Vec3::Z, f32::INFINITY).is_empty());
+    // They block nothing.
+    assert_eq!(tracer.closest_hit(origin, Vec3::Z, 10.0, NONE).map(|hit| hit.t), Some(5.0));
+    assert!(!tracer.occluded(origin, NONE, origin + Vec3::Z * 4.5, NONE));
+    assert!(tracer.occluded(origin, NONE, origin + Vec3::Z * 5.5, NONE));
+    // All face +Z: a camera at −Z does not see them.
+    assert!(!tracer.is_visible(geometry.triangles.len() as u32 - 1, Vec3::Z));
+    let mut held = HeldHierarchies::default();
+    assert_eq!(held.tracer(&scene, &geometry).closest_hit(origin, Vec3::Z, 4.5, NONE), None);
+}
+
+#[test]
 fn masks_cut_holes() {
     let mut mesh = Mesh::default();
     let square = [

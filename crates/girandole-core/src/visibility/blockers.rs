@@ -65,7 +65,8 @@ impl BlockerTree {
     /// Over the blockers of the objects for which `accept` is true.
     pub fn new(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
         let all = 0..surfaces.blocker_count();
-        Self::over(surfaces, all.filter(|&b| accept(surfaces.blocker_object(b))).collect())
+        let blocks = |&b: &u32| surfaces.blocks(b) && accept(surfaces.blocker_object(b));
+        Self::over(surfaces, all.filter(blocks).collect())
     }
 
     /// Over these blockers.
@@ -306,6 +307,14 @@ impl Surfaces {
             Some(patch) if patch.patch == NONE => Blocker::Triangle(patch.triangles.start),
             Some(patch) => Blocker::Patch(patch.patch),
             None => Blocker::Mesh(self.meshes[index as usize - self.patches.len()].object),
+        }
+    }
+
+    /// Whether any of it blocks light at all.
+    pub fn blocks(&self, index: u32) -> bool {
+        match self.patches.get(index as usize) {
+            Some(patch) => !patch.transparent,
+            None => !self.meshes[index as usize - self.patches.len()].transparent,
         }
     }
 

@@ -19,7 +19,8 @@ impl Movers {
     /// Those of the objects that are accepted.
     pub fn of(surfaces: &Surfaces, accept: impl Fn(u32) -> bool) -> Self {
         let is_opaque = |blocker: &u32| surfaces.patches.get(*blocker as usize).is_some_and(|p| p.opaque);
-        let all = (0..surfaces.blocker_count()).filter(|&b| accept(surfaces.blocker_object(b)));
+        let blocks = |&b: &u32| surfaces.blocks(b) && accept(surfaces.blocker_object(b));
+        let all = (0..surfaces.blocker_count()).filter(blocks);
         let (covers, others): (Vec<u32>, Vec<u32>) = all.partition(is_opaque);
         let mut covers = BlockerTree::over(surfaces, covers);
         // Receivers move behind them.

@@ -36,6 +36,8 @@ pub(crate) struct SimplePatch {
     pub double_sided: bool,
     /// Whether its triangles fill the outline and have no holes.
     pub opaque: bool,
+    /// Whether light passes it everywhere.
+    pub transparent: bool,
     pub area: f64,
     /// Greatest distance of two corners.
     pub extent: f64,
@@ -50,6 +52,8 @@ pub(crate) struct MeshPart {
     pub tree: ClusterTree,
     /// Whether no ray from its front intersects it again.
     pub convex: bool,
+    /// Whether light passes all of it.
+    pub transparent: bool,
 }
 
 /// All surfaces of a scene.
@@ -196,7 +200,8 @@ impl<'a> Finder<'a> {
         }
         let tree = ClusterTree::new(self.scene, self.geometry, &triangles);
         let convex = is_convex(self.scene, self.geometry, &tree, &self.tolerance);
-        Some(MeshPart { object, tree, convex })
+        let transparent = triangles.iter().all(|&t| self.geometry.is_transparent(self.scene, t));
+        Some(MeshPart { object, tree, convex, transparent })
     }
 }
 
@@ -275,7 +280,10 @@ impl SimplePatch {
             offset,
             tilt,
             double_sided: material.double_sided,
-            opaque: material.alpha_cutoff.is_none() && (filled - area).abs() <= extent * slack,
+            transparent: material.is_transparent(),
+            opaque: material.alpha_cutoff.is_none()
+                && !material.is_transparent()
+                && (filled - area).abs() <= extent * slack,
             area,
             extent,
         })

@@ -101,6 +101,21 @@ fn a_closed_room_is_seen_from_inside() {
 }
 
 #[test]
+fn a_glazed_room_is_a_room() {
+    let mut scene = room();
+    scene.ensure_camera();
+    let whole = scene.cameras.clone();
+    let eye = |scene: &Scene| view(scene, 1.0).1.eye;
+    let seen = eye(&scene);
+    for material in &mut scene.materials {
+        (material.blended, material.alpha) = (true, 0.2);
+    }
+    scene.cameras.clear();
+    scene.ensure_camera();
+    assert_eq!((scene.cameras.len(), eye(&scene)), (whole.len(), seen));
+}
+
+#[test]
 fn an_empty_scene_gets_both() {
     let mut scene = Scene::default();
     scene.ensure_camera();

@@ -241,3 +241,58 @@ fn pictures_that_are_cut_off_are_refused() {
         assert!(sentence.contains("image 0"), "{sentence}");
     }
 }
+
+#[test]
+fn alpha_blending_is_coverage_or_a_mask() {
+    let of = |alpha: f32, texture: Option<fn(u32) -> u8>| {
+        let base = json!({"baseColorFactor": [0.5, 0.5, 0.5, alpha], "metallicFactor": 0.0});
+        let mut file = square(
+            json!({"alphaMode": "BLEND", "pbrMetallicRoughness": base, "emissiveFactor": [1.0, 0.0, 0.0]}),
+        );
+        if let Some(alpha) = texture {
+            let texture = file.texture(16, 16, |x, y| [255, 255, 255, alpha(16 * y + x)]);
+            file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = json!({"index": texture});
+        }
+        let scene = load(&file);
+        let surface = Geometry::new(&scene).surface(&scene, 0, Vec2::splat(0.3), Vec3::Z);
+        (scene.materials[0].clone(), surface)
+    };
+    let (pane, surface) = of(0.25, None);
+    assert!(pane.blended && pane.alpha_cutoff.is_none() && pane.is_transparent());
+    assert_eq!(pane.emission, Vec3::X * 0.25);
+    assert!(surface.transmittance.abs_diff_eq(Vec3::splat(0.75), 1e-6));
+    let (opaque, whole) = of(1.0, None);
+    assert!(!opaque.is_transparent() && opaque.alpha_cutoff.is_none());
+    assert!(surface.albedo.abs_diff_eq(whole.albedo * 0.25, 1e-6) && is_near(surface.f90, 0.25));
+    assert_eq!(whole.transmittance, Vec3::ZERO);
+    // Leaves: half of the texels are there, the others are not.
+    let (leaf, _) = of(1.0, Some(|i| if i % 2 == 0 { 255 } else { 0 }));
+    assert_eq!((leaf.blended, leaf.alpha_cutoff), (false, Some(0.5)));
+    let (smoke, surface) = of(0.5, Some(|_| 128));
+    assert!(smoke.blended && surface.transmittance.abs_diff_eq(Vec3::splat(1.0 - 0.25), 2e-3));
+}
+
+#[test]
+fn transmission_tints_what_passes() {
+    let of = |metallic: f32, texel: u8| {
+        let mut file = square(json!({
+            "pbrMetallicRoughness": {"baseColorFactor": [0.2, 0.4, 0.8, 1.0], "metallicFactor": metallic},
+            "extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.5}},
+        }));
+        let texture = file.texture(1, 1, |_, _| [texel, 0, 0, 255]);
+        file.json["materials"][0]["extensions"]["KHR_materials_transmission"]["transmissionTexture"] =
+            json!({"index": texture});
+        let scene = load(&file);
+        assert!(scene.materials[0].is_transparent());
+        Geometry::new(&scene).surface(&scene, 0, Vec2::splat(0.3), Vec3::Z)
+    };
+    let glass = of(0.0, 255);
+    assert!(glass.transmittance.abs_diff_eq(Vec3::new(0.1, 0.2, 0.4) * 0.96, 1e-5), "{glass:?}");
+    assert!(glass.f0.abs_diff_eq(Vec3::splat(0.04), 1e-6));
+    // What passes is not reflected.
+    assert!(glass.albedo.abs_diff_eq(of(0.0, 0).albedo * 0.5, 1e-6));
+    assert_eq!((of(0.0, 0).transmittance, of(1.0, 255).transmittance), (Vec3::ZERO, Vec3::ZERO));
+    let file = square(json!({"extensions": {"KHR_materials_transmission": {"transmissionFactor": "all"}}}));
+    let sentence = load_gltf_slice(&file.glb(), None).expect_err("refused").to_string();
+    assert!(sentence.contains("KHR_materials_transmission"), "{sentence}");
+}

@@ -15,8 +15,8 @@ use emitters::{Emitters, Punctual};
 use girandole_core::brdf::Surface;
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::image::Image;
-use girandole_core::scene::{LocalView, View};
-use girandole_core::trace::SceneTracer;
+use girandole_core::scene::{LocalView, NONE, View};
+use girandole_core::trace::{Hit, SceneTracer};
 use random::Random;
 
 /// Number and length of the paths.
@@ -152,12 +152,13 @@ impl<'a> Integrator<'a> {
     /// The radiance that one random path finds along a camera ray.
     fn radiance(&self, origin: Vec3, direction: Vec3, random: &mut Random) -> Vec3 {
         let geometry = self.tracer.geometry();
-        let Some(hit) = self.tracer.closest_visible(origin, direction) else {
-            return self.distant.as_ref().map_or(Vec3::ZERO, |d| d.radiance(direction.normalize()));
-        };
-        let mut vertex = self.vertex(hit.triangle, hit.barycentric, -direction.normalize());
-        let mut result = vertex.surface.emission;
         let mut beta = Vec3::ONE;
+        let hit = self.tracer.closest_visible(origin, direction);
+        let is_seen = |hit: &Hit| self.tracer.is_visible(hit.triangle, direction);
+        let Some(mut vertex) = self.scattering((origin, direction), hit, is_seen, &mut beta, random) else {
+            return beta * self.distant.as_ref().map_or(Vec3::ZERO, |d| d.radiance(direction.normalize()));
+        };
+        let mut result = beta * vertex.surface.emission;
         for bounce in 0.. {
             if self.bounces.is_some_and(|limit| bounce > limit) || !reflects(&vertex.surface) {
                 break;
@@ -174,18 +175,19 @@ impl<'a> Integrator<'a> {
                 break;
             }
             beta *= reflection / pdf;
-            let Some(hit) = self.tracer.closest_hit(vertex.start, wi, f32::INFINITY, vertex.triangle) else {
+            let hit = self.tracer.closest_hit(vertex.start, wi, f32::INFINITY, vertex.triangle);
+            let is_other = |hit: &Hit| hit.triangle != vertex.triangle;
+            let Some(next) = self.scattering((vertex.start, wi), hit, is_other, &mut beta, random) else {
                 if let Some(distant) = &self.distant {
                     result += beta * distant.radiance(wi) * power_heuristic(pdf, distant.pdf(wi));
                 }
                 break;
             };
-            let next = self.vertex(hit.triangle, hit.barycentric, -wi);
             // What is unlit shows itself to the eye alone.
-            if next.surface.emission != Vec3::ZERO && self.emits(hit.triangle) {
+            if next.surface.emission != Vec3::ZERO && self.emits(next.triangle) {
                 let emitter_pdf = self.emitters.pdf_solid_angle(
-                    hit.triangle,
-                    geometry.normal(hit.triangle),
+                    next.triangle,
+                    geometry.normal(next.triangle),
                     vertex.start,
                     next.surface.position,
                 );
@@ -202,6 +204,45 @@ impl<'a> Integrator<'a> {
             }
         }
         result
+    }
+
+    /// The surface at which a ray that ends at `hit` goes on: that, or one before it that lets light through, by chance; `beta` is
+    /// what passes those before, and what chance owes. Of the transparent ones, those count that are accepted.
+    fn scattering(
+        &self,
+        (origin, direction): (Vec3, Vec3),
+        hit: Option<Hit>,
+        accept: impl Fn(&Hit) -> bool,
+        beta: &mut Vec3,
+        random: &mut Random,
+    ) -> Option<Vertex> {
+        let wo = -direction.normalize();
+        let reach = hit.map_or(f32::INFINITY, |hit| hit.t);
+        for hit in self.tracer.transparent_hits(origin, direction, reach).into_iter().filter(accept) {
+            let vertex = self.vertex(hit.triangle, hit.barycentric, wo);
+            let passes = vertex.surface.transmittance;
+            let share = passes.element_sum() / 3.0;
+            if random.unit() >= share {
+                *beta /= 1.0 - share;
+                return Some(vertex);
+            }
+            *beta *= passes / share;
+        }
+        hit.map(|hit| self.vertex(hit.triangle, hit.barycentric, wo))
+    }
+
+    /// The share of light that passes from a vertex to a point on a triangle ([`NONE`] for none).
+    fn passed(&self, vertex: &Vertex, to: Vec3, to_triangle: u32) -> Vec3 {
+        if self.tracer.occluded(vertex.start, vertex.triangle, to, to_triangle) {
+            return Vec3::ZERO;
+        }
+        let direction = to - vertex.start;
+        let wo = -direction.normalize();
+        let between = self.tracer.transparent_hits(vertex.start, direction, 1.0).into_iter();
+        between
+            .filter(|hit| hit.triangle != vertex.triangle && hit.triangle != to_triangle)
+            .map(|hit| self.vertex(hit.triangle, hit.barycentric, wo).surface.transmittance)
+            .product()
     }
 
     fn vertex(&self, triangle: u32, barycentric: Vec2, wo: Vec3) -> Vertex {
@@ -228,10 +269,8 @@ impl<'a> Integrator<'a> {
             return Vec3::ZERO;
         }
         let end = self.tracer.offset_ray_origin(point.position, towards);
-        if self.tracer.occluded(vertex.start, vertex.triangle, end, point.triangle) {
-            return Vec3::ZERO;
-        }
-        light / pdf * power_heuristic(pdf, bsdf::pdf(&vertex.surface, vertex.wo, wi))
+        let passed = self.passed(vertex, end, point.triangle);
+        passed * light / pdf * power_heuristic(pdf, bsdf::pdf(&vertex.surface, vertex.wo, wi))
     }
 
     /// Reflected light of one direction of the environment, weighted against BSDF sampling.
@@ -244,10 +283,8 @@ impl<'a> Integrator<'a> {
             return Vec3::ZERO;
         }
         let end = vertex.start + wi * (vertex.start.length() + 2.0 * self.tracer.geometry().extent());
-        if self.tracer.occluded(vertex.start, vertex.triangle, end, girandole_core::scene::NONE) {
-            return Vec3::ZERO;
-        }
-        light / pdf * power_heuristic(pdf, bsdf::pdf(&vertex.surface, vertex.wo, wi))
+        self.passed(vertex, end, NONE) * light / pdf
+            * power_heuristic(pdf, bsdf::pdf(&vertex.surface, vertex.wo, wi))
     }
 
     fn light_from_punctual(&self, vertex: &Vertex, random: &mut Random) -> Vec3 {
@@ -262,12 +299,10 @@ impl<'a> Integrator<'a> {
     fn light_from(&self, light: &Punctual, vertex: &Vertex) -> Vec3 {
         let (to, wi, irradiance) = light.towards(vertex.surface.position, self.tracer.geometry().extent());
         let contribution = bsdf::evaluate(&vertex.surface, vertex.wo, wi) * irradiance;
-        if contribution == Vec3::ZERO
-            || self.tracer.occluded(vertex.start, vertex.triangle, to, girandole_core::scene::NONE)
-        {
+        if contribution == Vec3::ZERO {
             return Vec3::ZERO;
         }
-        contribution
+        contribution * self.passed(vertex, to, NONE)
     }
 }
 

@@ -8,5 +8,6 @@ mod light_motion;
 mod many_lights;
 mod metrics;
 mod reflection;
+mod transparency;
 mod truth;
 mod visibility;

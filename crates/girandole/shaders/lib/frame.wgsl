@@ -20,7 +20,7 @@ struct Frame {
   samples: u32, // sub-pixel samples a pixel
   last_row: u32, // last row of the band's grids of points: one below the band where there is one
   step: u32, // pixels from a point of the grid to the next
-  batch: u32, // index of the batch of lights
+  batch: u32, // index of the batch of lights, or of the layer
   last_batch: u32, // whether it is the last one
   tolerance: f32, // largest difference between neighbours that are interpolated, as a share
   debug: u32, // whether sums are kept for a debug view

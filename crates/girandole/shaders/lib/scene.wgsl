@@ -33,15 +33,16 @@ struct Material {
   metallic: f32,
   roughness: f32,
   normal_scale: f32,
-  double_sided: u32,
+  transmission: f32,
   albedo: vec3f, // of the diffuse reflection, but for textures
-  flags: u32, // VERTEX_COLORED, UNLIT
+  flags: u32, // VERTEX_COLORED, UNLIT and others
   base_color_texture: TextureUse,
   metallic_roughness_texture: TextureUse,
   specular_texture: TextureUse,
   specular_color_texture: TextureUse,
   normal_texture: TextureUse,
   emission_texture: TextureUse,
+  transmission_texture: TextureUse,
 }
 
 @group(1) @binding(0) var<storage, read> vertices: array<Vertex>;

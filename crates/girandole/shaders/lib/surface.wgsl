@@ -90,14 +90,18 @@ fn vertex_tint(hit: Hit, m: Material, flags: u32) -> vec3f {
 }
 
 fn emission_factor(hit: Hit, m: Material) -> vec3f {
-  return sample_at(m.emission_texture, hit).xyz * vertex_tint(hit, m, VERTEX_COLORED | UNLIT);
+  let texel = sample_at(m.emission_texture, hit);
+  // What is unlit has its base colour here.
+  let opacity = select(1.0, m.alpha * texel.w, (m.flags & (UNLIT | BLENDED)) == (UNLIT | BLENDED));
+  return texel.xyz * opacity * vertex_tint(hit, m, VERTEX_COLORED | UNLIT);
 }
 
 // Whether a material is not the same all over a triangle.
 fn varies(m: Material) -> bool {
   if HAS_TEXTURES && (m.flags & VERTEX_COLORED) != 0u { return true; }
   return HAS_TEXTURES && (m.base_color_texture.texture & m.metallic_roughness_texture.texture & m.specular_texture.texture
-    & m.specular_color_texture.texture & m.normal_texture.texture & m.emission_texture.texture) != NONE;
+    & m.specular_color_texture.texture & m.normal_texture.texture & m.emission_texture.texture
+    & m.transmission_texture.texture) != NONE;
 }
 
 fn shading_normal(hit: Hit, m: Material) -> vec3f {

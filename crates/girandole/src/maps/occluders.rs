@@ -54,6 +54,9 @@ impl Occluders {
                 blocks[triangle as usize] = false;
             }
         }
+        for (triangle, blocks) in (0..).zip(&mut blocks) {
+            *blocks &= !geometry.is_transparent(scene, triangle);
+        }
         let select = |masked: bool| {
             let chosen = (0..geometry.triangles.len() as u32).filter(|&t| {
                 let material = &scene.materials[geometry.triangles[t as usize].material as usize];

@@ -19,7 +19,7 @@ impl Background {
     /// Puts it behind a picture that is done, `whole`.
     pub fn record(&self, recorder: &mut Recorder, whole: &BandSample, environment: &GpuEnvironment) {
         let targets = whole.targets;
-        let (behind, view) = targets.with_background(recorder.device);
+        let (behind, view) = targets.composite(recorder.device);
         let resources = [
             texture("environment", &environment.map),
             texture("picture", &targets.picture_view),

@@ -9,6 +9,7 @@ pub(crate) mod debug;
 pub(crate) mod edges;
 pub(crate) mod exposure;
 pub(crate) mod first_samples;
+pub(crate) mod layers;
 pub(crate) mod light_maps;
 pub(crate) mod multipass;
 pub(crate) mod refine;
@@ -69,6 +70,7 @@ impl<'a> Compiler<'a> {
             flag("ONLY_COSINE_LIGHTS", self.features.only_cosine_lights),
             flag("HAS_TEXTURES", self.features.textures),
             flag("HAS_CURVED", self.features.curved),
+            flag("HAS_TRANSPARENT", self.features.transparent),
             flag("WRITES_RADIANCE", self.writes_radiance),
         ]
     }
@@ -100,6 +102,13 @@ impl<'a> BandSample<'a> {
         self.frame.end_light = batch.end;
         self.frame.batch = batch.first / BATCH;
         self.frame.last_batch = u32::from(batch.is_last);
+        self
+    }
+
+    /// The same for a layer of transparent surfaces.
+    pub fn with_layer(mut self, layer: u32, is_last: bool) -> Self {
+        self.frame.batch = layer;
+        self.frame.last_batch = u32::from(is_last);
         self
     }
 

@@ -2,14 +2,16 @@
 
 use super::BandSample;
 use super::caller_depth::CallerDepth;
-use crate::device::kernel::{Draw, RenderKernel, Shared, buffer};
+use crate::device::kernel::{Binding, Draw, RenderKernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::points::targets::{DEPTH, SURFACE_IDS, TRIANGLE_IDS};
+use crate::points::targets::{DEPTH, LayerTargets, SURFACE_IDS, TRIANGLE_IDS};
 use crate::shaders;
+use std::ops::Range;
 
 pub(crate) struct VisibilityBuffer {
     opaque: RenderKernel,
     masked: RenderKernel,
+    layer: RenderKernel,
 }
 
 /// What the pixels of a sample show.
@@ -36,9 +38,9 @@ pub(crate) enum DepthUse<'a> {
 
 impl VisibilityBuffer {
     pub fn new(device: &wgpu::Device, shared: &Shared) -> Self {
-        let pipeline = |fragment| {
+        let pipeline = |vertex, fragment| {
             let draw = Draw {
-                vertex: "project_triangle",
+                vertex,
                 fragment: Some(fragment),
                 topology: wgpu::PrimitiveTopology::TriangleList,
                 depth: Some((DEPTH, wgpu::CompareFunction::Greater)),
@@ -46,30 +48,18 @@ impl VisibilityBuffer {
             };
             RenderKernel::new(device, shared, &shaders::VISIBILITY_BUFFER, &draw, &[])
         };
-        Self { opaque: pipeline("opaque"), masked: pipeline("masked") }
+        Self {
+            opaque: pipeline("project_triangle", "opaque"),
+            masked: pipeline("project_triangle", "masked"),
+            layer: pipeline("project_layer", "layer"),
+        }
     }
 
-    /// Rasterises the scene.
+    /// Rasterises the scene, but for what lets light through.
     pub fn record<'a>(&self, recorder: &mut Recorder, band: &BandSample<'a>, depth: DepthUse) -> Seen<'a> {
-        let (scene, targets) = (band.scene, band.targets);
-        let resources = [
-            buffer("triangle_order", &scene.triangle_order),
-            buffer("triangle_surfaces", &scene.triangle_surfaces),
-        ];
-        let kernels = [&self.opaque, &self.masked];
-        let groups = kernels.map(|k| k.group(recorder.device, &resources));
-        let uniform = recorder.uniform(&band.frame);
-        let color = |view| {
-            Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(Default::default()),
-                    store: wgpu::StoreOp::Store,
-                },
-            })
-        };
+        let [opaque, masked, _] = band.scene.counts;
+        let kernels =
+            [(&self.opaque, 0..3 * opaque, &[][..]), (&self.masked, 3 * opaque..3 * (opaque + masked), &[])];
         let (load, store) = match depth {
             DepthUse::Discard => (wgpu::LoadOp::Clear(0.0), wgpu::StoreOp::Discard),
             DepthUse::Keep => (wgpu::LoadOp::Clear(0.0), wgpu::StoreOp::Store),
@@ -78,28 +68,97 @@ impl VisibilityBuffer {
                 (wgpu::LoadOp::Load, wgpu::StoreOp::Store)
             }
         };
-        let timestamps = recorder.timers.render("visibility_buffer_gpu_ms");
-        let mut pass = recorder.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("visibility buffer"),
-            color_attachments: &[color(&targets.triangle_ids), color(&targets.surface_ids)],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &targets.depth,
-                depth_ops: Some(wgpu::Operations { load, store }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: timestamps,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
-        let [opaque, masked] = scene.counts;
-        for ((kernel, group), vertices) in
-            kernels.iter().zip(&groups).zip([0..3 * opaque, 3 * opaque..3 * (opaque + masked)])
-        {
-            if !vertices.is_empty() {
-                kernel.set(&mut pass, (Some(&uniform), Some(&scene.group)), group);
-                pass.draw(vertices, 0..1);
-            }
-        }
-        Seen { triangle_ids: &targets.triangle_ids, surface_ids: &targets.surface_ids, depth: &targets.depth }
+        let attachment = (&band.targets.depth, wgpu::Operations { load, store });
+        rasterise(recorder, band, attachment, &kernels)
     }
+
+    /// Rasterises what lets light through: the nearest such surfaces beyond those of the layer before, as far as they are not
+    /// hidden. [`VisibilityBuffer::record`] has kept its depth.
+    pub fn record_layer<'a>(
+        &self,
+        recorder: &mut Recorder,
+        band: &BandSample<'a>,
+        layers: &'a LayerTargets,
+        layer: u32,
+    ) -> Seen<'a> {
+        let [opaque, masked, transparent] = band.scene.counts;
+        let first = 3 * (opaque + masked);
+        let [ours, nearer] = [layer, layer + 1].map(|index| &layers.depth[index as usize % 2]);
+        let (from, to) = (band.targets.depth.texture(), ours.texture());
+        recorder.encoder().copy_texture_to_texture(from.as_image_copy(), to.as_image_copy(), from.size());
+        if layer == 0 {
+            clear_depth(recorder, nearer);
+        }
+        let resources = [texture("nearer_depth", nearer)];
+        let kernels = [(&self.layer, first..first + 3 * transparent, &resources[..])];
+        let operations = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
+        rasterise(recorder, band, (ours, operations), &kernels)
+    }
+}
+
+/// Clears a depth texture to the nearest depth.
+fn clear_depth(recorder: &mut Recorder, view: &wgpu::TextureView) {
+    let operations = wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Store };
+    recorder.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("nearest depth"),
+        color_attachments: &[],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view,
+            depth_ops: Some(operations),
+            stencil_ops: None,
+        }),
+        timestamp_writes: None,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    });
+}
+
+/// Draws these vertices with these kernels and what they bind besides the scene's triangles.
+fn rasterise<'a>(
+    recorder: &mut Recorder,
+    band: &BandSample<'a>,
+    (depth, operations): (&'a wgpu::TextureView, wgpu::Operations<f32>),
+    kernels: &[(&RenderKernel, Range<u32>, &[Binding])],
+) -> Seen<'a> {
+    let (scene, targets) = (band.scene, band.targets);
+    let triangles = [
+        buffer("triangle_order", &scene.triangle_order),
+        buffer("triangle_surfaces", &scene.triangle_surfaces),
+    ];
+    let groups: Vec<_> = kernels
+        .iter()
+        .map(|(kernel, _, resources)| kernel.group(recorder.device, &[&triangles, *resources].concat()))
+        .collect();
+    let uniform = recorder.uniform(&band.frame);
+    let color = |view| {
+        Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(Default::default()),
+                store: wgpu::StoreOp::Store,
+            },
+        })
+    };
+    let timestamps = recorder.timers.render("visibility_buffer_gpu_ms");
+    let mut pass = recorder.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("visibility buffer"),
+        color_attachments: &[color(&targets.triangle_ids), color(&targets.surface_ids)],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: depth,
+            depth_ops: Some(operations),
+            stencil_ops: None,
+        }),
+        timestamp_writes: timestamps,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    });
+    for ((kernel, vertices, _), group) in kernels.iter().zip(&groups) {
+        if !vertices.is_empty() {
+            kernel.set(&mut pass, (Some(&uniform), Some(&scene.group)), group);
+            pass.draw(vertices.clone(), 0..1);
+        }
+    }
+    Seen { triangle_ids: &targets.triangle_ids, surface_ids: &targets.surface_ids, depth }
 }

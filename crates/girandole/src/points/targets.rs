@@ -40,12 +40,22 @@ pub(crate) struct Targets {
     pub partial_sums: wgpu::Buffer,
     pub picture: wgpu::Texture,
     pub picture_view: wgpu::TextureView,
-    /// The picture with what is behind it, where a scene has an environment.
-    with_background: OnceLock<(wgpu::Texture, wgpu::TextureView)>,
+    /// The picture with what is behind it or before it, where a scene has an environment or is seen through.
+    composite: OnceLock<(wgpu::Texture, wgpu::TextureView)>,
+    /// For what is seen through, where a scene has any.
+    layers: OnceLock<LayerTargets>,
     /// The band's grids of points with steps of 1, 2, 4 and 8 pixels.
     grids: [Grid; 4],
     /// A further sample of each pixel.
     sample: Grid,
+}
+
+/// What layers of transparent surfaces need.
+pub(crate) struct LayerTargets {
+    /// Of a layer and the one before, in turn.
+    pub depth: [wgpu::TextureView; 2],
+    /// Three elements a pixel of a band.
+    pub sums: wgpu::Buffer,
 }
 
 /// Textures of a grid of points.
@@ -94,7 +104,7 @@ impl Targets {
             band_rows,
             triangle_ids: attachment("triangle ids", TRIANGLE_IDS),
             surface_ids: attachment("surface ids", SURFACE_IDS),
-            depth: attachment("depth", DEPTH),
+            depth: view(texture("depth", DEPTH, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING | U::COPY_SRC)),
             grids: std::array::from_fn(|level| grid(level as u32)),
             sample: grid(0),
             partial_sums: device.create_buffer(&wgpu::BufferDescriptor {
@@ -104,16 +114,43 @@ impl Targets {
                 mapped_at_creation: false,
             }),
             picture_view: picture.create_view(&Default::default()),
-            with_background: OnceLock::new(),
+            composite: OnceLock::new(),
+            layers: OnceLock::new(),
             picture,
         }
     }
 
+    /// What layers of transparent surfaces need.
+    pub fn layers(&self, device: &wgpu::Device) -> &LayerTargets {
+        self.layers.get_or_init(|| LayerTargets {
+            depth: [(); 2].map(|()| {
+                use wgpu::TextureUsages as U;
+                let texture = device.create_texture(&wgpu::TextureDescriptor {
+                    label: Some("depth of a layer"),
+                    size: self.picture.size(),
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: wgpu::TextureDimension::D2,
+                    format: DEPTH,
+                    usage: U::RENDER_ATTACHMENT | U::TEXTURE_BINDING | U::COPY_DST,
+                    view_formats: &[],
+                });
+                texture.create_view(&Default::default())
+            }),
+            sums: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("sums of layers"),
+                size: 3 * u64::from(self.size[0]) * u64::from(self.band_rows) * 16,
+                usage: wgpu::BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            }),
+        })
+    }
+
     /// A texture like the picture.
-    pub fn with_background(&self, device: &wgpu::Device) -> &(wgpu::Texture, wgpu::TextureView) {
-        self.with_background.get_or_init(|| {
+    pub fn composite(&self, device: &wgpu::Device) -> &(wgpu::Texture, wgpu::TextureView) {
+        self.composite.get_or_init(|| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("picture with background"),
+                label: Some("composite picture"),
                 size: self.picture.size(),
                 mip_level_count: 1,
                 sample_count: 1,

@@ -3,6 +3,7 @@
 use crate::device::buffers::storage;
 use crate::device::kernel::{GroupLayout, buffer, texture};
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
+use crate::points::layers::TransparentTriangles;
 use crate::records::TextureEntry;
 use crate::scene::environment::GpuEnvironment;
 use crate::scene::surface_ids::surface_ids;
@@ -23,15 +24,17 @@ pub(crate) struct GpuScene {
     materials: wgpu::Buffer,
     /// How many materials there are.
     pub material_count: usize,
-    /// Triangle indices, those without an alpha mask first.
+    /// Triangle indices: those without an alpha mask, those with one, those that let light through.
     pub triangle_order: wgpu::Buffer,
     /// Ids of the triangles' surfaces.
     pub triangle_surfaces: wgpu::Buffer,
     surfaces: Vec<u32>,
     /// Which vertices, triangles and patches are whose.
     pub objects: Vec<ObjectRange>,
-    /// How many triangles have no mask, and how many have.
-    pub counts: [u32; 2],
+    /// How many triangles there are of each of these kinds.
+    pub counts: [u32; 3],
+    /// Where those are that let light through.
+    pub transparent: TransparentTriangles,
     /// What is behind it all, if anything.
     pub environment: Option<GpuEnvironment>,
 }
@@ -50,11 +53,14 @@ impl GpuScene {
             .map(|t| Triangle { vertices: t.vertices, material: t.material })
             .collect();
         let materials: Vec<GpuMaterial> = scene.materials.iter().map(GpuMaterial::from).collect();
-        let masked =
-            |t: u32| scene.materials[geometry.triangles[t as usize].material as usize].alpha_cutoff.is_some();
+        let kind = |t: u32| {
+            let material = &scene.materials[geometry.triangles[t as usize].material as usize];
+            if material.is_transparent() { 2 } else { usize::from(material.alpha_cutoff.is_some()) }
+        };
         let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
-        order.sort_by_key(|&t| masked(t));
-        let opaque = order.partition_point(|&t| !masked(t)) as u32;
+        order.sort_by_key(|&t| kind(t));
+        let mut counts = [0; 3];
+        order.iter().for_each(|&t| counts[kind(t)] += 1);
         let vertices = storage(device, "vertices", &vertices)?;
         let triangles = storage(device, "triangles", &triangles)?;
         let materials = storage(device, "materials", &materials)?;
@@ -68,7 +74,8 @@ impl GpuScene {
         let surfaces = surface_ids(scene, geometry)?;
         Ok(Self {
             group: layout.group(device, &resources),
-            counts: [opaque, order.len() as u32 - opaque],
+            counts,
+            transparent: TransparentTriangles::new(scene, geometry),
             triangle_order: storage(device, "triangle order", &order)?,
             triangle_surfaces: storage(device, "surface ids", &surfaces)?,
             surfaces,
@@ -101,6 +108,9 @@ impl GpuScene {
             let vertices: Vec<Vertex> = range.clone().map(|i| vertex(geometry, i as usize)).collect();
             let at = range.start as usize * size_of::<Vertex>();
             queue.write_buffer(&self.vertices, at as u64, bytemuck::cast_slice(&vertices));
+        }
+        if self.counts[2] > 0 && !moved.is_empty() {
+            self.transparent = TransparentTriangles::new(scene, geometry);
         }
         // Planes may have come to coincide, or no longer do.
         if moved.iter().all(|object| geometry.objects[object.index()].patches.is_empty()) {

@@ -3,6 +3,7 @@
 mod common;
 mod environment;
 mod exact;
+mod layers;
 mod leaks;
 mod light_motion;
 mod materials;
@@ -23,10 +24,18 @@ use common::{Context, Test};
 use girandole::DeviceTuning;
 use libtest_mimic::{Arguments, Conclusion, Failed, Trial};
 use std::panic::AssertUnwindSafe;
+use std::sync::Mutex;
+use std::time::Instant;
 
 /// The variants of the kernels that every test of pictures runs in: those of GPUs, and those of software drivers. Whatever
 /// the device is, both run on it.
 const TUNINGS: [(&str, DeviceTuning); 2] = [("gpu", DeviceTuning::GPU), ("software", DeviceTuning::SOFTWARE)];
+
+/// How many tests the last lines name with their times.
+const SLOWEST: usize = 80;
+
+/// The seconds that every test took, with its name.
+static TIMES: Mutex<Vec<(f32, String)>> = Mutex::new(Vec::new());
 
 /// What a device has to have been created with for a test; without it the test is ignored.
 type Requirement = wgpu::Features;
@@ -37,6 +46,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         exact::tests(),
         opening::tests(),
         oracle::tests(),
+        layers::tests(),
         leaks::tests(),
         light_motion::tests(),
         materials::tests(),
@@ -76,9 +86,13 @@ fn run(
             if context.is_some() && !can_run {
                 eprintln!("{name} is ignored: the device lacks {features:?}");
             }
-            Trial::test(format!("{prefix}::{name}"), move || {
+            let name = format!("{prefix}::{name}");
+            Trial::test(name.clone(), move || {
                 let context = context.filter(|_| can_run).ok_or("no adapter, or it lacks what is tested")?;
-                std::panic::catch_unwind(AssertUnwindSafe(|| test(context))).map_err(|payload| {
+                let start = Instant::now();
+                let result = std::panic::catch_unwind(AssertUnwindSafe(|| test(context)));
+                TIMES.lock().unwrap().push((start.elapsed().as_secs_f32(), name));
+                result.map_err(|payload| {
                     let text = payload.downcast_ref::<String>().cloned();
                     Failed::from(
                         text.or_else(|| payload.downcast_ref::<&str>().map(|s| s.to_string()))
@@ -112,6 +126,11 @@ fn main() {
         conclusions.push((name, run(&arguments, name, pictures(), context(Some(tuning)))));
     }
     if !arguments.list {
+        let mut times = TIMES.lock().unwrap();
+        times.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (seconds, name) in times.iter().take(SLOWEST) {
+            println!("{seconds:6.1} s {name}");
+        }
         for (name, c) in &conclusions {
             println!("{name}: {} passed, {} failed, {} ignored", c.num_passed, c.num_failed, c.num_ignored);
         }

@@ -13,6 +13,11 @@ use std::collections::HashSet;
 /// Brighter than this, W/(sr·m²), is a mistake, and sums would leave the range of single precision.
 const MAX_EMISSION: f32 = 1e12;
 
+/// From this alpha on surfaces count as opaque.
+const OPAQUE: f32 = 0.995;
+/// A blended texture is cut off where alpha is 0.5 if no more of it than this lies between.
+const MOST_BETWEEN: f32 = 0.1;
+
 impl Importer<'_> {
     /// Reads all materials, so that indices stay the file's; of those that nothing uses and that are broken, the name alone.
     pub(super) fn read_materials(&mut self) -> Parsed<()> {
@@ -115,7 +120,7 @@ impl Importer<'_> {
         if let Some(extensions) = extensions {
             self.extend(&mut material, &extensions.others)?;
         }
-        material.alpha_cutoff = self.alpha_cutoff(json, &material);
+        self.see_through(json, &mut material);
         Ok(material)
     }
 
@@ -129,31 +134,51 @@ impl Importer<'_> {
         self.texture_ref(info.index.value(), info.tex_coord, transform, color_space)
     }
 
-    fn least_alpha(&mut self, texture: u32) -> u8 {
-        let texels = &self.scene.textures[texture as usize].texels;
-        let least = || texels.iter().map(|t| t[3]).min().unwrap_or(255);
-        *self.least_alphas.entry(texture).or_insert_with(least)
-    }
-
-    /// Where the surface ends, if anything of it is cut away at all: opaque materials are much cheaper to draw.
-    fn alpha_cutoff(&mut self, json: &json::Material, material: &Material) -> Option<f32> {
-        let least = material.base_color_texture.map_or(255, |t| self.least_alpha(t.texture));
-        let least = f32::from(least) / 255.0;
+    /// What its alpha makes of a material, if anything of it is cut away or seen through at all: opaque surfaces are much cheaper
+    /// to draw, and they cast shadows.
+    fn see_through(&mut self, json: &json::Material, material: &mut Material) {
+        let texture = material.base_color_texture.map(|t| t.texture);
+        let Alphas { least, between } = texture.map_or(Alphas::OPAQUE, |t| self.alphas(t));
+        let least = material.alpha * f32::from(least) / 255.0;
         match json.alpha_mode {
             Checked::Valid(AlphaMode::Mask) => {
                 let cutoff = json.alpha_cutoff.map_or(0.5, |c| c.0.clamp(0.0, 2.0));
-                (material.alpha * least < cutoff).then_some(cutoff)
+                material.alpha_cutoff = (least < cutoff).then_some(cutoff);
             }
-            Checked::Valid(AlphaMode::Blend) if least < 1.0 => {
-                self.scene.warn("transparency is not supported: textured alpha is cut off at 0.5".into());
-                (material.alpha * least < 0.5).then_some(0.5)
+            // Leaves and grids, whose shadows matter.
+            Checked::Valid(AlphaMode::Blend) if material.alpha >= OPAQUE && between <= MOST_BETWEEN => {
+                material.alpha_cutoff = (least < 0.5).then_some(0.5);
             }
-            Checked::Valid(AlphaMode::Blend) => {
-                self.scene
-                    .warn("transparency is not supported: surfaces without alpha texture are opaque".into());
-                None
+            Checked::Valid(AlphaMode::Blend) if least < OPAQUE => {
+                material.blended = true;
+                material.emission *= material.alpha;
             }
-            _ => None,
+            _ => {}
+        }
+    }
+
+    fn alphas(&mut self, texture: u32) -> Alphas {
+        let texels = &self.scene.textures[texture as usize].texels;
+        *self.alphas.entry(texture).or_insert_with(|| Alphas::of(texels))
+    }
+}
+
+/// What textures are made of.
+#[derive(Clone, Copy)]
+pub(super) struct Alphas {
+    least: u8,
+    /// Share of the texels that are neither there nor not.
+    between: f32,
+}
+
+impl Alphas {
+    const OPAQUE: Self = Self { least: 255, between: 0.0 };
+
+    fn of(texels: &[[u8; 4]]) -> Self {
+        let between = texels.iter().filter(|[.., a]| (26..230).contains(a)).count();
+        Self {
+            least: texels.iter().map(|t| t[3]).min().unwrap_or(255),
+            between: between as f32 / texels.len().max(1) as f32,
         }
     }
 }

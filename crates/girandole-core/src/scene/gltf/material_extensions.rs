@@ -4,6 +4,7 @@
 //! - `KHR_materials_clearcoat`: both lobes as one, of their common strength and mean width.
 //! - `KHR_materials_sheen`: by its albedo, as part of the base colour.
 //! - `KHR_materials_pbrSpecularGlossiness`: a dielectric with that specular colour.
+//! - `KHR_materials_transmission`: a thin wall.
 //! - `KHR_materials_unlit`.
 
 use super::{Importer, Parsed};
@@ -13,12 +14,13 @@ use gltf::json::texture::Info;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
-use std::f32::consts::{FRAC_PI_2, PI};
+use std::f32::consts::PI;
 
 pub(super) const CLEARCOAT: &str = "KHR_materials_clearcoat";
 pub(super) const IOR: &str = "KHR_materials_ior";
 pub(super) const SHEEN: &str = "KHR_materials_sheen";
 pub(super) const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
+pub(super) const TRANSMISSION: &str = "KHR_materials_transmission";
 pub(super) const UNLIT: &str = "KHR_materials_unlit";
 
 /// Reflectance at normal incidence of what has a refractive index of 1.5.
@@ -63,6 +65,13 @@ struct Sheen {
     sheen_color_texture: Option<Info>,
 }
 
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Transmission {
+    transmission_factor: f32,
+    transmission_texture: Option<Info>,
+}
+
 #[derive(Deserialize)]
 struct Ior {
     #[serde(default = "usual_ior")]
@@ -87,6 +96,11 @@ impl Importer<'_> {
         }
         if let Some(clearcoat) = read(others, CLEARCOAT)? {
             self.clearcoat(material, &clearcoat);
+        }
+        if let Some(Transmission { transmission_factor, transmission_texture }) = read(others, TRANSMISSION)?
+        {
+            material.transmission = transmission_factor.clamp(0.0, 1.0);
+            material.transmission_texture = self.info(transmission_texture.as_ref(), ColorSpace::Linear)?;
         }
         if others.contains_key(UNLIT) {
             material.unlit = true;
@@ -150,13 +164,11 @@ impl Importer<'_> {
         }
         let color = Vec3::from(json.sheen_color_factor.map(|c| c.clamp(0.0, 1.0)));
         let sheen = color * sheen_albedo(json.sheen_roughness_factor.clamp(0.0, 1.0));
-        let mean = material
-            .base_color_texture
-            .map_or(Vec3::ONE, |t| mean_color(&self.scene.textures[t.texture as usize]));
+        let texture = material.base_color_texture.map(|t| &self.scene.textures[t.texture as usize]);
+        let mean = texture.map_or(Vec3::ONE, mean_color).max(Vec3::splat(1e-3));
         // Its mean is right; what varies is the base's.
         let below = material.base_color * (1.0 - sheen.max_element());
-        material.base_color =
-            (below + sheen / mean.max(Vec3::splat(1e-3))).min(Vec3::ONE / mean.max(Vec3::splat(1e-3)));
+        material.base_color = (below + sheen / mean).min(Vec3::ONE / mean);
     }
 
     fn clearcoat(&mut self, material: &mut Material, json: &Clearcoat) {
@@ -164,13 +176,13 @@ impl Importer<'_> {
             self.scene.warn("textures of clear coats are left out: they are the same all over".into());
         }
         let strength = json.clearcoat_factor.clamp(0.0, 1.0);
+        if strength <= 0.0 {
+            return;
+        }
         let coat = DIELECTRIC * strength;
         let dielectric = (DIELECTRIC * material.specular_color).min(Vec3::ONE) * material.specular;
         let base = dielectric.lerp(material.base_color, material.metallic).element_sum() / 3.0
             * (1.0 - coat).powi(2);
-        if coat + base <= 0.0 {
-            return;
-        }
         let alpha = |roughness: f32| roughness.clamp(0.0, 1.0).powi(2);
         let mean = (alpha(material.roughness) * base + alpha(json.clearcoat_roughness_factor) * coat)
             / (base + coat);
@@ -215,7 +227,7 @@ fn sheen_albedo(roughness: f32) -> f32 {
             view + light,
         );
         let sine = (1.0 - half.normalize().z.powi(2)).max(0.0).sqrt();
-        let distribution = (2.0 + inverse) * libm::powf(sine, inverse) / (4.0 * FRAC_PI_2);
+        let distribution = (2.0 + inverse) * libm::powf(sine, inverse) / (2.0 * PI);
         let visibility = 1.0 / (4.0 * (light + view - light * view));
         // What is reflected of a view, and views by their cosine.
         sum += distribution * visibility * light * 2.0 * view;

@@ -43,7 +43,7 @@ pub const MAX_TEXTURE_SIDE: u32 = 8192;
 pub const MAX_TEXELS: usize = 1 << 28;
 
 /// Extensions that are read. Others are named in a warning.
-const SUPPORTED_EXTENSIONS: [&str; 15] = [
+const SUPPORTED_EXTENSIONS: [&str; 16] = [
     compression::MESHOPT[0],
     compression::MESHOPT[1],
     compression::DRACO,
@@ -51,6 +51,7 @@ const SUPPORTED_EXTENSIONS: [&str; 15] = [
     material_extensions::IOR,
     material_extensions::SHEEN,
     material_extensions::SPECULAR_GLOSSINESS,
+    material_extensions::TRANSMISSION,
     material_extensions::UNLIT,
     texture::FORMATS[0],
     texture::FORMATS[1],
@@ -93,7 +94,7 @@ struct Importer<'d> {
     /// Scene texture by glTF texture and colour space.
     textures: HashMap<(usize, super::ColorSpace), u32>,
     /// Of textures of the scene.
-    least_alphas: HashMap<u32, u8>,
+    alphas: HashMap<u32, material::Alphas>,
     /// The material of primitives without one.
     default_material: Option<u32>,
     /// Scene node by glTF node.
@@ -114,7 +115,7 @@ fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
         scene: Scene::default(),
         meshes: HashMap::new(),
         textures: HashMap::new(),
-        least_alphas: HashMap::new(),
+        alphas: HashMap::new(),
         default_material: None,
         nodes: vec![None; document.root.nodes.len()],
         shown: HashSet::new(),

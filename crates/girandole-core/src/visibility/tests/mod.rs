@@ -7,6 +7,7 @@ mod lights;
 mod motion;
 mod outliers;
 mod random;
+mod transparency;
 
 use super::{State, VisibilityDatabase, VisibilitySettings};
 use crate::lights::{Clamp, LightSample, LightSet, LightSettings, Profile, SampleOrigin};

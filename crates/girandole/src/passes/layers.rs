@@ -1,0 +1,52 @@
+//! Puts what surfaces that let light through send, and leave of what lies behind, before the picture; see
+//! `shaders/layers.wgsl`.
+
+use super::visibility_buffer::Seen;
+use super::{BandSample, Compiler, GridView};
+use crate::device::kernel::{Groups, Kernel, buffer, texture};
+use crate::device::recorder::Recorder;
+use crate::shaders;
+
+pub(crate) struct Layers {
+    add: Kernel,
+    put_before: Kernel,
+}
+
+impl Layers {
+    pub fn new(compiler: &Compiler) -> Self {
+        let kernel = |entry| compiler.kernel(&shaders::LAYERS, entry);
+        Self { add: kernel("add_layer"), put_before: kernel("put_before") }
+    }
+
+    /// Adds the layer of `band`, from the nearest.
+    pub fn add(&self, recorder: &mut Recorder, band: &BandSample, seen: Seen, lit: GridView) {
+        let resources = [
+            texture("triangle_ids", seen.triangle_ids),
+            texture("irradiance", lit.irradiance),
+            texture("directional", lit.directional),
+            buffer("layer_sums", &band.targets.layers(recorder.device).sums),
+        ];
+        let groups = Groups::tiles(band.size());
+        self.add.record(recorder, band.groups(), "layers_gpu_ms", &resources, groups);
+    }
+
+    /// Puts the layers of all samples of a band before its picture.
+    pub fn put_before(&self, recorder: &mut Recorder, band: &BandSample) {
+        let targets = band.targets;
+        let (composite, view) = targets.composite(recorder.device);
+        let resources = [
+            buffer("layer_sums", &targets.layers(recorder.device).sums),
+            texture("picture", &targets.picture_view),
+            texture("with_layers", view),
+        ];
+        let groups = Groups::tiles(band.size());
+        self.put_before.record(recorder, band.groups(), "layers_gpu_ms", &resources, groups);
+        let [width, rows] = band.size();
+        let [from, to] = [composite, &targets.picture].map(|texture| wgpu::TexelCopyTextureInfo {
+            origin: wgpu::Origin3d { x: 0, y: band.frame.band[0], z: 0 },
+            ..texture.as_image_copy()
+        });
+        let size = wgpu::Extent3d { width, height: rows, depth_or_array_layers: 1 };
+        recorder.encoder().copy_texture_to_texture(from, to, size);
+    }
+}
