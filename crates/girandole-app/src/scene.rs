@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail};
 use girandole_core::Error;
 use girandole_core::glam::Vec3;
 use girandole_core::scene::builtin::{self, MovingObject};
-use girandole_core::scene::{Edits, Environment, Scene, Sky, View, load_model};
+use girandole_core::scene::{Edits, Environment, LoadOptions, Scene, Sky, View, load_model};
 use girandole_reference::image_file;
 use std::path::Path;
 
@@ -21,8 +21,12 @@ pub fn load(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> 
         if object.is_some() {
             bail!("--object belongs to the built-in rooms; leave it out for {name}");
         }
-        Scene::load_with(Path::new(name), environment, load.light.into())?
+        let options = LoadOptions { environment, light: load.light.into(), scale: load.scale };
+        Scene::load_with(Path::new(name), options)?
     } else if builtin::NAMES.contains(&name) {
+        if load.scale.is_some() {
+            bail!("--scale belongs to files; leave it out for {name}");
+        }
         let object = object.map_or_else(|| Ok(builtin::default_object(name)), moving_object)?;
         let mut scene = builtin::build(name, object)?;
         scene.environment = environment;

@@ -25,7 +25,7 @@ pub struct SceneArgs {
     pub load: LoadArgs,
 }
 
-/// Options of the light from infinitely far away.
+/// Options of how a scene is loaded.
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct LoadArgs {
     /// Light from all around, infinitely far away, which is also seen behind the scene: a picture of all directions, .exr or .hdr,
@@ -46,6 +46,10 @@ pub struct LoadArgs {
     /// What else lights a scene that comes from a file
     #[arg(long, value_enum, default_value_t = LightArg::Auto, conflicts_with = "environment")]
     pub light: LightArg,
+
+    /// What all lengths of a file are multiplied by, for files in other units than metres: 0.01 for centimetres
+    #[arg(long, value_name = "FACTOR", value_parser = parse_scale)]
+    pub scale: Option<f64>,
 }
 
 /// What lights a scene beside its own light.
@@ -120,8 +124,8 @@ fn parse_sky(text: &str) -> Result<[f32; 3], String> {
 
 impl LoadArgs {
     /// The options' words on a command line.
-    pub(super) fn choices(&self) -> anyhow::Result<[Choice; 4]> {
-        let Self { environment, environment_strength, environment_rotation, light } = self;
+    pub(super) fn choices(&self) -> anyhow::Result<[Choice; 5]> {
+        let Self { environment, environment_strength, environment_rotation, light, scale } = self;
         let environment = match environment {
             Some(EnvironmentArg::Color([r, g, b])) => Some(format!("{r:?},{g:?},{b:?}")),
             Some(EnvironmentArg::File(path)) => Some(file_name(path)?),
@@ -135,8 +139,14 @@ impl LoadArgs {
             ("--environment-strength", environment_strength.map(|x| format!("{x:?}"))),
             ("--environment-rotation", environment_rotation.map(|x| format!("{x:?}"))),
             ("--light", value_name(light)),
+            ("--scale", scale.map(|x| format!("{x:?}"))),
         ])
     }
+}
+
+fn parse_scale(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok();
+    number.filter(|x| (1e-12..=1e12).contains(x)).ok_or_else(|| "give a factor from 1e-12 to 1e12".into())
 }
 
 fn parse_strength(text: &str) -> Result<f32, String> {

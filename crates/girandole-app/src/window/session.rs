@@ -89,7 +89,7 @@ pub struct Source {
     pub scene: String,
     /// The moving object of a built-in room, where it is not the room's own.
     pub object: Option<String>,
-    /// What is all around.
+    /// How it is loaded.
     pub load: LoadArgs,
 }
 

@@ -102,6 +102,29 @@ fn models_are_seen_in_a_studio_unless_there_is_other_light() {
     assert!(!is_said && colored != alone);
     let turned = render(&["--environment", "sky", "--environment-rotation", "90"]);
     assert!(render(&["--environment", "sky"]) != turned);
+    // Millimetres are noticed, unless they are meant.
+    let warns = |scale: &'static str| {
+        let output = girandole.succeed(&[
+            "render",
+            "wedge.obj",
+            "--engine",
+            "cpu",
+            "--size",
+            "8x6",
+            "--lights",
+            "4",
+            "-o",
+            "w.exr",
+            "--scale",
+            scale,
+        ]);
+        crate::stderr(&output).contains("--scale")
+    };
+    assert!(!warns("0.001"));
+    std::fs::write(girandole.path().join("speck.obj"), b"v 0 0 0\nv 1e-4 0 0\nv 0 1e-4 0\nf 1 2 3\n")
+        .unwrap();
+    let speck = ["render", "speck.obj", "--engine", "cpu", "--size", "8x6", "--lights", "4", "-o", "w.exr"];
+    assert!(crate::stderr(&girandole.succeed(&speck)).contains("--scale"));
 }
 
 #[test]

@@ -4,6 +4,18 @@ use super::{DefaultLight, Environment, Material, Scene, Transform, gltf, model_f
 use crate::{Error, Result};
 use std::path::Path;
 
+/// How a scene is loaded.
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    /// Takes the place of the file's own environment, if there is one; with [`DefaultLight::Auto`] nothing else is added then.
+    pub environment: Option<Environment>,
+    /// What else lights it.
+    pub light: DefaultLight,
+    /// What all lengths are multiplied by ([`Scene::scale`]). Where it is none, lengths that are hardly metres are named in a
+    /// warning.
+    pub scale: Option<f64>,
+}
+
 impl Scene {
     /// Loads a `.glb`, `.gltf`, `.ply` or `.obj` file: a scene, or a single model of white clay. The scene is named
     /// after the file; it gets a camera if it has none ([`Scene::ensure_camera`]), and light if it has none or little
@@ -13,14 +25,14 @@ impl Scene {
     /// [`Error::Unknown`] for other kinds of files; [`Error::Read`] or [`Error::Broken`] if the file, or one that it
     /// refers to, is not usable.
     pub fn load(path: &Path) -> Result<Self> {
-        Self::load_with(path, None, DefaultLight::Auto)
+        Self::load_with(path, LoadOptions::default())
     }
 
-    /// The same with an environment, which takes the place of the file's own, if there is one, or with another choice of light.
+    /// The same with other light, or in other units.
     ///
     /// # Errors
-    /// As [`Scene::load`].
-    pub fn load_with(path: &Path, environment: Option<Environment>, light: DefaultLight) -> Result<Self> {
+    /// As [`Scene::load`]; [`Error::Invalid`] for a scale that is none.
+    pub fn load_with(path: &Path, options: LoadOptions) -> Result<Self> {
         let kind = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
         let mut scene = match kind.as_str() {
             "glb" | "gltf" => gltf::load_gltf(path)?,
@@ -34,10 +46,14 @@ impl Scene {
             }
         };
         scene.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        let has_environment = environment.is_some();
-        scene.environment = environment.or(scene.environment);
+        match options.scale {
+            Some(factor) => scene.scale(factor)?,
+            None => scene.doubt_units(),
+        }
+        let has_environment = options.environment.is_some();
+        scene.environment = options.environment.or(scene.environment);
         scene.ensure_camera();
-        match light {
+        match options.light {
             DefaultLight::Auto if !has_environment => scene.ensure_light(),
             DefaultLight::Studio => scene.add_studio(),
             DefaultLight::Auto | DefaultLight::None => {}

@@ -47,6 +47,7 @@ mod patches;
 mod repair;
 mod sky;
 mod studio;
+mod units;
 mod view;
 mod viewpoint;
 
@@ -60,6 +61,8 @@ pub use frame_of_reference::FrameOfReference;
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
 #[cfg(feature = "import")]
 pub use gltf::{load_gltf, load_gltf_slice};
+#[cfg(feature = "import")]
+pub use load::LoadOptions;
 pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
 pub use mesh::{Mesh, MeshTriangle, Patch};
 #[cfg(feature = "import")]
