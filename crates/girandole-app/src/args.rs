@@ -14,7 +14,7 @@ use values::*;
 
 use motion::parse_numbered_updates;
 pub use motion::{Frames, MotionArgs, RewalkArg, UpdatesArg};
-pub use scene::{EnvironmentArg, LightArg, LoadArgs, SceneArgs, ViewArg};
+pub use scene::{BackgroundArg, EnvironmentArg, LightArg, LoadArgs, SceneArgs, ViewArg};
 pub use values::{
     AntiAliasing, Bounces, Clamp, DebugView, DirectShare, Engine, Mode, Pcf, Placement, ShadingArg,
     ShadowMap, Switch, TerminationArg, ToneCurve,

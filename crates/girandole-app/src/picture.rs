@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use girandole::DebugView;
+use girandole_core::glam::Vec3;
 use girandole_core::image::Image;
 use girandole_core::tonemap::{self, Exposure, Tonemap};
 use girandole_reference::image_file;
@@ -26,8 +27,9 @@ impl Shown {
     }
 }
 
-/// Writes an .exr with radiance, or a .png as it is shown. Returns the exposure in stops.
-pub fn write(path: &Path, radiance: &Image, shown: Shown) -> Result<f32> {
+/// Writes an .exr with radiance, or a .png as it is shown, either with alpha where the share of each pixel that is covered is given.
+/// Returns the exposure in stops.
+pub fn write(path: &Path, radiance: &Image, coverage: Option<&[f32]>, shown: Shown) -> Result<f32> {
     let broken = radiance.pixels.iter().filter(|p| !p.is_finite()).count();
     if broken > 0 {
         bail!(
@@ -36,12 +38,22 @@ pub fn write(path: &Path, radiance: &Image, shown: Shown) -> Result<f32> {
         );
     }
     let ev = shown.exposure.ev(radiance);
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
-        image_file::write_exr(path, radiance)?;
-    } else {
-        let bytes = tonemap::to_srgb8(radiance, ev, shown.tonemap);
-        image_file::write_png(path, radiance.width, radiance.height, &bytes)
-            .context("the picture is rendered, but not saved")?;
-    }
+    let [width, height] = [radiance.width, radiance.height];
+    let saved = match (path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")), coverage) {
+        (true, None) => image_file::write_exr(path, radiance),
+        (true, Some(coverage)) => image_file::write_exr_with_alpha(path, radiance, coverage),
+        (false, None) => {
+            image_file::write_png(path, width, height, &tonemap::to_srgb8(radiance, ev, shown.tonemap))
+        }
+        (false, Some(coverage)) => {
+            let straight = |(p, c): (&Vec3, &f32)| if *c > 0.0 { *p / *c } else { Vec3::ZERO };
+            let pixels = radiance.pixels.iter().zip(coverage).map(straight).collect();
+            let colors = tonemap::to_srgb8(&Image { width, height, pixels }, ev, shown.tonemap);
+            let with_alpha = |(rgb, c): (&[u8], &f32)| [rgb[0], rgb[1], rgb[2], (c * 255.0 + 0.5) as u8];
+            let bytes: Vec<u8> = colors.chunks(3).zip(coverage).flat_map(with_alpha).collect();
+            image_file::write_png_with_alpha(path, width, height, &bytes)
+        }
+    };
+    saved.context("the picture is rendered, but not saved")?;
     Ok(ev)
 }

@@ -1,7 +1,8 @@
 //! `girandole render`, also the default without a command.
 
 use crate::args::{
-    AntiAliasing, Bounces, Engine, Frames, Mode, RenderArgs, RewalkArg, ShadingArg, Switch, UpdatesArg,
+    AntiAliasing, BackgroundArg, Bounces, Engine, Frames, Mode, RenderArgs, RewalkArg, ShadingArg, Switch,
+    UpdatesArg,
 };
 use crate::engine::{self, Job, Ready};
 use crate::output::{self, Stats, say};
@@ -10,7 +11,9 @@ use crate::{scene, sequence};
 use anyhow::{Result, bail};
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet, MAX_BOUNCES};
-use girandole_core::scene::Geometry;
+use girandole_core::scene::{Geometry, Scene, View};
+use girandole_core::trace::SceneTracer;
+use girandole_reference::coverage;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -82,6 +85,9 @@ fn check(args: &RenderArgs) -> Result<()> {
     if args.debug.is_some() && matches!(args.engine, Engine::Cpu | Engine::Path) {
         bail!("--debug belongs to --engine gpu; leave one of them out");
     }
+    if args.seen.load.background == BackgroundArg::Transparent && args.debug.is_some() {
+        bail!("--debug shows no background; leave --background out");
+    }
     if args.refine > 1 && matches!(args.engine, Engine::Cpu | Engine::Path) {
         bail!("--refine belongs to --engine gpu; leave one of them out");
     }
@@ -148,7 +154,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     };
     let (name, adapter) = (engine.name(), engine.adapter());
     let picture = engine.render(&job)?;
-    let ev = write_shown(&args, &args.output, &picture.radiance)?;
+    let ev = write_shown(&args, &args.output, (&scene, &view), &picture.radiance)?;
 
     // Statistics and messages.
     let [width, height] = args.size;
@@ -214,9 +220,20 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
 }
 
 /// Writes a picture, with the exposure and tone curve of the options where it is a .png. Returns the exposure in stops.
-pub fn write_shown(args: &RenderArgs, path: &Path, radiance: &Image) -> Result<f32> {
+pub fn write_shown(
+    args: &RenderArgs,
+    path: &Path,
+    (scene, view): (&Scene, &View),
+    radiance: &Image,
+) -> Result<f32> {
     let shown = Shown::new(args.exposure, args.tonemap.into(), args.debug.map(Into::into));
-    picture::write(path, radiance, shown)
+    let coverage = (args.seen.load.background == BackgroundArg::Transparent).then(|| {
+        // Averaged pictures have samples everywhere in a pixel.
+        let is_averaged = args.refine > 1 || args.engine == Engine::Path;
+        let samples = if is_averaged { 4 } else { args.aa.samples_per_axis() };
+        coverage(&SceneTracer::new(scene, &Geometry::new(scene)), view, args.size, samples)
+    });
+    picture::write(path, radiance, coverage.as_deref(), shown)
 }
 
 fn milliseconds(since: Instant) -> f64 {

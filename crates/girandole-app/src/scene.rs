@@ -1,6 +1,6 @@
 //! Loads the scene that is named on the command line, and finds the view of it.
 
-use crate::args::{EnvironmentArg, LightArg, LoadArgs, SceneArgs};
+use crate::args::{BackgroundArg, EnvironmentArg, LightArg, LoadArgs, SceneArgs};
 use anyhow::{Context, Result, bail};
 use girandole_core::Error;
 use girandole_core::glam::Vec3;
@@ -39,6 +39,9 @@ pub fn load(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> 
         return Err(Error::Unknown { kind: "scene", name: name.into(), known }.into());
     };
     scene.ensure_camera();
+    if let Some(environment) = &mut scene.environment {
+        environment.visible = load.background == BackgroundArg::Environment;
+    }
     Ok(scene)
 }
 

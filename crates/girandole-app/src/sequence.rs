@@ -52,7 +52,7 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
         total_ms += start.elapsed().as_secs_f64() * 1e3;
         staleness.note(&picture.stats);
         warn_once(&mut said, light.warnings(&engine));
-        write_shown(args, path, &picture.radiance)?;
+        write_shown(args, path, (&scene, &view(&scene, args)?), &picture.radiance)?;
         bar.set((done + 1) as f32 / missing.len() as f32);
     }
     drop(bar);

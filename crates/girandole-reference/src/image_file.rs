@@ -108,19 +108,43 @@ pub fn write_exr(path: &Path, image: &Image) -> Result<()> {
         (p.x, p.y, p.z)
     });
     let mut file = exr::image::Image::from_channels((width, image.height as usize), channels);
+    file.attributes.chromaticities = Some(chromaticities());
+    let mut bytes = Cursor::new(Vec::new());
+    let written = file.write().non_parallel().to_buffered(&mut bytes);
+    written.map_err(|e| write_error(path, std::io::Error::other(e)))?;
+    files::write(path, bytes.get_ref())
+}
+
+/// The same with the share of each pixel that is covered as channel A, by which radiance is multiplied already, as OpenEXR has it.
+///
+/// # Errors
+/// [`Error::Write`]; [`Error::Invalid`] for a picture without pixels, or with other ones than `coverage`.
+pub fn write_exr_with_alpha(path: &Path, image: &Image, coverage: &[f32]) -> Result<()> {
+    check_size(image.width, image.height, image.pixels.len(), 1)?;
+    check_size(image.width, image.height, coverage.len(), 1)?;
+    let width = image.width as usize;
+    let channels = SpecificChannels::rgba(|at: exr::math::Vec2<usize>| {
+        let i = at.y() * width + at.x();
+        let p = image.pixels[i];
+        (p.x, p.y, p.z, coverage[i])
+    });
+    let mut file = exr::image::Image::from_channels((width, image.height as usize), channels);
+    file.attributes.chromaticities = Some(chromaticities());
+    let mut bytes = Cursor::new(Vec::new());
+    let written = file.write().non_parallel().to_buffered(&mut bytes);
+    written.map_err(|e| write_error(path, std::io::Error::other(e)))?;
+    files::write(path, bytes.get_ref())
+}
+
+/// Primaries and white point of Rec. 709.
+fn chromaticities() -> exr::meta::attribute::Chromaticities {
     let chromaticity = |x, y| exr::math::Vec2(x, y);
-    file.attributes.chromaticities = Some(exr::meta::attribute::Chromaticities {
+    exr::meta::attribute::Chromaticities {
         red: chromaticity(0.64, 0.33),
         green: chromaticity(0.3, 0.6),
         blue: chromaticity(0.15, 0.06),
         white: chromaticity(0.3127, 0.329),
-    });
-    let mut bytes = Cursor::new(Vec::new());
-    file.write()
-        .non_parallel()
-        .to_buffered(&mut bytes)
-        .map_err(|e| write_error(path, std::io::Error::other(e)))?;
-    files::write(path, bytes.get_ref())
+    }
 }
 
 /// Reads a PNG of 8 or 16 bits a channel and decodes its sRGB transfer to linear Rec. 709. Alpha is ignored.
@@ -142,11 +166,29 @@ pub fn read_png(path: &Path) -> Result<Image> {
 /// # Errors
 /// [`Error::Write`]; [`Error::Invalid`] if the bytes are not three a pixel, or none.
 pub fn write_png(path: &Path, width: u32, height: u32, rgb8: &[u8]) -> Result<()> {
-    use image::ImageEncoder;
     check_size(width, height, rgb8.len(), 3)?;
+    write_bytes(path, [width, height], rgb8, image::ExtendedColorType::Rgb8)
+}
+
+/// The same with alpha, by which colours are not multiplied, as PNG has it.
+///
+/// # Errors
+/// [`Error::Write`]; [`Error::Invalid`] if the bytes are not four a pixel, or none.
+pub fn write_png_with_alpha(path: &Path, width: u32, height: u32, rgba8: &[u8]) -> Result<()> {
+    check_size(width, height, rgba8.len(), 4)?;
+    write_bytes(path, [width, height], rgba8, image::ExtendedColorType::Rgba8)
+}
+
+fn write_bytes(
+    path: &Path,
+    [width, height]: [u32; 2],
+    pixels: &[u8],
+    color: image::ExtendedColorType,
+) -> Result<()> {
+    use image::ImageEncoder;
     let mut bytes = Vec::new();
     image::codecs::png::PngEncoder::new(&mut bytes)
-        .write_image(rgb8, width, height, image::ExtendedColorType::Rgb8)
+        .write_image(pixels, width, height, color)
         .map_err(|e| write_error(path, std::io::Error::other(e)))?;
     files::write(path, &bytes)
 }

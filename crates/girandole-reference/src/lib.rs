@@ -4,11 +4,13 @@
 //! It shares the scene, the tracer and the reflection model with the renderer, never its light sampling, so that an
 //! error in one cannot hide in the other.
 
+mod coverage;
 pub mod image_file;
 pub mod metrics;
 mod oracle;
 mod path;
 mod tiles;
 
+pub use coverage::coverage;
 pub use oracle::{OracleSettings, oracle, oracle_pixel, oracle_with_states, radiance, visible};
 pub use path::{Estimate, PathSettings, ProgressivePathTracer, path_trace};

@@ -172,7 +172,9 @@ impl Sum<'_> {
                     total += passed * self.radiance(&surface, hit.triangle, wo, settings.clamp, occluders);
                     passed *= surface.transmittance.as_dvec3();
                 }
-                if let (None, Some(environment)) = (hit, &tracer.scene().environment) {
+                if let (None, Some(environment)) = (hit, &tracer.scene().environment)
+                    && environment.visible
+                {
                     total += passed * environment.radiance(direction.normalize()).as_dvec3();
                 }
             }

@@ -43,6 +43,10 @@ pub struct LoadArgs {
     #[arg(long, value_name = "DEGREES", requires = "environment", value_parser = parse_finite, allow_hyphen_values = true)]
     pub environment_rotation: Option<f32>,
 
+    /// What is seen where no surface is
+    #[arg(long, value_enum, default_value_t)]
+    pub background: BackgroundArg,
+
     /// What else lights a scene that comes from a file
     #[arg(long, value_enum, default_value_t = LightArg::Auto, conflicts_with = "environment")]
     pub light: LightArg,
@@ -50,6 +54,17 @@ pub struct LoadArgs {
     /// What all lengths of a file are multiplied by, for files in other units than metres: 0.01 for centimetres
     #[arg(long, value_name = "FACTOR", value_parser = parse_scale)]
     pub scale: Option<f64>,
+}
+
+/// What is seen where no surface is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum BackgroundArg {
+    /// The environment, or black
+    #[default]
+    Environment,
+    /// Nothing: pictures have alpha (in .exr files, radiance is multiplied by it; in .png files, colours are not). The environment
+    /// lights the scene all the same
+    Transparent,
 }
 
 /// What lights a scene beside its own light.
@@ -124,8 +139,8 @@ fn parse_sky(text: &str) -> Result<[f32; 3], String> {
 
 impl LoadArgs {
     /// The options' words on a command line.
-    pub(super) fn choices(&self) -> anyhow::Result<[Choice; 5]> {
-        let Self { environment, environment_strength, environment_rotation, light, scale } = self;
+    pub(super) fn choices(&self) -> anyhow::Result<[Choice; 6]> {
+        let Self { environment, environment_strength, environment_rotation, background, light, scale } = self;
         let environment = match environment {
             Some(EnvironmentArg::Color([r, g, b])) => Some(format!("{r:?},{g:?},{b:?}")),
             Some(EnvironmentArg::File(path)) => Some(file_name(path)?),
@@ -138,6 +153,7 @@ impl LoadArgs {
             ("--environment", environment),
             ("--environment-strength", environment_strength.map(|x| format!("{x:?}"))),
             ("--environment-rotation", environment_rotation.map(|x| format!("{x:?}"))),
+            ("--background", value_name(background)),
             ("--light", value_name(light)),
             ("--scale", scale.map(|x| format!("{x:?}"))),
         ])

@@ -49,7 +49,7 @@ impl Shots {
 fn write(shot: &Shot, image: girandole::Result<Image>) -> Result<PathBuf> {
     let path = free(&shot.path, Path::exists);
     crate::output::check_writable(&path, &["exr", "png"])?;
-    picture::write(&path, &image?, shot.shown)?;
+    picture::write(&path, &image?, None, shot.shown)?;
     Ok(path)
 }
 

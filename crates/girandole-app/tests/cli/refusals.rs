@@ -58,6 +58,7 @@ fn bad_arguments() {
         ("render table --environment 1,1,1 --environment-strength -1", "0 to 1000000"),
         ("render table --environment 1,1,1 --environment-rotation nan", "--environment-rotation"),
         ("render table --environment 1,1,1 --light studio", "--light"),
+        ("render table --background transparent --debug levels", "--background"),
         ("render table --scale 0.01", "--scale"),
         ("render room.glb --scale 0", "1e-12"),
         ("render table --view 1,2,3", "ten numbers"),

@@ -128,6 +128,29 @@ fn models_are_seen_in_a_studio_unless_there_is_other_light() {
 }
 
 #[test]
+fn transparent_backgrounds_are_alpha() {
+    let girandole = Girandole::new();
+    std::fs::write(girandole.path().join("t.obj"), b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let render = |output: &'static str, more: &[&'static str]| {
+        let base = ["render", "t.obj", "--engine", "cpu", "--size", "16x12", "--lights", "8", "-o", output];
+        girandole.succeed(&[&base[..], more].concat());
+        girandole.bytes(output)
+    };
+    let has_alpha = |exr: &[u8]| {
+        let list = exr.windows(7).position(|w| w == b"chlist\0").expect("channels");
+        exr[list + 11..].starts_with(b"A\0")
+    };
+    let transparent = ["--background", "transparent"];
+    // The byte that says what the colours of a PNG are: 2 is RGB, 6 with alpha.
+    assert_eq!([render("t.png", &[])[25], render("t.png", &transparent)[25]], [2, 6]);
+    assert!(!has_alpha(&render("t.exr", &[])) && has_alpha(&render("t.exr", &transparent)));
+    let frames = [&transparent[..], &["--frames", "0..0"]].concat();
+    let base = ["render", "t.obj", "--engine", "cpu", "--size", "8x6", "--lights", "4", "-o", "f.#.exr"];
+    girandole.succeed(&[&base[..], &frames].concat());
+    assert!(has_alpha(&girandole.bytes("f.0.exr")));
+}
+
+#[test]
 fn statistics_are_one_flat_object() {
     let girandole = Girandole::new();
     let output = girandole.succeed(&small(&[

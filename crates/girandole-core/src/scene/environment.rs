@@ -26,6 +26,8 @@ pub struct Environment {
     pub strength: f32,
     /// How far it is turned about +Y, counter-clockwise seen from above, radians.
     pub rotation: f32,
+    /// Whether it is seen behind the scene; else there is nothing. It lights the scene either way.
+    pub visible: bool,
 }
 
 /// A picture of all directions by latitude and longitude, and its mean in cells of equal solid angle, by which light is sampled.
@@ -129,7 +131,8 @@ fn place(direction: Vec3) -> Vec2 {
 impl PartialEq for Environment {
     fn eq(&self, other: &Self) -> bool {
         let is_same = Arc::ptr_eq(&self.map, &other.map) || self.map == other.map;
-        is_same && (self.strength, self.rotation) == (other.strength, other.rotation)
+        is_same
+            && (self.strength, self.rotation, self.visible) == (other.strength, other.rotation, other.visible)
     }
 }
 
@@ -139,7 +142,7 @@ impl Environment {
     /// # Errors
     /// As there.
     pub fn new(image: Image) -> Result<Self> {
-        Ok(Self { map: Arc::new(EnvironmentMap::new(image)?), strength: 1.0, rotation: 0.0 })
+        Ok(Self { map: Arc::new(EnvironmentMap::new(image)?), strength: 1.0, rotation: 0.0, visible: true })
     }
 
     /// The same radiance from everywhere, W/(sr·m²).

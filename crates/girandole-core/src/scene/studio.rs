@@ -71,7 +71,7 @@ impl Environment {
         let image =
             Image { width: SIZE[0], height: SIZE[1], pixels: (0..SIZE[0] * SIZE[1]).map(pixel).collect() };
         let map = super::EnvironmentMap::of(image);
-        Self { map: map.into(), strength: 1.0, rotation: libm::atan2f(-forward.x, -forward.z) }
+        Self { map: map.into(), strength: 1.0, rotation: libm::atan2f(-forward.x, -forward.z), visible: true }
     }
 }
 

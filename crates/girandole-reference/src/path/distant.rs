@@ -28,6 +28,11 @@ impl<'a> Distant<'a> {
         Some(Self { environment, cumulative: cumulative.collect() })
     }
 
+    /// Whether it is seen behind the scene.
+    pub(super) fn is_visible(&self) -> bool {
+        self.environment.visible
+    }
+
     pub(super) fn radiance(&self, direction: Vec3) -> Vec3 {
         self.environment.radiance(direction)
     }

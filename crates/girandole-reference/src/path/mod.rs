@@ -156,7 +156,8 @@ impl<'a> Integrator<'a> {
         let hit = self.tracer.closest_visible(origin, direction);
         let is_seen = |hit: &Hit| self.tracer.is_visible(hit.triangle, direction);
         let Some(mut vertex) = self.scattering((origin, direction), hit, is_seen, &mut beta, random) else {
-            return beta * self.distant.as_ref().map_or(Vec3::ZERO, |d| d.radiance(direction.normalize()));
+            let seen = self.distant.as_ref().filter(|distant| distant.is_visible());
+            return beta * seen.map_or(Vec3::ZERO, |distant| distant.radiance(direction.normalize()));
         };
         let mut result = beta * vertex.surface.emission;
         for bounce in 0.. {

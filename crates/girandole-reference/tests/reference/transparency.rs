@@ -2,11 +2,12 @@
 
 use crate::common::{Stage, assert_constant, constant, look, trace};
 use girandole_core::glam::Vec3;
+use girandole_core::image::Image;
 use girandole_core::lights::LightSet;
-use girandole_core::scene::{Material, PunctualKind};
+use girandole_core::scene::{Environment, Material, PunctualKind, View};
 use girandole_core::trace::SceneTracer;
 use girandole_reference::metrics::{CompareOptions, compare};
-use girandole_reference::{OracleSettings, PathSettings, oracle};
+use girandole_reference::{OracleSettings, PathSettings, coverage, oracle};
 
 const GLOW: Vec3 = Vec3::new(2.0, 1.0, 0.5);
 
@@ -111,4 +112,54 @@ fn a_furnace_stays_one_behind_glass() {
     let estimate =
         trace(&stage.scene, &geometry, &view, 16, PathSettings { paths: 1024, bounces: None, seed: 4 });
     assert_constant(&estimate, GLOW, "furnace");
+}
+
+#[test]
+fn coverage_is_what_is_kept_back() {
+    let mut stage = Stage::default();
+    let [opaque, half, clear] = [
+        Material::diffuse("", Vec3::ONE),
+        blended(0.5, Vec3::ZERO),
+        Material { transmission: 1.0, ..Material::diffuse("", Vec3::new(0.9, 0.6, 0.3)) },
+    ]
+    .map(|material| stage.material(material));
+    // Columns of one unit from x = −2: opaque, half, half and clear behind one another, nothing.
+    stage.quad(Vec3::new(-2.0, -2.0, 0.0), Vec3::X, Vec3::Y * 4.0, opaque);
+    stage.quad(Vec3::new(-1.0, -2.0, 0.0), Vec3::X * 2.0, Vec3::Y * 4.0, half);
+    stage.quad(Vec3::new(0.0, -2.0, -0.5), Vec3::X, Vec3::Y * 4.0, clear);
+    let geometry = stage.geometry();
+    let tracer = SceneTracer::new(&stage.scene, &geometry);
+    let view = View { orthographic: true, ..look(Vec3::Z * 5.0, Vec3::ZERO, 2.0) };
+    let found = coverage(&tracer, &view, [4, 1], 2);
+    let expected = [1.0, 0.5, 1.0 - 0.5 * 0.6, 0.0];
+    assert!(found.iter().zip(expected).all(|(f, e)| (f - e).abs() < 1e-5), "{found:?}");
+    // A pixel of everything.
+    let whole = coverage(&tracer, &view, [1, 1], 4);
+    assert!((whole[0] - expected.iter().sum::<f32>() / 4.0).abs() < 1e-5, "{whole:?}");
+}
+
+#[test]
+fn an_invisible_environment_lights_all_the_same() {
+    let mut stage = stage(&[], Material::diffuse("", Vec3::splat(0.5)));
+    let mut pictures = Vec::new();
+    for visible in [true, false] {
+        let environment = Environment::constant(Vec3::ONE).expect("a sky");
+        stage.scene.environment = Some(Environment { visible, ..environment });
+        let geometry = stage.geometry();
+        // Half of what is seen is the wall.
+        let view =
+            View { orthographic: true, ..look(Vec3::new(4.0, 0.0, 6.0), Vec3::new(4.0, 0.0, 0.0), 2.0) };
+        let traced =
+            trace(&stage.scene, &geometry, &view, 8, PathSettings { paths: 4, bounces: Some(0), seed: 2 });
+        let tracer = SceneTracer::new(&stage.scene, &geometry);
+        let lights = LightSet::from_samples(&geometry, Vec::new());
+        let summed = oracle(&tracer, &lights, &view, [8, 8], &OracleSettings::default(), &|_| ());
+        pictures.push([traced.mean, summed]);
+    }
+    let at = |image: &Image, x: usize| image.pixels[8 * 4 + x];
+    for (seen, unseen) in pictures[0].iter().zip(&pictures[1]) {
+        assert_eq!(at(seen, 1), at(unseen, 1));
+        assert_eq!((at(seen, 7), at(unseen, 7)), (Vec3::ONE, Vec3::ZERO));
+    }
+    assert!(at(&pictures[1][0], 1).x > 0.1, "it is lit");
 }

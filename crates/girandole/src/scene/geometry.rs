@@ -83,7 +83,11 @@ impl GpuScene {
             materials,
             material_count: scene.materials.len(),
             objects: geometry.objects.clone(),
-            environment: scene.environment.as_ref().map(|e| GpuEnvironment::new((device, queue), e)),
+            environment: scene
+                .environment
+                .as_ref()
+                .filter(|e| e.visible)
+                .map(|e| GpuEnvironment::new((device, queue), e)),
         })
     }
 

@@ -199,6 +199,13 @@ fn background(context: &Context) {
                 "{direction}: {seen} of {}",
                 picture.pixels.len()
             );
+            // Where it is not to be seen, it is not.
+            let mut unseen = stage.scene.clone();
+            unseen.environment.as_mut().expect("one").visible = false;
+            renderer.load(&unseen, &stage.geometry, &stage.lights).expect("load");
+            let unseen = context.frame(&mut renderer, &view, SIZE, &settings);
+            let black = unseen.pixels.iter().filter(|pixel| **pixel == Vec3::ZERO).count();
+            assert!(black >= seen && black < unseen.pixels.len(), "{black} of {seen}");
         }
     }
 }
