@@ -67,7 +67,7 @@ pub fn view(scene: &Scene, seen: &SceneArgs, camera: Option<&str>, size: [u32; 2
 }
 
 /// What is all around, if anything is.
-fn environment(args: &LoadArgs) -> Result<Option<Environment>> {
+pub fn environment(args: &LoadArgs) -> Result<Option<Environment>> {
     let environment = match &args.environment {
         None => return Ok(None),
         Some(EnvironmentArg::Color(radiance)) => Environment::constant(Vec3::from_array(*radiance))?,
@@ -83,7 +83,8 @@ fn environment(args: &LoadArgs) -> Result<Option<Environment>> {
     };
     let strength = args.environment_strength.unwrap_or(1.0);
     let rotation = args.environment_rotation.unwrap_or(0.0).to_radians();
-    Ok(Some(Environment { strength, rotation, ..environment }))
+    let visible = args.background == BackgroundArg::Environment;
+    Ok(Some(Environment { strength, rotation, visible, ..environment }))
 }
 
 fn moving_object(name: &str) -> Result<MovingObject> {

@@ -8,7 +8,7 @@ use crate::passes::debug::DebugInputs;
 use crate::passes::shade_naive::ShadeNaive;
 use crate::passes::sort_points::ListedPoints;
 use crate::passes::visibility_buffer::{DepthUse, Seen};
-use crate::passes::{BandSample, GridView, LightMapsView, MapsView, batches};
+use crate::passes::{BandSample, GridView, LightMapsView, MapsView, batches, tonemap};
 use crate::points::targets::{COARSEST, Targets};
 use crate::prepare::{Adaptive, PointPasses, Prepared, PreparedMode};
 use crate::resident::Resident;
@@ -156,7 +156,7 @@ pub(crate) fn record_frame(
             Exposure::Auto => passes.exposure.record(recorder, targets),
             Exposure::Ev(_) => passes.exposure.stops(),
         };
-        passes.tone_mapping.record(recorder, shared, targets, stops, settings, target);
+        tonemap::record(recorder, shared, targets, stops, settings, target);
     }
     Ok(culling)
 }

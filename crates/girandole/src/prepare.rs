@@ -23,7 +23,6 @@ use crate::passes::shade_points::ShadePoints;
 use crate::passes::shadow_maps::ShadowMaps;
 use crate::passes::sort_points::SortPoints;
 use crate::passes::stale_error::StaleError;
-use crate::passes::tonemap::ToneMapping;
 use crate::passes::visibility_buffer::VisibilityBuffer;
 use crate::points::lists::PointLists;
 use crate::points::multipass_plan::{MultipassKey, MultipassPlan, in_view};
@@ -42,7 +41,6 @@ pub(crate) struct Passes {
     pub visibility_buffer: VisibilityBuffer,
     pub caller_depth: CallerDepth,
     pub exposure: Exposure,
-    pub tone_mapping: ToneMapping,
     /// Compiled when a picture is refined for the first time.
     averaging: OnceLock<Averaging>,
     /// Compiled for a scene with an environment.
@@ -57,7 +55,6 @@ impl Passes {
             visibility_buffer: VisibilityBuffer::new(device, shared),
             caller_depth: CallerDepth::new(device, shared),
             exposure: Exposure::new(device, shared),
-            tone_mapping: ToneMapping::new(),
             averaging: OnceLock::new(),
             background: OnceLock::new(),
         }

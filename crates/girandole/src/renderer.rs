@@ -4,6 +4,7 @@ mod opening;
 mod refinement;
 
 use crate::checks::{check, check_display};
+use crate::device::compiled::Compiled;
 use crate::device::context::Context;
 use crate::device::kernel::Shared;
 use crate::device::readback::TextureCopy;
@@ -14,6 +15,7 @@ use crate::frame::record_frame;
 use crate::maps::hidden::HiddenMovers;
 use crate::maps::states::StaleCounts;
 use crate::packed::unpack_radiance;
+use crate::passes::tonemap;
 use crate::points::lists::PointLists;
 use crate::points::targets::Targets;
 use crate::prepare::{Passes, ScenePasses, allocate, prepare};
@@ -66,6 +68,23 @@ impl Renderer {
     /// [`Error::Unsupported`] where the device's limits are below WebGPU's defaults, [`Error::TooLarge`] for options out of
     /// range.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, options: RendererOptions) -> Result<Self> {
+        Self::with_compiled((device, queue), options, Compiled::default())
+    }
+
+    /// Another one for the same device, which shares what was compiled for this: kernels that both need are there at once.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub fn another(&self, options: RendererOptions) -> Result<Self> {
+        let Context { device, queue, shared, .. } = &self.context;
+        Self::with_compiled((device, queue), options, shared.compiled.clone())
+    }
+
+    fn with_compiled(
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        options: RendererOptions,
+        compiled: Compiled,
+    ) -> Result<Self> {
         let limits = device.limits();
         if limits.max_storage_buffers_per_shader_stage < 8 || limits.max_texture_dimension_2d < 8192 {
             return Err(Error::Unsupported {
@@ -77,11 +96,12 @@ impl Renderer {
             let what = format!("a filter of {} texels is too wide", options.pcf);
             return Err(Error::too_large(what, Remedy::NarrowerFilter { to: 16 }));
         }
+        let tuning = options.tuning.unwrap_or_else(|| DeviceTuning::for_device(device));
         let context = Context {
             device: device.clone(),
             queue: queue.clone(),
             options,
-            shared: Shared::new(device, options.tuning.unwrap_or_else(|| DeviceTuning::for_device(device))),
+            shared: Shared::new(device, tuning, compiled),
             timers: Timers::new(device, queue),
         };
         Ok(Self {
@@ -366,7 +386,7 @@ impl Renderer {
             Exposure::Ev(_) => self.passes.exposure.stops(),
         };
         let target = Target::new(target, format, targets.size);
-        self.passes.tone_mapping.record(&mut recorder, shared, targets, stops, settings, &target);
+        tonemap::record(&mut recorder, shared, targets, stops, settings, &target);
         recorder.finish();
         Ok(())
     }

@@ -16,7 +16,7 @@ use super::panel;
 use super::refine::Refinement;
 use super::rest::Rest;
 use super::target::PictureTarget;
-use crate::args::LoadArgs;
+use crate::args::{BackgroundArg, LoadArgs};
 use crate::picture::Shown;
 use anyhow::Result;
 use girandole::{DebugView, Mode, RenderSettings, Renderer, RendererOptions};
@@ -185,6 +185,36 @@ impl Session {
         }
         (self.is_open, self.making, self.shown) = (false, None, None);
         self.refused = None;
+    }
+
+    /// Shows the scene with something else around it, by these options.
+    pub fn surround(&mut self, load: LoadArgs) {
+        self.attempt(|session| {
+            let source = Source { load, ..session.source.clone() };
+            let (before, load) = (&session.source.load, &source.load);
+            if before.environment.is_some() == load.environment.is_some() {
+                let mut environment = session.scene.environment.clone();
+                if let Some(environment) = &mut environment {
+                    environment.visible = load.background == BackgroundArg::Environment;
+                }
+                let is_same = before.environment == load.environment
+                    && before.environment_strength == load.environment_strength
+                    && before.environment_rotation == load.environment_rotation;
+                session.scene.environment =
+                    if is_same { environment } else { crate::scene::environment(load)? };
+                session.scene.touch();
+            } else {
+                // Other light may have been added where there was no environment.
+                let mut scene = crate::scene::load(&source.scene, source.object.as_deref(), load)?;
+                session.edits.apply(&mut scene, &load_model)?;
+                scene.open();
+                session.scene = scene;
+            }
+            session.source = source;
+            (session.is_open, session.making) = (false, None);
+            session.refused = None;
+            Ok(())
+        });
     }
 
     /// The view of a picture of so many pixels.

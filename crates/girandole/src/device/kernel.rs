@@ -3,12 +3,13 @@
 //!
 //! Group 0 is the frame (one uniform with a dynamic offset), group 1 the scene, group 2 belongs to the pass.
 
+use super::compiled::{Compiled, Module, binding_type};
 use super::recorder::Recorder;
 use crate::device::tuning::DeviceTuning;
 use crate::layout::Frame;
 use crate::shader_constants::{TILE, WORKGROUP};
 use crate::shaders::{self, Source};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// A resource under its name in the shader.
 pub(crate) type Binding<'a> = (&'static str, wgpu::BindingResource<'a>);
@@ -21,131 +22,6 @@ pub(crate) fn texture<'a>(name: &'static str, view: &'a wgpu::TextureView) -> Bi
 /// Binds a whole buffer.
 pub(crate) fn buffer<'a>(name: &'static str, buffer: &'a wgpu::Buffer) -> Binding<'a> {
     (name, buffer.as_entire_binding())
-}
-
-/// A shader module with what reflection says of it.
-struct Module {
-    shader: wgpu::ShaderModule,
-    ir: naga::Module,
-    info: naga::valid::ModuleInfo,
-    name: &'static str,
-}
-
-impl Module {
-    /// Compiles a source. What is wrong with it is reported by the device as a validation error.
-    fn new(device: &wgpu::Device, source: &Source, tuning: &DeviceTuning) -> Self {
-        let text = source.concatenated(tuning);
-        let ir = naga::front::wgsl::parse_str(&text).unwrap_or_default();
-        let flags = naga::valid::ValidationFlags::empty();
-        let info = naga::valid::Validator::new(flags, naga::valid::Capabilities::all())
-            .validate(&ir)
-            .unwrap_or_else(|_| empty_info());
-        let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(source.name),
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
-        Self { shader, ir, info, name: source.name }
-    }
-
-    /// Of these constants, those that the module declares as overrides.
-    fn constants<'c>(&self, constants: &[(&'c str, f64)]) -> Vec<(&'c str, f64)> {
-        let declares = |name: &str| self.ir.overrides.iter().any(|(_, o)| o.name.as_deref() == Some(name));
-        constants.iter().copied().filter(|(name, _)| declares(name)).collect()
-    }
-
-    /// The bindings of a group that any of these entry points uses.
-    fn bindings(&self, group: u32, entries: &[&str]) -> Vec<(String, wgpu::BindGroupLayoutEntry)> {
-        let mut found = Vec::new();
-        for (handle, global) in self.ir.global_variables.iter() {
-            let Some(binding) = global.binding.filter(|b| b.group == group) else { continue };
-            let mut visibility = wgpu::ShaderStages::empty();
-            for (index, entry) in self.ir.entry_points.iter().enumerate() {
-                let uses = !self.info.get_entry_point(index)[handle].is_empty();
-                if uses && entries.contains(&entry.name.as_str()) {
-                    visibility |= stage(entry.stage);
-                }
-            }
-            if !visibility.is_empty()
-                && let Some(ty) = binding_type(&self.ir, global)
-            {
-                let entry =
-                    wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None };
-                found.push((global.name.clone().unwrap_or_default(), entry));
-            }
-        }
-        found
-    }
-}
-
-fn empty_info() -> naga::valid::ModuleInfo {
-    let flags = naga::valid::ValidationFlags::empty();
-    naga::valid::Validator::new(flags, naga::valid::Capabilities::empty())
-        .validate(&naga::Module::default())
-        .unwrap_or_else(|_| unreachable!("an empty module is valid"))
-}
-
-fn stage(stage: naga::ShaderStage) -> wgpu::ShaderStages {
-    match stage {
-        naga::ShaderStage::Vertex => wgpu::ShaderStages::VERTEX,
-        naga::ShaderStage::Fragment => wgpu::ShaderStages::FRAGMENT,
-        _ => wgpu::ShaderStages::COMPUTE,
-    }
-}
-
-/// What the layout says of a global variable; nothing for what no shader of ours binds.
-fn binding_type(ir: &naga::Module, global: &naga::GlobalVariable) -> Option<wgpu::BindingType> {
-    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    match global.space {
-        naga::AddressSpace::Uniform => Some(buffer(wgpu::BufferBindingType::Uniform)),
-        naga::AddressSpace::Storage { access } => Some(buffer(wgpu::BufferBindingType::Storage {
-            read_only: !access.contains(naga::StorageAccess::STORE),
-        })),
-        naga::AddressSpace::Handle => match ir.types[global.ty].inner {
-            naga::TypeInner::Image { dim: naga::ImageDimension::D2, arrayed, class } => {
-                let view_dimension = if arrayed {
-                    wgpu::TextureViewDimension::D2Array
-                } else {
-                    wgpu::TextureViewDimension::D2
-                };
-                image_type(class, view_dimension)
-            }
-            _ => None,
-        },
-        _ => None,
-    }
-}
-
-fn image_type(
-    class: naga::ImageClass,
-    view_dimension: wgpu::TextureViewDimension,
-) -> Option<wgpu::BindingType> {
-    let sampled = |sample_type, multisampled| {
-        Some(wgpu::BindingType::Texture { sample_type, view_dimension, multisampled })
-    };
-    match class {
-        naga::ImageClass::Sampled { kind: naga::ScalarKind::Uint, multi } => {
-            sampled(wgpu::TextureSampleType::Uint, multi)
-        }
-        naga::ImageClass::Sampled { kind: naga::ScalarKind::Float, multi } => {
-            sampled(wgpu::TextureSampleType::Float { filterable: false }, multi)
-        }
-        naga::ImageClass::Depth { multi } => sampled(wgpu::TextureSampleType::Depth, multi),
-        naga::ImageClass::Storage { format, access } => Some(wgpu::BindingType::StorageTexture {
-            access: if access.contains(naga::StorageAccess::STORE) {
-                wgpu::StorageTextureAccess::WriteOnly
-            } else {
-                wgpu::StorageTextureAccess::ReadOnly
-            },
-            format: match format {
-                naga::StorageFormat::Rgba32Float => wgpu::TextureFormat::Rgba32Float,
-                naga::StorageFormat::Rg32Uint => wgpu::TextureFormat::Rg32Uint,
-                naga::StorageFormat::R32Float => wgpu::TextureFormat::R32Float,
-                _ => return None,
-            },
-            view_dimension,
-        }),
-        _ => None,
-    }
 }
 
 /// The layout of a group, with the names of its bindings.
@@ -183,15 +59,16 @@ impl GroupLayout {
     }
 }
 
-/// What pipelines share: the groups 0, the frame, and 1, the scene; and how the device is tuned.
+/// What pipelines share: the groups 0, the frame, and 1, the scene; how the device is tuned; and what was compiled for it.
 pub(crate) struct Shared {
     pub tuning: DeviceTuning,
     pub frame: wgpu::BindGroupLayout,
     pub scene: GroupLayout,
+    pub compiled: Compiled,
 }
 
 impl Shared {
-    pub fn new(device: &wgpu::Device, tuning: DeviceTuning) -> Self {
+    pub fn new(device: &wgpu::Device, tuning: DeviceTuning, compiled: Compiled) -> Self {
         let all = wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE;
         let frame = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("frame"),
@@ -218,7 +95,7 @@ impl Shared {
                 Some((global.name.clone()?, entry))
             })
             .collect();
-        Self { tuning, frame, scene: GroupLayout::new(device, "scene", bindings) }
+        Self { tuning, frame, scene: GroupLayout::new(device, "scene", bindings), compiled }
     }
 }
 
@@ -270,8 +147,9 @@ impl Groups<'_> {
 }
 
 /// A compute pipeline.
+#[derive(Clone)]
 pub(crate) struct Kernel {
-    groups: PipelineGroups,
+    groups: Arc<PipelineGroups>,
     pipeline: wgpu::ComputePipeline,
     label: &'static str,
 }
@@ -285,20 +163,24 @@ impl Kernel {
         entry: &'static str,
         constants: &[(&str, f64)],
     ) -> Self {
-        let module = Module::new(device, source, &shared.tuning);
-        let groups = PipelineGroups::new(device, shared, &module, &[entry]);
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(entry),
-            layout: Some(&groups.pipeline_layout),
-            module: &module.shader,
-            entry_point: Some(entry),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &module.constants(constants),
-                ..Default::default()
-            },
-            cache: None,
-        });
-        Self { groups, pipeline, label: source.name }
+        let (key, module) = shared.compiled.module(device, source, &shared.tuning);
+        let constants = module.constants(constants);
+        let make = || {
+            let groups = PipelineGroups::new(device, shared, &module, &[entry]);
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&groups.pipeline_layout),
+                module: &module.shader,
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &constants,
+                    ..Default::default()
+                },
+                cache: None,
+            });
+            Self { groups: groups.into(), pipeline, label: source.name }
+        };
+        shared.compiled.get((key, entry.into(), &constants), |memory| &mut memory.kernels, make)
     }
 
     /// Records one dispatch, timed under `time`.
@@ -333,6 +215,7 @@ impl Kernel {
 }
 
 /// What a render pipeline is made of beside its shader.
+#[derive(Debug)]
 pub(crate) struct Draw<'a> {
     pub vertex: &'a str,
     pub fragment: Option<&'a str>,
@@ -342,8 +225,9 @@ pub(crate) struct Draw<'a> {
 }
 
 /// A render pipeline.
+#[derive(Clone)]
 pub(crate) struct RenderKernel {
-    groups: PipelineGroups,
+    groups: Arc<PipelineGroups>,
     pipeline: wgpu::RenderPipeline,
 }
 
@@ -356,12 +240,22 @@ impl RenderKernel {
         draw: &Draw,
         constants: &[(&str, f64)],
     ) -> Self {
-        let module = Module::new(device, source, &shared.tuning);
-        let entries: Vec<&str> = std::iter::once(draw.vertex).chain(draw.fragment).collect();
-        let groups = PipelineGroups::new(device, shared, &module, &entries);
+        let (key, module) = shared.compiled.module(device, source, &shared.tuning);
         let constants = module.constants(constants);
-        let compilation_options =
-            wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+        let make = || Self::compile(device, shared, (source, &module), draw, &constants);
+        shared.compiled.get((key, format!("{draw:?}"), &constants), |memory| &mut memory.render_kernels, make)
+    }
+
+    fn compile(
+        device: &wgpu::Device,
+        shared: &Shared,
+        (source, module): (&Source, &Module),
+        draw: &Draw,
+        constants: &[(&str, f64)],
+    ) -> Self {
+        let entries: Vec<&str> = std::iter::once(draw.vertex).chain(draw.fragment).collect();
+        let groups = PipelineGroups::new(device, shared, module, &entries);
+        let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(source.name),
             layout: Some(&groups.pipeline_layout),
@@ -389,7 +283,7 @@ impl RenderKernel {
             multiview_mask: None,
             cache: None,
         });
-        Self { groups, pipeline }
+        Self { groups: groups.into(), pipeline }
     }
 
     /// The group of these resources.
@@ -412,25 +306,5 @@ impl RenderKernel {
             pass.set_bind_group(1, scene, &[]);
         }
         pass.set_bind_group(2, group, &[]);
-    }
-}
-
-/// Render pipelines that depend on what a caller asks for, made when they are first needed.
-pub(crate) struct KernelCache<K>(Mutex<Vec<(K, Arc<RenderKernel>)>>);
-
-impl<K: Copy + PartialEq> KernelCache<K> {
-    pub fn new() -> Self {
-        Self(Mutex::new(Vec::new()))
-    }
-
-    /// The pipeline under `key`.
-    pub fn get(&self, key: K, make: impl FnOnce() -> RenderKernel) -> Arc<RenderKernel> {
-        let mut made = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, kernel)) = made.iter().find(|(k, _)| *k == key) {
-            return kernel.clone();
-        }
-        let kernel = Arc::new(make());
-        made.push((key, kernel.clone()));
-        kernel
     }
 }

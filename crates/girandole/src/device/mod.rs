@@ -1,6 +1,7 @@
 //! The device: adapters, pipelines with their bindings, recording, timers, read-backs.
 
 pub(crate) mod buffers;
+pub(crate) mod compiled;
 pub(crate) mod context;
 mod gpu;
 pub(crate) mod kernel;

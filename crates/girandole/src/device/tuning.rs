@@ -2,7 +2,7 @@
 
 /// Which variants of the kernels suit a device. All give the same picture up to rounding; [`DeviceTuning::for_device`]
 /// chooses. Gains are those measured on lavapipe, Mesa's software driver.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct DeviceTuning {
     /// Points and candidates are fetched from a work queue by few small workgroups, rather than dispatched one an
     /// invocation. Software drivers assign each thread a run of workgroups beforehand and wait for the slowest: on them

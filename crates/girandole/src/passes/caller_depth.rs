@@ -2,15 +2,13 @@
 
 use super::BandSample;
 use super::visibility_buffer::Seen;
-use crate::device::kernel::{Draw, KernelCache, RenderKernel, Shared, texture};
+use crate::device::kernel::{Draw, RenderKernel, Shared, texture};
 use crate::device::recorder::Recorder;
 use crate::points::targets::DEPTH;
 use crate::shaders;
 
 pub(crate) struct CallerDepth {
     import: RenderKernel,
-    /// By the format of the caller's depth.
-    export: KernelCache<wgpu::TextureFormat>,
 }
 
 fn kernel(
@@ -42,7 +40,7 @@ fn attachment(
 
 impl CallerDepth {
     pub fn new(device: &wgpu::Device, shared: &Shared) -> Self {
-        Self { import: kernel(device, shared, "import_depth", DEPTH), export: KernelCache::new() }
+        Self { import: kernel(device, shared, "import_depth", DEPTH) }
     }
 
     /// Fills our depth with the caller's: nothing behind it is seen.
@@ -61,7 +59,7 @@ impl CallerDepth {
         (callers, format): (&wgpu::TextureView, wgpu::TextureFormat),
     ) {
         let device = recorder.device;
-        let kernel = self.export.get(format, || kernel(device, shared, "export_depth", format));
+        let kernel = kernel(device, shared, "export_depth", format);
         let resources = [texture("ours", seen.depth), texture("triangle_ids", seen.triangle_ids)];
         self.draw(recorder, band, &kernel, &resources, attachment(callers, wgpu::LoadOp::Load));
     }

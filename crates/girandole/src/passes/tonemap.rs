@@ -1,7 +1,7 @@
 //! Shows radiance on the caller's target.
 
 use super::exposure::Stops;
-use crate::device::kernel::{Draw, KernelCache, RenderKernel, Shared, buffer, texture};
+use crate::device::kernel::{Draw, RenderKernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
 use crate::layout::Display;
 use crate::points::targets::Targets;
@@ -10,11 +10,6 @@ use crate::shader_constants::{ACES, AGX, NO_CURVE};
 use crate::shaders;
 use girandole_core::tonemap::{Exposure, Tonemap};
 use wgpu::util::DeviceExt;
-
-/// A pipeline for each format of target and curve that were asked for so far.
-pub(crate) struct ToneMapping {
-    pipelines: KernelCache<Key>,
-}
 
 /// What a pipeline is made for.
 #[derive(Clone, Copy, PartialEq)]
@@ -66,60 +61,53 @@ fn kernel(device: &wgpu::Device, shared: &Shared, key: Key) -> RenderKernel {
     RenderKernel::new(device, shared, &shaders::TONEMAP, &draw, &constants)
 }
 
-impl ToneMapping {
-    pub fn new() -> Self {
-        Self { pipelines: KernelCache::new() }
-    }
-
-    /// Writes the picture to `target`.
-    pub fn record(
-        &self,
-        recorder: &mut Recorder,
-        shared: &Shared,
-        targets: &Targets,
-        stops: Stops,
-        settings: &RenderSettings,
-        target: &Target,
-    ) {
-        let device = recorder.device;
-        let key =
-            Key { format: target.format, curve: settings.tonemap, keeps_background: target.keep_background };
-        let kernel = self.pipelines.get(key, || kernel(device, shared, key));
-        let display = Display {
-            size: target.size,
-            exposure: match settings.exposure {
-                Exposure::Ev(ev) => ev,
-                Exposure::Auto => 0.0,
-            },
-            automatic: u32::from(settings.exposure == Exposure::Auto),
-        };
-        let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("display"),
-            contents: bytemuck::bytes_of(&display),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
-        let resources = [
-            buffer("display", &uniform),
-            texture("picture", &targets.picture_view),
-            buffer("automatic", stops.0),
-        ];
-        let group = kernel.group(device, &resources);
-        let load =
-            if target.keep_background { wgpu::LoadOp::Load } else { wgpu::LoadOp::Clear(Default::default()) };
-        let mut pass = recorder.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("tonemap"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: target.color,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-            })],
-            depth_stencil_attachment: None,
-            timestamp_writes: None,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
-        kernel.set(&mut pass, (None, None), &group);
-        pass.draw(0..3, 0..1);
-    }
+/// Writes the picture to `target`.
+pub(crate) fn record(
+    recorder: &mut Recorder,
+    shared: &Shared,
+    targets: &Targets,
+    stops: Stops,
+    settings: &RenderSettings,
+    target: &Target,
+) {
+    let device = recorder.device;
+    let key =
+        Key { format: target.format, curve: settings.tonemap, keeps_background: target.keep_background };
+    let kernel = kernel(device, shared, key);
+    let display = Display {
+        size: target.size,
+        exposure: match settings.exposure {
+            Exposure::Ev(ev) => ev,
+            Exposure::Auto => 0.0,
+        },
+        automatic: u32::from(settings.exposure == Exposure::Auto),
+    };
+    let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("display"),
+        contents: bytemuck::bytes_of(&display),
+        usage: wgpu::BufferUsages::UNIFORM,
+    });
+    let resources = [
+        buffer("display", &uniform),
+        texture("picture", &targets.picture_view),
+        buffer("automatic", stops.0),
+    ];
+    let group = kernel.group(device, &resources);
+    let load =
+        if target.keep_background { wgpu::LoadOp::Load } else { wgpu::LoadOp::Clear(Default::default()) };
+    let mut pass = recorder.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("tonemap"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: target.color,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+        })],
+        depth_stencil_attachment: None,
+        timestamp_writes: None,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    });
+    kernel.set(&mut pass, (None, None), &group);
+    pass.draw(0..3, 0..1);
 }

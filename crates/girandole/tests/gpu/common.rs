@@ -12,6 +12,7 @@ use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole::{DeviceTuning, Gpu, Mode, RenderSettings, Renderer, RendererOptions};
 use girandole_reference::OracleSettings;
 use std::future::Future;
+use std::sync::Arc;
 
 /// A test and its name.
 pub type Test = (&'static str, fn(&Context));
@@ -22,6 +23,8 @@ pub struct Context {
     pub gpu: Gpu,
     /// Variants of the kernels, but where a test asks for its own; `None` = as the device is.
     pub tuning: Option<DeviceTuning>,
+    /// All others share what is compiled for it, which takes seconds on software devices.
+    pub first: Arc<Renderer>,
 }
 
 /// Every light at every pixel, without a bound on the geometric factor.
@@ -73,6 +76,11 @@ impl Stage {
 }
 
 impl Context {
+    pub fn new(gpu: Gpu, tuning: Option<DeviceTuning>) -> Self {
+        let first = Renderer::new(&gpu.device, &gpu.queue, RendererOptions::default()).expect("a renderer");
+        Self { gpu, tuning, first: first.into() }
+    }
+
     /// The variants of the kernels that are tested.
     pub fn tuning(&self) -> DeviceTuning {
         self.tuning.unwrap_or_else(|| DeviceTuning::for_device(&self.gpu.device))
@@ -85,7 +93,7 @@ impl Context {
 
     pub fn renderer(&self, options: RendererOptions) -> Renderer {
         let options = RendererOptions { tuning: options.tuning.or(self.tuning), ..options };
-        Renderer::new(&self.gpu.device, &self.gpu.queue, options).expect("a renderer")
+        self.first.another(options).expect("a renderer")
     }
 
     /// A picture with exact settings.

@@ -178,7 +178,7 @@ fn without_clip_distances(context: &Context) {
         Some(&context.gpu.info.name),
         wgpu::Features::empty(),
     ));
-    let plain = Context { gpu: plain.expect("a plain device"), ..context.clone() };
+    let plain = Context::new(plain.expect("a plain device"), context.tuning);
     assert!(!plain.gpu.device.features().contains(wgpu::Features::CLIP_DISTANCES));
     let without = plain.picture(&stage, RendererOptions::default(), &view, size);
     let differing = |other: &Image| {

@@ -118,7 +118,7 @@ fn main() {
         }
     };
     let context = |tuning| -> Option<&'static Context> {
-        gpu.clone().map(|gpu| &*Box::leak(Box::new(Context { gpu, tuning })))
+        gpu.clone().map(|gpu| &*Box::leak(Box::new(Context::new(gpu, tuning))))
     };
     let functions = mirrors::tests().into_iter().map(|test| (test, wgpu::Features::empty())).collect();
     let mut conclusions = vec![("functions", run(&arguments, "functions", functions, context(None)))];

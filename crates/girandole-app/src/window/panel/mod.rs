@@ -1,6 +1,7 @@
 //! The panel: each control edits the library's own settings, and shows what they are.
 
 mod camera;
+mod environment;
 mod light;
 mod motion;
 mod objects;
@@ -28,6 +29,7 @@ pub fn show(ui: &mut Ui, session: &mut Session, tools: &mut Tools, frames: &mut 
             picture::refinement(ui, session);
         });
         group(ui, "Light samples", true, |ui| light::show(ui, session, tools.picture_size));
+        group(ui, "Environment", false, |ui| environment::show(ui, session));
         group(ui, "Shadow maps", true, |ui| shadows::show(ui, session));
         group(ui, "Camera", true, |ui| camera::show(ui, session, tools));
         group(ui, "Motion", true, |ui| motion::show(ui, session));

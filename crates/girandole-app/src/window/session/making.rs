@@ -129,9 +129,13 @@ impl Session {
             match self.work() {
                 Work::Nothing => return Ok(false),
                 Work::Renderer => {
-                    // What was there leaves first: two atlases may not fit.
-                    (self.renderer, self.is_open, self.shown) = (None, false, None);
-                    self.renderer = Some(Renderer::new(device.0, device.1, self.options)?);
+                    // What was there leaves first: two atlases may not fit. What was compiled stays.
+                    let another = match self.renderer.take() {
+                        Some(renderer) => renderer.another(self.options),
+                        None => Renderer::new(device.0, device.1, self.options),
+                    };
+                    (self.is_open, self.shown) = (false, None);
+                    self.renderer = Some(another?);
                 }
                 Work::Light => {}
             }

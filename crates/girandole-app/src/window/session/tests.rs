@@ -1,6 +1,7 @@
 use super::super::clock::Instant;
 use super::super::presets::PRESETS;
 use super::*;
+use crate::args::EnvironmentArg;
 use girandole::wgpu;
 use girandole_core::glam::Vec3;
 use girandole_core::lights::LightSettings;
@@ -137,6 +138,44 @@ fn another_scene_is_lit_by_the_same_settings() {
     assert_ne!(session.light.views, views);
     make(&mut session, &device);
     assert!(session.wants_picture(SIZE) && !session.is_placed_elsewhere(SIZE));
+}
+
+#[test]
+fn what_is_around_the_scene_can_be_changed() {
+    let Drawn { mut session, device, .. } = drawn();
+    let torus = session.scene.objects.last().unwrap().node;
+    let transform = girandole_core::scene::Transform::translation(Vec3::new(0.5, 1.5, 0.0));
+    session.edit(Edit::SetTransform {
+        node: girandole_core::scene::NamedIndex::node(&session.scene, torus),
+        transform,
+    });
+    let place = session.scene.world_from_node(torus);
+    let surround = |session: &mut Session, load: LoadArgs| {
+        session.surround(load.clone());
+        assert_eq!((session.work(), &session.source.load), (Work::Light, &load));
+        make(session, &device);
+        assert_eq!((session.work(), &session.notice), (Work::Nothing, &None));
+        assert_eq!(session.scene.world_from_node(torus), place, "edits stay");
+    };
+    let sky = EnvironmentArg::Sky([40.0, 225.0, 3.0]);
+    let mut load = LoadArgs { environment: Some(sky), ..LoadArgs::default() };
+    surround(&mut session, load.clone());
+    let bright = session.scene.environment.clone().unwrap();
+    assert!(bright.visible);
+    load.environment_strength = Some(0.5);
+    load.background = BackgroundArg::Transparent;
+    surround(&mut session, load.clone());
+    let dim = session.scene.environment.clone().unwrap();
+    assert!(dim.strength == 0.5 && !dim.visible && dim.map == bright.map);
+    load.environment = Some(EnvironmentArg::Color([1.0, 2.0, 3.0]));
+    surround(&mut session, load);
+    assert_ne!(session.scene.environment.as_ref().unwrap().map, bright.map);
+    surround(&mut session, LoadArgs::default());
+    assert!(session.scene.environment.is_none());
+    // What cannot be read is said, and nothing changes.
+    let missing = EnvironmentArg::File("no such sky.exr".into());
+    session.surround(LoadArgs { environment: Some(missing), ..LoadArgs::default() });
+    assert!(session.notice.is_some() && session.source.load == LoadArgs::default());
 }
 
 #[test]
