@@ -242,6 +242,56 @@ fn pictures_that_are_cut_off_are_refused() {
     }
 }
 
+/// Faces of colours of their own, darker to the right; from the front of each.
+#[test]
+fn image_based_lights_are_around_the_scene() {
+    let mut file = square(json!({}));
+    let colors: [[u8; 3]; 6] =
+        [[255, 0, 0], [0, 255, 255], [0, 255, 0], [255, 0, 255], [0, 0, 255], [255, 255, 0]];
+    let images: Vec<usize> = colors
+        .iter()
+        .map(|c| {
+            let shade = |x: u32, c: u8| if x < 2 { c } else { c / 4 * 3 };
+            // Twice as bright as white is, by alpha.
+            let texture = file.texture(4, 4, |x, _| [shade(x, c[0]), shade(x, c[1]), shade(x, c[2]), 128]);
+            file.json["textures"][texture]["source"].as_u64().expect("an image") as usize
+        })
+        .collect();
+    file.json["extensions"] = json!({"EXT_lights_image_based": {"lights": [{
+        "intensity": 3.0, "specularImageSize": 4, "irradianceCoefficients": [], "specularImages": [images],
+    }]}});
+    file.json["scenes"] = json!([{"nodes": [0], "extensions": {"EXT_lights_image_based": {"light": 0}}}]);
+    file.json["scene"] = json!(0);
+    let of =
+        |file: &File, direction: Vec3| load(file).environment.expect("light").radiance(direction.normalize());
+    let twice = 3.0 * 255.0 / 128.0;
+    // Seen from inside, what is to the right is darker.
+    for (direction, right, color) in [
+        (Vec3::X, Vec3::Z, Vec3::X),
+        (Vec3::NEG_X, Vec3::NEG_Z, Vec3::new(0.0, 1.0, 1.0)),
+        (Vec3::Y, Vec3::NEG_X, Vec3::Y),
+        (Vec3::NEG_Y, Vec3::NEG_X, Vec3::new(1.0, 0.0, 1.0)),
+        (Vec3::Z, Vec3::NEG_X, Vec3::Z),
+        (Vec3::NEG_Z, Vec3::X, Vec3::new(1.0, 1.0, 0.0)),
+    ] {
+        let [left, right] = [-0.5, 0.5].map(|shift| of(&file, direction + right * shift));
+        assert!(left.abs_diff_eq(color * twice, 0.2), "{direction}: {left}");
+        assert!(right.length() < 0.7 * left.length() && right.length() > 0.0, "{direction}: {right}");
+    }
+    // A quarter turn about +Y takes what is at +Z to +X.
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    file.json["extensions"]["EXT_lights_image_based"]["lights"][0]["rotation"] =
+        json!([0.0, half, 0.0, half]);
+    let turned = of(&file, Vec3::new(1.0, 0.0, 0.2));
+    assert!(turned.z > 1.0 && turned.x < 0.1, "{turned}");
+    // What is broken is left out.
+    file.json["extensions"]["EXT_lights_image_based"]["lights"][0]["specularImages"] =
+        json!([[0, 1, 2, 3, 4, 99]]);
+    let scene = load_gltf_slice(&file.glb(), None).expect("a scene");
+    assert!(scene.environment.is_none());
+    assert!(scene.warnings.iter().any(|w| w.contains("EXT_lights_image_based")), "{:?}", scene.warnings);
+}
+
 #[test]
 fn alpha_blending_is_coverage_or_a_mask() {
     let of = |alpha: f32, texture: Option<fn(u32) -> u8>| {

@@ -16,6 +16,7 @@ mod animation;
 mod compression;
 mod deformation;
 mod document;
+mod image_based_light;
 mod material;
 mod material_extensions;
 mod mesh;
@@ -43,10 +44,11 @@ pub const MAX_TEXTURE_SIDE: u32 = 8192;
 pub const MAX_TEXELS: usize = 1 << 28;
 
 /// Extensions that are read. Others are named in a warning.
-const SUPPORTED_EXTENSIONS: [&str; 16] = [
+const SUPPORTED_EXTENSIONS: [&str; 17] = [
     compression::MESHOPT[0],
     compression::MESHOPT[1],
     compression::DRACO,
+    image_based_light::NAME,
     material_extensions::CLEARCOAT,
     material_extensions::IOR,
     material_extensions::SHEEN,
@@ -130,6 +132,7 @@ fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
     importer.read_nodes()?;
     importer.read_skins()?;
     importer.read_animations()?;
+    importer.read_image_based_light();
     let mut scene = importer.scene;
     if scene.objects.is_empty() {
         let mut reason = String::from("it has no triangles that can be drawn");

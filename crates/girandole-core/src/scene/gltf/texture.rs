@@ -65,6 +65,26 @@ impl Importer<'_> {
         Ok(())
     }
 
+    /// Size and texels of an image.
+    pub(super) fn image(&mut self, source: usize) -> Parsed<([u32; 2], Vec<[u8; 4]>)> {
+        let image = lookup(&self.document.root.images, source, "image")?;
+        let (shown, bytes) = match (&image.uri, image.buffer_view) {
+            (Some(uri), _) if uri.starts_with("data:") => {
+                (format!("image {source}"), self.document.resource(uri))
+            }
+            (Some(uri), _) => (format!("texture `{}`", shorten(uri)), self.document.resource(uri)),
+            (None, Some(view)) => {
+                (format!("image {source}"), self.document.view(view.value()).map(|v| Cow::Borrowed(v.bytes)))
+            }
+            (None, None) => (format!("image {source}"), Err("has neither a file nor data".into())),
+        };
+        let bytes = bytes.map_err(|e| format!("its {shown} {e}"))?;
+        let (size, texels) =
+            decode(&bytes, MAX_TEXELS - self.texels).map_err(|e| format!("its {shown} {e}"))?;
+        self.account_texels(texels.len())?;
+        Ok((size, texels))
+    }
+
     fn texture(&mut self, index: usize, color_space: ColorSpace) -> Parsed<Option<u32>> {
         if let Some(&known) = self.textures.get(&(index, color_space)) {
             return Ok(Some(known));
@@ -92,20 +112,7 @@ impl Importer<'_> {
             return Ok(None);
         };
         let image = lookup(&root.images, source, "image")?;
-        let (shown, bytes) = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) if uri.starts_with("data:") => {
-                (format!("image {source}"), self.document.resource(uri))
-            }
-            (Some(uri), _) => (format!("texture `{}`", shorten(uri)), self.document.resource(uri)),
-            (None, Some(view)) => {
-                (format!("image {source}"), self.document.view(view.value()).map(|v| Cow::Borrowed(v.bytes)))
-            }
-            (None, None) => (format!("image {source}"), Err("has neither a file nor data".into())),
-        };
-        let bytes = bytes.map_err(|e| format!("its {shown} {e}"))?;
-        let (size, texels) =
-            decode(&bytes, MAX_TEXELS - self.texels).map_err(|e| format!("its {shown} {e}"))?;
-        self.account_texels(texels.len())?;
+        let (size, texels) = self.image(source)?;
         let sampler = match json.sampler {
             Some(sampler) => Some(lookup(&root.samplers, sampler.value(), "sampler")?),
             None => None,
