@@ -359,7 +359,7 @@ impl LightSet {
         let mut set = Self::from_chosen(geometry, sampling.given(geometry).chain(chosen));
         sampling.shown.fit(&mut set.samples);
         if set.is_empty() {
-            return Err(no_light());
+            return Err(no_light(scene));
         }
         for warning in &sampling.warnings {
             tracing::warn!("{warning}");
@@ -428,10 +428,13 @@ impl LightSet {
     }
 }
 
-fn no_light() -> Error {
-    Error::Invalid(
-        "the scene has no light; give a surface an emission, add a punctual light, or an environment".into(),
-    )
+fn no_light(scene: &Scene) -> Error {
+    let what = if scene.shines() {
+        "nothing of the scene that emits has an area, or all of it is cut away or black; enlarge it,"
+    } else {
+        "the scene has no light; give a surface an emission,"
+    };
+    Error::Invalid(format!("{what} add a punctual light, or an environment"))
 }
 
 #[cfg(test)]

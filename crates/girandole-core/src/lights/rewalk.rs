@@ -201,7 +201,7 @@ impl IncrementalWalk {
         result.slots = Slots::new(wanted, spare as usize, pace.fade);
         let set = result.set(scene, geometry);
         if set.is_empty() {
-            return Err(super::no_light());
+            return Err(super::no_light(scene));
         }
         Ok((result, LightSet { warnings, ..set }))
     }

@@ -81,6 +81,7 @@ impl Scene {
     pub fn ensure_light(&mut self) {
         let geometry = Geometry::new(self);
         let what = match self.reached(&geometry) {
+            None if self.shines() => format!("what emits in `{}` has no area, or is cut away", self.name),
             None => format!("`{}` has no light", self.name),
             Some(share) if share < LEAST_REACHED => {
                 format!("the light of `{}` reaches {:.0} % of what is seen", self.name, share * 100.0)
@@ -132,7 +133,8 @@ impl Scene {
         Some(share_reached(&tracer, &View::new(self, camera, ASPECT), lights.samples()))
     }
 
-    fn shines(&self) -> bool {
+    /// Whether anything is to emit, of whatever size.
+    pub(crate) fn shines(&self) -> bool {
         let emits = |material: u32| self.materials.get(material as usize).is_some_and(Material::emits);
         self.environment.as_ref().is_some_and(Environment::shines)
             || self.lights.iter().any(|l| l.intensity.max_element() > 0.0)

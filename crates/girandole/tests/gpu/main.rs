@@ -32,7 +32,7 @@ use std::time::Instant;
 const TUNINGS: [(&str, DeviceTuning); 2] = [("gpu", DeviceTuning::GPU), ("software", DeviceTuning::SOFTWARE)];
 
 /// How many tests the last lines name with their times.
-const SLOWEST: usize = 80;
+const SLOWEST: usize = 10;
 
 /// The seconds that every test took, with its name.
 static TIMES: Mutex<Vec<(f32, String)>> = Mutex::new(Vec::new());

@@ -73,6 +73,16 @@ fn scenes_that_reflect_nothing_end_with_a_warning_and_no_light_is_an_error() {
     let (mut scene, geometry) = scene_of(closed_box(), vec![Material::default(), Material::default()]);
     let error = LightSet::sample(&scene, &geometry, &LightSettings::default()).unwrap_err();
     assert!(error.to_string().contains("the scene has no light"), "{error}");
+    // One that has no area.
+    let mut mesh = closed_box();
+    let first = mesh.positions.len() as u32;
+    mesh.positions.extend([Vec3::ZERO, Vec3::X, Vec3::X * 0.5]);
+    mesh.normals.extend([Vec3::Y; 3]);
+    mesh.triangles.push(crate::scene::MeshTriangle { vertices: [first, first + 1, first + 2], material: 2 });
+    let materials = vec![Material::default(), Material::default(), Material::emitter("lamp", Vec3::ONE)];
+    let (flat, flat_geometry) = scene_of(mesh, materials);
+    let error = LightSet::sample(&flat, &flat_geometry, &LightSettings::default()).unwrap_err();
+    assert!(error.to_string().contains("has an area"), "{error}");
     // Only a punctual light, in a black room.
     scene.materials[0].base_color = Vec3::ZERO;
     scene.materials[1].base_color = Vec3::ZERO;
