@@ -203,22 +203,20 @@ impl<'a> SceneTracer<'a> {
         let mut best: Option<(f64, u32, Vec2)> = None;
         for hierarchy in &self.hierarchies {
             hierarchy.bvh.ray_traverse(traversal.ray, &mut RayHit::none(), |_, slot| {
-                let mut reach = f32::INFINITY;
-                for leaf in hierarchy.leaf(slot) {
-                    let Some((t, u, v)) = ray.intersect(&leaf.corners) else { continue };
-                    let barycentric = Vec2::new(u as f32, v as f32);
-                    let nearer = best.is_none_or(|(bt, bi, _)| t < bt || t == bt && leaf.triangle < bi);
-                    let taken = t > 0.0
-                        && t < limit
-                        && nearer
-                        && accept(leaf.triangle, barycentric)
-                        && !(leaf.masked && self.geometry.is_cut_out(self.scene, leaf.triangle, barycentric));
-                    if taken {
-                        best = Some((t, leaf.triangle, barycentric));
-                        reach = traversal.reach(t);
-                    }
+                let leaf = hierarchy.leaf(slot);
+                let Some((t, u, v)) = ray.intersect(&leaf.corners) else { return f32::INFINITY };
+                let barycentric = Vec2::new(u as f32, v as f32);
+                let nearer = best.is_none_or(|(bt, bi, _)| t < bt || t == bt && leaf.triangle < bi);
+                let taken = t > 0.0
+                    && t < limit
+                    && nearer
+                    && accept(leaf.triangle, barycentric)
+                    && !(leaf.masked && self.geometry.is_cut_out(self.scene, leaf.triangle, barycentric));
+                if !taken {
+                    return f32::INFINITY;
                 }
-                reach
+                best = Some((t, leaf.triangle, barycentric));
+                traversal.reach(t)
             });
             if let Some((t, ..)) = best {
                 traversal.ray.tmax = traversal.reach(t);
@@ -243,17 +241,15 @@ impl<'a> SceneTracer<'a> {
         let traversal = Traversal::new(self, origin, direction, limit);
         let mut hits = Vec::new();
         hierarchy.bvh.ray_traverse(traversal.ray, &mut RayHit::none(), |_, slot| {
-            for leaf in hierarchy.leaf(slot) {
-                if let Some((t, u, v)) = ray.intersect(&leaf.corners).filter(|(t, ..)| *t > 0.0 && *t < limit)
-                {
-                    let barycentric = Vec2::new(u as f32, v as f32);
-                    hits.push((t, Hit { t: t as f32, triangle: leaf.triangle, barycentric }));
-                }
+            let leaf = hierarchy.leaf(slot);
+            if let Some((t, u, v)) = ray.intersect(&leaf.corners).filter(|(t, ..)| *t > 0.0 && *t < limit) {
+                let barycentric = Vec2::new(u as f32, v as f32);
+                hits.push((t, Hit { t: t as f32, triangle: leaf.triangle, barycentric }));
             }
             f32::INFINITY
         });
         hits.sort_by(|(a, x), (b, y)| a.total_cmp(b).then(x.triangle.cmp(&y.triangle)));
-        // Leaves may be padded; and on the edge between two triangles a ray meets both.
+        // On the edge between two triangles a ray meets both.
         let is_on_edge = |hit: &Hit| {
             let Vec2 { x: u, y: v } = hit.barycentric;
             u.min(v).min(1.0 - u - v) < 1e-6
@@ -261,7 +257,7 @@ impl<'a> SceneTracer<'a> {
         let faces = |hit: &Hit| geometry.normal(hit.triangle).as_dvec3().dot(direction) < 0.0;
         hits.dedup_by(|(t, later), (before, hit)| {
             let meet = || is_on_edge(hit) && is_on_edge(later) && faces(hit) == faces(later);
-            hit.triangle == later.triangle || (*t - *before <= 1e-9 * *t && meet())
+            *t - *before <= 1e-9 * *t && meet()
         });
         hits.into_iter().map(|(_, hit)| hit).collect()
     }
@@ -313,13 +309,12 @@ impl<'a> SceneTracer<'a> {
         self.hierarchies.iter().find_map(|hierarchy| {
             let mut found = None;
             hierarchy.bvh.ray_traverse_miss(traversal.ray, |_, slot| {
-                match hierarchy.leaf(slot).iter().find(|l| blocks(&l.corners, l.triangle, l.masked)) {
-                    Some(leaf) => {
-                        found = Some(leaf.triangle);
-                        f32::NEG_INFINITY
-                    }
-                    None => f32::INFINITY,
+                let leaf = hierarchy.leaf(slot);
+                if !blocks(&leaf.corners, leaf.triangle, leaf.masked) {
+                    return f32::INFINITY;
                 }
+                found = Some(leaf.triangle);
+                f32::NEG_INFINITY
             });
             found
         })

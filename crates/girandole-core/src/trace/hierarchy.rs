@@ -4,11 +4,13 @@ use super::SceneTracer;
 use crate::generation::Generation;
 use crate::scene::{Geometry, ObjectRange, Scene};
 use glam::{DVec3, Vec3, Vec3A};
+use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
+use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
 use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
-use obvhs::ploc::PlocBuilder;
-use obvhs::{Boundable, BvhBuildParams};
+use obvhs::ploc::{PlocBuilder, morton::morton_encode_u64_unorm};
 use std::sync::Arc;
 
 /// How much larger boxes are in the hierarchy's space, on each side.
@@ -19,9 +21,8 @@ pub(super) const MAX_DEPTH: usize = 31;
 /// A hierarchy over some of a scene's triangles.
 pub(super) struct Hierarchy {
     pub bvh: CwBvh,
-    /// The triangles in the hierarchy's order, `group` to a leaf.
+    /// The triangles in the hierarchy's order.
     leaves: Vec<Leaf>,
-    pub group: usize,
 }
 
 /// A triangle where the traversal finds it.
@@ -31,46 +32,15 @@ pub(super) struct Leaf {
     pub masked: bool,
 }
 
-struct Bounds(Aabb);
-
-impl Boundable for Bounds {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
 impl Hierarchy {
     /// Over these triangles.
     pub fn new(scene: &Scene, geometry: &Geometry, triangles: Vec<u32>, build: &BvhBuildParams) -> Self {
-        let scale = scale(geometry);
-        let bounds = |triangles: &[u32]| {
-            let corners = triangles.iter().flat_map(|&i| geometry.corners(i));
-            let corners: Vec<Vec3A> = corners.map(|p| (p.as_dvec3() * scale).as_vec3a()).collect();
-            let mut aabb = Aabb::from_points(&corners);
-            aabb.min -= Vec3A::splat(MARGIN);
-            aabb.max += Vec3A::splat(MARGIN);
-            Bounds(aabb)
-        };
-        // Many equal boxes can make a hierarchy deeper than its traversal's stack. Then neighbours in the list share a leaf,
-        // enough of them that it fits.
-        let mut group = 1;
-        let mut bvh = CwBvh::default();
-        if !triangles.is_empty() {
-            bvh = tree(&triangles.chunks(group).map(bounds).collect::<Vec<_>>(), build);
-            while depth(&bvh) >= MAX_DEPTH {
-                group *= 4;
-                bvh = tree(&triangles.chunks(group).map(bounds).collect::<Vec<_>>(), build);
-            }
-        }
+        let boxes = boxes(geometry, &triangles);
+        let bvh = if boxes.is_empty() { CwBvh::default() } else { tree(&boxes, build) };
         let leaves = bvh
             .primitive_indices
             .iter()
-            .flat_map(|&chunk| {
-                // The last chunk is padded with its last triangle, which changes no result.
-                let last = triangles.len() - 1;
-                let triangles = &triangles;
-                (0..group).map(move |i| triangles[(chunk as usize * group + i).min(last)])
-            })
+            .map(|&i| triangles[i as usize])
             .map(|triangle| {
                 let material = geometry.triangles[triangle as usize].material;
                 Leaf {
@@ -80,7 +50,7 @@ impl Hierarchy {
                 }
             })
             .collect();
-        Self { bvh, leaves, group }
+        Self { bvh, leaves }
     }
 
     /// Whether it has no triangles.
@@ -88,10 +58,10 @@ impl Hierarchy {
         self.leaves.is_empty()
     }
 
-    /// The triangles of a leaf.
+    /// A leaf's triangle.
     #[inline]
-    pub fn leaf(&self, slot: usize) -> &[Leaf] {
-        &self.leaves[slot * self.group..(slot + 1) * self.group]
+    pub fn leaf(&self, slot: usize) -> &Leaf {
+        &self.leaves[slot]
     }
 }
 
@@ -158,17 +128,106 @@ pub(super) fn scale(geometry: &Geometry) -> f64 {
     libm::exp2(-libm::floor(libm::log2(f64::from(geometry.extent()))))
 }
 
-/// Builds as `obvhs` does in `build_cwbvh`, which would panic where the result is too deep.
-fn tree(boxes: &[Bounds], build: &BvhBuildParams) -> CwBvh {
-    let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
+/// Triangles' boxes in the hierarchies' space.
+pub(super) fn boxes(geometry: &Geometry, triangles: &[u32]) -> Vec<Aabb> {
+    let scale = scale(geometry);
+    let bounds = |&triangle: &u32| {
+        let corners = geometry.corners(triangle).map(|p| (p.as_dvec3() * scale).as_vec3a());
+        let mut aabb = Aabb::from_points(&corners);
+        aabb.min -= Vec3A::splat(MARGIN);
+        aabb.max += Vec3A::splat(MARGIN);
+        aabb
+    };
+    triangles.iter().map(bounds).collect()
+}
+
+fn tree(boxes: &[Aabb], build: &BvhBuildParams) -> CwBvh {
+    let convert = |binary: &Bvh2| bvh2_to_cwbvh(binary, build.max_prims_per_leaf.clamp(1, 3), true, false);
+    if !has_long_chains(boxes, build) {
+        // As `obvhs` does in `build_cwbvh`, which would panic where the result is too deep.
+        let mut binary = clustered(boxes, build);
+        ReinsertionOptimizer::default().run(&mut binary, build.reinsertion_batch_ratio, None);
+        let bvh = convert(&binary);
+        if depth(&bvh) < MAX_DEPTH {
+            return bvh;
+        }
+    }
+    convert(&balanced(boxes))
+}
+
+/// Locally ordered clustering (Meister and Bittner 2018).
+pub(super) fn clustered(boxes: &[Aabb], build: &BvhBuildParams) -> Bvh2 {
+    PlocBuilder::with_capacity(boxes.len()).build(
         build.ploc_search_distance,
         boxes,
         (0..boxes.len() as u32).collect(),
         build.sort_precision,
         build.search_depth_threshold,
-    );
-    ReinsertionOptimizer::default().run(&mut binary, build.reinsertion_batch_ratio, None);
-    bvh2_to_cwbvh(&binary, build.max_prims_per_leaf.clamp(1, 3), true, false)
+    )
+}
+
+/// Whether clustering takes about a pass for each box, instead of some twenty in all: each pass joins boxes that are each
+/// other's best partner, and boxes that are nested or equal form chains of which only the end joins. Found out from a part
+/// of the boxes.
+pub(super) fn has_long_chains(boxes: &[Aabb], build: &BvhBuildParams) -> bool {
+    const BLOCK: usize = 512;
+    const STRIDE: usize = 8;
+    if boxes.len() < 4 * BLOCK {
+        return false;
+    }
+    let order = along_curve(boxes);
+    order.chunks(BLOCK).step_by(STRIDE).any(|block| {
+        let block: Vec<Aabb> = block.iter().map(|&i| boxes[i as usize]).collect();
+        is_long(&clustered(&block, build))
+    })
+}
+
+/// Whether there were far more passes than usual: above this, `obvhs` notes how many.
+pub(super) fn is_long(clustered: &Bvh2) -> bool {
+    clustered.max_depth > DEFAULT_MAX_STACK_DEPTH
+}
+
+/// The boxes' indices in the order of their centres along Morton's curve.
+fn along_curve(boxes: &[Aabb]) -> Vec<u32> {
+    let centers = || boxes.iter().map(|b| b.center().as_dvec3());
+    let low = centers().fold(DVec3::INFINITY, DVec3::min);
+    let size = centers().fold(DVec3::NEG_INFINITY, DVec3::max) - low;
+    // Codes are of what is below 1.
+    let cells = size.map(|s| if s > 0.0 { (1.0 - 1e-9) / s } else { 0.0 });
+    let codes = centers().map(|center| morton_encode_u64_unorm((center - low) * cells));
+    let mut order: Vec<(u64, u32)> = codes.zip(0..).collect();
+    order.sort_unstable();
+    order.into_iter().map(|(_, index)| index).collect()
+}
+
+/// Halves, halves of these and so on along Morton's curve (Lauterbach et al. 2009, but for where it is cut): not the best
+/// hierarchy, but made in the same time whatever the boxes, and never deep.
+fn balanced(boxes: &[Aabb]) -> Bvh2 {
+    let order = along_curve(boxes);
+    let mut nodes = vec![Bvh2Node::default(); 2 * boxes.len() - 1];
+    // Nodes that wait, with their share of the order; children come in pairs after their parents.
+    let mut waiting = vec![(0, 0..order.len())];
+    let mut next = 1;
+    while let Some((node, range)) = waiting.pop() {
+        if range.len() == 1 {
+            let index = order[range.start];
+            nodes[node] = Bvh2Node::new(boxes[index as usize], 1, index);
+            continue;
+        }
+        nodes[node] = Bvh2Node::new(Aabb::empty(), 0, next as u32);
+        let middle = range.start + range.len() / 2;
+        waiting.extend([(next, range.start..middle), (next + 1, middle..range.end)]);
+        next += 2;
+    }
+    for node in (0..nodes.len()).rev() {
+        if nodes[node].prim_count == 0 {
+            let first = nodes[node].first_index as usize;
+            let aabb = nodes[first].aabb().union(nodes[first + 1].aabb());
+            nodes[node].set_aabb(aabb);
+        }
+    }
+    let primitive_indices = (0..boxes.len() as u32).collect();
+    Bvh2 { nodes, primitive_indices, children_are_ordered_after_parents: true, ..Bvh2::default() }
 }
 
 /// Levels of a hierarchy.

@@ -1,4 +1,4 @@
-use super::hierarchy::{MAX_DEPTH, depth};
+use super::hierarchy::{MAX_DEPTH, boxes, clustered, depth, has_long_chains, is_long};
 use super::*;
 use crate::scene::{ColorSpace, Filter, Material, Mesh, MeshTriangle, Texture, TextureRef, Transform, Wrap};
 
@@ -412,7 +412,9 @@ fn many_equal_boxes_are_traced_like_any() {
     let (scene, geometry) = scene([mesh]);
     let tracer = SceneTracer::new(&scene, &geometry);
     assert!(depth(&tracer.hierarchies[0].bvh) < MAX_DEPTH);
-    assert!(tracer.hierarchies[0].group > 1, "the control: single triangles would be too deep a hierarchy");
+    let all: Vec<u32> = (0..geometry.triangles.len() as u32).collect();
+    let clustered = clustered(&boxes(&geometry, &all), &BvhBuildParams::medium_build());
+    assert!(is_long(&clustered), "the control: clusters would be too deep a hierarchy");
     let mut met = 0;
     for _ in 0..300 {
         let (origin, target) = (numbers.vector() * 2.0, numbers.vector() * 0.4);
@@ -427,4 +429,67 @@ fn many_equal_boxes_are_traced_like_any() {
         met += usize::from(hit.is_some());
     }
     assert!(met > 100, "{met}");
+}
+
+/// Coplanar triangles on one edge, each larger than the one before.
+fn on_one_edge(count: usize) -> Mesh {
+    let mut mesh = Mesh::default();
+    for i in 0..count {
+        let height = (i + 1) as f32 / count as f32;
+        add_triangle(&mut mesh, [Vec3::ZERO, Vec3::X, Vec3::new(0.5, height, 0.0)]);
+    }
+    mesh
+}
+
+/// So many squares along each side of a plane, all the same.
+fn grid(side: u32) -> Mesh {
+    let mut mesh = Mesh::default();
+    for i in 0..side * side {
+        let at = |x: u32, z: u32| Vec3::new((i % side + x) as f32, 0.0, (i / side + z) as f32);
+        add_triangle(&mut mesh, [at(0, 0), at(0, 1), at(1, 1)]);
+        add_triangle(&mut mesh, [at(0, 0), at(1, 1), at(1, 0)]);
+    }
+    mesh
+}
+
+#[test]
+fn nested_triangles_take_no_longer_than_others() {
+    let count = 20_000;
+    let mut numbers = Numbers(12);
+    let build = BvhBuildParams::medium_build();
+    let times = [on_one_edge(count), soup(&mut numbers, count, 1.0)].map(|mesh| {
+        let (scene, geometry) = scene([mesh]);
+        let once = || {
+            let start = std::time::Instant::now();
+            let tracer = SceneTracer::new(&scene, &geometry);
+            assert!(depth(&tracer.hierarchies[0].bvh) < MAX_DEPTH);
+            start.elapsed()
+        };
+        (0..3).map(|_| once()).min().expect("three")
+    });
+    // Clustered, the nested ones take as many passes as there are triangles: hundreds of times as long.
+    assert!(times[0] < times[1] * 8, "{times:?}");
+    // Chains are found among others, and nowhere else.
+    let mut other = || soup(&mut numbers, count, 1.0);
+    for (meshes, expected) in [
+        (vec![on_one_edge(count)], true),
+        (vec![on_one_edge(count), other(), other()], true),
+        (vec![other()], false),
+        (vec![sphere(100, 100)], false),
+        (vec![grid(100)], false),
+    ] {
+        let (_, geometry) = scene(meshes);
+        let boxes = boxes(&geometry, &(0..geometry.triangles.len() as u32).collect::<Vec<_>>());
+        assert_eq!(has_long_chains(&boxes, &build), expected, "{}", geometry.triangles.len());
+    }
+    // Of those that a ray meets at the same distance, the lowest index counts, here that of the smallest.
+    let (scene, geometry) = scene([on_one_edge(count)]);
+    let tracer = SceneTracer::new(&scene, &geometry);
+    for height in [0.010_02, 0.300_02, 0.770_02] {
+        let origin = geometry.corners(0)[0] + Vec3::new(0.5, height, 1.0);
+        let hit = tracer.closest_hit(origin, Vec3::NEG_Z, f32::INFINITY, NONE).expect("a hit");
+        let first =
+            (0..count as u32).find(|&i| geometry.corners(i)[2].y - geometry.corners(i)[0].y >= height);
+        assert_eq!(Some(hit.triangle), first);
+    }
 }
