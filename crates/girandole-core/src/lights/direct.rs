@@ -21,8 +21,9 @@ pub(super) fn punctual(
     accept: impl Fn(u32, &PunctualLight) -> bool,
 ) -> Vec<LightSample> {
     let mut samples = Vec::new();
+    let world_from_nodes = scene.world_from_nodes();
     for (index, light) in scene.lights.iter().enumerate().filter(|(i, light)| accept(*i as u32, light)) {
-        let node = scene.world_from_node(light.node);
+        let node = world_from_nodes[light.node];
         let normal = node.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Y).as_vec3();
         let mut sample = LightSample {
             position: (node.translation - geometry.origin).as_vec3(),

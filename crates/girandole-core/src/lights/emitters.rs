@@ -320,13 +320,14 @@ fn environment_sources(geometry: &Geometry, environment: &Environment, emissions
 
 /// The punctual lights as sources, weighted by the flux that they can send into the scene.
 pub(super) fn punctual_sources(scene: &Scene, geometry: &Geometry, emissions: &Emissions) -> Vec<Source> {
+    let world_from_nodes = scene.world_from_nodes();
     let sources = scene.lights.iter().enumerate().map(|(index, light)| {
         let solid_angle = match light.kind {
             PunctualKind::Point => 4.0 * PI,
             PunctualKind::Spot { inner, outer } => SpotCone::new(inner, outer).solid_angle(),
             PunctualKind::Directional => PI * f64::from(geometry.extent() * 0.5).powi(2),
         };
-        let center = (scene.world_from_node(light.node).translation - geometry.origin).as_vec3();
+        let center = (world_from_nodes[light.node].translation - geometry.origin).as_vec3();
         let weight = f64::from(luminance(emissions.of_punctual(index as u32))) * solid_angle;
         Source { kind: Kind::Punctual(index as u32), weight, center }
     });

@@ -359,7 +359,7 @@ impl LightSet {
         let mut set = Self::from_chosen(geometry, sampling.given(geometry).chain(chosen));
         sampling.shown.fit(&mut set.samples);
         if set.is_empty() {
-            return Err(no_light(scene));
+            return Err(no_light(scene, geometry));
         }
         for warning in &sampling.warnings {
             tracing::warn!("{warning}");
@@ -428,7 +428,11 @@ impl LightSet {
     }
 }
 
-fn no_light(scene: &Scene) -> Error {
+fn no_light(scene: &Scene, geometry: &Geometry) -> Error {
+    if geometry.triangles.is_empty() {
+        let what = "no surface of the scene has an area: all of it has collapsed; check its transforms";
+        return Error::Invalid(what.into());
+    }
     let what = if scene.shines() {
         "nothing of the scene that emits has an area, or all of it is cut away or black; enlarge it,"
     } else {

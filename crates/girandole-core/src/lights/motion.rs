@@ -29,14 +29,15 @@ impl Placement {
         let deformed = objects.filter(|(object, _)| scene.is_deformed(object)).flat_map(|(_, range)| {
             &geometry.triangles[range.triangles.start as usize..range.triangles.end as usize]
         });
+        let world_from_nodes = scene.world_from_nodes();
         Self {
             emissions: Emissions::of(scene),
             positions: positions.collect(),
             deformed: deformed.copied().collect(),
             origin: geometry.origin,
             objects: geometry.objects.clone(),
-            world_from_object: scene.objects.iter().map(|o| scene.world_from_node(o.node)).collect(),
-            world_from_light: scene.lights.iter().map(|l| scene.world_from_node(l.node)).collect(),
+            world_from_object: scene.objects.iter().map(|o| world_from_nodes[o.node]).collect(),
+            world_from_light: scene.lights.iter().map(|l| world_from_nodes[l.node]).collect(),
         }
     }
 

@@ -201,7 +201,7 @@ impl IncrementalWalk {
         result.slots = Slots::new(wanted, spare as usize, pace.fade);
         let set = result.set(scene, geometry);
         if set.is_empty() {
-            return Err(super::no_light(scene));
+            return Err(super::no_light(scene, geometry));
         }
         Ok((result, LightSet { warnings, ..set }))
     }
@@ -312,6 +312,7 @@ impl IncrementalWalk {
         let tracer = self.hierarchies.tracer(scene, geometry);
         let walk = Walk {
             tracer: &tracer,
+            world_from_nodes: &scene.world_from_nodes(),
             emissions: self.sampled.emissions(),
             emitters: trees,
             settings: &self.settings,

@@ -109,8 +109,14 @@ impl Sampling {
         let (mut walked, mut pilot) = (Walked::default(), None);
         let trees = emitters::trees(&groups, &sources);
         if !trees.is_empty() && numbers.walked > 0 {
-            let walk =
-                Walk { tracer: &tracer, emissions: &emissions, emitters: &trees, settings, seed: walk_seed };
+            let walk = Walk {
+                tracer: &tracer,
+                world_from_nodes: &scene.world_from_nodes(),
+                emissions: &emissions,
+                emitters: &trees,
+                settings,
+                seed: walk_seed,
+            };
             let found = pilot.insert(Pilot::new(&walk, [numbers.walked, per_sample]));
             walked = if found.deposits.is_empty() {
                 Walked { walked: found.walked(), exhausted: true, ..Walked::default() }

@@ -21,7 +21,7 @@ use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
 use crate::math::{sequence, warp};
 use crate::scene::PunctualKind;
 use crate::trace::{SceneTracer, ray_offset_distance};
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use std::f32::consts::PI;
 
 /// Dimensions of the sequence: two to choose a point, two for the first direction, then three for each bounce.
@@ -68,6 +68,8 @@ pub(super) struct Path {
 #[derive(Clone, Copy)]
 pub(super) struct Walk<'a> {
     pub tracer: &'a SceneTracer<'a>,
+    /// Of the scene's nodes.
+    pub world_from_nodes: &'a [DAffine3],
     /// How much everything emits.
     pub emissions: &'a Emissions,
     pub emitters: &'a [SourceTree],
@@ -325,7 +327,7 @@ impl Walk<'_> {
         };
         let intensity = self.emissions.of_punctual(light);
         let light = &scene.lights[light as usize];
-        let node = scene.world_from_node(light.node);
+        let node = self.world_from_nodes[light.node];
         let position = (node.translation - geometry.origin).as_vec3();
         let forward = node.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Y).as_vec3();
         let s = Vec2::new(self.at(path, 2), self.at(path, 3));

@@ -183,7 +183,9 @@ impl Scene {
     pub fn touch(&mut self) {
         self.open();
         self.record.pending.everything = true;
-        let all: Vec<_> = self.placed_objects().map(|(i, o)| (i, self.world_bounds(o))).collect();
+        let world_from_nodes = self.world_from_nodes();
+        let bounds = |object: &Object| self.world_bounds(object, &|node| world_from_nodes[node]);
+        let all: Vec<_> = self.placed_objects().map(|(i, o)| (i, bounds(o))).collect();
         self.keep_in_frame(&all);
         self.stamp();
     }
@@ -205,28 +207,36 @@ impl Scene {
             pose.local = pose.local.filter(|local| *local != node.local);
             pose.morph_weights = pose.morph_weights.take().filter(|weights| *weights != node.morph_weights);
         }
-        let moves = |object: &Object, pose: &Pose| {
-            pose.local.is_some() && self.is_moved_by(object, pose.node)
-                || pose.morph_weights.is_some()
-                    && object.node == pose.node
-                    && !self.meshes[object.mesh].morph_targets.is_empty()
+        let (mut is_posed, mut is_morphed) = (vec![false; self.nodes.len()], vec![false; self.nodes.len()]);
+        for pose in &poses {
+            is_posed[pose.node] |= pose.local.is_some();
+            is_morphed[pose.node] |= pose.morph_weights.is_some();
+        }
+        let moves = self.at_or_below(|node| is_posed[node]);
+        let is_moved = |object: &Object| {
+            self.is_moved_by(object, &moves)
+                || is_morphed[object.node] && !self.meshes[object.mesh].morph_targets.is_empty()
         };
-        let is_moved = |object: &Object| poses.iter().any(|pose| moves(object, pose));
         let objects: Vec<usize> =
             self.placed_objects().filter(|(_, o)| is_moved(o)).map(|(i, _)| i).collect();
-        let is_shifted =
-            |node| poses.iter().any(|pose| pose.local.is_some() && self.is_below(node, pose.node));
-        let lights: Vec<usize> =
-            (0..self.lights.len()).filter(|&i| is_shifted(self.lights[i].node)).collect();
+        let lights: Vec<usize> = (0..self.lights.len()).filter(|&i| moves[self.lights[i].node]).collect();
         let anything = !(objects.is_empty() && lights.is_empty());
         if anything {
             self.open();
         }
         self.swap_poses(&mut poses);
-        let bounds: Vec<_> = objects.iter().map(|&o| (o, self.world_bounds(&self.objects[o]))).collect();
+        // All nodes at once, where more than one is asked for.
+        let world_from_nodes = (objects.len() + lights.len() > 1).then(|| self.world_from_nodes());
+        let world_from_node = |node: usize| match &world_from_nodes {
+            Some(all) => all[node],
+            None => self.world_from_node(node),
+        };
+        let bounds = objects.iter().map(|&o| (o, self.world_bounds(&self.objects[o], &world_from_node)));
+        let bounds: Vec<_> = bounds.collect();
         let far_object = bounds.iter().find(|(_, bounds)| !bounds.is_within(MAX_EXTENT));
         let far_object = far_object.map(|(o, _)| format!("object `{}`", self.objects[*o].name));
-        let far_light = lights.iter().find(|&&l| !self.is_near(self.lights[l].node));
+        let is_near = |node| world_from_node(node).translation.abs().max_element() <= MAX_EXTENT;
+        let far_light = lights.iter().find(|&&l| !is_near(self.lights[l].node));
         let far_light = far_light.map(|&l| format!("light `{}`", self.lights[l].name));
         if let Some(far) = far_object.or(far_light) {
             self.swap_poses(&mut poses);
@@ -354,7 +364,7 @@ impl Scene {
             removed: false,
         });
         let index = self.objects.len() - 1;
-        let bounds = self.world_bounds(&self.objects[index]);
+        let bounds = self.world_bounds(&self.objects[index], &|node| self.world_from_node(node));
         if !bounds.is_within(MAX_EXTENT) {
             self.objects.pop();
             self.meshes.pop();
@@ -395,14 +405,6 @@ impl Scene {
     fn stamp(&mut self) {
         self.record.generation = Generation::fresh();
         self.record.pending.to = self.record.generation;
-    }
-
-    pub(super) fn is_below(&self, node: usize, above: usize) -> bool {
-        std::iter::successors(Some(node), |&n| self.nodes[n].parent).any(|n| n == above)
-    }
-
-    fn is_near(&self, node: usize) -> bool {
-        self.world_from_node(node).translation.abs().max_element() <= MAX_EXTENT
     }
 
     /// Makes another frame of reference if one of these objects, by their bounds, is not within it, with room for those.

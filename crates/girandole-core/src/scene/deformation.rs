@@ -14,6 +14,7 @@
 //! other is at half of (1, 0, 0) + (0, 1, 0), 0.71 m from the origin: linear blending shrinks what it bends.
 
 use super::frame_of_reference::Box3;
+use super::hierarchy::WorldFromNode;
 use super::motion::Pose;
 use super::{MAX_EXTENT, Mesh, Object, Scene};
 use crate::Result;
@@ -76,7 +77,7 @@ struct Rig<'a> {
 }
 
 impl<'a> Rig<'a> {
-    fn new(scene: &'a Scene, object: &Object, poses: &[Pose]) -> Self {
+    fn new(scene: &'a Scene, object: &Object, poses: &[Pose], world_from_node: WorldFromNode) -> Self {
         let mesh = &scene.meshes[object.mesh];
         let posed = poses.binary_search_by_key(&object.node, |pose| pose.node).ok();
         let weights = posed.and_then(|i| poses[i].morph_weights.as_deref());
@@ -86,9 +87,9 @@ impl<'a> Rig<'a> {
             Some(skin) => scene.skins[skin]
                 .joints
                 .iter()
-                .map(|joint| scene.world_from_posed(joint.node, poses) * joint.inverse_bind)
+                .map(|joint| world_from_node(joint.node) * joint.inverse_bind)
                 .collect(),
-            None => vec![scene.world_from_posed(object.node, poses)],
+            None => vec![world_from_node(object.node)],
         };
         let targets = targets.filter(|&(_, weight)| weight != 0.0).collect();
         Self { mesh, matrices, is_skinned: object.skin.is_some(), targets }
@@ -221,37 +222,53 @@ impl Scene {
         self.set_poses(vec![Pose { node, local: None, morph_weights: Some(weights.to_vec()) }])
     }
 
-    /// Whether what an object looks like depends on where a node is.
-    pub(super) fn is_moved_by(&self, object: &Object, node: usize) -> bool {
+    /// Whether what an object looks like depends on where one of the nodes is that `moves` is true for.
+    pub(super) fn is_moved_by(&self, object: &Object, moves: &[bool]) -> bool {
         match object.skin {
-            Some(skin) => self.skins[skin].joints.iter().any(|joint| self.is_below(joint.node, node)),
-            None => self.is_below(object.node, node),
+            Some(skin) => self.skins[skin].joints.iter().any(|joint| moves[joint.node]),
+            None => moves[object.node],
         }
     }
 
-    pub(super) fn deform(&self, object: &Object) -> Deformed {
-        Rig::new(self, object, &[]).deform()
+    pub(super) fn deform(&self, object: &Object, world_from_node: WorldFromNode) -> Deformed {
+        Rig::new(self, object, &[], world_from_node).deform()
     }
 
     /// World positions of an object's vertices.
-    pub(super) fn world_positions(&self, object: &Object) -> impl Iterator<Item = DVec3> {
-        let rig = Rig::new(self, object, &[]);
+    pub(super) fn world_positions(
+        &self,
+        object: &Object,
+        world_from_node: WorldFromNode,
+    ) -> impl Iterator<Item = DVec3> {
+        let rig = Rig::new(self, object, &[], world_from_node);
         (0..rig.mesh.positions.len()).map(move |vertex| rig.position(vertex, &rig.matrix(vertex)))
     }
 
     /// Bounds of an object's finite vertices in the world; all of space where its matrices are not finite.
-    pub(super) fn world_bounds(&self, object: &Object) -> Box3 {
-        if !Rig::new(self, object, &[]).matrices.iter().all(|m| m.is_finite()) {
+    pub(super) fn world_bounds(&self, object: &Object, world_from_node: WorldFromNode) -> Box3 {
+        if !Rig::new(self, object, &[], world_from_node).matrices.iter().all(|m| m.is_finite()) {
             return Box3 { low: DVec3::NEG_INFINITY, high: DVec3::INFINITY };
         }
-        let finite = self.world_positions(object).filter(|p| p.is_finite());
+        let finite = self.world_positions(object, world_from_node).filter(|p| p.is_finite());
         finite.fold(Box3::EMPTY, Box3::with)
     }
 
-    /// Boxes that hold an object in each of these poses, but for those that lead too far away.
-    pub(super) fn reaches(&self, object: &Object, poses: &[Vec<Pose>]) -> Vec<Box3> {
-        let extents = Extents::new(&Rig::new(self, object, &[]));
-        let reaches = poses.iter().map(|poses| Rig::new(self, object, poses).reach(&extents));
-        reaches.filter(|reach| reach.is_within(MAX_EXTENT)).collect()
+    /// Boxes that hold some objects in these poses of animations, with the objects' indices, but for those that lead too far away.
+    pub(super) fn reaches(&self, objects: &[usize], poses: &[Vec<Pose>]) -> Vec<(usize, Box3)> {
+        let world_from_nodes = self.world_from_nodes();
+        let extents = objects.iter().map(|&object| {
+            Extents::new(&Rig::new(self, &self.objects[object], &[], &|node| world_from_nodes[node]))
+        });
+        let extents: Vec<Extents> = extents.collect();
+        let mut reaches = Vec::new();
+        for poses in poses.iter().filter(|_| !objects.is_empty()) {
+            let world_from_nodes = self.world_from_posed_nodes(poses);
+            for (&object, extents) in objects.iter().zip(&extents) {
+                let rig = Rig::new(self, &self.objects[object], poses, &|node| world_from_nodes[node]);
+                reaches.push((object, rig.reach(extents)));
+            }
+        }
+        reaches.retain(|(_, reach)| reach.is_within(MAX_EXTENT));
+        reaches
     }
 }

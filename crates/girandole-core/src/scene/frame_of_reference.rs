@@ -18,7 +18,7 @@
 //! surface; bounds over core are about 10; origin and scale are those of the room alone, to the bit, and the bounds
 //! reach to the box.
 
-use super::motion::Pose;
+use super::hierarchy::WorldFromNode;
 use super::{MeshTriangle, Object, Scene};
 use glam::{DVec3, Vec3};
 
@@ -61,8 +61,10 @@ impl FrameOfReference {
 
     /// The frame of a scene in which these objects move.
     pub(super) fn with_movers(scene: &Scene, moves: impl Fn(usize) -> bool) -> Self {
-        let placed: Vec<Placed> =
-            scene.placed_objects().map(|(i, object)| Placed::new(scene, i, object)).collect();
+        let world_from_nodes = scene.world_from_nodes();
+        let placed = scene.placed_objects();
+        let placed = placed.map(|(i, object)| Placed::new(scene, i, object, &|node| world_from_nodes[node]));
+        let placed: Vec<Placed> = placed.collect();
         let mut all = Box3::EMPTY;
         let mut still = Box3::EMPTY;
         for object in &placed {
@@ -76,12 +78,15 @@ impl FrameOfReference {
         }
         let main = main_part(scene, &placed, all);
         let mut with_room = all;
+        let movers = placed.iter().filter(|o| moves(o.index));
+        let is_animated = scene.animated_objects();
+        let animated: Vec<usize> = movers.clone().map(|o| o.index).filter(|&i| is_animated[i]).collect();
         let poses: Vec<_> = scene.moments().into_iter().map(|seconds| scene.poses(seconds)).collect();
-        for object in placed.iter().filter(|o| moves(o.index)) {
-            let size = object.bounds.size().length();
-            for place in object.places(scene, &poses).into_iter().filter(|place| !still.contains(*place)) {
-                with_room = with_room.union(place.grown(size));
-            }
+        let mut sizes = vec![0.0; scene.objects.len()];
+        movers.clone().for_each(|o| sizes[o.index] = o.bounds.size().length());
+        let places = movers.map(|o| (o.index, o.bounds)).chain(scene.reaches(&animated, &poses));
+        for (object, place) in places.filter(|(_, place)| !still.contains(*place)) {
+            with_room = with_room.union(place.grown(sizes[object]));
         }
         let origin = (main.low + main.high) * 0.5;
         let relative = |b: Box3| ((b.low - origin).as_vec3(), (b.high - origin).as_vec3());
@@ -111,20 +116,10 @@ struct Placed {
 }
 
 impl Placed {
-    fn new(scene: &Scene, index: usize, object: &Object) -> Self {
-        let positions: Vec<DVec3> = scene.world_positions(object).collect();
+    fn new(scene: &Scene, index: usize, object: &Object, world_from_node: WorldFromNode) -> Self {
+        let positions: Vec<DVec3> = scene.world_positions(object, world_from_node).collect();
         let bounds = positions.iter().filter(|p| p.is_finite()).fold(Box3::EMPTY, |b, p| b.with(*p));
         Self { index, positions, bounds }
-    }
-
-    /// Boxes about it: as it stands, and in these poses of animations.
-    fn places(&self, scene: &Scene, poses: &[Vec<Pose>]) -> Vec<Box3> {
-        let object = &scene.objects[self.index];
-        let mut places = vec![self.bounds];
-        if scene.is_animated(object) {
-            places.extend(scene.reaches(object, poses));
-        }
-        places
     }
 
     fn corners(&self, triangle: &MeshTriangle) -> [DVec3; 3] {

@@ -1,5 +1,6 @@
 //! The scene flattened to world space: what rays, light samples and the renderer work on.
 
+use super::hierarchy::WorldFromNode;
 use super::{FrameOfReference, Mesh, NONE, Scene};
 use crate::Result;
 use crate::brdf::Surface;
@@ -85,6 +86,7 @@ impl Geometry {
         let FrameOfReference { origin, bounds, scale, surface_extent } = scene.frame_of_reference();
         let generation = scene.generation();
         let mut result = Self { origin, bounds, scale, surface_extent, generation, ..Self::default() };
+        let world_from_nodes = scene.world_from_nodes();
         for (index, object) in scene.objects.iter().enumerate() {
             if object.removed {
                 result.objects.push(result.range_from([
@@ -93,9 +95,9 @@ impl Geometry {
                     result.patches.len(),
                 ]));
             } else if scene.is_deformed(object) {
-                result.add_deformed(scene, index);
+                result.add_deformed(scene, index, &|node| world_from_nodes[node]);
             } else {
-                result.add_object(scene, index, &scene.world_from_node(object.node));
+                result.add_object(scene, index, &world_from_nodes[object.node]);
             }
         }
         result
@@ -211,11 +213,11 @@ impl Geometry {
     }
 
     /// An object whose mesh bends: the same triangles at each moment, and no patches.
-    fn add_deformed(&mut self, scene: &Scene, index: usize) {
+    fn add_deformed(&mut self, scene: &Scene, index: usize, world_from_node: WorldFromNode) {
         let object = &scene.objects[index];
         let mesh = &scene.meshes[object.mesh];
         let first = [self.positions.len(), self.triangles.len(), self.patches.len()];
-        let deformed = scene.deform(object);
+        let deformed = scene.deform(object, world_from_node);
         self.positions.extend(deformed.positions.iter().map(|p| (*p - self.origin).as_vec3()));
         self.normals.extend(deformed.normals);
         self.tangents.extend(deformed.tangents);

@@ -35,6 +35,7 @@ mod frame_of_reference;
 mod geometry;
 #[cfg(feature = "import")]
 pub mod gltf;
+mod hierarchy;
 #[cfg(feature = "import")]
 mod load;
 mod material;
@@ -75,10 +76,13 @@ pub use view::{ClipDepth, LocalView, View};
 pub use viewpoint::{FieldOfView, Viewpoint};
 
 use crate::{Error, Result};
-use glam::{DAffine3, Vec3};
+use glam::Vec3;
 
 /// A scene of more metres than this is a mistake, and its squares would leave the range of single precision.
 const MAX_EXTENT: f64 = 1e15;
+
+/// Nobody reads more warnings.
+const MOST_WARNINGS: usize = 200;
 
 /// Index that means "none" where ids are plain `u32`.
 pub const NONE: u32 = u32::MAX;
@@ -216,11 +220,6 @@ impl Scene {
         self.objects.iter().enumerate().filter(|(_, o)| !o.removed)
     }
 
-    /// World from node.
-    pub fn world_from_node(&self, node: usize) -> DAffine3 {
-        self.world_from_posed(node, &[])
-    }
-
     /// The camera with this name, or at this index.
     ///
     /// # Errors
@@ -243,8 +242,13 @@ impl Scene {
             })
     }
 
-    /// Records something the source asks for that is not supported, once.
+    /// Records something the source asks for that is not supported, once; of a great many, the first.
     pub fn warn(&mut self, sentence: String) {
+        let sentence = match self.warnings.len() {
+            0..MOST_WARNINGS => sentence,
+            MOST_WARNINGS => "there is more to warn of, which is left out".into(),
+            _ => return,
+        };
         if !self.warnings.contains(&sentence) {
             tracing::warn!("{sentence}");
             self.warnings.push(sentence);

@@ -1,6 +1,6 @@
 //! Transforms, and how they change with time: glTF 2.0, §3.11 and appendix C.
 
-use super::{Object, Scene};
+use super::Scene;
 use crate::{Error, Result};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3, Vec4};
 use std::collections::BTreeMap;
@@ -258,13 +258,17 @@ impl Scene {
         self.set_poses(self.poses(seconds))
     }
 
-    /// Whether an animation drives what an object's place or shape depends on.
-    pub(super) fn is_animated(&self, object: &Object) -> bool {
-        let mut channels = self.animations.iter().flat_map(|a| &a.channels);
-        channels.any(|channel| match channel.part() {
-            Some(_) => self.is_moved_by(object, channel.node),
-            None => object.node == channel.node,
-        })
+    /// Whether animations drive what the place or shape of each object depends on.
+    pub(super) fn animated_objects(&self) -> Vec<bool> {
+        let (mut is_posed, mut is_morphed) = (vec![false; self.nodes.len()], vec![false; self.nodes.len()]);
+        for channel in self.animations.iter().flat_map(|a| &a.channels) {
+            match channel.part() {
+                Some(_) => is_posed[channel.node] = true,
+                None => is_morphed[channel.node] = true,
+            }
+        }
+        let is_posed = self.at_or_below(|node| is_posed[node]);
+        self.objects.iter().map(|o| self.is_moved_by(o, &is_posed) || is_morphed[o.node]).collect()
     }
 
     /// Moments that tell where things come by: keys and the middle between them, or evenly spaced ones where those are many.
@@ -279,19 +283,6 @@ impl Scene {
             return (0..MOST).map(|i| first + (last - first) * i as f64 / (MOST - 1) as f64).collect();
         }
         keys.iter().copied().chain(keys.windows(2).map(|pair| (pair[0] + pair[1]) * 0.5)).collect()
-    }
-
-    /// World from node in these [poses](Scene::poses).
-    pub(super) fn world_from_posed(&self, node: usize, poses: &[Pose]) -> DAffine3 {
-        let mut result = DAffine3::IDENTITY;
-        let mut next = Some(node);
-        while let Some(index) = next {
-            let posed = poses.binary_search_by_key(&index, |pose| pose.node).ok();
-            let local = posed.and_then(|i| poses[i].local).unwrap_or(self.nodes[index].local);
-            result = local.affine() * result;
-            next = self.nodes[index].parent;
-        }
-        result
     }
 
     /// What animations make of nodes at a moment, in the order of nodes.

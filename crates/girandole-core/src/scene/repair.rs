@@ -3,7 +3,7 @@
 use super::MAX_EXTENT;
 use super::mesh::{weld, weld_by};
 use super::{Mesh, Scene, mark_patches};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use rustc_hash::FxHashSet;
 
 /// Patches of an imported scene have at least this share of its diagonal squared.
@@ -77,7 +77,7 @@ fn deformation_bits(mesh: &Mesh, vertex: usize) -> Vec<u32> {
 /// largest.
 /// Says what is wrong with scenes too large for single precision.
 pub(crate) fn mark_scene(scene: &mut Scene) -> Result<(), String> {
-    let affines: Vec<DAffine3> = scene.objects.iter().map(|o| scene.world_from_node(o.node)).collect();
+    let world_from_nodes = scene.world_from_nodes();
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let bounds: Vec<(Vec3, Vec3)> = scene
         .meshes
@@ -88,13 +88,13 @@ pub(crate) fn mark_scene(scene: &mut Scene) -> Result<(), String> {
         })
         .collect();
     let mut scales = vec![0.0_f64; scene.meshes.len()];
-    for (object, affine) in scene.objects.iter().zip(&affines) {
+    for object in &scene.objects {
         if scene.is_deformed(object) {
-            let bounds = scene.world_bounds(object);
+            let bounds = scene.world_bounds(object, &|node| world_from_nodes[node]);
             (low, high) = (low.min(bounds.low), high.max(bounds.high));
             continue;
         }
-        let (min, max) = bounds[object.mesh];
+        let ((min, max), affine) = (bounds[object.mesh], world_from_nodes[object.node]);
         for corner in 0..8 {
             let pick = |axis: usize| if corner >> axis & 1 == 0 { min[axis] } else { max[axis] };
             let p = affine.transform_point3(Vec3::new(pick(0), pick(1), pick(2)).as_dvec3());

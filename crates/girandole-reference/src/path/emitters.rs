@@ -82,8 +82,9 @@ pub(super) struct Punctual {
 impl Punctual {
     pub(super) fn all(tracer: &SceneTracer) -> Vec<Self> {
         let scene = tracer.scene();
+        let world_from_nodes = scene.world_from_nodes();
         let in_world = |light: &PunctualLight| {
-            let affine = scene.world_from_node(light.node);
+            let affine = world_from_nodes[light.node];
             Self {
                 position: (affine.translation - tracer.geometry().origin).as_vec3(),
                 forward: affine.transform_vector3(DVec3::NEG_Z).normalize_or_zero().as_vec3(),

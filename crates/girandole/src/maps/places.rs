@@ -39,11 +39,12 @@ pub(crate) fn mover_of(scene: &Scene, object: usize) -> u32 {
 
 impl Snapshot {
     fn new(moment: u64, scene: &Scene, geometry: &Geometry) -> Self {
+        let world_from_nodes = scene.world_from_nodes();
         let place = |object: &girandole_core::scene::Object| {
             if object.removed || scene.is_deformed(object) {
                 return DAffine3::IDENTITY;
             }
-            let world_from_object = scene.world_from_node(object.node);
+            let world_from_object = world_from_nodes[object.node];
             DAffine3 { translation: world_from_object.translation - geometry.origin, ..world_from_object }
         };
         Self { moment, places: scene.objects.iter().filter(|o| o.dynamic).map(place).collect() }

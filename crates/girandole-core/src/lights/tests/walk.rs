@@ -64,6 +64,7 @@ fn a_closed_room_holds_the_geometric_series_of_light() {
                     let settings = indirect_only(count, bounces, termination, seed);
                     let paths = Walk {
                         tracer: &tracer,
+                        world_from_nodes: &scene.world_from_nodes(),
                         emissions: &emissions,
                         emitters: &trees,
                         settings: &settings,

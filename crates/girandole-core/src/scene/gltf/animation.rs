@@ -30,9 +30,8 @@ impl Importer<'_> {
                 self.scene.animations.push(animation);
             }
         }
-        for object in 0..self.scene.objects.len() {
-            let placed = &self.scene.objects[object];
-            let moves = self.scene.is_deformed(placed) || self.scene.is_animated(placed);
+        for (object, is_animated) in self.scene.animated_objects().into_iter().enumerate() {
+            let moves = is_animated || self.scene.is_deformed(&self.scene.objects[object]);
             self.scene.objects[object].dynamic |= moves;
         }
         Ok(())

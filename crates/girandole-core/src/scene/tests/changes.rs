@@ -147,7 +147,11 @@ fn what_leaves_the_bounds_opens_the_scene_anew() {
     // Something new far away.
     scene.insert_object("far", cube(0), Transform::translation(vec3(500.0, 0.0, 0.0)), false).unwrap();
     assert!(scene.take_changes().reopened);
-    assert!(scene.frame_of_reference().holds(scene.world_bounds(&scene.objects[2])));
+    assert!(
+        scene
+            .frame_of_reference()
+            .holds(scene.world_bounds(&scene.objects[2], &|node| scene.world_from_node(node)))
+    );
 }
 
 #[test]

@@ -3,6 +3,7 @@ mod deformation;
 #[cfg(feature = "import")]
 mod edits;
 mod frame;
+mod hierarchy;
 mod motion;
 mod view;
 mod viewpoint;

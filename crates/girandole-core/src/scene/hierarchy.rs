@@ -1,0 +1,51 @@
+//! Where nodes are in the world.
+
+use super::Scene;
+use super::motion::Pose;
+use glam::DAffine3;
+
+/// World from node, of any node.
+pub(super) type WorldFromNode<'a> = &'a dyn Fn(usize) -> DAffine3;
+
+impl Scene {
+    /// World from node. Where many are asked for, [`Scene::world_from_nodes`] has the same in one step a node.
+    pub fn world_from_node(&self, node: usize) -> DAffine3 {
+        let above = std::iter::successors(Some(node), |&node| self.nodes[node].parent);
+        let above: Vec<usize> = above.collect();
+        above
+            .into_iter()
+            .rev()
+            .fold(DAffine3::IDENTITY, |world, node| world * self.nodes[node].local.affine())
+    }
+
+    /// World from node of all nodes, in their order.
+    pub fn world_from_nodes(&self) -> Vec<DAffine3> {
+        self.world_from_posed_nodes(&[])
+    }
+
+    /// The same in these [poses](Scene::poses).
+    pub(super) fn world_from_posed_nodes(&self, poses: &[Pose]) -> Vec<DAffine3> {
+        let mut locals: Vec<DAffine3> = self.nodes.iter().map(|node| node.local.affine()).collect();
+        for pose in poses {
+            if let Some(local) = pose.local {
+                locals[pose.node] = local.affine();
+            }
+        }
+        self.from_parents(DAffine3::IDENTITY, |&above, node| above * locals[node])
+    }
+
+    /// Which nodes are among these, or below one of them.
+    pub(super) fn at_or_below(&self, is_one: impl Fn(usize) -> bool) -> Vec<bool> {
+        self.from_parents(false, |&above, node| above || is_one(node))
+    }
+
+    /// What each node has, which follows from what its parent has; `root` is what is above roots.
+    fn from_parents<T>(&self, root: T, next: impl Fn(&T, usize) -> T) -> Vec<T> {
+        let mut all: Vec<T> = Vec::with_capacity(self.nodes.len());
+        for (index, node) in self.nodes.iter().enumerate() {
+            let above = node.parent.map_or(&root, |parent| &all[parent]);
+            all.push(next(above, index));
+        }
+        all
+    }
+}
