@@ -47,6 +47,8 @@ fn main() -> std::process::ExitCode {
     use std::process::ExitCode;
 
     silence_layer();
+    #[cfg(unix)]
+    clean_up_when_interrupted();
     tracing_subscriber::fmt()
         .with_env_filter(
             tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "off".into()),
@@ -95,6 +97,21 @@ fn sentence(error: &anyhow::Error) -> String {
             format!("{text}: {cause}")
         }
     })
+}
+
+/// Leaves no half-written file when the user or the system ends the program, which then ends as it would have.
+#[cfg(unix)]
+fn clean_up_when_interrupted() {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+
+    // Without a handler, interrupts end the program all the same.
+    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) else { return };
+    std::thread::spawn(move || {
+        for signal in signals.forever() {
+            girandole_core::files::abandon();
+            let _ = signal_hook::low_level::emulate_default_handler(signal);
+        }
+    });
 }
 
 /// Without a desktop session, Mesa's device-selection layer prints two lines that begin with "error:". It only reorders

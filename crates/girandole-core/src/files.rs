@@ -4,6 +4,14 @@ use crate::{Error, Result};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Files that are there under their temporary names. Who holds it may make such files, name them, and take them away.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// Reads a file. Pipes and devices, which may have no end, are refused.
 ///
@@ -30,20 +38,40 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let target = destination(path);
     let number = COUNTER.fetch_add(1, Ordering::Relaxed);
     let temporary = target.with_file_name(format!(".girandole.{}.{number}.part", std::process::id()));
+    let create = || {
+        let mut unfinished = unfinished();
+        let file = std::fs::OpenOptions::new().write(true).create_new(true).open(&temporary)?;
+        unfinished.push(temporary.clone());
+        Ok::<_, std::io::Error>(file)
+    };
     let write = || {
-        let mut file = std::fs::OpenOptions::new().write(true).create_new(true).open(&temporary)?;
+        let mut file = create()?;
         if let Ok(replaced) = std::fs::metadata(&target) {
             file.set_permissions(replaced.permissions())?;
         }
         file.write_all(bytes)?;
-        file.sync_all()?;
-        std::fs::rename(&temporary, &target)
+        file.sync_all()
     };
-    write().map_err(|source| {
+    let written = write();
+    let mut unfinished = unfinished();
+    let written = written.and_then(|()| std::fs::rename(&temporary, &target));
+    if written.is_err() && unfinished.contains(&temporary) {
         // Best effort: the first error is the one to report.
         let _ = std::fs::remove_file(&temporary);
-        Error::Write { path: path.into(), source }
-    })
+    }
+    unfinished.retain(|path| *path != temporary);
+    written.map_err(|source| Error::Write { path: path.into(), source })
+}
+
+/// Removes what is not written to its end, and lets nothing else be written: whoever tries waits. For programs that were
+/// interrupted and end now.
+pub fn abandon() {
+    let unfinished = unfinished();
+    for temporary in unfinished.iter() {
+        // Best effort: there is nobody left to tell.
+        let _ = std::fs::remove_file(temporary);
+    }
+    std::mem::forget(unfinished);
 }
 
 /// Where a file of this name is written: what it leads to, if it is a link.

@@ -5,6 +5,8 @@ mod compare;
 mod edits;
 mod help;
 mod info;
+#[cfg(target_os = "linux")]
+mod interrupts;
 mod refusals;
 mod render;
 mod sequence;
