@@ -4,6 +4,7 @@
 mod bending;
 #[cfg(feature = "import")]
 mod builder;
+mod coats;
 #[cfg(feature = "import")]
 mod compression;
 mod defaults;

@@ -14,7 +14,7 @@ use std::collections::HashSet;
 const MAX_EMISSION: f32 = 1e12;
 
 /// From this alpha on surfaces count as opaque.
-const OPAQUE: f32 = 0.995;
+pub(super) const OPAQUE: f32 = 0.995;
 /// A blended texture is cut off where alpha is 0.5 if no more of it than this lies between.
 const MOST_BETWEEN: f32 = 0.1;
 

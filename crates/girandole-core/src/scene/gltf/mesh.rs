@@ -14,13 +14,13 @@ use rustc_hash::FxHashMap;
 
 /// The triangles of one primitive with the vertices that they use.
 #[derive(Default)]
-struct Part {
+pub(super) struct Part {
     /// The file's number of each vertex.
     sources: Vec<u32>,
-    positions: Vec<Vec3>,
+    pub positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     tangents: Vec<Vec4>,
-    uvs: Vec<[Vec2; 2]>,
+    pub uvs: Vec<[Vec2; 2]>,
     colors: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
 }
@@ -101,6 +101,14 @@ impl<'d> Importer<'d> {
             Some(map) => self.tangents(&attributes, &mut part, map.texture),
             None => part.tangents.clear(),
         }
+        let colors = attributes.colors.as_ref().filter(|colors| colors.kind == Type::Vec4);
+        let alpha = |colors: &Accessor, &vertex: &u32| {
+            let alpha = colors.get::<4>(vertex as usize)[3];
+            if alpha.is_nan() { 1.0 } else { alpha.clamp(0.0, 1.0) }
+        };
+        let alphas = colors.map(|colors| part.sources.iter().map(|v| alpha(colors, v)).collect());
+        let alphas: Vec<f32> = alphas.unwrap_or_default();
+        let material = self.faded(material, &mut part, &alphas)?;
         self.scene.materials[material as usize].vertex_colors |= !part.colors.is_empty();
         self.account(0, part.positions.len())?;
         self.deformation(json, &part.sources, attributes.positions.count, mesh)?;

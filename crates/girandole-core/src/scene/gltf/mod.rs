@@ -13,6 +13,7 @@
 
 mod accessor;
 mod animation;
+mod coats;
 mod compression;
 mod deformation;
 mod document;
@@ -23,6 +24,7 @@ mod mesh;
 mod nodes;
 mod tangents;
 mod texture;
+mod vertex_alpha;
 
 use super::{Camera, Scene, View};
 use crate::{Error, Result};
@@ -99,6 +101,10 @@ struct Importer<'d> {
     alphas: HashMap<u32, material::Alphas>,
     /// The material of primitives without one.
     default_material: Option<u32>,
+    /// Materials for vertices whose colours have an alpha.
+    faded: HashMap<(u32, vertex_alpha::Fading), u32>,
+    /// Their texture.
+    ramp: Option<u32>,
     /// Scene node by glTF node.
     nodes: Vec<Option<usize>>,
     /// Scene meshes with an object already.
@@ -119,6 +125,8 @@ fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
         textures: HashMap::new(),
         alphas: HashMap::new(),
         default_material: None,
+        faded: HashMap::new(),
+        ramp: None,
         nodes: vec![None; document.root.nodes.len()],
         shown: HashSet::new(),
         skinned: Vec::new(),
@@ -148,8 +156,11 @@ fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
     };
     let (cameras, blind): (Vec<Camera>, Vec<Camera>) = scene.cameras.iter().cloned().partition(sees);
     for camera in &blind {
-        let name = document::shorten(&camera.name);
-        scene.warn(format!("camera `{name}` is left out: its node is scaled to nothing"));
+        let name = match document::shorten(&camera.name) {
+            name if name.is_empty() => "a camera".into(),
+            name => format!("camera `{name}`"),
+        };
+        scene.warn(format!("{name} is left out: its node is scaled to nothing"));
     }
     scene.cameras = cameras;
     super::repair::mark_scene(&mut scene).map_err(|e| format!("it {e}"))?;
