@@ -19,10 +19,12 @@ pub type Stats = Map<String, Value>;
 
 /// Prints a message. A closed stream is no error.
 pub fn say(sentence: &str) {
-    // Names from files may hold what a terminal would obey.
-    let harmless: String =
-        sentence.chars().map(|c| if c.is_control() && c != '\n' { '\u{fffd}' } else { c }).collect();
-    let _ = writeln!(io::stderr(), "{harmless}");
+    let _ = writeln!(io::stderr(), "{}", harmless(sentence));
+}
+
+/// Without what a terminal would obey, which names from files may hold.
+fn harmless(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() && c != '\n' { '\u{fffd}' } else { c }).collect()
 }
 
 /// Prints an error on one line.
@@ -34,7 +36,7 @@ pub fn error(sentence: &str) {
 /// Writes data to standard output. A closed pipe is no error.
 pub fn data(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(harmless(text).as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != IoKind::BrokenPipe => Err(e).context("cannot write to standard output"),
         _ => Ok(()),
     }

@@ -207,6 +207,7 @@ fn broken_files() {
         ("version.gltf", br#"{"asset":{"version":"1.0"}}"#.to_vec()),
         ("version3.gltf", br#"{"asset":{"version":"3.0"}}"#.to_vec()),
         ("least.gltf", br#"{"asset":{"version":"2.0","minVersion":"3.0"}}"#.to_vec()),
+        ("later.gltf", br#"{"asset":{"version":"2.1","minVersion":"2.1"}}"#.to_vec()),
         ("nothing.gltf", br#"{"asset":{"version":"2.0"}}"#.to_vec()),
     ] {
         std::fs::write(girandole.path().join(name), content).unwrap();

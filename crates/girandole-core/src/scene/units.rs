@@ -60,7 +60,10 @@ impl Scene {
         } else if size > LARGEST {
             format!("`{}` is {size:.0} m across", self.name)
         } else if size < SMALLEST && size > 0.0 {
-            format!("`{}` is {:.3} mm across", self.name, size * 1e3)
+            match size * 1e3 {
+                millimetres @ 1e-3.. => format!("`{}` is {millimetres:.3} mm across", self.name),
+                millimetres => format!("`{}` is {millimetres:.0e} mm across", self.name),
+            }
         } else {
             return;
         };

@@ -250,13 +250,14 @@ fn alpha_is_cut_only_where_it_can_be_seen() {
         let pbr = json!({"baseColorTexture": {"index": texture}, "baseColorFactor": [1.0, 1.0, 1.0, factor]});
         file.push("materials", json!({"alphaMode": mode, "pbrMetallicRoughness": pbr}));
         let scene = load(&file);
-        (scene.materials[0].alpha_cutoff, mentions(&scene, "transparency"))
+        assert_eq!(scene.warnings, Vec::<String>::new());
+        (scene.materials[0].alpha_cutoff, scene.materials[0].blended)
     };
-    assert_eq!(alpha("MASK", [0, 255], 1.0), (Some(0.5), 0));
-    assert_eq!(alpha("MASK", [200, 255], 1.0), (None, 0), "nothing is below the cutoff");
-    assert_eq!(alpha("BLEND", [0, 255], 1.0), (Some(0.5), 1));
-    assert_eq!(alpha("BLEND", [255, 255], 0.25), (None, 1), "glass turns opaque");
-    assert_eq!(alpha("OPAQUE", [0, 255], 0.0), (None, 0));
+    assert_eq!(alpha("MASK", [0, 255], 1.0), (Some(0.5), false));
+    assert_eq!(alpha("MASK", [200, 255], 1.0), (None, false), "nothing is below the cutoff");
+    assert_eq!(alpha("BLEND", [0, 255], 1.0), (Some(0.5), false));
+    assert_eq!(alpha("BLEND", [255, 255], 0.25), (None, true), "glass is seen through");
+    assert_eq!(alpha("OPAQUE", [0, 255], 0.0), (None, false));
 }
 
 #[test]
@@ -329,6 +330,16 @@ fn what_is_valid_and_not_needed_is_left_out() {
     assert_eq!(scene.materials[material].name, "unused");
     assert_eq!(mentions(&scene, "is left out, as nothing uses it"), 1, "{:?}", scene.warnings);
     assert_eq!(scene.textures.len(), whole.textures.len());
+    // Of a great many of them the first are named.
+    (0..1000).for_each(|_| {
+        file.push("materials", json!({"pbrMetallicRoughness": color}));
+    });
+    let warnings = load(&file).warnings;
+    assert_eq!(warnings.len(), 201);
+    assert!(
+        warnings[199].contains("nothing uses it") && warnings[200].contains("there is more"),
+        "{warnings:?}"
+    );
     // A texture without a picture.
     let mut file = some_of_everything();
     file.json["textures"][0] = json!({});

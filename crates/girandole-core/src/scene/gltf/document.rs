@@ -3,7 +3,7 @@
 use super::Parsed;
 use super::compression::{Compressed, Elements};
 use base64::Engine;
-use gltf::json::{self, Root, Value};
+use gltf::json::{self, Asset, Root, Value};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -37,8 +37,10 @@ impl<'a> Document<'a> {
             Ok(root) => (root, Vec::new()),
             Err(error) => mended(text).ok_or_else(|| broken_json(text, &error))?,
         };
-        let needed = root.asset.min_version.as_ref().unwrap_or(&root.asset.version);
-        if !needed.starts_with("2.") {
+        // Later versions of the same number can be read, unless they say otherwise.
+        let Asset { version, min_version, .. } = &root.asset;
+        let needed = min_version.as_ref().unwrap_or(version);
+        if !needed.starts_with("2.") || min_version.as_ref().is_some_and(|least| least != "2.0") {
             return Err(format!("it is glTF of version {}; convert it to version 2.0", shorten(needed)));
         }
         let compressed = Compressed::new(&root)?;
