@@ -12,6 +12,7 @@ mod rectangle;
 mod resample;
 mod rewalk;
 mod sampling;
+mod scattering;
 mod sets;
 mod shown;
 mod slots;

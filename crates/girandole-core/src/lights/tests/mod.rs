@@ -2,6 +2,7 @@
 
 mod direct;
 mod ids;
+mod metals;
 mod placement;
 mod prefix;
 mod rectangle;
