@@ -7,6 +7,7 @@ mod placement;
 mod prefix;
 mod rectangle;
 mod settings;
+mod sun;
 mod walk;
 
 use super::emission::{Emission, Emissions};
