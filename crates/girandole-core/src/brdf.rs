@@ -7,6 +7,10 @@
 
 use glam::Vec3;
 
+mod lobe;
+
+pub(crate) use lobe::{lobe_albedo, sample_lobe};
+
 /// The properties of a surface point that shading needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Surface {

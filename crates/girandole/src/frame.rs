@@ -14,7 +14,7 @@ use crate::prepare::{Adaptive, PointPasses, Prepared, PreparedMode};
 use crate::resident::Resident;
 use crate::settings::{RenderSettings, Target};
 use crate::shader_constants::{BATCH, GROUP};
-use girandole_core::glam::Vec2;
+use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::scene::{ClipDepth, LocalView};
 use girandole_core::tonemap::Exposure;
 
@@ -300,6 +300,7 @@ fn frame_uniform(
     // Far enough to see the whole scene from any eye that sees it at all.
     let far = (view.eye.length() + scene.extent) * 2.0;
     let (depth_bias, depth_scale, is_forward) = depth_mapping(view, scene.scale * 1e-5, far);
+    let sun = scene.geometry.environment.as_ref().and_then(|environment| environment.sun);
     Frame {
         eye: view.eye,
         orthographic: u32::from(view.orthographic),
@@ -326,6 +327,9 @@ fn frame_uniform(
         depth_scale,
         forward_depth: u32::from(is_forward),
         environment: scene.geometry.environment.as_ref().map_or(Vec2::ZERO, |e| e.uniform),
+        sun_direction: sun.map_or(Vec3::ZERO, |disc| disc.direction),
+        sun_chord2: sun.map_or(0.0, |disc| disc.chord * disc.chord),
+        sun_radiance: sun.map_or(Vec3::ZERO, |disc| disc.radiance),
         ..Frame::default()
     }
 }

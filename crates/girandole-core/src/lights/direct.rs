@@ -159,7 +159,7 @@ fn on_tree(
                     shown: BoundingSphere::of_scene(geometry),
                     solid_angle: (solid_angle / tree.probability(source)) as f32,
                 },
-                origin: SampleOrigin::Environment { point: tries },
+                origin: SampleOrigin::Environment { point: tries, sun: source.is_sun() },
                 rectangle: None,
             });
         }

@@ -39,6 +39,8 @@ enum Kind {
     Punctual(u32),
     /// A cell of the environment.
     Distant(u32),
+    /// A part of the environment's sun.
+    Sun(u32),
 }
 
 /// A flat piece of an emitter: corner + a·edge₁ + b·edge₂ with (a, b) in the unit square, or its lower half.
@@ -82,7 +84,7 @@ impl Source {
     pub fn emission(&self, geometry: &Geometry) -> Emission {
         match &self.kind {
             Kind::Punctual(light) => Emission::Punctual(*light),
-            Kind::Distant(_) => Emission::Environment,
+            Kind::Distant(_) | Kind::Sun(_) => Emission::Environment,
             Kind::Area(area) => Emission::Material(geometry.triangles[area.triangles[0] as usize].material),
         }
     }
@@ -90,7 +92,7 @@ impl Source {
     /// The triangle that it lies on, if it lies on one.
     pub fn triangle(&self) -> Option<u32> {
         match &self.kind {
-            Kind::Punctual(_) | Kind::Distant(_) => None,
+            Kind::Punctual(_) | Kind::Distant(_) | Kind::Sun(_) => None,
             Kind::Area(area) => Some(area.triangles[0]),
         }
     }
@@ -99,16 +101,32 @@ impl Source {
     pub fn punctual(&self) -> Option<u32> {
         match self.kind {
             Kind::Punctual(light) => Some(light),
-            Kind::Area(_) | Kind::Distant(_) => None,
+            Kind::Area(_) | Kind::Distant(_) | Kind::Sun(_) => None,
         }
+    }
+
+    /// Whether it is a part of the environment's sun.
+    pub fn is_sun(&self) -> bool {
+        matches!(self.kind, Kind::Sun(_))
     }
 
     /// Of a part of the environment, the direction at `at` in the unit square, uniform over its solid angle.
     pub fn direction(&self, scene: &Scene, emissions: &Emissions, at: DVec2) -> Option<EnvironmentPoint> {
-        let (Kind::Distant(cell), Some(environment)) = (&self.kind, &scene.environment) else { return None };
-        let radiance = environment.cell_radiance(*cell) / environment.strength * emissions.of_environment();
-        let direction = environment.cell_direction(*cell, at);
-        Some(EnvironmentPoint { direction, radiance, solid_angle: environment.cell_solid_angle() })
+        let environment = scene.environment.as_ref()?;
+        let (direction, radiance, solid_angle) = match self.kind {
+            Kind::Distant(cell) => (
+                environment.cell_direction(cell, at),
+                environment.cell_radiance_beside_sun(cell),
+                environment.cell_solid_angle(),
+            ),
+            Kind::Sun(part) => {
+                let point = environment.sun_point(part, at)?;
+                (point.direction, point.radiance, point.solid_angle)
+            }
+            Kind::Area(_) | Kind::Punctual(_) => return None,
+        };
+        let radiance = radiance / environment.strength * emissions.of_environment();
+        Some(EnvironmentPoint { direction, radiance, solid_angle })
     }
 
     /// The point of an area source at `at` in the unit square, uniform over its area.
@@ -160,7 +178,8 @@ fn inside(barycentric: Vec2) -> f32 {
     barycentric.min_element().min(1.0 - barycentric.x - barycentric.y)
 }
 
-/// The sources on emitting surfaces, one group for each side of an object's material, and last those of the environment.
+/// The sources on emitting surfaces, one group for each side of an object's material, and last those of the environment and those of
+/// its sun.
 pub(super) fn groups(scene: &Scene, geometry: &Geometry, emissions: &Emissions) -> Vec<Vec<Source>> {
     let mut groups: std::collections::BTreeMap<(u32, u32, bool), Vec<Source>> = BTreeMap::new();
     let coarser = coarser(scene, geometry, emissions);
@@ -195,7 +214,7 @@ pub(super) fn groups(scene: &Scene, geometry: &Geometry, emissions: &Emissions) 
         index += 1;
     }
     let distant = scene.environment.iter().filter(|environment| environment.shines());
-    let distant = distant.map(|environment| environment_sources(geometry, environment, emissions));
+    let distant = distant.flat_map(|environment| environment_sources(geometry, environment, emissions));
     groups.into_values().chain(distant.filter(|sources| !sources.is_empty())).collect()
 }
 
@@ -305,17 +324,31 @@ fn cut(
         .collect()
 }
 
-/// The environment's cells as sources, weighted by the flux that they send through a disc as large as the scene.
-fn environment_sources(geometry: &Geometry, environment: &Environment, emissions: &Emissions) -> Vec<Source> {
+/// The environment's cells as sources, and the parts of its sun, weighted by the flux that they send through a disc as large as the
+/// scene.
+fn environment_sources(
+    geometry: &Geometry,
+    environment: &Environment,
+    emissions: &Emissions,
+) -> [Vec<Source>; 2] {
     let disc = PI * f64::from(geometry.extent() * 0.5).powi(2);
     let strength = f64::from(luminance(emissions.of_environment()) / environment.strength);
     let each = environment.cell_solid_angle() * disc * strength;
-    let source = |cell| Source {
+    let is_light = |s: &Source| s.weight > 0.0 && s.weight.is_finite();
+    let cell = |cell| Source {
         kind: Kind::Distant(cell),
-        weight: f64::from(luminance(environment.cell_radiance(cell))) * each,
+        weight: f64::from(luminance(environment.cell_radiance_beside_sun(cell))) * each,
         center: environment.cell_direction(cell, DVec2::splat(0.5)) * geometry.extent(),
     };
-    (0..environment.cells()).map(source).filter(|s| s.weight > 0.0 && s.weight.is_finite()).collect()
+    let part = |part| {
+        let center = environment.sun_point(part, DVec2::splat(0.5))?.direction * geometry.extent();
+        let weight = environment.sun_weight(part) * disc * strength;
+        Some(Source { kind: Kind::Sun(part), weight, center })
+    };
+    [
+        (0..environment.cells()).map(cell).filter(is_light).collect(),
+        (0..environment.sun_parts()).filter_map(part).filter(is_light).collect(),
+    ]
 }
 
 /// The punctual lights as sources, weighted by the flux that they can send into the scene.

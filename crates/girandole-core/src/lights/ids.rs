@@ -32,6 +32,8 @@ pub enum LightId {
     Environment {
         /// Which point of its sequence.
         point: u32,
+        /// Whether it is one of the sun's, which have a sequence of their own.
+        sun: bool,
         /// Which of the samples at this point: 0, unless it stands for more light than one sample should carry.
         index: u32,
     },
@@ -52,7 +54,7 @@ pub(super) fn origin(sample: &LightSample) -> [u32; 3] {
         SampleOrigin::Punctual { light } => [0, light, 0],
         SampleOrigin::Emitter { triangle, point } => [1, triangle, point],
         SampleOrigin::Bounce { path, bounce, .. } => [2, path, bounce],
-        SampleOrigin::Environment { point } => [3, point, 0],
+        SampleOrigin::Environment { point, sun } => [3 + u32::from(sun), point, 0],
     }
 }
 
@@ -77,7 +79,7 @@ pub(super) fn identify(geometry: &Geometry, samples: &[LightSample]) -> Vec<Ligh
 fn first(geometry: &Geometry, sample: &LightSample) -> LightId {
     match sample.origin {
         SampleOrigin::Punctual { light } => LightId::Punctual { light, index: 0 },
-        SampleOrigin::Environment { point } => LightId::Environment { point, index: 0 },
+        SampleOrigin::Environment { point, sun } => LightId::Environment { point, sun, index: 0 },
         SampleOrigin::Bounce { path, bounce, .. } => LightId::Bounce { path, bounce, index: 0 },
         SampleOrigin::Emitter { triangle, point } => match geometry.triangles.get(triangle as usize) {
             Some(t) => LightId::Emitter {

@@ -11,6 +11,7 @@
 //!
 //! Weights decide where samples are, never what light there is in the mean (`resample.rs`).
 
+use super::sun::is_of_sun;
 use super::view_points::ViewPoint;
 use super::{Clamp, LightSample, Profile};
 use crate::brdf::Surface;
@@ -55,12 +56,18 @@ fn distance_squared(sample: &LightSample) -> f32 {
 }
 
 /// Where a candidate lies among others: its position, and its normal as a position on a sphere with a radius of `normal_scale`
-/// metres. Those of an environment lie as far apart as light from them that comes as far as other light does, all far away from others.
+/// metres. Those of an environment lie as far apart as light from them that comes as far as other light does, all far away from others,
+/// and its sun in a plane that is twice as far away.
 pub(super) fn place(candidate: &LightSample, normal_scale: f32) -> [f32; 6] {
     let n = candidate.normal * normal_scale;
     let p = match candidate.profile {
         Profile::Distant { distance, .. } => {
-            Vec3::X * (ELSEWHERE * distance) - candidate.normal * (normal_scale / NORMAL_SCALE)
+            let direction = candidate.normal * (normal_scale / NORMAL_SCALE);
+            if is_of_sun(candidate) {
+                (-direction).with_x(2.0 * ELSEWHERE * distance)
+            } else {
+                Vec3::X * (ELSEWHERE * distance) - direction
+            }
         }
         _ => candidate.position,
     };
@@ -136,7 +143,7 @@ pub(super) fn measure(
         return alike;
     }
     let power: Vec<f64> = candidates.iter().map(power).collect();
-    let mut result = Importance { runs: split_into_runs(places), mean: 1.0, brightness: 0.0 };
+    let mut result = Importance { runs: split_into_runs(candidates, places), mean: 1.0, brightness: 0.0 };
     let of = |run: &Run| if let Run::Whole { members, .. } = run { Some(members.clone()) } else { None };
     let runs: Vec<Vec<u32>> = result.runs.iter().filter_map(of).collect();
     let order: Vec<u32> = runs.concat();
@@ -263,10 +270,22 @@ fn bound(candidates: &[LightSample], power: &[f64], run: &[u32]) -> f32 {
     (1.0 / (2.0 * variance)).min(f64::from(f32::MAX)) as f32
 }
 
-/// Runs of neighbours by position and normal: halves of halves.
-fn split_into_runs(places: &[[f32; 6]]) -> Vec<Run> {
-    let mut open = vec![((0..places.len() as u32).collect::<Vec<_>>(), None)];
+/// Runs of neighbours by position and normal: halves of halves. The sun is a run of its own: all of it brings the same but for
+/// the edges of shadows.
+fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]]) -> Vec<Run> {
+    let is_sun = |&i: &u32| is_of_sun(&candidates[i as usize]);
+    let (sun, others): (Vec<u32>, Vec<u32>) = (0..places.len() as u32).partition(is_sun);
     let mut runs: Vec<Run> = Vec::new();
+    let mut open = vec![(others, None)];
+    if let (Some(&first), [_, ..]) = (sun.first(), &open[0].0[..]) {
+        // It lies beyond all others.
+        let border = places[first as usize][0];
+        runs.push(Run::Halves { axis: 0, border, halves: [0; 2] });
+        open[0].1 = Some((0, 0));
+        open.insert(0, (sun, Some((0, 1))));
+    } else if !sun.is_empty() {
+        return vec![Run::Whole { members: sun, importance: 1.0 }];
+    }
     while let Some((mut run, parent)) = open.pop() {
         let node = runs.len();
         if let Some((parent, side)) = parent
@@ -274,7 +293,7 @@ fn split_into_runs(places: &[[f32; 6]]) -> Vec<Run> {
         {
             halves[side] = node;
         }
-        if run.len() <= RUN {
+        if run.len() <= RUN || is_sun(&run[0]) {
             runs.push(Run::Whole { members: run, importance: 1.0 });
             continue;
         }

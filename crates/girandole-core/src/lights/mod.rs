@@ -12,10 +12,12 @@ mod rectangle;
 mod resample;
 mod rewalk;
 mod sampling;
+mod scattering;
 mod sets;
 mod shown;
 mod slots;
 mod strata;
+mod sun;
 mod view_points;
 mod walk;
 
@@ -88,6 +90,8 @@ pub enum SampleOrigin {
     Environment {
         /// Which point of its sequence.
         point: u32,
+        /// Whether it is one of the sun's, which have a sequence of their own.
+        sun: bool,
     },
     /// Left by a random walk.
     Bounce {

@@ -81,7 +81,8 @@ impl Placement {
 
     /// How a triangle went from there to here, in the world: with its object, or, where that is deformed, by itself.
     fn motion(&self, to: &Self, geometry: &Geometry, triangle: u32) -> Motion {
-        let triangle = &geometry.triangles[triangle as usize];
+        // What comes from infinitely far away lies on none.
+        let Some(triangle) = geometry.triangles.get(triangle as usize) else { return Motion::None };
         let object = triangle.object as usize;
         let corners = |at: &Self| {
             let first = at.objects[object].vertices.start;

@@ -19,6 +19,7 @@
 use super::emission::{Emission, Shares};
 use super::importance::{place, power};
 use super::strata::{Cluster, Item, Strata};
+use super::sun::{Apart, is_of_sun};
 use super::{LightSample, Profile, Rectangle, SampleOrigin};
 use crate::math::sequence;
 use glam::DVec3;
@@ -46,7 +47,8 @@ pub(super) struct Candidates<'a> {
 /// too few to choose from, some are repeated. Normals count as positions on a sphere with a radius of `normal_scale` metres.
 pub(super) fn resample(candidates: Candidates, count: u32, normal_scale: f32, seed: u32) -> Vec<Chosen> {
     let places: Vec<[f32; 6]> = candidates.samples.iter().map(|s| place(s, normal_scale)).collect();
-    let strata = Strata::new(&places, candidates.weights, count);
+    let apart = Apart::of(candidates.samples, &places, candidates.weights, count);
+    let strata = Strata::new(&places, candidates.weights, count, apart);
     let clusters = strata.clusters();
     clusters.into_iter().filter_map(|(_, cluster)| choose(candidates, cluster, seed)).collect()
 }
@@ -57,7 +59,7 @@ fn own_random(candidate: &LightSample, seed: u32) -> f64 {
         SampleOrigin::Emitter { triangle, point } => [triangle.wrapping_add(1 << 31), point],
         SampleOrigin::Bounce { path, bounce, .. } => [path, bounce],
         SampleOrigin::Punctual { light } => [light, 0],
-        SampleOrigin::Environment { point } => [point, u32::MAX],
+        SampleOrigin::Environment { point, sun } => [point, u32::MAX - u32::from(sun)],
     };
     let low = sequence::hash(a ^ sequence::hash(b ^ seed));
     let high = sequence::hash(low ^ 0x68bc_21eb);
@@ -73,6 +75,11 @@ pub(super) fn choose(candidates: Candidates, cluster: &Cluster, seed: u32) -> Op
     let times = cluster.items.iter().map(|i| (time(i), i.index));
     let (_, index) = times.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
     Some(stand_in(candidates, cluster, index as usize))
+}
+
+/// Of the directions that a candidate stands for, sr; 0 where it has a position.
+fn solid_angle_of(candidate: &LightSample) -> f64 {
+    if let Profile::Distant { solid_angle, .. } = candidate.profile { f64::from(solid_angle) } else { 0.0 }
 }
 
 /// A candidate of the cluster as the sample that stands for it.
@@ -110,7 +117,12 @@ pub(super) fn stand_in(candidates: Candidates, cluster: &Cluster, index: usize) 
     }
     let mut profile = sample.profile;
     if let Profile::Distant { solid_angle, .. } = &mut profile {
-        *solid_angle = cluster.solid_angle() as f32;
+        *solid_angle = if is_of_sun(&sample) {
+            // As exactly as it is known.
+            cluster.items.iter().map(|i| solid_angle_of(member(i)) * part(i)).sum::<f64>() as f32
+        } else {
+            cluster.solid_angle() as f32
+        };
     }
     Chosen { sample: LightSample { intensity: intensity.as_vec3(), profile, rectangle, ..sample }, shares }
 }

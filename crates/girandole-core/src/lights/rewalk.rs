@@ -22,6 +22,7 @@ use super::resample::{Candidates, Chosen, choose, stand_in};
 use super::sampling::Sampling;
 use super::slots::{Slots, Wanted};
 use super::strata::{Cluster, Item, Strata};
+use super::sun::Apart;
 use super::view_points::{lit_points, view_points};
 use super::walk::{Path, Walk, Walked};
 use super::{LightSample, LightSet, LightSettings, direct, emitters};
@@ -148,7 +149,8 @@ impl IncrementalWalk {
         let weigh = |(s, at): (&LightSample, &[f32; 6])| power(s) * sampling.importance.relative_at(*at);
         let weights: Vec<f64> = samples.iter().zip(&places).map(weigh).collect();
         let spare = (sampling.wanted / SPARE).max(LEAST_SPARE).min(sampling.wanted.saturating_sub(1));
-        let strata = Strata::new(&places, &weights, sampling.wanted - spare);
+        let count = sampling.wanted - spare;
+        let strata = Strata::new(&places, &weights, count, Apart::of(&samples, &places, &weights, count));
         let mut rest = (&places[..], &weights[..]);
         let mut take = |count: usize, scale: f64| {
             let ((places, other_places), (weights, others)) =

@@ -5,7 +5,9 @@ use super::importance::Importance;
 use super::resample::Chosen;
 use super::view_points::{POINTS, view_points};
 use super::walk::{Pilot, Walk, Walked};
-use super::{BoundingSphere, LightSample, LightSettings, MAX_LIGHTS, direct, emitters, importance, walk};
+use super::{
+    BoundingSphere, LightSample, LightSettings, MAX_LIGHTS, direct, emitters, importance, sun, walk,
+};
 use crate::math::sequence;
 use crate::scene::{Geometry, Scene, View};
 use crate::trace::SceneTracer;
@@ -145,13 +147,17 @@ impl Sampling {
         let mut emitter_pilot = Vec::new();
         let (on_emitters, wanted) = if all_alike {
             // The pilot has a seed of its own: how many candidates there are must not depend on them.
-            emitter_pilot = on_emitters(&power, count / 8, sequence::hash(emitter_seed));
+            let weights = sun::limited_candidates(&groups, power.clone());
+            emitter_pilot = on_emitters(&weights, count / 8, sequence::hash(emitter_seed));
             let weights = direct::worth(&power, &emitter_pilot, &weigh(&emitter_pilot.concat()));
+            let weights = sun::limited_candidates(&groups, weights);
             (on_emitters(&weights, count, emitter_seed).concat(), spare)
         } else {
             let indirect = numbers.walked.min(walked.deposits());
             let rest = numbers.walked - indirect;
-            (on_emitters(&power, spare.min(numbers.emitters + rest), emitter_seed).concat(), indirect)
+            let count = spare.min(numbers.emitters + rest);
+            let weights = sun::limited_samples(&groups, power, count);
+            (on_emitters(&weights, count, emitter_seed).concat(), indirect)
         };
         let mut result = Self {
             punctual,

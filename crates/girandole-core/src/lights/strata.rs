@@ -5,6 +5,7 @@
 //! others split where that lowers the largest error.
 
 use super::importance::NORMAL_SCALE;
+use super::sun::Apart;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::f64::consts::PI;
@@ -160,6 +161,8 @@ struct Stratum {
     /// r² of the disc of the cluster that it was split from, m².
     prior: Option<f64>,
     split: Option<(Border, [usize; 2])>,
+    /// Whether it stays as it is, whatever its error.
+    is_held: bool,
     /// Without candidates, if it is split.
     cluster: Cluster,
 }
@@ -186,9 +189,9 @@ fn staleness(items: &[Item], held: &[f64], now: &[f64]) -> f64 {
 }
 
 impl Strata {
-    /// `count` of them, over candidates at these [places](super::importance::place). Weights are not negative, and positive where
-    /// there is light.
-    pub fn new(places: &[[f32; 6]], weights: &[f64], count: u32) -> Self {
+    /// `count` of them, over candidates at these [places](super::importance::place), some of which may have theirs apart. Weights are
+    /// not negative, and positive where there is light.
+    pub fn new(places: &[[f32; 6]], weights: &[f64], count: u32, apart: Option<Apart>) -> Self {
         let items: Vec<Item> = (0..)
             .zip(places.iter().zip(weights))
             .map(|(index, (&at, &weight))| Item { index, weight, at })
@@ -198,20 +201,39 @@ impl Strata {
         if items.is_empty() || count == 0 {
             return result;
         }
-        let root = result.add(None, None, Cluster::new(items, None));
-        let mut open = BinaryHeap::from([Open { error: f64::INFINITY, node: root }]);
-        while open.len() < count as usize
-            && let Some(Open { node, .. }) = open.pop()
-        {
-            for child in result.split(node) {
-                open.push(Open { error: result.nodes[child].cluster.error(), node: child });
-            }
-        }
+        let Some(Apart { border, count: count_apart }) = apart else {
+            let root = result.add(None, None, Cluster::new(items, None));
+            result.grow(root, count);
+            return result;
+        };
+        let root = result.add(None, None, Cluster::default());
+        let (items_apart, items): (Vec<Item>, Vec<Item>) =
+            items.into_iter().partition(|item| f64::from(item.at[0]) > border);
+        let parts = [items, items_apart];
+        let children = parts.map(|items| result.add(Some(root), None, Cluster::new(items, None)));
+        result.nodes[root].split = Some((Border::At { axis: 0, border }, children));
+        result.grow(children[0], count - count_apart);
+        let first_apart = result.nodes.len();
+        result.grow(children[1], count_apart);
+        let held = [root, children[1]].into_iter().chain(first_apart..result.nodes.len());
+        held.for_each(|node| result.nodes[node].is_held = true);
         result
     }
 
+    /// Splits a node until there are so many of it, the largest error first.
+    fn grow(&mut self, node: usize, count: u32) {
+        let mut open = BinaryHeap::from([Open { error: f64::INFINITY, node }]);
+        while open.len() < count as usize
+            && let Some(Open { node, .. }) = open.pop()
+        {
+            for child in self.split(node) {
+                open.push(Open { error: self.nodes[child].cluster.error(), node: child });
+            }
+        }
+    }
+
     fn add(&mut self, parent: Option<usize>, prior: Option<f64>, cluster: Cluster) -> usize {
-        let stratum = Stratum { id: self.next_id, parent, prior, split: None, cluster };
+        let stratum = Stratum { id: self.next_id, parent, prior, split: None, is_held: false, cluster };
         self.next_id += 1;
         match self.free.pop() {
             Some(place) => {
@@ -358,6 +380,7 @@ impl Strata {
         (leaves, pairs): (&mut BTreeMap<usize, f64>, &mut BTreeMap<usize, f64>),
     ) {
         match self.nodes[node].split {
+            _ if self.nodes[node].is_held => {}
             None => {
                 leaves.insert(node, self.joined(&[node], None, weights).error());
             }

@@ -2,7 +2,8 @@
 //!
 //! 1. A path starts on a source of its emitter in proportion to power, in a direction distributed as its light is: with the flux
 //!    `Φ = π · Le / p_A` (per channel) of that start.
-//! 2. At every hit it leaves a sample of intensity `ρ · Φ / π` and goes on, cosine-weighted, with `Φ ← ρ · Φ`.
+//! 2. At every hit it leaves a sample of intensity `ρ · Φ / π` and goes on, cosine-weighted, with `Φ ← ρ · Φ`; where surfaces
+//!    shine, `ρ` is all that they reflect, and it may go on by the specular lobe instead ([`scattering`](super::scattering)).
 //! 3. Deposits are divided by the number of paths from the same emitter.
 //!
 //! The number of paths must not depend on their deposits: stopping once there are enough samples, in the middle of a
@@ -17,6 +18,7 @@
 use super::direct::{allocate, mixture};
 use super::emission::{Emission, Emissions};
 use super::emitters::{EnvironmentPoint, Source, SourceTree, SpotCone};
+use super::scattering::{Scattering, cosine_weighted};
 use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
 use crate::math::{sequence, warp};
 use crate::scene::PunctualKind;
@@ -26,8 +28,6 @@ use std::f32::consts::PI;
 
 /// Dimensions of the sequence: two to choose a point, two for the first direction, then three for each bounce.
 const FIRST_BOUNCE: u32 = 4;
-/// Upper bound of the factor by which a shading normal brightens a deposit.
-const MAX_SHADING_FACTOR: f32 = 8.0;
 
 /// Deposits after which the pilot walk ends, at least…
 const PILOT_DEPOSITS: usize = 256;
@@ -247,14 +247,8 @@ impl Walk<'_> {
             let surface = geometry.surface(scene, hit.triangle, hit.barycentric, -photon.direction);
             let normal = surface.geometric_normal;
             result.end = surface.position;
-            // Photons arrive by the geometric normal, radiance is received by the shading normal: correct for the
-            // difference (Veach 1996, §5.3.2).
-            let arriving = -normal.dot(photon.direction);
-            let shading = -surface.shading_normal.dot(photon.direction);
-            if arriving <= 0.0 || shading <= 0.0 {
-                break;
-            }
-            let rho = surface.albedo * (shading / arriving).min(MAX_SHADING_FACTOR);
+            let Some(scattering) = Scattering::new(&surface, -photon.direction) else { break };
+            let rho = scattering.albedo();
             let survival = match self.settings.termination {
                 Termination::Throughput if rho.max_element() > 0.0 => 1.0,
                 Termination::Throughput => 0.0,
@@ -264,31 +258,33 @@ impl Walk<'_> {
                 }
             };
             let dimension = FIRST_BOUNCE + 3 * (bounce - 1);
-            if self.at(path, dimension) >= survival {
+            let chance = self.at(path, dimension);
+            if chance >= survival {
                 break;
             }
-            photon.flux *= rho / survival;
             let position = surface.position + normal * ray_offset_distance(geometry, surface.position);
             result.deposits.push(LightSample {
                 position,
                 normal,
-                intensity: photon.flux / PI,
+                intensity: photon.flux * (rho / survival) / PI,
                 profile: Profile::Cosine,
                 origin: SampleOrigin::Bounce { path, bounce, triangle: hit.triangle },
                 rectangle: None,
             });
-            photon.origin = position;
-            photon.direction = self.leave(path, dimension + 1, normal);
+            // What is left of the number that let it survive is a number again.
+            let at = Vec2::new(self.at(path, dimension + 1), self.at(path, dimension + 2));
+            let Some((direction, flux)) = scattering.go_on(photon.flux, survival, chance / survival, at)
+            else {
+                break;
+            };
+            photon = Photon { origin: position, direction, flux };
         }
         result
     }
 
     /// A cosine-weighted direction from a surface.
     fn leave(&self, path: u32, dimension: u32, normal: Vec3) -> Vec3 {
-        let local =
-            warp::cosine_hemisphere(Vec2::new(self.at(path, dimension), self.at(path, dimension + 1)));
-        let (x, y) = warp::frame(normal);
-        (x * local.x + y * local.y + normal * local.z).normalize()
+        cosine_weighted(normal, Vec2::new(self.at(path, dimension), self.at(path, dimension + 1)))
     }
 
     /// A point outside of the scene on a disc as large as that, from where light goes in that direction.

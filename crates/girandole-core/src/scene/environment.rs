@@ -1,5 +1,6 @@
 //! Light from all around, infinitely far away: a sky, or a picture of one.
 
+use super::sun::{Disc, Sun, SunPoint};
 use crate::image::Image;
 use crate::{Error, Result};
 use glam::{DVec2, DVec3, Quat, Vec2, Vec3};
@@ -13,6 +14,8 @@ const LEAST_CELLS: [u32; 2] = [32, 16];
 
 /// Places in a cell at which its mean is taken, for each pixel of the map along either axis.
 const PROBES: u32 = 4;
+/// Places in the sun's disc, squared, by which it is shared among cells.
+const DISC_PROBES: u32 = 32;
 
 /// Light that comes from infinitely far away, by direction.
 ///
@@ -38,6 +41,8 @@ pub struct EnvironmentMap {
     size: [u32; 2],
     /// Mean radiance of each cell, row by row from the top, W/(sr·m²).
     cells: Vec<Vec3>,
+    /// What is sampled by itself, and the cells' means without it.
+    sun: Option<(Sun, Vec<Vec3>)>,
 }
 
 impl EnvironmentMap {
@@ -57,14 +62,20 @@ impl EnvironmentMap {
         if !image.pixels.iter().all(|p| p.is_finite() && p.min_element() >= 0.0) {
             return refuse("has pixels that are negative or not finite; mend the picture");
         }
-        Ok(Self::of(image))
+        let sun = Sun::of(&image);
+        let mut result = Self::of(image);
+        result.sun = sun.map(|sun| {
+            let sky = Self::of(sun.removed_from(&result.image)).cells;
+            (sun, sky)
+        });
+        Ok(result)
     }
 
-    /// The same of pixels that are light.
+    /// The same of pixels that are light, and no sun.
     pub(super) fn of(image: Image) -> Self {
         let sides = [image.width, image.height];
         let size = std::array::from_fn(|i| sides[i].next_power_of_two().clamp(LEAST_CELLS[i], MOST_CELLS[i]));
-        let mut result = Self { image, size, cells: Vec::new() };
+        let mut result = Self { image, size, cells: Vec::new(), sun: None };
         let columns = PROBES * sides[0].div_ceil(size[0]);
         let mean = |cell: u32| {
             // Rows of cells are of the same height in y: at the poles they hold more rows of the picture than at the equator.
@@ -82,9 +93,43 @@ impl EnvironmentMap {
         result
     }
 
-    /// The picture.
+    /// With a round sun before it.
+    pub(super) fn with_disc(self, disc: Disc) -> Self {
+        let sky = self.cells.clone();
+        let mut result = self;
+        // Each place in the disc brings as much to the cell that it lies in.
+        let count = DISC_PROBES * DISC_PROBES;
+        let each =
+            disc.solid_angle() / (4.0 * std::f64::consts::PI) * f64::from(result.size[0] * result.size[1]);
+        for probe in 0..count {
+            let at = DVec2::new(f64::from(probe % DISC_PROBES), f64::from(probe / DISC_PROBES)) + 0.5;
+            let direction = disc.point(at / f64::from(DISC_PROBES));
+            let cell = result.cell_at(direction) as usize;
+            result.cells[cell] += disc.radiance(direction) * (each / f64::from(count)) as f32;
+        }
+        result.sun = Some((Sun::Disc(disc), sky));
+        result
+    }
+
+    /// The picture; a [disc](Self::disc) is before it.
     pub fn image(&self) -> &Image {
         &self.image
+    }
+
+    /// The sun, where it is finer than the picture.
+    pub fn disc(&self) -> Option<Disc> {
+        match self.sun {
+            Some((Sun::Disc(disc), _)) => Some(disc),
+            _ => None,
+        }
+    }
+
+    /// The cell that a unit direction lies in.
+    fn cell_at(&self, direction: Vec3) -> u32 {
+        let [columns, rows] = self.size;
+        let column = (place(direction).x * columns as f32) as u32;
+        let row = ((1.0 - direction.y) * 0.5 * rows as f32) as u32;
+        row.min(rows - 1) * columns + column.min(columns - 1)
     }
 
     /// Unit direction to a place in a cell.
@@ -123,7 +168,7 @@ pub(super) fn pixel_direction(pixel: u32, [width, height]: [u32; 2]) -> DVec3 {
 }
 
 /// Where a direction lies in a map: in [0, 1], from the left and from the top.
-fn place(direction: Vec3) -> Vec2 {
+pub(super) fn place(direction: Vec3) -> Vec2 {
     let u = libm::atan2f(direction.x, -direction.z) / TAU + 0.5;
     Vec2::new(u - u.floor(), libm::acosf(direction.y.clamp(-1.0, 1.0)) / PI)
 }
@@ -153,9 +198,12 @@ impl Environment {
         Self::new(Image { width: 1, height: 1, pixels: vec![radiance] })
     }
 
-    /// Radiance from a unit direction, W/(sr·m²): bilinear in the map.
+    /// Radiance from a unit direction, W/(sr·m²): bilinear in the map, with the sun before it.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        self.map.at(place(self.in_map(direction))) * self.strength
+        let direction = self.in_map(direction);
+        let picture = self.map.at(place(direction));
+        let before = self.map.disc().map_or(Vec3::ZERO, |disc| disc.radiance(direction));
+        (picture + before) * self.strength
     }
 
     /// Whether there is any light.
@@ -178,6 +226,34 @@ impl Environment {
         self.map.cells[cell as usize] * self.strength
     }
 
+    /// The same but for what is the sun's.
+    pub fn cell_radiance_beside_sun(&self, cell: u32) -> Vec3 {
+        let cells = self.map.sun.as_ref().map_or(&self.map.cells, |(_, sky)| sky);
+        cells[cell as usize] * self.strength
+    }
+
+    /// How many parts the sun has; 0 without one. The sun is what is far brighter than all else, and small.
+    pub fn sun_parts(&self) -> u32 {
+        self.map.sun.as_ref().map_or(0, |(sun, _)| sun.parts())
+    }
+
+    /// How bright a part of the sun is by luminance, W/m² of a surface that faces it.
+    pub fn sun_weight(&self, part: u32) -> f64 {
+        self.map.sun.as_ref().map_or(0.0, |(sun, _)| sun.weight(part)) * f64::from(self.strength)
+    }
+
+    /// A direction of a part of the sun, by a place from (0, 0) to (1, 1); none without a sun.
+    pub fn sun_point(&self, part: u32, at: DVec2) -> Option<SunPoint> {
+        let point = self.map.sun.as_ref()?.0.point(part, at);
+        let direction = Quat::from_rotation_y(self.rotation) * point.direction;
+        Some(SunPoint { direction, radiance: point.radiance * self.strength, ..point })
+    }
+
+    /// The density of a unit direction, sr⁻¹, where parts of the sun are chosen by weight, and places in them alike.
+    pub fn sun_density(&self, direction: Vec3) -> f64 {
+        self.map.sun.as_ref().map_or(0.0, |(sun, _)| sun.density(self.in_map(direction)))
+    }
+
     /// Unit direction to a place in a cell, from (0, 0) to (1, 1): uniform in solid angle where places are.
     pub fn cell_direction(&self, cell: u32, at: DVec2) -> Vec3 {
         Quat::from_rotation_y(self.rotation) * self.map.direction(cell, at)
@@ -185,11 +261,7 @@ impl Environment {
 
     /// The cell that a unit direction lies in.
     pub fn cell_at(&self, direction: Vec3) -> u32 {
-        let [columns, rows] = self.map.size;
-        let direction = self.in_map(direction);
-        let column = (place(direction).x * columns as f32) as u32;
-        let row = ((1.0 - direction.y) * 0.5 * rows as f32) as u32;
-        row.min(rows - 1) * columns + column.min(columns - 1)
+        self.map.cell_at(self.in_map(direction))
     }
 
     /// A direction as the map has it.

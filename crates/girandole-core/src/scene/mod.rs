@@ -48,6 +48,7 @@ mod patches;
 mod repair;
 mod sky;
 mod studio;
+mod sun;
 mod units;
 mod view;
 mod viewpoint;
@@ -72,6 +73,7 @@ pub use motion::{Animation, Channel, Interpolation, Keyframes, Transform};
 pub use patches::mark_patches;
 pub use sky::Sky;
 pub use studio::DefaultLight;
+pub use sun::{Disc, SunPoint};
 pub use view::{ClipDepth, LocalView, View};
 pub use viewpoint::{FieldOfView, Viewpoint};
 

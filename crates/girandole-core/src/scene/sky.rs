@@ -5,18 +5,24 @@
 //! and ozone), seen by the observer that Wyman et al. fit ("Simple Analytic Approximations to the CIE XYZ Color Matching Functions",
 //! 2013). The ground is grey and lit by both. All but the crate's cube root of the sun's elevation comes from `libm`.
 
-use super::Environment;
 use super::environment::pixel_direction;
+use super::sun::Disc;
+use super::{Environment, EnvironmentMap};
 use crate::image::Image;
 use crate::{Error, Result};
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 use hw_skymodel::rgb::{SkyParams, SkyState};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Arc;
 
 /// Pixels of the map.
 const SIZE: [u32; 2] = [512, 256];
 /// Radius of the sun's disc, radians.
 const SUN_RADIUS: f64 = 0.2665 * PI / 180.0;
+/// Its solid angle, sr.
+const SUN_SOLID_ANGLE: f64 = PI * SUN_RADIUS * SUN_RADIUS;
+/// Places in the disc, squared, by which it is found how far it has risen.
+const PROBES: u32 = 64;
 /// What the ground reflects.
 const GROUND: f32 = 0.2;
 
@@ -39,8 +45,8 @@ impl Default for Sky {
 }
 
 impl Environment {
-    /// A clear sky with its sun over grey ground, in units of 683 cd/m²: 1 W/(sr·m²) of light that the eye sees best. The sun's
-    /// disc is one or two pixels of the map, 1° wide.
+    /// A clear sky with its sun over grey ground, in units of 683 cd/m²: 1 W/(sr·m²) of light that the eye sees best. The sun is a
+    /// disc of its true size before the map.
     ///
     /// # Errors
     /// [`Error::Invalid`] where a parameter is out of range.
@@ -68,29 +74,24 @@ impl Environment {
         let sun = DVec3::new(libm::sin(azimuth) * level, libm::sin(elevation), -libm::cos(azimuth) * level);
         let beam = sun_irradiance(elevation, f64::from(turbidity));
 
-        // What each pixel shows of the sun's disc, and how much the horizon hides of it.
+        let disc = Disc::new(sun.as_vec3(), SUN_RADIUS, (beam / SUN_SOLID_ANGLE).as_vec3());
         let width = PI / f64::from(SIZE[1]);
-        let pixels = (0..SIZE[0] * SIZE[1]).map(|i| {
-            let direction = pixel_direction(i, SIZE);
-            let across = libm::hypot(direction.x, direction.z);
-            let angle = libm::atan2(direction.cross(sun).length(), direction.dot(sun));
-            let share = ((SUN_RADIUS - angle) / width + 0.75).clamp(0.0, 1.0);
-            (direction, across * width * (TAU / f64::from(SIZE[0])), share)
-        });
-        let pixels: Vec<(DVec3, f64, f64)> = pixels.collect();
-        let disc: f64 = pixels.iter().map(|(_, solid_angle, share)| solid_angle * share).sum();
-        let above: Vec<DVec3> = pixels
-            .iter()
-            .map(|&(d, _, share)| if d.y > 0.0 { dome(d, sun) + beam * (share / disc) } else { DVec3::ZERO })
-            .collect();
-        let arrives =
-            above.iter().zip(&pixels).map(|(&l, (d, solid_angle, _))| l * (d.y * solid_angle)).sum::<DVec3>();
-        let ground = arrives * (f64::from(GROUND) / PI);
-        let shown = |(&light, (d, ..)): (&DVec3, &(DVec3, f64, f64))| {
-            (if d.y > 0.0 { light } else { ground }).as_vec3()
+        let directions: Vec<DVec3> = (0..SIZE[0] * SIZE[1]).map(|i| pixel_direction(i, SIZE)).collect();
+        let above: Vec<DVec3> =
+            directions.iter().map(|&d| if d.y > 0.0 { dome(d, sun) } else { DVec3::ZERO }).collect();
+        // What arrives on the ground: from the sky, and from as much of the sun as the horizon does not hide.
+        let solid_angle = |d: &DVec3| libm::hypot(d.x, d.z) * width * (TAU / f64::from(SIZE[0]));
+        let from_sky = above.iter().zip(&directions).map(|(&l, d)| l * (d.y * solid_angle(d))).sum::<DVec3>();
+        let height = |i: u32| {
+            let at = DVec2::new(f64::from(i % PROBES), f64::from(i / PROBES)) + 0.5;
+            f64::from(disc.point(at / f64::from(PROBES)).y).max(0.0)
         };
-        let pixels: Vec<Vec3> = above.iter().zip(&pixels).map(shown).collect();
-        Self::new(Image { width: SIZE[0], height: SIZE[1], pixels })
+        let risen = (0..PROBES * PROBES).map(height).sum::<f64>() / f64::from(PROBES * PROBES);
+        let ground = (from_sky + beam * risen) * (f64::from(GROUND) / PI);
+        let shown = |(&light, d): (&DVec3, &DVec3)| (if d.y > 0.0 { light } else { ground }).as_vec3();
+        let pixels: Vec<Vec3> = above.iter().zip(&directions).map(shown).collect();
+        let map = EnvironmentMap::of(Image { width: SIZE[0], height: SIZE[1], pixels }).with_disc(disc);
+        Ok(Self { map: Arc::new(map), strength: 1.0, rotation: 0.0, visible: true })
     }
 }
 
@@ -115,7 +116,6 @@ fn sun_irradiance(elevation: f64, turbidity: f64) -> DVec3 {
     let zenith = (FRAC_PI_2 - elevation).to_degrees();
     let air_mass = 1.0 / (libm::sin(elevation) + 0.15 * libm::pow(93.885 - zenith, -1.253));
     let aerosol = (0.04608 * turbidity - 0.04586).max(0.0);
-    let solid_angle = TAU * (1.0 - libm::cos(SUN_RADIUS));
     let mut xyz = DVec3::ZERO;
     for nanometres in (380..780).step_by(5).map(f64::from) {
         let micrometres = nanometres * 1e-3;
@@ -129,7 +129,7 @@ fn sun_irradiance(elevation: f64, turbidity: f64) -> DVec3 {
         DVec3::new(-1.5372, 1.8758, -0.2040),
         DVec3::new(-0.4986, 0.0415, 1.0570),
     );
-    (to_srgb * xyz * solid_angle).max(DVec3::ZERO)
+    (to_srgb * xyz * SUN_SOLID_ANGLE).max(DVec3::ZERO)
 }
 
 /// Radiance of a black body of 5778 K, W/(sr·m²) for each micrometre.

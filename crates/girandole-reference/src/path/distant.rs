@@ -1,7 +1,7 @@
-//! The environment: directions drawn in proportion to what comes from their cell.
+//! The environment: directions drawn in proportion to what comes from their cell, or from the sun.
 
 use super::random::Random;
-use girandole_core::glam::{DVec2, Vec3};
+use girandole_core::glam::Vec3;
 use girandole_core::image::luminance;
 use girandole_core::scene::Environment;
 use girandole_core::trace::SceneTracer;
@@ -12,20 +12,33 @@ const UNIFORM: f64 = 0.05;
 /// The scene's environment, if it shines.
 pub(super) struct Distant<'a> {
     environment: &'a Environment,
+    /// Share of directions that are the sun's.
+    sun: f64,
+    /// By cell, and by part of the sun.
     cumulative: Vec<f64>,
+    cumulative_sun: Vec<f64>,
 }
 
 impl<'a> Distant<'a> {
     pub(super) fn new(tracer: &'a SceneTracer<'a>) -> Option<Self> {
         let environment = tracer.scene().environment.as_ref().filter(|environment| environment.shines())?;
-        let weight = |cell| f64::from(luminance(environment.cell_radiance(cell)));
+        let weight = |cell| f64::from(luminance(environment.cell_radiance_beside_sun(cell)));
         let all: f64 = (0..environment.cells()).map(weight).sum();
         let mut total = 0.0;
         let cumulative = (0..environment.cells()).map(|cell| {
-            total += UNIFORM / f64::from(environment.cells()) + (1.0 - UNIFORM) * weight(cell) / all;
+            total += UNIFORM / f64::from(environment.cells())
+                + (1.0 - UNIFORM) * weight(cell) / all.max(f64::MIN_POSITIVE);
             total
         });
-        Some(Self { environment, cumulative: cumulative.collect() })
+        let cumulative = cumulative.collect();
+        let of_sun: f64 = (0..environment.sun_parts()).map(|part| environment.sun_weight(part)).sum();
+        let sun = of_sun / (of_sun + all * environment.cell_solid_angle());
+        let mut total = 0.0;
+        let cumulative_sun = (0..environment.sun_parts()).map(|part| {
+            total += environment.sun_weight(part) / of_sun;
+            total
+        });
+        Some(Self { environment, sun, cumulative, cumulative_sun: cumulative_sun.collect() })
     }
 
     /// Whether it is seen behind the scene.
@@ -39,15 +52,23 @@ impl<'a> Distant<'a> {
 
     pub(super) fn sample(&self, random: &mut Random) -> Vec3 {
         let chosen = random.fine_unit();
-        let cell = self.cumulative.partition_point(|&c| c <= chosen);
-        let [x, y] = random.square().to_array().map(f64::from);
-        self.environment.cell_direction(cell.min(self.cumulative.len() - 1) as u32, DVec2::new(x, y))
+        let at = random.square().as_dvec2();
+        let find = |all: &[f64], chosen| all.partition_point(|&c| c <= chosen).min(all.len() - 1) as u32;
+        if chosen < self.sun {
+            let part = find(&self.cumulative_sun, chosen / self.sun);
+            if let Some(point) = self.environment.sun_point(part, at) {
+                return point.direction;
+            }
+        }
+        let cell = find(&self.cumulative, (chosen - self.sun) / (1.0 - self.sun));
+        self.environment.cell_direction(cell, at)
     }
 
     /// Density of a direction, sr⁻¹.
     pub(super) fn pdf(&self, direction: Vec3) -> f32 {
         let cell = self.environment.cell_at(direction) as usize;
         let below = if cell > 0 { self.cumulative[cell - 1] } else { 0.0 };
-        ((self.cumulative[cell] - below) / self.environment.cell_solid_angle()) as f32
+        let of_cell = (self.cumulative[cell] - below) / self.environment.cell_solid_angle();
+        ((1.0 - self.sun) * of_cell + self.sun * self.environment.sun_density(direction)) as f32
     }
 }

@@ -1,11 +1,11 @@
 //! Light from infinitely far away: the path tracer against closed forms, and light samples against the path tracer.
 
 use crate::common::{Stage, assert_constant, look, trace};
-use girandole_core::glam::Vec3;
+use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet, LightSettings, SampleOrigin};
 use girandole_core::scene::builtin::shapes;
-use girandole_core::scene::{Environment, Geometry, Material, Mesh, Scene, View};
+use girandole_core::scene::{Environment, Geometry, Material, Mesh, Scene, Sky, View};
 use girandole_core::trace::SceneTracer;
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 use girandole_reference::{OracleSettings, PathSettings, oracle, path_trace};
@@ -167,4 +167,58 @@ fn metals_reflect_what_lies_between_samples() {
         // Points without extent are spots on a dark sphere.
         assert!(roughness > 0.3 || points.rel_mse > 3.0 * found.rel_mse, "{roughness}: {points:?}");
     }
+}
+
+/// Under a sky with its sun.
+#[test]
+fn a_clear_sky_agrees_with_the_path_tracer() {
+    for (elevation, azimuth) in [(25.0_f32, 120.0_f32), (60.0, 300.0)] {
+        let sky = Sky { elevation: elevation.to_radians(), azimuth: azimuth.to_radians(), turbidity: 3.0 };
+        let lights = LightSettings { count: 512, bounces: 2, ..LightSettings::default() };
+        let found = compared(Environment::sky(&sky).expect("a sky"), (&lights, 2), 256);
+        let energy = (found.energy_ratio - 1.0).abs();
+        assert!(energy < 0.01 && found.rel_mse < 0.006, "{elevation}: {found:?}");
+    }
+}
+
+/// The shadow of a wall 1 m high, on the floor 1 m behind it.
+#[test]
+fn shadows_are_as_soft_as_the_sun_makes_them() {
+    let mut stage = Stage::default();
+    let white = stage.material(Material::diffuse("", Vec3::splat(0.8)));
+    stage.quad(Vec3::new(-3.0, 0.0, -3.0), Vec3::Z * 6.0, Vec3::X * 6.0, white);
+    stage.quad(Vec3::new(-1.0, 0.0, -3.0), Vec3::Z * 6.0, Vec3::Y, white);
+    let quarter = std::f32::consts::FRAC_PI_2;
+    let sky = Sky { elevation: 0.5 * quarter, azimuth: 3.0 * quarter, turbidity: 3.0 };
+    stage.scene.environment = Some(Environment::sky(&sky).expect("a sky"));
+    let geometry = stage.geometry();
+    let tracer = SceneTracer::new(&stage.scene, &geometry);
+    let half_width = 0.02;
+    let view = View {
+        orthographic: true,
+        half_extent: Vec2::splat(half_width),
+        ..look(Vec3::new(0.0, 2.0, 0.0), Vec3::ZERO, half_width)
+    };
+    let size = [64, 2];
+    let edge = |count: u32| {
+        let lights = LightSettings { count, bounces: 0, ..LightSettings::default() };
+        let samples = LightSet::sample_for(&stage.scene, &geometry, &lights, &[view]).expect("light");
+        let sum = oracle(&tracer, &samples, &view, size, &OracleSettings::default(), &|_| {});
+        // Where light rises, and how far about there.
+        let (mut all, mut mean, mut square) = (0.0, 0.0, 0.0);
+        for (x, pair) in (0..).zip(sum.pixels[..64].windows(2)) {
+            let (rise, at) = ((pair[1].x - pair[0].x).abs(), (x as f32 - 31.0) * half_width / 32.0);
+            all += rise;
+            mean += rise * at;
+            square += rise * at * at;
+        }
+        (square / all - (mean / all).powi(2)).sqrt()
+    };
+    // The sun is 0.533° wide, its projection on a line has a fourth of that as its deviation; it comes from √2 m away, and falls on
+    // the floor at 45°.
+    let expected = 2.0 * 0.25 * 0.533_f32.to_radians();
+    let [found, hard] = [edge(400), edge(8)];
+    assert!((found / expected - 1.0).abs() < 0.15, "{found} for {expected}");
+    // Negative control: a single sample has a hard edge.
+    assert!(hard < 0.3 * expected, "{hard}");
 }

@@ -6,6 +6,7 @@ mod environment;
 mod files;
 mod light_motion;
 mod many_lights;
+mod metals;
 mod metrics;
 mod reflection;
 mod transparency;

@@ -2,7 +2,7 @@
 
 const TAU = 6.28318530717959;
 
-// Radiance from a unit direction: bilinear, going on at the other edge.
+// Radiance from a unit direction: bilinear, going on at the other edge; before it the sun, where the map has it apart.
 fn environment_from(direction: vec3f) -> vec3f {
   let c = cos(frame.environment.y);
   let s = sin(frame.environment.y);
@@ -14,7 +14,13 @@ fn environment_from(direction: vec3f) -> vec3f {
   let f = fract(at);
   let above = mix(environment_at(low), environment_at(low + vec2i(1, 0)), f.x);
   let below = mix(environment_at(low + vec2i(0, 1)), environment_at(low + vec2i(1, 1)), f.x);
-  return mix(above, below, f.y) * frame.environment.x;
+  return (mix(above, below, f.y) + sun_from(d)) * frame.environment.x;
+}
+
+// Radiance of the sun's disc from a unit direction as the map has it (core: Disc::radiance).
+fn sun_from(direction: vec3f) -> vec3f {
+  let apart = direction - frame.sun_direction;
+  return select(vec3f(0.0), frame.sun_radiance, dot(apart, apart) < frame.sun_chord2 && direction.y > 0.0);
 }
 
 fn environment_at(at: vec2i) -> vec3f {

@@ -2,7 +2,7 @@
 
 use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::image::Image;
-use girandole_core::scene::Environment;
+use girandole_core::scene::{Disc, Environment};
 use wgpu::util::DeviceExt;
 
 /// Pixels across that are kept: a picture of 90° has as many of them as of its own at 1024.
@@ -13,6 +13,8 @@ pub(crate) struct GpuEnvironment {
     pub map: wgpu::TextureView,
     /// What the map is multiplied by, and how far it is turned, see `Frame.environment`.
     pub uniform: Vec2,
+    /// Before the map.
+    pub sun: Option<Disc>,
 }
 
 impl GpuEnvironment {
@@ -35,7 +37,8 @@ impl GpuEnvironment {
             bytemuck::cast_slice(&texels),
         );
         let map = texture.create_view(&Default::default());
-        Self { map, uniform: Vec2::new(environment.strength, environment.rotation) }
+        let uniform = Vec2::new(environment.strength, environment.rotation);
+        Self { map, uniform, sun: environment.map.disc() }
     }
 }
 

@@ -6,7 +6,7 @@ use girandole::core::glam::{DVec3, Quat, Vec3};
 use girandole::core::image::Image;
 use girandole::core::lights::{BoundingSphere, LightSample, LightSet, LightSettings, Profile};
 use girandole::core::scene::builtin::shapes;
-use girandole::core::scene::{Environment, Geometry, Material, Mesh, Scene, Transform};
+use girandole::core::scene::{Environment, Geometry, Material, Mesh, Scene, Sky, Transform};
 use girandole::{Mode, RenderSettings, RendererOptions};
 use girandole_reference::metrics::{CompareOptions, compare};
 
@@ -17,6 +17,7 @@ pub fn tests() -> Vec<Test> {
         ("no_sky_in_a_closed_room", closed_room),
         ("all_modes_agree_under_an_environment", modes),
         ("the_environment_is_seen_where_it_is", background),
+        ("the_sun_is_seen_as_large_as_it_is", sun),
     ]
 }
 
@@ -164,6 +165,34 @@ fn modes(context: &Context) {
     }
     let dark = Image::new(SIZE[0], SIZE[1]);
     assert!(flip(&naive, &dark) > 0.3);
+}
+
+fn sun(context: &Context) {
+    let sky = Sky::default();
+    let level = sky.elevation.cos();
+    let direction = Vec3::new(sky.azimuth.sin() * level, sky.elevation.sin(), -sky.azimuth.cos() * level);
+    let mut scene = sphere_and_box();
+    scene.cameras.clear();
+    let environment = Environment { rotation: 0.4, ..Environment::sky(&sky).expect("a sky") };
+    scene.environment = Some(environment.clone());
+    let (eye, extent) = (Vec3::new(0.0, 3.0, 0.0), 0.02);
+    camera(&mut scene, eye, eye + Quat::from_rotation_y(0.4) * direction, extent);
+    let stage = Stage::new(scene, &LightSettings { count: 8, ..LightSettings::default() });
+    let view = stage.view(0, SIZE);
+    let picture = context.picture(&stage, RendererOptions::default(), &view, SIZE);
+    let local = stage.local(&view);
+    let (mut bright, mut other) = (0, 0);
+    for (i, pixel) in picture.pixels.iter().enumerate() {
+        let at = [i as u32 % SIZE[0], i as u32 / SIZE[0]].map(|n| n as f32 + 0.5);
+        let expected = environment.radiance(local.pixel_ray(at.into(), SIZE).1.normalize());
+        other += usize::from(!pixel.abs_diff_eq(expected, 2e-3 * expected.max_element()));
+        bright += usize::from(pixel.x > 1e5);
+    }
+    let across = 2.0 * (0.5 * extent).tan() / SIZE[1] as f32;
+    let radius = (bright as f32 / std::f32::consts::PI).sqrt() * across;
+    assert!((radius.to_degrees() - 0.2665).abs() < 0.005, "{radius}");
+    // But for the rim.
+    assert!(other < picture.pixels.len() / 50, "{other}");
 }
 
 fn background(context: &Context) {

@@ -3,6 +3,7 @@
 use super::{IncrementalWalk, Known};
 use crate::lights::direct::{allocate, area, worth};
 use crate::lights::importance::{self, place, power};
+use crate::lights::sun::limited_candidates;
 use crate::lights::view_points::{self, POINTS, view_points};
 use crate::lights::walk::Path;
 use crate::lights::{LightSample, emitters};
@@ -107,7 +108,7 @@ impl IncrementalWalk {
             return;
         }
         let power: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
-        let weights = worth(&power, pilot, &self.pilot_weights[1]);
+        let weights = limited_candidates(&groups, worth(&power, pilot, &self.pilot_weights[1]));
         let counts = allocate(&weights, count);
         let is_other = counts.iter().zip(&self.emitter_counts).any(|(&should, &is)| differs(is, should));
         if !is_other && counts.len() == self.emitter_counts.len() {

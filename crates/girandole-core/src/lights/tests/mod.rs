@@ -2,10 +2,12 @@
 
 mod direct;
 mod ids;
+mod metals;
 mod placement;
 mod prefix;
 mod rectangle;
 mod settings;
+mod sun;
 mod walk;
 
 use super::emission::{Emission, Emissions};

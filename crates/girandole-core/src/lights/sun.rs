@@ -1,0 +1,79 @@
+//! The environment's sun among light samples.
+//!
+//! It brings most of the light outdoors, and any of its points would do nearly as well as all of them: by what clusters are split by
+//! (`strata.rs`) it would be one sample with a hard shadow, and by power most samples would be its. So it has strata of its own, a
+//! [`SHARE`] of all times its part of the light that the picture gets; where its light does not come in, one or two.
+//!
+//! Worked example: of 300 samples, the sun gets 21 where it brings 70 % of the light.
+
+use super::emitters::Source;
+use super::{LightSample, SampleOrigin};
+
+/// The most of all samples that are the sun's: one in so many.
+const SHARE: u32 = 10;
+/// The most of the candidates on emitters that are.
+const CANDIDATES: f64 = 0.4;
+
+/// Candidates that have strata of their own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Apart {
+    /// They lie beyond this along the first axis of [places](super::importance::place).
+    pub border: f64,
+    /// How many strata.
+    pub count: u32,
+}
+
+impl Apart {
+    /// The sun's, if there is one among candidates, and other light; `count` is the number of all strata.
+    pub fn of(candidates: &[LightSample], places: &[[f32; 6]], weights: &[f64], count: u32) -> Option<Self> {
+        let (mut sun, mut all) = (0.0, 0.0);
+        let mut nearest = [f64::NEG_INFINITY, f64::INFINITY];
+        for ((candidate, place), &weight) in candidates.iter().zip(places).zip(weights) {
+            let x = f64::from(place[0]);
+            all += weight;
+            if is_of_sun(candidate) {
+                sun += weight;
+                nearest[1] = nearest[1].min(x);
+            } else if weight > 0.0 {
+                nearest[0] = nearest[0].max(x);
+            }
+        }
+        let border = (nearest[0] + nearest[1]) * 0.5;
+        (sun > 0.0 && border.is_finite() && count > 1).then(|| {
+            let share = sun / all * f64::from(count) / f64::from(SHARE);
+            Self { border, count: (share.round() as u32).clamp(1, most(count)) }
+        })
+    }
+}
+
+/// Whether a sample is one of the sun's.
+pub(super) fn is_of_sun(sample: &LightSample) -> bool {
+    matches!(sample.origin, SampleOrigin::Environment { sun: true, .. })
+}
+
+/// How many of so many samples are the sun's at most.
+fn most(count: u32) -> u32 {
+    (count / SHARE).max(1)
+}
+
+/// Weights of emitters by which the sun gets no more than its share of so many samples.
+pub(super) fn limited_samples(groups: &[Vec<Source>], weights: Vec<f64>, count: u32) -> Vec<f64> {
+    limited(groups, weights, f64::from(most(count)) / f64::from(count.max(2)))
+}
+
+/// Weights of emitters by which the sun leaves most of the candidates to others.
+pub(super) fn limited_candidates(groups: &[Vec<Source>], weights: Vec<f64>) -> Vec<f64> {
+    limited(groups, weights, CANDIDATES)
+}
+
+fn limited(groups: &[Vec<Source>], mut weights: Vec<f64>, most: f64) -> Vec<f64> {
+    // It is the last one.
+    let has_sun = groups.last().is_some_and(|group| group.iter().any(Source::is_sun));
+    if let (true, Some((sun, others))) = (has_sun, weights.split_last_mut()) {
+        let others: f64 = others.iter().sum();
+        if others > 0.0 {
+            *sun = sun.min(others * most / (1.0 - most));
+        }
+    }
+    weights
+}
