@@ -314,6 +314,7 @@ impl IncrementalWalk {
             tracer: &tracer,
             emissions: self.sampled.emissions(),
             emitters: trees,
+            guides: &self.sampling.guides,
             settings: &self.settings,
             seed: self.sampling.walk_seed,
         };
