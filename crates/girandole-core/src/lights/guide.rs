@@ -14,7 +14,7 @@
 
 mod density;
 
-use self::density::Density;
+use self::density::{Density, TREES};
 use super::LightSettings;
 use super::emitters::{Source, SourceTree};
 use super::view_points::ViewPoint;
@@ -32,6 +32,16 @@ const RAYS_SEED: u32 = 0x1b87_3593;
 const ENOUGH: usize = 2048;
 /// …and rays in all after which no more are traced.
 const MOST_RAYS: usize = 1 << 17;
+/// Each of them counts for so many near it in each tree…
+const COPIES: u32 = 2;
+const NEAR_SEED: u32 = 0x7d2c_5f19;
+/// …at this angle, radians, …
+const DIRECTION_BLUR: f32 = 0.15;
+/// …and at this share of the median distance from the point that they pass closest to.
+const PLACE_BLUR: f32 = 0.3;
+/// Share of starts from any direction at the places where others start: an edge in the numbers that choose directions, where few rays
+/// tell of it, is no edge of a window.
+const ANY_DIRECTION: f64 = 0.2;
 /// Steps towards the point that rays pass closest to.
 const STEPS: u32 = 16;
 /// Rays that pass as close as this, in the scene's size, pass through a point.
@@ -91,20 +101,26 @@ impl Guides {
         let Some(environment) = tracer.scene().environment.as_ref().filter(|_| !points.is_empty()) else {
             return Self::default();
         };
-        let escapes = escapes(tracer, settings, points);
         let are_distant = |sources: &[Source]| sources.iter().all(|source| source.cell().is_some());
+        let groups = || groups.iter().enumerate().filter(|(_, group)| are_distant(group));
+        let Some(sky) = SourceTree::new(groups().flat_map(|(_, group)| group).copied().collect()) else {
+            return Self::default();
+        };
+        let (direct, reflected): (Vec<Escape>, Vec<Escape>) =
+            escapes(tracer, settings, points, &Sky::new(sky, environment))
+                .into_iter()
+                .partition(|escape| escape.bounces == 0);
         let mut result = Self::default();
-        for (index, group) in groups.iter().enumerate().filter(|(_, group)| are_distant(group)) {
-            let direct = escapes.iter().filter(|escape| escape.bounces == 0);
+        for (index, group) in groups() {
             let density = SourceTree::new(group.clone()).and_then(|tree| {
                 let square = Square::new(&tree, environment);
-                Density::new(direct.filter_map(|escape| square.place(escape)).collect())
+                let place = |near: Near| square.place(near.direction, near.throughput);
+                Density::new(COPIES, |tree| near(&direct, Vec3::ZERO, 0.0, tree).filter_map(place).collect())
             });
             result.directions.extend(density.map(|density| (index, density)));
         }
         for (index, tree) in trees.iter().enumerate().filter(|(_, tree)| are_distant(tree.sources())) {
-            let reflected = escapes.iter().filter(|escape| escape.bounces > 0);
-            let starts = Starts::new(tracer.geometry(), &Square::new(tree, environment), reflected);
+            let starts = Starts::new(tracer.geometry(), &Square::new(tree, environment), &reflected);
             result.starts.extend(starts.map(|starts| (index, starts)));
         }
         result
@@ -136,26 +152,28 @@ impl Guides {
 }
 
 impl Starts {
-    fn new<'a>(
-        geometry: &Geometry,
-        square: &Square,
-        escapes: impl Iterator<Item = &'a Escape>,
-    ) -> Option<Self> {
-        let placed: Vec<(&Escape, [f64; 2], f64)> =
-            escapes.filter_map(|escape| square.place(escape).map(|(at, weight)| (escape, at, weight))).collect();
-        let lines: Vec<(DVec3, DVec3, f64)> = placed
-            .iter()
-            .map(|(escape, _, weight)| (escape.from.as_dvec3(), escape.direction.as_dvec3(), *weight))
-            .collect();
+    fn new(geometry: &Geometry, square: &Square, escapes: &[Escape]) -> Option<Self> {
+        let line = |escape: &Escape| {
+            let (_, weight) = square.place(escape.direction, escape.throughput)?;
+            Some((escape.from.as_dvec3(), escape.direction.as_dvec3(), weight))
+        };
+        let lines: Vec<(DVec3, DVec3, f64)> = escapes.iter().filter_map(line).collect();
         let center = closest_point(geometry, &lines).as_vec3().clamp(geometry.bounds.0, geometry.bounds.1);
         let radius = geometry.extent() * 0.5 + center.distance(geometry.center());
-        let with_place = |(escape, at, weight): (&Escape, [f64; 2], f64)| {
-            let (x, y) = warp::frame(-escape.direction);
-            let from = escape.from - center;
-            let across = warp::square_of_disc(Vec2::new(from.dot(x), from.dot(y)) / radius).as_dvec2();
-            ([at[0], at[1], across.x, across.y], weight)
+        let blur = PLACE_BLUR * median_distance(center.as_dvec3(), &lines) as f32;
+        let points = |near: Near| {
+            let (x, y) = warp::frame(-near.direction);
+            let across = Vec2::new(near.across.dot(x), near.across.dot(y)) / radius;
+            let across = warp::square_of_disc(across).as_dvec2();
+            let place = square.place(near.direction, near.throughput);
+            place.into_iter().flat_map(move |(at, weight)| {
+                let with = |at: [f64; 2], share| ([at[0], at[1], across.x, across.y], weight * share);
+                [with(at, 1.0 - ANY_DIRECTION), with(near.any, ANY_DIRECTION)]
+            })
         };
-        let density = Density::new(placed.into_iter().map(with_place).collect())?;
+        let density = Density::new(2 * COPIES, |tree| {
+            near(escapes, center, blur, tree).flat_map(points).collect()
+        })?;
         Some(Self { density, disc: (center, radius) })
     }
 }
@@ -174,17 +192,85 @@ impl<'a> Square<'a> {
         Self { environment, cells }
     }
 
-    /// The point that chooses a ray's direction, and what light from there is worth.
-    fn place(&self, escape: &Escape) -> Option<([f64; 2], f64)> {
-        let (cell, within) = self.environment.cell_and_place(escape.direction);
+    /// The point that chooses a direction, and what light from there is worth.
+    fn place(&self, direction: Vec3, throughput: f64) -> Option<([f64; 2], f64)> {
+        let (cell, within) = self.environment.cell_and_place(direction);
         let [low, size] = self.cells.get(&cell)?;
         let radiance = f64::from(luminance(self.environment.cell_radiance(cell)));
-        Some(((*low + *size * within).to_array(), radiance * escape.throughput))
+        Some(((*low + *size * within).to_array(), radiance * throughput))
     }
 }
 
+/// All directions that light from infinitely far away comes from, by its power.
+struct Sky<'a> {
+    environment: &'a Environment,
+    tree: SourceTree,
+    /// By cell, the density of its directions, sr⁻¹.
+    densities: Vec<f64>,
+}
+
+impl<'a> Sky<'a> {
+    fn new(tree: SourceTree, environment: &'a Environment) -> Self {
+        let mut densities = vec![0.0; environment.cells() as usize];
+        for source in tree.sources() {
+            if let Some(cell) = source.cell() {
+                densities[cell as usize] = tree.probability(source) / environment.cell_solid_angle();
+            }
+        }
+        Self { environment, tree, densities }
+    }
+
+    fn direction(&self, at: [f32; 2]) -> Option<Vec3> {
+        let (source, at) = self.tree.choose(Vec2::from_array(at).as_dvec2());
+        Some(self.environment.cell_direction(source.cell()?, at))
+    }
+
+    /// What a direction of one of two rays from a surface counts for, where one is cosine-weighted and the other's is chosen by power
+    /// (balance heuristic: Veach and Guibas 1995).
+    fn share(&self, direction: Vec3, normal: Vec3) -> f64 {
+        let cosine = f64::from(normal.dot(direction)).max(0.0) / std::f64::consts::PI;
+        let by_power = self.densities[self.environment.cell_at(direction) as usize];
+        if cosine > 0.0 { cosine / (cosine + by_power) } else { 0.0 }
+    }
+}
+
+/// A line near a ray that leaves the scene.
+struct Near {
+    direction: Vec3,
+    /// How far aside it passes a point.
+    across: Vec3,
+    throughput: f64,
+    /// Numbers that choose any direction.
+    any: [f64; 2],
+}
+
+/// What is near rays that leave the scene, as it is known of few of them; for one of the trees of a density.
+fn near(escapes: &[Escape], point: Vec3, blur: f32, tree: u32) -> impl Iterator<Item = Near> {
+    let all = (0..).zip(escapes).flat_map(|escape| (0..COPIES).map(move |copy| (escape, copy)));
+    all.map(move |((i, &Escape { from, direction, throughput, .. }), copy)| {
+        let random = |d| sequence::sample(i * COPIES + copy, d, sequence::hash(NEAR_SEED ^ tree));
+        let (x, y) = warp::frame(direction);
+        let aside = |d: u32| {
+            let disc = warp::disc(Vec2::new(random(d), random(d + 1)));
+            x * disc.x + y * disc.y
+        };
+        let across = from - point - direction * (from - point).dot(direction);
+        Near {
+            direction: (direction + aside(0) * DIRECTION_BLUR).normalize(),
+            across: across + aside(2) * blur,
+            throughput,
+            any: [4, 5].map(|d| f64::from(random(d))),
+        }
+    })
+}
+
 /// Rays from what is seen to what is infinitely far away, in order, whatever the number of threads.
-fn escapes(tracer: &SceneTracer, settings: &LightSettings, points: &[ViewPoint]) -> Vec<Escape> {
+fn escapes(
+    tracer: &SceneTracer,
+    settings: &LightSettings,
+    points: &[ViewPoint],
+    sky: &Sky,
+) -> Vec<Escape> {
     let mut found: Vec<Escape> = Vec::new();
     let mut rays = 0;
     for round in 0.. {
@@ -195,46 +281,67 @@ fn escapes(tracer: &SceneTracer, settings: &LightSettings, points: &[ViewPoint])
         }
         let path = |i: usize| {
             let index = (round * points.len() + i) as u32;
-            path(tracer, settings, &points[i], |dimension| sequence::sample(index, dimension, RAYS_SEED))
+            let random = |dimension| sequence::sample(index, dimension, RAYS_SEED);
+            let mut found = Vec::new();
+            let traced = path((tracer, sky), settings, &points[i], random, &mut found);
+            (traced, found)
         };
-        for (traced, escape) in in_order(points.len(), path) {
+        for (traced, escapes) in in_order(points.len(), path) {
             rays += traced;
-            found.extend(escape);
+            found.extend(escapes);
         }
     }
     found
 }
 
-/// A path from a point that is seen: how many rays it has, and the one that leaves the scene.
+/// Rays of a path from a point that is seen, at every place one that goes on and one towards the sky: how many they are, and those that
+/// leave the scene.
 fn path(
-    tracer: &SceneTracer,
+    (tracer, sky): (&SceneTracer, &Sky),
     settings: &LightSettings,
     point: &ViewPoint,
     random: impl Fn(u32) -> f32,
-) -> (usize, Option<Escape>) {
+    found: &mut Vec<Escape>,
+) -> usize {
     let (scene, geometry) = (tracer.scene(), tracer.geometry());
     let mut throughput = f64::from(point.reflectance);
     let (mut from, mut normal) = (point.surface.position, point.surface.geometric_normal);
-    for bounces in 0..=settings.bounces {
-        let local = warp::cosine_hemisphere(Vec2::new(random(2 * bounces), random(2 * bounces + 1)));
-        let (x, y) = warp::frame(normal);
-        let direction = (x * local.x + y * local.y + normal * local.z).normalize();
+    let hit = |from: Vec3, direction: Vec3| {
         let accept = |triangle: u32, _| {
             let object = geometry.triangles[triangle as usize].object;
             settings.walk_dynamic || !scene.objects[object as usize].dynamic
         };
-        let Some(hit) = tracer.closest_hit_where(from, direction, f32::INFINITY, accept) else {
-            return (bounces as usize + 1, Some(Escape { from, direction, throughput, bounces }));
+        tracer.closest_hit_where(from, direction, f32::INFINITY, accept)
+    };
+    let mut rays = 0;
+    for bounces in 0..=settings.bounces {
+        let escape = |direction: Vec3| {
+            let throughput = throughput * sky.share(direction, normal);
+            Escape { from, direction, throughput, bounces }
+        };
+        let numbers = [0, 1, 2, 3].map(|d| random(4 * bounces + d));
+        let towards_sky = sky.direction([numbers[2], numbers[3]]).filter(|d| d.dot(normal) > 0.0);
+        if let Some(direction) = towards_sky {
+            rays += 1;
+            found.extend(hit(from, direction).is_none().then(|| escape(direction)));
+        }
+        let local = warp::cosine_hemisphere(Vec2::new(numbers[0], numbers[1]));
+        let (x, y) = warp::frame(normal);
+        let direction = (x * local.x + y * local.y + normal * local.z).normalize();
+        rays += 1;
+        let Some(hit) = hit(from, direction) else {
+            found.push(escape(direction));
+            break;
         };
         let surface = geometry.surface(scene, hit.triangle, hit.barycentric, -direction);
         throughput *= f64::from(luminance(surface.albedo));
         if throughput <= 0.0 || surface.geometric_normal.dot(direction) >= 0.0 {
-            return (bounces as usize + 1, None);
+            break;
         }
         normal = surface.geometric_normal;
         from = tracer.offset_ray_origin(surface.position, normal);
     }
-    (settings.bounces as usize + 1, None)
+    rays
 }
 
 /// The point with the least weighted distance to lines, each a point and a unit direction (by iteratively reweighted least squares:
@@ -259,6 +366,14 @@ fn closest_point(geometry: &Geometry, lines: &[(DVec3, DVec3, f64)]) -> DVec3 {
         result = (matrix + DMat3::from_diagonal(DVec3::splat(held))).inverse() * (vector + middle * held);
     }
     result
+}
+
+/// The median distance of lines to a point, m.
+fn median_distance(point: DVec3, lines: &[(DVec3, DVec3, f64)]) -> f64 {
+    let across = |&(from, direction, _): &(DVec3, DVec3, f64)| (from - point).cross(direction).length();
+    let mut distances: Vec<f64> = lines.iter().map(across).collect();
+    distances.sort_unstable_by(f64::total_cmp);
+    distances.get(distances.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// A function of 0 to `count`, whatever the number of threads.
