@@ -13,4 +13,4 @@ mod tiles;
 
 pub use coverage::coverage;
 pub use oracle::{OracleSettings, oracle, oracle_pixel, oracle_with_states, radiance, visible};
-pub use path::{Estimate, PathSettings, ProgressivePathTracer, path_trace};
+pub use path::{Estimate, Opening, PathSettings, ProgressivePathTracer, path_trace, path_trace_through};

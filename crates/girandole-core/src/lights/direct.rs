@@ -2,6 +2,7 @@
 
 use super::emission::Emissions;
 use super::emitters::{EnvironmentPoint, Source, SourceTree, SpotCone};
+use super::guide::Guides;
 use super::{BoundingSphere, LightSample, Profile, Rectangle, SampleOrigin};
 use crate::math::sequence;
 use crate::scene::{Geometry, PunctualKind, PunctualLight, Scene};
@@ -88,23 +89,27 @@ pub(super) fn allocate(weights: &[f64], count: u32) -> Vec<u32> {
 pub(super) fn area(
     scene: (&Scene, &Geometry),
     emissions: &Emissions,
-    groups: &[Vec<Source>],
+    (groups, guides): (&[Vec<Source>], &Guides),
     weights: &[f64],
     count: u32,
     seed: u32,
 ) -> Vec<Vec<LightSample>> {
-    let of = |sources: Vec<Source>, count: u32, seed: u32| {
+    let of = |sources: Vec<Source>, guide: &dyn Fn([f64; 2]) -> ([f64; 2], f64), count: u32, seed: u32| {
         let mut samples = Vec::new();
         if let Some(tree) = SourceTree::new(sources) {
-            on_tree(scene, emissions, &tree, count, seed, &mut samples);
+            on_tree(scene, emissions, (&tree, guide), count, seed, &mut samples);
         }
         samples
     };
     if groups.len() > count as usize {
-        return vec![of(groups.concat(), count, seed)];
+        return vec![of(groups.concat(), &|at| (at, 1.0), count, seed)];
     }
     let each = (0..).zip(groups).zip(allocate(weights, count));
-    each.map(|((i, group), n)| of(group.clone(), n, sequence::hash(seed ^ sequence::hash(i)))).collect()
+    let of_group = |((i, group), n): ((u32, &Vec<Source>), u32)| {
+        let guide = |at| guides.direction(i as usize, at);
+        of(group.clone(), &guide, n, sequence::hash(seed ^ sequence::hash(i)))
+    };
+    each.map(of_group).collect()
 }
 
 /// The weight of each emitter, by the weights of a pilot's samples, emitter by emitter; its power where they share them.
@@ -133,7 +138,7 @@ pub(super) fn mixture(power: &[f64], worth: &[f64]) -> Vec<f64> {
 fn on_tree(
     (scene, geometry): (&Scene, &Geometry),
     emissions: &Emissions,
-    tree: &SourceTree,
+    (tree, guide): (&SourceTree, &dyn Fn([f64; 2]) -> ([f64; 2], f64)),
     count: u32,
     seed: u32,
     samples: &mut Vec<LightSample>,
@@ -142,7 +147,7 @@ fn on_tree(
     let most = 4096 + count.saturating_mul(64);
     let mut tries = 0;
     while tries < most {
-        let at = [0, 1].map(|d| f64::from(sequence::sample(tries, d, seed)));
+        let (at, density) = guide([0, 1].map(|d| f64::from(sequence::sample(tries, d, seed))));
         let (source, at) = tree.choose(DVec2::from_array(at));
         let direction = source.direction(scene, emissions, at).filter(|s| s.radiance.max_element() > 0.0);
         if let Some(EnvironmentPoint { direction, radiance, solid_angle }) = direction {
@@ -150,14 +155,15 @@ fn on_tree(
                 break;
             }
             let (center, distance) = (geometry.center(), geometry.extent());
+            let solid_angle = solid_angle / (tree.probability(source) * density);
             samples.push(LightSample {
                 position: center + direction * distance,
                 normal: -direction,
-                intensity: (radiance.as_dvec3() * (solid_angle / tree.probability(source))).as_vec3(),
+                intensity: (radiance.as_dvec3() * solid_angle).as_vec3(),
                 profile: Profile::Distant {
                     distance,
                     shown: BoundingSphere::of_scene(geometry),
-                    solid_angle: (solid_angle / tree.probability(source)) as f32,
+                    solid_angle: solid_angle as f32,
                 },
                 origin: SampleOrigin::Environment { point: tries, sun: source.is_sun() },
                 rectangle: None,

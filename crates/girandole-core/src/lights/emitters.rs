@@ -110,6 +110,14 @@ impl Source {
         matches!(self.kind, Kind::Sun(_))
     }
 
+    /// The cell of the environment, if it is one.
+    pub fn cell(&self) -> Option<u32> {
+        match self.kind {
+            Kind::Distant(cell) => Some(cell),
+            Kind::Area(_) | Kind::Punctual(_) | Kind::Sun(_) => None,
+        }
+    }
+
     /// Of a part of the environment, the direction at `at` in the unit square, uniform over its solid angle.
     pub fn direction(&self, scene: &Scene, emissions: &Emissions, at: DVec2) -> Option<EnvironmentPoint> {
         let environment = scene.environment.as_ref()?;
@@ -455,6 +463,24 @@ impl SourceTree {
     /// What there is to choose.
     pub fn sources(&self) -> &[Source] {
         &self.sources
+    }
+
+    /// By source, the part of the unit square that chooses it: lower corner and size.
+    pub fn places(&self) -> Vec<[DVec2; 2]> {
+        let mut result = vec![[DVec2::ZERO, DVec2::ONE]; self.sources.len()];
+        let mut open = if self.nodes.is_empty() { Vec::new() } else { vec![(0, [DVec2::ZERO, DVec2::ONE], 0)] };
+        while let Some((node, [low, size], depth)) = open.pop() {
+            if node < 0 {
+                result[(-1 - node) as usize] = [low, size];
+                continue;
+            }
+            let (share, children) = self.nodes[node as usize];
+            let along = if depth & 1 == 0 { DVec2::X } else { DVec2::Y };
+            let first = [low, size - size * along * (1.0 - share)];
+            let second = [low + size * along * share, size - size * along * share];
+            open.extend([(children[0], first, depth + 1), (children[1], second, depth + 1)]);
+        }
+        result
     }
 
     /// The power of all sources by luminance, watts.

@@ -192,10 +192,17 @@ pub(super) fn measure(
     result.mean = mean;
     let is_mixed = kinds.iter().all(|(_, power)| *power > 0.0);
     let plain = kinds.map(|(sum, power)| if is_mixed { (sum / power).max(LEAST_PLAIN * mean) } else { mean });
+    // Where paths are guided (`guide.rs`), those that start where little is seen from are few and strong: candidates count alike.
+    let is_guided = tracer.scene().environment.is_some();
+    let each = power.iter().sum::<f64>() / power.len() as f64;
+    let alike = |run: &[u32]| {
+        let own = run.iter().map(|&i| power[i as usize]).sum::<f64>() / run.len() as f64;
+        if is_guided && own > 0.0 { each / own } else { 1.0 }
+    };
     let mut importances = importances.into_iter();
     for run in &mut result.runs {
         if let Run::Whole { importance, members } = run {
-            let plain = plain[usize::from(is_distant(members))];
+            let plain = plain[usize::from(is_distant(members))] * alike(members);
             *importance = importances.next().map_or(plain, |own| PLAIN * plain + (1.0 - PLAIN) * own);
         }
     }

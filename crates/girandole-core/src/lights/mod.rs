@@ -3,6 +3,7 @@
 mod direct;
 mod emission;
 mod emitters;
+mod guide;
 mod ids;
 mod importance;
 mod motion;

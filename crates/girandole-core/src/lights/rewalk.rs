@@ -317,6 +317,7 @@ impl IncrementalWalk {
             world_from_nodes: &scene.world_from_nodes(),
             emissions: self.sampled.emissions(),
             emitters: trees,
+            guides: &self.sampling.guides,
             settings: &self.settings,
             seed: self.sampling.walk_seed,
         };

@@ -1,6 +1,7 @@
 //! What a set of light samples is chosen among: candidates on emitters and left by the random walk, and what they are worth.
 
 use super::emission::{Emission, Emissions, Shares};
+use super::guide::Guides;
 use super::importance::Importance;
 use super::resample::Chosen;
 use super::view_points::{POINTS, view_points};
@@ -56,6 +57,8 @@ pub(super) struct Sampling {
     pub walked: Walked,
     /// Of the walk.
     pub walk_seed: u32,
+    /// Where light from infinitely far away is to come from; held, whatever follows.
+    pub guides: Guides,
     pub importance: Importance,
     /// Metres, see [`importance::place`].
     pub normal_scale: f32,
@@ -110,12 +113,14 @@ impl Sampling {
         let walk_seed = sequence::hash(settings.seed ^ 0x7f4a_7c15);
         let (mut walked, mut pilot) = (Walked::default(), None);
         let trees = emitters::trees(&groups, &sources);
+        let guides = Guides::new(&tracer, settings, &points, &groups, &trees);
         if !trees.is_empty() && numbers.walked > 0 {
             let walk = Walk {
                 tracer: &tracer,
                 world_from_nodes: &scene.world_from_nodes(),
                 emissions: &emissions,
                 emitters: &trees,
+                guides: &guides,
                 settings,
                 seed: walk_seed,
             };
@@ -140,7 +145,7 @@ impl Sampling {
         let power: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
         let emitter_seed = sequence::hash(settings.seed ^ 0x2545_f491);
         let on_emitters = |weights: &[f64], count, seed| {
-            direct::area((scene, geometry), &emissions, &groups, weights, count, seed)
+            direct::area((scene, geometry), &emissions, (&groups, &guides), weights, count, seed)
         };
         let all_alike = settings.direct_share.is_none();
         let count = numbers.emitters * per_sample;
@@ -167,6 +172,7 @@ impl Sampling {
             pilot,
             walked,
             walk_seed,
+            guides,
             importance: Importance::uniform(),
             normal_scale: 0.0,
             shown,

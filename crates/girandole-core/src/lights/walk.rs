@@ -18,6 +18,7 @@
 use super::direct::{allocate, mixture};
 use super::emission::{Emission, Emissions};
 use super::emitters::{EnvironmentPoint, Source, SourceTree, SpotCone};
+use super::guide::{Guides, Start};
 use super::scattering::{Scattering, cosine_weighted};
 use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
 use crate::math::{sequence, warp};
@@ -73,6 +74,8 @@ pub(super) struct Walk<'a> {
     /// How much everything emits.
     pub emissions: &'a Emissions,
     pub emitters: &'a [SourceTree],
+    /// Where light from infinitely far away is to come from and to start.
+    pub guides: &'a Guides,
     pub settings: &'a LightSettings,
     pub seed: u32,
 }
@@ -210,10 +213,13 @@ impl Walk<'_> {
         paths.into_iter().map(|path| self.path(path)).collect()
     }
 
-    /// The source that a path starts from, and the point of it.
-    fn choose(&self, path: u32) -> (&Source, DVec2) {
-        let at = DVec2::new(f64::from(self.at(path, 0)), f64::from(self.at(path, 1)));
-        self.emitters[path as usize % self.emitters.len()].choose(at)
+    /// The source that a path starts from, the point of it, and how light from infinitely far away starts.
+    fn choose(&self, path: u32) -> (&Source, DVec2, Start) {
+        let tree = path as usize % self.emitters.len();
+        let at = std::array::from_fn(|dimension| self.at(path, dimension as u32));
+        let start = self.guides.start(tree, at, self.tracer.geometry());
+        let (source, at) = self.emitters[tree].choose(start.at);
+        (source, at, start)
     }
 
     /// Each emitter has a sequence of its own, and every so many paths are its own.
@@ -229,9 +235,10 @@ impl Walk<'_> {
     fn path(&self, path: u32) -> Path {
         let (scene, geometry) = (self.tracer.scene(), self.tracer.geometry());
         // Neighbouring emitters may share a sequence.
-        let emission = self.choose(path).0.emission(geometry);
+        let chosen = self.choose(path);
+        let emission = chosen.0.emission(geometry);
         let mut result = Path { index: path, emission, start: None, deposits: Vec::new(), end: Vec3::ZERO };
-        let Some(mut photon) = self.start(path) else { return result };
+        let Some(mut photon) = self.start(path, chosen) else { return result };
         result.start = Some(photon.origin);
         result.end = photon.origin;
         for bounce in 1..=self.settings.bounces {
@@ -288,24 +295,23 @@ impl Walk<'_> {
     }
 
     /// A point outside of the scene on a disc as large as that, from where light goes in that direction.
-    fn on_disc(&self, path: u32, forward: Vec3) -> Vec3 {
-        let geometry = self.tracer.geometry();
+    fn on_disc(&self, start: &Start, forward: Vec3) -> Vec3 {
+        let (center, radius) = start.disc;
         let (x, y) = warp::frame(forward);
-        let disc = warp::disc(Vec2::new(self.at(path, 2), self.at(path, 3))) * (geometry.extent() * 0.5);
-        geometry.center() + x * disc.x + y * disc.y - forward * geometry.extent()
+        let disc = warp::disc(start.across) * radius;
+        center + x * disc.x + y * disc.y - forward * self.tracer.geometry().extent()
     }
 
-    fn start(&self, path: u32) -> Option<Photon> {
+    fn start(&self, path: u32, (source, at, start): (&Source, DVec2, Start)) -> Option<Photon> {
         let (scene, geometry) = (self.tracer.scene(), self.tracer.geometry());
         let tree = &self.emitters[path as usize % self.emitters.len()];
-        let (source, at) = self.choose(path);
         let probability = tree.probability(source);
         if let Some(EnvironmentPoint { direction, radiance, .. }) =
             source.direction(scene, self.emissions, at)
         {
             let luminance = f64::from(crate::image::luminance(radiance));
-            let flux = radiance.as_dvec3() * (source.weight / luminance / probability);
-            let origin = self.on_disc(path, -direction);
+            let flux = radiance.as_dvec3() * (source.weight / luminance / probability * start.scale);
+            let origin = self.on_disc(&start, -direction);
             return (flux.max_element() > 0.0).then(|| Photon {
                 origin,
                 direction: -direction,
@@ -337,7 +343,7 @@ impl Walk<'_> {
                 let across = x * libm::cosf(phi) + y * libm::sinf(phi);
                 (position, (across * sin + forward * cos).normalize())
             }
-            PunctualKind::Directional => (self.on_disc(path, forward), forward),
+            PunctualKind::Directional => (self.on_disc(&start, forward), forward),
         };
         // A source's weight is its flux by luminance.
         let luminance = f64::from(crate::image::luminance(intensity));

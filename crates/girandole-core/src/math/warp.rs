@@ -28,6 +28,23 @@ pub fn disc(s: Vec2) -> Vec2 {
     Vec2::new(r * libm::cosf(phi), r * libm::sinf(phi))
 }
 
+/// The point of the unit square that [`disc`] leads to a point of the unit disc.
+pub fn square_of_disc(d: Vec2) -> Vec2 {
+    let r = d.length();
+    if r == 0.0 {
+        return Vec2::splat(0.5);
+    }
+    let per_eighth = 4.0 / std::f32::consts::PI;
+    let p = if d.x.abs() > d.y.abs() {
+        let x = r.copysign(d.x);
+        Vec2::new(x, x * (per_eighth * libm::atanf(d.y / d.x)))
+    } else {
+        let y = r.copysign(d.y);
+        Vec2::new(y * (per_eighth * libm::atanf(d.x / d.y)), y)
+    };
+    ((p + 1.0) * 0.5).clamp(Vec2::ZERO, Vec2::ONE)
+}
+
 /// Cosine-weighted over the hemisphere about +Z; density cos θ / π per solid angle.
 pub fn cosine_hemisphere(s: Vec2) -> Vec3 {
     let d = disc(s);
@@ -92,6 +109,10 @@ mod tests {
         let polar = |s: Vec2| Vec2::from_angle(std::f32::consts::TAU * s.y) * s.x;
         assert!(!near(mean(|s| squares(polar(s).extend(0.0))), DVec3::new(0.25, 0.25, 0.0)));
         assert_eq!(disc(Vec2::splat(0.5)), Vec2::ZERO);
+        // And back.
+        let astray = |back: fn(Vec2) -> Vec2| mean(|s| DVec3::X * f64::from(back(disc(s)).distance(s))).x;
+        assert!(astray(square_of_disc) < 1e-6 && square_of_disc(Vec2::ZERO) == Vec2::splat(0.5));
+        assert!(astray(|d| (d + 1.0) * 0.5) > 0.05, "negative control");
     }
 
     #[test]

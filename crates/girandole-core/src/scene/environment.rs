@@ -264,6 +264,15 @@ impl Environment {
         self.map.cell_at(self.in_map(direction))
     }
 
+    /// The cell that a unit direction lies in, and where in it, from (0, 0) to (1, 1): the inverse of
+    /// [`cell_direction`](Self::cell_direction).
+    pub(crate) fn cell_and_place(&self, direction: Vec3) -> (u32, DVec2) {
+        let [columns, rows] = self.map.size;
+        let in_map = self.in_map(direction);
+        let at = Vec2::new(place(in_map).x * columns as f32, (1.0 - in_map.y) * 0.5 * rows as f32);
+        (self.cell_at(direction), (at - at.floor()).as_dvec2())
+    }
+
     /// A direction as the map has it.
     fn in_map(&self, direction: Vec3) -> Vec3 {
         Quat::from_rotation_y(-self.rotation) * direction
@@ -345,9 +354,9 @@ mod tests {
         for (i, direction) in directions().enumerate() {
             let cell = environment.cell_at(direction);
             let at = [0, 1].map(|d| f64::from(sequence::sample(i as u32, d, 9)) * 0.98 + 0.01);
-            missed += usize::from(
-                environment.cell_at(environment.cell_direction(cell, DVec2::from_array(at))) != cell,
-            );
+            let at = DVec2::from_array(at);
+            let (found, place) = environment.cell_and_place(environment.cell_direction(cell, at));
+            missed += usize::from(found != cell || place.distance(at) > 1e-2);
         }
         assert!(missed < 4, "{missed} directions lie in another cell");
     }

@@ -58,7 +58,29 @@ pub fn path_trace(
     settings: &PathSettings,
     progress: &(dyn Fn(f32) + Sync),
 ) -> Estimate {
-    let integrator = Integrator::new(tracer, settings.bounces);
+    path_trace_through(&[], tracer, view, size, settings, progress)
+}
+
+/// A rectangle, or another parallelogram, that light from infinitely far away comes in by, relative to the geometry's origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Opening {
+    /// Metres.
+    pub corner: Vec3,
+    /// From there, metres.
+    pub sides: [Vec3; 2],
+}
+
+/// The same picture in the mean, with less noise where an environment lights the scene through openings: directions are drawn towards
+/// these too.
+pub fn path_trace_through(
+    openings: &[Opening],
+    tracer: &SceneTracer,
+    view: &View,
+    size: [u32; 2],
+    settings: &PathSettings,
+    progress: &(dyn Fn(f32) + Sync),
+) -> Estimate {
+    let integrator = Integrator::new(tracer, settings.bounces, openings);
     let paths = settings.paths.max(1);
     let view = view.relative_to(tracer.geometry().origin);
     let pixels = tiles::render(
@@ -134,12 +156,12 @@ struct Vertex {
 }
 
 impl<'a> Integrator<'a> {
-    fn new(tracer: &'a SceneTracer<'a>, bounces: Option<u32>) -> Self {
+    fn new(tracer: &'a SceneTracer<'a>, bounces: Option<u32>, openings: &'a [Opening]) -> Self {
         Self {
             tracer,
             emitters: Emitters::new(tracer),
             punctual: Punctual::all(tracer),
-            distant: Distant::new(tracer),
+            distant: Distant::new(tracer, openings),
             bounces,
         }
     }
@@ -180,7 +202,7 @@ impl<'a> Integrator<'a> {
             let is_other = |hit: &Hit| hit.triangle != vertex.triangle;
             let Some(next) = self.scattering((vertex.start, wi), hit, is_other, &mut beta, random) else {
                 if let Some(distant) = &self.distant {
-                    result += beta * distant.radiance(wi) * power_heuristic(pdf, distant.pdf(wi));
+                    result += beta * distant.radiance(wi) * power_heuristic(pdf, distant.pdf(vertex.start, wi));
                 }
                 break;
             };
@@ -277,8 +299,8 @@ impl<'a> Integrator<'a> {
     /// Reflected light of one direction of the environment, weighted against BSDF sampling.
     fn light_from_distant(&self, vertex: &Vertex, random: &mut Random) -> Vec3 {
         let Some(distant) = &self.distant else { return Vec3::ZERO };
-        let wi = distant.sample(random);
-        let pdf = distant.pdf(wi);
+        let wi = distant.sample(vertex.start, random);
+        let pdf = distant.pdf(vertex.start, wi);
         let light = bsdf::evaluate(&vertex.surface, vertex.wo, wi) * distant.radiance(wi);
         if light == Vec3::ZERO || pdf <= 0.0 {
             return Vec3::ZERO;

@@ -29,7 +29,7 @@ impl ProgressivePathTracer {
 
     /// Adds a path to each pixel of the next `rows`, on all cores. The tracer is of the same scene each time.
     pub fn step(&mut self, tracer: &SceneTracer, rows: u32) {
-        let integrator = Integrator::new(tracer, self.bounces);
+        let integrator = Integrator::new(tracer, self.bounces, &[]);
         let view = self.view.relative_to(tracer.geometry().origin);
         let (first, size) = (self.row, self.size);
         let end = first.saturating_add(rows).min(size[1]);

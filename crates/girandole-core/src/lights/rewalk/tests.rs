@@ -61,9 +61,15 @@ fn wrong_paths(scene: &Scene, walk: &IncrementalWalk) -> usize {
     let trees = emitters::trees(&groups, &emitters::punctual_sources(scene, &geometry, emissions));
     let tracer = SceneTracer::new(scene, &geometry);
     let (walked, seed) = (&walk.sampling.walked, walk.sampling.walk_seed);
-    let world_from_nodes = &scene.world_from_nodes();
-    let settings = &walk.settings;
-    let fresh = Walk { tracer: &tracer, world_from_nodes, emissions, emitters: &trees, settings, seed };
+    let fresh = Walk {
+        tracer: &tracer,
+        world_from_nodes: &scene.world_from_nodes(),
+        emissions,
+        emitters: &trees,
+        guides: &walk.sampling.guides,
+        settings: &walk.settings,
+        seed,
+    };
     let fresh = fresh.paths(walked.paths.iter().map(|path| path.index).collect());
     let differ = |(fresh, held): (Path, &Path)| fresh.deposits != held.deposits;
     fresh.into_iter().zip(&walked.paths).map(differ).filter(|differ| *differ).count()

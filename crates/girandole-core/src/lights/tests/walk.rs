@@ -1,4 +1,5 @@
 use super::*;
+use crate::lights::guide::Guides;
 use crate::scene::builtin::shapes;
 use crate::scene::{PunctualKind, PunctualLight};
 
@@ -67,6 +68,7 @@ fn a_closed_room_holds_the_geometric_series_of_light() {
                         world_from_nodes: &scene.world_from_nodes(),
                         emissions: &emissions,
                         emitters: &trees,
+                        guides: &Guides::default(),
                         settings: &settings,
                         seed,
                     };

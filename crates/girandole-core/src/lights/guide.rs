@@ -1,0 +1,391 @@
+//! Where an environment's light comes from and where it comes in, found from what is seen.
+//!
+//! Most of what a sky sends on a disc before the scene never comes to what is seen: through a window of one of a building's rooms comes
+//! a ten-thousandth of it.
+//!
+//! 1. Rays leave the points that views see as light would arrive there, cosine-weighted, and go on from what they hit. Where one leaves
+//!    the scene, light comes in the other way: radiance times the throughput to the view is what a start there is worth. Rays that
+//!    left a point that is seen tell of directions for direct samples, the others of starts of the walk.
+//! 2. Directions and places on the disc are points of the unit cube of the random numbers that choose them, two for the
+//!    direction and two for the place: plain sampling is uniform there (primary sample space: Guo et al. 2018, §4). The disc lies about
+//!    the point that those rays pass closest to, as it would about a window: then its place hardly depends on the direction.
+//! 3. A [density](Density) of what they are worth, a fifth of it uniform, warps the numbers of candidates and paths, which stay well
+//!    spread, and their light is divided by it: whatever it is, there is the same light in the mean.
+
+mod density;
+
+use self::density::Density;
+use super::LightSettings;
+use super::emitters::{Source, SourceTree};
+use super::view_points::ViewPoint;
+use crate::image::luminance;
+use crate::math::{sequence, warp};
+use crate::scene::{Environment, Geometry};
+use crate::trace::SceneTracer;
+use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
+use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
+
+/// Of the sequence that rays are spread by.
+const RAYS_SEED: u32 = 0x1b87_3593;
+/// Rays that leave the scene, of those that left a point that is seen and of others, after which there are enough…
+const ENOUGH: usize = 2048;
+/// …and rays in all after which no more are traced.
+const MOST_RAYS: usize = 1 << 17;
+/// Each of them counts for so many near it in each tree…
+const COPIES: u32 = 2;
+const NEAR_SEED: u32 = 0x7d2c_5f19;
+/// …at this angle, radians, …
+const DIRECTION_BLUR: f32 = 0.15;
+/// …and at this share of the median distance from the point that they pass closest to.
+const PLACE_BLUR: f32 = 0.3;
+/// Share of starts from any direction at the places where others start: an edge in the numbers that choose directions, where few rays
+/// tell of it, is no edge of a window.
+const ANY_DIRECTION: f64 = 0.2;
+/// Steps towards the point that rays pass closest to.
+const STEPS: u32 = 16;
+/// Rays that pass as close as this, in the scene's size, pass through a point.
+const CLOSE: f64 = 1e-3;
+/// How much the middle of the scene counts beside all rays.
+const MIDDLE: f64 = 1e-4;
+
+/// What guides the sampling of light from infinitely far away.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Guides {
+    /// By group of sources, of directions.
+    directions: BTreeMap<usize, Density<2>>,
+    /// By tree of sources.
+    starts: BTreeMap<usize, Starts>,
+}
+
+/// Where paths from one tree of sources start.
+#[derive(Clone, Debug)]
+pub(super) struct Starts {
+    density: Density<4>,
+    /// A disc with this middle and radius holds the scene, seen from any direction.
+    disc: (Vec3, f32),
+}
+
+/// The numbers that a path from infinitely far away starts with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start {
+    /// Of the direction.
+    pub at: DVec2,
+    /// Of the place on the disc.
+    pub across: Vec2,
+    /// Middle and radius of the disc.
+    pub disc: (Vec3, f32),
+    /// What light is multiplied by.
+    pub scale: f64,
+}
+
+/// A ray that leaves the scene.
+struct Escape {
+    from: Vec3,
+    direction: Vec3,
+    /// Share of the light that comes the other way that a view sees in the end.
+    throughput: f64,
+    /// How often that is reflected before it comes to what is seen.
+    bounces: u32,
+}
+
+impl Guides {
+    /// For what is seen at these points; none without an environment.
+    pub fn new(
+        tracer: &SceneTracer,
+        settings: &LightSettings,
+        points: &[ViewPoint],
+        groups: &[Vec<Source>],
+        trees: &[SourceTree],
+    ) -> Self {
+        let Some(environment) = tracer.scene().environment.as_ref().filter(|_| !points.is_empty()) else {
+            return Self::default();
+        };
+        let are_distant = |sources: &[Source]| sources.iter().all(|source| source.cell().is_some());
+        let groups = || groups.iter().enumerate().filter(|(_, group)| are_distant(group));
+        let Some(sky) = SourceTree::new(groups().flat_map(|(_, group)| group).copied().collect()) else {
+            return Self::default();
+        };
+        let (direct, reflected): (Vec<Escape>, Vec<Escape>) =
+            escapes(tracer, settings, points, &Sky::new(sky, environment))
+                .into_iter()
+                .partition(|escape| escape.bounces == 0);
+        let mut result = Self::default();
+        for (index, group) in groups() {
+            let density = SourceTree::new(group.clone()).and_then(|tree| {
+                let square = Square::new(&tree, environment);
+                let place = |near: Near| square.place(near.direction, near.throughput);
+                Density::new(COPIES, |tree| near(&direct, Vec3::ZERO, 0.0, tree).filter_map(place).collect())
+            });
+            result.directions.extend(density.map(|density| (index, density)));
+        }
+        for (index, tree) in trees.iter().enumerate().filter(|(_, tree)| are_distant(tree.sources())) {
+            let starts = Starts::new(tracer.geometry(), &Square::new(tree, environment), &reflected);
+            result.starts.extend(starts.map(|starts| (index, starts)));
+        }
+        result
+    }
+
+    /// For a group of sources, where a point of the unit square goes, and the density of such points there.
+    pub fn direction(&self, group: usize, at: [f64; 2]) -> ([f64; 2], f64) {
+        self.directions.get(&group).map_or((at, 1.0), |density| density.warp(at))
+    }
+
+    /// For a tree of sources, what a path from infinitely far away starts with, by four numbers.
+    pub fn start(&self, tree: usize, at: [f32; 4], geometry: &Geometry) -> Start {
+        let radius = geometry.extent() * 0.5;
+        let (at, density, disc) = match self.starts.get(&tree) {
+            Some(Starts { density, disc }) => {
+                let (at, density) = density.warp(at.map(f64::from));
+                (at, density, *disc)
+            }
+            None => (at.map(f64::from), 1.0, (geometry.center(), radius)),
+        };
+        let area = f64::from(disc.1 / radius).powi(2);
+        Start {
+            at: DVec2::new(at[0], at[1]),
+            across: DVec2::new(at[2], at[3]).as_vec2(),
+            disc,
+            scale: area / density,
+        }
+    }
+}
+
+impl Starts {
+    fn new(geometry: &Geometry, square: &Square, escapes: &[Escape]) -> Option<Self> {
+        let line = |escape: &Escape| {
+            let (_, weight) = square.place(escape.direction, escape.throughput)?;
+            Some((escape.from.as_dvec3(), escape.direction.as_dvec3(), weight))
+        };
+        let lines: Vec<(DVec3, DVec3, f64)> = escapes.iter().filter_map(line).collect();
+        let center = closest_point(geometry, &lines).as_vec3().clamp(geometry.bounds.0, geometry.bounds.1);
+        let radius = geometry.extent() * 0.5 + center.distance(geometry.center());
+        let blur = PLACE_BLUR * median_distance(center.as_dvec3(), &lines) as f32;
+        let points = |near: Near| {
+            let (x, y) = warp::frame(-near.direction);
+            let across = Vec2::new(near.across.dot(x), near.across.dot(y)) / radius;
+            let across = warp::square_of_disc(across).as_dvec2();
+            let place = square.place(near.direction, near.throughput);
+            place.into_iter().flat_map(move |(at, weight)| {
+                let with = |at: [f64; 2], share| ([at[0], at[1], across.x, across.y], weight * share);
+                [with(at, 1.0 - ANY_DIRECTION), with(near.any, ANY_DIRECTION)]
+            })
+        };
+        let density = Density::new(2 * COPIES, |tree| {
+            near(escapes, center, blur, tree).flat_map(points).collect()
+        })?;
+        Some(Self { density, disc: (center, radius) })
+    }
+}
+
+/// Where cells of an environment lie in the unit square that chooses among them.
+struct Square<'a> {
+    environment: &'a Environment,
+    /// By cell, lower corner and size.
+    cells: FxHashMap<u32, [DVec2; 2]>,
+}
+
+impl<'a> Square<'a> {
+    fn new(tree: &SourceTree, environment: &'a Environment) -> Self {
+        let cell = |(source, place): (&Source, [DVec2; 2])| Some((source.cell()?, place));
+        let cells = tree.sources().iter().zip(tree.places()).filter_map(cell).collect();
+        Self { environment, cells }
+    }
+
+    /// The point that chooses a direction, and what light from there is worth.
+    fn place(&self, direction: Vec3, throughput: f64) -> Option<([f64; 2], f64)> {
+        let (cell, within) = self.environment.cell_and_place(direction);
+        let [low, size] = self.cells.get(&cell)?;
+        let radiance = f64::from(luminance(self.environment.cell_radiance_beside_sun(cell)));
+        Some(((*low + *size * within).to_array(), radiance * throughput))
+    }
+}
+
+/// All directions that light from infinitely far away comes from, by its power.
+struct Sky<'a> {
+    environment: &'a Environment,
+    tree: SourceTree,
+    /// By cell, the density of its directions, sr⁻¹.
+    densities: Vec<f64>,
+}
+
+impl<'a> Sky<'a> {
+    fn new(tree: SourceTree, environment: &'a Environment) -> Self {
+        let mut densities = vec![0.0; environment.cells() as usize];
+        for source in tree.sources() {
+            if let Some(cell) = source.cell() {
+                densities[cell as usize] = tree.probability(source) / environment.cell_solid_angle();
+            }
+        }
+        Self { environment, tree, densities }
+    }
+
+    fn direction(&self, at: [f32; 2]) -> Option<Vec3> {
+        let (source, at) = self.tree.choose(Vec2::from_array(at).as_dvec2());
+        Some(self.environment.cell_direction(source.cell()?, at))
+    }
+
+    /// What a direction of one of two rays from a surface counts for, where one is cosine-weighted and the other's is chosen by power
+    /// (balance heuristic: Veach and Guibas 1995).
+    fn share(&self, direction: Vec3, normal: Vec3) -> f64 {
+        let cosine = f64::from(normal.dot(direction)).max(0.0) / std::f64::consts::PI;
+        let by_power = self.densities[self.environment.cell_at(direction) as usize];
+        if cosine > 0.0 { cosine / (cosine + by_power) } else { 0.0 }
+    }
+}
+
+/// A line near a ray that leaves the scene.
+struct Near {
+    direction: Vec3,
+    /// How far aside it passes a point.
+    across: Vec3,
+    throughput: f64,
+    /// Numbers that choose any direction.
+    any: [f64; 2],
+}
+
+/// What is near rays that leave the scene, as it is known of few of them; for one of the trees of a density.
+fn near(escapes: &[Escape], point: Vec3, blur: f32, tree: u32) -> impl Iterator<Item = Near> {
+    let all = (0..).zip(escapes).flat_map(|escape| (0..COPIES).map(move |copy| (escape, copy)));
+    all.map(move |((i, &Escape { from, direction, throughput, .. }), copy)| {
+        let random = |d| sequence::sample(i * COPIES + copy, d, sequence::hash(NEAR_SEED ^ tree));
+        let (x, y) = warp::frame(direction);
+        let aside = |d: u32| {
+            let disc = warp::disc(Vec2::new(random(d), random(d + 1)));
+            x * disc.x + y * disc.y
+        };
+        let across = from - point - direction * (from - point).dot(direction);
+        Near {
+            direction: (direction + aside(0) * DIRECTION_BLUR).normalize(),
+            across: across + aside(2) * blur,
+            throughput,
+            any: [4, 5].map(|d| f64::from(random(d))),
+        }
+    })
+}
+
+/// Rays from what is seen to what is infinitely far away, in order, whatever the number of threads.
+fn escapes(
+    tracer: &SceneTracer,
+    settings: &LightSettings,
+    points: &[ViewPoint],
+    sky: &Sky,
+) -> Vec<Escape> {
+    let mut found: Vec<Escape> = Vec::new();
+    let mut rays = 0;
+    for round in 0.. {
+        let direct = found.iter().filter(|escape| escape.bounces == 0).count();
+        let is_enough = |count: usize| count >= ENOUGH;
+        if is_enough(direct) && (settings.bounces == 0 || is_enough(found.len() - direct)) || rays >= MOST_RAYS {
+            break;
+        }
+        let path = |i: usize| {
+            let index = (round * points.len() + i) as u32;
+            let random = |dimension| sequence::sample(index, dimension, RAYS_SEED);
+            let mut found = Vec::new();
+            let traced = path((tracer, sky), settings, &points[i], random, &mut found);
+            (traced, found)
+        };
+        for (traced, escapes) in in_order(points.len(), path) {
+            rays += traced;
+            found.extend(escapes);
+        }
+    }
+    found
+}
+
+/// Rays of a path from a point that is seen, at every place one that goes on and one towards the sky: how many they are, and those that
+/// leave the scene.
+fn path(
+    (tracer, sky): (&SceneTracer, &Sky),
+    settings: &LightSettings,
+    point: &ViewPoint,
+    random: impl Fn(u32) -> f32,
+    found: &mut Vec<Escape>,
+) -> usize {
+    let (scene, geometry) = (tracer.scene(), tracer.geometry());
+    let mut throughput = f64::from(point.reflectance);
+    let (mut from, mut normal) = (point.surface.position, point.surface.geometric_normal);
+    let hit = |from: Vec3, direction: Vec3| {
+        let accept = |triangle: u32, _| {
+            let object = geometry.triangles[triangle as usize].object;
+            settings.walk_dynamic || !scene.objects[object as usize].dynamic
+        };
+        tracer.closest_hit_where(from, direction, f32::INFINITY, accept)
+    };
+    let mut rays = 0;
+    for bounces in 0..=settings.bounces {
+        let escape = |direction: Vec3| {
+            let throughput = throughput * sky.share(direction, normal);
+            Escape { from, direction, throughput, bounces }
+        };
+        let numbers = [0, 1, 2, 3].map(|d| random(4 * bounces + d));
+        let towards_sky = sky.direction([numbers[2], numbers[3]]).filter(|d| d.dot(normal) > 0.0);
+        if let Some(direction) = towards_sky {
+            rays += 1;
+            found.extend(hit(from, direction).is_none().then(|| escape(direction)));
+        }
+        let local = warp::cosine_hemisphere(Vec2::new(numbers[0], numbers[1]));
+        let (x, y) = warp::frame(normal);
+        let direction = (x * local.x + y * local.y + normal * local.z).normalize();
+        rays += 1;
+        let Some(hit) = hit(from, direction) else {
+            found.push(escape(direction));
+            break;
+        };
+        let surface = geometry.surface(scene, hit.triangle, hit.barycentric, -direction);
+        throughput *= f64::from(luminance(surface.albedo));
+        if throughput <= 0.0 || surface.geometric_normal.dot(direction) >= 0.0 {
+            break;
+        }
+        normal = surface.geometric_normal;
+        from = tracer.offset_ray_origin(surface.position, normal);
+    }
+    rays
+}
+
+/// The point with the least weighted distance to lines, each a point and a unit direction (by iteratively reweighted least squares:
+/// Weiszfeld 1937). Where they hardly say, as near the middle of the scene as that leaves it.
+fn closest_point(geometry: &Geometry, lines: &[(DVec3, DVec3, f64)]) -> DVec3 {
+    let middle = geometry.center().as_dvec3();
+    let close = CLOSE * f64::from(geometry.extent());
+    let mut result = middle;
+    for step in 0..STEPS {
+        let (mut matrix, mut vector, mut all) = (DMat3::ZERO, DVec3::ZERO, 0.0);
+        for &(point, direction, weight) in lines {
+            let across = |v: DVec3| v - direction * direction.dot(v);
+            let weight = if step == 0 { weight } else { weight / across(result - point).length().max(close) };
+            matrix += DMat3::from_cols(across(DVec3::X), across(DVec3::Y), across(DVec3::Z)) * weight;
+            vector += across(point) * weight;
+            all += weight;
+        }
+        if all <= 0.0 {
+            break;
+        }
+        let held = MIDDLE * all;
+        result = (matrix + DMat3::from_diagonal(DVec3::splat(held))).inverse() * (vector + middle * held);
+    }
+    result
+}
+
+/// The median distance of lines to a point, m.
+fn median_distance(point: DVec3, lines: &[(DVec3, DVec3, f64)]) -> f64 {
+    let across = |&(from, direction, _): &(DVec3, DVec3, f64)| (from - point).cross(direction).length();
+    let mut distances: Vec<f64> = lines.iter().map(across).collect();
+    distances.sort_unstable_by(f64::total_cmp);
+    distances.get(distances.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// A function of 0 to `count`, whatever the number of threads.
+fn in_order<T: Send>(count: usize, f: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        (0..count).into_par_iter().with_min_len(16).map(f).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    (0..count).map(f).collect()
+}
+
+#[cfg(test)]
+mod tests;
