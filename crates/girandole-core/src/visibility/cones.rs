@@ -32,6 +32,11 @@ pub(crate) struct ConeBase {
 }
 
 impl ConeBase {
+    /// Radius of a circle or a sphere that lies about within the receiver, metres.
+    pub fn inner_radius(&self) -> f64 {
+        if self.normal == DVec3::ZERO { 0.5 * self.sphere.radius } else { self.inscribed }
+    }
+
     pub fn new(shape: &Shape, tolerance: &Tolerance) -> Self {
         let (center, radius) = shape.sphere(tolerance);
         let (mut normal, mut inscribed) = (DVec3::ZERO, 0.0);

@@ -3,6 +3,7 @@
 use super::assembly::{Assembly, End};
 use super::blockers::{Blocker, BlockerTree};
 use super::build::VisibilityBuild;
+use super::cells::CellVisibility;
 use super::light_points::LightPoint;
 use super::movers::Movers;
 use super::pyramid::Tests;
@@ -52,6 +53,8 @@ pub struct VisibilityDatabase {
 pub(super) struct Segment {
     pub object: u32,
     pub sources: Sources,
+    /// What static blockers leave where it is, if it is small.
+    pub cell: Option<CellVisibility>,
     /// Where they end.
     pub end: End,
 }

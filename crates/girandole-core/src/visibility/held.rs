@@ -8,6 +8,7 @@ use super::sources::Sources;
 use super::state_matrix::StateMatrix;
 use crate::scene::NONE;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Determines what static blockers leave to receivers that are held: for each light what building the same hierarchy finds,
 /// whichever other lights there are.
@@ -17,12 +18,16 @@ pub(super) struct HeldPass<'a> {
 }
 
 impl HeldPass<'_> {
-    /// Tests the nodes of these roots, which are those of the sources.
-    pub fn run(&self, sources: &Sources, roots: &[Range<usize>]) -> (StateMatrix, Tests) {
-        let (mut parts, mut tests) = sources
-            .descend(self.context, &|side, group| self.run_root(roots[side as usize].clone(), Some(group)));
+    /// Tests the nodes of these roots, which are those of the sources, given what is known of all of them before.
+    pub fn run(
+        &self,
+        (sources, roots): (&Sources, &[Range<usize>]),
+        above: Option<Arc<NodeVisibility>>,
+    ) -> (StateMatrix, Tests) {
+        let of_side = |side: u32, group: &_| self.run_root(roots[side as usize].clone(), Some(group));
+        let (mut parts, mut tests) = sources.descend((self.context, above.clone()), &of_side);
         // Of the roots that are left, which are meshes, each is by itself.
-        parts.extend(map(&roots[parts.len()..], |range| self.run_root(range.clone(), None)));
+        parts.extend(map(&roots[parts.len()..], |range| self.run_root(range.clone(), above.as_deref())));
         let mut result = StateMatrix::new(self.context.lights.len());
         for (part, of_part) in parts {
             result.append(part);
@@ -31,7 +36,7 @@ impl HeldPass<'_> {
         (result, tests)
     }
 
-    /// The nodes of one root, given the visibility of its group.
+    /// The nodes of one root, given the visibility of its group, or of its cell.
     fn run_root(&self, range: Range<usize>, group: Option<&NodeVisibility>) -> (StateMatrix, Tests) {
         let mut workspace = Workspace::new();
         let mut result = StateMatrix::new(self.context.lights.len());

@@ -206,10 +206,10 @@ fn cost(node: &NodeBuilder) -> f64 {
     node.area * node.visibility.states.iter().filter(|&&s| s == State::Partial).count() as f64
 }
 
-/// A mesh's clusters down to those of at most so many triangles.
+/// A mesh's clusters down to those of at most so many triangles, given what is known of all of it before.
 pub(crate) fn mesh_nodes(
     context: &SceneContext,
-    mesh: u32,
+    (mesh, above): (u32, Option<&NodeVisibility>),
     triangles: u32,
     workspace: &mut Workspace,
 ) -> Vec<NodeBuilder> {
@@ -217,7 +217,8 @@ pub(crate) fn mesh_nodes(
         |cluster: &Cluster| cluster.range.len() <= triangles as usize || cluster.children[0] == NONE;
     let mut node = |index: u32, parent: Option<&NodeVisibility>| {
         let cluster = cluster_of(context.surfaces, mesh, index);
-        let node = NodeContext { own_mesh: Some(mesh), is_leaf: is_leaf(cluster), ..NodeContext::default() };
+        let (is_leaf, is_root) = (is_leaf(cluster), index == 0 && above.is_some());
+        let node = NodeContext { own_mesh: Some(mesh), is_leaf, is_root, ..NodeContext::default() };
         NodeBuilder {
             cells: [0; 4],
             corners: Vec::new(),
@@ -230,7 +231,7 @@ pub(crate) fn mesh_nodes(
             look_ahead: 0,
         }
     };
-    grow(node(0, None), |parent| {
+    grow(node(0, above), |parent| {
         let cluster = cluster_of(context.surfaces, mesh, parent.cluster);
         (!is_leaf(cluster)).then(|| cluster.children.map(|child| node(child, Some(&parent.visibility))))
     })

@@ -55,8 +55,8 @@ impl StateMatrix {
     }
 
     /// Makes a pair partial because of a blocker.
-    pub fn set_partial(&mut self, node: usize, light: u32, blocker: u32) {
-        let at = node * self.lights + light as usize;
+    pub fn set_partial(&mut self, node: usize, light: usize, blocker: u32) {
+        let at = node * self.lights + light;
         (self.states[at], self.deciders[at]) = (State::Partial, Decider(blocker << 1));
     }
 
