@@ -1,7 +1,7 @@
 //! How a database follows lights that change and objects that move, on the hierarchy of receivers that it has.
 
 use super::blockers::BlockerTree;
-use super::cells::{Cell, CellVisibility};
+use super::cells::CellVisibility;
 use super::database::{Segment, VisibilityDatabase, is_dynamic};
 use super::dynamic::DynamicPass;
 use super::growth::{Grown, Soil};
@@ -103,11 +103,14 @@ impl VisibilityDatabase {
             has_moved[object as usize].then(|| {
                 let sources = Sources::of_object(surfaces, object);
                 let held = self.segments.get(index).and_then(|segment| segment.cell.as_ref());
-                let (cell, mut tests) = CellVisibility::of(&context, &sources, held);
-                let above = cell.as_ref().map(|cell| cell.visibility.clone());
-                let grown = Grown::new(&Soil { context: &context, settings, threshold }, &sources, above);
-                tests += grown.tests;
-                (sources, cell, Grown { tests, ..grown })
+                let (cell, of_cell) = CellVisibility::of(&context, &sources, held);
+                let above = cell.as_ref().map(|cell| cell.within(&context, &sources));
+                let (above, of_ball) = above.unzip();
+                let soil = Soil { context: &context, settings, threshold };
+                let mut grown = Grown::new(&soil, &sources, above.map(Arc::new));
+                grown.tests += of_cell;
+                grown.tests += of_ball.unwrap_or_default();
+                (sources, cell, grown)
             })
         });
         let taken = self.assembly.split_off(self.still);
@@ -151,17 +154,19 @@ impl VisibilityDatabase {
         let pass = HeldPass { context: &context, receivers: &self.assembly.receivers };
         // Those of cells, which receivers start from, unless their objects left them.
         let of_cell = |segment: &Segment| {
-            let held = segment.cell.as_ref()?;
-            let is_there = Cell::of(&self.surfaces, &segment.sources) == Some(held.cell);
-            is_there.then(|| held.cell.visibility(&context))
+            let held = segment.cell.as_ref().filter(|cell| cell.holds(&self.surfaces, &segment.sources))?;
+            let (columns, mut tests) = held.of_lights(&context);
+            let (above, of_ball) = columns.within(&context, &segment.sources);
+            tests += of_ball;
+            Some((columns, Arc::new(above), tests))
         };
         let mut of_cells: Vec<Option<Arc<NodeVisibility>>> = Vec::with_capacity(self.segments.len());
         for (found, segment) in map(&self.segments, of_cell).into_iter().zip(&mut self.segments) {
-            if let (Some((columns, tests)), Some(held)) = (&found, &mut segment.cell) {
+            if let (Some((columns, _, tests)), Some(held)) = (&found, &mut segment.cell) {
                 held.set_columns(lights, columns);
                 self.tests += *tests;
             }
-            of_cells.push(found.map(|(columns, _)| Arc::new(columns)));
+            of_cells.push(found.map(|(_, above, _)| above));
         }
         let roots = self.assembly.receivers.roots();
         let (still, mut rest) = roots.split_at(self.sources.roots().len());

@@ -68,8 +68,8 @@ impl Growth {
         let rest = &sources.meshes()[self.meshes.len()..];
         self.meshes.extend(map(&rest[..most.min(rest.len())], |&index| {
             let mut workspace = Workspace::new();
-            let above = self.above.as_deref();
-            let nodes = mesh_nodes(context, (index, above), settings.cluster_triangles.max(1), &mut workspace);
+            let mesh = (index, self.above.as_deref(), sources.one_mesh().is_some());
+            let nodes = mesh_nodes(context, mesh, settings.cluster_triangles.max(1), &mut workspace);
             (nodes, workspace.scratch.tests)
         }));
     }

@@ -24,10 +24,14 @@ impl HeldPass<'_> {
         (sources, roots): (&Sources, &[Range<usize>]),
         above: Option<Arc<NodeVisibility>>,
     ) -> (StateMatrix, Tests) {
-        let of_side = |side: u32, group: &_| self.run_root(roots[side as usize].clone(), Some(group));
+        let of_side =
+            |side: u32, group: &_| self.run_root(roots[side as usize].clone(), (Some(group), false));
+        let is_all = sources.one_mesh().is_some();
         let (mut parts, mut tests) = sources.descend((self.context, above.clone()), &of_side);
         // Of the roots that are left, which are meshes, each is by itself.
-        parts.extend(map(&roots[parts.len()..], |range| self.run_root(range.clone(), above.as_deref())));
+        parts.extend(map(&roots[parts.len()..], |range| {
+            self.run_root(range.clone(), (above.as_deref(), is_all))
+        }));
         let mut result = StateMatrix::new(self.context.lights.len());
         for (part, of_part) in parts {
             result.append(part);
@@ -36,8 +40,12 @@ impl HeldPass<'_> {
         (result, tests)
     }
 
-    /// The nodes of one root, given the visibility of its group, or of its cell.
-    fn run_root(&self, range: Range<usize>, group: Option<&NodeVisibility>) -> (StateMatrix, Tests) {
+    /// The nodes of one root, given the visibility of its group, or of what else it is in, or of just it.
+    fn run_root(
+        &self,
+        range: Range<usize>,
+        (group, is_all): (Option<&NodeVisibility>, bool),
+    ) -> (StateMatrix, Tests) {
         let mut workspace = Workspace::new();
         let mut result = StateMatrix::new(self.context.lights.len());
         // Until their children are tested.
@@ -47,7 +55,7 @@ impl HeldPass<'_> {
             let local = |node: u32| node as usize - range.start;
             let above = if node.parent == NONE { group } else { Some(&open[local(node.parent)]) };
             let shape = self.receivers.shape(self.context.surfaces, index as u32);
-            let at = self.node_context(index, node, group.is_some());
+            let at = self.node_context(index, node, (group.is_some(), is_all));
             let visibility = self.context.visibility_by_groups(shape, at, above, &mut workspace);
             result.push(&visibility);
             open.push(if node.leaf == NONE { visibility } else { NodeVisibility::default() });
@@ -61,12 +69,14 @@ impl HeldPass<'_> {
         (result, workspace.scratch.tests)
     }
 
-    fn node_context(&self, index: usize, node: &Node, has_group: bool) -> NodeContext {
+    fn node_context(&self, index: usize, node: &Node, (has_group, is_all): (bool, bool)) -> NodeContext {
         let above = (node.parent != NONE).then(|| self.receivers.node_corners(node.parent));
+        let is_root = node.parent == NONE && has_group;
         NodeContext {
+            is_root,
+            is_known: is_root && is_all,
             own_mesh: self.receivers.mesh(index as u32),
             is_leaf: node.leaf != NONE,
-            is_root: node.parent == NONE && has_group,
             parent_corners: parent_corners(self.receivers.node_corners(index as u32), above),
         }
     }

@@ -48,6 +48,7 @@
 //! ```
 
 mod assembly;
+mod balls;
 mod blockers;
 mod boxes;
 mod build;

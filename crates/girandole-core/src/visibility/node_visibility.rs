@@ -9,6 +9,7 @@ use super::shapes::{MAX_CORNERS, Shape};
 use super::surfaces::Surfaces;
 use crate::scene::NONE;
 use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
 
 /// A full or partial blocker of a pair: `light`, and an index into the blockers with the lowest bit set if full.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +25,7 @@ impl Entry {
     }
 
     /// Marks a light that only parts of the receiver face.
-    fn partly_facing(light: u32) -> Self {
+    pub fn partly_facing(light: u32) -> Self {
         Self { light, code: u32::MAX << 1, hint: FullCoverHint::UNKNOWN }
     }
 
@@ -94,6 +95,8 @@ pub(crate) struct NodeContext {
     pub is_leaf: bool,
     /// Whether only groups of receivers are above it: then it stores the full blockers of its group as its own.
     pub is_root: bool,
+    /// Whether what is above it is known of just as much: then that holds, unless it may face away.
+    pub is_known: bool,
     /// See [`parent_corners`].
     pub parent_corners: [u8; MAX_CORNERS],
 }
@@ -143,6 +146,11 @@ impl SceneContext<'_> {
         parent: Option<&NodeVisibility>,
         workspace: &mut Workspace,
     ) -> NodeVisibility {
+        if let (true, Some(parent), Shape::Cluster(cluster)) = (node.is_known, parent, shape)
+            && cluster.angle >= FRAC_PI_2
+        {
+            return parent.clone();
+        }
         let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
         let tolerance = shape.tolerance(&self.surfaces.tolerance);
         let mut result = NodeVisibility {

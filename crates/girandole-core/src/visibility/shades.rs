@@ -2,7 +2,7 @@
 
 use super::State;
 use super::clusters::ClusterTree;
-use super::cones::{ShadowCone, Sphere};
+use super::cones::{ConeBase, ShadowCone, Sphere};
 use super::light_points::LightPoint;
 use super::movers::Movers;
 use super::node_visibility::Workspace;
@@ -17,9 +17,9 @@ use super::surfaces::{MeshPart, Surfaces};
 use crate::scene::NONE;
 use std::ops::Range;
 
-/// Finds the pairs that these blockers make partial, light by light. All of their shadows go down the hierarchy of receivers
-/// together, each as far as it reaches; where that is a leaf, the pair is tested by the pyramid of the two, unless the cone about
-/// it already decides. An inner node is partial if one of its leaves is.
+/// Finds the pairs that these blockers make partial, light by light. The shadow of each of them is looked up in the hierarchy of
+/// receivers; where it reaches a leaf that nothing else blocks a part of, the pair is tested by the pyramid of the two, unless the
+/// cone about it already decides. An inner node is partial if one of its leaves is.
 pub(super) struct ShadePass<'a> {
     pub surfaces: &'a Surfaces,
     pub lights: &'a [LightPoint],
@@ -38,7 +38,7 @@ pub(super) struct Shade {
 
 /// A shadow that is smaller than this share of the leaf that it may fall on is that of a bounding sphere: which part of so
 /// small a thing blocks the light matters little.
-const SMALL: f64 = 0.25;
+const SMALL: f64 = 0.5;
 /// Of the angle between a polygon's normal and parallel light, to test spheres against the two.
 const LEAST_COSINE: f64 = 1e-3;
 
@@ -48,8 +48,8 @@ impl ShadePass<'_> {
         let (own, roots): (Vec<Range<usize>>, Vec<Range<usize>>) =
             self.receivers.roots().into_iter().partition(|root| self.shades_itself(root).is_some());
         let tree = ReceiverTree::new(self.surfaces, self.receivers, &roots);
-        let lights: Vec<u32> = (0..self.lights.len() as u32).collect();
-        let of_light = |light: &u32| {
+        let lights: Vec<usize> = (0..self.lights.len()).collect();
+        let of_light = |light: &usize| {
             let mut pass = LightPass::new(self, &tree, *light);
             pass.run();
             for root in &own {
@@ -78,115 +78,86 @@ impl ShadePass<'_> {
 struct LightPass<'a> {
     of: &'a ShadePass<'a>,
     tree: &'a ReceiverTree,
-    light: u32,
+    light: usize,
     apex: &'a Apex,
-    /// Of blockers, by their indices.
-    shadows: Vec<(u32, Shadow)>,
-    /// Indices of shadows that reach a node, list by list from the root to that node.
-    reaching: Vec<u32>,
+    /// By node, the index of the first blocker that was found to block a part, or [`NONE`].
+    found: Vec<u32>,
     shades: Vec<Shade>,
     workspace: Workspace,
 }
 
 impl<'a> LightPass<'a> {
-    fn new(of: &'a ShadePass<'a>, tree: &'a ReceiverTree, light: u32) -> Self {
-        let apex = &of.lights[light as usize].apex;
-        let shadow = |(index, sphere)| Shadow::new(apex, sphere).map(|shadow| (index, shadow));
-        let shadows: Vec<(u32, Shadow)> = (0..).zip(&of.movers.spheres).filter_map(shadow).collect();
-        let reaching = (0..shadows.len() as u32).collect();
-        Self { of, tree, light, apex, shadows, reaching, shades: Vec::new(), workspace: Workspace::new() }
-    }
-
-    fn run(&mut self) {
-        if self.tree.root != NONE {
-            self.visit(self.tree.root, 0);
-        }
+    fn new(of: &'a ShadePass<'a>, tree: &'a ReceiverTree, light: usize) -> Self {
+        let apex = &of.lights[light].apex;
+        let found = vec![NONE; of.receivers.nodes.len()];
+        Self { of, tree, light, apex, found, shades: Vec::new(), workspace: Workspace::new() }
     }
 
     fn left(&self, node: u32) -> State {
-        self.of.left.row(node as usize)[self.light as usize]
+        self.of.left.row(node as usize)[self.light]
     }
 
-    /// Finds the shades at a node and below, of the shadows from `first` on; the blocker of the node itself, if it is one of them.
-    fn visit(&mut self, node: u32, first: usize) -> Option<u32> {
-        let above = (node as usize).checked_sub(self.tree.receivers.len());
-        let (bounds, left) = match above {
-            None => (&self.tree.receivers[node as usize].bounds, Some(self.left(node))),
-            Some(above) => (&self.tree.above[above].bounds, None),
-        };
-        if left == Some(State::Full) {
-            return None;
-        }
-        let end = self.reaching.len();
-        self.workspace.scratch.tests.boxes += (end - first) as u64;
-        for at in first..end {
-            let index = self.reaching[at];
-            if self.shadows[index as usize].1.may_reach(bounds) {
-                self.reaching.push(index);
-            }
-        }
-        let mut blocker = None;
-        if self.reaching.len() > end {
-            blocker = match above {
-                Some(above) => {
-                    self.visit_both(self.tree.above[above].children, end);
-                    None
+    fn run(&mut self) {
+        let mut open = Vec::new();
+        for (blocker, sphere) in (0..).zip(&self.of.movers.spheres) {
+            let Some(shadow) = Shadow::new(self.apex, sphere) else { continue };
+            let mut boxes = 0;
+            self.tree.visit(&shadow, &mut open, &mut boxes, |leaf| {
+                let is_open = self.found[leaf as usize] == NONE && self.left(leaf) == State::Unoccluded;
+                if is_open && self.is_shaded(leaf, blocker, &shadow) {
+                    self.found[leaf as usize] = blocker;
+                    self.shades.push(Shade { node: leaf, blocker });
                 }
-                None => match self.of.receivers.nodes[node as usize].children {
-                    [NONE, _] => self.blocker(node, left, end),
-                    children => self.visit_both(children, end),
-                },
-            };
+            });
+            self.workspace.scratch.tests.boxes += boxes;
         }
-        self.reaching.truncate(end);
-        let blocker = blocker.filter(|_| left == Some(State::Unoccluded))?;
-        self.shades.push(Shade { node, blocker });
-        Some(blocker)
+        self.pass_up();
     }
 
-    fn visit_both(&mut self, [a, b]: [u32; 2], first: usize) -> Option<u32> {
-        let (a, b) = (self.visit(a, first), self.visit(b, first));
-        a.or(b)
-    }
-
-    /// A blocker of which something is within a leaf's pyramid, among those whose shadows reach it from `first` on.
-    fn blocker(&mut self, leaf: u32, left: Option<State>, first: usize) -> Option<u32> {
-        let Self { of, tree, apex, shadows, reaching, workspace, .. } = self;
+    /// Whether something of a blocker is within a leaf's pyramid.
+    fn is_shaded(&mut self, leaf: u32, blocker: u32, shadow: &Shadow) -> bool {
+        let Self { of, tree, apex, workspace, .. } = self;
         let receiver = &tree.receivers[leaf as usize];
-        let cone_base = receiver.cone_base.as_ref().filter(|_| left == Some(State::Unoccluded))?;
+        let Some(cone_base) = &receiver.cone_base else { return false };
+        let (sphere, blocker) =
+            (&of.movers.spheres[blocker as usize], of.movers.others[blocker as usize]);
         let Workspace { scratch, pyramid, stack, .. } = workspace;
+        scratch.tests.boxes += 1;
         stack.clear();
-        let mut test = PairTest {
-            receiver,
-            shape: of.receivers.shape(of.surfaces, leaf),
-            own_mesh: of.receivers.mesh(leaf),
-            apex,
-            cone: ShadowCone::new(apex, cone_base),
-            pyramid,
-            is_set: false,
-            scratch,
-            stack,
-        };
-        let largest = SMALL * cone_base.inner_radius();
-        let object = of.receivers.object(of.surfaces, leaf);
-        let found = reaching[first..].iter().find(|&&index| {
-            let (blocker, shadow) = &shadows[index as usize];
-            let sphere = &of.movers.spheres[*blocker as usize];
-            test.scratch.tests.boxes += 1;
-            let blocker = of.movers.others[*blocker as usize];
-            if shadow.radius_at(receiver.bounds.center) <= largest
-                && of.surfaces.blocker_object(blocker) != object
-                && let Some(is_touched) = test.touches(sphere)
-            {
-                return is_touched;
+        let (surfaces, shape) = (of.surfaces, of.receivers.shape(of.surfaces, leaf));
+        if shadow.radius_at(receiver.bounds.center) <= SMALL * cone_base.inner_radius()
+            && surfaces.blocker_object(blocker) != of.receivers.object(surfaces, leaf)
+            && let Some(is_touched) = touches(sphere, apex, (&shape, receiver, cone_base))
+        {
+            return is_touched;
+        }
+        let cone = ShadowCone::new(apex, cone_base);
+        match cone.classify(sphere) {
+            Containment::Outside => false,
+            Containment::Inside => true,
+            Containment::Crossing => {
+                let own_mesh = of.receivers.mesh(leaf);
+                let mut test =
+                    PairTest { receiver, shape, own_mesh, apex, cone, pyramid, is_set: false, scratch, stack };
+                test.intersects(surfaces, blocker)
             }
-            match test.cone.classify(sphere) {
-                Containment::Outside => false,
-                Containment::Inside => true,
-                Containment::Crossing => test.intersects(of.surfaces, blocker),
+        }
+    }
+
+    /// Gives each inner node what its leaves have, where nothing else blocks a part: the blocker of the first of them.
+    fn pass_up(&mut self) {
+        self.shades.sort_unstable_by_key(|shade| shade.node);
+        for index in 0..self.shades.len() {
+            let Shade { mut node, blocker } = self.shades[index];
+            loop {
+                node = self.of.receivers.nodes[node as usize].parent;
+                if node == NONE || self.found[node as usize] != NONE || self.left(node) != State::Unoccluded {
+                    break;
+                }
+                self.found[node as usize] = blocker;
+                self.shades.push(Shade { node, blocker });
             }
-        });
-        found.map(|&index| shadows[index as usize].0)
+        }
     }
 
     /// All that comes to a blocker that may block it itself.
@@ -198,6 +169,24 @@ impl<'a> LightPass<'a> {
             }
         }
     }
+}
+
+/// Whether a sphere may touch any ray from a receiver to a light; `None` where a polygon and its light are nearly in one plane.
+fn touches(
+    sphere: &Sphere,
+    apex: &Apex,
+    (shape, receiver, cone_base): (&Shape, &Receiver, &ConeBase),
+) -> Option<bool> {
+    let Shape::Patch { corners, normal, offset, .. } = *shape else {
+        return Some(ShadowCone::new(apex, cone_base).may_touch(sphere));
+    };
+    let room = receiver.tolerance.room();
+    let is_in_front = match apex.finite {
+        true => normal.dot(apex.position) - offset > room,
+        false => -normal.dot(apex.normal) > LEAST_COSINE,
+    };
+    let sphere = Sphere { radius: sphere.radius + room, ..*sphere };
+    is_in_front.then(|| may_hide(&sphere, apex, corners, normal))
 }
 
 /// The tests of a receiver and a light.
@@ -216,20 +205,6 @@ struct PairTest<'a> {
 }
 
 impl PairTest<'_> {
-    /// Whether a sphere may touch any of the rays; `None` where a polygon and its light are nearly in one plane.
-    fn touches(&self, sphere: &Sphere) -> Option<bool> {
-        let Shape::Patch { corners, normal, offset, .. } = self.shape else {
-            return Some(self.cone.may_touch(sphere));
-        };
-        let room = self.receiver.tolerance.room();
-        let is_in_front = match self.apex.finite {
-            true => normal.dot(self.apex.position) - offset > room,
-            false => -normal.dot(self.apex.normal) > LEAST_COSINE,
-        };
-        let sphere = Sphere { radius: sphere.radius + room, ..*sphere };
-        is_in_front.then(|| may_hide(&sphere, self.apex, corners, normal))
-    }
-
     /// Whether anything of a blocker is in the pyramid.
     fn intersects(&mut self, surfaces: &Surfaces, blocker: u32) -> bool {
         match blocker.checked_sub(surfaces.patches.len() as u32) {

@@ -75,6 +75,14 @@ impl Sources {
         &self.meshes
     }
 
+    /// The mesh that is all there is.
+    pub fn one_mesh(&self) -> Option<u32> {
+        match *self.meshes {
+            [mesh] if self.sides.is_empty() => Some(mesh),
+            _ => None,
+        }
+    }
+
     /// The sides of patches.
     pub fn sides(&self) -> &[PatchSide] {
         &self.sides
