@@ -36,8 +36,10 @@ impl<'a> Ball<'a> {
     pub fn visibility(&self, above: Option<&NodeVisibility>) -> (NodeVisibility, Tests) {
         let SceneContext { lights, blockers, .. } = *self.context;
         let mut rest: &[Entry] = above.map_or(&[], |above| &above.entries);
-        let mut result =
-            NodeVisibility { states: vec![State::Unoccluded; lights.len()], entries: Vec::new() };
+        let mut result = NodeVisibility {
+            states: vec![State::Unoccluded; lights.len()],
+            entries: Vec::with_capacity(lights.len() + rest.len()),
+        };
         let (mut open, mut tests) = (Vec::new(), Tests::default());
         for (index, light) in (0..).zip(lights) {
             let inherited = split_off_light(&mut rest, index);

@@ -16,8 +16,13 @@ use std::sync::Arc;
 
 /// Edge of a cell in radii of what is in it: larger ones are left less often, and decide less.
 const EDGE: f64 = 4.0;
-/// Radius of what has cells, as a share of the extent that surfaces of the scene have, at most.
+/// Radius of what is small, as a share of the extent that surfaces of the scene have, at most.
 const LARGEST: f64 = 0.05;
+
+/// Whether what has this radius is small.
+pub(super) fn is_small(surfaces: &Surfaces, radius: f64) -> bool {
+    radius <= LARGEST * surfaces.typical_extent
+}
 
 /// A cube that the middle of an object is in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +46,7 @@ impl Cell {
     /// The one that a ball is in; none if it is large.
     fn of(surfaces: &Surfaces, Sphere { center, radius }: Sphere) -> Option<Self> {
         let reach = round_up(radius);
-        if !(reach > 0.0 && reach <= LARGEST * surfaces.typical_extent) {
+        if !(reach > 0.0 && is_small(surfaces, reach)) {
             return None;
         }
         let edge = reach * EDGE;

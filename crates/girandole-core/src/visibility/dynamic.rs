@@ -9,7 +9,7 @@ use super::node_visibility::{Entry, NodeContext, SceneContext, Workspace, split_
 use super::parallel::map;
 use super::pyramid::{Facing, Tests};
 use super::receivers::Receivers;
-use super::shades::{Shade, ShadePass};
+use super::shades::ShadePass;
 use super::state_matrix::StateMatrix;
 use super::surfaces::Surfaces;
 use crate::scene::NONE;
@@ -40,11 +40,7 @@ impl DynamicPass<'_> {
         if !movers.others.is_empty() {
             let (shades, of_shades) = ShadePass { surfaces, lights, receivers, movers, left: &states }.run();
             tests += of_shades;
-            for (light, of_light) in shades.into_iter().enumerate() {
-                for Shade { node, blocker } in of_light {
-                    states.set_partial(node as usize, light, movers.number(blocker));
-                }
-            }
+            shades.put_into(&mut states, movers);
         }
         (states, tests)
     }

@@ -95,7 +95,7 @@ pub(crate) struct NodeContext {
     pub is_leaf: bool,
     /// Whether only groups of receivers are above it: then it stores the full blockers of its group as its own.
     pub is_root: bool,
-    /// Whether what is above it is known of just as much: then that holds, unless it may face away.
+    /// Whether what is above it is known of just as much: then it needs no tests unless it is partial, or may face away.
     pub is_known: bool,
     /// See [`parent_corners`].
     pub parent_corners: [u8; MAX_CORNERS],
@@ -146,11 +146,8 @@ impl SceneContext<'_> {
         parent: Option<&NodeVisibility>,
         workspace: &mut Workspace,
     ) -> NodeVisibility {
-        if let (true, Some(parent), Shape::Cluster(cluster)) = (node.is_known, parent, shape)
-            && cluster.angle >= FRAC_PI_2
-        {
-            return parent.clone();
-        }
+        let faces_all_ways = matches!(shape, Shape::Cluster(cluster) if cluster.angle >= FRAC_PI_2);
+        let is_known = node.is_known && faces_all_ways;
         let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
         let tolerance = shape.tolerance(&self.surfaces.tolerance);
         let mut result = NodeVisibility {
@@ -161,8 +158,9 @@ impl SceneContext<'_> {
             let inherited = split_off_light(&mut rest, index as u32);
             let parent_state = parent.map_or(State::Unoccluded, |p| p.states[index]);
             let state = &mut result.states[index];
-            // Decided for the whole subtree.
-            if parent.is_some() && inherited.iter().all(|e| e.full()) {
+            // Decided for the whole subtree, or for just this.
+            let is_decided = inherited.iter().all(|e| e.full()) || is_known && parent_state != State::Partial;
+            if parent.is_some() && is_decided {
                 *state = parent_state;
                 if node.is_root {
                     result.entries.extend_from_slice(inherited);

@@ -163,16 +163,15 @@ impl BinaryTree<'_> {
                 x * y + y * z + z * x
             };
             let inner = (0..members.len()).filter(|&i| self.children(members[i]).is_some());
-            let Some(largest) = inner.max_by(|&a, &b| area(&members[a]).total_cmp(&area(&members[b]))) else { break };
+            let Some(largest) = inner.max_by(|&a, &b| area(&members[a]).total_cmp(&area(&members[b]))) else {
+                break;
+            };
             let Some([a, b]) = self.children(members[largest]) else { break };
             members[largest] = a;
             members.push(b);
         }
-        let mut wide = WideNode {
-            center: [Vec4::ZERO; 3],
-            half_extent: [Vec4::ZERO; 3],
-            children: [Child::None; 4],
-        };
+        let mut wide =
+            WideNode { center: [Vec4::ZERO; 3], half_extent: [Vec4::ZERO; 3], children: [Child::None; 4] };
         for (i, &member) in members.iter().enumerate() {
             let Bounds { center, half_extent } = &self.bounds[member as usize];
             for axis in 0..3 {
@@ -198,7 +197,14 @@ impl NarrowShadow {
         let inverse = |x: f32| if x.abs() < LEAST { 1.0 / LEAST.copysign(x) } else { 1.0 / x };
         let inverse = Vec3::new(inverse(direction.x), inverse(direction.y), inverse(direction.z));
         let (base, slope) = ((base * (1.0 + SLACK)) as f32, (slope * (1.0 + SLACK)) as f32);
-        Self { origin, direction, inverse, near: near as f32 - slack, base: (base + slack).min(f32::MAX / 1e20), slope }
+        Self {
+            origin,
+            direction,
+            inverse,
+            near: near as f32 - slack,
+            base: (base + slack).min(f32::MAX / 1e20),
+            slope,
+        }
     }
 
     /// Which of four boxes it may reach into, a bit each: [`Shadow::may_reach`].

@@ -1,6 +1,7 @@
 //! What dynamic blockers that cover nothing block of the light that others leave: parts of it.
 
 use super::State;
+use super::cells::is_small;
 use super::clusters::ClusterTree;
 use super::cones::{ConeBase, ShadowCone, Sphere};
 use super::light_points::LightPoint;
@@ -31,38 +32,60 @@ pub(super) struct ShadePass<'a> {
 
 /// A node that a light is blocked from in part, and which of the blockers does it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shade {
-    pub node: u32,
-    pub blocker: u32,
+struct Shade {
+    node: u32,
+    blocker: u32,
 }
 
-/// A shadow that is smaller than this share of the leaf that it may fall on is that of a bounding sphere: which part of so
-/// small a thing blocks the light matters little.
+/// A small thing's shadow that is smaller than this share of the leaf that it may fall on is that of a bounding sphere: which part of
+/// it blocks the light matters little.
 const SMALL: f64 = 0.5;
 /// Of the angle between a polygon's normal and parallel light, to test spheres against the two.
 const LEAST_COSINE: f64 = 1e-3;
 
+/// All pairs that are partial because of these blockers.
+pub(super) struct Shades {
+    /// Receivers that a blocker is part of, which may block all light that comes to them itself.
+    own: Vec<(Range<usize>, u32)>,
+    /// By light, of all other receivers.
+    others: Vec<Vec<Shade>>,
+}
+
+impl Shades {
+    /// Puts them into what all other blockers leave.
+    pub fn put_into(self, states: &mut StateMatrix, movers: &Movers) {
+        for (nodes, blocker) in self.own {
+            nodes.for_each(|node| states.set_all_partial(node, movers.number(blocker)));
+        }
+        for (light, shades) in self.others.into_iter().enumerate() {
+            for Shade { node, blocker } in shades {
+                states.set_partial(node as usize, light, movers.number(blocker));
+            }
+        }
+    }
+}
+
 impl ShadePass<'_> {
-    /// By light, its shades; and the tests made.
-    pub fn run(&self) -> (Vec<Vec<Shade>>, Tests) {
-        let (own, roots): (Vec<Range<usize>>, Vec<Range<usize>>) =
-            self.receivers.roots().into_iter().partition(|root| self.shades_itself(root).is_some());
+    /// All of them, and the tests made.
+    pub fn run(&self) -> (Shades, Tests) {
+        let (mut own, mut roots) = (Vec::new(), Vec::new());
+        for root in self.receivers.roots() {
+            match self.shades_itself(&root) {
+                Some(blocker) => own.push((root, blocker)),
+                None => roots.push(root),
+            }
+        }
         let tree = ReceiverTree::new(self.surfaces, self.receivers, &roots);
         let lights: Vec<usize> = (0..self.lights.len()).collect();
         let of_light = |light: &usize| {
             let mut pass = LightPass::new(self, &tree, *light);
             pass.run();
-            for root in &own {
-                pass.shade_itself(root);
-            }
             (pass.shades, pass.workspace.scratch.tests)
         };
+        let (others, of_lights): (Vec<Vec<Shade>>, Vec<Tests>) = map(&lights, of_light).into_iter().unzip();
         let mut tests = Tests::default();
-        let add = |(shades, of_light)| {
-            tests += of_light;
-            shades
-        };
-        (map(&lights, of_light).into_iter().map(add).collect(), tests)
+        of_lights.into_iter().for_each(|of_light| tests += of_light);
+        (Shades { own, others }, tests)
     }
 
     /// The blocker that a root is part of, if all light that comes to it may be blocked by that itself.
@@ -119,13 +142,13 @@ impl<'a> LightPass<'a> {
         let Self { of, tree, apex, workspace, .. } = self;
         let receiver = &tree.receivers[leaf as usize];
         let Some(cone_base) = &receiver.cone_base else { return false };
-        let (sphere, blocker) =
-            (&of.movers.spheres[blocker as usize], of.movers.others[blocker as usize]);
+        let (sphere, blocker) = (&of.movers.spheres[blocker as usize], of.movers.others[blocker as usize]);
         let Workspace { scratch, pyramid, stack, .. } = workspace;
         scratch.tests.boxes += 1;
         stack.clear();
         let (surfaces, shape) = (of.surfaces, of.receivers.shape(of.surfaces, leaf));
-        if shadow.radius_at(receiver.bounds.center) <= SMALL * cone_base.inner_radius()
+        if is_small(surfaces, sphere.radius)
+            && shadow.radius_at(receiver.bounds.center) <= SMALL * cone_base.inner_radius()
             && surfaces.blocker_object(blocker) != of.receivers.object(surfaces, leaf)
             && let Some(is_touched) = touches(sphere, apex, (&shape, receiver, cone_base))
         {
@@ -137,8 +160,17 @@ impl<'a> LightPass<'a> {
             Containment::Inside => true,
             Containment::Crossing => {
                 let own_mesh = of.receivers.mesh(leaf);
-                let mut test =
-                    PairTest { receiver, shape, own_mesh, apex, cone, pyramid, is_set: false, scratch, stack };
+                let mut test = PairTest {
+                    receiver,
+                    shape,
+                    own_mesh,
+                    apex,
+                    cone,
+                    pyramid,
+                    is_set: false,
+                    scratch,
+                    stack,
+                };
                 test.intersects(surfaces, blocker)
             }
         }
@@ -155,16 +187,6 @@ impl<'a> LightPass<'a> {
                     break;
                 }
                 self.found[node as usize] = blocker;
-                self.shades.push(Shade { node, blocker });
-            }
-        }
-    }
-
-    /// All that comes to a blocker that may block it itself.
-    fn shade_itself(&mut self, root: &Range<usize>) {
-        let Some(blocker) = self.of.shades_itself(root) else { return };
-        for node in root.start as u32..root.end as u32 {
-            if self.left(node) == State::Unoccluded {
                 self.shades.push(Shade { node, blocker });
             }
         }

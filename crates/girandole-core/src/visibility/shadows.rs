@@ -56,7 +56,10 @@ impl Shadow {
         let Sphere { center, radius } = *sphere;
         if !apex.finite {
             let start = f64::NEG_INFINITY;
-            return Some(Self { start, ..Self::about(center, apex.normal, [-radius, radius], [radius, 0.0]) });
+            return Some(Self {
+                start,
+                ..Self::about(center, apex.normal, [-radius, radius], [radius, 0.0])
+            });
         }
         let away = center - apex.position;
         let square = away.length_squared();
@@ -67,7 +70,10 @@ impl Shadow {
         if along_tangent <= 0.0 {
             // A light within it.
             let all = [f64::NEG_INFINITY, f64::INFINITY];
-            return Some(Self { start: all[0], ..Self::about(apex.position, apex.normal, all, [all[1], 0.0]) });
+            return Some(Self {
+                start: all[0],
+                ..Self::about(apex.position, apex.normal, all, [all[1], 0.0])
+            });
         }
         let distance = square.sqrt();
         let slope = radius / along_tangent.sqrt();
@@ -97,7 +103,8 @@ impl Shadow {
     /// Whether the line about which all of it is meets a box.
     pub fn has_axis_in(&self, bounds: &Bounds) -> bool {
         let to = bounds.center - self.origin;
-        self.base == f64::INFINITY || Self { base: 0.0, slope: 0.0, ..*self }.meets(to, bounds.half_extent, [self.start, self.end])
+        self.base == f64::INFINITY
+            || Self { base: 0.0, slope: 0.0, ..*self }.meets(to, bounds.half_extent, [self.start, self.end])
     }
 
     /// Whether the axis meets a box, enlarged by the radius at the far end of a range, within that range.
