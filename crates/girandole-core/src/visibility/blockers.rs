@@ -252,12 +252,6 @@ impl BlockerTree {
         }
     }
 
-    /// The blockers of a leaf; none of an inner node.
-    pub fn leaf_items(&self, node: u32) -> &[u32] {
-        let BlockerNode { first, count, .. } = self.nodes[node as usize];
-        if count > 0 { &self.items[first as usize..(first + count) as usize] } else { &[] }
-    }
-
     /// All blockers below a node.
     pub fn members(&self, node: u32) -> Vec<u32> {
         let mut found = Vec::new();
@@ -339,6 +333,13 @@ impl Surfaces {
                 let root = &self.meshes[index as usize - self.patches.len()].tree.nodes[0];
                 (root.low, root.high)
             }
+        }
+    }
+
+    pub fn blocker_sphere(&self, index: u32) -> Sphere {
+        match self.patches.get(index as usize) {
+            Some(patch) => Sphere::of_box(patch.low, patch.high),
+            None => self.meshes[index as usize - self.patches.len()].tree.nodes[0].sphere(),
         }
     }
 

@@ -61,7 +61,7 @@ impl VisibilityBuild {
         Ok(Self {
             settings: *settings,
             threshold: area * points.len() as f64 / f64::from(settings.split).max(1e-30),
-            growth: Growth::new(&sources),
+            growth: Growth::new(&sources, None),
             surfaces,
             lights: points,
             groups,

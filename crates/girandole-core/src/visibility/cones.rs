@@ -32,6 +32,16 @@ pub(crate) struct ConeBase {
 }
 
 impl ConeBase {
+    /// Of whatever is in a sphere that has room already.
+    pub fn of_sphere(sphere: Sphere, tolerance: &Tolerance) -> Self {
+        Self { sphere, room: tolerance.room(), normal: DVec3::ZERO, inscribed: 0.0 }
+    }
+
+    /// Radius of a circle or a sphere that lies about within the receiver, metres.
+    pub fn inner_radius(&self) -> f64 {
+        if self.normal == DVec3::ZERO { 0.5 * self.sphere.radius } else { self.inscribed }
+    }
+
     pub fn new(shape: &Shape, tolerance: &Tolerance) -> Self {
         let (center, radius) = shape.sphere(tolerance);
         let (mut normal, mut inscribed) = (DVec3::ZERO, 0.0);

@@ -3,6 +3,7 @@
 use super::assembly::{Assembly, End};
 use super::blockers::{Blocker, BlockerTree};
 use super::build::VisibilityBuild;
+use super::cells::CellVisibility;
 use super::light_points::LightPoint;
 use super::movers::Movers;
 use super::pyramid::Tests;
@@ -52,6 +53,8 @@ pub struct VisibilityDatabase {
 pub(super) struct Segment {
     pub object: u32,
     pub sources: Sources,
+    /// What static blockers leave where it is, if it is small.
+    pub cell: Option<CellVisibility>,
     /// Where they end.
     pub end: End,
 }
@@ -177,12 +180,12 @@ impl VisibilityDatabase {
     /// that is not blocked already. Nothing is said of objects with patches: their sides turn away from some lights by themselves.
     pub fn hidden_from(&self, object: ObjectId) -> Vec<bool> {
         let nodes = &self.assembly.receivers.nodes;
-        let roots = (self.still.nodes..nodes.len()).filter(|&node| nodes[node].parent == NONE);
-        let of_object = |node: &usize| match nodes[*node].source {
-            Source::Patch { simple, .. } => self.surfaces.patches[simple as usize].object == object.0,
-            Source::Cluster { mesh, .. } => self.surfaces.meshes[mesh as usize].object == object.0,
+        let Ok(index) = self.segments.binary_search_by_key(&object.0, |segment| segment.object) else {
+            return vec![false; self.lights.len()];
         };
-        let roots: Vec<usize> = roots.filter(of_object).collect();
+        let start = index.checked_sub(1).map_or(self.still, |before| self.segments[before].end).nodes;
+        let of_object = start..self.segments[index].end.nodes;
+        let roots: Vec<usize> = of_object.filter(|&node| nodes[node].parent == NONE).collect();
         let is_mesh = |node: &usize| matches!(nodes[*node].source, Source::Cluster { .. });
         let mut hidden = vec![!roots.is_empty() && roots.iter().all(is_mesh); self.lights.len()];
         for (light, hidden) in hidden.iter_mut().enumerate() {

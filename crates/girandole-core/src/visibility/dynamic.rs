@@ -40,11 +40,7 @@ impl DynamicPass<'_> {
         if !movers.others.is_empty() {
             let (shades, of_shades) = ShadePass { surfaces, lights, receivers, movers, left: &states }.run();
             tests += of_shades;
-            for (node, of_node) in shades.into_iter().enumerate() {
-                for shade in of_node {
-                    states.set_partial(node, shade.light, movers.number(shade.blocker));
-                }
-            }
+            shades.put_into(&mut states, movers);
         }
         (states, tests)
     }

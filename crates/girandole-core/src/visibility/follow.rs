@@ -1,13 +1,14 @@
 //! How a database follows lights that change and objects that move, on the hierarchy of receivers that it has.
 
 use super::blockers::BlockerTree;
+use super::cells::CellVisibility;
 use super::database::{Segment, VisibilityDatabase, is_dynamic};
 use super::dynamic::DynamicPass;
 use super::growth::{Grown, Soil};
 use super::held::HeldPass;
 use super::light_points::LightPoint;
 use super::movers::Movers;
-use super::node_visibility::SceneContext;
+use super::node_visibility::{NodeVisibility, SceneContext};
 use super::parallel::map;
 use super::pyramid::Tests;
 use super::sources::Sources;
@@ -16,6 +17,7 @@ use super::surfaces::Surfaces;
 use crate::Result;
 use crate::lights::LightSet;
 use crate::scene::{Geometry, Scene};
+use std::sync::Arc;
 
 impl VisibilityDatabase {
     /// Brings it up to a geometry in which nothing but places of dynamic objects changed, those that `moved` is true for, and
@@ -77,7 +79,7 @@ impl VisibilityDatabase {
             segments: self
                 .segments
                 .iter()
-                .map(|s| Segment { sources: Sources::of_object(&surfaces, s.object), ..*s })
+                .map(|s| Segment { sources: Sources::of_object(&surfaces, s.object), ..s.clone() })
                 .collect(),
             movers: Movers::of(&surfaces, |object| is_dynamic(scene, object)),
             tests: Tests::default(),
@@ -96,11 +98,19 @@ impl VisibilityDatabase {
     pub(super) fn lay_dynamic(&mut self, geometry: &Geometry, objects: &[u32], has_moved: &[bool]) {
         let (surfaces, settings, threshold) = (&self.surfaces, &self.settings, self.threshold);
         let context = SceneContext { surfaces, lights: &self.lights, blockers: &self.groups };
-        let made = map(objects, |&object| {
+        let places: Vec<(usize, u32)> = objects.iter().copied().enumerate().collect();
+        let made = map(&places, |&(index, object)| {
             has_moved[object as usize].then(|| {
                 let sources = Sources::of_object(surfaces, object);
-                let grown = Grown::new(&Soil { context: &context, settings, threshold }, &sources);
-                (sources, grown)
+                let held = self.segments.get(index).and_then(|segment| segment.cell.as_ref());
+                let (cell, of_cell) = CellVisibility::of(&context, &sources, held);
+                let above = cell.as_ref().map(|cell| cell.within(&context, &sources));
+                let (above, of_ball) = above.unzip();
+                let soil = Soil { context: &context, settings, threshold };
+                let mut grown = Grown::new(&soil, &sources, above.map(Arc::new));
+                grown.tests += of_cell;
+                grown.tests += of_ball.unwrap_or_default();
+                (sources, cell, grown)
             })
         });
         let taken = self.assembly.split_off(self.still);
@@ -109,19 +119,19 @@ impl VisibilityDatabase {
         for (&object, made) in objects.iter().zip(made) {
             let held = before.next();
             let to = held.as_ref().map_or(from, |held| held.end);
-            let sources = match (made, held) {
-                (Some((sources, grown)), _) => {
+            let (sources, cell) = match (made, held) {
+                (Some((sources, cell, grown)), _) => {
                     self.tests += grown.tests;
                     self.assembly.append(geometry, surfaces, settings, &sources, grown);
-                    sources
+                    (sources, cell)
                 }
-                (None, Some(Segment { sources, .. })) => {
+                (None, Some(Segment { sources, cell, .. })) => {
                     self.assembly.append_held(surfaces, &sources, &taken, [self.still, from, to]);
-                    sources
+                    (sources, cell)
                 }
-                (None, None) => Sources::default(),
+                (None, None) => Default::default(),
             };
-            self.segments.push(Segment { object, sources, end: self.assembly.end() });
+            self.segments.push(Segment { object, sources, cell, end: self.assembly.end() });
             from = to;
         }
     }
@@ -142,18 +152,34 @@ impl VisibilityDatabase {
         let points: Vec<LightPoint> = lights.iter().map(|&light| self.lights[light as usize]).collect();
         let context = SceneContext { surfaces: &self.surfaces, lights: &points, blockers: &self.groups };
         let pass = HeldPass { context: &context, receivers: &self.assembly.receivers };
+        // Those of cells, which receivers start from, unless their objects left them.
+        let of_cell = |segment: &Segment| {
+            let held = segment.cell.as_ref().filter(|cell| cell.holds(&self.surfaces, &segment.sources))?;
+            let (columns, mut tests) = held.of_lights(&context);
+            let (above, of_ball) = columns.within(&context, &segment.sources);
+            tests += of_ball;
+            Some((columns, Arc::new(above), tests))
+        };
+        let mut of_cells: Vec<Option<Arc<NodeVisibility>>> = Vec::with_capacity(self.segments.len());
+        for (found, segment) in map(&self.segments, of_cell).into_iter().zip(&mut self.segments) {
+            if let (Some((columns, _, tests)), Some(held)) = (&found, &mut segment.cell) {
+                held.set_columns(lights, columns);
+                self.tests += *tests;
+            }
+            of_cells.push(found.map(|(_, above, _)| above));
+        }
         let roots = self.assembly.receivers.roots();
         let (still, mut rest) = roots.split_at(self.sources.roots().len());
-        let mut held = vec![(&self.sources, still)];
-        for Segment { object, sources, .. } in &self.segments {
+        let mut held = vec![(&self.sources, still, None)];
+        for (Segment { object, sources, .. }, above) in self.segments.iter().zip(of_cells) {
             let (own, others) = rest.split_at(sources.roots().len());
             rest = others;
             if !has_moved[*object as usize] {
-                held.push((sources, own));
+                held.push((sources, own, above));
             }
         }
-        let columns = map(&held, |(sources, roots)| pass.run(sources, roots));
-        for ((_, roots), (columns, tests)) in held.iter().zip(columns) {
+        let columns = map(&held, |(sources, roots, above)| pass.run((sources, roots), above.clone()));
+        for ((_, roots, _), (columns, tests)) in held.iter().zip(columns) {
             if let Some(first) = roots.first() {
                 self.assembly.visibility.set_columns(first.start, lights, &columns);
             }

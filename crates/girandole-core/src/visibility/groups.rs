@@ -85,13 +85,14 @@ impl ReceiverGroups {
         Self { nodes, order }
     }
 
-    /// What `build` makes of each side, given the visibility of its group; sides in any order. And the groups' tests.
+    /// What `build` makes of each side, given the visibility of its group, which starts from what is `above` all; sides in any
+    /// order. And the groups' tests.
     pub fn descend<T: Send>(
         &self,
-        context: &SceneContext,
+        (context, above): (&SceneContext, Option<Arc<NodeVisibility>>),
         build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
     ) -> (Vec<(u32, T)>, Tests) {
-        let mut descent = Descent::new(self);
+        let mut descent = Descent::new(self, above);
         while !descent.is_done() {
             descent.step(self, (context, usize::MAX), build);
         }
@@ -117,8 +118,8 @@ struct Visited<T> {
 }
 
 impl<T: Send> Descent<T> {
-    pub fn new(groups: &ReceiverGroups) -> Self {
-        let root = (!groups.nodes.is_empty()).then_some((0, None));
+    pub fn new(groups: &ReceiverGroups, above: Option<Arc<NodeVisibility>>) -> Self {
+        let root = (!groups.nodes.is_empty()).then_some((0, above));
         Self { open: root.into_iter().collect(), parts: Vec::new(), tests: Tests::default() }
     }
 

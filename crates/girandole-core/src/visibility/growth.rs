@@ -7,6 +7,7 @@ use super::node_visibility::{NodeVisibility, SceneContext, Workspace};
 use super::parallel::map;
 use super::pyramid::Tests;
 use super::sources::Sources;
+use std::sync::Arc;
 
 /// Subtrees of roots, and the tests made to grow them.
 #[derive(Default)]
@@ -26,14 +27,17 @@ pub(super) struct Soil<'a> {
 /// Subtrees that are being grown.
 pub(super) struct Growth {
     patches: Option<Descent<Subtree>>,
+    /// What is known of all of them before.
+    above: Option<Arc<NodeVisibility>>,
     meshes: Vec<Subtree>,
 }
 
 type Subtree = (Vec<NodeBuilder>, Tests);
 
 impl Growth {
-    pub fn new(sources: &Sources) -> Self {
-        Self { patches: sources.groups().map(Descent::new), meshes: Vec::new() }
+    pub fn new(sources: &Sources, above: Option<Arc<NodeVisibility>>) -> Self {
+        let patches = sources.groups().map(|groups| Descent::new(groups, above.clone()));
+        Self { patches, above, meshes: Vec::new() }
     }
 
     /// The share of the surfaces that are done.
@@ -64,7 +68,8 @@ impl Growth {
         let rest = &sources.meshes()[self.meshes.len()..];
         self.meshes.extend(map(&rest[..most.min(rest.len())], |&index| {
             let mut workspace = Workspace::new();
-            let nodes = mesh_nodes(context, index, settings.cluster_triangles.max(1), &mut workspace);
+            let mesh = (index, self.above.as_deref(), sources.one_mesh().is_some());
+            let nodes = mesh_nodes(context, mesh, settings.cluster_triangles.max(1), &mut workspace);
             (nodes, workspace.scratch.tests)
         }));
     }
@@ -83,9 +88,9 @@ impl Growth {
 }
 
 impl Grown {
-    /// All at once.
-    pub fn new(soil: &Soil, sources: &Sources) -> Self {
-        let mut growth = Growth::new(sources);
+    /// All at once, given what is known of all of them before.
+    pub fn new(soil: &Soil, sources: &Sources, above: Option<Arc<NodeVisibility>>) -> Self {
+        let mut growth = Growth::new(sources, above);
         while !growth.is_done(sources) {
             growth.step(soil, sources, usize::MAX);
         }

@@ -8,6 +8,7 @@ use super::sources::Sources;
 use super::state_matrix::StateMatrix;
 use crate::scene::NONE;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Determines what static blockers leave to receivers that are held: for each light what building the same hierarchy finds,
 /// whichever other lights there are.
@@ -17,12 +18,20 @@ pub(super) struct HeldPass<'a> {
 }
 
 impl HeldPass<'_> {
-    /// Tests the nodes of these roots, which are those of the sources.
-    pub fn run(&self, sources: &Sources, roots: &[Range<usize>]) -> (StateMatrix, Tests) {
-        let (mut parts, mut tests) = sources
-            .descend(self.context, &|side, group| self.run_root(roots[side as usize].clone(), Some(group)));
+    /// Tests the nodes of these roots, which are those of the sources, given what is known of all of them before.
+    pub fn run(
+        &self,
+        (sources, roots): (&Sources, &[Range<usize>]),
+        above: Option<Arc<NodeVisibility>>,
+    ) -> (StateMatrix, Tests) {
+        let of_side =
+            |side: u32, group: &_| self.run_root(roots[side as usize].clone(), (Some(group), false));
+        let is_all = sources.one_mesh().is_some();
+        let (mut parts, mut tests) = sources.descend((self.context, above.clone()), &of_side);
         // Of the roots that are left, which are meshes, each is by itself.
-        parts.extend(map(&roots[parts.len()..], |range| self.run_root(range.clone(), None)));
+        parts.extend(map(&roots[parts.len()..], |range| {
+            self.run_root(range.clone(), (above.as_deref(), is_all))
+        }));
         let mut result = StateMatrix::new(self.context.lights.len());
         for (part, of_part) in parts {
             result.append(part);
@@ -31,8 +40,12 @@ impl HeldPass<'_> {
         (result, tests)
     }
 
-    /// The nodes of one root, given the visibility of its group.
-    fn run_root(&self, range: Range<usize>, group: Option<&NodeVisibility>) -> (StateMatrix, Tests) {
+    /// The nodes of one root, given the visibility of its group, or of what else it is in, or of just it.
+    fn run_root(
+        &self,
+        range: Range<usize>,
+        (group, is_all): (Option<&NodeVisibility>, bool),
+    ) -> (StateMatrix, Tests) {
         let mut workspace = Workspace::new();
         let mut result = StateMatrix::new(self.context.lights.len());
         // Until their children are tested.
@@ -42,7 +55,7 @@ impl HeldPass<'_> {
             let local = |node: u32| node as usize - range.start;
             let above = if node.parent == NONE { group } else { Some(&open[local(node.parent)]) };
             let shape = self.receivers.shape(self.context.surfaces, index as u32);
-            let at = self.node_context(index, node, group.is_some());
+            let at = self.node_context(index, node, (group.is_some(), is_all));
             let visibility = self.context.visibility_by_groups(shape, at, above, &mut workspace);
             result.push(&visibility);
             open.push(if node.leaf == NONE { visibility } else { NodeVisibility::default() });
@@ -56,12 +69,14 @@ impl HeldPass<'_> {
         (result, workspace.scratch.tests)
     }
 
-    fn node_context(&self, index: usize, node: &Node, has_group: bool) -> NodeContext {
+    fn node_context(&self, index: usize, node: &Node, (has_group, is_all): (bool, bool)) -> NodeContext {
         let above = (node.parent != NONE).then(|| self.receivers.node_corners(node.parent));
+        let is_root = node.parent == NONE && has_group;
         NodeContext {
+            is_root,
+            is_known: is_root && is_all,
             own_mesh: self.receivers.mesh(index as u32),
             is_leaf: node.leaf != NONE,
-            is_root: node.parent == NONE && has_group,
             parent_corners: parent_corners(self.receivers.node_corners(index as u32), above),
         }
     }

@@ -113,7 +113,8 @@ impl PatchRoot<'_> {
         let above = parent.map_or(self.group_visibility, |p| &p.visibility);
         let is_leaf = area * above.undecided() as f64 <= self.threshold;
         let parent_corners = parent_corners(&corners, parent.map(|p| &p.corners[..]));
-        let node = NodeContext { own_mesh: None, is_leaf, is_root: parent.is_none(), parent_corners };
+        let node =
+            NodeContext { is_leaf, is_root: parent.is_none(), parent_corners, ..NodeContext::default() };
         let visibility = self.context.visibility_by_groups(shape, node, Some(above), workspace);
         NodeBuilder {
             cells,
@@ -206,10 +207,10 @@ fn cost(node: &NodeBuilder) -> f64 {
     node.area * node.visibility.states.iter().filter(|&&s| s == State::Partial).count() as f64
 }
 
-/// A mesh's clusters down to those of at most so many triangles.
+/// A mesh's clusters down to those of at most so many triangles, given what is known before of what it is in, or of just it.
 pub(crate) fn mesh_nodes(
     context: &SceneContext,
-    mesh: u32,
+    (mesh, above, is_all): (u32, Option<&NodeVisibility>, bool),
     triangles: u32,
     workspace: &mut Workspace,
 ) -> Vec<NodeBuilder> {
@@ -217,7 +218,9 @@ pub(crate) fn mesh_nodes(
         |cluster: &Cluster| cluster.range.len() <= triangles as usize || cluster.children[0] == NONE;
     let mut node = |index: u32, parent: Option<&NodeVisibility>| {
         let cluster = cluster_of(context.surfaces, mesh, index);
-        let node = NodeContext { own_mesh: Some(mesh), is_leaf: is_leaf(cluster), ..NodeContext::default() };
+        let (is_leaf, is_root) = (is_leaf(cluster), index == 0 && above.is_some());
+        let is_known = is_root && is_all;
+        let node = NodeContext { own_mesh: Some(mesh), is_leaf, is_root, is_known, ..NodeContext::default() };
         NodeBuilder {
             cells: [0; 4],
             corners: Vec::new(),
@@ -230,7 +233,7 @@ pub(crate) fn mesh_nodes(
             look_ahead: 0,
         }
     };
-    grow(node(0, None), |parent| {
+    grow(node(0, above), |parent| {
         let cluster = cluster_of(context.surfaces, mesh, parent.cluster);
         (!is_leaf(cluster)).then(|| cluster.children.map(|child| node(child, Some(&parent.visibility))))
     })

@@ -17,11 +17,17 @@
 //! traversed, and the others are left to the receiver's children. A node may hold a full blocker only if all rays from
 //! the receiver's corners to the light pass through its box, and only if its largest polygon is as wide as the pyramid is
 //! there. A failed test leaves a hint for the children: those that have a corner whose ray misses the box, or that are
-//! still too wide, skip the test. Dynamic blockers are traversed after the static ones, in two hierarchies, and only where that
-//! can change the state. Opaque polygons, which might cover a receiver, are tested as static ones are, but for receivers that
-//! those cover. All others can only make an unoccluded pair partial. To find which, the cone about all rays between a light and
-//! a receiver is tested against bounding spheres: at inner nodes nothing else is, and at leaves the pyramid only where the cone
+//! still too wide, skip the test.
+//!
+//! Dynamic blockers are tested after the static ones, and only where they can change the state. Opaque polygons, which might cover
+//! a receiver, are traversed as static ones are, in a hierarchy of their own, but for receivers that those cover. All others can only
+//! make an unoccluded pair partial. To find which, the shadow of a bounding sphere of each, as a light sees it, is looked up in the
+//! hierarchy of receivers, four boxes at a time. Where it reaches a leaf, that is tested: against the sphere alone where both it
+//! and the shadow are small; else by the cone about all rays between the light and the leaf, and by the pyramid where the cone
 //! does not decide. An inner node is partial if one of its leaves is.
+//!
+//! Receivers on small dynamic objects start from what static blockers leave of a light to the cell of space that the object is in,
+//! and then to a ball about the object. What is left to a cell is kept for as long as the object stays in it.
 //!
 //! Patches that face the same way and are near each other form groups too, above the hierarchy of receivers: a light
 //! behind all of a group is behind each member, and a blocker outside the group's pyramid is outside of the members'.
@@ -48,9 +54,11 @@
 //! ```
 
 mod assembly;
+mod balls;
 mod blockers;
 mod boxes;
 mod build;
+mod cells;
 mod clusters;
 mod cones;
 mod database;
@@ -67,8 +75,10 @@ mod node_visibility;
 mod parallel;
 mod primitives;
 mod pyramid;
+mod receiver_tree;
 mod receivers;
 mod shades;
+mod shadows;
 mod shapes;
 mod sources;
 mod state_matrix;

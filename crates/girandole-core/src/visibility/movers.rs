@@ -1,17 +1,17 @@
-//! Hierarchies over dynamic blockers.
+//! Dynamic blockers.
 
 use super::blockers::{Blocker, BlockerTree};
 use super::cones::Sphere;
 use super::surfaces::Surfaces;
 
-/// The dynamic blockers, in two hierarchies whose nodes are numbered one after the other.
+/// The dynamic blockers, numbered one after the other: nodes of a hierarchy, then single ones.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Movers {
     /// Over opaque polygons, any of which may cover a receiver.
     pub covers: BlockerTree,
-    /// Over all others: they never block all light of a receiver.
-    pub others: BlockerTree,
-    /// About the nodes of the others.
+    /// All others, in ascending order: they never block all light of a receiver.
+    pub others: Vec<u32>,
+    /// About the others.
     pub spheres: Vec<Sphere>,
 }
 
@@ -25,8 +25,7 @@ impl Movers {
         let mut covers = BlockerTree::over(surfaces, covers);
         // Receivers move behind them.
         covers.set_extents(surfaces, false);
-        let others = BlockerTree::over(surfaces, others);
-        let spheres = others.nodes.iter().map(|node| Sphere::of_box(node.low, node.high)).collect();
+        let spheres = others.iter().map(|&blocker| surfaces.blocker_sphere(blocker)).collect();
         Self { covers, others, spheres }
     }
 
@@ -35,30 +34,26 @@ impl Movers {
         self.covers.is_empty() && self.others.is_empty()
     }
 
-    /// The number that a node of the others has among all.
-    pub fn number(&self, node: u32) -> u32 {
-        self.covers.nodes.len() as u32 + node
+    /// The number that one of the others has among all.
+    pub fn number(&self, other: u32) -> u32 {
+        self.covers.nodes.len() as u32 + other
     }
 
-    /// The blocker of a node, or the group if it has several.
+    /// The blocker of a number, or the group if it has several.
     pub fn blocker(&self, surfaces: &Surfaces, number: u32) -> Blocker {
-        let (tree, node) = self.find(number);
-        match tree.blocker(surfaces, node) {
-            Blocker::Group(_) => Blocker::Group(number),
-            one => one,
+        match self.other(number) {
+            None => self.covers.blocker(surfaces, number),
+            Some(blocker) => surfaces.blocker(blocker),
         }
     }
 
-    /// All blockers below a node.
+    /// All blockers of a number.
     pub fn members(&self, number: u32) -> Vec<u32> {
-        let (tree, node) = self.find(number);
-        tree.members(node)
+        self.other(number).map_or_else(|| self.covers.members(number), |blocker| vec![blocker])
     }
 
-    fn find(&self, number: u32) -> (&BlockerTree, u32) {
-        match number.checked_sub(self.covers.nodes.len() as u32) {
-            None => (&self.covers, number),
-            Some(node) => (&self.others, node),
-        }
+    fn other(&self, number: u32) -> Option<u32> {
+        let index = number.checked_sub(self.covers.nodes.len() as u32)?;
+        self.others.get(index as usize).copied()
     }
 }

@@ -9,6 +9,7 @@ use super::shapes::{MAX_CORNERS, Shape};
 use super::surfaces::Surfaces;
 use crate::scene::NONE;
 use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
 
 /// A full or partial blocker of a pair: `light`, and an index into the blockers with the lowest bit set if full.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +25,7 @@ impl Entry {
     }
 
     /// Marks a light that only parts of the receiver face.
-    fn partly_facing(light: u32) -> Self {
+    pub fn partly_facing(light: u32) -> Self {
         Self { light, code: u32::MAX << 1, hint: FullCoverHint::UNKNOWN }
     }
 
@@ -60,6 +61,16 @@ impl NodeVisibility {
         self.entries.iter().filter(|e| !e.full() && std::mem::replace(&mut last, e.light) != e.light).count()
     }
 
+    /// Replaces what is known of some lights, in ascending order.
+    pub fn set_columns(&mut self, lights: &[u32], columns: &Self) {
+        for (&light, state) in lights.iter().zip(&columns.states) {
+            self.states[light as usize] = *state;
+        }
+        self.entries.retain(|e| lights.binary_search(&e.light).is_err());
+        self.entries.extend(columns.entries.iter().map(|e| Entry { light: lights[e.light as usize], ..*e }));
+        self.entries.sort_by_key(|e| e.light);
+    }
+
     /// Drops what only the children's tests need, and keeps one deciding blocker for each light.
     pub fn compact(&mut self) {
         self.entries.retain(|e| !e.is_partly_facing());
@@ -84,6 +95,8 @@ pub(crate) struct NodeContext {
     pub is_leaf: bool,
     /// Whether only groups of receivers are above it: then it stores the full blockers of its group as its own.
     pub is_root: bool,
+    /// Whether what is above it is known of just as much: then it needs no tests unless it is partial, or may face away.
+    pub is_known: bool,
     /// See [`parent_corners`].
     pub parent_corners: [u8; MAX_CORNERS],
 }
@@ -133,6 +146,8 @@ impl SceneContext<'_> {
         parent: Option<&NodeVisibility>,
         workspace: &mut Workspace,
     ) -> NodeVisibility {
+        let faces_all_ways = matches!(shape, Shape::Cluster(cluster) if cluster.angle >= FRAC_PI_2);
+        let is_known = node.is_known && faces_all_ways;
         let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
         let tolerance = shape.tolerance(&self.surfaces.tolerance);
         let mut result = NodeVisibility {
@@ -143,8 +158,9 @@ impl SceneContext<'_> {
             let inherited = split_off_light(&mut rest, index as u32);
             let parent_state = parent.map_or(State::Unoccluded, |p| p.states[index]);
             let state = &mut result.states[index];
-            // Decided for the whole subtree.
-            if parent.is_some() && inherited.iter().all(|e| e.full()) {
+            // Decided for the whole subtree, or for just this.
+            let is_decided = inherited.iter().all(|e| e.full()) || is_known && parent_state != State::Partial;
+            if parent.is_some() && is_decided {
                 *state = parent_state;
                 if node.is_root {
                     result.entries.extend_from_slice(inherited);

@@ -178,6 +178,14 @@ impl Receivers {
         }
     }
 
+    /// The object that a node is on.
+    pub(crate) fn object(&self, surfaces: &Surfaces, node: u32) -> u32 {
+        match self.nodes[node as usize].source {
+            Source::Patch { simple, .. } => surfaces.patches[simple as usize].object,
+            Source::Cluster { mesh, .. } => surfaces.meshes[mesh as usize].object,
+        }
+    }
+
     /// The mesh that a node is part of.
     pub(crate) fn mesh(&self, node: u32) -> Option<u32> {
         match self.nodes[node as usize].source {

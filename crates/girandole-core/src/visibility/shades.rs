@@ -1,26 +1,26 @@
 //! What dynamic blockers that cover nothing block of the light that others leave: parts of it.
 
 use super::State;
-use super::blockers::BlockerNode;
+use super::cells::is_small;
 use super::clusters::ClusterTree;
 use super::cones::{ConeBase, ShadowCone, Sphere};
 use super::light_points::LightPoint;
 use super::movers::Movers;
 use super::node_visibility::Workspace;
 use super::parallel::map;
-use super::primitives::Tolerance;
 use super::pyramid::{Containment, Occlusion, Pyramid, Scratch, Tests};
+use super::receiver_tree::{Receiver, ReceiverTree};
 use super::receivers::Receivers;
+use super::shadows::{Shadow, may_hide};
 use super::shapes::{Apex, Shape};
 use super::state_matrix::StateMatrix;
-use super::surfaces::Surfaces;
+use super::surfaces::{MeshPart, Surfaces};
 use crate::scene::NONE;
-use rustc_hash::FxHashMap;
 use std::ops::Range;
 
-/// Finds the pairs that these blockers make partial. A pair of a leaf is tested by the pyramid of the two, unless the cone about
-/// it already decides. Inner nodes are tested by their cones alone, to find the leaves: such a node is partial if one of its
-/// leaves is.
+/// Finds the pairs that these blockers make partial, light by light. The shadow of each of them is looked up in the hierarchy of
+/// receivers; where it reaches a leaf that nothing else blocks a part of, the pair is tested by the pyramid of the two, unless the
+/// cone about it already decides. An inner node is partial if one of its leaves is.
 pub(super) struct ShadePass<'a> {
     pub surfaces: &'a Surfaces,
     pub lights: &'a [LightPoint],
@@ -30,211 +30,192 @@ pub(super) struct ShadePass<'a> {
     pub left: &'a StateMatrix,
 }
 
-/// A light that is blocked in part, and the node of the hierarchy of blockers that does it.
+/// A node that a light is blocked from in part, and which of the blockers does it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shade {
-    pub light: u32,
-    pub blocker: u32,
+struct Shade {
+    node: u32,
+    blocker: u32,
 }
 
-/// A light for which a node has to be tested, and a node of the hierarchy of blockers that is to be tested for it; all those of
-/// a light follow each other.
-type Open = (u32, u32);
+/// A small thing's shadow that is smaller than this share of the leaf that it may fall on is that of a bounding sphere: which part of
+/// it blocks the light matters little.
+const SMALL: f64 = 0.5;
+/// Of the angle between a polygon's normal and parallel light, to test spheres against the two.
+const LEAST_COSINE: f64 = 1e-3;
 
-/// Up to so many nodes of the hierarchy of blockers are tested for the children of a node and light; more where the parent
-/// left more.
-const MAX_OPEN: usize = 12;
+/// All pairs that are partial because of these blockers.
+pub(super) struct Shades {
+    /// Receivers that a blocker is part of, which may block all light that comes to them itself.
+    own: Vec<(Range<usize>, u32)>,
+    /// By light, of all other receivers.
+    others: Vec<Vec<Shade>>,
+}
 
-/// A receiver that is tested.
-struct Receiver<'a> {
-    shape: Shape<'a>,
-    tolerance: Tolerance,
-    cone_base: ConeBase,
-    own_mesh: Option<u32>,
+impl Shades {
+    /// Puts them into what all other blockers leave.
+    pub fn put_into(self, states: &mut StateMatrix, movers: &Movers) {
+        for (nodes, blocker) in self.own {
+            nodes.for_each(|node| states.set_all_partial(node, movers.number(blocker)));
+        }
+        for (light, shades) in self.others.into_iter().enumerate() {
+            for Shade { node, blocker } in shades {
+                states.set_partial(node as usize, light, movers.number(blocker));
+            }
+        }
+    }
 }
 
 impl ShadePass<'_> {
-    /// By node of the hierarchy of receivers, its shades in the order of lights; and the tests made.
-    pub fn run(&self) -> (Vec<Vec<Shade>>, Tests) {
-        let own_nodes = self.mesh_nodes();
+    /// All of them, and the tests made.
+    pub fn run(&self) -> (Shades, Tests) {
+        let (mut own, mut roots) = (Vec::new(), Vec::new());
+        for root in self.receivers.roots() {
+            match self.shades_itself(&root) {
+                Some(blocker) => own.push((root, blocker)),
+                None => roots.push(root),
+            }
+        }
+        let tree = ReceiverTree::new(self.surfaces, self.receivers, &roots);
+        let lights: Vec<usize> = (0..self.lights.len()).collect();
+        let of_light = |light: &usize| {
+            let mut pass = LightPass::new(self, &tree, *light);
+            pass.run();
+            (pass.shades, pass.workspace.scratch.tests)
+        };
+        let (others, of_lights): (Vec<Vec<Shade>>, Vec<Tests>) = map(&lights, of_light).into_iter().unzip();
         let mut tests = Tests::default();
-        let roots = self.receivers.roots();
-        let of_root = |range: &Range<usize>| {
-            let mesh = self.receivers.mesh(range.start as u32);
-            match mesh.filter(|mesh| !self.surfaces.meshes[*mesh as usize].convex) {
-                // All light that comes to it may be blocked by the mesh itself.
-                Some(mesh) if own_nodes.contains_key(&mesh) => {
-                    (self.shade_itself(range.clone(), own_nodes[&mesh]), Tests::default())
+        of_lights.into_iter().for_each(|of_light| tests += of_light);
+        (Shades { own, others }, tests)
+    }
+
+    /// The blocker that a root is part of, if all light that comes to it may be blocked by that itself.
+    fn shades_itself(&self, root: &Range<usize>) -> Option<u32> {
+        let mesh = self.receivers.mesh(root.start as u32)?;
+        let blocker = self.surfaces.patches.len() as u32 + mesh;
+        let index = self.movers.others.binary_search(&blocker).ok()?;
+        (!self.surfaces.meshes[mesh as usize].convex).then_some(index as u32)
+    }
+}
+
+/// The pairs of one light.
+struct LightPass<'a> {
+    of: &'a ShadePass<'a>,
+    tree: &'a ReceiverTree,
+    light: usize,
+    apex: &'a Apex,
+    /// By node, the index of the first blocker that was found to block a part, or [`NONE`].
+    found: Vec<u32>,
+    shades: Vec<Shade>,
+    workspace: Workspace,
+}
+
+impl<'a> LightPass<'a> {
+    fn new(of: &'a ShadePass<'a>, tree: &'a ReceiverTree, light: usize) -> Self {
+        let apex = &of.lights[light].apex;
+        let found = vec![NONE; of.receivers.nodes.len()];
+        Self { of, tree, light, apex, found, shades: Vec::new(), workspace: Workspace::new() }
+    }
+
+    fn left(&self, node: u32) -> State {
+        self.of.left.row(node as usize)[self.light]
+    }
+
+    fn run(&mut self) {
+        let mut open = Vec::new();
+        for (blocker, sphere) in (0..).zip(&self.of.movers.spheres) {
+            let Some(shadow) = Shadow::new(self.apex, sphere) else { continue };
+            let mut boxes = 0;
+            self.tree.visit(&shadow, &mut open, &mut boxes, |leaf| {
+                let is_open = self.found[leaf as usize] == NONE && self.left(leaf) == State::Unoccluded;
+                if is_open && self.is_shaded(leaf, blocker, &shadow) {
+                    self.found[leaf as usize] = blocker;
+                    self.shades.push(Shade { node: leaf, blocker });
                 }
-                _ => self.run_root(range.clone()),
-            }
-        };
-        let mut result = Vec::with_capacity(self.receivers.nodes.len());
-        for (shades, of_part) in map(&roots, of_root) {
-            tests += of_part;
-            result.extend(shades);
+            });
+            self.workspace.scratch.tests.boxes += boxes;
         }
-        (result, tests)
+        self.pass_up();
     }
 
-    /// By mesh, its node.
-    fn mesh_nodes(&self) -> FxHashMap<u32, u32> {
-        let tree = &self.movers.others;
-        let mesh_of = |node: usize| {
-            let items = tree.leaf_items(node as u32);
-            items.iter().filter_map(|item| item.checked_sub(self.surfaces.patches.len() as u32))
-        };
-        (0..tree.nodes.len()).flat_map(|node| mesh_of(node).map(move |mesh| (mesh, node as u32))).collect()
-    }
-
-    fn shade_itself(&self, range: Range<usize>, blocker: u32) -> Vec<Vec<Shade>> {
-        let shade = |node: usize| {
-            let lights = (0..).zip(self.left.row(node)).filter(|(_, state)| **state == State::Unoccluded);
-            lights.map(|(light, _)| Shade { light, blocker }).collect()
-        };
-        range.map(shade).collect()
-    }
-
-    /// The nodes of one root.
-    fn run_root(&self, range: Range<usize>) -> (Vec<Vec<Shade>>, Tests) {
-        let mut workspace = Workspace::new();
-        let mut open: Vec<Vec<Open>> = Vec::with_capacity(range.len());
-        let mut shades: Vec<Vec<Shade>> = Vec::with_capacity(range.len());
-        for index in range.clone() {
-            let node = &self.receivers.nodes[index];
-            let all: Vec<Open>;
-            let of_parent = match node.parent {
-                NONE => {
-                    all = (0..self.lights.len() as u32).map(|light| (light, 0)).collect();
-                    &all
-                }
-                parent => &open[parent as usize - range.start],
-            };
-            let is_leaf = node.leaf != NONE;
-            let (mut of_node, mut of_leaf) = (Vec::new(), Vec::new());
-            match is_leaf {
-                true => of_leaf = self.test_leaf(index, of_parent, &mut workspace),
-                false => of_node = self.narrow(index, of_parent, &mut workspace.scratch.tests),
-            }
-            open.push(of_node);
-            shades.push(of_leaf);
-        }
-        self.pass_up(range, &mut shades);
-        (shades, workspace.scratch.tests)
-    }
-
-    fn receiver(&self, index: usize) -> Receiver<'_> {
-        let shape = self.receivers.shape(self.surfaces, index as u32);
-        let tolerance = shape.tolerance(&self.surfaces.tolerance);
-        let own_mesh = self.receivers.mesh(index as u32);
-        Receiver { shape, tolerance, cone_base: ConeBase::new(&shape, &tolerance), own_mesh }
-    }
-
-    /// The lights of which something may be blocked for a part of an inner node, and by what.
-    fn narrow(&self, index: usize, open: &[Open], tests: &mut Tests) -> Vec<Open> {
-        if open.is_empty() {
-            return Vec::new();
-        }
-        let (receiver, left) = (self.receiver(index), self.left.row(index));
-        let mut result: Vec<Open> = Vec::with_capacity(open.len());
-        for of_light in open.chunk_by(|a, b| a.0 == b.0) {
-            let light = of_light[0].0;
-            if left[light as usize] != State::Full {
-                let cone = ShadowCone::new(&self.lights[light as usize].apex, &receiver.cone_base);
-                self.add_touched(&cone, of_light, &mut result, tests);
-            }
-        }
-        result
-    }
-
-    /// Adds those nodes that a cone may touch, as far down as there is room.
-    fn add_touched(&self, cone: &ShadowCone, open: &[Open], result: &mut Vec<Open>, tests: &mut Tests) {
-        let first = result.len();
-        let mut touches = |(_, node): &Open| {
-            tests.boxes += 1;
-            cone.may_touch(&self.movers.spheres[*node as usize])
-        };
-        result.extend(open.iter().copied().filter(&mut touches));
-        let mut next = first;
-        while next < result.len() {
-            let (light, node) = result[next];
-            let BlockerNode { count, first: child, .. } = self.movers.others.nodes[node as usize];
-            if count > 0 || result.len() - first >= MAX_OPEN {
-                next += 1;
-                continue;
-            }
-            result.swap_remove(next);
-            result.extend([(light, child), (light, child + 1)].into_iter().filter(&mut touches));
-        }
-    }
-
-    /// The lights of which something is blocked for a leaf.
-    fn test_leaf(&self, index: usize, open: &[Open], workspace: &mut Workspace) -> Vec<Shade> {
-        if open.is_empty() {
-            return Vec::new();
-        }
-        let (receiver, left) = (self.receiver(index), self.left.row(index));
-        let mut result = Vec::new();
-        for of_light in open.chunk_by(|a, b| a.0 == b.0) {
-            let light = of_light[0].0;
-            if left[light as usize] == State::Unoccluded
-                && let Some(blocker) = self.blocker(&receiver, of_light, workspace)
-            {
-                result.push(Shade { light, blocker });
-            }
-        }
-        result
-    }
-
-    /// A node of which something is within a leaf's pyramid, among these for one light and those below.
-    fn blocker(&self, receiver: &Receiver, open: &[Open], workspace: &mut Workspace) -> Option<u32> {
-        let apex = &self.lights[open[0].0 as usize].apex;
-        let cone = ShadowCone::new(apex, &receiver.cone_base);
+    /// Whether something of a blocker is within a leaf's pyramid.
+    fn is_shaded(&mut self, leaf: u32, blocker: u32, shadow: &Shadow) -> bool {
+        let Self { of, tree, apex, workspace, .. } = self;
+        let receiver = &tree.receivers[leaf as usize];
+        let Some(cone_base) = &receiver.cone_base else { return false };
+        let (sphere, blocker) = (&of.movers.spheres[blocker as usize], of.movers.others[blocker as usize]);
         let Workspace { scratch, pyramid, stack, .. } = workspace;
-        let Movers { others, spheres, .. } = self.movers;
+        scratch.tests.boxes += 1;
         stack.clear();
-        stack.extend(open.iter().map(|(_, node)| node));
-        let mut test = PairTest { receiver, apex, cone, pyramid, scratch, stack, is_set: false };
-        while let Some(index) = test.stack.pop() {
-            test.scratch.tests.boxes += 1;
-            let BlockerNode { count, first, .. } = others.nodes[index as usize];
-            match test.cone.classify(&spheres[index as usize]) {
-                Containment::Outside => {}
-                Containment::Inside => return Some(index),
-                Containment::Crossing if count == 0 => {
-                    let children = [first, first + 1];
-                    test.push_nearer_last(children, children.map(|child| spheres[child as usize]));
-                }
-                Containment::Crossing => {
-                    if others.leaf_items(index).iter().any(|&item| test.intersects(self.surfaces, item)) {
-                        return Some(index);
-                    }
-                }
+        let (surfaces, shape) = (of.surfaces, of.receivers.shape(of.surfaces, leaf));
+        if is_small(surfaces, sphere.radius)
+            && shadow.radius_at(receiver.bounds.center) <= SMALL * cone_base.inner_radius()
+            && surfaces.blocker_object(blocker) != of.receivers.object(surfaces, leaf)
+            && let Some(is_touched) = touches(sphere, apex, (&shape, receiver, cone_base))
+        {
+            return is_touched;
+        }
+        let cone = ShadowCone::new(apex, cone_base);
+        match cone.classify(sphere) {
+            Containment::Outside => false,
+            Containment::Inside => true,
+            Containment::Crossing => {
+                let own_mesh = of.receivers.mesh(leaf);
+                let mut test = PairTest {
+                    receiver,
+                    shape,
+                    own_mesh,
+                    apex,
+                    cone,
+                    pyramid,
+                    is_set: false,
+                    scratch,
+                    stack,
+                };
+                test.intersects(surfaces, blocker)
             }
         }
-        None
     }
 
-    /// Gives each inner node what its children have, where nothing else blocks a part.
-    fn pass_up(&self, range: Range<usize>, shades: &mut [Vec<Shade>]) {
-        for index in range.clone().rev() {
-            let parent = self.receivers.nodes[index].parent;
-            let of_node = &mut shades[index - range.start];
-            of_node.sort_by_key(|shade| shade.light);
-            of_node.dedup_by_key(|shade| shade.light);
-            if parent != NONE {
-                let left = self.left.row(parent as usize);
-                let is_new = |shade: &&Shade| left[shade.light as usize] == State::Unoccluded;
-                let passed: Vec<Shade> = of_node.iter().filter(is_new).copied().collect();
-                shades[parent as usize - range.start].extend(passed);
+    /// Gives each inner node what its leaves have, where nothing else blocks a part: the blocker of the first of them.
+    fn pass_up(&mut self) {
+        self.shades.sort_unstable_by_key(|shade| shade.node);
+        for index in 0..self.shades.len() {
+            let Shade { mut node, blocker } = self.shades[index];
+            loop {
+                node = self.of.receivers.nodes[node as usize].parent;
+                if node == NONE || self.found[node as usize] != NONE || self.left(node) != State::Unoccluded {
+                    break;
+                }
+                self.found[node as usize] = blocker;
+                self.shades.push(Shade { node, blocker });
             }
         }
     }
+}
+
+/// Whether a sphere may touch any ray from a receiver to a light; `None` where a polygon and its light are nearly in one plane.
+fn touches(
+    sphere: &Sphere,
+    apex: &Apex,
+    (shape, receiver, cone_base): (&Shape, &Receiver, &ConeBase),
+) -> Option<bool> {
+    let Shape::Patch { corners, normal, offset, .. } = *shape else {
+        return Some(ShadowCone::new(apex, cone_base).may_touch(sphere));
+    };
+    let room = receiver.tolerance.room();
+    let is_in_front = match apex.finite {
+        true => normal.dot(apex.position) - offset > room,
+        false => -normal.dot(apex.normal) > LEAST_COSINE,
+    };
+    let sphere = Sphere { radius: sphere.radius + room, ..*sphere };
+    is_in_front.then(|| may_hide(&sphere, apex, corners, normal))
 }
 
 /// The tests of a receiver and a light.
 struct PairTest<'a> {
-    receiver: &'a Receiver<'a>,
+    receiver: &'a Receiver,
+    shape: Shape<'a>,
+    own_mesh: Option<u32>,
     apex: &'a Apex,
     cone: ShadowCone<'a>,
     /// Set once it is needed.
@@ -248,14 +229,14 @@ struct PairTest<'a> {
 impl PairTest<'_> {
     /// Whether anything of a blocker is in the pyramid.
     fn intersects(&mut self, surfaces: &Surfaces, blocker: u32) -> bool {
-        let own_mesh = self.receiver.own_mesh;
         match blocker.checked_sub(surfaces.patches.len() as u32) {
-            Some(mesh) if own_mesh != Some(mesh) => {
-                self.intersects_tree(&surfaces.meshes[mesh as usize].tree)
+            Some(mesh) => {
+                let MeshPart { convex, tree, .. } = &surfaces.meshes[mesh as usize];
+                if self.own_mesh == Some(mesh) { !convex } else { self.intersects_tree(tree) }
             }
-            _ => {
+            None => {
                 self.set_pyramid();
-                surfaces.test(blocker, self.pyramid, own_mesh, self.scratch) != Occlusion::None
+                surfaces.test(blocker, self.pyramid, self.own_mesh, self.scratch) != Occlusion::None
             }
         }
     }
@@ -263,7 +244,7 @@ impl PairTest<'_> {
     fn set_pyramid(&mut self) {
         if !self.is_set {
             self.scratch.tests.boxes += 1;
-            self.pyramid.set(self.apex, self.receiver.shape, &self.receiver.tolerance);
+            self.pyramid.set(self.apex, self.shape, &self.receiver.tolerance);
             self.is_set = true;
         }
     }

@@ -4,6 +4,7 @@ use super::groups::{PatchSide, ReceiverGroups};
 use super::node_visibility::{NodeVisibility, SceneContext};
 use super::pyramid::Tests;
 use super::surfaces::Surfaces;
+use std::sync::Arc;
 
 /// What a tree of receivers is of.
 pub(super) enum Root {
@@ -74,6 +75,14 @@ impl Sources {
         &self.meshes
     }
 
+    /// The mesh that is all there is.
+    pub fn one_mesh(&self) -> Option<u32> {
+        match *self.meshes {
+            [mesh] if self.sides.is_empty() => Some(mesh),
+            _ => None,
+        }
+    }
+
     /// The sides of patches.
     pub fn sides(&self) -> &[PatchSide] {
         &self.sides
@@ -84,14 +93,14 @@ impl Sources {
         self.groups.as_ref()
     }
 
-    /// What `build` makes of each side of a patch, by its position among the roots, given the visibility of its group; and the
-    /// groups' tests.
+    /// What `build` makes of each side of a patch, by its position among the roots, given the visibility of its group, which
+    /// starts from what is `above` all; and the groups' tests.
     pub fn descend<T: Send>(
         &self,
-        context: &SceneContext,
+        (context, above): (&SceneContext, Option<Arc<NodeVisibility>>),
         build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
     ) -> (Vec<T>, Tests) {
-        let found = self.groups.as_ref().map(|groups| groups.descend(context, build));
+        let found = self.groups.as_ref().map(|groups| groups.descend((context, above), build));
         let (mut parts, tests) = found.unwrap_or_default();
         parts.sort_unstable_by_key(|(side, _)| *side);
         (parts.into_iter().map(|(_, part)| part).collect(), tests)

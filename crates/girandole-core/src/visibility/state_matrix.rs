@@ -55,9 +55,19 @@ impl StateMatrix {
     }
 
     /// Makes a pair partial because of a blocker.
-    pub fn set_partial(&mut self, node: usize, light: u32, blocker: u32) {
-        let at = node * self.lights + light as usize;
+    pub fn set_partial(&mut self, node: usize, light: usize, blocker: u32) {
+        let at = node * self.lights + light;
         (self.states[at], self.deciders[at]) = (State::Partial, Decider(blocker << 1));
+    }
+
+    /// Makes all pairs of a node partial that are unoccluded, because of a blocker.
+    pub fn set_all_partial(&mut self, node: usize, blocker: u32) {
+        let row = node * self.lights..(node + 1) * self.lights;
+        for (state, decider) in self.states[row.clone()].iter_mut().zip(&mut self.deciders[row]) {
+            if *state == State::Unoccluded {
+                (*state, *decider) = (State::Partial, Decider(blocker << 1));
+            }
+        }
     }
 
     /// Appends a node; of a light's entries the first one decides.

@@ -62,6 +62,8 @@ pub(crate) struct Surfaces {
     pub patches: Vec<SimplePatch>,
     pub meshes: Vec<MeshPart>,
     pub tolerance: Tolerance,
+    /// See [`Geometry::surface_extent`], metres.
+    pub typical_extent: f64,
 }
 
 impl Surfaces {
@@ -86,7 +88,8 @@ impl Surfaces {
             .collect();
         let meshes = map(&objects, |(object, patches)| finder.mesh(*object, patches));
         let meshes = meshes.into_iter().flatten().collect();
-        Self { patches, meshes, tolerance: finder.tolerance }
+        let typical_extent = f64::from(geometry.surface_extent());
+        Self { patches, meshes, tolerance: finder.tolerance, typical_extent }
     }
 
     /// Finds the surfaces of these objects in other places, all others being where they were. `false` where surfaces come or
@@ -118,7 +121,7 @@ impl Surfaces {
         let new = Self {
             patches: patches.into_iter().flatten().collect(),
             meshes: meshes.into_iter().flatten().collect(),
-            tolerance: self.tolerance,
+            ..*self
         };
         let mut old_patches: Vec<&mut SimplePatch> =
             self.patches.iter_mut().filter(|p| moved(p.object)).collect();

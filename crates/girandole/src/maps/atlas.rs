@@ -1,8 +1,9 @@
 //! The shadow atlas on the GPU, and what is drawn into it.
 
-use super::footprint::{Bounds, MapView};
+use super::footprint::MapView;
 use super::hidden::HiddenMovers;
 use super::layout::AtlasLayout;
+use super::moved::MovedBoxes;
 use super::occluders::{CLUSTER, Clusters, Occluders};
 use super::states::MapStates;
 use crate::Result;
@@ -107,9 +108,9 @@ impl Atlas {
         faces: u32,
     ) {
         let Self { occluders, states, layout, positions, .. } = self;
-        let boxes = |occluders: &Occluders| -> Vec<(ObjectId, Bounds)> {
+        let boxes = |occluders: &Occluders| {
             let of = |&object: &ObjectId| occluders.of_object(object).map(move |bounds| (object, bounds));
-            moved.iter().flat_map(of).collect()
+            MovedBoxes::new(moved.iter().flat_map(of).collect())
         };
         let covered_before = boxes(occluders);
         for (clusters, buffer) in [&mut occluders.opaque, &mut occluders.masked].into_iter().zip(positions) {
@@ -130,9 +131,7 @@ impl Atlas {
             }
             let map = MapView::new(light, slot.size, faces);
             for (covered, hidden) in [&covered_before, &covered_after].into_iter().zip(hidden) {
-                for (_, bounds) in covered.iter().filter(|(object, _)| !hidden.is_hidden(*object, index)) {
-                    states.mark(index, map.covered(bounds));
-                }
+                states.mark(index, covered.stale(&map, states.stale(index), |o| hidden.is_hidden(o, index)));
             }
         }
     }

@@ -4,6 +4,7 @@ pub(crate) mod atlas;
 pub(crate) mod footprint;
 pub(crate) mod hidden;
 pub(crate) mod layout;
+pub(crate) mod moved;
 pub(crate) mod non_blockers;
 pub(crate) mod occluders;
 pub(crate) mod places;

@@ -55,6 +55,11 @@ impl MapStates {
         map.stale = map.stale.union(&part);
     }
 
+    /// The part of a light's map that has to be drawn.
+    pub fn stale(&self, light: usize) -> TexelRect {
+        self.maps[light].stale
+    }
+
     /// A light moved: its map, of this size, shows nothing of use.
     pub fn invalidate(&mut self, light: usize, size: u32) {
         self.maps[light] = MapState { stale: TexelRect::whole(size), frames: 0, is_valid: false };

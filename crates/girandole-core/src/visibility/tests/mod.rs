@@ -4,6 +4,7 @@ mod database;
 mod growth;
 mod ids;
 mod lights;
+mod many;
 mod motion;
 mod outliers;
 mod random;

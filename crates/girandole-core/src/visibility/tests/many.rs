@@ -1,0 +1,124 @@
+//! Many small movers at once: what is kept while they stay in their cells, what they cost, and that it is still right.
+
+use super::motion::{contents, shift, without_tests};
+use super::random::random_lights;
+use super::*;
+use crate::scene::builtin::shapes;
+use crate::visibility::Tests;
+use crate::visibility::cells::CellVisibility;
+
+/// A room with a table, a screen and a post.
+fn furnished() -> Scene {
+    let mut scene = empty_scene();
+    add(&mut scene, room(vec3(-2.0, 0.0, -3.0), vec3(2.0, 2.5, 3.0)));
+    let mut furniture = Mesh::default();
+    furniture.add_box(vec3(-0.6, 0.6, -0.4), vec3(0.6, 0.7, 0.4), 0);
+    furniture.add_box(vec3(1.0, 0.0, -2.0), vec3(1.1, 2.0, 0.5), 0);
+    add(&mut scene, furniture);
+    add(&mut scene, shapes::cylinder(0.2, 1.8, 13, 0));
+    scene
+}
+
+/// Small things of four kinds that are free to move: on the table, under it, and all about.
+fn add_small(scene: &mut Scene, count: usize, numbers: &mut Numbers) -> Vec<usize> {
+    let mut cube = Mesh::default();
+    cube.add_box(Vec3::splat(-0.025), Vec3::splat(0.025), 0);
+    let leaf = polygon(&[vec3(-0.04, -0.02, 0.0), vec3(0.04, -0.02, 0.0), vec3(0.0, 0.04, 0.0)], 1);
+    let kinds = [shapes::torus(0.03, 0.012, 8, 6, 0), cube, shapes::sphere(0.03, 8, 5, 0), leaf];
+    (0..count)
+        .map(|i| {
+            let about = numbers.vector();
+            let at = match i % 3 {
+                0 => vec3(about.x * 0.6, 0.74, about.z * 0.4),
+                1 => vec3(about.x * 0.6, 0.4, about.z * 0.4),
+                _ => vec3(about.x * 1.9, 1.25 + about.y * 1.1, about.z * 2.9),
+            };
+            let index = scene.add_object("", kinds[i % 4].clone(), Transform::rigid(numbers.rotation(), at));
+            scene.objects[index].dynamic = true;
+            index
+        })
+        .collect()
+}
+
+#[test]
+fn many_small_movers_are_followed_as_from_scratch_and_block_what_rays_hit() {
+    let (mut held, mut left, mut stale, mut wrong_if_swapped, mut rays) = (0, 0, 0, 0, [0; 3]);
+    for seed in 0..4 {
+        let mut numbers = Numbers(seed);
+        let mut scene = furnished();
+        let movers = add_small(&mut scene, 20, &mut numbers);
+        let geometry = Geometry::new(&scene);
+        let mut samples = random_lights(&scene, &geometry, &mut numbers, 24);
+        let others = random_lights(&scene, &geometry, &mut numbers, 24);
+        let mut database = build(&scene, &geometry, samples.clone());
+        scene.take_changes();
+        for step in 0..10 {
+            // Most go a little way, some rest, and now and then a light is another one, of those on what moves too.
+            let moved: Vec<usize> = movers.iter().copied().filter(|_| numbers.unit() < 0.8).collect();
+            for &mover in &moved {
+                let rotation = (numbers.unit() < 0.5).then(|| numbers.rotation());
+                shift(&mut scene, mover, numbers.vector() * 0.04, rotation, Vec3::ONE);
+            }
+            if step % 3 == 1 {
+                let index = numbers.below(samples.len());
+                samples[index] = others[numbers.below(others.len())];
+            }
+            assert!(!scene.take_changes().reopened);
+            let geometry = Geometry::new(&scene);
+            let lights = set(&geometry, samples.clone());
+            let before: Vec<Option<CellVisibility>> =
+                database.segments.iter().map(|s| s.cell.clone()).collect();
+            let mut unmoved = database.clone();
+            assert!(database.follow(&scene, &geometry, &lights, |o| moved.contains(&(o as usize))));
+            for (before, segment) in before.iter().zip(&database.segments) {
+                if let (Some(before), Some(after)) = (before, &segment.cell) {
+                    held += usize::from(before.cell == after.cell);
+                    left += usize::from(before.cell != after.cell);
+                }
+            }
+            let scratch = database.redetermined(&scene, &geometry, &lights).expect("it is of this scene");
+            assert!(contents(&database) == contents(&scratch));
+            assert_eq!(without_tests(&database), without_tests(&scratch));
+            // The control: one that is not told what moved.
+            assert!(unmoved.follow(&scene, &geometry, &lights, |_| false));
+            stale += usize::from(contents(&unmoved) != contents(&database));
+            let verdict = verify(&scene, &geometry, &samples, &database, 1500, &mut numbers);
+            assert_eq!(verdict.wrong, 0, "{verdict:?}");
+            wrong_if_swapped += verdict.wrong_if_swapped;
+            (0..3).for_each(|i| rays[i] += verdict.rays[i]);
+        }
+    }
+    println!("{held} {left} {stale} {rays:?}");
+    assert!(held > 100 && left > 100 && stale == 40, "{held} {left} {stale}");
+    assert!(rays.iter().all(|n| *n > 1000) && wrong_if_swapped > 1000, "{rays:?}");
+}
+
+#[test]
+fn receivers_on_movers_that_stay_in_their_cells_cost_a_few_tests_a_light() {
+    const LIGHTS: usize = 60;
+    const MOVERS: usize = 60;
+    let mut numbers = Numbers(5);
+    let mut scene = furnished();
+    let movers = add_small(&mut scene, MOVERS, &mut numbers);
+    let geometry = Geometry::new(&scene);
+    let lights = random_lights(&scene, &geometry, &mut numbers, LIGHTS);
+    let database = build(&scene, &geometry, lights);
+    let objects: Vec<u32> = movers.iter().map(|&mover| mover as u32).collect();
+    let has_moved: Vec<bool> = (0..scene.objects.len()).map(|object| movers.contains(&object)).collect();
+    // The tests that receivers on them cost, with what is known of their cells and without.
+    let tests = |is_kept: bool| {
+        let mut of_all = database.clone();
+        of_all.tests = Tests::default();
+        if !is_kept {
+            of_all.segments.iter_mut().for_each(|segment| segment.cell = None);
+        }
+        of_all.lay_dynamic(&geometry, &objects, &has_moved);
+        assert!(contents(&of_all) == contents(&database));
+        of_all.tests.total() as f64 / (MOVERS * LIGHTS) as f64
+    };
+    let [kept, anew] = [true, false].map(tests);
+    println!("{kept:.2} and {anew:.2} tests a mover and light");
+    assert!(kept > 0.0 && kept < 8.0, "{kept}");
+    // The control.
+    assert!(anew > 2.0 * kept, "{anew} {kept}");
+}
