@@ -31,16 +31,16 @@ impl Scene {
                 locals[pose.node] = local.affine();
             }
         }
-        self.from_parents(DAffine3::IDENTITY, |&above, node| above * locals[node])
+        self.inherited(DAffine3::IDENTITY, |&above, node| above * locals[node])
     }
 
     /// Which nodes are among these, or below one of them.
     pub(super) fn at_or_below(&self, is_one: impl Fn(usize) -> bool) -> Vec<bool> {
-        self.from_parents(false, |&above, node| above || is_one(node))
+        self.inherited(false, |&above, node| above || is_one(node))
     }
 
     /// What each node has, which follows from what its parent has; `root` is what is above roots.
-    fn from_parents<T>(&self, root: T, next: impl Fn(&T, usize) -> T) -> Vec<T> {
+    fn inherited<T>(&self, root: T, next: impl Fn(&T, usize) -> T) -> Vec<T> {
         let mut all: Vec<T> = Vec::with_capacity(self.nodes.len());
         for (index, node) in self.nodes.iter().enumerate() {
             let above = node.parent.map_or(&root, |parent| &all[parent]);
