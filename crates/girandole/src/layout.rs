@@ -42,11 +42,10 @@ pub(crate) struct Frame {
     pub depth_scale: f32,
     pub forward_depth: u32,
     pub environment: Vec2,
-    pub padding: Vec2,
     pub sun_direction: Vec3,
     pub sun_chord2: f32,
     pub sun_radiance: Vec3,
-    pub padding_b: f32,
+    pub padding: f32,
 }
 
 /// `BufferOffsets` in `lib/buffer_offsets.wgsl`.

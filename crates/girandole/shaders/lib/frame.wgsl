@@ -28,11 +28,10 @@ struct Frame {
   depth_scale: f32, // where rays are parallel, depth is depth_bias − z / depth_scale
   forward_depth: u32, // whether depth grows with distance in the caller's depth buffers
   environment: vec2f, // what its map is multiplied by, and how far it is turned
-  padding: vec2f,
   sun_direction: vec3f, // unit, as the map has it, to the middle of a disc before it
   sun_chord2: f32, // squared distance of the disc's edge from there on the unit sphere; 0 = no disc
   sun_radiance: vec3f, // W/(sr·m²), before the map's factor
-  padding_b: f32,
+  padding: f32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
