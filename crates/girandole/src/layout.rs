@@ -42,6 +42,10 @@ pub(crate) struct Frame {
     pub depth_scale: f32,
     pub forward_depth: u32,
     pub environment: Vec2,
+    pub sample_solid_angle: f32,
+    pub padding_a: u32,
+    pub padding_b: u32,
+    pub padding_c: u32,
 }
 
 /// `BufferOffsets` in `lib/buffer_offsets.wgsl`.

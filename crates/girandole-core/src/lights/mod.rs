@@ -118,6 +118,17 @@ pub struct LightSample {
     pub rectangle: Option<Rectangle>,
 }
 
+/// The mean solid angle, sr, that samples of an environment stand for; 0 where there are none. With it,
+/// [`resolved_share`](crate::brdf::resolved_share) says what of their lobes is resolved.
+pub fn mean_solid_angle(samples: &[LightSample]) -> f32 {
+    let of = |sample: &LightSample| match sample.profile {
+        Profile::Distant { solid_angle, .. } if sample.intensity != Vec3::ZERO => Some(f64::from(solid_angle)),
+        _ => None,
+    };
+    let count = samples.iter().filter_map(of).count();
+    (samples.iter().filter_map(of).sum::<f64>() / count.max(1) as f64) as f32
+}
+
 /// What the geometric factor is near light samples, where a sample is a poor stand-in for the surface about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Clamp {

@@ -1,10 +1,14 @@
 //! Light from all around, infinitely far away: a sky, or a picture of one.
 
+mod prefiltered;
+
+pub use prefiltered::PrefilteredEnvironment;
+
 use crate::image::Image;
 use crate::{Error, Result};
 use glam::{DVec2, DVec3, Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Cells of an environment that light samples are taken from, across and up at most.
 const MOST_CELLS: [u32; 2] = [256, 128];
@@ -31,13 +35,22 @@ pub struct Environment {
 }
 
 /// A picture of all directions by latitude and longitude, and its mean in cells of equal solid angle, by which light is sampled.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct EnvironmentMap {
     image: Image,
     /// Cells around and from top to bottom.
     size: [u32; 2],
     /// Mean radiance of each cell, row by row from the top, W/(sr·m²).
     cells: Vec<Vec3>,
+    /// Made when somebody asks for it.
+    prefiltered: OnceLock<PrefilteredEnvironment>,
+}
+
+impl PartialEq for EnvironmentMap {
+    /// All else follows from the picture.
+    fn eq(&self, other: &Self) -> bool {
+        self.image == other.image
+    }
 }
 
 impl EnvironmentMap {
@@ -64,7 +77,7 @@ impl EnvironmentMap {
     pub(super) fn of(image: Image) -> Self {
         let sides = [image.width, image.height];
         let size = std::array::from_fn(|i| sides[i].next_power_of_two().clamp(LEAST_CELLS[i], MOST_CELLS[i]));
-        let mut result = Self { image, size, cells: Vec::new() };
+        let mut result = Self { image, size, cells: Vec::new(), prefiltered: OnceLock::new() };
         let columns = PROBES * sides[0].div_ceil(size[0]);
         let mean = |cell: u32| {
             // Rows of cells are of the same height in y: at the poles they hold more rows of the picture than at the equator.
@@ -74,7 +87,7 @@ impl EnvironmentMap {
             let mut sum = Vec3::ZERO;
             for (i, j) in (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j))) {
                 let [x, y] = [(i, columns), (j, rows)].map(|(k, n)| (f64::from(k) + 0.5) / f64::from(n));
-                sum += result.at(place(result.direction(cell, DVec2::new(x, y))));
+                sum += bilinear(&result.image, place(result.direction(cell, DVec2::new(x, y))));
             }
             sum / (columns * rows) as f32
         };
@@ -97,19 +110,24 @@ impl EnvironmentMap {
         DVec3::new(libm::sin(longitude) * across, y, -libm::cos(longitude) * across).as_vec3().normalize()
     }
 
-    /// Bilinear; around it goes on at the other edge.
-    fn at(&self, place: Vec2) -> Vec3 {
-        let Image { width, height, pixels } = &self.image;
-        let at = place * Vec2::new(*width as f32, *height as f32) - 0.5;
-        let (low, f) = (at.floor(), at - at.floor());
-        let pixel = |dx: i32, dy: i32| {
-            let x = (low.x as i32 + dx).rem_euclid(*width as i32);
-            let y = (low.y as i32 + dy).clamp(0, *height as i32 - 1);
-            pixels[(y as u32 * width + x as u32) as usize]
-        };
-        let row = |dy| pixel(0, dy).lerp(pixel(1, dy), f.x);
-        row(0).lerp(row(1), f.y)
+    /// What lobes of all widths reflect of it, computed at the first call (a tenth of a second).
+    pub fn prefiltered(&self) -> &PrefilteredEnvironment {
+        self.prefiltered.get_or_init(|| PrefilteredEnvironment::new(&self.image))
     }
+}
+
+/// A picture of all directions at a place, bilinear; around it goes on at the other edge.
+fn bilinear(image: &Image, place: Vec2) -> Vec3 {
+    let Image { width, height, pixels } = image;
+    let at = place * Vec2::new(*width as f32, *height as f32) - 0.5;
+    let (low, f) = (at.floor(), at - at.floor());
+    let pixel = |dx: i32, dy: i32| {
+        let x = (low.x as i32 + dx).rem_euclid(*width as i32);
+        let y = (low.y as i32 + dy).clamp(0, *height as i32 - 1);
+        pixels[(y as u32 * width + x as u32) as usize]
+    };
+    let row = |dy| pixel(0, dy).lerp(pixel(1, dy), f.x);
+    row(0).lerp(row(1), f.y)
 }
 
 /// Unit direction to the middle of a pixel of a map of this size, row by row from the top.
@@ -155,7 +173,12 @@ impl Environment {
 
     /// Radiance from a unit direction, W/(sr·m²): bilinear in the map.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        self.map.at(place(self.in_map(direction))) * self.strength
+        bilinear(&self.map.image, place(self.in_map(direction))) * self.strength
+    }
+
+    /// Mean radiance, W/(sr·m²), weighted by what a GGX lobe reflects about a unit direction, seen along the normal.
+    pub fn reflected(&self, direction: Vec3, alpha: f32) -> Vec3 {
+        self.map.prefiltered().at(place(self.in_map(direction)), alpha) * self.strength
     }
 
     /// Whether there is any light.

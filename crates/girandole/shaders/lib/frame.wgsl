@@ -28,6 +28,10 @@ struct Frame {
   depth_scale: f32, // where rays are parallel, depth is depth_bias − z / depth_scale
   forward_depth: u32, // whether depth grows with distance in the caller's depth buffers
   environment: vec2f, // what its map is multiplied by, and how far it is turned
+  sample_solid_angle: f32, // of samples of the environment, mean, sr; 0 = lobes are not widened, and samples show all of it
+  padding_a: u32,
+  padding_b: u32,
+  padding_c: u32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
