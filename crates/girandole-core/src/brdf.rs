@@ -95,6 +95,15 @@ pub fn widened_gain(cosine: f32, alpha: f32, widened: f32) -> f32 {
     lost(widened) / lost(alpha)
 }
 
+/// GGX α of a lobe that is seen through a pixel across which the reflected direction changes by so much, in x and in y: as wide as both
+/// together, at most half of a hemisphere. Mirrored in `shaders/lib/brdf.wgsl`.
+pub fn footprint_alpha(alpha: f32, footprint: [Vec3; 2]) -> f32 {
+    let [x, y] = footprint.map(Vec3::length_squared);
+    let seen = alpha * alpha + (x + y) * (1.0 / 16.0);
+    // Where normals turn within a pixel there may be no number.
+    if seen.is_finite() { seen.sqrt().min(alpha.max(0.5)) } else { alpha.max(0.5) }
+}
+
 /// The share of a lobe that is left where light samples that stand for a `solid_angle` each widen it: as much as of its tail is right. The
 /// rest of what an environment sends is taken from its [prefiltered maps](crate::scene::PrefilteredEnvironment). Mirrored in
 /// `shaders/lib/brdf.wgsl`.

@@ -2,7 +2,7 @@
 
 use crate::tiles;
 use girandole_core::brdf::{
-    Surface, directional_albedo, resolved_share, sample_weight, specular_brdf, widened_alpha,
+    Surface, directional_albedo, footprint_alpha, resolved_share, sample_weight, specular_brdf, widened_alpha,
     widened_gain,
 };
 use girandole_core::glam::{DVec3, Vec2, Vec3};
@@ -139,7 +139,8 @@ pub fn radiance(
     let mut occluders = vec![NONE; lights.len()];
     let sum = Sum::new(tracer, lights, None);
     let settings = OracleSettings { clamp, ..OracleSettings::default() };
-    sum.radiance(surface, triangle, wo, &settings, &mut occluders).as_vec3()
+    let a_point = || [Vec3::ZERO; 2];
+    sum.radiance(surface, triangle, wo, (&settings, &a_point), &mut occluders).as_vec3()
 }
 
 /// Whether nothing lies between a surface point and a light: the point is offset from its triangle, and neither that
@@ -208,6 +209,16 @@ impl<'a> Sum<'a> {
                 for hit in visible.chain(hit) {
                     let surface =
                         tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
+                    let beside = |shift: Vec2| {
+                        let at = Vec2::new(x as f32, y as f32) + within + shift / n as f32;
+                        let (origin, direction) = view.pixel_ray(at, size);
+                        self.mirrored(hit.triangle, origin, direction)
+                    };
+                    let footprint = || {
+                        let here = mirrored(&surface, wo);
+                        [Vec2::X, Vec2::Y].map(|shift| beside(shift) - here)
+                    };
+                    let settings = (settings, &footprint as &dyn Fn() -> [Vec3; 2]);
                     total += passed * self.radiance(&surface, hit.triangle, wo, settings, occluders);
                     passed *= surface.transmittance.as_dvec3();
                 }
@@ -221,12 +232,13 @@ impl<'a> Sum<'a> {
         (total / f64::from(n * n)).as_vec3()
     }
 
+    /// `footprint` is how what a mirror shows changes from one edge of the pixel to the other, in x and in y.
     fn radiance(
         &self,
         surface: &Surface,
         triangle: u32,
         wo: Vec3,
-        settings: &OracleSettings,
+        (settings, footprint): (&OracleSettings, &dyn Fn() -> [Vec3; 2]),
         occluders: &mut [u32],
     ) -> DVec3 {
         let emission = surface.emission.as_dvec3();
@@ -289,7 +301,9 @@ impl<'a> Sum<'a> {
                     seen + (reflection.share_seen() - seen) * reflection.resolved
                 }
             };
-            reflected += (reflection.radiance(surface, wo) * seen).as_dvec3();
+            if seen > 0.0 {
+                reflected += (reflection.radiance(surface, wo, footprint()) * seen).as_dvec3();
+            }
         }
         emission + reflected
     }
@@ -300,14 +314,26 @@ impl<'a> Sum<'a> {
         if clamp != Clamp::Own || !surface.is_specular() || self.solid_angle <= 0.0 {
             return None;
         }
-        let normal = surface.shading_normal;
         Some(Reflection {
             environment,
-            direction: normal * (2.0 * normal.dot(wo)) - wo,
+            direction: mirrored(surface, wo),
             resolved: resolved_share(surface.alpha, self.solid_angle),
             seen: 0.0,
             all: 0.0,
         })
+    }
+
+    /// What a ray shows where it meets a triangle's plane, if that is a mirror.
+    fn mirrored(&self, triangle: u32, origin: Vec3, direction: Vec3) -> Vec3 {
+        let geometry = self.tracer.geometry();
+        let [a, b, c] =
+            geometry.triangles[triangle as usize].vertices.map(|v| geometry.positions[v as usize] - origin);
+        let (e1, e2) = (b - a, c - a);
+        let p = direction.cross(e2);
+        let q = (-a).cross(e1);
+        let barycentric = Vec2::new(-a.dot(p), direction.dot(q)) / e1.dot(p);
+        let wo = -direction.normalize();
+        mirrored(&geometry.surface(self.tracer.scene(), triangle, barycentric, wo), wo)
     }
 
     /// Whether a ray from a surface leaves the scene.
@@ -333,9 +359,16 @@ impl Reflection<'_> {
     }
 
     /// What is reflected if nothing is in its way, but for what samples resolve.
-    fn radiance(&self, surface: &Surface, wo: Vec3) -> Vec3 {
+    fn radiance(&self, surface: &Surface, wo: Vec3, footprint: [Vec3; 2]) -> Vec3 {
         let albedo = directional_albedo(surface.shading_normal.dot(wo), surface.alpha);
         let share = surface.f0 * albedo.x + surface.f90 * albedo.y;
-        self.environment.reflected(self.direction, surface.alpha) * share * (1.0 - self.resolved)
+        let alpha = footprint_alpha(surface.alpha, footprint);
+        self.environment.reflected(self.direction, alpha) * share * (1.0 - self.resolved)
     }
+}
+
+/// The direction that a mirror shows.
+fn mirrored(surface: &Surface, wo: Vec3) -> Vec3 {
+    let normal = surface.shading_normal;
+    normal * (2.0 * normal.dot(wo)) - wo
 }

@@ -226,7 +226,9 @@ fn reflected(tracer: &SceneTracer, point: &ViewPoint, candidate: &LightSample, b
                 candidate.triangle(),
             ) =>
         {
-            g * point.reflectance / distance_squared(candidate)
+            let is_distant = matches!(candidate.profile, Profile::Distant { .. });
+            let reflectance = if is_distant { point.reflectance } else { point.local_reflectance };
+            g * reflectance / distance_squared(candidate)
         }
         _ => 0.0,
     }

@@ -4,7 +4,7 @@
 //! cargo run --release -p girandole-reference --example reflections -- [gradient|sky|room] [key=value]…
 //! ```
 //!
-//! `lights=300,1024`, `seeds=2`, `size=320x96`, `paths=256` a pixel for the truth, `reflected=rays` (or `samples`, as the renderer does
+//! `lights=300,1024`, `seeds=2`, `size=320x80`, `paths=256` a pixel for the truth, `reflected=rays` (or `samples`, as the renderer does
 //! it), `folder=FOLDER` for pictures and for a truth that is kept.
 //!
 //! Prints the energy of each sphere as a share of the truth's, and FLIP over its pixels.
@@ -45,7 +45,7 @@ fn main() -> Result<()> {
     };
     let lights = text("lights", "300,1024").split(',').map(number).collect::<Result<Vec<_>>>()?;
     let [seeds, paths] = [number(&text("seeds", "2"))?, number(&text("paths", "256"))?];
-    let size = text("size", "320x96");
+    let size = text("size", "320x80");
     let (width, height) = size.split_once('x').ok_or_else(|| Error::Invalid("size is WIDTHxHEIGHT".into()))?;
     let size = [number(width)?, number(height)?];
     let reflected = match text("reflected", "rays").as_str() {

@@ -1,4 +1,4 @@
-//! A row of spheres of metal and one of plastic, from smooth to rough, and how well each of them is rendered.
+//! Spheres of metal and of plastic in two rows, from smooth to rough, and how well each of them is rendered.
 
 use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::image::Image;
@@ -7,7 +7,7 @@ use girandole_core::scene::{Environment, Geometry, Material, Mesh, Scene, Sky, T
 use girandole_core::trace::SceneTracer;
 use girandole_reference::metrics::{CompareOptions, compare};
 
-/// Of the spheres of a row.
+/// Of the spheres from left to right.
 pub const ROUGHNESS: [f32; 8] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.7, 1.0];
 
 /// What they lie in.
@@ -21,7 +21,7 @@ pub enum Surroundings {
     Room,
 }
 
-/// How well a row is rendered.
+/// How well the spheres of a material are rendered.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// What sends light is not reflected diffusely.
@@ -42,7 +42,7 @@ pub fn gradient() -> Environment {
     Environment { rotation: 0.4, ..Environment::new(map).expect("an environment") }
 }
 
-/// Two rows of spheres, metal in front, and the view of them; their objects come first. Pictures of it are 10 by 3.
+/// Two rows of spheres, and the view of them; their objects come first, those of metal before those of plastic. Pictures of it are 4 by 1.
 pub fn spheres(surroundings: Surroundings) -> (Scene, View) {
     let mut scene = Scene::default();
     for is_metal in [true, false] {
@@ -52,24 +52,28 @@ pub fn spheres(surroundings: Surroundings) -> (Scene, View) {
             let plastic = Material::diffuse("plastic", Vec3::new(0.15, 0.3, 0.6));
             let material = if is_metal { metal } else { plastic };
             let material = scene.add_material(Material { roughness, specular: 1.0, ..material });
-            let mut sphere = shapes::sphere(0.45, 64, 32, material);
-            let at = Vec3::new((i as f32 - 3.5) * 1.5, 0.45, if is_metal { 0.9 } else { -0.9 });
+            let mut sphere = shapes::sphere(0.5, 64, 32, material);
+            // Beside metal there is plastic, and the other way round.
+            let is_in_front = is_metal == (i % 2 == 0);
+            let at = Vec3::new((i as f32 - 3.5) * 1.5, 0.5, if is_in_front { 0.9 } else { -0.9 });
             sphere.positions.iter_mut().for_each(|p| *p += at);
             scene.add_object("sphere", sphere, Transform::IDENTITY);
         }
     }
-    let white = scene.add_material(Material::diffuse("white", Vec3::splat(0.7)));
+    let is_room = surroundings == Surroundings::Room;
+    let white = scene.add_material(Material::diffuse("white", Vec3::splat(if is_room { 0.7 } else { 0.25 })));
     let red = scene.add_material(Material::diffuse("red", Vec3::new(0.7, 0.2, 0.15)));
     let mut quad = |corner: Vec3, u: Vec3, v: Vec3, material| {
         let mut mesh = Mesh::default();
         mesh.add_polygon(&[corner, corner + u, corner + u + v, corner + v], material);
         scene.add_object("wall", mesh, Transform::IDENTITY);
     };
-    let (low, high) = (Vec3::new(-7.0, 0.0, -4.0), Vec3::new(7.0, 5.0, 10.0));
+    let (low, high) = (Vec3::new(-7.0, 0.0, -3.0), Vec3::new(7.0, 4.0, 10.0));
     let size = high - low;
     let [x, y, z] = [Vec3::X * size.x, Vec3::Y * size.y, Vec3::Z * size.z];
-    quad(low, z, x, white);
-    if surroundings == Surroundings::Room {
+    let depth = if is_room { z } else { Vec3::Z * 6.0 };
+    quad(low, depth, x, white);
+    if is_room {
         quad(high, -x, -z, white);
         quad(low, x, y, white);
         quad(high, -y, -x, white);
@@ -77,7 +81,7 @@ pub fn spheres(surroundings: Surroundings) -> (Scene, View) {
         quad(high, -z, -y, white);
         let lamp = scene.add_material(Material::emitter("lamp", Vec3::new(12.0, 11.0, 9.0)));
         let mut mesh = Mesh::default();
-        let corner = Vec3::new(-2.5, 4.9, 1.0);
+        let corner = Vec3::new(-2.5, 3.95, 1.0);
         let (u, v) = (Vec3::X * 3.0, Vec3::Z * 2.0);
         mesh.add_polygon(&[corner, corner + u, corner + u + v, corner + v], lamp);
         scene.add_object("lamp", mesh, Transform::IDENTITY);
@@ -95,7 +99,7 @@ pub fn spheres(surroundings: Surroundings) -> (Scene, View) {
         right,
         up: right.cross(forward),
         forward,
-        half_extent: Vec2::new(0.69, 0.207),
+        half_extent: Vec2::new(0.66, 0.165),
         center: Vec2::ZERO,
         orthographic: false,
         depth: None,
@@ -120,7 +124,7 @@ pub fn seen(tracer: &SceneTracer, view: &View, size: [u32; 2]) -> Vec<Option<usi
     (0..size[0] * size[1]).map(pixel).collect()
 }
 
-/// How well the pixels of both rows are rendered.
+/// How well those of metal and of plastic are rendered.
 pub fn rows(truth: &Image, picture: &Image, seen: &[Option<usize>]) -> [Row; 2] {
     [true, false].map(|is_metal| {
         let of = |i: usize| {

@@ -15,6 +15,11 @@ fn widened_gain(cosine: f32, alpha: f32, widened: f32) -> f32 {
   return (1.0 + widened * (widened * along + across)) / (1.0 + alpha * (alpha * along + across));
 }
 
+// core: brdf::footprint_alpha.
+fn footprint_alpha(alpha: f32, x: vec3f, y: vec3f) -> f32 {
+  return min(sqrt(alpha * alpha + min(dot(x, x) + dot(y, y), 16.0) * (1.0 / 16.0)), max(alpha, 0.5));
+}
+
 // core: brdf::resolved_share.
 fn resolved_share(alpha: f32, solid_angle: f32) -> f32 {
   return alpha * alpha / (alpha * alpha + 0.25 * solid_angle);

@@ -13,7 +13,22 @@ fn reflected_environment(pixel: vec2u, triangle: u32, share: f32) -> vec3f {
   let normal = shading_normal(hit, m);
   let albedo = directional_albedo(dot(normal, hit.wo), r.alpha);
   let direction = reflect(-hit.wo, normal);
-  return reflected_from(direction, r.alpha) * (r.f0 * albedo.x + r.f90 * albedo.y) * share;
+  let step = 1.0 / sqrt(f32(frame.samples));
+  let x = reflected_beside(pixel, hit, m, vec2f(step, 0.0)) - direction;
+  let y = reflected_beside(pixel, hit, m, vec2f(0.0, step)) - direction;
+  return reflected_from(direction, footprint_alpha(r.alpha, x, y)) * (r.f0 * albedo.x + r.f90 * albedo.y) * share;
+}
+
+// What a mirror shows beside a hit, where the neighbouring ray meets the same triangle's plane.
+fn reflected_beside(pixel: vec2u, hit: Hit, m: Material, shift: vec2f) -> vec3f {
+  let t = triangles[hit.triangle];
+  let p0 = vertices[t.vertices.x].position;
+  let ray = pixel_ray(vec2f(pixel) + frame.offset + shift);
+  let b = barycentric(ray.direction, p0 - ray.origin, vertices[t.vertices.y].position - p0, vertices[t.vertices.z].position - p0);
+  var beside = hit;
+  beside.u = b.x;
+  beside.v = b.y;
+  return reflect(normalize(ray.direction), shading_normal(beside, m));
 }
 
 // core: Environment::reflected.
@@ -34,7 +49,8 @@ fn reflected_from(direction: vec3f, alpha: f32) -> vec3f {
 }
 
 fn reflected_at(place: vec2f, level: u32) -> vec3f {
-  let size = vec2i(textureDimensions(reflected_maps, level));
+  // Mesa's software driver takes the size of one lane's level for that of all.
+  let size = vec2i(textureDimensions(reflected_maps) >> vec2u(level));
   let at = place * vec2f(size) - 0.5;
   let low = vec2i(floor(at));
   let f = at - floor(at);
