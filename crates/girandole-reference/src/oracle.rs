@@ -2,8 +2,8 @@
 
 use crate::tiles;
 use girandole_core::brdf::{
-    Surface, directional_albedo, footprint_alpha, resolved_share, sample_weight, specular_brdf, widened_alpha,
-    widened_gain,
+    Surface, directional_albedo, footprint_alpha, resolved_share, sample_weight, specular_brdf,
+    widened_alpha, widened_gain,
 };
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::image::{Image, luminance};
@@ -297,7 +297,12 @@ impl<'a> Sum<'a> {
             let seen = match settings.reflected {
                 Reflected::Samples => reflection.share_seen(),
                 Reflected::Rays => {
-                    let seen = f32::from(u8::from(self.sees_beyond(surface, triangle, origin, reflection.direction)));
+                    let seen = f32::from(u8::from(self.sees_beyond(
+                        surface,
+                        triangle,
+                        origin,
+                        reflection.direction,
+                    )));
                     seen + (reflection.share_seen() - seen) * reflection.resolved
                 }
             };

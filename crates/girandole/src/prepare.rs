@@ -164,10 +164,12 @@ impl AdaptivePasses {
             append_all_points: AppendAllPoints::new(compiler),
             sort_points: SortPoints::new(compiler),
             to_irradiance: points(false),
-            to_radiance: (!compiler.features.textures && !compiler.features.reflects_environment).then(|| RadiancePasses {
-                points: points(true),
-                first_samples: FirstSamples::new(&Compiler { writes_radiance: true, ..*compiler }),
-            }),
+            to_radiance: (!compiler.features.textures && !compiler.features.reflects_environment).then(
+                || RadiancePasses {
+                    points: points(true),
+                    first_samples: FirstSamples::new(&Compiler { writes_radiance: true, ..*compiler }),
+                },
+            ),
         }
     }
 }

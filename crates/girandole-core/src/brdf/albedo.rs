@@ -81,7 +81,8 @@ mod tests {
         // Between entries, against many more half vectors.
         let mut most: f32 = 0.0;
         for i in 0..100 {
-            let (cosine, alpha) = (0.1 + 0.9 * ((i * 37 % 100) as f32) / 100.0, ((i as f32 + 0.5) / 100.0).powi(2));
+            let (cosine, alpha) =
+                (0.1 + 0.9 * ((i * 37 % 100) as f32) / 100.0, ((i as f32 + 0.5) / 100.0).powi(2));
             let error = (directional_albedo(cosine, alpha) - integrated(cosine, alpha)).abs().max_element();
             most = most.max(error);
         }

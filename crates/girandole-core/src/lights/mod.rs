@@ -122,7 +122,9 @@ pub struct LightSample {
 /// [`resolved_share`](crate::brdf::resolved_share) says what of their lobes is resolved.
 pub fn mean_solid_angle(samples: &[LightSample]) -> f32 {
     let of = |sample: &LightSample| match sample.profile {
-        Profile::Distant { solid_angle, .. } if sample.intensity != Vec3::ZERO => Some(f64::from(solid_angle)),
+        Profile::Distant { solid_angle, .. } if sample.intensity != Vec3::ZERO => {
+            Some(f64::from(solid_angle))
+        }
         _ => None,
     };
     let count = samples.iter().filter_map(of).count();

@@ -46,7 +46,8 @@ fn main() -> Result<()> {
     let lights = text("lights", "300,1024").split(',').map(number).collect::<Result<Vec<_>>>()?;
     let [seeds, paths] = [number(&text("seeds", "2"))?, number(&text("paths", "256"))?];
     let size = text("size", "320x80");
-    let (width, height) = size.split_once('x').ok_or_else(|| Error::Invalid("size is WIDTHxHEIGHT".into()))?;
+    let (width, height) =
+        size.split_once('x').ok_or_else(|| Error::Invalid("size is WIDTHxHEIGHT".into()))?;
     let size = [number(width)?, number(height)?];
     let reflected = match text("reflected", "rays").as_str() {
         "rays" => Reflected::Rays,
@@ -64,7 +65,10 @@ fn main() -> Result<()> {
         let kept = folder.map(|folder| folder.join(format!("{name}-truth.exr")));
         let truth = match &kept {
             Some(kept) if kept.exists() => image_file::read_exr(kept)?,
-            _ => path_trace(&tracer, &view, size, &PathSettings { paths, bounces: Some(5), seed: 7 }, &|_| ()).mean,
+            _ => {
+                path_trace(&tracer, &view, size, &PathSettings { paths, bounces: Some(5), seed: 7 }, &|_| ())
+                    .mean
+            }
         };
         if let Some(kept) = &kept {
             image_file::write_exr(kept, &truth)?;
@@ -89,7 +93,9 @@ fn main() -> Result<()> {
                     rows.iter().map(|rows| of(&rows[i])).sum::<f64>() / f64::from(seeds)
                 };
                 let line = |of: &dyn Fn(&spheres::Row, usize) -> f64| {
-                    (0..ROUGHNESS.len()).map(|s| format!("{:6.3}", mean(&|row| of(row, s)))).collect::<String>()
+                    (0..ROUGHNESS.len())
+                        .map(|s| format!("{:6.3}", mean(&|row| of(row, s))))
+                        .collect::<String>()
                 };
                 println!("{name:8} {count:5} {what:8} energy    {}", line(&|row, s| row.energy[s]));
                 println!("{name:8} {count:5} {what:8} FLIP      {}", line(&|row, s| row.flip[s]));

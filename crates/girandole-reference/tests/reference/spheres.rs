@@ -47,8 +47,7 @@ pub fn spheres(surroundings: Surroundings) -> (Scene, View) {
     let mut scene = Scene::default();
     for is_metal in [true, false] {
         for (i, roughness) in ROUGHNESS.into_iter().enumerate() {
-            let metal =
-                Material { metallic: 1.0, ..Material::diffuse("metal", Vec3::new(0.95, 0.75, 0.45)) };
+            let metal = Material { metallic: 1.0, ..Material::diffuse("metal", Vec3::new(0.95, 0.75, 0.45)) };
             let plastic = Material::diffuse("plastic", Vec3::new(0.15, 0.3, 0.6));
             let material = if is_metal { metal } else { plastic };
             let material = scene.add_material(Material { roughness, specular: 1.0, ..material });

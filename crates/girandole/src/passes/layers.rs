@@ -14,8 +14,11 @@ pub(crate) struct Layers {
 
 impl Layers {
     pub fn new(compiler: &Compiler) -> Self {
-        let source =
-            if compiler.features.reflects_environment { &shaders::LAYERS_REFLECTING } else { &shaders::LAYERS };
+        let source = if compiler.features.reflects_environment {
+            &shaders::LAYERS_REFLECTING
+        } else {
+            &shaders::LAYERS
+        };
         let kernel = |entry| compiler.kernel(source, entry);
         Self { add: kernel("add_layer"), put_before: kernel("put_before") }
     }

@@ -121,7 +121,8 @@ impl<'a> BandSample<'a> {
 
     /// What surfaces reflect of the environment, where any do.
     pub fn reflected_environment(&self) -> impl Iterator<Item = Binding<'a>> + use<'a> {
-        let reflected = self.scene.environment.as_ref().and_then(|environment| environment.reflected.as_ref());
+        let reflected =
+            self.scene.environment.as_ref().and_then(|environment| environment.reflected.as_ref());
         reflected.into_iter().flat_map(|reflected| {
             [texture("reflected_maps", &reflected.maps), texture("albedo_table", &reflected.albedo_table)]
         })

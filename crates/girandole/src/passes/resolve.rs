@@ -12,8 +12,11 @@ pub(crate) struct Resolve {
 
 impl Resolve {
     pub fn new(compiler: &Compiler) -> Self {
-        let source =
-            if compiler.features.reflects_environment { &shaders::RESOLVE_REFLECTING } else { &shaders::RESOLVE };
+        let source = if compiler.features.reflects_environment {
+            &shaders::RESOLVE_REFLECTING
+        } else {
+            &shaders::RESOLVE
+        };
         Self { kernel: compiler.kernel(source, "resolve") }
     }
 

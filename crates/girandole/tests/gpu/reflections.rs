@@ -47,10 +47,16 @@ fn oracle(context: &Context) {
         let picture = context.frame(&mut renderer, &view, SIZE, &bounded(Mode::Naive));
         let sum = summed(&stage, &view, SIZE, Reflected::Samples);
         let found = compared(&sum, &picture);
-        assert!((found.energy_ratio - 1.0).abs() < 0.005 && found.rel_mse < 2e-3, "{surroundings:?}: {found:?}");
+        assert!(
+            (found.energy_ratio - 1.0).abs() < 0.005 && found.rel_mse < 2e-3,
+            "{surroundings:?}: {found:?}"
+        );
         // With rays instead of samples it looks nearly the same.
         let traced = compared(&summed(&stage, &view, SIZE, Reflected::Rays), &picture);
-        assert!((traced.energy_ratio - 1.0).abs() < 0.03 && traced.flip < 0.06, "{surroundings:?}: {traced:?}");
+        assert!(
+            (traced.energy_ratio - 1.0).abs() < 0.03 && traced.flip < 0.06,
+            "{surroundings:?}: {traced:?}"
+        );
         // The control: points of light are spots.
         let bare = RenderSettings { clamp: Clamp::At(1e6), ..bounded(Mode::Naive) };
         let points = compared(&sum, &context.frame(&mut renderer, &view, SIZE, &bare));
@@ -81,7 +87,12 @@ fn modes(context: &Context) {
         [Mode::Naive, Mode::Full].map(|mode| context.frame(&mut renderer, &view, SIZE, &smoothed(mode)));
     assert!(flip(&smooth, &full) < 0.03, "{}", flip(&smooth, &full));
     // The control: without the environment's own maps.
-    let bare = context.frame(&mut renderer, &view, SIZE, &RenderSettings { clamp: Clamp::At(1e6), ..bounded(Mode::Full) });
+    let bare = context.frame(
+        &mut renderer,
+        &view,
+        SIZE,
+        &RenderSettings { clamp: Clamp::At(1e6), ..bounded(Mode::Full) },
+    );
     assert!(flip(&naive, &bare) > 0.05);
 }
 

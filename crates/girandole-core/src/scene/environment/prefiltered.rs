@@ -147,7 +147,9 @@ impl Cells {
         let [width, height] = [directions.columns.len(), directions.rows.len()];
         let row = |j: u32| {
             let mut open = Vec::new();
-            (0..width).map(|i| self.mean_about(directions.at(i, j as usize), alpha, &mut open)).collect::<Vec<_>>()
+            (0..width)
+                .map(|i| self.mean_about(directions.at(i, j as usize), alpha, &mut open))
+                .collect::<Vec<_>>()
         };
         let pixels = rows(height as u32, row).concat();
         Image { width: width as u32, height: height as u32, pixels }
@@ -259,12 +261,16 @@ mod tests {
         for alpha in [0.05, 0.1, 0.2, 0.4, 0.8] {
             for i in 0..6 {
                 let normal = warp::sphere(Vec2::from_array([0, 1].map(|d| sequence::sample(i, d, 3))));
-                let (found, expected) = (environment.reflected(normal, alpha), exact(&environment, normal, alpha));
+                let (found, expected) =
+                    (environment.reflected(normal, alpha), exact(&environment, normal, alpha));
                 let error = ((found - expected) / expected).abs().max_element();
                 assert!(error < 0.08, "α {alpha}, {normal}: {found} for {expected}");
                 // The control: another lobe is not it.
                 let other = exact(&environment, normal, 2.5 * alpha);
-                assert!(alpha > 0.3 || ((found - other) / other).abs().max_element() > 1.5 * error, "{other}");
+                assert!(
+                    alpha > 0.3 || ((found - other) / other).abs().max_element() > 1.5 * error,
+                    "{other}"
+                );
             }
         }
     }
