@@ -5,6 +5,10 @@
 //! which for Schlick's Fresnel is F0 + (F90 − F0)/21: what is reflected of light from everywhere to everywhere is
 //! then at most what arrives.
 
+mod albedo;
+
+pub use albedo::{ALBEDO_ENTRIES, albedo_table, directional_albedo};
+
 use glam::Vec3;
 
 mod lobe;
@@ -85,6 +89,49 @@ pub fn widened_alpha(alpha: f32, solid_angle: f32) -> f32 {
     (alpha * alpha + 0.25 * solid_angle).sqrt().min(1.0)
 }
 
+/// What a widened lobe is multiplied by to reflect as much as before in all: the wider a lobe, the more of it is lost between facets. Within 7 %
+/// of the ratio of both lobes' directional albedos with an f0 of 1 (a fit). `cosine` is that of the angle between normal and view. Mirrored
+/// in `shaders/lib/brdf.wgsl`.
+pub fn widened_gain(cosine: f32, alpha: f32, widened: f32) -> f32 {
+    let nv = cosine.clamp(0.0, 1.0);
+    let (along, across) = (3.29 * nv - 0.86, 0.95 * (1.0 - nv) * (1.0 - nv));
+    let lost = |alpha: f32| 1.0 + alpha * (alpha * along + across);
+    lost(widened) / lost(alpha)
+}
+
+/// GGX α of a lobe that is seen through a pixel across which the reflected direction changes by so much, in x and in y: as wide as both
+/// together, at most half of a hemisphere. Mirrored in `shaders/lib/brdf.wgsl`.
+pub fn footprint_alpha(alpha: f32, footprint: [Vec3; 2]) -> f32 {
+    let [x, y] = footprint.map(Vec3::length_squared);
+    let seen = alpha * alpha + (x + y) * (1.0 / 16.0);
+    // Where normals turn within a pixel there may be no number.
+    if seen.is_finite() { seen.sqrt().min(alpha.max(0.5)) } else { alpha.max(0.5) }
+}
+
+/// The share of a lobe that is left where light samples that stand for a `solid_angle` each widen it: as much as of its tail is right. The
+/// rest of what an environment sends is taken from its [prefiltered maps](crate::scene::PrefilteredEnvironment). Mirrored in
+/// `shaders/lib/brdf.wgsl`.
+pub fn resolved_share(alpha: f32, solid_angle: f32) -> f32 {
+    alpha * alpha / (alpha * alpha + 0.25 * solid_angle)
+}
+
+/// What samples of an environment stand for at least where it is asked what lies behind a reflection, sr: what a texel of the
+/// prefiltered maps spreads over. The sun's samples stand for less.
+pub const LEAST_SOLID_ANGLE: f32 = 1e-3;
+
+/// About how much of what a lobe about the direction `reflected` reflects comes from the directions that a sample of an environment stands
+/// for, in any unit, for its radiance times its solid angle of 1. As a lobe's tail is far beyond a sample's extent, and no wider than
+/// what the sample stands for where the lobe is narrow. Mirrored in `shaders/lib/brdf.wgsl`.
+pub fn sample_weight(reflected: Vec3, wi: Vec3, alpha: f32, solid_angle: f32) -> f32 {
+    let cosine = reflected.dot(wi);
+    // The squared tangent of half of the angle is the slope of the half vector.
+    let slope2 = ((1.0 - cosine) / (1.0 + cosine).max(1e-3)).max(0.0);
+    let width2 = alpha * alpha + 0.25 * solid_angle.max(LEAST_SOLID_ANGLE);
+    let share = alpha * alpha / width2;
+    let tail = width2 / ((slope2 + width2) * (slope2 + width2));
+    share * tail + (1.0 - share) * libm::expf(-slope2 / width2) / width2
+}
+
 /// The specular BRDF, 1/sr: GGX distribution, height-correlated Smith visibility (Heitz 2014, eq. 99), Schlick's
 /// Fresnel. `wo` and `wi` are unit vectors away from the surface with positive cosines to `normal`.
 pub fn specular_brdf(normal: Vec3, wo: Vec3, wi: Vec3, f0: Vec3, f90: f32, alpha: f32) -> Vec3 {
@@ -154,6 +201,21 @@ mod tests {
         };
         let half = lobe(0.5 * solid_angle.sqrt()) / lobe(0.0);
         assert!((0.45..0.75).contains(&half), "{half}");
+    }
+
+    #[test]
+    fn widened_lobes_keep_what_they_reflect() {
+        for cosine in [0.15, 0.4, 0.7, 1.0] {
+            for (alpha, widened) in [(0.01, 0.2), (0.01, 0.6), (0.1, 1.0), (0.5, 0.8), (0.9, 1.0)] {
+                let reflected = |alpha| directional_albedo(cosine, 1.0, 1.0, alpha);
+                let gain = f64::from(widened_gain(cosine, alpha, widened));
+                let found = gain * reflected(widened) / reflected(alpha);
+                assert!((found - 1.0).abs() < 0.12, "{cosine}, {alpha} to {widened}: {found}");
+            }
+        }
+        // The control: without, two thirds of the light would be lost.
+        assert!(directional_albedo(1.0, 1.0, 1.0, 1.0) < 0.35);
+        assert_eq!(widened_gain(0.5, 0.3, 0.3), 1.0);
     }
 
     #[test]

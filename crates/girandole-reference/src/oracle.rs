@@ -1,11 +1,14 @@
 //! The exact many-light sum: every light of a set at every pixel, visibility by traced rays.
 
 use crate::tiles;
-use girandole_core::brdf::{Surface, specular_brdf, widened_alpha};
+use girandole_core::brdf::{
+    Surface, directional_albedo, footprint_alpha, resolved_share, sample_weight, specular_brdf,
+    widened_alpha, widened_gain,
+};
 use girandole_core::glam::{DVec3, Vec2, Vec3};
-use girandole_core::image::Image;
-use girandole_core::lights::{Clamp, LightSample, LightSet};
-use girandole_core::scene::{LocalView, NONE, View};
+use girandole_core::image::{Image, luminance};
+use girandole_core::lights::{Clamp, LightSample, LightSet, Profile, mean_solid_angle};
+use girandole_core::scene::{Environment, LocalView, NONE, View};
 use girandole_core::trace::SceneTracer;
 use girandole_core::visibility::{State, VisibilityDatabase};
 use std::f32::consts::FRAC_1_PI;
@@ -18,17 +21,30 @@ pub struct OracleSettings {
     pub samples_per_axis: u32,
     /// Bound on the geometric factor near samples.
     pub clamp: Clamp,
+    /// How it is decided whether what is reflected sees the environment, as far as samples do not resolve it.
+    pub reflected: Reflected,
+}
+
+/// How it is decided whether what a surface reflects is the environment, or something in its way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reflected {
+    /// By a ray for what is sharper than samples are spaced, by samples else.
+    #[default]
+    Rays,
+    /// By what samples in that direction see, as the renderer does.
+    Samples,
 }
 
 impl Default for OracleSettings {
     /// Pixel centres, exact: what a frame without anti-aliasing and clamp is compared with.
     fn default() -> Self {
-        Self { samples_per_axis: 1, clamp: Clamp::Off }
+        Self { samples_per_axis: 1, clamp: Clamp::Off, reflected: Reflected::default() }
     }
 }
 
 /// The picture that a light set gives, exactly: at each point seen, `L = Le + Σ (ρ/π + f) · I · V · G` over all
-/// lights (Barczak §4.1; f is the specular BRDF), V by traced rays. What is seen through surfaces that let light through is
+/// lights (Barczak §4.1; f is the specular BRDF), V by traced rays. With [`Clamp::Own`], lobes are widened as far as samples demand,
+/// and what they cannot show of an environment comes from its prefiltered maps. What is seen through surfaces that let light through is
 /// weakened by them; light that falls through them is not. Radiance, W/(sr·m²); the background is the environment.
 ///
 /// Threads and tiles do not change the result. `progress` is called with the finished share, 0 to 1, from any thread.
@@ -40,7 +56,7 @@ pub fn oracle(
     settings: &OracleSettings,
     progress: &(dyn Fn(f32) + Sync),
 ) -> Image {
-    picture(&Sum { tracer, lights: lights.samples(), database: None }, view, size, settings, progress)
+    picture(&Sum::new(tracer, lights, None), view, size, settings, progress)
 }
 
 /// [`oracle`] with rays only for the pairs that a visibility database for the same lights marks as partial: an unoccluded
@@ -54,7 +70,7 @@ pub fn oracle_with_states(
     settings: &OracleSettings,
     progress: &(dyn Fn(f32) + Sync),
 ) -> Image {
-    let sum = Sum { tracer, lights: lights.samples(), database: Some(database) };
+    let sum = Sum::new(tracer, lights, Some(database));
     picture(&sum, view, size, settings, progress)
 }
 
@@ -63,6 +79,19 @@ struct Sum<'a> {
     tracer: &'a SceneTracer<'a>,
     lights: &'a [LightSample],
     database: Option<&'a VisibilityDatabase>,
+    /// Mean solid angle of the samples of the environment, sr.
+    solid_angle: f32,
+}
+
+/// What a surface reflects of the environment beyond what light samples resolve.
+struct Reflection<'a> {
+    environment: &'a Environment,
+    direction: Vec3,
+    /// Share of the lobe that samples resolve.
+    resolved: f32,
+    /// Weights of the samples that are seen, and of all.
+    seen: f32,
+    all: f32,
 }
 
 fn picture(
@@ -92,7 +121,7 @@ pub fn oracle_pixel(
     settings: &OracleSettings,
 ) -> Vec3 {
     let mut occluders = vec![NONE; lights.len()];
-    let sum = Sum { tracer, lights: lights.samples(), database: None };
+    let sum = Sum::new(tracer, lights, None);
     let view = view.relative_to(tracer.geometry().origin);
     sum.pixel(&view, size, pixel, settings, &mut occluders)
 }
@@ -108,8 +137,10 @@ pub fn radiance(
     clamp: Clamp,
 ) -> Vec3 {
     let mut occluders = vec![NONE; lights.len()];
-    let sum = Sum { tracer, lights: lights.samples(), database: None };
-    sum.radiance(surface, triangle, wo, clamp, &mut occluders).as_vec3()
+    let sum = Sum::new(tracer, lights, None);
+    let settings = OracleSettings { clamp, ..OracleSettings::default() };
+    let a_point = || [Vec3::ZERO; 2];
+    sum.radiance(surface, triangle, wo, (&settings, &a_point), &mut occluders).as_vec3()
 }
 
 /// Whether nothing lies between a surface point and a light: the point is offset from its triangle, and neither that
@@ -142,7 +173,16 @@ fn occluder(
     )
 }
 
-impl Sum<'_> {
+impl<'a> Sum<'a> {
+    fn new(
+        tracer: &'a SceneTracer<'a>,
+        lights: &'a LightSet,
+        database: Option<&'a VisibilityDatabase>,
+    ) -> Self {
+        let lights = lights.samples();
+        Self { tracer, lights, database, solid_angle: mean_solid_angle(lights) }
+    }
+
     /// `occluders` caches for each light the last triangle that blocked it: it saves most of the traversal and never
     /// changes the result.
     fn pixel(
@@ -169,7 +209,17 @@ impl Sum<'_> {
                 for hit in visible.chain(hit) {
                     let surface =
                         tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
-                    total += passed * self.radiance(&surface, hit.triangle, wo, settings.clamp, occluders);
+                    let beside = |shift: Vec2| {
+                        let at = Vec2::new(x as f32, y as f32) + within + shift / n as f32;
+                        let (origin, direction) = view.pixel_ray(at, size);
+                        self.mirrored(hit.triangle, origin, direction)
+                    };
+                    let footprint = || {
+                        let here = mirrored(&surface, wo);
+                        [Vec2::X, Vec2::Y].map(|shift| beside(shift) - here)
+                    };
+                    let settings = (settings, &footprint as &dyn Fn() -> [Vec3; 2]);
+                    total += passed * self.radiance(&surface, hit.triangle, wo, settings, occluders);
                     passed *= surface.transmittance.as_dvec3();
                 }
                 if let (None, Some(environment)) = (hit, &tracer.scene().environment)
@@ -182,12 +232,13 @@ impl Sum<'_> {
         (total / f64::from(n * n)).as_vec3()
     }
 
+    /// `footprint` is how what a mirror shows changes from one edge of the pixel to the other, in x and in y.
     fn radiance(
         &self,
         surface: &Surface,
         triangle: u32,
         wo: Vec3,
-        clamp: Clamp,
+        (settings, footprint): (&OracleSettings, &dyn Fn() -> [Vec3; 2]),
         occluders: &mut [u32],
     ) -> DVec3 {
         let emission = surface.emission.as_dvec3();
@@ -195,14 +246,17 @@ impl Sum<'_> {
         if diffuse == Vec3::ZERO && !surface.is_specular() {
             return emission;
         }
+        let clamp = settings.clamp;
         let origin = self.tracer.offset_ray_origin(surface.position, surface.geometric_normal);
         let front = self.tracer.geometry().normal(triangle).dot(wo) >= 0.0;
         let states = self.database.and_then(|database| {
             let leaf = database.receivers().leaf_at(triangle, surface.position, front)?;
             Some(database.leaf_states(leaf))
         });
+        let mut reflection = self.reflection(surface, wo, clamp);
         let mut reflected = DVec3::ZERO;
         for (index, (light, last)) in self.lights.iter().zip(occluders).enumerate() {
+            let weight = reflection.as_mut().map_or(0.0, |r| r.add(surface, light));
             let state = states.map_or(State::Partial, |s| s[index]);
             if state == State::Full {
                 continue;
@@ -216,7 +270,12 @@ impl Sum<'_> {
                     Clamp::Own => widened_alpha(surface.alpha, light.solid_angle(surface.position)),
                     _ => surface.alpha,
                 };
-                brdf += specular_brdf(surface.shading_normal, wo, wi, surface.f0, surface.f90, alpha);
+                let resolved = match (&reflection, light.profile) {
+                    (Some(reflection), Profile::Distant { .. }) => reflection.resolved,
+                    _ => 1.0,
+                };
+                let share = resolved * widened_gain(surface.shading_normal.dot(wo), surface.alpha, alpha);
+                brdf += share * specular_brdf(surface.shading_normal, wo, wi, surface.f0, surface.f90, alpha);
             }
             let contribution = brdf * light.intensity * factor;
             if contribution == Vec3::ZERO {
@@ -228,9 +287,93 @@ impl Sum<'_> {
             };
             match blocking {
                 Some(blocking) => *last = blocking,
-                None => reflected += contribution.as_dvec3(),
+                None => {
+                    reflected += contribution.as_dvec3();
+                    reflection.iter_mut().for_each(|r| r.seen += weight);
+                }
+            }
+        }
+        if let Some(reflection) = reflection {
+            let seen = match settings.reflected {
+                Reflected::Samples => reflection.share_seen(),
+                Reflected::Rays => {
+                    let seen = f32::from(u8::from(self.sees_beyond(
+                        surface,
+                        triangle,
+                        origin,
+                        reflection.direction,
+                    )));
+                    seen + (reflection.share_seen() - seen) * reflection.resolved
+                }
+            };
+            if seen > 0.0 {
+                reflected += (reflection.radiance(surface, wo, footprint()) * seen).as_dvec3();
             }
         }
         emission + reflected
     }
+
+    /// What to take from the environment's own maps, if there is any.
+    fn reflection(&self, surface: &Surface, wo: Vec3, clamp: Clamp) -> Option<Reflection<'_>> {
+        let environment = self.tracer.scene().environment.as_ref()?;
+        if clamp != Clamp::Own || !surface.is_specular() || self.solid_angle <= 0.0 {
+            return None;
+        }
+        Some(Reflection {
+            environment,
+            direction: mirrored(surface, wo),
+            resolved: resolved_share(surface.alpha, self.solid_angle),
+            seen: 0.0,
+            all: 0.0,
+        })
+    }
+
+    /// What a ray shows where it meets a triangle's plane, if that is a mirror.
+    fn mirrored(&self, triangle: u32, origin: Vec3, direction: Vec3) -> Vec3 {
+        let geometry = self.tracer.geometry();
+        let [a, b, c] =
+            geometry.triangles[triangle as usize].vertices.map(|v| geometry.positions[v as usize] - origin);
+        let (e1, e2) = (b - a, c - a);
+        let p = direction.cross(e2);
+        let q = (-a).cross(e1);
+        let barycentric = Vec2::new(-a.dot(p), direction.dot(q)) / e1.dot(p);
+        let wo = -direction.normalize();
+        mirrored(&geometry.surface(self.tracer.scene(), triangle, barycentric, wo), wo)
+    }
+
+    /// Whether a ray from a surface leaves the scene.
+    fn sees_beyond(&self, surface: &Surface, triangle: u32, origin: Vec3, direction: Vec3) -> bool {
+        let end = origin + direction * (origin.length() + 2.0 * self.tracer.geometry().extent());
+        surface.geometric_normal.dot(direction) > 0.0 && !self.tracer.occluded(origin, triangle, end, NONE)
+    }
+}
+
+impl Reflection<'_> {
+    /// Counts a light sample; its weight.
+    fn add(&mut self, surface: &Surface, light: &LightSample) -> f32 {
+        let Profile::Distant { solid_angle, .. } = light.profile else { return 0.0 };
+        let lobe = sample_weight(self.direction, -light.normal, surface.alpha, solid_angle);
+        let weight = luminance(light.intensity) * lobe;
+        self.all += weight;
+        weight
+    }
+
+    /// Share of what is reflected that samples see.
+    fn share_seen(&self) -> f32 {
+        if self.all > 0.0 { self.seen / self.all } else { 0.0 }
+    }
+
+    /// What is reflected if nothing is in its way, but for what samples resolve.
+    fn radiance(&self, surface: &Surface, wo: Vec3, footprint: [Vec3; 2]) -> Vec3 {
+        let albedo = directional_albedo(surface.shading_normal.dot(wo), surface.alpha);
+        let share = surface.f0 * albedo.x + surface.f90 * albedo.y;
+        let alpha = footprint_alpha(surface.alpha, footprint);
+        self.environment.reflected(self.direction, alpha) * share * (1.0 - self.resolved)
+    }
+}
+
+/// The direction that a mirror shows.
+fn mirrored(surface: &Surface, wo: Vec3) -> Vec3 {
+    let normal = surface.shading_normal;
+    normal * (2.0 * normal.dot(wo)) - wo
 }

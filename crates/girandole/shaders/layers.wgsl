@@ -32,7 +32,8 @@ fn add_layer(@builtin(global_invocation_id) invocation: vec3u) {
     let diffuse = DiffuseMaterial(triangles[id - 1u].material, r.albedo / PI, m.emission * emission_factor(hit, m));
     var other = vec4f(0.0);
     if HAS_SPECULAR { other = textureLoad(directional, point, 0); }
-    sent = passed * vec4f(radiance_of(diffuse, textureLoad(irradiance, point, 0).xyz, other), 0.0);
+    let radiance = radiance_of(diffuse, textureLoad(irradiance, point, 0).xyz, other);
+    sent = passed * vec4f(radiance + reflected_environment(pixel, id - 1u, -other.w), 0.0);
     passed *= vec4f(transmittance(r, abs(dot(shading_normal(hit, m), hit.wo))), 1.0);
   }
   layer_sums[at] = passed;

@@ -96,5 +96,5 @@ fn sum_lights(in: Out) -> Sums {
     }
   }
   let is_direction = HAS_CURVED && sums.shading.reflection.f90 <= 0.0;
-  return Sums(vec4f(sums.irradiance, 0.0), vec4f(select(sums.specular, sums.light_direction, is_direction), 0.0));
+  return Sums(vec4f(sums.irradiance, 0.0), vec4f(select(sums.specular, sums.light_direction, is_direction), sums.seen_weight));
 }

@@ -10,6 +10,7 @@
 @group(2) @binding(7) var summed_directional: texture_2d<f32>;
 @group(2) @binding(8) var fine_irradiance: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(9) var fine_directional: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(10) var<storage, read> lights: array<Light>;
 
 override HAS_CURVED: bool;
 override HAS_SPECULAR: bool;
@@ -25,15 +26,23 @@ fn collect(index: u32, leaf: u32) {
   }
   textureStore(fine_irradiance, point, vec4f(max(irradiance, vec3f(0.0)), f32(textureLoad(surface_ids, pixel, 0).x)));
   if HAS_CURVED || HAS_SPECULAR {
+    let summed = textureLoad(summed_directional, point, 0);
     var reflects = false;
+    var share = 0.0;
     if HAS_SPECULAR {
       var hit = hit_at(pixel, triangle);
       let m = materials[triangles[triangle].material];
       if varies(m) { hit = with_coordinates(pixel, hit); }
-      reflects = reflection(hit, m).f90 > 0.0;
+      let r = reflection(hit, m);
+      reflects = r.f90 > 0.0;
+      if REFLECTS_ENVIRONMENT && reflects && frame.sample_solid_angle > 0.0 {
+        let reflected = reflect(-hit.wo, shading_normal(hit, m));
+        var weight = 0.0;
+        for (var i = 0u; i < frame.end_light; i++) { weight += weight_of(lights[i], reflected, r.alpha); }
+        share = environment_share(r.alpha, summed.w, weight);
+      }
     }
-    let is_direction = select(0.0, 1.0, HAS_CURVED && !reflects);
-    textureStore(fine_directional, point, vec4f(textureLoad(summed_directional, point, 0).xyz, is_direction));
+    textureStore(fine_directional, point, vec4f(summed.xyz, select(-share, 1.0, HAS_CURVED && !reflects)));
   }
 }
 

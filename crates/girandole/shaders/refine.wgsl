@@ -20,6 +20,7 @@
 
 override HAS_CURVED: bool = false;
 override HAS_SPECULAR: bool = false;
+override REFLECTS_ENVIRONMENT: bool = false;
 
 struct GridPoint { irradiance: vec4f, directional: vec4f } // the first with the surface id
 
@@ -61,6 +62,9 @@ fn interpolate_or_defer(
   let surface_id = surface.x;
   var range = high.irradiance - low.irradiance;
   if HAS_SPECULAR && value.directional.w <= 0.0 { range = max(range, vec4f((high.directional - low.directional).xyz * PI, 0.0)); }
+  if REFLECTS_ENVIRONMENT {
+    range = max(range, vec4f(value.irradiance.xyz * (high.directional.w - low.directional.w), 0.0));
+  }
   let same = low.irradiance.w == high.irradiance.w && u32(low.irradiance.w) == surface_id
     && (surface_id & (CURVED | SHINY)) == 0u;
   let is_even = same && max(range.x, max(range.y, range.z)) <= allowed_range(value.irradiance.xyz);

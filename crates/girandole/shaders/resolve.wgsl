@@ -28,7 +28,7 @@ fn resolve(@builtin(global_invocation_id) invocation: vec3u) {
     }
     var other = vec4f(0.0);
     if HAS_SPECULAR { other = textureLoad(directional, point, 0); }
-    sent = radiance_of(diffuse, textureLoad(irradiance, point, 0).xyz, other);
+    sent = radiance_of(diffuse, textureLoad(irradiance, point, 0).xyz, other) + reflected_environment(pixel, id - 1u, -other.w);
   }
   add_sample(pixel, sent, id > 0u);
 }

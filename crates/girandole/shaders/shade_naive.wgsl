@@ -2,7 +2,7 @@
 // order of lights, in groups of GROUP, so the size of batches (whole groups) and bands changes nothing.
 
 @group(2) @binding(0) var triangle_ids: texture_2d<u32>;
-// Two elements a pixel: irradiance, specular radiance.
+// Two elements a pixel: irradiance, specular radiance; and the weights of samples of the environment, those that are seen and all.
 @group(2) @binding(3) var<storage, read_write> partial_sums: array<vec4f>;
 @group(2) @binding(4) var<uniform> maps: Maps;
 // The sums as a picture, after the last batch.
@@ -19,8 +19,13 @@ fn begin(pixel: vec2u) -> PointSums {
     let index = 2u * band_index(pixel);
     sums.irradiance = partial_sums[index].xyz;
     sums.specular = partial_sums[index + 1u].xyz;
+    sums.seen_weight = partial_sums[index].w;
+    sums.weight = partial_sums[index + 1u].w;
   }
   sums.shading = shading_at(pixel, id - 1u);
+  if reflects_environment(sums) {
+    for (var i = 0u; i < frame.end_light - frame.first_light; i++) { sums.weight += weight_in(lights[i], sums.shading); }
+  }
   return sums;
 }
 
@@ -29,11 +34,11 @@ fn end(pixel: vec2u, sums: PointSums) {
   if frame.last_batch != 0u {
     let point = pixel - vec2u(0u, frame.band.x);
     textureStore(fine_irradiance, point, vec4f(sums.irradiance, 1.0));
-    if HAS_SPECULAR { textureStore(fine_directional, point, vec4f(sums.specular, 0.0)); }
+    if HAS_SPECULAR { textureStore(fine_directional, point, directional_of(sums)); }
   } else {
     let index = 2u * band_index(pixel);
-    partial_sums[index] = vec4f(sums.irradiance, 1.0);
-    partial_sums[index + 1u] = vec4f(sums.specular, 0.0);
+    partial_sums[index] = vec4f(sums.irradiance, sums.seen_weight);
+    partial_sums[index + 1u] = vec4f(sums.specular, sums.weight);
   }
 }
 

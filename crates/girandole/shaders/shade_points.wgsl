@@ -10,6 +10,7 @@ fn shade_points(@builtin(global_invocation_id) invocation: vec3u) {
 
 var<workgroup> irradiances: array<vec3f, WORKGROUP>;
 var<workgroup> directionals: array<vec3f, WORKGROUP>;
+var<workgroup> weights: array<vec2f, WORKGROUP>; // of samples of the environment: those that are seen, and all
 
 fn add_light(sums: ptr<function, PointSums>, light: Light, counted: f32) {
   let texel = shadow_texel_of(light, (*sums).shading);
@@ -33,7 +34,10 @@ fn shade_points_cooperative(@builtin(workgroup_id) group: vec3u, @builtin(local_
       sums.irradiance = vec3f(0.0);
       sums.specular = vec3f(0.0);
       sums.light_direction = vec3f(0.0);
+      sums.seen_weight = 0.0;
+      sums.weight = 0.0;
     }
+    add_weights(&sums, lane, LANES);
     let all = light_list(leaf);
     add_looked_up_then(&sums, leaf, all, lane, LANES);
     let list = remaining(leaf, all);
@@ -51,6 +55,7 @@ fn shade_points_cooperative(@builtin(workgroup_id) group: vec3u, @builtin(local_
   let is_direction = HAS_CURVED && sums.shading.reflection.f90 <= 0.0;
   irradiances[local.x] = sums.irradiance;
   directionals[local.x] = select(sums.specular, sums.light_direction, is_direction);
+  if REFLECTS_ENVIRONMENT { weights[local.x] = vec2f(sums.seen_weight, sums.weight); }
   workgroupBarrier();
   if lane > 0u || !exists { return; }
   // In order of lanes, so that sums repeat.
@@ -58,6 +63,10 @@ fn shade_points_cooperative(@builtin(workgroup_id) group: vec3u, @builtin(local_
     sums.irradiance += irradiances[local.x + i];
     let directional = directionals[local.x + i];
     if is_direction { sums.light_direction += directional; } else { sums.specular += directional; }
+    if REFLECTS_ENVIRONMENT {
+      sums.seen_weight += weights[local.x + i].x;
+      sums.weight += weights[local.x + i].y;
+    }
   }
   end(index, sums);
 }

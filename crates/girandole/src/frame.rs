@@ -15,6 +15,7 @@ use crate::resident::Resident;
 use crate::settings::{RenderSettings, Target};
 use crate::shader_constants::{BATCH, GROUP};
 use girandole_core::glam::{Vec2, Vec3};
+use girandole_core::lights::Clamp;
 use girandole_core::scene::{ClipDepth, LocalView};
 use girandole_core::tonemap::Exposure;
 
@@ -112,7 +113,8 @@ pub(crate) fn record_frame(
     }
 
     // What lies behind.
-    if let (Some(background), Some(environment)) = (prepared.background, &scene.geometry.environment) {
+    let shown = scene.geometry.environment.as_ref().and_then(|environment| environment.shown.as_ref());
+    if let (Some(background), Some(environment)) = (prepared.background, shown) {
         background.record(recorder, &first_samples(view, (scene, targets), settings), environment);
     }
 
@@ -330,6 +332,7 @@ fn frame_uniform(
         sun_direction: sun.map_or(Vec3::ZERO, |disc| disc.direction),
         sun_chord2: sun.map_or(0.0, |disc| disc.chord * disc.chord),
         sun_radiance: sun.map_or(Vec3::ZERO, |disc| disc.radiance),
+        sample_solid_angle: if settings.clamp == Clamp::Own { scene.lights.mean_solid_angle } else { 0.0 },
         ..Frame::default()
     }
 }

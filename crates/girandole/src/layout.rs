@@ -45,7 +45,7 @@ pub(crate) struct Frame {
     pub sun_direction: Vec3,
     pub sun_chord2: f32,
     pub sun_radiance: Vec3,
-    pub padding: f32,
+    pub sample_solid_angle: f32,
 }
 
 /// `BufferOffsets` in `lib/buffer_offsets.wgsl`.
@@ -345,7 +345,8 @@ impl Light {
         match (sample.profile, sample.rectangle) {
             (Profile::Cosine, Some(rectangle)) => light.with_rectangle(&rectangle),
             (Profile::Distant { solid_angle, .. }, _) => {
-                Self { rectangle: Vec4::new(solid_angle, 0.0, 0.0, 0.0), ..light }
+                let is_of_sun = f32::from(u8::from(sample.is_of_sun()));
+                Self { rectangle: Vec4::new(solid_angle, is_of_sun, 0.0, 0.0), ..light }
             }
             _ => light,
         }

@@ -112,7 +112,7 @@ pub(crate) struct AdaptivePasses {
     pub append_all_points: AppendAllPoints,
     pub sort_points: SortPoints,
     to_irradiance: PointPasses,
-    /// For the last grid, whose points are the picture's pixels. Without textures only.
+    /// For the last grid, whose points are the picture's pixels. Only without textures, and where no environment is reflected.
     to_radiance: Option<RadiancePasses>,
 }
 
@@ -164,10 +164,12 @@ impl AdaptivePasses {
             append_all_points: AppendAllPoints::new(compiler),
             sort_points: SortPoints::new(compiler),
             to_irradiance: points(false),
-            to_radiance: (!compiler.features.textures).then(|| RadiancePasses {
-                points: points(true),
-                first_samples: FirstSamples::new(&Compiler { writes_radiance: true, ..*compiler }),
-            }),
+            to_radiance: (!compiler.features.textures && !compiler.features.reflects_environment).then(
+                || RadiancePasses {
+                    points: points(true),
+                    first_samples: FirstSamples::new(&Compiler { writes_radiance: true, ..*compiler }),
+                },
+            ),
         }
     }
 }
@@ -332,7 +334,8 @@ pub(crate) fn prepare<'a>(
         }
     };
     let has_surroundings = settings.debug.is_none_or(|view| view == DebugView::LightPositions);
-    let shows_background = scene.geometry.environment.is_some() && has_surroundings;
+    let environment = scene.geometry.environment.as_ref();
+    let shows_background = environment.is_some_and(|e| e.shown.is_some()) && has_surroundings;
     let has_layers = scene.features.transparent && settings.debug.is_none();
     Ok(Prepared {
         shared: &context.shared,

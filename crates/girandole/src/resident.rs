@@ -11,7 +11,7 @@ use crate::maps::occluders::{CullCounts, Occluders};
 use crate::maps::places::{OldPlaces, Places};
 use crate::maps::states::MapUpdate;
 use crate::points::multipass_plan::MultipassPlan;
-use crate::scene::geometry::{GpuScene, gpu_lights};
+use crate::scene::geometry::{GpuScene, gpu_lights, reflects_environment};
 use crate::scene::lights::GpuLights;
 use crate::scene::receivers::{Receivers, Sources};
 use crate::settings::{Mode, RenderSettings, Shading};
@@ -36,6 +36,8 @@ pub(crate) struct SceneFeatures {
     pub curved: bool,
     /// Light passes some material.
     pub transparent: bool,
+    /// Some material reflects an environment by its own maps.
+    pub reflects_environment: bool,
 }
 
 /// A scene and its lights on the GPU, with what is derived from both.
@@ -281,6 +283,7 @@ impl SceneFeatures {
             textures: !scene.textures.is_empty() || scene.materials.iter().any(|m| m.vertex_colors),
             curved: is_curved(scene, geometry),
             transparent: scene.materials.iter().any(Material::is_transparent),
+            reflects_environment: reflects_environment(scene),
         }
     }
 }

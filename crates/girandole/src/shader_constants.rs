@@ -2,6 +2,7 @@
 
 use girandole_core::brdf;
 use girandole_core::lights::Rectangle;
+use girandole_core::scene::PrefilteredEnvironment;
 
 /// Places of dynamic objects in stale maps, as many as a uniform buffer of 64 KiB holds.
 pub(crate) const MAX_OLD_PLACES: u32 = 1365;
@@ -134,9 +135,12 @@ pub(crate) fn declarations() -> String {
     ) + &format!(
         "const MIN_ALPHA = {:?};\nconst OWN_CLAMP = {OWN_CLAMP:?};\nconst MAX_CLAMP = {MAX_CLAMP:?};\n\
          const RECTANGLE_NEAR = {near:?};\nconst RECTANGLE_FAR = {far:?};\nconst RECTANGLE_LEAST_PART = {:?};\n\
-         const RECTANGLE_RISE = {:?};\n",
+         const RECTANGLE_RISE = {:?};\nconst FIRST_LOBE_ALPHA = {:?};\n\
+         const LEAST_SOLID_ANGLE = {:?};\n",
         brdf::MIN_ALPHA,
         Rectangle::LEAST_PART,
         Rectangle::RISE,
+        PrefilteredEnvironment::FIRST_ALPHA,
+        brdf::LEAST_SOLID_ANGLE,
     )
 }

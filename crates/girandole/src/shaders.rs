@@ -27,6 +27,8 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     diffuse_material,
     edge_sample,
     environment,
+    environment_place,
+    environment_share,
     frame,
     grid,
     light,
@@ -39,6 +41,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     map_parts,
     maps,
     multipass_params,
+    no_reflected_environment,
     occluders,
     octahedral,
     packed,
@@ -52,6 +55,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     project,
     receiver,
     rectangle,
+    reflected_environment,
     reflection,
     samples,
     scene,
@@ -97,7 +101,7 @@ sources! {
     VISIBILITY_BUFFER = visibility_buffer "" [frame scene texture texture_entry_at];
     SHADE_NAIVE = shade_naive "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights_uniform maps octahedral
-        parameterisation atlas shadow rectangle point_sums
+        parameterisation atlas shadow rectangle environment_share point_sums
     ];
     APPEND_ALL_POINTS = append_all_points "" [
         frame scene texture texture_entry_at surface buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point
@@ -128,38 +132,51 @@ sources! {
     SCATTER_POINTS = scatter_points "" [buffer_offsets shade_list shade_point_at point_queue];
     SHADE_POINTS = shade_points "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle places_now point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle places_now environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_THEN = shade_points "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle places_then sums_then point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle places_then sums_then environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PERSISTENT = shade_points_persistent "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle places_now point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle places_now environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     SHADE_POINTS_THEN_PERSISTENT = shade_points_persistent "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle places_then sums_then point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle places_then sums_then environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     MULTIPASS = multipass "" [
         frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
-        shadow rectangle point_sums buffer_offsets grid point_queue multipass_params element_at member_at
+        shadow rectangle environment_share point_sums buffer_offsets grid point_queue multipass_params element_at member_at
     ];
     MULTIPASS_ARGUMENTS = multipass_arguments "" [
         buffer_offsets point_queue multipass_params element_at set_element member_at set_member prefix_scan
     ];
     MULTIPASS_COLLECT = multipass_collect "" [
-        frame scene texture texture_entry_at surface reflection buffer_offsets point_queue light_lists leaf_record_at
-        leaf_range_at light_map
+        frame scene texture texture_entry_at surface reflection brdf color light environment_share buffer_offsets
+        point_queue light_lists leaf_record_at leaf_range_at light_map
     ];
     LIGHT_MAPS = light_maps "" [frame light buffer_offsets light_lists leaf_record_at leaf_range_at];
-    LAYERS = layers "" [frame scene texture texture_entry_at surface reflection brdf diffuse_material packed];
-    RESOLVE = resolve "" [frame scene texture texture_entry_at surface reflection brdf diffuse_material packed samples branch];
+    LAYERS = layers "" [
+        frame scene texture texture_entry_at surface reflection brdf diffuse_material packed no_reflected_environment
+    ];
+    LAYERS_REFLECTING = layers "" [
+        frame scene texture texture_entry_at surface reflection brdf diffuse_material packed environment_place
+        reflected_environment
+    ];
+    RESOLVE = resolve "" [
+        frame scene texture texture_entry_at surface reflection brdf diffuse_material packed samples branch
+        no_reflected_environment
+    ];
+    RESOLVE_REFLECTING = resolve "" [
+        frame scene texture texture_entry_at surface reflection brdf diffuse_material packed samples branch
+        environment_place reflected_environment
+    ];
     SHADOW_MAPS_CLIP = shadow_maps_clip "enable clip_distances;\n" [
         frame light maps octahedral parameterisation project occluders
     ];
@@ -174,11 +191,11 @@ sources! {
     EXPOSURE = exposure "" [packed color];
     CALLER_DEPTH = caller_depth "" [frame];
     AVERAGE = average "" [frame packed];
-    BACKGROUND = background "" [frame packed environment];
+    BACKGROUND = background "" [frame packed environment_place environment];
     TONEMAP = tonemap "" [tonemap packed];
     STALE_ERROR = stale_error "" [
         frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
-        shadow rectangle places_then point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
+        shadow rectangle places_then environment_share point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
         stale_part_at occluder_box_at blockers
     ];
     DEBUG_LEAVES = debug_leaves "" [

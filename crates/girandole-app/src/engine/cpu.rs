@@ -14,7 +14,11 @@ pub fn render(job: &Job) -> Picture {
     let start = Instant::now();
     let tracer = SceneTracer::new(job.scene, job.geometry);
     let progress = Progress::bar("tracing shadows");
-    let settings = OracleSettings { samples_per_axis: job.args.aa.samples_per_axis(), clamp: job.clamp };
+    let settings = OracleSettings {
+        samples_per_axis: job.args.aa.samples_per_axis(),
+        clamp: job.clamp,
+        ..OracleSettings::default()
+    };
     let radiance =
         oracle(&tracer, job.lights, &job.view, job.args.size, &settings, &|done| progress.set(done));
     Picture { radiance, frame_ms: start.elapsed().as_secs_f64() * 1e3, stats: Stats::new() }
@@ -30,7 +34,7 @@ pub fn energy_lost_by_clamp(job: &Job) -> f64 {
     let some = LightSet::from_samples(job.geometry, samples);
     let tracer = SceneTracer::new(job.scene, job.geometry);
     let mean = |clamp| {
-        let settings = OracleSettings { samples_per_axis: 1, clamp };
+        let settings = OracleSettings { samples_per_axis: 1, clamp, ..OracleSettings::default() };
         f64::from(luminance(oracle(&tracer, &some, &job.view, GRID, &settings, &|_| ()).mean()))
     };
     let exact = mean(Clamp::Off);

@@ -171,9 +171,8 @@ impl Starts {
                 [with(at, 1.0 - ANY_DIRECTION), with(near.any, ANY_DIRECTION)]
             })
         };
-        let density = Density::new(2 * COPIES, |tree| {
-            near(escapes, center, blur, tree).flat_map(points).collect()
-        })?;
+        let density =
+            Density::new(2 * COPIES, |tree| near(escapes, center, blur, tree).flat_map(points).collect())?;
         Some(Self { density, disc: (center, radius) })
     }
 }
@@ -265,18 +264,15 @@ fn near(escapes: &[Escape], point: Vec3, blur: f32, tree: u32) -> impl Iterator<
 }
 
 /// Rays from what is seen to what is infinitely far away, in order, whatever the number of threads.
-fn escapes(
-    tracer: &SceneTracer,
-    settings: &LightSettings,
-    points: &[ViewPoint],
-    sky: &Sky,
-) -> Vec<Escape> {
+fn escapes(tracer: &SceneTracer, settings: &LightSettings, points: &[ViewPoint], sky: &Sky) -> Vec<Escape> {
     let mut found: Vec<Escape> = Vec::new();
     let mut rays = 0;
     for round in 0.. {
         let direct = found.iter().filter(|escape| escape.bounces == 0).count();
         let is_enough = |count: usize| count >= ENOUGH;
-        if is_enough(direct) && (settings.bounces == 0 || is_enough(found.len() - direct)) || rays >= MOST_RAYS {
+        if is_enough(direct) && (settings.bounces == 0 || is_enough(found.len() - direct))
+            || rays >= MOST_RAYS
+        {
             break;
         }
         let path = |i: usize| {

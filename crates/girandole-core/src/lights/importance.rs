@@ -11,7 +11,6 @@
 //!
 //! Weights decide where samples are, never what light there is in the mean (`resample.rs`).
 
-use super::sun::is_of_sun;
 use super::view_points::ViewPoint;
 use super::{Clamp, LightSample, Profile};
 use crate::brdf::Surface;
@@ -63,7 +62,7 @@ pub(super) fn place(candidate: &LightSample, normal_scale: f32) -> [f32; 6] {
     let p = match candidate.profile {
         Profile::Distant { distance, .. } => {
             let direction = candidate.normal * (normal_scale / NORMAL_SCALE);
-            if is_of_sun(candidate) {
+            if candidate.is_of_sun() {
                 (-direction).with_x(2.0 * ELSEWHERE * distance)
             } else {
                 Vec3::X * (ELSEWHERE * distance) - direction
@@ -240,7 +239,9 @@ fn reflected(tracer: &SceneTracer, point: &ViewPoint, candidate: &LightSample, b
                 candidate.triangle(),
             ) =>
         {
-            g * point.reflectance / distance_squared(candidate)
+            let is_distant = matches!(candidate.profile, Profile::Distant { .. });
+            let reflectance = if is_distant { point.reflectance } else { point.local_reflectance };
+            g * reflectance / distance_squared(candidate)
         }
         _ => 0.0,
     }
@@ -280,7 +281,7 @@ fn bound(candidates: &[LightSample], power: &[f64], run: &[u32]) -> f32 {
 /// Runs of neighbours by position and normal: halves of halves. The sun is a run of its own: all of it brings the same but for
 /// the edges of shadows.
 fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]]) -> Vec<Run> {
-    let is_sun = |&i: &u32| is_of_sun(&candidates[i as usize]);
+    let is_sun = |&i: &u32| candidates[i as usize].is_of_sun();
     let (sun, others): (Vec<u32>, Vec<u32>) = (0..places.len() as u32).partition(is_sun);
     let mut runs: Vec<Run> = Vec::new();
     let mut open = vec![(others, None)];

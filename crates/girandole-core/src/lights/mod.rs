@@ -123,6 +123,19 @@ pub struct LightSample {
     pub rectangle: Option<Rectangle>,
 }
 
+/// The mean solid angle, sr, that samples of an environment but for its sun stand for; 0 where there are none. With it,
+/// [`resolved_share`](crate::brdf::resolved_share) says what of their lobes is resolved.
+pub fn mean_solid_angle(samples: &[LightSample]) -> f32 {
+    let of = |sample: &LightSample| match sample.profile {
+        Profile::Distant { solid_angle, .. } if sample.intensity != Vec3::ZERO && !sample.is_of_sun() => {
+            Some(f64::from(solid_angle))
+        }
+        _ => None,
+    };
+    let count = samples.iter().filter_map(of).count();
+    (samples.iter().filter_map(of).sum::<f64>() / count.max(1) as f64) as f32
+}
+
 /// What the geometric factor is near light samples, where a sample is a poor stand-in for the surface about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Clamp {
@@ -159,6 +172,11 @@ impl LightSample {
             SampleOrigin::Punctual { light } => Some(light),
             _ => None,
         }
+    }
+
+    /// Whether it is one of those of an environment's sun.
+    pub fn is_of_sun(&self) -> bool {
+        matches!(self.origin, SampleOrigin::Environment { sun: true, .. })
     }
 
     /// The solid angle at a point, sr, of what this sample stands for; 0 for lights that are points indeed. Mirrored in

@@ -19,7 +19,7 @@
 use super::emission::{Emission, Shares};
 use super::importance::{place, power};
 use super::strata::{Cluster, Item, Strata};
-use super::sun::{Apart, is_of_sun};
+use super::sun::Apart;
 use super::{LightSample, Profile, Rectangle, SampleOrigin};
 use crate::math::sequence;
 use glam::DVec3;
@@ -117,7 +117,7 @@ pub(super) fn stand_in(candidates: Candidates, cluster: &Cluster, index: usize) 
     }
     let mut profile = sample.profile;
     if let Profile::Distant { solid_angle, .. } = &mut profile {
-        *solid_angle = if is_of_sun(&sample) {
+        *solid_angle = if sample.is_of_sun() {
             // As exactly as it is known.
             cluster.items.iter().map(|i| solid_angle_of(member(i)) * part(i)).sum::<f64>() as f32
         } else {

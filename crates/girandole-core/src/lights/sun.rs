@@ -6,8 +6,8 @@
 //!
 //! Worked example: of 300 samples, the sun gets 21 where it brings 70 % of the light.
 
+use super::LightSample;
 use super::emitters::Source;
-use super::{LightSample, SampleOrigin};
 
 /// The most of all samples that are the sun's: one in so many.
 const SHARE: u32 = 10;
@@ -31,7 +31,7 @@ impl Apart {
         for ((candidate, place), &weight) in candidates.iter().zip(places).zip(weights) {
             let x = f64::from(place[0]);
             all += weight;
-            if is_of_sun(candidate) {
+            if candidate.is_of_sun() {
                 sun += weight;
                 nearest[1] = nearest[1].min(x);
             } else if weight > 0.0 {
@@ -44,11 +44,6 @@ impl Apart {
             Self { border, count: (share.round() as u32).clamp(1, most(count)) }
         })
     }
-}
-
-/// Whether a sample is one of the sun's.
-pub(super) fn is_of_sun(sample: &LightSample) -> bool {
-    matches!(sample.origin, SampleOrigin::Environment { sun: true, .. })
 }
 
 /// How many of so many samples are the sun's at most.

@@ -15,12 +15,19 @@ const POINTS_SEED: u32 = 0x3c6e_f372;
 /// Rays that look for points that are lit by a sample.
 const LIT: u32 = 8;
 
+/// Squared GGX α of a lobe that shows as much as a diffuse surface does, about, and how many times as much a smooth one may count.
+const LOBE: f32 = 0.3;
+const MOST_CLOSER: f32 = 8.0;
+
 /// A surface point that a view sees.
 pub(super) struct ViewPoint {
     pub surface: Surface,
     pub triangle: u32,
     /// How much of the light that arrives it reflects, by luminance.
     pub reflectance: f32,
+    /// What light counts for that is not an environment's: a smooth surface shows the few samples in its lobe, and needs them the closer.
+    /// What it shows of an environment does not come from samples alone.
+    pub local_reflectance: f32,
     /// Whether it is seen now, or may be soon.
     pub is_seen: bool,
 }
@@ -48,9 +55,18 @@ pub(super) fn view_points(tracer: &SceneTracer, views: &[View], count: u32) -> V
 fn view_point(tracer: &SceneTracer, hit: &Hit, direction: Vec3) -> Option<ViewPoint> {
     let wo = -direction.normalize();
     let mut surface = tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
+    let [diffuse, specular] = [surface.albedo, surface.f0].map(luminance);
     let reflectance = luminance(surface.albedo + surface.f0);
+    let closer = (LOBE / (surface.alpha * surface.alpha)).clamp(1.0, MOST_CLOSER);
+    let local_reflectance = diffuse + specular * closer;
     surface.position = tracer.offset_ray_origin(surface.position, surface.geometric_normal);
-    (reflectance > 0.0).then_some(ViewPoint { surface, triangle: hit.triangle, reflectance, is_seen: true })
+    (reflectance > 0.0).then_some(ViewPoint {
+        surface,
+        triangle: hit.triangle,
+        reflectance,
+        local_reflectance,
+        is_seen: true,
+    })
 }
 
 /// Points that are seen, and among them, evenly, some that may be soon.

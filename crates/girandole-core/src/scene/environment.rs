@@ -1,11 +1,15 @@
 //! Light from all around, infinitely far away: a sky, or a picture of one.
 
+mod prefiltered;
+
+pub use prefiltered::PrefilteredEnvironment;
+
 use super::sun::{Disc, Sun, SunPoint};
 use crate::image::Image;
 use crate::{Error, Result};
 use glam::{DVec2, DVec3, Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Cells of an environment that light samples are taken from, across and up at most.
 const MOST_CELLS: [u32; 2] = [256, 128];
@@ -14,8 +18,6 @@ const LEAST_CELLS: [u32; 2] = [32, 16];
 
 /// Places in a cell at which its mean is taken, for each pixel of the map along either axis.
 const PROBES: u32 = 4;
-/// Places in the sun's disc, squared, by which it is shared among cells.
-const DISC_PROBES: u32 = 32;
 
 /// Light that comes from infinitely far away, by direction.
 ///
@@ -34,7 +36,7 @@ pub struct Environment {
 }
 
 /// A picture of all directions by latitude and longitude, and its mean in cells of equal solid angle, by which light is sampled.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct EnvironmentMap {
     image: Image,
     /// Cells around and from top to bottom.
@@ -43,6 +45,15 @@ pub struct EnvironmentMap {
     cells: Vec<Vec3>,
     /// What is sampled by itself, and the cells' means without it.
     sun: Option<(Sun, Vec<Vec3>)>,
+    /// Made when somebody asks for it.
+    prefiltered: OnceLock<PrefilteredEnvironment>,
+}
+
+impl PartialEq for EnvironmentMap {
+    /// All else follows from the picture and the sun.
+    fn eq(&self, other: &Self) -> bool {
+        self.image == other.image && self.sun == other.sun
+    }
 }
 
 impl EnvironmentMap {
@@ -75,7 +86,7 @@ impl EnvironmentMap {
     pub(super) fn of(image: Image) -> Self {
         let sides = [image.width, image.height];
         let size = std::array::from_fn(|i| sides[i].next_power_of_two().clamp(LEAST_CELLS[i], MOST_CELLS[i]));
-        let mut result = Self { image, size, cells: Vec::new(), sun: None };
+        let mut result = Self { image, size, cells: Vec::new(), sun: None, prefiltered: OnceLock::new() };
         let columns = PROBES * sides[0].div_ceil(size[0]);
         let mean = |cell: u32| {
             // Rows of cells are of the same height in y: at the poles they hold more rows of the picture than at the equator.
@@ -85,7 +96,7 @@ impl EnvironmentMap {
             let mut sum = Vec3::ZERO;
             for (i, j) in (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j))) {
                 let [x, y] = [(i, columns), (j, rows)].map(|(k, n)| (f64::from(k) + 0.5) / f64::from(n));
-                sum += result.at(place(result.direction(cell, DVec2::new(x, y))));
+                sum += bilinear(&result.image, place(result.direction(cell, DVec2::new(x, y))));
             }
             sum / (columns * rows) as f32
         };
@@ -97,15 +108,10 @@ impl EnvironmentMap {
     pub(super) fn with_disc(self, disc: Disc) -> Self {
         let sky = self.cells.clone();
         let mut result = self;
-        // Each place in the disc brings as much to the cell that it lies in.
-        let count = DISC_PROBES * DISC_PROBES;
-        let each =
-            disc.solid_angle() / (4.0 * std::f64::consts::PI) * f64::from(result.size[0] * result.size[1]);
-        for probe in 0..count {
-            let at = DVec2::new(f64::from(probe % DISC_PROBES), f64::from(probe / DISC_PROBES)) + 0.5;
-            let direction = disc.point(at / f64::from(DISC_PROBES));
+        let cell_solid_angle = 4.0 * PI / (result.size[0] * result.size[1]) as f32;
+        for (direction, light) in disc.shares() {
             let cell = result.cell_at(direction) as usize;
-            result.cells[cell] += disc.radiance(direction) * (each / f64::from(count)) as f32;
+            result.cells[cell] += light / cell_solid_angle;
         }
         result.sun = Some((Sun::Disc(disc), sky));
         result
@@ -142,19 +148,24 @@ impl EnvironmentMap {
         DVec3::new(libm::sin(longitude) * across, y, -libm::cos(longitude) * across).as_vec3().normalize()
     }
 
-    /// Bilinear; around it goes on at the other edge.
-    fn at(&self, place: Vec2) -> Vec3 {
-        let Image { width, height, pixels } = &self.image;
-        let at = place * Vec2::new(*width as f32, *height as f32) - 0.5;
-        let (low, f) = (at.floor(), at - at.floor());
-        let pixel = |dx: i32, dy: i32| {
-            let x = (low.x as i32 + dx).rem_euclid(*width as i32);
-            let y = (low.y as i32 + dy).clamp(0, *height as i32 - 1);
-            pixels[(y as u32 * width + x as u32) as usize]
-        };
-        let row = |dy| pixel(0, dy).lerp(pixel(1, dy), f.x);
-        row(0).lerp(row(1), f.y)
+    /// What lobes of all widths reflect of it, computed at the first call (a tenth of a second).
+    pub fn prefiltered(&self) -> &PrefilteredEnvironment {
+        self.prefiltered.get_or_init(|| PrefilteredEnvironment::new(&self.image, self.disc()))
     }
+}
+
+/// A picture of all directions at a place, bilinear; around it goes on at the other edge.
+fn bilinear(image: &Image, place: Vec2) -> Vec3 {
+    let Image { width, height, pixels } = image;
+    let at = place * Vec2::new(*width as f32, *height as f32) - 0.5;
+    let (low, f) = (at.floor(), at - at.floor());
+    let pixel = |dx: i32, dy: i32| {
+        let x = (low.x as i32 + dx).rem_euclid(*width as i32);
+        let y = (low.y as i32 + dy).clamp(0, *height as i32 - 1);
+        pixels[(y as u32 * width + x as u32) as usize]
+    };
+    let row = |dy| pixel(0, dy).lerp(pixel(1, dy), f.x);
+    row(0).lerp(row(1), f.y)
 }
 
 /// Unit direction to the middle of a pixel of a map of this size, row by row from the top.
@@ -201,9 +212,14 @@ impl Environment {
     /// Radiance from a unit direction, W/(sr·m²): bilinear in the map, with the sun before it.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let direction = self.in_map(direction);
-        let picture = self.map.at(place(direction));
+        let picture = bilinear(&self.map.image, place(direction));
         let before = self.map.disc().map_or(Vec3::ZERO, |disc| disc.radiance(direction));
         (picture + before) * self.strength
+    }
+
+    /// Mean radiance, W/(sr·m²), weighted by what a GGX lobe reflects about a unit direction, seen along the normal.
+    pub fn reflected(&self, direction: Vec3, alpha: f32) -> Vec3 {
+        self.map.prefiltered().at(place(self.in_map(direction)), alpha) * self.strength
     }
 
     /// Whether there is any light.

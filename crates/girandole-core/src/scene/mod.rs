@@ -58,7 +58,7 @@ pub use changes::{ObjectId, SceneChanges};
 pub use deformation::{Joint, JointWeight, MorphTarget, Skin};
 #[cfg(feature = "import")]
 pub use edits::{Edit, Edits, NamedIndex, ReadModel, Shape};
-pub use environment::{Environment, EnvironmentMap};
+pub use environment::{Environment, EnvironmentMap, PrefilteredEnvironment};
 pub use frame_of_reference::FrameOfReference;
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
 #[cfg(feature = "import")]

@@ -26,6 +26,9 @@ const MOST_SOLID_ANGLE: f64 = 6e-3;
 /// How much of all light it has at least.
 const LEAST_SHARE: f64 = 0.04;
 
+/// Places in a disc, squared, by which it is shared among cells.
+const PROBES: u32 = 32;
+
 /// A round sun, of the same radiance everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
@@ -83,6 +86,17 @@ impl Disc {
         let (x, y) = warp::frame(self.direction);
         let across = disc * (1.0 - 0.25 * r2).sqrt();
         (x * across.x + y * across.y + self.direction * (1.0 - 0.5 * r2)).normalize()
+    }
+
+    /// Directions all over it, and how bright the part about each of them is, W/m² of a surface that faces it.
+    pub(super) fn shares(&self) -> impl Iterator<Item = (Vec3, Vec3)> {
+        let count = PROBES * PROBES;
+        let each = (self.solid_angle() / f64::from(count)) as f32;
+        (0..count).map(move |probe| {
+            let at = DVec2::new(f64::from(probe % PROBES), f64::from(probe / PROBES)) + 0.5;
+            let direction = self.point(at / f64::from(PROBES));
+            (direction, self.radiance(direction) * each)
+        })
     }
 
     /// Radiance from a unit direction, W/(sr·m²).

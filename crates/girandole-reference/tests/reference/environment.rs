@@ -158,7 +158,7 @@ fn metals_reflect_what_lies_between_samples() {
         let lights = LightSettings { count: 512, bounces: 1, ..LightSettings::default() };
         let samples = LightSet::sample_for(&stage.scene, &geometry, &lights, &[view]).expect("light");
         let error = |clamp| {
-            let settings = OracleSettings { samples_per_axis: 2, clamp };
+            let settings = OracleSettings { samples_per_axis: 2, clamp, ..OracleSettings::default() };
             let sum = oracle(&tracer, &samples, &view, size, &settings, &|_| {});
             compare(&truth, &sum, &CompareOptions::default()).expect("comparable")
         };

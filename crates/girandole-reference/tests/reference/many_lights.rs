@@ -59,7 +59,7 @@ fn many_lights_are_an_area_light() {
     let geometry = stage.geometry();
     let tracer = SceneTracer::new(&stage.scene, &geometry);
     let view = view();
-    let settings = OracleSettings { samples_per_axis: 2, clamp: Clamp::Off };
+    let settings = OracleSettings { samples_per_axis: 2, clamp: Clamp::Off, ..OracleSettings::default() };
     let sum = oracle(&tracer, &lights(&tracer, 32), &view, [24, 24], &settings, &|_| ());
     let estimate =
         trace(&stage.scene, &geometry, &view, 24, PathSettings { paths: 256, bounces: Some(0), seed: 5 });
@@ -80,7 +80,7 @@ fn threads_and_tiles_do_not_matter() {
     let tracer = SceneTracer::new(&stage.scene, &geometry);
     let (view, size) = (view(), [45, 37]);
     let set = lights(&tracer, 6);
-    let settings = OracleSettings { samples_per_axis: 2, clamp: Clamp::Off };
+    let settings = OracleSettings { samples_per_axis: 2, clamp: Clamp::Off, ..OracleSettings::default() };
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| oracle(&tracer, &set, &view, size, &settings, &|_| ()))
@@ -138,7 +138,7 @@ fn a_pixel_is_the_sum_by_hand() {
             }
             let found = radiance(&tracer, &set, &surface, hit.triangle, wo, clamp);
             assert!((found - expected).abs().max_element() < 1e-5, "{found} for {expected}");
-            let settings = OracleSettings { samples_per_axis: 1, clamp };
+            let settings = OracleSettings { samples_per_axis: 1, clamp, ..OracleSettings::default() };
             assert_eq!(found, oracle_pixel(&tracer, &set, &view, [10, 10], pixel, &settings));
         }
     }

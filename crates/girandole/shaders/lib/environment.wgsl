@@ -1,20 +1,14 @@
-// The environment (core: scene::Environment). A pass that uses it binds `environment`, by latitude and longitude.
-
-const TAU = 6.28318530717959;
+// The environment (core: scene::Environment). A pass that uses it binds `environment`, by latitude and longitude, and uses
+// lib/environment_place.wgsl.
 
 // Radiance from a unit direction: bilinear, going on at the other edge; before it the sun, where the map has it apart.
 fn environment_from(direction: vec3f) -> vec3f {
-  let c = cos(frame.environment.y);
-  let s = sin(frame.environment.y);
-  let d = vec3f(direction.x * c - direction.z * s, direction.y, direction.x * s + direction.z * c);
-  let u = atan2(d.x, -d.z) / TAU + 0.5;
-  let place = vec2f(u - floor(u), acos(clamp(d.y, -1.0, 1.0)) * 2.0 / TAU);
-  let at = place * vec2f(textureDimensions(environment)) - 0.5;
+  let at = place_of(direction) * vec2f(textureDimensions(environment)) - 0.5;
   let low = vec2i(floor(at));
   let f = fract(at);
   let above = mix(environment_at(low), environment_at(low + vec2i(1, 0)), f.x);
   let below = mix(environment_at(low + vec2i(0, 1)), environment_at(low + vec2i(1, 1)), f.x);
-  return (mix(above, below, f.y) + sun_from(d)) * frame.environment.x;
+  return (mix(above, below, f.y) + sun_from(in_map(direction))) * frame.environment.x;
 }
 
 // Radiance of the sun's disc from a unit direction as the map has it (core: Disc::radiance).

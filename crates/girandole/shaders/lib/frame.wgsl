@@ -31,7 +31,7 @@ struct Frame {
   sun_direction: vec3f, // unit, as the map has it, to the middle of a disc before it
   sun_chord2: f32, // squared distance of the disc's edge from there on the unit sphere; 0 = no disc
   sun_radiance: vec3f, // W/(sr·m²), before the map's factor
-  padding: f32,
+  sample_solid_angle: f32, // of samples of the environment, mean, sr; 0 = lobes are not widened, and samples show all of it
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -14,6 +14,7 @@ struct Shading {
   ns: vec3f, // shading normal
   wo: vec3f,
   reflection: Reflection,
+  reflected: vec3f, // direction that a mirror would show
 }
 
 // Light that would arrive if nothing stood in its way.
@@ -54,7 +55,10 @@ fn arriving_in_full(light: Light, s: Shading) -> Arriving {
 fn specular_radiance(light: Light, a: Arriving, s: Shading) -> vec3f {
   let r = s.reflection;
   let alpha = widened_alpha(r.alpha, solid_angle_of(light, s.position));
-  return light.intensity * (a.g * specular_brdf(s.ns, s.wo, normalize(a.to_light), r.f0, r.f90, alpha));
+  let g = a.g * widened_gain(dot(s.ns, s.wo), r.alpha, alpha);
+  let sent = light.intensity * (g * specular_brdf(s.ns, s.wo, normalize(a.to_light), r.f0, r.f90, alpha));
+  if !REFLECTS_ENVIRONMENT { return sent; }
+  return sent * select(1.0, resolved_share(r.alpha, frame.sample_solid_angle), light.profile == DISTANT);
 }
 
 // A point and its sums so far.
@@ -64,6 +68,8 @@ struct PointSums {
   specular: vec3f,
   light_direction: vec3f, // luminance-weighted sum of the directions of light: irradiance follows its cosine
   deferred: vec4u, // lights of the group to be added after the others, a bit each
+  seen_weight: f32, // of those samples of the environment that are seen
+  weight: f32, // of all
   is_surface: bool,
 }
 
@@ -71,8 +77,9 @@ fn shading_at(pixel: vec2u, triangle: u32) -> Shading {
   var hit = hit_at(pixel, triangle);
   let m = materials[triangles[triangle].material];
   if varies(m) { hit = with_coordinates(pixel, hit); }
-  var shading = Shading(hit.position, hit.geometric_normal, shading_normal(hit, m), hit.wo, Reflection());
+  var shading = Shading(hit.position, hit.geometric_normal, shading_normal(hit, m), hit.wo, Reflection(), vec3f(0.0));
   if HAS_SPECULAR { shading.reflection = reflection(hit, m); }
+  if REFLECTS_ENVIRONMENT { shading.reflected = reflect(-shading.wo, shading.ns); }
   return shading;
 }
 
@@ -87,8 +94,24 @@ fn add(sums: ptr<function, PointSums>, light: Light, a: Arriving, seen: f32) {
   if HAS_SPECULAR {
     if (*sums).shading.reflection.f90 > 0.0 && a.g * seen > 0.0 {
       (*sums).specular += specular_radiance(light, a, (*sums).shading) * seen;
+      if REFLECTS_ENVIRONMENT { (*sums).seen_weight += weight_in(light, (*sums).shading) * seen; }
     }
   }
+}
+
+fn weight_in(light: Light, s: Shading) -> f32 { return weight_of(light, s.reflected, s.reflection.alpha); }
+
+// Whether a point reflects the environment's own maps.
+fn reflects_environment(sums: PointSums) -> bool {
+  if !REFLECTS_ENVIRONMENT { return false; }
+  return sums.is_surface && sums.shading.reflection.f90 * frame.sample_solid_angle > 0.0;
+}
+
+// What a grid holds of a point beside irradiance: the direction of light and 1; or specular radiance, and less than 0 by the share of the
+// environment's own maps that is to be added.
+fn directional_of(sums: PointSums) -> vec4f {
+  if HAS_CURVED && sums.shading.reflection.f90 <= 0.0 { return vec4f(sums.light_direction, 1.0); }
+  return vec4f(sums.specular, -environment_share(sums.shading.reflection.alpha, sums.seen_weight, sums.weight));
 }
 
 // A texel of a light's map: in the map, and its column, row and page in the atlas.

@@ -31,6 +31,10 @@ fn begin(index: u32, leaf: u32) -> PointSums {
     sums.irradiance = partial_sums[2u * index].xyz;
     let directional = partial_sums[2u * index + 1u];
     if directional.w > 0.0 { sums.light_direction = directional.xyz; } else { sums.specular = directional.xyz; }
+    if REFLECTS_ENVIRONMENT {
+      sums.seen_weight = partial_sums[2u * index].w;
+      sums.weight = max(-directional.w, 0.0);
+    }
     // In this order: with the uniform first, Mesa 22.3 crashes when it binds the kernel.
   } else if has_light_map(leaf) && branch_value(offsets.light_maps, index) != 0u {
     sums.irradiance = mapped_irradiance(leaf, sums.shading.position);
@@ -40,11 +44,11 @@ fn begin(index: u32, leaf: u32) -> PointSums {
 
 fn end(index: u32, sums: PointSums) {
   if !sums.is_surface { return; }
-  let is_direction = HAS_CURVED && sums.shading.reflection.f90 <= 0.0;
-  let directional = select(vec4f(sums.specular, 0.0), vec4f(sums.light_direction, 1.0), is_direction);
+  let directional = directional_of(sums);
   if branch_value(frame.debug | (frame.last_batch ^ 1u), index) != 0u {
-    partial_sums[2u * index] = vec4f(sums.irradiance, f32(frame.step));
-    partial_sums[2u * index + 1u] = directional;
+    let is_last = select(true, frame.last_batch != 0u, REFLECTS_ENVIRONMENT);
+    partial_sums[2u * index] = vec4f(sums.irradiance, select(sums.seen_weight, f32(frame.step), is_last));
+    partial_sums[2u * index + 1u] = vec4f(directional.xyz, select(-sums.weight, directional.w, is_last | (directional.w > 0.0)));
   }
   if branch_value(frame.last_batch, index) != 0u {
     let at = vec2u(index % frame.size.x, index / frame.size.x);
@@ -58,6 +62,14 @@ fn end(index: u32, sums: PointSums) {
       textureStore(fine_irradiance, point, vec4f(irradiance, f32(surface.x)));
       if HAS_CURVED || HAS_SPECULAR { textureStore(fine_directional, point, directional); }
     }
+  }
+}
+
+// Adds the weights of the batch's samples of the environment, seen or not: those of one lane of `lanes`.
+fn add_weights(sums: ptr<function, PointSums>, lane: u32, lanes: u32) {
+  if !reflects_environment(*sums) { return; }
+  for (var i = lane; i < frame.end_light - frame.first_light; i += lanes) {
+    (*sums).weight += weight_in(lights[i], (*sums).shading);
   }
 }
 
@@ -98,6 +110,8 @@ fn shade_chunk(index: u32) {
   var one = begin(one_index, leaf);
   var other = begin(other_index, leaf);
   if !one.is_surface && !other.is_surface { return; }
+  add_weights(&one, 0u, 1u);
+  add_weights(&other, 0u, 1u);
   let all = light_list(leaf);
   add_looked_up_then(&one, leaf, all, 0u, 1u);
   add_looked_up_then(&other, leaf, all, 0u, 1u);

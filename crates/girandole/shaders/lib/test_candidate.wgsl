@@ -15,6 +15,7 @@
 
 override HAS_CURVED: bool = false; // whether some surface is
 override HAS_SPECULAR: bool = false;
+override REFLECTS_ENVIRONMENT: bool = false;
 
 // Normals of a curved surface that are interpolated between differ by less than 26 degrees, those of a normal map, which
 // turn back and forth, by less than 14,
@@ -47,18 +48,19 @@ fn curved_point_at(at: vec2u) -> CurvedPoint {
 }
 
 // What a point of the coarser grid predicts for a pixel, and whether both lie on one surface.
-struct Neighbour { irradiance: vec3f, directional: vec3f, fits: bool, is_curved: bool }
+struct Neighbour { irradiance: vec3f, directional: vec3f, environment: f32, fits: bool, is_curved: bool }
 
 fn neighbour(point: vec2i, curved: CurvedPoint, surface_id: u32) -> Neighbour {
   let size = vec2i(grid_size(2u * frame.step));
   let inside = all(point >= vec2i(0)) && all(point < size);
   let at = vec2u(clamp(point, vec2i(0), size - 1));
   let light = textureLoad(coarse_irradiance, at, 0);
-  var result = Neighbour(light.xyz, vec3f(0.0), inside && u32(light.w) == surface_id, curved.is_curved);
+  var result = Neighbour(light.xyz, vec3f(0.0), 0.0, inside && u32(light.w) == surface_id, curved.is_curved);
   if curved.is_curved || HAS_SPECULAR {
     let directional = textureLoad(coarse_directional, at, 0);
     // On a plane the direction of light does not matter.
     result.directional = select(directional.xyz, vec3f(0.0), !curved.is_curved && directional.w > 0.0);
+    if REFLECTS_ENVIRONMENT { result.environment = min(directional.w, 0.0); }
   }
   if curved.is_curved {
     // On a curved surface light comes from a direction, and the pixel's normal differs.
@@ -79,6 +81,7 @@ fn neighbour(point: vec2i, curved: CurvedPoint, surface_id: u32) -> Neighbour {
 fn spread(a: Neighbour, b: Neighbour) -> f32 {
   var d = abs(a.irradiance - b.irradiance);
   if HAS_SPECULAR && !a.is_curved { d = max(d, abs(a.directional - b.directional) * PI); }
+  if REFLECTS_ENVIRONMENT { d = max(d, abs(a.environment - b.environment) * a.irradiance); }
   return select(0.0, max(d.x, max(d.y, d.z)), a.fits && b.fits);
 }
 
@@ -130,6 +133,7 @@ fn test_candidate(at: vec2u, is_curved: bool) {
   let scale = 1.0 / max(weight, 1e-6);
   var value = (a.irradiance * w.x + b.irradiance * w.y + c.irradiance * w.z + d.irradiance * w.w) * scale;
   let directional = (a.directional * w.x + b.directional * w.y + c.directional * w.z + d.directional * w.w) * scale;
+  let environment = (a.environment * w.x + b.environment * w.y + c.environment * w.z + d.environment * w.w) * scale;
   let range = max(max(spread(a, b), spread(c, d)),
     max(max(spread(a, c), spread(b, d)), max(spread(a, d), spread(b, c))));
   let allowed = allowed_range(value);
@@ -160,7 +164,7 @@ fn test_candidate(at: vec2u, is_curved: bool) {
     }
   }
   if is_interpolated && (surface_id & SHINY) == 0u {
-    let other = vec4f(directional, select(0.0, 1.0, is_curved));
+    let other = vec4f(directional, select(environment, 1.0, is_curved));
     if WRITES_RADIANCE {
       let pixel = at + vec2u(0u, frame.band.x);
       textureStore(picture, pixel, pack_radiance(radiance_of(diffuse_material(surface.y), value, other)));

@@ -3,7 +3,6 @@
 use super::BandSample;
 use crate::device::kernel::{Groups, Kernel, Shared, texture};
 use crate::device::recorder::Recorder;
-use crate::scene::environment::GpuEnvironment;
 use crate::shader_constants::TILE;
 use crate::shaders;
 
@@ -17,11 +16,11 @@ impl Background {
     }
 
     /// Puts it behind a picture that is done, `whole`.
-    pub fn record(&self, recorder: &mut Recorder, whole: &BandSample, environment: &GpuEnvironment) {
+    pub fn record(&self, recorder: &mut Recorder, whole: &BandSample, environment: &wgpu::TextureView) {
         let targets = whole.targets;
         let (behind, view) = targets.composite(recorder.device);
         let resources = [
-            texture("environment", &environment.map),
+            texture("environment", environment),
             texture("picture", &targets.picture_view),
             texture("with_background", view),
         ];

@@ -14,18 +14,24 @@ pub(crate) struct Layers {
 
 impl Layers {
     pub fn new(compiler: &Compiler) -> Self {
-        let kernel = |entry| compiler.kernel(&shaders::LAYERS, entry);
+        let source = if compiler.features.reflects_environment {
+            &shaders::LAYERS_REFLECTING
+        } else {
+            &shaders::LAYERS
+        };
+        let kernel = |entry| compiler.kernel(source, entry);
         Self { add: kernel("add_layer"), put_before: kernel("put_before") }
     }
 
     /// Adds the layer of `band`, from the nearest.
     pub fn add(&self, recorder: &mut Recorder, band: &BandSample, seen: Seen, lit: GridView) {
-        let resources = [
+        let mut resources = vec![
             texture("triangle_ids", seen.triangle_ids),
             texture("irradiance", lit.irradiance),
             texture("directional", lit.directional),
             buffer("layer_sums", &band.targets.layers(recorder.device).sums),
         ];
+        resources.extend(band.reflected_environment());
         let groups = Groups::tiles(band.size());
         self.add.record(recorder, band.groups(), "layers_gpu_ms", &resources, groups);
     }

@@ -27,7 +27,7 @@ pub(crate) use crate::points::targets::GridView;
 pub(crate) use crate::scene::receivers::LightMapsView;
 
 use crate::device::context::Context;
-use crate::device::kernel::{Kernel, Shared};
+use crate::device::kernel::{Binding, Kernel, Shared, texture};
 use crate::layout::Frame;
 use crate::points::targets::Targets;
 use crate::resident::SceneFeatures;
@@ -71,6 +71,7 @@ impl<'a> Compiler<'a> {
             flag("HAS_TEXTURES", self.features.textures),
             flag("HAS_CURVED", self.features.curved),
             flag("HAS_TRANSPARENT", self.features.transparent),
+            flag("REFLECTS_ENVIRONMENT", self.features.reflects_environment),
             flag("WRITES_RADIANCE", self.writes_radiance),
         ]
     }
@@ -116,6 +117,15 @@ impl<'a> BandSample<'a> {
     pub fn grid_size(&self, step: u32) -> [u32; 2] {
         let [width, rows] = self.size();
         [width, rows + 1].map(|n| (n - 1).div_ceil(step) + 1)
+    }
+
+    /// What surfaces reflect of the environment, where any do.
+    pub fn reflected_environment(&self) -> impl Iterator<Item = Binding<'a>> + use<'a> {
+        let reflected =
+            self.scene.environment.as_ref().and_then(|environment| environment.reflected.as_ref());
+        reflected.into_iter().flat_map(|reflected| {
+            [texture("reflected_maps", &reflected.maps), texture("albedo_table", &reflected.albedo_table)]
+        })
     }
 
     /// What a kernel binds as groups 0 and 1.

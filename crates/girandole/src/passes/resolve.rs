@@ -12,18 +12,24 @@ pub(crate) struct Resolve {
 
 impl Resolve {
     pub fn new(compiler: &Compiler) -> Self {
-        Self { kernel: compiler.kernel(&shaders::RESOLVE, "resolve") }
+        let source = if compiler.features.reflects_environment {
+            &shaders::RESOLVE_REFLECTING
+        } else {
+            &shaders::RESOLVE
+        };
+        Self { kernel: compiler.kernel(source, "resolve") }
     }
 
     /// Adds a sample to the picture.
     pub fn record(&self, recorder: &mut Recorder, band: &BandSample, seen: Seen, lit: GridView) {
-        let resources = [
+        let mut resources = vec![
             texture("triangle_ids", seen.triangle_ids),
             texture("irradiance", lit.irradiance),
             texture("directional", lit.directional),
             buffer("partial_sums", &band.targets.partial_sums),
             texture("picture", &band.targets.picture_view),
         ];
+        resources.extend(band.reflected_environment());
         let groups = Groups::tiles(band.size());
         self.kernel.record(recorder, band.groups(), "resolve_gpu_ms", &resources, groups);
     }

@@ -11,7 +11,9 @@ use crate::shader_constants::{TEXEL_COLUMNS, TEXEL_ROWS};
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::{Vec2, Vec3, Vec4};
 use girandole_core::lights::LightSet;
-use girandole_core::scene::{ColorSpace, Filter, Geometry, ObjectRange, Scene, SceneChanges, Texture, Wrap};
+use girandole_core::scene::{
+    ColorSpace, Environment, Filter, Geometry, ObjectRange, Scene, SceneChanges, Texture, Wrap,
+};
 use girandole_core::tonemap::{srgb_decode, srgb_encode};
 use std::borrow::Cow;
 use wgpu::util::DeviceExt;
@@ -35,8 +37,14 @@ pub(crate) struct GpuScene {
     pub counts: [u32; 3],
     /// Where those are that let light through.
     pub transparent: TransparentTriangles,
-    /// What is behind it all, if anything.
+    /// What is around it all, if it is seen or reflected.
     pub environment: Option<GpuEnvironment>,
+}
+
+/// Whether some surface reflects an environment by its own maps.
+pub(crate) fn reflects_environment(scene: &Scene) -> bool {
+    scene.environment.as_ref().is_some_and(Environment::shines)
+        && scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0)
 }
 
 impl GpuScene {
@@ -72,6 +80,7 @@ impl GpuScene {
             texture("texels", &texels),
         ];
         let surfaces = surface_ids(scene, geometry)?;
+        let is_reflected = reflects_environment(scene);
         Ok(Self {
             group: layout.group(device, &resources),
             counts,
@@ -86,8 +95,8 @@ impl GpuScene {
             environment: scene
                 .environment
                 .as_ref()
-                .filter(|e| e.visible)
-                .map(|e| GpuEnvironment::new((device, queue), e)),
+                .map(|e| GpuEnvironment::new((device, queue), e, is_reflected))
+                .filter(|e| e.shown.is_some() || e.reflected.is_some()),
         })
     }
 

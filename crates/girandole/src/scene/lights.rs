@@ -3,13 +3,15 @@
 use crate::Result;
 use crate::device::buffers::check_size;
 use crate::layout::Light;
-use crate::shader_constants::BATCH;
+use crate::shader_constants::{BATCH, DISTANT};
 use girandole_core::glam::Vec3;
 use wgpu::util::DeviceExt;
 
 /// Light samples with their places in the atlas.
 pub(crate) struct GpuLights {
     pub samples: Vec<Light>,
+    /// Of samples of the environment, sr, as [`girandole_core::lights::mean_solid_angle`].
+    pub mean_solid_angle: f32,
     /// For shadow maps as a whole, for shading in batches: it goes on for a batch behind the last one.
     pub buffer: wgpu::Buffer,
     /// The same without those that are dark, if there are any, and how many are left.
@@ -22,7 +24,12 @@ impl GpuLights {
     pub fn new(device: &wgpu::Device, samples: Vec<Light>) -> Result<Self> {
         let padded = padded(&samples);
         check_size(device, "lights", bytemuck::cast_slice::<_, u8>(&padded))?;
-        Ok(Self { lit: lit(device, &samples), buffer: buffer(device, &padded), samples })
+        Ok(Self {
+            lit: lit(device, &samples),
+            buffer: buffer(device, &padded),
+            mean_solid_angle: mean_solid_angle(&samples),
+            samples,
+        })
     }
 
     /// Takes as many others.
@@ -36,6 +43,7 @@ impl GpuLights {
         if samples != self.samples {
             self.lit = lit(device, &samples);
         }
+        self.mean_solid_angle = mean_solid_angle(&samples);
         self.samples = samples;
     }
 
@@ -67,6 +75,15 @@ fn batch(buffer: &wgpu::Buffer, first: u32) -> wgpu::BufferBinding<'_> {
         offset: u64::from(first) * size,
         size: wgpu::BufferSize::new(u64::from(BATCH) * size),
     }
+}
+
+fn mean_solid_angle(samples: &[Light]) -> f32 {
+    let of = |light: &Light| {
+        (light.profile == DISTANT && light.rectangle.y == 0.0 && light.intensity != Vec3::ZERO)
+            .then(|| f64::from(light.rectangle.x))
+    };
+    let count = samples.iter().filter_map(of).count();
+    (samples.iter().filter_map(of).sum::<f64>() / count.max(1) as f64) as f32
 }
 
 fn padded(samples: &[Light]) -> Vec<Light> {

@@ -70,7 +70,7 @@ impl Stage {
     }
 
     pub fn oracle(&self, view: &View, size: [u32; 2], samples_per_axis: u32) -> Image {
-        let settings = OracleSettings { samples_per_axis, clamp: Clamp::Off };
+        let settings = OracleSettings { samples_per_axis, clamp: Clamp::Off, ..OracleSettings::default() };
         girandole_reference::oracle(&self.tracer(), &self.lights, view, size, &settings, &|_| {})
     }
 }

@@ -14,9 +14,13 @@ mod oracle;
 mod pictures;
 mod recording;
 mod refinement;
+mod reflections;
 mod selected;
 mod shadings;
 mod sizes;
+#[path = "../../../girandole-reference/tests/reference/spheres.rs"]
+#[allow(dead_code)]
+mod spheres;
 mod staleness;
 mod truth;
 
@@ -55,6 +59,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         environment::tests(),
         recording::tests(),
         refinement::tests(),
+        reflections::tests(),
         selected::tests(),
         shadings::tests(),
         sizes::tests(),
@@ -67,6 +72,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         shadings::with_float_blending(),
         materials::with_timestamps(),
         recording::with_float_blending(),
+        reflections::with_float_blending(),
     ];
     let of_any_device = of_any_device.into_iter().map(|test| (test, wgpu::Features::empty()));
     of_any_device.chain(of_some_devices.map(|(features, test)| (test, features))).collect()

@@ -15,6 +15,7 @@ pub fn tests() -> Vec<Test> {
     vec![
         ("mirror_octahedral", octahedral),
         ("mirror_brdf", specular),
+        ("mirror_lobes", lobes),
         ("mirror_geometric_factor", geometric_factor),
         ("mirror_reflection", reflection),
         ("mirror_tone_curves", tone_curves),
@@ -120,6 +121,37 @@ fn octahedral(context: &Context) {
     // The control: another texel's direction is not taken for the same.
     let shifted = cpu().map(|uv| math::octahedral::decode(uv + Vec2::splat(1.0 / 512.0)).extend(0.0));
     assert!(largest_difference(&gpu, shifted) > 1e-3);
+}
+
+/// What lobes are widened by, and what they weigh samples of an environment by.
+fn lobes(context: &Context) {
+    let reflected = Vec3::new(0.48, 0.6, 0.64);
+    let mut inputs = Vec::new();
+    let mut expected = Vec::new();
+    for wi in directions().into_iter().step_by(5) {
+        for (alpha, solid_angle) in [(0.002, 0.05), (0.1, 0.003), (0.7, 0.5)] {
+            inputs.push([wi.extend(alpha), Vec4::splat(solid_angle)]);
+            let weight = brdf::sample_weight(reflected, wi, alpha, solid_angle);
+            let gain = brdf::widened_gain(wi.z, alpha, brdf::widened_alpha(alpha, solid_angle));
+            let seen = brdf::footprint_alpha(alpha, [wi * solid_angle, Vec3::splat(0.1)]);
+            // The largest weight is far above 1.
+            let weight = weight * 0.25 * solid_angle;
+            expected.push(Vec4::new(weight, gain, brdf::resolved_share(alpha, solid_angle), seen));
+        }
+    }
+    let source = format!(
+        "{} fn map(a: vec4f, b: vec4f) -> vec4f {{ let reflected = vec3f(0.48, 0.6, 0.64); \
+         return vec4f(sample_weight(reflected, a.xyz, a.w, b.x) * 0.25 * b.x, \
+         widened_gain(a.z, a.w, widened_alpha(a.w, b.x)), resolved_share(a.w, b.x), \
+         footprint_alpha(a.w, a.xyz * b.x, vec3f(0.1))); }}",
+        include_str!("../../shaders/lib/brdf.wgsl")
+    );
+    let found =
+        |source: &str| largest_difference(&run(context, source, &inputs, &[]), expected.iter().copied());
+    assert!(found(&source) < 1e-4, "{}", found(&source));
+    // The control: other constants are seen.
+    assert!(found(&source.replace("3.29", "3.0")) > 1e-3);
+    assert!(found(&source.replace("1.0 / 16.0", "1.0 / 12.0")) > 1e-3);
 }
 
 fn specular(context: &Context) {

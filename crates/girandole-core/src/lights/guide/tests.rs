@@ -128,7 +128,10 @@ fn guided_light_is_that_of_plain_sampling_in_the_mean() {
         // What comes to the room's inner surfaces, and what stays outside.
         let is_inside = |deposit: &&LightSample| {
             let at = (deposit.position.as_dvec3() + geometry.origin).as_vec3();
-            at.abs().max_element() < 2.6 && at.x.abs() < 1.85 && at.z.abs() < 1.85 && (-0.1..2.6).contains(&at.y)
+            at.abs().max_element() < 2.6
+                && at.x.abs() < 1.85
+                && at.z.abs() < 1.85
+                && (-0.1..2.6).contains(&at.y)
         };
         let mean = |guides: &Guides, count: u32| {
             over_seeds(40, |seed| {

@@ -115,7 +115,9 @@ impl IncrementalWalk {
             return;
         }
         self.emitter_counts = counts;
-        let samples = area((scene, geometry), emissions, (&groups, &self.sampling.guides), &weights, count, seed).concat();
+        let samples =
+            area((scene, geometry), emissions, (&groups, &self.sampling.guides), &weights, count, seed)
+                .concat();
         let at_rest = |s: &LightSample| self.latest.carry(&self.sampled, geometry, s).unwrap_or(*s);
         self.at_rest = samples.iter().map(at_rest).collect();
         let places = self.at_rest.iter().map(|s| place(s, self.sampling.normal_scale)).collect();

@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::image::{Image, luminance};
-use crate::lights::sun::is_of_sun;
 use crate::scene::{Environment, Sky, View};
 use glam::Vec2;
 
@@ -42,7 +41,7 @@ fn outdoors(environment: Environment) -> (Scene, Geometry, View) {
 }
 
 fn suns(set: &LightSet) -> Vec<LightSample> {
-    set.samples().iter().filter(|sample| is_of_sun(sample)).copied().collect()
+    set.samples().iter().filter(|sample| sample.is_of_sun()).copied().collect()
 }
 
 #[test]
