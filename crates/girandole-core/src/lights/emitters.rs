@@ -434,7 +434,8 @@ impl SourceTree {
     /// By source, the part of the unit square that chooses it: lower corner and size.
     pub fn places(&self) -> Vec<[DVec2; 2]> {
         let mut result = vec![[DVec2::ZERO, DVec2::ONE]; self.sources.len()];
-        let mut open = if self.nodes.is_empty() { Vec::new() } else { vec![(0, [DVec2::ZERO, DVec2::ONE], 0)] };
+        let mut open =
+            if self.nodes.is_empty() { Vec::new() } else { vec![(0, [DVec2::ZERO, DVec2::ONE], 0)] };
         while let Some((node, [low, size], depth)) = open.pop() {
             if node < 0 {
                 result[(-1 - node) as usize] = [low, size];

@@ -9,12 +9,13 @@
 //! 2. Directions and places on the disc are points of the unit cube of the random numbers that choose them, two for the
 //!    direction and two for the place: plain sampling is uniform there (primary sample space: Guo et al. 2018, §4). The disc lies about
 //!    the point that those rays pass closest to, as it would about a window: then its place hardly depends on the direction.
-//! 3. A [density](Density) of what they are worth, a fifth of it uniform, warps the numbers of candidates and paths, which stay well
+//! 3. Where more than a [quarter](OUTDOORS) of the rays from what is seen leave the scene, plain sampling does as well, and stays.
+//! 4. A [density](Density) of what they are worth, a fifth of it uniform, warps the numbers of candidates and paths, which stay well
 //!    spread, and their light is divided by it: whatever it is, there is the same light in the mean.
 
 mod density;
 
-use self::density::{Density, TREES};
+use self::density::Density;
 use super::LightSettings;
 use super::emitters::{Source, SourceTree};
 use super::view_points::ViewPoint;
@@ -28,6 +29,8 @@ use std::collections::BTreeMap;
 
 /// Of the sequence that rays are spread by.
 const RAYS_SEED: u32 = 0x1b87_3593;
+/// Share of cosine-weighted rays from what is seen that leave the scene at once, from which on it is taken for outdoors.
+const OUTDOORS: f64 = 0.25;
 /// Rays that leave the scene, of those that left a point that is seen and of others, after which there are enough…
 const ENOUGH: usize = 2048;
 /// …and rays in all after which no more are traced.
@@ -87,6 +90,8 @@ struct Escape {
     throughput: f64,
     /// How often that is reflected before it comes to what is seen.
     bounces: u32,
+    /// Whether its direction was chosen by the power of the sky.
+    by_power: bool,
 }
 
 impl Guides {
@@ -124,6 +129,11 @@ impl Guides {
             result.starts.extend(starts.map(|starts| (index, starts)));
         }
         result
+    }
+
+    /// Whether nothing is guided.
+    pub fn is_empty(&self) -> bool {
+        self.directions.is_empty() && self.starts.is_empty()
     }
 
     /// For a group of sources, where a point of the unit square goes, and the density of such points there.
@@ -171,9 +181,8 @@ impl Starts {
                 [with(at, 1.0 - ANY_DIRECTION), with(near.any, ANY_DIRECTION)]
             })
         };
-        let density = Density::new(2 * COPIES, |tree| {
-            near(escapes, center, blur, tree).flat_map(points).collect()
-        })?;
+        let density =
+            Density::new(2 * COPIES, |tree| near(escapes, center, blur, tree).flat_map(points).collect())?;
         Some(Self { density, disc: (center, radius) })
     }
 }
@@ -264,19 +273,16 @@ fn near(escapes: &[Escape], point: Vec3, blur: f32, tree: u32) -> impl Iterator<
     })
 }
 
-/// Rays from what is seen to what is infinitely far away, in order, whatever the number of threads.
-fn escapes(
-    tracer: &SceneTracer,
-    settings: &LightSettings,
-    points: &[ViewPoint],
-    sky: &Sky,
-) -> Vec<Escape> {
+/// Rays from what is seen to what is infinitely far away, in order, whatever the number of threads; none outdoors.
+fn escapes(tracer: &SceneTracer, settings: &LightSettings, points: &[ViewPoint], sky: &Sky) -> Vec<Escape> {
     let mut found: Vec<Escape> = Vec::new();
     let mut rays = 0;
     for round in 0.. {
         let direct = found.iter().filter(|escape| escape.bounces == 0).count();
         let is_enough = |count: usize| count >= ENOUGH;
-        if is_enough(direct) && (settings.bounces == 0 || is_enough(found.len() - direct)) || rays >= MOST_RAYS {
+        if is_enough(direct) && (settings.bounces == 0 || is_enough(found.len() - direct))
+            || rays >= MOST_RAYS
+        {
             break;
         }
         let path = |i: usize| {
@@ -289,6 +295,11 @@ fn escapes(
         for (traced, escapes) in in_order(points.len(), path) {
             rays += traced;
             found.extend(escapes);
+        }
+        let leaves_at_once = |escape: &&Escape| escape.bounces == 0 && !escape.by_power;
+        let share = found.iter().filter(leaves_at_once).count() as f64 / points.len() as f64;
+        if round == 0 && share > OUTDOORS {
+            return Vec::new();
         }
     }
     found
@@ -315,22 +326,22 @@ fn path(
     };
     let mut rays = 0;
     for bounces in 0..=settings.bounces {
-        let escape = |direction: Vec3| {
+        let escape = |direction: Vec3, by_power: bool| {
             let throughput = throughput * sky.share(direction, normal);
-            Escape { from, direction, throughput, bounces }
+            Escape { from, direction, throughput, bounces, by_power }
         };
         let numbers = [0, 1, 2, 3].map(|d| random(4 * bounces + d));
         let towards_sky = sky.direction([numbers[2], numbers[3]]).filter(|d| d.dot(normal) > 0.0);
         if let Some(direction) = towards_sky {
             rays += 1;
-            found.extend(hit(from, direction).is_none().then(|| escape(direction)));
+            found.extend(hit(from, direction).is_none().then(|| escape(direction, true)));
         }
         let local = warp::cosine_hemisphere(Vec2::new(numbers[0], numbers[1]));
         let (x, y) = warp::frame(normal);
         let direction = (x * local.x + y * local.y + normal * local.z).normalize();
         rays += 1;
         let Some(hit) = hit(from, direction) else {
-            found.push(escape(direction));
+            found.push(escape(direction, false));
             break;
         };
         let surface = geometry.surface(scene, hit.triangle, hit.barycentric, -direction);

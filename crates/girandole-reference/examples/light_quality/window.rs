@@ -69,7 +69,9 @@ pub fn room(in_building: bool, environment: Environment) -> Scene {
     };
     add(&things, Transform::IDENTITY);
     let [behind, above, beside] = if in_building { ROOMS } else { [1; 3] };
-    for (i, j, k) in (0..behind).flat_map(|i| (0..above).flat_map(move |j| (0..beside).map(move |k| (i, j, k)))) {
+    for (i, j, k) in
+        (0..behind).flat_map(|i| (0..above).flat_map(move |j| (0..beside).map(move |k| (i, j, k))))
+    {
         // Windows of both rows of rooms look outwards.
         let turn = if i == 0 { Vec3::ONE } else { vec3(-1.0, 1.0, 1.0) };
         let at = vec3(i as f32 * 2.0 * high.x, (j - above / 2) as f32 * (HEIGHT + 2.0 * WALL), 0.0)

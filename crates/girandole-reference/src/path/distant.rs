@@ -1,7 +1,7 @@
 //! The environment: directions drawn in proportion to what comes from their cell, and towards openings that it is seen through.
 
-use super::random::Random;
 use super::Opening;
+use super::random::Random;
 use girandole_core::glam::{DVec2, Vec3};
 use girandole_core::image::luminance;
 use girandole_core::scene::Environment;

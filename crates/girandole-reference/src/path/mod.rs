@@ -202,7 +202,8 @@ impl<'a> Integrator<'a> {
             let is_other = |hit: &Hit| hit.triangle != vertex.triangle;
             let Some(next) = self.scattering((vertex.start, wi), hit, is_other, &mut beta, random) else {
                 if let Some(distant) = &self.distant {
-                    result += beta * distant.radiance(wi) * power_heuristic(pdf, distant.pdf(vertex.start, wi));
+                    result +=
+                        beta * distant.radiance(wi) * power_heuristic(pdf, distant.pdf(vertex.start, wi));
                 }
                 break;
             };

@@ -11,3 +11,4 @@ mod reflection;
 mod transparency;
 mod truth;
 mod visibility;
+mod window;

@@ -27,8 +27,15 @@ pub(super) struct Density<const D: usize> {
 #[derive(Clone, Debug)]
 enum Part {
     /// Two boxes, below and above a place along an axis; the first has this share of both.
-    Two { axis: usize, border: f64, share: f64, parts: [usize; 2] },
-    One { density: f64 },
+    Two {
+        axis: usize,
+        border: f64,
+        share: f64,
+        parts: [usize; 2],
+    },
+    One {
+        density: f64,
+    },
 }
 
 /// A point and its weight.
@@ -103,8 +110,8 @@ fn divided<const D: usize>(points: Vec<Point<D>>, copies: f64, moved: f64) -> Ve
         };
         let below = (border - this.low[axis]) / (this.high[axis] - this.low[axis]);
         let masses = [this.mass * share, this.mass * (1.0 - share)];
-        let [first, second] =
-            [(masses[0], below), (masses[1], 1.0 - below)].map(|(m, v)| PLAIN * volume * v + (1.0 - PLAIN) * m);
+        let [first, second] = [(masses[0], below), (masses[1], 1.0 - below)]
+            .map(|(m, v)| PLAIN * volume * v + (1.0 - PLAIN) * m);
         let parts = [boxes.len(), boxes.len() + 1];
         boxes[this.at] = Part::Two { axis, border, share: first / (first + second), parts };
         boxes.extend([Part::One { density: 1.0 }, Part::One { density: 1.0 }]);

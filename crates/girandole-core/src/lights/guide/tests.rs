@@ -85,8 +85,8 @@ fn densities_are_those_of_the_points_that_they_warp() {
     }
     let exact = 1.0 / 3.0 + 0.25;
     assert!((volume - 1.0).abs() < 0.01 && (moment / exact - 1.0).abs() < 0.01, "{volume} {moment}");
-    // Four fifths of four fifths of the points are there now, and few before.
-    assert!(inside > count / 2, "{inside}");
+    // Most points are in this fiftieth of the cube, and a third of those that are warped.
+    assert!(inside > count / 3, "{inside}");
     assert!((undivided / exact - 1.0).abs() > 0.05, "negative control: {undivided}");
 }
 
@@ -128,12 +128,21 @@ fn guided_light_is_that_of_plain_sampling_in_the_mean() {
         // What comes to the room's inner surfaces, and what stays outside.
         let is_inside = |deposit: &&LightSample| {
             let at = (deposit.position.as_dvec3() + geometry.origin).as_vec3();
-            at.abs().max_element() < 2.6 && at.x.abs() < 1.85 && at.z.abs() < 1.85 && (-0.1..2.6).contains(&at.y)
+            at.abs().max_element() < 2.6
+                && at.x.abs() < 1.85
+                && at.z.abs() < 1.85
+                && (-0.1..2.6).contains(&at.y)
         };
         let mean = |guides: &Guides, count: u32| {
             over_seeds(40, |seed| {
-                let walk =
-                    Walk { tracer, emissions: &emissions, emitters: trees, guides, settings: &settings, seed };
+                let walk = Walk {
+                    tracer,
+                    emissions: &emissions,
+                    emitters: trees,
+                    guides,
+                    settings: &settings,
+                    seed,
+                };
                 let paths = walk.paths((0..count).collect());
                 let inside = paths.iter().flat_map(|path| &path.deposits).filter(is_inside);
                 flux(inside) / f64::from(count)
