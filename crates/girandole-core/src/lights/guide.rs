@@ -106,26 +106,31 @@ impl Guides {
         let Some(environment) = tracer.scene().environment.as_ref().filter(|_| !points.is_empty()) else {
             return Self::default();
         };
-        let are_distant = |sources: &[Source]| sources.iter().all(|source| source.cell().is_some());
-        let groups = || groups.iter().enumerate().filter(|(_, group)| are_distant(group));
-        let Some(sky) = SourceTree::new(groups().flat_map(|(_, group)| group).copied().collect()) else {
+        // A group that has no tree of its own shares it with other emitters.
+        let has_own_tree = trees.len() >= groups.len();
+        let is_distant = |group: &[Source]| group.iter().all(|source| source.cell().is_some());
+        let distant = groups.iter().zip(trees).enumerate();
+        let distant: Vec<(usize, &SourceTree)> = distant
+            .filter(|(_, (group, _))| has_own_tree && is_distant(group))
+            .map(|(index, (_, tree))| (index, tree))
+            .collect();
+        if distant.is_empty() {
             return Self::default();
-        };
-        let (direct, reflected): (Vec<Escape>, Vec<Escape>) =
-            escapes(tracer, settings, points, &Sky::new(sky, environment))
-                .into_iter()
-                .partition(|escape| escape.bounces == 0);
-        let mut result = Self::default();
-        for (index, group) in groups() {
-            let density = SourceTree::new(group.clone()).and_then(|tree| {
-                let square = Square::new(&tree, environment);
-                let place = |near: Near| square.place(near.direction, near.throughput);
-                Density::new(COPIES, |tree| near(&direct, Vec3::ZERO, 0.0, tree).filter_map(place).collect())
-            });
-            result.directions.extend(density.map(|density| (index, density)));
         }
-        for (index, tree) in trees.iter().enumerate().filter(|(_, tree)| are_distant(tree.sources())) {
-            let starts = Starts::new(tracer.geometry(), &Square::new(tree, environment), &reflected);
+        let sky = Sky::new(distant.iter().map(|(_, tree)| *tree).collect(), environment);
+        let (direct, reflected): (Vec<Escape>, Vec<Escape>) =
+            escapes(tracer, settings, points, &sky).into_iter().partition(|escape| escape.bounces == 0);
+        let mut result = Self::default();
+        if direct.is_empty() && reflected.is_empty() {
+            return result;
+        }
+        for (index, tree) in distant {
+            let square = Square::new(tree, environment);
+            let place = |near: Near| square.place(near.direction, near.throughput);
+            let density =
+                Density::new(COPIES, |tree| near(&direct, Vec3::ZERO, 0.0, tree).filter_map(place).collect());
+            result.directions.extend(density.map(|density| (index, density)));
+            let starts = Starts::new(tracer.geometry(), &square, &reflected);
             result.starts.extend(starts.map(|starts| (index, starts)));
         }
         result
@@ -213,25 +218,34 @@ impl<'a> Square<'a> {
 /// All directions that light from infinitely far away comes from, by its power.
 struct Sky<'a> {
     environment: &'a Environment,
-    tree: SourceTree,
+    trees: Vec<&'a SourceTree>,
+    power: f64,
     /// By cell, the density of its directions, sr⁻¹.
     densities: Vec<f64>,
 }
 
 impl<'a> Sky<'a> {
-    fn new(tree: SourceTree, environment: &'a Environment) -> Self {
+    fn new(trees: Vec<&'a SourceTree>, environment: &'a Environment) -> Self {
+        let power: f64 = trees.iter().map(|tree| tree.power()).sum();
         let mut densities = vec![0.0; environment.cells() as usize];
-        for source in tree.sources() {
+        for source in trees.iter().flat_map(|tree| tree.sources()) {
             if let Some(cell) = source.cell() {
-                densities[cell as usize] = tree.probability(source) / environment.cell_solid_angle();
+                densities[cell as usize] = source.weight / power / environment.cell_solid_angle();
             }
         }
-        Self { environment, tree, densities }
+        Self { environment, trees, power, densities }
     }
 
     fn direction(&self, at: [f32; 2]) -> Option<Vec3> {
-        let (source, at) = self.tree.choose(Vec2::from_array(at).as_dvec2());
-        Some(self.environment.cell_direction(source.cell()?, at))
+        let mut along = f64::from(at[0]) * self.power;
+        for tree in &self.trees {
+            if along < tree.power() {
+                let (source, at) = tree.choose(DVec2::new(along / tree.power(), f64::from(at[1])));
+                return Some(self.environment.cell_direction(source.cell()?, at));
+            }
+            along -= tree.power();
+        }
+        None
     }
 
     /// What a direction of one of two rays from a surface counts for, where one is cosine-weighted and the other's is chosen by power
