@@ -67,7 +67,7 @@ fn densities_are_those_of_the_points_that_they_warp() {
     // Near a corner, and along an edge.
     let point = |i: u32| {
         let [x, y, z] = [0, 1, 2].map(|d| f64::from(sequence::sample(i, d, 5)));
-        if i % 3 == 0 { ([0.1 * x, 0.2 * y, z], 1.0) } else { ([0.7 + 0.1 * x * y, y, 0.5], 2.0) }
+        if i.is_multiple_of(3) { ([0.1 * x, 0.2 * y, z], 1.0) } else { ([0.7 + 0.1 * x * y, y, 0.5], 2.0) }
     };
     let density = Density::<3>::new(1, |_| (0..2000).map(point).collect()).expect("points");
     assert!(Density::<3>::new(1, |_| vec![([0.5; 3], 0.0)]).is_none());
