@@ -82,6 +82,9 @@ pub(super) fn allocate(weights: &[f64], count: u32) -> Vec<u32> {
     counts
 }
 
+/// Where a point of the unit square goes, and the density of such points there.
+type Guide<'a> = &'a dyn Fn([f64; 2]) -> ([f64; 2], f64);
+
 /// `count` samples on emitting surfaces (Barczak §4.1), emitter by emitter.
 ///
 /// Each emitter gets samples in proportion to its weight and keeps all its energy: with `n` of them on an emitter,
@@ -94,7 +97,7 @@ pub(super) fn area(
     count: u32,
     seed: u32,
 ) -> Vec<Vec<LightSample>> {
-    let of = |sources: Vec<Source>, guide: &dyn Fn([f64; 2]) -> ([f64; 2], f64), count: u32, seed: u32| {
+    let of = |sources: Vec<Source>, guide: Guide, count: u32, seed: u32| {
         let mut samples = Vec::new();
         if let Some(tree) = SourceTree::new(sources) {
             on_tree(scene, emissions, (&tree, guide), count, seed, &mut samples);
@@ -138,7 +141,7 @@ pub(super) fn mixture(power: &[f64], worth: &[f64]) -> Vec<f64> {
 fn on_tree(
     (scene, geometry): (&Scene, &Geometry),
     emissions: &Emissions,
-    (tree, guide): (&SourceTree, &dyn Fn([f64; 2]) -> ([f64; 2], f64)),
+    (tree, guide): (&SourceTree, Guide),
     count: u32,
     seed: u32,
     samples: &mut Vec<LightSample>,

@@ -9,7 +9,8 @@
 //! 2. Directions and places on the disc are points of the unit cube of the random numbers that choose them, two for the
 //!    direction and two for the place: plain sampling is uniform there (primary sample space: Guo et al. 2018, §4). The disc lies about
 //!    the point that those rays pass closest to, as it would about a window: then its place hardly depends on the direction.
-//! 3. A [density](Density) of what they are worth, a fifth of it uniform, warps the numbers of candidates and paths, which stay well
+//! 3. Where more than a [quarter](OUTDOORS) of the rays from what is seen leave the scene, plain sampling does as well, and stays.
+//! 4. A [density](Density) of what they are worth, a fifth of it uniform, warps the numbers of candidates and paths, which stay well
 //!    spread, and their light is divided by it: whatever it is, there is the same light in the mean.
 
 mod density;
@@ -28,6 +29,8 @@ use std::collections::BTreeMap;
 
 /// Of the sequence that rays are spread by.
 const RAYS_SEED: u32 = 0x1b87_3593;
+/// Share of cosine-weighted rays from what is seen that leave the scene at once, from which on it is taken for outdoors.
+const OUTDOORS: f64 = 0.25;
 /// Rays that leave the scene, of those that left a point that is seen and of others, after which there are enough…
 const ENOUGH: usize = 2048;
 /// …and rays in all after which no more are traced.
@@ -87,6 +90,8 @@ struct Escape {
     throughput: f64,
     /// How often that is reflected before it comes to what is seen.
     bounces: u32,
+    /// Whether its direction was chosen by the power of the sky.
+    by_power: bool,
 }
 
 impl Guides {
@@ -101,29 +106,39 @@ impl Guides {
         let Some(environment) = tracer.scene().environment.as_ref().filter(|_| !points.is_empty()) else {
             return Self::default();
         };
-        let are_distant = |sources: &[Source]| sources.iter().all(|source| source.cell().is_some());
-        let groups = || groups.iter().enumerate().filter(|(_, group)| are_distant(group));
-        let Some(sky) = SourceTree::new(groups().flat_map(|(_, group)| group).copied().collect()) else {
+        // A group that has no tree of its own shares it with other emitters.
+        let has_own_tree = trees.len() >= groups.len();
+        let is_distant = |group: &[Source]| group.iter().all(|source| source.cell().is_some());
+        let distant = groups.iter().zip(trees).enumerate();
+        let distant: Vec<(usize, &SourceTree)> = distant
+            .filter(|(_, (group, _))| has_own_tree && is_distant(group))
+            .map(|(index, (_, tree))| (index, tree))
+            .collect();
+        if distant.is_empty() {
             return Self::default();
-        };
-        let (direct, reflected): (Vec<Escape>, Vec<Escape>) =
-            escapes(tracer, settings, points, &Sky::new(sky, environment))
-                .into_iter()
-                .partition(|escape| escape.bounces == 0);
-        let mut result = Self::default();
-        for (index, group) in groups() {
-            let density = SourceTree::new(group.clone()).and_then(|tree| {
-                let square = Square::new(&tree, environment);
-                let place = |near: Near| square.place(near.direction, near.throughput);
-                Density::new(COPIES, |tree| near(&direct, Vec3::ZERO, 0.0, tree).filter_map(place).collect())
-            });
-            result.directions.extend(density.map(|density| (index, density)));
         }
-        for (index, tree) in trees.iter().enumerate().filter(|(_, tree)| are_distant(tree.sources())) {
-            let starts = Starts::new(tracer.geometry(), &Square::new(tree, environment), &reflected);
+        let sky = Sky::new(distant.iter().map(|(_, tree)| *tree).collect(), environment);
+        let (direct, reflected): (Vec<Escape>, Vec<Escape>) =
+            escapes(tracer, settings, points, &sky).into_iter().partition(|escape| escape.bounces == 0);
+        let mut result = Self::default();
+        if direct.is_empty() && reflected.is_empty() {
+            return result;
+        }
+        for (index, tree) in distant {
+            let square = Square::new(tree, environment);
+            let place = |near: Near| square.place(near.direction, near.throughput);
+            let density =
+                Density::new(COPIES, |tree| near(&direct, Vec3::ZERO, 0.0, tree).filter_map(place).collect());
+            result.directions.extend(density.map(|density| (index, density)));
+            let starts = Starts::new(tracer.geometry(), &square, &reflected);
             result.starts.extend(starts.map(|starts| (index, starts)));
         }
         result
+    }
+
+    /// Whether nothing is guided.
+    pub fn is_empty(&self) -> bool {
+        self.directions.is_empty() && self.starts.is_empty()
     }
 
     /// For a group of sources, where a point of the unit square goes, and the density of such points there.
@@ -203,25 +218,34 @@ impl<'a> Square<'a> {
 /// All directions that light from infinitely far away comes from, by its power.
 struct Sky<'a> {
     environment: &'a Environment,
-    tree: SourceTree,
+    trees: Vec<&'a SourceTree>,
+    power: f64,
     /// By cell, the density of its directions, sr⁻¹.
     densities: Vec<f64>,
 }
 
 impl<'a> Sky<'a> {
-    fn new(tree: SourceTree, environment: &'a Environment) -> Self {
+    fn new(trees: Vec<&'a SourceTree>, environment: &'a Environment) -> Self {
+        let power: f64 = trees.iter().map(|tree| tree.power()).sum();
         let mut densities = vec![0.0; environment.cells() as usize];
-        for source in tree.sources() {
+        for source in trees.iter().flat_map(|tree| tree.sources()) {
             if let Some(cell) = source.cell() {
-                densities[cell as usize] = tree.probability(source) / environment.cell_solid_angle();
+                densities[cell as usize] = source.weight / power / environment.cell_solid_angle();
             }
         }
-        Self { environment, tree, densities }
+        Self { environment, trees, power, densities }
     }
 
     fn direction(&self, at: [f32; 2]) -> Option<Vec3> {
-        let (source, at) = self.tree.choose(Vec2::from_array(at).as_dvec2());
-        Some(self.environment.cell_direction(source.cell()?, at))
+        let mut along = f64::from(at[0]) * self.power;
+        for tree in &self.trees {
+            if along < tree.power() {
+                let (source, at) = tree.choose(DVec2::new(along / tree.power(), f64::from(at[1])));
+                return Some(self.environment.cell_direction(source.cell()?, at));
+            }
+            along -= tree.power();
+        }
+        None
     }
 
     /// What a direction of one of two rays from a surface counts for, where one is cosine-weighted and the other's is chosen by power
@@ -263,7 +287,7 @@ fn near(escapes: &[Escape], point: Vec3, blur: f32, tree: u32) -> impl Iterator<
     })
 }
 
-/// Rays from what is seen to what is infinitely far away, in order, whatever the number of threads.
+/// Rays from what is seen to what is infinitely far away, in order, whatever the number of threads; none outdoors.
 fn escapes(tracer: &SceneTracer, settings: &LightSettings, points: &[ViewPoint], sky: &Sky) -> Vec<Escape> {
     let mut found: Vec<Escape> = Vec::new();
     let mut rays = 0;
@@ -285,6 +309,11 @@ fn escapes(tracer: &SceneTracer, settings: &LightSettings, points: &[ViewPoint],
         for (traced, escapes) in in_order(points.len(), path) {
             rays += traced;
             found.extend(escapes);
+        }
+        let leaves_at_once = |escape: &&Escape| escape.bounces == 0 && !escape.by_power;
+        let share = found.iter().filter(leaves_at_once).count() as f64 / points.len() as f64;
+        if round == 0 && share > OUTDOORS {
+            return Vec::new();
         }
     }
     found
@@ -311,22 +340,22 @@ fn path(
     };
     let mut rays = 0;
     for bounces in 0..=settings.bounces {
-        let escape = |direction: Vec3| {
+        let escape = |direction: Vec3, by_power: bool| {
             let throughput = throughput * sky.share(direction, normal);
-            Escape { from, direction, throughput, bounces }
+            Escape { from, direction, throughput, bounces, by_power }
         };
         let numbers = [0, 1, 2, 3].map(|d| random(4 * bounces + d));
         let towards_sky = sky.direction([numbers[2], numbers[3]]).filter(|d| d.dot(normal) > 0.0);
         if let Some(direction) = towards_sky {
             rays += 1;
-            found.extend(hit(from, direction).is_none().then(|| escape(direction)));
+            found.extend(hit(from, direction).is_none().then(|| escape(direction, true)));
         }
         let local = warp::cosine_hemisphere(Vec2::new(numbers[0], numbers[1]));
         let (x, y) = warp::frame(normal);
         let direction = (x * local.x + y * local.y + normal * local.z).normalize();
         rays += 1;
         let Some(hit) = hit(from, direction) else {
-            found.push(escape(direction));
+            found.push(escape(direction, false));
             break;
         };
         let surface = geometry.surface(scene, hit.triangle, hit.barycentric, -direction);

@@ -130,12 +130,14 @@ impl Importance {
     }
 }
 
-/// What candidates at these [places](place) bring to these points; all alike if there are none, or no light reaches them.
+/// What candidates at these [places](place) bring to these points; all alike if there are none, or no light reaches them. Whether those
+/// of an environment's light are [guided](super::guide).
 pub(super) fn measure(
     tracer: &SceneTracer,
     points: &[ViewPoint],
     candidates: &[LightSample],
     places: &[[f32; 6]],
+    is_guided: bool,
 ) -> Importance {
     let alike = Importance::uniform();
     if points.is_empty() {
@@ -192,7 +194,6 @@ pub(super) fn measure(
     let is_mixed = kinds.iter().all(|(_, power)| *power > 0.0);
     let plain = kinds.map(|(sum, power)| if is_mixed { (sum / power).max(LEAST_PLAIN * mean) } else { mean });
     // Where paths are guided (`guide.rs`), those that start where little is seen from are few and strong: candidates count alike.
-    let is_guided = tracer.scene().environment.is_some();
     let each = power.iter().sum::<f64>() / power.len() as f64;
     let alike = |run: &[u32]| {
         let own = run.iter().map(|&i| power[i as usize]).sum::<f64>() / run.len() as f64;

@@ -101,19 +101,20 @@ impl Sampling {
             BoundingSphere::of_scene(geometry)
         };
         let points = view_points(&tracer, views, POINTS);
+        let trees = emitters::trees(&groups, &sources);
+        let guides = Guides::new(&tracer, settings, &points, &groups, &trees);
+        let is_guided = !guides.is_empty();
         let measure = |candidates: &[LightSample]| {
             let normal_scale = importance::NORMAL_SCALE * importance::free_path(&tracer, candidates);
             let places: Vec<[f32; 6]> =
                 candidates.iter().map(|c| importance::place(c, normal_scale)).collect();
-            (importance::measure(&tracer, &points, candidates, &places), normal_scale)
+            (importance::measure(&tracer, &points, candidates, &places, is_guided), normal_scale)
         };
         let weigh = |candidates: &[LightSample]| measure(candidates).0.weights(candidates);
 
         // What the walk leaves.
         let walk_seed = sequence::hash(settings.seed ^ 0x7f4a_7c15);
         let (mut walked, mut pilot) = (Walked::default(), None);
-        let trees = emitters::trees(&groups, &sources);
-        let guides = Guides::new(&tracer, settings, &points, &groups, &trees);
         if !trees.is_empty() && numbers.walked > 0 {
             let walk = Walk {
                 tracer: &tracer,

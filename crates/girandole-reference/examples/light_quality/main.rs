@@ -4,7 +4,8 @@
 //! cargo run --release -p girandole-reference --example light_quality -- <scene> [key=value]…
 //! ```
 //!
-//! `<scene>` is a built-in room, `hall` (four hundred small lamps) or a file. `what` is `placement` (default), `clamp`, `share`, `candidates` or `termination`:
+//! `<scene>` is a built-in room, `hall` (four hundred small lamps), `window` or `flats` (a room lit through a window alone, by itself or
+//! in a building, by `environment=sky` or `gradient`) or a file. `what` is `placement` (default), `clamp`, `share`, `candidates` or `termination`:
 //! what the rows of the table differ in. `lights=300,1024`, `seeds=3`, `bounces=4`, `size=256x192`; `reference=PICTURE.exr`
 //! and `mask=MASK.exr` (as `girandole compare` takes them) of that size with light of the same bounces; without, one is
 //! traced with `paths=256` a pixel.
@@ -18,6 +19,7 @@
 //! the weights.
 
 mod hall;
+mod window;
 
 use girandole_core::glam::Vec2;
 use girandole_core::image::Image;
@@ -27,7 +29,9 @@ use girandole_core::trace::SceneTracer;
 use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole_core::{Error, Result};
 use girandole_reference::metrics::{CompareOptions, compare};
-use girandole_reference::{OracleSettings, PathSettings, image_file, oracle, oracle_with_states, path_trace};
+use girandole_reference::{
+    OracleSettings, PathSettings, image_file, oracle, oracle_with_states, path_trace_through,
+};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::str::FromStr;
@@ -190,10 +194,14 @@ fn main() -> Result<()> {
     let name = arguments.next().unwrap_or_else(|| "table".into());
     let pairs = arguments.filter_map(|a| a.split_once('=').map(|(k, v)| (k.to_owned(), v.to_owned())));
     let options = Options(pairs.collect());
+    let is_lit_through_window = ["window", "flats"].contains(&name.as_str());
     let mut scene = if builtin::NAMES.contains(&name.as_str()) {
         builtin::build(&name, builtin::default_object(&name))?
     } else if name == "hall" {
         hall::hall()
+    } else if is_lit_through_window {
+        let sky = options.text("environment", "sky") == "sky";
+        window::room(name == "flats", if sky { window::sky() } else { window::gradient() })
     } else {
         Scene::load(name.as_ref())?
     };
@@ -220,7 +228,8 @@ fn main() -> Result<()> {
         None => {
             let paths = options.number("paths", "256")?;
             let settings = PathSettings { paths, bounces: Some(bounces), ..PathSettings::default() };
-            path_trace(&tracer, &view, size, &settings, &|_| ()).mean
+            let opening = is_lit_through_window.then(|| window::opening(&geometry));
+            path_trace_through(opening.as_slice(), &tracer, &view, size, &settings, &|_| ()).mean
         }
     };
     let mask = read("mask")?.unwrap_or_else(|| mask(&tracer, &view, size));

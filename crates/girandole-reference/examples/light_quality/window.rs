@@ -40,8 +40,7 @@ pub fn room(in_building: bool, environment: Environment) -> Scene {
     let red = scene.add_material(Material::diffuse("red", vec3(0.6, 0.2, 0.12)));
     let wood = scene.add_material(Material::diffuse("wood", vec3(0.5, 0.35, 0.22)));
     let [x, z] = HALF;
-    let ([bottom, top], [left, right]) = (WINDOW[0].into(), WINDOW[1].into());
-    let (bottom, top, left, right): (f32, f32, f32, f32) = (bottom, top, left, right);
+    let [[bottom, top], [left, right]] = WINDOW;
     let (low, high) = (vec3(-x - WALL, 0.0, -z - WALL), vec3(x + WALL, HEIGHT, z + WALL));
     let walls = [
         (vec3(low.x, -WALL, low.z), vec3(high.x, 0.0, high.z), wood),
@@ -69,7 +68,9 @@ pub fn room(in_building: bool, environment: Environment) -> Scene {
     };
     add(&things, Transform::IDENTITY);
     let [behind, above, beside] = if in_building { ROOMS } else { [1; 3] };
-    for (i, j, k) in (0..behind).flat_map(|i| (0..above).flat_map(move |j| (0..beside).map(move |k| (i, j, k)))) {
+    for (i, j, k) in
+        (0..behind).flat_map(|i| (0..above).flat_map(move |j| (0..beside).map(move |k| (i, j, k))))
+    {
         // Windows of both rows of rooms look outwards.
         let turn = if i == 0 { Vec3::ONE } else { vec3(-1.0, 1.0, 1.0) };
         let at = vec3(i as f32 * 2.0 * high.x, (j - above / 2) as f32 * (HEIGHT + 2.0 * WALL), 0.0)

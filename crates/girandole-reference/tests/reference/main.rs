@@ -14,3 +14,4 @@ mod spheres;
 mod transparency;
 mod truth;
 mod visibility;
+mod window;

@@ -67,7 +67,7 @@ fn densities_are_those_of_the_points_that_they_warp() {
     // Near a corner, and along an edge.
     let point = |i: u32| {
         let [x, y, z] = [0, 1, 2].map(|d| f64::from(sequence::sample(i, d, 5)));
-        if i % 3 == 0 { ([0.1 * x, 0.2 * y, z], 1.0) } else { ([0.7 + 0.1 * x * y, y, 0.5], 2.0) }
+        if i.is_multiple_of(3) { ([0.1 * x, 0.2 * y, z], 1.0) } else { ([0.7 + 0.1 * x * y, y, 0.5], 2.0) }
     };
     let density = Density::<3>::new(1, |_| (0..2000).map(point).collect()).expect("points");
     assert!(Density::<3>::new(1, |_| vec![([0.5; 3], 0.0)]).is_none());
@@ -85,8 +85,8 @@ fn densities_are_those_of_the_points_that_they_warp() {
     }
     let exact = 1.0 / 3.0 + 0.25;
     assert!((volume - 1.0).abs() < 0.01 && (moment / exact - 1.0).abs() < 0.01, "{volume} {moment}");
-    // Four fifths of four fifths of the points are there now, and few before.
-    assert!(inside > count / 2, "{inside}");
+    // Most points are in this fiftieth of the cube, and a third of those that are warped.
+    assert!(inside > count / 3, "{inside}");
     assert!((undivided / exact - 1.0).abs() > 0.05, "negative control: {undivided}");
 }
 

@@ -68,12 +68,14 @@ impl IncrementalWalk {
             view_points(&tracer, &self.views, POINTS),
             view_points(&tracer, &self.ahead, POINTS_AHEAD),
         );
-        self.sampling.importance = importance::measure(&tracer, &points, &samples, &self.known().0);
+        let is_guided = !self.sampling.guides.is_empty();
+        self.sampling.importance =
+            importance::measure(&tracer, &points, &samples, &self.known().0, is_guided);
         self.is_balanced = false;
         // What pilots left is weighed by itself: where candidates are few, these say little of places.
         let weigh = |samples: &[LightSample]| {
             let places: Vec<_> = samples.iter().map(|s| place(s, self.sampling.normal_scale)).collect();
-            importance::measure(&tracer, &points, samples, &places).weights(samples)
+            importance::measure(&tracer, &points, samples, &places, is_guided).weights(samples)
         };
         let on_emitters = weigh(&self.sampling.emitter_pilot.concat());
         // Pilots have seeds of their own: how many candidates there are must not depend on them.
