@@ -81,11 +81,14 @@ mod tests {
         // Between entries, against many more half vectors.
         let mut most: f32 = 0.0;
         for i in 0..100 {
-            let (cosine, alpha) =
-                (0.1 + 0.9 * ((i * 37 % 100) as f32) / 100.0, ((i as f32 + 0.5) / 100.0).powi(2));
+            let cosine = 0.1 + 0.9 * ((i * 37 % 100) as f32) / 100.0;
+            let alpha = ((i as f32 + 0.5) / 100.0).powi(2).max(crate::brdf::MIN_ALPHA);
             let error = (directional_albedo(cosine, alpha) - integrated(cosine, alpha)).abs().max_element();
             most = most.max(error);
         }
         assert!(most < 0.01, "{most}");
+        // The control: other lobes have other shares.
+        let other = directional_albedo(0.5, 0.5) - integrated(0.5, 0.3);
+        assert!(other.abs().max_element() > 0.05, "{other}");
     }
 }
