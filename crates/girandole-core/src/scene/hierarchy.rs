@@ -40,12 +40,22 @@ impl Scene {
     }
 
     /// What each node has, which follows from what its parent has; `root` is what is above roots.
-    fn inherited<T>(&self, root: T, next: impl Fn(&T, usize) -> T) -> Vec<T> {
-        let mut all: Vec<T> = Vec::with_capacity(self.nodes.len());
-        for (index, node) in self.nodes.iter().enumerate() {
-            let above = node.parent.map_or(&root, |parent| &all[parent]);
-            all.push(next(above, index));
+    fn inherited<T: Clone>(&self, root: T, next: impl Fn(&T, usize) -> T) -> Vec<T> {
+        let mut all: Vec<Option<T>> = vec![None; self.nodes.len()];
+        let mut below = Vec::new();
+        for index in 0..self.nodes.len() {
+            // Parents are first as a rule, but callers may hang nodes in any order.
+            let mut node = Some(index);
+            while let Some(above) = node.filter(|&node| all[node].is_none()) {
+                below.push(above);
+                node = self.nodes[above].parent;
+            }
+            let mut known = node.and_then(|node| all[node].clone()).unwrap_or_else(|| root.clone());
+            while let Some(node) = below.pop() {
+                known = next(&known, node);
+                all[node] = Some(known.clone());
+            }
         }
-        all
+        all.into_iter().map(|one| one.unwrap_or_else(|| root.clone())).collect()
     }
 }

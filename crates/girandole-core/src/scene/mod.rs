@@ -158,7 +158,7 @@ pub struct PunctualLight {
 pub struct Scene {
     /// The name: of the built-in scene, or of the file.
     pub name: String,
-    /// The transform hierarchy, parents first.
+    /// The transform hierarchy, in any order.
     pub nodes: Vec<Node>,
     /// Triangle meshes in object space.
     pub meshes: Vec<Mesh>,

@@ -33,6 +33,12 @@ fn all_nodes_at_once_are_where_each_is() {
     assert_eq!(moved, (0..60).filter(|&node| is_below[node]).collect::<Vec<_>>());
     assert!(moved.len() > 5 && moved.iter().all(|node| (1..13).contains(node)), "{moved:?}");
     assert!(scene.world_from_nodes().iter().enumerate().all(|(i, w)| *w == scene.world_from_node(i)));
+    // Whatever their order: under a node that is added last.
+    let last = scene.add_node("", Transform::translation(Vec3::X));
+    (0..60).filter(|i| i % 13 == 0).for_each(|root| scene.nodes[root].parent = Some(last));
+    let all = scene.world_from_nodes();
+    assert!(all.iter().enumerate().all(|(i, world)| *world == scene.world_from_node(i)));
+    assert!(scene.at_or_below(|node| node == last).iter().all(|is_below| *is_below));
 }
 
 /// A triangle on each of many objects, and a lamp on each of a hundred, at the end of a chain of so many nodes; as many nodes stand
