@@ -209,17 +209,19 @@ impl NarrowShadow {
 
     /// Which of four boxes it may reach into, a bit each: [`Shadow::may_reach`].
     fn reaches(&self, node: &WideNode) -> u32 {
-        let mut to = node.center;
-        let mut far = Vec4::ZERO;
-        for axis in 0..3 {
-            to[axis] -= self.origin[axis];
-            far += to[axis] * self.direction[axis] + node.half_extent[axis] * self.direction[axis].abs();
+        let (mut to, mut far) = (node.center, Vec4::ZERO);
+        for (to, origin) in to.iter_mut().zip(self.origin.to_array()) {
+            *to -= origin;
+        }
+        let axes = || to.iter().zip(&node.half_extent);
+        for ((&to, &half), direction) in axes().zip(self.direction.to_array()) {
+            far += to * direction + half * direction.abs();
         }
         let radius = far.max(Vec4::ZERO) * self.slope + self.base;
         let (mut enter, mut leave) = (Vec4::splat(self.near), far + self.base);
-        for axis in 0..3 {
-            let half = node.half_extent[axis] + radius;
-            let (a, b) = ((to[axis] - half) * self.inverse[axis], (to[axis] + half) * self.inverse[axis]);
+        for ((&to, &half), inverse) in axes().zip(self.inverse.to_array()) {
+            let half = half + radius;
+            let (a, b) = ((to - half) * inverse, (to + half) * inverse);
             (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
         }
         enter.cmple(leave).bitmask()
