@@ -69,7 +69,7 @@ impl Scene {
         };
         let factor =
             if size < SMALLEST { "1000 if they are kilometres" } else { "0.01 if they are centimetres" };
-        self.warn(format!("{what}: if its units are not metres, give --scale, {factor}"));
+        self.warn(format!("{what}: if its units are not metres, give its scale, {factor}"));
     }
 }
 
@@ -110,7 +110,7 @@ mod tests {
             scene.scale(factor).expect("a factor");
             scene.doubt_units();
             assert_eq!(
-                scene.warnings.iter().any(|w| w.contains("--scale")),
+                scene.warnings.iter().any(|w| w.contains("give its scale")),
                 is_said,
                 "{factor}: {:?}",
                 scene.warnings
