@@ -1,6 +1,7 @@
 //! The library's errors in the program's terms: what went wrong is the library's half of the sentence, what to do is said
 //! in options of the command line.
 
+use girandole::core::scene::HARDLY_METRES;
 use girandole::{Error, Remedy};
 
 /// One sentence with the options that help.
@@ -15,6 +16,13 @@ pub fn sentence(error: &Error) -> String {
         Error::TooLarge { what, remedy } => format!("{what}; {}", options(*remedy)),
         Error::Device(what) => format!("the GPU failed: {what}; try a smaller --memory or another --adapter"),
         Error::UnknownAdapter { .. } | Error::Scene(_) => error.to_string(),
+    }
+}
+
+/// Adds the option that helps, if there is one.
+pub fn add_to_warning(warning: &mut String) {
+    if warning.ends_with(HARDLY_METRES) {
+        warning.push_str(": give --scale, 0.01 if they are centimetres, 1000 if they are kilometres");
     }
 }
 

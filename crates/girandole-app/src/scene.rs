@@ -1,5 +1,6 @@
 //! Loads the scene that is named on the command line, and finds the view of it.
 
+use crate::advice;
 use crate::args::{BackgroundArg, EnvironmentArg, LightArg, LoadArgs, SceneArgs};
 use anyhow::{Context, Result, bail};
 use girandole_core::Error;
@@ -22,7 +23,9 @@ pub fn load(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> 
             bail!("--object belongs to the built-in rooms; leave it out for {name}");
         }
         let options = LoadOptions { environment, light: load.light.into(), scale: load.scale };
-        Scene::load_with(Path::new(name), options)?
+        let mut scene = Scene::load_with(Path::new(name), options)?;
+        scene.warnings.iter_mut().for_each(advice::add_to_warning);
+        scene
     } else if builtin::NAMES.contains(&name) {
         if load.scale.is_some() {
             bail!("--scale belongs to files; leave it out for {name}");

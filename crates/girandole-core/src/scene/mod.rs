@@ -74,6 +74,7 @@ pub use patches::mark_patches;
 pub use sky::Sky;
 pub use studio::DefaultLight;
 pub use sun::{Disc, SunPoint};
+pub use units::HARDLY_METRES;
 pub use view::{ClipDepth, LocalView, View};
 pub use viewpoint::{FieldOfView, Viewpoint};
 

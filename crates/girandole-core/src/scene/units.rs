@@ -5,6 +5,9 @@ use super::{Projection, Scene, Transform};
 use crate::{Error, Result};
 use glam::{DAffine3, DVec3};
 
+/// How a warning ends that lengths of a file are likely in other units: those of another [scale](Scene::scale).
+pub const HARDLY_METRES: &str = "its lengths are hardly metres";
+
 impl Scene {
     /// Multiplies all lengths, as of a file in other units than metres: 0.01 for centimetres. Radiance stays, and so do intensities
     /// of punctual lights. For building, before the scene is opened.
@@ -67,9 +70,7 @@ impl Scene {
         } else {
             return;
         };
-        let factor =
-            if size < SMALLEST { "1000 if they are kilometres" } else { "0.01 if they are centimetres" };
-        self.warn(format!("{what}: if its units are not metres, give its scale, {factor}"));
+        self.warn(format!("{what}; {HARDLY_METRES}"));
     }
 }
 
@@ -110,7 +111,7 @@ mod tests {
             scene.scale(factor).expect("a factor");
             scene.doubt_units();
             assert_eq!(
-                scene.warnings.iter().any(|w| w.contains("give its scale")),
+                scene.warnings.iter().any(|w| w.ends_with(HARDLY_METRES)),
                 is_said,
                 "{factor}: {:?}",
                 scene.warnings
