@@ -224,6 +224,11 @@ fn pictures_of_other_formats_are_their_twins() {
         assert!(texels(&ktx2()[..at], "image/ktx2", Some("KHR_texture_basisu")).is_err());
     }
     assert!(texels(&ktx2()[..160], "image/ktx2", Some("KHR_texture_basisu")).is_err());
+    // R8G8B8_UNORM, as tools write it that do not encode.
+    let mut plain = ktx2();
+    plain[12] = 23;
+    let sentence = texels(&plain, "image/ktx2", Some("KHR_texture_basisu")).expect_err("no Basis Universal");
+    assert!(sentence.contains("format 23") && sentence.contains("only Basis Universal"), "{sentence}");
 }
 
 #[test]

@@ -20,7 +20,7 @@ const NO_IMAGE: usize = u32::MAX as usize;
 pub(super) const FORMATS: [&str; 2] = ["EXT_texture_webp", "KHR_texture_basisu"];
 
 /// What files in KTX 2.0 begin with.
-const KTX2: &[u8] = b"\xabKTX 20\xbb";
+const KTX2: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
 
 impl Importer<'_> {
     /// A use of a texture. `None` if the texture exists in an unsupported format only.
@@ -207,6 +207,15 @@ fn has_end(bytes: &[u8]) -> bool {
 /// The largest picture of a KTX 2.0 file.
 fn transcode(bytes: &[u8], budget: usize) -> Parsed<([u32; 2], Vec<[u8; 4]>)> {
     let undecodable = |e: basisu::Error| format!("cannot be decoded ({e:?}); save it as PNG or JPEG");
+    // Basis Universal leaves the format of Vulkan, the field after the identifier, undefined.
+    if let Some(&format) = bytes[KTX2.len()..].first_chunk()
+        && format != [0; 4]
+    {
+        let format = u32::from_le_bytes(format);
+        return Err(format!(
+            "has the pixels of Vulkan's format {format} in a KTX 2.0 file, where only Basis Universal is read; save it as PNG or JPEG"
+        ));
+    }
     let transcoder = basisu::Transcoder::new(bytes).map_err(undecodable)?;
     let (width, height) = transcoder.base_dimensions();
     check_size([width, height], budget)?;
