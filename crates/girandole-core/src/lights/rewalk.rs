@@ -8,45 +8,38 @@
 //!    left stays, or goes with the surface that it is on. (Laine et al. 2007 do the like for a single bounce and spot lights.)
 //! 3. Samples are chosen among all deposits as ever (`resample.rs`), but by strata that are held: what does not change in a
 //!    stratum changes nothing in its sample. A few strata a frame are merged and others split as light moves, or the view does.
-//! 4. Where views move, samples are placed for these and for what is around the places that they are on their way to
-//!    (`rewalk/ahead.rs`): most of what another room needs then comes before it is seen.
-//! 5. What is chosen comes and goes by [slots](super::slots), no faster than what is seen may change.
+//! 4. Where views move, samples are placed for these and for what is around the places that they are on their way to, that they
+//!    look at, and to either side of their way (`rewalk/ahead.rs`): most of what another room needs then comes before it is seen.
+//! 5. What is chosen comes and goes by [slots](super::slots), no faster than what is seen may change (`rewalk/watch.rs`).
 //!
 //! After all paths were walked again they are what a fresh walk of as many paths leaves, so that there is the same light in the
 //! mean over seeds.
 
 use super::ids::origin;
-use super::importance::{self, place, power};
+use super::importance::{place, power};
 use super::motion::Placement;
 use super::resample::{Candidates, Chosen, choose, stand_in};
 use super::sampling::Sampling;
 use super::slots::{Slots, Wanted};
 use super::strata::{Cluster, Item, Strata};
 use super::sun::Apart;
-use super::view_points::{lit_points, view_points};
 use super::walk::{Path, Walk, Walked};
 use super::{LightSample, LightSet, LightSettings, direct, emitters};
 use crate::Result;
 use crate::math::sequence;
 use crate::scene::{Geometry, Scene, View};
 use crate::trace::{HeldHierarchies, ray_offset_distance};
+use crate::visibility::MOST_LIGHTS;
 use glam::Vec3;
 
 mod ahead;
 mod allocation;
+mod watch;
 
-/// One of so many slots is left dark, for samples that come.
+/// One slot more for so many samples is dark at rest, for samples that come while others go.
 const SPARE: u32 = 4;
-/// Slots that are left dark at least.
+/// Slots that are dark at least.
 const LEAST_SPARE: u32 = 4;
-
-/// Points that views see, at which what comes and goes must not be seen to do so: enough that few pixels differ from them all.
-const WATCHED: usize = 4096;
-/// As many as that where many samples come and go, and each of them changes little: pairs of samples and points, and points at least.
-const WATCHED_PAIRS: usize = 1_000_000;
-const LEAST_WATCHED: usize = 512;
-/// After this many times the frames of a fade what moved has come through: then only what is seen of it counts.
-const HURRY: u32 = 6;
 
 /// How fast light samples follow a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -148,8 +141,8 @@ impl IncrementalWalk {
         let places: Vec<[f32; 6]> = samples.iter().map(|s| place(s, sampling.normal_scale)).collect();
         let weigh = |(s, at): (&LightSample, &[f32; 6])| power(s) * sampling.importance.relative_at(*at);
         let weights: Vec<f64> = samples.iter().zip(&places).map(weigh).collect();
-        let spare = (sampling.wanted / SPARE).max(LEAST_SPARE).min(sampling.wanted.saturating_sub(1));
-        let count = sampling.wanted - spare;
+        let [count, spare] =
+            shown(sampling.wanted, MOST_LIGHTS.saturating_sub(sampling.given(geometry).count()));
         let strata = Strata::new(&places, &weights, count, Apart::of(&samples, &places, &weights, count));
         let mut rest = (&places[..], &weights[..]);
         let mut take = |count: usize, scale: f64| {
@@ -395,26 +388,6 @@ impl IncrementalWalk {
         self.advance(scene, geometry);
     }
 
-    /// Lets samples come and go as far as what is seen may change in a frame.
-    fn advance(&mut self, scene: &Scene, geometry: &Geometry) {
-        let is_watched = !self.views.is_empty() && !self.slots.is_settled();
-        let tracer = is_watched.then(|| self.hierarchies.tracer(scene, geometry));
-        let brightness = self.sampling.importance.brightness;
-        let in_hurry = self.moved.is_some_and(|moved| self.frame - moved <= HURRY * self.pace.fade);
-        self.slots.advance(in_hurry, |changes| {
-            let tracer = tracer.as_ref()?;
-            let most = (WATCHED_PAIRS / changes.len()).clamp(LEAST_WATCHED, WATCHED / 3 * 4);
-            let mut points = view_points(tracer, &self.views, WATCHED.min(most / 4 * 3) as u32);
-            // Where those light that change most.
-            let mut order: Vec<&(LightSample, Vec3)> = changes.iter().collect();
-            order.sort_by(|a, b| b.1.abs().max_element().total_cmp(&a.1.abs().max_element()));
-            let lit = order.iter().flat_map(|(sample, _)| lit_points(tracer, &self.views, sample));
-            points.extend(lit.take(most / 4));
-            let is_seen = brightness > 0.0 && !points.is_empty();
-            is_seen.then(|| importance::brought(tracer, &points, changes, brightness))
-        });
-    }
-
     /// Takes note of what strata choose by from now on; where that is as it was, to the bit.
     fn keep_weights(&mut self, before: &[f64], after: &[f64]) {
         let scales: Vec<f64> = self.scales().collect();
@@ -444,6 +417,15 @@ impl IncrementalWalk {
         self.sampling.shown.fit(&mut samples);
         LightSet { paths: self.sampling.walked.walked, ..LightSet::from_samples(geometry, samples) }
     }
+}
+
+/// How many samples are shown at rest, and how many more slots there are for those that come and go; not more than `most` in all
+/// unless as many samples are wanted: then fewer are shown.
+fn shown(wanted: u32, most: usize) -> [u32; 2] {
+    let spare = (wanted / SPARE).max(LEAST_SPARE);
+    let slots = (wanted + spare).min(wanted.max(u32::try_from(most).unwrap_or(u32::MAX)));
+    let spare = spare.min(slots.saturating_sub(1));
+    [wanted.min(slots - spare), spare]
 }
 
 /// A sample for each stratum.

@@ -4,16 +4,19 @@ use super::LightSample;
 use crate::brdf::Surface;
 use crate::image::luminance;
 use crate::math::{sequence, warp};
-use crate::scene::View;
+use crate::scene::{LocalView, View};
 use crate::trace::{Hit, SceneTracer};
 use glam::{Vec2, Vec3};
+use rustc_hash::FxHashSet;
 
 /// Points by which candidates are weighed.
 pub(super) const POINTS: u32 = 1024;
 /// Of the sequence that they are spread by: they depend on nothing but the views.
 const POINTS_SEED: u32 = 0x3c6e_f372;
-/// Rays that look for points that are lit by a sample.
-const LIT: u32 = 8;
+
+/// Cells that points are spread by: the finest, as a share of what is seen, and how much coarser the next ones are.
+const FINEST_CELL: f32 = 1.0 / 512.0;
+const COARSER: f32 = 1.3;
 
 /// Squared GGX α of a lobe that shows as much as a diffuse surface does, about, and how many times as much a smooth one may count.
 const LOBE: f32 = 0.3;
@@ -30,6 +33,8 @@ pub(super) struct ViewPoint {
     pub local_reflectance: f32,
     /// Whether it is seen now, or may be soon.
     pub is_seen: bool,
+    /// By which view, and where in its picture.
+    seen_by: (u32, Vec2),
 }
 
 /// So many points that the views see of what reflects.
@@ -44,15 +49,62 @@ pub(super) fn view_points(tracer: &SceneTracer, views: &[View], count: u32) -> V
         }
         let index = i / views.len() as u32;
         let at = Vec2::from_array([0, 1].map(|d| sequence::sample(index, d, POINTS_SEED)));
-        let (origin, direction) = view.ray(2.0 * at - 1.0);
-        let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
-        points.extend(view_point(tracer, &hit, direction));
+        let number = i % views.len() as u32;
+        points.extend(seen_at(tracer, (number, view), 2.0 * at - 1.0));
     }
     points
 }
 
+/// What a view sees at a place of its picture, if it reflects.
+fn seen_at(tracer: &SceneTracer, (number, view): (u32, &LocalView), at: Vec2) -> Option<ViewPoint> {
+    let (origin, direction) = view.ray(at);
+    let hit = tracer.closest_visible(origin, direction)?;
+    view_point(tracer, &hit, direction, (number, at))
+}
+
+/// At most so many of the points, no two of them in one cell of a grid as fine as that allows: well spread over surfaces, whatever
+/// part of the picture these are in.
+pub(super) fn spread(points: Vec<ViewPoint>, count: usize) -> Vec<ViewPoint> {
+    let positions = || points.iter().map(|point| point.surface.position);
+    let (low, high) =
+        positions().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+    let mut cell = (high - low).max_element() * FINEST_CELL;
+    if points.len() <= count || cell <= 0.0 {
+        return points.into_iter().take(count).collect();
+    }
+    loop {
+        let mut taken = FxHashSet::default();
+        let is_first: Vec<bool> =
+            positions().map(|p| taken.insert(((p - low) / cell).as_u16vec3())).collect();
+        if taken.len() <= count {
+            return points.into_iter().zip(is_first).filter_map(|(p, first)| first.then_some(p)).collect();
+        }
+        cell *= COARSER;
+    }
+}
+
+/// Points that are seen close to others, so many to each: at most so far apart, as a share of half a picture.
+pub(super) fn points_around<'a>(
+    tracer: &SceneTracer,
+    views: &[View],
+    points: impl Iterator<Item = &'a ViewPoint>,
+    (count, reach): (u32, f32),
+) -> Vec<ViewPoint> {
+    let views: Vec<_> = views.iter().map(|v| v.relative_to(tracer.geometry().origin)).collect();
+    let around = (0..).zip(points).flat_map(|(index, point)| {
+        let (number, middle) = point.seen_by;
+        let view = &views[number as usize];
+        (0..count).filter_map(move |i| {
+            let shift = [0, 1].map(|d| 2.0 * sequence::sample(index * count + i, d, POINTS_SEED) - 1.0);
+            let at = middle + reach * Vec2::from_array(shift);
+            (at.abs().max_element() <= 1.0).then(|| seen_at(tracer, (number, view), at))?
+        })
+    });
+    around.collect()
+}
+
 /// Where a ray hits what reflects.
-fn view_point(tracer: &SceneTracer, hit: &Hit, direction: Vec3) -> Option<ViewPoint> {
+fn view_point(tracer: &SceneTracer, hit: &Hit, direction: Vec3, seen_by: (u32, Vec2)) -> Option<ViewPoint> {
     let wo = -direction.normalize();
     let mut surface = tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
     let [diffuse, specular] = [surface.albedo, surface.f0].map(luminance);
@@ -66,6 +118,7 @@ fn view_point(tracer: &SceneTracer, hit: &Hit, direction: Vec3) -> Option<ViewPo
         reflectance,
         local_reflectance,
         is_seen: true,
+        seen_by,
     })
 }
 
@@ -81,8 +134,13 @@ pub(super) fn with_ahead(seen: Vec<ViewPoint>, ahead: Vec<ViewPoint>) -> Vec<Vie
     all.into_iter().map(|(_, point)| point).collect()
 }
 
-/// Points that are lit by a sample and that views see: some of those that lie before it, which are lit most where it is close.
-pub(super) fn lit_points(tracer: &SceneTracer, views: &[View], sample: &LightSample) -> Vec<ViewPoint> {
+/// Points that are lit by a sample and that views see: what that many rays find of those that lie before it, which are lit most where it is close.
+pub(super) fn lit_points(
+    tracer: &SceneTracer,
+    views: &[View],
+    sample: &LightSample,
+    rays: u32,
+) -> Vec<ViewPoint> {
     let origin = tracer.geometry().origin;
     let (x, y) = warp::frame(sample.normal);
     let before = |i: u32| {
@@ -91,7 +149,7 @@ pub(super) fn lit_points(tracer: &SceneTracer, views: &[View], sample: &LightSam
         let direction = x * local.x + y * local.y + sample.normal * local.z;
         let lit = tracer.closest_hit(sample.position, direction, f32::INFINITY, sample.triangle())?;
         let at = sample.position + direction * lit.t;
-        let sees = |view: &View| {
+        let sees = |(number, view): (u32, &View)| {
             let view = view.relative_to(origin);
             let (ndc, distance) = view.project(at);
             if distance <= 0.0 || ndc.abs().max_element() > 1.0 {
@@ -99,9 +157,43 @@ pub(super) fn lit_points(tracer: &SceneTracer, views: &[View], sample: &LightSam
             }
             let (eye, direction) = view.ray(ndc);
             let hit = tracer.closest_visible(eye, direction)?;
-            (hit.triangle == lit.triangle).then(|| view_point(tracer, &hit, direction))?
+            (hit.triangle == lit.triangle).then(|| view_point(tracer, &hit, direction, (number, ndc)))?
         };
-        views.iter().find_map(sees)
+        (0..).zip(views).find_map(sees)
     };
-    (0..LIT).filter_map(before).collect()
+    (0..rays).filter_map(before).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Geometry, builtin};
+
+    #[test]
+    fn few_points_lie_on_all_that_is_seen_and_others_close_to_them() {
+        let scene = builtin::build("table", builtin::default_object("table")).expect("built in");
+        let geometry = Geometry::new(&scene);
+        let tracer = SceneTracer::new(&scene, &geometry);
+        let views = [View::new(&scene, &scene.cameras[0], 1.0)];
+        let all = || view_points(&tracer, &views, 4096);
+        let (few, first) = (spread(all(), 300), view_points(&tracer, &views, 300));
+        assert!((150..=300).contains(&few.len()), "{}", few.len());
+        // How far what is seen is from them, at most.
+        let farthest = |points: &[ViewPoint]| {
+            let to =
+                |p: Vec3| points.iter().map(|q| q.surface.position.distance(p)).fold(f32::INFINITY, f32::min);
+            all().iter().map(|p| to(p.surface.position)).fold(0.0, f32::max)
+        };
+        let reach = farthest(&few);
+        assert!(reach < 0.85 * farthest(&first), "{reach}, {}", farthest(&first));
+        // As few as there are stay as they are.
+        assert_eq!(spread(view_points(&tracer, &views, 300), 300).len(), 300);
+        let close = points_around(&tracer, &views, few.iter(), (2, 0.01));
+        assert!(close.len() > few.len());
+        for point in &close {
+            let is_close =
+                |other: &ViewPoint| (other.seen_by.1 - point.seen_by.1).abs().max_element() <= 0.0101;
+            assert!(few.iter().any(is_close) && point.seen_by.1.abs().max_element() <= 1.0);
+        }
+    }
 }

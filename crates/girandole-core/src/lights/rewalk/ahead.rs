@@ -10,22 +10,34 @@ use glam::{Vec2, Vec3};
 const LEAD: f32 = 60.0;
 /// Share of the way to what is ahead that the camera will not pass.
 const KEPT_OFF: f32 = 0.1;
+/// Share of that time in which it may as well have turned to either side.
+const SOON: f32 = 0.33;
 
 impl IncrementalWalk {
-    /// Takes note of views, and tells what will be seen around the places that they are on their way to: whoever goes into a room
-    /// may turn there.
+    /// Takes note of views, and tells what will be seen around the places that they are on their way to, look at, or may turn to:
+    /// whoever goes into a room may turn there, too.
     pub(super) fn look_ahead(&mut self, tracer: &SceneTracer, views: &[View]) -> Vec<View> {
         let frames = (self.frame - self.placed).max(1) as f32;
         let before = std::mem::replace(&mut self.views, views.to_vec());
         self.placed = self.frame;
         let pairs = views.iter().zip(&before).filter(|(view, _)| !view.orthographic);
-        pairs.flat_map(|(view, before)| around(&arrived(tracer, before, view, LEAD / frames))).collect()
+        let of = |(view, before): (&View, &View)| {
+            stations(tracer, view, (view.eye - before.eye).as_vec3() * (LEAD / frames))
+        };
+        pairs.flat_map(of).flat_map(|view| around(&view)).collect()
     }
 }
 
-/// A view that goes on as from one to the other, so many times as far, but into nothing.
-fn arrived(tracer: &SceneTracer, before: &View, view: &View, times: f32) -> View {
-    let way = (view.eye - before.eye).as_vec3() * times;
+/// Where a view will be that is on its way: as far ahead as it goes or looks, and sooner also to either side of its way.
+fn stations(tracer: &SceneTracer, view: &View, way: Vec3) -> Vec<View> {
+    let gaze = view.forward * way.length();
+    let aside = way.cross(view.up).normalize_or_zero() * way.length();
+    let soon = [way, gaze, aside, -aside].map(|way| way * SOON);
+    [way, gaze].into_iter().chain(soon).map(|way| arrived(tracer, view, way)).collect()
+}
+
+/// A view that goes on by so much, but into nothing.
+fn arrived(tracer: &SceneTracer, view: &View, way: Vec3) -> View {
     if way == Vec3::ZERO {
         return *view;
     }
@@ -61,16 +73,34 @@ mod tests {
     fn one_arrives_before_walls_and_not_beyond() {
         with_tracer(|tracer, view| {
             let step = view.forward.as_dvec3() * 0.01;
-            let then = arrived(tracer, &View { eye: view.eye - step, ..view }, &view, 10.0);
+            let then = arrived(tracer, &view, (step * 10.0).as_vec3());
             assert!(then.eye.abs_diff_eq(view.eye + step * 10.0, 1e-5), "{then:?}");
-            let still = arrived(tracer, &view, &view, 10.0);
+            let still = arrived(tracer, &view, Vec3::ZERO);
             assert_eq!(still, view);
             // Into a wall: all of the way but a little.
             let local = view.relative_to(tracer.geometry().origin);
             let wall = tracer.closest_hit(local.eye, local.forward, f32::INFINITY, NONE).expect("a wall");
-            let then = arrived(tracer, &View { eye: view.eye - step, ..view }, &view, 1e4);
+            let then = arrived(tracer, &view, (step * 1e4).as_vec3());
             let gone = (then.eye - view.eye).length() as f32;
             assert!((gone / wall.t - 0.9).abs() < 1e-3, "{gone} of {}", wall.t);
+        });
+    }
+
+    #[test]
+    fn one_looks_ahead_along_the_way_along_the_gaze_and_to_both_sides() {
+        with_tracer(|tracer, view| {
+            let way = -0.3 * view.right;
+            let gone =
+                |way: Vec3| stations(tracer, &view, way).into_iter().map(|s| (s.eye - view.eye).as_vec3());
+            let expected = [way, 0.3 * view.forward];
+            let sides =
+                [way, 0.3 * view.forward, way.cross(view.up), view.up.cross(way)].map(|way| way * SOON);
+            for (gone, expected) in gone(way).zip(expected.into_iter().chain(sides)) {
+                assert!(gone.abs_diff_eq(expected, 1e-5), "{gone} {expected}");
+            }
+            assert_eq!(gone(way).count(), 6);
+            // The control: who stands still goes nowhere.
+            assert!(gone(Vec3::ZERO).all(|gone| gone == Vec3::ZERO));
         });
     }
 

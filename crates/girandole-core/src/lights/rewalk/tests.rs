@@ -161,12 +161,26 @@ fn light_is_kept_in_the_mean_as_the_view_moves() {
 }
 
 #[test]
+fn there_are_no_more_slots_than_visibility_takes() {
+    assert_eq!(shown(300, MOST_LIGHTS), [300, 75]);
+    assert_eq!(shown(MOST_LIGHTS as u32, MOST_LIGHTS), [MOST_LIGHTS as u32 / 4 * 3, MOST_LIGHTS as u32 / 4]);
+    assert_eq!((shown(8, 10), shown(1, 0), shown(0, 10)), ([6, 4], [1, 0], [0, 3]));
+    // The control: where there is room, all that were asked for are shown.
+    assert_eq!((shown(1, 10), shown(8, 100)), ([1, 4], [8, 4]));
+}
+
+fn lit(set: &LightSet) -> usize {
+    set.samples().iter().filter(|sample| sample.intensity != Vec3::ZERO).count()
+}
+
+#[test]
 fn samples_come_and_go_little_by_little_and_come_to_rest() {
     let pace = Pace { paths: 60, fade: 6 };
     let mut scene = room();
     pose(&mut scene, 0, true);
     let (mut walk, mut before) = opened(&scene, &settings(80, 1), pace);
-    assert_eq!(before.len(), 80);
+    // A quarter more slots than samples.
+    assert_eq!((before.len(), lit(&before)), (100, 80));
     let (mut jumps, mut most_waited) = (0, 0);
     let mut settled = None;
     for frame in 1..400 {
@@ -174,7 +188,7 @@ fn samples_come_and_go_little_by_little_and_come_to_rest() {
             pose(&mut scene, frame, true);
         }
         let set = walk.follow(&scene, &Geometry::new(&scene)).expect("it follows");
-        assert_eq!(set.len(), 80);
+        assert_eq!(set.len(), 100);
         for (now, then) in set.samples().iter().zip(before.samples()) {
             let reach = then.rectangle.as_ref().map_or(0.0, crate::lights::Rectangle::radius) + 0.2;
             let is_another =
@@ -195,6 +209,8 @@ fn samples_come_and_go_little_by_little_and_come_to_rest() {
     }
     assert!(jumps > 20, "{jumps}");
     assert!(settled.is_some_and(|frame| frame < 200), "{settled:?}");
+    // At rest as many samples are lit as were asked for, but for strata that nothing is left in.
+    assert!((76..=80).contains(&lit(&before)), "{}", lit(&before));
     // All paths wait for their turn and none for much longer.
     let paths = walk.paths.len() as u32;
     assert!(most_waited > 1 && most_waited <= paths / pace.paths + 2, "{most_waited} of {paths}");

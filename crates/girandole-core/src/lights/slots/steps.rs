@@ -14,6 +14,12 @@ const USUAL: f32 = 0.25;
 /// Of the changes of slots where nothing is known of what is seen, the largest, relative to the median of all lights.
 const LARGEST: f32 = 3.0;
 
+/// Points that change by less than this share of the limit are not looked at more closely.
+const NOTABLE: f32 = 0.5;
+/// One of so many points is looked at more closely, at most, so many times.
+const AROUND: usize = 16;
+const ROUNDS: usize = 3;
+
 /// A part of what slots go, and what it changes.
 struct Group {
     slots: Vec<usize>,
@@ -34,12 +40,13 @@ impl Slot {
 
 impl Slots {
     /// Goes on by a frame. `brought` computes what samples whose intensity changes by so much bring to points that are seen, by
-    /// sample and then by point: per unit of intensity, relative to the mean brightness; `None` where no point is known. In a
+    /// sample and then by point: per unit of intensity, relative to the mean brightness; `None` where no point is known. It is
+    /// asked first for points everywhere, then for others close to some of those that it gave so far, by their numbers. In a
     /// `hurry` each goes the `fade`th part of what is left of its way at least, however much that changes.
     pub fn advance(
         &mut self,
         in_hurry: bool,
-        brought: impl FnOnce(&[(LightSample, Vec3)]) -> Option<Vec<f32>>,
+        mut brought: impl FnMut(&[(LightSample, Vec3)], &[usize]) -> Option<Vec<f32>>,
     ) {
         let going: Vec<usize> = (0..self.slots.len()).filter(|&i| self.slots[i].is_going()).collect();
         if self.fade == 0 || going.is_empty() {
@@ -50,21 +57,22 @@ impl Slots {
         let groups = self.groups(&going);
         let limit = USUAL / self.fade as f32;
         let least = if in_hurry { 1.0 / self.fade as f32 } else { 0.0 };
-        let Some(brought) = brought(&changes) else { return self.go_unseen(&groups) };
-        let points = brought.len() / going.len();
-        let mut changed = vec![Vec3::ZERO; points];
-        for Group { slots, .. } in groups {
-            let mut rest = vec![Vec3::ZERO; points];
-            for &slot in &slots {
-                let Ok(row) = going.binary_search(&slot) else { continue };
-                let brought = &brought[row * points..(row + 1) * points];
-                let change = changes[row].1;
-                rest.iter_mut().zip(brought).for_each(|(rest, &brought)| *rest += change * brought);
+        let Some(everywhere) = brought(&changes, &[]) else { return self.go_unseen(&groups) };
+        let mut seen = Seen { rows: vec![Vec::new(); going.len()], changes: &changes };
+        seen.add(&everywhere);
+        let rows: Vec<Vec<usize>> = groups.iter().map(|group| rows_of(group, &going)).collect();
+        let mut parts = seen.parts(&rows, limit, least);
+        // Close to those that change most others may do more so.
+        for _ in 0..ROUNDS {
+            let around = seen.most_changed(&rows, &parts, limit);
+            if around.is_empty() {
+                break;
             }
-            let parts = changed.iter().zip(&rest).map(|(c, r)| largest_part(*c, *r, limit));
-            let part = parts.fold(1.0, f32::min).max(least);
-            changed.iter_mut().zip(&rest).for_each(|(changed, rest)| *changed += *rest * part);
-            slots.iter().for_each(|&slot| self.slots[slot].go(part));
+            seen.add(&brought(&changes, &around).unwrap_or_default());
+            parts = seen.parts(&rows, limit, least);
+        }
+        for (group, part) in groups.iter().zip(parts) {
+            group.slots.iter().for_each(|&slot| self.slots[slot].go(part));
         }
     }
 
@@ -95,6 +103,65 @@ impl Slots {
             let part = 1.0 / (self.fade as f32 * most);
             slots.iter().for_each(|&slot| self.slots[slot].go(part));
         }
+    }
+}
+
+/// Where the slots of a group are among those that are on their way.
+fn rows_of(group: &Group, going: &[usize]) -> Vec<usize> {
+    group.slots.iter().filter_map(|slot| going.binary_search(slot).ok()).collect()
+}
+
+/// What slots bring to points that are seen, and by how much they are to change.
+struct Seen<'a> {
+    /// By slot, then by point.
+    rows: Vec<Vec<f32>>,
+    changes: &'a [(LightSample, Vec3)],
+}
+
+impl Seen<'_> {
+    /// Takes more points, by slot and then by point.
+    fn add(&mut self, brought: &[f32]) {
+        let points = brought.len() / self.rows.len();
+        let parts = brought.chunks_exact(points.max(1));
+        self.rows.iter_mut().zip(parts).for_each(|(row, part)| row.extend_from_slice(part));
+    }
+
+    fn points(&self) -> usize {
+        self.rows.first().map_or(0, Vec::len)
+    }
+
+    /// How far each group may go, one after the other, and at least.
+    fn parts(&self, groups: &[Vec<usize>], limit: f32, least: f32) -> Vec<f32> {
+        let mut changed = vec![Vec3::ZERO; self.points()];
+        let mut part_of = |rows: &Vec<usize>| {
+            let mut rest = vec![Vec3::ZERO; self.points()];
+            for &row in rows {
+                let change = self.changes[row].1;
+                rest.iter_mut().zip(&self.rows[row]).for_each(|(rest, &brought)| *rest += change * brought);
+            }
+            let parts = changed.iter().zip(&rest).map(|(c, r)| largest_part(*c, *r, limit));
+            let part = parts.fold(1.0, f32::min).max(least);
+            changed.iter_mut().zip(&rest).for_each(|(changed, rest)| *changed += *rest * part);
+            part
+        };
+        groups.iter().map(&mut part_of).collect()
+    }
+
+    /// The points to which single slots change most if groups go so far, whatever is left of that in all: close to them, less may
+    /// cancel. None where a part of the limit is not reached.
+    fn most_changed(&self, groups: &[Vec<usize>], parts: &[f32], limit: f32) -> Vec<usize> {
+        let mut changed = vec![0.0; self.points()];
+        for (rows, part) in groups.iter().zip(parts) {
+            for &row in rows {
+                let change = self.changes[row].1.abs().max_element() * part;
+                changed.iter_mut().zip(&self.rows[row]).for_each(|(sum, &brought)| *sum += change * brought);
+            }
+        }
+        let mut order: Vec<usize> =
+            (0..changed.len()).filter(|&point| changed[point] > NOTABLE * limit).collect();
+        order.sort_by(|&a, &b| changed[b].total_cmp(&changed[a]).then(a.cmp(&b)));
+        order.truncate(self.points() / AROUND);
+        order
     }
 }
 
@@ -139,7 +206,8 @@ mod tests {
         }
     }
 
-    fn brought(changes: &[(LightSample, Vec3)]) -> Option<Vec<f32>> {
+    fn brought(changes: &[(LightSample, Vec3)], around: &[usize]) -> Option<Vec<f32>> {
+        let changes = if around.is_empty() { changes } else { &[] };
         Some(changes.iter().map(|(sample, _)| brings(sample)).collect())
     }
 
@@ -180,10 +248,37 @@ mod tests {
     }
 
     #[test]
+    fn points_close_to_those_that_change_much_are_watched_as_well() {
+        // What is watched at first has the same of both samples; what lies beside it has nothing of the new one.
+        let limit = USUAL / 5.0;
+        let one = |samples: &[(LightSample, Vec3)], close: bool| -> Vec<f32> {
+            let of = |sample: &LightSample| match sample.origin {
+                SampleOrigin::Emitter { point: 0, .. } => 2.0,
+                SampleOrigin::Emitter { point: 2, .. } if !close => 2.0,
+                _ => 0.0,
+            };
+            samples.iter().flat_map(|(sample, _)| [of(sample); AROUND]).collect()
+        };
+        let change = |with_close: bool| {
+            let mut slots = going(5);
+            slots.advance(false, |changes, around| match (around.is_empty(), with_close) {
+                (true, _) => Some(one(changes, false)),
+                (_, true) => Some(one(changes, true)),
+                (_, false) => None,
+            });
+            let of = |slot: &Slot| if brings(&slot.sample) == 2.0 { slot.now.intensity.x * 2.0 } else { 0.0 };
+            2.0 - slots.slots.iter().map(of).sum::<f32>()
+        };
+        assert!(change(true) <= 1.001 * limit, "{}", change(true));
+        // The control.
+        assert_eq!(change(false), 2.0);
+    }
+
+    #[test]
     fn where_nothing_is_known_to_be_seen_it_takes_the_frames_that_are_given() {
         let mut slots = going(5);
         let frames = (1..).find(|_| {
-            slots.advance(false, |_| None);
+            slots.advance(false, |_, _| None);
             slots.is_settled()
         });
         assert_eq!(frames, Some(5));
