@@ -17,7 +17,8 @@ mod density;
 
 use self::density::Density;
 use super::LightSettings;
-use super::emitters::{Source, SourceTree};
+use super::emitters::Source;
+use super::source_tree::SourceTree;
 use super::view_points::ViewPoint;
 use crate::image::luminance;
 use crate::math::{sequence, warp};
