@@ -116,6 +116,14 @@ impl Source {
         }
     }
 
+    /// Of a part of the sun, the direction at `at` in the unit square.
+    pub fn sun_direction(&self, environment: &Environment, at: DVec2) -> Option<Vec3> {
+        match self.kind {
+            Kind::Sun(part) => Some(environment.sun_point(part, at)?.direction),
+            Kind::Area(_) | Kind::Punctual(_) | Kind::Distant(_) => None,
+        }
+    }
+
     /// Of a part of the environment, the direction at `at` in the unit square, uniform over its solid angle.
     pub fn direction(&self, scene: &Scene, emissions: &Emissions, at: DVec2) -> Option<EnvironmentPoint> {
         let environment = scene.environment.as_ref()?;
