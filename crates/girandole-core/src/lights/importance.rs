@@ -4,7 +4,9 @@
 //! 2. Candidates are sorted into runs of neighbours. Each candidate is tested against a few of the points: `G · V` times what
 //!    the point reflects. The pairs of a run have different points.
 //! 3. A point counts for the inverse of its brightness, as all pairs estimate it: relative errors are what is seen.
-//! 4. What a run's pairs bring in the mean is the importance of its candidates, per unit of power.
+//! 4. What a run's pairs bring in the mean is the importance of its candidates, per unit of power. Where light is
+//!    [guided](super::guide), it is the root of the mean square: of independent samples that leads to the least squared error, and
+//!    what comes in through a window reaches few of the points. (Elsewhere it measures no better.)
 //! 5. A candidate's weight is its power times a mixture of its importance and the mean of all of its kind, an environment's or
 //!    other: none that could be seen is left out because none of its pairs happened to see it, and none becomes stronger than
 //!    [`1 / PLAIN`](PLAIN) times what power alone would make it.
@@ -179,9 +181,14 @@ pub(super) fn measure(
     for run in &runs {
         let (mut sum, mut run_power) = (0.0, 0.0);
         for (at, &candidate) in (first..).zip(run) {
-            let seen = (at * PAIRS..(at + 1) * PAIRS).map(|i| f64::from(pairs[i]) * counts[i % points.len()]);
-            sum += seen.sum::<f64>() * power[candidate as usize];
+            let brought = |i| f64::from(pairs[i]) * counts[i % points.len()];
+            let seen = (at * PAIRS..(at + 1) * PAIRS).map(brought);
+            let seen: f64 = if is_guided { seen.map(|x| x * x).sum() } else { seen.sum() };
+            sum += seen * power[candidate as usize];
             run_power += power[candidate as usize];
+        }
+        if is_guided {
+            sum = (sum * run_power * PAIRS as f64).sqrt();
         }
         importances.push(sum / run_power);
         total += sum;
