@@ -24,7 +24,7 @@ mod window;
 use girandole_core::glam::Vec2;
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSample, LightSet, LightSettings, Termination};
-use girandole_core::scene::{Geometry, Scene, View, builtin};
+use girandole_core::scene::{Environment, Geometry, Scene, Sky, View, builtin};
 use girandole_core::trace::SceneTracer;
 use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole_core::{Error, Result};
@@ -202,7 +202,8 @@ fn main() -> Result<()> {
     } else if is_lit_through_window {
         let environment = match options.text("environment", "sky") {
             "sky" => window::sky(),
-            "sun" => window::sun(),
+            // The sun stands before the window.
+            "sun" => Environment::sky(&Sky { azimuth: 4.4, elevation: 0.6, ..Sky::default() })?,
             "gradient" => window::gradient(),
             other => return Err(Error::Invalid(format!("`{other}` is neither sky, sun nor gradient"))),
         };

@@ -22,12 +22,6 @@ pub fn sky() -> Environment {
     Environment::sky(&sky).expect("a sky")
 }
 
-/// A clear sky with the sun before the window.
-pub fn sun() -> Environment {
-    let sky = Sky { azimuth: 4.4, elevation: 0.6, ..Sky::default() };
-    Environment::sky(&sky).expect("a sky")
-}
-
 /// Brighter above, and to one side.
 pub fn gradient() -> Environment {
     let pixel = |i: u32| {
