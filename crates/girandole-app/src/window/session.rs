@@ -27,8 +27,10 @@ use girandole_core::scene::{Edit, Edits, ReadModel, Scene, View, load_model};
 use girandole_core::trace::{HeldHierarchies, SceneTracer};
 
 mod making;
+mod picture;
 
 use making::Making;
+use picture::Picture;
 
 /// What has to be made, slice by slice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,29 +59,6 @@ pub struct Playback {
     pub playing: bool,
     /// From 0 to the scene's duration.
     pub seconds: f64,
-}
-
-/// A picture, by all that it depends on besides the scene and its light.
-#[derive(Clone, Copy, PartialEq)]
-struct Picture {
-    view: View,
-    size: [u32; 2],
-    settings: RenderSettings,
-    quality: Quality,
-}
-
-impl Picture {
-    /// Whether the other one has the same radiance.
-    fn has_radiance_of(&self, other: &Self) -> bool {
-        let RenderSettings { exposure, tonemap, .. } = self.settings;
-        let settings = RenderSettings { exposure, tonemap, ..other.settings };
-        *self == Self { settings, ..*other }
-    }
-
-    /// Whether it is the other one, but for its quality.
-    fn shows(&self, other: &Self) -> bool {
-        *self == Self { quality: self.quality, ..*other }
-    }
 }
 
 /// What a scene was loaded from.
@@ -510,12 +489,6 @@ impl Session {
     /// Whether light samples are placed for another view than the one that is shown.
     pub fn is_placed_elsewhere(&self, size: [u32; 2]) -> bool {
         !self.light.views.is_empty() && self.light.views != [self.view(size)]
-    }
-}
-
-impl Picture {
-    fn settings_shown(&self) -> Shown {
-        Shown::new(self.settings.exposure, self.settings.tonemap, self.settings.debug)
     }
 }
 

@@ -1,8 +1,9 @@
 //! Direct samples: on emitters, and for punctual lights.
 
 use super::emission::Emissions;
-use super::emitters::{EnvironmentPoint, Source, SourceTree, SpotCone};
+use super::emitters::{EnvironmentPoint, Source, SpotCone};
 use super::guide::Guides;
+use super::source_tree::SourceTree;
 use super::{BoundingSphere, LightSample, Profile, Rectangle, SampleOrigin};
 use crate::math::sequence;
 use crate::scene::{Geometry, PunctualKind, PunctualLight, Scene};

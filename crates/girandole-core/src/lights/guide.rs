@@ -5,7 +5,8 @@
 //!
 //! 1. Rays leave the points that views see as light would arrive there, cosine-weighted, and go on from what they hit. Where one leaves
 //!    the scene, light comes in the other way: radiance times the throughput to the view is what a start there is worth. Rays that
-//!    left a point that is seen tell of directions for direct samples, the others of starts of the walk.
+//!    left a point that is seen tell of directions for direct samples, the others of starts of the walk. Rays towards the sun tell
+//!    where the walk's paths from there start.
 //! 2. Directions and places on the disc are points of the unit cube of the random numbers that choose them, two for the
 //!    direction and two for the place: plain sampling is uniform there (primary sample space: Guo et al. 2018, §4). The disc lies about
 //!    the point that those rays pass closest to, as it would about a window: then its place hardly depends on the direction.
@@ -17,7 +18,8 @@ mod density;
 
 use self::density::Density;
 use super::LightSettings;
-use super::emitters::{Source, SourceTree};
+use super::emitters::Source;
+use super::source_tree::SourceTree;
 use super::view_points::ViewPoint;
 use crate::image::luminance;
 use crate::math::{sequence, warp};
@@ -90,8 +92,17 @@ struct Escape {
     throughput: f64,
     /// How often that is reflected before it comes to what is seen.
     bounces: u32,
-    /// Whether its direction was chosen by the power of the sky.
-    by_power: bool,
+    towards: Towards,
+}
+
+/// How a ray's direction was chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Towards {
+    /// Cosine-weighted.
+    Any,
+    /// By the power of the sky.
+    Sky,
+    Sun,
 }
 
 impl Guides {
@@ -108,29 +119,39 @@ impl Guides {
         };
         // A group that has no tree of its own shares it with other emitters.
         let has_own_tree = trees.len() >= groups.len();
-        let is_distant = |group: &[Source]| group.iter().all(|source| source.cell().is_some());
-        let distant = groups.iter().zip(trees).enumerate();
-        let distant: Vec<(usize, &SourceTree)> = distant
-            .filter(|(_, (group, _))| has_own_tree && is_distant(group))
-            .map(|(index, (_, tree))| (index, tree))
-            .collect();
-        if distant.is_empty() {
+        let of = |is: fn(&Source) -> bool| -> Vec<(usize, &SourceTree)> {
+            let trees = groups.iter().zip(trees).enumerate();
+            let chosen = trees.filter(|(_, (group, _))| has_own_tree && group.iter().all(is));
+            chosen.map(|(index, (_, tree))| (index, tree)).collect()
+        };
+        let (distant, suns) = (of(|source| source.cell().is_some()), of(Source::is_sun));
+        if distant.is_empty() && suns.is_empty() {
             return Self::default();
         }
-        let sky = Sky::new(distant.iter().map(|(_, tree)| *tree).collect(), environment);
+        let sky = Sky::new(environment, [&distant, &suns]);
+        let (of_sun, of_sky): (Vec<Escape>, Vec<Escape>) =
+            escapes(tracer, settings, points, &sky).into_iter().partition(|e| e.towards == Towards::Sun);
         let (direct, reflected): (Vec<Escape>, Vec<Escape>) =
-            escapes(tracer, settings, points, &sky).into_iter().partition(|escape| escape.bounces == 0);
+            of_sky.into_iter().partition(|escape| escape.bounces == 0);
         let mut result = Self::default();
-        if direct.is_empty() && reflected.is_empty() {
-            return result;
-        }
         for (index, tree) in distant {
             let square = Square::new(tree, environment);
             let place = |near: Near| square.place(near.direction, near.throughput);
-            let density =
-                Density::new(COPIES, |tree| near(&direct, Vec3::ZERO, 0.0, tree).filter_map(place).collect());
+            let blurs = [DIRECTION_BLUR, 0.0];
+            let density = Density::new(COPIES, |tree| {
+                near(&direct, Vec3::ZERO, blurs, tree).filter_map(place).collect()
+            });
             result.directions.extend(density.map(|density| (index, density)));
-            let starts = Starts::new(tracer.geometry(), &square, &reflected);
+            let place = |direction, throughput| {
+                square.place(direction, throughput).map(|(at, weight)| (Some(at), weight))
+            };
+            let starts = Starts::new(tracer.geometry(), &reflected, DIRECTION_BLUR, place);
+            result.starts.extend(starts.map(|starts| (index, starts)));
+        }
+        for (index, _) in suns {
+            // Its disc is so small that any direction of it is as good as another.
+            let starts =
+                Starts::new(tracer.geometry(), &of_sun, 0.0, |_, throughput| Some((None, throughput)));
             result.starts.extend(starts.map(|starts| (index, starts)));
         }
         result
@@ -167,9 +188,16 @@ impl Guides {
 }
 
 impl Starts {
-    fn new(geometry: &Geometry, square: &Square, escapes: &[Escape]) -> Option<Self> {
+    /// Where rays came from that left the scene. `place` says of a direction and a throughput which numbers choose it, if not any do,
+    /// and what light from there is worth.
+    fn new(
+        geometry: &Geometry,
+        escapes: &[Escape],
+        direction_blur: f32,
+        place: impl Fn(Vec3, f64) -> Option<(Option<[f64; 2]>, f64)>,
+    ) -> Option<Self> {
         let line = |escape: &Escape| {
-            let (_, weight) = square.place(escape.direction, escape.throughput)?;
+            let (_, weight) = place(escape.direction, escape.throughput)?;
             Some((escape.from.as_dvec3(), escape.direction.as_dvec3(), weight))
         };
         let lines: Vec<(DVec3, DVec3, f64)> = escapes.iter().filter_map(line).collect();
@@ -180,14 +208,15 @@ impl Starts {
             let (x, y) = warp::frame(-near.direction);
             let across = Vec2::new(near.across.dot(x), near.across.dot(y)) / radius;
             let across = warp::square_of_disc(across).as_dvec2();
-            let place = square.place(near.direction, near.throughput);
+            let place = place(near.direction, near.throughput);
             place.into_iter().flat_map(move |(at, weight)| {
                 let with = |at: [f64; 2], share| ([at[0], at[1], across.x, across.y], weight * share);
-                [with(at, 1.0 - ANY_DIRECTION), with(near.any, ANY_DIRECTION)]
+                [with(at.unwrap_or(near.any), 1.0 - ANY_DIRECTION), with(near.any, ANY_DIRECTION)]
             })
         };
+        let blurs = [direction_blur, blur];
         let density =
-            Density::new(2 * COPIES, |tree| near(escapes, center, blur, tree).flat_map(points).collect())?;
+            Density::new(2 * COPIES, |tree| near(escapes, center, blurs, tree).flat_map(points).collect())?;
         Some(Self { density, disc: (center, radius) })
     }
 }
@@ -219,13 +248,17 @@ impl<'a> Square<'a> {
 struct Sky<'a> {
     environment: &'a Environment,
     trees: Vec<&'a SourceTree>,
+    suns: Vec<&'a SourceTree>,
     power: f64,
     /// By cell, the density of its directions, sr⁻¹.
     densities: Vec<f64>,
 }
 
 impl<'a> Sky<'a> {
-    fn new(trees: Vec<&'a SourceTree>, environment: &'a Environment) -> Self {
+    /// Of the trees of a sky and of a sun, with their places among all.
+    fn new(environment: &'a Environment, trees: [&[(usize, &'a SourceTree)]; 2]) -> Self {
+        let [trees, suns] =
+            trees.map(|trees| trees.iter().map(|(_, tree)| *tree).collect::<Vec<&SourceTree>>());
         let power: f64 = trees.iter().map(|tree| tree.power()).sum();
         let mut densities = vec![0.0; environment.cells() as usize];
         for source in trees.iter().flat_map(|tree| tree.sources()) {
@@ -233,7 +266,7 @@ impl<'a> Sky<'a> {
                 densities[cell as usize] = source.weight / power / environment.cell_solid_angle();
             }
         }
-        Self { environment, trees, power, densities }
+        Self { environment, trees, suns, power, densities }
     }
 
     fn direction(&self, at: [f32; 2]) -> Option<Vec3> {
@@ -246,6 +279,12 @@ impl<'a> Sky<'a> {
             along -= tree.power();
         }
         None
+    }
+
+    /// A direction of the sun.
+    fn sunward(&self, at: [f32; 2]) -> Option<Vec3> {
+        let (source, at) = self.suns.first()?.choose(DVec2::new(f64::from(at[0]), f64::from(at[1])));
+        source.sun_direction(self.environment, at)
     }
 
     /// What a direction of one of two rays from a surface counts for, where one is cosine-weighted and the other's is chosen by power
@@ -268,7 +307,12 @@ struct Near {
 }
 
 /// What is near rays that leave the scene, as it is known of few of them; for one of the trees of a density.
-fn near(escapes: &[Escape], point: Vec3, blur: f32, tree: u32) -> impl Iterator<Item = Near> {
+fn near(
+    escapes: &[Escape],
+    point: Vec3,
+    [direction_blur, place_blur]: [f32; 2],
+    tree: u32,
+) -> impl Iterator<Item = Near> {
     let all = (0..).zip(escapes).flat_map(|escape| (0..COPIES).map(move |copy| (escape, copy)));
     all.map(move |((i, &Escape { from, direction, throughput, .. }), copy)| {
         let random = |d| sequence::sample(i * COPIES + copy, d, sequence::hash(NEAR_SEED ^ tree));
@@ -279,8 +323,8 @@ fn near(escapes: &[Escape], point: Vec3, blur: f32, tree: u32) -> impl Iterator<
         };
         let across = from - point - direction * (from - point).dot(direction);
         Near {
-            direction: (direction + aside(0) * DIRECTION_BLUR).normalize(),
-            across: across + aside(2) * blur,
+            direction: (direction + aside(0) * direction_blur).normalize(),
+            across: across + aside(2) * place_blur,
             throughput,
             any: [4, 5].map(|d| f64::from(random(d))),
         }
@@ -292,9 +336,10 @@ fn escapes(tracer: &SceneTracer, settings: &LightSettings, points: &[ViewPoint],
     let mut found: Vec<Escape> = Vec::new();
     let mut rays = 0;
     for round in 0.. {
-        let direct = found.iter().filter(|escape| escape.bounces == 0).count();
-        let is_enough = |count: usize| count >= ENOUGH;
-        if is_enough(direct) && (settings.bounces == 0 || is_enough(found.len() - direct))
+        let is_enough = |of: fn(&Escape) -> bool| {
+            found.iter().filter(|e| e.towards != Towards::Sun && of(e)).count() >= ENOUGH
+        };
+        if is_enough(|e| e.bounces == 0) && (settings.bounces == 0 || is_enough(|e| e.bounces > 0))
             || rays >= MOST_RAYS
         {
             break;
@@ -310,7 +355,7 @@ fn escapes(tracer: &SceneTracer, settings: &LightSettings, points: &[ViewPoint],
             rays += traced;
             found.extend(escapes);
         }
-        let leaves_at_once = |escape: &&Escape| escape.bounces == 0 && !escape.by_power;
+        let leaves_at_once = |escape: &&Escape| escape.bounces == 0 && escape.towards == Towards::Any;
         let share = found.iter().filter(leaves_at_once).count() as f64 / points.len() as f64;
         if round == 0 && share > OUTDOORS {
             return Vec::new();
@@ -340,22 +385,32 @@ fn path(
     };
     let mut rays = 0;
     for bounces in 0..=settings.bounces {
-        let escape = |direction: Vec3, by_power: bool| {
-            let throughput = throughput * sky.share(direction, normal);
-            Escape { from, direction, throughput, bounces, by_power }
+        let escape = |direction: Vec3, towards| {
+            let share = match towards {
+                Towards::Sun => f64::from(normal.dot(direction)),
+                Towards::Any | Towards::Sky => sky.share(direction, normal),
+            };
+            Escape { from, direction, throughput: throughput * share, bounces, towards }
         };
         let numbers = [0, 1, 2, 3].map(|d| random(4 * bounces + d));
         let towards_sky = sky.direction([numbers[2], numbers[3]]).filter(|d| d.dot(normal) > 0.0);
         if let Some(direction) = towards_sky {
             rays += 1;
-            found.extend(hit(from, direction).is_none().then(|| escape(direction, true)));
+            found.extend(hit(from, direction).is_none().then(|| escape(direction, Towards::Sky)));
+        }
+        // The walk has no paths that come to what is seen at once.
+        let towards_sun = [0, 1].map(|d| random(4 * (settings.bounces + 1) + 2 * bounces + d));
+        let towards_sun = sky.sunward(towards_sun).filter(|d| bounces > 0 && d.dot(normal) > 0.0);
+        if let Some(direction) = towards_sun {
+            rays += 1;
+            found.extend(hit(from, direction).is_none().then(|| escape(direction, Towards::Sun)));
         }
         let local = warp::cosine_hemisphere(Vec2::new(numbers[0], numbers[1]));
         let (x, y) = warp::frame(normal);
         let direction = (x * local.x + y * local.y + normal * local.z).normalize();
         rays += 1;
         let Some(hit) = hit(from, direction) else {
-            found.push(escape(direction, false));
+            found.push(escape(direction, Towards::Any));
             break;
         };
         let surface = geometry.surface(scene, hit.triangle, hit.barycentric, -direction);

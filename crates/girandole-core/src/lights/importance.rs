@@ -4,7 +4,9 @@
 //! 2. Candidates are sorted into runs of neighbours. Each candidate is tested against a few of the points: `G · V` times what
 //!    the point reflects. The pairs of a run have different points.
 //! 3. A point counts for the inverse of its brightness, as all pairs estimate it: relative errors are what is seen.
-//! 4. What a run's pairs bring in the mean is the importance of its candidates, per unit of power.
+//! 4. What a run's pairs bring in the mean is the importance of its candidates, per unit of power. Where light is
+//!    [guided](super::guide), it is the root of the mean square: of independent samples that leads to the least squared error, and
+//!    what comes in through a window reaches few of the points. (Elsewhere it measures no better.)
 //! 5. A candidate's weight is its power times a mixture of its importance and the mean of all of its kind, an environment's or
 //!    other: none that could be seen is left out because none of its pairs happened to see it, and none becomes stronger than
 //!    [`1 / PLAIN`](PLAIN) times what power alone would make it.
@@ -20,10 +22,10 @@ use glam::{DVec3, Vec2, Vec3};
 
 /// Of the sequence that rays are spread by.
 const RAYS_SEED: u32 = 0x3c6e_f372;
-/// Points that a candidate is tested against.
-const PAIRS: usize = 8;
-/// Candidates in a run, at most.
-const RUN: usize = 64;
+/// Points that a candidate is tested against, and candidates in a run at most.
+const PAIRS_AND_RUN: [usize; 2] = [8, 64];
+/// The same where light is guided: what lies within a beam of light from a window differs from what lies beside it.
+const GUIDED_PAIRS_AND_RUN: [usize; 2] = [16, 24];
 /// Share of the weight that comes from power alone.
 const PLAIN: f64 = 0.1;
 /// An environment's light and all other light have means of their own: most of a sky's power may never come into a room. Either is
@@ -144,21 +146,23 @@ pub(super) fn measure(
         return alike;
     }
     let power: Vec<f64> = candidates.iter().map(power).collect();
-    let mut result = Importance { runs: split_into_runs(candidates, places), mean: 1.0, brightness: 0.0 };
+    let [tested, longest] = if is_guided { GUIDED_PAIRS_AND_RUN } else { PAIRS_AND_RUN };
+    let runs = split_into_runs(candidates, places, longest);
+    let mut result = Importance { runs, mean: 1.0, brightness: 0.0 };
     let of = |run: &Run| if let Run::Whole { members, .. } = run { Some(members.clone()) } else { None };
     let runs: Vec<Vec<u32>> = result.runs.iter().filter_map(of).collect();
     let order: Vec<u32> = runs.concat();
     let bounds: Vec<f32> =
         runs.iter().flat_map(|run| vec![bound(candidates, &power, run); run.len()]).collect();
-    let pairs = in_order(order.len() * PAIRS, |i| {
-        let (at, point) = (i / PAIRS, &points[i % points.len()]);
+    let pairs = in_order(order.len() * tested, |i| {
+        let (at, point) = (i / tested, &points[i % points.len()]);
         reflected(tracer, point, &candidates[order[at] as usize], bounds[at])
     });
 
     // What a point counts for.
     let mut brightness = vec![0.0; points.len()];
     for (i, &pair) in pairs.iter().enumerate() {
-        brightness[i % points.len()] += f64::from(pair) * power[order[i / PAIRS] as usize];
+        brightness[i % points.len()] += f64::from(pair) * power[order[i / tested] as usize];
     }
     let mean = brightness.iter().sum::<f64>() / points.len() as f64;
     if mean <= 0.0 {
@@ -166,7 +170,7 @@ pub(super) fn measure(
     }
     let seen = brightness.iter().zip(points).filter(|(_, point)| point.is_seen).map(|(b, _)| b);
     // Each point is one of so many that a candidate could have been tested against.
-    let each = points.len() as f64 / (PAIRS * seen.clone().count().max(1)) as f64;
+    let each = points.len() as f64 / (tested * seen.clone().count().max(1)) as f64;
     result.brightness = seen.sum::<f64>() * each;
     let counts: Vec<f64> = brightness.iter().map(|b| 1.0 / (b + DARK * mean)).collect();
 
@@ -179,9 +183,14 @@ pub(super) fn measure(
     for run in &runs {
         let (mut sum, mut run_power) = (0.0, 0.0);
         for (at, &candidate) in (first..).zip(run) {
-            let seen = (at * PAIRS..(at + 1) * PAIRS).map(|i| f64::from(pairs[i]) * counts[i % points.len()]);
-            sum += seen.sum::<f64>() * power[candidate as usize];
+            let brought = |i| f64::from(pairs[i]) * counts[i % points.len()];
+            let seen = (at * tested..(at + 1) * tested).map(brought);
+            let seen: f64 = if is_guided { seen.map(|x| x * x).sum() } else { seen.sum() };
+            sum += seen * power[candidate as usize];
             run_power += power[candidate as usize];
+        }
+        if is_guided {
+            sum = (sum * run_power * tested as f64).sqrt();
         }
         importances.push(sum / run_power);
         total += sum;
@@ -281,7 +290,7 @@ fn bound(candidates: &[LightSample], power: &[f64], run: &[u32]) -> f32 {
 
 /// Runs of neighbours by position and normal: halves of halves. The sun is a run of its own: all of it brings the same but for
 /// the edges of shadows.
-fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]]) -> Vec<Run> {
+fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]], longest: usize) -> Vec<Run> {
     let is_sun = |&i: &u32| candidates[i as usize].is_of_sun();
     let (sun, others): (Vec<u32>, Vec<u32>) = (0..places.len() as u32).partition(is_sun);
     let mut runs: Vec<Run> = Vec::new();
@@ -302,7 +311,7 @@ fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]]) -> Vec<Run> 
         {
             halves[side] = node;
         }
-        if run.len() <= RUN || is_sun(&run[0]) {
+        if run.len() <= longest || is_sun(&run[0]) {
             runs.push(Run::Whole { members: run, importance: 1.0 });
             continue;
         }

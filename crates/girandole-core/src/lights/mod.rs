@@ -17,6 +17,7 @@ mod scattering;
 mod sets;
 mod shown;
 mod slots;
+mod source_tree;
 mod strata;
 mod sun;
 mod view_points;

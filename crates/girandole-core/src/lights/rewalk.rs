@@ -24,7 +24,7 @@ use super::slots::{Slots, Wanted};
 use super::strata::{Cluster, Item, Strata};
 use super::sun::Apart;
 use super::walk::{Path, Walk, Walked};
-use super::{LightSample, LightSet, LightSettings, direct, emitters};
+use super::{LightSample, LightSet, LightSettings, direct, emitters, source_tree};
 use crate::Result;
 use crate::math::sequence;
 use crate::scene::{Geometry, Scene, View};
@@ -294,7 +294,7 @@ impl IncrementalWalk {
     }
 
     /// Walks paths that wait for it, and some that are there to be more or fewer.
-    fn walk(&mut self, scene: &Scene, geometry: &Geometry, trees: &[emitters::SourceTree]) {
+    fn walk(&mut self, scene: &Scene, geometry: &Geometry, trees: &[source_tree::SourceTree]) {
         self.drop_paths();
         let since = |(i, (_, since)): (usize, &(Known, Option<u32>))| Some((*since.as_ref()?, i));
         let mut waiting: Vec<(u32, usize)> = self.paths.iter().enumerate().filter_map(since).collect();

@@ -17,9 +17,10 @@
 
 use super::direct::{allocate, mixture};
 use super::emission::{Emission, Emissions};
-use super::emitters::{EnvironmentPoint, Source, SourceTree, SpotCone};
+use super::emitters::{EnvironmentPoint, Source, SpotCone};
 use super::guide::{Guides, Start};
 use super::scattering::{Scattering, cosine_weighted};
+use super::source_tree::SourceTree;
 use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
 use crate::math::{sequence, warp};
 use crate::scene::PunctualKind;

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! `<scene>` is a built-in room, `hall` (four hundred small lamps), `window` or `flats` (a room lit through a window alone, by itself or
-//! in a building, by `environment=sky` or `gradient`) or a file. `what` is `placement` (default), `clamp`, `share`, `candidates` or `termination`:
+//! in a building, by `environment=sky`, `sun` or `gradient`) or a file. `what` is `placement` (default), `clamp`, `share`, `candidates` or `termination`:
 //! what the rows of the table differ in. `lights=300,1024`, `seeds=3`, `bounces=4`, `size=256x192`; `reference=PICTURE.exr`
 //! and `mask=MASK.exr` (as `girandole compare` takes them) of that size with light of the same bounces; without, one is
 //! traced with `paths=256` a pixel.
@@ -24,7 +24,7 @@ mod window;
 use girandole_core::glam::Vec2;
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSample, LightSet, LightSettings, Termination};
-use girandole_core::scene::{Geometry, Scene, View, builtin};
+use girandole_core::scene::{Environment, Geometry, Scene, Sky, View, builtin};
 use girandole_core::trace::SceneTracer;
 use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole_core::{Error, Result};
@@ -200,8 +200,14 @@ fn main() -> Result<()> {
     } else if name == "hall" {
         hall::hall()
     } else if is_lit_through_window {
-        let sky = options.text("environment", "sky") == "sky";
-        window::room(name == "flats", if sky { window::sky() } else { window::gradient() })
+        let environment = match options.text("environment", "sky") {
+            "sky" => window::sky(),
+            // The sun stands before the window.
+            "sun" => Environment::sky(&Sky { azimuth: 4.4, elevation: 0.6, ..Sky::default() })?,
+            "gradient" => window::gradient(),
+            other => return Err(Error::Invalid(format!("`{other}` is neither sky, sun nor gradient"))),
+        };
+        window::room(name == "flats", environment)
     } else {
         Scene::load(name.as_ref())?
     };

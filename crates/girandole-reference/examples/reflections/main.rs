@@ -4,8 +4,9 @@
 //! cargo run --release -p girandole-reference --example reflections -- [gradient|sky|room] [key=value]…
 //! ```
 //!
-//! `lights=300,1024`, `seeds=2`, `size=320x80`, `paths=256` a pixel for the truth, `reflected=rays` (or `samples`, as the renderer does
-//! it), `folder=FOLDER` for pictures and for a truth that is kept.
+//! `lights=300,1024`, `seeds=2`, `size=320x80`, `paths=256` a pixel for the truth, `bounces=5`, `axis=2` (samples of a pixel along each
+//! side: the sun's highlight on a smooth sphere is narrower than a pixel), `reflected=rays` (or `samples`, as the renderer does it),
+//! `folder=FOLDER` for pictures and for a truth that is kept.
 //!
 //! Prints the energy of each sphere as a share of the truth's, and FLIP over its pixels.
 
@@ -45,6 +46,7 @@ fn main() -> Result<()> {
     };
     let lights = text("lights", "300,1024").split(',').map(number).collect::<Result<Vec<_>>>()?;
     let [seeds, paths] = [number(&text("seeds", "2"))?, number(&text("paths", "256"))?];
+    let [bounces, samples_per_axis] = [number(&text("bounces", "5"))?, number(&text("axis", "2"))?];
     let size = text("size", "320x80");
     let (width, height) =
         size.split_once('x').ok_or_else(|| Error::Invalid("size is WIDTHxHEIGHT".into()))?;
@@ -66,8 +68,14 @@ fn main() -> Result<()> {
         let truth = match &kept {
             Some(kept) if kept.exists() => image_file::read_exr(kept)?,
             _ => {
-                path_trace(&tracer, &view, size, &PathSettings { paths, bounces: Some(5), seed: 7 }, &|_| ())
-                    .mean
+                path_trace(
+                    &tracer,
+                    &view,
+                    size,
+                    &PathSettings { paths, bounces: Some(bounces), seed: 7 },
+                    &|_| (),
+                )
+                .mean
             }
         };
         if let Some(kept) = &kept {
@@ -78,9 +86,9 @@ fn main() -> Result<()> {
             let start = Instant::now();
             let mut rows = Vec::new();
             for seed in 0..seeds {
-                let settings = LightSettings { count, seed, ..LightSettings::default() };
+                let settings = LightSettings { count, bounces, seed, ..LightSettings::default() };
                 let set = LightSet::sample_for(&scene, &geometry, &settings, &[view])?;
-                let settings = OracleSettings { samples_per_axis: 2, clamp: Clamp::Own, reflected };
+                let settings = OracleSettings { samples_per_axis, clamp: Clamp::Own, reflected };
                 let picture = oracle(&tracer, &set, &view, size, &settings, &|_| ());
                 rows.push(spheres::rows(&truth, &picture, &seen));
                 if let Some(folder) = folder {

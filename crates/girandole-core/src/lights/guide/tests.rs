@@ -4,7 +4,7 @@ use crate::lights::tests::{agrees, flux, over_seeds};
 use crate::lights::view_points::{POINTS, view_points};
 use crate::lights::walk::Walk;
 use crate::lights::{LightSample, direct, emitters};
-use crate::scene::{Material, Mesh, Scene, Transform, View};
+use crate::scene::{Material, Mesh, Scene, Sky, Transform, View};
 use glam::vec3;
 
 /// Brighter above, and to one side.
@@ -15,9 +15,9 @@ fn sky() -> Environment {
 }
 
 /// A room open through a window in its wall towards −X, beside a large closed block, and a view of it.
-fn room() -> (Scene, View) {
+fn room(environment: Environment) -> (Scene, View) {
     let mut scene = Scene::default();
-    scene.environment = Some(sky());
+    scene.environment = Some(environment);
     let white = scene.add_material(Material::diffuse("", Vec3::splat(0.7)));
     let boxes = [
         (vec3(-2.0, -0.2, -2.0), vec3(2.0, 0.0, 2.0)),
@@ -50,15 +50,18 @@ fn room() -> (Scene, View) {
 }
 
 /// What is known of a scene, with a guide for what a view sees and none.
-fn with_guides(check: impl Fn(&SceneTracer, &[Vec<Source>], &[SourceTree], [&Guides; 2])) {
-    let (scene, view) = room();
+fn with_guides(
+    environment: Environment,
+    check: impl Fn(&SceneTracer, &[Vec<Source>], &[SourceTree], [&Guides; 2]),
+) {
+    let (scene, view) = room(environment);
     let geometry = Geometry::new(&scene);
     let tracer = SceneTracer::new(&scene, &geometry);
     let groups = emitters::groups(&scene, &geometry, &Emissions::of(&scene));
     let trees = emitters::trees(&groups, &[]);
     let points = view_points(&tracer, &[view], POINTS);
     let guides = Guides::new(&tracer, &LightSettings::default(), &points, &groups, &trees);
-    assert!(guides.directions.len() == 1 && guides.starts.len() == 1);
+    assert!(guides.directions.len() == 1 && guides.starts.len() == trees.len());
     check(&tracer, &groups, &trees, [&guides, &Guides::default()]);
 }
 
@@ -92,7 +95,7 @@ fn densities_are_those_of_the_points_that_they_warp() {
 
 #[test]
 fn directions_and_discs_are_found_where_numbers_choose_them() {
-    with_guides(|tracer, _, trees, _| {
+    with_guides(sky(), |tracer, _, trees, _| {
         let environment = tracer.scene().environment.as_ref().expect("a sky");
         let square = Square::new(&trees[0], environment);
         for i in 0..2000 {
@@ -110,7 +113,7 @@ fn directions_and_discs_are_found_where_numbers_choose_them() {
 
 #[test]
 fn rays_pass_through_the_window() {
-    with_guides(|tracer, _, _, [guides, _]| {
+    with_guides(sky(), |tracer, _, _, [guides, _]| {
         let (center, radius) = guides.starts[&0].disc;
         let window = vec3(-1.9, 1.4, 0.0) - tracer.geometry().origin.as_vec3();
         assert!(center.distance(window) < 0.5, "{center} for {window}");
@@ -119,42 +122,43 @@ fn rays_pass_through_the_window() {
     });
 }
 
+/// What these paths bring to the room's inner surfaces, each, over 40 seeds.
+fn mean_inside(
+    (tracer, trees, guides): (&SceneTracer, &[SourceTree], &Guides),
+    paths: Vec<u32>,
+) -> (DVec3, DVec3) {
+    let (scene, geometry) = (tracer.scene(), tracer.geometry());
+    let is_inside = |deposit: &&LightSample| {
+        let at = (deposit.position.as_dvec3() + geometry.origin).as_vec3();
+        at.abs().max_element() < 2.6 && at.x.abs() < 1.85 && at.z.abs() < 1.85 && (-0.1..2.6).contains(&at.y)
+    };
+    over_seeds(40, |seed| {
+        let walk = Walk {
+            tracer,
+            world_from_nodes: &scene.world_from_nodes(),
+            emissions: &Emissions::of(scene),
+            emitters: trees,
+            guides,
+            settings: &LightSettings { bounces: 3, ..LightSettings::default() },
+            seed,
+        };
+        let walked = walk.paths(paths.clone());
+        let inside = walked.iter().flat_map(|path| &path.deposits).filter(is_inside);
+        flux(inside) / paths.len() as f64
+    })
+}
+
 #[test]
 fn guided_light_is_that_of_plain_sampling_in_the_mean() {
-    with_guides(|tracer, groups, trees, guides| {
-        let (scene, geometry) = (tracer.scene(), tracer.geometry());
-        let emissions = Emissions::of(scene);
-        let settings = LightSettings { bounces: 3, ..LightSettings::default() };
-        // What comes to the room's inner surfaces, and what stays outside.
-        let is_inside = |deposit: &&LightSample| {
-            let at = (deposit.position.as_dvec3() + geometry.origin).as_vec3();
-            at.abs().max_element() < 2.6
-                && at.x.abs() < 1.85
-                && at.z.abs() < 1.85
-                && (-0.1..2.6).contains(&at.y)
-        };
-        let mean = |guides: &Guides, count: u32| {
-            over_seeds(40, |seed| {
-                let walk = Walk {
-                    tracer,
-                    world_from_nodes: &scene.world_from_nodes(),
-                    emissions: &emissions,
-                    emitters: trees,
-                    guides,
-                    settings: &settings,
-                    seed,
-                };
-                let paths = walk.paths((0..count).collect());
-                let inside = paths.iter().flat_map(|path| &path.deposits).filter(is_inside);
-                flux(inside) / f64::from(count)
-            })
-        };
+    with_guides(sky(), |tracer, groups, trees, guides| {
+        let mean = |guides: &Guides, count: u32| mean_inside((tracer, trees, guides), (0..count).collect());
         let (guided, plain) = (mean(guides[0], 512), mean(guides[1], 16384));
         let both = (guided.0, (guided.1 * guided.1 + plain.1 * plain.1).map(f64::sqrt));
         assert!(agrees(both, plain.0, 0.0), "{guided:?} for {plain:?}");
         assert!(guided.1.cmplt(plain.1).all(), "{guided:?} has no less noise than {plain:?}");
         assert!(!agrees(both, plain.0 * 1.3, 0.0), "negative control: {both:?}");
 
+        let (scene, geometry, emissions) = (tracer.scene(), tracer.geometry(), Emissions::of(tracer.scene()));
         // On the window's sill, all light of a quarter of the sky.
         let [guided, plain] = guides.map(|guides| {
             over_seeds(100, |seed| {
@@ -167,5 +171,20 @@ fn guided_light_is_that_of_plain_sampling_in_the_mean() {
         let both = (guided.0, (guided.1 * guided.1 + plain.1 * plain.1).map(f64::sqrt));
         assert!(agrees(both, plain.0, 0.0), "{guided:?} for {plain:?}");
         assert!(!agrees(both, plain.0 * 1.2, 0.0), "negative control: {both:?}");
+    });
+}
+
+#[test]
+fn sunlight_that_is_guided_is_that_of_plain_sampling_in_the_mean() {
+    let before_window = Sky { azimuth: 4.4, elevation: 0.6, ..Sky::default() };
+    with_guides(Environment::sky(&before_window).expect("a sky"), |tracer, groups, trees, guides| {
+        assert!(trees.len() == 2 && groups[1].iter().all(Source::is_sun));
+        let of_sun = |count: u32| (0..count).map(|path| 2 * path + 1).collect();
+        let guided = mean_inside((tracer, trees, guides[0]), of_sun(512));
+        let plain = mean_inside((tracer, trees, guides[1]), of_sun(16384));
+        let both = (guided.0, (guided.1 * guided.1 + plain.1 * plain.1).map(f64::sqrt));
+        assert!(agrees(both, plain.0, 0.0), "{guided:?} for {plain:?}");
+        assert!(guided.1.cmplt(plain.1).all(), "{guided:?} has no less noise than {plain:?}");
+        assert!(!agrees(both, plain.0 * 1.3, 0.0), "negative control: {both:?}");
     });
 }

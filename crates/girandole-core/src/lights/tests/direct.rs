@@ -216,7 +216,7 @@ fn a_tree_chooses_in_proportion_and_stays_uniform() {
     }
     let (scene, geometry) = scene_of(mesh, vec![Material::emitter("light", Vec3::ONE)]);
     let tree =
-        emitters::SourceTree::new(emitters::groups(&scene, &geometry, &Emissions::of(&scene)).concat())
+        source_tree::SourceTree::new(emitters::groups(&scene, &geometry, &Emissions::of(&scene)).concat())
             .unwrap();
     let n = 256;
     let mut counts = std::collections::BTreeMap::new();
