@@ -189,7 +189,8 @@ impl Clusters {
             let bounds = &self.bounds[cluster];
             let faces = map.faces_touched(bounds);
             for face in (0..map.faces()).filter(|face| faces >> face & 1 == 1) {
-                if is_whole || map.footprint(face, bounds).meets(&part) {
+                let may_cover = is_whole || map.footprint(face, bounds).meets(&part);
+                if may_cover && !map.is_between_texels(face, bounds) {
                     items.push(Item { light: index, face_cluster: face | (cluster as u32) << 3 });
                     counts.clusters_drawn += 1;
                     touched |= 1 << face;
