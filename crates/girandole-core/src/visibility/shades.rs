@@ -131,11 +131,7 @@ struct LightPass<'a> {
 }
 
 impl<'a> LightPass<'a> {
-    fn new(
-        of: &'a ShadePass<'a>,
-        (tree, own_roots): (&'a ReceiverTree, &'a [u32]),
-        light: usize,
-    ) -> Self {
+    fn new(of: &'a ShadePass<'a>, (tree, own_roots): (&'a ReceiverTree, &'a [u32]), light: usize) -> Self {
         let apex = &of.lights[light].apex;
         let found = vec![NONE; of.receivers.nodes.len()];
         let (shades, workspace) = (Vec::new(), Workspace::new());

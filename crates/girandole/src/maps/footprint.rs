@@ -289,7 +289,8 @@ mod tests {
                 let at = bounds.center + bounds.half_extent * Vec3::new(axis(0), axis(1), axis(2));
                 if (at - light.position).dot(light.normal) > 0.0 {
                     let texel = project(&light, at).map(|p| p * SIZE as f32 - 0.5);
-                    (low, high) = ([0, 1].map(|i| low[i].min(texel[i])), [0, 1].map(|i| high[i].max(texel[i])));
+                    (low, high) =
+                        ([0, 1].map(|i| low[i].min(texel[i])), [0, 1].map(|i| high[i].max(texel[i])));
                 }
             }
             let is_within = |x: f32| (0.0..SIZE as f32 - 1.0).contains(&x);

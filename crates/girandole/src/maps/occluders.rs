@@ -200,7 +200,8 @@ impl Clusters {
         (0..self.first_moving()).for_each(&mut add);
         for Mover { clusters, solid, .. } in self.moving.iter().filter(|mover| !is_hidden(mover.object)) {
             let turned_away = solid.as_ref().and_then(|solid| solid.hidden_from(&map));
-            let is_drawn = |cluster: &usize| turned_away.as_ref().is_none_or(|h| !h(cluster - clusters.start));
+            let is_drawn =
+                |cluster: &usize| turned_away.as_ref().is_none_or(|h| !h(cluster - clusters.start));
             clusters.clone().filter(is_drawn).for_each(&mut add);
         }
         counts.faces_drawn = u64::from(touched.count_ones());
