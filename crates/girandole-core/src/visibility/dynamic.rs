@@ -38,7 +38,8 @@ impl DynamicPass<'_> {
             (states, tests) = CoverPass { context: &context, receivers, fixed }.run();
         }
         if !movers.others.is_empty() {
-            let (shades, of_shades) = ShadePass { surfaces, lights, receivers, movers, left: &states }.run();
+            let pass = ShadePass { surfaces, lights, receivers, movers, fixed, left: &states };
+            let (shades, of_shades) = pass.run();
             tests += of_shades;
             shades.put_into(&mut states, movers);
         }

@@ -22,9 +22,9 @@
 //! Dynamic blockers are tested after the static ones, and only where they can change the state. Opaque polygons, which might cover
 //! a receiver, are traversed as static ones are, in a hierarchy of their own, but for receivers that those cover. All others can only
 //! make an unoccluded pair partial. To find which, the shadow of a bounding sphere of each, as a light sees it, is looked up in the
-//! hierarchy of receivers, four boxes at a time. Where it reaches a leaf, that is tested: against the sphere alone where both it
-//! and the shadow are small; else by the cone about all rays between the light and the leaf, and by the pyramid where the cone
-//! does not decide. An inner node is partial if one of its leaves is.
+//! hierarchy of receivers, four boxes at a time, unless one static polygon hides it from the light as a whole. Where it reaches a
+//! leaf, that is tested: against the sphere alone where both it and the shadow are small; else by the cone about all rays between
+//! the light and the leaf, and by the pyramid where the cone does not decide. An inner node is partial if one of its leaves is.
 //!
 //! Receivers on small dynamic objects start from what static blockers leave of a light to the cell of space that the object is in,
 //! and then to a ball about the object. What is left to a cell is kept for as long as the object stays in it.

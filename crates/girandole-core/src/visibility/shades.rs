@@ -20,13 +20,15 @@ use std::ops::Range;
 
 /// Finds the pairs that these blockers make partial, light by light. The shadow of each of them is looked up in the hierarchy of
 /// receivers; where it reaches a leaf that nothing else blocks a part of, the pair is tested by the pyramid of the two, unless the
-/// cone about it already decides. An inner node is partial if one of its leaves is.
+/// cone about it already decides. An inner node is partial if one of its leaves is. A blocker that one static polygon hides from a
+/// light as a whole blocks nothing of it that is not blocked already.
 pub(super) struct ShadePass<'a> {
     pub surfaces: &'a Surfaces,
     pub lights: &'a [LightPoint],
     pub receivers: &'a Receivers,
     pub movers: &'a Movers,
-    /// By node, the visibility that all other blockers leave.
+    /// By node, the visibility that static blockers leave, and all that are not looked for here.
+    pub fixed: &'a StateMatrix,
     pub left: &'a StateMatrix,
 }
 
@@ -76,9 +78,10 @@ impl ShadePass<'_> {
             }
         }
         let tree = ReceiverTree::new(self.surfaces, self.receivers, &roots);
+        let own_roots = self.roots_of_blockers();
         let lights: Vec<usize> = (0..self.lights.len()).collect();
         let of_light = |light: &usize| {
-            let mut pass = LightPass::new(self, &tree, *light);
+            let mut pass = LightPass::new(self, (&tree, &own_roots), *light);
             pass.run();
             (pass.shades, pass.workspace.scratch.tests)
         };
@@ -88,11 +91,27 @@ impl ShadePass<'_> {
         (Shades { own, others }, tests)
     }
 
+    /// By blocker, the root of the receivers on it, or [`NONE`].
+    fn roots_of_blockers(&self) -> Vec<u32> {
+        let mut result = vec![NONE; self.movers.others.len()];
+        for root in self.receivers.roots() {
+            if let Some(index) = self.blocker_of(root.start as u32) {
+                result[index] = root.start as u32;
+            }
+        }
+        result
+    }
+
+    /// The blocker that a node of a mesh is part of.
+    fn blocker_of(&self, node: u32) -> Option<usize> {
+        let blocker = self.surfaces.patches.len() as u32 + self.receivers.mesh(node)?;
+        self.movers.others.binary_search(&blocker).ok()
+    }
+
     /// The blocker that a root is part of, if all light that comes to it may be blocked by that itself.
     fn shades_itself(&self, root: &Range<usize>) -> Option<u32> {
         let mesh = self.receivers.mesh(root.start as u32)?;
-        let blocker = self.surfaces.patches.len() as u32 + mesh;
-        let index = self.movers.others.binary_search(&blocker).ok()?;
+        let index = self.blocker_of(root.start as u32)?;
         (!self.surfaces.meshes[mesh as usize].convex).then_some(index as u32)
     }
 }
@@ -101,6 +120,8 @@ impl ShadePass<'_> {
 struct LightPass<'a> {
     of: &'a ShadePass<'a>,
     tree: &'a ReceiverTree,
+    /// By blocker, the root of the receivers on it.
+    own_roots: &'a [u32],
     light: usize,
     apex: &'a Apex,
     /// By node, the index of the first blocker that was found to block a part, or [`NONE`].
@@ -110,10 +131,17 @@ struct LightPass<'a> {
 }
 
 impl<'a> LightPass<'a> {
-    fn new(of: &'a ShadePass<'a>, tree: &'a ReceiverTree, light: usize) -> Self {
+    fn new(of: &'a ShadePass<'a>, (tree, own_roots): (&'a ReceiverTree, &'a [u32]), light: usize) -> Self {
         let apex = &of.lights[light].apex;
         let found = vec![NONE; of.receivers.nodes.len()];
-        Self { of, tree, light, apex, found, shades: Vec::new(), workspace: Workspace::new() }
+        let (shades, workspace) = (Vec::new(), Workspace::new());
+        Self { of, tree, own_roots, light, apex, found, shades, workspace }
+    }
+
+    /// Whether one static polygon hides a blocker as a whole.
+    fn is_hidden(&self, blocker: u32) -> bool {
+        let root = self.own_roots[blocker as usize];
+        root != NONE && self.of.fixed.decider(root as usize, self.light).is_some_and(|(_, is_full)| is_full)
     }
 
     fn left(&self, node: u32) -> State {
@@ -123,6 +151,9 @@ impl<'a> LightPass<'a> {
     fn run(&mut self) {
         let mut open = Vec::new();
         for (blocker, sphere) in (0..).zip(&self.of.movers.spheres) {
+            if self.is_hidden(blocker) {
+                continue;
+            }
             let Some(shadow) = Shadow::new(self.apex, sphere) else { continue };
             let mut boxes = 0;
             self.tree.visit(&shadow, &mut open, &mut boxes, |leaf| {

@@ -19,6 +19,10 @@ pub(crate) struct TexelRect {
 
 /// What faces of a map take in beside their own directions, and rasterisation beside what projection says, texels.
 const MARGIN: f32 = 2.0;
+/// How far faces of the octahedron reach over their seams, texels: see `lib/project.wgsl`.
+const OVERLAP: f32 = 0.25;
+/// How far rasterisation moves corners at most, texels: devices round them to a sixteenth or less.
+const ROUNDING: f32 = 0.1;
 
 impl Bounds {
     /// The smallest one about points; at least one.
@@ -130,6 +134,25 @@ impl<'a> MapView<'a> {
 
     /// The texels that a box may cover in a face that it touches; the whole map, where that is not known.
     pub fn footprint(&self, face: u32, bounds: &Bounds) -> TexelRect {
+        match self.extent(face, bounds) {
+            Some([low, high]) => TexelRect::between(low, high, self.size),
+            None => TexelRect::whole(self.size),
+        }
+    }
+
+    /// Whether certainly no texel's centre lies in a box's picture on a face: then rasterising what is in it leaves no trace.
+    pub fn is_between_texels(&self, face: u32, bounds: &Bounds) -> bool {
+        let has_none = |[low, high]: [[f32; 2]; 2]| {
+            (0..2).any(|axis| {
+                let [low, high] = [low, high].map(|corner| corner[axis] * self.size as f32 - 0.5);
+                (low - ROUNDING).ceil() > (high + ROUNDING).floor()
+            })
+        };
+        self.extent(face, bounds).is_some_and(has_none)
+    }
+
+    /// The lowest and highest coordinates of a box in the part of the map that a face has, if they are known.
+    fn extent(&self, face: u32, bounds: &Bounds) -> Option<[[f32; 2]; 2]> {
         let light = self.light;
         let bitangent = light.normal.cross(light.tangent);
         let into = |v: Vec3| Vec3::new(v.dot(light.tangent), v.dot(bitangent), v.dot(light.normal));
@@ -147,10 +170,10 @@ impl<'a> MapView<'a> {
         };
         if light.is_parallel() {
             corners.for_each(|p| extend([p.x, p.y].map(|q| q * light.scale * 0.5 + 0.5)));
-            return TexelRect::between(low, high, self.size);
+            return Some([low, high]);
         }
         if self.faces != 4 {
-            return TexelRect::whole(self.size);
+            return None;
         }
         // On a face of the octahedron coordinates are ratios of linear functions: over a box in front of the plane where
         // the denominator is 0, their extremes lie at corners.
@@ -164,13 +187,13 @@ impl<'a> MapView<'a> {
             extend([p.x + p.y, p.x - p.y].map(|q| (q / w + 1.0) * 0.5));
         }
         // The face's own part of the map.
-        let axis = usize::from(sx != sy);
+        let (axis, seam) = (usize::from(sx != sy), OVERLAP / self.size as f32);
         if sx > 0.0 {
-            low[axis] = low[axis].max(0.5);
+            low[axis] = low[axis].max(0.5 - seam);
         } else {
-            high[axis] = high[axis].min(0.5);
+            high[axis] = high[axis].min(0.5 + seam);
         }
-        TexelRect::between(low, high, self.size)
+        Some([low, high])
     }
 
     /// The texels that a box may cover, on all faces.
@@ -238,5 +261,49 @@ mod tests {
         }
         // The control: they are not simply the whole map.
         assert!(footprints < 3.0 * tight && footprints < 0.1 * by_itself, "{footprints} {tight} {by_itself}");
+    }
+
+    #[test]
+    fn what_is_between_texels_covers_no_centre_of_one() {
+        const SIZE: u32 = 64;
+        let (mut found, mut all, mut large) = (0, 0, 0);
+        for case in 0..3000 {
+            let random =
+                |what: u32| sequence::hash(case ^ sequence::hash(what)) as f32 / u32::MAX as f32 - 0.5;
+            let vector = |what: u32| Vec3::new(random(what), random(what + 1), random(what + 2));
+            let normal = vector(0).normalize();
+            let mut light =
+                Light { normal, tangent: normal.any_orthonormal_vector(), scale: 0.4, ..Light::default() };
+            light.profile = if case % 8 == 0 { DIRECTIONAL } else { light.profile };
+            light.position = vector(3) - if case % 8 == 0 { normal * 5.0 } else { Vec3::ZERO };
+            let extent = if case % 3 == 0 { 0.3 } else { 0.03 };
+            let bounds = Bounds { center: vector(6) * 4.0, half_extent: vector(9).abs() * extent };
+            let map = MapView::new(&light, SIZE, 4);
+            let touched = map.faces_touched(&bounds);
+            let drawn = (0..map.faces())
+                .any(|face| touched >> face & 1 == 1 && !map.is_between_texels(face, &bounds));
+            // Texels' positions, less a half: a whole number between two of a box's points is a centre.
+            let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+            for point in 0..200 {
+                let axis = |i: u32| (random(100 + 3 * point + i) * 3.0).clamp(-1.0, 1.0);
+                let at = bounds.center + bounds.half_extent * Vec3::new(axis(0), axis(1), axis(2));
+                if (at - light.position).dot(light.normal) > 0.0 {
+                    let texel = project(&light, at).map(|p| p * SIZE as f32 - 0.5);
+                    (low, high) =
+                        ([0, 1].map(|i| low[i].min(texel[i])), [0, 1].map(|i| high[i].max(texel[i])));
+                }
+            }
+            let is_within = |x: f32| (0.0..SIZE as f32 - 1.0).contains(&x);
+            if !low.into_iter().chain(high).all(is_within) {
+                continue;
+            }
+            let covers = (0..2).all(|i| low[i].ceil() <= high[i].floor());
+            assert!(drawn || !covers, "case {case}: {low:?} to {high:?}");
+            all += u32::from(!covers);
+            found += u32::from(!covers && !drawn);
+            large += u32::from(covers);
+        }
+        // The controls: most of those are found, and there are others.
+        assert!(found * 2 > all && all > 200 && large > 200, "{found} {all} {large}");
     }
 }

@@ -1,4 +1,5 @@
-//! Dynamic objects that lights cannot see, as one static polygon hides them: what they do changes no shadow map.
+//! Dynamic objects that lights cannot see, as one static polygon hides them: they are drawn into no map of those lights, and what they do
+//! changes none.
 
 use girandole_core::scene::{ObjectId, Scene};
 use girandole_core::visibility::VisibilityDatabase;

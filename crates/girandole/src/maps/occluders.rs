@@ -174,8 +174,14 @@ impl Clusters {
     }
 
     /// Appends the items of one light: each cluster in each face that its box touches, if it may cover a texel of `part` there.
-    /// What a solid hides by itself is left out.
-    pub fn cull(&self, (index, map): (u32, MapView), part: TexelRect, items: &mut Vec<Item>) -> CullCounts {
+    /// What a solid hides by itself is left out, and dynamic objects that something static hides from the light.
+    pub fn cull(
+        &self,
+        (index, map): (u32, MapView),
+        part: TexelRect,
+        is_hidden: impl Fn(ObjectId) -> bool,
+        items: &mut Vec<Item>,
+    ) -> CullCounts {
         let mut counts = CullCounts::default();
         let mut touched = 0u32;
         let is_whole = part == TexelRect::whole(map.size);
@@ -183,7 +189,8 @@ impl Clusters {
             let bounds = &self.bounds[cluster];
             let faces = map.faces_touched(bounds);
             for face in (0..map.faces()).filter(|face| faces >> face & 1 == 1) {
-                if is_whole || map.footprint(face, bounds).meets(&part) {
+                let may_cover = is_whole || map.footprint(face, bounds).meets(&part);
+                if may_cover && !map.is_between_texels(face, bounds) {
                     items.push(Item { light: index, face_cluster: face | (cluster as u32) << 3 });
                     counts.clusters_drawn += 1;
                     touched |= 1 << face;
@@ -191,10 +198,11 @@ impl Clusters {
             }
         };
         (0..self.first_moving()).for_each(&mut add);
-        for Mover { clusters, solid, .. } in &self.moving {
-            let hidden = solid.as_ref().and_then(|solid| solid.hidden_from(&map));
-            let is_hidden = |cluster: &usize| hidden.as_ref().is_some_and(|h| h(cluster - clusters.start));
-            clusters.clone().filter(|cluster| !is_hidden(cluster)).for_each(&mut add);
+        for Mover { clusters, solid, .. } in self.moving.iter().filter(|mover| !is_hidden(mover.object)) {
+            let turned_away = solid.as_ref().and_then(|solid| solid.hidden_from(&map));
+            let is_drawn =
+                |cluster: &usize| turned_away.as_ref().is_none_or(|h| !h(cluster - clusters.start));
+            clusters.clone().filter(is_drawn).for_each(&mut add);
         }
         counts.faces_drawn = u64::from(touched.count_ones());
         counts.faces_culled = u64::from(map.faces()) - counts.faces_drawn;

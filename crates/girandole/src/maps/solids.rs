@@ -168,7 +168,7 @@ mod tests {
         light.position -= geometry.origin.as_vec3();
         let map = MapView::new(&light, 1 << 20, faces);
         let mut items = Vec::new();
-        clusters.cull((0, map), TexelRect::whole(1 << 20), &mut items);
+        clusters.cull((0, map), TexelRect::whole(1 << 20), |_| false, &mut items);
         let drawn: HashSet<usize> = items.iter().map(|item| (item.face_cluster >> 3) as usize).collect();
         let of_mover = clusters.of_object(girandole_core::scene::ObjectId(1)).expect("clusters");
         let hidden = of_mover.filter(|cluster| !drawn.contains(cluster)).collect();

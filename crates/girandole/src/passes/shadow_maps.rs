@@ -95,9 +95,10 @@ impl ShadowMaps {
             for (index, &MapUpdate { light, part }) in round.updates.iter().enumerate() {
                 let size = atlas.layout.slots[light as usize].size;
                 let map = MapView::new(&lights.samples[light as usize], size, self.faces);
+                let is_hidden = |object| scene.hidden.is_hidden(object, light as usize);
                 for (clusters, items) in atlas.occluders.sets().into_iter().zip(&mut items) {
                     if !clusters.bounds.is_empty() || std::ptr::eq(clusters, &atlas.occluders.opaque) {
-                        counts += clusters.cull((light, map), part, items);
+                        counts += clusters.cull((light, map), part, is_hidden, items);
                     }
                 }
                 let is_last = index + 1 == round.updates.len();

@@ -122,3 +122,28 @@ fn receivers_on_movers_that_stay_in_their_cells_cost_a_few_tests_a_light() {
     // The control.
     assert!(anew > 2.0 * kept, "{anew} {kept}");
 }
+
+#[test]
+fn what_is_hidden_from_a_light_blocks_nothing_of_it() {
+    let (mut hidden, mut blocked) = (0, 0);
+    for seed in 0..90 {
+        let mut numbers = Numbers(100 + seed);
+        let mut scene = furnished();
+        // On the table, under it, and all about, of the kinds that are meshes.
+        let mover = add_small(&mut scene, seed as usize % 3 + 1, &mut numbers).pop().expect("one");
+        (0..mover).for_each(|other| scene.objects[other].dynamic = false);
+        let geometry = Geometry::new(&scene);
+        let samples = random_lights(&scene, &geometry, &mut numbers, 60);
+        let database = build(&scene, &geometry, samples);
+        for (light, is_hidden) in database.hidden_from(mover.into()).into_iter().enumerate() {
+            let is_other =
+                |leaf: u32| database.leaf_states(leaf)[light] != database.standing_states(leaf)[light];
+            let changed = (0..database.first_dynamic_leaf()).filter(|&leaf| is_other(leaf)).count();
+            assert!(!is_hidden || changed == 0, "seed {seed}, light {light}: {changed} leaves");
+            hidden += usize::from(is_hidden);
+            // The control: it blocks the light of others.
+            blocked += usize::from(changed > 0);
+        }
+    }
+    assert!(hidden > 50 && blocked > 50, "{hidden} {blocked}");
+}
