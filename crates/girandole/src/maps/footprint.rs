@@ -223,26 +223,42 @@ mod tests {
         [(x + y) / sum, (x - y) / sum].map(|p| p * 0.5 + 0.5)
     }
 
+    /// Three numbers of −½ to ½.
+    fn vector(case: u32, what: u32) -> Vec3 {
+        let random = |what: u32| sequence::hash(case ^ sequence::hash(what)) as f32 / u32::MAX as f32 - 0.5;
+        Vec3::new(random(what), random(what + 1), random(what + 2))
+    }
+
+    /// A light, every eighth parallel, and a box before or behind it, half as large as that at most.
+    fn light_and_box(case: u32, extent: f32) -> (Light, Bounds) {
+        let normal = vector(case, 0).normalize();
+        let mut light =
+            Light { normal, tangent: normal.any_orthonormal_vector(), scale: 0.4, ..Light::default() };
+        light.position = vector(case, 3);
+        if case.is_multiple_of(8) {
+            light.profile = DIRECTIONAL;
+            light.position -= normal * 5.0;
+        }
+        let bounds = Bounds { center: vector(case, 6) * 4.0, half_extent: vector(case, 9).abs() * extent };
+        (light, bounds)
+    }
+
+    /// A point of a box; corners and edges, too.
+    fn point_of(bounds: &Bounds, case: u32, point: u32) -> Vec3 {
+        let at = (vector(case, 100 + 3 * point) * 3.0).clamp(Vec3::NEG_ONE, Vec3::ONE);
+        bounds.center + bounds.half_extent * at
+    }
+
     #[test]
     fn boxes_stay_within_their_footprints_and_footprints_are_tight() {
         const SIZE: u32 = 256;
         let (mut footprints, mut tight, mut by_itself) = (0.0, 0.0, 0.0);
         for case in 0..400 {
-            let random =
-                |what: u32| sequence::hash(case ^ sequence::hash(what)) as f32 / u32::MAX as f32 - 0.5;
-            let vector = |what: u32| Vec3::new(random(what), random(what + 1), random(what + 2));
-            let normal = vector(0).normalize();
-            let mut light =
-                Light { normal, tangent: normal.any_orthonormal_vector(), scale: 0.4, ..Light::default() };
-            light.profile = if case % 8 == 0 { DIRECTIONAL } else { light.profile };
-            light.position = vector(3) + if case % 8 == 0 { -normal * 5.0 } else { Vec3::ZERO };
-            let bounds = Bounds { center: vector(6) * 4.0, half_extent: vector(9).abs() * 0.8 };
+            let (light, bounds) = light_and_box(case, 0.8);
             let covered = MapView::new(&light, SIZE, 4).covered(&bounds);
             let mut seen = TexelRect::default();
             for point in 0..512 {
-                // Corners and edges, too.
-                let axis = |i: u32| (random(100 + 3 * point + i) * 3.0).clamp(-1.0, 1.0);
-                let at = bounds.center + bounds.half_extent * Vec3::new(axis(0), axis(1), axis(2));
+                let at = point_of(&bounds, case, point);
                 if (at - light.position).dot(light.normal) <= 0.0 {
                     continue;
                 }
@@ -268,16 +284,7 @@ mod tests {
         const SIZE: u32 = 64;
         let (mut found, mut all, mut large) = (0, 0, 0);
         for case in 0..3000 {
-            let random =
-                |what: u32| sequence::hash(case ^ sequence::hash(what)) as f32 / u32::MAX as f32 - 0.5;
-            let vector = |what: u32| Vec3::new(random(what), random(what + 1), random(what + 2));
-            let normal = vector(0).normalize();
-            let mut light =
-                Light { normal, tangent: normal.any_orthonormal_vector(), scale: 0.4, ..Light::default() };
-            light.profile = if case % 8 == 0 { DIRECTIONAL } else { light.profile };
-            light.position = vector(3) - if case % 8 == 0 { normal * 5.0 } else { Vec3::ZERO };
-            let extent = if case % 3 == 0 { 0.3 } else { 0.03 };
-            let bounds = Bounds { center: vector(6) * 4.0, half_extent: vector(9).abs() * extent };
+            let (light, bounds) = light_and_box(case, if case % 3 == 0 { 0.3 } else { 0.03 });
             let map = MapView::new(&light, SIZE, 4);
             let touched = map.faces_touched(&bounds);
             let drawn = (0..map.faces())
@@ -285,8 +292,7 @@ mod tests {
             // Texels' positions, less a half: a whole number between two of a box's points is a centre.
             let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
             for point in 0..200 {
-                let axis = |i: u32| (random(100 + 3 * point + i) * 3.0).clamp(-1.0, 1.0);
-                let at = bounds.center + bounds.half_extent * Vec3::new(axis(0), axis(1), axis(2));
+                let at = point_of(&bounds, case, point);
                 if (at - light.position).dot(light.normal) > 0.0 {
                     let texel = project(&light, at).map(|p| p * SIZE as f32 - 0.5);
                     (low, high) =
