@@ -19,6 +19,7 @@ mod density;
 use self::density::Density;
 use super::LightSettings;
 use super::emitters::Source;
+use super::parallel::in_order;
 use super::source_tree::SourceTree;
 use super::view_points::ViewPoint;
 use crate::image::luminance;
@@ -454,17 +455,6 @@ fn median_distance(point: DVec3, lines: &[(DVec3, DVec3, f64)]) -> f64 {
     let mut distances: Vec<f64> = lines.iter().map(across).collect();
     distances.sort_unstable_by(f64::total_cmp);
     distances.get(distances.len() / 2).copied().unwrap_or(0.0)
-}
-
-/// A function of 0 to `count`, whatever the number of threads.
-fn in_order<T: Send>(count: usize, f: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        (0..count).into_par_iter().with_min_len(16).map(f).collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    (0..count).map(f).collect()
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@
 //!
 //! Weights decide where samples are, never what light there is in the mean (`resample.rs`).
 
+use super::parallel::in_order;
 use super::view_points::ViewPoint;
 use super::{Clamp, LightSample, Profile};
 use crate::brdf::Surface;
@@ -335,15 +336,4 @@ fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]], longest: usi
         open.push((run, Some((node, 0))));
     }
     runs
-}
-
-/// A function of 0 to `count`, whatever the number of threads.
-pub(super) fn in_order(count: usize, f: impl Fn(usize) -> f32 + Send + Sync) -> Vec<f32> {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        (0..count).into_par_iter().with_min_len(64).map(f).collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    (0..count).map(f).collect()
 }

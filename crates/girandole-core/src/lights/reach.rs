@@ -1,6 +1,6 @@
 //! How much of what is seen light reaches.
 
-use super::importance::in_order;
+use super::parallel::in_order;
 use super::view_points::{ViewPoint, view_points};
 use super::{Clamp, LightSample};
 use crate::scene::View;

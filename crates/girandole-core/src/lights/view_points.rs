@@ -1,6 +1,7 @@
 //! Points that views see, well spread over their pictures.
 
 use super::LightSample;
+use super::parallel::in_order;
 use crate::brdf::Surface;
 use crate::image::luminance;
 use crate::math::{sequence, warp};
@@ -42,15 +43,22 @@ pub(super) fn view_points(tracer: &SceneTracer, views: &[View], count: u32) -> V
     let geometry = tracer.geometry();
     let views: Vec<_> = views.iter().map(|v| v.relative_to(geometry.origin)).collect();
     let mut points = Vec::new();
-    for i in 0..4 * count {
-        let Some(view) = views.get(i as usize % views.len().max(1)) else { break };
-        if points.len() == count as usize {
+    let count = count as usize;
+    if views.is_empty() {
+        return points;
+    }
+    for round in 0..4 {
+        let found = in_order(count, |i| {
+            let i = round * count + i;
+            let at = [0, 1].map(|d| sequence::sample((i / views.len()) as u32, d, POINTS_SEED));
+            let number = i % views.len();
+            seen_at(tracer, (number as u32, &views[number]), 2.0 * Vec2::from_array(at) - 1.0)
+        });
+        points.extend(found.into_iter().flatten());
+        if points.len() >= count {
+            points.truncate(count);
             break;
         }
-        let index = i / views.len() as u32;
-        let at = Vec2::from_array([0, 1].map(|d| sequence::sample(index, d, POINTS_SEED)));
-        let number = i % views.len() as u32;
-        points.extend(seen_at(tracer, (number, view), 2.0 * at - 1.0));
     }
     points
 }

@@ -19,6 +19,7 @@ use super::direct::{allocate, mixture};
 use super::emission::{Emission, Emissions};
 use super::emitters::{EnvironmentPoint, Source, SpotCone};
 use super::guide::{Guides, Start};
+use super::parallel::in_order;
 use super::scattering::{Scattering, cosine_weighted};
 use super::source_tree::SourceTree;
 use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
@@ -205,13 +206,7 @@ impl Walk<'_> {
 
     /// These paths, in order, whatever the number of threads.
     pub fn paths(&self, paths: Vec<u32>) -> Vec<Path> {
-        #[cfg(feature = "parallel")]
-        {
-            use rayon::prelude::*;
-            paths.into_par_iter().with_min_len(16).map(|path| self.path(path)).collect()
-        }
-        #[cfg(not(feature = "parallel"))]
-        paths.into_iter().map(|path| self.path(path)).collect()
+        in_order(paths.len(), |i| self.path(paths[i]))
     }
 
     /// The source that a path starts from, the point of it, and how light from infinitely far away starts.
