@@ -128,7 +128,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Of a pixel, as a share of the mean.
+/// Of a pixel, in its brightest channel.
 fn largest_change(a: &Image, b: &Image) -> f32 {
     let change = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element();
     a.pixels.iter().zip(&b.pixels).map(change).fold(0.0, f32::max)
