@@ -2,4 +2,5 @@
 
 pub mod octahedral;
 pub mod sequence;
+pub mod sh;
 pub mod warp;
