@@ -16,6 +16,7 @@ pub mod math;
 pub mod scene;
 pub mod tonemap;
 pub mod trace;
+pub mod transfer;
 pub mod visibility;
 
 pub use error::{Error, Result};

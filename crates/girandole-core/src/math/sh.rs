@@ -104,8 +104,7 @@ pub fn basis(direction: Vec3, bands: u32, out: &mut [f32]) {
 
 /// What a band of the clamped cosine max(0, n·ω) has as its factor: its coefficients are this times the harmonics at n (Ramamoorthi and
 /// Hanrahan 2001, eq. 8).
-pub const CLAMPED_COSINE: [f32; MOST] =
-    [PI, 2.0 * PI / 3.0, PI / 4.0, 0.0, -PI / 24.0, 0.0, PI / 64.0, 0.0];
+pub const CLAMPED_COSINE: [f32; MOST] = [PI, 2.0 * PI / 3.0, PI / 4.0, 0.0, -PI / 24.0, 0.0, PI / 64.0, 0.0];
 
 /// Coefficients of the clamped cosine about a unit normal: irradiance is their dot product with those of the incident radiance.
 pub fn clamped_cosine(normal: Vec3, bands: u32, out: &mut [f32]) {
