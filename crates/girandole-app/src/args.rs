@@ -4,6 +4,7 @@ mod command_line;
 mod motion;
 mod scene;
 mod settings;
+mod transfer;
 mod values;
 
 use clap::{Args, Parser, Subcommand};
@@ -15,6 +16,7 @@ use values::*;
 use motion::parse_numbered_updates;
 pub use motion::{Frames, MotionArgs, RewalkArg, UpdatesArg};
 pub use scene::{BackgroundArg, EnvironmentArg, LightArg, LoadArgs, SceneArgs, ViewArg};
+pub use transfer::TransferArgs;
 pub use values::{
     AntiAliasing, Bounces, Clamp, DebugView, DirectShare, Engine, Mode, Pcf, Placement, ShadingArg,
     ShadowMap, Switch, TerminationArg, ToneCurve,
@@ -97,6 +99,9 @@ pub struct ViewArgs {
     pub output: PathBuf,
 
     #[command(flatten)]
+    pub transfer: TransferArgs,
+
+    #[command(flatten)]
     pub lights: LightArgs,
 
     /// How much work is avoided
@@ -149,6 +154,7 @@ Examples:
   girandole render pillars --time 2.5 -o later.png
   girandole render table --refine 64 -o exact.exr
   girandole render table --view 0,1.7,2,0,0.8,0,0,1,0,60 --edits moved.json -o moved.png
+  girandole render table --object bunny.ply --transfer grid -o bunny.png
   girandole render pillars --frames 0..239 --exposure 0.5 -o pillars.####.png
 
 Edits are a list such as {\"version\": 1, \"edits\": [{\"set_time\": {\"seconds\": 1.5}}]}; the README shows one of each kind.";
@@ -183,6 +189,9 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub motion: MotionArgs,
+
+    #[command(flatten)]
+    pub transfer: TransferArgs,
 
     #[command(flatten)]
     pub lights: LightArgs,

@@ -33,6 +33,7 @@ mod info;
 mod render;
 #[cfg(not(target_arch = "wasm32"))]
 mod sequence;
+mod transfer;
 
 #[cfg(target_arch = "wasm32")]
 fn main() {

@@ -7,7 +7,7 @@ use crate::args::{
 use crate::engine::{self, Job, Ready};
 use crate::output::{self, Stats, say};
 use crate::picture::{self, Shown};
-use crate::{scene, sequence};
+use crate::{scene, sequence, transfer};
 use anyhow::{Result, bail};
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet, MAX_BOUNCES};
@@ -94,6 +94,9 @@ fn check(args: &RenderArgs) -> Result<()> {
     if args.refine > 1 && args.debug.is_some() {
         bail!("--debug shows one light set; leave --refine out");
     }
+    if args.transfer.gathering().is_some() && args.engine == Engine::Path {
+        bail!("--transfer belongs to --engine gpu and cpu; leave one of them out");
+    }
     if args.adapter.is_some() && matches!(args.engine, Engine::Cpu | Engine::Path) {
         bail!("--adapter belongs to --engine gpu; leave one of them out");
     }
@@ -112,6 +115,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     }
     let geometry = Geometry::new(&scene);
     let view = scene::view(&scene, &args.seen, args.camera.as_deref(), args.size)?;
+    let transfers = transfer::load(&scene, &args.transfer)?;
     let scene_ms = milliseconds(start);
 
     // The light samples.
@@ -148,6 +152,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
         geometry: &geometry,
         lights: &lights,
         visibility: None,
+        transfers: &transfers,
         view,
         clamp,
         args: &args,

@@ -5,6 +5,7 @@ use crate::engine::{Job, Picture, Ready};
 use crate::output::Stats;
 use crate::output::{self, Progress, say};
 use crate::render::write_shown;
+use crate::transfer::{self, Transferred};
 use anyhow::{Context, Result};
 use girandole_core::illumination::{Illumination, IlluminationSettings};
 use girandole_core::lights::{LightSet, LightSettings};
@@ -27,7 +28,8 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
         .collect::<Result<_>>()?;
     let kept = frames.count() - missing.len();
     let mut engine = Ready::choose(args)?;
-    let mut light = Light::new(&mut scene, &mut engine, args)?;
+    let transfers = transfer::load(&scene, &args.transfer)?;
+    let mut light = Light::new(&mut scene, &mut engine, &transfers, args)?;
     let mut said = Vec::new();
     warn_once(&mut said, &scene.warnings);
     if scene.duration() == 0.0 {
@@ -48,7 +50,7 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
         }
         scene.set_time(moment(*frame))?;
         let start = Instant::now();
-        let picture = light.picture(&mut scene, &mut engine, args)?;
+        let picture = light.picture(&mut scene, &mut engine, &transfers, args)?;
         total_ms += start.elapsed().as_secs_f64() * 1e3;
         staleness.note(&picture.stats);
         warn_once(&mut said, light.warnings(&engine));
@@ -133,7 +135,12 @@ enum Light {
 }
 
 impl Light {
-    fn new(scene: &mut Scene, engine: &mut Ready, args: &RenderArgs) -> Result<Self> {
+    fn new(
+        scene: &mut Scene,
+        engine: &mut Ready,
+        transfers: &[Transferred],
+        args: &RenderArgs,
+    ) -> Result<Self> {
         let lights = args.lights.settings();
         let needs_visibility = matches!(engine, Ready::Gpu(_)) && args.mode != Mode::Naive;
         let visibility = needs_visibility.then(VisibilitySettings::default);
@@ -165,7 +172,9 @@ impl Light {
         };
         scene.take_changes();
         match engine {
-            Ready::Gpu(device) => device.open_scene(scene, &settings, args).map(|()| Self::OnDevice),
+            Ready::Gpu(device) => {
+                device.open_scene(scene, &settings, transfers, args).map(|()| Self::OnDevice)
+            }
             _ => Ok(Self::Following(Box::new(Illumination::new(scene, &settings)?))),
         }
     }
@@ -201,13 +210,20 @@ impl Light {
     }
 
     /// The scene as it stands.
-    fn picture(&mut self, scene: &mut Scene, engine: &mut Ready, args: &RenderArgs) -> Result<Picture> {
+    fn picture(
+        &mut self,
+        scene: &mut Scene,
+        engine: &mut Ready,
+        transfers: &[Transferred],
+        args: &RenderArgs,
+    ) -> Result<Picture> {
         let (view, clamp) = (view(scene, args)?, args.quality.clamp.0);
         let job = |scene, geometry, lights, visibility| Job {
             scene,
             geometry,
             lights,
             visibility,
+            transfers,
             view,
             clamp,
             args,

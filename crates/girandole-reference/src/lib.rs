@@ -12,5 +12,8 @@ mod path;
 mod tiles;
 
 pub use coverage::coverage;
-pub use oracle::{OracleSettings, Reflected, oracle, oracle_pixel, oracle_with_states, radiance, visible};
+pub use oracle::{
+    OracleSettings, Reflected, oracle, oracle_pixel, oracle_with_states, oracle_with_transfer, radiance,
+    visible,
+};
 pub use path::{Estimate, Opening, PathSettings, ProgressivePathTracer, path_trace, path_trace_through};

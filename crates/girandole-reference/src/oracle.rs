@@ -10,6 +10,7 @@ use girandole_core::image::{Image, luminance};
 use girandole_core::lights::{Clamp, LightSample, LightSet, Profile, mean_solid_angle};
 use girandole_core::scene::{Environment, LocalView, NONE, View};
 use girandole_core::trace::SceneTracer;
+use girandole_core::transfer::TransferredLight;
 use girandole_core::visibility::{State, VisibilityDatabase};
 use std::f32::consts::FRAC_1_PI;
 
@@ -74,11 +75,27 @@ pub fn oracle_with_states(
     picture(&sum, view, size, settings, progress)
 }
 
+/// [`oracle`] with objects that are lit by precomputed radiance transfer: what they receive comes from there.
+pub fn oracle_with_transfer(
+    tracer: &SceneTracer,
+    lights: &LightSet,
+    transferred: &TransferredLight,
+    view: &View,
+    size: [u32; 2],
+    settings: &OracleSettings,
+    progress: &(dyn Fn(f32) + Sync),
+) -> Image {
+    let sum = Sum { transferred: Some(transferred), ..Sum::new(tracer, lights, None) };
+    picture(&sum, view, size, settings, progress)
+}
+
 /// The lights to sum, and how their visibility is determined.
 struct Sum<'a> {
     tracer: &'a SceneTracer<'a>,
     lights: &'a [LightSample],
     database: Option<&'a VisibilityDatabase>,
+    /// What some objects receive instead.
+    transferred: Option<&'a TransferredLight>,
     /// Mean solid angle of the samples of the environment, sr.
     solid_angle: f32,
 }
@@ -180,7 +197,7 @@ impl<'a> Sum<'a> {
         database: Option<&'a VisibilityDatabase>,
     ) -> Self {
         let lights = lights.samples();
-        Self { tracer, lights, database, solid_angle: mean_solid_angle(lights) }
+        Self { tracer, lights, database, transferred: None, solid_angle: mean_solid_angle(lights) }
     }
 
     /// `occluders` caches for each light the last triangle that blocked it: it saves most of the traversal and never
@@ -209,6 +226,16 @@ impl<'a> Sum<'a> {
                 for hit in visible.chain(hit) {
                     let surface =
                         tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
+                    let transferred = self.transferred.and_then(|transferred| {
+                        let front = tracer.geometry().normal(hit.triangle).dot(wo) >= 0.0;
+                        transferred.irradiance(tracer.geometry(), (hit.triangle, front), hit.barycentric)
+                    });
+                    if let Some(irradiance) = transferred {
+                        let reflected = surface.albedo * FRAC_1_PI * irradiance;
+                        total += passed * (surface.emission + reflected).as_dvec3();
+                        passed *= surface.transmittance.as_dvec3();
+                        continue;
+                    }
                     let beside = |shift: Vec2| {
                         let at = Vec2::new(x as f32, y as f32) + within + shift / n as f32;
                         let (origin, direction) = view.pixel_ray(at, size);

@@ -39,6 +39,12 @@ pub(crate) fn record_frame(
 
     // The shadow map of each light, where they are stale.
     let (maps, culling) = passes.shadow_maps.record(recorder, scene, &prepared.map_updates)?;
+    // What the vertices of objects receive whose transfer is known.
+    let transfer = prepared.transfer.as_ref().map(|transfer| {
+        let whole = first_samples(view, (scene, targets), settings);
+        let light = (&scene.lights, &transfer.old_places);
+        (transfer.pass, transfer.pass.record(recorder, &whole, maps, light, transfer.objects))
+    });
     // For each receiver, the sum of the lights that nothing shadows.
     let lighting = match &prepared.mode {
         PreparedMode::Naive(pass) => Lighting::Naive(pass),
@@ -90,6 +96,11 @@ pub(crate) fn record_frame(
                     let ends_in_radiance = settings.samples_per_axis == 1;
                     light(recorder, &band, lighting, prepared, settings, (seen, maps), ends_in_radiance)
                 }
+            };
+
+            let lit = match transfer {
+                Some((pass, vertices)) => pass.put(recorder, &band, seen, vertices, lit),
+                None => lit,
             };
 
             // Multiply by albedo, add emission, average samples.

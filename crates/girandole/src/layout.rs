@@ -206,6 +206,42 @@ pub(crate) struct OldPlace {
     pub z: Vec4,
 }
 
+/// `TransferObject` in `lib/transfer_object.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub(crate) struct TransferObject {
+    pub box_from_world_x: Vec4,
+    pub box_from_world_y: Vec4,
+    pub box_from_world_z: Vec4,
+    pub world_from_box_x: Vec4,
+    pub world_from_box_y: Vec4,
+    pub world_from_box_z: Vec4,
+    pub transfer_from_world_x: Vec3,
+    pub bands: u32,
+    pub transfer_from_world_y: Vec3,
+    pub channels: u32,
+    pub transfer_from_world_z: Vec3,
+    pub index: u32,
+    pub points: [u32; 3],
+    pub first_vertex: u32,
+    pub margin: Vec3,
+    pub vertices: u32,
+    pub mover: u32,
+    pub clusters: u32,
+    pub bases: u32,
+    pub sides: u32,
+}
+
+/// `VertexRange` in `lib/vertex_range.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct VertexRange {
+    pub first: u32,
+    pub count: u32,
+    pub padding_a: u32,
+    pub padding_b: u32,
+}
+
 /// `Maps` in `lib/maps.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

@@ -5,7 +5,7 @@ use crate::device::tuning::DeviceTuning;
 use crate::layout::{
     BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Item,
     Light, LightMapUpdate, MapPart, Maps, MultipassParams, OldPlace, PointQueueHeader, ShadeListHeader,
-    TextureUse, Triangle, Vertex,
+    TextureUse, TransferObject, Triangle, Vertex, VertexRange,
 };
 use crate::records::{
     Element, LeafRange, LeafRecord, Member, OccluderBox, ReceiverGrid, ShadePoint, StaleMapsHeader,
@@ -49,6 +49,10 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, atlas_slot, rectangle),
         fields!(Maps as "Maps": page, size, parallel_size, texel, parallel_texel),
         fields!(OldPlace as "OldPlace": x, y, z),
+        fields!(TransferObject as "TransferObject": box_from_world_x, box_from_world_y, box_from_world_z, world_from_box_x,
+            world_from_box_y, world_from_box_z, transfer_from_world_x, bands, transfer_from_world_y, channels,
+            transfer_from_world_z, index, points, first_vertex, margin, vertices, mover, clusters, bases, sides),
+        fields!(VertexRange as "VertexRange": first, count, padding_a, padding_b),
         fields!(Item as "Item": light, face_cluster),
         fields!(LightMapUpdate as "LightMapUpdate": leaf, first, end, is_void, units),
         fields!(MapPart as "MapPart": first, end, page, padding),

@@ -77,4 +77,4 @@ pub use renderer::Renderer;
 pub use settings::{
     DebugView, MapPriority, MapUpdates, Mode, RenderSettings, RendererOptions, Shading, ShadowMap, Target,
 };
-pub use stats::{FrameStats, PairCounts};
+pub use stats::{FrameStats, PairCounts, TransferCounts};

@@ -2,7 +2,7 @@
 
 use crate::device::context::Context;
 use crate::device::kernel::Shared;
-use crate::maps::places::GpuOldPlaces;
+use crate::maps::places::{GpuOldPlaces, OldPlaces};
 use crate::maps::states::MapUpdate;
 use crate::passes::Compiler;
 use crate::passes::append_all_points::AppendAllPoints;
@@ -23,6 +23,7 @@ use crate::passes::shade_points::ShadePoints;
 use crate::passes::shadow_maps::ShadowMaps;
 use crate::passes::sort_points::SortPoints;
 use crate::passes::stale_error::StaleError;
+use crate::passes::transfer::Transfer;
 use crate::passes::visibility_buffer::VisibilityBuffer;
 use crate::points::lists::PointLists;
 use crate::points::multipass_plan::{MultipassKey, MultipassPlan, in_view};
@@ -30,6 +31,7 @@ use crate::points::targets::Targets;
 use crate::resident::{Resident, SceneFeatures};
 use crate::scene::light_maps::LightMapChanges;
 use crate::scene::receivers::Receivers;
+use crate::scene::transfer::GpuTransfer;
 use crate::settings::{DebugView, Mode, RenderSettings, Shading};
 use crate::{Error, Result};
 use girandole_core::scene::LocalView;
@@ -80,6 +82,7 @@ pub(crate) struct ScenePasses {
     resolve: OnceLock<Resolve>,
     layers: OnceLock<Layers>,
     debug: OnceLock<Debug>,
+    transfer: OnceLock<Transfer>,
     /// Without lists of lights, and with them.
     stale_error: [OnceLock<StaleError>; 2],
 }
@@ -94,6 +97,7 @@ impl ScenePasses {
             resolve: OnceLock::new(),
             layers: OnceLock::new(),
             debug: OnceLock::new(),
+            transfer: OnceLock::new(),
             stale_error: [const { OnceLock::new() }; 2],
         }
     }
@@ -183,6 +187,8 @@ pub(crate) struct Prepared<'a> {
     /// What of the shadow maps this frame draws.
     pub map_updates: Vec<MapUpdate>,
     pub mode: PreparedMode<'a>,
+    /// What lights objects by transfer, if there are any.
+    pub transfer: Option<PreparedTransfer<'a>>,
     pub resolve: &'a Resolve,
     pub debug: Option<(&'a Debug, DebugView)>,
     /// What puts an environment behind the picture, if it is to be there.
@@ -201,6 +207,14 @@ impl Prepared<'_> {
             _ => None,
         }
     }
+}
+
+/// What objects need that are lit by transfer.
+pub(crate) struct PreparedTransfer<'a> {
+    pub pass: &'a Transfer,
+    pub objects: &'a GpuTransfer,
+    /// Where they are in shadow maps that this frame leaves stale.
+    pub old_places: GpuOldPlaces,
 }
 
 /// How a frame is shaded.
@@ -304,8 +318,10 @@ pub(crate) fn prepare<'a>(
                 }
                 _ => None,
             };
-            // Nothing but the picture needs what its pixels receive, unless further samples need that of the first ones.
+            // Nothing but the picture needs what its pixels receive, unless further samples need that of the first ones, or
+            // transfer is put in between.
             let stores_radiance = settings.debug.is_none()
+                && scene.transfer.is_none()
                 && settings.mode.has_low_resolution()
                 && settings.shading == Shading::Fused;
             let to_radiance = passes.to_radiance.as_ref().filter(|_| stores_radiance);
@@ -333,6 +349,16 @@ pub(crate) fn prepare<'a>(
             ));
         }
     };
+    let transfer = scene.transfer.as_ref().map(|objects| {
+        let old = scene.old_places(settings, &map_updates);
+        let old = old.unwrap_or_else(|| OldPlaces::none(scene.lights.samples.len()));
+        let old_places = GpuOldPlaces::new(&context.device, &old);
+        PreparedTransfer {
+            pass: scene_passes.transfer.get_or_init(|| Transfer::new(&compiler)),
+            objects,
+            old_places,
+        }
+    });
     let has_surroundings = settings.debug.is_none_or(|view| view == DebugView::LightPositions);
     let environment = scene.geometry.environment.as_ref();
     let shows_background = environment.is_some_and(|e| e.shown.is_some()) && has_surroundings;
@@ -344,6 +370,7 @@ pub(crate) fn prepare<'a>(
         targets,
         map_updates,
         mode,
+        transfer,
         resolve: scene_passes.resolve.get_or_init(|| Resolve::new(&compiler)),
         debug: settings.debug.map(|view| (scene_passes.debug.get_or_init(|| Debug::new(&compiler)), view)),
         background: shows_background.then(|| passes.background(context)),

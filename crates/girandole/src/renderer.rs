@@ -2,6 +2,7 @@
 
 mod opening;
 mod refinement;
+mod transfer;
 
 use crate::checks::{check, check_display};
 use crate::device::compiled::Compiled;
@@ -21,6 +22,7 @@ use crate::points::targets::Targets;
 use crate::prepare::{Passes, ScenePasses, allocate, prepare};
 use crate::resident::Resident;
 use crate::scene::receivers::{Receivers, Sources};
+use crate::scene::transfer::Transfers;
 use crate::settings::{MapUpdates, RenderSettings, RendererOptions, Target};
 use crate::{Error, Remedy, Result};
 use girandole_core::illumination::{Illumination, IlluminationSettings};
@@ -47,6 +49,8 @@ pub struct Renderer {
     scene: Option<Resident>,
     /// What the scene was opened with; nothing where the caller loads lights of his own.
     illumination: Option<Illumination>,
+    /// Which objects are lit by transfer.
+    transfers: Transfers,
     targets: Option<Targets>,
     lists: Option<PointLists>,
     /// How the last frame was recorded.
@@ -110,6 +114,7 @@ impl Renderer {
             scene_passes: None,
             scene: None,
             illumination: None,
+            transfers: Transfers::new(),
             targets: None,
             lists: None,
             last: None,
@@ -170,7 +175,7 @@ impl Renderer {
             return self.load_illumination(scene, illumination);
         }
         self.illumination = Some(illumination);
-        Ok(())
+        self.transfer_anew(scene)
     }
 
     /// Places the light samples of the scene that is open for other views, all alike (none = by power): the next frame is, bit
@@ -207,12 +212,12 @@ impl Renderer {
 
     fn load_illumination(&mut self, scene: &Scene, illumination: Illumination) -> Result<()> {
         let (geometry, lights) = (illumination.geometry(), illumination.lights());
-        self.load(scene, geometry, lights)?;
+        self.load_lights(scene, geometry, lights)?;
         if let Some(database) = illumination.visibility() {
-            self.load_visibility(scene, geometry, lights, database)?;
+            self.load_database(scene, geometry, lights, database)?;
         }
         self.illumination = Some(illumination);
-        Ok(())
+        self.transfer_anew(scene)
     }
 
     /// Takes a scene and light samples of the caller's; their shadow maps are drawn with the next frame.
@@ -221,6 +226,11 @@ impl Renderer {
     /// [`Error::TooLarge`] where buffers or the atlas exceed the device's limits or the memory budget;
     /// [`Error::Scene`] where geometry or lights are not this scene's.
     pub fn load(&mut self, scene: &Scene, geometry: &Geometry, lights: &LightSet) -> Result<()> {
+        self.load_lights(scene, geometry, lights)?;
+        self.transfer_with(scene, geometry, lights, None)
+    }
+
+    fn load_lights(&mut self, scene: &Scene, geometry: &Geometry, lights: &LightSet) -> Result<()> {
         geometry.belongs_to(scene)?;
         lights.belongs_to(geometry)?;
         // What was there leaves first: two atlases may not fit.
@@ -242,6 +252,17 @@ impl Renderer {
     /// [`Error::Scene`] before [`Renderer::load`] or where the database was built for other lights or another scene;
     /// [`Error::TooLarge`] where it exceeds the device's limits.
     pub fn load_visibility(
+        &mut self,
+        scene: &Scene,
+        geometry: &Geometry,
+        lights: &LightSet,
+        database: &VisibilityDatabase,
+    ) -> Result<()> {
+        self.load_database(scene, geometry, lights, database)?;
+        self.transfer_with(scene, geometry, lights, Some(database))
+    }
+
+    fn load_database(
         &mut self,
         scene: &Scene,
         geometry: &Geometry,

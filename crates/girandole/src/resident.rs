@@ -14,6 +14,7 @@ use crate::points::multipass_plan::MultipassPlan;
 use crate::scene::geometry::{GpuScene, gpu_lights, reflects_environment};
 use crate::scene::lights::GpuLights;
 use crate::scene::receivers::{Receivers, Sources};
+use crate::scene::transfer::{GpuTransfer, Transfers};
 use crate::settings::{Mode, RenderSettings, Shading};
 use crate::shader_constants::COSINE;
 use girandole_core::Generation;
@@ -60,6 +61,8 @@ pub(crate) struct Resident {
     pub multipass: Option<MultipassPlan>,
     /// Dynamic objects that lights cannot see.
     pub hidden: HiddenMovers,
+    /// Objects that are lit by precomputed radiance transfer, if there are any.
+    pub transfer: Option<GpuTransfer>,
     /// Where dynamic objects are, and where each shadow map has them.
     places: Places,
     /// Surfaces that stay out of shadow maps.
@@ -97,6 +100,7 @@ impl Resident {
             extent: geometry.extent(),
             generations: [geometry.generation(), lights.generation()],
             receivers: None,
+            transfer: None,
             multipass: None,
             culling: CullCounts::default(),
             maps_drawn: 0,
@@ -168,6 +172,8 @@ pub(crate) struct LightSource<'a> {
     pub geometry: &'a Geometry,
     pub lights: &'a LightSet,
     pub visibility: Option<&'a VisibilityDatabase>,
+    /// Which objects are lit by transfer.
+    pub transfers: &'a Transfers,
 }
 
 /// What a [`Resident`] holds for its light samples alone, but for their shadow maps.
@@ -175,6 +181,7 @@ pub(crate) struct Lighting {
     lights: GpuLights,
     receivers: Option<Receivers>,
     hidden: HiddenMovers,
+    transfer: Option<GpuTransfer>,
     generations: [Generation; 2],
 }
 
@@ -188,6 +195,7 @@ impl Resident {
         let mut resident = Self::new(context, scene, geometry, lights)?;
         resident.receivers = receivers(context, source)?;
         resident.hidden = HiddenMovers::of(scene, source.visibility);
+        resident.transfer(context, source)?;
         Ok(resident)
     }
 
@@ -197,7 +205,7 @@ impl Resident {
     /// # Errors
     /// [`crate::Error::TooLarge`] beyond the device's limits.
     pub fn lighting(&self, context: &Context, source: LightSource) -> Result<Option<Lighting>> {
-        let LightSource { scene, geometry, lights, visibility } = source;
+        let LightSource { scene, geometry, lights, visibility, .. } = source;
         let mut samples = gpu_lights(lights, geometry.radius());
         if !self.have_place(&samples)
             || SceneFeatures::of(scene, geometry, &samples) != self.features
@@ -210,6 +218,7 @@ impl Resident {
             lights: GpuLights::new(&context.device, samples)?,
             receivers: receivers(context, source)?,
             hidden: HiddenMovers::of(scene, visibility),
+            transfer: GpuTransfer::new(context, source)?,
             generations: [geometry.generation(), lights.generation()],
         }))
     }
@@ -224,8 +233,20 @@ impl Resident {
             lights: std::mem::replace(&mut self.lights, lighting.lights),
             receivers: std::mem::replace(&mut self.receivers, lighting.receivers),
             hidden: std::mem::replace(&mut self.hidden, lighting.hidden),
+            transfer: std::mem::replace(&mut self.transfer, lighting.transfer),
             generations: std::mem::replace(&mut self.generations, lighting.generations),
         }
+    }
+
+    /// Lights objects by transfer, with the light that is there, and no others.
+    ///
+    /// # Errors
+    /// [`crate::Error::TooLarge`] beyond the device's limits.
+    pub fn transfer(&mut self, context: &Context, source: LightSource) -> Result<()> {
+        self.transfer = GpuTransfer::new(context, source)?;
+        let triangles = self.transfer.iter().flat_map(GpuTransfer::triangles).collect();
+        self.geometry.leave_out(&context.queue, triangles);
+        Ok(())
     }
 
     /// Whether the atlas has a place for each of these lights, and no more.
@@ -242,7 +263,7 @@ impl Resident {
 
 /// What visibility determination says, if it was made.
 fn receivers(context: &Context, source: LightSource) -> Result<Option<Receivers>> {
-    let LightSource { scene, geometry, lights, visibility } = source;
+    let LightSource { scene, geometry, lights, visibility, .. } = source;
     let of = |database| {
         Receivers::new((&context.device, &context.queue), Sources { scene, geometry, lights, database })
     };

@@ -31,6 +31,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     environment_share,
     frame,
     grid,
+    harmonics,
     light,
     light_lists,
     light_map,
@@ -67,6 +68,8 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     test_candidate,
     texture,
     tonemap,
+    transfer_object,
+    vertex_range,
     workgroups_one_each,
     workgroups_persistent,
 );
@@ -150,6 +153,11 @@ sources! {
         atlas shadow rectangle places_then sums_then environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
+    INCIDENT_LIGHT = incident_light "" [
+        frame light lights maps octahedral parameterisation atlas shadow brdf rectangle harmonics transfer_object
+    ];
+    TRANSFER_VERTICES = transfer_vertices "" [scene transfer_object vertex_range];
+    TRANSFER = transfer "" [frame scene texture texture_entry_at surface grid vertex_range];
     MULTIPASS = multipass "" [
         frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
         shadow rectangle environment_share point_sums buffer_offsets grid point_queue multipass_params element_at member_at

@@ -14,6 +14,7 @@ use crate::passes::visibility_buffer::DepthUse;
 use crate::points::lists::PointLists;
 use crate::renderer::Renderer;
 use crate::scene::receivers::Receivers;
+use crate::scene::transfer::GpuTransfer;
 use crate::settings::{Mode, RenderSettings, Shading};
 use crate::shader_constants::{
     MAPPED_SHADOWED, MAPPED_UNSHADOWED, NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART, SHADOWED, UNSHADOWED,
@@ -49,6 +50,8 @@ pub struct FrameStats {
     pub pairs: PairCounts,
     /// Multipass shading: passes for each set of points, and how many it would take without optimisation.
     pub passes: [u32; 2],
+    /// Objects lit by precomputed transfer.
+    pub transfer: TransferCounts,
     /// Leaf receivers, and how many of them have a light map.
     pub leaves: [u32; 2],
     /// Milliseconds on the device by pass, where it has timestamps and [`Renderer::time_passes`] asked for them; names
@@ -67,6 +70,21 @@ pub struct PairCounts {
     pub mapped: u64,
     /// Left out, because the light cannot arrive.
     pub skipped: u64,
+}
+
+/// What objects cost that are lit by precomputed transfer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TransferCounts {
+    /// Objects.
+    pub objects: u32,
+    /// Their vertices.
+    pub vertices: u32,
+    /// Points at which the device gathers light in each frame.
+    pub points: u32,
+    /// Rays traced with the last update, to gather light at the centres of objects.
+    pub rays: u64,
+    /// Milliseconds that took.
+    pub gather_ms: f64,
 }
 
 impl PairCounts {
@@ -94,6 +112,7 @@ impl Renderer {
             stats.culling = scene.culling;
             stats.maps_drawn = scene.maps_drawn;
             stats.light_map_changes = scene.light_map_changes;
+            stats.transfer = scene.transfer.as_ref().map(GpuTransfer::counts).unwrap_or_default();
             stats.stale = self.stale();
         }
         let mut encoder = context.device.create_command_encoder(&Default::default());

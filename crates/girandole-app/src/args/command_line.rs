@@ -69,6 +69,7 @@ impl RenderArgs {
         ];
         choices.extend(load.choices()?);
         choices.extend(motion.choices());
+        choices.extend(self.transfer.choices());
         choices.extend(lights.choices());
         choices.push(("--mode", value_name(mode)));
         choices.extend(quality.choices());
@@ -140,7 +141,7 @@ impl QualityArgs {
     }
 }
 
-fn text(value: impl ToString) -> Option<String> {
+pub(super) fn text(value: impl ToString) -> Option<String> {
     Some(value.to_string())
 }
 
@@ -169,7 +170,7 @@ mod tests {
     }
 
     /// Options with other values than their own.
-    const OPTIONS: [(&str, &[&str]); 28] = [
+    const OPTIONS: [(&str, &[&str]); 35] = [
         ("--size", &["8x6", "8192x1"]),
         ("--lights", &["1", "1048576"]),
         ("--direct", &["0", "0.1", "1"]),
@@ -196,6 +197,13 @@ mod tests {
         ("--refine", &["2", "1000000"]),
         ("--adapter", &["lava pipe", "-1", "--help"]),
         ("--object", &["none", "torus", "-x.ply", "two words.obj"]),
+        ("--transfer", &["centre", "grid"]),
+        ("--transfer-nodes", &["Bunny", "a b,-c,$d"]),
+        ("--transfer-points", &["1", "16"]),
+        ("--transfer-bands", &["1", "8"]),
+        ("--transfer-rays", &["64", "65536"]),
+        ("--transfer-bounces", &["0", "64"]),
+        ("--transfer-compression", &["16x8", "1x75"]),
         ("--edits", &["e.json", "-e.json", "it's.json"]),
         ("--stats", &["s.json", "$(s).json"]),
     ];

@@ -3,14 +3,16 @@
 use super::{Job, Picture};
 use crate::output::Progress;
 use crate::output::Stats;
+use anyhow::Result;
 use girandole_core::image::luminance;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::trace::SceneTracer;
-use girandole_reference::{OracleSettings, oracle};
+use girandole_core::transfer::TransferredLight;
+use girandole_reference::{OracleSettings, oracle, oracle_with_transfer};
 use std::time::Instant;
 
 /// Renders on all cores.
-pub fn render(job: &Job) -> Picture {
+pub fn render(job: &Job) -> Result<Picture> {
     let start = Instant::now();
     let tracer = SceneTracer::new(job.scene, job.geometry);
     let progress = Progress::bar("tracing shadows");
@@ -19,9 +21,19 @@ pub fn render(job: &Job) -> Picture {
         clamp: job.clamp,
         ..OracleSettings::default()
     };
-    let radiance =
-        oracle(&tracer, job.lights, &job.view, job.args.size, &settings, &|done| progress.set(done));
-    Picture { radiance, frame_ms: start.elapsed().as_secs_f64() * 1e3, stats: Stats::new() }
+    let mut transferred = TransferredLight::new();
+    for object in job.transfers {
+        let light = (job.lights, job.visibility);
+        let transfer = (object.object, &*object.transfer);
+        transferred.add(&tracer, light, transfer, object.gathering, job.clamp)?;
+    }
+    let (view, size, set) = (&job.view, job.args.size, |done: f32| progress.set(done));
+    let radiance = if job.transfers.is_empty() {
+        oracle(&tracer, job.lights, view, size, &settings, &set)
+    } else {
+        oracle_with_transfer(&tracer, job.lights, &transferred, view, size, &settings, &set)
+    };
+    Ok(Picture { radiance, frame_ms: start.elapsed().as_secs_f64() * 1e3, stats: Stats::new() })
 }
 
 /// The share of the picture's energy that clamping the geometric factor loses, estimated on a coarse grid of pixels from a few

@@ -4,12 +4,13 @@ use super::{Job, Picture};
 use crate::args;
 use crate::output::Progress;
 use crate::output::Stats;
+use crate::transfer::Transferred;
 use anyhow::{Result, anyhow};
 use girandole::wgpu;
 use girandole::{FrameStats, Gpu, MapUpdates, RenderSettings, Renderer};
 use girandole_core::illumination::IlluminationSettings;
 use girandole_core::lights::LightSet;
-use girandole_core::scene::{Geometry, Scene, SceneChanges, View};
+use girandole_core::scene::{Geometry, ObjectId, Scene, SceneChanges, View};
 use girandole_core::visibility::{MOST_LIGHTS, VisibilityDatabase, VisibilitySettings};
 use pollster::block_on;
 use std::future::Future;
@@ -58,6 +59,7 @@ impl Device {
         let start = Instant::now();
         let renderer = renderer(&self.gpu, &mut self.renderer, args)?;
         renderer.time_passes(args.stats.is_some());
+        light_by(renderer, job.scene, job.transfers)?;
         renderer.load(job.scene, job.geometry, job.lights)?;
         if let Some(database) = job.visibility.or(found.as_ref()) {
             renderer.load_visibility(job.scene, job.geometry, job.lights, database)?;
@@ -76,10 +78,14 @@ impl Device {
         &mut self,
         scene: &Scene,
         light: &IlluminationSettings,
+        transfers: &[Transferred],
         args: &args::RenderArgs,
     ) -> Result<()> {
-        let opened = renderer(&self.gpu, &mut self.renderer, args)?.open(scene, light);
-        opened.map_err(|error| too_many(error.into(), light.lights.count as usize))
+        let renderer = renderer(&self.gpu, &mut self.renderer, args)?;
+        light_by(renderer, scene, &[])?;
+        let opened = renderer.open(scene, light);
+        opened.map_err(|error| too_many(error.into(), light.lights.count as usize))?;
+        light_by(renderer, scene, transfers)
     }
 
     /// Follows the changes of the scene that is open.
@@ -289,6 +295,18 @@ fn renderer<'a>(
     renderer.as_mut().ok_or_else(|| anyhow!("there is no renderer"))
 }
 
+/// Lights these objects by transfer, and no others.
+pub fn light_by(renderer: &mut Renderer, scene: &Scene, transfers: &[Transferred]) -> Result<()> {
+    let before: Vec<ObjectId> = renderer.transferred().collect();
+    for object in before.into_iter().filter(|object| !transfers.iter().any(|t| t.object == *object)) {
+        renderer.set_transfer(scene, object, None)?;
+    }
+    for Transferred { object, transfer, gathering } in transfers {
+        renderer.set_transfer(scene, *object, Some((transfer.clone(), *gathering)))?;
+    }
+    Ok(())
+}
+
 /// The visibility database and its build time in milliseconds; `None` if no mode needs it.
 fn visibility(
     scene: &Scene,
@@ -354,6 +372,21 @@ pub(super) fn statistics(frame: &FrameStats, pixels: u64) -> Stats {
     }
     for (pass, ms) in &frame.gpu_ms {
         stats.insert((*pass).into(), (*ms).into());
+    }
+    let transfer = frame.transfer;
+    if transfer.objects > 0 {
+        let gathered_ms =
+            transfer.gather_ms + frame.gpu_ms.get("incident_light_gpu_ms").copied().unwrap_or(0.0);
+        for (key, value) in [
+            ("transfer_objects", f64::from(transfer.objects)),
+            ("transfer_vertices", f64::from(transfer.vertices)),
+            ("transfer_points", f64::from(transfer.points)),
+            ("transfer_rays", transfer.rays as f64),
+            ("incident_light_ms", gathered_ms),
+            ("incident_light_us_per_light", gathered_ms * 1e3 / f64::from(frame.lights.max(1))),
+        ] {
+            stats.insert(key.into(), value.into());
+        }
     }
     stats
 }

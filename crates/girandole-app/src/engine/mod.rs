@@ -11,6 +11,7 @@ pub use cpu::energy_lost_by_clamp;
 use crate::advice::sentence;
 use crate::args::{Engine, RenderArgs};
 use crate::output::{Stats, say};
+use crate::transfer::Transferred;
 use anyhow::Result;
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet};
@@ -27,6 +28,8 @@ pub struct Job<'a> {
     pub lights: &'a LightSet,
     /// Which of it needs a shadow map where; `None` where the engine is to find out, if it has to know.
     pub visibility: Option<&'a VisibilityDatabase>,
+    /// Objects with precomputed transfer.
+    pub transfers: &'a [Transferred],
     /// The camera.
     pub view: View,
     /// Bound on the geometric factor.
@@ -99,7 +102,7 @@ impl Ready {
     pub fn render(&mut self, job: &Job) -> Result<Picture> {
         match self {
             Self::Gpu(device) => device.render(job),
-            Self::Cpu => Ok(cpu::render(job)),
+            Self::Cpu => cpu::render(job),
             Self::Path => Ok(path::render(job)),
         }
     }

@@ -21,7 +21,7 @@ impl Device {
             views: args.lights.placement.views(&[job.view]).to_vec(),
             ..IlluminationSettings::default()
         };
-        self.open_scene(job.scene, &light, args)?;
+        self.open_scene(job.scene, &light, job.transfers, args)?;
         self.wait()?;
         let setup_ms = milliseconds(start);
         // Set 0 is the ordinary picture.

@@ -101,6 +101,9 @@ pub struct Node {
     pub local: Transform,
     /// How much each morph target of a mesh on the node counts; those that are missing do not.
     pub morph_weights: Vec<f32>,
+    /// Whether the objects on it are marked to be lit by [precomputed transfer](crate::transfer): a wish, which whoever renders the
+    /// scene may follow.
+    pub transfer: bool,
 }
 
 /// A mesh placed in the scene. Its index in [`Scene::objects`] is its stable identity, see [`ObjectId`].

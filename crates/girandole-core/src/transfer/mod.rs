@@ -16,9 +16,13 @@
 //! vertices have a vector for either side.
 
 mod alone;
+mod incident;
+mod lit;
 mod parallel;
 mod simulate;
 
+pub use incident::{Gathering, IncidentLight};
+pub use lit::{Grid, TransferredLight};
 pub use simulate::TransferError;
 
 use crate::math::sh::{self, coefficient_count};

@@ -55,6 +55,6 @@ impl Renderer {
             return self.load_illumination(scene, illumination);
         }
         self.illumination = Some(illumination);
-        Ok(())
+        self.transfer_anew(scene)
     }
 }

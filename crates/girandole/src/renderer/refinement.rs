@@ -199,7 +199,13 @@ impl Renderer {
     fn light_with(&mut self, scene: &Scene, next: &NextSet) -> Result<()> {
         let NextSet { lights, visibility, .. } = next;
         let geometry = self.illumination.as_ref().ok_or_else(not_open)?.geometry();
-        let source = LightSource { scene, geometry, lights, visibility: visibility.as_ref() };
+        let source = LightSource {
+            scene,
+            geometry,
+            lights,
+            visibility: visibility.as_ref(),
+            transfers: &self.transfers,
+        };
         let resident = self.scene.as_mut().ok_or_else(nothing_loaded)?;
         let aside = &mut self.refinement.set_aside;
         if let Some(lighting) = resident.lighting(&self.context, source)? {

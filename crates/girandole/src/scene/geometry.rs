@@ -16,6 +16,7 @@ use girandole_core::scene::{
 };
 use girandole_core::tonemap::{srgb_decode, srgb_encode};
 use std::borrow::Cow;
+use std::ops::Range;
 use wgpu::util::DeviceExt;
 
 /// Everything about the scene that shaders read.
@@ -31,6 +32,8 @@ pub(crate) struct GpuScene {
     /// Ids of the triangles' surfaces.
     pub triangle_surfaces: wgpu::Buffer,
     surfaces: Vec<u32>,
+    /// Triangles whose surfaces have no id on the device: points on them are neither listed nor interpolated.
+    left_out: Vec<Range<u32>>,
     /// Which vertices, triangles and patches are whose.
     pub objects: Vec<ObjectRange>,
     /// How many triangles there are of each of these kinds.
@@ -88,6 +91,7 @@ impl GpuScene {
             triangle_order: storage(device, "triangle order", &order)?,
             triangle_surfaces: storage(device, "surface ids", &surfaces)?,
             surfaces,
+            left_out: Vec::new(),
             vertices,
             materials,
             material_count: scene.materials.len(),
@@ -131,10 +135,26 @@ impl GpuScene {
         }
         let surfaces = surface_ids(scene, geometry)?;
         if surfaces != self.surfaces {
-            queue.write_buffer(&self.triangle_surfaces, 0, bytemuck::cast_slice(&surfaces));
             self.surfaces = surfaces;
+            self.write_surfaces(queue);
         }
         Ok(())
+    }
+
+    /// Leaves these triangles to passes of their own, and no others.
+    pub fn leave_out(&mut self, queue: &wgpu::Queue, triangles: Vec<Range<u32>>) {
+        if self.left_out != triangles {
+            self.left_out = triangles;
+            self.write_surfaces(queue);
+        }
+    }
+
+    fn write_surfaces(&self, queue: &wgpu::Queue) {
+        let mut surfaces = Cow::Borrowed(&self.surfaces);
+        for range in &self.left_out {
+            surfaces.to_mut()[range.start as usize..range.end as usize].fill(0);
+        }
+        queue.write_buffer(&self.triangle_surfaces, 0, bytemuck::cast_slice(&surfaces));
     }
 }
 

@@ -6,3 +6,4 @@ pub(crate) mod light_maps;
 pub(crate) mod lights;
 pub(crate) mod receivers;
 pub(crate) mod surface_ids;
+pub(crate) mod transfer;

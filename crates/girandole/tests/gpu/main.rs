@@ -22,6 +22,7 @@ mod sizes;
 #[allow(dead_code)]
 mod spheres;
 mod staleness;
+mod transfer;
 mod truth;
 
 use common::{Context, Test};
@@ -64,6 +65,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         shadings::tests(),
         sizes::tests(),
         staleness::tests(),
+        transfer::tests(),
         truth::tests(),
     ]
     .concat();

@@ -59,10 +59,11 @@ impl Importer<'_> {
             }
             let local = transform(json).map_err(|e| format!("its node {index} {e}"))?;
             let name = json.name.clone().unwrap_or_default();
-            self.scene.nodes.push(Node { name, parent, local, ..Node::default() });
+            let transfer = has_extra(json, "transfer");
+            self.scene.nodes.push(Node { name, parent, local, transfer, ..Node::default() });
             let node = self.scene.nodes.len() - 1;
             self.nodes[index] = Some(node);
-            let dynamic = pending.dynamic || is_dynamic(json);
+            let dynamic = pending.dynamic || has_extra(json, "dynamic");
             self.contents(json, node, dynamic)?;
             for child in json.children.iter().flatten().rev() {
                 stack.push(Pending { json: child.value(), parent: Some(node), depth: depth + 1, dynamic });
@@ -143,10 +144,11 @@ impl Importer<'_> {
     }
 }
 
-fn is_dynamic(json: &json::Node) -> bool {
+/// Whether a node's extras say so.
+fn has_extra(json: &json::Node, name: &str) -> bool {
     let extras = json.extras.as_ref().map(|e| e.get());
     let value = extras.and_then(|e| json::deserialize::from_str::<json::Value>(e).ok());
-    value.as_ref().and_then(|v| v.get("dynamic")?.as_bool()).unwrap_or(false)
+    value.as_ref().and_then(|v| v.get(name)?.as_bool()).unwrap_or(false)
 }
 
 fn transform(json: &json::Node) -> Parsed<Transform> {

@@ -1,0 +1,91 @@
+//! Precomputed transfer of a scene's objects: which have it, and where it is kept.
+
+use crate::args::TransferArgs;
+use crate::output::{Progress, say};
+use anyhow::{Context, Result, bail};
+use girandole_core::scene::{ObjectId, Scene};
+use girandole_core::transfer::{Gathering, ObjectTransfer};
+use std::sync::Arc;
+
+/// An object with its transfer.
+#[derive(Clone)]
+pub struct Transferred {
+    pub object: ObjectId,
+    pub transfer: Arc<ObjectTransfer>,
+    pub gathering: Gathering,
+}
+
+/// The transfer of those objects that the options name: simulated, or read where that was done before.
+pub fn load(scene: &Scene, args: &TransferArgs) -> Result<Vec<Transferred>> {
+    let Some(gathering) = args.gathering() else {
+        if !args.transfer_nodes.is_empty() {
+            bail!("--transfer-nodes names nodes, and --transfer is off; give --transfer grid or centre");
+        }
+        return Ok(Vec::new());
+    };
+    let objects = marked(scene, &args.transfer_nodes)?;
+    objects.into_iter().map(|object| of_object(scene, object, args, gathering)).collect()
+}
+
+/// The same for one object.
+pub fn of_object(
+    scene: &Scene,
+    object: ObjectId,
+    args: &TransferArgs,
+    gathering: Gathering,
+) -> Result<Transferred> {
+    let name = &scene.objects[object.index()].name;
+    let progress = Progress::bar(&format!("simulating the light transfer of {name}"));
+    let settings = args.settings();
+    let set = |done: f32| progress.set(done);
+    let transfer = ObjectTransfer::simulate(scene, object, &settings, &set)
+        .with_context(|| format!("`{name}` cannot have transfer"))?;
+    drop(progress);
+    if !transfer.error().has_enough_rays() {
+        say(&format!(
+            "warning: {} rays a vertex are few for {name}: raise --transfer-rays",
+            settings.directions
+        ));
+    }
+    Ok(Transferred { object, transfer: Arc::new(transfer), gathering })
+}
+
+/// The objects with transfer: those on nodes of these names, or below; without names those that the scene marks, or in a built-in room
+/// what moves.
+fn marked(scene: &Scene, names: &[String]) -> Result<Vec<ObjectId>> {
+    let unknown = names.iter().find(|name| !scene.nodes.iter().any(|node| node.name == **name));
+    if let Some(name) = unknown {
+        let mut known: Vec<&str> = scene.objects.iter().map(|o| scene.nodes[o.node].name.as_str()).collect();
+        known.retain(|name| !name.is_empty());
+        known.dedup();
+        known.truncate(20);
+        bail!("there is no node `{name}`; those with objects are {}", known.join(", "));
+    }
+    let is_named = |node: usize| names.contains(&scene.nodes[node].name);
+    let is_marked = |node: usize| if names.is_empty() { scene.nodes[node].transfer } else { is_named(node) };
+    let is_below = |mut node: usize| loop {
+        if is_marked(node) {
+            return true;
+        }
+        match scene.nodes[node].parent {
+            Some(parent) => node = parent,
+            None => return false,
+        }
+    };
+    let present = || scene.objects.iter().enumerate().filter(|(_, object)| !object.removed);
+    let mut objects: Vec<ObjectId> =
+        present().filter(|(_, object)| is_below(object.node)).map(|(index, _)| index.into()).collect();
+    let is_builtin = girandole_core::scene::builtin::NAMES.contains(&scene.name.as_str());
+    if objects.is_empty() && names.is_empty() && is_builtin {
+        objects = present().filter(|(_, object)| object.dynamic).map(|(index, _)| index.into()).collect();
+    }
+    if objects.is_empty() {
+        let where_from = if is_builtin {
+            "choose one with --object"
+        } else {
+            "name nodes with --transfer-nodes, or mark them in the file with extras {\"transfer\": true}"
+        };
+        bail!("no object is to have transfer; {where_from}");
+    }
+    Ok(objects)
+}

@@ -1,0 +1,109 @@
+// The light that arrives at the points of a grid in an object's box, as spherical harmonics in the object's own space: each light
+// sample a directional light there (Barczak §4.4.1; the grid is his suggestion in §4.4.2). A workgroup a point, a lane a
+// coefficient.
+//
+// What the object itself hides is part of its transfer and must not count twice. It is in the shadow maps all the same, for the sake of
+// everything else. So a map is not looked up at the point, but where the ray to the light leaves the object's box: what is
+// seen there from the light is in front of the object. Samples on the object itself are left out, for the same reason.
+
+@group(2) @binding(4) var<uniform> maps: Maps;
+@group(2) @binding(6) var<storage, read> light_objects: array<u32>; // the object that each light lies on
+@group(2) @binding(7) var<storage, read_write> incident: array<vec4f>; // for each point its coefficients
+@group(2) @binding(13) var<uniform> old_places: array<OldPlace, MAX_OLD_PLACES>;
+@group(2) @binding(14) var<uniform> old_rows: array<vec4u, BATCH / 4u>;
+
+// Rows of the matrix that takes points of a dynamic object to where they were when a map was drawn.
+struct OldPlace { x: vec4f, y: vec4f, z: vec4f }
+
+// What arrives from a light: from which direction in the object's space, unit, and its irradiance on a plane that faces it.
+struct Arrival { direction: vec3f, irradiance: vec3f }
+
+var<workgroup> arrivals: array<Arrival, WORKGROUP>;
+
+// Where a ray from a point in the object's box leaves it, as a share of the ray.
+fn exit_from_box(position: vec3f, ray: vec3f) -> f32 {
+  let d = vec3f(
+    dot(object.box_from_world_x.xyz, ray), dot(object.box_from_world_y.xyz, ray), dot(object.box_from_world_z.xyz, ray));
+  let side = select(-object.margin, 1.0 + object.margin, d > vec3f(0.0));
+  let t = select((side - box_from_world(position)) / d, vec3f(1e30), abs(d) < vec3f(1e-12));
+  return min(t.x, min(t.y, t.z));
+}
+
+// How much of a light is seen from the place where a ray to it leaves the object's box.
+fn seen_from(light: Light, index: u32, place: vec3f) -> f32 {
+  var position = place;
+  let row = old_rows[index / 4u][index % 4u];
+  if row != NONE && object.mover != NONE {
+    // The map shows the object where it was, and so its box.
+    let old = old_places[row + object.mover];
+    let p = vec4f(place, 1.0);
+    position = vec3f(dot(old.x, p), dot(old.y, p), dot(old.z, p));
+  }
+  var to_light = light.position - position;
+  if is_parallel(light) { to_light = -light.normal; }
+  let facing = normalize(to_light);
+  let r = receiver(light, position, facing, dot(facing, light.position - position));
+  if !is_parallel(light) && dot(light.normal, to_light) >= 0.0 { return 1.0; }
+  if FILTER > 0u { return filtered(light, r); }
+  let texel = texel_of(light, r.uv);
+  let stored = stored_at(light, texel);
+  let answer = depth_test(light, r, texel, stored);
+  var is_lit = answer == LIT;
+  if answer == AMBIGUOUS { is_lit = slope_corrected_test(light, r, texel, stored); }
+  return select(0.0, 1.0, is_lit);
+}
+
+// What arrives at a point from the light of an index in the batch.
+fn arrival_at(position: vec3f, index: u32) -> Arrival {
+  let light = lights[index];
+  let nothing = Arrival(vec3f(0.0, 0.0, 1.0), vec3f(0.0));
+  if light_objects[frame.first_light + index] == object.index { return nothing; }
+  var to_light = light.position - position;
+  if is_parallel(light) { to_light = -light.normal; }
+  let r2 = dot(to_light, to_light);
+  let cos_light = -dot(light.normal, to_light);
+  if cos_light <= 0.0 || r2 <= 0.0 { return nothing; }
+  let facing = to_light * inverseSqrt(r2);
+  var wi = facing;
+  var g = geometric_factor(light, dot(facing, to_light), cos_light, r2);
+  if is_near(light, r2) {
+    let mean = rectangle_mean(light, position, facing);
+    let vector = mix(mean.vector, to_light * (cos_light / (r2 * r2)), mean.point_share);
+    g = max(dot(vector, facing), 0.0);
+    if g <= 0.0 { return nothing; }
+    wi = normalize(vector);
+  }
+  // Parallel light is as long as the box is wide at most.
+  let ray = select(to_light, to_light * (2.0 * frame.far), is_parallel(light));
+  let exit = exit_from_box(position, ray);
+  var seen = 1.0;
+  if exit < 1.0 { seen = seen_from(light, index, position + ray * exit); }
+  let direction = vec3f(
+    dot(object.transfer_from_world_x, wi), dot(object.transfer_from_world_y, wi), dot(object.transfer_from_world_z, wi));
+  return Arrival(direction, light.intensity * (g * seen));
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn gather_incident_light(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+  let position = grid_position(group.x);
+  let coefficients = object.bands * object.bands;
+  let l = u32(sqrt(f32(local.x) + 0.5));
+  let m = i32(local.x) - i32(l * (l + 1u));
+  let is_coefficient = local.x < coefficients;
+  let slot = group.x * coefficients + local.x;
+  var sum = vec3f(0.0);
+  if is_coefficient && frame.first_light > 0u { sum = incident[slot].xyz; }
+  let count = frame.end_light - frame.first_light;
+  for (var first = 0u; first < count; first += WORKGROUP) {
+    if first + local.x < count { arrivals[local.x] = arrival_at(position, first + local.x); }
+    workgroupBarrier();
+    if is_coefficient {
+      // In order of lights, so that sums repeat.
+      for (var i = 0u; i < min(WORKGROUP, count - first); i++) {
+        if any(arrivals[i].irradiance > vec3f(0.0)) { sum += arrivals[i].irradiance * harmonic(arrivals[i].direction, l, m); }
+      }
+    }
+    workgroupBarrier();
+  }
+  if is_coefficient { incident[slot] = vec4f(sum, 0.0); }
+}

@@ -1,0 +1,102 @@
+//! Precomputed radiance transfer: the light about an object, what it makes of that at its vertices, and from there at pixels (Barczak
+//! §4.4).
+
+use super::visibility_buffer::Seen;
+use super::{BandSample, Compiler, GridView, MapsView, batches};
+use crate::device::kernel::{Groups, Kernel, buffer, texture};
+use crate::device::recorder::Recorder;
+use crate::maps::places::GpuOldPlaces;
+use crate::scene::lights::GpuLights;
+use crate::scene::transfer::GpuTransfer;
+use crate::shader_constants::{BATCH, GROUPS_PER_ROW, WORKGROUP};
+use crate::shaders;
+
+pub(crate) struct Transfer {
+    gather: Kernel,
+    light_vertices: Kernel,
+    interpolate: Kernel,
+}
+
+/// What vertices receive that are lit by transfer.
+#[derive(Clone, Copy)]
+pub(crate) struct LitVertices<'a> {
+    irradiance: &'a wgpu::Buffer,
+    range: &'a wgpu::Buffer,
+}
+
+impl Transfer {
+    pub fn new(compiler: &Compiler) -> Self {
+        Self {
+            gather: compiler.kernel(&shaders::INCIDENT_LIGHT, "gather_incident_light"),
+            light_vertices: compiler.kernel(&shaders::TRANSFER_VERTICES, "light_vertices"),
+            interpolate: compiler.kernel(&shaders::TRANSFER, "interpolate_transfer"),
+        }
+    }
+
+    /// Lights the vertices of all objects. Shadow maps that are stale have the objects in their `old` places.
+    pub fn record<'a>(
+        &self,
+        recorder: &mut Recorder,
+        whole: &BandSample,
+        maps: MapsView,
+        (lights, old): (&GpuLights, &GpuOldPlaces),
+        transfer: &'a GpuTransfer,
+    ) -> LitVertices<'a> {
+        let lit = LitVertices { irradiance: &transfer.vertex_irradiance, range: &transfer.range };
+        for object in &transfer.objects {
+            for batch in batches(lights.count(), BATCH).filter(|_| object.points > 0) {
+                let (band, old) = (whole.with_batch(batch), old.batch(batch.first));
+                let resources = [
+                    texture("atlas", maps.atlas),
+                    buffer("maps", maps.maps),
+                    ("lights", wgpu::BindingResource::Buffer(lights.batch(batch.first))),
+                    buffer("object", &object.uniform),
+                    buffer("light_objects", &transfer.light_objects),
+                    buffer("incident", &object.incident),
+                    buffer("old_places", old.places),
+                    ("old_rows", wgpu::BindingResource::Buffer(old.rows)),
+                ];
+                let groups = Groups::Count([object.points, 1]);
+                self.gather.record(recorder, band.groups(), "incident_light_gpu_ms", &resources, groups);
+            }
+            let resources = [
+                buffer("object", &object.uniform),
+                buffer("transfer", &object.data),
+                buffer("incident", &object.incident),
+                buffer("vertex_irradiance", lit.irradiance),
+                buffer("range", lit.range),
+            ];
+            let groups = object.vertices.div_ceil(WORKGROUP);
+            let groups = Groups::Count([groups.min(GROUPS_PER_ROW), groups.div_ceil(GROUPS_PER_ROW)]);
+            self.light_vertices.record(
+                recorder,
+                whole.groups(),
+                "transfer_vertices_gpu_ms",
+                &resources,
+                groups,
+            );
+        }
+        lit
+    }
+
+    /// Puts what pixels receive that show these objects into a grid of all pixels, where other passes left them out.
+    pub fn put<'a>(
+        &self,
+        recorder: &mut Recorder,
+        band: &BandSample,
+        seen: Seen,
+        lit: LitVertices,
+        grid: GridView<'a>,
+    ) -> GridView<'a> {
+        let resources = [
+            texture("triangle_ids", seen.triangle_ids),
+            buffer("vertex_irradiance", lit.irradiance),
+            buffer("range", lit.range),
+            texture("fine_irradiance", grid.irradiance),
+            texture("fine_directional", grid.directional),
+        ];
+        let groups = Groups::tiles(band.grid_size(1));
+        self.interpolate.record(recorder, band.groups(), "transfer_gpu_ms", &resources, groups);
+        grid
+    }
+}
