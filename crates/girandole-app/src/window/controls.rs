@@ -4,7 +4,7 @@ use super::camera::{Eye, moved, orbited, turned};
 use super::gizmo;
 use super::session::Session;
 use super::tools::Tools;
-use egui::{Key, Modifiers, PointerButton, Response, Ui};
+use egui::{Event, InputState, Key, Modifiers, PointerButton, Response, Ui};
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::scene::{Geometry, ObjectId, View};
 use girandole_core::trace::SceneTracer;
@@ -71,11 +71,25 @@ fn keys(ui: &Ui, session: &mut Session, tools: &mut Tools) {
     }
 }
 
+/// Brings the keys that one walks by up to date: those that are down, but for those of a shortcut, whichever of its keys is let go
+/// first.
+fn hold(walk: &mut Vec<Key>, input: &InputState) {
+    walk.retain(|key| input.key_down(*key));
+    for event in &input.events {
+        if let Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event
+            && !(modifiers.command || modifiers.alt || walk.contains(key))
+            && input.key_down(*key)
+        {
+            walk.push(*key);
+        }
+    }
+}
+
 /// How far the keys that are down lead in this frame, in metres to the right, up and ahead.
-fn walk(ui: &Ui, session: &Session, tools: &Tools) -> Vec3 {
-    let axis = |plus: Key, minus: Key| {
-        ui.input(|i| f32::from(u8::from(i.key_down(plus))) - f32::from(u8::from(i.key_down(minus))))
-    };
+fn walk(ui: &Ui, session: &Session, tools: &mut Tools) -> Vec3 {
+    ui.input(|input| hold(&mut tools.walk, input));
+    let is_down = |key: Key| f32::from(u8::from(tools.walk.contains(&key)));
+    let axis = |plus: Key, minus: Key| is_down(plus) - is_down(minus);
     let by = Vec3::new(axis(Key::D, Key::A), axis(Key::E, Key::Q), axis(Key::W, Key::S));
     if by == Vec3::ZERO || ui.input(|i| i.modifiers.command || i.modifiers.alt) {
         return Vec3::ZERO;
@@ -142,3 +156,6 @@ fn pivot(session: &Session, view: &View, at: Vec2) -> DVec3 {
     let ahead = || moved(view, Vec3::Z * session.scene.frame_of_reference().scale * 0.3).eye;
     pick(session, view, at).map_or_else(ahead, |(_, point)| point)
 }
+
+#[cfg(test)]
+mod tests;

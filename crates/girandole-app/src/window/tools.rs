@@ -23,6 +23,8 @@ pub struct Tools {
     pub adapter: Option<String>,
     /// Whether the window is to be closed.
     pub quits: bool,
+    /// Keys that are down, and are not a shortcut's: one walks by some of them.
+    pub walk: Vec<egui::Key>,
     /// Of a walk: in scenes a second.
     pub pace: f32,
     /// What the drag at hand goes round.
@@ -45,6 +47,7 @@ impl Tools {
             copies: false,
             adapter,
             quits: false,
+            walk: Vec::new(),
             pace: 0.1,
             pivot: None,
             selected: None,

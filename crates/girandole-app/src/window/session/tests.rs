@@ -22,7 +22,8 @@ fn device() -> (wgpu::Device, wgpu::Queue) {
     })
 }
 
-fn session() -> Session {
+/// A session without a renderer.
+pub fn session() -> Session {
     let mut scene = builtin::build("pillars", MovingObject::Torus).unwrap();
     scene.open();
     let eye = Eye::Camera(0);
