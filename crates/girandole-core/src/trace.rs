@@ -12,7 +12,7 @@ mod hierarchy;
 
 pub use hierarchy::HeldHierarchies;
 
-use crate::scene::{Geometry, NONE, Scene};
+use crate::scene::{Geometry, NONE, ObjectId, Scene};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3A};
 use hierarchy::{Hierarchy, MARGIN};
 use obvhs::BvhBuildParams;
@@ -140,6 +140,15 @@ impl<'a> SceneTracer<'a> {
     /// Builds the hierarchy over all triangles.
     pub fn new(scene: &'a Scene, geometry: &'a Geometry) -> Self {
         Self::with_build(scene, geometry, &BvhBuildParams::medium_build())
+    }
+
+    /// Builds the hierarchy over all triangles but those of one object: rays do not see it.
+    pub fn without(scene: &'a Scene, geometry: &'a Geometry, object: ObjectId) -> Self {
+        let own = geometry.objects[object.index()].triangles.clone();
+        let others = (0..geometry.triangles.len() as u32)
+            .filter(|t| !own.contains(t) && !geometry.is_transparent(scene, *t));
+        let build = BvhBuildParams::medium_build();
+        Self::over(scene, geometry, &[Arc::new(Hierarchy::new(scene, geometry, others.collect(), &build))])
     }
 
     /// Over what lets light through, too: where surfaces are, whatever they look like.

@@ -1,6 +1,5 @@
 // The light that arrives at the points of a grid in an object's box, as spherical harmonics in the object's own space: each light
-// sample a directional light there (Barczak §4.4.1; the grid is his suggestion in §4.4.2). A workgroup a point, a lane a
-// coefficient.
+// sample a directional light there (Barczak §4.4.1; the grid is his suggestion in §4.4.2).
 //
 // What the object itself hides is part of its transfer and must not count twice. It is in the shadow maps all the same, for the sake of
 // everything else. So a map is not looked up at the point, but where the ray to the light leaves the object's box: what is
@@ -9,6 +8,7 @@
 @group(2) @binding(4) var<uniform> maps: Maps;
 @group(2) @binding(6) var<storage, read> light_objects: array<u32>; // the object that each light lies on
 @group(2) @binding(7) var<storage, read_write> incident: array<vec4f>; // for each point its coefficients
+@group(2) @binding(8) var<storage, read_write> arrivals: array<Arrival>; // for each point the lights of a batch
 @group(2) @binding(13) var<uniform> old_places: array<OldPlace, MAX_OLD_PLACES>;
 @group(2) @binding(14) var<uniform> old_rows: array<vec4u, BATCH / 4u>;
 
@@ -16,9 +16,7 @@
 struct OldPlace { x: vec4f, y: vec4f, z: vec4f }
 
 // What arrives from a light: from which direction in the object's space, unit, and its irradiance on a plane that faces it.
-struct Arrival { direction: vec3f, irradiance: vec3f }
-
-var<workgroup> arrivals: array<Arrival, WORKGROUP>;
+struct Arrival { direction: vec3f, padding_a: f32, irradiance: vec3f, padding_b: f32 }
 
 // Where a ray from a point in the object's box leaves it, as a share of the ray.
 fn exit_from_box(position: vec3f, ray: vec3f) -> f32 {
@@ -56,7 +54,7 @@ fn seen_from(light: Light, index: u32, place: vec3f) -> f32 {
 // What arrives at a point from the light of an index in the batch.
 fn arrival_at(position: vec3f, index: u32) -> Arrival {
   let light = lights[index];
-  let nothing = Arrival(vec3f(0.0, 0.0, 1.0), vec3f(0.0));
+  let nothing = Arrival(vec3f(0.0, 0.0, 1.0), 0.0, vec3f(0.0), 0.0);
   if light_objects[frame.first_light + index] == object.index { return nothing; }
   var to_light = light.position - position;
   if is_parallel(light) { to_light = -light.normal; }
@@ -80,30 +78,30 @@ fn arrival_at(position: vec3f, index: u32) -> Arrival {
   if exit < 1.0 { seen = seen_from(light, index, position + ray * exit); }
   let direction = vec3f(
     dot(object.transfer_from_world_x, wi), dot(object.transfer_from_world_y, wi), dot(object.transfer_from_world_z, wi));
-  return Arrival(direction, light.intensity * (g * seen));
+  return Arrival(direction, 0.0, light.intensity * (g * seen), 0.0);
 }
 
+// What arrives at each point from each light of the batch.
 @compute @workgroup_size(WORKGROUP)
-fn gather_incident_light(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-  let position = grid_position(group.x);
-  let coefficients = object.bands * object.bands;
+fn arrive(@builtin(workgroup_id) group: vec3u, @builtin(global_invocation_id) invocation: vec3u) {
+  if invocation.x >= branch_value(frame.end_light - frame.first_light, invocation.x) { return; }
+  arrivals[group.y * BATCH + invocation.x] = arrival_at(grid_position(group.y), invocation.x);
+}
+
+// Adds it to the coefficients of each point, in order of lights, so that sums repeat.
+@compute @workgroup_size(WORKGROUP)
+fn project_arrivals(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+  let coefficients = branch_value(object.bands * object.bands, local.x);
+  if local.x >= coefficients { return; }
   let l = u32(sqrt(f32(local.x) + 0.5));
   let m = i32(local.x) - i32(l * (l + 1u));
-  let is_coefficient = local.x < coefficients;
-  let slot = group.x * coefficients + local.x;
+  let slot = group.y * coefficients + local.x;
   var sum = vec3f(0.0);
-  if is_coefficient && frame.first_light > 0u { sum = incident[slot].xyz; }
-  let count = frame.end_light - frame.first_light;
-  for (var first = 0u; first < count; first += WORKGROUP) {
-    if first + local.x < count { arrivals[local.x] = arrival_at(position, first + local.x); }
-    workgroupBarrier();
-    if is_coefficient {
-      // In order of lights, so that sums repeat.
-      for (var i = 0u; i < min(WORKGROUP, count - first); i++) {
-        if any(arrivals[i].irradiance > vec3f(0.0)) { sum += arrivals[i].irradiance * harmonic(arrivals[i].direction, l, m); }
-      }
-    }
-    workgroupBarrier();
+  if branch_value(frame.first_light, local.x) > 0u { sum = incident[slot].xyz; }
+  let count = branch_value(frame.end_light - frame.first_light, local.x);
+  for (var i = 0u; i < count; i++) {
+    let arrival = arrivals[group.y * BATCH + i];
+    if any(arrival.irradiance > vec3f(0.0)) { sum += arrival.irradiance * harmonic(arrival.direction, l, m); }
   }
-  if is_coefficient { incident[slot] = vec4f(sum, 0.0); }
+  incident[slot] = vec4f(sum, 0.0);
 }

@@ -9,18 +9,18 @@
 @compute @workgroup_size(WORKGROUP)
 fn light_vertices(@builtin(global_invocation_id) invocation: vec3u) {
   let index = invocation.y * GROUPS_PER_ROW * WORKGROUP + invocation.x;
-  if index >= object.vertices * object.sides { return; }
+  if index >= branch_value(object.vertices * object.sides, index) { return; }
   let vertex = index % object.vertices;
   let side = index / object.vertices;
   let cell = grid_cell(vertices[object.first_vertex + vertex].position);
-  let coefficients = object.bands * object.bands;
+  let coefficients = branch_value(object.bands * object.bands, index);
   let at = index * object.channels * coefficients;
   var irradiance = vec3f(0.0);
   for (var i = 0u; i < coefficients; i++) {
     var light = vec3f(0.0);
     for (var p = 0u; p < 8u; p++) { light += incident[cell.index[p] * coefficients + i].xyz * cell.weight[p]; }
     var transferred = vec3f(transfer[at + i]);
-    if object.channels == 3u {
+    if branch_value(object.channels, index) == 3u {
       transferred = vec3f(transferred.x, transfer[at + coefficients + i], transfer[at + 2u * coefficients + i]);
     }
     irradiance += transferred * light;

@@ -98,10 +98,12 @@ pub(crate) fn record_frame(
                 }
             };
 
-            let lit = match transfer {
-                Some((pass, vertices)) => pass.put(recorder, &band, seen, vertices, lit),
-                None => lit,
-            };
+            // What shows an object with transfer, as irradiance or as radiance, as all the rest is.
+            let ends_as_radiance =
+                matches!(lighting, Lighting::Adaptive(Adaptive { to_radiance: Some(_), .. }, _));
+            if let Some((pass, vertices)) = transfer.filter(|_| !ends_as_radiance) {
+                pass.put(recorder, &band, seen, (vertices, false), lit);
+            }
 
             // Multiply by albedo, add emission, average samples.
             match lighting {
@@ -110,6 +112,9 @@ pub(crate) fn record_frame(
                     passes.first_samples.record(recorder, &band, seen, lit);
                 }
                 _ => prepared.resolve.record(recorder, &band, seen, lit),
+            }
+            if let Some((pass, vertices)) = transfer.filter(|_| ends_as_radiance) {
+                pass.put(recorder, &band, seen, (vertices, true), lit);
             }
             if let Some((debug, view)) = prepared.debug {
                 let adaptive = match lighting {

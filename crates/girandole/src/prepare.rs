@@ -318,10 +318,8 @@ pub(crate) fn prepare<'a>(
                 }
                 _ => None,
             };
-            // Nothing but the picture needs what its pixels receive, unless further samples need that of the first ones, or
-            // transfer is put in between.
+            // Nothing but the picture needs what its pixels receive, unless further samples need that of the first ones.
             let stores_radiance = settings.debug.is_none()
-                && scene.transfer.is_none()
                 && settings.mode.has_low_resolution()
                 && settings.shading == Shading::Fused;
             let to_radiance = passes.to_radiance.as_ref().filter(|_| stores_radiance);

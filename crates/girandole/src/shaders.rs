@@ -154,10 +154,12 @@ sources! {
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     INCIDENT_LIGHT = incident_light "" [
-        frame light lights maps octahedral parameterisation atlas shadow brdf rectangle harmonics transfer_object
+        frame light lights maps octahedral parameterisation atlas shadow brdf rectangle branch harmonics transfer_object
     ];
-    TRANSFER_VERTICES = transfer_vertices "" [scene transfer_object vertex_range];
-    TRANSFER = transfer "" [frame scene texture texture_entry_at surface grid vertex_range];
+    TRANSFER_VERTICES = transfer_vertices "" [scene branch transfer_object vertex_range];
+    TRANSFER = transfer "" [
+        frame scene texture texture_entry_at surface brdf grid diffuse_material packed samples branch vertex_range
+    ];
     MULTIPASS = multipass "" [
         frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
         shadow rectangle environment_share point_sums buffer_offsets grid point_queue multipass_params element_at member_at

@@ -12,9 +12,12 @@ use crate::shader_constants::{BATCH, GROUPS_PER_ROW, WORKGROUP};
 use crate::shaders;
 
 pub(crate) struct Transfer {
-    gather: Kernel,
+    arrive: Kernel,
+    project: Kernel,
     light_vertices: Kernel,
     interpolate: Kernel,
+    /// The same, where kernels store the radiance of samples.
+    interpolate_radiance: Kernel,
 }
 
 /// What vertices receive that are lit by transfer.
@@ -27,9 +30,12 @@ pub(crate) struct LitVertices<'a> {
 impl Transfer {
     pub fn new(compiler: &Compiler) -> Self {
         Self {
-            gather: compiler.kernel(&shaders::INCIDENT_LIGHT, "gather_incident_light"),
+            arrive: compiler.kernel(&shaders::INCIDENT_LIGHT, "arrive"),
+            project: compiler.kernel(&shaders::INCIDENT_LIGHT, "project_arrivals"),
             light_vertices: compiler.kernel(&shaders::TRANSFER_VERTICES, "light_vertices"),
             interpolate: compiler.kernel(&shaders::TRANSFER, "interpolate_transfer"),
+            interpolate_radiance: Compiler { writes_radiance: true, ..*compiler }
+                .kernel(&shaders::TRANSFER, "interpolate_transfer"),
         }
     }
 
@@ -53,11 +59,14 @@ impl Transfer {
                     buffer("object", &object.uniform),
                     buffer("light_objects", &transfer.light_objects),
                     buffer("incident", &object.incident),
+                    buffer("arrivals", &object.arrivals),
                     buffer("old_places", old.places),
                     ("old_rows", wgpu::BindingResource::Buffer(old.rows)),
                 ];
-                let groups = Groups::Count([object.points, 1]);
-                self.gather.record(recorder, band.groups(), "incident_light_gpu_ms", &resources, groups);
+                let groups = Groups::Count([(batch.end - batch.first).div_ceil(WORKGROUP), object.points]);
+                self.arrive.record(recorder, band.groups(), "incident_light_gpu_ms", &resources, groups);
+                let groups = Groups::Count([1, object.points]);
+                self.project.record(recorder, band.groups(), "incident_light_gpu_ms", &resources, groups);
             }
             let resources = [
                 buffer("object", &object.uniform),
@@ -79,24 +88,27 @@ impl Transfer {
         lit
     }
 
-    /// Puts what pixels receive that show these objects into a grid of all pixels, where other passes left them out.
-    pub fn put<'a>(
+    /// Puts what pixels receive that show these objects into a grid of all pixels, where other passes left them out; or their radiance
+    /// into the picture.
+    pub fn put(
         &self,
         recorder: &mut Recorder,
         band: &BandSample,
         seen: Seen,
-        lit: LitVertices,
-        grid: GridView<'a>,
-    ) -> GridView<'a> {
+        (lit, as_radiance): (LitVertices, bool),
+        grid: GridView,
+    ) {
         let resources = [
             texture("triangle_ids", seen.triangle_ids),
             buffer("vertex_irradiance", lit.irradiance),
             buffer("range", lit.range),
             texture("fine_irradiance", grid.irradiance),
             texture("fine_directional", grid.directional),
+            buffer("partial_sums", &band.targets.partial_sums),
+            texture("picture", &band.targets.picture_view),
         ];
         let groups = Groups::tiles(band.grid_size(1));
-        self.interpolate.record(recorder, band.groups(), "transfer_gpu_ms", &resources, groups);
-        grid
+        let kernel = if as_radiance { &self.interpolate_radiance } else { &self.interpolate };
+        kernel.record(recorder, band.groups(), "transfer_gpu_ms", &resources, groups);
     }
 }

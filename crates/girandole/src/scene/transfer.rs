@@ -5,7 +5,7 @@ use crate::device::context::Context;
 use crate::layout::{TransferObject, VertexRange};
 use crate::maps::places::mover_of;
 use crate::resident::LightSource;
-use crate::shader_constants::NONE;
+use crate::shader_constants::{BATCH, NONE};
 use crate::stats::TransferCounts;
 use crate::{Error, Result};
 use girandole_core::glam::{DAffine3, Vec3, Vec4};
@@ -22,6 +22,9 @@ use wgpu::util::DeviceExt;
 
 /// By how much the box that stands for an object in shadow maps is larger than it: texels are not infinitely small.
 const MARGIN: f32 = 0.02;
+
+/// Bytes of `Arrival` in `incident_light.wgsl`.
+const ARRIVAL_BYTES: u64 = 32;
 
 /// Which objects are lit by transfer, and how.
 pub(crate) type Transfers = BTreeMap<ObjectId, Transferred>;
@@ -69,6 +72,8 @@ pub(crate) struct GpuTransferObject {
     pub data: Arc<wgpu::Buffer>,
     /// Coefficients of the light that arrives, for each point of the grid.
     pub incident: wgpu::Buffer,
+    /// What arrives at each point from the lights of a batch, on its way there.
+    pub arrivals: wgpu::Buffer,
     /// Points of the grid, where the device gathers the light; 0 where it was gathered already.
     pub points: u32,
     /// Vertices, times the sides that have vectors.
@@ -106,18 +111,10 @@ impl GpuTransfer {
             return Ok(None);
         };
         let mut gathered = Gathered::default();
-        let tracer = lit
-            .iter()
-            .any(|(_, transferred, _)| transferred.gathering == Gathering::Center)
-            .then(|| SceneTracer::new(scene, geometry));
         let mut objects = Vec::with_capacity(lit.len());
         for (object, transferred, frame) in &lit {
-            let incident = match (transferred.gathering, &tracer) {
-                (Gathering::Center, Some(tracer)) => {
-                    Some(at_center(source, tracer, *object, transferred, frame, &mut gathered))
-                }
-                _ => None,
-            };
+            let incident = (transferred.gathering == Gathering::Center)
+                .then(|| at_center(source, *object, transferred, frame, &mut gathered));
             objects.push(GpuTransferObject::new(context, source, (*object, transferred, frame), incident)?);
         }
         let count = end - first;
@@ -162,14 +159,14 @@ impl GpuTransfer {
 /// The light at the centre of an object.
 fn at_center(
     source: LightSource,
-    tracer: &SceneTracer,
     object: ObjectId,
     transferred: &Transferred,
     frame: &TransferFrame,
     gathered: &mut Gathered,
 ) -> Vec<Vec4> {
     let start = Instant::now();
-    let light = IncidentLight::new(tracer, source.lights, source.visibility, object, Clamp::Own);
+    let tracer = SceneTracer::without(source.scene, source.geometry, object);
+    let light = IncidentLight::new(&tracer, source.lights, source.visibility, object, Clamp::Own);
     let grid = Grid::new(source.geometry, &transferred.transfer, frame, Gathering::Center);
     let position = grid.positions().next().unwrap_or_default();
     let coefficients = light.at(position, frame, transferred.transfer.bands());
@@ -193,11 +190,18 @@ impl GpuTransferObject {
         let points = record.points.iter().product::<u32>();
         let coefficients = sh::coefficient_count(transfer.bands());
         let is_gathered = incident.is_some();
+        let arrivals = if is_gathered { 1 } else { u64::from(points) * u64::from(BATCH) };
         let incident = incident.unwrap_or_else(|| vec![Vec4::ZERO; points as usize * coefficients]);
         Ok(Self {
             uniform: uniform(device, "object with transfer", bytemuck::bytes_of(&record)),
             data: transferred.data.clone(),
             incident: storage(device, "light about an object", &incident)?,
+            arrivals: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("arriving light"),
+                size: arrivals * ARRIVAL_BYTES,
+                usage: wgpu::BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            }),
             points: if is_gathered { 0 } else { points },
             vertices: record.vertices * record.sides,
             triangles: range.triangles.clone(),
