@@ -16,4 +16,7 @@ pub use oracle::{
     OracleSettings, Reflected, oracle, oracle_pixel, oracle_with_states, oracle_with_transfer, radiance,
     visible,
 };
-pub use path::{Estimate, Opening, PathSettings, ProgressivePathTracer, path_trace, path_trace_through};
+pub use path::{
+    Estimate, Irradiance, Opening, PathSettings, ProgressivePathTracer, irradiance, path_trace,
+    path_trace_through,
+};

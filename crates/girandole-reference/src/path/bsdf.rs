@@ -83,3 +83,11 @@ fn tangents(n: Vec3) -> (Vec3, Vec3) {
     let t = n.cross(other).normalize();
     (t, n.cross(t))
 }
+
+/// A direction of the hemisphere about `n`, cosine-weighted where both numbers, from 0 to 1, are uniform.
+pub(super) fn cosine_direction(n: Vec3, u: f32, v: f32) -> Vec3 {
+    let (t, b) = tangents(n);
+    let (sin, cos) = libm::sincosf(TAU * v);
+    let r = u.sqrt();
+    (t * (r * cos) + b * (r * sin) + n * (1.0 - u).sqrt()).normalize()
+}

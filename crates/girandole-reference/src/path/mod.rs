@@ -4,9 +4,12 @@
 mod bsdf;
 mod distant;
 mod emitters;
+mod irradiance;
 mod progressive;
 mod random;
+mod sky;
 
+pub use irradiance::{Irradiance, irradiance};
 pub use progressive::ProgressivePathTracer;
 
 use crate::tiles;
@@ -18,6 +21,7 @@ use girandole_core::image::Image;
 use girandole_core::scene::{LocalView, NONE, View};
 use girandole_core::trace::{Hit, SceneTracer};
 use random::Random;
+use sky::Sky;
 
 /// Number and length of the paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,7 +146,7 @@ struct Integrator<'a> {
     tracer: &'a SceneTracer<'a>,
     emitters: Emitters,
     punctual: Vec<Punctual>,
-    distant: Option<Distant<'a>>,
+    distant: Option<Sky<'a>>,
     bounces: Option<u32>,
 }
 
@@ -161,7 +165,7 @@ impl<'a> Integrator<'a> {
             tracer,
             emitters: Emitters::new(tracer),
             punctual: Punctual::all(tracer),
-            distant: Distant::new(tracer, openings),
+            distant: Distant::new(tracer, openings).map(Sky::Map),
             bounces,
         }
     }
@@ -173,16 +177,28 @@ impl<'a> Integrator<'a> {
 
     /// The radiance that one random path finds along a camera ray.
     fn radiance(&self, origin: Vec3, direction: Vec3, random: &mut Random) -> Vec3 {
-        let geometry = self.tracer.geometry();
         let mut beta = Vec3::ONE;
         let hit = self.tracer.closest_visible(origin, direction);
         let is_seen = |hit: &Hit| self.tracer.is_visible(hit.triangle, direction);
-        let Some(mut vertex) = self.scattering((origin, direction), hit, is_seen, &mut beta, random) else {
+        let Some(vertex) = self.scattering((origin, direction), hit, is_seen, &mut beta, random) else {
             let seen = self.distant.as_ref().filter(|distant| distant.is_visible());
             return beta * seen.map_or(Vec3::ZERO, |distant| distant.radiance(direction.normalize()));
         };
-        let mut result = beta * vertex.surface.emission;
-        for bounce in 0.. {
+        let emitted = beta * vertex.surface.emission;
+        self.reflected(emitted, vertex, (beta, 0), random)
+    }
+
+    /// What is `found` already, and what a path brings that is reflected at a vertex for the `first` time, from 0 on.
+    fn reflected(
+        &self,
+        found: Vec3,
+        mut vertex: Vertex,
+        (mut beta, first): (Vec3, u32),
+        random: &mut Random,
+    ) -> Vec3 {
+        let geometry = self.tracer.geometry();
+        let mut result = found;
+        for bounce in first.. {
             if self.bounces.is_some_and(|limit| bounce > limit) || !reflects(&vertex.surface) {
                 break;
             }

@@ -11,6 +11,7 @@ mod metrics;
 mod reflected_environment;
 mod reflection;
 mod spheres;
+mod transfer;
 mod transparency;
 mod truth;
 mod visibility;

@@ -1,0 +1,228 @@
+//! Precomputed transfer against the path tracer: an object alone under environments of spherical harmonics.
+
+use crate::common::Stage;
+use girandole_core::glam::{DAffine3, DVec3, Vec2, Vec3};
+use girandole_core::lights::{Clamp, LightSample, LightSet, Profile, SampleOrigin};
+use girandole_core::math::{sequence, sh};
+use girandole_core::scene::builtin::shapes;
+use girandole_core::scene::{Geometry, Material, Mesh, ObjectId, Scene, Transform};
+use girandole_core::trace::SceneTracer;
+use girandole_core::transfer::{Gathering, ObjectTransfer, TransferSettings, TransferredLight};
+use girandole_reference::{Irradiance, PathSettings, irradiance};
+use std::f32::consts::PI;
+
+/// Coefficients of the same radiance from everywhere.
+fn constant(radiance: Vec3) -> Vec<Vec3> {
+    let mut environment = vec![Vec3::ZERO; 25];
+    environment[0] = radiance * (4.0 * PI).sqrt();
+    environment
+}
+
+/// As many lights, infinitely far away, as there are directions, each of the irradiance π where it comes straight down: negative in places.
+fn directional(directions: &[(Vec3, Vec3)]) -> Vec<Vec3> {
+    let mut environment = vec![Vec3::ZERO; 25];
+    let mut values = [0.0; 25];
+    for (direction, color) in directions {
+        sh::basis(direction.normalize(), 5, &mut values);
+        environment.iter_mut().zip(values).for_each(|(c, y)| *c += *color * (y * PI));
+    }
+    environment
+}
+
+fn environments() -> [(&'static str, Vec<Vec3>); 3] {
+    let side = (Vec3::new(1.0, 0.3, 0.2), Vec3::ONE);
+    let colored =
+        [(Vec3::new(-0.3, 1.0, 0.6), Vec3::X), (Vec3::new(0.2, -1.0, 0.1), Vec3::new(0.0, 0.8, 1.0))];
+    [
+        ("constant", constant(Vec3::ONE)),
+        ("from the side", directional(&[side])),
+        ("from above and below", directional(&colored)),
+    ]
+}
+
+fn alone(mesh: Mesh, material: Material) -> Scene {
+    let mut stage = Stage::default();
+    stage.material(material);
+    stage.mesh(mesh);
+    stage.scene
+}
+
+/// What some vertices receive, by the path tracer: vertex and irradiance.
+fn truth(
+    scene: &Scene,
+    environment: &[Vec3],
+    bounces: u32,
+    vertices: u32,
+    paths: u32,
+) -> Vec<(usize, Irradiance)> {
+    let geometry = Geometry::new(scene);
+    let tracer = SceneTracer::new(scene, &geometry);
+    let count = geometry.positions.len() as u32;
+    let at = |i: u32| {
+        // Spread over the mesh, without its period.
+        let vertex = ((i * 2 + 1) * count / (2 * vertices)) as usize;
+        let (position, normal) = (geometry.positions[vertex], geometry.normals[vertex]);
+        let start = tracer.offset_ray_origin(position, normal);
+        let settings = PathSettings { paths, bounces: Some(bounces), seed: i };
+        (vertex, irradiance(&tracer, environment, start, normal, &settings))
+    };
+    std::thread::scope(|scope| {
+        let half = |first: u32| scope.spawn(move || (first..vertices).step_by(2).map(at).collect::<Vec<_>>());
+        let halves = [half(0), half(1)];
+        halves.into_iter().flat_map(|half| half.join().expect("truth")).collect()
+    })
+}
+
+/// How far transfer is from the truth, as a share of what an unoccluded vertex receives at most.
+#[derive(Debug)]
+struct Found {
+    mean: f32,
+    worst: f32,
+    /// Standard deviation of the truth at its noisiest vertex.
+    noise: f32,
+}
+
+impl Found {
+    fn agrees(&self) -> bool {
+        self.mean < 0.01 && self.worst < 0.03
+    }
+}
+
+fn compared(
+    scene: &Scene,
+    transfer: &ObjectTransfer,
+    environment: &[Vec3],
+    truth: &[(usize, Irradiance)],
+) -> Found {
+    let mut cosine = [0.0; 25];
+    let mut whole = Vec3::ZERO;
+    for normal in &scene.meshes[0].normals {
+        sh::clamped_cosine(*normal, 5, &mut cosine);
+        let unoccluded: Vec3 = environment.iter().zip(cosine).map(|(c, t)| *c * t).sum();
+        whole = whole.max(unoccluded.abs());
+    }
+    let (mut sum, mut of_truth) = (Vec3::ZERO, Vec3::ZERO);
+    let mut found = Found { mean: 0.0, worst: 0.0, noise: 0.0 };
+    for (vertex, expected) in truth {
+        let difference = transfer.irradiance(*vertex, environment) - expected.mean;
+        sum += difference;
+        of_truth += expected.mean;
+        found.worst = found.worst.max((difference / whole).abs().max_element());
+        let noise = expected.variance.map(f32::sqrt) / whole;
+        found.noise = found.noise.max(noise.max_element());
+    }
+    found.mean = (sum / of_truth).abs().max_element();
+    found
+}
+
+/// Only what nothing blocks: no shadows, and no interreflection.
+fn without_shadows(scene: &Scene, environment: &[Vec3], truth: &[(usize, Irradiance)]) -> f32 {
+    let mut cosine = [0.0; 25];
+    let wrong = |(vertex, expected): &(usize, Irradiance)| {
+        sh::clamped_cosine(scene.meshes[0].normals[*vertex], 5, &mut cosine);
+        let unoccluded: Vec3 = environment.iter().zip(cosine).map(|(c, t)| *c * t).sum();
+        (unoccluded - expected.mean).abs().max_element() / PI
+    };
+    truth.iter().map(wrong).fold(0.0, f32::max)
+}
+
+#[test]
+fn transfer_is_what_paths_bring() {
+    let torus = |albedo| alone(shapes::thesis_torus(0), Material::diffuse("", albedo));
+    let colored = Vec3::new(0.8, 0.5, 0.2);
+    for (albedo, bounces) in [(Vec3::splat(0.8), 0), (Vec3::splat(0.8), 1), (colored, 1), (colored, 3)] {
+        let scene = torus(albedo);
+        let settings = TransferSettings { bounces, directions: 4096, ..TransferSettings::default() };
+        let simulate = |settings| ObjectTransfer::simulate(&scene, ObjectId(0), settings, &|_| {});
+        let transfer = simulate(&settings).expect("transfer");
+        assert_eq!(transfer.channels(), if albedo == colored { 3 } else { 1 });
+        assert!(transfer.error().has_enough_rays(), "{:?}", transfer.error());
+        let shadows = simulate(&TransferSettings { bounces: 0, ..settings.clone() }).expect("transfer");
+        for (name, environment) in environments() {
+            let truth = truth(&scene, &environment, bounces, 48, 16384);
+            let found = compared(&scene, &transfer, &environment, &truth);
+            assert!(found.agrees() && found.noise < 0.01, "{albedo} {bounces} {name}: {found:?}");
+            // The controls.
+            assert!(without_shadows(&scene, &environment, &truth) > 0.03, "{name}");
+            if bounces == 3 {
+                assert!(!compared(&scene, &shadows, &environment, &truth).agrees(), "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn no_energy_is_created() {
+    let white = |mesh| alone(mesh, Material::diffuse("", Vec3::ONE));
+    let received = |scene: &Scene| {
+        let settings = TransferSettings { bounces: 8, ..TransferSettings::default() };
+        let transfer = ObjectTransfer::simulate(scene, ObjectId(0), &settings, &|_| {}).expect("transfer");
+        let environment = constant(Vec3::ONE);
+        (0..transfer.vertex_count()).map(|v| transfer.irradiance(v, &environment).x).collect::<Vec<_>>()
+    };
+    // In a furnace all that is white receives π, and what has not been reflected often enough receives less.
+    let torus = received(&white(shapes::thesis_torus(0)));
+    assert!(torus.iter().all(|e| *e <= PI * (1.0 + 1e-4)), "{torus:?}");
+    assert!(torus.iter().all(|e| *e > PI * 0.999), "{torus:?}");
+    let mut cube = Mesh::default();
+    cube.add_box(Vec3::splat(-1.0), Vec3::ONE, 0);
+    let cube = received(&white(cube));
+    assert!(cube.iter().all(|e| (e / PI - 1.0).abs() < 1e-5), "{cube:?}");
+    // The control: what is grey receives less.
+    let grey = received(&alone(shapes::thesis_torus(0), Material::diffuse("", Vec3::splat(0.5))));
+    assert!(grey.iter().any(|e| *e < PI * 0.95), "{grey:?}");
+}
+
+/// What the vertices of a torus receive beside a board and under some lights, all of it moved.
+fn lit(place: DAffine3, lights: DAffine3) -> Vec<Vec3> {
+    let mut scene = Scene::default();
+    let white = scene.add_material(Material::diffuse("", Vec3::splat(0.8)));
+    let mut board = Mesh::default();
+    board.add_box(Vec3::new(-0.3, 0.9, -0.5), Vec3::new(0.5, 0.95, 0.4), white);
+    scene.add_object("board", board, Transform::Affine(place));
+    let torus = DAffine3::from_translation(DVec3::new(0.05, 0.4, 0.0)) * DAffine3::from_rotation_x(0.3);
+    let torus = scene.add_object("torus", shapes::thesis_torus(white), Transform::Affine(place * torus));
+    let geometry = Geometry::new(&scene);
+    let scale = lights.matrix3.determinant().cbrt();
+    let sample = |i: u32| {
+        let s = |d| sequence::sample(i, d, 3);
+        let at = (Vec3::new(s(0), s(1), s(2)) * 2.0 - 1.0).as_dvec3() * 2.0 + DVec3::new(0.0, 0.4, 0.0);
+        let towards = (DVec3::new(0.05, 0.4, 0.0) - at).normalize();
+        LightSample {
+            position: (lights.transform_point3(at) - geometry.origin).as_vec3(),
+            normal: lights.transform_vector3(towards).normalize().as_vec3(),
+            intensity: Vec3::new(s(3), s(4), s(5)) * (scale * scale) as f32,
+            profile: Profile::Cosine,
+            origin: SampleOrigin::Punctual { light: 0 },
+            rectangle: None,
+        }
+    };
+    let samples = LightSet::from_samples(&geometry, (0..40).map(sample).collect());
+    let settings = TransferSettings { directions: 256, bounces: 1, ..TransferSettings::default() };
+    let transfer = ObjectTransfer::simulate(&scene, torus.into(), &settings, &|_| {}).expect("transfer");
+    let tracer = SceneTracer::new(&scene, &geometry);
+    let mut light = TransferredLight::new();
+    let grid = Gathering::Grid { points: 3 };
+    let object = (torus.into(), &transfer);
+    light.add(&tracer, (&samples, None), object, grid, Clamp::Off).expect("a torus");
+    let at = |t: u32| light.irradiance(&geometry, (t, true), Vec2::ZERO).expect("of the torus");
+    geometry.objects[torus].triangles.clone().map(at).collect()
+}
+
+#[test]
+fn turning_scaling_and_moving_the_world_changes_nothing() {
+    let moved = DAffine3::from_translation(DVec3::new(3.0, -2.0, 5.0))
+        * DAffine3::from_rotation_z(0.8)
+        * DAffine3::from_rotation_y(2.1)
+        * DAffine3::from_scale(DVec3::splat(2.5));
+    let here = lit(DAffine3::IDENTITY, DAffine3::IDENTITY);
+    let there = lit(moved, moved);
+    let mean = here.iter().map(|e| e.element_sum()).sum::<f32>() / here.len() as f32;
+    let apart = |other: &[Vec3]| {
+        let worst = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element();
+        here.iter().zip(other).map(worst).fold(0.0, f32::max) / mean
+    };
+    assert!(apart(&there) < 1e-3, "{}", apart(&there));
+    // The control: the lights alone turn.
+    assert!(apart(&lit(DAffine3::IDENTITY, DAffine3::from_rotation_y(0.2))) > 0.03);
+}
