@@ -20,9 +20,9 @@ pub(crate) struct TexelRect {
 /// What faces of a map take in beside their own directions, and rasterisation beside what projection says, texels.
 const MARGIN: f32 = 2.0;
 /// How far faces of the octahedron reach over their seams, texels: see `lib/project.wgsl`.
-const OVERLAP: f32 = 0.25;
+pub(super) const OVERLAP: f32 = 0.25;
 /// How far rasterisation moves corners at most, texels: devices round them to a sixteenth or less.
-const ROUNDING: f32 = 0.1;
+pub(super) const ROUNDING: f32 = 0.1;
 
 impl Bounds {
     /// The smallest one about points; at least one.
@@ -140,15 +140,24 @@ impl<'a> MapView<'a> {
         }
     }
 
-    /// Whether certainly no texel's centre lies in a box's picture on a face: then rasterising what is in it leaves no trace.
-    pub fn is_between_texels(&self, face: u32, bounds: &Bounds) -> bool {
-        let has_none = |[low, high]: [[f32; 2]; 2]| {
-            (0..2).any(|axis| {
-                let [low, high] = [low, high].map(|corner| corner[axis] * self.size as f32 - 0.5);
-                (low - ROUNDING).ceil() > (high + ROUNDING).floor()
-            })
-        };
-        self.extent(face, bounds).is_some_and(has_none)
+    /// About how many texels a box covers on a face that it touches; infinity, where that is not known. None, if rasterising what
+    /// is in it leaves no trace in a part of the map.
+    pub fn texels_drawn(&self, face: u32, bounds: &Bounds, part: TexelRect) -> Option<f32> {
+        let Some(extent @ [low, high]) = self.extent(face, bounds) else { return Some(f32::INFINITY) };
+        let is_whole = part == TexelRect::whole(self.size);
+        if self.has_no_center(extent) || !(is_whole || TexelRect::between(low, high, self.size).meets(&part))
+        {
+            return None;
+        }
+        Some([0, 1].map(|i| (high[i] - low[i]) * self.size as f32).into_iter().product())
+    }
+
+    /// Whether certainly no texel's centre lies in a part of the map: then rasterising what is shown there leaves no trace.
+    fn has_no_center(&self, [low, high]: [[f32; 2]; 2]) -> bool {
+        (0..2).any(|axis| {
+            let [low, high] = [low, high].map(|corner| corner[axis] * self.size as f32 - 0.5);
+            (low - ROUNDING).ceil() > (high + ROUNDING).floor()
+        })
     }
 
     /// The lowest and highest coordinates of a box in the part of the map that a face has, if they are known.
@@ -285,10 +294,10 @@ mod tests {
         let (mut found, mut all, mut large) = (0, 0, 0);
         for case in 0..3000 {
             let (light, bounds) = light_and_box(case, if case % 3 == 0 { 0.3 } else { 0.03 });
-            let map = MapView::new(&light, SIZE, 4);
+            let (map, whole) = (MapView::new(&light, SIZE, 4), TexelRect::whole(SIZE));
             let touched = map.faces_touched(&bounds);
             let drawn = (0..map.faces())
-                .any(|face| touched >> face & 1 == 1 && !map.is_between_texels(face, &bounds));
+                .any(|face| touched >> face & 1 == 1 && map.texels_drawn(face, &bounds, whole).is_some());
             // Texels' positions, less a half: a whole number between two of a box's points is a centre.
             let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
             for point in 0..200 {

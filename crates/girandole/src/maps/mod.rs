@@ -7,6 +7,7 @@ pub(crate) mod layout;
 pub(crate) mod moved;
 pub(crate) mod non_blockers;
 pub(crate) mod occluders;
+mod pieces;
 pub(crate) mod places;
 pub(crate) mod solids;
 pub(crate) mod stale;

@@ -3,6 +3,7 @@
 
 use super::footprint::{Bounds, MapView, TexelRect};
 use super::non_blockers::NonBlockers;
+use super::pieces::Piece;
 use super::solids::{Solid, is_closed, normal};
 use crate::layout::Item;
 use crate::shader_constants::NONE;
@@ -12,6 +13,12 @@ use std::ops::Range;
 
 /// Triangles in a cluster.
 pub(crate) const CLUSTER: u32 = 32;
+/// Triangles in a piece of a cluster: what moves is often smaller than a texel, and most of its pieces leave no trace in a map.
+pub(crate) const PIECE: u32 = 4;
+/// Pieces of a cluster.
+const PIECES: usize = (CLUSTER / PIECE) as usize;
+/// Texels of a box about a cluster above which its pieces are not looked at by themselves: most of them cover one.
+const IN_PIECES: f32 = 64.0;
 /// What half a solid's extent counts for where its triangles are grouped; the directions of two normals at a right angle
 /// count √2.
 const PLACE_WEIGHT: f32 = 1.0;
@@ -23,6 +30,8 @@ pub(crate) struct Clusters {
     pub triangles: Vec<u32>,
     /// About each cluster.
     pub bounds: Vec<Bounds>,
+    /// The pieces of the clusters of dynamic objects, where those may be drawn alone.
+    pieces: Vec<Piece>,
     /// Dynamic objects, ascending.
     moving: Vec<Mover>,
 }
@@ -62,7 +71,7 @@ impl Occluders {
                 let material = &scene.materials[geometry.triangles[t as usize].material as usize];
                 blocks[t as usize] && material.alpha_cutoff.is_some() == masked
             });
-            Clusters::new(scene, geometry, chosen.collect())
+            Clusters::new(scene, geometry, chosen.collect(), !masked)
         };
         Self { opaque: select(false), masked: select(true), left_out: blocks.iter().filter(|b| !**b).count() }
     }
@@ -83,8 +92,9 @@ impl Occluders {
 }
 
 impl Clusters {
-    /// Groups triangles that lie close together; those of solids also by where they face.
-    fn new(scene: &Scene, geometry: &Geometry, mut triangles: Vec<u32>) -> Self {
+    /// Groups triangles that lie close together; those of solids also by where they face. Clusters of dynamic objects may be drawn
+    /// in pieces.
+    fn new(scene: &Scene, geometry: &Geometry, mut triangles: Vec<u32>, in_pieces: bool) -> Self {
         // The dynamic object that a triangle belongs to, 0 for static ones.
         let mover = |t: u32| {
             let object = geometry.triangles[t as usize].object;
@@ -97,7 +107,8 @@ impl Clusters {
             // What bends may turn inside out.
             let is_rigid = |object: u32| !scene.is_deformed(&scene.objects[object as usize]);
             let is_solid = object.is_some_and(is_rigid) && is_closed(geometry, part);
-            sort_by_place(geometry, part, is_solid);
+            let grain = if object.is_some() && in_pieces { PIECE } else { CLUSTER };
+            sort_by_place(geometry, part, is_solid, grain);
             let first = result.triangles.len() / CLUSTER as usize;
             result.triangles.extend_from_slice(part);
             result.triangles.resize(result.triangles.len().next_multiple_of(CLUSTER as usize), NONE);
@@ -109,6 +120,10 @@ impl Clusters {
         }
         let all = 0..result.triangles.len() / CLUSTER as usize;
         result.bounds = all.map(|cluster| result.bounds_of(geometry, cluster)).collect();
+        if in_pieces {
+            let empty = Piece::new([[Vec3::ZERO; 3]; 4], [Vec3::ZERO; 4]);
+            result.pieces = vec![empty; (result.bounds.len() - result.first_moving()) * PIECES];
+        }
         for index in 0..result.moving.len() {
             result.follow_solid(geometry, index);
         }
@@ -123,6 +138,25 @@ impl Clusters {
 
     fn bounds_of(&self, geometry: &Geometry, cluster: usize) -> Bounds {
         Bounds::around(self.of_cluster(cluster).iter().flat_map(|&t| geometry.corners(t)))
+    }
+
+    /// The pieces of a dynamic object's cluster; `outward` is 0 where it is no solid.
+    fn make_pieces(&self, geometry: &Geometry, cluster: usize, outward: f32) -> [Piece; PIECES] {
+        let triangles = self.of_cluster(cluster);
+        // Those that fill it up have no normal and no area.
+        let filler = [geometry.corners(triangles[0])[0]; 3];
+        let corners = |i: usize| triangles.get(i).map_or(filler, |t| geometry.corners(*t));
+        let outwards = |i: usize| triangles.get(i).map_or(Vec3::ZERO, |t| normal(geometry, *t) * outward);
+        std::array::from_fn(|piece| {
+            let members = [0, 1, 2, 3].map(|i| piece * PIECE as usize + i);
+            Piece::new(members.map(corners), members.map(outwards))
+        })
+    }
+
+    /// The pieces of a cluster, if they may be drawn alone.
+    fn pieces_of(&self, cluster: usize) -> Option<&[Piece]> {
+        let first = cluster.checked_sub(self.first_moving())? * PIECES;
+        self.pieces.get(first..first + PIECES)
     }
 
     fn find(&self, object: ObjectId) -> Option<usize> {
@@ -155,6 +189,15 @@ impl Clusters {
             let clusters: Vec<&[u32]> = clusters.clone().map(|cluster| self.of_cluster(cluster)).collect();
             self.moving[index].solid = Some(Solid::new(geometry, &clusters));
         }
+        if !self.pieces.is_empty() {
+            let Mover { clusters, solid, .. } = &self.moving[index];
+            let outward = solid.as_ref().map_or(0.0, |solid| solid.outward);
+            for cluster in clusters.clone() {
+                let first = (cluster - self.first_moving()) * PIECES;
+                let pieces = self.make_pieces(geometry, cluster, outward);
+                self.pieces[first..first + PIECES].copy_from_slice(&pieces);
+            }
+        }
     }
 
     /// Corner positions of some clusters for the GPU, three floats each.
@@ -173,36 +216,49 @@ impl Clusters {
         self.triangles[clusters.start * size..clusters.end * size].chunks(size).flat_map(of_cluster).collect()
     }
 
-    /// Appends the items of one light: each cluster in each face that its box touches, if it may cover a texel of `part` there.
-    /// What a solid hides by itself is left out, and dynamic objects that something static hides from the light.
+    /// Appends the items of one light: each cluster in each face that its box touches, if it may cover a texel of `part` there; of
+    /// what moves, the pieces alone that may, unless all of them do. What a solid hides by itself is left out, and dynamic objects
+    /// that something static hides from the light.
     pub fn cull(
         &self,
         (index, map): (u32, MapView),
         part: TexelRect,
         is_hidden: impl Fn(ObjectId) -> bool,
-        items: &mut Vec<Item>,
+        items: &mut Items,
     ) -> CullCounts {
         let mut counts = CullCounts::default();
         let mut touched = 0u32;
-        let is_whole = part == TexelRect::whole(map.size);
-        let mut add = |cluster: usize| {
+        let item = |face: u32, of: usize| Item { light: index, face_cluster: face | (of as u32) << 3 };
+        let mut add = |cluster: usize, hides: bool| {
             let bounds = &self.bounds[cluster];
             let faces = map.faces_touched(bounds);
             for face in (0..map.faces()).filter(|face| faces >> face & 1 == 1) {
-                let may_cover = is_whole || map.footprint(face, bounds).meets(&part);
-                if may_cover && !map.is_between_texels(face, bounds) {
-                    items.push(Item { light: index, face_cluster: face | (cluster as u32) << 3 });
-                    counts.clusters_drawn += 1;
-                    touched |= 1 << face;
+                let Some(texels) = map.texels_drawn(face, bounds, part) else { continue };
+                let view = self.pieces_of(cluster).filter(|_| texels <= IN_PIECES).zip(map.face(face));
+                if let Some((pieces, view)) = view {
+                    let before = items.pieces.len();
+                    let drawn = (0..PIECES).map(|piece| pieces[piece].drawn(&view, hides));
+                    let drawn = (0..).zip(drawn).filter(|(_, drawn)| *drawn != 0);
+                    items.pieces.extend(drawn.map(|(piece, _)| item(face, cluster * PIECES + piece)));
+                    let count = (items.pieces.len() - before) as u64;
+                    if count == 0 {
+                        continue;
+                    }
+                    counts.triangles_drawn += count * u64::from(PIECE);
+                } else {
+                    items.clusters.push(item(face, cluster));
+                    counts.triangles_drawn += u64::from(CLUSTER);
                 }
+                counts.clusters_drawn += 1;
+                touched |= 1 << face;
             }
         };
-        (0..self.first_moving()).for_each(&mut add);
+        (0..self.first_moving()).for_each(|cluster| add(cluster, false));
         for Mover { clusters, solid, .. } in self.moving.iter().filter(|mover| !is_hidden(mover.object)) {
             let turned_away = solid.as_ref().and_then(|solid| solid.hidden_from(&map));
             let is_drawn =
                 |cluster: &usize| turned_away.as_ref().is_none_or(|h| !h(cluster - clusters.start));
-            clusters.clone().filter(is_drawn).for_each(&mut add);
+            clusters.clone().filter(is_drawn).for_each(|cluster| add(cluster, turned_away.is_some()));
         }
         counts.faces_drawn = u64::from(touched.count_ones());
         counts.faces_culled = u64::from(map.faces()) - counts.faces_drawn;
@@ -211,8 +267,15 @@ impl Clusters {
     }
 }
 
+/// What is drawn: faces of maps with clusters, and with pieces of clusters.
+#[derive(Default)]
+pub(crate) struct Items {
+    pub clusters: Vec<Item>,
+    pub pieces: Vec<Item>,
+}
+
 /// Orders triangles so that those of a cluster lie close together, and where `facing` counts too, face similar ways.
-fn sort_by_place(geometry: &Geometry, triangles: &mut [u32], facing: bool) {
+fn sort_by_place(geometry: &Geometry, triangles: &mut [u32], facing: bool, grain: u32) {
     let middle = |t: u32| geometry.corners(t).into_iter().sum::<Vec3>() / 3.0;
     let extent = Bounds::around(triangles.iter().map(|&t| middle(t))).half_extent.max_element();
     let scale = if facing { PLACE_WEIGHT / extent.max(f32::MIN_POSITIVE) } else { 1.0 };
@@ -220,30 +283,34 @@ fn sort_by_place(geometry: &Geometry, triangles: &mut [u32], facing: bool) {
         .iter()
         .map(|&t| ([middle(t) * scale, if facing { normal(geometry, t) } else { Vec3::ZERO }], t))
         .collect();
-    split(&mut points);
+    split(&mut points, CLUSTER, grain);
     triangles.iter_mut().zip(&points).for_each(|(triangle, point)| *triangle = point.1);
 }
 
 /// A triangle by place and direction.
 type Point = ([Vec3; 2], u32);
 
-/// Halves a list of triangles at a multiple of a cluster, across the axis of its largest extent, until the parts are clusters.
-fn split(points: &mut [Point]) {
-    let clusters = points.len().div_ceil(CLUSTER as usize);
+/// Halves a list of triangles at a multiple of a cluster, across the axis of its largest extent, until the parts are clusters; then in
+/// the same way until they are as small as the grain.
+fn split(points: &mut [Point], cluster: u32, grain: u32) {
+    let clusters = points.len().div_ceil(cluster as usize);
     if clusters < 2 {
+        if cluster > grain {
+            split(points, grain, grain);
+        }
         return;
     }
     let extent = |kind: usize| Bounds::around(points.iter().map(|point| point.0[kind])).half_extent;
     let extents = [extent(0), extent(1)];
     let kind = usize::from(extents[1].max_element() > extents[0].max_element());
     let axis = extents[kind].max_position();
-    let middle = clusters / 2 * CLUSTER as usize;
+    let middle = clusters / 2 * cluster as usize;
     points.select_nth_unstable_by(middle, |a, b| {
         a.0[kind][axis].total_cmp(&b.0[kind][axis]).then(a.1.cmp(&b.1))
     });
     let (low, high) = points.split_at_mut(middle);
-    split(low);
-    split(high);
+    split(low, cluster, grain);
+    split(high, cluster, grain);
 }
 
 /// How much was drawn and how much was not.
@@ -257,12 +324,14 @@ pub struct CullCounts {
     pub clusters_drawn: u64,
     /// Pairs that were not.
     pub clusters_culled: u64,
+    /// Triangles of those that were, of clusters of which a piece was drawn that piece's; those included that fill up clusters.
+    pub triangles_drawn: u64,
 }
 
 impl CullCounts {
     /// Triangles that went through the rasteriser, those included that fill up clusters.
     pub fn triangle_instances(&self) -> u64 {
-        self.clusters_drawn * u64::from(CLUSTER)
+        self.triangles_drawn
     }
 }
 
@@ -272,5 +341,6 @@ impl std::ops::AddAssign for CullCounts {
         self.faces_culled += other.faces_culled;
         self.clusters_drawn += other.clusters_drawn;
         self.clusters_culled += other.clusters_culled;
+        self.triangles_drawn += other.triangles_drawn;
     }
 }

@@ -11,7 +11,7 @@ use std::collections::{HashMap, HashSet};
 
 /// By how much triangles face away from the light before they are left out, as the sine of an angle: at the outline, where
 /// front and back meet, rasterisation rounds either.
-const MARGIN: f32 = 0.02;
+pub(super) const MARGIN: f32 = 0.02;
 /// The least cosine between a cluster's triangles and their mean direction for a cone to be of use.
 const NARROWEST: f32 = 0.1;
 
@@ -19,6 +19,8 @@ const NARROWEST: f32 = 0.1;
 #[derive(Default)]
 pub(crate) struct Solid {
     bounds: Option<Bounds>,
+    /// 1 where its triangles' normals point out of it, else −1.
+    pub outward: f32,
     /// One a cluster; none where triangles face too many ways.
     cones: Vec<Option<Cone>>,
 }
@@ -41,6 +43,7 @@ impl Solid {
         let outward = if all().map(|t| volume(geometry, t, origin)).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
         Self {
             bounds: Some(Bounds::around(all().flat_map(|t| geometry.corners(t)))),
+            outward,
             cones: clusters.iter().map(|cluster| Cone::new(geometry, cluster, outward)).collect(),
         }
     }
@@ -140,7 +143,7 @@ fn root(first: &mut [usize], mut corner: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::super::footprint::TexelRect;
-    use super::super::occluders::{Clusters, Occluders};
+    use super::super::occluders::{Clusters, Items, Occluders};
     use super::*;
     use crate::layout::Light;
     use crate::shader_constants::{COSINE, NONE};
@@ -167,9 +170,11 @@ mod tests {
         let mut light = *light;
         light.position -= geometry.origin.as_vec3();
         let map = MapView::new(&light, 1 << 20, faces);
-        let mut items = Vec::new();
+        let mut items = Items::default();
         clusters.cull((0, map), TexelRect::whole(1 << 20), |_| false, &mut items);
-        let drawn: HashSet<usize> = items.iter().map(|item| (item.face_cluster >> 3) as usize).collect();
+        assert!(items.pieces.is_empty());
+        let drawn: HashSet<usize> =
+            items.clusters.iter().map(|item| (item.face_cluster >> 3) as usize).collect();
         let of_mover = clusters.of_object(girandole_core::scene::ObjectId(1)).expect("clusters");
         let hidden = of_mover.filter(|cluster| !drawn.contains(cluster)).collect();
         (scene, geometry, clusters, hidden)

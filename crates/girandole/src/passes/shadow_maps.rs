@@ -6,7 +6,7 @@ use crate::device::recorder::Recorder;
 use crate::layout::{Frame, Item, MapPart};
 use crate::maps::atlas::{Atlas, DEPTH, MapsView, PageCopy};
 use crate::maps::footprint::{MapView, TexelRect};
-use crate::maps::occluders::{CLUSTER, CullCounts};
+use crate::maps::occluders::{CLUSTER, CullCounts, Items, PIECE};
 use crate::maps::states::MapUpdate;
 use crate::resident::Resident;
 use crate::settings::RendererOptions;
@@ -24,6 +24,8 @@ pub(crate) struct ShadowMaps {
     /// Empties rectangles.
     clear: RenderKernel,
     opaque: RenderKernel,
+    /// For pieces of clusters.
+    pieces: RenderKernel,
     masked: RenderKernel,
     /// Copies rectangles to the atlas, where maps are not drawn there.
     copy: Option<Kernel>,
@@ -44,29 +46,37 @@ struct Pass<'a> {
     is_first: bool,
     is_last: bool,
     /// Items of each kind.
-    items: [Range<u32>; 2],
+    items: [Range<u32>; KINDS],
 }
+
+/// Kinds of items: opaque clusters, pieces of such, and masked clusters.
+const KINDS: usize = 3;
+
+/// Triangles of an item of each kind.
+const TRIANGLES: [u32; KINDS] = [CLUSTER, PIECE, CLUSTER];
 
 impl ShadowMaps {
     pub fn new(device: &wgpu::Device, shared: &Shared, options: &RendererOptions) -> Self {
         let clips = device.features().contains(wgpu::Features::CLIP_DISTANCES);
         let source = if clips { &shaders::SHADOW_MAPS_CLIP } else { &shaders::SHADOW_MAPS_DISCARD };
-        let constants = [
-            ("PARAMETERISATION", f64::from(options.shadow_map as u32)),
-            ("NEAR", NEAR),
-            ("CLUSTER", f64::from(CLUSTER)),
-        ];
-        let pipeline = |source, vertex, fragment, (topology, compare)| {
+        let pipeline = |source, vertex, fragment, (topology, compare), cluster: u32| {
+            let constants = [
+                ("PARAMETERISATION", f64::from(options.shadow_map as u32)),
+                ("NEAR", NEAR),
+                ("CLUSTER", f64::from(cluster)),
+            ];
             let draw = Draw { vertex, fragment, topology, depth: Some((DEPTH, compare)), targets: &[] };
             RenderKernel::new(device, shared, source, &draw, &constants)
         };
         let occluders = (wgpu::PrimitiveTopology::TriangleList, wgpu::CompareFunction::Greater);
         let emptied = (wgpu::PrimitiveTopology::TriangleStrip, wgpu::CompareFunction::Always);
         let copy = || Kernel::new(device, shared, &shaders::COPY_MAPS, "copy_maps", &[]);
+        let opaque = |cluster| pipeline(source, "opaque", (!clips).then_some("confine"), occluders, cluster);
         Self {
-            clear: pipeline(&shaders::CLEAR_MAPS, "clear_maps", None, emptied),
-            opaque: pipeline(source, "opaque", (!clips).then_some("confine"), occluders),
-            masked: pipeline(&shaders::SHADOW_MAPS_MASKED, "masked", Some("cut_out"), occluders),
+            clear: pipeline(&shaders::CLEAR_MAPS, "clear_maps", None, emptied, CLUSTER),
+            opaque: opaque(CLUSTER),
+            pieces: opaque(PIECE),
+            masked: pipeline(&shaders::SHADOW_MAPS_MASKED, "masked", Some("cut_out"), occluders, CLUSTER),
             copy: shared.tuning.copy_maps.then(copy),
             faces: options.shadow_map.faces(),
         }
@@ -88,10 +98,10 @@ impl ShadowMaps {
             return Ok((atlas.view(), counts));
         }
         let rounds = rounds(atlas, updates);
-        let (mut items, mut passes) = ([Vec::new(), Vec::new()], Vec::new());
+        let (mut items, mut passes) = ([Items::default(), Items::default()], Vec::new());
         for round in &rounds {
             let mut is_first = true;
-            let mut first = items.each_ref().map(|items: &Vec<Item>| items.len() as u32);
+            let mut first = lists(&items).map(|items| items.len() as u32);
             for (index, &MapUpdate { light, part }) in round.updates.iter().enumerate() {
                 let size = atlas.layout.slots[light as usize].size;
                 let map = MapView::new(&lights.samples[light as usize], size, self.faces);
@@ -102,17 +112,18 @@ impl ShadowMaps {
                     }
                 }
                 let is_last = index + 1 == round.updates.len();
-                let is_full = items.iter().map(Vec::len).sum::<usize>() >= MAX_ITEMS;
+                let is_full = lists(&items).into_iter().map(<[Item]>::len).sum::<usize>() >= MAX_ITEMS;
                 if is_last || is_full {
-                    let range = |kind: usize| first[kind]..items[kind].len() as u32;
-                    passes.push(Pass { round, is_first, is_last, items: [range(0), range(1)] });
+                    let ends = lists(&items).map(|items| items.len() as u32);
+                    let ranges = std::array::from_fn(|kind| first[kind]..ends[kind]);
+                    passes.push(Pass { round, is_first, is_last, items: ranges });
                     is_first = false;
                 }
                 if is_full {
                     self.draw(recorder, scene, &items, &passes)?;
-                    items = [Vec::new(), Vec::new()];
+                    items = [Items::default(), Items::default()];
                     passes.clear();
-                    first = [0; 2];
+                    first = [0; KINDS];
                 }
             }
         }
@@ -124,14 +135,15 @@ impl ShadowMaps {
         &self,
         recorder: &mut Recorder,
         scene: &Resident,
-        items: &[Vec<Item>; 2],
+        items: &[Items; 2],
         passes: &[Pass],
     ) -> Result<()> {
         let Resident { lights, atlas, .. } = scene;
         let device = recorder.device;
-        let kernels = [&self.opaque, &self.masked];
-        let mut groups = Vec::with_capacity(2);
-        for ((kernel, items), positions) in kernels.iter().zip(items).zip(&atlas.positions) {
+        let kernels = [&self.opaque, &self.pieces, &self.masked];
+        let [opaque, masked] = &atlas.positions;
+        let mut groups = Vec::with_capacity(KINDS);
+        for ((kernel, items), positions) in kernels.iter().zip(lists(items)).zip([opaque, opaque, masked]) {
             let list = storage(device, "items", items)?;
             let resources = [
                 buffer("lights", &lights.buffer),
@@ -170,10 +182,11 @@ impl ShadowMaps {
                 self.clear.set(&mut pass, (None, None), &group);
                 pass.draw(0..4, 0..round.updates.len() as u32);
             }
-            for ((kernel, items), group) in kernels.iter().zip(items).zip(&groups) {
+            for (((kernel, items), group), triangles) in kernels.iter().zip(items).zip(&groups).zip(TRIANGLES)
+            {
                 if !items.is_empty() {
                     kernel.set(&mut pass, (None, Some(&scene.geometry.group)), group);
-                    pass.draw(0..3 * CLUSTER, items.clone());
+                    pass.draw(0..3 * triangles, items.clone());
                 }
             }
             drop(pass);
@@ -207,6 +220,11 @@ impl ShadowMaps {
             (whole, _) => page.record(recorder.encoder(), &atlas.texture, whole.unwrap_or(0)),
         }
     }
+}
+
+/// The items of each kind.
+fn lists([opaque, masked]: &[Items; 2]) -> [&[Item]; KINDS] {
+    [&opaque.clusters, &opaque.pieces, &masked.clusters]
 }
 
 /// Which maps are drawn together. Those of a page are, or where maps are copied, those that lie in different places of their

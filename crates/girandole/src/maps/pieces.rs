@@ -1,0 +1,197 @@
+//! Few triangles at a time, as a face of a map shows them: whether one of them may cover a texel's centre.
+
+use super::footprint::{MapView, OVERLAP, ROUNDING};
+use super::solids::MARGIN;
+use girandole_core::glam::{Vec3, Vec4};
+
+/// The least share of a point's distance that its denominator is, for its place in the map to be known.
+const LEAST: f32 = 1e-3;
+
+/// Four triangles side by side.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece {
+    /// x, y and z of each corner.
+    corners: [[Vec4; 3]; 3],
+    /// Of the normals, outward where they are a solid's; zero otherwise.
+    normal: [Vec4; 3],
+}
+
+/// Where a face of a map shows a point: two ratios of linear functions of it.
+pub(super) struct FaceView {
+    position: Vec3,
+    /// The two numerators and the denominator, in texels.
+    axes: [Vec3; 3],
+    /// What the ratio is added to, and the first and last centres of texels on the face.
+    offset: [f32; 2],
+    low: [f32; 2],
+    high: [f32; 2],
+}
+
+impl Piece {
+    /// Triangles by their corners, and unit normals where what faces away is hidden.
+    pub fn new(triangles: [[Vec3; 3]; 4], normals: [Vec3; 4]) -> Self {
+        let of = |corner: usize, axis: usize| Vec4::from(triangles.map(|triangle| triangle[corner][axis]));
+        Self {
+            corners: [0, 1, 2].map(|corner| [0, 1, 2].map(|axis| of(corner, axis))),
+            normal: [0, 1, 2].map(|axis| Vec4::from(normals.map(|normal| normal[axis]))),
+        }
+    }
+
+    /// Which of them may cover the centre of a texel of the face, a bit each. `hides`: what faces away leaves no trace.
+    pub fn drawn(&self, view: &FaceView, hides: bool) -> u32 {
+        let mut low = [Vec4::INFINITY; 2];
+        let mut high = [Vec4::NEG_INFINITY; 2];
+        let mut is_known = true;
+        let mut ray = [Vec4::ZERO; 3];
+        for [x, y, z] in self.corners {
+            let [x, y, z] = [x - view.position.x, y - view.position.y, z - view.position.z];
+            ray = [x, y, z];
+            let dot = |axis: Vec3| x * axis.x + y * axis.y + z * axis.z;
+            let [u, v, w] = view.axes.map(dot);
+            is_known &= w.cmpgt((x.abs() + y.abs() + z.abs()) * LEAST).all();
+            let inverse = w.recip();
+            for (i, place) in [u * inverse, v * inverse].into_iter().enumerate() {
+                (low[i], high[i]) = (low[i].min(place), high[i].max(place));
+            }
+        }
+        let covers = |i: usize| {
+            let low = (low[i] + (view.offset[i] - ROUNDING)).max(Vec4::splat(view.low[i])).ceil();
+            let high = (high[i] + (view.offset[i] + ROUNDING)).min(Vec4::splat(view.high[i])).floor();
+            low.cmple(high)
+        };
+        let mut drawn = if is_known { (covers(0) & covers(1)).bitmask() } else { 0b1111 };
+        if hides {
+            let dot = |a: &[Vec4; 3], b: &[Vec4; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+            let (away, square) = (dot(&ray, &self.normal), dot(&ray, &ray));
+            drawn &= !(away.cmpgt(Vec4::ZERO) & (away * away).cmpgt(square * (MARGIN * MARGIN))).bitmask();
+        }
+        drawn
+    }
+}
+
+impl MapView<'_> {
+    /// How a face shows points; none, where that is not by ratios.
+    pub(super) fn face(&self, face: u32) -> Option<FaceView> {
+        let light = self.light;
+        if light.is_parallel() || self.faces() != 4 {
+            return None;
+        }
+        let bitangent = light.normal.cross(light.tangent);
+        let [sx, sy] = [1, 2].map(|bit| if face & bit == 0 { -1.0 } else { 1.0 });
+        let half = self.size as f32 * 0.5;
+        let axes = [
+            (light.tangent + bitangent) * half,
+            (light.tangent - bitangent) * half,
+            light.tangent * sx + bitangent * sy + light.normal,
+        ];
+        // A place less a half is a whole number at a texel's centre.
+        let offset = [half - 0.5; 2];
+        let (mut low, mut high) = ([-0.5; 2], [self.size as f32 - 0.5; 2]);
+        // The face's own part of the map.
+        let axis = usize::from(sx != sy);
+        if sx > 0.0 {
+            low[axis] = offset[axis] - OVERLAP - ROUNDING;
+        } else {
+            high[axis] = offset[axis] + OVERLAP + ROUNDING;
+        }
+        Some(FaceView { position: light.position, axes, offset, low, high })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::footprint::Bounds;
+    use super::*;
+    use crate::layout::Light;
+    use girandole_core::glam::DVec3;
+    use girandole_core::math::sequence;
+
+    const SIZE: u32 = 64;
+    const FACES: u32 = 4;
+
+    /// Three numbers of −½ to ½.
+    fn vector(case: u32, what: u32) -> Vec3 {
+        Vec3::from([0, 1, 2].map(|axis| sequence::sample(case, axis, what) - 0.5))
+    }
+
+    /// A light, and four triangles before or behind it of a texel or a few across.
+    fn light_and_triangles(case: u32) -> (Light, [[Vec3; 3]; 4]) {
+        let normal = vector(case, 0).normalize();
+        let tangent = normal.any_orthonormal_vector();
+        let light = Light { normal, tangent, position: vector(case, 1), ..Light::default() };
+        let extent = if case.is_multiple_of(3) { 0.3 } else { 0.05 };
+        let middle = vector(case, 2) * 4.0;
+        let corner = |i: u32| middle + vector(case, 3 + i) * extent;
+        (light, [0, 1, 2, 3].map(|triangle| [0, 1, 2].map(|i| corner(3 * triangle + i))))
+    }
+
+    /// The faces that a box about triangles touches.
+    fn views(map: &MapView, triangles: &[[Vec3; 3]; 4]) -> impl Iterator<Item = FaceView> {
+        let touched = map.faces_touched(&Bounds::around(triangles.iter().flatten().copied()));
+        (0..FACES).filter(move |face| touched >> face & 1 == 1).filter_map(|face| map.face(face))
+    }
+
+    /// Whether the ray from the light through a texel's centre meets a triangle.
+    fn covers(light: &Light, triangle: &[Vec3; 3], texel: [u32; 2]) -> bool {
+        let [s, t] = texel.map(|i| (f64::from(i) + 0.5) / f64::from(SIZE) * 2.0 - 1.0);
+        // The inverse of `lib/octahedral.wgsl`.
+        let [x, y] = [(s + t) * 0.5, (s - t) * 0.5];
+        let z = 1.0 - x.abs() - y.abs();
+        let bitangent = light.normal.cross(light.tangent);
+        let direction = light.tangent.as_dvec3() * x + bitangent.as_dvec3() * y + light.normal.as_dvec3() * z;
+        let [a, b, c] = triangle.map(|p| (p - light.position).as_dvec3());
+        let volume = |p: DVec3, q: DVec3| p.cross(q).dot(direction);
+        let sides = [volume(a, b), volume(b, c), volume(c, a)];
+        let is_within = sides.iter().all(|s| *s > 0.0) || sides.iter().all(|s| *s < 0.0);
+        is_within && (a + b + c).dot(direction) > 0.0
+    }
+
+    #[test]
+    fn triangles_that_cover_a_centre_are_drawn_and_few_others() {
+        let (mut covering, mut drawn_all, mut all) = (0, 0, 0);
+        for case in 0..400 {
+            let (light, triangles) = light_and_triangles(case);
+            let map = MapView::new(&light, SIZE, FACES);
+            let piece = Piece::new(triangles, [Vec3::ZERO; 4]);
+            let drawn = views(&map, &triangles).fold(0, |drawn, view| drawn | piece.drawn(&view, false));
+            for (i, triangle) in triangles.iter().enumerate() {
+                let mut texels = (0..SIZE * SIZE).map(|texel| [texel % SIZE, texel / SIZE]);
+                let is_drawn = drawn >> i & 1 == 1;
+                if texels.any(|texel| covers(&light, triangle, texel)) {
+                    assert!(is_drawn, "case {case}: triangle {i}");
+                    covering += 1;
+                }
+                (drawn_all, all) = (drawn_all + u32::from(is_drawn), all + 1);
+            }
+        }
+        // The controls: many cover something, and most of those that do not are not drawn.
+        let [others, drawn_others] = [all, drawn_all].map(|count| count - covering);
+        assert!(covering > 100 && drawn_others * 4 < others, "{covering} {drawn_all} {all}");
+    }
+
+    #[test]
+    fn what_faces_away_is_left_out_where_it_hides() {
+        let (mut away, mut towards) = (0, 0);
+        for case in 0..400 {
+            let (light, triangles) = light_and_triangles(case);
+            let map = MapView::new(&light, SIZE, FACES);
+            let normals = triangles.map(|[a, b, c]| (b - a).cross(c - a).normalize());
+            let piece = Piece::new(triangles, normals);
+            for view in views(&map, &triangles) {
+                let [any, facing] = [false, true].map(|hides| piece.drawn(&view, hides));
+                for (i, (triangle, normal)) in triangles.iter().zip(normals).enumerate() {
+                    if any >> i & 1 == 1 {
+                        let ray = (triangle[0] - light.position).normalize();
+                        let is_away = ray.dot(normal) > 0.1;
+                        assert!(!is_away || facing >> i & 1 == 0, "case {case}: triangle {i}");
+                        // Towards the light nothing is left out.
+                        assert!(ray.dot(normal) > 0.0 || facing >> i & 1 == 1, "case {case}: triangle {i}");
+                        away += u32::from(is_away);
+                        towards += u32::from(ray.dot(normal) <= 0.0);
+                    }
+                }
+            }
+        }
+        assert!(away > 50 && towards > 50, "{away} {towards}");
+    }
+}
