@@ -18,6 +18,7 @@ mod args;
 mod output;
 mod picture;
 mod scene;
+mod transfer;
 mod window;
 
 // Browsers have the window alone.
@@ -33,7 +34,6 @@ mod info;
 mod render;
 #[cfg(not(target_arch = "wasm32"))]
 mod sequence;
-mod transfer;
 
 #[cfg(target_arch = "wasm32")]
 fn main() {

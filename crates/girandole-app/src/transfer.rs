@@ -3,8 +3,10 @@
 use crate::args::TransferArgs;
 use crate::output::{Progress, say};
 use anyhow::{Context, Result, bail};
+use girandole::Renderer;
 use girandole_core::scene::{ObjectId, Scene};
-use girandole_core::transfer::{Gathering, ObjectTransfer};
+use girandole_core::transfer::{self, Cached, Gathering, ObjectTransfer};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// An object with its transfer.
@@ -38,9 +40,18 @@ pub fn of_object(
     let progress = Progress::bar(&format!("simulating the light transfer of {name}"));
     let settings = args.settings();
     let set = |done: f32| progress.set(done);
-    let transfer = ObjectTransfer::simulate(scene, object, &settings, &set)
-        .with_context(|| format!("`{name}` cannot have transfer"))?;
+    let folder = folder();
+    let (transfer, cached) = match &folder {
+        Some(folder) => transfer::cached(scene, object, &settings, folder, &set),
+        None => ObjectTransfer::simulate(scene, object, &settings, &set).map(|t| (t, Cached::Computed)),
+    }
+    .with_context(|| format!("`{name}` cannot have transfer"))?;
     drop(progress);
+    match cached {
+        Cached::Found | Cached::Computed => {}
+        Cached::Recomputed { why } => say(&format!("simulated the light transfer of {name} again: {why}")),
+        Cached::NotKept { why } => say(&format!("warning: the light transfer of {name} is not kept: {why}")),
+    }
     if !transfer.error().has_enough_rays() {
         say(&format!(
             "warning: {} rays a vertex are few for {name}: raise --transfer-rays",
@@ -48,6 +59,30 @@ pub fn of_object(
         ));
     }
     Ok(Transferred { object, transfer: Arc::new(transfer), gathering })
+}
+
+/// Lights these objects by transfer, and no others.
+pub fn light_by(renderer: &mut Renderer, scene: &Scene, transfers: &[Transferred]) -> Result<()> {
+    let before: Vec<ObjectId> = renderer.transferred().collect();
+    for object in before.into_iter().filter(|object| !transfers.iter().any(|t| t.object == *object)) {
+        renderer.set_transfer(scene, object, None)?;
+    }
+    for Transferred { object, transfer, gathering } in transfers {
+        renderer.set_transfer(scene, *object, Some((transfer.clone(), *gathering)))?;
+    }
+    Ok(())
+}
+
+/// Where transfer is kept from call to call.
+#[cfg(not(target_arch = "wasm32"))]
+fn folder() -> Option<PathBuf> {
+    Some(dirs::cache_dir()?.join("girandole").join("transfer"))
+}
+
+/// Browsers have no folders.
+#[cfg(target_arch = "wasm32")]
+fn folder() -> Option<PathBuf> {
+    None
 }
 
 /// The objects with transfer: those on nodes of these names, or below; without names those that the scene marks, or in a built-in room

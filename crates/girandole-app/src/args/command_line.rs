@@ -170,7 +170,7 @@ mod tests {
     }
 
     /// Options with other values than their own.
-    const OPTIONS: [(&str, &[&str]); 35] = [
+    const OPTIONS: [(&str, &[&str]); 34] = [
         ("--size", &["8x6", "8192x1"]),
         ("--lights", &["1", "1048576"]),
         ("--direct", &["0", "0.1", "1"]),
@@ -203,7 +203,6 @@ mod tests {
         ("--transfer-bands", &["1", "8"]),
         ("--transfer-rays", &["64", "65536"]),
         ("--transfer-bounces", &["0", "64"]),
-        ("--transfer-compression", &["16x8", "1x75"]),
         ("--edits", &["e.json", "-e.json", "it's.json"]),
         ("--stats", &["s.json", "$(s).json"]),
     ];

@@ -3,7 +3,7 @@
 use super::command_line::{Choice, text, value_name};
 use clap::{Args, ValueEnum};
 use girandole_core::math::sh::MAX_BANDS;
-use girandole_core::transfer::{Compression, Gathering, TransferSettings};
+use girandole_core::transfer::{Gathering, TransferSettings};
 
 /// Where the light is gathered that objects with transfer are lit by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -46,39 +46,36 @@ pub struct TransferArgs {
     /// How often an object with transfer reflects light to itself
     #[arg(long, value_name = "N", default_value_t = TransferSettings::default().bounces, value_parser = clap::value_parser!(u32).range(0..=64))]
     pub transfer_bounces: u32,
-
-    /// Compresses transfer: vertices in so many clusters, each with so many bases (CPCA); off: none
-    #[arg(long, value_name = "off|CLUSTERSxBASES", default_value = "off", value_parser = parse_compression)]
-    pub transfer_compression: CompressionArg,
 }
 
-/// How transfer is compressed, if it is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CompressionArg(pub Option<Compression>);
-
-impl std::fmt::Display for CompressionArg {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        match self.0 {
-            Some(Compression { clusters, bases }) => write!(f, "{clusters}x{bases}"),
-            None => write!(f, "off"),
+impl Default for TransferArgs {
+    fn default() -> Self {
+        let TransferSettings { bands, directions, bounces } = TransferSettings::default();
+        Self {
+            transfer: TransferArg::Off,
+            transfer_nodes: Vec::new(),
+            transfer_points: Gathering::GRID.points(),
+            transfer_bands: bands,
+            transfer_rays: directions,
+            transfer_bounces: bounces,
         }
     }
 }
 
-fn parse_compression(text: &str) -> Result<CompressionArg, String> {
-    let wrong = || "give off, or clusters and bases, as in 16x8".to_owned();
-    if text == "off" {
-        return Ok(CompressionArg(None));
-    }
-    let (clusters, bases) = text.split_once('x').ok_or_else(wrong)?;
-    let number = |text: &str| text.parse::<u32>().map_err(|_| wrong());
-    let compression = Compression { clusters: number(clusters)?, bases: number(bases)? };
-    let settings = TransferSettings { compression: Some(compression), ..TransferSettings::default() };
-    settings.validate().map_err(|error| error.to_string())?;
-    Ok(CompressionArg(Some(compression)))
-}
-
 impl TransferArgs {
+    /// The same with light gathered there.
+    pub fn with_gathering(mut self, gathering: Option<Gathering>) -> Self {
+        self.transfer = match gathering {
+            None => TransferArg::Off,
+            Some(Gathering::Center) => TransferArg::Centre,
+            Some(Gathering::Grid { points }) => {
+                self.transfer_points = points;
+                TransferArg::Grid
+            }
+        };
+        self
+    }
+
     /// Where light is gathered, if any object has transfer.
     pub fn gathering(&self) -> Option<Gathering> {
         match self.transfer {
@@ -94,12 +91,11 @@ impl TransferArgs {
             bands: self.transfer_bands,
             directions: self.transfer_rays,
             bounces: self.transfer_bounces,
-            compression: self.transfer_compression.0,
         }
     }
 
     /// The options' words on a command line.
-    pub(super) fn choices(&self) -> [Choice; 7] {
+    pub(super) fn choices(&self) -> [Choice; 6] {
         let Self { transfer, transfer_nodes: nodes, .. } = self;
         [
             ("--transfer", value_name(transfer)),
@@ -108,7 +104,6 @@ impl TransferArgs {
             ("--transfer-bands", text(self.transfer_bands)),
             ("--transfer-rays", text(self.transfer_rays)),
             ("--transfer-bounces", text(self.transfer_bounces)),
-            ("--transfer-compression", text(self.transfer_compression)),
         ]
     }
 }

@@ -4,13 +4,13 @@ use super::{Job, Picture};
 use crate::args;
 use crate::output::Progress;
 use crate::output::Stats;
-use crate::transfer::Transferred;
+use crate::transfer::{Transferred, light_by};
 use anyhow::{Result, anyhow};
 use girandole::wgpu;
 use girandole::{FrameStats, Gpu, MapUpdates, RenderSettings, Renderer};
 use girandole_core::illumination::IlluminationSettings;
 use girandole_core::lights::LightSet;
-use girandole_core::scene::{Geometry, ObjectId, Scene, SceneChanges, View};
+use girandole_core::scene::{Geometry, Scene, SceneChanges, View};
 use girandole_core::visibility::{MOST_LIGHTS, VisibilityDatabase, VisibilitySettings};
 use pollster::block_on;
 use std::future::Future;
@@ -293,18 +293,6 @@ fn renderer<'a>(
         *renderer = Some(Renderer::new(&gpu.device, &gpu.queue, args.quality.options())?);
     }
     renderer.as_mut().ok_or_else(|| anyhow!("there is no renderer"))
-}
-
-/// Lights these objects by transfer, and no others.
-pub fn light_by(renderer: &mut Renderer, scene: &Scene, transfers: &[Transferred]) -> Result<()> {
-    let before: Vec<ObjectId> = renderer.transferred().collect();
-    for object in before.into_iter().filter(|object| !transfers.iter().any(|t| t.object == *object)) {
-        renderer.set_transfer(scene, object, None)?;
-    }
-    for Transferred { object, transfer, gathering } in transfers {
-        renderer.set_transfer(scene, *object, Some((transfer.clone(), *gathering)))?;
-    }
-    Ok(())
 }
 
 /// The visibility database and its build time in milliseconds; `None` if no mode needs it.

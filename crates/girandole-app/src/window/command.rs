@@ -25,6 +25,7 @@ pub fn line(session: &Session, (size, output): ([u32; 2], &Path), adapter: Optio
         tonemap: settings.tonemap.into(),
         aa: settings.samples_per_axis.try_into().map_err(|error: String| anyhow!(error))?,
         adapter: adapter.map(str::to_owned),
+        transfer: session.transfers.arguments(&session.scene),
         refine: if session.refinement.on { session.refined_sets().max(1) } else { 1 },
         ..RenderArgs::defaults()?
     };

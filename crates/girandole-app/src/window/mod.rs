@@ -45,14 +45,14 @@ mod tools;
 mod truth;
 
 use crate::args::ViewArgs;
-use crate::{output, scene};
+use crate::{output, scene, transfer};
 use anyhow::{Context, Result, bail};
 use camera::Eye;
 use clock::Instant;
 use event_loop::Handler;
 use girandole::{MapUpdates, RenderSettings};
 use girandole_core::illumination::{IlluminationSettings, Rewalk};
-use session::{Source, Start};
+use session::{Source, Start, Transfers};
 use std::process::ExitCode;
 use winit::event_loop::EventLoop;
 
@@ -82,6 +82,7 @@ fn start(args: &ViewArgs) -> Result<Start> {
     let source = Source { scene: args.scene.clone(), object, load };
     let (mut scene, edits) = scene::load_edited(&args.scene, args.object.as_deref(), &args.seen)?;
     scene.open();
+    let transfers = transfer::load(&scene, &args.transfer)?;
     let named = scene.camera(args.camera.as_deref().unwrap_or("0"))?;
     let camera = scene.cameras.iter().position(|camera| camera == named).unwrap_or_default();
     let eye = args.seen.view.map_or(Eye::Camera(camera), |view| Eye::Free(view.0));
@@ -108,6 +109,7 @@ fn start(args: &ViewArgs) -> Result<Start> {
         light,
         settings,
         refine: args.refine,
+        transfers: Transfers::new(args.transfer.clone(), transfers),
     })
 }
 

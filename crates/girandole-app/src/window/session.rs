@@ -12,14 +12,13 @@
 
 use super::budget::{Budget, Quality};
 use super::camera::Eye;
-use super::panel;
 use super::refine::Refinement;
 use super::rest::Rest;
 use super::target::PictureTarget;
 use crate::args::{BackgroundArg, LoadArgs};
 use crate::picture::Shown;
 use anyhow::Result;
-use girandole::{DebugView, Mode, RenderSettings, Renderer, RendererOptions};
+use girandole::{Mode, RenderSettings, Renderer, RendererOptions};
 use girandole_core::Generation;
 use girandole_core::illumination::{IlluminationSettings, Rewalk};
 use girandole_core::image::Image;
@@ -28,6 +27,9 @@ use girandole_core::trace::{HeldHierarchies, SceneTracer};
 
 mod making;
 mod picture;
+mod transfer;
+
+pub use transfer::Transfers;
 
 use making::Making;
 use picture::Picture;
@@ -85,6 +87,7 @@ pub struct Start {
     pub light: IlluminationSettings,
     pub settings: RenderSettings,
     pub refine: bool,
+    pub transfers: Transfers,
 }
 
 /// A scene that is shown.
@@ -104,6 +107,7 @@ pub struct Session {
     /// Whether light is sampled anew once nothing moves any more.
     pub fresh_at_rest: bool,
     pub refinement: Refinement,
+    pub transfers: Transfers,
     /// What went wrong, or is to be known: one sentence.
     pub notice: Option<String>,
     renderer: Option<Renderer>,
@@ -124,7 +128,7 @@ pub struct Session {
 
 impl Session {
     pub fn new(start: Start) -> Self {
-        let Start { budget, source, scene, edits, eye, options, light, settings, refine } = start;
+        let Start { budget, source, scene, edits, eye, options, light, settings, refine, transfers } = start;
         let notice = scene.warnings.first().cloned();
         Self {
             source,
@@ -138,6 +142,7 @@ impl Session {
             budget: Budget::new(budget),
             fresh_at_rest: true,
             refinement: Refinement::new(refine),
+            transfers,
             notice,
             renderer: None,
             is_open: false,
@@ -157,6 +162,7 @@ impl Session {
         self.source = source;
         self.scene = scene;
         self.edits = Edits::default();
+        self.transfers.clear();
         self.eye = Eye::Camera(0);
         self.playback = Playback::default();
         if !self.light.views.is_empty() {
@@ -359,6 +365,7 @@ impl Session {
     pub fn forget_device(&mut self) {
         (self.renderer, self.making, self.shown) = (None, None, None);
         (self.is_open, self.sampled, self.refused) = (false, None, None);
+        self.transfers.forget_renderer();
         self.refinement = Refinement::new(self.refinement.on);
     }
 
@@ -397,7 +404,9 @@ impl Session {
         let is_there = self.shown.is_some_and(|shown| shown.has_radiance_of(&picture));
         let is_stale = renderer.stale().maps > 0;
         self.shown = Some(picture);
+        let (transfers, scene) = (&mut self.transfers, &self.scene);
         let mut draw = || -> Result<()> {
+            transfers.apply(renderer, scene)?;
             if !is_there || is_stale {
                 let settings = picture.quality.settings(&picture.settings);
                 renderer.render(&picture.view, picture.quality.size(picture.size), &settings)?;
@@ -411,16 +420,6 @@ impl Session {
         if let Err(error) = draw() {
             self.notice = Some(crate::sentence(&error));
         }
-    }
-
-    /// Shows the next of the debug views that the mode has, after the last one the picture.
-    pub fn next_debug_view(&mut self) {
-        let all = panel::DEBUG_VIEWS.map(|(view, ..)| view);
-        let possible = all.into_iter().filter(|view| panel::has_debug_view(self.settings.mode, *view));
-        let views: Vec<Option<DebugView>> = possible.collect();
-        let kind = |view: &Option<DebugView>| view.as_ref().map(std::mem::discriminant);
-        let now = views.iter().position(|view| kind(view) == kind(&self.settings.debug));
-        self.settings.debug = views[now.map_or(0, |now| (now + 1) % views.len())];
     }
 
     /// The radiance of the naive mode's picture, which is rendered now; the next frame renders the other one again.

@@ -6,7 +6,6 @@
 //! 2. From each vertex rays find out what of the object blocks light (`simulate.rs`). A vertex's *transfer vector* T is the clamped cosine
 //!    about its normal, in closed form, less what is blocked, in spherical harmonics.
 //! 3. Rays that are blocked bring what is reflected where they end: T of a bounce is a mean of T of the bounce before.
-//! 4. If it is asked for, vectors are compressed (`compression.rs`).
 //!
 //! The irradiance at a vertex is then `E = Σ T_k c_k`, with the coefficients c of the incident radiance in transfer space
 //! ([`ObjectTransfer::irradiance`]). Worked example: on a convex object T is the clamped cosine, and radiance 1 from everywhere, `c₀ = √4π`,
@@ -16,11 +15,13 @@
 //! vertices have a vector for either side.
 
 mod alone;
+mod file;
 mod incident;
 mod lit;
 mod parallel;
 mod simulate;
 
+pub use file::{Cached, cached};
 pub use incident::{Gathering, IncidentLight};
 pub use lit::{Grid, TransferredLight};
 pub use simulate::TransferError;
@@ -43,22 +44,11 @@ pub struct TransferSettings {
     /// How often light is reflected from the object to itself. 0 is shadows alone. What is left out after three is some
     /// hundredths of a percent of what a torus receives, and a percent in deep hollows.
     pub bounces: u32,
-    /// Whether vectors are compressed; without, they are exact.
-    pub compression: Option<Compression>,
-}
-
-/// How transfer vectors are compressed: each is a mean and a sum of bases of its cluster.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Compression {
-    /// Clusters of vectors, 1 to 65 536. More have a smaller error, and are more to choose from for neighbouring vertices.
-    pub clusters: u32,
-    /// Bases of each cluster, at most as many as vectors have coefficients. More have a smaller error, and each is one more weight a vertex.
-    pub bases: u32,
 }
 
 impl Default for TransferSettings {
     fn default() -> Self {
-        Self { bands: 5, directions: 1024, bounces: 3, compression: None }
+        Self { bands: 5, directions: 1024, bounces: 3 }
     }
 }
 
@@ -76,10 +66,7 @@ impl TransferSettings {
         };
         within("bands of spherical harmonics", self.bands, 1, sh::MAX_BANDS)?;
         within("rays a vertex", self.directions, 64, 65_536)?;
-        within("bounces", self.bounces, 0, 64)?;
-        let Some(compression) = self.compression else { return Ok(()) };
-        within("clusters", compression.clusters, 1, 65_536)?;
-        within("bases a cluster", compression.bases, 0, 3 * sh::MAX_BANDS * sh::MAX_BANDS)
+        within("bounces", self.bounces, 0, 64)
     }
 }
 

@@ -19,9 +19,9 @@ struct TransferObject {
   margin: vec3f, // by which the box that stands for the object is larger than it, in units of it
   vertices: u32,
   mover: u32, // which of the dynamic objects it is, or NONE
-  clusters: u32, // of compressed transfer; 0 = it is not
-  bases: u32, // of a cluster
   sides: u32, // of vertices that have vectors: 2 where surfaces are double-sided
+  padding_a: u32,
+  padding_b: u32,
 }
 
 @group(2) @binding(5) var<uniform> object: TransferObject;

@@ -1,11 +1,13 @@
 //! What shines, and what is picked.
 
 use crate::window::insert::insert;
+use crate::window::panel::widgets::{choice, row};
 use crate::window::session::Session;
 use crate::window::tools::Tools;
 use egui::{Button, DragValue, TextEdit, Ui};
 use girandole_core::glam::Vec3;
 use girandole_core::scene::{Edit, NamedIndex, ObjectId, PunctualKind, Shape, load_model};
+use girandole_core::transfer::Gathering;
 use std::path::Path;
 
 /// Strengths that the panel offers: never 0, which has no colour.
@@ -48,6 +50,17 @@ fn picked(ui: &mut Ui, session: &mut Session, tools: &mut Tools) {
             session.edit(Edit::RemoveObject { object });
         }
     });
+    let before = session.transfers.gathering(id);
+    let mut chosen = before.map(|gathering| gathering == Gathering::Center);
+    let ways = [(None, "shadow maps"), (Some(true), "transfer, centre"), (Some(false), "transfer, grid")];
+    let explanation = "How the object is lit: by shadow maps, or by precomputed radiance transfer with the light at its centre, or on a \
+                       grid about it. Transfer is simulated when it is first chosen, which takes seconds for large objects.";
+    row(ui, "Lit by", explanation, |ui| choice(ui, "transfer", &mut chosen, &ways));
+    let is_center = |gathering| gathering == Gathering::Center;
+    if chosen != before.map(is_center) {
+        let gathering = |center| if center { Gathering::Center } else { Gathering::GRID };
+        session.set_transfer(id, chosen.map(gathering));
+    }
 }
 
 /// Puts a built-in object, or one from a file, in front of the camera.

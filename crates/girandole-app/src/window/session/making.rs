@@ -136,6 +136,7 @@ impl Session {
                     };
                     (self.is_open, self.shown) = (false, None);
                     self.renderer = Some(another?);
+                    self.transfers.forget_renderer();
                 }
                 Work::Light => {}
             }

@@ -1,8 +1,10 @@
 //! A picture that the window shows, by what it depends on.
 
 use super::super::budget::Quality;
+use super::super::panel;
+use super::Session;
 use crate::picture::Shown;
-use girandole::RenderSettings;
+use girandole::{DebugView, RenderSettings};
 use girandole_core::scene::View;
 
 /// A picture, by all that it depends on besides the scene and its light.
@@ -30,5 +32,17 @@ impl Picture {
     /// How it is shown.
     pub fn settings_shown(&self) -> Shown {
         Shown::new(self.settings.exposure, self.settings.tonemap, self.settings.debug)
+    }
+}
+
+impl Session {
+    /// Shows the next of the debug views that the mode has, after the last one the picture.
+    pub fn next_debug_view(&mut self) {
+        let all = panel::DEBUG_VIEWS.map(|(view, ..)| view);
+        let possible = all.into_iter().filter(|view| panel::has_debug_view(self.settings.mode, *view));
+        let views: Vec<Option<DebugView>> = possible.collect();
+        let kind = |view: &Option<DebugView>| view.as_ref().map(std::mem::discriminant);
+        let now = views.iter().position(|view| kind(view) == kind(&self.settings.debug));
+        self.settings.debug = views[now.map_or(0, |now| (now + 1) % views.len())];
     }
 }

@@ -45,6 +45,7 @@ pub fn session() -> Session {
         light,
         settings,
         refine: true,
+        transfers: Transfers::new(crate::args::TransferArgs::default(), Vec::new()),
     })
 }
 
