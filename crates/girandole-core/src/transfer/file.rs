@@ -1,9 +1,12 @@
 //! Files that hold the transfer of an object, so that it is simulated once.
 //!
-//! Little endian: a magic word, the version, the key of object and settings, a header, the vectors, and a checksum of all that.
+//! Little endian: a magic word, the version, the key of object and settings, a header, the vectors or what they are made of, and a checksum of
+//! all that.
 
 use super::alone::Alone;
-use super::{ObjectTransfer, TransferError, TransferSettings};
+use super::{
+    CompressedTransfer, Compression, CompressionError, ObjectTransfer, TransferError, TransferSettings,
+};
 use crate::math::sh::coefficient_count;
 use crate::scene::{ObjectId, Scene};
 use crate::{Result, files};
@@ -14,7 +17,7 @@ use std::path::Path;
 
 const MAGIC: &[u8; 8] = b"GIRTRANS";
 /// Of the format, and of what the simulator finds.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Whether transfer was there.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -105,17 +108,31 @@ impl ObjectTransfer {
     /// As a file's bytes, for this key.
     pub(super) fn write(&self, key: u64) -> Vec<u8> {
         let mut bytes = MAGIC.to_vec();
-        let sizes = [self.bands, self.channels as u32, self.sides as u32, self.vertex_count as u32];
+        let compressed = self.compressed.as_ref();
+        // No clusters: vectors as they are.
+        let clusters = compressed.map_or(0, |c| c.means.len() / c.length);
+        let bases = compressed.map_or(0, |c| c.bases_each);
+        let sizes = [self.channels, self.sides, self.vertex_count, clusters, bases].map(|n| n as u32);
         let TransferError { constant, constant_worst, vector, vector_worst } = self.error;
         bytes.extend(VERSION.to_le_bytes());
         bytes.extend(key.to_le_bytes());
+        bytes.extend(self.bands.to_le_bytes());
         bytes.extend(sizes.iter().flat_map(|n| n.to_le_bytes()));
         let stretch = self.stretch.unwrap_or(DMat3::ZERO);
         bytes.extend(stretch.to_cols_array().iter().flat_map(|x| x.to_le_bytes()));
         let (low, high) = self.bounds;
         let numbers = [constant, constant_worst, vector, vector_worst, self.radius];
         let numbers = numbers.into_iter().chain(low.to_array()).chain(high.to_array());
-        bytes.extend(numbers.chain(self.coefficients.iter().copied()).flat_map(f32::to_le_bytes));
+        bytes.extend(numbers.flat_map(f32::to_le_bytes));
+        match compressed {
+            None => bytes.extend(self.coefficients.iter().flat_map(|x| x.to_le_bytes())),
+            Some(compressed) => {
+                let CompressionError { mean, worst } = compressed.error;
+                bytes.extend(compressed.clusters.iter().flat_map(|n| n.to_le_bytes()));
+                let all = [&[mean, worst][..], &compressed.weights, &compressed.means, &compressed.bases];
+                bytes.extend(all.into_iter().flatten().flat_map(|x| x.to_le_bytes()));
+            }
+        }
         let checksum = crc32fast::hash(&bytes);
         bytes.extend(checksum.to_le_bytes());
         bytes
@@ -164,9 +181,38 @@ impl Words<'_> {
         Some(Vec3::new(self.f32()?, self.f32()?, self.f32()?))
     }
 
+    /// So many numbers, if there are as many.
+    fn floats(&mut self, count: usize) -> Option<Vec<f32>> {
+        (self.0.len() / 4 >= count).then_some(())?;
+        (0..count).map(|_| self.f32()).collect()
+    }
+
+    fn compressed(
+        &mut self,
+        vectors: usize,
+        length: usize,
+        (clusters, bases): (u32, u32),
+    ) -> Option<CompressedTransfer> {
+        (self.0.len() / 4 >= vectors).then_some(())?;
+        let of_vector = (0..vectors).map(|_| self.u32().filter(|&c| c < clusters));
+        let of_vector = of_vector.collect::<Option<Vec<u32>>>()?;
+        let (clusters, bases) = (clusters as usize, bases as usize);
+        let error = CompressionError { mean: self.f32()?, worst: self.f32()? };
+        Some(CompressedTransfer {
+            length,
+            bases_each: bases,
+            clusters: of_vector,
+            weights: self.floats(vectors.checked_mul(bases)?)?,
+            means: self.floats(clusters * length)?,
+            bases: self.floats(clusters * bases * length)?,
+            error,
+        })
+    }
+
     /// All that follows the key.
     fn transfer(&mut self) -> Option<ObjectTransfer> {
-        let [bands, channels, sides, vertices] = [self.u32()?, self.u32()?, self.u32()?, self.u32()?];
+        let [bands, channels, sides] = [self.u32()?, self.u32()?, self.u32()?];
+        let [vertices, clusters, bases] = [self.u32()?, self.u32()?, self.u32()?];
         let mut columns = [0.0; 9];
         for value in &mut columns {
             *value = self.take().map(f64::from_le_bytes).filter(|x| x.is_finite())?;
@@ -180,20 +226,33 @@ impl Words<'_> {
         };
         let radius = self.f32()?;
         let bounds = (self.vector()?, self.vector()?);
-        let is_possible = TransferSettings { bands, ..TransferSettings::default() }.validate().is_ok()
-            && [1, 3].contains(&channels)
-            && [1, 2].contains(&sides);
-        let wanted = sides as usize * channels as usize * coefficient_count(bands.min(64)) * 4;
-        if !is_possible || self.0.len() != wanted.checked_mul(vertices as usize)? {
+        let compression = (clusters > 0).then_some(Compression { clusters, bases });
+        let is_possible =
+            TransferSettings { bands, compression, ..TransferSettings::default() }.validate().is_ok()
+                && [1, 3].contains(&channels)
+                && [1, 2].contains(&sides);
+        if !is_possible {
             return None;
         }
-        let coefficients = (0..self.0.len() / 4).map(|_| self.f32()).collect::<Option<Vec<f32>>>()?;
+        let length = channels as usize * coefficient_count(bands);
+        let vectors = (sides as usize).checked_mul(vertices as usize)?;
+        let (coefficients, compressed) = match compression {
+            None => (self.floats(vectors.checked_mul(length)?)?, None),
+            Some(_) => {
+                let compressed = self.compressed(vectors, length, (clusters, bases))?;
+                (compressed.vectors(), Some(compressed))
+            }
+        };
+        if !self.0.is_empty() {
+            return None;
+        }
         Some(ObjectTransfer {
             bands,
             channels: channels as usize,
             sides: sides as usize,
             vertex_count: vertices as usize,
             coefficients,
+            compressed,
             error,
             stretch: (stretch != DMat3::ZERO).then_some(stretch),
             bounds,
@@ -231,6 +290,13 @@ mod tests {
         // Other settings, other materials and other places that stretch it have files of their own; where it is does not matter.
         assert_eq!(get(&scene, &TransferSettings { bounces: 2, ..settings.clone() }).1, Cached::Computed);
         assert_eq!(get(&torus(0.6), &settings).1, Cached::Computed);
+        // Compressed vectors come back as they were, in a smaller file.
+        let compression = Some(Compression { clusters: 3, bases: 4 });
+        let compact = TransferSettings { compression, ..settings.clone() };
+        let (compressed, how) = get(&scene, &compact);
+        assert!(how == Cached::Computed && compressed != first);
+        assert!(get(&scene, &compact) == (compressed.clone(), Cached::Found));
+        assert!(compressed.write(0).len() < first.write(0).len() / 2);
         let mut moved = torus(0.5);
         moved.nodes[0].local = Transform::translation(Vec3::new(3.0, 1.0, 0.5));
         assert_eq!(get(&moved, &settings).1, Cached::Found);

@@ -6,6 +6,7 @@
 //! 2. From each vertex rays find out what of the object blocks light (`simulate.rs`). A vertex's *transfer vector* T is the clamped cosine
 //!    about its normal, in closed form, less what is blocked, in spherical harmonics.
 //! 3. Rays that are blocked bring what is reflected where they end: T of a bounce is a mean of T of the bounce before.
+//! 4. If it is asked for, vectors are compressed (`compression.rs`).
 //!
 //! The irradiance at a vertex is then `E = Σ T_k c_k`, with the coefficients c of the incident radiance in transfer space
 //! ([`ObjectTransfer::irradiance`]). Worked example: on a convex object T is the clamped cosine, and radiance 1 from everywhere, `c₀ = √4π`,
@@ -15,12 +16,14 @@
 //! vertices have a vector for either side.
 
 mod alone;
+mod compression;
 mod file;
 mod incident;
 mod lit;
 mod parallel;
 mod simulate;
 
+pub use compression::{CompressedTransfer, Compression, CompressionError};
 pub use file::{Cached, cached};
 pub use incident::{Gathering, IncidentLight};
 pub use lit::{Grid, TransferredLight};
@@ -44,11 +47,13 @@ pub struct TransferSettings {
     /// How often light is reflected from the object to itself. 0 is shadows alone. What is left out after three is some
     /// hundredths of a percent of what a torus receives, and a percent in deep hollows.
     pub bounces: u32,
+    /// Whether vectors are compressed; without, they are what was found.
+    pub compression: Option<Compression>,
 }
 
 impl Default for TransferSettings {
     fn default() -> Self {
-        Self { bands: 5, directions: 1024, bounces: 3 }
+        Self { bands: 5, directions: 1024, bounces: 3, compression: None }
     }
 }
 
@@ -66,7 +71,10 @@ impl TransferSettings {
         };
         within("bands of spherical harmonics", self.bands, 1, sh::MAX_BANDS)?;
         within("rays a vertex", self.directions, 64, 65_536)?;
-        within("bounces", self.bounces, 0, 64)
+        within("bounces", self.bounces, 0, 64)?;
+        let Some(Compression { clusters, bases }) = self.compression else { return Ok(()) };
+        within("clusters", clusters, 1, 4096)?;
+        within("bases a cluster", bases, 0, 3 * sh::MAX_BANDS * sh::MAX_BANDS)
     }
 }
 
@@ -79,6 +87,7 @@ pub struct ObjectTransfer {
     vertex_count: usize,
     /// [side][vertex][channel][coefficient].
     coefficients: Vec<f32>,
+    compressed: Option<CompressedTransfer>,
     error: TransferError,
     /// Transfer space from mesh space where that is not the identity.
     stretch: Option<DMat3>,
@@ -115,12 +124,17 @@ impl ObjectTransfer {
     fn of(alone: &Alone, settings: &TransferSettings, progress: &(dyn Fn(f32) + Sync)) -> Self {
         let simulated = simulate::simulate(alone, settings, progress);
         let (bounds, radius) = alone.bounds();
+        let length = simulated.channels * coefficient_count(settings.bands);
+        let compressed = settings
+            .compression
+            .map(|compression| CompressedTransfer::new(&simulated.coefficients, length, compression));
         Self {
             bands: settings.bands,
             channels: simulated.channels,
             sides: simulated.sides,
             vertex_count: alone.vertex_count(),
-            coefficients: simulated.coefficients,
+            coefficients: compressed.as_ref().map_or(simulated.coefficients, CompressedTransfer::vectors),
+            compressed,
             error: simulated.error,
             stretch: alone.stretch,
             bounds,
@@ -153,7 +167,13 @@ impl ObjectTransfer {
         &self.error
     }
 
-    /// All vectors, \[side\]\[vertex\]\[channel\]\[coefficient\], the side of the normal first.
+    /// What its vectors are made of, where they are compressed.
+    pub fn compressed(&self) -> Option<&CompressedTransfer> {
+        self.compressed.as_ref()
+    }
+
+    /// All vectors, \[side\]\[vertex\]\[channel\]\[coefficient\], the side of the normal first. Where they are compressed, this is what is left of
+    /// them.
     pub fn coefficients(&self) -> &[f32] {
         &self.coefficients
     }
