@@ -8,7 +8,7 @@ type Check = fn(&Path) -> Result<(), Failed>;
 
 fn main() {
     let has_adapter = girandole(Path::new("."), "info --require-adapter").status.success();
-    let checks: [(&str, Check); 10] = [
+    let checks: [(&str, Check); 11] = [
         ("same_command_same_bytes", same_command_same_bytes),
         ("the_command_in_the_statistics_makes_the_same_picture", same_picture_by_its_command),
         ("refined_pictures_repeat_and_are_better", refined_pictures),
@@ -18,6 +18,7 @@ fn main() {
         ("bench_times_modes", bench_times_modes),
         ("bench_times_motion", bench_times_motion),
         ("frames_are_the_same_alone_and_in_sequence", frames_are_the_same_alone_and_in_sequence),
+        ("transfer_is_kept_and_changes_the_picture", transfer_is_kept),
         ("frames_of_a_budget_are_the_same_alone_and_resumed", frames_of_a_budget),
     ];
     let trials = checks
@@ -34,6 +35,7 @@ fn girandole(directory: &Path, arguments: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_girandole"))
         .args(arguments.split_whitespace())
         .current_dir(directory)
+        .env("XDG_CACHE_HOME", directory.join("cache"))
         .output()
         .unwrap_or_else(|e| panic!("the program does not start: {e}"))
 }
@@ -49,6 +51,31 @@ fn ensure(condition: bool, otherwise: &str) -> Result<(), Failed> {
 }
 
 const SMALL: &str = "render table --size 96x72 --lights 48 --engine gpu";
+
+fn transfer_is_kept(directory: &Path) -> Result<(), Failed> {
+    let render = |more: &str| -> Result<(Vec<u8>, String), Failed> {
+        let said =
+            succeed(directory, &format!("{SMALL} --object torus --transfer-rays 512 {more} -o p.exr"))?;
+        let said = String::from_utf8_lossy(&said.stderr).into_owned();
+        Ok((std::fs::read(directory.join("p.exr"))?, said))
+    };
+    let (without, _) = render("")?;
+    let (grid, _) = render("--transfer grid --stats s.json")?;
+    ensure(without != grid, "transfer changes nothing")?;
+    let stats: serde_json::Value = serde_json::from_slice(&std::fs::read(directory.join("s.json"))?)?;
+    for key in ["transfer_objects", "transfer_points", "incident_light_us_per_light"] {
+        ensure(stats[key].as_f64().is_some_and(|value| value > 0.0), key)?;
+    }
+    ensure(render("--transfer centre")?.0 != grid, "the grid changes nothing")?;
+    let kept = directory.join("cache/girandole/transfer");
+    let files: Vec<_> = std::fs::read_dir(&kept)?.collect::<Result<_, _>>()?;
+    ensure(files.len() == 1, "where light is gathered makes no other transfer")?;
+    std::fs::write(files[0].path(), b"GIRTRANS and nothing else")?;
+    let (again, said) = render("--transfer grid")?;
+    ensure(again == grid && said.contains("simulated the light transfer of"), &said)?;
+    let (read, said) = render("--transfer grid")?;
+    ensure(read == grid && !said.contains("simulated"), &said)
+}
 
 fn same_command_same_bytes(directory: &Path) -> Result<(), Failed> {
     let render = |more: &str| -> Result<Vec<u8>, Failed> {

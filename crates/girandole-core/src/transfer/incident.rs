@@ -26,7 +26,7 @@ impl Gathering {
     /// Points along each axis of a grid at most.
     pub const MOST_POINTS: u32 = 16;
 
-    /// Four points along each axis: one more costs twice as much, and shows a shadow's edge a fifth sharper.
+    /// Four points along each axis.
     pub const GRID: Self = Self::Grid { points: 4 };
 
     /// Points along each axis.

@@ -182,7 +182,7 @@ pub fn some_of_everything() -> File {
     let child = file.push("nodes", json!({"mesh": mesh, "name": "child", "scale": [2.0, 2.0, -2.0]}));
     let root = file.node(json!({
         "name": "root", "mesh": mesh, "children": [child], "translation": [0.0, 1.0, 0.0],
-        "rotation": [0.0, 0.0, 0.0, 2.0], "extras": {"dynamic": true},
+        "rotation": [0.0, 0.0, 0.0, 2.0], "extras": {"dynamic": true, "transfer": true},
     }));
     for (i, extra) in
         [json!({"camera": 0}), json!({"camera": 1}), json!({"name": "lamp"})].into_iter().enumerate()

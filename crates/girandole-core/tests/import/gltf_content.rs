@@ -28,6 +28,8 @@ fn nodes_objects_cameras_and_lights() {
     assert_eq!(scene.meshes.len(), 1, "instances share their mesh");
     let objects: Vec<_> = scene.objects.iter().map(|o| (o.node, o.mesh, o.dynamic)).collect();
     assert_eq!(objects, [(0, 0, true), (1, 0, true), (5, 0, false)], "what hangs on a mover moves");
+    let marked: Vec<bool> = scene.nodes.iter().map(|n| n.transfer).collect();
+    assert_eq!(marked, [true, false, false, false, false, false], "extras mark nodes for transfer");
     assert_eq!(scene.nodes[0].local, Transform::translation(Vec3::Y), "rotations are normalised");
     assert_eq!(
         scene.world_from_node(1).transform_point3(Vec3::ONE.as_dvec3()).as_vec3(),

@@ -121,7 +121,7 @@ impl Clusters {
         let all = 0..result.triangles.len() / CLUSTER as usize;
         result.bounds = all.map(|cluster| result.bounds_of(geometry, cluster)).collect();
         if in_pieces {
-            let empty = Piece::new([[Vec3::ZERO; 3]; 4], [Vec3::ZERO; 4]);
+            let empty = Piece::new([[Vec3::ZERO; 3]; 4]);
             result.pieces = vec![empty; (result.bounds.len() - result.first_moving()) * PIECES];
         }
         for index in 0..result.moving.len() {
@@ -140,17 +140,11 @@ impl Clusters {
         Bounds::around(self.of_cluster(cluster).iter().flat_map(|&t| geometry.corners(t)))
     }
 
-    /// The pieces of a dynamic object's cluster; `outward` is 0 where it is no solid.
-    fn make_pieces(&self, geometry: &Geometry, cluster: usize, outward: f32) -> [Piece; PIECES] {
+    fn make_pieces(&self, geometry: &Geometry, cluster: usize) -> [Piece; PIECES] {
         let triangles = self.of_cluster(cluster);
-        // Those that fill it up have no normal and no area.
         let filler = [geometry.corners(triangles[0])[0]; 3];
         let corners = |i: usize| triangles.get(i).map_or(filler, |t| geometry.corners(*t));
-        let outwards = |i: usize| triangles.get(i).map_or(Vec3::ZERO, |t| normal(geometry, *t) * outward);
-        std::array::from_fn(|piece| {
-            let members = [0, 1, 2, 3].map(|i| piece * PIECE as usize + i);
-            Piece::new(members.map(corners), members.map(outwards))
-        })
+        std::array::from_fn(|piece| Piece::new([0, 1, 2, 3].map(|i| corners(piece * PIECE as usize + i))))
     }
 
     /// The pieces of a cluster, if they may be drawn alone.
@@ -190,11 +184,9 @@ impl Clusters {
             self.moving[index].solid = Some(Solid::new(geometry, &clusters));
         }
         if !self.pieces.is_empty() {
-            let Mover { clusters, solid, .. } = &self.moving[index];
-            let outward = solid.as_ref().map_or(0.0, |solid| solid.outward);
-            for cluster in clusters.clone() {
+            for cluster in self.moving[index].clusters.clone() {
                 let first = (cluster - self.first_moving()) * PIECES;
-                let pieces = self.make_pieces(geometry, cluster, outward);
+                let pieces = self.make_pieces(geometry, cluster);
                 self.pieces[first..first + PIECES].copy_from_slice(&pieces);
             }
         }
@@ -217,8 +209,8 @@ impl Clusters {
     }
 
     /// Appends the items of one light: each cluster in each face that its box touches, if it may cover a texel of `part` there; of
-    /// what moves, the pieces alone that may, unless all of them do. What a solid hides by itself is left out, and dynamic objects
-    /// that something static hides from the light.
+    /// what moves and is small there, only the pieces that may cover a texel. What a solid hides by itself is left out, and dynamic
+    /// objects that something static hides from the light.
     pub fn cull(
         &self,
         (index, map): (u32, MapView),
@@ -229,7 +221,7 @@ impl Clusters {
         let mut counts = CullCounts::default();
         let mut touched = 0u32;
         let item = |face: u32, of: usize| Item { light: index, face_cluster: face | (of as u32) << 3 };
-        let mut add = |cluster: usize, hides: bool| {
+        let mut add = |cluster: usize| {
             let bounds = &self.bounds[cluster];
             let faces = map.faces_touched(bounds);
             for face in (0..map.faces()).filter(|face| faces >> face & 1 == 1) {
@@ -237,7 +229,7 @@ impl Clusters {
                 let view = self.pieces_of(cluster).filter(|_| texels <= IN_PIECES).zip(map.face(face));
                 if let Some((pieces, view)) = view {
                     let before = items.pieces.len();
-                    let drawn = (0..PIECES).map(|piece| pieces[piece].drawn(&view, hides));
+                    let drawn = (0..PIECES).map(|piece| pieces[piece].drawn(&view));
                     let drawn = (0..).zip(drawn).filter(|(_, drawn)| *drawn != 0);
                     items.pieces.extend(drawn.map(|(piece, _)| item(face, cluster * PIECES + piece)));
                     let count = (items.pieces.len() - before) as u64;
@@ -253,12 +245,12 @@ impl Clusters {
                 touched |= 1 << face;
             }
         };
-        (0..self.first_moving()).for_each(|cluster| add(cluster, false));
+        (0..self.first_moving()).for_each(&mut add);
         for Mover { clusters, solid, .. } in self.moving.iter().filter(|mover| !is_hidden(mover.object)) {
             let turned_away = solid.as_ref().and_then(|solid| solid.hidden_from(&map));
             let is_drawn =
                 |cluster: &usize| turned_away.as_ref().is_none_or(|h| !h(cluster - clusters.start));
-            clusters.clone().filter(is_drawn).for_each(|cluster| add(cluster, turned_away.is_some()));
+            clusters.clone().filter(is_drawn).for_each(&mut add);
         }
         counts.faces_drawn = u64::from(touched.count_ones());
         counts.faces_culled = u64::from(map.faces()) - counts.faces_drawn;

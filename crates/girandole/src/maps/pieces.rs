@@ -1,20 +1,16 @@
 //! Few triangles at a time, as a face of a map shows them: whether one of them may cover a texel's centre.
+//!
+//! Which of them face away is no help: rasterisation moves corners by a part of a texel, and turns those over that are smaller.
 
 use super::footprint::{MapView, OVERLAP, ROUNDING};
-use super::solids::MARGIN;
 use girandole_core::glam::{Vec3, Vec4};
 
 /// The least share of a point's distance that its denominator is, for its place in the map to be known.
 const LEAST: f32 = 1e-3;
 
-/// Four triangles side by side.
+/// Four triangles side by side: x, y and z of each corner.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Piece {
-    /// x, y and z of each corner.
-    corners: [[Vec4; 3]; 3],
-    /// Of the normals, outward where they are a solid's; zero otherwise.
-    normal: [Vec4; 3],
-}
+pub(super) struct Piece([[Vec4; 3]; 3]);
 
 /// Where a face of a map shows a point: two ratios of linear functions of it.
 pub(super) struct FaceView {
@@ -28,24 +24,18 @@ pub(super) struct FaceView {
 }
 
 impl Piece {
-    /// Triangles by their corners, and unit normals where what faces away is hidden.
-    pub fn new(triangles: [[Vec3; 3]; 4], normals: [Vec3; 4]) -> Self {
+    pub fn new(triangles: [[Vec3; 3]; 4]) -> Self {
         let of = |corner: usize, axis: usize| Vec4::from(triangles.map(|triangle| triangle[corner][axis]));
-        Self {
-            corners: [0, 1, 2].map(|corner| [0, 1, 2].map(|axis| of(corner, axis))),
-            normal: [0, 1, 2].map(|axis| Vec4::from(normals.map(|normal| normal[axis]))),
-        }
+        Self([0, 1, 2].map(|corner| [0, 1, 2].map(|axis| of(corner, axis))))
     }
 
-    /// Which of them may cover the centre of a texel of the face, a bit each. `hides`: what faces away leaves no trace.
-    pub fn drawn(&self, view: &FaceView, hides: bool) -> u32 {
+    /// Which of them may cover the centre of a texel of the face, a bit each.
+    pub fn drawn(&self, view: &FaceView) -> u32 {
         let mut low = [Vec4::INFINITY; 2];
         let mut high = [Vec4::NEG_INFINITY; 2];
         let mut is_known = true;
-        let mut ray = [Vec4::ZERO; 3];
-        for [x, y, z] in self.corners {
+        for [x, y, z] in self.0 {
             let [x, y, z] = [x - view.position.x, y - view.position.y, z - view.position.z];
-            ray = [x, y, z];
             let dot = |axis: Vec3| x * axis.x + y * axis.y + z * axis.z;
             let [u, v, w] = view.axes.map(dot);
             is_known &= w.cmpgt((x.abs() + y.abs() + z.abs()) * LEAST).all();
@@ -59,13 +49,7 @@ impl Piece {
             let high = (high[i] + (view.offset[i] + ROUNDING)).min(Vec4::splat(view.high[i])).floor();
             low.cmple(high)
         };
-        let mut drawn = if is_known { (covers(0) & covers(1)).bitmask() } else { 0b1111 };
-        if hides {
-            let dot = |a: &[Vec4; 3], b: &[Vec4; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-            let (away, square) = (dot(&ray, &self.normal), dot(&ray, &ray));
-            drawn &= !(away.cmpgt(Vec4::ZERO) & (away * away).cmpgt(square * (MARGIN * MARGIN))).bitmask();
-        }
-        drawn
+        if is_known { (covers(0) & covers(1)).bitmask() } else { 0b1111 }
     }
 }
 
@@ -152,8 +136,8 @@ mod tests {
         for case in 0..400 {
             let (light, triangles) = light_and_triangles(case);
             let map = MapView::new(&light, SIZE, FACES);
-            let piece = Piece::new(triangles, [Vec3::ZERO; 4]);
-            let drawn = views(&map, &triangles).fold(0, |drawn, view| drawn | piece.drawn(&view, false));
+            let piece = Piece::new(triangles);
+            let drawn = views(&map, &triangles).fold(0, |drawn, view| drawn | piece.drawn(&view));
             for (i, triangle) in triangles.iter().enumerate() {
                 let mut texels = (0..SIZE * SIZE).map(|texel| [texel % SIZE, texel / SIZE]);
                 let is_drawn = drawn >> i & 1 == 1;
@@ -167,31 +151,5 @@ mod tests {
         // The controls: many cover something, and most of those that do not are not drawn.
         let [others, drawn_others] = [all, drawn_all].map(|count| count - covering);
         assert!(covering > 100 && drawn_others * 4 < others, "{covering} {drawn_all} {all}");
-    }
-
-    #[test]
-    fn what_faces_away_is_left_out_where_it_hides() {
-        let (mut away, mut towards) = (0, 0);
-        for case in 0..400 {
-            let (light, triangles) = light_and_triangles(case);
-            let map = MapView::new(&light, SIZE, FACES);
-            let normals = triangles.map(|[a, b, c]| (b - a).cross(c - a).normalize());
-            let piece = Piece::new(triangles, normals);
-            for view in views(&map, &triangles) {
-                let [any, facing] = [false, true].map(|hides| piece.drawn(&view, hides));
-                for (i, (triangle, normal)) in triangles.iter().zip(normals).enumerate() {
-                    if any >> i & 1 == 1 {
-                        let ray = (triangle[0] - light.position).normalize();
-                        let is_away = ray.dot(normal) > 0.1;
-                        assert!(!is_away || facing >> i & 1 == 0, "case {case}: triangle {i}");
-                        // Towards the light nothing is left out.
-                        assert!(ray.dot(normal) > 0.0 || facing >> i & 1 == 1, "case {case}: triangle {i}");
-                        away += u32::from(is_away);
-                        towards += u32::from(ray.dot(normal) <= 0.0);
-                    }
-                }
-            }
-        }
-        assert!(away > 50 && towards > 50, "{away} {towards}");
     }
 }

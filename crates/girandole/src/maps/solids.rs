@@ -11,7 +11,7 @@ use std::collections::{HashMap, HashSet};
 
 /// By how much triangles face away from the light before they are left out, as the sine of an angle: at the outline, where
 /// front and back meet, rasterisation rounds either.
-pub(super) const MARGIN: f32 = 0.02;
+const MARGIN: f32 = 0.02;
 /// The least cosine between a cluster's triangles and their mean direction for a cone to be of use.
 const NARROWEST: f32 = 0.1;
 
@@ -19,8 +19,6 @@ const NARROWEST: f32 = 0.1;
 #[derive(Default)]
 pub(crate) struct Solid {
     bounds: Option<Bounds>,
-    /// 1 where its triangles' normals point out of it, else −1.
-    pub outward: f32,
     /// One a cluster; none where triangles face too many ways.
     cones: Vec<Option<Cone>>,
 }
@@ -43,7 +41,6 @@ impl Solid {
         let outward = if all().map(|t| volume(geometry, t, origin)).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
         Self {
             bounds: Some(Bounds::around(all().flat_map(|t| geometry.corners(t)))),
-            outward,
             cones: clusters.iter().map(|cluster| Cone::new(geometry, cluster, outward)).collect(),
         }
     }

@@ -19,6 +19,7 @@ pub fn tests() -> Vec<Test> {
         ("mirror_geometric_factor", geometric_factor),
         ("mirror_reflection", reflection),
         ("mirror_tone_curves", tone_curves),
+        ("mirror_harmonics", harmonics),
         ("parameterisations_invert", parameterisations),
         ("packed_radiance_is_exact_to_18_bits", packed),
     ]
@@ -99,6 +100,34 @@ fn directions() -> Vec<Vec3> {
 
 fn largest_difference(a: &[Vec4], b: impl Iterator<Item = Vec4>) -> f32 {
     a.iter().zip(b).map(|(a, b)| (*a - b).abs().max_element()).fold(0.0, f32::max)
+}
+
+fn harmonics(context: &Context) {
+    let bands = math::sh::MAX_BANDS;
+    let directions =
+        (0..64).map(|i| warp::sphere(Vec2::new((i as f32 + 0.5) / 64.0, (i as f32 * 0.618_034).fract())));
+    let mut values = vec![0.0; math::sh::coefficient_count(bands)];
+    let (mut inputs, mut expected) = (Vec::new(), Vec::new());
+    for direction in directions {
+        math::sh::basis(direction, bands, &mut values);
+        let mut index = 0;
+        for l in 0..bands as i32 {
+            for m in -l..=l {
+                inputs.push([direction.extend(l as f32), Vec4::splat(m as f32)]);
+                expected.push(values[index]);
+                index += 1;
+            }
+        }
+    }
+    let source = include_str!("../../shaders/lib/harmonics.wgsl").to_owned()
+        + "fn map(a: vec4f, b: vec4f) -> vec4f { return vec4f(harmonic(a.xyz, u32(a.w), i32(b.x))); }";
+    let found = run(context, &source, &inputs, &[]);
+    let wrong = |found: &[Vec4], sign: f32| {
+        let pairs = found.iter().zip(&expected);
+        pairs.map(|(found, expected)| (found.x * sign - expected).abs()).fold(0.0, f32::max)
+    };
+    assert!(wrong(&found, 1.0) < 2e-5, "{}", wrong(&found, 1.0));
+    assert!(wrong(&found, -1.0) > 0.1, "the control");
 }
 
 fn octahedral(context: &Context) {

@@ -181,6 +181,39 @@ fn what_is_around_the_scene_can_be_changed() {
 }
 
 #[test]
+fn objects_are_lit_by_transfer_as_long_as_it_is_chosen() {
+    use girandole_core::transfer::{Gathering, ObjectTransfer, TransferSettings};
+    let Drawn { mut session, device, mut target } = drawn();
+    let object = (session.scene.objects.len() - 1).into();
+    let settings = TransferSettings { directions: 64, bounces: 0, ..TransferSettings::default() };
+    let transfer = ObjectTransfer::simulate(&session.scene, object, &settings, &|_| ()).unwrap().into();
+    let transferred = crate::transfer::Transferred { object, transfer, gathering: Gathering::GRID };
+    session.transfers = Transfers::new(crate::args::TransferArgs::default(), vec![transferred]);
+    let lit = |session: &Session| session.renderer().unwrap().transferred().collect::<Vec<_>>();
+    let mut draw = |session: &mut Session| {
+        assert!(session.wants_picture(SIZE));
+        session.draw(&mut target);
+        assert_eq!(session.notice, None);
+    };
+    session.forget_picture();
+    draw(&mut session);
+    assert_eq!((lit(&session), session.transfers.gathering(object)), (vec![object], Some(Gathering::GRID)));
+    assert_eq!(session.transfers.arguments(&session.scene).gathering(), Some(Gathering::GRID));
+    session.set_transfer(object, Some(Gathering::Center));
+    draw(&mut session);
+    assert_eq!(session.transfers.gathering(object), Some(Gathering::Center));
+    // A renderer of other options lights it too.
+    session.options.pcf = 3;
+    make(&mut session, &device);
+    draw(&mut session);
+    assert_eq!(lit(&session), [object]);
+    session.set_transfer(object, None);
+    draw(&mut session);
+    assert_eq!((lit(&session), session.transfers.gathering(object)), (vec![], None));
+    assert_eq!(session.transfers.arguments(&session.scene), crate::args::TransferArgs::default());
+}
+
+#[test]
 fn samples_that_follow_little_by_little_go_over_to_what_is_seen() {
     let Drawn { mut session, device, mut target } = drawn();
     session.light.rewalk = Rewalk::Paths(girandole_core::lights::Pace { paths: 4, fade: 0 });
