@@ -58,6 +58,12 @@ pub fn of_object(
             settings.directions
         ));
     }
+    if let Some(compressed) = transfer.compressed() {
+        let [mean, worst] = [compressed.error.mean, compressed.error.worst].map(|share| share * 100.0);
+        say(&format!(
+            "the light transfer of {name} is compressed: wrong by {mean:.2} % in the mean, {worst:.2} % at most"
+        ));
+    }
     Ok(Transferred { object, transfer: Arc::new(transfer), gathering })
 }
 

@@ -170,7 +170,7 @@ mod tests {
     }
 
     /// Options with other values than their own.
-    const OPTIONS: [(&str, &[&str]); 34] = [
+    const OPTIONS: [(&str, &[&str]); 36] = [
         ("--size", &["8x6", "8192x1"]),
         ("--lights", &["1", "1048576"]),
         ("--direct", &["0", "0.1", "1"]),
@@ -203,6 +203,8 @@ mod tests {
         ("--transfer-bands", &["1", "8"]),
         ("--transfer-rays", &["64", "65536"]),
         ("--transfer-bounces", &["0", "64"]),
+        ("--transfer-clusters", &["0", "32"]),
+        ("--transfer-bases", &["0", "16"]),
         ("--edits", &["e.json", "-e.json", "it's.json"]),
         ("--stats", &["s.json", "$(s).json"]),
     ];

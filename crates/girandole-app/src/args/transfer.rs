@@ -3,7 +3,7 @@
 use super::command_line::{Choice, text, value_name};
 use clap::{Args, ValueEnum};
 use girandole_core::math::sh::MAX_BANDS;
-use girandole_core::transfer::{Gathering, TransferSettings};
+use girandole_core::transfer::{Compression, Gathering, TransferSettings};
 
 /// Where the light is gathered that objects with transfer are lit by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -46,11 +46,19 @@ pub struct TransferArgs {
     /// How often an object with transfer reflects light to itself
     #[arg(long, value_name = "N", default_value_t = TransferSettings::default().bounces, value_parser = clap::value_parser!(u32).range(0..=64))]
     pub transfer_bounces: u32,
+
+    /// Clusters of transfer vectors that are compressed together: more have a smaller error; 0 does not compress
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=4096))]
+    pub transfer_clusters: u32,
+
+    /// Bases of each of these clusters: more have a smaller error, and are one more number a vertex
+    #[arg(long, value_name = "N", default_value_t = Compression::default().bases, value_parser = clap::value_parser!(u32).range(0..=192))]
+    pub transfer_bases: u32,
 }
 
 impl Default for TransferArgs {
     fn default() -> Self {
-        let TransferSettings { bands, directions, bounces } = TransferSettings::default();
+        let TransferSettings { bands, directions, bounces, .. } = TransferSettings::default();
         Self {
             transfer: TransferArg::Off,
             transfer_nodes: Vec::new(),
@@ -58,6 +66,8 @@ impl Default for TransferArgs {
             transfer_bands: bands,
             transfer_rays: directions,
             transfer_bounces: bounces,
+            transfer_clusters: 0,
+            transfer_bases: Compression::default().bases,
         }
     }
 }
@@ -87,15 +97,17 @@ impl TransferArgs {
 
     /// How transfer is simulated.
     pub fn settings(&self) -> TransferSettings {
+        let compression = Compression { clusters: self.transfer_clusters, bases: self.transfer_bases };
         TransferSettings {
             bands: self.transfer_bands,
             directions: self.transfer_rays,
             bounces: self.transfer_bounces,
+            compression: (self.transfer_clusters > 0).then_some(compression),
         }
     }
 
     /// The options' words on a command line.
-    pub(super) fn choices(&self) -> [Choice; 6] {
+    pub(super) fn choices(&self) -> [Choice; 8] {
         let Self { transfer, transfer_nodes: nodes, .. } = self;
         [
             ("--transfer", value_name(transfer)),
@@ -104,6 +116,8 @@ impl TransferArgs {
             ("--transfer-bands", text(self.transfer_bands)),
             ("--transfer-rays", text(self.transfer_rays)),
             ("--transfer-bounces", text(self.transfer_bounces)),
+            ("--transfer-clusters", text(self.transfer_clusters)),
+            ("--transfer-bases", text(self.transfer_bases)),
         ]
     }
 }

@@ -5,6 +5,7 @@ use crate::scene::{Material, Mesh, Transform};
 use std::f32::consts::PI;
 
 mod furnace;
+mod places;
 
 /// An object alone.
 fn alone(mesh: Mesh, material: Material, local: Transform) -> Scene {
