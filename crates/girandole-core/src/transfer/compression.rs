@@ -5,9 +5,8 @@
 //! 2. Again and again each vector goes to the cluster that is least wrong about it, and clusters get the mean of what they have and
 //!    the eigenvectors of its covariance with the largest eigenvalues (§4.3). Neither step adds to the error.
 //!
-//! What is incident is multiplied by means and bases alone, once a cluster: a vertex costs a sum of as many products as there are bases, in
-//! place of all coefficients. Worked example: three channels of 25 coefficients are 75 numbers a vertex; with 8 bases they are 8 and the
-//! cluster's index.
+//! Worked example: three channels of 25 coefficients are 75 numbers a vertex; with 8 bases they are 8 and the cluster's index. Files are
+//! as small; whoever shades with them takes the vectors that they make ([`CompressedTransfer::vectors`]).
 //!
 //! Eigenvectors are Jacobi's, in a few lines: the linear algebra crate that has them multiplies by the machine's vector width.
 
