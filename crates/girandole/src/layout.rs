@@ -228,8 +228,8 @@ pub(crate) struct TransferObject {
     pub vertices: u32,
     pub mover: u32,
     pub sides: u32,
-    pub padding_a: u32,
-    pub padding_b: u32,
+    pub clusters: u32,
+    pub bases: u32,
 }
 
 /// `VertexRange` in `lib/vertex_range.wgsl`.

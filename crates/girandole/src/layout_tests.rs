@@ -51,7 +51,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(OldPlace as "OldPlace": x, y, z),
         fields!(TransferObject as "TransferObject": box_from_world_x, box_from_world_y, box_from_world_z, world_from_box_x,
             world_from_box_y, world_from_box_z, transfer_from_world_x, bands, transfer_from_world_y, channels,
-            transfer_from_world_z, index, points, first_vertex, margin, vertices, mover, sides, padding_a, padding_b),
+            transfer_from_world_z, index, points, first_vertex, margin, vertices, mover, sides, clusters, bases),
         fields!(VertexRange as "VertexRange": first, count, padding_a, padding_b),
         fields!(Item as "Item": light, face_cluster),
         fields!(LightMapUpdate as "LightMapUpdate": leaf, first, end, is_void, units),

@@ -20,8 +20,8 @@ struct TransferObject {
   vertices: u32,
   mover: u32, // which of the dynamic objects it is, or NONE
   sides: u32, // of vertices that have vectors: 2 where surfaces are double-sided
-  padding_a: u32,
-  padding_b: u32,
+  clusters: u32, // of compressed vectors; 0 = they are not
+  bases: u32, // of a cluster
 }
 
 @group(2) @binding(5) var<uniform> object: TransferObject;

@@ -15,6 +15,8 @@ pub(crate) struct Transfer {
     arrive: Kernel,
     project: Kernel,
     light_vertices: Kernel,
+    /// For vectors that are compressed: clusters first, then vertices.
+    compressed: [Kernel; 2],
     interpolate: Kernel,
     /// The same, where kernels store the radiance of samples.
     interpolate_radiance: Kernel,
@@ -33,6 +35,8 @@ impl Transfer {
             arrive: compiler.kernel(&shaders::INCIDENT_LIGHT, "arrive"),
             project: compiler.kernel(&shaders::INCIDENT_LIGHT, "project_arrivals"),
             light_vertices: compiler.kernel(&shaders::TRANSFER_VERTICES, "light_vertices"),
+            compressed: ["light_clusters", "light_compressed_vertices"]
+                .map(|entry| compiler.kernel(&shaders::TRANSFER_VERTICES, entry)),
             interpolate: compiler.kernel(&shaders::TRANSFER, "interpolate_transfer"),
             interpolate_radiance: Compiler { writes_radiance: true, ..*compiler }
                 .kernel(&shaders::TRANSFER, "interpolate_transfer"),
@@ -74,16 +78,18 @@ impl Transfer {
                 buffer("incident", &object.incident),
                 buffer("vertex_irradiance", lit.irradiance),
                 buffer("range", lit.range),
+                buffer("projected", &object.projected),
             ];
+            let [light_clusters, light_compressed] = &self.compressed;
+            let time = "transfer_vertices_gpu_ms";
+            if object.vectors > 0 {
+                let groups = Groups::Count([object.vectors.div_ceil(WORKGROUP), object.grid_points]);
+                light_clusters.record(recorder, whole.groups(), time, &resources, groups);
+            }
+            let kernel = if object.vectors > 0 { light_compressed } else { &self.light_vertices };
             let groups = object.vertices.div_ceil(WORKGROUP);
             let groups = Groups::Count([groups.min(GROUPS_PER_ROW), groups.div_ceil(GROUPS_PER_ROW)]);
-            self.light_vertices.record(
-                recorder,
-                whole.groups(),
-                "transfer_vertices_gpu_ms",
-                &resources,
-                groups,
-            );
+            kernel.record(recorder, whole.groups(), time, &resources, groups);
         }
         lit
     }

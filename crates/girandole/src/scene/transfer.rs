@@ -13,7 +13,9 @@ use girandole_core::lights::{Clamp, LightSample};
 use girandole_core::math::sh;
 use girandole_core::scene::ObjectId;
 use girandole_core::trace::SceneTracer;
-use girandole_core::transfer::{Gathering, Grid, IncidentLight, ObjectTransfer, TransferFrame};
+use girandole_core::transfer::{
+    CompressedTransfer, Gathering, Grid, IncidentLight, ObjectTransfer, TransferFrame,
+};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -48,9 +50,26 @@ impl Transferred {
                 Gathering::MOST_POINTS
             )));
         }
-        let data = Arc::new(storage(&context.device, "transfer vectors", transfer.coefficients())?);
+        let compressed = transfer.compressed().map(packed);
+        let data = compressed.as_deref().unwrap_or(transfer.coefficients());
+        let data = Arc::new(storage(&context.device, "transfer vectors", data)?);
         Ok(Self { transfer, gathering, data })
     }
+}
+
+/// Compressed vectors as `transfer_vertices.wgsl` reads them.
+fn packed(compressed: &CompressedTransfer) -> Vec<f32> {
+    let CompressedTransfer { length, bases_each, clusters, weights, means, bases, .. } = compressed;
+    let mut words = Vec::new();
+    for (cluster, mean) in means.chunks_exact(*length).enumerate() {
+        words.extend(mean);
+        words.extend(&bases[cluster * bases_each * length..][..bases_each * length]);
+    }
+    for (vector, &cluster) in clusters.iter().enumerate() {
+        words.push(cluster as f32);
+        words.extend(&weights[vector * bases_each..][..*bases_each]);
+    }
+    words
 }
 
 /// What lies on the GPU of objects that are lit by transfer.
@@ -74,7 +93,13 @@ pub(crate) struct GpuTransferObject {
     pub incident: wgpu::Buffer,
     /// What arrives at each point from the lights of a batch, on its way there.
     pub arrivals: wgpu::Buffer,
-    /// Points of the grid, where the device gathers the light; 0 where it was gathered already.
+    /// What vectors of clusters receive at each point, where there are any.
+    pub projected: wgpu::Buffer,
+    /// Vectors of clusters: means and bases.
+    pub vectors: u32,
+    /// Points of the grid.
+    pub grid_points: u32,
+    /// The same, where the device gathers the light; 0 where it was gathered already.
     pub points: u32,
     /// Vertices, times the sides that have vectors.
     pub vertices: u32,
@@ -189,6 +214,16 @@ impl GpuTransferObject {
         let record = record(source, object, transferred, frame);
         let points = record.points.iter().product::<u32>();
         let coefficients = sh::coefficient_count(transfer.bands());
+        let vectors = record.clusters * (record.bases + 1);
+        let scratch = |label, size| {
+            let usage = wgpu::BufferUsages::STORAGE;
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
         let is_gathered = incident.is_some();
         let arrivals = if is_gathered { 1 } else { u64::from(points) * u64::from(BATCH) };
         let incident = incident.unwrap_or_else(|| vec![Vec4::ZERO; points as usize * coefficients]);
@@ -196,12 +231,10 @@ impl GpuTransferObject {
             uniform: uniform(device, "object with transfer", bytemuck::bytes_of(&record)),
             data: transferred.data.clone(),
             incident: storage(device, "light about an object", &incident)?,
-            arrivals: device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("arriving light"),
-                size: arrivals * ARRIVAL_BYTES,
-                usage: wgpu::BufferUsages::STORAGE,
-                mapped_at_creation: false,
-            }),
+            arrivals: scratch("arriving light", arrivals * ARRIVAL_BYTES),
+            projected: scratch("light of clusters", u64::from(points) * u64::from(vectors.max(1)) * 16),
+            vectors,
+            grid_points: points,
             points: if is_gathered { 0 } else { points },
             vertices: record.vertices * record.sides,
             triangles: range.triangles.clone(),
@@ -242,6 +275,8 @@ fn record(
         vertices: vertices.end - vertices.start,
         mover: mover_of(scene, object.index()),
         sides: transfer.sides() as u32,
+        clusters: transfer.compressed().map_or(0, |c| (c.means.len() / c.length) as u32),
+        bases: transfer.compressed().map_or(0, |c| c.bases_each as u32),
         ..TransferObject::default()
     }
 }

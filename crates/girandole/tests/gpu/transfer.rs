@@ -7,7 +7,7 @@ use girandole::core::image::Image;
 use girandole::core::lights::{Clamp, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject};
 use girandole::core::scene::{ObjectId, Scene, Transform, View};
-use girandole::core::transfer::{Gathering, ObjectTransfer, TransferSettings, TransferredLight};
+use girandole::core::transfer::{Compression, Gathering, ObjectTransfer, TransferSettings, TransferredLight};
 use girandole::{MapUpdates, Mode, RenderSettings, Renderer, RendererOptions, Shading};
 use girandole_reference::{OracleSettings, oracle_with_transfer};
 use std::sync::Arc;
@@ -18,6 +18,7 @@ pub fn tests() -> Vec<Test> {
     vec![
         ("transfer_is_that_of_traced_rays", by_rays),
         ("transfer_is_the_same_in_all_modes", modes),
+        ("compressed_transfer_is_that_of_its_vectors", compressed),
         ("transfer_follows_what_moves", follows),
         ("transfer_is_not_darkened_by_former_selves", stale),
         ("transfer_ends_where_objects_are_stretched", stretched),
@@ -110,6 +111,40 @@ fn by_rays(context: &Context) {
     assert!(apart > 0.02, "{apart}");
     let unlit = context.picture(&stage, RendererOptions::default(), &view, SIZE);
     assert!(difference(&unlit, &grid.1, &mask).0 > 0.03);
+}
+
+fn compressed(context: &Context) {
+    let (mut stage, view) = stage(40);
+    let object = mover(&stage.scene);
+    // Coloured, so that its channels differ.
+    let material = stage.geometry.objects[object.index()].triangles.start;
+    let material = stage.geometry.triangles[material as usize].material as usize;
+    stage.scene.materials[material].base_color = Vec3::new(0.8, 0.5, 0.2);
+    let stage = Stage::new(stage.scene, &LightSettings { count: 40, ..LightSettings::default() });
+    let mask = mask(&stage, &view);
+    let mut renderer = context.renderer(RendererOptions::default());
+    let mut pictures = |compression| {
+        let settings =
+            TransferSettings { directions: 128, bounces: 1, compression, ..TransferSettings::default() };
+        let transfer = ObjectTransfer::simulate(&stage.scene, object, &settings, &|_| ()).expect("transfer");
+        assert_eq!(transfer.channels(), 3);
+        let mut light = TransferredLight::new();
+        let tracer = stage.tracer();
+        let lit = (object, &transfer);
+        light.add(&tracer, (&stage.lights, None), lit, Gathering::Center, Clamp::Own).expect("this mesh");
+        let settings = OracleSettings { clamp: Clamp::Own, ..OracleSettings::default() };
+        let truth = oracle_with_transfer(&tracer, &stage.lights, &light, &view, SIZE, &settings, &|_| ());
+        let lit = Some((Arc::new(transfer), Gathering::Center));
+        renderer.set_transfer(&stage.scene, object, lit).expect("this mesh");
+        context.load(&mut renderer, &stage);
+        (context.frame(&mut renderer, &view, SIZE, &RenderSettings::default()), truth)
+    };
+    let (shown, truth) = pictures(Some(Compression { clusters: 8, bases: 3 }));
+    let (apart, _) = difference(&shown, &truth, &mask);
+    assert!(apart < 2e-4, "{apart}");
+    let (exact, _) = pictures(None);
+    let (lost, _) = difference(&shown, &exact, &mask);
+    assert!((1e-3..0.1).contains(&lost), "the control: {lost}");
 }
 
 fn modes(context: &Context) {
