@@ -226,3 +226,29 @@ fn turning_scaling_and_moving_the_world_changes_nothing() {
     // The control: the lights alone turn.
     assert!(apart(&lit(DAffine3::IDENTITY, DAffine3::from_rotation_y(0.2))) > 0.03);
 }
+
+/// Of the variance, by a point of which all is known.
+#[test]
+fn the_path_tracer_knows_its_own_noise() {
+    let mut stage = Stage::default();
+    let white = stage.material(Material::default());
+    stage.quad(Vec3::new(-10.0, 0.0, -10.0), Vec3::Z * 20.0, Vec3::X * 20.0, white);
+    let (geometry, environment) = (stage.geometry(), directional(&[(Vec3::new(1.0, 0.5, 0.2), Vec3::ONE)]));
+    let tracer = SceneTracer::new(&stage.scene, &geometry);
+    let mut cosine = [0.0; 25];
+    sh::clamped_cosine(Vec3::Y, 5, &mut cosine);
+    let closed: Vec3 = environment.iter().zip(cosine).map(|(c, t)| *c * t).sum();
+    let start = tracer.offset_ray_origin(Vec3::ZERO, Vec3::Y);
+    let squares = |factor: f32| {
+        let z = (0..64).map(|seed| {
+            let settings = PathSettings { paths: 1024, bounces: Some(2), seed };
+            let found = irradiance(&tracer, &environment, start, Vec3::Y, &settings);
+            ((found.mean - closed * factor) / found.variance.map(f32::sqrt)).x
+        });
+        z.map(|z| z * z).sum::<f32>() / 64.0
+    };
+    // With 15 degrees of freedom z² has the mean 15/13.
+    let found = squares(1.0);
+    assert!((0.6..1.9).contains(&found), "{found}");
+    assert!(squares(1.05) > 1.9, "negative control: {}", squares(1.05));
+}
