@@ -6,7 +6,8 @@
 //!    the eigenvectors of its covariance with the largest eigenvalues (§4.3). Neither step adds to the error.
 //!
 //! Worked example: three channels of 25 coefficients are 75 numbers a vertex; with 8 bases they are 8 and the cluster's index. Files are
-//! as small; whoever shades with them takes the vectors that they make ([`CompressedTransfer::vectors`]).
+//! as small. The renderer multiplies what is incident by means and bases alone, once a cluster and point of its grid, and a vertex by its
+//! weights; the CPU takes the vectors that they make ([`CompressedTransfer::vectors`]).
 //!
 //! Eigenvectors are Jacobi's, in a few lines: the linear algebra crate that has them multiplies by the machine's vector width.
 
