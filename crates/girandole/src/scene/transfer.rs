@@ -277,7 +277,6 @@ fn record(
         sides: transfer.sides() as u32,
         clusters: transfer.compressed().map_or(0, |c| (c.means.len() / c.length) as u32),
         bases: transfer.compressed().map_or(0, |c| c.bases_each as u32),
-        ..TransferObject::default()
     }
 }
 
