@@ -84,6 +84,8 @@ impl CompressedTransfer {
                 }
             }
         }
+        // Clusters that nothing is in have no bases.
+        clusters.iter_mut().for_each(|cluster| cluster.bases.resize(bases_each * length, 0.0));
         let mut result = Self {
             length,
             bases_each,

@@ -23,11 +23,19 @@ pub(crate) fn storage<T: bytemuck::Pod>(
 }
 
 pub(crate) fn check_size(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Result<()> {
+    check_bytes(device, label, bytes.len() as u64)
+}
+
+/// Whether a storage buffer of so many bytes is possible.
+///
+/// # Errors
+/// [`Error::TooLarge`] beyond the device's limit.
+pub(crate) fn check_bytes(device: &wgpu::Device, label: &str, bytes: u64) -> Result<()> {
     let limit = device.limits().max_storage_buffer_binding_size;
-    if bytes.len() as u64 > limit {
+    if bytes > limit {
         let what = format!(
             "the scene's {label} take {} MiB and this device binds {} MiB at most",
-            bytes.len() >> 20,
+            bytes >> 20,
             limit >> 20
         );
         return Err(Error::too_large(what, Remedy::SmallerScene));

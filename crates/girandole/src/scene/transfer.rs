@@ -1,6 +1,6 @@
 //! Objects that are lit by precomputed radiance transfer.
 
-use crate::device::buffers::storage;
+use crate::device::buffers::{check_bytes, storage};
 use crate::device::context::Context;
 use crate::layout::{TransferObject, VertexRange};
 use crate::maps::places::mover_of;
@@ -215,14 +215,12 @@ impl GpuTransferObject {
         let points = record.points.iter().product::<u32>();
         let coefficients = sh::coefficient_count(transfer.bands());
         let vectors = record.clusters * (record.bases + 1);
-        let scratch = |label, size| {
+        let scratch = |label, size| -> Result<wgpu::Buffer> {
+            check_bytes(device, label, size)?;
             let usage = wgpu::BufferUsages::STORAGE;
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size,
-                usage,
-                mapped_at_creation: false,
-            })
+            let descriptor =
+                wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
+            Ok(device.create_buffer(&descriptor))
         };
         let is_gathered = incident.is_some();
         let arrivals = if is_gathered { 1 } else { u64::from(points) * u64::from(BATCH) };
@@ -231,8 +229,8 @@ impl GpuTransferObject {
             uniform: uniform(device, "object with transfer", bytemuck::bytes_of(&record)),
             data: transferred.data.clone(),
             incident: storage(device, "light about an object", &incident)?,
-            arrivals: scratch("arriving light", arrivals * ARRIVAL_BYTES),
-            projected: scratch("light of clusters", u64::from(points) * u64::from(vectors.max(1)) * 16),
+            arrivals: scratch("arriving light", arrivals * ARRIVAL_BYTES)?,
+            projected: scratch("light of clusters", u64::from(points) * u64::from(vectors.max(1)) * 16)?,
             vectors,
             grid_points: points,
             points: if is_gathered { 0 } else { points },

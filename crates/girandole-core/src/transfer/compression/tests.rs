@@ -119,3 +119,16 @@ fn threads_change_nothing() {
     assert!(one == with(3));
     assert!(one != torus(Some(Compression { clusters: 5, bases: 2 })), "negative control");
 }
+
+#[test]
+fn more_clusters_than_different_vectors_leave_no_error() {
+    let vectors: Vec<f32> = (0..120).flat_map(|i| [(i % 3) as f32, 1.0, -((i % 3) as f32)]).collect();
+    for clusters in [3, 8, 120] {
+        let compressed = CompressedTransfer::new(&vectors, 3, Compression { clusters, bases: 2 });
+        assert!(compressed.error.worst < 1e-6, "{clusters}: {:?}", compressed.error);
+        assert_eq!(compressed.bases.len(), compressed.means.len() * compressed.bases_each);
+    }
+    // The control: one mean for all.
+    let one = CompressedTransfer::new(&vectors, 3, Compression { clusters: 1, bases: 0 });
+    assert!(one.error.mean > 0.1, "{:?}", one.error);
+}
