@@ -17,7 +17,7 @@ use std::path::Path;
 
 const MAGIC: &[u8; 8] = b"GIRTRANS";
 /// Of the format, and of what the simulator finds.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Whether transfer was there.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,7 +5,8 @@
 //!    mesh as stretched as it is.
 //! 2. From each vertex rays find out what of the object blocks light (`simulate.rs`). A vertex's *transfer vector* T is the clamped cosine
 //!    about its normal, in closed form, less what is blocked, in spherical harmonics.
-//! 3. Rays that are blocked bring what is reflected where they end: T of a bounce is a mean of T of the bounce before.
+//! 3. Rays that are blocked bring what is reflected where they end: T of a bounce is a mean of T of the bounce before, at the middles of small
+//!    pieces of triangles (`reflectors.rs`).
 //! 4. If it is asked for, vectors are compressed (`compression.rs`).
 //!
 //! The irradiance at a vertex is then `E = Σ T_k c_k`, with the coefficients c of the incident radiance in transfer space
@@ -21,6 +22,9 @@ mod file;
 mod incident;
 mod lit;
 mod parallel;
+mod points;
+mod receivers;
+mod reflectors;
 mod simulate;
 
 pub use compression::{CompressedTransfer, Compression, CompressionError};
@@ -53,7 +57,7 @@ pub struct TransferSettings {
 
 impl Default for TransferSettings {
     fn default() -> Self {
-        Self { bands: 5, directions: 1024, bounces: 3, compression: None }
+        Self { bands: 5, directions: 2048, bounces: 3, compression: None }
     }
 }
 
