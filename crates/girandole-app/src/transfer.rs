@@ -26,20 +26,24 @@ pub fn load(scene: &Scene, args: &TransferArgs) -> Result<Vec<Transferred>> {
         return Ok(Vec::new());
     };
     let objects = marked(scene, &args.transfer_nodes)?;
-    objects.into_iter().map(|object| of_object(scene, object, args, gathering)).collect()
+    objects.into_iter().map(|object| of_object(scene, object, args, gathering, &|_| {})).collect()
 }
 
-/// The same for one object.
+/// The same for one object; the progress bar is not all that is told what share is done, 0 to 1.
 pub fn of_object(
     scene: &Scene,
     object: ObjectId,
     args: &TransferArgs,
     gathering: Gathering,
+    done: &(dyn Fn(f32) + Sync),
 ) -> Result<Transferred> {
     let name = &scene.objects[object.index()].name;
     let progress = Progress::bar(&format!("simulating the light transfer of {name}"));
     let settings = args.settings();
-    let set = |done: f32| progress.set(done);
+    let set = |share: f32| {
+        progress.set(share);
+        done(share);
+    };
     let folder = folder();
     let (transfer, cached) = match &folder {
         Some(folder) => transfer::cached(scene, object, &settings, folder, &set),

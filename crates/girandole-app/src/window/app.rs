@@ -26,6 +26,9 @@ use winit::window::Window;
 /// How often what is on its way back from the device is looked for.
 const POLL: Duration = Duration::from_millis(4);
 
+/// How often the progress of what is made beside is shown.
+const PROGRESS: Duration = Duration::from_millis(100);
+
 /// What is made between two frames takes as long, or a little longer.
 const SLICE: Duration = Duration::from_millis(15);
 
@@ -145,7 +148,10 @@ impl App {
         self.gpu.poll()?;
         let now = Instant::now();
         let (mut is_there, times) = self.frames.collect();
-        is_there |= self.collect_shots() | self.collect_drop() | self.session.refinement.collect();
+        is_there |= self.collect_shots()
+            | self.collect_drop()
+            | self.session.refinement.collect()
+            | self.session.collect_transfer();
         if let Some(times) = times {
             self.log.add(&times);
             if times.hurried {
@@ -160,7 +166,8 @@ impl App {
             || self.frames.is_waiting()
             || self.shots.is_waiting()
             || self.dropped.is_waiting()
-            || self.session.refinement.is_waiting();
+            || self.session.refinement.is_waiting()
+            || self.session.transfers.progress().is_some();
         let poll = waits.then(|| now + POLL);
         Ok(poll.into_iter().chain(self.due).min())
     }
@@ -272,6 +279,10 @@ impl App {
             self.window.request_redraw();
         }
         self.due = Instant::now().checked_add(gui.repaint_after);
+        if self.session.transfers.progress().is_some() {
+            let shown = Instant::now() + PROGRESS;
+            self.due = Some(self.due.map_or(shown, |due| due.min(shown)));
+        }
         if let Some(seconds) = self.session.rests_in(self.tools.picture_size) {
             let rested = Instant::now() + Duration::from_secs_f64(seconds);
             self.due = Some(self.due.map_or(rested, |due| due.min(rested)));

@@ -27,3 +27,19 @@ pub fn take<T>(slot: &mut Option<Pending<T>>) -> Option<T> {
     *slot = None;
     Some(value)
 }
+
+/// The result of a function that is called on a thread of its own, where there are threads.
+pub fn beside<T: Send + 'static>(f: impl FnOnce() -> T + Send + 'static) -> Pending<T> {
+    #[cfg(target_arch = "wasm32")]
+    let result = std::future::ready(f());
+    #[cfg(not(target_arch = "wasm32"))]
+    let result = {
+        let (sender, receiver) = std::sync::mpsc::channel();
+        std::thread::spawn(move || sender.send(f()));
+        std::future::poll_fn(move |_| match receiver.try_recv() {
+            Ok(value) => std::task::Poll::Ready(value),
+            Err(_) => std::task::Poll::Pending,
+        })
+    };
+    Pending::new(result)
+}

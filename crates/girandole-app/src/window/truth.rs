@@ -223,7 +223,8 @@ impl Truth {
         if std::mem::take(&mut self.has_news) {
             let (ours, truth) = (ours.clone(), truth.clone());
             self.compared = Some(Instant::now());
-            self.comparing = Some(beside(move || compare(&truth, &ours, &CompareOptions::default()).ok()));
+            self.comparing =
+                Some(pending::beside(move || compare(&truth, &ours, &CompareOptions::default()).ok()));
         }
     }
 
@@ -266,22 +267,6 @@ impl Truth {
 fn path_settings(light: &IlluminationSettings) -> PathSettings {
     let LightSettings { bounces, seed, .. } = light.lights;
     PathSettings { paths: 1, bounces: (bounces != u32::MAX).then_some(bounces), seed }
-}
-
-/// The result of a function that is called on a thread of its own, where there are threads.
-fn beside<T: Send + 'static>(f: impl FnOnce() -> T + Send + 'static) -> Pending<T> {
-    #[cfg(target_arch = "wasm32")]
-    let result = std::future::ready(f());
-    #[cfg(not(target_arch = "wasm32"))]
-    let result = {
-        let (sender, receiver) = std::sync::mpsc::channel();
-        std::thread::spawn(move || sender.send(f()));
-        std::future::poll_fn(move |_| match receiver.try_recv() {
-            Ok(value) => std::task::Poll::Ready(value),
-            Err(_) => std::task::Poll::Pending,
-        })
-    };
-    Pending::new(result)
 }
 
 #[cfg(test)]

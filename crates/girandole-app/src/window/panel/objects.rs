@@ -54,7 +54,7 @@ fn picked(ui: &mut Ui, session: &mut Session, tools: &mut Tools) {
     let mut chosen = before.map(|gathering| gathering == Gathering::Center);
     let ways = [(None, "shadow maps"), (Some(true), "transfer, centre"), (Some(false), "transfer, grid")];
     let explanation = "How the object is lit: by shadow maps, or by precomputed radiance transfer with the light at its centre, or on a \
-                       grid about it. Transfer is simulated when it is first chosen, which takes seconds for large objects.";
+                       grid about it. Transfer is simulated when it is first chosen, which takes seconds for large objects; until then shadow maps light it.";
     row(ui, "Lit by", explanation, |ui| choice(ui, "transfer", &mut chosen, &ways));
     let is_center = |gathering| gathering == Gathering::Center;
     if chosen != before.map(is_center) {

@@ -68,13 +68,16 @@ impl Session {
             || self.making.is_none() && self.work() != Work::Nothing
     }
 
-    /// The share that is done of the light that is being made, 0 to 1, and what is done at the moment.
+    /// The share that is done of the light, or of the transfer, that is being made, 0 to 1, and what is done at the moment.
     pub fn progress(&self) -> Option<(f32, &'static str)> {
         let count = self.light.lights.count as f32;
         match &self.making {
             Some(Making { lit: Some(lit), .. }) => Some((0.5 + 0.5 * *lit as f32 / count, "Shadow maps")),
             Some(making) => Some((0.5 * making.opening.progress(), "Visibility")),
-            None => self.work().message().map(|message| (0.0, message)),
+            None => match self.work().message() {
+                Some(message) => Some((0.0, message)),
+                None => self.transfers.progress().map(|share| (share, "Light transfer")),
+            },
         }
     }
 
@@ -85,6 +88,9 @@ impl Session {
 
     /// Leaves the light that was there, with the settings that it was made by; a first picture stays as it is.
     pub fn cancel(&mut self) {
+        if self.making.is_none() && self.work() == Work::Nothing {
+            return self.transfers.cancel();
+        }
         let held = self.renderer.as_ref().and_then(Renderer::illumination).map(|i| i.settings().clone());
         match (&mut self.making, held) {
             (Some(making), _) if !making.behind || making.lit.is_some() => making.paused = true,

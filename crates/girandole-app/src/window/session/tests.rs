@@ -214,6 +214,60 @@ fn objects_are_lit_by_transfer_as_long_as_it_is_chosen() {
 }
 
 #[test]
+fn transfer_is_simulated_beside_what_is_shown() {
+    use girandole_core::transfer::{Gathering, ObjectTransfer, TransferSettings};
+    let Drawn { mut session, mut target, .. } = drawn();
+    let object: girandole_core::scene::ObjectId = (session.scene.objects.len() - 1).into();
+    let simulate = |session: &mut Session| {
+        let (begin, begun) = std::sync::mpsc::channel();
+        let scene = session.scene.clone();
+        session.transfers.simulate(object, Gathering::Center, move |progress| {
+            progress(0.25);
+            begun.recv()?;
+            let settings = TransferSettings { directions: 64, bounces: 0, ..TransferSettings::default() };
+            let transfer = ObjectTransfer::simulate(&scene, object, &settings, &|_| ())?.into();
+            Ok(crate::transfer::Transferred { object, transfer, gathering: Gathering::Center })
+        });
+        begin
+    };
+    let wait_until = |done: &mut dyn FnMut() -> bool| {
+        let start = std::time::Instant::now();
+        while !done() {
+            assert!(start.elapsed().as_secs() < 60);
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+    };
+    // Meanwhile shadow maps light it, and it can be left to them, or lit in another way.
+    let begin = simulate(&mut session);
+    wait_until(&mut || session.progress() == Some((0.25, "Light transfer")));
+    assert!(!session.collect_transfer() && !session.wants_picture(SIZE));
+    assert_eq!(session.transfers.gathering(object), Some(Gathering::Center));
+    session.cancel();
+    assert_eq!((session.progress(), session.transfers.gathering(object)), (None, None));
+    drop(begin);
+    let begin = simulate(&mut session);
+    session.set_transfer(object, Some(Gathering::GRID));
+    begin.send(()).unwrap();
+    wait_until(&mut || session.collect_transfer());
+    assert!(session.progress().is_none() && session.wants_picture(SIZE));
+    session.draw(&mut target);
+    assert_eq!(session.renderer().unwrap().transferred().collect::<Vec<_>>(), [object]);
+    assert_eq!(session.transfers.gathering(object), Some(Gathering::GRID));
+    session.set_transfer(object, None);
+    // What fails is said, and what was removed meanwhile is forgotten.
+    drop(simulate(&mut session));
+    wait_until(&mut || session.collect_transfer());
+    assert!(session.notice.take().is_some() && session.transfers.gathering(object).is_none());
+    let begin = simulate(&mut session);
+    session.edit(Edit::RemoveObject {
+        object: girandole_core::scene::NamedIndex::object(&session.scene, object),
+    });
+    begin.send(()).unwrap();
+    wait_until(&mut || session.collect_transfer());
+    assert_eq!((session.notice, session.transfers.gathering(object)), (None, None));
+}
+
+#[test]
 fn samples_that_follow_little_by_little_go_over_to_what_is_seen() {
     let Drawn { mut session, device, mut target } = drawn();
     session.light.rewalk = Rewalk::Paths(girandole_core::lights::Pace { paths: 4, fade: 0 });
