@@ -104,6 +104,7 @@ mod tests {
         }
     }
 
+    #[cfg(feature = "import")]
     #[test]
     fn rooms_in_centimetres_are_noticed() {
         for (factor, is_said) in [(1.0, false), (100.0, true), (1e-5, true), (0.1, false)] {

@@ -4,6 +4,7 @@
 mod bending;
 #[cfg(feature = "import")]
 mod builder;
+#[cfg(feature = "import")]
 mod coats;
 #[cfg(feature = "import")]
 mod compression;
