@@ -9,11 +9,7 @@
 @group(2) @binding(6) var<storage, read> light_objects: array<u32>; // the object that each light lies on
 @group(2) @binding(7) var<storage, read_write> incident: array<vec4f>; // for each point its coefficients
 @group(2) @binding(8) var<storage, read_write> arrivals: array<Arrival>; // for each point the lights of a batch
-@group(2) @binding(13) var<uniform> old_places: array<OldPlace, MAX_OLD_PLACES>;
 @group(2) @binding(14) var<uniform> old_rows: array<vec4u, BATCH / 4u>;
-
-// Rows of the matrix that takes points of a dynamic object to where they were when a map was drawn.
-struct OldPlace { x: vec4f, y: vec4f, z: vec4f }
 
 // What arrives from a light: from which direction in the object's space, unit, and its irradiance on a plane that faces it.
 struct Arrival { direction: vec3f, padding_a: f32, irradiance: vec3f, padding_b: f32 }
@@ -33,9 +29,7 @@ fn seen_from(light: Light, index: u32, place: vec3f) -> f32 {
   let row = old_rows[index / 4u][index % 4u];
   if row != NONE && object.mover != NONE {
     // The map shows the object where it was, and so its box.
-    let old = old_places[row + object.mover];
-    let p = vec4f(place, 1.0);
-    position = vec3f(dot(old.x, p), dot(old.y, p), dot(old.z, p));
+    position = position_at(old_places[row + object.mover], place);
   }
   var to_light = light.position - position;
   if is_parallel(light) { to_light = -light.normal; }
@@ -44,11 +38,7 @@ fn seen_from(light: Light, index: u32, place: vec3f) -> f32 {
   if !is_parallel(light) && dot(light.normal, to_light) >= 0.0 { return 1.0; }
   if FILTER > 0u { return filtered(light, r); }
   let texel = texel_of(light, r.uv);
-  let stored = stored_at(light, texel);
-  let answer = depth_test(light, r, texel, stored);
-  var is_lit = answer == LIT;
-  if answer == AMBIGUOUS { is_lit = slope_corrected_test(light, r, texel, stored); }
-  return select(0.0, 1.0, is_lit);
+  return select(0.0, 1.0, passes_shadow_test(light, r, texel, stored_at(light, texel)));
 }
 
 // What arrives at a point from the light of an index in the batch.

@@ -58,12 +58,6 @@ fn stored_nearness(light: Light, nearness: f32) -> f32 {
   return NEAR * nearness;
 }
 
-fn is_shown_lit(light: Light, at: ShadowTexel, stored: f32) -> bool {
-  let answer = depth_test(light, at.receiver, at.texel, stored);
-  if answer == AMBIGUOUS { return slope_corrected_test(light, at.receiver, at.texel, stored); }
-  return answer == LIT;
-}
-
 // Whether the light would be seen in a map that is up to date.
 fn would_be_lit(light: Light, at: ShadowTexel, stored: f32, is_lit: bool) -> bool {
   // What lets the light pass now is no static object.
@@ -98,7 +92,7 @@ fn excess(index: u32, p: SparsePixel) -> f32 {
   let is_behind = at.texel >= vec2u(part.end_column, part.end_row);
   if any(is_before) || any(is_behind) || arriving(light, p.shading).g <= 0.0 { return 0.0; }
   let stored = stored_at(light, at.texel);
-  var is_lit = is_shown_lit(light, at, stored);
+  var is_lit = passes_shadow_test(light, at.receiver, at.texel, stored);
   let would = would_be_lit(light, at, stored, is_lit);
   if p.mover != NONE {
     let then = shadow_texel_then(light, index, p.shading, p.mover);

@@ -197,7 +197,7 @@ pub(crate) struct Light {
     pub rectangle: Vec4,
 }
 
-/// `OldPlace` in `lib/places_then.wgsl`.
+/// `OldPlace` in `lib/old_place.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct OldPlace {

@@ -45,6 +45,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     no_reflected_environment,
     occluders,
     octahedral,
+    old_place,
     packed,
     parameterisation,
     places_now,
@@ -140,7 +141,7 @@ sources! {
     ];
     SHADE_POINTS_THEN = shade_points "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle places_then sums_then environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle old_place places_then sums_then environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PERSISTENT = shade_points_persistent "" [
@@ -150,11 +151,11 @@ sources! {
     ];
     SHADE_POINTS_THEN_PERSISTENT = shade_points_persistent "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle places_then sums_then environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle old_place places_then sums_then environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     INCIDENT_LIGHT = incident_light "" [
-        frame light lights maps octahedral parameterisation atlas shadow brdf rectangle branch harmonics transfer_object
+        frame light lights maps octahedral parameterisation atlas shadow old_place brdf rectangle branch harmonics transfer_object
     ];
     TRANSFER_VERTICES = transfer_vertices "" [scene branch transfer_object vertex_range];
     TRANSFER = transfer "" [
@@ -205,7 +206,7 @@ sources! {
     TONEMAP = tonemap "" [tonemap packed];
     STALE_ERROR = stale_error "" [
         frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
-        shadow rectangle places_then environment_share point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
+        shadow rectangle old_place places_then environment_share point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
         stale_part_at occluder_box_at blockers
     ];
     DEBUG_LEAVES = debug_leaves "" [

@@ -1,11 +1,6 @@
 // Shadows on dynamic objects are looked up where the object was when the light's map was drawn (Rust: maps/places.rs). A pass
 // that uses it binds `light_lists`, and has `old_row`: the first of a light's places, NONE where its map is up to date.
 
-// Rows of the matrix that takes points of an object to where they were.
-struct OldPlace { x: vec4f, y: vec4f, z: vec4f }
-
-@group(2) @binding(13) var<uniform> old_places: array<OldPlace, MAX_OLD_PLACES>;
-
 // Which of the dynamic objects a leaf is on, or NONE.
 fn mover_of(leaf: u32) -> u32 { return light_lists[leaf * LEAF_RECORD_WORDS + LEAF_RECORD_MOVER]; }
 
@@ -14,8 +9,7 @@ fn shadow_texel_then(light: Light, index: u32, s: Shading, mover: u32) -> Shadow
   let row = old_row(index);
   if row == NONE { return shadow_texel_of(light, s); }
   let place = old_places[row + mover];
-  let p = vec4f(s.position, 1.0);
-  let position = vec3f(dot(place.x, p), dot(place.y, p), dot(place.z, p));
+  let position = position_at(place, s.position);
   let normal = vec3f(
     dot(cross(place.y.xyz, place.z.xyz), s.ng),
     dot(cross(place.z.xyz, place.x.xyz), s.ng),

@@ -169,10 +169,7 @@ fn add_in_full(sums: ptr<function, PointSums>, light: Light, is_shadowed: bool) 
       add(sums, light, a, filtered(light, at.receiver));
       return;
     }
-    let stored = stored_at(light, at.texel);
-    let answer = depth_test(light, at.receiver, at.texel, stored);
-    is_lit = answer == LIT;
-    if answer == AMBIGUOUS { is_lit = slope_corrected_test(light, at.receiver, at.texel, stored); }
+    is_lit = passes_shadow_test(light, at.receiver, at.texel, stored_at(light, at.texel));
   }
   add(sums, light, a, select(0.0, 1.0, is_lit));
 }

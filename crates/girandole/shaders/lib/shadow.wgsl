@@ -107,7 +107,14 @@ fn slope_corrected_test(light: Light, r: Receiver, texel: vec2u, stored: f32) ->
   return is_lit_behind(light, r, stored + dot(gradient, (r.uv - centre_of(light, texel)) * map_size(light)));
 }
 
-// The same for what was extrapolated to the receiver's position.
+// Both tests, the second where it is needed.
+fn passes_shadow_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> bool {
+  let answer = depth_test(light, r, texel, stored);
+  if answer == AMBIGUOUS { return slope_corrected_test(light, r, texel, stored); }
+  return answer == LIT;
+}
+
+// The slope-corrected test for what was extrapolated to the receiver's position.
 fn is_lit_behind(light: Light, r: Receiver, extrapolated: f32) -> bool {
   if is_parallel(light) {
     let hollow = HOLLOW * FOOTPRINT * map_texel(light) / max(-r.normal.z, GRAZING) * r.slope;
@@ -164,9 +171,7 @@ fn filtered(light: Light, r: Receiver) -> f32 {
       if !is_parallel(light) && !is_mapped(centre_of(light, texel)) { continue; }
       let weight = wy * select(select(1.0, f.x, x == FILTER), 1.0 - f.x, x == 0u);
       sum += weight;
-      let stored = stored_at(light, texel);
-      let result = depth_test(light, r, texel, stored);
-      if result == LIT || (result == AMBIGUOUS && slope_corrected_test(light, r, texel, stored)) { lit += weight; }
+      if passes_shadow_test(light, r, texel, stored_at(light, texel)) { lit += weight; }
     }
   }
   return select(1.0, lit / sum, sum > 0.0);

@@ -20,10 +20,7 @@ fn add_looked_up_then(sums: ptr<function, PointSums>, leaf: u32, list: LightList
       add(sums, light, a, filtered(light, at.receiver) - counted);
       continue;
     }
-    let stored = stored_at(light, at.texel);
-    let answer = depth_test(light, at.receiver, at.texel, stored);
-    var is_lit = answer == LIT;
-    if answer == AMBIGUOUS { is_lit = slope_corrected_test(light, at.receiver, at.texel, stored); }
+    let is_lit = passes_shadow_test(light, at.receiver, at.texel, stored_at(light, at.texel));
     add(sums, light, a, select(0.0, 1.0, is_lit) - counted);
   }
 }
