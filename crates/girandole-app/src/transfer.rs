@@ -1,7 +1,9 @@
 //! Precomputed transfer of a scene's objects: which have it, and where it is kept.
 
 use crate::args::TransferArgs;
-use crate::output::{Progress, say};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::output::Progress;
+use crate::output::say;
 use anyhow::{Context, Result, bail};
 use girandole::Renderer;
 use girandole_core::scene::{ObjectId, Scene};
@@ -26,10 +28,21 @@ pub fn load(scene: &Scene, args: &TransferArgs) -> Result<Vec<Transferred>> {
         return Ok(Vec::new());
     };
     let objects = marked(scene, &args.transfer_nodes)?;
-    objects.into_iter().map(|object| of_object(scene, object, args, gathering, &|_| {})).collect()
+    let transferred = |object: ObjectId| {
+        #[cfg(not(target_arch = "wasm32"))]
+        let bar = {
+            let name = &scene.objects[object.index()].name;
+            Progress::bar(&format!("simulating the light transfer of {name}"))
+        };
+        of_object(scene, object, args, gathering, &|_share| {
+            #[cfg(not(target_arch = "wasm32"))]
+            bar.set(_share);
+        })
+    };
+    objects.into_iter().map(transferred).collect()
 }
 
-/// The same for one object; the progress bar is not all that is told what share is done, 0 to 1.
+/// The same for one object; `done` is told the finished share, 0 to 1.
 pub fn of_object(
     scene: &Scene,
     object: ObjectId,
@@ -38,19 +51,13 @@ pub fn of_object(
     done: &(dyn Fn(f32) + Sync),
 ) -> Result<Transferred> {
     let name = &scene.objects[object.index()].name;
-    let progress = Progress::bar(&format!("simulating the light transfer of {name}"));
     let settings = args.settings();
-    let set = |share: f32| {
-        progress.set(share);
-        done(share);
-    };
     let folder = folder();
     let (transfer, cached) = match &folder {
-        Some(folder) => transfer::cached(scene, object, &settings, folder, &set),
-        None => ObjectTransfer::simulate(scene, object, &settings, &set).map(|t| (t, Cached::Computed)),
+        Some(folder) => transfer::cached(scene, object, &settings, folder, done),
+        None => ObjectTransfer::simulate(scene, object, &settings, done).map(|t| (t, Cached::Computed)),
     }
     .with_context(|| format!("`{name}` cannot have transfer"))?;
-    drop(progress);
     match cached {
         Cached::Found | Cached::Computed => {}
         Cached::Recomputed { why } => say(&format!("simulated the light transfer of {name} again: {why}")),
