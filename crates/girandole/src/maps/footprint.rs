@@ -17,6 +17,14 @@ pub(crate) struct TexelRect {
     pub end: [u32; 2],
 }
 
+/// What of a map a box may cover.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extent {
+    /// The lowest and the highest coordinates, texels; infinite where they are not known.
+    pub low: [f32; 2],
+    pub high: [f32; 2],
+}
+
 /// What faces of a map take in beside their own directions, and rasterisation beside what projection says, texels.
 const MARGIN: f32 = 2.0;
 /// How far faces of the octahedron reach over their seams, texels: see `lib/project.wgsl`.
@@ -35,6 +43,15 @@ impl Bounds {
     /// The smallest one about others; at least one.
     pub fn about<'a>(others: impl Iterator<Item = &'a Self>) -> Self {
         Self::around(others.flat_map(|b| [b.center - b.half_extent, b.center + b.half_extent]))
+    }
+}
+
+impl Extent {
+    const UNKNOWN: Self = Self { low: [f32::NEG_INFINITY; 2], high: [f32::INFINITY; 2] };
+
+    /// About how many texels.
+    pub fn texels(&self) -> f32 {
+        (0..2).map(|i| self.high[i] - self.low[i]).product()
     }
 }
 
@@ -63,6 +80,11 @@ impl TexelRect {
                 end: [0, 1].map(|i| self.end[i].max(other.end[i])),
             },
         }
+    }
+
+    /// Whether a texel is one of them.
+    pub fn holds(&self, texel: [u32; 2]) -> bool {
+        (0..2).all(|i| (self.first[i]..self.end[i]).contains(&texel[i]))
     }
 
     /// Whether they have a texel in common.
@@ -140,16 +162,16 @@ impl<'a> MapView<'a> {
         }
     }
 
-    /// About how many texels a box covers on a face that it touches; infinity, where that is not known. None, if rasterising what
-    /// is in it leaves no trace in a part of the map.
-    pub fn texels_drawn(&self, face: u32, bounds: &Bounds, part: TexelRect) -> Option<f32> {
-        let Some(extent @ [low, high]) = self.extent(face, bounds) else { return Some(f32::INFINITY) };
+    /// What a box covers on a face that it touches. None, if rasterising what is in it leaves no trace in a part of the map.
+    pub fn extent_drawn(&self, face: u32, bounds: &Bounds, part: TexelRect) -> Option<Extent> {
+        let Some(extent @ [low, high]) = self.extent(face, bounds) else { return Some(Extent::UNKNOWN) };
         let is_whole = part == TexelRect::whole(self.size);
         if self.has_no_center(extent) || !(is_whole || TexelRect::between(low, high, self.size).meets(&part))
         {
             return None;
         }
-        Some([0, 1].map(|i| (high[i] - low[i]) * self.size as f32).into_iter().product())
+        let texels = |place: [f32; 2]| place.map(|x| x * self.size as f32);
+        Some(Extent { low: texels(low), high: texels(high) })
     }
 
     /// Whether certainly no texel's centre lies in a part of the map: then rasterising what is shown there leaves no trace.
@@ -297,7 +319,7 @@ mod tests {
             let (map, whole) = (MapView::new(&light, SIZE, 4), TexelRect::whole(SIZE));
             let touched = map.faces_touched(&bounds);
             let drawn = (0..map.faces())
-                .any(|face| touched >> face & 1 == 1 && map.texels_drawn(face, &bounds, whole).is_some());
+                .any(|face| touched >> face & 1 == 1 && map.extent_drawn(face, &bounds, whole).is_some());
             // Texels' positions, less a half: a whole number between two of a box's points is a centre.
             let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
             for point in 0..200 {

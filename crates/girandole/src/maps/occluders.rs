@@ -5,7 +5,8 @@ use super::footprint::{Bounds, MapView, TexelRect};
 use super::non_blockers::NonBlockers;
 use super::pieces::Piece;
 use super::solids::{Solid, is_closed, normal};
-use crate::layout::Item;
+use super::texels::{Centers, Projected, SharedVertices};
+use crate::layout::{Item, MapTexel};
 use crate::shader_constants::NONE;
 use girandole_core::glam::Vec3;
 use girandole_core::scene::{Geometry, ObjectId, Scene};
@@ -40,8 +41,12 @@ pub(crate) struct Clusters {
 struct Mover {
     object: ObjectId,
     clusters: Range<usize>,
+    /// About all of it.
+    bounds: Bounds,
     /// If it is one.
     solid: Option<Solid>,
+    /// What finds the texels that it covers where it is small, if those are drawn.
+    vertices: Option<SharedVertices>,
 }
 
 /// The occluders of a scene.
@@ -56,7 +61,8 @@ pub(crate) struct Occluders {
 }
 
 impl Occluders {
-    pub fn new(scene: &Scene, geometry: &Geometry, non_blockers: &NonBlockers) -> Self {
+    /// Those of a scene; of small dynamic ones, texels are drawn if that is wanted.
+    pub fn new(scene: &Scene, geometry: &Geometry, non_blockers: &NonBlockers, texels: bool) -> Self {
         let mut blocks = vec![true; geometry.triangles.len()];
         for &patch in non_blockers.patches() {
             for triangle in geometry.patches[patch as usize].triangles.clone() {
@@ -71,7 +77,7 @@ impl Occluders {
                 let material = &scene.materials[geometry.triangles[t as usize].material as usize];
                 blocks[t as usize] && material.alpha_cutoff.is_some() == masked
             });
-            Clusters::new(scene, geometry, chosen.collect(), !masked)
+            Clusters::new(scene, geometry, chosen.collect(), (!masked, texels && !masked))
         };
         Self { opaque: select(false), masked: select(true), left_out: blocks.iter().filter(|b| !**b).count() }
     }
@@ -93,8 +99,13 @@ impl Occluders {
 
 impl Clusters {
     /// Groups triangles that lie close together; those of solids also by where they face. Clusters of dynamic objects may be drawn
-    /// in pieces.
-    fn new(scene: &Scene, geometry: &Geometry, mut triangles: Vec<u32>, in_pieces: bool) -> Self {
+    /// in pieces, and where these are small, as texels.
+    fn new(
+        scene: &Scene,
+        geometry: &Geometry,
+        mut triangles: Vec<u32>,
+        (in_pieces, as_texels): (bool, bool),
+    ) -> Self {
         // The dynamic object that a triangle belongs to, 0 for static ones.
         let mover = |t: u32| {
             let object = geometry.triangles[t as usize].object;
@@ -115,7 +126,9 @@ impl Clusters {
             let clusters = first..result.triangles.len() / CLUSTER as usize;
             if let Some(object) = object {
                 let solid = is_solid.then(Solid::default);
-                result.moving.push(Mover { object: ObjectId(object), clusters, solid });
+                let bounds = Bounds::around(part.iter().flat_map(|&t| geometry.corners(t)));
+                let vertices = as_texels.then(|| SharedVertices::new(geometry, part));
+                result.moving.push(Mover { object: ObjectId(object), clusters, bounds, solid, vertices });
             }
         }
         let all = 0..result.triangles.len() / CLUSTER as usize;
@@ -173,6 +186,9 @@ impl Clusters {
             for cluster in self.moving[index].clusters.clone() {
                 self.bounds[cluster] = self.bounds_of(geometry, cluster);
             }
+            let mover = &mut self.moving[index];
+            mover.bounds = Bounds::about(self.bounds[mover.clusters.clone()].iter());
+            mover.vertices.iter_mut().for_each(|vertices| vertices.follow(geometry));
             self.follow_solid(geometry, index);
         }
     }
@@ -209,8 +225,8 @@ impl Clusters {
     }
 
     /// Appends the items of one light: each cluster in each face that its box touches, if it may cover a texel of `part` there; of
-    /// what moves and is small there, only the pieces that may cover a texel. What a solid hides by itself is left out, and dynamic
-    /// objects that something static hides from the light.
+    /// what moves and is small there, only the pieces that may cover a texel, and of a mover that is small as a whole the texels.
+    /// What a solid hides by itself is left out, and dynamic objects that something static hides from the light.
     pub fn cull(
         &self,
         (index, map): (u32, MapView),
@@ -218,40 +234,19 @@ impl Clusters {
         is_hidden: impl Fn(ObjectId) -> bool,
         items: &mut Items,
     ) -> CullCounts {
-        let mut counts = CullCounts::default();
-        let mut touched = 0u32;
-        let item = |face: u32, of: usize| Item { light: index, face_cluster: face | (of as u32) << 3 };
-        let mut add = |cluster: usize| {
-            let bounds = &self.bounds[cluster];
-            let faces = map.faces_touched(bounds);
-            for face in (0..map.faces()).filter(|face| faces >> face & 1 == 1) {
-                let Some(texels) = map.texels_drawn(face, bounds, part) else { continue };
-                let view = self.pieces_of(cluster).filter(|_| texels <= IN_PIECES).zip(map.face(face));
-                if let Some((pieces, view)) = view {
-                    let before = items.pieces.len();
-                    let drawn = (0..PIECES).map(|piece| pieces[piece].drawn(&view));
-                    let drawn = (0..).zip(drawn).filter(|(_, drawn)| *drawn != 0);
-                    items.pieces.extend(drawn.map(|(piece, _)| item(face, cluster * PIECES + piece)));
-                    let count = (items.pieces.len() - before) as u64;
-                    if count == 0 {
-                        continue;
-                    }
-                    counts.triangles_drawn += count * u64::from(PIECE);
-                } else {
-                    items.clusters.push(item(face, cluster));
-                    counts.triangles_drawn += u64::from(CLUSTER);
-                }
-                counts.clusters_drawn += 1;
-                touched |= 1 << face;
+        let mut culling = Culling { light: index, map, part, items, touched: 0, counts: CullCounts::default() };
+        (0..self.first_moving()).for_each(|cluster| culling.add(self, cluster, u32::MAX));
+        for mover in self.moving.iter().filter(|mover| !is_hidden(mover.object)) {
+            let faces = culling.add_texels(mover);
+            if faces == 0 {
+                continue;
             }
-        };
-        (0..self.first_moving()).for_each(&mut add);
-        for Mover { clusters, solid, .. } in self.moving.iter().filter(|mover| !is_hidden(mover.object)) {
-            let turned_away = solid.as_ref().and_then(|solid| solid.hidden_from(&map));
-            let is_drawn =
-                |cluster: &usize| turned_away.as_ref().is_none_or(|h| !h(cluster - clusters.start));
-            clusters.clone().filter(is_drawn).for_each(&mut add);
+            let turned_away = mover.solid.as_ref().and_then(|solid| solid.hidden_from(&map));
+            let first = mover.clusters.start;
+            let is_drawn = |cluster: &usize| turned_away.as_ref().is_none_or(|h| !h(cluster - first));
+            mover.clusters.clone().filter(is_drawn).for_each(|cluster| culling.add(self, cluster, faces));
         }
+        let Culling { mut counts, touched, .. } = culling;
         counts.faces_drawn = u64::from(touched.count_ones());
         counts.faces_culled = u64::from(map.faces()) - counts.faces_drawn;
         counts.clusters_culled = self.bounds.len() as u64 * u64::from(map.faces()) - counts.clusters_drawn;
@@ -259,11 +254,84 @@ impl Clusters {
     }
 }
 
-/// What is drawn: faces of maps with clusters, and with pieces of clusters.
+/// What is drawn: faces of maps with clusters, and with pieces of clusters; and texels.
 #[derive(Default)]
 pub(crate) struct Items {
     pub clusters: Vec<Item>,
     pub pieces: Vec<Item>,
+    pub texels: Vec<MapTexel>,
+    projected: Projected,
+}
+
+/// What is found of a part of a light's map.
+struct Culling<'a> {
+    light: u32,
+    map: MapView<'a>,
+    part: TexelRect,
+    items: &'a mut Items,
+    /// Faces in which something is drawn, a bit each.
+    touched: u32,
+    counts: CullCounts,
+}
+
+impl Culling<'_> {
+    /// A cluster in those of the faces that it touches.
+    fn add(&mut self, clusters: &Clusters, cluster: usize, faces: u32) {
+        let Self { light, map, part, ref mut items, .. } = *self;
+        let item = |face: u32, of: usize| Item { light, face_cluster: face | (of as u32) << 3 };
+        let bounds = &clusters.bounds[cluster];
+        let faces = faces & map.faces_touched(bounds);
+        for face in bits(faces) {
+            let Some(extent) = map.extent_drawn(face, bounds, part) else { continue };
+            let in_pieces = extent.texels() <= IN_PIECES;
+            let view = clusters.pieces_of(cluster).filter(|_| in_pieces).zip(map.face(face));
+            if let Some((pieces, view)) = view {
+                let before = items.pieces.len();
+                let drawn = (0..PIECES).map(|piece| pieces[piece].drawn(&view));
+                let drawn = (0..).zip(drawn).filter(|(_, drawn)| *drawn != 0);
+                items.pieces.extend(drawn.map(|(piece, _)| item(face, cluster * PIECES + piece)));
+                let count = (items.pieces.len() - before) as u64;
+                if count == 0 {
+                    continue;
+                }
+                self.counts.triangles_drawn += count * u64::from(PIECE);
+            } else {
+                items.clusters.push(item(face, cluster));
+                self.counts.triangles_drawn += u64::from(CLUSTER);
+            }
+            self.counts.clusters_drawn += 1;
+            self.touched |= 1 << face;
+        }
+    }
+
+    /// The texels of a dynamic object in those faces where it is small. Returns the others that it touches.
+    fn add_texels(&mut self, mover: &Mover) -> u32 {
+        let Self { map, part, ref mut items, .. } = *self;
+        let touched = map.faces_touched(&mover.bounds);
+        let mut others = 0;
+        for face in bits(touched) {
+            let Some(extent) = map.extent_drawn(face, &mover.bounds, part) else { continue };
+            let centers = mover.vertices.as_ref().zip(Centers::new(&extent, map.size)).zip(map.face(face));
+            let before = items.texels.len();
+            let is_covered = centers.is_some_and(|((vertices, centers), view)| {
+                vertices.cover(&view, centers, part, (&mut items.projected, &mut items.texels))
+            });
+            let count = (items.texels.len() - before) as u64;
+            self.counts.texels_drawn += count;
+            self.touched |= u32::from(count > 0) << face;
+            others |= u32::from(!is_covered) << face;
+        }
+        others
+    }
+}
+
+/// The bits that are set, ascending.
+fn bits(mut set: u32) -> impl Iterator<Item = u32> {
+    std::iter::from_fn(move || {
+        let bit = (set != 0).then(|| set.trailing_zeros());
+        set &= set.wrapping_sub(1);
+        bit
+    })
 }
 
 /// Orders triangles so that those of a cluster lie close together, and where `facing` counts too, face similar ways.
@@ -318,6 +386,8 @@ pub struct CullCounts {
     pub clusters_culled: u64,
     /// Triangles of those that were, of clusters of which a piece was drawn that piece's; those included that fill up clusters.
     pub triangles_drawn: u64,
+    /// Texels that were drawn by themselves: those of dynamic objects that are small there.
+    pub texels_drawn: u64,
 }
 
 impl CullCounts {
@@ -334,5 +404,6 @@ impl std::ops::AddAssign for CullCounts {
         self.clusters_drawn += other.clusters_drawn;
         self.clusters_culled += other.clusters_culled;
         self.triangles_drawn += other.triangles_drawn;
+        self.texels_drawn += other.texels_drawn;
     }
 }

@@ -17,8 +17,12 @@ pub(super) struct FaceView {
     position: Vec3,
     /// The two numerators and the denominator, in texels.
     axes: [Vec3; 3],
+    /// Signs of the tangent's and the bitangent's axis on the face.
+    signs: [i32; 2],
+    /// Texels across the map.
+    size: u32,
     /// What the ratio is added to, and the first and last centres of texels on the face.
-    offset: [f32; 2],
+    pub offset: [f32; 2],
     low: [f32; 2],
     high: [f32; 2],
 }
@@ -34,13 +38,10 @@ impl Piece {
         let mut low = [Vec4::INFINITY; 2];
         let mut high = [Vec4::NEG_INFINITY; 2];
         let mut is_known = true;
-        for [x, y, z] in self.0 {
-            let [x, y, z] = [x - view.position.x, y - view.position.y, z - view.position.z];
-            let dot = |axis: Vec3| x * axis.x + y * axis.y + z * axis.z;
-            let [u, v, w] = view.axes.map(dot);
-            is_known &= w.cmpgt((x.abs() + y.abs() + z.abs()) * LEAST).all();
-            let inverse = w.recip();
-            for (i, place) in [u * inverse, v * inverse].into_iter().enumerate() {
+        for corners in self.0 {
+            let (places, _, known) = view.project(corners);
+            is_known &= known;
+            for (i, place) in places.into_iter().enumerate() {
                 (low[i], high[i]) = (low[i].min(place), high[i].max(place));
             }
         }
@@ -50,6 +51,25 @@ impl Piece {
             low.cmple(high)
         };
         if is_known { (covers(0) & covers(1)).bitmask() } else { 0b1111 }
+    }
+}
+
+impl FaceView {
+    /// Where four points are shown, less [`Self::offset`]; the reciprocals of their denominators; and whether all are well before the
+    /// light.
+    pub fn project(&self, [x, y, z]: [Vec4; 3]) -> ([Vec4; 2], Vec4, bool) {
+        let [x, y, z] = [x - self.position.x, y - self.position.y, z - self.position.z];
+        let dot = |axis: Vec3| x * axis.x + y * axis.y + z * axis.z;
+        let [u, v, w] = self.axes.map(dot);
+        let is_known = w.cmpgt((x.abs() + y.abs() + z.abs()) * LEAST).all();
+        let inverse = w.recip();
+        ([u * inverse, v * inverse], inverse, is_known)
+    }
+
+    /// Whether a texel's centre lies on the face, or on its seam.
+    pub fn shows(&self, texel: [u32; 2]) -> bool {
+        let [column, row] = texel.map(|i| i as i32);
+        self.signs[0] * (column + row + 1 - self.size as i32) >= 0 && self.signs[1] * (column - row) >= 0
     }
 }
 
@@ -78,7 +98,8 @@ impl MapView<'_> {
         } else {
             high[axis] = offset[axis] + OVERLAP + ROUNDING;
         }
-        Some(FaceView { position: light.position, axes, offset, low, high })
+        let signs = [sx, sy].map(|sign: f32| sign as i32);
+        Some(FaceView { position: light.position, axes, signs, size: self.size, offset, low, high })
     }
 }
 

@@ -163,7 +163,7 @@ mod tests {
         scene.add_object("mover", mesh.clone(), place);
         scene.objects[1].dynamic = true;
         let geometry = Geometry::new(&scene);
-        let clusters = Occluders::new(&scene, &geometry, &Default::default()).opaque;
+        let clusters = Occluders::new(&scene, &geometry, &Default::default(), false).opaque;
         let mut light = *light;
         light.position -= geometry.origin.as_vec3();
         let map = MapView::new(&light, 1 << 20, faces);

@@ -27,6 +27,8 @@ pub(crate) struct ShadowMaps {
     /// For pieces of clusters.
     pieces: RenderKernel,
     masked: RenderKernel,
+    /// For texels of what is small.
+    texels: RenderKernel,
     /// Copies rectangles to the atlas, where maps are not drawn there.
     copy: Option<Kernel>,
     faces: u32,
@@ -47,6 +49,7 @@ struct Pass<'a> {
     is_last: bool,
     /// Items of each kind.
     items: [Range<u32>; KINDS],
+    texels: Range<u32>,
 }
 
 /// Kinds of items: opaque clusters, pieces of such, and masked clusters.
@@ -70,6 +73,7 @@ impl ShadowMaps {
         };
         let occluders = (wgpu::PrimitiveTopology::TriangleList, wgpu::CompareFunction::Greater);
         let emptied = (wgpu::PrimitiveTopology::TriangleStrip, wgpu::CompareFunction::Always);
+        let points = (wgpu::PrimitiveTopology::PointList, wgpu::CompareFunction::Greater);
         let copy = || Kernel::new(device, shared, &shaders::COPY_MAPS, "copy_maps", &[]);
         let opaque = |cluster| pipeline(source, "opaque", (!clips).then_some("confine"), occluders, cluster);
         Self {
@@ -77,6 +81,7 @@ impl ShadowMaps {
             opaque: opaque(CLUSTER),
             pieces: opaque(PIECE),
             masked: pipeline(&shaders::SHADOW_MAPS_MASKED, "masked", Some("cut_out"), occluders, CLUSTER),
+            texels: pipeline(&shaders::SHADOW_MAPS_TEXELS, "texel", None, points, CLUSTER),
             copy: shared.tuning.copy_maps.then(copy),
             faces: options.shadow_map.faces(),
         }
@@ -102,28 +107,33 @@ impl ShadowMaps {
         for round in &rounds {
             let mut is_first = true;
             let mut first = lists(&items).map(|items| items.len() as u32);
+            let mut first_texel = items[0].texels.len();
             for (index, &MapUpdate { light, part }) in round.updates.iter().enumerate() {
                 let size = atlas.layout.slots[light as usize].size;
                 let map = MapView::new(&lights.samples[light as usize], size, self.faces);
                 let is_hidden = |object| scene.hidden.is_hidden(object, light as usize);
+                let new_texels = items[0].texels.len();
                 for (clusters, items) in atlas.occluders.sets().into_iter().zip(&mut items) {
                     if !clusters.bounds.is_empty() || std::ptr::eq(clusters, &atlas.occluders.opaque) {
                         counts += clusters.cull((light, map), part, is_hidden, items);
                     }
                 }
+                let origin = atlas.layout.slots[light as usize].origin;
+                items[0].texels[new_texels..].iter_mut().for_each(|texel| *texel = texel.in_page(origin));
                 let is_last = index + 1 == round.updates.len();
                 let is_full = lists(&items).into_iter().map(<[Item]>::len).sum::<usize>() >= MAX_ITEMS;
                 if is_last || is_full {
                     let ends = lists(&items).map(|items| items.len() as u32);
+                    let texels = first_texel as u32..items[0].texels.len() as u32;
                     let ranges = std::array::from_fn(|kind| first[kind]..ends[kind]);
-                    passes.push(Pass { round, is_first, is_last, items: ranges });
+                    passes.push(Pass { round, is_first, is_last, items: ranges, texels });
                     is_first = false;
                 }
                 if is_full {
                     self.draw(recorder, scene, &items, &passes)?;
                     items = [Items::default(), Items::default()];
                     passes.clear();
-                    first = [0; KINDS];
+                    (first, first_texel) = ([0; KINDS], 0);
                 }
             }
         }
@@ -154,7 +164,10 @@ impl ShadowMaps {
             ];
             groups.push(kernel.group(device, &resources));
         }
-        for Pass { round, is_first, is_last, items } in passes {
+        let texels = storage(device, "texels", &items[0].texels)?;
+        let resources = [buffer("texels", &texels), buffer("maps", &atlas.maps)];
+        let texel_group = self.texels.group(device, &resources);
+        for Pass { round, is_first, is_last, items, texels } in passes {
             let parts: Vec<MapPart> = match round.whole_page {
                 None => round.updates.iter().map(|update| map_part(atlas, update)).collect(),
                 Some(_) => Vec::new(),
@@ -188,6 +201,10 @@ impl ShadowMaps {
                     kernel.set(&mut pass, (None, Some(&scene.geometry.group)), group);
                     pass.draw(0..3 * triangles, items.clone());
                 }
+            }
+            if !texels.is_empty() {
+                self.texels.set(&mut pass, (None, None), &texel_group);
+                pass.draw(texels.clone(), 0..1);
             }
             drop(pass);
             if let (true, Some(copy)) = (*is_last, &atlas.copy) {

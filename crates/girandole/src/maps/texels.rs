@@ -1,0 +1,178 @@
+//! The texels of a light's map that a small dynamic object covers, found here and drawn as points: far fewer than its triangles, of
+//! which hundreds may share a texel.
+//!
+//! Worked example: a torus of 192 triangles and 14 cm, seen from 2 m in a map of 64 × 64 texels, covers the centres of one to three
+//! of them. All of its 96 vertices are projected; the triangles whose box holds one of those centres are tested by their edges
+//! (Pineda 1988), and the nearest that covers it gives its depth.
+
+use super::footprint::{Extent, TexelRect};
+use super::pieces::FaceView;
+use crate::layout::MapTexel;
+use crate::passes::shadow_maps::NEAR;
+use girandole_core::glam::{Mat4, Vec2, Vec3, Vec4};
+use girandole_core::scene::Geometry;
+use std::collections::BTreeMap;
+
+/// Texels' centres within a box about a face's view of an object up to which the object is small there. It does not depend on what
+/// part of a map is drawn, so that each part is as in a map that is drawn as a whole.
+const MOST: usize = 64;
+/// By how much boxes about what is shown are enlarged for rounding, texels.
+const ROUNDING: f32 = 0.01;
+
+/// An object as vertices that its triangles share.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SharedVertices {
+    /// Indices of the geometry's vertices.
+    vertices: Vec<u32>,
+    /// Three indices of these a triangle.
+    triangles: Vec<[u32; 3]>,
+    /// x, y and z of four vertices at a time.
+    positions: Vec<[Vec4; 3]>,
+}
+
+/// Projected vertices; memory that is used again.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Projected {
+    /// x, y, −x and −y, in texels from the first centre.
+    places: Vec<Vec4>,
+    /// The reciprocal of each one's denominator, which is linear on the map.
+    inverses: Vec<f32>,
+}
+
+/// Centres of texels in a box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Centers {
+    /// Column and row of the first.
+    first: [u32; 2],
+    /// Columns and rows.
+    count: [u32; 2],
+}
+
+impl Centers {
+    /// Those within the extent of a small object in a map of a size; none where it is not small or not known.
+    pub fn new(extent: &Extent, size: u32) -> Option<Self> {
+        let last = (size - 1) as f32;
+        let first = extent.low.map(|x| (x - 0.5 - ROUNDING).ceil().max(0.0));
+        let end = extent.high.map(|x| (x - 0.5 + ROUNDING).floor().min(last) + 1.0);
+        let count = [0, 1].map(|i| (end[i] - first[i]).max(0.0));
+        (count[0] * count[1] <= MOST as f32)
+            .then(|| Self { first: first.map(|x| x as u32), count: count.map(|x| x as u32) })
+    }
+}
+
+impl SharedVertices {
+    pub fn new(geometry: &Geometry, triangles: &[u32]) -> Self {
+        let mut result = Self::default();
+        let mut known = BTreeMap::new();
+        for &triangle in triangles {
+            let corners = geometry.triangles[triangle as usize].vertices.map(|vertex| {
+                *known.entry(vertex).or_insert_with(|| {
+                    result.vertices.push(vertex);
+                    result.vertices.len() as u32 - 1
+                })
+            });
+            result.triangles.push(corners);
+        }
+        result.follow(geometry);
+        result
+    }
+
+    /// Brings positions up to where the object is.
+    pub fn follow(&mut self, geometry: &Geometry) {
+        let position = |vertices: &[u32], i: usize| {
+            geometry.positions[vertices.get(i).copied().unwrap_or(vertices[0]) as usize]
+        };
+        self.positions.clear();
+        self.positions.extend(self.vertices.chunks(4).map(|vertices| {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| position(vertices, i));
+            [0, 1, 2].map(|axis| Vec4::new(a[axis], b[axis], c[axis], d[axis]))
+        }));
+    }
+
+    /// Appends those of the centres that the object covers in a part of the map, with its depth there; `false`, and nothing is
+    /// appended, where parts of it are too close to the light's plane for that.
+    pub fn cover(
+        &self,
+        view: &FaceView,
+        centers: Centers,
+        part: TexelRect,
+        (projected, texels): (&mut Projected, &mut Vec<MapTexel>),
+    ) -> bool {
+        if !self.project(view, centers.first, projected) {
+            return false;
+        }
+        let count = centers.count.map(|n| n as f32);
+        // The lowest x and y are not above the last centre, the highest not below the first.
+        let limits = Vec4::new(count[0] - 1.0, count[1] - 1.0, 0.0, 0.0);
+        let mut nearest = [0f32; MOST];
+        for corners in &self.triangles {
+            let [a, b, c] = corners.map(|corner| projected.places[corner as usize]);
+            let bounds = a.min(b).min(c);
+            if !bounds.cmple(limits).all() {
+                continue;
+            }
+            let inverses = corners.map(|corner| projected.inverses[corner as usize]);
+            let low = [bounds.x, bounds.y].map(|x| x.ceil().max(0.0) as u32);
+            let high = [0, 1].map(|i| (-bounds[2 + i]).floor().min(count[i] - 1.0) as u32);
+            for row in low[1]..=high[1] {
+                for column in low[0]..=high[0] {
+                    let center = Vec2::new(column as f32, row as f32);
+                    let at = [a, b, c].map(|place| Vec2::new(place.x, place.y) - center);
+                    let nearest = &mut nearest[(row * centers.count[0] + column) as usize];
+                    *nearest = nearest.max(inverse_at(at, inverses));
+                }
+            }
+        }
+        for (index, &inverse) in (0..centers.count[0] * centers.count[1]).zip(&nearest) {
+            let [column, row] = [index % centers.count[0], index / centers.count[0]];
+            let texel = [centers.first[0] + column, centers.first[1] + row];
+            if inverse > 0.0 && part.holds(texel) && view.shows(texel) {
+                texels.push(MapTexel { place: place(texel), depth: (NEAR as f32 * inverse).min(1.0) });
+            }
+        }
+        true
+    }
+
+    /// Projects all vertices; `false` where one is not well before the light.
+    fn project(&self, view: &FaceView, first: [u32; 2], projected: &mut Projected) -> bool {
+        projected.places.clear();
+        projected.inverses.clear();
+        let offset = [0, 1].map(|i| view.offset[i] - first[i] as f32);
+        let mut is_known = true;
+        for &[x, y, z] in &self.positions {
+            let ([u, v], inverse, known) = view.project([x, y, z]);
+            is_known &= known;
+            let [u, v] = [u + offset[0], v + offset[1]];
+            let vertices = Mat4::from_cols(u, v, -u, -v).transpose();
+            projected.places.extend([vertices.x_axis, vertices.y_axis, vertices.z_axis, vertices.w_axis]);
+            projected.inverses.extend(inverse.to_array());
+        }
+        is_known
+    }
+}
+
+/// Column and row in a word.
+fn place([column, row]: [u32; 2]) -> u32 {
+    column | row << 16
+}
+
+impl MapTexel {
+    /// The texel of a map in its page.
+    pub fn in_page(self, origin: [u32; 2]) -> Self {
+        Self { place: self.place + place(origin), ..self }
+    }
+}
+
+/// What is linear over a triangle, at the origin; 0 where the triangle does not cover it. Triangles that share an edge leave no gap: the
+/// other one has the same number there, but for its sign.
+fn inverse_at([a, b, c]: [Vec2; 3], inverses: [f32; 3]) -> f32 {
+    let side = |p: Vec2, q: Vec2| p.x * q.y - p.y * q.x;
+    let sides = Vec3::new(side(b, c), side(c, a), side(a, b));
+    let sum = sides.x + sides.y + sides.z;
+    let is_covered = sides.cmpge(Vec3::ZERO).all() || sides.cmple(Vec3::ZERO).all();
+    if !is_covered || sum == 0.0 {
+        return 0.0;
+    }
+    let inverses = Vec3::from(inverses);
+    (sides.dot(inverses) / sum).clamp(inverses.min_element(), inverses.max_element())
+}
