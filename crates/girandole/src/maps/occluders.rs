@@ -4,13 +4,14 @@
 use super::footprint::{Bounds, MapView, TexelRect};
 use super::non_blockers::NonBlockers;
 use super::pieces::Piece;
-use super::solids::{Solid, is_closed, normal};
+use super::solids::{Corners, Solid, is_closed, normal};
 use super::texels::{Centers, Projected, SharedVertices};
 use crate::layout::{Item, MapTexel};
 use crate::shader_constants::NONE;
 use girandole_core::glam::Vec3;
 use girandole_core::scene::{Geometry, ObjectId, Scene};
 use std::ops::Range;
+use std::sync::OnceLock;
 
 /// Triangles in a cluster.
 pub(crate) const CLUSTER: u32 = 32;
@@ -31,10 +32,12 @@ pub(crate) struct Clusters {
     pub triangles: Vec<u32>,
     /// About each cluster.
     pub bounds: Vec<Bounds>,
-    /// The pieces of the clusters of dynamic objects, where those may be drawn alone.
-    pieces: Vec<Piece>,
     /// Dynamic objects, ascending.
     moving: Vec<Mover>,
+    /// Whether pieces of the clusters of dynamic objects may be drawn alone.
+    in_pieces: bool,
+    /// Whether texels are drawn of those that are small.
+    as_texels: bool,
 }
 
 /// A dynamic object.
@@ -43,10 +46,38 @@ struct Mover {
     clusters: Range<usize>,
     /// About all of it.
     bounds: Bounds,
+    /// Whether its surface is closed.
+    is_solid: bool,
+    vertices: SharedVertices,
+    /// What is needed where it is not small, from then on until it moves.
+    detail: OnceLock<Detail>,
+}
+
+/// A dynamic object as clusters.
+struct Detail {
     /// If it is one.
     solid: Option<Solid>,
-    /// What finds the texels that it covers where it is small, if those are drawn.
-    vertices: Option<SharedVertices>,
+    /// The pieces of its clusters, if they may be drawn alone.
+    pieces: Vec<Piece>,
+}
+
+impl Mover {
+    fn detail(&self, in_pieces: bool) -> &Detail {
+        self.detail.get_or_init(|| {
+            let corners = self.vertices.corners();
+            let clusters: Vec<&[Corners]> = corners.chunks(CLUSTER as usize).collect();
+            let pieces = |cluster: &&[Corners]| {
+                let filler = [cluster[0][0]; 3];
+                let corners = |i: usize| cluster.get(i).copied().unwrap_or(filler);
+                std::array::from_fn(|piece| Piece::new([0, 1, 2, 3].map(|i| corners(piece * PIECE as usize + i))))
+            };
+            let all = if in_pieces { &clusters[..] } else { &[] };
+            Detail {
+                solid: self.is_solid.then(|| Solid::new(&clusters)),
+                pieces: all.iter().flat_map(|cluster| -> [Piece; PIECES] { pieces(cluster) }).collect(),
+            }
+        })
+    }
 }
 
 /// The occluders of a scene.
@@ -112,7 +143,7 @@ impl Clusters {
             if scene.objects[object as usize].dynamic { object + 1 } else { 0 }
         };
         triangles.sort_by_key(|&t| mover(t));
-        let mut result = Self::default();
+        let mut result = Self { in_pieces, as_texels, ..Self::default() };
         for part in triangles.chunk_by_mut(|&a, &b| mover(a) == mover(b)) {
             let object = mover(part[0]).checked_sub(1);
             // What bends may turn inside out.
@@ -125,21 +156,20 @@ impl Clusters {
             result.triangles.resize(result.triangles.len().next_multiple_of(CLUSTER as usize), NONE);
             let clusters = first..result.triangles.len() / CLUSTER as usize;
             if let Some(object) = object {
-                let solid = is_solid.then(Solid::default);
                 let bounds = Bounds::around(part.iter().flat_map(|&t| geometry.corners(t)));
-                let vertices = as_texels.then(|| SharedVertices::new(geometry, part));
-                result.moving.push(Mover { object: ObjectId(object), clusters, bounds, solid, vertices });
+                let (vertices, detail) = (SharedVertices::new(geometry, part), OnceLock::new());
+                result.moving.push(Mover {
+                    object: ObjectId(object),
+                    clusters,
+                    bounds,
+                    is_solid,
+                    vertices,
+                    detail,
+                });
             }
         }
         let all = 0..result.triangles.len() / CLUSTER as usize;
         result.bounds = all.map(|cluster| result.bounds_of(geometry, cluster)).collect();
-        if in_pieces {
-            let empty = Piece::new([[Vec3::ZERO; 3]; 4]);
-            result.pieces = vec![empty; (result.bounds.len() - result.first_moving()) * PIECES];
-        }
-        for index in 0..result.moving.len() {
-            result.follow_solid(geometry, index);
-        }
         result
     }
 
@@ -151,19 +181,6 @@ impl Clusters {
 
     fn bounds_of(&self, geometry: &Geometry, cluster: usize) -> Bounds {
         Bounds::around(self.of_cluster(cluster).iter().flat_map(|&t| geometry.corners(t)))
-    }
-
-    fn make_pieces(&self, geometry: &Geometry, cluster: usize) -> [Piece; PIECES] {
-        let triangles = self.of_cluster(cluster);
-        let filler = [geometry.corners(triangles[0])[0]; 3];
-        let corners = |i: usize| triangles.get(i).map_or(filler, |t| geometry.corners(*t));
-        std::array::from_fn(|piece| Piece::new([0, 1, 2, 3].map(|i| corners(piece * PIECE as usize + i))))
-    }
-
-    /// The pieces of a cluster, if they may be drawn alone.
-    fn pieces_of(&self, cluster: usize) -> Option<&[Piece]> {
-        let first = cluster.checked_sub(self.first_moving())? * PIECES;
-        self.pieces.get(first..first + PIECES)
     }
 
     fn find(&self, object: ObjectId) -> Option<usize> {
@@ -188,23 +205,8 @@ impl Clusters {
             }
             let mover = &mut self.moving[index];
             mover.bounds = Bounds::about(self.bounds[mover.clusters.clone()].iter());
-            mover.vertices.iter_mut().for_each(|vertices| vertices.follow(geometry));
-            self.follow_solid(geometry, index);
-        }
-    }
-
-    fn follow_solid(&mut self, geometry: &Geometry, index: usize) {
-        let Mover { clusters, solid, .. } = &self.moving[index];
-        if solid.is_some() {
-            let clusters: Vec<&[u32]> = clusters.clone().map(|cluster| self.of_cluster(cluster)).collect();
-            self.moving[index].solid = Some(Solid::new(geometry, &clusters));
-        }
-        if !self.pieces.is_empty() {
-            for cluster in self.moving[index].clusters.clone() {
-                let first = (cluster - self.first_moving()) * PIECES;
-                let pieces = self.make_pieces(geometry, cluster);
-                self.pieces[first..first + PIECES].copy_from_slice(&pieces);
-            }
+            mover.vertices.follow(geometry);
+            mover.detail.take();
         }
     }
 
@@ -234,17 +236,29 @@ impl Clusters {
         is_hidden: impl Fn(ObjectId) -> bool,
         items: &mut Items,
     ) -> CullCounts {
-        let mut culling = Culling { light: index, map, part, items, touched: 0, counts: CullCounts::default() };
-        (0..self.first_moving()).for_each(|cluster| culling.add(self, cluster, u32::MAX));
+        let mut culling = Culling {
+            light: index,
+            map,
+            part,
+            items,
+            projected: Projected::default(),
+            touched: 0,
+            counts: CullCounts::default(),
+        };
+        (0..self.first_moving()).for_each(|cluster| culling.add((cluster, &self.bounds[cluster]), u32::MAX, &[]));
         for mover in self.moving.iter().filter(|mover| !is_hidden(mover.object)) {
-            let faces = culling.add_texels(mover);
+            let faces = culling.add_texels(mover, self.as_texels);
             if faces == 0 {
                 continue;
             }
-            let turned_away = mover.solid.as_ref().and_then(|solid| solid.hidden_from(&map));
-            let first = mover.clusters.start;
-            let is_drawn = |cluster: &usize| turned_away.as_ref().is_none_or(|h| !h(cluster - first));
-            mover.clusters.clone().filter(is_drawn).for_each(|cluster| culling.add(self, cluster, faces));
+            let Detail { solid, pieces } = mover.detail(self.in_pieces);
+            let turned_away = solid.as_ref().and_then(|solid| solid.hidden_from(&map));
+            for (index, cluster) in mover.clusters.clone().enumerate() {
+                if turned_away.as_ref().is_none_or(|is_hidden| !is_hidden(index)) {
+                    let pieces = pieces.get(index * PIECES..(index + 1) * PIECES).unwrap_or_default();
+                    culling.add((cluster, &self.bounds[cluster]), faces, pieces);
+                }
+            }
         }
         let Culling { mut counts, touched, .. } = culling;
         counts.faces_drawn = u64::from(touched.count_ones());
@@ -260,7 +274,15 @@ pub(crate) struct Items {
     pub clusters: Vec<Item>,
     pub pieces: Vec<Item>,
     pub texels: Vec<MapTexel>,
-    projected: Projected,
+}
+
+impl Items {
+    /// Appends others.
+    pub fn append(&mut self, mut others: Self) {
+        self.clusters.append(&mut others.clusters);
+        self.pieces.append(&mut others.pieces);
+        self.texels.append(&mut others.texels);
+    }
 }
 
 /// What is found of a part of a light's map.
@@ -269,25 +291,25 @@ struct Culling<'a> {
     map: MapView<'a>,
     part: TexelRect,
     items: &'a mut Items,
+    /// Memory for what is projected.
+    projected: Projected,
     /// Faces in which something is drawn, a bit each.
     touched: u32,
     counts: CullCounts,
 }
 
 impl Culling<'_> {
-    /// A cluster in those of the faces that it touches.
-    fn add(&mut self, clusters: &Clusters, cluster: usize, faces: u32) {
+    /// A cluster in those of the faces that it touches; its pieces, if they may be drawn alone.
+    fn add(&mut self, (cluster, bounds): (usize, &Bounds), faces: u32, pieces: &[Piece]) {
         let Self { light, map, part, ref mut items, .. } = *self;
         let item = |face: u32, of: usize| Item { light, face_cluster: face | (of as u32) << 3 };
-        let bounds = &clusters.bounds[cluster];
         let faces = faces & map.faces_touched(bounds);
         for face in bits(faces) {
             let Some(extent) = map.extent_drawn(face, bounds, part) else { continue };
-            let in_pieces = extent.texels() <= IN_PIECES;
-            let view = clusters.pieces_of(cluster).filter(|_| in_pieces).zip(map.face(face));
-            if let Some((pieces, view)) = view {
+            let in_pieces = !pieces.is_empty() && extent.texels() <= IN_PIECES;
+            if let Some(view) = map.face(face).filter(|_| in_pieces) {
                 let before = items.pieces.len();
-                let drawn = (0..PIECES).map(|piece| pieces[piece].drawn(&view));
+                let drawn = pieces.iter().map(|piece| piece.drawn(&view));
                 let drawn = (0..).zip(drawn).filter(|(_, drawn)| *drawn != 0);
                 items.pieces.extend(drawn.map(|(piece, _)| item(face, cluster * PIECES + piece)));
                 let count = (items.pieces.len() - before) as u64;
@@ -305,16 +327,16 @@ impl Culling<'_> {
     }
 
     /// The texels of a dynamic object in those faces where it is small. Returns the others that it touches.
-    fn add_texels(&mut self, mover: &Mover) -> u32 {
-        let Self { map, part, ref mut items, .. } = *self;
+    fn add_texels(&mut self, mover: &Mover, as_texels: bool) -> u32 {
+        let Self { map, part, ref mut items, ref mut projected, .. } = *self;
         let touched = map.faces_touched(&mover.bounds);
         let mut others = 0;
         for face in bits(touched) {
             let Some(extent) = map.extent_drawn(face, &mover.bounds, part) else { continue };
-            let centers = mover.vertices.as_ref().zip(Centers::new(&extent, map.size)).zip(map.face(face));
+            let centers = Centers::new(&extent, map.size).filter(|_| as_texels).zip(map.face(face));
             let before = items.texels.len();
-            let is_covered = centers.is_some_and(|((vertices, centers), view)| {
-                vertices.cover(&view, centers, part, (&mut items.projected, &mut items.texels))
+            let is_covered = centers.is_some_and(|(centers, view)| {
+                mover.vertices.cover(&view, centers, part, (projected, &mut items.texels))
             });
             let count = (items.texels.len() - before) as u64;
             self.counts.texels_drawn += count;
@@ -341,7 +363,7 @@ fn sort_by_place(geometry: &Geometry, triangles: &mut [u32], facing: bool, grain
     let scale = if facing { PLACE_WEIGHT / extent.max(f32::MIN_POSITIVE) } else { 1.0 };
     let mut points: Vec<Point> = triangles
         .iter()
-        .map(|&t| ([middle(t) * scale, if facing { normal(geometry, t) } else { Vec3::ZERO }], t))
+        .map(|&t| ([middle(t) * scale, if facing { normal(geometry.corners(t)) } else { Vec3::ZERO }], t))
         .collect();
     split(&mut points, CLUSTER, grain);
     triangles.iter_mut().zip(&points).for_each(|(triangle, point)| *triangle = point.1);

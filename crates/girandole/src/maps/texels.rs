@@ -7,6 +7,7 @@
 
 use super::footprint::{Extent, TexelRect};
 use super::pieces::FaceView;
+use super::solids::Corners;
 use crate::layout::MapTexel;
 use crate::passes::shadow_maps::NEAR;
 use girandole_core::glam::{Mat4, Vec2, Vec3, Vec4};
@@ -89,6 +90,16 @@ impl SharedVertices {
         }));
     }
 
+    /// The corners of all triangles.
+    pub fn corners(&self) -> Vec<Corners> {
+        let corner = |vertex: u32| {
+            let [x, y, z] = &self.positions[vertex as usize / 4];
+            let lane = vertex as usize % 4;
+            Vec3::new(x[lane], y[lane], z[lane])
+        };
+        self.triangles.iter().map(|corners| corners.map(corner)).collect()
+    }
+
     /// Appends those of the centres that the object covers in a part of the map, with its depth there; `false`, and nothing is
     /// appended, where parts of it are too close to the light's plane for that.
     pub fn cover(
@@ -105,15 +116,18 @@ impl SharedVertices {
         // The lowest x and y are not above the last centre, the highest not below the first.
         let limits = Vec4::new(count[0] - 1.0, count[1] - 1.0, 0.0, 0.0);
         let mut nearest = [0f32; MOST];
-        for corners in &self.triangles {
-            let [a, b, c] = corners.map(|corner| projected.places[corner as usize]);
+        let (places, inverses) = (&projected.places[..], &projected.inverses[..]);
+        for &[a, b, c] in &self.triangles {
+            let corners = [a as usize, b as usize, c as usize];
+            let [a, b, c] = [places[corners[0]], places[corners[1]], places[corners[2]]];
             let bounds = a.min(b).min(c);
             if !bounds.cmple(limits).all() {
                 continue;
             }
-            let inverses = corners.map(|corner| projected.inverses[corner as usize]);
-            let low = [bounds.x, bounds.y].map(|x| x.ceil().max(0.0) as u32);
-            let high = [0, 1].map(|i| (-bounds[2 + i]).floor().min(count[i] - 1.0) as u32);
+            let inverses = corners.map(|corner| inverses[corner]);
+            let low = [first_not_below(bounds.x), first_not_below(bounds.y)];
+            // Rounded down; not below 0.
+            let high = [(-bounds.z).min(count[0] - 1.0) as u32, (-bounds.w).min(count[1] - 1.0) as u32];
             for row in low[1]..=high[1] {
                 for column in low[0]..=high[0] {
                     let center = Vec2::new(column as f32, row as f32);
@@ -149,6 +163,12 @@ impl SharedVertices {
         }
         is_known
     }
+}
+
+/// The least whole number from 0 that is not below x.
+fn first_not_below(x: f32) -> u32 {
+    let whole = x as u32;
+    whole + u32::from(x > whole as f32)
 }
 
 /// Column and row in a word.
