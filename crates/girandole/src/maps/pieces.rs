@@ -66,6 +66,24 @@ impl FaceView {
         ([u * inverse, v * inverse], inverse, is_known)
     }
 
+    /// Which of four spheres may cover one of the centres in a box, a bit each.
+    pub fn may_show(&self, [x, y, z, radius]: &[Vec4; 4], first: [u32; 2], count: [u32; 2]) -> u32 {
+        let [x, y, z] = [*x - self.position.x, *y - self.position.y, *z - self.position.z];
+        let dot = |axis: Vec3| x * axis.x + y * axis.y + z * axis.z;
+        let [u, v, w] = self.axes.map(dot);
+        // How far the denominator goes: the axes' lengths are √2 half the size, the same, and √3.
+        let reach = *radius * 3f32.sqrt();
+        let (inverse, least) = (w.recip(), (w - reach).recip());
+        let is_apart = (0..2).map(|i| {
+            let place = [u, v][i] * inverse;
+            let margin = (*radius * (0.5 * 2f32.sqrt() * self.size as f32) + reach * place.abs()) * least + ROUNDING;
+            let from_first = place + (self.offset[i] - first[i] as f32);
+            (from_first + margin).cmplt(Vec4::ZERO) | (from_first - margin).cmpgt(Vec4::splat((count[i] - 1) as f32))
+        });
+        let is_apart = is_apart.fold(w.cmplt(w), |a, b| a | b);
+        (!(w.cmpgt(reach) & is_apart)).bitmask()
+    }
+
     /// Whether a texel's centre lies on the face, or on its seam.
     pub fn shows(&self, texel: [u32; 2]) -> bool {
         let [column, row] = texel.map(|i| i as i32);

@@ -5,7 +5,7 @@
 //! of them. All of its 96 vertices are projected; the triangles whose box holds one of those centres are tested by their edges
 //! (Pineda 1988), and the nearest that covers it gives its depth.
 
-use super::footprint::{Extent, TexelRect};
+use super::footprint::{Bounds, Extent, TexelRect};
 use super::pieces::FaceView;
 use super::solids::Corners;
 use crate::layout::MapTexel;
@@ -20,6 +20,9 @@ const MOST: usize = 64;
 /// By how much boxes about what is shown are enlarged for rounding, texels.
 const ROUNDING: f32 = 0.01;
 
+/// Triangles in a group.
+const GROUP: usize = 8;
+
 /// An object as vertices that its triangles share.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SharedVertices {
@@ -29,6 +32,8 @@ pub(super) struct SharedVertices {
     triangles: Vec<[u32; 3]>,
     /// x, y and z of four vertices at a time.
     positions: Vec<[Vec4; 3]>,
+    /// x, y, z and the radius of spheres about four groups of triangles at a time.
+    spheres: Vec<[Vec4; 4]>,
 }
 
 /// Projected vertices; memory that is used again.
@@ -85,19 +90,34 @@ impl SharedVertices {
         };
         self.positions.clear();
         self.positions.extend(self.vertices.chunks(4).map(|vertices| {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|i| position(vertices, i));
-            [0, 1, 2].map(|axis| Vec4::new(a[axis], b[axis], c[axis], d[axis]))
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| position(vertices, i).extend(0.0));
+            let Mat4 { x_axis, y_axis, z_axis, .. } = Mat4::from_cols(a, b, c, d).transpose();
+            [x_axis, y_axis, z_axis]
         }));
+        let spheres: Vec<Vec4> = self.triangles.chunks(GROUP).map(|group| self.sphere(group)).collect();
+        self.spheres.clear();
+        self.spheres.extend(spheres.chunks(4).map(|spheres| {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| spheres.get(i).copied().unwrap_or(spheres[0]));
+            Mat4::from_cols(a, b, c, d).transpose().to_cols_array_2d().map(Vec4::from)
+        }));
+    }
+
+    fn corner(&self, vertex: u32) -> Vec3 {
+        let [x, y, z] = &self.positions[vertex as usize / 4];
+        let lane = vertex as usize % 4;
+        Vec3::new(x[lane], y[lane], z[lane])
+    }
+
+    /// About the box of some triangles, with its radius.
+    fn sphere(&self, triangles: &[[u32; 3]]) -> Vec4 {
+        let corners = || triangles.iter().flatten().map(|&corner| self.corner(corner));
+        let center = Bounds::around(corners()).center;
+        center.extend(corners().map(|corner| corner.distance_squared(center)).fold(0.0, f32::max).sqrt())
     }
 
     /// The corners of all triangles.
     pub fn corners(&self) -> Vec<Corners> {
-        let corner = |vertex: u32| {
-            let [x, y, z] = &self.positions[vertex as usize / 4];
-            let lane = vertex as usize % 4;
-            Vec3::new(x[lane], y[lane], z[lane])
-        };
-        self.triangles.iter().map(|corners| corners.map(corner)).collect()
+        self.triangles.iter().map(|corners| corners.map(|corner| self.corner(corner))).collect()
     }
 
     /// Appends those of the centres that the object covers in a part of the map, with its depth there; `false`, and nothing is
@@ -109,31 +129,18 @@ impl SharedVertices {
         part: TexelRect,
         (projected, texels): (&mut Projected, &mut Vec<MapTexel>),
     ) -> bool {
+        if centers.count.contains(&0) {
+            return true;
+        }
         if !self.project(view, centers.first, projected) {
             return false;
         }
-        let count = centers.count.map(|n| n as f32);
-        // The lowest x and y are not above the last centre, the highest not below the first.
-        let limits = Vec4::new(count[0] - 1.0, count[1] - 1.0, 0.0, 0.0);
         let mut nearest = [0f32; MOST];
-        let (places, inverses) = (&projected.places[..], &projected.inverses[..]);
-        for &[a, b, c] in &self.triangles {
-            let corners = [a as usize, b as usize, c as usize];
-            let [a, b, c] = [places[corners[0]], places[corners[1]], places[corners[2]]];
-            let bounds = a.min(b).min(c);
-            if !bounds.cmple(limits).all() {
-                continue;
-            }
-            let inverses = corners.map(|corner| inverses[corner]);
-            let low = [first_not_below(bounds.x), first_not_below(bounds.y)];
-            // Rounded down; not below 0.
-            let high = [(-bounds.z).min(count[0] - 1.0) as u32, (-bounds.w).min(count[1] - 1.0) as u32];
-            for row in low[1]..=high[1] {
-                for column in low[0]..=high[0] {
-                    let center = Vec2::new(column as f32, row as f32);
-                    let at = [a, b, c].map(|place| Vec2::new(place.x, place.y) - center);
-                    let nearest = &mut nearest[(row * centers.count[0] + column) as usize];
-                    *nearest = nearest.max(inverse_at(at, inverses));
+        for (index, spheres) in self.spheres.iter().enumerate() {
+            let shown = view.may_show(spheres, centers.first, centers.count);
+            for group in self.triangles[4 * GROUP * index..].chunks(GROUP).take(4).enumerate() {
+                if shown >> group.0 & 1 == 1 {
+                    cover(group.1, projected, centers.count, &mut nearest);
                 }
             }
         }
@@ -162,6 +169,34 @@ impl SharedVertices {
             projected.inverses.extend(inverse.to_array());
         }
         is_known
+    }
+}
+
+/// Takes note of the nearest of some triangles at each centre.
+fn cover(triangles: &[[u32; 3]], projected: &Projected, count: [u32; 2], nearest: &mut [f32; MOST]) {
+    let last = count.map(|n| (n - 1) as f32);
+    // The lowest x and y are not above the last centre, the highest not below the first.
+    let limits = Vec4::new(last[0], last[1], 0.0, 0.0);
+    let (places, inverses) = (&projected.places[..], &projected.inverses[..]);
+    for &[a, b, c] in triangles {
+        let corners = [a as usize, b as usize, c as usize];
+        let [a, b, c] = [places[corners[0]], places[corners[1]], places[corners[2]]];
+        let bounds = a.min(b).min(c);
+        if !bounds.cmple(limits).all() {
+            continue;
+        }
+        let inverses = [inverses[corners[0]], inverses[corners[1]], inverses[corners[2]]];
+        let low = [first_not_below(bounds.x), first_not_below(bounds.y)];
+        // Rounded down; not below 0.
+        let high = [(-bounds.z).min(last[0]) as u32, (-bounds.w).min(last[1]) as u32];
+        for row in low[1]..=high[1] {
+            for column in low[0]..=high[0] {
+                let center = Vec2::new(column as f32, row as f32);
+                let at = [a, b, c].map(|place| Vec2::new(place.x, place.y) - center);
+                let nearest = &mut nearest[(row * count[0] + column) as usize];
+                *nearest = nearest.max(inverse_at(at, inverses));
+            }
+        }
     }
 }
 
