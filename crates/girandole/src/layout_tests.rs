@@ -4,8 +4,8 @@
 use crate::device::tuning::DeviceTuning;
 use crate::layout::{
     BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Item,
-    Light, LightMapUpdate, MapPart, MapTexel, Maps, MultipassParams, OldPlace, PointQueueHeader, ShadeListHeader,
-    TextureUse, TransferObject, Triangle, Vertex, VertexRange,
+    Light, LightMapUpdate, MapPart, MapTexel, Maps, MultipassParams, OldPlace, PointQueueHeader,
+    ShadeListHeader, TextureUse, TransferObject, Triangle, Vertex, VertexRange,
 };
 use crate::records::{
     Element, LeafRange, LeafRecord, Member, OccluderBox, ReceiverGrid, ShadePoint, StaleMapsHeader,

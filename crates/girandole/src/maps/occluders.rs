@@ -69,7 +69,9 @@ impl Mover {
             let pieces = |cluster: &&[Corners]| {
                 let filler = [cluster[0][0]; 3];
                 let corners = |i: usize| cluster.get(i).copied().unwrap_or(filler);
-                std::array::from_fn(|piece| Piece::new([0, 1, 2, 3].map(|i| corners(piece * PIECE as usize + i))))
+                std::array::from_fn(|piece| {
+                    Piece::new([0, 1, 2, 3].map(|i| corners(piece * PIECE as usize + i)))
+                })
             };
             let all = if in_pieces { &clusters[..] } else { &[] };
             Detail {
@@ -245,7 +247,8 @@ impl Clusters {
             touched: 0,
             counts: CullCounts::default(),
         };
-        (0..self.first_moving()).for_each(|cluster| culling.add((cluster, &self.bounds[cluster]), u32::MAX, &[]));
+        (0..self.first_moving())
+            .for_each(|cluster| culling.add((cluster, &self.bounds[cluster]), u32::MAX, &[]));
         for mover in self.moving.iter().filter(|mover| !is_hidden(mover.object)) {
             let faces = culling.add_texels(mover, self.as_texels);
             if faces == 0 {

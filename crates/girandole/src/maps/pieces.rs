@@ -76,9 +76,11 @@ impl FaceView {
         let (inverse, least) = (w.recip(), (w - reach).recip());
         let is_apart = (0..2).map(|i| {
             let place = [u, v][i] * inverse;
-            let margin = (*radius * (0.5 * 2f32.sqrt() * self.size as f32) + reach * place.abs()) * least + ROUNDING;
+            let margin =
+                (*radius * (0.5 * 2f32.sqrt() * self.size as f32) + reach * place.abs()) * least + ROUNDING;
             let from_first = place + (self.offset[i] - first[i] as f32);
-            (from_first + margin).cmplt(Vec4::ZERO) | (from_first - margin).cmpgt(Vec4::splat((count[i] - 1) as f32))
+            (from_first + margin).cmplt(Vec4::ZERO)
+                | (from_first - margin).cmpgt(Vec4::splat((count[i] - 1) as f32))
         });
         let is_apart = is_apart.fold(w.cmplt(w), |a, b| a | b);
         (!(w.cmpgt(reach) & is_apart)).bitmask()
@@ -122,7 +124,7 @@ impl MapView<'_> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::footprint::Bounds;
     use super::*;
     use crate::layout::Light;
@@ -132,8 +134,18 @@ mod tests {
     const SIZE: u32 = 64;
     const FACES: u32 = 4;
 
+    /// The direction that a place in a map of a size shows, in texels; its coordinates on the axes sum to 1 on the face that it is
+    /// on. The inverse of `lib/octahedral.wgsl`.
+    pub fn direction(light: &Light, size: u32, place: [f64; 2]) -> DVec3 {
+        let [s, t] = place.map(|x| x / f64::from(size) * 2.0 - 1.0);
+        let [x, y] = [(s + t) * 0.5, (s - t) * 0.5];
+        let z = 1.0 - x.abs() - y.abs();
+        let bitangent = light.normal.cross(light.tangent);
+        light.tangent.as_dvec3() * x + bitangent.as_dvec3() * y + light.normal.as_dvec3() * z
+    }
+
     /// Three numbers of −½ to ½.
-    fn vector(case: u32, what: u32) -> Vec3 {
+    pub fn vector(case: u32, what: u32) -> Vec3 {
         Vec3::from([0, 1, 2].map(|axis| sequence::sample(case, axis, what) - 0.5))
     }
 
@@ -156,12 +168,7 @@ mod tests {
 
     /// Whether the ray from the light through a texel's centre meets a triangle.
     fn covers(light: &Light, triangle: &[Vec3; 3], texel: [u32; 2]) -> bool {
-        let [s, t] = texel.map(|i| (f64::from(i) + 0.5) / f64::from(SIZE) * 2.0 - 1.0);
-        // The inverse of `lib/octahedral.wgsl`.
-        let [x, y] = [(s + t) * 0.5, (s - t) * 0.5];
-        let z = 1.0 - x.abs() - y.abs();
-        let bitangent = light.normal.cross(light.tangent);
-        let direction = light.tangent.as_dvec3() * x + bitangent.as_dvec3() * y + light.normal.as_dvec3() * z;
+        let direction = direction(light, SIZE, texel.map(|i| f64::from(i) + 0.5));
         let [a, b, c] = triangle.map(|p| (p - light.position).as_dvec3());
         let volume = |p: DVec3, q: DVec3| p.cross(q).dot(direction);
         let sides = [volume(a, b), volume(b, c), volume(c, a)];

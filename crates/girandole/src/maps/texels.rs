@@ -231,3 +231,130 @@ fn inverse_at([a, b, c]: [Vec2; 3], inverses: [f32; 3]) -> f32 {
     let inverses = Vec3::from(inverses);
     (sides.dot(inverses) / sum).clamp(inverses.min_element(), inverses.max_element())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::footprint::MapView;
+    use super::super::pieces::tests::{direction, vector};
+    use super::*;
+    use crate::layout::Light;
+    use girandole_core::glam::DVec3;
+    use girandole_core::scene::builtin::shapes;
+    use girandole_core::scene::{Material, Scene, Transform};
+    use std::collections::BTreeMap;
+
+    const SIZE: u32 = 64;
+
+    /// A light, and a torus before or behind it of a texel or a few across.
+    fn light_and_torus(case: u32) -> (Light, Geometry) {
+        let normal = vector(case, 0).normalize();
+        let tangent = normal.any_orthonormal_vector();
+        let mut scene = Scene::default();
+        scene.add_material(Material::diffuse("gray", Vec3::splat(0.5)));
+        let radius = if case.is_multiple_of(4) { 0.2 } else { 0.05 };
+        let place = Transform::translation(vector(case, 2) * 4.0 + normal);
+        scene.add_object("torus", shapes::torus(radius, 0.4 * radius, 12, 8, 0), place);
+        let geometry = Geometry::new(&scene);
+        let position = vector(case, 1) - geometry.origin.as_vec3();
+        (Light { normal, tangent, position, ..Light::default() }, geometry)
+    }
+
+    /// The texels that are drawn in a part of a map, with their depths, and the faces of the object that they were not found for.
+    fn drawn(light: &Light, geometry: &Geometry, part: TexelRect) -> (BTreeMap<[u32; 2], f32>, u32) {
+        let all: Vec<u32> = (0..geometry.triangles.len() as u32).collect();
+        let vertices = SharedVertices::new(geometry, &all);
+        let map = MapView::new(light, SIZE, 4);
+        let bounds = Bounds::around(geometry.positions.iter().copied());
+        let touched = map.faces_touched(&bounds);
+        let (mut texels, mut others) = (Vec::new(), 0);
+        for face in (0..4).filter(|face| touched >> face & 1 == 1) {
+            let Some(extent) = map.extent_drawn(face, &bounds, part) else { continue };
+            let view = map.face(face).expect("a face of an octahedron");
+            let memory = (&mut Projected::default(), &mut texels);
+            let centers = Centers::new(&extent, SIZE);
+            let found = centers.is_some_and(|centers| vertices.cover(&view, centers, part, memory));
+            others += u32::from(!found);
+        }
+        // On seams both faces have a texel, with the same depth but for rounding: the nearer counts.
+        let mut result = BTreeMap::new();
+        for MapTexel { place, depth } in texels {
+            let nearest = result.entry([place & 0xffff, place >> 16]).or_insert(depth);
+            *nearest = nearest.max(depth);
+        }
+        (result, others)
+    }
+
+    /// The least distance of the object on the ray through a place in the map, in that direction's own unit, if it meets it.
+    fn distance(light: &Light, geometry: &Geometry, place: [f64; 2]) -> Option<f64> {
+        let direction = direction(light, SIZE, place);
+        let hit = |triangle: u32| {
+            let [a, b, c] = geometry.corners(triangle).map(|p| (p - light.position).as_dvec3());
+            let volume = |p: DVec3, q: DVec3| p.cross(q).dot(direction);
+            let sides = [volume(b, c), volume(c, a), volume(a, b)];
+            let is_within = sides.iter().all(|s| *s > 0.0) || sides.iter().all(|s| *s < 0.0);
+            let normal = (b - a).cross(c - a);
+            is_within.then(|| a.dot(normal) / direction.dot(normal)).filter(|t| *t > 0.0)
+        };
+        (0..geometry.triangles.len() as u32).filter_map(hit).min_by(f64::total_cmp)
+    }
+
+    #[test]
+    fn texels_are_those_whose_centres_see_the_object_at_its_depth() {
+        let (mut covered, mut small, mut large, mut displaced) = (0, 0, 0, 0);
+        for case in 0..240 {
+            let (light, geometry) = light_and_torus(case);
+            let (texels, others) = drawn(&light, &geometry, TexelRect::whole(SIZE));
+            if others > 0 {
+                large += 1;
+                continue;
+            }
+            small += u32::from(!texels.is_empty());
+            let bounds = Bounds::around(geometry.positions.iter().copied());
+            let around = MapView::new(&light, SIZE, 4).covered(&bounds);
+            assert!(texels.keys().all(|texel| around.holds(*texel)));
+            let texels_around = (around.first[1]..around.end[1])
+                .flat_map(|row| (around.first[0]..around.end[0]).map(move |column| [column, row]));
+            for texel in texels_around {
+                let at = |shift: [f64; 2]| {
+                    let place = [0, 1].map(|i| f64::from(texel[i]) + 0.5 + shift[i]);
+                    distance(&light, &geometry, place)
+                };
+                // Next to an outline rounding decides.
+                let near = [[-1e-3, 0.0], [1e-3, 0.0], [0.0, -1e-3], [0.0, 1e-3]].map(at);
+                let expected = at([0.0; 2]);
+                let is_clear = near.iter().all(|d| {
+                    d.is_some() == expected.is_some()
+                        && d.zip(expected).is_none_or(|(d, e)| (d / e - 1.0).abs() < 0.01)
+                });
+                let depth = texels.get(&texel).map(|depth| NEAR / f64::from(*depth));
+                let agrees = |depth: Option<f64>| match (expected, depth) {
+                    (Some(expected), Some(depth)) => (depth / expected - 1.0).abs() < 1e-3,
+                    (expected, depth) => expected.is_some() == depth.is_some(),
+                };
+                assert!(!is_clear || agrees(depth), "case {case}: {texel:?} {expected:?} {depth:?}");
+                covered += u32::from(expected.is_some());
+                // The control: a third of a texel beside it, texels are others.
+                displaced += u32::from(is_clear && !agrees(at([0.33, 0.0])));
+            }
+        }
+        assert!(
+            covered > 400 && small > 100 && large > 10 && displaced > 100,
+            "{covered} {small} {large} {displaced}"
+        );
+    }
+
+    #[test]
+    fn texels_of_a_part_of_a_map_are_those_of_the_whole_map() {
+        let (mut inside, mut all) = (0, 0);
+        for case in 0..200 {
+            let (light, geometry) = light_and_torus(case);
+            let part = TexelRect { first: [case % 40, 10], end: [case % 40 + 20, 50] };
+            let whole = drawn(&light, &geometry, TexelRect::whole(SIZE)).0;
+            let of_part = drawn(&light, &geometry, part).0;
+            let expected = whole.iter().filter(|(texel, _)| part.holds(**texel));
+            assert!(of_part.iter().eq(expected), "case {case}");
+            (inside, all) = (inside + of_part.len(), all + whole.len());
+        }
+        assert!(inside > 50 && inside * 2 < all, "{inside} {all}");
+    }
+}

@@ -207,7 +207,8 @@ impl ShadowMaps {
                 self.clear.set(&mut pass, (None, None), &group);
                 pass.draw(0..4, 0..round.updates.len() as u32);
             }
-            for (((kernel, items), group), triangles) in kernels.iter().zip(of_triangles).zip(&groups).zip(TRIANGLES)
+            for (((kernel, items), group), triangles) in
+                kernels.iter().zip(of_triangles).zip(&groups).zip(TRIANGLES)
             {
                 if !items.is_empty() {
                     kernel.set(&mut pass, (None, Some(&scene.geometry.group)), group);
