@@ -45,7 +45,7 @@ pub struct RendererOptions {
     /// Leave surfaces out of the shadow maps that have the whole scene on one side (default true). Only tests and
     /// figures want them in.
     pub skip_non_blockers: bool,
-    /// Draw dynamic objects that cover few texels of a shadow map (64 at most in a box about them) as these texels, which are found on
+    /// Draw dynamic objects that cover few texels of a shadow map (256 at most in a box about them) as these texels, which are found on
     /// the CPU, and not as triangles (default true): many small movers take a fraction of the time. Only tests and figures want
     /// triangles.
     pub small_movers_as_texels: bool,

@@ -1,7 +1,7 @@
 //! Which texels of a light's shadow map a box may cover.
 
 use crate::layout::Light;
-use girandole_core::glam::Vec3;
+use girandole_core::glam::{Vec3, Vec4};
 
 /// An axis-aligned box in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -190,18 +190,20 @@ impl<'a> MapView<'a> {
         let center = into(bounds.center - light.position);
         let Vec3 { x, y, z } = bounds.half_extent;
         let axes = [Vec3::X * x, Vec3::Y * y, Vec3::Z * z].map(into);
-        let corners = (0..8)
-            .map(|i| (0..3).fold(center, |p, a| if i >> a & 1 == 0 { p - axes[a] } else { p + axes[a] }));
-        let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
-        let mut extend = |uv: [f32; 2]| {
-            for i in 0..2 {
-                low[i] = low[i].min(uv[i]);
-                high[i] = high[i].max(uv[i]);
-            }
+        // The corners, four side by side.
+        let sides = [Vec4::new(-1.0, 1.0, -1.0, 1.0), Vec4::new(-1.0, -1.0, 1.0, 1.0)];
+        let corners = [-1.0, 1.0].map(|far| {
+            [0, 1, 2].map(|i| {
+                Vec4::splat(center[i]) + sides[0] * axes[0][i] + sides[1] * axes[1][i] + far * axes[2][i]
+            })
+        });
+        let bounds = |[near, far]: [[Vec4; 2]; 2]| {
+            let low = [0, 1].map(|i| near[i].min(far[i]).min_element());
+            let high = [0, 1].map(|i| near[i].max(far[i]).max_element());
+            [low, high]
         };
         if light.is_parallel() {
-            corners.for_each(|p| extend([p.x, p.y].map(|q| q * light.scale * 0.5 + 0.5)));
-            return Some([low, high]);
+            return Some(bounds(corners.map(|[x, y, _]| [x, y].map(|q| q * light.scale * 0.5 + 0.5))));
         }
         if self.faces != 4 {
             return None;
@@ -209,13 +211,16 @@ impl<'a> MapView<'a> {
         // On a face of the octahedron coordinates are ratios of linear functions: over a box in front of the plane where
         // the denominator is 0, their extremes lie at corners.
         let [sx, sy] = [1, 2].map(|bit| if face & bit == 0 { -1.0 } else { 1.0 });
-        for p in corners {
-            let w = sx * p.x + sy * p.y + p.z;
-            if w <= 1e-6 * (p.x.abs() + p.y.abs() + p.z.abs()) {
-                (low, high) = ([0.0; 2], [1.0; 2]);
-                break;
-            }
-            extend([p.x + p.y, p.x - p.y].map(|q| (q / w + 1.0) * 0.5));
+        let [mut low, mut high] = [[0.0; 2], [1.0; 2]];
+        let denominators = corners.map(|[x, y, z]| x * sx + y * sy + z);
+        let is_before =
+            |([x, y, z], w): ([Vec4; 3], Vec4)| w.cmpgt((x.abs() + y.abs() + z.abs()) * 1e-6).all();
+        if corners.into_iter().zip(denominators).all(is_before) {
+            let places = |i: usize| {
+                let ([x, y, _], w) = (corners[i], denominators[i]);
+                [x + y, x - y].map(|p| (p / w + 1.0) * 0.5)
+            };
+            [low, high] = bounds([places(0), places(1)]);
         }
         // The face's own part of the map.
         let (axis, seam) = (usize::from(sx != sy), OVERLAP / self.size as f32);

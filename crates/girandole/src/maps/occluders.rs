@@ -159,14 +159,16 @@ impl Clusters {
             let clusters = first..result.triangles.len() / CLUSTER as usize;
             if let Some(object) = object {
                 let bounds = Bounds::around(part.iter().flat_map(|&t| geometry.corners(t)));
-                let (vertices, detail) = (SharedVertices::new(geometry, part), OnceLock::new());
+                let mut by_place = part.to_vec();
+                sort_by_place(geometry, &mut by_place, false, PIECE);
+                let vertices = SharedVertices::new(geometry, [part, &by_place]);
                 result.moving.push(Mover {
                     object: ObjectId(object),
                     clusters,
                     bounds,
                     is_solid,
                     vertices,
-                    detail,
+                    detail: OnceLock::new(),
                 });
             }
         }

@@ -8,6 +8,9 @@ use girandole_core::glam::{Vec3, Vec4};
 /// The least share of a point's distance that its denominator is, for its place in the map to be known.
 const LEAST: f32 = 1e-3;
 
+/// What boxes about spheres are enlarged by for rounding, texels.
+const MARGIN: f32 = 0.01;
+
 /// Four triangles side by side: x, y and z of each corner.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece([[Vec4; 3]; 3]);
@@ -71,19 +74,22 @@ impl FaceView {
         let [x, y, z] = [*x - self.position.x, *y - self.position.y, *z - self.position.z];
         let dot = |axis: Vec3| x * axis.x + y * axis.y + z * axis.z;
         let [u, v, w] = self.axes.map(dot);
-        // How far the denominator goes: the axes' lengths are √2 half the size, the same, and √3.
+        // How far the denominator goes at most; its axis has the length √3.
         let reach = *radius * 3f32.sqrt();
         let (inverse, least) = (w.recip(), (w - reach).recip());
-        let is_apart = (0..2).map(|i| {
+        // Of the place p = u / w the gradient is (U − p W) / w: the axes' lengths and their product give that of U − p W.
+        let half = 0.5 * self.size as f32;
+        let [sx, sy] = self.signs.map(|sign| sign as f32);
+        let products = [sx + sy, sx - sy].map(|product| product * half);
+        let [beside, above] = [0, 1].map(|i| {
             let place = [u, v][i] * inverse;
-            let margin =
-                (*radius * (0.5 * 2f32.sqrt() * self.size as f32) + reach * place.abs()) * least + ROUNDING;
+            let squared = (place * 3.0 - 2.0 * products[i]) * place + 2.0 * half * half;
+            let margin = *radius * Vec4::from(squared.to_array().map(f32::sqrt)) * least + MARGIN;
             let from_first = place + (self.offset[i] - first[i] as f32);
             (from_first + margin).cmplt(Vec4::ZERO)
                 | (from_first - margin).cmpgt(Vec4::splat((count[i] - 1) as f32))
         });
-        let is_apart = is_apart.fold(w.cmplt(w), |a, b| a | b);
-        (!(w.cmpgt(reach) & is_apart)).bitmask()
+        (!(w.cmpgt(reach) & (beside | above))).bitmask()
     }
 
     /// Whether a texel's centre lies on the face, or on its seam.

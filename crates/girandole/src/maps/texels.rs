@@ -16,20 +16,22 @@ use std::collections::BTreeMap;
 
 /// Texels' centres within a box about a face's view of an object up to which the object is small there. It does not depend on what
 /// part of a map is drawn, so that each part is as in a map that is drawn as a whole.
-const MOST: usize = 64;
+const MOST: usize = 256;
 /// By how much boxes about what is shown are enlarged for rounding, texels.
 const ROUNDING: f32 = 0.01;
 
 /// Triangles in a group.
-const GROUP: usize = 8;
+const GROUP: usize = 4;
 
 /// An object as vertices that its triangles share.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SharedVertices {
     /// Indices of the geometry's vertices.
     vertices: Vec<u32>,
-    /// Three indices of these a triangle.
+    /// Three indices of these a triangle, in the order of clusters.
     triangles: Vec<[u32; 3]>,
+    /// The same, so that those of a group lie close together.
+    by_place: Vec<[u32; 3]>,
     /// x, y and z of four vertices at a time.
     positions: Vec<[Vec4; 3]>,
     /// x, y, z and the radius of spheres about four groups of triangles at a time.
@@ -67,18 +69,21 @@ impl Centers {
 }
 
 impl SharedVertices {
-    pub fn new(geometry: &Geometry, triangles: &[u32]) -> Self {
-        let mut result = Self::default();
+    /// Those of an object's triangles, in the order of clusters and so that neighbours lie close together.
+    pub fn new(geometry: &Geometry, [triangles, by_place]: [&[u32]; 2]) -> Self {
+        let mut vertices = Vec::new();
         let mut known = BTreeMap::new();
-        for &triangle in triangles {
-            let corners = geometry.triangles[triangle as usize].vertices.map(|vertex| {
+        let mut shared = |&triangle: &u32| {
+            geometry.triangles[triangle as usize].vertices.map(|vertex| {
                 *known.entry(vertex).or_insert_with(|| {
-                    result.vertices.push(vertex);
-                    result.vertices.len() as u32 - 1
+                    vertices.push(vertex);
+                    vertices.len() as u32 - 1
                 })
-            });
-            result.triangles.push(corners);
-        }
+            })
+        };
+        let by_place = by_place.iter().map(&mut shared).collect();
+        let triangles = triangles.iter().map(&mut shared).collect();
+        let mut result = Self { vertices, triangles, by_place, ..Self::default() };
         result.follow(geometry);
         result
     }
@@ -94,7 +99,7 @@ impl SharedVertices {
             let Mat4 { x_axis, y_axis, z_axis, .. } = Mat4::from_cols(a, b, c, d).transpose();
             [x_axis, y_axis, z_axis]
         }));
-        let spheres: Vec<Vec4> = self.triangles.chunks(GROUP).map(|group| self.sphere(group)).collect();
+        let spheres: Vec<Vec4> = self.by_place.chunks(GROUP).map(|group| self.sphere(group)).collect();
         self.spheres.clear();
         self.spheres.extend(spheres.chunks(4).map(|spheres| {
             let [a, b, c, d] = [0, 1, 2, 3].map(|i| spheres.get(i).copied().unwrap_or(spheres[0]));
@@ -138,7 +143,7 @@ impl SharedVertices {
         let mut nearest = [0f32; MOST];
         for (index, spheres) in self.spheres.iter().enumerate() {
             let shown = view.may_show(spheres, centers.first, centers.count);
-            for group in self.triangles[4 * GROUP * index..].chunks(GROUP).take(4).enumerate() {
+            for group in self.by_place[4 * GROUP * index..].chunks(GROUP).take(4).enumerate() {
                 if shown >> group.0 & 1 == 1 {
                     cover(group.1, projected, centers.count, &mut nearest);
                 }
@@ -262,7 +267,7 @@ mod tests {
     /// The texels that are drawn in a part of a map, with their depths, and the faces of the object that they were not found for.
     fn drawn(light: &Light, geometry: &Geometry, part: TexelRect) -> (BTreeMap<[u32; 2], f32>, u32) {
         let all: Vec<u32> = (0..geometry.triangles.len() as u32).collect();
-        let vertices = SharedVertices::new(geometry, &all);
+        let vertices = SharedVertices::new(geometry, [&all, &all]);
         let map = MapView::new(light, SIZE, 4);
         let bounds = Bounds::around(geometry.positions.iter().copied());
         let touched = map.faces_touched(&bounds);
