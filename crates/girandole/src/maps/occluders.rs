@@ -5,7 +5,7 @@ use super::footprint::{Bounds, MapView, TexelRect};
 use super::non_blockers::NonBlockers;
 use super::pieces::Piece;
 use super::solids::{Corners, Solid, is_closed, normal};
-use super::texels::{Centers, Projected, SharedVertices};
+use super::texels::{Centers, TriangleGroups};
 use crate::layout::{Item, MapTexel};
 use crate::shader_constants::NONE;
 use girandole_core::glam::Vec3;
@@ -36,8 +36,6 @@ pub(crate) struct Clusters {
     moving: Vec<Mover>,
     /// Whether pieces of the clusters of dynamic objects may be drawn alone.
     in_pieces: bool,
-    /// Whether texels are drawn of those that are small.
-    as_texels: bool,
 }
 
 /// A dynamic object.
@@ -48,7 +46,10 @@ struct Mover {
     bounds: Bounds,
     /// Whether its surface is closed.
     is_solid: bool,
-    vertices: SharedVertices,
+    /// The triangles' corners, cluster by cluster.
+    corners: Vec<Corners>,
+    /// The triangles where they are small, if texels are drawn of those.
+    groups: Option<TriangleGroups>,
     /// What is needed where it is not small, from then on until it moves.
     detail: OnceLock<Detail>,
 }
@@ -64,8 +65,7 @@ struct Detail {
 impl Mover {
     fn detail(&self, in_pieces: bool) -> &Detail {
         self.detail.get_or_init(|| {
-            let corners = self.vertices.corners();
-            let clusters: Vec<&[Corners]> = corners.chunks(CLUSTER as usize).collect();
+            let clusters: Vec<&[Corners]> = self.corners.chunks(CLUSTER as usize).collect();
             let pieces = |cluster: &&[Corners]| {
                 let filler = [cluster[0][0]; 3];
                 let corners = |i: usize| cluster.get(i).copied().unwrap_or(filler);
@@ -145,29 +145,32 @@ impl Clusters {
             if scene.objects[object as usize].dynamic { object + 1 } else { 0 }
         };
         triangles.sort_by_key(|&t| mover(t));
-        let mut result = Self { in_pieces, as_texels, ..Self::default() };
+        let mut result = Self { in_pieces, ..Self::default() };
         for part in triangles.chunk_by_mut(|&a, &b| mover(a) == mover(b)) {
             let object = mover(part[0]).checked_sub(1);
             // What bends may turn inside out.
             let is_rigid = |object: u32| !scene.is_deformed(&scene.objects[object as usize]);
             let is_solid = object.is_some_and(is_rigid) && is_closed(geometry, part);
             let grain = if object.is_some() && in_pieces { PIECE } else { CLUSTER };
-            sort_by_place(geometry, part, is_solid, grain);
+            sort_by_place(part, |t| geometry.corners(t), is_solid, [CLUSTER, grain]);
             let first = result.triangles.len() / CLUSTER as usize;
             result.triangles.extend_from_slice(part);
             result.triangles.resize(result.triangles.len().next_multiple_of(CLUSTER as usize), NONE);
             let clusters = first..result.triangles.len() / CLUSTER as usize;
             if let Some(object) = object {
-                let bounds = Bounds::around(part.iter().flat_map(|&t| geometry.corners(t)));
-                let mut by_place = part.to_vec();
-                sort_by_place(geometry, &mut by_place, false, PIECE);
-                let vertices = SharedVertices::new(geometry, [part, &by_place]);
+                let corners: Vec<Corners> = part.iter().map(|&t| geometry.corners(t)).collect();
+                let groups = as_texels.then(|| {
+                    let mut order: Vec<u32> = (0..part.len() as u32).collect();
+                    sort_by_place(&mut order, |i| corners[i as usize], false, [PIECE; 2]);
+                    TriangleGroups::new(&corners, order)
+                });
                 result.moving.push(Mover {
                     object: ObjectId(object),
                     clusters,
-                    bounds,
+                    bounds: Bounds::around(corners.as_flattened().iter().copied()),
                     is_solid,
-                    vertices,
+                    corners,
+                    groups,
                     detail: OnceLock::new(),
                 });
             }
@@ -207,9 +210,12 @@ impl Clusters {
             for cluster in self.moving[index].clusters.clone() {
                 self.bounds[cluster] = self.bounds_of(geometry, cluster);
             }
+            let size = CLUSTER as usize;
             let mover = &mut self.moving[index];
             mover.bounds = Bounds::about(self.bounds[mover.clusters.clone()].iter());
-            mover.vertices.follow(geometry);
+            let triangles = self.triangles[mover.clusters.start * size..].iter();
+            mover.corners.iter_mut().zip(triangles).for_each(|(corners, &t)| *corners = geometry.corners(t));
+            mover.groups.iter_mut().for_each(|groups| groups.follow(&mover.corners));
             mover.detail.take();
         }
     }
@@ -240,19 +246,12 @@ impl Clusters {
         is_hidden: impl Fn(ObjectId) -> bool,
         items: &mut Items,
     ) -> CullCounts {
-        let mut culling = Culling {
-            light: index,
-            map,
-            part,
-            items,
-            projected: Projected::default(),
-            touched: 0,
-            counts: CullCounts::default(),
-        };
+        let mut culling =
+            Culling { light: index, map, part, items, touched: 0, counts: CullCounts::default() };
         (0..self.first_moving())
             .for_each(|cluster| culling.add((cluster, &self.bounds[cluster]), u32::MAX, &[]));
         for mover in self.moving.iter().filter(|mover| !is_hidden(mover.object)) {
-            let faces = culling.add_texels(mover, self.as_texels);
+            let faces = culling.add_texels(mover);
             if faces == 0 {
                 continue;
             }
@@ -296,8 +295,6 @@ struct Culling<'a> {
     map: MapView<'a>,
     part: TexelRect,
     items: &'a mut Items,
-    /// Memory for what is projected.
-    projected: Projected,
     /// Faces in which something is drawn, a bit each.
     touched: u32,
     counts: CullCounts,
@@ -332,16 +329,16 @@ impl Culling<'_> {
     }
 
     /// The texels of a dynamic object in those faces where it is small. Returns the others that it touches.
-    fn add_texels(&mut self, mover: &Mover, as_texels: bool) -> u32 {
-        let Self { map, part, ref mut items, ref mut projected, .. } = *self;
+    fn add_texels(&mut self, mover: &Mover) -> u32 {
+        let Self { map, part, ref mut items, .. } = *self;
         let touched = map.faces_touched(&mover.bounds);
         let mut others = 0;
         for face in bits(touched) {
             let Some(extent) = map.extent_drawn(face, &mover.bounds, part) else { continue };
-            let centers = Centers::new(&extent, map.size).filter(|_| as_texels).zip(map.face(face));
+            let small = Centers::new(&extent, map.size).zip(mover.groups.as_ref()).zip(map.face(face));
             let before = items.texels.len();
-            let is_covered = centers.is_some_and(|(centers, view)| {
-                mover.vertices.cover(&view, centers, part, (projected, &mut items.texels))
+            let is_covered = small.is_some_and(|((centers, groups), view)| {
+                groups.cover(&view, centers, part, &mut items.texels)
             });
             let count = (items.texels.len() - before) as u64;
             self.counts.texels_drawn += count;
@@ -361,16 +358,22 @@ fn bits(mut set: u32) -> impl Iterator<Item = u32> {
     })
 }
 
-/// Orders triangles so that those of a cluster lie close together, and where `facing` counts too, face similar ways.
-fn sort_by_place(geometry: &Geometry, triangles: &mut [u32], facing: bool, grain: u32) {
-    let middle = |t: u32| geometry.corners(t).into_iter().sum::<Vec3>() / 3.0;
+/// Orders triangles so that those of a cluster, and of the smaller grain, lie close together, and where `facing` counts too, face similar
+/// ways.
+fn sort_by_place(
+    triangles: &mut [u32],
+    corners: impl Fn(u32) -> Corners,
+    facing: bool,
+    [cluster, grain]: [u32; 2],
+) {
+    let middle = |t: u32| corners(t).into_iter().sum::<Vec3>() / 3.0;
     let extent = Bounds::around(triangles.iter().map(|&t| middle(t))).half_extent.max_element();
     let scale = if facing { PLACE_WEIGHT / extent.max(f32::MIN_POSITIVE) } else { 1.0 };
     let mut points: Vec<Point> = triangles
         .iter()
-        .map(|&t| ([middle(t) * scale, if facing { normal(geometry.corners(t)) } else { Vec3::ZERO }], t))
+        .map(|&t| ([middle(t) * scale, if facing { normal(corners(t)) } else { Vec3::ZERO }], t))
         .collect();
-    split(&mut points, CLUSTER, grain);
+    split(&mut points, cluster, grain);
     triangles.iter_mut().zip(&points).for_each(|(triangle, point)| *triangle = point.1);
 }
 

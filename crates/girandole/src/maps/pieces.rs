@@ -11,6 +11,9 @@ const LEAST: f32 = 1e-3;
 /// What boxes about spheres are enlarged by for rounding, texels.
 const MARGIN: f32 = 0.01;
 
+/// Numbers as large as this have no fraction.
+const WHOLE: f32 = (1 << 23) as f32;
+
 /// Four triangles side by side: x, y and z of each corner.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece([[Vec4; 3]; 3]);
@@ -34,6 +37,11 @@ impl Piece {
     pub fn new(triangles: [[Vec3; 3]; 4]) -> Self {
         let of = |corner: usize, axis: usize| Vec4::from(triangles.map(|triangle| triangle[corner][axis]));
         Self([0, 1, 2].map(|corner| [0, 1, 2].map(|axis| of(corner, axis))))
+    }
+
+    /// x, y and z of each corner.
+    pub fn corners(&self) -> [[Vec4; 3]; 3] {
+        self.0
     }
 
     /// Which of them may cover the centre of a texel of the face, a bit each.
@@ -85,9 +93,11 @@ impl FaceView {
             let place = [u, v][i] * inverse;
             let squared = (place * 3.0 - 2.0 * products[i]) * place + 2.0 * half * half;
             let margin = *radius * Vec4::from(squared.to_array().map(f32::sqrt)) * least + MARGIN;
+            // The nearest centre; adding and taking away a large number rounds.
             let from_first = place + (self.offset[i] - first[i] as f32);
-            (from_first + margin).cmplt(Vec4::ZERO)
-                | (from_first - margin).cmpgt(Vec4::splat((count[i] - 1) as f32))
+            let within = from_first.max(Vec4::ZERO).min(Vec4::splat((count[i] - 1) as f32));
+            let nearest = (within + WHOLE) - WHOLE;
+            (from_first - nearest).abs().cmpgt(margin)
         });
         (!(w.cmpgt(reach) & (beside | above))).bitmask()
     }

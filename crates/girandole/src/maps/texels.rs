@@ -2,17 +2,15 @@
 //! which hundreds may share a texel.
 //!
 //! Worked example: a torus of 192 triangles and 14 cm, seen from 2 m in a map of 64 × 64 texels, covers the centres of one to three
-//! of them. All of its 96 vertices are projected; the triangles whose box holds one of those centres are tested by their edges
-//! (Pineda 1988), and the nearest that covers it gives its depth.
+//! of them. Of its 48 groups of four triangles, spheres about four of which are tested at a time, about ten may; these triangles
+//! are projected and tested by their edges (Pineda 1988), and the nearest that covers a centre gives its depth.
 
 use super::footprint::{Bounds, Extent, TexelRect};
-use super::pieces::FaceView;
+use super::pieces::{FaceView, Piece};
 use super::solids::Corners;
 use crate::layout::MapTexel;
 use crate::passes::shadow_maps::NEAR;
-use girandole_core::glam::{Mat4, Vec2, Vec3, Vec4};
-use girandole_core::scene::Geometry;
-use std::collections::BTreeMap;
+use girandole_core::glam::{Mat4, Vec3, Vec4};
 
 /// Texels' centres within a box about a face's view of an object up to which the object is small there. It does not depend on what
 /// part of a map is drawn, so that each part is as in a map that is drawn as a whole.
@@ -20,31 +18,16 @@ const MOST: usize = 256;
 /// By how much boxes about what is shown are enlarged for rounding, texels.
 const ROUNDING: f32 = 0.01;
 
-/// Triangles in a group.
-const GROUP: usize = 4;
-
-/// An object as vertices that its triangles share.
+/// The triangles of an object, four side by side, in a hierarchy of spheres.
 #[derive(Clone, Debug, Default)]
-pub(super) struct SharedVertices {
-    /// Indices of the geometry's vertices.
-    vertices: Vec<u32>,
-    /// Three indices of these a triangle, in the order of clusters.
-    triangles: Vec<[u32; 3]>,
-    /// The same, so that those of a group lie close together.
-    by_place: Vec<[u32; 3]>,
-    /// x, y and z of four vertices at a time.
-    positions: Vec<[Vec4; 3]>,
-    /// x, y, z and the radius of spheres about four groups of triangles at a time.
+pub(super) struct TriangleGroups {
+    /// Triangles of the object; those of a group lie close together.
+    order: Vec<u32>,
+    groups: Vec<Piece>,
+    /// x, y, z and the radius of spheres about four groups each.
     spheres: Vec<[Vec4; 4]>,
-}
-
-/// Projected vertices; memory that is used again.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Projected {
-    /// x, y, −x and −y, in texels from the first centre.
-    places: Vec<Vec4>,
-    /// The reciprocal of each one's denominator, which is linear on the map.
-    inverses: Vec<f32>,
+    /// The same about four of those each.
+    above: Vec<[Vec4; 4]>,
 }
 
 /// Centres of texels in a box.
@@ -68,61 +51,32 @@ impl Centers {
     }
 }
 
-impl SharedVertices {
-    /// Those of an object's triangles, in the order of clusters and so that neighbours lie close together.
-    pub fn new(geometry: &Geometry, [triangles, by_place]: [&[u32]; 2]) -> Self {
-        let mut vertices = Vec::new();
-        let mut known = BTreeMap::new();
-        let mut shared = |&triangle: &u32| {
-            geometry.triangles[triangle as usize].vertices.map(|vertex| {
-                *known.entry(vertex).or_insert_with(|| {
-                    vertices.push(vertex);
-                    vertices.len() as u32 - 1
-                })
-            })
-        };
-        let by_place = by_place.iter().map(&mut shared).collect();
-        let triangles = triangles.iter().map(&mut shared).collect();
-        let mut result = Self { vertices, triangles, by_place, ..Self::default() };
-        result.follow(geometry);
+impl TriangleGroups {
+    /// Those of some triangles, given by their corners, in an order in which neighbours lie close together.
+    pub fn new(corners: &[Corners], order: Vec<u32>) -> Self {
+        let mut result = Self { order, ..Self::default() };
+        result.follow(corners);
         result
     }
 
-    /// Brings positions up to where the object is.
-    pub fn follow(&mut self, geometry: &Geometry) {
-        let position = |vertices: &[u32], i: usize| {
-            geometry.positions[vertices.get(i).copied().unwrap_or(vertices[0]) as usize]
-        };
-        self.positions.clear();
-        self.positions.extend(self.vertices.chunks(4).map(|vertices| {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|i| position(vertices, i).extend(0.0));
-            let Mat4 { x_axis, y_axis, z_axis, .. } = Mat4::from_cols(a, b, c, d).transpose();
-            [x_axis, y_axis, z_axis]
-        }));
-        let spheres: Vec<Vec4> = self.by_place.chunks(GROUP).map(|group| self.sphere(group)).collect();
-        self.spheres.clear();
-        self.spheres.extend(spheres.chunks(4).map(|spheres| {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|i| spheres.get(i).copied().unwrap_or(spheres[0]));
-            Mat4::from_cols(a, b, c, d).transpose().to_cols_array_2d().map(Vec4::from)
-        }));
-    }
-
-    fn corner(&self, vertex: u32) -> Vec3 {
-        let [x, y, z] = &self.positions[vertex as usize / 4];
-        let lane = vertex as usize % 4;
-        Vec3::new(x[lane], y[lane], z[lane])
-    }
-
-    /// About the box of some triangles, with its radius.
-    fn sphere(&self, triangles: &[[u32; 3]]) -> Vec4 {
-        let corners = || triangles.iter().flatten().map(|&corner| self.corner(corner));
-        let center = Bounds::around(corners()).center;
-        center.extend(corners().map(|corner| corner.distance_squared(center)).fold(0.0, f32::max).sqrt())
-    }
-
-    /// The corners of all triangles.
-    pub fn corners(&self) -> Vec<Corners> {
-        self.triangles.iter().map(|corners| corners.map(|corner| self.corner(corner))).collect()
+    /// Brings them up to where the triangles are.
+    pub fn follow(&mut self, corners: &[Corners]) {
+        let Self { order, groups, spheres, above } = self;
+        groups.clear();
+        let mut balls = Vec::with_capacity(order.len().div_ceil(4));
+        for group in order.chunks(4) {
+            let corners = [0, 1, 2, 3].map(|i| match group.get(i) {
+                Some(&triangle) => corners[triangle as usize],
+                // It covers nothing.
+                None => [corners[group[0] as usize][0]; 3],
+            });
+            groups.push(Piece::new(corners));
+            balls.push(ball(corners.as_flattened(), |corner| (*corner, 0.0)));
+        }
+        let of_groups = |balls: &[Vec4]| ball(balls, |ball| (ball.truncate(), ball.w));
+        *spheres = balls.chunks(4).map(side_by_side).collect();
+        let balls: Vec<Vec4> = balls.chunks(4).map(of_groups).collect();
+        *above = balls.chunks(4).map(side_by_side).collect();
     }
 
     /// Appends those of the centres that the object covers in a part of the map, with its depth there; `false`, and nothing is
@@ -132,83 +86,92 @@ impl SharedVertices {
         view: &FaceView,
         centers: Centers,
         part: TexelRect,
-        (projected, texels): (&mut Projected, &mut Vec<MapTexel>),
+        texels: &mut Vec<MapTexel>,
     ) -> bool {
-        if centers.count.contains(&0) {
+        let Centers { first, count } = centers;
+        if count.contains(&0) {
             return true;
         }
-        if !self.project(view, centers.first, projected) {
-            return false;
-        }
-        let mut nearest = [0f32; MOST];
-        for (index, spheres) in self.spheres.iter().enumerate() {
-            let shown = view.may_show(spheres, centers.first, centers.count);
-            for group in self.by_place[4 * GROUP * index..].chunks(GROUP).take(4).enumerate() {
-                if shown >> group.0 & 1 == 1 {
-                    cover(group.1, projected, centers.count, &mut nearest);
+        let mut nearest = [0.0; MOST];
+        for (index, above) in self.above.iter().enumerate() {
+            let shown = |spheres| bits(view.may_show(spheres, first, count));
+            let spheres =
+                shown(above).filter_map(|i| Some((4 * index + i, self.spheres.get(4 * index + i)?)));
+            for group in spheres.flat_map(|(index, spheres)| shown(spheres).map(move |i| 4 * index + i)) {
+                if self.groups.get(group).is_some_and(|group| !group.cover(view, centers, &mut nearest)) {
+                    return false;
                 }
             }
         }
-        for (index, &inverse) in (0..centers.count[0] * centers.count[1]).zip(&nearest) {
-            let [column, row] = [index % centers.count[0], index / centers.count[0]];
-            let texel = [centers.first[0] + column, centers.first[1] + row];
+        for (index, &inverse) in (0..count[0] * count[1]).zip(&nearest) {
+            let texel = [first[0] + index % count[0], first[1] + index / count[0]];
             if inverse > 0.0 && part.holds(texel) && view.shows(texel) {
                 texels.push(MapTexel { place: place(texel), depth: (NEAR as f32 * inverse).min(1.0) });
             }
         }
         true
     }
-
-    /// Projects all vertices; `false` where one is not well before the light.
-    fn project(&self, view: &FaceView, first: [u32; 2], projected: &mut Projected) -> bool {
-        projected.places.clear();
-        projected.inverses.clear();
-        let offset = [0, 1].map(|i| view.offset[i] - first[i] as f32);
-        let mut is_known = true;
-        for &[x, y, z] in &self.positions {
-            let ([u, v], inverse, known) = view.project([x, y, z]);
-            is_known &= known;
-            let [u, v] = [u + offset[0], v + offset[1]];
-            let vertices = Mat4::from_cols(u, v, -u, -v).transpose();
-            projected.places.extend([vertices.x_axis, vertices.y_axis, vertices.z_axis, vertices.w_axis]);
-            projected.inverses.extend(inverse.to_array());
-        }
-        is_known
-    }
 }
 
-/// Takes note of the nearest of some triangles at each centre.
-fn cover(triangles: &[[u32; 3]], projected: &Projected, count: [u32; 2], nearest: &mut [f32; MOST]) {
-    let last = count.map(|n| (n - 1) as f32);
-    // The lowest x and y are not above the last centre, the highest not below the first.
-    let limits = Vec4::new(last[0], last[1], 0.0, 0.0);
-    let (places, inverses) = (&projected.places[..], &projected.inverses[..]);
-    for &[a, b, c] in triangles {
-        let corners = [a as usize, b as usize, c as usize];
-        let [a, b, c] = [places[corners[0]], places[corners[1]], places[corners[2]]];
-        let bounds = a.min(b).min(c);
-        if !bounds.cmple(limits).all() {
-            continue;
+/// A sphere about others, with its radius.
+fn ball<T>(members: &[T], of: impl Fn(&T) -> (Vec3, f32)) -> Vec4 {
+    let center = Bounds::around(members.iter().map(|member| of(member).0)).center;
+    let reach = |member: &T| of(member).0.distance(center) + of(member).1;
+    center.extend(members.iter().map(reach).fold(0.0, f32::max))
+}
+
+/// Up to four spheres, filled up with the first.
+fn side_by_side(balls: &[Vec4]) -> [Vec4; 4] {
+    let [a, b, c, d] = [0, 1, 2, 3].map(|i| balls.get(i).copied().unwrap_or(balls[0]));
+    let Mat4 { x_axis, y_axis, z_axis, w_axis } = Mat4::from_cols(a, b, c, d).transpose();
+    [x_axis, y_axis, z_axis, w_axis]
+}
+
+/// Which of four bits are set, ascending.
+fn bits(set: u32) -> impl Iterator<Item = usize> {
+    (0..4).filter(move |i| set >> i & 1 == 1)
+}
+
+impl Piece {
+    /// Takes note of the nearest of the triangles at each centre, as the reciprocal of the denominator, which is linear on the map;
+    /// `false` where one of them is not well before the light.
+    fn cover(&self, view: &FaceView, Centers { first, count }: Centers, nearest: &mut [f32; MOST]) -> bool {
+        let [a, b, c] = self.corners().map(|corners| view.project(corners));
+        if !(a.2 && b.2 && c.2) {
+            return false;
         }
-        let inverses = [inverses[corners[0]], inverses[corners[1]], inverses[corners[2]]];
-        let low = [first_not_below(bounds.x), first_not_below(bounds.y)];
-        // Rounded down; not below 0.
-        let high = [(-bounds.z).min(last[0]) as u32, (-bounds.w).min(last[1]) as u32];
-        for row in low[1]..=high[1] {
-            for column in low[0]..=high[0] {
-                let center = Vec2::new(column as f32, row as f32);
-                let at = [a, b, c].map(|place| Vec2::new(place.x, place.y) - center);
-                let nearest = &mut nearest[(row * count[0] + column) as usize];
-                *nearest = nearest.max(inverse_at(at, inverses));
+        let inverses = [a.1, b.1, c.1];
+        let offset = [0, 1].map(|i| view.offset[i] - first[i] as f32);
+        let [a, b, c] = [a.0, b.0, c.0].map(|places| [places[0] + offset[0], places[1] + offset[1]]);
+        let [columns, rows] = [0, 1].map(|i| {
+            let low = a[i].min(b[i]).min(c[i]).min_element();
+            let high = a[i].max(b[i]).max(c[i]).max_element().min((count[i] - 1) as f32);
+            // Rounded up and down; none if even the highest is below 0.
+            let first = low as u32 + u32::from(low > (low as u32) as f32);
+            first..if high < 0.0 { 0 } else { high as u32 + 1 }
+        });
+        let lowest = inverses[0].min(inverses[1]).min(inverses[2]);
+        let highest = inverses[0].max(inverses[1]).max(inverses[2]);
+        for row in rows {
+            let [ay, by, cy] = [a[1], b[1], c[1]].map(|y| y - row as f32);
+            for column in columns.clone() {
+                let [ax, bx, cx] = [a[0], b[0], c[0]].map(|x| x - column as f32);
+                // Triangles that share an edge leave no gap: the other one has the same number there, but for its sign.
+                let sides = [bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx];
+                let sum = sides[0] + sides[1] + sides[2];
+                let (zero, [p, q, r]) = (Vec4::ZERO, sides);
+                let is_covered = (p.cmpge(zero) & q.cmpge(zero) & r.cmpge(zero) & sum.cmpgt(zero))
+                    | (p.cmple(zero) & q.cmple(zero) & r.cmple(zero) & sum.cmplt(zero));
+                if is_covered.any() {
+                    let inverse = (p * inverses[0] + q * inverses[1] + r * inverses[2]) / sum;
+                    let covering = Vec4::select(is_covered, inverse.max(lowest).min(highest), zero);
+                    let nearest = &mut nearest[(row * count[0] + column) as usize];
+                    *nearest = nearest.max(covering.max_element());
+                }
             }
         }
+        true
     }
-}
-
-/// The least whole number from 0 that is not below x.
-fn first_not_below(x: f32) -> u32 {
-    let whole = x as u32;
-    whole + u32::from(x > whole as f32)
 }
 
 /// Column and row in a word.
@@ -223,20 +186,6 @@ impl MapTexel {
     }
 }
 
-/// What is linear over a triangle, at the origin; 0 where the triangle does not cover it. Triangles that share an edge leave no gap: the
-/// other one has the same number there, but for its sign.
-fn inverse_at([a, b, c]: [Vec2; 3], inverses: [f32; 3]) -> f32 {
-    let side = |p: Vec2, q: Vec2| p.x * q.y - p.y * q.x;
-    let sides = Vec3::new(side(b, c), side(c, a), side(a, b));
-    let sum = sides.x + sides.y + sides.z;
-    let is_covered = sides.cmpge(Vec3::ZERO).all() || sides.cmple(Vec3::ZERO).all();
-    if !is_covered || sum == 0.0 {
-        return 0.0;
-    }
-    let inverses = Vec3::from(inverses);
-    (sides.dot(inverses) / sum).clamp(inverses.min_element(), inverses.max_element())
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::footprint::MapView;
@@ -244,6 +193,7 @@ mod tests {
     use super::*;
     use crate::layout::Light;
     use girandole_core::glam::DVec3;
+    use girandole_core::scene::Geometry;
     use girandole_core::scene::builtin::shapes;
     use girandole_core::scene::{Material, Scene, Transform};
     use std::collections::BTreeMap;
@@ -256,7 +206,7 @@ mod tests {
         let tangent = normal.any_orthonormal_vector();
         let mut scene = Scene::default();
         scene.add_material(Material::diffuse("gray", Vec3::splat(0.5)));
-        let radius = if case.is_multiple_of(4) { 0.2 } else { 0.05 };
+        let radius = [0.05, 0.5, 0.05, 0.15][case as usize % 4];
         let place = Transform::translation(vector(case, 2) * 4.0 + normal);
         scene.add_object("torus", shapes::torus(radius, 0.4 * radius, 12, 8, 0), place);
         let geometry = Geometry::new(&scene);
@@ -267,7 +217,8 @@ mod tests {
     /// The texels that are drawn in a part of a map, with their depths, and the faces of the object that they were not found for.
     fn drawn(light: &Light, geometry: &Geometry, part: TexelRect) -> (BTreeMap<[u32; 2], f32>, u32) {
         let all: Vec<u32> = (0..geometry.triangles.len() as u32).collect();
-        let vertices = SharedVertices::new(geometry, [&all, &all]);
+        let corners: Vec<Corners> = all.iter().map(|&t| geometry.corners(t)).collect();
+        let groups = TriangleGroups::new(&corners, all);
         let map = MapView::new(light, SIZE, 4);
         let bounds = Bounds::around(geometry.positions.iter().copied());
         let touched = map.faces_touched(&bounds);
@@ -275,9 +226,8 @@ mod tests {
         for face in (0..4).filter(|face| touched >> face & 1 == 1) {
             let Some(extent) = map.extent_drawn(face, &bounds, part) else { continue };
             let view = map.face(face).expect("a face of an octahedron");
-            let memory = (&mut Projected::default(), &mut texels);
             let centers = Centers::new(&extent, SIZE);
-            let found = centers.is_some_and(|centers| vertices.cover(&view, centers, part, memory));
+            let found = centers.is_some_and(|centers| groups.cover(&view, centers, part, &mut texels));
             others += u32::from(!found);
         }
         // On seams both faces have a texel, with the same depth but for rounding: the nearer counts.
