@@ -342,6 +342,7 @@ impl Culling<'_> {
             });
             let count = (items.texels.len() - before) as u64;
             self.counts.texels_drawn += count;
+            self.counts.clusters_drawn += if count > 0 { mover.clusters.len() as u64 } else { 0 };
             self.touched |= u32::from(count > 0) << face;
             others |= u32::from(!is_covered) << face;
         }
@@ -410,7 +411,7 @@ pub struct CullCounts {
     pub faces_drawn: u64,
     /// Faces without.
     pub faces_culled: u64,
-    /// Pairs of a face and a cluster that were drawn.
+    /// Pairs of a face and a cluster that were drawn; all of an object of which texels were drawn by themselves.
     pub clusters_drawn: u64,
     /// Pairs that were not.
     pub clusters_culled: u64,
