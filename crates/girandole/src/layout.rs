@@ -416,6 +416,15 @@ pub(crate) struct Item {
     pub face_cluster: u32,
 }
 
+/// `MapTexel` in `shadow_maps_texels.wgsl`: a texel of a page (or of a map), and its depth.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub(crate) struct MapTexel {
+    /// Column, and row × 2¹⁶.
+    pub place: u32,
+    pub depth: f32,
+}
+
 /// `LightMapUpdate` in `light_maps.wgsl`: what changes of a leaf's light map for a batch of lights.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

@@ -4,8 +4,8 @@
 use crate::device::tuning::DeviceTuning;
 use crate::layout::{
     BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Item,
-    Light, LightMapUpdate, MapPart, Maps, MultipassParams, OldPlace, PointQueueHeader, ShadeListHeader,
-    TextureUse, TransferObject, Triangle, Vertex, VertexRange,
+    Light, LightMapUpdate, MapPart, MapTexel, Maps, MultipassParams, OldPlace, PointQueueHeader,
+    ShadeListHeader, TextureUse, TransferObject, Triangle, Vertex, VertexRange,
 };
 use crate::records::{
     Element, LeafRange, LeafRecord, Member, OccluderBox, ReceiverGrid, ShadePoint, StaleMapsHeader,
@@ -54,6 +54,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
             transfer_from_world_z, index, points, first_vertex, margin, vertices, mover, sides, clusters, bases),
         fields!(VertexRange as "VertexRange": first, count, padding_a, padding_b),
         fields!(Item as "Item": light, face_cluster),
+        fields!(MapTexel as "MapTexel": place, depth),
         fields!(LightMapUpdate as "LightMapUpdate": leaf, first, end, is_void, units),
         fields!(MapPart as "MapPart": first, end, page, padding),
         fields!(Display as "Display": size, exposure, automatic),

@@ -51,6 +51,7 @@ mod frame;
 mod layout;
 mod maps;
 mod packed;
+mod parallel;
 mod passes;
 mod points;
 mod prepare;

@@ -89,7 +89,7 @@ impl Resident {
         }
         let features = SceneFeatures::of(scene, geometry, &samples);
         let non_blockers = NonBlockers::new(scene, geometry, &samples, options.skip_non_blockers);
-        let occluders = Occluders::new(scene, geometry, &non_blockers);
+        let occluders = Occluders::new(scene, geometry, &non_blockers, options.small_movers_as_texels);
         Ok(Self {
             geometry: GpuScene::new((device, &context.queue), &shared.scene, scene, geometry)?,
             features,

@@ -45,6 +45,10 @@ pub struct RendererOptions {
     /// Leave surfaces out of the shadow maps that have the whole scene on one side (default true). Only tests and
     /// figures want them in.
     pub skip_non_blockers: bool,
+    /// Draw dynamic objects that cover few texels of a shadow map (256 at most in a box about them) as these texels, which are found on
+    /// the CPU, and not as triangles (default true): many small movers take a fraction of the time. Only tests and figures want
+    /// triangles.
+    pub small_movers_as_texels: bool,
 }
 
 impl Default for RendererOptions {
@@ -56,6 +60,7 @@ impl Default for RendererOptions {
             pcf: 0,
             tuning: None,
             skip_non_blockers: true,
+            small_movers_as_texels: true,
         }
     }
 }

@@ -197,6 +197,7 @@ sources! {
     SHADOW_MAPS_MASKED = shadow_maps_masked "" [
         frame scene texture texture_entry_at light maps octahedral parameterisation project occluders
     ];
+    SHADOW_MAPS_TEXELS = shadow_maps_texels "" [frame light maps];
     CLEAR_MAPS = clear_maps "" [frame light maps map_parts];
     COPY_MAPS = copy_maps "" [map_parts];
     EXPOSURE = exposure "" [packed color];

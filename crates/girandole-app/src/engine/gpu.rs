@@ -349,6 +349,7 @@ pub(super) fn statistics(frame: &FrameStats, pixels: u64) -> Stats {
         ("faces_culled", frame.culling.faces_culled),
         ("clusters_drawn", frame.culling.clusters_drawn),
         ("clusters_culled", frame.culling.clusters_culled),
+        ("texels_drawn", frame.culling.texels_drawn),
         ("points_shaded", points),
         ("pairs_evaluated", pairs.evaluated()),
         ("passes", frame.passes[0].into()),

@@ -1,7 +1,7 @@
 //! Puts a hierarchy of receivers together: first those that stand still, then those that may move, so that the first part
 //! stays what it is when they do.
 
-use super::growth::Grown;
+use super::growth::{Grown, breadth_first};
 use super::hierarchy::{Frame, NodeBuilder};
 use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, TriangleReceiver};
 use super::sources::{Root, Sources};
@@ -47,6 +47,17 @@ impl Assembly {
             cells: self.receivers.cells.len(),
             corners: self.receivers.corners.len(),
         }
+    }
+
+    /// Drops what comes after `end`.
+    pub fn truncate(&mut self, end: End) {
+        let Receivers { nodes, leaves, cells, corners, ids, .. } = &mut self.receivers;
+        nodes.truncate(end.nodes);
+        leaves.truncate(end.leaves);
+        ids.truncate(end.leaves);
+        cells.truncate(end.cells);
+        corners.truncate(end.corners);
+        self.visibility.truncate(end.nodes);
     }
 
     /// Takes off what comes after `end`.
@@ -132,8 +143,9 @@ impl Assembly {
             }
         }
         for (root, nodes) in sources.roots().zip(grown.roots) {
-            flatten(surfaces, &root, nodes, &mut self.receivers, &mut self.visibility);
+            flatten(surfaces, &root, nodes, &mut self.receivers);
         }
+        self.visibility.append(grown.visibility);
         let frame = |simple: u32| Frame::of(&surfaces.patches[simple as usize]);
         make_grids(settings, first, frame, &mut self.receivers);
         let ids = ids::identify(geometry, surfaces, &self.receivers, first);
@@ -158,15 +170,10 @@ fn empty_grid(surfaces: &Surfaces, simple: usize) -> PatchGrid {
 }
 
 /// Appends the nodes of a root that were not collapsed.
-fn flatten(
-    surfaces: &Surfaces,
-    root: &Root,
-    mut builders: Vec<NodeBuilder>,
-    result: &mut Receivers,
-    visibility: &mut StateMatrix,
-) {
-    let mut open = std::collections::VecDeque::from([(0_usize, NONE)]);
-    while let Some((builder, parent)) = open.pop_front() {
+fn flatten(surfaces: &Surfaces, root: &Root, mut builders: Vec<NodeBuilder>, result: &mut Receivers) {
+    let first = result.nodes.len();
+    for (builder, parent) in breadth_first(&builders) {
+        let parent = parent.map_or(NONE, |parent| (first + parent) as u32);
         let builder = &mut builders[builder];
         let index = result.nodes.len() as u32;
         if parent != NONE {
@@ -193,25 +200,21 @@ fn flatten(
             }
         };
         let mut leaf = NONE;
-        match builder.children {
-            Some(children) => open.extend(children.map(|c| (c, index))),
-            None => {
-                leaf = result.leaves.len() as u32;
-                result.leaves.push(Leaf {
-                    node: index,
-                    kind,
-                    center: center.as_vec3(),
-                    radius: (radius * (1.0 + 1e-6)) as f32,
-                    area: builder.area as f32,
-                });
-                if let Source::Cluster { mesh, cluster } = source {
-                    note_leaf(surfaces, (mesh, cluster), leaf, &mut result.triangles);
-                }
+        if builder.children.is_none() {
+            leaf = result.leaves.len() as u32;
+            result.leaves.push(Leaf {
+                node: index,
+                kind,
+                center: center.as_vec3(),
+                radius: (radius * (1.0 + 1e-6)) as f32,
+                area: builder.area as f32,
+            });
+            if let Source::Cluster { mesh, cluster } = source {
+                note_leaf(surfaces, (mesh, cluster), leaf, &mut result.triangles);
             }
         }
         let area = builder.area as f32;
         result.nodes.push(Node { parent, children: [NONE; 2], leaf, area, source });
-        visibility.push(&std::mem::take(&mut builder.visibility));
     }
 }
 

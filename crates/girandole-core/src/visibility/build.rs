@@ -101,7 +101,7 @@ impl VisibilityBuild {
         }
         let Self { settings, surfaces, lights, groups, sources, threshold, growth, .. } = self;
         let mut assembly = Assembly::new(&surfaces, geometry, lights.len());
-        let grown = growth.end();
+        let grown = growth.end(lights.len());
         let tests = grown.tests;
         assembly.append(geometry, &surfaces, &settings, &sources, grown);
         let mut result = VisibilityDatabase {

@@ -1,5 +1,6 @@
 //! How a database follows lights that change and objects that move, on the hierarchy of receivers that it has.
 
+use super::assembly::Assembly;
 use super::blockers::BlockerTree;
 use super::cells::CellVisibility;
 use super::database::{Segment, VisibilityDatabase, is_dynamic};
@@ -113,7 +114,13 @@ impl VisibilityDatabase {
                 (sources, cell, grown)
             })
         });
-        let taken = self.assembly.split_off(self.still);
+        let taken = if made.iter().all(Option::is_some) {
+            // Nothing of it is held.
+            self.assembly.truncate(self.still);
+            Assembly::default()
+        } else {
+            self.assembly.split_off(self.still)
+        };
         let mut before = std::mem::take(&mut self.segments).into_iter();
         let mut from = self.still;
         for (&object, made) in objects.iter().zip(made) {

@@ -7,12 +7,15 @@ use super::node_visibility::{NodeVisibility, SceneContext, Workspace};
 use super::parallel::map;
 use super::pyramid::Tests;
 use super::sources::Sources;
+use super::state_matrix::StateMatrix;
 use std::sync::Arc;
 
 /// Subtrees of roots, and the tests made to grow them.
 #[derive(Default)]
 pub(super) struct Grown {
     pub roots: Vec<Vec<NodeBuilder>>,
+    /// Of their nodes, root by root, each as [`breadth_first`] has them.
+    pub visibility: StateMatrix,
     pub tests: Tests,
 }
 
@@ -74,17 +77,32 @@ impl Growth {
         }));
     }
 
-    /// What has grown, in the order of the sources' roots.
-    pub fn end(self) -> Grown {
+    /// What has grown for so many lights, in the order of the sources' roots.
+    pub fn end(self, lights: usize) -> Grown {
+        let mut visibility = StateMatrix::new(lights);
         let (mut parts, mut tests) = self.patches.map_or_else(Default::default, |d| (d.parts, d.tests));
         parts.sort_unstable_by_key(|(side, _)| *side);
         let mut roots = Vec::with_capacity(parts.len() + self.meshes.len());
-        for (nodes, of_root) in parts.into_iter().map(|(_, part)| part).chain(self.meshes) {
+        for (mut nodes, of_root) in parts.into_iter().map(|(_, part)| part).chain(self.meshes) {
+            for (node, _) in breadth_first(&nodes) {
+                visibility.push(&std::mem::take(&mut nodes[node].visibility));
+            }
             roots.push(nodes);
             tests += of_root;
         }
-        Grown { roots, tests }
+        Grown { roots, visibility, tests }
     }
+}
+
+/// The nodes of a subtree that were not collapsed, parents before children, and where the parent of each is among these.
+pub(super) fn breadth_first(nodes: &[NodeBuilder]) -> Vec<(usize, Option<usize>)> {
+    let mut result = vec![(0, None)];
+    let mut next = 0;
+    while let Some(&(node, _)) = result.get(next) {
+        result.extend(nodes[node].children.into_iter().flatten().map(|child| (child, Some(next))));
+        next += 1;
+    }
+    result
 }
 
 impl Grown {
@@ -94,6 +112,6 @@ impl Grown {
         while !growth.is_done(sources) {
             growth.step(soil, sources, usize::MAX);
         }
-        growth.end()
+        growth.end(soil.context.lights.len())
     }
 }

@@ -85,8 +85,18 @@ impl StateMatrix {
         }
     }
 
+    /// Drops all but the first nodes.
+    pub fn truncate(&mut self, nodes: usize) {
+        self.states.truncate(nodes * self.lights);
+        self.deciders.truncate(nodes * self.lights);
+    }
+
     /// Appends the rows of another matrix of as many lights.
     pub fn append(&mut self, other: Self) {
+        if self.states.is_empty() && self.lights == other.lights {
+            *self = other;
+            return;
+        }
         self.states.extend(other.states);
         self.deciders.extend(other.deciders);
     }

@@ -9,6 +9,7 @@ use super::states::MapStates;
 use crate::Result;
 use crate::device::buffers::storage;
 use crate::layout::Light;
+use crate::parallel::in_order;
 use girandole_core::scene::{Geometry, ObjectId, Scene};
 use wgpu::util::DeviceExt;
 
@@ -114,24 +115,30 @@ impl Atlas {
         };
         let covered_before = boxes(occluders);
         for (clusters, buffer) in [&mut occluders.opaque, &mut occluders.masked].into_iter().zip(positions) {
-            for &object in moved {
-                clusters.follow(geometry, object);
-                if let Some(range) = clusters.of_object(object) {
-                    let corners = clusters.positions(geometry, range.clone());
-                    let at = size_of::<[f32; 3]>() * 3 * CLUSTER as usize * range.start;
-                    queue.write_buffer(buffer, at as u64, bytemuck::cast_slice(&corners));
-                }
+            moved.iter().for_each(|&object| clusters.follow(geometry, object));
+            let mut ranges: Vec<_> = moved.iter().filter_map(|&object| clusters.of_object(object)).collect();
+            ranges.sort_unstable_by_key(|range| range.start);
+            for run in ranges.chunk_by(|before, after| before.end == after.start) {
+                let range = run[0].start..run[run.len() - 1].end;
+                let at = size_of::<[f32; 3]>() * 3 * CLUSTER as usize * range.start;
+                let corners = clusters.positions(geometry, range);
+                queue.write_buffer(buffer, at as u64, bytemuck::cast_slice(&corners));
             }
         }
         let covered_after = boxes(occluders);
-        for (index, (light, slot)) in after.iter().zip(&layout.slots).enumerate() {
-            if !before[index].sees_like(light) {
-                states.invalidate(index, slot.size);
-                continue;
-            }
-            let map = MapView::new(light, slot.size, faces);
-            for (covered, hidden) in [&covered_before, &covered_after].into_iter().zip(hidden) {
-                states.mark(index, covered.stale(&map, states.stale(index), |o| hidden.is_hidden(o, index)));
+        let lights: Vec<usize> = (0..layout.slots.len()).collect();
+        let stale = in_order(&lights, |&index| {
+            let (light, slot) = (&after[index], &layout.slots[index]);
+            let map = before[index].sees_like(light).then(|| MapView::new(light, slot.size, faces))?;
+            let covered = [&covered_before, &covered_after].into_iter().zip(hidden);
+            Some(covered.fold(states.stale(index), |stale, (covered, hidden)| {
+                covered.stale(&map, stale, |object| hidden.is_hidden(object, index))
+            }))
+        });
+        for (index, (stale, slot)) in stale.into_iter().zip(&layout.slots).enumerate() {
+            match stale {
+                Some(stale) => states.mark(index, stale),
+                None => states.invalidate(index, slot.size),
             }
         }
     }

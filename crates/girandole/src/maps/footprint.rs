@@ -1,7 +1,7 @@
 //! Which texels of a light's shadow map a box may cover.
 
 use crate::layout::Light;
-use girandole_core::glam::Vec3;
+use girandole_core::glam::{Vec3, Vec4};
 
 /// An axis-aligned box in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +15,14 @@ pub(crate) struct Bounds {
 pub(crate) struct TexelRect {
     pub first: [u32; 2],
     pub end: [u32; 2],
+}
+
+/// What of a map a box may cover.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extent {
+    /// The lowest and the highest coordinates, texels; infinite where they are not known.
+    pub low: [f32; 2],
+    pub high: [f32; 2],
 }
 
 /// What faces of a map take in beside their own directions, and rasterisation beside what projection says, texels.
@@ -35,6 +43,15 @@ impl Bounds {
     /// The smallest one about others; at least one.
     pub fn about<'a>(others: impl Iterator<Item = &'a Self>) -> Self {
         Self::around(others.flat_map(|b| [b.center - b.half_extent, b.center + b.half_extent]))
+    }
+}
+
+impl Extent {
+    const UNKNOWN: Self = Self { low: [f32::NEG_INFINITY; 2], high: [f32::INFINITY; 2] };
+
+    /// About how many texels.
+    pub fn texels(&self) -> f32 {
+        (0..2).map(|i| self.high[i] - self.low[i]).product()
     }
 }
 
@@ -63,6 +80,11 @@ impl TexelRect {
                 end: [0, 1].map(|i| self.end[i].max(other.end[i])),
             },
         }
+    }
+
+    /// Whether a texel is one of them.
+    pub fn holds(&self, texel: [u32; 2]) -> bool {
+        (0..2).all(|i| (self.first[i]..self.end[i]).contains(&texel[i]))
     }
 
     /// Whether they have a texel in common.
@@ -140,16 +162,16 @@ impl<'a> MapView<'a> {
         }
     }
 
-    /// About how many texels a box covers on a face that it touches; infinity, where that is not known. None, if rasterising what
-    /// is in it leaves no trace in a part of the map.
-    pub fn texels_drawn(&self, face: u32, bounds: &Bounds, part: TexelRect) -> Option<f32> {
-        let Some(extent @ [low, high]) = self.extent(face, bounds) else { return Some(f32::INFINITY) };
+    /// What a box covers on a face that it touches. None, if rasterising what is in it leaves no trace in a part of the map.
+    pub fn extent_drawn(&self, face: u32, bounds: &Bounds, part: TexelRect) -> Option<Extent> {
+        let Some(extent @ [low, high]) = self.extent(face, bounds) else { return Some(Extent::UNKNOWN) };
         let is_whole = part == TexelRect::whole(self.size);
         if self.has_no_center(extent) || !(is_whole || TexelRect::between(low, high, self.size).meets(&part))
         {
             return None;
         }
-        Some([0, 1].map(|i| (high[i] - low[i]) * self.size as f32).into_iter().product())
+        let texels = |place: [f32; 2]| place.map(|x| x * self.size as f32);
+        Some(Extent { low: texels(low), high: texels(high) })
     }
 
     /// Whether certainly no texel's centre lies in a part of the map: then rasterising what is shown there leaves no trace.
@@ -168,18 +190,20 @@ impl<'a> MapView<'a> {
         let center = into(bounds.center - light.position);
         let Vec3 { x, y, z } = bounds.half_extent;
         let axes = [Vec3::X * x, Vec3::Y * y, Vec3::Z * z].map(into);
-        let corners = (0..8)
-            .map(|i| (0..3).fold(center, |p, a| if i >> a & 1 == 0 { p - axes[a] } else { p + axes[a] }));
-        let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
-        let mut extend = |uv: [f32; 2]| {
-            for i in 0..2 {
-                low[i] = low[i].min(uv[i]);
-                high[i] = high[i].max(uv[i]);
-            }
+        // The corners, four side by side.
+        let sides = [Vec4::new(-1.0, 1.0, -1.0, 1.0), Vec4::new(-1.0, -1.0, 1.0, 1.0)];
+        let corners = [-1.0, 1.0].map(|far| {
+            [0, 1, 2].map(|i| {
+                Vec4::splat(center[i]) + sides[0] * axes[0][i] + sides[1] * axes[1][i] + far * axes[2][i]
+            })
+        });
+        let bounds = |[near, far]: [[Vec4; 2]; 2]| {
+            let low = [0, 1].map(|i| near[i].min(far[i]).min_element());
+            let high = [0, 1].map(|i| near[i].max(far[i]).max_element());
+            [low, high]
         };
         if light.is_parallel() {
-            corners.for_each(|p| extend([p.x, p.y].map(|q| q * light.scale * 0.5 + 0.5)));
-            return Some([low, high]);
+            return Some(bounds(corners.map(|[x, y, _]| [x, y].map(|q| q * light.scale * 0.5 + 0.5))));
         }
         if self.faces != 4 {
             return None;
@@ -187,13 +211,16 @@ impl<'a> MapView<'a> {
         // On a face of the octahedron coordinates are ratios of linear functions: over a box in front of the plane where
         // the denominator is 0, their extremes lie at corners.
         let [sx, sy] = [1, 2].map(|bit| if face & bit == 0 { -1.0 } else { 1.0 });
-        for p in corners {
-            let w = sx * p.x + sy * p.y + p.z;
-            if w <= 1e-6 * (p.x.abs() + p.y.abs() + p.z.abs()) {
-                (low, high) = ([0.0; 2], [1.0; 2]);
-                break;
-            }
-            extend([p.x + p.y, p.x - p.y].map(|q| (q / w + 1.0) * 0.5));
+        let [mut low, mut high] = [[0.0; 2], [1.0; 2]];
+        let denominators = corners.map(|[x, y, z]| x * sx + y * sy + z);
+        let is_before =
+            |([x, y, z], w): ([Vec4; 3], Vec4)| w.cmpgt((x.abs() + y.abs() + z.abs()) * 1e-6).all();
+        if corners.into_iter().zip(denominators).all(is_before) {
+            let places = |i: usize| {
+                let ([x, y, _], w) = (corners[i], denominators[i]);
+                [x + y, x - y].map(|p| (p / w + 1.0) * 0.5)
+            };
+            [low, high] = bounds([places(0), places(1)]);
         }
         // The face's own part of the map.
         let (axis, seam) = (usize::from(sx != sy), OVERLAP / self.size as f32);
@@ -297,7 +324,7 @@ mod tests {
             let (map, whole) = (MapView::new(&light, SIZE, 4), TexelRect::whole(SIZE));
             let touched = map.faces_touched(&bounds);
             let drawn = (0..map.faces())
-                .any(|face| touched >> face & 1 == 1 && map.texels_drawn(face, &bounds, whole).is_some());
+                .any(|face| touched >> face & 1 == 1 && map.extent_drawn(face, &bounds, whole).is_some());
             // Texels' positions, less a half: a whole number between two of a box's points is a centre.
             let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
             for point in 0..200 {

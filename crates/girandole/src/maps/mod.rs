@@ -12,3 +12,4 @@ pub(crate) mod places;
 pub(crate) mod solids;
 pub(crate) mod stale;
 pub(crate) mod states;
+pub(crate) mod texels;

@@ -4,12 +4,14 @@
 use super::footprint::{Bounds, MapView, TexelRect};
 use super::non_blockers::NonBlockers;
 use super::pieces::Piece;
-use super::solids::{Solid, is_closed, normal};
-use crate::layout::Item;
+use super::solids::{Corners, Solid, is_closed, normal};
+use super::texels::{Centers, TriangleGroups};
+use crate::layout::{Item, MapTexel};
 use crate::shader_constants::NONE;
 use girandole_core::glam::Vec3;
 use girandole_core::scene::{Geometry, ObjectId, Scene};
 use std::ops::Range;
+use std::sync::OnceLock;
 
 /// Triangles in a cluster.
 pub(crate) const CLUSTER: u32 = 32;
@@ -30,18 +32,54 @@ pub(crate) struct Clusters {
     pub triangles: Vec<u32>,
     /// About each cluster.
     pub bounds: Vec<Bounds>,
-    /// The pieces of the clusters of dynamic objects, where those may be drawn alone.
-    pieces: Vec<Piece>,
     /// Dynamic objects, ascending.
     moving: Vec<Mover>,
+    /// Whether pieces of the clusters of dynamic objects may be drawn alone.
+    in_pieces: bool,
 }
 
 /// A dynamic object.
 struct Mover {
     object: ObjectId,
     clusters: Range<usize>,
+    /// About all of it.
+    bounds: Bounds,
+    /// Whether its surface is closed.
+    is_solid: bool,
+    /// The triangles' corners, cluster by cluster.
+    corners: Vec<Corners>,
+    /// The triangles where they are small, if texels are drawn of those.
+    groups: Option<TriangleGroups>,
+    /// What is needed where it is not small, from then on until it moves.
+    detail: OnceLock<Detail>,
+}
+
+/// A dynamic object as clusters.
+struct Detail {
     /// If it is one.
     solid: Option<Solid>,
+    /// The pieces of its clusters, if they may be drawn alone.
+    pieces: Vec<Piece>,
+}
+
+impl Mover {
+    fn detail(&self, in_pieces: bool) -> &Detail {
+        self.detail.get_or_init(|| {
+            let clusters: Vec<&[Corners]> = self.corners.chunks(CLUSTER as usize).collect();
+            let pieces = |cluster: &&[Corners]| {
+                let filler = [cluster[0][0]; 3];
+                let corners = |i: usize| cluster.get(i).copied().unwrap_or(filler);
+                std::array::from_fn(|piece| {
+                    Piece::new([0, 1, 2, 3].map(|i| corners(piece * PIECE as usize + i)))
+                })
+            };
+            let all = if in_pieces { &clusters[..] } else { &[] };
+            Detail {
+                solid: self.is_solid.then(|| Solid::new(&clusters)),
+                pieces: all.iter().flat_map(|cluster| -> [Piece; PIECES] { pieces(cluster) }).collect(),
+            }
+        })
+    }
 }
 
 /// The occluders of a scene.
@@ -56,7 +94,8 @@ pub(crate) struct Occluders {
 }
 
 impl Occluders {
-    pub fn new(scene: &Scene, geometry: &Geometry, non_blockers: &NonBlockers) -> Self {
+    /// Those of a scene; of small dynamic ones, texels are drawn if that is wanted.
+    pub fn new(scene: &Scene, geometry: &Geometry, non_blockers: &NonBlockers, texels: bool) -> Self {
         let mut blocks = vec![true; geometry.triangles.len()];
         for &patch in non_blockers.patches() {
             for triangle in geometry.patches[patch as usize].triangles.clone() {
@@ -71,7 +110,7 @@ impl Occluders {
                 let material = &scene.materials[geometry.triangles[t as usize].material as usize];
                 blocks[t as usize] && material.alpha_cutoff.is_some() == masked
             });
-            Clusters::new(scene, geometry, chosen.collect(), !masked)
+            Clusters::new(scene, geometry, chosen.collect(), (!masked, texels && !masked))
         };
         Self { opaque: select(false), masked: select(true), left_out: blocks.iter().filter(|b| !**b).count() }
     }
@@ -93,40 +132,51 @@ impl Occluders {
 
 impl Clusters {
     /// Groups triangles that lie close together; those of solids also by where they face. Clusters of dynamic objects may be drawn
-    /// in pieces.
-    fn new(scene: &Scene, geometry: &Geometry, mut triangles: Vec<u32>, in_pieces: bool) -> Self {
+    /// in pieces, and where these are small, as texels.
+    fn new(
+        scene: &Scene,
+        geometry: &Geometry,
+        mut triangles: Vec<u32>,
+        (in_pieces, as_texels): (bool, bool),
+    ) -> Self {
         // The dynamic object that a triangle belongs to, 0 for static ones.
         let mover = |t: u32| {
             let object = geometry.triangles[t as usize].object;
             if scene.objects[object as usize].dynamic { object + 1 } else { 0 }
         };
         triangles.sort_by_key(|&t| mover(t));
-        let mut result = Self::default();
+        let mut result = Self { in_pieces, ..Self::default() };
         for part in triangles.chunk_by_mut(|&a, &b| mover(a) == mover(b)) {
             let object = mover(part[0]).checked_sub(1);
             // What bends may turn inside out.
             let is_rigid = |object: u32| !scene.is_deformed(&scene.objects[object as usize]);
             let is_solid = object.is_some_and(is_rigid) && is_closed(geometry, part);
             let grain = if object.is_some() && in_pieces { PIECE } else { CLUSTER };
-            sort_by_place(geometry, part, is_solid, grain);
+            sort_by_place(part, |t| geometry.corners(t), is_solid, [CLUSTER, grain]);
             let first = result.triangles.len() / CLUSTER as usize;
             result.triangles.extend_from_slice(part);
             result.triangles.resize(result.triangles.len().next_multiple_of(CLUSTER as usize), NONE);
             let clusters = first..result.triangles.len() / CLUSTER as usize;
             if let Some(object) = object {
-                let solid = is_solid.then(Solid::default);
-                result.moving.push(Mover { object: ObjectId(object), clusters, solid });
+                let corners: Vec<Corners> = part.iter().map(|&t| geometry.corners(t)).collect();
+                let groups = as_texels.then(|| {
+                    let mut order: Vec<u32> = (0..part.len() as u32).collect();
+                    sort_by_place(&mut order, |i| corners[i as usize], false, [PIECE; 2]);
+                    TriangleGroups::new(&corners, order)
+                });
+                result.moving.push(Mover {
+                    object: ObjectId(object),
+                    clusters,
+                    bounds: Bounds::around(corners.as_flattened().iter().copied()),
+                    is_solid,
+                    corners,
+                    groups,
+                    detail: OnceLock::new(),
+                });
             }
         }
         let all = 0..result.triangles.len() / CLUSTER as usize;
         result.bounds = all.map(|cluster| result.bounds_of(geometry, cluster)).collect();
-        if in_pieces {
-            let empty = Piece::new([[Vec3::ZERO; 3]; 4]);
-            result.pieces = vec![empty; (result.bounds.len() - result.first_moving()) * PIECES];
-        }
-        for index in 0..result.moving.len() {
-            result.follow_solid(geometry, index);
-        }
         result
     }
 
@@ -138,19 +188,6 @@ impl Clusters {
 
     fn bounds_of(&self, geometry: &Geometry, cluster: usize) -> Bounds {
         Bounds::around(self.of_cluster(cluster).iter().flat_map(|&t| geometry.corners(t)))
-    }
-
-    fn make_pieces(&self, geometry: &Geometry, cluster: usize) -> [Piece; PIECES] {
-        let triangles = self.of_cluster(cluster);
-        let filler = [geometry.corners(triangles[0])[0]; 3];
-        let corners = |i: usize| triangles.get(i).map_or(filler, |t| geometry.corners(*t));
-        std::array::from_fn(|piece| Piece::new([0, 1, 2, 3].map(|i| corners(piece * PIECE as usize + i))))
-    }
-
-    /// The pieces of a cluster, if they may be drawn alone.
-    fn pieces_of(&self, cluster: usize) -> Option<&[Piece]> {
-        let first = cluster.checked_sub(self.first_moving())? * PIECES;
-        self.pieces.get(first..first + PIECES)
     }
 
     fn find(&self, object: ObjectId) -> Option<usize> {
@@ -173,22 +210,13 @@ impl Clusters {
             for cluster in self.moving[index].clusters.clone() {
                 self.bounds[cluster] = self.bounds_of(geometry, cluster);
             }
-            self.follow_solid(geometry, index);
-        }
-    }
-
-    fn follow_solid(&mut self, geometry: &Geometry, index: usize) {
-        let Mover { clusters, solid, .. } = &self.moving[index];
-        if solid.is_some() {
-            let clusters: Vec<&[u32]> = clusters.clone().map(|cluster| self.of_cluster(cluster)).collect();
-            self.moving[index].solid = Some(Solid::new(geometry, &clusters));
-        }
-        if !self.pieces.is_empty() {
-            for cluster in self.moving[index].clusters.clone() {
-                let first = (cluster - self.first_moving()) * PIECES;
-                let pieces = self.make_pieces(geometry, cluster);
-                self.pieces[first..first + PIECES].copy_from_slice(&pieces);
-            }
+            let size = CLUSTER as usize;
+            let mover = &mut self.moving[index];
+            mover.bounds = Bounds::about(self.bounds[mover.clusters.clone()].iter());
+            let triangles = self.triangles[mover.clusters.start * size..].iter();
+            mover.corners.iter_mut().zip(triangles).for_each(|(corners, &t)| *corners = geometry.corners(t));
+            mover.groups.iter_mut().for_each(|groups| groups.follow(&mover.corners));
+            mover.detail.take();
         }
     }
 
@@ -209,8 +237,8 @@ impl Clusters {
     }
 
     /// Appends the items of one light: each cluster in each face that its box touches, if it may cover a texel of `part` there; of
-    /// what moves and is small there, only the pieces that may cover a texel. What a solid hides by itself is left out, and dynamic
-    /// objects that something static hides from the light.
+    /// what moves and is small there, only the pieces that may cover a texel, and of a mover that is small as a whole the texels.
+    /// What a solid hides by itself is left out, and dynamic objects that something static hides from the light.
     pub fn cull(
         &self,
         (index, map): (u32, MapView),
@@ -218,40 +246,25 @@ impl Clusters {
         is_hidden: impl Fn(ObjectId) -> bool,
         items: &mut Items,
     ) -> CullCounts {
-        let mut counts = CullCounts::default();
-        let mut touched = 0u32;
-        let item = |face: u32, of: usize| Item { light: index, face_cluster: face | (of as u32) << 3 };
-        let mut add = |cluster: usize| {
-            let bounds = &self.bounds[cluster];
-            let faces = map.faces_touched(bounds);
-            for face in (0..map.faces()).filter(|face| faces >> face & 1 == 1) {
-                let Some(texels) = map.texels_drawn(face, bounds, part) else { continue };
-                let view = self.pieces_of(cluster).filter(|_| texels <= IN_PIECES).zip(map.face(face));
-                if let Some((pieces, view)) = view {
-                    let before = items.pieces.len();
-                    let drawn = (0..PIECES).map(|piece| pieces[piece].drawn(&view));
-                    let drawn = (0..).zip(drawn).filter(|(_, drawn)| *drawn != 0);
-                    items.pieces.extend(drawn.map(|(piece, _)| item(face, cluster * PIECES + piece)));
-                    let count = (items.pieces.len() - before) as u64;
-                    if count == 0 {
-                        continue;
-                    }
-                    counts.triangles_drawn += count * u64::from(PIECE);
-                } else {
-                    items.clusters.push(item(face, cluster));
-                    counts.triangles_drawn += u64::from(CLUSTER);
-                }
-                counts.clusters_drawn += 1;
-                touched |= 1 << face;
+        let mut culling =
+            Culling { light: index, map, part, items, touched: 0, counts: CullCounts::default() };
+        (0..self.first_moving())
+            .for_each(|cluster| culling.add((cluster, &self.bounds[cluster]), u32::MAX, &[]));
+        for mover in self.moving.iter().filter(|mover| !is_hidden(mover.object)) {
+            let faces = culling.add_texels(mover);
+            if faces == 0 {
+                continue;
             }
-        };
-        (0..self.first_moving()).for_each(&mut add);
-        for Mover { clusters, solid, .. } in self.moving.iter().filter(|mover| !is_hidden(mover.object)) {
+            let Detail { solid, pieces } = mover.detail(self.in_pieces);
             let turned_away = solid.as_ref().and_then(|solid| solid.hidden_from(&map));
-            let is_drawn =
-                |cluster: &usize| turned_away.as_ref().is_none_or(|h| !h(cluster - clusters.start));
-            clusters.clone().filter(is_drawn).for_each(&mut add);
+            for (index, cluster) in mover.clusters.clone().enumerate() {
+                if turned_away.as_ref().is_none_or(|is_hidden| !is_hidden(index)) {
+                    let pieces = pieces.get(index * PIECES..(index + 1) * PIECES).unwrap_or_default();
+                    culling.add((cluster, &self.bounds[cluster]), faces, pieces);
+                }
+            }
         }
+        let Culling { mut counts, touched, .. } = culling;
         counts.faces_drawn = u64::from(touched.count_ones());
         counts.faces_culled = u64::from(map.faces()) - counts.faces_drawn;
         counts.clusters_culled = self.bounds.len() as u64 * u64::from(map.faces()) - counts.clusters_drawn;
@@ -259,23 +272,109 @@ impl Clusters {
     }
 }
 
-/// What is drawn: faces of maps with clusters, and with pieces of clusters.
+/// What is drawn: faces of maps with clusters, and with pieces of clusters; and texels.
 #[derive(Default)]
 pub(crate) struct Items {
     pub clusters: Vec<Item>,
     pub pieces: Vec<Item>,
+    pub texels: Vec<MapTexel>,
 }
 
-/// Orders triangles so that those of a cluster lie close together, and where `facing` counts too, face similar ways.
-fn sort_by_place(geometry: &Geometry, triangles: &mut [u32], facing: bool, grain: u32) {
-    let middle = |t: u32| geometry.corners(t).into_iter().sum::<Vec3>() / 3.0;
+impl Items {
+    /// Appends others.
+    pub fn append(&mut self, mut others: Self) {
+        self.clusters.append(&mut others.clusters);
+        self.pieces.append(&mut others.pieces);
+        self.texels.append(&mut others.texels);
+    }
+}
+
+/// What is found of a part of a light's map.
+struct Culling<'a> {
+    light: u32,
+    map: MapView<'a>,
+    part: TexelRect,
+    items: &'a mut Items,
+    /// Faces in which something is drawn, a bit each.
+    touched: u32,
+    counts: CullCounts,
+}
+
+impl Culling<'_> {
+    /// A cluster in those of the faces that it touches; its pieces, if they may be drawn alone.
+    fn add(&mut self, (cluster, bounds): (usize, &Bounds), faces: u32, pieces: &[Piece]) {
+        let Self { light, map, part, ref mut items, .. } = *self;
+        let item = |face: u32, of: usize| Item { light, face_cluster: face | (of as u32) << 3 };
+        let faces = faces & map.faces_touched(bounds);
+        for face in bits(faces) {
+            let Some(extent) = map.extent_drawn(face, bounds, part) else { continue };
+            let in_pieces = !pieces.is_empty() && extent.texels() <= IN_PIECES;
+            if let Some(view) = map.face(face).filter(|_| in_pieces) {
+                let before = items.pieces.len();
+                let drawn = pieces.iter().map(|piece| piece.drawn(&view));
+                let drawn = (0..).zip(drawn).filter(|(_, drawn)| *drawn != 0);
+                items.pieces.extend(drawn.map(|(piece, _)| item(face, cluster * PIECES + piece)));
+                let count = (items.pieces.len() - before) as u64;
+                if count == 0 {
+                    continue;
+                }
+                self.counts.triangles_drawn += count * u64::from(PIECE);
+            } else {
+                items.clusters.push(item(face, cluster));
+                self.counts.triangles_drawn += u64::from(CLUSTER);
+            }
+            self.counts.clusters_drawn += 1;
+            self.touched |= 1 << face;
+        }
+    }
+
+    /// The texels of a dynamic object in those faces where it is small. Returns the others that it touches.
+    fn add_texels(&mut self, mover: &Mover) -> u32 {
+        let Self { map, part, ref mut items, .. } = *self;
+        let touched = map.faces_touched(&mover.bounds);
+        let mut others = 0;
+        for face in bits(touched) {
+            let Some(extent) = map.extent_drawn(face, &mover.bounds, part) else { continue };
+            let small = Centers::new(&extent, map.size).zip(mover.groups.as_ref()).zip(map.face(face));
+            let before = items.texels.len();
+            let is_covered = small.is_some_and(|((centers, groups), view)| {
+                groups.cover(&view, centers, part, &mut items.texels)
+            });
+            let count = (items.texels.len() - before) as u64;
+            self.counts.texels_drawn += count;
+            self.counts.clusters_drawn += if count > 0 { mover.clusters.len() as u64 } else { 0 };
+            self.touched |= u32::from(count > 0) << face;
+            others |= u32::from(!is_covered) << face;
+        }
+        others
+    }
+}
+
+/// The bits that are set, ascending.
+fn bits(mut set: u32) -> impl Iterator<Item = u32> {
+    std::iter::from_fn(move || {
+        let bit = (set != 0).then(|| set.trailing_zeros());
+        set &= set.wrapping_sub(1);
+        bit
+    })
+}
+
+/// Orders triangles so that those of a cluster, and of the smaller grain, lie close together, and where `facing` counts too, face similar
+/// ways.
+fn sort_by_place(
+    triangles: &mut [u32],
+    corners: impl Fn(u32) -> Corners,
+    facing: bool,
+    [cluster, grain]: [u32; 2],
+) {
+    let middle = |t: u32| corners(t).into_iter().sum::<Vec3>() / 3.0;
     let extent = Bounds::around(triangles.iter().map(|&t| middle(t))).half_extent.max_element();
     let scale = if facing { PLACE_WEIGHT / extent.max(f32::MIN_POSITIVE) } else { 1.0 };
     let mut points: Vec<Point> = triangles
         .iter()
-        .map(|&t| ([middle(t) * scale, if facing { normal(geometry, t) } else { Vec3::ZERO }], t))
+        .map(|&t| ([middle(t) * scale, if facing { normal(corners(t)) } else { Vec3::ZERO }], t))
         .collect();
-    split(&mut points, CLUSTER, grain);
+    split(&mut points, cluster, grain);
     triangles.iter_mut().zip(&points).for_each(|(triangle, point)| *triangle = point.1);
 }
 
@@ -312,12 +411,14 @@ pub struct CullCounts {
     pub faces_drawn: u64,
     /// Faces without.
     pub faces_culled: u64,
-    /// Pairs of a face and a cluster that were drawn.
+    /// Pairs of a face and a cluster that were drawn; all of an object of which texels were drawn by themselves.
     pub clusters_drawn: u64,
     /// Pairs that were not.
     pub clusters_culled: u64,
     /// Triangles of those that were, of clusters of which a piece was drawn that piece's; those included that fill up clusters.
     pub triangles_drawn: u64,
+    /// Texels that were drawn by themselves: those of dynamic objects that are small there.
+    pub texels_drawn: u64,
 }
 
 impl CullCounts {
@@ -334,5 +435,6 @@ impl std::ops::AddAssign for CullCounts {
         self.clusters_drawn += other.clusters_drawn;
         self.clusters_culled += other.clusters_culled;
         self.triangles_drawn += other.triangles_drawn;
+        self.texels_drawn += other.texels_drawn;
     }
 }

@@ -15,6 +15,9 @@ const MARGIN: f32 = 0.02;
 /// The least cosine between a cluster's triangles and their mean direction for a cone to be of use.
 const NARROWEST: f32 = 0.1;
 
+/// The corners of a triangle.
+pub(super) type Corners = [Vec3; 3];
+
 /// A closed surface.
 #[derive(Default)]
 pub(crate) struct Solid {
@@ -34,14 +37,14 @@ struct Cone {
 }
 
 impl Solid {
-    /// The solid that clusters of triangles make up; their union is closed.
-    pub fn new(geometry: &Geometry, clusters: &[&[u32]]) -> Self {
-        let all = || clusters.iter().flat_map(|cluster| cluster.iter().copied());
-        let origin = all().next().map_or(Vec3::ZERO, |t| geometry.corners(t)[0]);
-        let outward = if all().map(|t| volume(geometry, t, origin)).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
+    /// The solid that clusters of triangles make up, given by their corners; their union is closed.
+    pub fn new(clusters: &[&[Corners]]) -> Self {
+        let all = || clusters.iter().copied().flatten();
+        let origin = all().next().map_or(Vec3::ZERO, |corners| corners[0]);
+        let outward = if all().map(|c| volume(c, origin)).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
         Self {
-            bounds: Some(Bounds::around(all().flat_map(|t| geometry.corners(t)))),
-            cones: clusters.iter().map(|cluster| Cone::new(geometry, cluster, outward)).collect(),
+            bounds: Some(Bounds::around(all().flatten().copied())),
+            cones: clusters.iter().map(|cluster| Cone::new(cluster, outward)).collect(),
         }
     }
 
@@ -70,29 +73,28 @@ impl Solid {
 }
 
 impl Cone {
-    fn new(geometry: &Geometry, triangles: &[u32], outward: f32) -> Option<Self> {
-        let normal = |t: u32| normal(geometry, t) * outward;
-        let axis = triangles.iter().map(|&t| normal(t)).sum::<Vec3>().normalize_or_zero();
-        let cosine = triangles.iter().map(|&t| normal(t).dot(axis)).fold(1.0, f32::min);
+    fn new(triangles: &[Corners], outward: f32) -> Option<Self> {
+        let normal = |corners: &Corners| normal(*corners) * outward;
+        let axis = triangles.iter().map(normal).sum::<Vec3>().normalize_or_zero();
+        let cosine = triangles.iter().map(|c| normal(c).dot(axis)).fold(1.0, f32::min);
         if cosine < NARROWEST {
             return None;
         }
-        let from = geometry.corners(triangles[0])[0];
-        let above = |t: u32| (from - geometry.corners(t)[0]).dot(normal(t)) / normal(t).dot(axis);
-        let back = triangles.iter().map(|&t| above(t)).fold(f32::NEG_INFINITY, f32::max);
+        let from = triangles[0][0];
+        let above = |c: &Corners| (from - c[0]).dot(normal(c)) / normal(c).dot(axis);
+        let back = triangles.iter().map(above).fold(f32::NEG_INFINITY, f32::max);
         Some(Self { apex: from - axis * back, axis, sine: (1.0 - cosine * cosine).sqrt() })
     }
 }
 
 /// The unit normal of a triangle; zero where it has no area.
-pub(crate) fn normal(geometry: &Geometry, triangle: u32) -> Vec3 {
-    let [a, b, c] = geometry.corners(triangle);
+pub(crate) fn normal([a, b, c]: Corners) -> Vec3 {
     (b - a).cross(c - a).normalize_or_zero()
 }
 
 /// Six times the volume of the tetrahedron between a triangle and a point, negative in front of it.
-fn volume(geometry: &Geometry, triangle: u32, point: Vec3) -> f64 {
-    let [a, b, c] = geometry.corners(triangle).map(|p| (p - point).as_dvec3());
+fn volume(corners: &Corners, point: Vec3) -> f64 {
+    let [a, b, c] = corners.map(|p| (p - point).as_dvec3());
     a.dot(b.cross(c))
 }
 
@@ -122,7 +124,7 @@ pub(crate) fn is_closed(geometry: &Geometry, triangles: &[u32]) -> bool {
     let mut volumes = vec![0.0; corners.len()];
     let origin = triangles.first().map_or(Vec3::ZERO, |&t| geometry.corners(t)[0]);
     for (&triangle, corners) in triangles.iter().zip(&welded) {
-        volumes[root(&mut first, corners[0])] += volume(geometry, triangle, origin);
+        volumes[root(&mut first, corners[0])] += volume(&geometry.corners(triangle), origin);
     }
     let surfaces = || (0..volumes.len()).filter(|&i| first[i] == i).map(|i| volumes[i]);
     surfaces().all(|v| v > 0.0) || surfaces().all(|v| v < 0.0)
@@ -163,7 +165,7 @@ mod tests {
         scene.add_object("mover", mesh.clone(), place);
         scene.objects[1].dynamic = true;
         let geometry = Geometry::new(&scene);
-        let clusters = Occluders::new(&scene, &geometry, &Default::default()).opaque;
+        let clusters = Occluders::new(&scene, &geometry, &Default::default(), false).opaque;
         let mut light = *light;
         light.position -= geometry.origin.as_vec3();
         let map = MapView::new(&light, 1 << 20, faces);
@@ -267,8 +269,9 @@ mod tests {
         scene.add_object("torus", torus(), turned());
         let geometry = Geometry::new(&scene);
         let all: Vec<u32> = (0..geometry.triangles.len() as u32).collect();
-        let clusters: Vec<&[u32]> = all.chunks(8).collect();
-        let solid = Solid::new(&geometry, &clusters);
+        let corners: Vec<Corners> = all.iter().map(|&t| geometry.corners(t)).collect();
+        let clusters: Vec<&[Corners]> = corners.chunks(8).collect();
+        let solid = Solid::new(&clusters);
         let sees = |position: Vec3| {
             let light = light(position - geometry.origin.as_vec3());
             solid.hidden_from(&MapView::new(&light, 64, 4)).is_some()

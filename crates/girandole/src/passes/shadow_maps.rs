@@ -3,11 +3,12 @@
 use crate::device::buffers::storage;
 use crate::device::kernel::{Draw, Groups, Kernel, RenderKernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::layout::{Frame, Item, MapPart};
+use crate::layout::{Frame, MapPart};
 use crate::maps::atlas::{Atlas, DEPTH, MapsView, PageCopy};
 use crate::maps::footprint::{MapView, TexelRect};
 use crate::maps::occluders::{CLUSTER, CullCounts, Items, PIECE};
 use crate::maps::states::MapUpdate;
+use crate::parallel::in_order;
 use crate::resident::Resident;
 use crate::settings::RendererOptions;
 use crate::{Result, shaders};
@@ -16,7 +17,9 @@ use std::ops::Range;
 /// The unit of stored depth: a map holds this over the distance. Nothing nearer to a light blocks it.
 pub(crate) const NEAR: f64 = 1e-6;
 /// Items in one list at the most: 32 MiB of them.
-const MAX_ITEMS: usize = 4 << 20;
+const MAX_ITEMS: u32 = 4 << 20;
+/// Maps whose items are found on all cores before they are put into one list.
+const CULLED_AT_ONCE: usize = 64;
 /// Workgroups that copy a part of a map: a multiple of the threads of most software devices.
 const COPY_GROUPS: u32 = 16;
 
@@ -27,6 +30,8 @@ pub(crate) struct ShadowMaps {
     /// For pieces of clusters.
     pieces: RenderKernel,
     masked: RenderKernel,
+    /// For texels of what is small.
+    texels: RenderKernel,
     /// Copies rectangles to the atlas, where maps are not drawn there.
     copy: Option<Kernel>,
     faces: u32,
@@ -49,11 +54,11 @@ struct Pass<'a> {
     items: [Range<u32>; KINDS],
 }
 
-/// Kinds of items: opaque clusters, pieces of such, and masked clusters.
-const KINDS: usize = 3;
+/// Kinds of items: opaque clusters, pieces of such, masked clusters, and texels.
+const KINDS: usize = 4;
 
-/// Triangles of an item of each kind.
-const TRIANGLES: [u32; KINDS] = [CLUSTER, PIECE, CLUSTER];
+/// Triangles of an item of each kind but texels.
+const TRIANGLES: [u32; KINDS - 1] = [CLUSTER, PIECE, CLUSTER];
 
 impl ShadowMaps {
     pub fn new(device: &wgpu::Device, shared: &Shared, options: &RendererOptions) -> Self {
@@ -70,6 +75,7 @@ impl ShadowMaps {
         };
         let occluders = (wgpu::PrimitiveTopology::TriangleList, wgpu::CompareFunction::Greater);
         let emptied = (wgpu::PrimitiveTopology::TriangleStrip, wgpu::CompareFunction::Always);
+        let points = (wgpu::PrimitiveTopology::PointList, wgpu::CompareFunction::Greater);
         let copy = || Kernel::new(device, shared, &shaders::COPY_MAPS, "copy_maps", &[]);
         let opaque = |cluster| pipeline(source, "opaque", (!clips).then_some("confine"), occluders, cluster);
         Self {
@@ -77,6 +83,7 @@ impl ShadowMaps {
             opaque: opaque(CLUSTER),
             pieces: opaque(PIECE),
             masked: pipeline(&shaders::SHADOW_MAPS_MASKED, "masked", Some("cut_out"), occluders, CLUSTER),
+            texels: pipeline(&shaders::SHADOW_MAPS_TEXELS, "texel", None, points, CLUSTER),
             copy: shared.tuning.copy_maps.then(copy),
             faces: options.shadow_map.faces(),
         }
@@ -92,43 +99,57 @@ impl ShadowMaps {
         scene: &'a Resident,
         updates: &[MapUpdate],
     ) -> Result<(MapsView<'a>, CullCounts)> {
-        let Resident { lights, atlas, .. } = scene;
+        let atlas = &scene.atlas;
         let mut counts = CullCounts::default();
         if updates.is_empty() {
             return Ok((atlas.view(), counts));
         }
         let rounds = rounds(atlas, updates);
-        let (mut items, mut passes) = ([Items::default(), Items::default()], Vec::new());
+        let (mut items, mut passes) = (<[Items; 2]>::default(), Vec::new());
         for round in &rounds {
             let mut is_first = true;
-            let mut first = lists(&items).map(|items| items.len() as u32);
-            for (index, &MapUpdate { light, part }) in round.updates.iter().enumerate() {
-                let size = atlas.layout.slots[light as usize].size;
-                let map = MapView::new(&lights.samples[light as usize], size, self.faces);
-                let is_hidden = |object| scene.hidden.is_hidden(object, light as usize);
-                for (clusters, items) in atlas.occluders.sets().into_iter().zip(&mut items) {
-                    if !clusters.bounds.is_empty() || std::ptr::eq(clusters, &atlas.occluders.opaque) {
-                        counts += clusters.cull((light, map), part, is_hidden, items);
+            let mut first = counts_of(&items);
+            for (block, updates) in round.updates.chunks(CULLED_AT_ONCE).enumerate() {
+                let culled = in_order(updates, |update| self.cull(scene, update));
+                for (index, (new, count)) in culled.into_iter().enumerate() {
+                    counts += count;
+                    items.iter_mut().zip(new).for_each(|(items, new)| items.append(new));
+                    let is_last = block * CULLED_AT_ONCE + index + 1 == round.updates.len();
+                    let ends = counts_of(&items);
+                    let is_full = ends.iter().sum::<u32>() >= MAX_ITEMS;
+                    if is_last || is_full {
+                        let ranges = std::array::from_fn(|kind| first[kind]..ends[kind]);
+                        passes.push(Pass { round, is_first, is_last, items: ranges });
+                        is_first = false;
                     }
-                }
-                let is_last = index + 1 == round.updates.len();
-                let is_full = lists(&items).into_iter().map(<[Item]>::len).sum::<usize>() >= MAX_ITEMS;
-                if is_last || is_full {
-                    let ends = lists(&items).map(|items| items.len() as u32);
-                    let ranges = std::array::from_fn(|kind| first[kind]..ends[kind]);
-                    passes.push(Pass { round, is_first, is_last, items: ranges });
-                    is_first = false;
-                }
-                if is_full {
-                    self.draw(recorder, scene, &items, &passes)?;
-                    items = [Items::default(), Items::default()];
-                    passes.clear();
-                    first = [0; KINDS];
+                    if is_full {
+                        self.draw(recorder, scene, &items, &passes)?;
+                        items = Default::default();
+                        passes.clear();
+                        first = [0; KINDS];
+                    }
                 }
             }
         }
         self.draw(recorder, scene, &items, &passes)?;
         Ok((atlas.view(), counts))
+    }
+
+    /// What is drawn of each kind of occluders for a part of a map.
+    fn cull(&self, scene: &Resident, update: &MapUpdate) -> ([Items; 2], CullCounts) {
+        let Resident { lights, atlas, hidden, .. } = scene;
+        let &MapUpdate { light, part } = update;
+        let slot = atlas.layout.slots[light as usize];
+        let map = MapView::new(&lights.samples[light as usize], slot.size, self.faces);
+        let is_hidden = |object| hidden.is_hidden(object, light as usize);
+        let (mut items, mut counts) = (<[Items; 2]>::default(), CullCounts::default());
+        for (clusters, items) in atlas.occluders.sets().into_iter().zip(&mut items) {
+            if !clusters.bounds.is_empty() || std::ptr::eq(clusters, &atlas.occluders.opaque) {
+                counts += clusters.cull((light, map), part, is_hidden, items);
+            }
+            items.texels.iter_mut().for_each(|texel| *texel = texel.in_page(slot.origin));
+        }
+        (items, counts)
     }
 
     fn draw(
@@ -142,8 +163,9 @@ impl ShadowMaps {
         let device = recorder.device;
         let kernels = [&self.opaque, &self.pieces, &self.masked];
         let [opaque, masked] = &atlas.positions;
-        let mut groups = Vec::with_capacity(KINDS);
-        for ((kernel, items), positions) in kernels.iter().zip(lists(items)).zip([opaque, opaque, masked]) {
+        let lists = [&items[0].clusters, &items[0].pieces, &items[1].clusters];
+        let mut groups = Vec::with_capacity(kernels.len());
+        for ((kernel, items), positions) in kernels.iter().zip(lists).zip([opaque, opaque, masked]) {
             let list = storage(device, "items", items)?;
             let resources = [
                 buffer("lights", &lights.buffer),
@@ -154,7 +176,10 @@ impl ShadowMaps {
             ];
             groups.push(kernel.group(device, &resources));
         }
-        for Pass { round, is_first, is_last, items } in passes {
+        let texels = storage(device, "texels", &items[0].texels)?;
+        let resources = [buffer("texels", &texels), buffer("maps", &atlas.maps)];
+        let texel_group = self.texels.group(device, &resources);
+        for Pass { round, is_first, is_last, items: [of_triangles @ .., texels] } in passes {
             let parts: Vec<MapPart> = match round.whole_page {
                 None => round.updates.iter().map(|update| map_part(atlas, update)).collect(),
                 Some(_) => Vec::new(),
@@ -182,12 +207,17 @@ impl ShadowMaps {
                 self.clear.set(&mut pass, (None, None), &group);
                 pass.draw(0..4, 0..round.updates.len() as u32);
             }
-            for (((kernel, items), group), triangles) in kernels.iter().zip(items).zip(&groups).zip(TRIANGLES)
+            for (((kernel, items), group), triangles) in
+                kernels.iter().zip(of_triangles).zip(&groups).zip(TRIANGLES)
             {
                 if !items.is_empty() {
                     kernel.set(&mut pass, (None, Some(&scene.geometry.group)), group);
                     pass.draw(0..3 * triangles, items.clone());
                 }
+            }
+            if !texels.is_empty() {
+                self.texels.set(&mut pass, (None, None), &texel_group);
+                pass.draw(texels.clone(), 0..1);
             }
             drop(pass);
             if let (true, Some(copy)) = (*is_last, &atlas.copy) {
@@ -222,9 +252,9 @@ impl ShadowMaps {
     }
 }
 
-/// The items of each kind.
-fn lists([opaque, masked]: &[Items; 2]) -> [&[Item]; KINDS] {
-    [&opaque.clusters, &opaque.pieces, &masked.clusters]
+/// How many items there are of each kind.
+fn counts_of([opaque, masked]: &[Items; 2]) -> [u32; KINDS] {
+    [opaque.clusters.len(), opaque.pieces.len(), masked.clusters.len(), opaque.texels.len()].map(|n| n as u32)
 }
 
 /// Which maps are drawn together. Those of a page are, or where maps are copied, those that lie in different places of their

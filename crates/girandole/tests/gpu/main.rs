@@ -9,6 +9,7 @@ mod light_motion;
 mod materials;
 mod mirrors;
 mod motion;
+mod occluders;
 mod opening;
 mod oracle;
 mod pictures;
@@ -57,6 +58,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         materials::tests(),
         pictures::tests(),
         motion::tests(),
+        occluders::tests(),
         environment::tests(),
         recording::tests(),
         refinement::tests(),
