@@ -96,7 +96,7 @@ fn excess(index: u32, p: SparsePixel) -> f32 {
   let would = would_be_lit(light, at, stored, is_lit);
   if p.mover != NONE {
     let then = shadow_texel_then(light, index, p.shading, p.mover);
-    is_lit = is_shown_lit(light, then, stored_at(light, then.texel));
+    is_lit = passes_shadow_test(light, then.receiver, then.texel, stored_at(light, then.texel));
   }
   if is_lit == would { return 0.0; }
   let a = arriving_in_full(light, p.shading);
