@@ -52,6 +52,12 @@ pub(super) fn power(sample: &LightSample) -> f64 {
     f64::from(sample.intensity.max_element()) * f64::from(distance_squared(sample))
 }
 
+/// The mean of its channels as a share of the brightest one.
+fn grayness(sample: &LightSample) -> f64 {
+    f64::from(sample.intensity.element_sum())
+        / (3.0 * f64::from(sample.intensity.max_element())).max(f64::MIN_POSITIVE)
+}
+
 /// What parallel light is divided by to be compared with other light, m²; 1 for that.
 fn distance_squared(sample: &LightSample) -> f32 {
     if let Profile::Distant { distance, .. } = sample.profile { distance * distance } else { 1.0 }
@@ -83,8 +89,8 @@ pub(super) struct Importance {
     runs: Vec<Run>,
     /// Over all candidates that it was measured with.
     mean: f64,
-    /// Of the points that are seen, among those that it was measured at: the light that they reflect in the mean; 0 where there
-    /// are none.
+    /// Of the points that are seen, among those that it was measured at: the light that they reflect in the mean, over channels
+    /// too; 0 where there are none.
     pub brightness: f64,
 }
 
@@ -169,10 +175,15 @@ pub(super) fn measure(
     if mean <= 0.0 {
         return alike;
     }
-    let seen = brightness.iter().zip(points).filter(|(_, point)| point.is_seen).map(|(b, _)| b);
+    let seen = points.iter().filter(|point| point.is_seen).count();
     // Each point is one of so many that a candidate could have been tested against.
-    let each = points.len() as f64 / (tested * seen.clone().count().max(1)) as f64;
-    result.brightness = seen.sum::<f64>() * each;
+    let each = points.len() as f64 / (tested * seen.max(1)) as f64;
+    let shown = |(i, pair): (usize, &f32)| {
+        let candidate = order[i / tested] as usize;
+        let is_seen = points[i % points.len()].is_seen;
+        f64::from(*pair) * power[candidate] * if is_seen { grayness(&candidates[candidate]) } else { 0.0 }
+    };
+    result.brightness = pairs.iter().enumerate().map(shown).sum::<f64>() * each;
     let counts: Vec<f64> = brightness.iter().map(|b| 1.0 / (b + DARK * mean)).collect();
 
     // What a run brings, per unit of power.

@@ -142,7 +142,8 @@ pub(super) fn with_ahead(seen: Vec<ViewPoint>, ahead: Vec<ViewPoint>) -> Vec<Vie
     all.into_iter().map(|(_, point)| point).collect()
 }
 
-/// Points that are lit by a sample and that views see: what that many rays find of those that lie before it, which are lit most where it is close.
+/// Points that are lit by a sample and that views see: what that many rays find of those that lie before it. They leave all of
+/// the surface that it stands for, so that most points are found where it lights most: along the edge of a wall, say.
 pub(super) fn lit_points(
     tracer: &SceneTracer,
     views: &[View],
@@ -152,11 +153,14 @@ pub(super) fn lit_points(
     let origin = tracer.geometry().origin;
     let (x, y) = warp::frame(sample.normal);
     let before = |i: u32| {
-        let s = [0, 1].map(|d| sequence::sample(i, d, POINTS_SEED));
-        let local = warp::cosine_hemisphere(Vec2::from_array(s));
+        let s = [0, 1, 2, 3].map(|d| sequence::sample(i, d, POINTS_SEED));
+        let local = warp::cosine_hemisphere(Vec2::new(s[0], s[1]));
         let direction = x * local.x + y * local.y + sample.normal * local.z;
-        let lit = tracer.closest_hit(sample.position, direction, f32::INFINITY, sample.triangle())?;
-        let at = sample.position + direction * lit.t;
+        let start = sample.rectangle.map_or(sample.position, |r| {
+            r.center + r.half_axes[0] * (2.0 * s[2] - 1.0) + r.half_axes[1] * (2.0 * s[3] - 1.0)
+        });
+        let lit = tracer.closest_hit(start, direction, f32::INFINITY, sample.triangle())?;
+        let at = start + direction * lit.t;
         let sees = |(number, view): (u32, &View)| {
             let view = view.relative_to(origin);
             let (ndc, distance) = view.project(at);
