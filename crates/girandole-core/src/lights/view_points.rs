@@ -179,7 +179,8 @@ pub(super) fn lit_points(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Geometry, builtin};
+    use crate::lights::{Profile, Rectangle, SampleOrigin, importance};
+    use crate::scene::{Geometry, NONE, builtin};
 
     #[test]
     fn few_points_lie_on_all_that_is_seen_and_others_close_to_them() {
@@ -207,5 +208,41 @@ mod tests {
                 |other: &ViewPoint| (other.seen_by.1 - point.seen_by.1).abs().max_element() <= 0.0101;
             assert!(few.iter().any(is_close) && point.seen_by.1.abs().max_element() <= 1.0);
         }
+    }
+
+    #[test]
+    fn points_are_found_where_a_sample_lights_most() {
+        let scene = builtin::build("table", builtin::default_object("table")).expect("built in");
+        let geometry = Geometry::new(&scene);
+        let tracer = SceneTracer::new(&scene, &geometry);
+        let mut views = [View::new(&scene, &scene.cameras[0], 1.0)];
+        views[0].half_extent = Vec2::splat(2.0);
+        // On a wall that is seen, a little below the ceiling, and standing for all of the wall up to there.
+        let local = views[0].relative_to(geometry.origin);
+        let wall =
+            tracer.closest_hit(local.eye, local.forward.with_y(0.0), f32::INFINITY, NONE).expect("a wall");
+        let at = local.eye + local.forward.with_y(0.0) * wall.t;
+        let normal = geometry.normal(wall.triangle);
+        let up = tracer.closest_hit(at + 0.01 * normal, Vec3::Y, f32::INFINITY, NONE).expect("a ceiling").t;
+        let position = at + 0.01 * normal + Vec3::Y * (up - 0.6);
+        let rectangle =
+            Rectangle { center: position, half_axes: [normal.cross(Vec3::Y), Vec3::Y].map(|a| 0.59 * a) };
+        let sample = LightSample {
+            position,
+            normal,
+            intensity: Vec3::ONE,
+            profile: Profile::Cosine,
+            origin: SampleOrigin::Emitter { triangle: wall.triangle, point: 0 },
+            rectangle: Some(rectangle),
+        };
+        let brought =
+            |points: &[ViewPoint]| importance::brought(&tracer, points, &[(sample, Vec3::ONE)], 1.0);
+        let most = brought(&view_points(&tracer, &views, 1 << 14)).into_iter().fold(0.0, f32::max);
+        let found = |from: &LightSample| {
+            brought(&lit_points(&tracer, &views, from, 512)).into_iter().filter(|&b| b > 0.7 * most).count()
+        };
+        // The control: rays from its place alone.
+        let [all, place] = [sample, LightSample { rectangle: None, ..sample }].map(|from| found(&from));
+        assert!(all >= 16 && all > 2 * place, "{all}, {place}");
     }
 }

@@ -20,10 +20,11 @@ const WATCHED_PAIRS: usize = 1_000_000;
 const LEAST_WATCHED: usize = 512;
 /// They are chosen among so many: what is seen through a gap must be among them.
 const LOOKED_AT: u32 = 16384;
-/// Rays that look for points that are lit by samples that change: in all, and of each at least and at most.
-const LIT_RAYS: u32 = 4096;
+/// Rays that look for points that are lit by samples that change: in all, of those that are to change and of those that do; and of
+/// each at least and at most. What is seen of a ceiling through a gap may be lit more than all else.
+const LIT_RAYS: [u32; 2] = [4096, 16384];
 const LEAST_LIT: u32 = 8;
-const MOST_LIT: u32 = 128;
+const MOST_LIT: u32 = 512;
 /// Points close to one that changes much, and how much closer the next ones are.
 const CLOSE_POINTS: u32 = 4;
 const CLOSER: f32 = 0.4;
@@ -47,7 +48,7 @@ impl IncrementalWalk {
                 let more = points_around(tracer, &self.views, parents, (CLOSE_POINTS, reach));
                 points.extend(more);
                 if !is_lit {
-                    points.extend(most_lit_points(tracer, &self.views, changes));
+                    points.extend(most_lit_points(tracer, &self.views, changes, LIT_RAYS[1]));
                     is_lit = true;
                 }
                 reach *= CLOSER;
@@ -68,7 +69,7 @@ fn watched_points(tracer: &SceneTracer, views: &[View], changes: &[(LightSample,
     let mut points = view_points(tracer, views, LOOKED_AT);
     let rest = points.split_off(points.len().min(most / 2));
     points.extend(spread(rest, most / 4));
-    points.extend(most_lit_points(tracer, views, changes).take(most / 4));
+    points.extend(most_lit_points(tracer, views, changes, LIT_RAYS[0]).take(most / 4));
     points
 }
 
@@ -77,9 +78,10 @@ fn most_lit_points<'a>(
     tracer: &'a SceneTracer,
     views: &'a [View],
     changes: &[(LightSample, Vec3)],
+    rays: u32,
 ) -> impl Iterator<Item = ViewPoint> + 'a {
     let mut order = changes.to_vec();
     order.sort_by(|a, b| b.1.abs().max_element().total_cmp(&a.1.abs().max_element()));
-    let rays = (LIT_RAYS / changes.len().max(1) as u32).clamp(LEAST_LIT, MOST_LIT);
+    let rays = (rays / changes.len().max(1) as u32).clamp(LEAST_LIT, MOST_LIT);
     order.into_iter().flat_map(move |(sample, _)| lit_points(tracer, views, &sample, rays))
 }

@@ -312,4 +312,42 @@ mod tests {
         assert!((part(0.1, -1.0) - 0.2).abs() < 1e-6);
         assert_eq!((part(0.1, -0.2), part(0.1, 0.0), part(0.0, 0.1)), (1.0, 1.0, 1.0));
     }
+
+    #[test]
+    fn what_goes_on_is_looked_at_where_it_lights_most_and_what_waits_is_not() {
+        let limit = USUAL / 5.0;
+        // The first stratum changes the one point that is known by as much as it may, so that another that lights it waits.
+        let everywhere = |(sample, _): &(LightSample, Vec3)| match sample.origin {
+            SampleOrigin::Emitter { point: 1, .. } => 1.0,
+            _ => brings(sample),
+        };
+        let after = |peak: f32| {
+            let mut slots = going(5);
+            let mut asked = Vec::new();
+            slots.advance(false, |changes, around| {
+                let Some(_) = around else { return Some(changes.iter().map(everywhere).collect()) };
+                asked.push(changes.len());
+                // Samples 0 and 2 light another point by more, once.
+                let more = |(sample, _): &(LightSample, Vec3)| peak * brings(sample);
+                Some(if asked.len() == 1 { changes.iter().map(more).collect() } else { Vec::new() })
+            });
+            let gone = |point: u32| {
+                let is_it = |slot: &&Slot| matches!(slot.sample.origin, SampleOrigin::Emitter { point: p, .. } if p == point);
+                slots
+                    .slots
+                    .iter()
+                    .find(|slot| is_it(slot) && slot.now.intensity != Vec3::ZERO)
+                    .map(|s| s.now.intensity.x)
+            };
+            (gone(2).unwrap_or(0.0), asked)
+        };
+        let (plain, asked) = after(0.0);
+        let (watched, _) = after(4.0);
+        // Not all four samples: those of the second stratum wait.
+        assert!(asked.iter().all(|&count| count == 2), "{asked:?}");
+        // Light of 1 comes where 2 goes.
+        assert!((watched - 0.25 * limit).abs() < 1e-5, "{watched}");
+        // The control: without that point it goes four times as far.
+        assert!((plain - limit).abs() < 1e-5, "{plain}");
+    }
 }
