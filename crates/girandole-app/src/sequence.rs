@@ -34,7 +34,7 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
     let mut engine = Ready::choose(args)?;
     let transfers = transfer::load(&scene, &args.transfer)?;
     let mut way = Way::new(&scene, args);
-    let mut light = Light::new(&mut scene, &mut engine, &transfers, (args, &way.to_come(0)?))?;
+    let mut light = Light::new(&mut scene, &mut engine, &transfers, (args, &way.ahead_of(0)?))?;
     let mut said = Vec::new();
     warn_once(&mut said, &scene.warnings);
     if scene.duration() == 0.0 {
@@ -49,13 +49,13 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
         if has_history(args) {
             for skipped in next..*frame {
                 scene.set_time(moment(skipped))?;
-                light.skip(&mut scene, &mut engine, (args, &way.to_come(skipped)?))?;
+                light.skip(&mut scene, &mut engine, (args, &way.ahead_of(skipped)?))?;
             }
             next = frame + 1;
         }
         scene.set_time(moment(*frame))?;
         let start = Instant::now();
-        let to_come = way.to_come(*frame)?;
+        let to_come = way.ahead_of(*frame)?;
         let picture = light.picture(&mut scene, &mut engine, &transfers, (args, &to_come))?;
         total_ms += start.elapsed().as_secs_f64() * 1e3;
         staleness.note(&picture.stats);
@@ -144,7 +144,7 @@ impl<'a> Way<'a> {
     }
 
     /// The views to come at a frame, whether these frames are rendered or not.
-    fn to_come(&mut self, frame: u32) -> Result<Vec<View>> {
+    fn ahead_of(&mut self, frame: u32) -> Result<Vec<View>> {
         let Some(posed) = &mut self.posed else { return Ok(Vec::new()) };
         let frames = (1..=TO_COME).map(|step| (frame + step * FRAMES_BETWEEN) as usize);
         while self.views.len() <= (frame + TO_COME * FRAMES_BETWEEN) as usize {

@@ -86,24 +86,25 @@ const RAYS_TO_NEAR: u32 = 16;
 /// Points that are worked on together.
 const CHUNK: usize = 256;
 
+/// Points, and of each ray the triangle that it hits and how far that is.
+type Chunk<'a> = (&'a [Point], &'a mut [(u32, f32)]);
+
 /// By triangle, how near to it the nearest of some points is that it may light, as far as a few rays tell.
 pub(super) fn nearest(tracer: &SceneTracer, points: &[Point]) -> Vec<f32> {
     let mut hits = vec![(NONE, 0.0); points.len() * RAYS_TO_NEAR as usize];
-    let chunks = points.chunks(CHUNK).zip(hits.chunks_mut(CHUNK * RAYS_TO_NEAR as usize)).enumerate();
-    parallel::for_each(
-        chunks.collect(),
-        |(chunk, (points, hits)): (usize, (&[Point], &mut [(u32, f32)]))| {
-            let of_point = points.iter().zip(hits.chunks_exact_mut(RAYS_TO_NEAR as usize)).enumerate();
-            for (index, (point, hits)) in of_point.filter(|(_, (point, _))| point.normal != Vec3::ZERO) {
-                for (ray, found) in (0..).zip(hits) {
-                    let direction = point.direction(ray, sequence::hash((chunk * CHUNK + index) as u32));
-                    if let Some(hit) = tracer.closest_hit(point.start, direction, f32::INFINITY, NONE) {
-                        *found = (hit.triangle, hit.t);
-                    }
+    let chunks = points.chunks(CHUNK).zip(hits.chunks_mut(CHUNK * RAYS_TO_NEAR as usize));
+    let find = |(chunk, (points, hits)): (usize, Chunk)| {
+        let of_point = points.iter().zip(hits.chunks_exact_mut(RAYS_TO_NEAR as usize)).enumerate();
+        for (index, (point, hits)) in of_point.filter(|(_, (point, _))| point.normal != Vec3::ZERO) {
+            for (ray, found) in (0..).zip(hits) {
+                let direction = point.direction(ray, sequence::hash((chunk * CHUNK + index) as u32));
+                if let Some(hit) = tracer.closest_hit(point.start, direction, f32::INFINITY, NONE) {
+                    *found = (hit.triangle, hit.t);
                 }
             }
-        },
-    );
+        }
+    };
+    parallel::for_each(chunks.enumerate().collect(), find);
     let mut nearest = vec![f32::INFINITY; tracer.geometry().triangles.len()];
     for (triangle, distance) in hits.into_iter().filter(|(triangle, _)| *triangle != NONE) {
         let near = &mut nearest[triangle as usize];
