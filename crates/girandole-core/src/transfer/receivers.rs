@@ -26,7 +26,7 @@ impl<'a> Progress<'a> {
 
     fn add(&self, rays: u64) {
         let done = self.done.fetch_add(rays, Ordering::Relaxed) + rays;
-        (self.report)(done as f32 / self.all as f32);
+        (self.report)((done as f32 / self.all as f32).min(1.0));
     }
 }
 
