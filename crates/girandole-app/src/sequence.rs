@@ -18,6 +18,10 @@ use std::time::Instant;
 /// Moments of an animation that light samples are placed for where the camera moves.
 const VIEWS: u32 = 8;
 
+/// Views to come that light samples are placed for where they follow paths, and frames between them.
+const TO_COME: u32 = 6;
+const FRAMES_BETWEEN: u32 = 10;
+
 /// Renders those frames that are not there yet.
 pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<ExitCode> {
     let file = |frame| Frames::file(&args.output, frame).context("the name has no run of # for the number");
@@ -29,7 +33,8 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
     let kept = frames.count() - missing.len();
     let mut engine = Ready::choose(args)?;
     let transfers = transfer::load(&scene, &args.transfer)?;
-    let mut light = Light::new(&mut scene, &mut engine, &transfers, args)?;
+    let mut way = Way::new(&scene, args);
+    let mut light = Light::new(&mut scene, &mut engine, &transfers, (args, &way.ahead_of(0)?))?;
     let mut said = Vec::new();
     warn_once(&mut said, &scene.warnings);
     if scene.duration() == 0.0 {
@@ -44,13 +49,14 @@ pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<Exi
         if has_history(args) {
             for skipped in next..*frame {
                 scene.set_time(moment(skipped))?;
-                light.skip(&mut scene, &mut engine, args)?;
+                light.skip(&mut scene, &mut engine, (args, &way.ahead_of(skipped)?))?;
             }
             next = frame + 1;
         }
         scene.set_time(moment(*frame))?;
         let start = Instant::now();
-        let picture = light.picture(&mut scene, &mut engine, &transfers, args)?;
+        let to_come = way.ahead_of(*frame)?;
+        let picture = light.picture(&mut scene, &mut engine, &transfers, (args, &to_come))?;
         total_ms += start.elapsed().as_secs_f64() * 1e3;
         staleness.note(&picture.stats);
         warn_once(&mut said, light.warnings(&engine));
@@ -123,6 +129,33 @@ fn view(scene: &Scene, args: &RenderArgs) -> Result<View> {
     crate::scene::view(scene, &args.seen, args.camera.as_deref(), args.size)
 }
 
+/// What the camera will see: none of it where light samples do not follow paths.
+struct Way<'a> {
+    posed: Option<Scene>,
+    args: &'a RenderArgs,
+    /// By frame, as far as they were looked up.
+    views: Vec<View>,
+}
+
+impl<'a> Way<'a> {
+    fn new(scene: &Scene, args: &'a RenderArgs) -> Self {
+        let follows = matches!(args.motion.rewalk, RewalkArg::Paths(_));
+        Self { posed: follows.then(|| scene.clone()), args, views: Vec::new() }
+    }
+
+    /// The views to come at a frame, whether these frames are rendered or not.
+    fn ahead_of(&mut self, frame: u32) -> Result<Vec<View>> {
+        let Some(posed) = &mut self.posed else { return Ok(Vec::new()) };
+        let frames = (1..=TO_COME).map(|step| (frame + step * FRAMES_BETWEEN) as usize);
+        while self.views.len() <= (frame + TO_COME * FRAMES_BETWEEN) as usize {
+            posed.set_time(self.views.len() as f64 / self.args.motion.fps)?;
+            self.views.push(view(posed, self.args)?);
+        }
+        let views: Vec<View> = frames.map(|frame| self.views[frame]).collect();
+        Ok(self.args.lights.placement.views(&views).to_vec())
+    }
+}
+
 /// The light samples of a sequence.
 enum Light {
     /// Those of the scene as it was at first, which follow it; on the device, only what changes is made anew.
@@ -139,7 +172,7 @@ impl Light {
         scene: &mut Scene,
         engine: &mut Ready,
         transfers: &[Transferred],
-        args: &RenderArgs,
+        (args, to_come): (&RenderArgs, &[View]),
     ) -> Result<Self> {
         let lights = args.lights.settings();
         let needs_visibility = matches!(engine, Ready::Gpu(_)) && args.mode != Mode::Naive;
@@ -163,6 +196,7 @@ impl Light {
         }
         if !is_held {
             scene.set_time(0.0)?;
+            views.extend(to_come.iter().filter(|&view| *view != views[0]).copied().collect::<Vec<View>>());
         }
         let settings = IlluminationSettings {
             lights: LightSettings { walk_dynamic: !is_held, ..lights },
@@ -179,8 +213,13 @@ impl Light {
         }
     }
 
-    /// Takes the scene as it stands, and the view that samples go over to.
-    fn follow(&mut self, scene: &mut Scene, engine: &mut Ready, args: &RenderArgs) -> Result<()> {
+    /// Takes the scene as it stands, the view that samples go over to, and those to come.
+    fn follow(
+        &mut self,
+        scene: &mut Scene,
+        engine: &mut Ready,
+        (args, to_come): (&RenderArgs, &[View]),
+    ) -> Result<()> {
         let changes = scene.take_changes();
         match (&mut *self, &mut *engine) {
             (Self::OnDevice, Ready::Gpu(device)) => device.follow(scene, &changes)?,
@@ -193,18 +232,18 @@ impl Light {
         let view = [view(scene, args)?];
         let views = args.lights.placement.views(&view);
         match (self, engine) {
-            (Self::OnDevice, Ready::Gpu(device)) => device.place_for(scene, views)?,
-            (Self::Following(light), _) => light.place_for(scene, views)?,
+            (Self::OnDevice, Ready::Gpu(device)) => device.place_on_way(scene, views, to_come)?,
+            (Self::Following(light), _) => light.place_on_way(scene, views, to_come)?,
             _ => {}
         }
         Ok(())
     }
 
     /// Passes over a frame that is not rendered.
-    fn skip(&mut self, scene: &mut Scene, engine: &mut Ready, args: &RenderArgs) -> Result<()> {
-        self.follow(scene, engine, args)?;
+    fn skip(&mut self, scene: &mut Scene, engine: &mut Ready, seen: (&RenderArgs, &[View])) -> Result<()> {
+        self.follow(scene, engine, seen)?;
         match (self, engine) {
-            (Self::OnDevice, Ready::Gpu(device)) => device.skip_frame(args),
+            (Self::OnDevice, Ready::Gpu(device)) => device.skip_frame(seen.0),
             _ => Ok(()),
         }
     }
@@ -215,7 +254,7 @@ impl Light {
         scene: &mut Scene,
         engine: &mut Ready,
         transfers: &[Transferred],
-        args: &RenderArgs,
+        (args, to_come): (&RenderArgs, &[View]),
     ) -> Result<Picture> {
         let (view, clamp) = (view(scene, args)?, args.quality.clamp.0);
         let job = |scene, geometry, lights, visibility| Job {
@@ -228,7 +267,7 @@ impl Light {
             clamp,
             args,
         };
-        self.follow(scene, engine, args)?;
+        self.follow(scene, engine, (args, to_come))?;
         match (self, engine) {
             (Self::OnDevice, Ready::Gpu(device)) => device.picture(&view, args),
             (Self::OnDevice | Self::None, engine) => {

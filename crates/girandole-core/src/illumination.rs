@@ -225,9 +225,20 @@ impl Illumination {
     /// # Errors
     /// [`Error::Invalid`] where the scene is not the one that is held, and as [`Illumination::new`]; then nothing is changed.
     pub fn place_for(&mut self, scene: &Scene, views: &[View]) -> Result<()> {
+        self.place_on_way(scene, views, &[])
+    }
+
+    /// Places the light samples for other views as [`Illumination::place_for`] does; with [`Rewalk::Paths`] also for those to come
+    /// within about two seconds, where these are known: nothing is guessed then. Views to come that are none, or all the
+    /// same as those that there are, say nothing.
+    ///
+    /// # Errors
+    /// As [`Illumination::place_for`].
+    pub fn place_on_way(&mut self, scene: &Scene, views: &[View], to_come: &[View]) -> Result<()> {
         self.geometry.belongs_to(scene)?;
         if let Some(walk) = &mut self.walk {
-            walk.place_for(scene, &self.geometry, views);
+            let others: &[View] = if to_come.iter().all(|view| views.contains(view)) { &[] } else { to_come };
+            walk.place_for(scene, &self.geometry, views, others);
             self.settings.views = views.to_vec();
         } else if self.settings.views != views {
             *self =

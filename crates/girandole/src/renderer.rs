@@ -187,11 +187,20 @@ impl Renderer {
     /// [`Error::Scene`] before [`Renderer::open`] and where the scene has changed since (nothing changes then); otherwise as
     /// for [`Renderer::open`], and the scene has to be opened again.
     pub fn place_for(&mut self, scene: &Scene, views: &[View]) -> Result<()> {
+        self.place_on_way(scene, views, &[])
+    }
+
+    /// Places the light samples as [`Renderer::place_for`] does, and where they follow a few paths a frame also for the views
+    /// [to come](Illumination::place_on_way).
+    ///
+    /// # Errors
+    /// As [`Renderer::place_for`].
+    pub fn place_on_way(&mut self, scene: &Scene, views: &[View], to_come: &[View]) -> Result<()> {
         let Some(illumination) = &mut self.illumination else {
             return Err(Error::invalid("open a scene before placing its light samples"));
         };
         let lights = illumination.lights().generation();
-        illumination.place_for(scene, views)?;
+        illumination.place_on_way(scene, views, to_come)?;
         if illumination.lights().generation() == lights {
             return Ok(());
         }

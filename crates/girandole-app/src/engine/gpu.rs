@@ -93,9 +93,9 @@ impl Device {
         Ok(self.opened()?.update(scene, changes)?)
     }
 
-    /// Places the light samples of the scene that is open for other views.
-    pub fn place_for(&mut self, scene: &Scene, views: &[View]) -> Result<()> {
-        Ok(self.opened()?.place_for(scene, views)?)
+    /// Places the light samples of the scene that is open for other views, and those to come.
+    pub fn place_on_way(&mut self, scene: &Scene, views: &[View], to_come: &[View]) -> Result<()> {
+        Ok(self.opened()?.place_on_way(scene, views, to_come)?)
     }
 
     /// Draws the shadow maps of a frame that is not rendered.

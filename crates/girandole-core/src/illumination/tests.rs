@@ -225,6 +225,38 @@ fn placing_for_a_view_is_deriving_for_it() {
     assert!(contents(&held) == contents(&Illumination::new(&scene, &settings()).expect("there is light")));
 }
 
+#[test]
+fn samples_wait_in_rooms_that_will_be_seen() {
+    let mut scene = builtin::build("gap", MovingObject::None).expect("a room");
+    let [there, _, here] = [0, 1, 2].map(|camera| View::new(&scene, &scene.cameras[camera], 1.3));
+    let settings = IlluminationSettings {
+        lights: LightSettings { count: 480, direct_share: Some(0.2), ..LightSettings::default() },
+        visibility: None,
+        views: vec![here],
+        rewalk: Rewalk::Paths(Pace { paths: 60, fade: 6 }),
+    };
+    let mut after = |to_come: &[View]| {
+        let mut held = Illumination::new(&scene, &settings).expect("there is light");
+        let changes = scene.take_changes();
+        for _ in 0..60 {
+            held.place_on_way(&scene, &[here], to_come).expect("the same scene");
+            held.update(&scene, &changes).expect("nothing changed");
+        }
+        held
+    };
+    let [seen, known, same] = [after(&[]), after(&[there, there]), after(&[here])];
+    // In the half behind the wall.
+    let behind = |held: &Illumination| {
+        let samples = held.lights().samples().iter();
+        samples.filter(|s| s.intensity != Vec3::ZERO && s.position.x > 0.1).count()
+    };
+    assert!(behind(&known) >= behind(&seen) + 5, "{} {}", behind(&known), behind(&seen));
+    // The control: views to come that are what is seen already say nothing, and nothing changes.
+    assert!(same.lights().samples() == seen.lights().samples() && seen.is_settled());
+    let opened = Illumination::new(&scene, &settings).expect("there is light");
+    assert!(seen.lights().samples() == opened.lights().samples());
+}
+
 fn holding() -> IlluminationSettings {
     let lights =
         LightSettings { count: 60, direct_share: Some(0.5), walk_dynamic: false, ..LightSettings::default() };

@@ -52,6 +52,12 @@ pub(super) fn power(sample: &LightSample) -> f64 {
     f64::from(sample.intensity.max_element()) * f64::from(distance_squared(sample))
 }
 
+/// The mean of its channels as a share of the brightest one.
+fn grayness(sample: &LightSample) -> f64 {
+    f64::from(sample.intensity.element_sum())
+        / (3.0 * f64::from(sample.intensity.max_element())).max(f64::MIN_POSITIVE)
+}
+
 /// What parallel light is divided by to be compared with other light, m²; 1 for that.
 fn distance_squared(sample: &LightSample) -> f32 {
     if let Profile::Distant { distance, .. } = sample.profile { distance * distance } else { 1.0 }
@@ -83,8 +89,8 @@ pub(super) struct Importance {
     runs: Vec<Run>,
     /// Over all candidates that it was measured with.
     mean: f64,
-    /// Of the points that are seen, among those that it was measured at: the light that they reflect in the mean; 0 where there
-    /// are none.
+    /// Of the points that are seen, among those that it was measured at: the light that they reflect in the mean, over channels
+    /// too; 0 where there are none.
     pub brightness: f64,
 }
 
@@ -169,10 +175,15 @@ pub(super) fn measure(
     if mean <= 0.0 {
         return alike;
     }
-    let seen = brightness.iter().zip(points).filter(|(_, point)| point.is_seen).map(|(b, _)| b);
+    let seen = points.iter().filter(|point| point.is_seen).count();
     // Each point is one of so many that a candidate could have been tested against.
-    let each = points.len() as f64 / (tested * seen.clone().count().max(1)) as f64;
-    result.brightness = seen.sum::<f64>() * each;
+    let each = points.len() as f64 / (tested * seen.max(1)) as f64;
+    let shown = |(i, pair): (usize, &f32)| {
+        let candidate = order[i / tested] as usize;
+        let is_seen = points[i % points.len()].is_seen;
+        f64::from(*pair) * power[candidate] * if is_seen { grayness(&candidates[candidate]) } else { 0.0 }
+    };
+    result.brightness = pairs.iter().enumerate().map(shown).sum::<f64>() * each;
     let counts: Vec<f64> = brightness.iter().map(|b| 1.0 / (b + DARK * mean)).collect();
 
     // What a run brings, per unit of power.
@@ -336,4 +347,37 @@ fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]], longest: usi
         open.push((run, Some((node, 0))));
     }
     runs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lights::view_points::{POINTS, view_points};
+    use crate::lights::{LightSet, LightSettings};
+    use crate::scene::{Geometry, View, builtin};
+
+    #[test]
+    fn brightness_is_the_mean_over_channels() {
+        let scene = builtin::build("table", builtin::default_object("table")).expect("built in");
+        let geometry = Geometry::new(&scene);
+        let tracer = SceneTracer::new(&scene, &geometry);
+        let points = view_points(&tracer, &[View::new(&scene, &scene.cameras[0], 1.0)], POINTS);
+        let settings = LightSettings { count: 64, ..LightSettings::default() };
+        let set = LightSet::sample(&scene, &geometry, &settings).expect("there is light");
+        let brightness = |colour: Vec3| {
+            let of = |s: &LightSample| LightSample { intensity: s.intensity.max_element() * colour, ..*s };
+            let samples: Vec<LightSample> = set.samples().iter().map(of).collect();
+            let places: Vec<[f32; 6]> = samples.iter().map(|s| place(s, 1.0)).collect();
+            measure(&tracer, &points, &samples, &places, false).brightness
+        };
+        let gray = brightness(Vec3::ONE);
+        assert!(gray > 0.0);
+        for (colour, share) in [(Vec3::X, 1.0 / 3.0), (Vec3::new(1.0, 0.5, 0.0), 0.5)] {
+            let ratio = brightness(colour) / gray;
+            assert!((ratio - share).abs() < 1e-4, "{ratio} for {share}");
+        }
+        // The control: the brightest channel is that of all of them.
+        let power = |colour| power(&LightSample { intensity: colour, ..set.samples()[0] });
+        assert_eq!(power(Vec3::X), power(Vec3::ONE));
+    }
 }

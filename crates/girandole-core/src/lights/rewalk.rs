@@ -9,7 +9,8 @@
 //! 3. Samples are chosen among all deposits as ever (`resample.rs`), but by strata that are held: what does not change in a
 //!    stratum changes nothing in its sample. A few strata a frame are merged and others split as light moves, or the view does.
 //! 4. Where views move, samples are placed for these and for what is around the places that they are on their way to, that they
-//!    look at, and to either side of their way (`rewalk/ahead.rs`): most of what another room needs then comes before it is seen.
+//!    look at, and to either side of their way (`rewalk/ahead.rs`), or for the views to come, where these are known: most of what
+//!    another room needs then comes before it is seen.
 //! 5. What is chosen comes and goes by [slots](super::slots), no faster than what is seen may change (`rewalk/watch.rs`).
 //!
 //! After all paths were walked again they are what a fresh walk of as many paths leaves, so that there is the same light in the
@@ -82,6 +83,8 @@ pub(crate) struct IncrementalWalk {
     views: Vec<View>,
     placed: u32,
     ahead: Vec<View>,
+    /// What will be seen, as far as that is known, and not guessed.
+    known_ahead: Vec<View>,
     /// The frame in which it was last measured what places bring to those, and whether something has moved since.
     measured: u32,
     is_outdated: bool,
@@ -172,6 +175,7 @@ impl IncrementalWalk {
             views: views.to_vec(),
             placed: 0,
             ahead: Vec::new(),
+            known_ahead: Vec::new(),
             measured: 0,
             is_outdated: false,
             moved: None,

@@ -142,7 +142,8 @@ pub(super) fn with_ahead(seen: Vec<ViewPoint>, ahead: Vec<ViewPoint>) -> Vec<Vie
     all.into_iter().map(|(_, point)| point).collect()
 }
 
-/// Points that are lit by a sample and that views see: what that many rays find of those that lie before it, which are lit most where it is close.
+/// Points that are lit by a sample and that views see: what that many rays find of those that lie before it. They leave all of
+/// the surface that it stands for, so that most points are found where it lights most: along the edge of a wall, say.
 pub(super) fn lit_points(
     tracer: &SceneTracer,
     views: &[View],
@@ -152,11 +153,14 @@ pub(super) fn lit_points(
     let origin = tracer.geometry().origin;
     let (x, y) = warp::frame(sample.normal);
     let before = |i: u32| {
-        let s = [0, 1].map(|d| sequence::sample(i, d, POINTS_SEED));
-        let local = warp::cosine_hemisphere(Vec2::from_array(s));
+        let s = [0, 1, 2, 3].map(|d| sequence::sample(i, d, POINTS_SEED));
+        let local = warp::cosine_hemisphere(Vec2::new(s[0], s[1]));
         let direction = x * local.x + y * local.y + sample.normal * local.z;
-        let lit = tracer.closest_hit(sample.position, direction, f32::INFINITY, sample.triangle())?;
-        let at = sample.position + direction * lit.t;
+        let start = sample.rectangle.map_or(sample.position, |r| {
+            r.center + r.half_axes[0] * (2.0 * s[2] - 1.0) + r.half_axes[1] * (2.0 * s[3] - 1.0)
+        });
+        let lit = tracer.closest_hit(start, direction, f32::INFINITY, sample.triangle())?;
+        let at = start + direction * lit.t;
         let sees = |(number, view): (u32, &View)| {
             let view = view.relative_to(origin);
             let (ndc, distance) = view.project(at);
@@ -175,7 +179,10 @@ pub(super) fn lit_points(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Geometry, builtin};
+    use crate::lights::tests::{closed_box, scene_of};
+    use crate::lights::{Profile, Rectangle, SampleOrigin};
+    use crate::scene::{FieldOfView, Geometry, Material, NONE, Viewpoint, builtin};
+    use glam::DVec3;
 
     #[test]
     fn few_points_lie_on_all_that_is_seen_and_others_close_to_them() {
@@ -203,5 +210,33 @@ mod tests {
                 |other: &ViewPoint| (other.seen_by.1 - point.seen_by.1).abs().max_element() <= 0.0101;
             assert!(few.iter().any(is_close) && point.seen_by.1.abs().max_element() <= 1.0);
         }
+    }
+
+    #[test]
+    fn points_are_found_where_a_sample_lights_most() {
+        // A sample that stands for a wall of a cube, and a view of a strip of the ceiling along it.
+        let (scene, geometry) = scene_of(closed_box(), vec![Material::diffuse("gray", Vec3::splat(0.5)); 2]);
+        let tracer = SceneTracer::new(&scene, &geometry);
+        let strip = Viewpoint {
+            eye: DVec3::new(0.5, 0.2, 0.5),
+            target: DVec3::new(0.02, 1.0, 0.5),
+            up: DVec3::Y,
+            field: FieldOfView::Perspective { degrees: 3.0 },
+        };
+        let views = [strip.view(8.0).expect("a view")];
+        let position = (DVec3::new(1e-4, 0.5, 0.5) - geometry.origin).as_vec3();
+        let rectangle = Rectangle { center: position, half_axes: [Vec3::Y, Vec3::Z].map(|axis| 0.5 * axis) };
+        let sample = LightSample {
+            position,
+            normal: Vec3::X,
+            intensity: Vec3::ONE,
+            profile: Profile::Cosine,
+            origin: SampleOrigin::Emitter { triangle: NONE, point: 0 },
+            rectangle: Some(rectangle),
+        };
+        let found = |from: &LightSample| lit_points(&tracer, &views, from, 4096).len();
+        // The control: rays from its place alone.
+        let [all, place] = [sample, LightSample { rectangle: None, ..sample }].map(|from| found(&from));
+        assert!(all >= 15 && all > 3 * place, "{all}, {place}");
     }
 }

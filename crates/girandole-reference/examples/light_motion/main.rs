@@ -8,7 +8,7 @@
 //! at its height, within `reach=12` metres, at 1.4 m/s and `fps=30` frames a second. `lights=300`, `paths` and `fade` are how
 //! samples follow; `frames=150` of the walk, every `every=30`th compared; `truth=4096` samples of the moment make the picture to compare
 //! with, and the mean error of `fresh=3` sets sampled for the moment is what that of the samples that follow is compared to; `size=64x48`;
-//! `seed=0`.
+//! `seed=0`. With `known=1` samples are placed for the views to come, too, where else these are guessed (as in a window).
 //!
 //! Prints for some frames relMSE (without the worst 0.1 %) of the samples that follow and of those sampled for the moment, then their
 //! means, the ratio of these, and the geometric mean of ratios (which single bright pixels do not decide). Between any two frames, for
@@ -30,6 +30,9 @@ use std::collections::BTreeMap;
 
 /// Change of a pixel through samples that come and go, as a share of the picture's mean, up to which nothing pops.
 const VISIBLE: f32 = 0.05;
+/// Views to come that samples are placed for, and frames between them.
+const STEPS: usize = 6;
+const STEP: usize = 10;
 
 fn main() -> Result<()> {
     let mut arguments = std::env::args().skip(1);
@@ -67,8 +70,14 @@ fn main() -> Result<()> {
     let picture = |set: &LightSet, view: &View| oracle(&tracer, set, view, size, &exact, &|_| ());
     let compared = CompareOptions { trim: 0.001, ..CompareOptions::default() };
 
+    let is_known = number("known", 0)? != 0;
+    let to_come = |frame: usize| -> Vec<View> {
+        let at = |step: usize| views[(frame + step * STEP).min(views.len() - 1)];
+        if is_known { (1..=STEPS).map(at).collect() } else { Vec::new() }
+    };
+    let opened = std::iter::once(views[0]).chain(to_come(0)).collect();
     let settings =
-        IlluminationSettings { lights, visibility: None, views: vec![views[0]], rewalk: Rewalk::Paths(pace) };
+        IlluminationSettings { lights, visibility: None, views: opened, rewalk: Rewalk::Paths(pace) };
     let mut light = Illumination::new(&scene, &settings)?;
     println!(
         "{:>5} {:>4} {:>8} {:>8} {:>7} {:>9} {:>9}",
@@ -79,7 +88,7 @@ fn main() -> Result<()> {
     let fresh_sets = number("fresh", 3)?.max(1);
     for (frame, view) in views.iter().enumerate() {
         let before = light.lights().clone();
-        light.place_for(&scene, &[*view])?;
+        light.place_on_way(&scene, &[*view], &to_come(frame))?;
         light.update(&scene, &still)?;
         let now = light.lights();
         let pairs = || before.samples().iter().zip(now.samples());

@@ -34,16 +34,20 @@ fn blend(mean: &mut Vec<f64>, now: Vec<f64>, share: f64) {
 }
 
 impl IncrementalWalk {
-    /// Takes other views for those that samples are placed for, and looks ahead from these. Views that stay where they are do
-    /// so once more: they are on their way to nowhere then.
-    pub fn place_for(&mut self, scene: &Scene, geometry: &Geometry, views: &[View]) {
-        let is_still = self.views == views;
+    /// Takes other views for those that samples are placed for, and looks ahead from these, unless it is known which views
+    /// come. Views that stay where they are do so once more: they are on their way to nowhere then.
+    pub fn place_for(&mut self, scene: &Scene, geometry: &Geometry, views: &[View], to_come: &[View]) {
+        let is_still = self.views == views && self.known_ahead == to_come;
         if is_still && self.is_still {
             return;
         }
         self.is_still = is_still;
+        self.known_ahead = to_come.to_vec();
         let tracer = self.hierarchies.tracer(scene, geometry);
         self.ahead = self.look_ahead(&tracer, views);
+        if !to_come.is_empty() {
+            self.ahead = to_come.to_vec();
+        }
         if scene.environment.is_some() {
             self.sampling.shown = self.sampling.shown.or_seen(&tracer, views);
         }

@@ -141,7 +141,7 @@ fn light_is_kept_in_the_mean_as_the_view_moves() {
     let (mean, own) = over_seeds(60, |seed| {
         let (mut walk, mut set) = first(seed);
         for view in &views[1..] {
-            walk.place_for(&scene, &geometry, &[*view]);
+            walk.place_for(&scene, &geometry, &[*view], &[]);
             for _ in 0..3 {
                 set = walk.follow(&scene, &geometry).expect("it follows");
             }
@@ -152,7 +152,7 @@ fn light_is_kept_in_the_mean_as_the_view_moves() {
     assert!(agrees(both, expected, 0.0), "{both:?} for {expected}");
     // The control: samples go over to where the view is.
     let (mut walk, before) = first(0);
-    walk.place_for(&scene, &geometry, &views[4..]);
+    walk.place_for(&scene, &geometry, &views[4..], &[]);
     let moved = (0..30).filter(|_| {
         let after = walk.follow(&scene, &geometry).expect("it follows");
         after != before

@@ -41,12 +41,13 @@ impl Slot {
 impl Slots {
     /// Goes on by a frame. `brought` computes what samples whose intensity changes by so much bring to points that are seen, by
     /// sample and then by point: per unit of intensity, relative to the mean brightness; `None` where no point is known. It is
-    /// asked first for points everywhere, then for others close to some of those that it gave so far, by their numbers. In a
-    /// `hurry` each goes the `fade`th part of what is left of its way at least, however much that changes.
+    /// asked first for points everywhere; then, for those samples alone that would go on, for points that these light most
+    /// and for others close to some of those that it gave so far, by their numbers. In a `hurry` each goes the `fade`th part of
+    /// what is left of its way at least, however much that changes.
     pub fn advance(
         &mut self,
         in_hurry: bool,
-        mut brought: impl FnMut(&[(LightSample, Vec3)], &[usize]) -> Option<Vec<f32>>,
+        mut brought: impl FnMut(&[(LightSample, Vec3)], Option<&[usize]>) -> Option<Vec<f32>>,
     ) {
         let going: Vec<usize> = (0..self.slots.len()).filter(|&i| self.slots[i].is_going()).collect();
         if self.fade == 0 || going.is_empty() {
@@ -54,21 +55,27 @@ impl Slots {
             return;
         }
         let changes: Vec<_> = going.iter().map(|&i| (self.slots[i].sample, self.slots[i].change())).collect();
-        let groups = self.groups(&going);
+        let mut groups = self.groups(&going);
         let limit = USUAL / self.fade as f32;
         let least = if in_hurry { 1.0 / self.fade as f32 } else { 0.0 };
-        let Some(everywhere) = brought(&changes, &[]) else { return self.go_unseen(&groups) };
-        let mut seen = Seen { rows: vec![Vec::new(); going.len()], changes: &changes };
+        let Some(everywhere) = brought(&changes, None) else { return self.go_unseen(&groups) };
+        let mut seen = Seen { rows: vec![Vec::new(); going.len()], changes };
         seen.add(&everywhere);
-        let rows: Vec<Vec<usize>> = groups.iter().map(|group| rows_of(group, &going)).collect();
+        let mut rows: Vec<Vec<usize>> = groups.iter().map(|group| rows_of(group, &going)).collect();
         let mut parts = seen.parts(&rows, limit, least);
-        // Close to those that change most others may do more so.
-        for _ in 0..ROUNDS {
+        // Those that wait for others change nothing, wherever one looks.
+        let goes: Vec<bool> = parts.iter().map(|&part| part > 0.0).collect();
+        retain(&mut groups, &goes);
+        retain(&mut rows, &goes);
+        retain(&mut parts, &goes);
+        seen.keep(&mut rows);
+        // Where they light most, and close to those points that change most, others may change more.
+        for round in 0..ROUNDS {
             let around = seen.most_changed(&rows, &parts, limit);
-            if around.is_empty() {
+            if around.is_empty() && round > 0 {
                 break;
             }
-            seen.add(&brought(&changes, &around).unwrap_or_default());
+            seen.add(&brought(&seen.changes, Some(&around)).unwrap_or_default());
             parts = seen.parts(&rows, limit, least);
         }
         for (group, part) in groups.iter().zip(parts) {
@@ -106,22 +113,36 @@ impl Slots {
     }
 }
 
+/// Keeps some.
+fn retain<T>(all: &mut Vec<T>, is_kept: &[bool]) {
+    let mut is_kept = is_kept.iter();
+    all.retain(|_| is_kept.next().is_some_and(|&kept| kept));
+}
+
 /// Where the slots of a group are among those that are on their way.
 fn rows_of(group: &Group, going: &[usize]) -> Vec<usize> {
     group.slots.iter().filter_map(|slot| going.binary_search(slot).ok()).collect()
 }
 
 /// What slots bring to points that are seen, and by how much they are to change.
-struct Seen<'a> {
+struct Seen {
     /// By slot, then by point.
     rows: Vec<Vec<f32>>,
-    changes: &'a [(LightSample, Vec3)],
+    changes: Vec<(LightSample, Vec3)>,
 }
 
-impl Seen<'_> {
+impl Seen {
+    /// Keeps these slots alone, which have other numbers then.
+    fn keep(&mut self, groups: &mut [Vec<usize>]) {
+        let kept: Vec<usize> = groups.concat();
+        self.rows = kept.iter().map(|&row| std::mem::take(&mut self.rows[row])).collect();
+        self.changes = kept.iter().map(|&row| self.changes[row]).collect();
+        groups.iter_mut().flatten().zip(0..).for_each(|(row, number)| *row = number);
+    }
+
     /// Takes more points, by slot and then by point.
     fn add(&mut self, brought: &[f32]) {
-        let points = brought.len() / self.rows.len();
+        let points = brought.len() / self.rows.len().max(1);
         let parts = brought.chunks_exact(points.max(1));
         self.rows.iter_mut().zip(parts).for_each(|(row, part)| row.extend_from_slice(part));
     }
@@ -206,8 +227,8 @@ mod tests {
         }
     }
 
-    fn brought(changes: &[(LightSample, Vec3)], around: &[usize]) -> Option<Vec<f32>> {
-        let changes = if around.is_empty() { changes } else { &[] };
+    fn brought(changes: &[(LightSample, Vec3)], around: Option<&[usize]>) -> Option<Vec<f32>> {
+        let changes = if around.is_none() { changes } else { &[] };
         Some(changes.iter().map(|(sample, _)| brings(sample)).collect())
     }
 
@@ -261,7 +282,7 @@ mod tests {
         };
         let change = |with_close: bool| {
             let mut slots = going(5);
-            slots.advance(false, |changes, around| match (around.is_empty(), with_close) {
+            slots.advance(false, |changes, around| match (around.is_none(), with_close) {
                 (true, _) => Some(one(changes, false)),
                 (_, true) => Some(one(changes, true)),
                 (_, false) => None,
@@ -290,5 +311,43 @@ mod tests {
         assert_eq!(part(0.1, 1.0), 0.0);
         assert!((part(0.1, -1.0) - 0.2).abs() < 1e-6);
         assert_eq!((part(0.1, -0.2), part(0.1, 0.0), part(0.0, 0.1)), (1.0, 1.0, 1.0));
+    }
+
+    #[test]
+    fn what_goes_on_is_looked_at_where_it_lights_most_and_what_waits_is_not() {
+        let limit = USUAL / 5.0;
+        // The first stratum changes the one point that is known by as much as it may, so that another that lights it waits.
+        let everywhere = |(sample, _): &(LightSample, Vec3)| match sample.origin {
+            SampleOrigin::Emitter { point: 1, .. } => 1.0,
+            _ => brings(sample),
+        };
+        let after = |peak: f32| {
+            let mut slots = going(5);
+            let mut asked = Vec::new();
+            slots.advance(false, |changes, around| {
+                let Some(_) = around else { return Some(changes.iter().map(everywhere).collect()) };
+                asked.push(changes.len());
+                // Samples 0 and 2 light another point by more, once.
+                let more = |(sample, _): &(LightSample, Vec3)| peak * brings(sample);
+                Some(if asked.len() == 1 { changes.iter().map(more).collect() } else { Vec::new() })
+            });
+            let gone = |point: u32| {
+                let is_it = |slot: &&Slot| matches!(slot.sample.origin, SampleOrigin::Emitter { point: p, .. } if p == point);
+                slots
+                    .slots
+                    .iter()
+                    .find(|slot| is_it(slot) && slot.now.intensity != Vec3::ZERO)
+                    .map(|s| s.now.intensity.x)
+            };
+            (gone(2).unwrap_or(0.0), asked)
+        };
+        let (plain, asked) = after(0.0);
+        let (watched, _) = after(4.0);
+        // Not all four samples: those of the second stratum wait.
+        assert!(asked.iter().all(|&count| count == 2), "{asked:?}");
+        // Light of 1 comes where 2 goes.
+        assert!((watched - 0.25 * limit).abs() < 1e-5, "{watched}");
+        // The control: without that point it goes four times as far.
+        assert!((plain - limit).abs() < 1e-5, "{plain}");
     }
 }
