@@ -45,6 +45,8 @@ struct Opening {
     window: Arc<Window>,
     state: State,
     opened: Option<Pending<Result<(WindowSurface, Gpu)>>>,
+    /// What happened meanwhile: keys that are pressed and let go are not to be missed.
+    events: Vec<WindowEvent>,
 }
 
 impl Handler {
@@ -78,7 +80,8 @@ impl Handler {
 
     fn open_device(&mut self, window: Arc<Window>, state: State) {
         let opened = WindowSurface::open(window.clone(), self.args.adapter.clone());
-        self.opening = Some(Opening { window, state, opened: Some(Pending::new(opened)) });
+        let opened = Some(Pending::new(opened));
+        self.opening = Some(Opening { window, state, opened, events: Vec::new() });
     }
 
     /// Opens a device again where the last one was lost; what came of it says what went wrong otherwise.
@@ -112,8 +115,10 @@ impl Handler {
         let Some(opened) = pending::take(&mut opening.opened) else {
             return Ok(Some(Instant::now() + POLL));
         };
-        let Some(Opening { window, state, .. }) = self.opening.take() else { return Ok(None) };
-        self.app.insert(App::new(window, opened?, state)).poll()
+        let Some(Opening { window, state, events, .. }) = self.opening.take() else { return Ok(None) };
+        let app = self.app.insert(App::new(window, opened?, state));
+        events.iter().try_for_each(|event| app.on_event(event))?;
+        app.poll()
     }
 
     /// Gives up all that is behind the window, and says what was measured.
@@ -159,6 +164,8 @@ impl ApplicationHandler for Handler {
                 self.close();
                 event_loop.exit();
             }
+        } else if let (Some(opening), false) = (&mut self.opening, event == WindowEvent::RedrawRequested) {
+            opening.events.push(event);
         }
     }
 
