@@ -1,6 +1,5 @@
 //! A scene with its light on the GPU.
 
-use crate::Result;
 use crate::device::context::Context;
 use crate::layout::Light;
 use crate::maps::atlas::Atlas;
@@ -10,6 +9,7 @@ use crate::maps::non_blockers::NonBlockers;
 use crate::maps::occluders::{CullCounts, Occluders};
 use crate::maps::places::{OldPlaces, Places};
 use crate::maps::states::MapUpdate;
+use crate::parallel::both;
 use crate::points::multipass_plan::MultipassPlan;
 use crate::scene::geometry::{GpuScene, gpu_lights, reflects_environment};
 use crate::scene::lights::GpuLights;
@@ -17,6 +17,7 @@ use crate::scene::receivers::{Receivers, Sources};
 use crate::scene::transfer::{GpuTransfer, Transfers};
 use crate::settings::{Mode, RenderSettings, Shading};
 use crate::shader_constants::COSINE;
+use crate::{Error, Result};
 use girandole_core::Generation;
 use girandole_core::glam::DVec3;
 use girandole_core::illumination::Illumination;
@@ -142,23 +143,27 @@ impl Resident {
         let hidden = HiddenMovers::of(scene, illumination.visibility());
         let (lights_then_now, hidden_then_now) =
             ([&self.lights.samples[..], &samples], [&self.hidden, &hidden]);
-        self.atlas.follow(queue, geometry, &changes.moved, lights_then_now, hidden_then_now, faces);
+        // What a caller may have loaded by himself no longer holds either.
+        let held = self.receivers.take();
+        let atlas = &mut self.atlas;
+        let (_, receivers) = both(
+            || atlas.follow(queue, geometry, &changes.moved, lights_then_now, hidden_then_now, faces),
+            || match (illumination.visibility(), held) {
+                (Some(database), Some(mut held)) => {
+                    let sources = Sources { scene, geometry, lights, database };
+                    Ok(held.follow((device, queue), sources)?.then_some(held))
+                }
+                _ => Ok::<_, Error>(None),
+            },
+        );
         self.hidden = hidden;
         self.places.follow(scene, geometry);
         self.lights.follow((device, queue), samples);
-        // What a caller may have loaded by himself no longer holds either.
-        let receivers = self.receivers.take();
         self.multipass = None;
-        if let Some(database) = illumination.visibility() {
+        self.receivers = receivers?;
+        if let (Some(database), None) = (illumination.visibility(), &self.receivers) {
             let sources = Sources { scene, geometry, lights, database };
-            let follows = match receivers {
-                Some(mut held) => held.follow((device, queue), sources)?.then_some(held),
-                None => None,
-            };
-            self.receivers = match follows {
-                Some(held) => Some(held),
-                None => Some(Receivers::new((device, queue), sources)?),
-            };
+            self.receivers = Some(Receivers::new((device, queue), sources)?);
         }
         self.generations = [geometry.generation(), lights.generation()];
         Ok(true)

@@ -115,13 +115,9 @@ impl Atlas {
         };
         let covered_before = boxes(occluders);
         for (clusters, buffer) in [&mut occluders.opaque, &mut occluders.masked].into_iter().zip(positions) {
-            moved.iter().for_each(|&object| clusters.follow(geometry, object));
-            let mut ranges: Vec<_> = moved.iter().filter_map(|&object| clusters.of_object(object)).collect();
-            ranges.sort_unstable_by_key(|range| range.start);
-            for run in ranges.chunk_by(|before, after| before.end == after.start) {
-                let range = run[0].start..run[run.len() - 1].end;
-                let at = size_of::<[f32; 3]>() * 3 * CLUSTER as usize * range.start;
-                let corners = clusters.positions(geometry, range);
+            clusters.follow(geometry, moved);
+            for (cluster, corners) in clusters.moved_positions(moved) {
+                let at = size_of::<[f32; 3]>() * 3 * CLUSTER as usize * cluster;
                 queue.write_buffer(buffer, at as u64, bytemuck::cast_slice(&corners));
             }
         }

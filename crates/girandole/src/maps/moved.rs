@@ -62,9 +62,13 @@ impl MovedBoxes {
             }
         };
         let (mut index, mut next) = (0, 0);
+        let whole = TexelRect::whole(map.size);
         while let Some(group) = self.groups.get(index) {
             // Those before it that belong to no group of their own.
             mark(next..group.boxes.start.max(next), &mut result);
+            if result == whole {
+                return result;
+            }
             next = next.max(group.boxes.start);
             if result.union(&map.covered(&group.bounds)) == result {
                 (index, next) = (group.end, group.boxes.end);

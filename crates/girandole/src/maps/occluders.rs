@@ -7,6 +7,7 @@ use super::pieces::Piece;
 use super::solids::{Corners, Solid, is_closed, normal};
 use super::texels::{Centers, TriangleGroups};
 use crate::layout::{Item, MapTexel};
+use crate::parallel::each;
 use crate::shader_constants::NONE;
 use girandole_core::glam::Vec3;
 use girandole_core::scene::{Geometry, ObjectId, Scene};
@@ -204,25 +205,56 @@ impl Clusters {
         self.moving.first().map_or(self.bounds.len(), |mover| mover.clusters.start)
     }
 
-    /// Brings what is known of a dynamic object's clusters up to where it is.
-    pub fn follow(&mut self, geometry: &Geometry, object: ObjectId) {
-        if let Some(index) = self.find(object) {
-            for cluster in self.moving[index].clusters.clone() {
-                self.bounds[cluster] = self.bounds_of(geometry, cluster);
-            }
-            let size = CLUSTER as usize;
-            let mover = &mut self.moving[index];
-            mover.bounds = Bounds::about(self.bounds[mover.clusters.clone()].iter());
-            let triangles = self.triangles[mover.clusters.start * size..].iter();
+    /// Brings what is known of dynamic objects' clusters up to where they are.
+    pub fn follow(&mut self, geometry: &Geometry, objects: &[ObjectId]) {
+        let mut has_moved = vec![false; self.moving.len()];
+        for index in objects.iter().filter_map(|&object| self.find(object)) {
+            has_moved[index] = true;
+        }
+        let Self { triangles, bounds, moving, .. } = self;
+        let mut moved: Vec<&mut Mover> = moving
+            .iter_mut()
+            .zip(has_moved)
+            .filter_map(|(mover, has_moved)| has_moved.then_some(mover))
+            .collect();
+        each(&mut moved, |mover| {
+            let triangles = triangles[mover.clusters.start * CLUSTER as usize..].iter();
             mover.corners.iter_mut().zip(triangles).for_each(|(corners, &t)| *corners = geometry.corners(t));
             mover.groups.iter_mut().for_each(|groups| groups.follow(&mover.corners));
             mover.detail.take();
+        });
+        for mover in moved {
+            let bounds = &mut bounds[mover.clusters.clone()];
+            for (bounds, corners) in bounds.iter_mut().zip(mover.corners.chunks(CLUSTER as usize)) {
+                *bounds = Bounds::around(corners.as_flattened().iter().copied());
+            }
+            mover.bounds = Bounds::about(bounds.iter());
         }
     }
 
     /// Corner positions of some clusters for the GPU, three floats each.
     pub fn positions(&self, geometry: &Geometry, clusters: Range<usize>) -> Vec<[f32; 3]> {
         self.corners(clusters, |t| geometry.corners(t).map(|p| p.to_array()))
+    }
+
+    /// The same of all clusters of dynamic objects, some of which moved, in runs of neighbours; each begins at a cluster.
+    pub fn moved_positions(&self, objects: &[ObjectId]) -> Vec<(usize, Vec<Vec3>)> {
+        let mut movers: Vec<usize> = objects.iter().filter_map(|&object| self.find(object)).collect();
+        movers.sort_unstable();
+        movers.dedup();
+        let mut runs: Vec<(usize, Vec<Vec3>)> = Vec::new();
+        for run in movers.chunk_by(|before, after| before + 1 == *after) {
+            let mut corners = Vec::new();
+            for mover in run.iter().map(|&index| &self.moving[index]) {
+                for cluster in mover.corners.chunks(CLUSTER as usize) {
+                    corners.extend_from_slice(cluster.as_flattened());
+                    let filled = corners.len().next_multiple_of(3 * CLUSTER as usize);
+                    corners.resize(filled, cluster[0][0]);
+                }
+            }
+            runs.push((self.moving[run[0]].clusters.start, corners));
+        }
+        runs
     }
 
     /// `value`s of each triangle's corners in some clusters, filled up with their first triangles' first corners.

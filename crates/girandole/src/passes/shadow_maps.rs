@@ -12,14 +12,19 @@ use crate::parallel::in_order;
 use crate::resident::Resident;
 use crate::settings::RendererOptions;
 use crate::{Result, shaders};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// The unit of stored depth: a map holds this over the distance. Nothing nearer to a light blocks it.
 pub(crate) const NEAR: f64 = 1e-6;
 /// Items in one list at the most: 32 MiB of them.
 const MAX_ITEMS: u32 = 4 << 20;
-/// Maps whose items are found on all cores before they are put into one list.
+/// Share of a page that is drawn in parts, from which on it is drawn and copied as a whole.
+const WHOLE_PAGE: f32 = 0.5;
+/// Maps whose items are found on all cores before they are drawn, at least.
 const CULLED_AT_ONCE: usize = 64;
+/// In how many parts a frame's maps are drawn for that, whatever their number, at most; but for pages, and lists that are full.
+const MOST_PARTS: usize = 4;
 /// Workgroups that copy a part of a map: a multiple of the threads of most software devices.
 const COPY_GROUPS: u32 = 16;
 
@@ -104,19 +109,24 @@ impl ShadowMaps {
         if updates.is_empty() {
             return Ok((atlas.view(), counts));
         }
+        let updates = &with_pages(scene, updates)[..];
+        let at_once = updates.len().div_ceil(MOST_PARTS).max(CULLED_AT_ONCE);
         let rounds = rounds(atlas, updates);
-        let (mut items, mut passes) = (<[Items; 2]>::default(), Vec::new());
+        let (mut items, mut passes, mut undrawn) = (<[Items; 2]>::default(), Vec::new(), 0);
         for round in &rounds {
             let mut is_first = true;
             let mut first = counts_of(&items);
-            for (block, updates) in round.updates.chunks(CULLED_AT_ONCE).enumerate() {
+            for (block, updates) in round.updates.chunks(at_once).enumerate() {
                 let culled = in_order(updates, |update| self.cull(scene, update));
+                undrawn += culled.len();
                 for (index, (new, count)) in culled.into_iter().enumerate() {
                     counts += count;
                     items.iter_mut().zip(new).for_each(|(items, new)| items.append(new));
-                    let is_last = block * CULLED_AT_ONCE + index + 1 == round.updates.len();
+                    let is_last = block * at_once + index + 1 == round.updates.len();
                     let ends = counts_of(&items);
-                    let is_full = ends.iter().sum::<u32>() >= MAX_ITEMS;
+                    // The device draws while the next ones are found.
+                    let is_enough = undrawn >= at_once && index + 1 == updates.len();
+                    let is_full = is_enough || ends.iter().sum::<u32>() >= MAX_ITEMS;
                     if is_last || is_full {
                         let ranges = std::array::from_fn(|kind| first[kind]..ends[kind]);
                         passes.push(Pass { round, is_first, is_last, items: ranges });
@@ -124,14 +134,17 @@ impl ShadowMaps {
                     }
                     if is_full {
                         self.draw(recorder, scene, &items, &passes)?;
-                        items = Default::default();
+                        recorder.split();
+                        (items, undrawn) = Default::default();
                         passes.clear();
                         first = [0; KINDS];
                     }
                 }
             }
         }
-        self.draw(recorder, scene, &items, &passes)?;
+        if !passes.is_empty() {
+            self.draw(recorder, scene, &items, &passes)?;
+        }
         Ok((atlas.view(), counts))
     }
 
@@ -288,6 +301,38 @@ fn rounds(atlas: &Atlas, updates: &[MapUpdate]) -> Vec<Round> {
         round.whole_page = all.then_some(page);
     }
     rounds
+}
+
+/// Maps to be drawn as a whole where that makes up a page of which much is drawn in any case: copying it then costs less than copying
+/// parts, and what is drawn is the same. Only pages of which nothing is left stale are.
+fn with_pages<'a>(scene: &Resident, updates: &'a [MapUpdate]) -> Cow<'a, [MapUpdate]> {
+    let Resident { atlas, lights, .. } = scene;
+    let slots = &atlas.layout.slots;
+    if atlas.copy.is_none() {
+        return Cow::Borrowed(updates);
+    }
+    let pages = atlas.layout.pages as usize;
+    let (mut drawn, mut all, mut is_left) = (vec![0.0; pages], vec![0.0; pages], vec![false; pages]);
+    let mut is_drawn = vec![false; slots.len()];
+    for &MapUpdate { light, part } in updates {
+        drawn[slots[light as usize].page as usize] += part.texels();
+        is_drawn[light as usize] = true;
+    }
+    let stale = atlas.states.stale_parts(&lights.samples);
+    for ((slot, is_drawn), part) in slots.iter().zip(&is_drawn).zip(stale) {
+        all[slot.page as usize] += TexelRect::whole(slot.size).texels();
+        is_left[slot.page as usize] |= !is_drawn && !part.is_empty();
+    }
+    let is_whole = |page: usize| !is_left[page] && drawn[page] >= WHOLE_PAGE * all[page];
+    if !(0..pages).any(is_whole) {
+        return Cow::Borrowed(updates);
+    }
+    let parts = updates.iter().filter(|update| !is_whole(slots[update.light as usize].page as usize));
+    let whole = (0..).zip(slots).filter(|(_, slot)| is_whole(slot.page as usize));
+    let whole = whole.map(|(light, slot)| MapUpdate { light, part: TexelRect::whole(slot.size) });
+    let mut result: Vec<MapUpdate> = parts.copied().chain(whole).collect();
+    result.sort_unstable_by_key(|update| update.light);
+    Cow::Owned(result)
 }
 
 /// A part of a map as a part of its page.

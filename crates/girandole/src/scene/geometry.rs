@@ -120,8 +120,11 @@ impl GpuScene {
             let at = material as usize * size_of::<GpuMaterial>();
             queue.write_buffer(&self.materials, at as u64, bytemuck::bytes_of(&record));
         }
-        for object in moved {
-            let range = geometry.objects[object.index()].vertices.clone();
+        let mut ranges: Vec<Range<u32>> =
+            moved.iter().map(|object| geometry.objects[object.index()].vertices.clone()).collect();
+        ranges.sort_unstable_by_key(|range| range.start);
+        for run in ranges.chunk_by(|before, after| before.end == after.start) {
+            let range = run[0].start..run[run.len() - 1].end;
             let vertices: Vec<Vertex> = range.clone().map(|i| vertex(geometry, i as usize)).collect();
             let at = range.start as usize * size_of::<Vertex>();
             queue.write_buffer(&self.vertices, at as u64, bytemuck::cast_slice(&vertices));

@@ -7,7 +7,7 @@ use girandole::core::image::Image;
 use girandole::core::math::sequence;
 use girandole::core::scene::builtin::shapes;
 use girandole::core::scene::{Material, Scene, Transform, View};
-use girandole::{CullCounts, MapUpdates, Mode, RenderSettings, RendererOptions};
+use girandole::{CullCounts, DeviceTuning, MapUpdates, Mode, RenderSettings, RendererOptions};
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 
 pub fn tests() -> Vec<Test> {
@@ -15,6 +15,7 @@ pub fn tests() -> Vec<Test> {
         ("small_movers_drawn_as_texels_block_what_their_triangles_do", small),
         ("large_movers_are_drawn_as_ever", large),
         ("texels_of_small_movers_follow_them", followed),
+        ("pages_that_are_drawn_as_a_whole_show_what_their_parts_do", pages),
     ]
 }
 
@@ -101,5 +102,42 @@ fn followed(context: &Context) {
         // The control: they move.
         assert!(after != before);
         before = after;
+    }
+}
+
+/// Where maps are copied, most of a page that is stale makes all of it be drawn.
+fn pages(context: &Context) {
+    let nodes =
+        |scene: &Scene| scene.objects.iter().filter(|o| o.dynamic).map(|o| o.node).collect::<Vec<_>>();
+    let run = |copy_maps: bool, moved: usize, most: Option<u32>| {
+        let mut scene = stage(80, 0.05, 0.0);
+        let tuning = Some(DeviceTuning { copy_maps, ..context.tuning() });
+        // More lights than are drawn at once.
+        let mut renderer = context.renderer(RendererOptions { tuning, ..options(32, true) });
+        scene.take_changes();
+        renderer.open(&scene, &held(100, false)).expect("open");
+        let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
+        context.frame(&mut renderer, &view, SIZE, &RenderSettings::default());
+        for (index, node) in (0..).zip(nodes(&scene)).take(moved) {
+            scene.set_transform(node, place(index, 0.07)).expect("a place");
+        }
+        let changes = scene.take_changes();
+        renderer.update(&scene, &changes).expect("update");
+        let updates = MapUpdates { most, ..MapUpdates::default() };
+        let image = context.frame(
+            &mut renderer,
+            &view,
+            SIZE,
+            &RenderSettings { updates, ..RenderSettings::default() },
+        );
+        let stats = context.wait(renderer.stats()).expect("stats");
+        (image.pixels, stats.culling.faces_drawn, stats.maps_drawn)
+    };
+    for (moved, most, is_whole) in [(80, None, true), (80, Some(90), false)] {
+        let ((copied, faces, maps), (drawn, faces_of_parts, maps_of_parts)) =
+            (run(true, moved, most), run(false, moved, most));
+        assert!(copied == drawn && maps == maps_of_parts, "{moved} moved, {most:?}");
+        // The control: it is the whole page where nothing is left stale, and parts elsewhere.
+        assert_eq!(faces > faces_of_parts, is_whole, "{moved} moved, {most:?}: {faces} {faces_of_parts}");
     }
 }
