@@ -13,6 +13,7 @@ pub mod illumination;
 pub mod image;
 pub mod lights;
 pub mod math;
+mod parallel;
 pub mod scene;
 pub mod tonemap;
 pub mod trace;

@@ -13,11 +13,11 @@
 //!
 //! Weights decide where samples are, never what light there is in the mean (`resample.rs`).
 
-use super::parallel::in_order;
 use super::view_points::ViewPoint;
 use super::{Clamp, LightSample, Profile};
 use crate::brdf::Surface;
 use crate::math::{sequence, warp};
+use crate::parallel::in_order;
 use crate::trace::SceneTracer;
 use glam::{DVec3, Vec2, Vec3};
 

@@ -7,7 +7,6 @@ mod guide;
 mod ids;
 mod importance;
 mod motion;
-mod parallel;
 mod prefix;
 mod reach;
 mod rectangle;

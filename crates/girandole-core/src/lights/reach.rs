@@ -1,8 +1,8 @@
 //! How much of what is seen light reaches.
 
-use super::parallel::in_order;
 use super::view_points::{ViewPoint, view_points};
 use super::{Clamp, LightSample};
+use crate::parallel::in_order;
 use crate::scene::View;
 use crate::trace::SceneTracer;
 

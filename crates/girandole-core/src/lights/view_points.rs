@@ -1,10 +1,10 @@
 //! Points that views see, well spread over their pictures.
 
 use super::LightSample;
-use super::parallel::in_order;
 use crate::brdf::Surface;
 use crate::image::luminance;
 use crate::math::{sequence, warp};
+use crate::parallel::in_order;
 use crate::scene::{LocalView, View};
 use crate::trace::{Hit, SceneTracer};
 use glam::{Vec2, Vec3};

@@ -11,7 +11,7 @@
 //!
 //! Eigenvectors are Jacobi's, in a few lines: the linear algebra crate that has them multiplies by the machine's vector width.
 
-use super::parallel;
+use crate::parallel;
 
 /// How transfer vectors are compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -21,7 +21,6 @@ mod compression;
 mod file;
 mod incident;
 mod lit;
-mod parallel;
 mod points;
 mod receivers;
 mod reflectors;

@@ -1,8 +1,8 @@
 //! Points on an object that receive light.
 
-use super::parallel;
 use super::reflectors::Reflectors;
 use crate::math::{sequence, warp};
+use crate::parallel;
 use crate::scene::NONE;
 use crate::trace::SceneTracer;
 use glam::{Vec2, Vec3};

@@ -1,10 +1,10 @@
 //! What points receive: past the object, and from it.
 
-use super::parallel;
 use super::points::Point;
 use super::reflectors::Reflectors;
 use crate::math::sequence;
 use crate::math::sh::{self, coefficient_count};
+use crate::parallel;
 use crate::scene::NONE;
 use crate::trace::{Hit, SceneTracer};
 use glam::Vec3;

@@ -6,12 +6,12 @@ use super::cones::{ConeBase, ShadowCone};
 use super::light_points::LightPoint;
 use super::movers::Movers;
 use super::node_visibility::{Entry, NodeContext, SceneContext, Workspace, split_off_light};
-use super::parallel::map;
 use super::pyramid::{Facing, Tests};
 use super::receivers::Receivers;
 use super::shades::ShadePass;
 use super::state_matrix::StateMatrix;
 use super::surfaces::Surfaces;
+use crate::parallel::map;
 use crate::scene::NONE;
 use std::ops::Range;
 

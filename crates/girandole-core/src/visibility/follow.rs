@@ -10,13 +10,13 @@ use super::held::HeldPass;
 use super::light_points::LightPoint;
 use super::movers::Movers;
 use super::node_visibility::{NodeVisibility, SceneContext};
-use super::parallel::map;
 use super::pyramid::Tests;
 use super::sources::Sources;
 use super::state_matrix::StateMatrix;
 use super::surfaces::Surfaces;
 use crate::Result;
 use crate::lights::LightSet;
+use crate::parallel::map;
 use crate::scene::{Geometry, Scene};
 use std::sync::Arc;
 

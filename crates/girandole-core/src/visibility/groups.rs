@@ -2,10 +2,10 @@
 
 use super::clusters::Cluster;
 use super::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspace};
-use super::parallel::map;
 use super::pyramid::Tests;
 use super::shapes::Shape;
 use super::surfaces::Surfaces;
+use crate::parallel::map;
 use crate::scene::NONE;
 use glam::DVec3;
 use std::sync::Arc;

@@ -4,10 +4,10 @@ use super::VisibilitySettings;
 use super::groups::Descent;
 use super::hierarchy::{Frame, NodeBuilder, PatchRoot, mesh_nodes};
 use super::node_visibility::{NodeVisibility, SceneContext, Workspace};
-use super::parallel::map;
 use super::pyramid::Tests;
 use super::sources::Sources;
 use super::state_matrix::StateMatrix;
+use crate::parallel::map;
 use std::sync::Arc;
 
 /// Subtrees of roots, and the tests made to grow them.

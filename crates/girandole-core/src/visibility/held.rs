@@ -1,11 +1,11 @@
 //! Visibility on a hierarchy of receivers that is there already.
 
 use super::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspace, parent_corners};
-use super::parallel::map;
 use super::pyramid::Tests;
 use super::receivers::{Node, Receivers};
 use super::sources::Sources;
 use super::state_matrix::StateMatrix;
+use crate::parallel::map;
 use crate::scene::NONE;
 use std::ops::Range;
 use std::sync::Arc;

@@ -72,7 +72,6 @@ mod ids;
 mod light_points;
 mod movers;
 mod node_visibility;
-mod parallel;
 mod primitives;
 mod pyramid;
 mod receiver_tree;

@@ -1,12 +1,12 @@
 //! Bounds of receivers, and a hierarchy over their roots.
 
 use super::cones::ConeBase;
-use super::parallel::map;
 use super::primitives::Tolerance;
 use super::receivers::Receivers;
 use super::shadows::{Bounds, Shadow};
 use super::shapes::Shape;
 use super::surfaces::Surfaces;
+use crate::parallel::map;
 use crate::scene::NONE;
 use glam::{DVec3, Vec3, Vec4};
 use std::ops::Range;

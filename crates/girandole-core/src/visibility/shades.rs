@@ -7,7 +7,6 @@ use super::cones::{ConeBase, ShadowCone, Sphere};
 use super::light_points::LightPoint;
 use super::movers::Movers;
 use super::node_visibility::Workspace;
-use super::parallel::map;
 use super::pyramid::{Containment, Occlusion, Pyramid, Scratch, Tests};
 use super::receiver_tree::{Receiver, ReceiverTree};
 use super::receivers::Receivers;
@@ -15,6 +14,7 @@ use super::shadows::{Shadow, may_hide};
 use super::shapes::{Apex, Shape};
 use super::state_matrix::StateMatrix;
 use super::surfaces::{MeshPart, Surfaces};
+use crate::parallel::map;
 use crate::scene::NONE;
 use std::ops::Range;
 

@@ -2,8 +2,8 @@
 
 use super::VisibilitySettings;
 use super::clusters::ClusterTree;
-use super::parallel::map;
 use super::primitives::{Tolerance, area_vector};
+use crate::parallel::map;
 use crate::scene::{Geometry, NONE, ObjectRange, Scene, WorldPatch};
 use glam::DVec3;
 use std::ops::Range;

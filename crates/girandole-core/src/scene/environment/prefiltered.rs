@@ -9,6 +9,7 @@
 
 use super::{bilinear, place};
 use crate::image::Image;
+use crate::parallel;
 use crate::scene::Disc;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -132,7 +133,7 @@ impl Cells {
             sum / (probes * probes) as f32
         };
         let row = |j: u32| (0..width).map(move |i| mean(j * width + i)).collect::<Vec<_>>();
-        let mut radiance = rows(height, row).concat();
+        let mut radiance = in_rows(height, row);
         for (direction, light) in disc.iter().flat_map(Disc::shares) {
             let [column, row] =
                 (place(direction) * Vec2::new(width as f32, height as f32)).as_uvec2().to_array();
@@ -158,7 +159,7 @@ impl Cells {
                 .map(|i| self.mean_about(directions.at(i, j as usize), alpha, &mut open))
                 .collect::<Vec<_>>()
         };
-        let pixels = rows(height as u32, row).concat();
+        let pixels = in_rows(height as u32, row);
         Image { width: width as u32, height: height as u32, pixels }
     }
 
@@ -213,15 +214,9 @@ impl Level {
     }
 }
 
-/// One result for each row, on all cores.
-fn rows<T: Send>(count: u32, row: impl Fn(u32) -> T + Sync + Send) -> Vec<T> {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        (0..count).into_par_iter().map(row).collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    (0..count).map(row).collect()
+/// What each row has, on all cores.
+fn in_rows<T: Clone + Send>(count: u32, row: impl Fn(u32) -> Vec<T> + Sync + Send) -> Vec<T> {
+    parallel::map(&(0..count).collect::<Vec<u32>>(), |&y| row(y)).concat()
 }
 
 #[cfg(test)]

@@ -1,0 +1,36 @@
+//! Work on all cores, the results in order whatever the number of threads. Without the feature `parallel`, on one.
+
+#[cfg(feature = "parallel")]
+use rayon::prelude::*;
+
+/// Fewer small pieces of work are not worth a core.
+#[cfg(feature = "parallel")]
+const LEAST: usize = 16;
+
+/// A function of 0 to `count`: many small pieces of work.
+pub(crate) fn in_order<T: Send>(count: usize, f: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+    #[cfg(feature = "parallel")]
+    {
+        (0..count).into_par_iter().with_min_len(LEAST).map(f).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    (0..count).map(f).collect()
+}
+
+/// One result for each item: a few large pieces of work.
+pub(crate) fn map<T: Sync, R: Send>(items: &[T], f: impl Fn(&T) -> R + Sync + Send) -> Vec<R> {
+    #[cfg(feature = "parallel")]
+    {
+        items.par_iter().with_max_len(1).map(f).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    items.iter().map(f).collect()
+}
+
+/// Does something to each item: a few large pieces of work.
+pub(crate) fn for_each<T: Send>(items: Vec<T>, f: impl Fn(T) + Sync + Send) {
+    #[cfg(feature = "parallel")]
+    items.into_par_iter().with_max_len(1).for_each(f);
+    #[cfg(not(feature = "parallel"))]
+    items.into_iter().for_each(f);
+}
