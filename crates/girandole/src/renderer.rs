@@ -1,6 +1,7 @@
 //! The renderer: a scene with its light on the GPU, and frames of it.
 
 mod opening;
+mod readback;
 mod refinement;
 mod transfer;
 
@@ -8,14 +9,12 @@ use crate::checks::{check, check_display};
 use crate::device::compiled::Compiled;
 use crate::device::context::Context;
 use crate::device::kernel::Shared;
-use crate::device::readback::TextureCopy;
 use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
 use crate::device::tuning::DeviceTuning;
 use crate::frame::record_frame;
 use crate::maps::hidden::HiddenMovers;
 use crate::maps::states::StaleCounts;
-use crate::packed::unpack_radiance;
 use crate::passes::tonemap;
 use crate::points::lists::PointLists;
 use crate::points::targets::Targets;
@@ -26,13 +25,11 @@ use crate::scene::transfer::Transfers;
 use crate::settings::{MapUpdates, RenderSettings, RendererOptions, Target};
 use crate::{Error, Remedy, Result};
 use girandole_core::illumination::{Illumination, IlluminationSettings};
-use girandole_core::image::Image;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, LocalView, Scene, SceneChanges, View};
 use girandole_core::tonemap::Exposure;
 use girandole_core::visibility::VisibilityDatabase;
 use refinement::{Picture, Refinement};
-use std::future::Future;
 
 /// Lights a scene; see the [crate's front page](crate) for an example.
 ///
@@ -419,68 +416,6 @@ impl Renderer {
         tonemap::record(&mut recorder, shared, targets, stops, settings, &target);
         recorder.finish();
         Ok(())
-    }
-
-    /// Reads the last picture back: linear radiance. The future completes while the device is polled; it owns what it
-    /// needs. What was recorded into an encoder of the caller's has to be submitted before.
-    ///
-    /// # Errors
-    /// [`Error::Scene`] before the first frame; [`Error::Device`] where the device was lost.
-    pub fn radiance(&self) -> impl Future<Output = Result<Image>> + use<> {
-        let Context { device, queue, .. } = &self.context;
-        let copy = self.targets.as_ref().map(|targets| {
-            let mut encoder = device.create_command_encoder(&Default::default());
-            // Bands keep each buffer small.
-            let copies: Vec<_> = targets
-                .bands()
-                .map(|[first, end]| {
-                    let size = [targets.size[0], end - first];
-                    let origin = wgpu::Origin3d { x: 0, y: first, z: 0 };
-                    TextureCopy::record(device, &mut encoder, &targets.picture, origin, size, 8)
-                })
-                .collect();
-            queue.submit([encoder.finish()]);
-            (targets.size, copies)
-        });
-        async move {
-            let (size, copies) = copy.ok_or_else(nothing_rendered)?;
-            let mut pixels = Vec::with_capacity(size[0] as usize * size[1] as usize);
-            for copy in copies {
-                pixels.extend(copy.words().await?.chunks_exact(2).map(|w| unpack_radiance([w[0], w[1]])));
-            }
-            Ok(Image { width: size[0], height: size[1], pixels })
-        }
-    }
-
-    /// Reads a light's shadow map back: `size × size` values, near / distance (directional lights: 1 − depth), 0 =
-    /// nothing there.
-    ///
-    /// # Errors
-    /// [`Error::Scene`] where there is no such light; [`Error::Device`] where the device was lost.
-    pub fn shadow_map(&self, light: usize) -> impl Future<Output = Result<Vec<f32>>> + use<> {
-        let Context { device, queue, .. } = &self.context;
-        let slot = self.scene.as_ref().and_then(|s| Some((s, *s.atlas.layout.slots.get(light)?)));
-        let copy = slot.map(|(scene, slot)| {
-            let mut encoder = device.create_command_encoder(&Default::default());
-            // Depth can only be copied whole.
-            let origin = wgpu::Origin3d { x: 0, y: 0, z: slot.page };
-            let page = scene.atlas.layout.page_size;
-            let copy = TextureCopy::record(device, &mut encoder, &scene.atlas.texture, origin, page, 4);
-            queue.submit([encoder.finish()]);
-            (copy, slot, page[0] as usize)
-        });
-        async move {
-            let (copy, slot, width) =
-                copy.ok_or_else(|| Error::invalid(format!("there is no light {light}")))?;
-            let page = copy.words().await?;
-            let [x, y] = slot.origin.map(|o| o as usize);
-            let size = slot.size as usize;
-            Ok((y..y + size)
-                .flat_map(|row| {
-                    page[row * width + x..row * width + x + size].iter().map(|&bits| f32::from_bits(bits))
-                })
-                .collect())
-        }
     }
 
     pub(crate) fn parts(&self) -> (&Context, Option<&Resident>, Option<&Targets>, Option<&PointLists>) {

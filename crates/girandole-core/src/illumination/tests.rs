@@ -1,6 +1,7 @@
 //! After any sequence of changes everything is what it would be from scratch.
 
 mod opening;
+mod placing;
 
 use super::*;
 use crate::lights::{LightSample, SampleOrigin};
@@ -195,66 +196,6 @@ fn changes_that_do_not_follow_are_refused_and_change_nothing() {
     let changes = scene.take_changes();
     held.update(&scene, &changes).expect("nothing changed");
     assert_eq!(held.lights().generation(), lights);
-}
-
-#[test]
-fn placing_for_a_view_is_deriving_for_it() {
-    let mut scene = builtin::build("table", MovingObject::None).expect("a room");
-    let view = View::new(&scene, &scene.cameras[0], 1.3);
-    // With enough candidates to tell apart.
-    let settings = || {
-        let lights = LightSettings { candidates: 64, ..settings().lights };
-        IlluminationSettings { lights, ..settings() }
-    };
-    let placed = IlluminationSettings { views: vec![view], ..settings() };
-    let mut held = Illumination::new(&scene, &settings()).expect("there is light");
-    let by_power = contents(&held);
-    held.place_for(&scene, &[view]).expect("the same scene");
-    let for_view = contents(&Illumination::new(&scene, &placed).expect("there is light"));
-    assert!(contents(&held) == for_view, "placed");
-    assert!(for_view != by_power, "the view counts");
-    // Views stay what they are through updates.
-    let _ = scene.take_changes();
-    let lamp = scene.materials.iter().position(Material::emits).expect("a lamp") as u32;
-    scene.set_emission(lamp, vec3(1.0, 2.0, 3.0)).expect("an emission");
-    let changes = scene.take_changes();
-    assert!(held.place_for(&scene, &[]).is_err(), "the scene has changed since");
-    held.update(&scene, &changes).expect("they follow");
-    assert!(contents(&held) == contents(&Illumination::new(&scene, &placed).expect("there is light")));
-    held.place_for(&scene, &[]).expect("the same scene");
-    assert!(contents(&held) == contents(&Illumination::new(&scene, &settings()).expect("there is light")));
-}
-
-#[test]
-fn samples_wait_in_rooms_that_will_be_seen() {
-    let mut scene = builtin::build("gap", MovingObject::None).expect("a room");
-    let [there, _, here] = [0, 1, 2].map(|camera| View::new(&scene, &scene.cameras[camera], 1.3));
-    let settings = IlluminationSettings {
-        lights: LightSettings { count: 480, direct_share: Some(0.2), ..LightSettings::default() },
-        visibility: None,
-        views: vec![here],
-        rewalk: Rewalk::Paths(Pace { paths: 60, fade: 6 }),
-    };
-    let mut after = |to_come: &[View]| {
-        let mut held = Illumination::new(&scene, &settings).expect("there is light");
-        let changes = scene.take_changes();
-        for _ in 0..60 {
-            held.place_on_way(&scene, &[here], to_come).expect("the same scene");
-            held.update(&scene, &changes).expect("nothing changed");
-        }
-        held
-    };
-    let [seen, known, same] = [after(&[]), after(&[there, there]), after(&[here])];
-    // In the half behind the wall.
-    let behind = |held: &Illumination| {
-        let samples = held.lights().samples().iter();
-        samples.filter(|s| s.intensity != Vec3::ZERO && s.position.x > 0.1).count()
-    };
-    assert!(behind(&known) >= behind(&seen) + 5, "{} {}", behind(&known), behind(&seen));
-    // The control: views to come that are what is seen already say nothing, and nothing changes.
-    assert!(same.lights().samples() == seen.lights().samples() && seen.is_settled());
-    let opened = Illumination::new(&scene, &settings).expect("there is light");
-    assert!(seen.lights().samples() == opened.lights().samples());
 }
 
 fn holding() -> IlluminationSettings {
