@@ -1,6 +1,4 @@
 // Draws texels into the shadow atlas, each as a point with its depth.
-struct MapTexel { place: u32, depth: f32 } // column | row << 16 in the page
-
 @group(2) @binding(0) var<storage, read> texels: array<MapTexel>;
 @group(2) @binding(1) var<uniform> maps: Maps;
 

@@ -3,9 +3,9 @@
 use crate::Result;
 use crate::device::recorder::Recorder;
 use crate::layout::{self, Frame};
-use crate::maps::occluders::CullCounts;
 use crate::passes::debug::DebugInputs;
 use crate::passes::shade_naive::ShadeNaive;
+use crate::passes::shadow_maps::DrawnMaps;
 use crate::passes::sort_points::ListedPoints;
 use crate::passes::visibility_buffer::{DepthUse, Seen};
 use crate::passes::{BandSample, GridView, LightMapsView, MapsView, batches, tonemap};
@@ -34,11 +34,11 @@ pub(crate) fn record_frame(
     view: &LocalView,
     settings: &RenderSettings,
     target: Option<&Target>,
-) -> Result<CullCounts> {
+) -> Result<DrawnMaps> {
     let &Prepared { passes, shared, scene, targets, .. } = prepared;
 
     // The shadow map of each light, where they are stale.
-    let (maps, culling) = passes.shadow_maps.record(recorder, scene, &prepared.map_updates)?;
+    let (maps, drawn) = passes.shadow_maps.record(recorder, scene, &prepared.map_updates)?;
     // What the vertices of objects receive whose transfer is known.
     let transfer = prepared.transfer.as_ref().map(|transfer| {
         let whole = first_samples(view, (scene, targets), settings);
@@ -176,7 +176,7 @@ pub(crate) fn record_frame(
         };
         tonemap::record(recorder, shared, targets, stops, settings, target);
     }
-    Ok(culling)
+    Ok(drawn)
 }
 
 /// How a frame is shaded.

@@ -425,6 +425,38 @@ pub(crate) struct MapTexel {
     pub depth: f32,
 }
 
+/// `RefreshedPart` in `lib/refreshed_parts.wgsl`: texels of a map, and what a kernel rasterises there.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct RefreshedPart {
+    pub first: [u32; 2],
+    pub end: [u32; 2],
+    pub light: u32,
+    pub nearest: u32,
+    pub first_piece: u32,
+    pub end_piece: u32,
+    pub first_texel: u32,
+    pub end_texel: u32,
+}
+
+impl RefreshedPart {
+    /// The same behind so many pieces and texels of others.
+    pub fn after(self, [pieces, texels]: [u32; 2]) -> Self {
+        Self {
+            first_piece: self.first_piece + pieces,
+            end_piece: self.end_piece + pieces,
+            first_texel: self.first_texel + texels,
+            end_texel: self.end_texel + texels,
+            ..self
+        }
+    }
+
+    /// How many texels.
+    pub fn texels(&self) -> u64 {
+        (0..2).map(|i| u64::from(self.end[i].saturating_sub(self.first[i]))).product()
+    }
+}
+
 /// `LightMapUpdate` in `light_maps.wgsl`: what changes of a leaf's light map for a batch of lights.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

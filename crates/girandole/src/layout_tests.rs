@@ -5,7 +5,7 @@ use crate::device::tuning::DeviceTuning;
 use crate::layout::{
     BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Item,
     Light, LightMapUpdate, MapPart, MapTexel, Maps, MultipassParams, OldPlace, PointQueueHeader,
-    ShadeListHeader, TextureUse, TransferObject, Triangle, Vertex, VertexRange,
+    RefreshedPart, ShadeListHeader, TextureUse, TransferObject, Triangle, Vertex, VertexRange,
 };
 use crate::records::{
     Element, LeafRange, LeafRecord, Member, OccluderBox, ReceiverGrid, ShadePoint, StaleMapsHeader,
@@ -56,6 +56,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(Item as "Item": light, face_cluster),
         fields!(MapTexel as "MapTexel": place, depth),
         fields!(LightMapUpdate as "LightMapUpdate": leaf, first, end, is_void, units),
+        fields!(RefreshedPart as "RefreshedPart": first, end, light, nearest, first_piece, end_piece, first_texel, end_texel),
         fields!(MapPart as "MapPart": first, end, page, padding),
         fields!(Display as "Display": size, exposure, automatic),
         fields!(DispatchArguments as "DispatchArguments": scatter_points, shade_points, shade_points_cooperative,
@@ -103,6 +104,7 @@ fn tunings() -> impl Iterator<Item = DeviceTuning> {
         DeviceTuning {
             persistent_threads: a,
             copy_maps: b,
+            refresh_maps: b,
             non_uniform_branches: c,
             edge_runs: d,
             cooperative_points: e,

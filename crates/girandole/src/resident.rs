@@ -6,10 +6,11 @@ use crate::maps::atlas::Atlas;
 use crate::maps::hidden::HiddenMovers;
 use crate::maps::layout::AtlasLayout;
 use crate::maps::non_blockers::NonBlockers;
-use crate::maps::occluders::{CullCounts, Occluders};
 use crate::maps::places::{OldPlaces, Places};
 use crate::maps::states::MapUpdate;
+use crate::maps::{culling::CullCounts, occluders::Occluders};
 use crate::parallel::both;
+use crate::passes::shadow_maps::DrawnMaps;
 use crate::points::multipass_plan::MultipassPlan;
 use crate::scene::geometry::{GpuScene, gpu_lights, reflects_environment};
 use crate::scene::lights::GpuLights;
@@ -94,7 +95,7 @@ impl Resident {
         Ok(Self {
             geometry: GpuScene::new((device, &context.queue), &shared.scene, scene, geometry)?,
             features,
-            atlas: Atlas::new(device, shared.tuning.copy_maps, layout, scene, geometry, occluders)?,
+            atlas: Atlas::new(device, &shared.tuning, layout, scene, geometry, occluders)?,
             lights: GpuLights::new(device, samples)?,
             origin: geometry.origin,
             scale: geometry.diagonal(),
@@ -277,8 +278,10 @@ fn receivers(context: &Context, source: LightSource) -> Result<Option<Receivers>
 
 impl Resident {
     /// Takes note of what was drawn into shadow maps for a frame.
-    pub fn count_maps(&mut self, updates: &[MapUpdate], culling: CullCounts) {
+    pub fn count_maps(&mut self, updates: &[MapUpdate], drawn: DrawnMaps) {
+        let DrawnMaps { culling, kept } = drawn;
         self.atlas.states.note(updates);
+        self.atlas.states.keep(&kept);
         self.places.note(updates);
         self.maps_drawn = updates.len() as u32;
         if !updates.is_empty() {

@@ -35,7 +35,8 @@ pub struct RendererOptions {
     /// Texels across each shadow map; `None` (default) = as many as `memory_mib` holds, 512 at most. Larger maps
     /// have sharper shadow edges and take longer to draw; shading costs the same.
     pub map_size: Option<u32>,
-    /// Budget of the shadow atlas in MiB. Default 256: a page of 8192², which every WebGPU device can hold.
+    /// Budget of the shadow atlas in MiB. Default 256: a page of 8192², which every WebGPU device can hold. Software devices need as
+    /// much again where anything moves ([`DeviceTuning::refresh_maps`]).
     pub memory_mib: u32,
     /// Percentage-closer filter: width in texels, 0 (default) = off. N costs (N + 1)² look-ups a pair; with hundreds
     /// of lights, edges average out without it.

@@ -40,6 +40,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     loads_batched,
     loads_unordered,
     map_parts,
+    map_texel,
     maps,
     multipass_params,
     no_reflected_environment,
@@ -59,6 +60,7 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     rectangle,
     reflected_environment,
     reflection,
+    refreshed_parts,
     samples,
     scene,
     shade_chunk,
@@ -197,9 +199,13 @@ sources! {
     SHADOW_MAPS_MASKED = shadow_maps_masked "" [
         frame scene texture texture_entry_at light maps octahedral parameterisation project occluders
     ];
-    SHADOW_MAPS_TEXELS = shadow_maps_texels "" [frame light maps];
+    SHADOW_MAPS_TEXELS = shadow_maps_texels "" [frame light maps map_texel];
     CLEAR_MAPS = clear_maps "" [frame light maps map_parts];
     COPY_MAPS = copy_maps "" [map_parts];
+    RASTERIZE_PIECES = rasterize_pieces "" [
+        frame light maps map_texel octahedral parameterisation project refreshed_parts
+    ];
+    MERGE_MAPS = merge_maps "" [frame light maps refreshed_parts];
     EXPOSURE = exposure "" [packed color];
     CALLER_DEPTH = caller_depth "" [frame];
     AVERAGE = average "" [frame packed];

@@ -5,9 +5,10 @@ use crate::device::readback;
 use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
 use crate::frame::first_samples;
-use crate::maps::occluders::CullCounts;
+use crate::maps::culling::CullCounts;
 use crate::maps::places::OldPlaces;
 use crate::maps::states::StaleCounts;
+use crate::maps::still::StillMaps;
 use crate::passes::LightMapsView;
 use crate::passes::stale_error::PixelErrors;
 use crate::passes::visibility_buffer::DepthUse;
@@ -33,6 +34,8 @@ pub struct FrameStats {
     pub atlas_pages: u32,
     /// Bytes of the atlas, and of what it is copied through.
     pub atlas_bytes: u64,
+    /// Memory of what its maps are refreshed from on software devices where anything moves, bytes ([`crate::DeviceTuning::refresh_maps`]).
+    pub still_maps_bytes: u64,
     /// Triangles left out of the shadow maps because they cannot block.
     pub non_blockers: usize,
     /// Faces and clusters drawn and culled when the maps were last drawn.
@@ -108,6 +111,7 @@ impl Renderer {
             stats.map_size = scene.atlas.layout.map_size;
             stats.atlas_pages = scene.atlas.layout.pages;
             stats.atlas_bytes = scene.atlas.bytes();
+            stats.still_maps_bytes = scene.atlas.still.as_ref().map_or(0, StillMaps::bytes);
             stats.non_blockers = scene.atlas.left_out();
             stats.culling = scene.culling;
             stats.maps_drawn = scene.maps_drawn;

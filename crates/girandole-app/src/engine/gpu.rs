@@ -342,6 +342,7 @@ pub(super) fn statistics(frame: &FrameStats, pixels: u64) -> Stats {
         ("map_size_texels", frame.map_size.into()),
         ("atlas_pages", frame.atlas_pages.into()),
         ("atlas_bytes", frame.atlas_bytes),
+        ("still_maps_bytes", frame.still_maps_bytes),
         ("maps_stale", frame.stale.maps.into()),
         ("oldest_map_frames", frame.stale.oldest.into()),
         ("triangles_that_cannot_block", frame.non_blockers as u64),

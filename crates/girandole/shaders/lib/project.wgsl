@@ -11,11 +11,26 @@ fn clip_position(light: Light, uv_w: vec2f, z: f32, w: f32) -> vec4f {
   return vec4f(2.0 * texel_w.x / maps.page.x - w, w - 2.0 * texel_w.y / maps.page.y, z, w);
 }
 
-// Faces overlap by a quarter of a texel at seams: pixel centres lie exactly on the diagonals.
-fn project(light: Light, face: u32, point: vec3f) -> Projected {
+fn light_space(light: Light, point: vec3f) -> vec3f {
   let d = point - light.position;
   let bitangent = cross(light.normal, light.tangent);
-  let p = vec3f(dot(d, light.tangent), dot(d, bitangent), dot(d, light.normal));
+  return vec3f(dot(d, light.tangent), dot(d, bitangent), dot(d, light.normal));
+}
+
+// Signs of x and y on a face of the octahedron.
+fn octahedral_signs(face: u32) -> vec2f {
+  return vec2f(select(-1.0, 1.0, (face & 1u) != 0u), select(-1.0, 1.0, (face & 2u) != 0u));
+}
+
+// The square's coordinates times `w`, and `w`: |x| + |y| + z on a face of the octahedron.
+fn octahedral_face(p: vec3f, s: vec2f) -> vec3f {
+  let w = s.x * p.x + s.y * p.y + p.z;
+  return vec3f((vec2f(p.x + p.y, p.x - p.y) + w) * 0.5, w);
+}
+
+// Faces overlap by a quarter of a texel at seams: pixel centres lie exactly on the diagonals.
+fn project(light: Light, face: u32, point: vec3f) -> Projected {
+  let p = light_space(light, point);
   var out: Projected;
   if light.profile >= DIRECTIONAL {
     let s = p.xy * light.scale;
@@ -48,10 +63,10 @@ fn project(light: Light, face: u32, point: vec3f) -> Projected {
     else { out.clip = vec4f(w + p.x, w - p.x, w + p.y, w - p.y) + overlap; }
     return out;
   }
-  let s = vec2f(side, select(-1.0, 1.0, (face & 2u) != 0u));
-  let w = s.x * p.x + s.y * p.y + p.z; // |x| + |y| + z on this face
-  let overlap = 0.25 / map_size(light) * w;
-  out.position = clip_position(light, (vec2f(p.x + p.y, p.x - p.y) + w) * 0.5, NEAR, w);
+  let s = octahedral_signs(face);
+  let uv_w = octahedral_face(p, s);
+  let overlap = 0.25 / map_size(light) * uv_w.z;
+  out.position = clip_position(light, uv_w.xy, NEAR, uv_w.z);
   out.clip = vec4f(s.x * p.x + overlap, s.y * p.y + overlap, p.z, 1.0);
   return out;
 }

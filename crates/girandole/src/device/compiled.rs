@@ -171,7 +171,9 @@ fn image_type(
         }
         naga::ImageClass::Depth { multi } => sampled(wgpu::TextureSampleType::Depth, multi),
         naga::ImageClass::Storage { format, access } => Some(wgpu::BindingType::StorageTexture {
-            access: if access.contains(naga::StorageAccess::STORE) {
+            access: if access.contains(naga::StorageAccess::LOAD | naga::StorageAccess::STORE) {
+                wgpu::StorageTextureAccess::ReadWrite
+            } else if access.contains(naga::StorageAccess::STORE) {
                 wgpu::StorageTextureAccess::WriteOnly
             } else {
                 wgpu::StorageTextureAccess::ReadOnly

@@ -12,6 +12,12 @@ pub struct DeviceTuning {
     /// of the instructions for that: mode naive takes a sixth less time, mode full a quarter. Drawing maps takes half as long
     /// again, and memory for one more page of the atlas and a buffer of its size.
     pub copy_maps: bool,
+    /// Where maps are copied (elsewhere it has no effect): kernels rasterise triangles of what moves that are small in octahedral
+    /// maps, of which software devices set up few a second; and what does not move is kept apart, so that a refresh draws nothing of
+    /// it. A frame that refreshes 50 maps for a torus takes 17 to 20 ms longer than one that refreshes none, 43 to 47 ms
+    /// otherwise; a first picture of what may move takes a tenth of a second longer. Where anything may move it needs the atlas's memory
+    /// once more, beside the budget ([`FrameStats::still_maps_bytes`](crate::FrameStats::still_maps_bytes)).
+    pub refresh_maps: bool,
     /// Branches on uniform values depend on an index as well. Mesa's software driver recompiles a kernel whenever it is
     /// bound with other uniforms that decide a branch; elsewhere uniform branches are the cheapest.
     pub non_uniform_branches: bool,
@@ -34,6 +40,7 @@ impl DeviceTuning {
     pub const GPU: Self = Self {
         persistent_threads: false,
         copy_maps: false,
+        refresh_maps: false,
         non_uniform_branches: false,
         batched_loads: false,
         edge_runs: false,
@@ -45,6 +52,7 @@ impl DeviceTuning {
     pub const SOFTWARE: Self = Self {
         persistent_threads: true,
         copy_maps: true,
+        refresh_maps: true,
         non_uniform_branches: true,
         batched_loads: true,
         edge_runs: true,

@@ -6,8 +6,10 @@ use super::layout::AtlasLayout;
 use super::moved::MovedBoxes;
 use super::occluders::{CLUSTER, Clusters, Occluders};
 use super::states::MapStates;
+use super::still::StillMaps;
 use crate::Result;
 use crate::device::buffers::storage;
+use crate::device::tuning::DeviceTuning;
 use crate::layout::Light;
 use crate::parallel::in_order;
 use girandole_core::scene::{Geometry, ObjectId, Scene};
@@ -34,6 +36,8 @@ pub(crate) struct Atlas {
     pub pages: Vec<wgpu::TextureView>,
     /// The way from there to the atlas, if that is another texture.
     pub copy: Option<PageCopy>,
+    /// The maps without what moves, if kernels refresh them and anything does.
+    pub still: Option<StillMaps>,
     /// `Maps` for the shaders.
     pub maps: wgpu::Buffer,
     pub occluders: Occluders,
@@ -46,14 +50,15 @@ pub(crate) struct Atlas {
 impl Atlas {
     pub fn new(
         device: &wgpu::Device,
-        copies_maps: bool,
+        tuning: &DeviceTuning,
         layout: AtlasLayout,
         scene: &Scene,
         geometry: &Geometry,
         occluders: Occluders,
     ) -> Result<Self> {
         use wgpu::TextureUsages as U;
-        let copy = copies_maps.then(|| PageCopy::new(device, layout.page_size));
+        let copy = tuning.copy_maps.then(|| PageCopy::new(device, layout.page_size));
+        let is_refreshed = tuning.copy_maps && tuning.refresh_maps && occluders.move_at_all();
         let (format, usage) = match &copy {
             None => (DEPTH, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING),
             Some(_) => (wgpu::TextureFormat::R32Float, U::STORAGE_BINDING | U::COPY_DST),
@@ -77,6 +82,7 @@ impl Atlas {
             }),
             pages: (0..layout.pages).map(page).collect(),
             copy,
+            still: is_refreshed.then(|| StillMaps::new(device, &layout)).transpose()?,
             maps: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("maps"),
                 contents: bytemuck::bytes_of(&layout.maps()),
@@ -144,6 +150,11 @@ impl Atlas {
         MapsView { atlas: &self.view, maps: &self.maps }
     }
 
+    /// Whether kernels refresh maps.
+    pub fn is_refreshed(&self) -> bool {
+        self.still.is_some()
+    }
+
     /// Bytes of the pages, and of what they are copied through.
     pub fn bytes(&self) -> u64 {
         let of = |t: &wgpu::Texture| {
@@ -158,8 +169,13 @@ impl Atlas {
     }
 }
 
+/// Texels of a texture.
+pub(super) fn texels(texture: &wgpu::Texture) -> u64 {
+    u64::from(texture.width()) * u64::from(texture.height()) * u64::from(texture.depth_or_array_layers())
+}
+
 /// Pages of texels.
-fn pages(
+pub(super) fn pages(
     device: &wgpu::Device,
     [width, height]: [u32; 2],
     count: u32,
@@ -203,10 +219,8 @@ impl PageCopy {
         }
     }
 
-    /// Copies what is drawn to a page of the atlas.
-    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, atlas: &wgpu::Texture, page: u32) {
-        let mut target = atlas.as_image_copy();
-        target.origin.z = page;
+    /// Copies what is drawn to a page of the atlas, and others like it.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, atlases: &[&wgpu::Texture], page: u32) {
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,
             bytes_per_row: Some(self.bytes_per_row),
@@ -214,7 +228,11 @@ impl PageCopy {
         };
         let buffer = wgpu::TexelCopyBufferInfo { buffer: &self.buffer, layout };
         encoder.copy_texture_to_buffer(self.depth.as_image_copy(), buffer, self.depth.size());
-        encoder.copy_buffer_to_texture(buffer, target, self.depth.size());
+        for atlas in atlases {
+            let mut target = atlas.as_image_copy();
+            target.origin.z = page;
+            encoder.copy_buffer_to_texture(buffer, target, self.depth.size());
+        }
     }
 }
 

@@ -23,6 +23,8 @@ pub(crate) struct Extent {
     /// The lowest and the highest coordinates, texels; infinite where they are not known.
     pub low: [f32; 2],
     pub high: [f32; 2],
+    /// About how many texels it would be without the face's own outline.
+    pub whole: f32,
 }
 
 /// What faces of a map take in beside their own directions, and rasterisation beside what projection says, texels.
@@ -47,11 +49,20 @@ impl Bounds {
 }
 
 impl Extent {
-    const UNKNOWN: Self = Self { low: [f32::NEG_INFINITY; 2], high: [f32::INFINITY; 2] };
+    const UNKNOWN: Self =
+        Self { low: [f32::NEG_INFINITY; 2], high: [f32::INFINITY; 2], whole: f32::INFINITY };
 
     /// About how many texels.
     pub fn texels(&self) -> f32 {
         (0..2).map(|i| self.high[i] - self.low[i]).product()
+    }
+
+    /// The texels of a map whose centres may be covered, rasterisation rounding.
+    pub fn rect(&self, size: u32) -> TexelRect {
+        TexelRect {
+            first: self.low.map(|x| (x - ROUNDING).clamp(0.0, size as f32) as u32),
+            end: self.high.map(|x| (x + ROUNDING).ceil().clamp(0.0, size as f32) as u32),
+        }
     }
 }
 
@@ -79,6 +90,14 @@ impl TexelRect {
                 first: [0, 1].map(|i| self.first[i].min(other.first[i])),
                 end: [0, 1].map(|i| self.end[i].max(other.end[i])),
             },
+        }
+    }
+
+    /// What both have in common.
+    pub fn intersection(&self, other: &Self) -> Self {
+        Self {
+            first: [0, 1].map(|i| self.first[i].max(other.first[i])),
+            end: [0, 1].map(|i| self.end[i].min(other.end[i])),
         }
     }
 
@@ -157,21 +176,23 @@ impl<'a> MapView<'a> {
     /// The texels that a box may cover in a face that it touches; the whole map, where that is not known.
     pub fn footprint(&self, face: u32, bounds: &Bounds) -> TexelRect {
         match self.extent(face, bounds) {
-            Some([low, high]) => TexelRect::between(low, high, self.size),
+            Some(([low, high], _)) => TexelRect::between(low, high, self.size),
             None => TexelRect::whole(self.size),
         }
     }
 
     /// What a box covers on a face that it touches. None, if rasterising what is in it leaves no trace in a part of the map.
     pub fn extent_drawn(&self, face: u32, bounds: &Bounds, part: TexelRect) -> Option<Extent> {
-        let Some(extent @ [low, high]) = self.extent(face, bounds) else { return Some(Extent::UNKNOWN) };
+        let Some((extent @ [low, high], whole)) = self.extent(face, bounds) else {
+            return Some(Extent::UNKNOWN);
+        };
         let is_whole = part == TexelRect::whole(self.size);
         if self.has_no_center(extent) || !(is_whole || TexelRect::between(low, high, self.size).meets(&part))
         {
             return None;
         }
         let texels = |place: [f32; 2]| place.map(|x| x * self.size as f32);
-        Some(Extent { low: texels(low), high: texels(high) })
+        Some(Extent { low: texels(low), high: texels(high), whole })
     }
 
     /// Whether certainly no texel's centre lies in a part of the map: then rasterising what is shown there leaves no trace.
@@ -182,8 +203,9 @@ impl<'a> MapView<'a> {
         })
     }
 
-    /// The lowest and highest coordinates of a box in the part of the map that a face has, if they are known.
-    fn extent(&self, face: u32, bounds: &Bounds) -> Option<[[f32; 2]; 2]> {
+    /// The lowest and highest coordinates of a box in the part of the map that a face has, if they are known; and about how many texels
+    /// it would cover without the face's outline.
+    fn extent(&self, face: u32, bounds: &Bounds) -> Option<([[f32; 2]; 2], f32)> {
         let light = self.light;
         let bitangent = light.normal.cross(light.tangent);
         let into = |v: Vec3| Vec3::new(v.dot(light.tangent), v.dot(bitangent), v.dot(light.normal));
@@ -202,8 +224,12 @@ impl<'a> MapView<'a> {
             let high = [0, 1].map(|i| near[i].max(far[i]).max_element());
             [low, high]
         };
+        let texels = |[low, high]: [[f32; 2]; 2]| {
+            (0..2).map(|i| (high[i] - low[i]) * self.size as f32).product::<f32>()
+        };
         if light.is_parallel() {
-            return Some(bounds(corners.map(|[x, y, _]| [x, y].map(|q| q * light.scale * 0.5 + 0.5))));
+            let extent = bounds(corners.map(|[x, y, _]| [x, y].map(|q| q * light.scale * 0.5 + 0.5)));
+            return Some((extent, texels(extent)));
         }
         if self.faces != 4 {
             return None;
@@ -212,6 +238,7 @@ impl<'a> MapView<'a> {
         // the denominator is 0, their extremes lie at corners.
         let [sx, sy] = [1, 2].map(|bit| if face & bit == 0 { -1.0 } else { 1.0 });
         let [mut low, mut high] = [[0.0; 2], [1.0; 2]];
+        let mut whole = f32::INFINITY;
         let denominators = corners.map(|[x, y, z]| x * sx + y * sy + z);
         let is_before =
             |([x, y, z], w): ([Vec4; 3], Vec4)| w.cmpgt((x.abs() + y.abs() + z.abs()) * 1e-6).all();
@@ -221,6 +248,7 @@ impl<'a> MapView<'a> {
                 [x + y, x - y].map(|p| (p / w + 1.0) * 0.5)
             };
             [low, high] = bounds([places(0), places(1)]);
+            whole = texels([low, high]);
         }
         // The face's own part of the map.
         let (axis, seam) = (usize::from(sx != sy), OVERLAP / self.size as f32);
@@ -229,7 +257,7 @@ impl<'a> MapView<'a> {
         } else {
             high[axis] = high[axis].min(0.5 + seam);
         }
-        Some([low, high])
+        Some(([low, high], whole))
     }
 
     /// The texels that a box may cover, on all faces.

@@ -1,12 +1,11 @@
-//! What is drawn into shadow maps: all occluders merged in world space, in clusters of a fixed number of triangles;
-//! and which cluster goes into which face of which light's map (Barczak §4.2.2).
+//! What is drawn into shadow maps: all occluders merged in world space, in clusters of a fixed number of triangles
+//! (Barczak §4.2.2).
 
-use super::footprint::{Bounds, MapView, TexelRect};
+use super::footprint::Bounds;
 use super::non_blockers::NonBlockers;
 use super::pieces::Piece;
 use super::solids::{Corners, Solid, is_closed, normal};
-use super::texels::{Centers, TriangleGroups};
-use crate::layout::{Item, MapTexel};
+use super::texels::TriangleGroups;
 use crate::parallel::each;
 use crate::shader_constants::NONE;
 use girandole_core::glam::Vec3;
@@ -19,9 +18,7 @@ pub(crate) const CLUSTER: u32 = 32;
 /// Triangles in a piece of a cluster: what moves is often smaller than a texel, and most of its pieces leave no trace in a map.
 pub(crate) const PIECE: u32 = 4;
 /// Pieces of a cluster.
-const PIECES: usize = (CLUSTER / PIECE) as usize;
-/// Texels of a box about a cluster above which its pieces are not looked at by themselves: most of them cover one.
-const IN_PIECES: f32 = 64.0;
+pub(super) const PIECES: usize = (CLUSTER / PIECE) as usize;
 /// What half a solid's extent counts for where its triangles are grouped; the directions of two normals at a right angle
 /// count √2.
 const PLACE_WEIGHT: f32 = 1.0;
@@ -34,37 +31,37 @@ pub(crate) struct Clusters {
     /// About each cluster.
     pub bounds: Vec<Bounds>,
     /// Dynamic objects, ascending.
-    moving: Vec<Mover>,
+    pub(super) moving: Vec<Mover>,
     /// Whether pieces of the clusters of dynamic objects may be drawn alone.
-    in_pieces: bool,
+    pub(super) in_pieces: bool,
 }
 
 /// A dynamic object.
-struct Mover {
-    object: ObjectId,
-    clusters: Range<usize>,
+pub(super) struct Mover {
+    pub object: ObjectId,
+    pub clusters: Range<usize>,
     /// About all of it.
-    bounds: Bounds,
+    pub bounds: Bounds,
     /// Whether its surface is closed.
     is_solid: bool,
     /// The triangles' corners, cluster by cluster.
     corners: Vec<Corners>,
     /// The triangles where they are small, if texels are drawn of those.
-    groups: Option<TriangleGroups>,
+    pub groups: Option<TriangleGroups>,
     /// What is needed where it is not small, from then on until it moves.
     detail: OnceLock<Detail>,
 }
 
 /// A dynamic object as clusters.
-struct Detail {
+pub(super) struct Detail {
     /// If it is one.
-    solid: Option<Solid>,
+    pub solid: Option<Solid>,
     /// The pieces of its clusters, if they may be drawn alone.
-    pieces: Vec<Piece>,
+    pub pieces: Vec<Piece>,
 }
 
 impl Mover {
-    fn detail(&self, in_pieces: bool) -> &Detail {
+    pub fn detail(&self, in_pieces: bool) -> &Detail {
         self.detail.get_or_init(|| {
             let clusters: Vec<&[Corners]> = self.corners.chunks(CLUSTER as usize).collect();
             let pieces = |cluster: &&[Corners]| {
@@ -121,6 +118,11 @@ impl Occluders {
         [&self.opaque, &self.masked]
     }
 
+    /// Whether any of them are of dynamic objects.
+    pub fn move_at_all(&self) -> bool {
+        self.sets().iter().any(|clusters| !clusters.moving.is_empty())
+    }
+
     /// Boxes about a dynamic object's clusters of each kind.
     pub fn of_object(&self, object: ObjectId) -> impl Iterator<Item = Bounds> {
         let sets = self.sets().into_iter();
@@ -153,7 +155,12 @@ impl Clusters {
             let is_rigid = |object: u32| !scene.is_deformed(&scene.objects[object as usize]);
             let is_solid = object.is_some_and(is_rigid) && is_closed(geometry, part);
             let grain = if object.is_some() && in_pieces { PIECE } else { CLUSTER };
-            sort_by_place(part, |t| geometry.corners(t), is_solid, [CLUSTER, grain]);
+            // What moves, as its mesh has it: wherever it is, it is in the same clusters, so that maps are the same to the bit.
+            let corners = |t: u32| match object {
+                Some(object) => corners_in_mesh(scene, geometry, (object, t)),
+                None => geometry.corners(t),
+            };
+            sort_by_place(part, corners, is_solid, [CLUSTER, grain]);
             let first = result.triangles.len() / CLUSTER as usize;
             result.triangles.extend_from_slice(part);
             result.triangles.resize(result.triangles.len().next_multiple_of(CLUSTER as usize), NONE);
@@ -228,7 +235,7 @@ impl Clusters {
             for (bounds, corners) in bounds.iter_mut().zip(mover.corners.chunks(CLUSTER as usize)) {
                 *bounds = Bounds::around(corners.as_flattened().iter().copied());
             }
-            mover.bounds = Bounds::about(bounds.iter());
+            mover.bounds = Bounds::around(mover.corners.as_flattened().iter().copied());
         }
     }
 
@@ -267,128 +274,13 @@ impl Clusters {
         let size = CLUSTER as usize;
         self.triangles[clusters.start * size..clusters.end * size].chunks(size).flat_map(of_cluster).collect()
     }
-
-    /// Appends the items of one light: each cluster in each face that its box touches, if it may cover a texel of `part` there; of
-    /// what moves and is small there, only the pieces that may cover a texel, and of a mover that is small as a whole the texels.
-    /// What a solid hides by itself is left out, and dynamic objects that something static hides from the light.
-    pub fn cull(
-        &self,
-        (index, map): (u32, MapView),
-        part: TexelRect,
-        is_hidden: impl Fn(ObjectId) -> bool,
-        items: &mut Items,
-    ) -> CullCounts {
-        let mut culling =
-            Culling { light: index, map, part, items, touched: 0, counts: CullCounts::default() };
-        (0..self.first_moving())
-            .for_each(|cluster| culling.add((cluster, &self.bounds[cluster]), u32::MAX, &[]));
-        for mover in self.moving.iter().filter(|mover| !is_hidden(mover.object)) {
-            let faces = culling.add_texels(mover);
-            if faces == 0 {
-                continue;
-            }
-            let Detail { solid, pieces } = mover.detail(self.in_pieces);
-            let turned_away = solid.as_ref().and_then(|solid| solid.hidden_from(&map));
-            for (index, cluster) in mover.clusters.clone().enumerate() {
-                if turned_away.as_ref().is_none_or(|is_hidden| !is_hidden(index)) {
-                    let pieces = pieces.get(index * PIECES..(index + 1) * PIECES).unwrap_or_default();
-                    culling.add((cluster, &self.bounds[cluster]), faces, pieces);
-                }
-            }
-        }
-        let Culling { mut counts, touched, .. } = culling;
-        counts.faces_drawn = u64::from(touched.count_ones());
-        counts.faces_culled = u64::from(map.faces()) - counts.faces_drawn;
-        counts.clusters_culled = self.bounds.len() as u64 * u64::from(map.faces()) - counts.clusters_drawn;
-        counts
-    }
 }
 
-/// What is drawn: faces of maps with clusters, and with pieces of clusters; and texels.
-#[derive(Default)]
-pub(crate) struct Items {
-    pub clusters: Vec<Item>,
-    pub pieces: Vec<Item>,
-    pub texels: Vec<MapTexel>,
-}
-
-impl Items {
-    /// Appends others.
-    pub fn append(&mut self, mut others: Self) {
-        self.clusters.append(&mut others.clusters);
-        self.pieces.append(&mut others.pieces);
-        self.texels.append(&mut others.texels);
-    }
-}
-
-/// What is found of a part of a light's map.
-struct Culling<'a> {
-    light: u32,
-    map: MapView<'a>,
-    part: TexelRect,
-    items: &'a mut Items,
-    /// Faces in which something is drawn, a bit each.
-    touched: u32,
-    counts: CullCounts,
-}
-
-impl Culling<'_> {
-    /// A cluster in those of the faces that it touches; its pieces, if they may be drawn alone.
-    fn add(&mut self, (cluster, bounds): (usize, &Bounds), faces: u32, pieces: &[Piece]) {
-        let Self { light, map, part, ref mut items, .. } = *self;
-        let item = |face: u32, of: usize| Item { light, face_cluster: face | (of as u32) << 3 };
-        let faces = faces & map.faces_touched(bounds);
-        for face in bits(faces) {
-            let Some(extent) = map.extent_drawn(face, bounds, part) else { continue };
-            let in_pieces = !pieces.is_empty() && extent.texels() <= IN_PIECES;
-            if let Some(view) = map.face(face).filter(|_| in_pieces) {
-                let before = items.pieces.len();
-                let drawn = pieces.iter().map(|piece| piece.drawn(&view));
-                let drawn = (0..).zip(drawn).filter(|(_, drawn)| *drawn != 0);
-                items.pieces.extend(drawn.map(|(piece, _)| item(face, cluster * PIECES + piece)));
-                let count = (items.pieces.len() - before) as u64;
-                if count == 0 {
-                    continue;
-                }
-                self.counts.triangles_drawn += count * u64::from(PIECE);
-            } else {
-                items.clusters.push(item(face, cluster));
-                self.counts.triangles_drawn += u64::from(CLUSTER);
-            }
-            self.counts.clusters_drawn += 1;
-            self.touched |= 1 << face;
-        }
-    }
-
-    /// The texels of a dynamic object in those faces where it is small. Returns the others that it touches.
-    fn add_texels(&mut self, mover: &Mover) -> u32 {
-        let Self { map, part, ref mut items, .. } = *self;
-        let touched = map.faces_touched(&mover.bounds);
-        let mut others = 0;
-        for face in bits(touched) {
-            let Some(extent) = map.extent_drawn(face, &mover.bounds, part) else { continue };
-            let small = Centers::new(&extent, map.size).zip(mover.groups.as_ref()).zip(map.face(face));
-            let before = items.texels.len();
-            let is_covered = small.is_some_and(|((centers, groups), view)| {
-                groups.cover(&view, centers, part, &mut items.texels)
-            });
-            let count = (items.texels.len() - before) as u64;
-            self.counts.texels_drawn += count;
-            self.counts.clusters_drawn += if count > 0 { mover.clusters.len() as u64 } else { 0 };
-            self.touched |= u32::from(count > 0) << face;
-            others |= u32::from(!is_covered) << face;
-        }
-        others
-    }
-}
-
-/// The bits that are set, ascending.
-fn bits(mut set: u32) -> impl Iterator<Item = u32> {
-    std::iter::from_fn(move || {
-        let bit = (set != 0).then(|| set.trailing_zeros());
-        set &= set.wrapping_sub(1);
-        bit
-    })
+/// Corners of a triangle of an object in its mesh's own space.
+fn corners_in_mesh(scene: &Scene, geometry: &Geometry, (object, triangle): (u32, u32)) -> Corners {
+    let first = geometry.objects[object as usize].vertices.start;
+    let positions = &scene.meshes[scene.objects[object as usize].mesh].positions;
+    geometry.triangles[triangle as usize].vertices.map(|vertex| positions[(vertex - first) as usize])
 }
 
 /// Orders triangles so that those of a cluster, and of the smaller grain, lie close together, and where `facing` counts too, face similar
@@ -434,39 +326,4 @@ fn split(points: &mut [Point], cluster: u32, grain: u32) {
     let (low, high) = points.split_at_mut(middle);
     split(low, cluster, grain);
     split(high, cluster, grain);
-}
-
-/// How much was drawn and how much was not.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CullCounts {
-    /// Faces of maps with an occluder in them.
-    pub faces_drawn: u64,
-    /// Faces without.
-    pub faces_culled: u64,
-    /// Pairs of a face and a cluster that were drawn; all of an object of which texels were drawn by themselves.
-    pub clusters_drawn: u64,
-    /// Pairs that were not.
-    pub clusters_culled: u64,
-    /// Triangles of those that were, of clusters of which a piece was drawn that piece's; those included that fill up clusters.
-    pub triangles_drawn: u64,
-    /// Texels that were drawn by themselves: those of dynamic objects that are small there.
-    pub texels_drawn: u64,
-}
-
-impl CullCounts {
-    /// Triangles that went through the rasteriser, those included that fill up clusters.
-    pub fn triangle_instances(&self) -> u64 {
-        self.triangles_drawn
-    }
-}
-
-impl std::ops::AddAssign for CullCounts {
-    fn add_assign(&mut self, other: Self) {
-        self.faces_drawn += other.faces_drawn;
-        self.faces_culled += other.faces_culled;
-        self.clusters_drawn += other.clusters_drawn;
-        self.clusters_culled += other.clusters_culled;
-        self.triangles_drawn += other.triangles_drawn;
-        self.texels_drawn += other.texels_drawn;
-    }
 }

@@ -141,8 +141,9 @@ fn root(first: &mut [usize], mut corner: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use super::super::culling::{Items, Wanted};
     use super::super::footprint::TexelRect;
-    use super::super::occluders::{Clusters, Items, Occluders};
+    use super::super::occluders::{Clusters, Occluders};
     use super::*;
     use crate::layout::Light;
     use crate::shader_constants::{COSINE, NONE};
@@ -170,7 +171,8 @@ mod tests {
         light.position -= geometry.origin.as_vec3();
         let map = MapView::new(&light, 1 << 20, faces);
         let mut items = Items::default();
-        clusters.cull((0, map), TexelRect::whole(1 << 20), |_| false, &mut items);
+        let wanted = Wanted { still: true, moving: true, by_kernel: false };
+        clusters.cull((0, map), TexelRect::whole(1 << 20), |_| false, wanted, &mut items);
         assert!(items.pieces.is_empty());
         let drawn: HashSet<usize> =
             items.clusters.iter().map(|item| (item.face_cluster >> 3) as usize).collect();

@@ -24,6 +24,8 @@ struct MapState {
     frames: u32,
     /// Whether it shows the scene from where its light is, at some moment.
     is_valid: bool,
+    /// Whether what does not move is kept apart as it is seen from there.
+    is_kept: bool,
 }
 
 /// A part of a light's map to be drawn.
@@ -45,7 +47,8 @@ pub struct StaleCounts {
 impl MapStates {
     /// Maps of these sizes, none drawn yet.
     pub fn new(sizes: impl Iterator<Item = u32>) -> Self {
-        let undrawn = |size| MapState { stale: TexelRect::whole(size), frames: 0, is_valid: false };
+        let undrawn =
+            |size| MapState { stale: TexelRect::whole(size), frames: 0, is_valid: false, is_kept: false };
         Self { maps: sizes.map(undrawn).collect() }
     }
 
@@ -62,7 +65,8 @@ impl MapStates {
 
     /// A light moved: its map, of this size, shows nothing of use.
     pub fn invalidate(&mut self, light: usize, size: u32) {
-        self.maps[light] = MapState { stale: TexelRect::whole(size), frames: 0, is_valid: false };
+        self.maps[light] =
+            MapState { stale: TexelRect::whole(size), frames: 0, is_valid: false, is_kept: false };
     }
 
     /// What the next frame draws, in the order of lights. Maps of lights that are dark are left until those shine.
@@ -91,9 +95,24 @@ impl MapStates {
     /// Takes note that these were drawn.
     pub fn note(&mut self, drawn: &[MapUpdate]) {
         for update in drawn {
-            self.maps[update.light as usize] =
-                MapState { stale: TexelRect::default(), frames: 0, is_valid: true };
+            let map = &mut self.maps[update.light as usize];
+            *map = MapState { stale: TexelRect::default(), frames: 0, is_valid: true, is_kept: map.is_kept };
         }
+    }
+
+    /// Whether a light's map shows the scene from where the light is, at some moment.
+    pub fn is_valid(&self, light: u32) -> bool {
+        self.maps[light as usize].is_valid
+    }
+
+    /// Takes note that of these lights' maps what does not move is kept apart.
+    pub fn keep(&mut self, lights: &[u32]) {
+        lights.iter().for_each(|&light| self.maps[light as usize].is_kept = true);
+    }
+
+    /// Whether of a light's map what does not move is kept apart.
+    pub fn is_kept(&self, light: u32) -> bool {
+        self.maps[light as usize].is_kept
     }
 
     /// Counts a frame for those that remain stale.

@@ -6,13 +6,16 @@ pub(crate) mod average;
 pub(crate) mod background;
 pub(crate) mod caller_depth;
 pub(crate) mod debug;
+
 pub(crate) mod edges;
 pub(crate) mod exposure;
 pub(crate) mod first_samples;
 pub(crate) mod layers;
 pub(crate) mod light_maps;
+pub(crate) mod map_pages;
 pub(crate) mod multipass;
 pub(crate) mod refine;
+pub(crate) mod refreshed_maps;
 pub(crate) mod resolve;
 pub(crate) mod shade_naive;
 pub(crate) mod shade_points;

@@ -6,7 +6,7 @@ use girandole::core::glam::{Quat, Vec3};
 use girandole::core::image::Image;
 use girandole::core::math::sequence;
 use girandole::core::scene::builtin::shapes;
-use girandole::core::scene::{Material, Scene, Transform, View};
+use girandole::core::scene::{Material, Mesh, Scene, Transform, View};
 use girandole::{CullCounts, DeviceTuning, MapUpdates, Mode, RenderSettings, RendererOptions};
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 
@@ -15,7 +15,7 @@ pub fn tests() -> Vec<Test> {
         ("small_movers_drawn_as_texels_block_what_their_triangles_do", small),
         ("large_movers_are_drawn_as_ever", large),
         ("texels_of_small_movers_follow_them", followed),
-        ("pages_that_are_drawn_as_a_whole_show_what_their_parts_do", pages),
+        ("maps_that_are_refreshed_show_what_drawn_ones_do", refreshed),
     ]
 }
 
@@ -105,39 +105,60 @@ fn followed(context: &Context) {
     }
 }
 
-/// Where maps are copied, most of a page that is stale makes all of it be drawn.
-fn pages(context: &Context) {
-    let nodes =
-        |scene: &Scene| scene.objects.iter().filter(|o| o.dynamic).map(|o| o.node).collect::<Vec<_>>();
-    let run = |copy_maps: bool, moved: usize, most: Option<u32>| {
-        let mut scene = stage(80, 0.05, 0.0);
-        let tuning = Some(DeviceTuning { copy_maps, ..context.tuning() });
-        // More lights than are drawn at once.
-        let mut renderer = context.renderer(RendererOptions { tuning, ..options(32, true) });
+/// Tori of all sizes, one of which comes close to the lamp, and a box that does not move.
+fn tori(shift: f32) -> Scene {
+    let mut scene = stage(12, 0.05, shift);
+    let mut shelf = Mesh::default();
+    shelf.add_box(Vec3::new(-0.3, 0.5, -1.2), Vec3::new(0.3, 0.6, -0.7), 0);
+    scene.add_object("shelf", shelf, Transform::IDENTITY);
+    for index in 12..18 {
+        let radius = 0.08 * (index - 11) as f32;
+        let torus = shapes::torus(radius, 0.35 * radius, 40, 24, 0);
+        scene.add_object("torus", torus, place(index, shift));
+        scene.objects.last_mut().expect("it was added").dynamic = true;
+    }
+    scene
+}
+
+/// Where kernels refresh maps from what does not move, these show what maps show that are drawn anew, to the bit, and what devices
+/// rasterise, up to rounding.
+fn refreshed(context: &Context) {
+    let steps = |refresh_maps: bool, map_size: u32| {
+        let tuning = Some(DeviceTuning { copy_maps: true, refresh_maps, ..context.tuning() });
+        let options = RendererOptions { tuning, ..options(map_size, true) };
+        let [mut renderer, mut other] = [(), ()].map(|()| context.renderer(options));
+        let mut scene = tori(0.0);
+        let nodes: Vec<usize> = scene.objects.iter().filter(|o| o.dynamic).map(|o| o.node).collect();
         scene.take_changes();
-        renderer.open(&scene, &held(100, false)).expect("open");
+        renderer.open(&scene, &held(70, false)).expect("open");
         let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
         context.frame(&mut renderer, &view, SIZE, &RenderSettings::default());
-        for (index, node) in (0..).zip(nodes(&scene)).take(moved) {
-            scene.set_transform(node, place(index, 0.07)).expect("a place");
-        }
-        let changes = scene.take_changes();
-        renderer.update(&scene, &changes).expect("update");
-        let updates = MapUpdates { most, ..MapUpdates::default() };
-        let image = context.frame(
-            &mut renderer,
-            &view,
-            SIZE,
-            &RenderSettings { updates, ..RenderSettings::default() },
-        );
-        let stats = context.wait(renderer.stats()).expect("stats");
-        (image.pixels, stats.culling.faces_drawn, stats.maps_drawn)
+        [1, 2, 3].map(|step| {
+            for (index, &node) in (0..).zip(&nodes) {
+                let place = match (index, step) {
+                    (17, _) => Transform::translation(Vec3::new(0.3, 2.9 - 0.2 * step as f32, 0.2)),
+                    _ => place(index, 0.07 * step as f32),
+                };
+                scene.set_transform(node, place).expect("a place");
+            }
+            let all = RenderSettings { updates: MapUpdates::default(), ..RenderSettings::default() };
+            let ([after, anew], stats) =
+                updated(context, [&mut renderer, &mut other], (&mut scene, &view), &all);
+            assert!(after == anew, "{refresh_maps} {map_size}: step {step}");
+            (Image { width: SIZE[0], height: SIZE[1], pixels: after }, stats)
+        })
     };
-    for (moved, most, is_whole) in [(80, None, true), (80, Some(90), false)] {
-        let ((copied, faces, maps), (drawn, faces_of_parts, maps_of_parts)) =
-            (run(true, moved, most), run(false, moved, most));
-        assert!(copied == drawn && maps == maps_of_parts, "{moved} moved, {most:?}");
-        // The control: it is the whole page where nothing is left stale, and parts elsewhere.
-        assert_eq!(faces > faces_of_parts, is_whole, "{moved} moved, {most:?}: {faces} {faces_of_parts}");
+    for map_size in [64, 200] {
+        let [by_kernel, drawn] = [true, false].map(|refresh_maps| steps(refresh_maps, map_size));
+        for ((by_kernel, stats), (drawn, of_drawn)) in by_kernel.iter().zip(&drawn) {
+            let found = compared(drawn, by_kernel);
+            assert!(found.rel_mse < 2e-5 && (found.energy_ratio - 1.0).abs() < 1e-3, "{map_size}: {found:?}");
+            assert!(stats.still_maps_bytes > stats.atlas_bytes / 2 && of_drawn.still_maps_bytes == 0);
+        }
+        // The controls: the next step's picture is another one, and what is kept is not drawn again.
+        let other = compared(&drawn[0].0, &by_kernel[1].0);
+        assert!(other.rel_mse > 1e-3, "{map_size}: {other:?}");
+        let clusters = [&by_kernel, &drawn].map(|steps| steps[1].1.culling.clusters_drawn);
+        assert!(clusters[0] < clusters[1], "{map_size}: {clusters:?}");
     }
 }

@@ -263,7 +263,7 @@ fn copied_maps(context: &Context) {
     {
         let view = stage.view(0, size);
         let pictures = |copy, map_size| {
-            let tuning = Some(DeviceTuning { copy_maps: copy, ..context.tuning() });
+            let tuning = Some(DeviceTuning { copy_maps: copy, refresh_maps: false, ..context.tuning() });
             let options = RendererOptions { tuning, map_size, ..RendererOptions::default() };
             let mut renderer = context.loaded(&stage, options);
             let pictures = cases.map(|(mode, shading, debug)| {
