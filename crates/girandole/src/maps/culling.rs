@@ -116,7 +116,7 @@ struct Culling<'a> {
     part: TexelRect,
     by_kernel: bool,
     items: &'a mut Items,
-    /// What of the map that may cover which a kernel rasterises.
+    /// What of the map pieces and texels may cover.
     covered: TexelRect,
     /// Faces in which something is drawn, a bit each.
     touched: u32,
@@ -145,34 +145,28 @@ impl Culling<'_> {
             let Some(extent) = self.map.extent_drawn(face, bounds, self.part) else { continue };
             let view = self.map.face(face).filter(|_| !pieces.is_empty());
             let by_kernel = self.by_kernel && extent.whole <= BY_KERNEL;
-            match view {
-                Some(view) if by_kernel || extent.texels() <= IN_PIECES => {
-                    let is_drawn = |piece: &Piece| extent.texels() > IN_PIECES || piece.drawn(&view) != 0;
-                    let drawn = pieces.iter().enumerate().filter(|(_, piece)| is_drawn(piece));
-                    let drawn = drawn.map(|(piece, _)| self.item(face, cluster * PIECES + piece));
-                    let count = if by_kernel {
-                        let before = self.items.rasterized.len();
-                        let drawn = drawn.map(|item| item.face_cluster).collect::<Vec<_>>();
-                        self.items.rasterized.extend(drawn);
-                        self.items.rasterized.len() - before
+            let Some(view) = view.filter(|_| by_kernel || extent.texels() <= IN_PIECES) else {
+                let item = self.item(face, cluster);
+                self.items.clusters.push(item);
+                self.count(face, CLUSTER);
+                continue;
+            };
+            let mut triangles = 0;
+            for (index, piece) in pieces.iter().enumerate() {
+                // Of larger clusters, most pieces cover a texel.
+                if extent.texels() > IN_PIECES || piece.drawn(&view) != 0 {
+                    let item = self.item(face, cluster * PIECES + index);
+                    if by_kernel {
+                        self.items.rasterized.push(item.face_cluster);
                     } else {
-                        let before = self.items.pieces.len();
-                        let drawn = drawn.collect::<Vec<_>>();
-                        self.items.pieces.extend(drawn);
-                        self.items.pieces.len() - before
-                    };
-                    if count > 0 {
-                        if by_kernel {
-                            self.covered = self.covered.union(&extent.rect(self.map.size));
-                        }
-                        self.count(face, count as u32 * PIECE);
+                        self.items.pieces.push(item);
                     }
+                    triangles += PIECE;
                 }
-                _ => {
-                    let item = self.item(face, cluster);
-                    self.items.clusters.push(item);
-                    self.count(face, CLUSTER);
-                }
+            }
+            if triangles > 0 {
+                self.covered = self.covered.union(&extent.rect(self.map.size));
+                self.count(face, triangles);
             }
         }
     }
@@ -197,7 +191,7 @@ impl Culling<'_> {
                 groups.cover(&view, centers, part, &mut items.texels)
             });
             let count = (items.texels.len() - before) as u64;
-            if count > 0 && self.by_kernel {
+            if count > 0 {
                 self.covered = self.covered.union(&extent.rect(map.size));
             }
             self.counts.texels_drawn += count;

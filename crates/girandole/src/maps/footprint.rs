@@ -23,7 +23,7 @@ pub(crate) struct Extent {
     /// The lowest and the highest coordinates, texels; infinite where they are not known.
     pub low: [f32; 2],
     pub high: [f32; 2],
-    /// About how many texels it would be without the face's own outline.
+    /// How many texels it would touch at most without the face's own outline.
     pub whole: f32,
 }
 
@@ -203,8 +203,8 @@ impl<'a> MapView<'a> {
         })
     }
 
-    /// The lowest and highest coordinates of a box in the part of the map that a face has, if they are known; and about how many texels
-    /// it would cover without the face's outline.
+    /// The lowest and highest coordinates of a box in the part of the map that a face has, if they are known; and how many texels
+    /// it would touch at most without the face's outline.
     fn extent(&self, face: u32, bounds: &Bounds) -> Option<([[f32; 2]; 2], f32)> {
         let light = self.light;
         let bitangent = light.normal.cross(light.tangent);
@@ -225,7 +225,7 @@ impl<'a> MapView<'a> {
             [low, high]
         };
         let texels = |[low, high]: [[f32; 2]; 2]| {
-            (0..2).map(|i| (high[i] - low[i]) * self.size as f32).product::<f32>()
+            (0..2).map(|i| (high[i] - low[i]) * self.size as f32 + 1.0).product::<f32>()
         };
         if light.is_parallel() {
             let extent = bounds(corners.map(|[x, y, _]| [x, y].map(|q| q * light.scale * 0.5 + 0.5)));
