@@ -15,7 +15,7 @@ use crate::settings::RendererOptions;
 use crate::shaders;
 
 /// Workgroups a part: a multiple of the threads of most software devices.
-const PART_GROUPS: u32 = 16;
+const PART_GROUPS: u32 = 8;
 
 pub(crate) struct RefreshedMaps {
     rasterize: Kernel,
