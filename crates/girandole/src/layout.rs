@@ -416,7 +416,7 @@ pub(crate) struct Item {
     pub face_cluster: u32,
 }
 
-/// `MapTexel` in `shadow_maps_texels.wgsl`: a texel of a page (or of a map), and its depth.
+/// `MapTexel` in `lib/map_texel.wgsl`: a texel of a page (or of a map), and its depth.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct MapTexel {
