@@ -3,9 +3,9 @@
 use crate::Result;
 use crate::device::recorder::Recorder;
 use crate::layout::{self, Frame};
+use crate::maps::culling::DrawnMaps;
 use crate::passes::debug::DebugInputs;
 use crate::passes::shade_naive::ShadeNaive;
-use crate::passes::shadow_maps::DrawnMaps;
 use crate::passes::sort_points::ListedPoints;
 use crate::passes::visibility_buffer::{DepthUse, Seen};
 use crate::passes::{BandSample, GridView, LightMapsView, MapsView, batches, tonemap};

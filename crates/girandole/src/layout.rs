@@ -451,6 +451,17 @@ impl RefreshedPart {
         }
     }
 
+    /// The same where the lists begin with those of a part before it.
+    pub fn behind(self, first: &Self) -> Self {
+        Self {
+            first_piece: self.first_piece - first.first_piece,
+            end_piece: self.end_piece - first.first_piece,
+            first_texel: self.first_texel - first.first_texel,
+            end_texel: self.end_texel - first.first_texel,
+            ..self
+        }
+    }
+
     /// How many texels.
     pub fn texels(&self) -> u64 {
         (0..2).map(|i| u64::from(self.end[i].saturating_sub(self.first[i]))).product()

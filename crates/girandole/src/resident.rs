@@ -3,14 +3,14 @@
 use crate::device::context::Context;
 use crate::layout::Light;
 use crate::maps::atlas::Atlas;
+use crate::maps::culling::{CullCounts, DrawnMaps};
 use crate::maps::hidden::HiddenMovers;
 use crate::maps::layout::AtlasLayout;
 use crate::maps::non_blockers::NonBlockers;
+use crate::maps::occluders::Occluders;
 use crate::maps::places::{OldPlaces, Places};
 use crate::maps::states::MapUpdate;
-use crate::maps::{culling::CullCounts, occluders::Occluders};
 use crate::parallel::both;
-use crate::passes::shadow_maps::DrawnMaps;
 use crate::points::multipass_plan::MultipassPlan;
 use crate::scene::geometry::{GpuScene, gpu_lights, reflects_environment};
 use crate::scene::lights::GpuLights;
@@ -95,7 +95,7 @@ impl Resident {
         Ok(Self {
             geometry: GpuScene::new((device, &context.queue), &shared.scene, scene, geometry)?,
             features,
-            atlas: Atlas::new(device, &shared.tuning, layout, scene, geometry, occluders)?,
+            atlas: Atlas::new(device, (&shared.tuning, options), layout, scene, geometry, occluders)?,
             lights: GpuLights::new(device, samples)?,
             origin: geometry.origin,
             scale: geometry.diagonal(),

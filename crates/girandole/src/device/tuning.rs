@@ -14,8 +14,8 @@ pub struct DeviceTuning {
     pub copy_maps: bool,
     /// Where maps are copied (elsewhere it has no effect): kernels rasterise triangles of what moves that are small in octahedral
     /// maps, of which software devices set up few a second; and what does not move is kept apart, so that a refresh draws nothing of
-    /// it. A frame that refreshes 50 maps for a torus takes 17 to 20 ms longer than one that refreshes none, 43 to 47 ms
-    /// otherwise; a first picture of what may move takes a tenth of a second longer. Where anything may move it needs the atlas's memory
+    /// it. A frame that refreshes 50 maps for a torus takes 16 to 21 ms longer than a still one, 36 to 50 ms
+    /// otherwise; a first picture of what may move takes 0.1 to 0.5 s longer. Where anything may move it needs the atlas's memory
     /// once more, beside the budget ([`FrameStats::still_maps_bytes`](crate::FrameStats::still_maps_bytes)).
     pub refresh_maps: bool,
     /// Branches on uniform values depend on an index as well. Mesa's software driver recompiles a kernel whenever it is

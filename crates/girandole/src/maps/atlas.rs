@@ -12,6 +12,7 @@ use crate::device::buffers::storage;
 use crate::device::tuning::DeviceTuning;
 use crate::layout::Light;
 use crate::parallel::in_order;
+use crate::settings::RendererOptions;
 use girandole_core::scene::{Geometry, ObjectId, Scene};
 use wgpu::util::DeviceExt;
 
@@ -50,7 +51,7 @@ pub(crate) struct Atlas {
 impl Atlas {
     pub fn new(
         device: &wgpu::Device,
-        tuning: &DeviceTuning,
+        (tuning, options): (&DeviceTuning, &RendererOptions),
         layout: AtlasLayout,
         scene: &Scene,
         geometry: &Geometry,
@@ -58,7 +59,7 @@ impl Atlas {
     ) -> Result<Self> {
         use wgpu::TextureUsages as U;
         let copy = tuning.copy_maps.then(|| PageCopy::new(device, layout.page_size));
-        let is_refreshed = tuning.copy_maps && tuning.refresh_maps && occluders.move_at_all();
+        let is_refreshed = StillMaps::are_wanted(tuning, options) && occluders.move_at_all();
         let (format, usage) = match &copy {
             None => (DEPTH, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING),
             Some(_) => (wgpu::TextureFormat::R32Float, U::STORAGE_BINDING | U::COPY_DST),

@@ -257,3 +257,11 @@ impl std::ops::AddAssign for CullCounts {
         self.texels_drawn += other.texels_drawn;
     }
 }
+
+/// What was drawn into maps.
+#[derive(Default)]
+pub(crate) struct DrawnMaps {
+    pub culling: CullCounts,
+    /// Lights of whose maps what does not move was kept apart.
+    pub kept: Vec<u32>,
+}

@@ -24,6 +24,8 @@ struct MapState {
     frames: u32,
     /// Whether it shows the scene from where its light is, at some moment.
     is_valid: bool,
+    /// Whether it was never drawn.
+    is_new: bool,
     /// Whether what does not move is kept apart as it is seen from there.
     is_kept: bool,
 }
@@ -47,8 +49,13 @@ pub struct StaleCounts {
 impl MapStates {
     /// Maps of these sizes, none drawn yet.
     pub fn new(sizes: impl Iterator<Item = u32>) -> Self {
-        let undrawn =
-            |size| MapState { stale: TexelRect::whole(size), frames: 0, is_valid: false, is_kept: false };
+        let undrawn = |size| MapState {
+            stale: TexelRect::whole(size),
+            frames: 0,
+            is_valid: false,
+            is_new: true,
+            is_kept: false,
+        };
         Self { maps: sizes.map(undrawn).collect() }
     }
 
@@ -65,8 +72,8 @@ impl MapStates {
 
     /// A light moved: its map, of this size, shows nothing of use.
     pub fn invalidate(&mut self, light: usize, size: u32) {
-        self.maps[light] =
-            MapState { stale: TexelRect::whole(size), frames: 0, is_valid: false, is_kept: false };
+        let (map, stale) = (&mut self.maps[light], TexelRect::whole(size));
+        *map = MapState { stale, frames: 0, is_valid: false, is_kept: false, ..*map };
     }
 
     /// What the next frame draws, in the order of lights. Maps of lights that are dark are left until those shine.
@@ -96,7 +103,8 @@ impl MapStates {
     pub fn note(&mut self, drawn: &[MapUpdate]) {
         for update in drawn {
             let map = &mut self.maps[update.light as usize];
-            *map = MapState { stale: TexelRect::default(), frames: 0, is_valid: true, is_kept: map.is_kept };
+            let stale = TexelRect::default();
+            *map = MapState { stale, frames: 0, is_valid: true, is_new: false, ..*map };
         }
     }
 
@@ -108,6 +116,11 @@ impl MapStates {
     /// Takes note that of these lights' maps what does not move is kept apart.
     pub fn keep(&mut self, lights: &[u32]) {
         lights.iter().for_each(|&light| self.maps[light as usize].is_kept = true);
+    }
+
+    /// Whether a light's map was never drawn, from wherever.
+    pub fn is_new(&self, light: u32) -> bool {
+        self.maps[light as usize].is_new
     }
 
     /// Whether of a light's map what does not move is kept apart.

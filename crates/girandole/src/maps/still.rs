@@ -5,6 +5,8 @@ use super::atlas::{pages, texels};
 use super::layout::AtlasLayout;
 use crate::Result;
 use crate::device::buffers::check_bytes;
+use crate::device::tuning::DeviceTuning;
+use crate::settings::{RendererOptions, ShadowMap};
 
 /// Texels for which there is room beside the maps at most, but for larger maps: 16 MiB of them.
 const TEXELS: u64 = 4 << 20;
@@ -18,6 +20,11 @@ pub(crate) struct StillMaps {
 }
 
 impl StillMaps {
+    /// Whether kernels refresh maps, as far as anything moves: where they are copied, and shown by ratios of linear functions.
+    pub fn are_wanted(tuning: &DeviceTuning, options: &RendererOptions) -> bool {
+        tuning.copy_maps && tuning.refresh_maps && options.shadow_map == ShadowMap::Octahedral
+    }
+
     /// # Errors
     /// [`crate::Error::TooLarge`] where a map exceeds the device's limits.
     pub fn new(device: &wgpu::Device, layout: &AtlasLayout) -> Result<Self> {

@@ -5,7 +5,7 @@ use crate::device::kernel::{Draw, Groups, Kernel, RenderKernel, Shared, buffer, 
 use crate::device::recorder::Recorder;
 use crate::layout::{Frame, MapPart};
 use crate::maps::atlas::{Atlas, DEPTH, PageCopy};
-use crate::maps::culling::Items;
+use crate::maps::culling::{CullCounts, DrawnMaps, Items};
 use crate::maps::footprint::TexelRect;
 use crate::maps::occluders::{CLUSTER, PIECE};
 use crate::maps::states::MapUpdate;
@@ -101,8 +101,8 @@ impl MapPages {
         }
     }
 
-    /// Draws parts of maps. `cull` finds what is drawn there; what kernels rasterise is left to `merge` where a round is drawn. Appends
-    /// the lights of whose maps it kept apart what does not move.
+    /// Draws parts of maps. `cull` finds what is drawn there; what kernels rasterise is left to `merge` where a round is drawn. Adds to
+    /// what was drawn.
     ///
     /// # Errors
     /// [`crate::Error::TooLarge`] where a list of what to draw exceeds the device's limits.
@@ -111,9 +111,9 @@ impl MapPages {
         recorder: &mut Recorder,
         scene: &Resident,
         (updates, drawing): (&[MapUpdate], Drawing),
-        cull: impl Fn(&MapUpdate) -> [Items; 2] + Sync,
+        cull: impl Fn(&MapUpdate) -> ([Items; 2], CullCounts) + Sync,
         merge: impl Fn(&mut Recorder, &Items) -> Result<()>,
-        kept: &mut Vec<u32>,
+        drawn: &mut DrawnMaps,
     ) -> Result<()> {
         let at_once = at_once(updates);
         let (mut items, mut passes, mut undrawn) = (<[Items; 2]>::default(), Vec::new(), 0);
@@ -124,7 +124,8 @@ impl MapPages {
             for (block, updates) in round.updates.chunks(at_once).enumerate() {
                 let culled = in_order(updates, &cull);
                 undrawn += culled.len();
-                for (index, new) in culled.into_iter().enumerate() {
+                for (index, (new, counts)) in culled.into_iter().enumerate() {
+                    drawn.culling += counts;
                     items.iter_mut().zip(new).for_each(|(items, new)| items.append(new));
                     let is_last = block * at_once + index + 1 == round.updates.len();
                     let ends = counts_of(&items);
@@ -135,7 +136,7 @@ impl MapPages {
                         let ranges = std::array::from_fn(|kind| first[kind]..ends[kind]);
                         let pass = Pass { round, is_first, is_last, items: ranges };
                         if pass.keeps(scene, drawing) {
-                            kept.extend(round.updates.iter().map(|update| update.light));
+                            drawn.kept.extend(round.updates.iter().map(|update| update.light));
                         }
                         passes.push(pass);
                         is_first = false;
@@ -288,10 +289,15 @@ impl Pass<'_> {
         self.items[STILL..TRIANGLES.len()].iter().any(|items| !items.is_empty())
     }
 
-    /// Whether what does not move is kept apart as a part of drawing all of it: that costs little where pages are copied as a whole.
+    /// Whether what does not move is kept apart as a part of drawing all of it: that costs little where pages are copied as a whole. It
+    /// is when maps are first drawn; lights that went elsewhere since may go on.
     fn keeps(&self, scene: &Resident, drawing: Drawing) -> bool {
         let is_whole = self.round.whole_page.is_some() && self.is_first && self.is_last;
-        drawing == Drawing::Atlas && is_whole && scene.atlas.is_refreshed()
+        let is_new = |update: &MapUpdate| scene.atlas.states.is_new(update.light);
+        drawing == Drawing::Atlas
+            && is_whole
+            && scene.atlas.is_refreshed()
+            && self.round.updates.iter().all(is_new)
     }
 }
 
@@ -302,10 +308,9 @@ pub(super) fn at_once(updates: &[MapUpdate]) -> usize {
 
 /// How many items there are of each kind.
 fn counts_of([opaque, masked]: &[Items; 2]) -> [u32; KINDS] {
-    let of_opaque = [opaque.clusters.len(), opaque.pieces.len()];
-    let [clusters, pieces] = of_opaque;
-    [opaque.still.len(), masked.still.len(), clusters, pieces, masked.clusters.len(), opaque.texels.len()]
-        .map(|n| n as u32)
+    let still = [opaque.still.len(), masked.still.len()];
+    let moving = [opaque.clusters.len(), opaque.pieces.len(), masked.clusters.len(), opaque.texels.len()];
+    std::array::from_fn(|kind| still.iter().chain(&moving).nth(kind).map_or(0, |n| *n as u32))
 }
 
 /// Which maps are drawn together. Those of a page are, or where maps are copied, those that lie in different places of their

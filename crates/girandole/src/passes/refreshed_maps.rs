@@ -16,11 +16,13 @@ use crate::shaders;
 
 /// Workgroups a part: a multiple of the threads of most software devices.
 const PART_GROUPS: u32 = 8;
+/// Pieces in one list, and texels, but for a single map: 16 MiB of the former, 32 MiB of the latter.
+const MAX_LISTED: u32 = 4 << 20;
 
 pub(crate) struct RefreshedMaps {
     rasterize: Kernel,
-    merge_still: Kernel,
-    merge_drawn: Kernel,
+    /// With what does not move, and with what was drawn.
+    merge: [Kernel; 2],
 }
 
 /// What parts of maps show beside what is rasterised.
@@ -39,18 +41,25 @@ impl RefreshedMaps {
             ("NEAR", NEAR),
             ("CLUSTER", f64::from(PIECE)),
         ];
-        let kernel = |source, entry| Kernel::new(device, shared, source, entry, &constants);
+        let merge = |is_drawn| {
+            Kernel::new(device, shared, &shaders::MERGE_MAPS, "merge_maps", &[("IS_DRAWN", is_drawn)])
+        };
         Self {
-            rasterize: kernel(&shaders::RASTERIZE_PIECES, "rasterize_pieces"),
-            merge_still: kernel(&shaders::MERGE_MAPS, "merge_still"),
-            merge_drawn: kernel(&shaders::MERGE_MAPS, "merge_drawn"),
+            rasterize: Kernel::new(
+                device,
+                shared,
+                &shaders::RASTERIZE_PIECES,
+                "rasterize_pieces",
+                &constants,
+            ),
+            merge: [0.0, 1.0].map(merge),
         }
     }
 
     /// Refreshes parts of maps, with pieces and texels of these items.
     ///
     /// # Errors
-    /// [`crate::Error::TooLarge`] where lists exceed the device's limits.
+    /// [`crate::Error::TooLarge`] where those of a single map exceed the device's limits.
     pub fn record(
         &self,
         recorder: &mut Recorder,
@@ -59,54 +68,88 @@ impl RefreshedMaps {
         items: &Items,
         (parts, beside): (&[RefreshedPart], Beside),
     ) -> Result<()> {
-        if parts.is_empty() {
-            return Ok(());
-        }
-        let pieces = storage(recorder.device, "pieces", &items.rasterized)?;
-        let texels = storage(recorder.device, "texels", &items.texels)?;
-        let lists = [buffer("pieces", &pieces), buffer("texels", &texels)];
-        let (mut batch, mut texels) = (Vec::new(), 0);
-        for part in parts {
-            if texels > 0 && texels + part.texels() > still.texels() {
-                self.batch(recorder, scene, still, &lists, (&batch, texels, beside))?;
-                batch.clear();
-                texels = 0;
-            }
-            batch.push(RefreshedPart { nearest: texels as u32, ..*part });
-            texels += part.texels();
-        }
-        self.batch(recorder, scene, still, &lists, (&batch, texels, beside))
-    }
-
-    /// As many parts as have room beside the maps.
-    fn batch(
-        &self,
-        recorder: &mut Recorder,
-        scene: &Resident,
-        still: &StillMaps,
-        lists: &[crate::device::kernel::Binding; 2],
-        (parts, texels, beside): (&[RefreshedPart], u64, Beside),
-    ) -> Result<()> {
         let Resident { lights, atlas, .. } = scene;
-        let list = storage(recorder.device, "parts of maps", parts)?;
-        recorder.encoder().clear_buffer(&still.nearest, 0, Some(texels * size_of::<u32>() as u64));
-        let [pieces, texels] = lists.clone();
-        let resources = [
-            buffer("lights", &lights.buffer),
-            buffer("parts", &list),
-            buffer("maps", &atlas.maps),
-            buffer("positions", &atlas.positions[0]),
-            pieces,
-            texels,
-            buffer("nearest", &still.nearest),
-            texture("still", &still.view),
-            texture("atlas", atlas.view().atlas),
-        ];
-        let groups = Groups::Count([parts.len() as u32, PART_GROUPS]);
-        let nothing = Frame::default();
-        self.rasterize.record(recorder, (&nothing, None), "rasterize_maps_gpu_ms", &resources, groups);
-        let merge = if beside == Beside::Still { &self.merge_still } else { &self.merge_drawn };
-        merge.record(recorder, (&nothing, None), "merge_maps_gpu_ms", &resources, groups);
+        for batch in batches(parts, still.texels(), MAX_LISTED) {
+            let (mut texels, mut list) = (0, Vec::with_capacity(batch.len()));
+            for part in batch {
+                list.push(RefreshedPart { nearest: texels as u32, ..part.behind(&batch[0]) });
+                texels += part.texels();
+            }
+            let of = |first: u32, end: u32| first as usize..end as usize;
+            let (first, last) = (&batch[0], &batch[batch.len() - 1]);
+            let pieces = &items.rasterized[of(first.first_piece, last.end_piece)];
+            let listed = &items.texels[of(first.first_texel, last.end_texel)];
+            let device = recorder.device;
+            let list = storage(device, "parts of maps", &list)?;
+            let pieces = storage(device, "pieces", pieces)?;
+            let listed = storage(device, "texels", listed)?;
+            recorder.encoder().clear_buffer(&still.nearest, 0, Some(texels * size_of::<u32>() as u64));
+            let resources = [
+                buffer("lights", &lights.buffer),
+                buffer("parts", &list),
+                buffer("maps", &atlas.maps),
+                buffer("positions", &atlas.positions[0]),
+                buffer("pieces", &pieces),
+                buffer("texels", &listed),
+                buffer("nearest", &still.nearest),
+                texture("still", &still.view),
+                texture("atlas", atlas.view().atlas),
+            ];
+            let groups = Groups::Count([batch.len() as u32, PART_GROUPS]);
+            let nothing = Frame::default();
+            self.rasterize.record(recorder, (&nothing, None), "rasterize_maps_gpu_ms", &resources, groups);
+            let merge = &self.merge[usize::from(beside == Beside::Drawn)];
+            merge.record(recorder, (&nothing, None), "merge_maps_gpu_ms", &resources, groups);
+        }
         Ok(())
+    }
+}
+
+/// Which parts are refreshed at once: neighbours in the list, as many as have so many texels beside the maps and list so many pieces and
+/// texels, or one.
+fn batches(parts: &[RefreshedPart], texels: u64, listed: u32) -> impl Iterator<Item = &[RefreshedPart]> {
+    let mut rest = parts;
+    std::iter::from_fn(move || {
+        let first = rest.first()?;
+        let mut sum = 0;
+        let fits = |part: &&RefreshedPart| {
+            sum += part.texels();
+            let part = part.behind(first);
+            sum <= texels && part.end_piece <= listed && part.end_texel <= listed
+        };
+        let count = rest.iter().take_while(fits).count().max(1);
+        let (batch, others) = rest.split_at(count);
+        rest = others;
+        Some(batch)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_hold_what_has_room_and_every_part_once() {
+        // Columns, pieces and texels of each.
+        let sizes = [[8, 3, 0], [8, 3, 2], [1, 9, 0], [90, 0, 0], [0, 0, 0], [2, 1, 9], [2, 1, 1], [7, 8, 0]];
+        let mut listed = [0, 0];
+        let parts = sizes.map(|[columns, pieces, texels]| {
+            let part = RefreshedPart {
+                end: [columns, 1],
+                end_piece: pieces,
+                end_texel: texels,
+                ..Default::default()
+            };
+            let part = part.after(listed);
+            listed = [part.end_piece, part.end_texel];
+            part
+        });
+        let lengths = |texels, listed| batches(&parts, texels, listed).map(<[_]>::len).collect::<Vec<_>>();
+        // The first two fill the room beside the maps; the third, the fourth and the sixth exceed some bound each by itself.
+        assert_eq!(lengths(16, 8), [2, 1, 1, 1, 1, 1, 1]);
+        assert_eq!(lengths(16, 9), [2, 1, 1, 2, 2]);
+        assert_eq!(lengths(16, 10), [2, 1, 1, 4]);
+        assert_eq!(lengths(1000, 1000), [parts.len()]);
+        assert!(batches(&[], 16, 8).next().is_none());
     }
 }

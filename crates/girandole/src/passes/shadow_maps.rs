@@ -5,7 +5,7 @@ use crate::device::kernel::Shared;
 use crate::device::recorder::Recorder;
 use crate::layout::RefreshedPart;
 use crate::maps::atlas::MapsView;
-use crate::maps::culling::{CullCounts, Items, Wanted};
+use crate::maps::culling::{CullCounts, DrawnMaps, Items, Wanted};
 use crate::maps::footprint::{MapView, TexelRect};
 use crate::maps::states::MapUpdate;
 use crate::maps::still::StillMaps;
@@ -14,7 +14,6 @@ use crate::passes::map_pages::{Drawing, MapPages, at_once};
 use crate::passes::refreshed_maps::{Beside, RefreshedMaps};
 use crate::resident::Resident;
 use crate::settings::RendererOptions;
-use std::sync::Mutex;
 
 /// The unit of stored depth: a map holds this over the distance. Nothing nearer to a light blocks it.
 pub(crate) const NEAR: f64 = 1e-6;
@@ -26,17 +25,9 @@ pub(crate) struct ShadowMaps {
     faces: u32,
 }
 
-/// What was drawn into maps.
-#[derive(Default)]
-pub(crate) struct DrawnMaps {
-    pub culling: CullCounts,
-    /// Lights of whose maps what does not move was kept apart.
-    pub kept: Vec<u32>,
-}
-
 impl ShadowMaps {
     pub fn new(device: &wgpu::Device, shared: &Shared, options: &RendererOptions) -> Self {
-        let is_refreshed = shared.tuning.copy_maps && shared.tuning.refresh_maps;
+        let is_refreshed = StillMaps::are_wanted(&shared.tuning, options);
         Self {
             pages: MapPages::new(device, shared, options),
             refreshed: is_refreshed.then(|| RefreshedMaps::new(device, shared, options)),
@@ -82,15 +73,8 @@ impl ShadowMaps {
         merge: impl Fn(&mut Recorder, &Items) -> Result<()>,
         drawn: &mut DrawnMaps,
     ) -> Result<()> {
-        let counts = Mutex::new(drawn.culling);
-        let cull = |update: &MapUpdate| {
-            let (items, count) = self.cull(scene, update, wanted);
-            *counts.lock().unwrap_or_else(|e| e.into_inner()) += count;
-            items
-        };
-        self.pages.record(recorder, scene, maps, cull, merge, &mut drawn.kept)?;
-        drawn.culling = counts.into_inner().unwrap_or_else(|e| e.into_inner());
-        Ok(())
+        let cull = |update: &MapUpdate| self.cull(scene, update, wanted);
+        self.pages.record(recorder, scene, maps, cull, merge, drawn)
     }
 
     /// Refreshes parts of maps from what does not move there and is kept apart. Returns those that are to be drawn instead.
@@ -105,8 +89,7 @@ impl ShadowMaps {
         let Resident { lights, atlas, .. } = scene;
         // What became stale by what moved is likely to do so again; what did by its light's own motion may never be drawn from there again.
         let is_refreshed = |update: &MapUpdate| {
-            let shows_by_ratios = self.faces == 4 && !lights.samples[update.light as usize].is_parallel();
-            shows_by_ratios && atlas.states.is_valid(update.light)
+            !lights.samples[update.light as usize].is_parallel() && atlas.states.is_valid(update.light)
         };
         let (refreshed, mut rest): (Vec<MapUpdate>, Vec<MapUpdate>) =
             updates.iter().partition(|update| is_refreshed(update));
