@@ -157,7 +157,7 @@ Examples:
   girandole render table --object bunny.ply --transfer grid -o bunny.png
   girandole render pillars --frames 0..239 --exposure 0.5 -o pillars.####.png
 
-Edits are a list such as {\"version\": 1, \"edits\": [{\"set_time\": {\"seconds\": 1.5}}]}; the README shows one of each kind.";
+Edits are a list such as {\"version\": 1, \"edits\": [{\"set_time\": {\"seconds\": 1.5}}]}; docs/reference.md shows one of each kind.";
 
 /// Options of `girandole render`.
 #[derive(Args, Clone, Debug, PartialEq)]
