@@ -58,7 +58,12 @@ fn about_scene(text: &mut String, scene: &Scene) -> std::fmt::Result {
     writeln!(text, "scene {}", scene.name)?;
     writeln!(text, "  size        {:.3} × {:.3} × {:.3} m", size.x, size.y, size.z)?;
     writeln!(text, "  objects     {} ({moving} may move)", scene.placed_objects().count())?;
-    writeln!(text, "  triangles   {} ({} without area dropped)", geometry.triangles.len(), geometry.dropped)?;
+    let Geometry { triangles, dropped, coincident, .. } = &geometry;
+    writeln!(
+        text,
+        "  triangles   {} ({dropped} without area and {coincident} in the place of others dropped)",
+        triangles.len()
+    )?;
     writeln!(text, "  patches     {}", geometry.patches.len())?;
     writeln!(text, "  materials   {}", scene.materials.len())?;
     writeln!(text, "  textures    {}", scene.textures.len())?;

@@ -1,7 +1,7 @@
 //! The scene flattened to world space: what rays, light samples and the renderer work on.
 
 use super::hierarchy::WorldFromNode;
-use super::{FrameOfReference, Mesh, NONE, Scene};
+use super::{FrameOfReference, Mesh, NONE, Scene, coincident};
 use crate::Result;
 use crate::brdf::Surface;
 use crate::generation::Generation;
@@ -63,8 +63,8 @@ pub struct Geometry {
     pub uvs: Vec<[Vec2; 2]>,
     /// Linear RGB that multiplies base colours; empty where no mesh has any.
     pub colors: Vec<Vec3>,
-    /// All triangles, object by object: those that have an area, and all of what is deformed, where some may have none for a
-    /// while.
+    /// All triangles, object by object: those that have an area and a place of their own, and all of what is deformed, where some
+    /// may have no area for a while.
     pub triangles: Vec<Triangle>,
     /// All planar convex patches, object by object.
     pub patches: Vec<WorldPatch>,
@@ -75,6 +75,8 @@ pub struct Geometry {
     /// Triangles without area or with non-finite corners, which were dropped. What is deformed keeps those without area, so that
     /// the others' indices do not change.
     pub dropped: usize,
+    /// Triangles in the same place as others, which were dropped: what is listed twice emits and reflects once.
+    pub coincident: usize,
     scale: f32,
     surface_extent: f32,
     generation: Generation,
@@ -100,6 +102,7 @@ impl Geometry {
                 result.add_object(scene, index, &world_from_nodes[object.node]);
             }
         }
+        coincident::drop_doubles(scene, &mut result);
         result
     }
 

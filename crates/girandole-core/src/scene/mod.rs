@@ -26,6 +26,7 @@
 pub mod builtin;
 mod camera;
 mod changes;
+mod coincident;
 mod defaults;
 mod deformation;
 #[cfg(feature = "import")]

@@ -1,4 +1,5 @@
 mod changes;
+mod coincident;
 mod deformation;
 #[cfg(feature = "import")]
 mod edits;
