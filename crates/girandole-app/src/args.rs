@@ -58,14 +58,11 @@ pub enum Command {
     Info(InfoArgs),
     /// Times the modes against each other
     Bench(Box<BenchArgs>),
+    /// Writes a scene as it stands to a .glb file
+    Export(ExportArgs),
 }
 
 const VIEW_EXAMPLES: &str = "\
-Mouse over the picture: drag to look, right button to orbit, middle button to pan, wheel to move; click to pick an object.
-Keys: W A S D to walk, E and Q up and down, Shift faster; Space plays motion; F12 saves the picture, F9 copies the
-call of `girandole render` that gives it; T shows the truth beside it, V the debug views; H hides the panel; Esc lets go of
-what is picked; Ctrl Q closes the window.
-
 Examples:
   girandole view
   girandole view table --lights 1024 --aa 2
@@ -73,7 +70,7 @@ Examples:
 
 /// Options of `girandole view`: what the window starts with.
 #[derive(Args, Clone, Debug)]
-#[command(after_help = VIEW_EXAMPLES, allow_negative_numbers = true)]
+#[command(after_help = format!("{}\n{VIEW_EXAMPLES}", crate::window::help()), allow_negative_numbers = true)]
 pub struct ViewArgs {
     /// A built-in room (area-lights, table, pillars, block, gap) or a .glb, .gltf, .obj or .ply file
     #[arg(default_value = "pillars")]
@@ -112,8 +109,9 @@ pub struct ViewArgs {
     pub quality: QualityArgs,
 
     /// What a frame may take while things move, in milliseconds from 1 to 10000: then pictures have fewer pixels, down to a quarter,
-    /// and fewer shadow maps are drawn anew, as the time demands. A moment after all is at rest the picture is as it was asked for
-    #[arg(long, value_name = "MS", value_parser = parse_budget)]
+    /// and fewer shadow maps are drawn anew, as the time demands. A moment after all is at rest the picture is as it was asked for.
+    /// any: full quality always. If not given, 100 on software devices and any on others
+    #[arg(long, value_name = "MS|any", value_parser = parse_budget)]
     pub interactive_budget: Option<f64>,
 
     /// Writes times and counts as one flat JSON object when the window is closed
@@ -143,6 +141,14 @@ pub struct ViewArgs {
     /// For tests: gives the device up so many seconds after the start, as a driver does that fails
     #[arg(long, hide = true, value_name = "SECONDS", value_delimiter = ',', value_parser = clap::value_parser!(u64).range(1..=3600))]
     pub lose_device: Vec<u64>,
+
+    /// For tests: opens the scene so many seconds later, as a large one does
+    #[arg(long, hide = true, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=3600))]
+    pub slow_opening: Option<u64>,
+
+    /// Asks for files by dialogs of its own, where the system's are not wanted
+    #[arg(long)]
+    pub own_dialogs: bool,
 }
 
 const RENDER_EXAMPLES: &str = "\
@@ -484,4 +490,40 @@ pub struct InfoArgs {
     /// Exits with code 1 where no adapter can run the gpu engine
     #[arg(long)]
     pub require_adapter: bool,
+}
+
+const EXPORT_EXAMPLES: &str = "\
+Geometry, materials, textures, lights, cameras, names, hierarchy and animations are written as they are; what glTF has no place
+for, such as an environment, is named. The file is read again as the same scene.
+
+Examples:
+  girandole export table -o table.glb
+  girandole export room.glb --edits moved.json -o moved.glb
+  girandole export pillars --time 2.5 -o later.glb";
+
+/// Options of `girandole export`.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = EXPORT_EXAMPLES, allow_negative_numbers = true)]
+pub struct ExportArgs {
+    /// A built-in room or a .glb, .gltf, .obj or .ply file
+    pub scene: String,
+
+    /// The file
+    #[arg(short, long, value_name = "OUT.glb")]
+    pub output: PathBuf,
+
+    /// What was moved, lit, added and removed, as the library's `Edits` write it
+    #[arg(long, value_name = "FILE.json")]
+    pub edits: Option<PathBuf>,
+
+    /// The moment of the scene's animations, seconds
+    #[arg(long, value_name = "SECONDS", value_parser = motion::parse_seconds)]
+    pub time: Option<f64>,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
+
+    /// The moving object of a built-in room; see `girandole render --help`
+    #[arg(long, value_name = "none|torus|teapot|FILE")]
+    pub object: Option<String>,
 }

@@ -29,6 +29,8 @@ mod compare;
 #[cfg(not(target_arch = "wasm32"))]
 mod engine;
 #[cfg(not(target_arch = "wasm32"))]
+mod export;
+#[cfg(not(target_arch = "wasm32"))]
 mod info;
 #[cfg(not(target_arch = "wasm32"))]
 mod render;
@@ -67,6 +69,7 @@ fn main() -> std::process::ExitCode {
         Some(args::Command::Compare(args)) => compare::run(&args),
         Some(args::Command::Info(args)) => info::run(&args),
         Some(args::Command::Bench(args)) => bench::run(&args),
+        Some(args::Command::Export(args)) => export::run(&args),
     };
     result.unwrap_or_else(|error| {
         output::error(&sentence(&error));

@@ -198,7 +198,7 @@ fn parse_frames(text: &str) -> Result<Frames, String> {
     }
 }
 
-fn parse_seconds(text: &str) -> Result<f64, String> {
+pub(super) fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse::<f64>().ok().filter(|s| (0.0..=1e9).contains(s));
     seconds.ok_or_else(|| "give a number of seconds from 0 up".into())
 }

@@ -2,9 +2,10 @@
 
 use super::camera::{Eye, moved, orbited, turned};
 use super::gizmo;
+use super::keys;
 use super::session::Session;
 use super::tools::Tools;
-use egui::{Event, InputState, Key, Modifiers, PointerButton, Response, Ui};
+use egui::{PointerButton, Response, Ui};
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::scene::{Geometry, ObjectId, View};
 use girandole_core::trace::SceneTracer;
@@ -25,7 +26,7 @@ pub fn act(ui: &Ui, response: &Response, session: &mut Session, tools: &mut Tool
         ui.memory_mut(|memory| memory.focused().into_iter().for_each(|id| memory.surrender_focus(id)));
     }
     if !ui.ctx().text_edit_focused() {
-        keys(ui, session, tools);
+        keys::act(ui, session, tools);
         next = moved(&next, walk(ui, session, tools));
     }
     let is_handled = gizmo::act(ui.painter(), response, session, tools);
@@ -45,58 +46,15 @@ pub fn act(ui: &Ui, response: &Response, session: &mut Session, tools: &mut Tool
     }
 }
 
-fn keys(ui: &Ui, session: &mut Session, tools: &mut Tools) {
-    let pressed = |key| ui.input(|input| input.key_pressed(key));
-    if pressed(Key::Space) {
-        session.playback.playing = !session.playback.playing;
-    }
-    if pressed(Key::F12) {
-        tools.saves = true;
-    }
-    if pressed(Key::F9) {
-        tools.copies = true;
-    }
-    if pressed(Key::T) {
-        tools.truth.against = tools.truth.against.next();
-    }
-    if pressed(Key::V) {
-        session.next_debug_view();
-    }
-    if pressed(Key::H) {
-        tools.shows_panel = !tools.shows_panel;
-    }
-    tools.quits |= ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Q));
-    if pressed(Key::Escape) {
-        tools.selected = None;
-    }
-}
-
-/// Brings the keys that one walks by up to date: those that are down, but for those of a shortcut, whichever of its keys is let go
-/// first.
-fn hold(walk: &mut Vec<Key>, input: &InputState) {
-    walk.retain(|key| input.key_down(*key));
-    for event in &input.events {
-        if let Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event
-            && !(modifiers.command || modifiers.alt || walk.contains(key))
-            && input.key_down(*key)
-        {
-            walk.push(*key);
-        }
-    }
-}
-
 /// How far the keys that are down lead in this frame, in metres to the right, up and ahead.
 fn walk(ui: &Ui, session: &Session, tools: &mut Tools) -> Vec3 {
-    ui.input(|input| hold(&mut tools.walk, input));
-    let is_down = |key: Key| f32::from(u8::from(tools.walk.contains(&key)));
-    let axis = |plus: Key, minus: Key| is_down(plus) - is_down(minus);
-    let by = Vec3::new(axis(Key::D, Key::A), axis(Key::E, Key::Q), axis(Key::W, Key::S));
-    if by == Vec3::ZERO || ui.input(|i| i.modifiers.command || i.modifiers.alt) {
+    let (by, is_fast) = keys::walked(ui, &mut tools.walk);
+    if by == Vec3::ZERO {
         return Vec3::ZERO;
     }
     ui.ctx().request_repaint();
-    let (seconds, fast) = ui.input(|i| (i.unstable_dt.min(LONGEST_STEP), i.modifiers.shift));
-    let speed = session.scene.frame_of_reference().scale * tools.pace * if fast { FAST } else { 1.0 };
+    let seconds = ui.input(|input| input.unstable_dt.min(LONGEST_STEP));
+    let speed = session.scene.frame_of_reference().scale * tools.pace * if is_fast { FAST } else { 1.0 };
     by * speed * seconds
 }
 

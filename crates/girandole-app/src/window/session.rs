@@ -110,6 +110,8 @@ pub struct Session {
     pub transfers: Transfers,
     /// What went wrong, or is to be known: one sentence.
     pub notice: Option<String>,
+    /// Whether the first scene is not there yet.
+    pub is_blank: bool,
     renderer: Option<Renderer>,
     /// Whether the renderer has the scene.
     is_open: bool,
@@ -144,6 +146,7 @@ impl Session {
             refinement: Refinement::new(refine),
             transfers,
             notice,
+            is_blank: false,
             renderer: None,
             is_open: false,
             sampled: None,
@@ -169,7 +172,7 @@ impl Session {
             self.light.views = vec![self.view(size)];
         }
         (self.is_open, self.making, self.shown) = (false, None, None);
-        self.refused = None;
+        (self.refused, self.is_blank) = (None, false);
     }
 
     /// Shows the scene with something else around it, by these options.
@@ -212,7 +215,7 @@ impl Session {
         let is_refused = |(options, light): &(RendererOptions, IlluminationSettings)| {
             *options == self.options && *light == self.light
         };
-        if self.refused.as_ref().is_some_and(is_refused) {
+        if self.is_blank || self.refused.as_ref().is_some_and(is_refused) {
             return Work::Nothing;
         }
         let Some(renderer) = self.renderer.as_ref().filter(|r| *r.options() == self.options) else {

@@ -1,7 +1,10 @@
 //! What the window itself remembers: of the scene and its settings, nothing.
 
+use super::files::Ask;
 use super::gizmo::Drag;
+use super::messages::Messages;
 use super::truth::Truth;
+use super::waits::{Wait, What};
 use girandole_core::glam::DVec3;
 use girandole_core::scene::ObjectId;
 use std::path::PathBuf;
@@ -9,6 +12,18 @@ use std::path::PathBuf;
 /// State of the panel and of what hands do to the picture.
 pub struct Tools {
     pub shows_panel: bool,
+    /// Whether the sheet of all keys is shown.
+    pub shows_keys: bool,
+    /// What is to be known.
+    pub messages: Messages,
+    /// What is being waited for.
+    pub waits: Vec<Wait>,
+    /// A wait that is to end.
+    pub cancels: Option<What>,
+    /// What is to be done with files.
+    pub asks: Option<Ask>,
+    /// Scenes that were opened last.
+    pub recent: Vec<PathBuf>,
     /// Pixels in x and y that the window has for the picture.
     pub picture_size: [u32; 2],
     /// Where the next picture is saved.
@@ -40,6 +55,12 @@ impl Tools {
     pub fn new(file: PathBuf, picture_size: [u32; 2], adapter: Option<String>) -> Self {
         Self {
             shows_panel: true,
+            shows_keys: false,
+            messages: Messages::default(),
+            waits: Vec::new(),
+            cancels: None,
+            asks: None,
+            recent: Vec::new(),
             picture_size,
             file: file.to_string_lossy().into_owned(),
             model: String::new(),

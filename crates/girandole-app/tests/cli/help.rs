@@ -6,12 +6,12 @@ use crate::{Girandole, stdout};
 fn help_names_every_option() {
     let girandole = Girandole::new();
     for (command, words) in [
-        ("--help", "view render compare info bench --help --version Examples"),
+        ("--help", "view render compare info bench export --help --version Examples"),
         (
             "view",
             "SCENE --output -o --size --camera --object --lights --direct --placement --bounces --seed --termination --clamp \
              --shadow-map --map-size --pcf --memory --mode --light-maps --shading --lights-per-pass --tolerance --adapter \
-             --exposure --tonemap --aa --refine Mouse Keys Examples",
+             --exposure --tonemap --aa --refine Keys mouse Drag Wheel Space F1 F9 F12 Escape Ctrl Examples",
         ),
         (
             "render",
@@ -25,6 +25,10 @@ fn help_names_every_option() {
             "compare",
             "REF TEST --mask --edges --trim --max-rel-mse --max-rmse --max-flip --max-energy-error --out --json \
              Examples",
+        ),
+        (
+            "export",
+            "SCENE --output -o OUT glb --edits --time --object --scale --environment animations Examples",
         ),
         ("info", "SCENE --require-adapter Examples"),
         (

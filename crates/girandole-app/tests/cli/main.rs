@@ -3,6 +3,7 @@
 mod bench;
 mod compare;
 mod edits;
+mod export;
 mod help;
 mod info;
 #[cfg(target_os = "linux")]

@@ -32,6 +32,8 @@ mod deformation;
 #[cfg(feature = "import")]
 mod edits;
 mod environment;
+#[cfg(feature = "import")]
+mod export;
 mod frame_of_reference;
 mod geometry;
 #[cfg(feature = "import")]
@@ -60,6 +62,8 @@ pub use deformation::{Joint, JointWeight, MorphTarget, Skin};
 #[cfg(feature = "import")]
 pub use edits::{Edit, Edits, NamedIndex, ReadModel, Shape};
 pub use environment::{Environment, EnvironmentMap, PrefilteredEnvironment};
+#[cfg(feature = "import")]
+pub use export::Exported;
 pub use frame_of_reference::FrameOfReference;
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
 #[cfg(feature = "import")]

@@ -1,6 +1,6 @@
 use super::super::session::tests::{SIZE, session};
 use super::*;
-use egui::{Context, RawInput, Sense};
+use egui::{Context, Event, Key, Modifiers, RawInput, Sense};
 
 /// A key that goes down or up.
 fn key(key: Key, pressed: bool, modifiers: Modifiers) -> Event {

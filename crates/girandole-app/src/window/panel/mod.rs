@@ -2,6 +2,8 @@
 
 mod camera;
 mod environment;
+#[cfg(not(target_arch = "wasm32"))]
+mod files;
 mod light;
 mod motion;
 mod objects;
@@ -23,6 +25,9 @@ pub fn show(ui: &mut Ui, session: &mut Session, tools: &mut Tools, frames: &mut 
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.add_space(4.0);
         ui.heading(if session.scene.name.is_empty() { "scene" } else { &session.scene.name });
+        statistics::rate(ui, frames);
+        #[cfg(not(target_arch = "wasm32"))]
+        files::show(ui, session, tools);
         picture::preset(ui, session, tools.picture_size);
         group(ui, "Picture", true, |ui| {
             picture::show(ui, &mut session.settings);
@@ -39,8 +44,23 @@ pub fn show(ui: &mut Ui, session: &mut Session, tools: &mut Tools, frames: &mut 
             group(ui, "Frame times", true, |ui| statistics::show(ui, session, frames)).is_some();
         group(ui, "Against the truth", false, |ui| truth::show(ui, tools));
         group(ui, "Save", true, |ui| picture::save(ui, tools));
+        group(ui, "Messages", false, |ui| messages(ui, session, tools));
         ui.add_space(8.0);
     });
+}
+
+/// What was said, the latest first, and what there is to know of the scene.
+fn messages(ui: &mut Ui, session: &Session, tools: &Tools) {
+    let said = tools.messages.last();
+    let warnings = session.scene.warnings.iter().map(String::as_str);
+    let mut any = false;
+    for sentence in said.chain(warnings.filter(|w| !tools.messages.last().any(|said| said == *w))) {
+        ui.label(sentence);
+        any = true;
+    }
+    if !any {
+        ui.weak("Nothing so far.");
+    }
 }
 
 fn group<R>(ui: &mut Ui, name: &str, open: bool, contents: impl FnOnce(&mut Ui) -> R) -> Option<R> {

@@ -68,6 +68,11 @@ impl Transfers {
         self.simulated.clear();
     }
 
+    /// Objects of the scene have transfer from the start.
+    pub fn hold(&mut self, objects: Vec<Transferred>) {
+        (self.objects, self.is_applied) = (objects, false);
+    }
+
     /// The scene is another one.
     pub fn clear(&mut self) {
         self.objects.clear();
