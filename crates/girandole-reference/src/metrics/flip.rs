@@ -1,11 +1,12 @@
-//! FLIP, and pictures of errors in its colours. It is C++ code, which browsers have no compiler for.
+//! FLIP of radiance, and pictures of errors.
+
+mod difference;
 
 use super::{CompareOptions, relative_error, valid_pixels};
 use girandole_core::Result;
 use girandole_core::glam::Vec3;
 use girandole_core::image::Image;
 use girandole_core::tonemap::{srgb_decode, srgb_encode};
-use nv_flip::{FlipImageFloat, FlipImageRgb8};
 
 /// What a heat map shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,8 +35,6 @@ pub fn heat_map(reference: &Image, test: &Image, options: &CompareOptions, kind:
             .map(|(r, t)| relative_error(r.as_dvec3(), t.as_dvec3()).sqrt() as f32)
             .collect(),
     };
-    let colours = nv_flip::magma_lut().to_vec();
-    let last = colours.len() / 3 - 1;
     let pixel = |i: usize| {
         if !valid[i] {
             return Vec3::new(0.0, 0.05, 0.0);
@@ -43,8 +42,8 @@ pub fn heat_map(reference: &Image, test: &Image, options: &CompareOptions, kind:
         if !(reference.pixels[i].is_finite() && test.pixels[i].is_finite()) {
             return Vec3::new(0.0, 1.0, 1.0);
         }
-        let at = 3 * ((errors[i].clamp(0.0, 1.0) * last as f32).round() as usize);
-        Vec3::from([0, 1, 2].map(|c| srgb_decode(f32::from(colours[at + c]) / 255.0)))
+        let colour = colorous::MAGMA.eval_continuous(f64::from(errors[i].clamp(0.0, 1.0)));
+        Vec3::from([colour.r, colour.g, colour.b].map(|byte| srgb_decode(f32::from(byte) / 255.0)))
     };
     let pixels = (0..valid.len()).map(pixel).collect();
     Ok(Image { width: reference.width, height: reference.height, pixels })
@@ -77,15 +76,14 @@ fn flip_map(reference: &Image, test: &Image, valid: &[bool]) -> Vec<f32> {
     let exposure = exposure(reference, valid);
     let encode = |p: Vec3| {
         // A NaN becomes 0 by the cast.
-        (p * exposure).to_array().map(|x| (srgb_encode(x) * 255.0).round() as u8)
+        let byte = |x: f32| (srgb_encode(x) * 255.0).round() as u8;
+        Vec3::from((p * exposure).to_array().map(|x| f32::from(byte(x)) / 255.0))
     };
-    let bytes = |image: &Image| -> Vec<u8> {
+    let shown = |image: &Image| -> Vec<Vec3> {
         (0..valid.len())
-            .flat_map(|i| encode(if valid[i] { image.pixels[i] } else { reference.pixels[i] }))
+            .map(|i| encode(if valid[i] { image.pixels[i] } else { reference.pixels[i] }))
             .collect()
     };
-    let picture = |image: &Image| FlipImageRgb8::with_data(reference.width, reference.height, &bytes(image));
-    let map: FlipImageFloat =
-        nv_flip::flip(picture(reference), picture(test), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
-    map.to_vec()
+    let size = [reference.width, reference.height].map(|side| side as usize);
+    difference::differences(&shown(reference), &shown(test), size)
 }
