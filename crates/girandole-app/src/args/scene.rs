@@ -71,12 +71,12 @@ pub enum BackgroundArg {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum LightArg {
     /// A studio where the file's own light reaches less than half of what its first camera sees; in closed rooms a lamp under the
-    /// ceiling
+    /// ceiling. What has no floor of its own stands on a ground there, but before a transparent background
     #[default]
     Auto,
     /// Nothing
     None,
-    /// A photographer's studio: a grey dome, a key light above the camera to the left, a weak one to the right
+    /// A photographer's studio: a grey dome, a key light above the camera to the left, a weak one to the right, and a ground as with auto
     Studio,
 }
 

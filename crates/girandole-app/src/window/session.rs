@@ -180,7 +180,9 @@ impl Session {
         self.attempt(|session| {
             let source = Source { load, ..session.source.clone() };
             let (before, load) = (&session.source.load, &source.load);
-            if before.environment.is_some() == load.environment.is_some() {
+            let (had, has) = (before.environment.is_some(), load.environment.is_some());
+            // In a studio, a background comes with a ground.
+            if had && has || had == has && before.background == load.background {
                 let mut environment = session.scene.environment.clone();
                 if let Some(environment) = &mut environment {
                     environment.visible = load.background == BackgroundArg::Environment;
@@ -192,7 +194,7 @@ impl Session {
                     if is_same { environment } else { crate::scene::environment(load)? };
                 session.scene.touch();
             } else {
-                // Other light may have been added where there was no environment.
+                // Other light may have been added where there was no environment, and a ground.
                 let mut scene = crate::scene::load(&source.scene, source.object.as_deref(), load)?;
                 session.edits.apply(&mut scene, &load_model)?;
                 scene.open();

@@ -3,9 +3,10 @@
 use super::{DefaultLight, Environment, Material, Scene, Transform, gltf, model_file, repair};
 use crate::{Error, Result};
 use std::path::Path;
+use std::sync::Arc;
 
 /// How a scene is loaded.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct LoadOptions {
     /// Takes the place of the file's own environment, if there is one; with [`DefaultLight::Auto`] nothing else is added then.
     pub environment: Option<Environment>,
@@ -14,6 +15,14 @@ pub struct LoadOptions {
     /// What all lengths are multiplied by ([`Scene::scale`]). Where it is none, lengths that are hardly metres are named in a
     /// warning.
     pub scale: Option<f64>,
+    /// Whether what is put into a studio stands on a ground, if it has no floor ([`Scene::add_ground`]); it does by default.
+    pub ground: bool,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self { environment: None, light: DefaultLight::default(), scale: None, ground: true }
+    }
 }
 
 impl Scene {
@@ -53,10 +62,18 @@ impl Scene {
         let has_environment = options.environment.is_some();
         scene.environment = options.environment.or(scene.environment);
         scene.ensure_camera();
+        let without = scene.environment.as_ref().map(|environment| environment.map.clone());
         match options.light {
             DefaultLight::Auto if !has_environment => scene.ensure_light(),
             DefaultLight::Studio => scene.add_studio(),
             DefaultLight::Auto | DefaultLight::None => {}
+        }
+        let is_added = |map: &Arc<_>| without.is_none_or(|without| !Arc::ptr_eq(map, &without));
+        let is_in_studio =
+            scene.environment.as_ref().map(|environment| &environment.map).is_some_and(is_added);
+        if options.ground && is_in_studio && scene.add_ground() {
+            let said = scene.warnings.last_mut().filter(|warning| warning.ends_with("a studio lights it"));
+            said.into_iter().for_each(|warning| warning.push_str(", and it stands on a ground"));
         }
         Ok(scene)
     }
