@@ -110,7 +110,8 @@ fn refines(program: &Path, display: &Display) -> Result<()> {
     let (bytes, sets) = loop {
         shots += 1;
         let name = if shots == 1 { "shot.png".into() } else { format!("shot-{shots}.png") };
-        let bytes = session.shot(&name)?;
+        session.shot(&name)?;
+        let bytes = std::fs::read(session.path(&name))?;
         let said = session.said();
         let sets = said.lines().find_map(|line| {
             line.strip_prefix(&format!("wrote {name}, the average of "))?.strip_suffix(" light sets")
@@ -185,7 +186,8 @@ fn plays(session: &Session) -> Result<()> {
 fn copies_the_command(session: &Session, program: &Path) -> Result<()> {
     session.xdotool("key F9 sleep 0.5")?;
     let line = session.wait_for_line("girandole render ")?;
-    let picture = session.shot("shot-10.png")?;
+    session.shot("shot-10.png")?;
+    let picture = std::fs::read(session.path("shot-10.png"))?;
     let words = shlex::split(&line).context("the copied command line is not quoted")?;
     ensure!(words.iter().any(|w| w == "--view") && words.iter().any(|w| w == "--edits"), "{line}");
     std::fs::remove_file(session.path("shot.png"))?;
@@ -322,7 +324,7 @@ impl<'d> Session<'d> {
         self.xdotool(&format!("mouseup {button} sleep 0.5"))
     }
 
-    /// Saves the picture: it has the size that was asked for, and shows something.
+    /// Saves the picture: it has the size that was asked for, and shows something. Returns its pixels, without what it was made by.
     fn shot(&self, name: &str) -> Result<Vec<u8>> {
         self.xdotool("key F12")?;
         let bytes = self.wait_for(name)?;
@@ -330,7 +332,7 @@ impl<'d> Session<'d> {
         // One colour takes less than a twentieth of a byte a pixel.
         let pixels = SIZE[0] as usize * SIZE[1] as usize;
         ensure!(bytes.len() > pixels / 20, "{name} shows nothing: it has {} bytes", bytes.len());
-        Ok(bytes)
+        pixels_of(&bytes)
     }
 
     /// A file that is there as a whole.
@@ -422,6 +424,12 @@ impl std::ops::Drop for Session<'_> {
 }
 
 /// Width and height, from a .png's header.
+/// The part of a PNG file from its pixels on.
+fn pixels_of(bytes: &[u8]) -> Result<Vec<u8>> {
+    let start = bytes.windows(4).position(|chunk| chunk == b"IDAT").context("a PNG file without pixels")?;
+    Ok(bytes[start..].into())
+}
+
 fn png_size(bytes: &[u8]) -> Result<[u32; 2]> {
     let number = |at: usize| Some(u32::from_be_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
     let is_png = bytes.starts_with(b"\x89PNG\r\n\x1a\n");

@@ -24,7 +24,7 @@ pub use values::{
 
 const EXAMPLES: &str = "\
 Examples:
-  girandole                                              a window on the room `pillars`
+  girandole                                              a window on a living room
   girandole view room.glb                                a window on a glTF file
   girandole render table -o table.png                    a built-in room, tone-mapped
   girandole render room.glb -o room.exr --camera 1       a glTF file, linear radiance
@@ -36,7 +36,7 @@ Examples:
 
 /// Lights scenes with hundreds to thousands of shadowed point lights.
 ///
-/// Without a command it shows the built-in room `pillars` in a window, or, without a display, renders it to girandole.png.
+/// Without a command it shows the built-in room `living-room` in a window, or, without a display, renders it to girandole.png.
 #[derive(Debug, Parser)]
 #[command(name = "girandole", version, after_help = EXAMPLES, max_term_width = 110)]
 pub struct Cli {
@@ -54,7 +54,7 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Compares two pictures: energy, relMSE, RMSE, FLIP, worst pixel
     Compare(CompareArgs),
-    /// Lists the adapters and what they support, and what a scene holds
+    /// Lists the adapters and what they support, what a scene holds, or what a picture was made by
     Info(InfoArgs),
     /// Times the modes against each other
     Bench(Box<BenchArgs>),
@@ -72,8 +72,8 @@ Examples:
 #[derive(Args, Clone, Debug)]
 #[command(after_help = format!("{}\n{VIEW_EXAMPLES}", crate::window::help()), allow_negative_numbers = true)]
 pub struct ViewArgs {
-    /// A built-in room (area-lights, table, pillars, block, gap) or a .glb, .gltf, .obj or .ply file
-    #[arg(default_value = "pillars")]
+    /// A built-in room (living-room, area-lights, table, pillars, block, gap) or a .glb, .gltf, .obj or .ply file
+    #[arg(default_value = "living-room")]
     pub scene: String,
 
     /// The first picture: pixels in x and y, each from 1 to 8192; the panel is beside it
@@ -88,7 +88,7 @@ pub struct ViewArgs {
     pub seen: SceneArgs,
 
     /// The moving object of a built-in room; see `girandole render --help`
-    #[arg(long, value_name = "none|torus|teapot|FILE")]
+    #[arg(long, value_name = "none|torus|teapot|balloon|FILE")]
     pub object: Option<String>,
 
     /// Where pictures are saved, .png or .exr; a number is added where the file is there already
@@ -153,7 +153,7 @@ pub struct ViewArgs {
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
-  girandole render -o pillars.png
+  girandole render -o room.png
   girandole render table --lights 1024 --bounces 3 --aa 2 -o table.png
   girandole render block --object teapot --exposure 1.5 --tonemap aces -o block.png
   girandole render room.glb --camera Front --engine cpu -o room.exr --stats room.json
@@ -169,8 +169,8 @@ Edits are a list such as {\"version\": 1, \"edits\": [{\"set_time\": {\"seconds\
 #[derive(Args, Clone, Debug, PartialEq)]
 #[command(after_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
-    /// A built-in room (area-lights, table, pillars, block, gap) or a .glb, .gltf, .obj or .ply file
-    #[arg(default_value = "pillars")]
+    /// A built-in room (living-room, area-lights, table, pillars, block, gap) or a .glb, .gltf, .obj or .ply file
+    #[arg(default_value = "living-room")]
     pub scene: String,
 
     /// The picture: .exr (linear radiance, before exposure) or .png (tone-mapped)
@@ -188,9 +188,9 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub seen: SceneArgs,
 
-    /// The moving object of a built-in room: none, torus, teapot, or a .ply, .obj or .glb file; if not given, the
+    /// The moving object of a built-in room: none, torus, teapot, balloon, or a .ply, .obj or .glb file; if not given, the
     /// room's default
-    #[arg(long, value_name = "none|torus|teapot|FILE")]
+    #[arg(long, value_name = "none|torus|teapot|balloon|FILE")]
     pub object: Option<String>,
 
     #[command(flatten)]
@@ -451,7 +451,7 @@ pub struct BenchArgs {
     pub seen: SceneArgs,
 
     /// The moving object of built-in rooms; see `girandole render --help`
-    #[arg(long, value_name = "none|torus|teapot|FILE")]
+    #[arg(long, value_name = "none|torus|teapot|balloon|FILE")]
     pub object: Option<String>,
 
     /// Anti-aliasing: samples along each axis of a pixel
@@ -481,10 +481,10 @@ pub struct BenchArgs {
 /// Options of `girandole info`.
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Examples:\n  girandole info\n  girandole info table\n  girandole info --require-adapter"
+    after_help = "Examples:\n  girandole info\n  girandole info table\n  girandole info picture.png\n  girandole info --require-adapter"
 )]
 pub struct InfoArgs {
-    /// A built-in room or a .glb, .gltf, .obj or .ply file
+    /// A built-in room or a .glb, .gltf, .obj or .ply file; or a picture, .exr or .png: then what it was made by is printed
     pub scene: Option<String>,
 
     /// Exits with code 1 where no adapter can run the gpu engine

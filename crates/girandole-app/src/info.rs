@@ -1,17 +1,23 @@
-//! `girandole info`: the adapters, and the contents of a scene.
+//! `girandole info`: the adapters, the contents of a scene, and what a picture was made by.
 
 use crate::args::InfoArgs;
 use crate::engine::gpu::{self, AdapterReport};
 use crate::{output, scene};
-use anyhow::Result;
+use anyhow::{Context, Result};
 use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::image::luminance;
 use girandole_core::scene::{Geometry, Projection, PunctualKind, Scene};
+use girandole_reference::Provenance;
 use std::fmt::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
-/// Prints the adapters, and the scene if one is given.
+/// Prints the adapters, and the scene if one is given; of a picture, what it was made by.
 pub fn run(args: &InfoArgs) -> Result<ExitCode> {
+    if let Some(path) = args.scene.as_deref().map(Path::new).filter(|path| is_picture(path)) {
+        output::data(&about_picture(path)?)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let scene = args.scene.as_deref().map(|name| scene::load(name, None, &Default::default())).transpose()?;
     let adapters = gpu::adapters();
     let mut text = String::new();
@@ -27,6 +33,19 @@ pub fn run(args: &InfoArgs) -> Result<ExitCode> {
         return Ok(ExitCode::from(1));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn is_picture(path: &Path) -> bool {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    ["png", "exr"].iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
+
+/// What a picture was made by.
+fn about_picture(path: &Path) -> Result<String> {
+    let made_by = Provenance::read(path)?;
+    let made_by = made_by.with_context(|| format!("{} does not say what it was made by", path.display()))?;
+    let lines = made_by.0.iter().map(|(key, value)| format!("  {key:18} {value}\n"));
+    Ok(format!("picture {}\n{}", path.display(), lines.collect::<String>()))
 }
 
 fn about_adapters(text: &mut String, adapters: &[AdapterReport]) -> std::fmt::Result {

@@ -17,6 +17,7 @@ mod advice;
 mod args;
 mod output;
 mod picture;
+mod provenance;
 mod scene;
 mod transfer;
 mod window;
@@ -77,7 +78,7 @@ fn main() -> std::process::ExitCode {
     })
 }
 
-/// The default without a command: a window on the room `pillars`, or a picture of it where there is no display or no GPU.
+/// The default without a command: a window on the room `living-room`, or a picture of it where there is no display or no GPU.
 #[cfg(not(target_arch = "wasm32"))]
 fn main_job() -> anyhow::Result<std::process::ExitCode> {
     if !window::has_display() {

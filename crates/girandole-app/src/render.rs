@@ -7,18 +7,19 @@ use crate::args::{
 use crate::engine::{self, Job, Ready};
 use crate::output::{self, Stats, say};
 use crate::picture::{self, Shown};
+use crate::provenance::Maker;
 use crate::{scene, sequence, transfer};
 use anyhow::{Result, bail};
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet, MAX_BOUNCES};
 use girandole_core::scene::{Geometry, Scene, View};
 use girandole_core::trace::SceneTracer;
-use girandole_reference::coverage;
+use girandole_reference::{Provenance, coverage};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// The default where no window can be shown: renders the room `pillars` to a file.
+/// The default where no window can be shown: renders the room `living-room` to a file.
 pub fn main_job(why: &str) -> Result<ExitCode> {
     let args = RenderArgs::defaults()?;
     check(&args)?;
@@ -159,7 +160,8 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     };
     let (name, adapter) = (engine.name(), engine.adapter());
     let picture = engine.render(&job)?;
-    let ev = write_shown(&args, &args.output, (&scene, &view), &picture.radiance)?;
+    let made_by = Maker::new(&args, engine.kind(), &scene, &args.output)?.still(&scene, None)?;
+    let ev = write_shown(&args, &args.output, (&scene, &view, &made_by), &picture.radiance)?;
 
     // Statistics and messages.
     let [width, height] = args.size;
@@ -224,11 +226,12 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes a picture, with the exposure and tone curve of the options where it is a .png. Returns the exposure in stops.
+/// Writes a picture with what it was made by, and with the exposure and tone curve of the options where it is a .png. Returns the
+/// exposure in stops.
 pub fn write_shown(
     args: &RenderArgs,
     path: &Path,
-    (scene, view): (&Scene, &View),
+    (scene, view, made_by): (&Scene, &View, &Provenance),
     radiance: &Image,
 ) -> Result<f32> {
     let shown = Shown::new(args.exposure, args.tonemap.into(), args.debug.map(Into::into));
@@ -238,7 +241,7 @@ pub fn write_shown(
         let samples = if is_averaged { 4 } else { args.aa.samples_per_axis() };
         coverage(&SceneTracer::new(scene, &Geometry::new(scene)), view, args.size, samples)
     });
-    picture::write(path, radiance, coverage.as_deref(), shown)
+    picture::write(path, (radiance, coverage.as_deref()), shown, made_by)
 }
 
 fn milliseconds(since: Instant) -> f64 {

@@ -10,7 +10,7 @@ use girandole_core::scene::{Edits, Environment, LoadOptions, Scene, Sky, View, l
 use girandole_reference::image_file;
 use std::path::Path;
 
-const OBJECTS: &str = "none, torus, teapot, or a .ply, .obj, .glb or .gltf file";
+const OBJECTS: &str = "none, torus, teapot, balloon, or a .ply, .obj, .glb or .gltf file";
 
 /// Scenes from files.
 const FILES: [&str; 4] = ["glb", "gltf", "obj", "ply"];
@@ -22,7 +22,9 @@ pub fn load(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> 
         if object.is_some() {
             bail!("--object belongs to the built-in rooms; leave it out for {name}");
         }
-        let options = LoadOptions { environment, light: load.light.into(), scale: load.scale };
+        // What is to be put before something else brings no ground of its own.
+        let ground = load.background == BackgroundArg::Environment;
+        let options = LoadOptions { environment, light: load.light.into(), scale: load.scale, ground };
         let mut scene = Scene::load_with(Path::new(name), options)?;
         scene.warnings.iter_mut().for_each(advice::add_to_warning);
         scene
@@ -95,6 +97,7 @@ fn moving_object(name: &str) -> Result<MovingObject> {
         "none" => MovingObject::None,
         "torus" => MovingObject::Torus,
         "teapot" => MovingObject::Teapot,
+        "balloon" => MovingObject::Balloon,
         _ if extension(name).is_some_and(|e| ["ply", "obj", "glb", "gltf"].contains(&e.as_str())) => {
             MovingObject::Model(Box::new(load_model(Path::new(name))?))
         }

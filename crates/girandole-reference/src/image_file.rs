@@ -1,6 +1,10 @@
 //! Pictures in files. Files are written whole or not at all.
 
-use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, SpecificChannels, WritableImage};
+use crate::provenance::{self, Provenance};
+use exr::prelude::{
+    AnyChannel, AnyChannels, FlatSamples, ReadChannels, ReadLayers, ReadSpecificChannel, SmallVec,
+    WritableImage,
+};
 use girandole_core::glam::Vec3;
 use girandole_core::image::Image;
 use girandole_core::tonemap::srgb_decode;
@@ -101,35 +105,33 @@ pub fn read_exr(path: &Path) -> Result<Image> {
 /// # Errors
 /// [`Error::Write`]; [`Error::Invalid`] for a picture without pixels.
 pub fn write_exr(path: &Path, image: &Image) -> Result<()> {
-    check_size(image.width, image.height, image.pixels.len(), 1)?;
-    let width = image.width as usize;
-    let channels = SpecificChannels::rgb(|at: exr::math::Vec2<usize>| {
-        let p = image.pixels[at.y() * width + at.x()];
-        (p.x, p.y, p.z)
-    });
-    let mut file = exr::image::Image::from_channels((width, image.height as usize), channels);
-    file.attributes.chromaticities = Some(chromaticities());
-    let mut bytes = Cursor::new(Vec::new());
-    let written = file.write().non_parallel().to_buffered(&mut bytes);
-    written.map_err(|e| write_error(path, std::io::Error::other(e)))?;
-    files::write(path, bytes.get_ref())
+    write_exr_with(path, image, None, None)
 }
 
-/// The same with the share of each pixel that is covered as channel A, by which radiance is multiplied already, as OpenEXR has it.
+/// The same with the share of each pixel that is covered as channel A, by which radiance is multiplied already, as OpenEXR has it; and with
+/// what the picture was made by.
 ///
 /// # Errors
 /// [`Error::Write`]; [`Error::Invalid`] for a picture without pixels, or with other ones than `coverage`.
-pub fn write_exr_with_alpha(path: &Path, image: &Image, coverage: &[f32]) -> Result<()> {
+pub fn write_exr_with(
+    path: &Path,
+    image: &Image,
+    coverage: Option<&[f32]>,
+    made_by: Option<&Provenance>,
+) -> Result<()> {
     check_size(image.width, image.height, image.pixels.len(), 1)?;
-    check_size(image.width, image.height, coverage.len(), 1)?;
-    let width = image.width as usize;
-    let channels = SpecificChannels::rgba(|at: exr::math::Vec2<usize>| {
-        let i = at.y() * width + at.x();
-        let p = image.pixels[i];
-        (p.x, p.y, p.z, coverage[i])
-    });
-    let mut file = exr::image::Image::from_channels((width, image.height as usize), channels);
+    let channel = |name: &str, samples: Vec<f32>| AnyChannel::new(name, FlatSamples::F32(samples));
+    let of_pixels = |axis: usize| image.pixels.iter().map(|p| p[axis]).collect();
+    let mut channels: SmallVec<[_; 4]> =
+        ["R", "G", "B"].iter().zip(0..).map(|(name, axis)| channel(name, of_pixels(axis))).collect();
+    if let Some(coverage) = coverage {
+        check_size(image.width, image.height, coverage.len(), 1)?;
+        channels.push(channel("A", coverage.to_vec()));
+    }
+    let size = (image.width as usize, image.height as usize);
+    let mut file = exr::image::Image::from_channels(size, AnyChannels::sort(channels));
     file.attributes.chromaticities = Some(chromaticities());
+    file.attributes.other.extend(made_by.and_then(provenance::attribute));
     let mut bytes = Cursor::new(Vec::new());
     let written = file.write().non_parallel().to_buffered(&mut bytes);
     written.map_err(|e| write_error(path, std::io::Error::other(e)))?;
@@ -166,31 +168,47 @@ pub fn read_png(path: &Path) -> Result<Image> {
 /// # Errors
 /// [`Error::Write`]; [`Error::Invalid`] if the bytes are not three a pixel, or none.
 pub fn write_png(path: &Path, width: u32, height: u32, rgb8: &[u8]) -> Result<()> {
-    check_size(width, height, rgb8.len(), 3)?;
-    write_bytes(path, [width, height], rgb8, image::ExtendedColorType::Rgb8)
+    write_png_with(path, [width, height], Pixels::Rgb(rgb8), None)
 }
 
-/// The same with alpha, by which colours are not multiplied, as PNG has it.
+/// Pixels of 8 bits a channel, sRGB.
+#[derive(Clone, Copy, Debug)]
+pub enum Pixels<'a> {
+    /// Three bytes each.
+    Rgb(&'a [u8]),
+    /// Four, with alpha, by which colours are not multiplied, as PNG has it.
+    Rgba(&'a [u8]),
+}
+
+/// Writes pixels, rows from the top down, with what the picture was made by.
 ///
 /// # Errors
-/// [`Error::Write`]; [`Error::Invalid`] if the bytes are not four a pixel, or none.
-pub fn write_png_with_alpha(path: &Path, width: u32, height: u32, rgba8: &[u8]) -> Result<()> {
-    check_size(width, height, rgba8.len(), 4)?;
-    write_bytes(path, [width, height], rgba8, image::ExtendedColorType::Rgba8)
-}
-
-fn write_bytes(
+/// [`Error::Write`]; [`Error::Invalid`] for another number of bytes, or none.
+pub fn write_png_with(
     path: &Path,
     [width, height]: [u32; 2],
-    pixels: &[u8],
-    color: image::ExtendedColorType,
+    pixels: Pixels,
+    made_by: Option<&Provenance>,
 ) -> Result<()> {
-    use image::ImageEncoder;
-    let mut bytes = Vec::new();
-    image::codecs::png::PngEncoder::new(&mut bytes)
-        .write_image(pixels, width, height, color)
-        .map_err(|e| write_error(path, std::io::Error::other(e)))?;
-    files::write(path, &bytes)
+    let (bytes, color, channels) = match pixels {
+        Pixels::Rgb(bytes) => (bytes, png::ColorType::Rgb, 3),
+        Pixels::Rgba(bytes) => (bytes, png::ColorType::Rgba, 4),
+    };
+    check_size(width, height, bytes.len(), channels)?;
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(color);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Adaptive);
+    let written = made_by
+        .map_or(Ok(()), |made_by| encoder.add_text_chunk(provenance::NAME.into(), made_by.to_json()))
+        .and_then(|()| encoder.write_header())
+        .and_then(|mut writer| {
+            writer.write_image_data(bytes)?;
+            writer.finish()
+        });
+    written.map_err(|e| write_error(path, std::io::Error::other(e)))?;
+    files::write(path, &file)
 }
 
 fn check_size(width: u32, height: u32, have: usize, per_pixel: usize) -> Result<()> {

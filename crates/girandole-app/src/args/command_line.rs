@@ -7,7 +7,7 @@ use girandole_core::tonemap::Exposure;
 use std::path::Path;
 
 /// An option's name, and its value if there is one.
-pub(super) type Choice = (&'static str, Option<String>);
+pub type Choice = (&'static str, Option<String>);
 
 impl ViewArgs {
     /// Those of `girandole view` without options.
@@ -48,14 +48,17 @@ impl RenderArgs {
                 None => {}
             }
         }
+        if self.motion.overwrite {
+            words.push("--overwrite".into());
+        }
         if !is_default && looks_like_an_option {
             words.extend(["--".into(), self.scene.clone()]);
         }
         Ok(shlex::try_join(words.iter().map(String::as_str))?)
     }
 
-    /// All options in the order of the help text; the scene is none.
-    fn choices(&self) -> Result<Vec<Choice>> {
+    /// All options that have values in the order of the help text; the scene is none.
+    pub fn choices(&self) -> Result<Vec<Choice>> {
         let Self { scene: _, output, size, camera, object, seen, motion, lights, mode, quality, .. } = self;
         let Self { debug, engine, paths, adapter, exposure, tonemap, aa, refine, stats, .. } = self;
         let SceneArgs { view, edits, load } = seen;
@@ -96,7 +99,7 @@ impl RenderArgs {
 
 impl MotionArgs {
     fn choices(&self) -> [Choice; 7] {
-        let Self { time, frames, fps, rewalk, fade, updates, max_map_age } = self;
+        let Self { time, frames, overwrite: _, fps, rewalk, fade, updates, max_map_age } = self;
         [
             ("--time", time.map(|seconds| seconds.to_string())),
             ("--frames", frames.map(|frames| frames.to_string())),
@@ -243,7 +246,7 @@ mod tests {
             some(&MOTION).prop_map(|mut words| {
                 let needs_updates = !words.iter().any(|w| w.starts_with("--updates"));
                 words.retain(|w| !(needs_updates && w.starts_with("--max-map-age")));
-                words.push("--frames=3..17".into());
+                words.extend(["--frames=3..17".into(), "--overwrite".into()]);
                 words
             }),
         ]
@@ -308,7 +311,7 @@ mod tests {
         let render = cli.find_subcommand("render").context("render")?;
         let known: Vec<String> =
             render.get_arguments().filter_map(|a| Some(format!("--{}", a.get_long()?))).collect();
-        for option in known.iter().filter(|o| *o != "--help") {
+        for option in known.iter().filter(|o| !["--help", "--overwrite"].contains(&o.as_str())) {
             assert!(printed.contains(&option.as_str()), "{option}");
         }
         let tested: Vec<&str> =

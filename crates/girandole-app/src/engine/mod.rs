@@ -87,6 +87,15 @@ impl Ready {
         }
     }
 
+    /// The same as an option.
+    pub fn kind(&self) -> Engine {
+        match self {
+            Self::Gpu(_) => Engine::Gpu,
+            Self::Cpu => Engine::Cpu,
+            Self::Path => Engine::Path,
+        }
+    }
+
     /// The device that it runs on.
     pub fn adapter(&self) -> String {
         match self {

@@ -11,7 +11,7 @@ use super::insert::insert;
 use super::layout;
 use super::opening::{Opened, Opener};
 use super::session::Session;
-use super::shot::Shots;
+use super::shot::{self, Shots};
 use super::surface::WindowSurface;
 use super::target::PictureTarget;
 use super::tools::Tools;
@@ -430,8 +430,12 @@ impl App {
             self.copy_command();
         }
         if let Some(renderer) = self.session.renderer().filter(|_| self.tools.saves && is_there) {
-            self.shots.take(renderer, self.session.shown(), Path::new(&self.tools.file));
             self.tools.saves = false;
+            let path = Path::new(&self.tools.file);
+            match shot::made_by(&self.session, size, path) {
+                Ok(made_by) => self.shots.take(renderer, self.session.shown(), (path, made_by)),
+                Err(error) => self.session.notice = Some(crate::sentence(&error)),
+            }
         }
     }
 

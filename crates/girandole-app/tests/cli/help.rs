@@ -18,8 +18,8 @@ fn help_names_every_option() {
             "SCENE --output -o --size --camera --view EYE TARGET UP FOV --edits --environment sky --environment-strength --environment-rotation --light auto none studio --object --lights --direct --placement view scene --bounces --seed --termination --clamp \
              --shadow-map octahedral parabolic cube --map-size --pcf --memory --mode full vd-lp vd naive --light-maps on off \
              --shading fused multipass --lights-per-pass --tolerance --debug receivers states levels atlas --engine auto \
-             gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats --time --frames --fps --rewalk off N all --refine --fade --updates --max-map-age Examples area-lights table \
-             pillars block gap torus teapot 1024x768",
+             gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats --time --frames --overwrite --fps --rewalk off N all --refine --fade --updates --max-map-age Examples area-lights table \
+             living-room pillars block gap torus teapot balloon 1024x768",
         ),
         (
             "compare",
@@ -45,5 +45,13 @@ fn help_names_every_option() {
             assert!(said.contains(&word), "{command} --help does not mention {word}:\n{help}");
         }
     }
+    // The room that opens by default.
+    for command in ["view", "render"] {
+        assert!(
+            stdout(&girandole.succeed(&[command, "--help"])).contains("[default: living-room]"),
+            "{command}"
+        );
+    }
+    assert!(stdout(&girandole.succeed(&["--help"])).contains("`living-room`"));
     assert!(stdout(&girandole.succeed(&["--version"])).starts_with("girandole "));
 }

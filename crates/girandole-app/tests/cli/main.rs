@@ -8,6 +8,8 @@ mod help;
 mod info;
 #[cfg(target_os = "linux")]
 mod interrupts;
+#[path = "../shared/pixels.rs"]
+mod pixels;
 mod refusals;
 mod render;
 mod sequence;

@@ -38,7 +38,7 @@ fn bad_arguments() {
         // Names.
         ("frobnicate", "frobnicate"),
         ("--frobnicate", "--frobnicate"),
-        ("render nowhere", "area-lights, table, pillars, block, gap"),
+        ("render nowhere", "living-room, area-lights, table, pillars, block, gap"),
         ("render nowhere.obj", "nowhere.obj"),
         ("render nowhere.glb", "nowhere.glb"),
         ("render nowhere.gltf", "nowhere.gltf"),
@@ -107,6 +107,7 @@ fn bad_arguments() {
         ("render table --frames 0..3 --time 2 -o f#.exr", "--time"),
         ("render table --frames 0..3 --fps 0 -o f#.exr", "frames a second"),
         ("render table --fps 24", "--frames"),
+        ("render table --overwrite", "--frames"),
         ("render table --rewalk all", "--frames"),
         ("render table --rewalk 20", "--frames"),
         ("render table --fade 2", "--frames"),

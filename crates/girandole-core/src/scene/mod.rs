@@ -34,10 +34,12 @@ mod edits;
 mod environment;
 #[cfg(feature = "import")]
 mod export;
+mod fingerprint;
 mod frame_of_reference;
 mod geometry;
 #[cfg(feature = "import")]
 pub mod gltf;
+mod ground;
 mod hierarchy;
 #[cfg(feature = "import")]
 mod load;
@@ -64,6 +66,7 @@ pub use edits::{Edit, Edits, NamedIndex, ReadModel, Shape};
 pub use environment::{Environment, EnvironmentMap, PrefilteredEnvironment};
 #[cfg(feature = "import")]
 pub use export::Exported;
+pub use fingerprint::Fingerprint;
 pub use frame_of_reference::FrameOfReference;
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
 #[cfg(feature = "import")]

@@ -3,7 +3,9 @@ mod coincident;
 mod deformation;
 #[cfg(feature = "import")]
 mod edits;
+mod fingerprint;
 mod frame;
+mod ground;
 mod hierarchy;
 mod motion;
 mod view;
