@@ -272,7 +272,7 @@ impl<'d> Session<'d> {
         let folder = tempfile::tempdir()?;
         let size = &format!("{}x{}", SIZE[0], SIZE[1]);
         let program = Command::new(program)
-            .args(["view", scene, "--lights", "48", "-o", "shot.png"])
+            .args(["view", scene, "--lights", "48", "-o", "shot.png", "--own-dialogs"])
             .args(["--size", size].iter().filter(|_| !options.contains(&"--size")))
             .args(options)
             .env("DISPLAY", &display.name)

@@ -123,7 +123,10 @@ fn start(args: &ViewArgs) -> Start {
 
 /// Opens the scene that the options name.
 fn first(args: &ViewArgs) -> Result<First> {
-    std::thread::sleep(Duration::from_secs(args.slow_opening.unwrap_or(0)));
+    // Browsers cannot sleep.
+    if let Some(seconds) = args.slow_opening {
+        std::thread::sleep(Duration::from_secs(seconds));
+    }
     let (mut scene, edits) = scene::load_edited(&args.scene, args.object.as_deref(), &args.seen)?;
     scene.open();
     let transferred = transfer::load(&scene, &args.transfer)?;

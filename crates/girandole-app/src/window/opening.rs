@@ -205,3 +205,93 @@ impl Session {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::clock::Duration;
+    use super::super::session::Work;
+    use super::super::session::tests::{SIZE, session};
+    use super::*;
+    use girandole::DebugView;
+    use girandole_core::scene::builtin::{self, MovingObject};
+
+    fn room(name: &str) -> Scene {
+        let mut scene = builtin::build(name, MovingObject::Torus).expect("a room");
+        scene.open();
+        scene
+    }
+
+    /// What comes of it, within a minute.
+    fn taken(opener: &mut Opener) -> (Result<Opened>, bool) {
+        let start = Instant::now();
+        loop {
+            if let Some(taken) = opener.take() {
+                return taken;
+            }
+            assert!(start.elapsed() < Duration::from_secs(60), "nothing comes of it");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    #[test]
+    fn what_is_done_before_there_is_a_scene_counts() {
+        let mut session = session();
+        session.is_blank = true;
+        assert_eq!(session.work(), Work::Nothing);
+        session.settings.debug = Some(DebugView::Receivers);
+        session.playback.playing = true;
+        let (edits, eye) = (Edits::default(), Eye::Camera(1));
+        session.begin(First { scene: room("table"), edits, transferred: Vec::new(), eye }, SIZE);
+        assert_eq!((session.is_blank, session.work()), (false, Work::Renderer));
+        assert_eq!((session.settings.debug, session.playback.playing), (Some(DebugView::Receivers), true));
+        assert_eq!((session.scene.name.as_str(), session.eye), ("table", eye));
+        assert_eq!(session.light.views, [session.view(SIZE)], "light is placed for what is seen");
+    }
+
+    #[test]
+    fn other_edits_of_a_scene_are_seen_from_the_same_place() {
+        let another = |keeps_eye| {
+            let mut session = session();
+            let eye = Eye::free(&session.view(SIZE)).expect("a view");
+            session.eye = eye;
+            let source = Source { scene: "table".into(), ..Source::default() };
+            let (edits, edits_file) = (Edits::default(), None);
+            session
+                .change_scene(Another { source, scene: room("table"), edits, edits_file, keeps_eye }, SIZE);
+            assert_eq!(session.light.views, [session.view(SIZE)]);
+            session.eye == eye
+        };
+        assert!(another(true) && !another(false));
+    }
+
+    #[test]
+    fn one_thing_is_opened_at_a_time() {
+        let first = || {
+            let scene = room("gap");
+            Ok(First { scene, edits: Edits::default(), transferred: Vec::new(), eye: Eye::Camera(0) })
+        };
+        let mut opener = Opener::first("rooms/gap.glb", first);
+        assert_eq!(opener.wait().expect("it is waited for").text, "Opening gap.glb");
+        assert!(matches!(taken(&mut opener), (Ok(Opened::First(_)), true)));
+        assert!(!opener.is_waiting() && opener.take().is_none());
+        let folder = tempfile::tempdir().expect("a folder");
+        opener.open(&folder.path().join("nowhere.glb"));
+        assert!(matches!(taken(&mut opener), (Err(_), false)), "a later one is not the first");
+        let model = folder.path().join("model.obj");
+        std::fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("written");
+        opener.open(&folder.path().join("nowhere.glb"));
+        opener.add(&model);
+        assert!(matches!(taken(&mut opener), (Ok(Opened::Model(path, _)), false) if path == model));
+        opener.add(&model);
+        opener.cancel();
+        assert!(!opener.is_waiting());
+        let written = folder.path().join("written.glb");
+        opener.export(&written, &session());
+        assert!(matches!(taken(&mut opener), (Ok(Opened::Written(said)), _) if said.starts_with("wrote")));
+        opener.open(&written);
+        let (opened, _) = taken(&mut opener);
+        assert!(
+            matches!(opened.expect("it opens"), Opened::Scene(another) if !another.scene.objects.is_empty())
+        );
+    }
+}

@@ -35,7 +35,7 @@ impl Exporter<'_> {
         if let Some(strength) = strength {
             self.extensions.insert("KHR_materials_emissive_strength");
             let emissive_strength = EmissiveStrengthFactor(strength);
-            extensions.emissive_strength = Some(EmissiveStrength { emissive_strength, ..Default::default() });
+            extensions.emissive_strength = Some(EmissiveStrength { emissive_strength });
         }
         extensions.specular = self.specular(material)?;
         self.others(material, &mut extensions.others)?;
@@ -147,7 +147,7 @@ fn value<T: serde::Serialize>(of: &T) -> Value {
 /// Emission as a factor from 0 to 1 and its strength, whose product it is, to the bit: strengths are powers of two.
 fn emission(emission: Vec3) -> ([f32; 3], Option<f32>) {
     let most = emission.max_element();
-    if !(most > 1.0) {
+    if most <= 1.0 {
         return (emission.into(), None);
     }
     let strength = libm::exp2f(libm::ceilf(libm::log2f(most)));

@@ -3,7 +3,7 @@
 use super::{Exporter, named};
 use crate::scene::{Camera, Node, Projection, PunctualKind, PunctualLight, Transform};
 use crate::{Error, Result};
-use glam::{DMat4, Quat, Vec3};
+use glam::{DAffine3, DMat4, Quat, Vec3};
 use gltf::json::accessor::Type;
 use gltf::json::extensions::scene::khr_lights_punctual::{self, Light, Spot};
 use gltf::json::extras::RawValue;
@@ -99,8 +99,11 @@ impl Exporter<'_> {
                 return json;
             }
             Transform::Affine(affine) => {
-                self.leave_out(format!("the shear of node `{}`, which is animated", node.name));
                 let (scale, rotation, translation) = affine.to_scale_rotation_translation();
+                let parts = DAffine3::from_scale_rotation_translation(scale, rotation, translation);
+                if !parts.abs_diff_eq(affine, 1e-6 * affine.matrix3.determinant().abs().cbrt().max(1e-6)) {
+                    self.leave_out(format!("the shear of node `{}`, which is animated", node.name));
+                }
                 (translation.as_vec3(), rotation.as_quat(), scale.as_vec3())
             }
         };
