@@ -1,5 +1,6 @@
 //! `cargo xtask test-window`: a session in the window, by real keys and mouse buttons, on a display without a screen.
 
+mod editing;
 mod files;
 
 use crate::{cargo, girandole};
@@ -38,6 +39,7 @@ pub fn run() -> Result<ExitCode> {
     copies_the_command(&session, &program).context("copying the command")?;
     resizes(&session).context("resizing")?;
     session.quit()?;
+    editing::run(&program, &display)?;
     refines(&program, &display).context("refining")?;
     compares(&program, &display).context("comparing")?;
     changes_controls(&program, &display).context("changing controls")?;
@@ -56,7 +58,7 @@ pub fn run() -> Result<ExitCode> {
         println!("{} is not there: no scene from a file was opened", flats.display());
     }
     println!(
-        "the window opened scenes, moved an object, walked, looked, played, copied its command line, was resized, refined a picture, \
+        "the window opened scenes, moved an object, walked, looked, played, copied its command line, was resized, edited and undone, refined, \
          compared it with the truth, showed each debug view, had each control of its panel touched, lost its device and got another one, \
          missed no input while a scene opened, opened and saved files, fitted small screens, and closed without error"
     );

@@ -123,12 +123,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     let start = Instant::now();
     let by_samples = args.engine != Engine::Path;
     let lights = if by_samples {
-        LightSet::sample_for(
-            &scene,
-            &geometry,
-            &args.lights.settings(),
-            args.lights.placement.views(&[view]),
-        )?
+        LightSet::sample_for(&scene, &geometry, &args.light_settings(), args.lights.placement.views(&[view]))?
     } else {
         LightSet::from_samples(&geometry, Vec::new())
     };

@@ -3,6 +3,7 @@
 use super::{Cli, Command, LightArgs, MotionArgs, QualityArgs, RenderArgs, SceneArgs, ViewArgs};
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
+use girandole_core::lights::LightSettings;
 use girandole_core::tonemap::Exposure;
 use std::path::Path;
 
@@ -26,6 +27,11 @@ impl RenderArgs {
             Some(Command::Render(args)) => Ok(*args),
             _ => bail!("`girandole render` renders"),
         }
+    }
+
+    /// How light is sampled: edits may have switched all of it off.
+    pub fn light_settings(&self) -> LightSettings {
+        LightSettings { dark: self.seen.edits.is_some(), ..self.lights.settings() }
     }
 
     /// The call of `girandole render` that has these options, quoted for a POSIX shell. Those that are as without options are

@@ -31,7 +31,7 @@ impl Light {
         transfers: &[Transferred],
         (args, to_come): (&RenderArgs, &[View]),
     ) -> Result<Self> {
-        let lights = args.lights.settings();
+        let lights = args.light_settings();
         let needs_visibility = matches!(engine, Ready::Gpu(_)) && args.mode != Mode::Naive;
         let visibility = needs_visibility.then(VisibilitySettings::default);
         let settings = IlluminationSettings { lights, visibility, ..IlluminationSettings::default() };

@@ -232,7 +232,7 @@ impl App {
                 self.files.shows(Path::new(&session.source.scene), None);
             }
             Ok(Opened::Scene(another)) => {
-                tools.selected = None;
+                tools.select(None);
                 #[cfg(not(target_arch = "wasm32"))]
                 self.files.shows(Path::new(&another.source.scene), another.edits_file.clone());
                 session.change_scene(*another, tools.picture_size);

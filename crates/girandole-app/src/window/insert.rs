@@ -1,6 +1,7 @@
 //! Objects that are put in front of the camera.
 
 use super::camera::moved;
+use super::selection::Selected;
 use super::session::Session;
 use super::tools::Tools;
 use girandole_core::glam::{Quat, Vec3};
@@ -23,8 +24,9 @@ pub fn insert(session: &mut Session, tools: &mut Tools, name: &str, shape: Shape
     let transform = fitted(&mesh, place, size * SIZE);
     let edit = Edit::InsertObject { name: name.into(), shape, material: None, transform, dynamic: true };
     session.edit_with(edit, &|_| Ok(mesh.clone()));
+    session.end_step();
     if session.scene.objects.len() > before {
-        tools.selected = Some(before.into());
+        tools.select(Some(Selected::Object(before.into())));
     }
 }
 

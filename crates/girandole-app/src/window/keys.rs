@@ -1,8 +1,10 @@
 //! What keys and the mouse do, in one table: the window acts by it, and the sheet (F1), `--help` and `docs/keys.md` show it.
 
 use super::files::{Ask, Purpose};
+use super::lamps::{self, NewLamp};
 use super::session::Session;
 use super::tools::Tools;
+use super::{bookmarks, controls, selection};
 use egui::{Event, InputState, Key, KeyboardShortcut, Modifiers, Ui};
 use girandole_core::glam::Vec3;
 
@@ -17,6 +19,12 @@ pub enum Action {
     NextDebugView,
     TogglePanel,
     LetGo,
+    Undo,
+    Redo,
+    Delete,
+    Duplicate,
+    Add(NewLamp),
+    Switch,
     Open,
     SaveEdits,
     SaveEditsAs,
@@ -45,7 +53,11 @@ const fn control_shift(key: Key, action: Action, does: &'static str) -> Binding 
     Binding { shortcut: KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key), action, does }
 }
 
-/// All of them. Of two with the same key, the one with more modifiers comes first.
+const fn shift(key: Key, action: Action, does: &'static str) -> Binding {
+    Binding { shortcut: KeyboardShortcut::new(Modifiers::SHIFT, key), action, does }
+}
+
+/// All but those of [bookmarks](DIGITS). Of two with the same key, the one with more modifiers comes first.
 pub const BINDINGS: &[Binding] = &[
     plain(Key::F1, Action::ShowKeys, "shows this list, and hides it"),
     plain(Key::F12, Action::SavePicture, "saves the picture"),
@@ -54,14 +66,32 @@ pub const BINDINGS: &[Binding] = &[
     plain(Key::T, Action::NextTruth, "shows the truth beside the picture: path tracer, naive mode, none"),
     plain(Key::V, Action::NextDebugView, "shows the next debug view"),
     plain(Key::H, Action::TogglePanel, "hides the panel, and shows it"),
-    plain(Key::Escape, Action::LetGo, "lets go of what is picked"),
+    plain(Key::Escape, Action::LetGo, "gives up the drag at hand, or lets go of what is picked"),
+    control_shift(Key::Z, Action::Redo, "makes again what was taken back"),
+    control(Key::Z, Action::Undo, "takes the last change of the scene back"),
+    control(Key::Y, Action::Redo, "makes again what was taken back"),
+    plain(Key::Delete, Action::Delete, "takes away what is picked"),
+    plain(Key::Backspace, Action::Delete, "takes away what is picked"),
+    control(Key::D, Action::Duplicate, "puts a copy of what is picked beside it"),
+    control(
+        Key::L,
+        Action::LoadEdits,
+        "loads changes of the scene from a file: the scene of its own file with these",
+    ),
+    shift(Key::L, Action::Add(NewLamp::Spot), "puts a spot before the camera"),
+    plain(Key::L, Action::Add(NewLamp::Point), "puts a lamp before the camera that shines all around"),
+    plain(Key::P, Action::Add(NewLamp::Panel), "puts a panel before the camera that shines"),
     control(Key::O, Action::Open, "opens a scene"),
+    plain(Key::O, Action::Switch, "switches what is picked off, or on again"),
     control_shift(Key::S, Action::SaveEditsAs, "saves what was changed in the scene to another file"),
     control(Key::S, Action::SaveEdits, "saves what was changed in the scene (--edits)"),
-    control(Key::L, Action::LoadEdits, "loads such changes: the scene of the file with these"),
     control(Key::E, Action::Export, "writes the scene as it stands to a .glb file"),
     control(Key::Q, Action::Quit, "closes the window"),
 ];
+
+/// Keys of bookmarks: the first one's is 1. With Ctrl they keep the view.
+const DIGITS: [Key; 9] =
+    [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
 
 /// Keys that one walks by while they are held: which way, to the right, up and ahead.
 pub const WALK: [(Key, Vec3); 6] = [
@@ -74,7 +104,7 @@ pub const WALK: [(Key, Vec3); 6] = [
 ];
 
 /// What is held, and the mouse.
-pub const HELD: [(&str, &str); 10] = [
+pub const HELD: [(&str, &str); 14] = [
     ("W A S D", "walk while they are held"),
     ("E Q", "lead up and down"),
     ("Shift", "makes walks four times as fast"),
@@ -82,7 +112,11 @@ pub const HELD: [(&str, &str); 10] = [
     ("Right drag", "goes round what is under the pointer"),
     ("Middle drag", "shifts the view"),
     ("Wheel", "moves ahead and back"),
-    ("Click", "picks an object, whose handles then can be dragged"),
+    ("Ctrl 1 to 9", "keep the view as a bookmark, which is saved with the scene's changes"),
+    ("1 to 9", "come back to that view"),
+    ("Click", "picks an object or a lamp, whose handles then can be dragged"),
+    ("Double click", "also lets walls and floors be moved and deleted; so does Alt with a click"),
+    ("Ctrl drag", "moves by the grid's steps, turns by 15°, scales by tenths"),
     ("Enter", "takes what was typed into a dialog or a field of the panel"),
     (
         "Drop a file",
@@ -111,12 +145,65 @@ pub fn help() -> String {
     format!("Keys, and the mouse over the picture:\n{}", rows.collect::<String>())
 }
 
-/// Does what the keys say that were pressed in this frame.
+/// Does what the keys say that were pressed in this frame, in their order: a slow one may hold several.
 pub fn act(ui: &Ui, session: &mut Session, tools: &mut Tools) {
-    for binding in BINDINGS {
-        if ui.input_mut(|input| input.consume_shortcut(&binding.shortcut)) {
-            perform(binding.action, session, tools);
+    for (pressed, is_repeated) in pressed(ui) {
+        match pressed {
+            Pressed::Bound(action) if !is_repeated || matches!(action, Action::Undo | Action::Redo) => {
+                perform(action, session, tools);
+            }
+            Pressed::Digit(number, keeps) if !(is_repeated || session.is_blank) => {
+                if keeps {
+                    bookmarks::store(session, tools, number)
+                } else {
+                    bookmarks::recall(session, number)
+                }
+            }
+            _ => {}
         }
+    }
+}
+
+/// A key of the table, or of a bookmark, and whether that one is kept.
+enum Pressed {
+    Bound(Action),
+    Digit(usize, bool),
+}
+
+/// Takes the keys out that were pressed, with whether they only repeat.
+fn pressed(ui: &Ui) -> Vec<(Pressed, bool)> {
+    let mut all = Vec::new();
+    let meaning = |key: Key, modifiers: Modifiers| {
+        let is_meant =
+            |b: &&Binding| b.shortcut.logical_key == key && modifiers.matches_logically(b.shortcut.modifiers);
+        let bound = BINDINGS.iter().find(is_meant).map(|binding| Pressed::Bound(binding.action));
+        let digit = || DIGITS.iter().position(|digit| *digit == key).filter(|_| !modifiers.alt);
+        bound.or_else(|| digit().map(|index| Pressed::Digit(index + 1, modifiers.command)))
+    };
+    ui.input_mut(|input| {
+        input.events.retain(|event| {
+            let Event::Key { key, pressed: true, repeat, modifiers, .. } = event else { return true };
+            let meant = meaning(*key, *modifiers);
+            let is_meant = meant.is_some();
+            all.extend(meant.map(|meant| (meant, *repeat)));
+            !is_meant
+        });
+    });
+    all
+}
+
+/// Changes the scene, unless it is not there yet, or is being changed by a drag, which is let go or given up first.
+fn edit(action: Action, session: &mut Session, tools: &mut Tools) {
+    if session.is_blank || tools.drag.is_some() {
+        return;
+    }
+    match action {
+        Action::Undo => selection::undo(session, tools),
+        Action::Redo => selection::redo(session, tools),
+        Action::Delete => selection::delete(session, tools),
+        Action::Duplicate => selection::duplicate(session, tools),
+        Action::Add(lamp) => lamps::add(session, tools, lamp),
+        _ => lamps::switch_picked(session, tools),
     }
 }
 
@@ -130,7 +217,13 @@ fn perform(action: Action, session: &mut Session, tools: &mut Tools) {
         Action::NextDebugView => session.next_debug_view(),
         Action::TogglePanel => tools.shows_panel = !tools.shows_panel,
         Action::LetGo if tools.shows_keys => tools.shows_keys = false,
-        Action::LetGo => tools.selected = None,
+        Action::LetGo => controls::let_go(session, tools),
+        Action::Undo
+        | Action::Redo
+        | Action::Delete
+        | Action::Duplicate
+        | Action::Add(_)
+        | Action::Switch => edit(action, session, tools),
         Action::Open => ask(tools, Ask::Choose(Purpose::OpenScene)),
         Action::SaveEdits => ask(tools, Ask::SaveEdits),
         Action::SaveEditsAs => ask(tools, Ask::Choose(Purpose::SaveEdits)),

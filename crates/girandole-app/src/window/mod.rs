@@ -8,7 +8,9 @@
 //! | `refine.rs` | what goes on while everything is at rest |
 //! | `layout.rs`, `panel/`, `controls.rs` | what is where, what it edits, what hands do to the picture |
 //! | `keys.rs`, `messages.rs` | what keys do, in one table; what is to be known, one sentence at a time |
-//! | `camera.rs`, `gizmo.rs` | where one looks from; handles of what is picked |
+//! | `camera.rs` | where one looks from |
+//! | `picking.rs`, `selection.rs`, `outline.rs`, `gizmo.rs` | what is picked, what is done to it, its outline, handles |
+//! | `bookmarks.rs`, `lamps.rs` | views to come back to; what shines, and how strong it is |
 //! | `command.rs` | the call that renders the same picture |
 //! | `rest.rs`, `budget.rs` | whether anything moves; what frames may take then |
 //! | `surface.rs`, `gui.rs`, `target.rs` | the window's surface, egui on it, the picture beside the panel |
@@ -21,6 +23,7 @@
 //! Nothing here waits: what takes long is said first, and what comes back from the device is looked for between frames.
 
 mod app;
+mod bookmarks;
 mod budget;
 mod camera;
 mod clock;
@@ -35,14 +38,18 @@ mod gizmo;
 mod gui;
 mod insert;
 mod keys;
+mod lamps;
 mod layout;
 mod messages;
 mod opening;
+mod outline;
 mod panel;
 mod pending;
+mod picking;
 mod presets;
 mod refine;
 mod rest;
+mod selection;
 mod session;
 mod shot;
 mod surface;
@@ -59,6 +66,7 @@ use clock::{Duration, Instant};
 use event_loop::Handler;
 use girandole::{MapUpdates, RenderSettings};
 use girandole_core::illumination::{IlluminationSettings, Rewalk};
+use girandole_core::lights::LightSettings;
 use girandole_core::scene::{Camera, Edits, Projection, Scene, Transform, View};
 pub use keys::help;
 use opening::First;
@@ -96,7 +104,7 @@ fn start(args: &ViewArgs) -> Start {
     scene.cameras.push(Camera { name: "camera".into(), node, projection });
     let view = View::new(&scene, &scene.cameras[0], 1.0);
     let light = IlluminationSettings {
-        lights: args.lights.settings(),
+        lights: LightSettings { dark: true, ..args.lights.settings() },
         views: args.lights.placement.views(&[view]).to_vec(),
         rewalk: Rewalk::Off,
         ..IlluminationSettings::default()

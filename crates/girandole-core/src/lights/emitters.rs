@@ -383,7 +383,7 @@ pub(super) fn punctual_sources(scene: &Scene, geometry: &Geometry, emissions: &E
 
 /// glTF's spot: full intensity above one cosine, none below the other, the square of a ramp in between.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SpotCone {
+pub(crate) struct SpotCone {
     pub cos_inner: f64,
     pub cos_outer: f64,
 }

@@ -23,6 +23,7 @@ mod sun;
 mod view_points;
 mod walk;
 
+pub(crate) use emitters::SpotCone;
 pub use ids::LightId;
 pub(crate) use motion::Placement;
 pub(crate) use reach::share_reached;
@@ -275,6 +276,9 @@ pub struct LightSettings {
     /// the right light for the scene as it stands; `false` is the thesis's mode: samples stay where they are when
     /// such objects move, and miss the light that those reflect or intercept.
     pub walk_dynamic: bool,
+    /// Whether a scene without any light is dark, with a warning, as one is whose lights were switched off; else it
+    /// is refused.
+    pub dark: bool,
 }
 
 impl Default for LightSettings {
@@ -287,6 +291,7 @@ impl Default for LightSettings {
             termination: Termination::default(),
             candidates: 16,
             walk_dynamic: true,
+            dark: false,
         }
     }
 }
@@ -383,12 +388,28 @@ impl LightSet {
         let mut set = Self::from_chosen(geometry, sampling.given(geometry).chain(chosen));
         sampling.shown.fit(&mut set.samples);
         if set.is_empty() {
-            return Err(no_light(scene, geometry));
+            let error = no_light(scene, geometry);
+            return if settings.dark { Self::dark(geometry, &error).ok_or(error) } else { Err(error) };
         }
         for warning in &sampling.warnings {
             tracing::warn!("{warning}");
         }
         Ok(Self { paths: sampling.walked.walked, warnings: sampling.warnings, ..set })
+    }
+
+    /// A set that lights nothing, with what is wrong as its warning; `None` where there is no surface.
+    fn dark(geometry: &Geometry, error: &Error) -> Option<Self> {
+        geometry.triangles.first()?;
+        let sample = LightSample {
+            position: geometry.center(),
+            normal: Vec3::NEG_Y,
+            intensity: Vec3::ZERO,
+            profile: Profile::Cosine,
+            origin: SampleOrigin::Emitter { triangle: 0, point: 0 },
+            rectangle: None,
+        };
+        let warnings = vec![error.to_string()];
+        Some(Self { warnings, ..Self::from_samples(geometry, vec![sample]) })
     }
 
     /// A set of samples of which it is known where their light comes from, direct ones first.

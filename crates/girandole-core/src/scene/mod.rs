@@ -23,6 +23,7 @@
 //! # Ok::<(), girandole_core::Error>(())
 //! ```
 
+mod authoring;
 pub mod builtin;
 mod camera;
 mod changes;
@@ -52,12 +53,15 @@ mod patches;
 #[cfg(feature = "import")]
 mod repair;
 mod sky;
+#[cfg(feature = "import")]
+mod step;
 mod studio;
 mod sun;
 mod units;
 mod view;
 mod viewpoint;
 
+pub use authoring::Shades;
 pub use camera::{Camera, Projection};
 pub use changes::{ObjectId, SceneChanges};
 pub use deformation::{Joint, JointWeight, MorphTarget, Skin};
@@ -80,6 +84,8 @@ pub use model_file::{load_model, load_model_slice};
 pub use motion::{Animation, Channel, Interpolation, Keyframes, Transform};
 pub use patches::mark_patches;
 pub use sky::Sky;
+#[cfg(feature = "import")]
+pub use step::{Snapshot, Step};
 pub use studio::DefaultLight;
 pub use sun::{Disc, SunPoint};
 pub use units::HARDLY_METRES;
@@ -99,7 +105,7 @@ const MOST_WARNINGS: usize = 200;
 pub const NONE: u32 = u32::MAX;
 
 /// A transform in the hierarchy. Parents come before their children in [`Scene::nodes`].
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Node {
     /// The name, as in the file; may be empty.
     pub name: String,
@@ -115,7 +121,7 @@ pub struct Node {
 }
 
 /// A mesh placed in the scene. Its index in [`Scene::objects`] is its stable identity, see [`ObjectId`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Object {
     /// The name, as in the file; may be empty.
     pub name: String,
@@ -150,7 +156,7 @@ pub enum PunctualKind {
 }
 
 /// A light without extent.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PunctualLight {
     /// The name, as in the file; may be empty.
     pub name: String,

@@ -75,6 +75,15 @@ impl From<Projection> for FieldOfView {
     }
 }
 
+impl From<FieldOfView> for Projection {
+    fn from(field: FieldOfView) -> Self {
+        match field {
+            FieldOfView::Perspective { degrees } => Self::Perspective { yfov: degrees.to_radians() as f32 },
+            FieldOfView::Orthographic { height } => Self::Orthographic { ymag: (height * 0.5) as f32 },
+        }
+    }
+}
+
 impl Viewpoint {
     /// Where a camera of `scene` is, with a target `distance` metres in front of it. Its view is that of [`View::new`] but
     /// for rounding, and but for what mirrors or skews the camera's node.

@@ -4,7 +4,9 @@ mod camera;
 mod environment;
 #[cfg(not(target_arch = "wasm32"))]
 mod files;
+mod lamps;
 mod light;
+mod material;
 mod motion;
 mod objects;
 mod picture;
@@ -28,6 +30,7 @@ pub fn show(ui: &mut Ui, session: &mut Session, tools: &mut Tools, frames: &mut 
         statistics::rate(ui, frames);
         #[cfg(not(target_arch = "wasm32"))]
         files::show(ui, session, tools);
+        objects::history(ui, session, tools);
         picture::preset(ui, session, tools.picture_size);
         group(ui, "Picture", true, |ui| {
             picture::show(ui, &mut session.settings);
@@ -38,7 +41,8 @@ pub fn show(ui: &mut Ui, session: &mut Session, tools: &mut Tools, frames: &mut 
         group(ui, "Shadow maps", true, |ui| shadows::show(ui, session));
         group(ui, "Camera", true, |ui| camera::show(ui, session, tools));
         group(ui, "Motion", true, |ui| motion::show(ui, session));
-        group(ui, "Emitters and objects", false, |ui| objects::show(ui, session, tools));
+        group(ui, "Objects", true, |ui| objects::show(ui, session, tools));
+        group(ui, "Lamps", false, |ui| lamps::show(ui, session, tools));
         group(ui, "How it is made", false, |ui| picture::debug(ui, session));
         frames.wants_stats =
             group(ui, "Frame times", true, |ui| statistics::show(ui, session, frames)).is_some();

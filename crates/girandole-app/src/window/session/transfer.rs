@@ -80,6 +80,14 @@ impl Transfers {
         self.is_applied = false;
     }
 
+    /// Objects may have gone, and come back.
+    pub fn keep_those_in(&mut self, scene: &Scene) {
+        let is_there = |id: ObjectId| scene.objects.get(id.index()).is_some_and(|o| !o.removed);
+        self.objects.retain(|transferred| is_there(transferred.object));
+        self.simulated.retain(|simulated| is_there(simulated.object));
+        self.is_applied = false;
+    }
+
     /// The renderer is another one.
     pub fn forget_renderer(&mut self) {
         self.is_applied = false;

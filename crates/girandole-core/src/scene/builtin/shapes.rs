@@ -51,6 +51,14 @@ pub fn torus(major: f32, minor: f32, major_segments: u32, minor_segments: u32, m
     mesh
 }
 
+/// A square of 1 m × 1 m about the origin that faces −Z, as lights do.
+pub fn panel(material: u32) -> Mesh {
+    let mut mesh = Mesh { name: "panel".into(), ..Mesh::default() };
+    let corner = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+    mesh.add_polygon(&[corner(-0.5, -0.5), corner(-0.5, 0.5), corner(0.5, 0.5), corner(0.5, -0.5)], material);
+    mesh
+}
+
 /// The torus of the thesis's experiments: 820 vertices, largest extent 1 m, axis along Y.
 pub fn thesis_torus(material: u32) -> Mesh {
     torus(0.36, 0.14, 41, 20, material)
