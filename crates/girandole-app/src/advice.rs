@@ -2,6 +2,7 @@
 //! in options of the command line.
 
 use girandole::core::scene::HARDLY_METRES;
+use girandole::core::scene::gltf::RESTING;
 use girandole::{Error, Remedy};
 
 /// One sentence with the options that help.
@@ -21,6 +22,9 @@ pub fn sentence(error: &Error) -> String {
 
 /// Adds the option that helps, if there is one.
 pub fn add_to_warning(warning: &mut String) {
+    if warning.ends_with(RESTING) {
+        warning.push_str(" with --clip");
+    }
     if warning.ends_with(HARDLY_METRES) {
         warning.push_str(": give --scale, 0.01 if they are centimetres, 1000 if they are kilometres");
     }

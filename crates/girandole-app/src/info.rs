@@ -110,6 +110,12 @@ fn about_scene(text: &mut String, scene: &Scene) -> std::fmt::Result {
         writeln!(text, "    {} ({kind}, {:.3} {unit})", light.name, luminance(light.intensity))?;
     }
     writeln!(text, "  animations  {}", scene.animations.len())?;
+    let playing = scene.playing_clips();
+    for (i, animation) in scene.animations.iter().enumerate() {
+        let last = animation.channels.iter().filter_map(|c| c.times.last()).fold(0.0_f32, |a, &b| a.max(b));
+        let rests = if playing.contains(&i) { "" } else { ", rests" };
+        writeln!(text, "    {i}  {} ({last:.2} s{rests})", animation.name)?;
+    }
     writeln!(text, "  warnings    {}", scene.warnings.len())?;
     for warning in &scene.warnings {
         writeln!(text, "    {warning}")?;

@@ -44,6 +44,10 @@ pub fn load(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> 
         return Err(Error::Unknown { kind: "scene", name: name.into(), known }.into());
     };
     scene.ensure_camera();
+    if let Some(clip) = &load.clip {
+        let clip = scene.find_clip(clip)?;
+        scene.choose_clip(Some(clip))?;
+    }
     if let Some(environment) = &mut scene.environment {
         environment.visible = load.background == BackgroundArg::Environment;
     }

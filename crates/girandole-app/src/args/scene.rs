@@ -54,6 +54,11 @@ pub struct LoadArgs {
     /// What all lengths of a file are multiplied by, for files in other units than metres: 0.01 for centimetres
     #[arg(long, value_name = "FACTOR", value_parser = parse_scale)]
     pub scale: Option<f64>,
+
+    /// The animation of a file that plays, by name or number from 0, and no other. Without it the first plays, and with it those that
+    /// drive other things
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub clip: Option<String>,
 }
 
 /// What is seen where no surface is.
@@ -139,8 +144,9 @@ fn parse_sky(text: &str) -> Result<[f32; 3], String> {
 
 impl LoadArgs {
     /// The options' words on a command line.
-    pub(super) fn choices(&self) -> anyhow::Result<[Choice; 6]> {
-        let Self { environment, environment_strength, environment_rotation, background, light, scale } = self;
+    pub(super) fn choices(&self) -> anyhow::Result<[Choice; 7]> {
+        let Self { environment, environment_strength, environment_rotation, background, light, scale, clip } =
+            self;
         let environment = match environment {
             Some(EnvironmentArg::Color([r, g, b])) => Some(format!("{r:?},{g:?},{b:?}")),
             Some(EnvironmentArg::File(path)) => Some(file_name(path)?),
@@ -156,6 +162,7 @@ impl LoadArgs {
             ("--background", value_name(background)),
             ("--light", value_name(light)),
             ("--scale", scale.map(|x| format!("{x:?}"))),
+            ("--clip", clip.clone()),
         ])
     }
 }

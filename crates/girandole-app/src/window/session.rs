@@ -25,6 +25,7 @@ use girandole_core::image::Image;
 use girandole_core::scene::{Edits, Geometry, Scene, View};
 use girandole_core::trace::{HeldHierarchies, SceneTracer};
 
+mod clip;
 mod editing;
 mod history;
 mod making;

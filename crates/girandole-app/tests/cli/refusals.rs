@@ -68,6 +68,7 @@ fn bad_arguments() {
         ("render table --background transparent --debug levels", "--background"),
         ("render table --scale 0.01", "--scale"),
         ("render room.glb --scale 0", "1e-12"),
+        ("render table --clip swim", "no animation called `swim`"),
         ("render table --view 1,2,3", "ten numbers"),
         ("render table --view -1,2,3", "ten numbers"),
         ("render table --view 0,1.7,4,0,1.7,0,0,1,0,x", "ten numbers"),

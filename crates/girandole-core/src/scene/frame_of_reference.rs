@@ -81,7 +81,7 @@ impl FrameOfReference {
         let movers = placed.iter().filter(|o| moves(o.index));
         let is_animated = scene.animated_objects();
         let animated: Vec<usize> = movers.clone().map(|o| o.index).filter(|&i| is_animated[i]).collect();
-        let poses: Vec<_> = scene.moments().into_iter().map(|seconds| scene.poses(seconds)).collect();
+        let poses = scene.all_poses();
         let mut sizes = vec![0.0; scene.objects.len()];
         movers.clone().for_each(|o| sizes[o.index] = o.bounds.size().length());
         let places = movers.map(|o| (o.index, o.bounds)).chain(scene.reaches(&animated, &poses));

@@ -27,6 +27,7 @@ mod authoring;
 pub mod builtin;
 mod camera;
 mod changes;
+mod clips;
 mod coincident;
 mod defaults;
 mod deformation;
@@ -194,11 +195,12 @@ pub struct Scene {
     pub environment: Option<Environment>,
     /// Cameras; never empty after [`Scene::ensure_camera`].
     pub cameras: Vec<Camera>,
-    /// Animations of nodes and morph weights; [`Scene::set_time`] plays them.
+    /// Animations of nodes and morph weights; [`Scene::set_time`] plays those that [`Scene::choose_clip`] has play.
     pub animations: Vec<Animation>,
     /// What the source asked for and is not supported: one sentence each, already logged.
     pub warnings: Vec<String>,
     record: changes::Record,
+    clips: clips::Clips,
 }
 
 impl Scene {

@@ -16,12 +16,16 @@ mod gltf_content;
 #[cfg(feature = "import")]
 mod gltf_errors;
 #[cfg(feature = "import")]
+mod hostile;
+#[cfg(feature = "import")]
 mod materials;
 #[cfg(feature = "import")]
 mod models;
 #[cfg(feature = "import")]
 mod mutation;
 mod patches;
+#[cfg(feature = "import")]
+mod placing;
 
 /// No file of a few kilobytes may make an importer ask for more memory than this.
 const MEMORY_LIMIT: usize = 256 << 20;

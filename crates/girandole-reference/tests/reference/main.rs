@@ -1,6 +1,7 @@
 //! The reference checked against closed forms, against itself, and against pictures by an independent renderer.
 
 mod closed_form;
+mod coincident;
 mod common;
 mod environment;
 mod files;

@@ -122,7 +122,9 @@ impl Session {
     }
 
     fn put_around(&mut self, load: LoadArgs) -> Result<()> {
-        let source = Source { load, ..self.source.clone() };
+        // What plays is no part of what is around.
+        let clip = self.source.load.clip.clone();
+        let source = Source { load: LoadArgs { clip, ..load }, ..self.source.clone() };
         let (before, load) = (&self.source.load, &source.load);
         let (had, has) = (before.environment.is_some(), load.environment.is_some());
         // In a studio, a background comes with a ground.

@@ -1,4 +1,5 @@
 mod changes;
+mod clips;
 mod coincident;
 mod deformation;
 #[cfg(feature = "import")]
