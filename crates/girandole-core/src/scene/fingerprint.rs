@@ -88,6 +88,7 @@ impl Scene {
             sum.record(&PunctualLight { name: String::new(), node: 0, ..light.clone() });
         }
         self.animations.iter().for_each(|animation| sum.record(&animation.channels));
+        self.clip().iter().for_each(|clip| sum.record(clip));
         self.environment.iter().for_each(|environment| add_environment(&mut sum, environment));
         sum.end()
     }
