@@ -72,7 +72,8 @@ fn grounded(environment: &Environment) -> Option<(Environment, f32)> {
     let Image { width, height, pixels } = image;
     let row = |y: u32| &pixels[(y * width) as usize..((y + 1) * width) as usize];
     let mean = |row: &[Vec3]| row.iter().sum::<Vec3>() / row.len() as f32;
-    let horizon = crate::image::luminance(mean(row(height / 2)));
+    // The soft lights reach down to it, but not before the camera.
+    let horizon = row(height / 2).iter().map(|&p| crate::image::luminance(p)).fold(f32::INFINITY, f32::min);
     // Of a surface that faces up, row by row of the upper half.
     let edge = |y: u32| libm::sinf(std::f32::consts::PI * y as f32 / *height as f32);
     let irradiance = |y: u32| crate::image::luminance(mean(row(y))) * (edge(y + 1).powi(2) - edge(y).powi(2));

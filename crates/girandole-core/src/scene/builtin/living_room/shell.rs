@@ -118,12 +118,12 @@ fn window(room: &mut Room, palette: &Palette, [near, far]: [f32; 2], from: f32) 
     room.put("sill", boxes(&sill, palette.trim, |_, normal| normal.x < -0.5), Vec3::ZERO);
 }
 
+/// Not below the windows, from where no light falls on its edge.
 fn skirting(room: &mut Room, palette: &Palette) {
     let (high, thick, along) = (0.09, 0.016, FRONT - BACK - 0.016);
     let boards = [
         (vec3(-HALF, 0.0, BACK), vec3(2.0 * HALF, high, thick)),
         (vec3(HALF - thick, 0.0, BACK + thick), vec3(thick, high, along)),
-        (vec3(-HALF, 0.0, BACK + thick), vec3(thick, high, along)),
     ];
     // What lies on the shell.
     let is_hidden = |middle: Vec3, normal: Vec3| {
