@@ -487,6 +487,9 @@ pub struct InfoArgs {
     /// A built-in room or a .glb, .gltf, .obj or .ply file; or a picture, .exr or .png: then what it was made by is printed
     pub scene: Option<String>,
 
+    #[command(flatten)]
+    pub load: LoadArgs,
+
     /// Exits with code 1 where no adapter can run the gpu engine
     #[arg(long)]
     pub require_adapter: bool,

@@ -18,7 +18,7 @@ pub fn run(args: &InfoArgs) -> Result<ExitCode> {
         output::data(&about_picture(path)?)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let scene = args.scene.as_deref().map(|name| scene::load(name, None, &Default::default())).transpose()?;
+    let scene = args.scene.as_deref().map(|name| scene::load(name, None, &args.load)).transpose()?;
     let adapters = gpu::adapters();
     let mut text = String::new();
     about_adapters(&mut text, &adapters)?;

@@ -221,11 +221,13 @@ mod tests {
         ("--camera", &["1", "-1", "", "Front \"door\""]),
         ("--view", &["0,1.7,4,0,1.7,0,0,1,0,60", "-0,1e-7,1e14,-3,0.1,0.2,0,1,0,2.5m"]),
     ];
-    const AROUND: [(&str, &[&str]); 6] = [
+    const AROUND: [(&str, &[&str]); 8] = [
         ("--environment", &["sky.hdr", "two skies.exr", "0.1,2,1e3", "sky", "sky:12.5", "sky:90,-30.25,1"]),
         ("--environment-strength", &["0", "0.3", "1e6"]),
         ("--environment-rotation", &["-90.5", "0", "400"]),
         ("--scale", &["0.01", "1e3"]),
+        ("--clip", &["0", "Walk fast"]),
+        ("--up", &["x", "y", "z"]),
         ("--background", &["transparent"]),
         ("--light", &["none", "studio"]),
     ];

@@ -4,7 +4,7 @@ use super::command_line::{Choice, file_name, value_name};
 use super::values::parse_finite;
 use clap::{Args, ValueEnum};
 use girandole_core::glam::DVec3;
-use girandole_core::scene::{DefaultLight, FieldOfView, Sky, Viewpoint};
+use girandole_core::scene::{DefaultLight, FieldOfView, Sky, UpAxis, Viewpoint};
 use std::path::PathBuf;
 
 /// Options of the view and of edits.
@@ -59,6 +59,32 @@ pub struct LoadArgs {
     /// drive other things
     #[arg(long, value_name = "NAME|INDEX")]
     pub clip: Option<String>,
+
+    /// Which axis of a file points up, that of the scene or of --object: z for most drawings of buildings and
+    /// machines. If not given, y; models that seem to lie on their side are named in a warning
+    #[arg(long, value_enum, value_name = "AXIS")]
+    pub up: Option<UpArg>,
+}
+
+/// Which axis of a file points up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum UpArg {
+    /// +X
+    X,
+    /// +Y, as in glTF files
+    Y,
+    /// +Z
+    Z,
+}
+
+impl From<UpArg> for UpAxis {
+    fn from(up: UpArg) -> Self {
+        match up {
+            UpArg::X => Self::X,
+            UpArg::Y => Self::Y,
+            UpArg::Z => Self::Z,
+        }
+    }
 }
 
 /// What is seen where no surface is.
@@ -144,9 +170,17 @@ fn parse_sky(text: &str) -> Result<[f32; 3], String> {
 
 impl LoadArgs {
     /// The options' words on a command line.
-    pub(super) fn choices(&self) -> anyhow::Result<[Choice; 7]> {
-        let Self { environment, environment_strength, environment_rotation, background, light, scale, clip } =
-            self;
+    pub(super) fn choices(&self) -> anyhow::Result<[Choice; 8]> {
+        let Self {
+            environment,
+            environment_strength,
+            environment_rotation,
+            background,
+            light,
+            scale,
+            clip,
+            up,
+        } = self;
         let environment = match environment {
             Some(EnvironmentArg::Color([r, g, b])) => Some(format!("{r:?},{g:?},{b:?}")),
             Some(EnvironmentArg::File(path)) => Some(file_name(path)?),
@@ -163,6 +197,7 @@ impl LoadArgs {
             ("--light", value_name(light)),
             ("--scale", scale.map(|x| format!("{x:?}"))),
             ("--clip", clip.clone()),
+            ("--up", up.as_ref().and_then(value_name)),
         ])
     }
 }

@@ -15,7 +15,7 @@ fn help_names_every_option() {
         ),
         (
             "render",
-            "SCENE --output -o --size --camera --view EYE TARGET UP FOV --edits --environment sky --environment-strength --environment-rotation --light auto none studio --object --lights --direct --placement view scene --bounces --seed --termination --clamp \
+            "SCENE --output -o --size --camera --view EYE TARGET UP FOV --edits --environment sky --environment-strength --environment-rotation --light auto none studio --up --object --lights --direct --placement view scene --bounces --seed --termination --clamp \
              --shadow-map octahedral parabolic cube --map-size --pcf --memory --mode full vd-lp vd naive --light-maps on off \
              --shading fused multipass --lights-per-pass --tolerance --debug receivers states levels atlas --engine auto \
              gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats --time --frames --overwrite --fps --rewalk off N all --refine --fade --updates --max-map-age Examples area-lights table \
@@ -28,9 +28,9 @@ fn help_names_every_option() {
         ),
         (
             "export",
-            "SCENE --output -o OUT glb --edits --time --object --scale --environment animations Examples",
+            "SCENE --output -o OUT glb --edits --time --object --scale --up --environment animations Examples",
         ),
-        ("info", "SCENE --require-adapter Examples"),
+        ("info", "SCENE --up --scale --require-adapter Examples"),
         (
             "bench",
             "SCENES --lights --modes full vd-lp vd naive --repeat --size --view --edits --object --aa --seed --adapter --csv --json \

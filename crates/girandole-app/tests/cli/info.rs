@@ -34,6 +34,35 @@ fn every_built_in_room_has_a_camera_and_light() {
 }
 
 #[test]
+fn models_that_lie_on_their_side_are_named_and_turned() {
+    let girandole = Girandole::new();
+    // A floor, three walls and a gable of a house whose z axis points up.
+    let house = "v 0 0 0\nv 6 0 0\nv 6 4 0\nv 0 4 0\nv 0 0 3\nv 6 0 3\nv 6 4 3\nv 0 4 3\nv 0 2 4.5\nv 6 2 4.5\n\
+        f 4 3 2 1\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 10 6\nf 1 5 9 8 4\nf 5 6 10 9\nf 7 8 9 10\n";
+    std::fs::write(girandole.path().join("house.obj"), house).unwrap();
+    let lying = stdout(&girandole.succeed(&["info", "house.obj", "--light", "none"]));
+    assert!(lying.contains("6.000 × 4.000 × 4.500 m") && lying.contains("give --up z"), "{lying}");
+    assert!(lying.contains("patches     7"), "{lying}");
+    let standing = stdout(&girandole.succeed(&["info", "house.obj", "--light", "none", "--up", "z"]));
+    assert!(standing.contains("6.000 × 4.500 × 4.000 m") && !standing.contains("--up"), "{standing}");
+    // The same of a room's object, which has no warning to give.
+    girandole.succeed(&[
+        "render",
+        "table",
+        "--object",
+        "house.obj",
+        "--up",
+        "z",
+        "--size",
+        "16x12",
+        "--lights",
+        "4",
+        "--engine",
+        "cpu",
+    ]);
+}
+
+#[test]
 fn a_reader_that_leaves_is_no_error() {
     let girandole = Girandole::new();
     let mut child =

@@ -67,6 +67,8 @@ fn bad_arguments() {
         ("render table --environment 1,1,1 --light studio", "--light"),
         ("render table --background transparent --debug levels", "--background"),
         ("render table --scale 0.01", "--scale"),
+        ("render table --up z", "--up"),
+        ("render table --object torus --up z", "--up"),
         ("render room.glb --scale 0", "1e-12"),
         ("render table --clip swim", "no animation called `swim`"),
         ("render table --view 1,2,3", "ten numbers"),

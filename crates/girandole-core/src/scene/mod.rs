@@ -48,7 +48,7 @@ mod load;
 mod material;
 mod mesh;
 #[cfg(feature = "import")]
-mod model_file;
+mod models;
 mod motion;
 mod patches;
 #[cfg(feature = "import")]
@@ -59,6 +59,7 @@ mod step;
 mod studio;
 mod sun;
 mod units;
+mod up;
 mod view;
 mod viewpoint;
 
@@ -81,7 +82,7 @@ pub use load::LoadOptions;
 pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
 pub use mesh::{Mesh, MeshTriangle, Patch};
 #[cfg(feature = "import")]
-pub use model_file::{load_model, load_model_slice};
+pub use models::{load_model, load_model_slice};
 pub use motion::{Animation, Channel, Interpolation, Keyframes, Transform};
 pub use patches::mark_patches;
 pub use sky::Sky;
@@ -90,6 +91,7 @@ pub use step::{Snapshot, Step};
 pub use studio::DefaultLight;
 pub use sun::{Disc, SunPoint};
 pub use units::HARDLY_METRES;
+pub use up::{LIKELY_Z_UP, UpAxis};
 pub use view::{ClipDepth, LocalView, View};
 pub use viewpoint::{FieldOfView, Viewpoint};
 

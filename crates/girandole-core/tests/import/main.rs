@@ -20,12 +20,16 @@ mod hostile;
 #[cfg(feature = "import")]
 mod materials;
 #[cfg(feature = "import")]
+mod model_scenes;
+#[cfg(feature = "import")]
 mod models;
 #[cfg(feature = "import")]
 mod mutation;
 mod patches;
 #[cfg(feature = "import")]
 mod placing;
+#[cfg(feature = "import")]
+mod polygons;
 
 /// No file of a few kilobytes may make an importer ask for more memory than this.
 const MEMORY_LIMIT: usize = 256 << 20;

@@ -272,8 +272,22 @@ fn change_numbers(file: &File, least: usize) {
 #[test]
 fn changed_models() {
     let obj = "v 0 0 0\nv 1 0 0 1\nv 1 1 0\nvn 0 0 1\nvt 0 1\no a\nf 1/1/1 2//1 3\nf -1 -2 -3\nl 1 2\ng x\nf 1 2 3 4\nv 1 2 3\n";
-    let files: [(&str, Vec<u8>); 4] =
-        [("ply", binary(false)), ("ply", binary(true)), ("ply", ascii().into_bytes()), ("obj", obj.into())];
+    let polygons = "mtllib a.mtl\nv 0 0 0 1 0 0\nv 4 0 0\nv 1 1 0 .1 .2 .3\nv 0 4 0\nv 0 0 3\ns 1\nusemtl a\n\
+        f 1 2 3 \\\n 4\n\
+        s off\nf 4 3 2 1 5 3 1\nusemtl\ncurv 0 1 1 2\nf 1 2 5 5 1\n";
+    let scan = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n\
+        property list uchar int vertex_index\n\
+        property list uchar float texcoord\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n\
+        0 0 0 1 2 3\n1 0 0 9 9 9\n0 1 0 255 0 0\n1 1 0 0 0 0\n3 0 1 2 6 0 0 1 0 0 1\n6 0 1 2 -1 1 2\n";
+    let files: [(&str, Vec<u8>); 6] = [
+        ("ply", binary(false)),
+        ("ply", binary(true)),
+        ("ply", ascii().into_bytes()),
+        ("ply", scan.into()),
+        ("obj", obj.into()),
+        ("obj", polygons.into()),
+    ];
     let mut random = Random(3);
     for (kind, bytes) in files {
         let mut tally = Tally::default();

@@ -35,7 +35,7 @@ fn pictures(copies: Copies, double_sided: bool, apart: bool, emission: f32) -> [
     let geometry = Geometry::new(&stage.scene);
     let tracer = SceneTracer::new(&stage.scene, &geometry);
     let view = look(Vec3::new(0.2, 1.0, 0.9), Vec3::new(0.0, 0.9, -0.5), 1.0);
-    let settings = LightSettings { samples: 64, ..LightSettings::default() };
+    let settings = LightSettings { count: 64, ..LightSettings::default() };
     let lights = LightSet::sample(&stage.scene, &geometry, &settings).expect("light");
     let samples = oracle(&tracer, &lights, &view, [24, 24], &OracleSettings::default(), &|_| ());
     let paths = PathSettings { paths: 8, bounces: None, seed: 1 };

@@ -4,6 +4,7 @@ mod closed_form;
 mod coincident;
 mod common;
 mod environment;
+mod environment_files;
 mod files;
 mod light_motion;
 mod many_lights;

@@ -136,7 +136,7 @@ impl Session {
             let is_same = before.environment == load.environment
                 && before.environment_strength == load.environment_strength
                 && before.environment_rotation == load.environment_rotation;
-            self.scene.environment = if is_same { environment } else { crate::scene::environment(load)? };
+            self.scene.environment = if is_same { environment } else { crate::scene::environment(load)?.0 };
             self.scene.touch();
         } else {
             // Other light may have been added where there was no environment, and a ground.

@@ -329,7 +329,8 @@ fn with_material(
     mesh.triangles.iter_mut().for_each(|triangle| triangle.material = index);
     mesh.check(index as usize + 1)?;
     if material.is_none() {
-        scene.add_material(Material { name: name.into(), ..Material::default() });
+        let vertex_colors = !mesh.colors.is_empty();
+        scene.add_material(Material { name: name.into(), vertex_colors, ..Material::default() });
     }
     Ok(mesh)
 }

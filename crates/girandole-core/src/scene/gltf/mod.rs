@@ -33,6 +33,8 @@ mod texture;
 mod vertex_alpha;
 
 pub use animation::RESTING;
+pub(super) use tangents::generate as generate_tangents;
+pub(super) use texture::decode_alone as decode_picture;
 
 use super::{Camera, Scene, View};
 use crate::{Error, Result};

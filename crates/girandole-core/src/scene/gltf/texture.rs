@@ -169,6 +169,11 @@ impl Importer<'_> {
     }
 }
 
+/// Decodes a picture that comes with no glTF file, as below.
+pub(in crate::scene) fn decode_alone(bytes: &[u8], texels: usize) -> Parsed<Picture> {
+    decode(bytes, texels, &Budget::new(bytes.len()))
+}
+
 /// Decodes a PNG, JPEG, WebP or Basis Universal picture to 8-bit RGBA; at most so many texels.
 fn decode(bytes: &[u8], texels: usize, budget: &Budget) -> Parsed<Picture> {
     if bytes.starts_with(ktx2::IDENTIFIER) {
