@@ -92,7 +92,14 @@ fn about_scene(text: &mut String, scene: &Scene) -> std::fmt::Result {
             Projection::Perspective { yfov } => format!("perspective, {:.1}°", yfov.to_degrees()),
             Projection::Orthographic { ymag } => format!("orthographic, {:.3} m high", ymag * 2.0),
         };
-        writeln!(text, "    {i}  {} ({kind})", camera.name)?;
+        let girandole_core::scene::ClipPlanes { near, far } = camera.clip;
+        let cut = match (near > 0.0, far.is_finite()) {
+            (true, true) => format!(", from {near} m to {far} m"),
+            (true, false) => format!(", from {near} m on"),
+            (false, true) => format!(", up to {far} m"),
+            (false, false) => String::new(),
+        };
+        writeln!(text, "    {i}  {} ({kind}{cut})", camera.name)?;
     }
     let emitters = emitters(scene, &geometry);
     writeln!(text, "  emitters    {}", emitters.len())?;

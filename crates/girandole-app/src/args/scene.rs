@@ -4,15 +4,16 @@ use super::command_line::{Choice, file_name, value_name};
 use super::values::parse_finite;
 use clap::{Args, ValueEnum};
 use girandole_core::glam::DVec3;
-use girandole_core::scene::{DefaultLight, FieldOfView, Sky, UpAxis, Viewpoint};
+use girandole_core::scene::{ClipPlanes, DefaultLight, FieldOfView, Sky, UpAxis, Viewpoint};
 use std::path::PathBuf;
 
 /// Options of the view and of edits.
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct SceneArgs {
     /// A camera by numbers: where it is, what it looks at and what is up (x, y and z of each, world metres, +Y up), then the
-    /// vertical angle of view in degrees; or, with an m after it, the height in metres of a parallel projection. Mirrored and
-    /// off-axis views cannot be given in this way
+    /// vertical angle of view in degrees; or, with an m after it, the height in metres of a parallel projection. With ,near=1.2
+    /// or ,far=50 after that, what is nearer or farther than so many metres is not drawn. Mirrored and off-axis views cannot be
+    /// given in this way
     #[arg(long, value_name = "EYE,TARGET,UP,FOV", value_parser = parse_view, allow_hyphen_values = true)]
     pub view: Option<ViewArg>,
 
@@ -226,14 +227,19 @@ impl From<Viewpoint> for ViewArg {
 
 impl std::fmt::Display for ViewArg {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let Viewpoint { eye, target, up, field } = self.0;
+        let Viewpoint { eye, target, up, field, clip } = self.0;
         for value in [eye, target, up].iter().flat_map(DVec3::to_array) {
             write!(f, "{},", shortest(value))?;
         }
         match field {
-            FieldOfView::Perspective { degrees } => f.write_str(&shortest(degrees)),
-            FieldOfView::Orthographic { height } => write!(f, "{}m", shortest(height)),
+            FieldOfView::Perspective { degrees } => f.write_str(&shortest(degrees))?,
+            FieldOfView::Orthographic { height } => write!(f, "{}m", shortest(height))?,
         }
+        let ClipPlanes { near, far } = clip;
+        if near > 0.0 {
+            write!(f, ",near={near}")?;
+        }
+        if far.is_finite() { write!(f, ",far={far}") } else { Ok(()) }
     }
 }
 
@@ -245,6 +251,16 @@ fn shortest(value: f64) -> String {
 
 fn parse_view(text: &str) -> Result<ViewArg, String> {
     let wrong = || "give ten numbers as in 0,1.7,4,0,1.7,0,0,1,0,60: eye, target, up, degrees".to_owned();
+    let mut clip = ClipPlanes::NONE;
+    let mut text = text;
+    for (name, plane) in [("far=", &mut clip.far), ("near=", &mut clip.near)] {
+        if let Some((rest, last)) = text.rsplit_once(',')
+            && let Some(distance) = last.trim().strip_prefix(name)
+        {
+            *plane = distance.parse().map_err(|_| format!("give metres after {name}, as in {name}1.5"))?;
+            text = rest;
+        }
+    }
     let (points, field) = text.rsplit_once(',').ok_or_else(wrong)?;
     let number = |text: &str| text.trim().parse::<f64>().map_err(|_| wrong());
     let points: Vec<f64> = points.split(',').map(number).collect::<Result<_, _>>()?;
@@ -257,6 +273,7 @@ fn parse_view(text: &str) -> Result<ViewArg, String> {
             Some(height) => FieldOfView::Orthographic { height: number(height)? },
             None => FieldOfView::Perspective { degrees: number(field)? },
         },
+        clip,
     };
     viewpoint.view(1.0).map_err(|error| error.to_string())?;
     Ok(ViewArg(viewpoint))
@@ -283,12 +300,18 @@ mod tests {
         ]
     }
 
+    fn clip() -> impl Strategy<Value = ClipPlanes> {
+        let plane = || prop_oneof![Just(0.0_f32), 1e-9..1e9_f32];
+        (plane(), prop_oneof![Just(f32::INFINITY), 1e-9..1e12_f32])
+            .prop_map(|(near, far)| ClipPlanes { near, far })
+    }
+
     proptest! {
         #[test]
         fn views_are_printed_and_parsed_to_the_bit(
-            (eye, target, up, field) in (point(), point(), point(), field())
+            (eye, target, up, field, clip) in (point(), point(), point(), field(), clip())
         ) {
-            let viewpoint = Viewpoint { eye, target, up, field };
+            let viewpoint = Viewpoint { eye, target, up, field, clip };
             prop_assume!(viewpoint.view(1.5).is_ok());
             let text = ViewArg::from(viewpoint).to_string();
             let parsed = parse_view(&text).map_err(TestCaseError::fail)?.0;
@@ -317,7 +340,15 @@ mod tests {
         assert_eq!(parsed.0.field, FieldOfView::Perspective { degrees: 60.0 });
         let parallel = parse_view(" 0, 1.7, 4, 0, 1.7, 0, 0, 1, 0, 2.50m").expect("a view");
         assert_eq!(parallel.to_string(), "0,1.7,4,0,1.7,0,0,1,0,2.5m");
+        let cut = "0,1.7,4,0,1.7,0,0,1,0,60,near=1.2,far=50";
+        let planes = parse_view(cut).expect("a view").0.clip;
+        assert_eq!(planes, ClipPlanes { near: 1.2, far: 50.0 });
+        assert_eq!(parse_view(cut).expect("a view").to_string(), cut);
         for (wrong, fragment) in [
+            ("0,1.7,4,0,1.7,0,0,1,0,60,near=x", "metres after near="),
+            ("0,1.7,4,0,1.7,0,0,1,0,60,near=-1", "near plane"),
+            ("0,1.7,4,0,1.7,0,0,1,0,60,near=3,far=2", "near plane"),
+            ("0,1.7,4,0,1.7,0,0,1,0,60,far=2,near=1", "ten numbers"),
             ("", "ten numbers"),
             ("1,2,3", "ten numbers"),
             ("0,1.7,4,0,1.7,0,0,1,0,60,1", "ten numbers"),

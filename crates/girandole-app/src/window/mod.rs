@@ -101,7 +101,7 @@ fn start(args: &ViewArgs) -> Start {
     scene.name.clone_from(&args.scene);
     let node = scene.add_node("camera", Transform::IDENTITY);
     let projection = Projection::Perspective { yfov: 1.0 };
-    scene.cameras.push(Camera { name: "camera".into(), node, projection });
+    scene.cameras.push(Camera { name: "camera".into(), node, projection, clip: Default::default() });
     let view = View::new(&scene, &scene.cameras[0], 1.0);
     let light = IlluminationSettings {
         lights: LightSettings { dark: true, ..args.lights.settings() },

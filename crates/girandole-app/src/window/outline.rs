@@ -98,7 +98,7 @@ fn trace(tracer: &SceneTracer, key: &Key) -> Vec<Line> {
         let (origin, direction) = view.ray(ndc);
         let is_own = |t: u32| geometry.triangles[t as usize].object as usize == key.object.index();
         let own = tracer.closest_hit_where(origin, direction, f32::INFINITY, |t, _| is_own(t));
-        let first = tracer.closest_visible(origin, direction);
+        let first = tracer.closest_visible_within(origin, direction, view.clip.reach());
         own.zip(first).is_some_and(|(own, first)| first.t < own.t * 0.999 && !is_own(first.triangle))
     };
     mask.borders().into_iter().flat_map(|border| pieces(&border, hidden)).collect()

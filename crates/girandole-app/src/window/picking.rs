@@ -35,8 +35,8 @@ impl Picker {
             self.has_hierarchy = true;
             let geometry = tracer.geometry();
             let (origin, direction) = view.relative_to(geometry.origin).ray(at);
-            let behind = tracer.closest_visible(origin, direction);
-            let reach = behind.map_or(f32::INFINITY, |hit| hit.t);
+            let behind = tracer.closest_visible_within(origin, direction, view.clip.reach());
+            let reach = behind.map_or(view.clip.reach(), |hit| hit.t);
             let through = tracer.transparent_hits(origin, direction, reach).into_iter();
             let hit = through.chain(behind).find(|hit| tracer.is_visible(hit.triangle, direction));
             found = hit.map(|hit| {

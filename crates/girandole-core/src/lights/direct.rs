@@ -28,7 +28,7 @@ pub(super) fn punctual(
         let node = world_from_nodes[light.node];
         let normal = node.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Y).as_vec3();
         let mut sample = LightSample {
-            position: (node.translation - geometry.origin).as_vec3(),
+            position: geometry.light_position(index, &node),
             normal,
             intensity: light.intensity,
             profile: Profile::Hemisphere,

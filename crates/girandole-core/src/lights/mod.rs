@@ -31,6 +31,7 @@ pub use rectangle::Rectangle;
 pub(crate) use rewalk::IncrementalWalk;
 pub use rewalk::{Pace, WaitingPaths};
 pub use shown::BoundingSphere;
+pub(crate) use view_points::{SeenPoint, seen_points};
 
 use self::emission::Shares;
 use self::resample::{Candidates, Chosen, resample};

@@ -174,14 +174,14 @@ impl Scene {
         let known = |camera: &Camera| camera.name == name && self.nodes[camera.node].parent.is_none();
         let index = match self.cameras.iter().position(known) {
             Some(index) => {
-                self.cameras[index].projection = projection;
+                (self.cameras[index].projection, self.cameras[index].clip) = (projection, viewpoint.clip);
                 let node = self.cameras[index].node;
                 self.set_transform(node, local)?;
                 index
             }
             None => {
                 let node = self.add_node(name, local);
-                self.cameras.push(Camera { name: name.into(), node, projection });
+                self.cameras.push(Camera { name: name.into(), node, projection, clip: viewpoint.clip });
                 self.cameras.len() - 1
             }
         };

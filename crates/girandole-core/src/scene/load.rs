@@ -68,6 +68,7 @@ impl Scene {
             Some(factor) => scene.scale(factor)?,
             None => scene.doubt_units(),
         }
+        scene.doubt_clip_planes();
         let has_environment = options.environment.is_some();
         scene.environment = options.environment.or(scene.environment);
         scene.ensure_camera();

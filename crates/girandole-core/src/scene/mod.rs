@@ -23,6 +23,7 @@
 //! # Ok::<(), girandole_core::Error>(())
 //! ```
 
+mod added_light;
 mod authoring;
 pub mod builtin;
 mod camera;
@@ -43,6 +44,7 @@ mod geometry;
 pub mod gltf;
 mod ground;
 mod hierarchy;
+mod light_places;
 #[cfg(feature = "import")]
 mod load;
 mod material;
@@ -64,7 +66,7 @@ mod view;
 mod viewpoint;
 
 pub use authoring::Shades;
-pub use camera::{Camera, Projection};
+pub use camera::{Camera, ClipPlanes, Projection};
 pub use changes::{ObjectId, SceneChanges};
 pub use deformation::{Joint, JointWeight, MorphTarget, Skin};
 #[cfg(feature = "import")]

@@ -242,7 +242,7 @@ impl SimplePatch {
         let extent = extent.fold(0.0, f64::max);
         let vector = area_vector(&corners);
         let area = vector.length();
-        if extent < least_extent || area.is_nan() || area <= extent * tolerance.ray_offset {
+        if extent < least_extent || area.is_nan() || area <= extent * 10.0 * tolerance.coordinate {
             return None;
         }
         let normal = vector / area;

@@ -3,8 +3,8 @@
 use crate::builder::{File, some_of_everything};
 use girandole_core::glam::{Quat, Vec2, Vec3, Vec4};
 use girandole_core::scene::{
-    ColorSpace, Filter, Geometry, Interpolation, Keyframes, Projection, PunctualKind, Scene, Transform, Wrap,
-    load_gltf_slice,
+    ClipPlanes, ColorSpace, Filter, Geometry, Interpolation, Keyframes, LoadOptions, Projection,
+    PunctualKind, Scene, Transform, Wrap, load_gltf_slice,
 };
 use serde_json::{Value, json};
 
@@ -39,6 +39,8 @@ fn nodes_objects_cameras_and_lights() {
     assert_eq!(scene.cameras[0].name, "eye");
     assert_eq!(scene.cameras[0].projection, Projection::Perspective { yfov: 0.75 });
     assert_eq!(scene.cameras[1].projection, Projection::Orthographic { ymag: 1.5 });
+    assert_eq!(scene.cameras[0].clip, ClipPlanes { near: 0.1, far: f32::INFINITY });
+    assert_eq!(scene.cameras[1].clip, ClipPlanes { near: 0.1, far: 10.0 });
     let lights: Vec<_> = scene.lights.iter().map(|l| (l.node, l.kind, l.intensity)).collect();
     assert_eq!(
         lights,
@@ -376,4 +378,58 @@ fn mirrored_instances_keep_their_front() {
     assert_eq!(front([-1.0, 1.0, 1.0]), (Vec3::Z, true));
     assert_eq!(front([1.0, 1.0, -1.0]), (Vec3::NEG_Z, true));
     assert_eq!(front([-1.0, -1.0, -1.0]), (Vec3::NEG_Z, true));
+}
+
+#[test]
+fn planes_that_cut_off_all_are_left_out() {
+    // A square 2 m in front of a camera with these planes, loaded as a file with this scale.
+    let load = |near: f32, far: f32, scale: f64| {
+        let mut file = File::with_square();
+        let camera = json!({"type": "perspective", "name": "eye",
+            "perspective": {"yfov": 1.0, "znear": near, "zfar": far}});
+        let camera = file.push("cameras", camera);
+        file.node(json!({"camera": camera, "translation": [0.5, 0.5, 2.0]}));
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("square.glb");
+        std::fs::write(&path, file.glb()).expect("it is written");
+        let options = LoadOptions { scale: Some(scale), ..LoadOptions::default() };
+        Scene::load_with(&path, options).expect("it loads")
+    };
+    for (near, far, scale) in [(0.1, 50.0, 1.0), (1.5, 50.0, 1.0), (0.1, 2.5, 1.0), (1.5, 2.5, 0.01)] {
+        let scene = load(near, far, scale);
+        let expected = [near * scale as f32, far * scale as f32];
+        assert_eq!([scene.cameras[0].clip.near, scene.cameras[0].clip.far], expected);
+        assert!(!scene.warnings.iter().any(|w| w.contains("plane")), "{:?}", scene.warnings);
+    }
+    for (near, far) in [(2.5, 50.0), (0.1, 1.5)] {
+        let scene = load(near, far, 1.0);
+        assert_eq!(scene.cameras[0].clip, ClipPlanes::NONE);
+        assert!(
+            scene.warnings.iter().any(|w| w.contains("camera `eye` sees nothing between")),
+            "{near} {far}"
+        );
+    }
+    for (near, far) in [(-1.0, 5.0), (3.0, 3.0), (5.0, 1.0)] {
+        let scene = load(near, far, 1.0);
+        assert_eq!(scene.cameras[0].clip, ClipPlanes::NONE);
+        assert!(scene.warnings.iter().any(|w| w.contains("impossible near plane")), "{near} {far}");
+    }
+}
+
+#[test]
+fn normals_that_point_away_from_fronts_are_turned() {
+    let load = |normal: f32| {
+        let mut file = File::new();
+        let mut primitive = file.square();
+        let normals = file.floats(&[0.0, 0.0, normal].repeat(4), "VEC3");
+        primitive["attributes"]["NORMAL"] = json!(normals);
+        let mesh = file.mesh(primitive);
+        file.node(json!({"mesh": mesh}));
+        load(&file)
+    };
+    for normal in [1.0, -1.0] {
+        let scene = load(normal);
+        assert!(scene.meshes[0].normals.iter().all(|n| *n == Vec3::Z), "{normal}");
+        assert_eq!(mentions(&scene, "turned around"), usize::from(normal < 0.0));
+    }
 }

@@ -1,5 +1,6 @@
 //! The importers: what they read, what they refuse, and what they do to planar surfaces.
 
+mod added_light;
 #[cfg(feature = "import")]
 mod bending;
 #[cfg(feature = "import")]

@@ -48,6 +48,7 @@ fn covered(scene: &Scene, [width, height]: [u32; 2]) -> usize {
         target: DVec3::new(2.0, 1.5, 0.0),
         up: DVec3::Y,
         field: FieldOfView::Perspective { degrees: 45.0 },
+        clip: Default::default(),
     };
     let view = viewpoint.view(width as f32 / height as f32).expect("a view").relative_to(geometry.origin);
     let pixels = (0..width * height).map(|i| Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5));

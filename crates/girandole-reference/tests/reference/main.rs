@@ -1,5 +1,6 @@
 //! The reference checked against closed forms, against itself, and against pictures by an independent renderer.
 
+mod clipping;
 mod closed_form;
 mod coincident;
 mod common;
@@ -10,6 +11,7 @@ mod light_motion;
 mod many_lights;
 mod metals;
 mod metrics;
+mod offsets;
 mod reflected_environment;
 mod reflection;
 mod spheres;

@@ -1,5 +1,6 @@
 //! Tests that need an adapter (a software one will do). Where there is none, all are reported as ignored.
 
+mod clipping;
 mod common;
 mod environment;
 mod exact;
@@ -49,6 +50,7 @@ type Requirement = wgpu::Features;
 /// All tests of pictures.
 fn pictures() -> Vec<(Test, Requirement)> {
     let of_any_device = [
+        clipping::tests(),
         exact::tests(),
         opening::tests(),
         oracle::tests(),

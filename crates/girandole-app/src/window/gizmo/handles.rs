@@ -290,6 +290,7 @@ mod tests {
             center: Vec2::ZERO,
             orthographic: false,
             depth: None,
+            clip: Default::default(),
         }
     }
 

@@ -284,6 +284,7 @@ fn bookmarks_come_back_to_the_view_and_are_edits() {
         target: Vec3::Y.into(),
         up: Vec3::Y.into(),
         field,
+        clip: Default::default(),
     };
     for (number, x) in [(1, 0.5), (2, -0.7), (1, 0.3)] {
         session.eye = Eye::Free(viewpoint(x));

@@ -221,7 +221,7 @@ impl Room {
         debug_assert!(eye.abs().x < self.half.x && eye.abs().z < self.half.z && eye.y < self.height);
         let node = self.scene.add_node(name, Transform::looking_at(eye, target));
         let projection = Projection::Perspective { yfov: degrees.to_radians() };
-        self.scene.cameras.push(Camera { name: name.into(), node, projection });
+        self.scene.cameras.push(Camera { name: name.into(), node, projection, clip: Default::default() });
     }
 }
 

@@ -26,7 +26,7 @@
 //! A file says the lowest version that has what is in it.
 
 use super::{Edit, Edits, Shape};
-use crate::scene::{FieldOfView, PunctualKind, Shades, Transform, Viewpoint};
+use crate::scene::{ClipPlanes, FieldOfView, PunctualKind, Shades, Transform, Viewpoint};
 use crate::{Error, Result};
 use glam::{DAffine3, DVec3, Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -91,6 +91,36 @@ pub(super) struct ViewpointFormat {
     up: DVec3,
     #[serde(with = "FieldFormat")]
     field: FieldOfView,
+    #[serde(default, skip_serializing_if = "cuts_nothing", with = "clip_format")]
+    clip: ClipPlanes,
+}
+
+fn cuts_nothing(clip: &ClipPlanes) -> bool {
+    *clip == ClipPlanes::NONE
+}
+
+/// How [`ClipPlanes`] are written: metres; no far plane where nothing is cut off.
+mod clip_format {
+    use super::ClipPlanes;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Format {
+        near: f32,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        far: Option<f32>,
+    }
+
+    pub fn serialize<S: Serializer>(clip: &ClipPlanes, serializer: S) -> Result<S::Ok, S::Error> {
+        let far = Some(clip.far).filter(|far| far.is_finite());
+        Format { near: clip.near, far }.serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ClipPlanes, D::Error> {
+        let Format { near, far } = Format::deserialize(deserializer)?;
+        Ok(ClipPlanes { near, far: far.unwrap_or(f32::INFINITY) })
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -128,7 +158,7 @@ impl Edit {
                 base_color.is_finite() && (metallic + roughness + specular).is_finite()
             }
             Self::SetCone { inner, outer, .. } => inner.is_finite() && outer.is_finite(),
-            Self::SetCamera { viewpoint: Viewpoint { eye, target, up, field }, .. } => {
+            Self::SetCamera { viewpoint: Viewpoint { eye, target, up, field, clip: _ }, .. } => {
                 let (FieldOfView::Perspective { degrees: size } | FieldOfView::Orthographic { height: size }) =
                     field;
                 eye.is_finite() && target.is_finite() && up.is_finite() && size.is_finite()

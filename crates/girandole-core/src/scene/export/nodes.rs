@@ -1,7 +1,7 @@
 //! The hierarchy, and what hangs on it.
 
 use super::{Exporter, named};
-use crate::scene::{Camera, Node, Projection, PunctualKind, PunctualLight, Transform};
+use crate::scene::{Camera, ClipPlanes, Node, Projection, PunctualKind, PunctualLight, Transform};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat4, Quat, Vec3};
 use gltf::json::accessor::Type;
@@ -149,13 +149,14 @@ fn extra((is_dynamic, transfer): (bool, bool)) -> json::Extras {
 
 fn camera_json(camera: &Camera) -> json::Camera {
     let (mut perspective, mut orthographic) = (None, None);
+    let cuts_nothing = camera.clip == ClipPlanes::NONE;
     let type_ = match camera.projection {
         Projection::Perspective { yfov, .. } => {
             perspective = Some(json::camera::Perspective {
                 aspect_ratio: None,
                 yfov,
-                zfar: None,
-                znear: NEAR,
+                zfar: Some(camera.clip.far).filter(|far| far.is_finite()),
+                znear: if camera.clip.near > 0.0 { camera.clip.near } else { NEAR },
                 extensions: None,
                 extras: None,
             });
@@ -165,8 +166,8 @@ fn camera_json(camera: &Camera) -> json::Camera {
             orthographic = Some(json::camera::Orthographic {
                 xmag: ymag,
                 ymag,
-                zfar: 1e6 * ymag.max(1.0),
-                znear: 0.0,
+                zfar: if camera.clip.far.is_finite() { camera.clip.far } else { 1e6 * ymag.max(1.0) },
+                znear: camera.clip.near,
                 extensions: None,
                 extras: None,
             });
@@ -179,7 +180,7 @@ fn camera_json(camera: &Camera) -> json::Camera {
         perspective,
         type_: Valid(type_),
         extensions: None,
-        extras: None,
+        extras: cuts_nothing.then(|| RawValue::from_string(r#"{"clips":false}"#.into()).ok()).flatten(),
     }
 }
 

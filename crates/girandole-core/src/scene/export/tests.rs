@@ -188,8 +188,11 @@ fn everything() -> Scene {
     }
     let eye = scene.add_node("eye", Transform::looking_at(Vec3::new(0.0, 2.0, 9.0), Vec3::ZERO));
     let (a, b) = (Projection::Perspective { yfov: 0.9 }, Projection::Orthographic { ymag: 2.5 });
-    for (name, projection) in [("eye", a), ("plan", b)] {
-        scene.cameras.push(Camera { name: name.into(), node: eye, projection });
+    let cut = ClipPlanes { near: 0.3, far: 40.0 };
+    for (name, projection, clip) in
+        [("eye", a, ClipPlanes::NONE), ("plan", b, ClipPlanes::NONE), ("cut", a, cut)]
+    {
+        scene.cameras.push(Camera { name: name.into(), node: eye, projection, clip });
     }
     let (times, interpolation) = (vec![0.0, 0.5, 2.0], Interpolation::Linear);
     let rotations = [0.0, 1.0, 2.0].map(Quat::from_rotation_y).to_vec();

@@ -4,7 +4,7 @@ use super::accessor::Accessor;
 use super::document::{lookup, shorten};
 use super::texture::MAX_COORDINATE;
 use super::{Importer, MAX_TRIANGLES, MAX_VERTICES, Parsed, budget, tangents};
-use crate::scene::repair::{drop_duplicates, smooth_normals};
+use crate::scene::repair::{drop_duplicates, smooth_normals, turn_normals};
 use crate::scene::{Mesh, MeshTriangle, TextureRef};
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::accessor::{ComponentType, Type};
@@ -110,6 +110,13 @@ impl<'d> Importer<'d> {
         let vertices = most.min(3 * corners.len());
         self.document.budget.take(vertices, budget::MESH_VERTEX)?;
         let mut part = self.part(&attributes, &corners)?;
+        if json.targets.is_none() && turn_normals(&part.positions, &mut part.normals, &part.triangles) {
+            part.tangents.iter_mut().for_each(|tangent| tangent.w = -tangent.w);
+            self.scene.warn(format!(
+                "normals of mesh `{}` point away from the fronts of its triangles and are turned around; turn them in the file",
+                mesh.name
+            ));
+        }
         let normal_map = self.scene.materials[material as usize].normal_texture;
         match normal_map {
             Some(map) => self.tangents(&attributes, &mut part, map.texture),

@@ -2,7 +2,7 @@
 
 use super::document::lookup;
 use super::{Importer, Parsed};
-use crate::scene::{Camera, Node, Object, Projection, Transform};
+use crate::scene::{Camera, ClipPlanes, Node, Object, Projection, Transform};
 use glam::{DAffine3, DMat4, Quat, Vec3};
 use gltf::json;
 use gltf::json::validation::Checked;
@@ -120,7 +120,17 @@ impl Importer<'_> {
         let name = camera.name.clone().filter(|n| !n.is_empty());
         let name = name.unwrap_or_else(|| self.scene.nodes[node].name.clone());
         match projection(camera) {
-            Some(projection) => self.scene.cameras.push(Camera { name, node, projection }),
+            Some(projection) => {
+                let mut clip = clip_planes(camera);
+                if !clip.are_possible() {
+                    let ClipPlanes { near, far } = clip;
+                    self.scene.warn(format!(
+                        "camera `{name}` has an impossible near plane at {near} m and far plane at {far} m: it cuts nothing off"
+                    ));
+                    clip = ClipPlanes::NONE;
+                }
+                self.scene.cameras.push(Camera { name, node, projection, clip });
+            }
             None => self.scene.warn(format!("camera `{name}` has an impossible view and is left out")),
         }
     }
@@ -167,9 +177,12 @@ impl Importer<'_> {
 
 /// Whether a node's extras say so.
 fn has_extra(json: &json::Node, name: &str) -> bool {
-    let extras = json.extras.as_ref().map(|e| e.get());
-    let value = extras.and_then(|e| json::deserialize::from_str::<json::Value>(e).ok());
-    value.as_ref().and_then(|v| v.get(name)?.as_bool()).unwrap_or(false)
+    flag(&json.extras, name).unwrap_or(false)
+}
+
+fn flag(extras: &json::Extras, name: &str) -> Option<bool> {
+    let value = json::deserialize::from_str::<json::Value>(extras.as_ref()?.get()).ok()?;
+    value.get(name)?.as_bool()
 }
 
 fn transform(json: &json::Node) -> Parsed<Transform> {
@@ -203,4 +216,16 @@ fn projection(json: &json::Camera) -> Option<Projection> {
         }
         Checked::Invalid => None,
     }
+}
+
+/// What a camera cuts off; nothing, if its extras say that its planes are there for the format alone.
+fn clip_planes(json: &json::Camera) -> ClipPlanes {
+    if flag(&json.extras, "clips") == Some(false) {
+        return ClipPlanes::NONE;
+    }
+    let planes = match (&json.perspective, &json.orthographic) {
+        (Some(camera), _) => Some((camera.znear, camera.zfar.unwrap_or(f32::INFINITY))),
+        (None, camera) => camera.as_ref().map(|camera| (camera.znear, camera.zfar)),
+    };
+    planes.map_or(ClipPlanes::NONE, |(near, far)| ClipPlanes { near, far })
 }

@@ -69,7 +69,9 @@ fn furnishings() -> Edits {
         target: DVec3::new(0.0, 1.0, 1.0 / 3.0),
         up: DVec3::Y,
         field: FieldOfView::Perspective { degrees: 55.5 },
+        clip: ClipPlanes::NONE,
     };
+    let cut = ClipPlanes { near: 1.2, far: 50.0 };
     let field = FieldOfView::Orthographic { height: 2.5 };
     let base_color = vec3(0.9, 0.1, 1.0 / 3.0);
     let shades = Shades { base_color, metallic: 0.0, roughness: 0.25, specular: 1.0 };
@@ -103,7 +105,10 @@ fn furnishings() -> Edits {
         },
         Edit::SetCamera { name: "bookmark 1".into(), viewpoint },
         Edit::SetCamera { name: "bookmark 2".into(), viewpoint: Viewpoint { field, ..viewpoint } },
-        Edit::SetCamera { name: "bookmark 1".into(), viewpoint: Viewpoint { eye: DVec3::Y, ..viewpoint } },
+        Edit::SetCamera {
+            name: "bookmark 1".into(),
+            viewpoint: Viewpoint { eye: DVec3::Y, clip: cut, ..viewpoint },
+        },
     ])
 }
 
