@@ -105,18 +105,28 @@ fn check(args: &RenderArgs) -> Result<()> {
 }
 
 fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
-    // The scene.
+    // The scene, and beside it the engine.
     let start = Instant::now();
-    let (mut scene, _) = scene::load_edited(&args.scene, args.object.as_deref(), &args.seen)?;
+    let load = || scene::load_edited(&args.scene, args.object.as_deref(), &args.seen);
     if let Some(frames) = args.motion.frames {
-        return sequence::render(&args, scene, frames);
+        return sequence::render(&args, load()?.0, frames);
     }
+    let (loaded, engine) = rayon::join(load, || Ready::open(&args));
+    let (mut scene, _) = loaded?;
     if let Some(seconds) = args.motion.time {
         scene.set_time(seconds)?;
     }
     let geometry = Geometry::new(&scene);
     let view = scene::view(&scene, &args.seen, args.camera.as_deref(), args.size)?;
     let transfers = transfer::load(&scene, &args.transfer)?;
+    let (mut engine, advice) = engine?;
+    if args.refine > 1 && !matches!(engine, Ready::Gpu(_)) {
+        bail!("--refine belongs to --engine gpu, and there is no adapter; leave it out");
+    }
+    if matches!(engine, Ready::Gpu(_)) {
+        args.aa = aa_on_gpu;
+    }
+    engine.compile_for(&scene, &geometry, &args)?;
     let scene_ms = milliseconds(start);
 
     // The light samples.
@@ -129,14 +139,8 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     };
     let lights_ms = milliseconds(start);
 
-    // The engine. Nothing was printed before, so that an error is the only line.
-    let mut engine = Ready::choose(&args)?;
-    if args.refine > 1 && !matches!(engine, Ready::Gpu(_)) {
-        bail!("--refine belongs to --engine gpu, and there is no adapter; leave it out");
-    }
-    if matches!(engine, Ready::Gpu(_)) {
-        args.aa = aa_on_gpu;
-    }
+    // Nothing was printed before, so that an error is the only line.
+    advice.iter().for_each(|advice| say(advice));
     for warning in scene.warnings.iter().chain(&lights.warnings) {
         say(&format!("warning: {warning}"));
     }

@@ -221,8 +221,9 @@ fn light<'a>(
             let points = all.record(recorder, &coarsest, seen, light_maps, adaptive.lists, grid);
             let mut lit = (shade(recorder, &coarsest, inputs, points, grid), false);
             for &step in &grids[1..] {
-                let (fine, grids) = (band.with_step(step), [lit.0, targets.grid(step)]);
                 let kernels = adaptive.kernels(step == 1 && may_be_radiance);
+                let fine = band.with_step(step).with_radiance(kernels.writes_radiance);
+                let grids = [lit.0, targets.grid(step)];
                 let inputs = ShadeInputs { kernels, ..inputs };
                 let points = kernels.refine.record(recorder, &fine, seen, light_maps, adaptive.lists, grids);
                 lit = (shade(recorder, &fine, inputs, points, grids[1]), kernels.writes_radiance);
@@ -244,6 +245,7 @@ fn shade<'g>(
 ) -> GridView<'g> {
     let ShadeInputs { prepared, adaptive, kernels, seen, maps, light_maps } = inputs;
     let lights = &prepared.scene.lights;
+    let band = &band.with_radiance(kernels.writes_radiance);
     let points = adaptive.passes.sort_points.record(recorder, band, light_maps, points);
     if let Some((multipass, plan)) = adaptive.multipass {
         return multipass.record(recorder, band, seen, (maps, light_maps), (plan, lights), points, grid);

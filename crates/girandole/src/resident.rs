@@ -308,6 +308,12 @@ impl Resident {
 }
 
 impl SceneFeatures {
+    /// What they will be, before light is sampled.
+    pub fn expected(scene: &Scene, geometry: &Geometry) -> Self {
+        let has_other_lights = !scene.lights.is_empty() || scene.environment.is_some();
+        Self { only_cosine_lights: !has_other_lights, ..Self::of(scene, geometry, &[]) }
+    }
+
     fn of(scene: &Scene, geometry: &Geometry, lights: &[Light]) -> Self {
         Self {
             specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),

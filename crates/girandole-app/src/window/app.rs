@@ -256,7 +256,7 @@ impl App {
         let waits = self.opener.wait().into_iter();
         #[cfg(not(target_arch = "wasm32"))]
         let waits = waits.chain(self.files.wait());
-        waits.collect()
+        waits.chain(self.session.wait()).collect()
     }
 
     /// Ends a wait that nobody wants any more. The first scene is all that there is to wait for.
@@ -265,7 +265,7 @@ impl App {
             Some(What::Opening) if self.session.is_blank => self.tools.quits = true,
             Some(What::Opening) => self.opener.cancel(),
             Some(What::Choosing) => self.tools.asks = Some(super::files::Ask::TypeInstead),
-            None => {}
+            Some(What::Compiling) | None => {}
         }
     }
 
@@ -406,6 +406,12 @@ impl App {
         let start = Instant::now();
         let (hurried, preliminary) = (self.session.is_hurried(), self.session.is_preliminary());
         if self.session.wants_picture(target.size) {
+            if !self.session.is_compiled(target.size) {
+                // The last picture stays.
+                let soon = Instant::now() + PROGRESS;
+                self.due = Some(self.due.map_or(soon, |due| due.min(soon)));
+                return;
+            }
             self.session.draw(target);
         } else if !self.session.may_refine(target.size) {
             return;

@@ -134,6 +134,7 @@ fn waits(ui: &mut Ui, tools: &mut Tools, now: Instant) {
         let ends = match wait.what {
             What::Opening => "Cancel",
             What::Choosing => "Type a path instead",
+            What::Compiling => continue,
         };
         if ui.small_button(ends).clicked() {
             tools.cancels = Some(wait.what);

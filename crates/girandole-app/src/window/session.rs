@@ -10,8 +10,9 @@
 //! | [`IlluminationSettings`] | light samples, visibility, shadow maps |
 //! | [`RendererOptions`] | the renderer, and all of that |
 
-use super::budget::{Budget, Quality};
+use super::budget::Budget;
 use super::camera::Eye;
+use super::clock::Instant;
 use super::refine::Refinement;
 use super::rest::Rest;
 use super::target::PictureTarget;
@@ -26,6 +27,7 @@ use girandole_core::scene::{Edits, Geometry, Scene, View};
 use girandole_core::trace::{HeldHierarchies, SceneTracer};
 
 mod clip;
+mod compiling;
 mod editing;
 mod history;
 mod making;
@@ -131,6 +133,8 @@ pub struct Session {
     shown: Option<Picture>,
     /// How many pictures were rendered.
     pictures: u64,
+    /// Since when the next picture waits for kernels, if it does.
+    compiling: Option<Instant>,
 }
 
 impl Session {
@@ -162,6 +166,7 @@ impl Session {
             refused: None,
             shown: None,
             pictures: 0,
+            compiling: None,
         }
     }
 
@@ -344,21 +349,6 @@ impl Session {
     pub fn is_moving(&self) -> bool {
         let light = self.renderer.as_ref().and_then(Renderer::illumination);
         self.playback.playing && self.scene.duration() > 0.0 || light.is_some_and(|l| !l.is_settled())
-    }
-
-    fn picture(&self, size: [u32; 2]) -> Picture {
-        let quality = match (self.is_preliminary(), self.is_hurried()) {
-            (true, _) => Quality::PRELIMINARY,
-            (false, true) => self.budget.quality(),
-            _ => Quality::FULL,
-        };
-        let mut settings = self.settings;
-        let light = self.renderer.as_ref().and_then(Renderer::illumination);
-        if light.is_some_and(|light| light.visibility().is_none()) {
-            let RenderSettings { exposure, tonemap, .. } = settings;
-            settings = RenderSettings { mode: Mode::Naive, exposure, tonemap, ..RenderSettings::default() };
-        }
-        Picture { view: self.view(size), size, settings, quality }
     }
 
     /// Draws the picture where it is another one by now.

@@ -12,6 +12,8 @@ pub enum What {
     Opening,
     /// The system's dialog is open.
     Choosing,
+    /// The device's kernels are compiled.
+    Compiling,
 }
 
 /// What is being waited for.

@@ -2,6 +2,7 @@ use super::super::clock::Instant;
 use super::super::presets::PRESETS;
 use super::*;
 use crate::args::{BackgroundArg, EnvironmentArg};
+use crate::window::budget::Quality;
 use girandole::wgpu;
 use girandole_core::glam::Vec3;
 use girandole_core::lights::LightSettings;
