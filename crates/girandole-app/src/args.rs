@@ -257,7 +257,8 @@ pub struct LightArgs {
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LIGHTS)))]
     pub lights: u32,
 
-    /// Share of the samples that lie on emitters, 0 to 1, the others are left by random walks; auto: as the light demands
+    /// Share of the samples that lie on emitters and punctual lights, 0 to 1, the others are left by random walks; auto: as the
+    /// light demands
     #[arg(long, value_name = "auto|SHARE", default_value_t, value_parser = parse_direct)]
     pub direct: DirectShare,
 

@@ -8,6 +8,7 @@ mod ids;
 mod importance;
 mod motion;
 mod prefix;
+mod punctual;
 mod reach;
 mod rectangle;
 mod resample;
@@ -23,9 +24,9 @@ mod sun;
 mod view_points;
 mod walk;
 
-pub(crate) use emitters::SpotCone;
 pub use ids::LightId;
 pub(crate) use motion::Placement;
+pub(crate) use punctual::SpotCone;
 pub(crate) use reach::share_reached;
 pub use rectangle::Rectangle;
 pub(crate) use rewalk::IncrementalWalk;
@@ -258,10 +259,11 @@ pub enum Termination {
 /// How many light samples, of which kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSettings {
-    /// How many samples in all; punctual lights count, and are never left out.
+    /// How many samples at most, and wherever there is as much to sample. Where there are more punctual lights than a quarter of
+    /// that, those that matter little share samples.
     pub count: u32,
-    /// Share of samples on emitters, 0 to 1, which then are spread evenly by power. `None` = as the light demands: samples on
-    /// emitters and those left by the walk are chosen alike, wherever they lower the error most.
+    /// Share of samples on emitters and punctual lights, 0 to 1, which then are spread evenly by power. `None` = as the light
+    /// demands: these samples and those left by the walk are chosen alike, wherever they lower the error most.
     pub direct_share: Option<f32>,
     /// Bounce limit of the random walk; 0 = direct light only.
     pub bounces: u32,
@@ -302,7 +304,7 @@ impl Default for LightSettings {
 pub struct LightSet {
     samples: Vec<LightSample>,
     ids: Vec<LightId>,
-    /// For each sample, where its light comes from; none for punctual lights, and where it is not known.
+    /// For each sample, where its light comes from; none where it is not known.
     shares: Vec<Shares>,
     /// How many of them are direct (punctual lights included).
     pub direct: u32,
@@ -367,8 +369,8 @@ impl LightSet {
     }
 
     /// Samples the light of a scene, placed where it matters to what `views` see (all alike; none = by power). There are
-    /// exactly [`LightSettings::count`] samples wherever the scene allows it; punctual lights all have theirs. What light
-    /// there is in the mean over seeds does not depend on the views.
+    /// exactly [`LightSettings::count`] samples wherever the scene allows it, and never more. What light there is in the mean over
+    /// seeds does not depend on the views.
     ///
     /// # Errors
     /// [`Error::Invalid`] where a setting is out of range, the scene has no light at all, or the geometry is not this
@@ -381,11 +383,12 @@ impl LightSet {
     ) -> Result<Self> {
         settings.validate()?;
         geometry.belongs_to(scene)?;
-        let sampling = Sampling::new(scene, geometry, settings, views);
+        let mut sampling = Sampling::new(scene, geometry, settings, views);
         let (samples, sources) = sampling.candidates(geometry);
         let weights = sampling.importance.weights(&samples);
         let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
-        let chosen = resample(candidates, sampling.wanted, sampling.normal_scale, sampling.seed);
+        let (chosen, warning) = resample(candidates, sampling.wanted, sampling.normal_scale, sampling.seed);
+        sampling.warnings.extend(warning);
         let mut set = Self::from_chosen(geometry, sampling.given(geometry).chain(chosen));
         sampling.shown.fit(&mut set.samples);
         if set.is_empty() {
@@ -437,7 +440,7 @@ impl LightSet {
         }
     }
 
-    /// The samples: punctual, direct, then indirect.
+    /// The samples: direct ones, then indirect ones.
     pub fn samples(&self) -> &[LightSample] {
         &self.samples
     }

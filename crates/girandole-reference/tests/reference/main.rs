@@ -8,6 +8,7 @@ mod environment;
 mod environment_files;
 mod files;
 mod light_motion;
+mod many_lamps;
 mod many_lights;
 mod metals;
 mod metrics;
