@@ -26,9 +26,9 @@ const APART: f32 = 4.0;
 const SHARE: u32 = 4;
 /// The axis of [places](place) along which they lie apart from all other candidates.
 pub(super) const AXIS: usize = 3;
-/// Where lights that share samples leave more than this as the standard error of all light, if each stands for what is like
-/// it by chance, there are too few samples.
-const ROUGH: f64 = 0.1;
+/// Where samples that stand for several lights would leave more than this as the standard error of all light, if what each brings were
+/// off by all of itself, there are too few of them. Below, the light of a picture was within 3 % of what it is.
+const ROUGH: f64 = 0.05;
 
 /// A sample for each punctual light, dark ones too, light by light: a point light is two opposite hemispheres, a spot and a
 /// directional light one sample each.
@@ -165,7 +165,8 @@ pub(super) fn warning(candidates: &[LightSample], clusters: &[(u64, &Cluster)]) 
     lights.sort_unstable();
     lights.dedup();
     (error > ROUGH).then(|| {
-        let enough = f64::from(strata) * (error / ROUGH).powi(2);
+        // It falls with the root at best: others are split, too.
+        let enough = f64::from(strata) * (error / ROUGH).powi(3);
         let all_alone = SHARE * candidates.iter().filter(|c| c.punctual().is_some()).count() as u32;
         format!(
             "{} punctual lights share {shared} of {strata} light samples, so that some places are too bright and others too dark; \
