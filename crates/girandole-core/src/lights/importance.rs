@@ -27,9 +27,9 @@ const RAYS_SEED: u32 = 0x3c6e_f372;
 const PAIRS_AND_RUN: [usize; 2] = [8, 64];
 /// The same where light is guided: what lies within a beam of light from a window differs from what lies beside it.
 const GUIDED_PAIRS_AND_RUN: [usize; 2] = [16, 24];
-/// The same of a punctual light, whose run is its own: so many points, or as many as that for all such lights.
-const PUNCTUAL_PAIRS: usize = 64;
-const ALL_PUNCTUAL_PAIRS: usize = 1 << 15;
+/// Pairs of all punctual lights at most, but for one test of each. Each is tested as often as a run of others where there are few of
+/// them, and has a run of its own then.
+const PUNCTUAL_PAIRS: usize = 1 << 15;
 /// Share of the weight that comes from power alone.
 const PLAIN: f64 = 0.1;
 /// An environment's light and all other light have means of their own: most of a sky's power may never come into a room. Either is
@@ -165,13 +165,15 @@ pub(super) fn measure(
     }
     let power: Vec<f64> = candidates.iter().map(power).collect();
     let [tested, longest] = if is_guided { GUIDED_PAIRS_AND_RUN } else { PAIRS_AND_RUN };
-    let runs = split_into_runs(candidates, places, longest);
+    let lights = candidates.iter().filter(|c| c.punctual().is_some()).count();
+    let times = (PUNCTUAL_PAIRS / (tested * lights.max(1))).clamp(1, longest);
+    let runs = split_into_runs(candidates, places, [longest, longest / times]);
     let mut result = Importance { runs, mean: 1.0, brightness: 0.0 };
     let of = |run: &Run| if let Run::Whole { members, .. } = run { Some(members.clone()) } else { None };
     let mut runs: Vec<Vec<u32>> = result.runs.iter().filter_map(of).collect();
     // The power that a test stands for.
     let mut parts = power.clone();
-    repeat_punctual(candidates, &mut runs, &mut parts, tested);
+    repeat_punctual(candidates, &mut runs, &mut parts, times);
     let order: Vec<u32> = runs.concat();
     let bounds: Vec<f32> =
         runs.iter().flat_map(|run| vec![bound(candidates, &power, run); run.len()]).collect();
@@ -244,13 +246,11 @@ pub(super) fn measure(
     result
 }
 
-/// Tests punctual lights more often, each time with a part of their power.
-fn repeat_punctual(candidates: &[LightSample], runs: &mut [Vec<u32>], power: &mut [f64], tested: usize) {
-    let lights = candidates.iter().filter(|c| c.punctual().is_some()).count();
-    let times = (ALL_PUNCTUAL_PAIRS / (tested * lights.max(1))).clamp(1, PUNCTUAL_PAIRS / tested);
+/// Tests punctual lights so many times, each time with a part of their power.
+fn repeat_punctual(candidates: &[LightSample], runs: &mut [Vec<u32>], power: &mut [f64], times: usize) {
     for run in runs.iter_mut().filter(|run| candidates[run[0] as usize].punctual().is_some()) {
-        power[run[0] as usize] /= times as f64;
-        *run = vec![run[0]; times];
+        run.iter().for_each(|&light| power[light as usize] /= times as f64);
+        *run = run.iter().flat_map(|&light| std::iter::repeat_n(light, times)).collect();
     }
 }
 
@@ -325,8 +325,8 @@ fn bound(candidates: &[LightSample], power: &[f64], run: &[u32]) -> f32 {
 }
 
 /// Runs of neighbours by position and normal: halves of halves. The sun is a run of its own: all of it brings the same but for
-/// the edges of shadows. So is each punctual light's sample.
-fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]], longest: usize) -> Vec<Run> {
+/// the edges of shadows. The `longest` are of so many candidates, or so many punctual lights.
+fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]], longest: [usize; 2]) -> Vec<Run> {
     let is_sun = |&i: &u32| candidates[i as usize].is_of_sun();
     let is_punctual = |&i: &u32| candidates[i as usize].punctual().is_some();
     let (punctual, others): (Vec<u32>, Vec<u32>) = (0..places.len() as u32).partition(is_punctual);
@@ -355,8 +355,7 @@ fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]], longest: usi
         {
             halves[side] = node;
         }
-        let longest = if is_punctual(&run[0]) { 1 } else { longest };
-        if run.len() <= longest || is_sun(&run[0]) {
+        if run.len() <= longest[usize::from(is_punctual(&run[0]))] || is_sun(&run[0]) {
             runs.push(Run::Whole { members: run, importance: 1.0 });
             continue;
         }
