@@ -40,7 +40,7 @@ fn energy_is_the_path_tracers_at_any_number_of_lamps() {
         let estimate = trace(&stage.scene, &geometry, &view, SIZE, paths);
         let pixels = f64::from(SIZE * SIZE);
         let variance: f64 = estimate.variance.pixels.iter().map(|v| f64::from(v.element_sum() / 3.0)).sum();
-        let truth = estimate.mean.mean().element_sum() / 3.0;
+        let truth = f64::from(estimate.mean.mean().element_sum() / 3.0);
         let noise = (variance / pixels / pixels).sqrt() / truth;
         assert!(noise < 0.01, "{lamps}: the path tracer's own error is {noise}");
         let energy = |count: u32, bounces: u32| {
@@ -48,7 +48,7 @@ fn energy_is_the_path_tracers_at_any_number_of_lamps() {
             let lights = LightSet::sample_for(&stage.scene, &geometry, &settings, &[view]).expect("light");
             assert_eq!(lights.len(), count as usize);
             let sum = oracle(&tracer, &lights, &view, [SIZE; 2], &OracleSettings::default(), &|_| ());
-            sum.mean().element_sum() / 3.0 / truth
+            f64::from(sum.mean().element_sum() / 3.0) / truth
         };
         let ratio = energy(300, BOUNCES);
         println!("{lamps} {panel}: {ratio:.4} ± {noise:.4}");
