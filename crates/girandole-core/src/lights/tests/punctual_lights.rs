@@ -134,6 +134,7 @@ fn each_shines_as_it_does_in_the_mean_however_few_samples_there_are() {
         center: glam::Vec2::ZERO,
         orthographic: false,
         depth: None,
+        clip: Default::default(),
     };
     for (count, direct_share, views) in
         [(1, None, &[][..]), (6, None, &[view]), (30, None, &[]), (30, None, &[view]), (9, Some(0.5), &[])]
