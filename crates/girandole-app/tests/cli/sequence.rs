@@ -77,10 +77,10 @@ fn moments_repeat_and_still_scenes_say_so() {
 const TINY: [&str; 6] = ["--size", "16x12", "--lights", "4", "--engine", "cpu"];
 
 /// Three frames of `table`, as a rule.
-fn frames<'a>(girandole: &Girandole, more: &[&'a str]) -> std::process::Output {
+fn frames(girandole: &Girandole, more: &[&str]) -> std::process::Output {
     let given = |option: &str| more.contains(&option);
     let mut words: Vec<&str> = vec!["render"];
-    if !more.first().is_some_and(|word| !word.starts_with('-')) {
+    if more.first().is_none_or(|word| word.starts_with('-')) {
         words.push("table");
     }
     words.extend(more);

@@ -74,8 +74,7 @@ impl Mask {
         while let Some(start) = edges.keys().next().copied() {
             let mut border = Border { points: Vec::new(), inside: Vec::new() };
             let (mut corner, mut before) = (start, None);
-            loop {
-                let Some(direction) = take(&mut edges, corner, before) else { break };
+            while let Some(direction) = take(&mut edges, corner, before) {
                 self.add_to(&mut border, corner, direction);
                 let [x, y] = STEPS[direction];
                 corner = [corner[0] + y, corner[1] + x];

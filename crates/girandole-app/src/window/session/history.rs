@@ -20,7 +20,7 @@ pub enum Entry {
 
 /// A step that may go on.
 enum Open {
-    Scene { first: Edit, before: Box<Snapshot>, sealed: bool },
+    Scene { first: Box<Edit>, before: Box<Snapshot>, sealed: bool },
     Around { before: Box<LoadArgs>, sealed: bool },
 }
 
@@ -47,7 +47,7 @@ impl History {
     pub fn begin(&mut self, edit: &Edit, scene: &Scene, edits: &Edits, load: &LoadArgs) {
         let is_time = matches!(edit, Edit::SetTime { .. });
         if let Some(Open::Scene { first, sealed, .. }) = &mut self.open {
-            let is_all_time = is_time && matches!(first, Edit::SetTime { .. });
+            let is_all_time = is_time && matches!(**first, Edit::SetTime { .. });
             if is_all_time || !*sealed && (is_time || edit.overrides(first)) {
                 *sealed = false;
                 return;
@@ -55,7 +55,7 @@ impl History {
         }
         self.close(scene, edits, load);
         let before = Box::new(Snapshot::of(scene, edits));
-        self.open = Some(Open::Scene { first: edit.clone(), before, sealed: false });
+        self.open = Some(Open::Scene { first: Box::new(edit.clone()), before, sealed: false });
     }
 
     /// Called before something else is around the scene.

@@ -37,13 +37,12 @@ impl<'d> Importer<'d> {
                 list.resize(first + sources.len(), Vec3::ZERO);
             }
         }
-        if first == 0 {
-            mesh.morph_targets.clear();
-            mesh.joint_weights.clear();
-        } else {
-            let each = mesh.joint_weights.len() / first;
+        if let Some(each) = mesh.joint_weights.len().checked_div(first) {
             mesh.joint_weights.truncate(each * first);
             mesh.joint_weights.resize(each * (first + sources.len()), JointWeight::default());
+        } else {
+            mesh.morph_targets.clear();
+            mesh.joint_weights.clear();
         }
         Ok(())
     }

@@ -18,11 +18,11 @@ pub(super) fn add(mesh: &mut Mesh, materials: &[Material]) {
     mesh.tangents = vec![Vec4::ZERO; mesh.positions.len()];
     let mut first: Vec<Option<Vec4>> = vec![None; mesh.positions.len()];
     let mut known: FxHashMap<(u32, [u32; 4]), u32> = FxHashMap::default();
-    for number in 0..mesh.triangles.len() {
+    for (number, tangents) in generated.iter().enumerate() {
         let is_mapped = has_map(mesh.triangles[number].material);
-        for corner in 0..3 {
+        for (corner, &tangent) in tangents.iter().enumerate() {
             let vertex = mesh.triangles[number].vertices[corner];
-            let tangent = if is_mapped { generated[number][corner] } else { Vec4::ZERO };
+            let tangent = if is_mapped { tangent } else { Vec4::ZERO };
             let slot = &mut first[vertex as usize];
             if *slot.get_or_insert(tangent) == tangent {
                 mesh.tangents[vertex as usize] = tangent;

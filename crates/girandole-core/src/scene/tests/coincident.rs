@@ -64,9 +64,12 @@ fn staying(triangles: &[(usize, u32)], apart: bool) -> Vec<usize> {
     geometry.triangles.iter().map(|t| geometry.uvs[t.vertices[0] as usize][0].x as usize).collect()
 }
 
+/// Triangles by order of corners and material, and which of them stay.
+type Case<'a> = (&'a [(usize, u32)], &'a [usize]);
+
 #[test]
 fn a_side_counts_once() {
-    let cases: [(&[(usize, u32)], &[usize]); 17] = [
+    let cases: [Case; 17] = [
         (&[(0, ONE)], &[0]),
         (&[(0, ONE), (0, ONE)], &[0]),
         (&[(0, ONE), (1, ONE), (2, ONE)], &[0]),

@@ -57,8 +57,7 @@ fn floors_and_rooms_get_no_ground() {
     let mut room = builtin::build("table", builtin::MovingObject::None).expect("it is built in");
     room.add_studio();
     assert!(!room.add_ground(), "a room");
-    let mut nothing = Scene::default();
-    nothing.environment = Some(Environment::studio(Vec3::NEG_Z));
+    let mut nothing = Scene { environment: Some(Environment::studio(Vec3::NEG_Z)), ..Default::default() };
     assert!(!nothing.add_ground());
     let mut alone = in_studio(&[thing]);
     alone.environment = None;
