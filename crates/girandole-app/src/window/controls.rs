@@ -87,7 +87,9 @@ fn hover(
         return;
     }
     let seen = || tools.picker.hover(session, view, place(response.rect, at));
-    if let Some(selected) = lamp.or_else(seen).filter(|selected| selected.is_there(session)) {
+    let hovered = lamp.or_else(seen).filter(|hovered| hovered.is_there(session));
+    // What is picked is named in the panel, and has handles that are not to be covered.
+    if let Some(selected) = hovered.filter(|hovered| tools.selected != Some(*hovered)) {
         gizmo::name(ui.painter(), response.rect, at, &selected.name(session));
     }
 }

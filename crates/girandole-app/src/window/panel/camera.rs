@@ -38,13 +38,15 @@ fn bookmarks(ui: &mut Ui, session: &mut Session, tools: &Tools) {
     let explanation = "Views to come back to: cameras of the scene, which are saved with its edits. Ctrl 1 to Ctrl 9 keep \
                        the view, 1 to 9 come back to it; a click on a free number keeps it, too.";
     row(ui, "Bookmarks", explanation, |ui| {
-        ui.spacing_mut().item_spacing.x = 3.0;
+        // All nine beside each other, within the panel.
+        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.spacing_mut().button_padding.x = 2.0;
         let buttons = bookmarks::numbers().map(|number| {
             let camera = bookmarks::bookmark(session, number);
             let is_here = camera.is_some_and(|camera| session.eye == Eye::Camera(camera));
             let text = RichText::new(number.to_string());
             let text = if camera.is_some() { text.strong() } else { text.weak() };
-            let button = ui.add(Button::new(text).selected(is_here).min_size(Vec2::new(18.0, 18.0)));
+            let button = ui.add(Button::new(text).selected(is_here).min_size(Vec2::splat(16.0)));
             if button.clicked() && camera.is_some() {
                 bookmarks::recall(session, number);
             } else if button.clicked() {

@@ -44,7 +44,10 @@ fn one(ui: &mut Ui, session: &mut Session, index: u32) {
     row(ui, "Albedo", explanation, |ui| {
         let mut color = shades.base_color.to_array();
         let response = ui.color_edit_button_rgb(&mut color);
-        shades.base_color = Vec3::from(color).clamp(Vec3::ZERO, Vec3::ONE);
+        // The button rounds colours that nobody touches.
+        if response.changed() {
+            shades.base_color = Vec3::from(color).clamp(Vec3::ZERO, Vec3::ONE);
+        }
         response
     });
     row(
@@ -71,4 +74,23 @@ fn one(ui: &mut Ui, session: &mut Session, index: u32) {
 
 fn share(value: &mut f32) -> Slider<'_> {
     Slider::new(value, 0.0..=1.0).max_decimals(3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::window::session::tests::session;
+
+    #[test]
+    fn a_material_that_nobody_touches_stays_as_it_is() {
+        let mut session = session();
+        let context = egui::Context::default();
+        for object in 0..session.scene.objects.len() {
+            for _ in 0..2 {
+                let output = context.run_ui(Default::default(), |ui| show(ui, &mut session, object.into()));
+                output.drop_without_applying_deltas();
+            }
+        }
+        assert!(session.edits.0.is_empty(), "{:?}", session.edits);
+    }
 }
