@@ -1,6 +1,6 @@
 //! Files: scenes that are opened beside, dialogs, edits that are saved and loaded, scenes that are written; and small screens.
 
-use super::{Display, MIDDLE, PATIENCE, Session, TORUS, png_size};
+use super::{Display, MIDDLE, PATIENCE, Session, TORUS, pixels_of, png_size};
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
 use std::process::Command;
@@ -29,7 +29,7 @@ fn misses_no_input(program: &Path, display: &Display) -> Result<()> {
     session.xdotool("key v key v key F12")?;
     ensure!(start.elapsed() < Duration::from_secs(8), "the window waits for its scene");
     ensure!(!session.path("shot.png").exists(), "there is a picture before there is a scene");
-    let early = session.wait_for("shot.png")?;
+    let early = pixels_of(&session.wait_for("shot.png")?)?;
     ensure!(start.elapsed() > Duration::from_secs(8), "the scene did not open slowly");
     let debug = session.shot("shot-2.png")?;
     ensure!(early == debug, "what was pressed while the scene opened is not what is shown");
@@ -72,7 +72,9 @@ fn opens_and_saves(program: &Path, display: &Display) -> Result<()> {
     std::fs::write(&triangle, TRIANGLE)?;
     answer(&session, "ctrl+o", &triangle)?;
     session.wait_for_title("triangle")?;
-    ensure!(session.shot("shot-4.png")? != moved, "the scene that was opened is not shown");
+    session.xdotool("key F12")?;
+    let opened = pixels_of(&session.wait_for("shot-4.png")?)?;
+    ensure!(opened != moved, "the scene that was opened is not shown");
     let recent = std::fs::read_to_string(session.path("settings/girandole/recent.json"))?;
     ensure!(recent.contains("triangle.gltf"), "it is not remembered: {recent}");
     session.close()?;
@@ -88,7 +90,7 @@ fn opens_and_saves(program: &Path, display: &Display) -> Result<()> {
     let edited = ["render", "pillars", "--edits", "moved.json"];
     run(&[&edited[..], &["--lights", "48", "--size", &size, "-o", "edited.png"]].concat())?;
     ensure!(
-        std::fs::read(session.path("edited.png"))? == moved,
+        pixels_of(&std::fs::read(session.path("edited.png"))?)? == moved,
         "the edits that were saved make another picture"
     );
     let traced = ["--engine", "path", "--paths", "4", "--size", "96x72", "-o"];

@@ -318,6 +318,7 @@ impl App {
         {
             let Self { files, opener, .. } = self;
             tools.recent = files.recent.scenes().to_vec();
+            tools.has_dialog = files.has_own_dialog();
             gui.run(window, |ui| {
                 layout::show(ui, session, tools, frames);
                 files.act((ui, window), (session, tools), opener);

@@ -32,7 +32,7 @@ pub fn act(ui: &Ui, response: &Response, session: &mut Session, tools: &mut Tool
     if response.drag_started() {
         (tools.is_cancelled, tools.eye_before) = (false, Some(session.eye));
     }
-    if !ui.ctx().text_edit_focused() {
+    if keys::are_free(ui, tools) {
         keys::act(ui, session, tools);
         if session.view(tools.picture_size) == view {
             next = moved(&next, walk(ui, session, tools));

@@ -145,6 +145,11 @@ pub fn help() -> String {
     format!("Keys, and the mouse over the picture:\n{}", rows.collect::<String>())
 }
 
+/// Whether keys act: they are not typed into a field, nor is a dialog open, which has its own.
+pub fn are_free(ui: &Ui, tools: &Tools) -> bool {
+    !(ui.ctx().text_edit_focused() || tools.has_dialog)
+}
+
 /// Does what the keys say that were pressed in this frame, in their order: a slow one may hold several.
 pub fn act(ui: &Ui, session: &mut Session, tools: &mut Tools) {
     for (pressed, is_repeated) in pressed(ui) {

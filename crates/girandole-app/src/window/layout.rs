@@ -61,7 +61,7 @@ fn picture(ui: &mut Ui, session: &mut Session, tools: &mut Tools) {
     let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
     if session.is_blank {
         // Keys count already, and those that are held are known once there is a scene.
-        if !ui.ctx().text_edit_focused() {
+        if keys::are_free(ui, tools) {
             keys::act(ui, session, tools);
             keys::walked(ui, &mut tools.walk);
         }

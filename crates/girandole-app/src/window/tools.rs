@@ -18,6 +18,8 @@ pub struct Tools {
     pub shows_panel: bool,
     /// Whether the sheet of all keys is shown.
     pub shows_keys: bool,
+    /// Whether a dialog of the window's own is open.
+    pub has_dialog: bool,
     /// What is to be known.
     pub messages: Messages,
     /// What is being waited for.
@@ -77,6 +79,7 @@ impl Tools {
         Self {
             shows_panel: true,
             shows_keys: false,
+            has_dialog: false,
             messages: Messages::default(),
             waits: Vec::new(),
             cancels: None,

@@ -92,3 +92,16 @@ fn several_keys_of_a_slow_frame_all_count_and_in_their_order() {
     hands.frame(press(&[(Key::L, command)]), none);
     assert!(hands.session.edits.0.is_empty());
 }
+
+#[test]
+fn what_is_typed_into_a_dialog_does_nothing_else() {
+    let mut hands = Hands::new();
+    hands.tools.has_dialog = true;
+    assert!(!hands.frame(vec![key(Key::W, true, Modifiers::NONE)], Modifiers::NONE));
+    hands.frame(vec![key(Key::Q, true, Modifiers::COMMAND)], Modifiers::NONE);
+    assert!(!hands.tools.quits);
+    // The control: without it they act.
+    hands.tools.has_dialog = false;
+    hands.frame(vec![key(Key::Q, true, Modifiers::COMMAND)], Modifiers::NONE);
+    assert!(hands.tools.quits);
+}

@@ -37,6 +37,11 @@ impl Files {
         self.dialog.as_ref().is_some_and(Dialog::is_the_systems)
     }
 
+    /// Whether a dialog of our own is open.
+    pub fn has_own_dialog(&self) -> bool {
+        self.dialog.as_ref().is_some_and(|dialog| !dialog.is_the_systems())
+    }
+
     /// What is being waited for.
     pub fn wait(&self) -> Option<Wait> {
         let dialog = self.dialog.as_ref().filter(|dialog| dialog.is_the_systems())?;
