@@ -14,7 +14,7 @@
 //!    walls as large as a single room's.
 //!
 //! 6. What small distances are relative to, as those that rays start at, is neither: a closed room is no other for a plain of 10 km
-//!    that it stands on. It is sixteen times what a quarter of all surfaces are not larger than, each that stands still counting alike: a patch as large
+//!    that it stands on. It is five times what a quarter of all surfaces are not larger than, each that stands still counting alike: a patch as large
 //!    as it is, of all else its triangles. What is far from the origin has larger ones, as its coordinates are rounded.
 //!
 //! Worked example: the built-in rooms' cores are as large as their bounds, as most surface is on their walls; that of a
@@ -51,8 +51,9 @@ pub struct FrameOfReference {
     pub detail: f32,
 }
 
-/// [`FrameOfReference::detail`] in units of what a quarter of all surfaces are not larger than: as large as a room with such furniture.
-const DETAIL: f64 = 16.0;
+/// [`FrameOfReference::detail`] in units of what a quarter of all surfaces are not larger than: about as large as a room with such furniture, and the same
+/// whether that is all or not.
+const DETAIL: f64 = 5.0;
 
 impl Default for FrameOfReference {
     /// That of an empty scene.
