@@ -28,8 +28,8 @@ impl Shown {
     }
 }
 
-/// Writes an .exr with radiance, or a .png as it is shown, either with alpha where the share of each pixel that is covered is given,
-/// and with what it was made by. Returns the exposure in stops.
+/// Writes an .exr with radiance, or a .png as it is shown, either with alpha where the share of each pixel that
+/// is covered is given, and with what it was made by. Returns the exposure in stops.
 pub fn write(
     path: &Path,
     (radiance, coverage): (&Image, Option<&[f32]>),

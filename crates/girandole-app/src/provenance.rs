@@ -1,4 +1,5 @@
-//! What pictures of a call of `girandole render` are made by: the scene by its content, and all options that change a picture.
+//! What pictures of a call of `girandole render` are made by: the scene by its content, and all options that
+//! change a picture.
 
 use crate::args::{Engine, RenderArgs, RewalkArg, UpdatesArg};
 use crate::scene;

@@ -225,8 +225,8 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes a picture with what it was made by, and with the exposure and tone curve of the options where it is a .png. Returns the
-/// exposure in stops.
+/// Writes a picture with what it was made by, and with the exposure and tone curve of the options where it is a
+/// .png. Returns the exposure in stops.
 pub fn write_shown(
     args: &RenderArgs,
     path: &Path,

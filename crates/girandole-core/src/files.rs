@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
-/// Files that are there under their temporary names, and claims. Who holds it may make such files, name them, and take them away.
+/// Files that are there under their temporary names, and claims. Who holds it may make such files, name them, and
+/// take them away.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
@@ -32,8 +33,8 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     read().map_err(|source| Error::Read { path: path.into(), source })
 }
 
-/// Writes a file under another name in its folder, then gives it its name. If anything goes wrong, what was there stays. A link
-/// stays one: what it leads to is written; and a file that was there keeps its permissions.
+/// Writes a file under another name in its folder, then gives it its name. If anything goes wrong, what was there
+/// stays. A link stays one: what it leads to is written; and a file that was there keeps its permissions.
 ///
 /// # Errors
 /// [`Error::Write`].
@@ -77,8 +78,8 @@ pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Removes what is not written to its end, and lets nothing else be written: whoever tries waits. For programs that were
-/// interrupted and end now.
+/// Removes what is not written to its end, and lets nothing else be written: whoever tries waits. For programs
+/// that were interrupted and end now.
 pub fn abandon() {
     let unfinished = unfinished();
     for temporary in unfinished.iter() {

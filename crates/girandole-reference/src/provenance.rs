@@ -1,8 +1,10 @@
-//! What a picture was made by, in its file: so that frames, or parts of a picture, are told from those of something else.
+//! What a picture was made by, in its file: so that frames, or parts of a picture, are told from those of
+//! something else.
 //!
-//! It is one JSON object of words, sorted by key and in ASCII, under the name `girandole`: a tEXt chunk of a PNG file before its pixels,
-//! an attribute (`string`) of an OpenEXR file. Values are whatever the maker's pictures depend on. What changes from run to run though
-//! the picture does not (dates, paths, machines) does not belong there.
+//! It is one JSON object of words, sorted by key and in ASCII, under the name `girandole`: a tEXt chunk of a PNG
+//! file before its pixels, an attribute (`string`) of an OpenEXR file. Values are whatever the maker's pictures
+//! depend on. What changes from run to run though the picture does not (dates, paths, machines) does not belong
+//! there.
 
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Text};

@@ -59,8 +59,8 @@ fn write(shot: &Shot, image: girandole::Result<Image>) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// What the picture that is shown was made by: what the call of `girandole render` for it would write. Pictures of light that followed
-/// what was done in the window have no such call, and say so.
+/// What the picture that is shown was made by: what the call of `girandole render` for it would write. Pictures
+/// of light that followed what was done in the window have no such call, and say so.
 pub fn made_by(session: &Session, size: [u32; 2], path: &Path) -> Result<Provenance> {
     let args = command::arguments(session, (size, path), None)?;
     let mut made_by = Maker::new(&args, Engine::Gpu, &session.scene, path)?.still(&session.scene, None)?;

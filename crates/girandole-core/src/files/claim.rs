@@ -6,8 +6,8 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
-/// The right to make a file. It is a lock that goes with the process, on a file beside the one to be made, so that no claim outlives
-/// whoever made it.
+/// The right to make a file. It is a lock that goes with the process, on a file beside the one to be made, so
+/// that no claim outlives whoever made it.
 #[derive(Debug)]
 pub struct Claim {
     path: PathBuf,

@@ -1,7 +1,8 @@
-//! What a scene holds, as a number: pictures keep it, so that parts of one picture or sequence are told from those of another.
+//! What a scene holds, as a number: pictures keep it, so that parts of one picture or sequence are told from
+//! those of another.
 //!
-//! Contents count, and neither names nor files nor what was removed: a scene that was edited has the fingerprint of one that is loaded
-//! with the same edits. It tells mistakes apart, and is no defence against malice.
+//! Contents count, and neither names nor files nor what was removed: a scene that was edited has the fingerprint
+//! of one that is loaded with the same edits. It tells mistakes apart, and is no defence against malice.
 
 use super::{Camera, Environment, Material, Mesh, PunctualLight, Scene, Skin, Texture};
 use crate::parallel;
@@ -11,7 +12,8 @@ use std::collections::BTreeSet;
 use std::fmt::{self, Debug, Write};
 use xxhash_rust::xxh3::Xxh3;
 
-/// A number of 128 bits that equal contents have in common, the same on every machine; printed as 32 hexadecimal digits.
+/// A number of 128 bits that equal contents have in common, the same on every machine; printed as 32 hexadecimal
+/// digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Fingerprint(u128);
 
@@ -60,7 +62,8 @@ impl Write for Sum {
 }
 
 impl Scene {
-    /// Of what is there: shapes, materials, textures, lamps, the environment, and all motion; not of where it is at the moment.
+    /// Of what is there: shapes, materials, textures, lamps, the environment, and all motion; not of where it is
+    /// at the moment.
     pub fn content(&self) -> Fingerprint {
         let meshes: BTreeSet<usize> = self.placed_objects().map(|(_, o)| o.mesh).collect();
         let meshes: Vec<usize> = meshes.into_iter().collect();
@@ -93,8 +96,8 @@ impl Scene {
         sum.end()
     }
 
-    /// Of where it is at a moment of its animations, in seconds; without one, as it stands. [`Scene::set_time`] makes no difference
-    /// between the two.
+    /// Of where it is at a moment of its animations, in seconds; without one, as it stands. [`Scene::set_time`]
+    /// makes no difference between the two.
     pub fn placement(&self, seconds: Option<f64>) -> Fingerprint {
         let poses = seconds.map_or(Vec::new(), |seconds| self.poses(seconds));
         let places = self.world_from_posed_nodes(&poses);

@@ -9,18 +9,20 @@ use glam::{Vec2, Vec3, vec3};
 /// Radius of the ground, in radii of what stands on it.
 const EXTENT: f32 = 4.0;
 const SEGMENTS: u32 = 48;
-/// What is level within this share of the scene's size above its lowest point is a floor, where it is seen from above in so many of the
-/// places that are looked at.
+/// What is level within this share of the scene's size above its lowest point is a floor, where it is seen from
+/// above in so many of the places that are looked at.
 const FLOOR_HEIGHT: f32 = 0.02;
 const FLOOR_SHARE: f32 = 0.08;
-/// Places along either axis, on twice the scene's width: bounds leave out what is much larger than all else, as floors may be.
+/// Places along either axis, on twice the scene's width: bounds leave out what is much larger than all else, as
+/// floors may be.
 const PLACES: u32 = 16;
 /// How far below its lowest point a scene's ground is, in radii: faces of the two are not in the same place.
 const GAP: f32 = 1e-4;
 
 impl Scene {
-    /// Puts a large matte ground under a scene in a [studio](Environment::studio) that has no floor of its own and is no closed room, and
-    /// gives the dome below the horizon the ground's brightness, so that the ground has no edge. Whether it did.
+    /// Puts a large matte ground under a scene in a [studio](Environment::studio) that has no floor of its own
+    /// and is no closed room, and gives the dome below the horizon the ground's brightness, so that the ground
+    /// has no edge. Whether it did.
     pub fn add_ground(&mut self) -> bool {
         let geometry = Geometry::new(self);
         let tracer = SceneTracer::of_all_surfaces(self, &geometry);
@@ -65,8 +67,8 @@ fn has_floor(tracer: &SceneTracer, [low, high]: [Vec3; 2]) -> bool {
     found >= FLOOR_SHARE * (PLACES * PLACES) as f32
 }
 
-/// The environment with the same radiance in all directions below the horizon, which is that at the horizon, and the reflectance by which
-/// a ground in its light has that radiance.
+/// The environment with the same radiance in all directions below the horizon, which is that at the horizon, and
+/// the reflectance by which a ground in its light has that radiance.
 fn grounded(environment: &Environment) -> Option<(Environment, f32)> {
     let image = environment.map.image();
     let Image { width, height, pixels } = image;

@@ -1,8 +1,9 @@
-//! Built-in rooms: a living room, to be looked at, and those of the thesis's experiments (Barczak 2006, chapters 5 and 6), modelled from
-//! its text.
+//! Built-in rooms: a living room, to be looked at, and those of the thesis's experiments (Barczak 2006, chapters
+//! 5 and 6), modelled from its text.
 //!
-//! All surfaces of the latter are exactly Lambertian. A room's shell is made of single quads that face inwards, furniture of boxes
-//! (all of them patches); what stands on something has no hidden bottom face. Lengths in metres, +Y up.
+//! All surfaces of the latter are exactly Lambertian. A room's shell is made of single quads that face inwards,
+//! furniture of boxes (all of them patches); what stands on something has no hidden bottom face. Lengths in
+//! metres, +Y up.
 
 mod living_room;
 mod rooms;

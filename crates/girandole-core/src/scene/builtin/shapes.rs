@@ -119,9 +119,9 @@ pub fn cylinder(radius: f32, height: f32, segments: u32, material: u32) -> Mesh 
     mesh
 }
 
-/// What an outline sweeps that is turned once about the Y axis: radius and height of its points in metres, from bottom to top with the
-/// outside to the right, in `segments` faces (at least 3). Outlines from axis to axis enclose a solid. Surfaces are smooth; a point that is
-/// given twice is an edge.
+/// What an outline sweeps that is turned once about the Y axis: radius and height of its points in metres, from
+/// bottom to top with the outside to the right, in `segments` faces (at least 3). Outlines from axis to axis
+/// enclose a solid. Surfaces are smooth; a point that is given twice is an edge.
 pub fn revolved(outline: &[[f32; 2]], segments: u32, material: u32) -> Mesh {
     let (segments, count) = (segments.max(3), outline.len());
     let mut mesh = Mesh { name: "revolved".into(), ..Mesh::default() };
@@ -159,8 +159,8 @@ pub fn revolved(outline: &[[f32; 2]], segments: u32, material: u32) -> Mesh {
     mesh
 }
 
-/// A box with round edges and corners that stands on y = 0 about the Y axis: sizes and radius in metres, `steps` faces around a quarter of
-/// an edge.
+/// A box with round edges and corners that stands on y = 0 about the Y axis: sizes and radius in metres, `steps`
+/// faces around a quarter of an edge.
 pub fn rounded_box(size: Vec3, radius: f32, steps: u32, material: u32) -> Mesh {
     let mut mesh = Mesh { name: "rounded box".into(), ..Mesh::default() };
     let half = size * 0.5;
@@ -195,7 +195,8 @@ pub fn rounded_box(size: Vec3, radius: f32, steps: u32, material: u32) -> Mesh {
     mesh
 }
 
-/// A pillow that lies on y = 0 about the Y axis: a superellipsoid of this size in metres, `steps` faces from its middle to a pole.
+/// A pillow that lies on y = 0 about the Y axis: a superellipsoid of this size in metres, `steps` faces from its
+/// middle to a pole.
 pub fn pillow(size: Vec3, steps: u32, material: u32) -> Mesh {
     let mut mesh = Mesh { name: "pillow".into(), ..Mesh::default() };
     let (half, around, rings) = (size * 0.5, 4 * steps, 2 * steps);

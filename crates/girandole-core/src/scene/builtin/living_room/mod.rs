@@ -1,4 +1,5 @@
-//! A living room by daylight and lamps: a sofa before a coloured wall, a low table on a rug, a lantern, a floor lamp, a plant.
+//! A living room by daylight and lamps: a sofa before a coloured wall, a low table on a rug, a lantern, a floor
+//! lamp, a plant.
 //!
 //! Daylight comes from panes that emit what is seen behind a window: light samples lie on them as on any lamp.
 
