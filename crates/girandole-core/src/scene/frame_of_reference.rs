@@ -14,8 +14,8 @@
 //!    walls as large as a single room's.
 //!
 //! 6. What small distances are relative to, as those that rays start at, is neither: a closed room is no other for a plain of 10 km
-//!    that it stands on. It is five times what a quarter of all surfaces are not larger than, each that stands still counting alike: a patch as large
-//!    as it is, of all else its triangles. What is far from the origin has larger ones, as its coordinates are rounded.
+//!    that it stands on. It is sixteen times what a quarter of all surfaces are not larger than, each that stands still counting alike: patches,
+//!    and what of an object is on none. What is far from the origin has larger ones, as its coordinates are rounded.
 //!
 //! Worked example: the built-in rooms' cores are as large as their bounds, as most surface is on their walls; that of a
 //! large building is half as large. A box of 0.4 m that is 100 m away from a room of 10 m has a hundredth of the
@@ -113,7 +113,7 @@ impl FrameOfReference {
         let surface_extent = within_scale(surface_extent(&surfaces));
         let all_move = surfaces.iter().all(|surface| moves(surface.object));
         let counted = surfaces.iter().filter(|surface| all_move || !moves(surface.object));
-        let detail = within_scale(DETAIL * lower_quartile(counted.map(|surface| surface.detail)));
+        let detail = within_scale(DETAIL * lower_quartile(counted.map(|surface| surface.extent)));
         Self { origin, bounds: relative(with_room), scale, surface_extent, detail }
     }
 
@@ -290,8 +290,6 @@ struct Surface {
     extent: f64,
     /// Of its corners.
     weight: f64,
-    /// How large it is, or its triangles are if it is no patch, metres.
-    detail: f64,
 }
 
 /// All that have an area.
@@ -304,10 +302,10 @@ fn surfaces(scene: &Scene, objects: &[Placed]) -> Vec<Surface> {
         for patch in mesh.patches.iter().filter(|_| !is_deformed) {
             let range = patch.triangles.start as usize..patch.triangles.end as usize;
             on_none[range.clone()].fill(false);
-            surfaces.extend(surface(object, &mut mesh.triangles[range].iter(), true));
+            surfaces.extend(surface(object, &mut mesh.triangles[range].iter()));
         }
         let mut rest = mesh.triangles.iter().zip(on_none).filter(|(_, on_none)| *on_none).map(|(t, _)| t);
-        surfaces.extend(surface(object, &mut rest, false));
+        surfaces.extend(surface(object, &mut rest));
     }
     surfaces
 }
@@ -332,24 +330,16 @@ fn lower_quartile(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Some triangles together, unless they have no area.
-fn surface(
-    object: &Placed,
-    triangles: &mut dyn Iterator<Item = &MeshTriangle>,
-    is_patch: bool,
-) -> Option<Surface> {
-    let (mut bounds, mut weight, mut edges, mut count) = (Box3::EMPTY, 0.0, 0.0, 0.0);
+fn surface(object: &Placed, triangles: &mut dyn Iterator<Item = &MeshTriangle>) -> Option<Surface> {
+    let (mut bounds, mut weight) = (Box3::EMPTY, 0.0);
     for triangle in triangles {
         let corners = object.corners(triangle);
         let height_squared = least_height_squared(corners);
         if height_squared > 0.0 {
-            let [a, b, c] = corners;
             weight += height_squared;
-            edges += a.distance(b).max(b.distance(c)).max(c.distance(a));
-            count += 1.0;
             bounds = corners.into_iter().fold(bounds, Box3::with);
         }
     }
     let extent = if bounds.is_empty() { 0.0 } else { bounds.size().length() };
-    let detail = if is_patch { extent } else { edges / count };
-    (weight > 0.0).then_some(Surface { object: object.index, extent, weight, detail })
+    (weight > 0.0).then_some(Surface { object: object.index, extent, weight })
 }
