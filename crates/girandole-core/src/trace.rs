@@ -354,7 +354,7 @@ pub(crate) const RAY_OFFSET_BY_ROUNDING: f64 = 8.0 * f32::EPSILON as f64;
 /// The distance by which [`SceneTracer::offset_ray_origin`] offsets a point, metres: a millionth of [`Geometry::detail`], or eight units
 /// in the last place of its largest coordinate where that is more, which it is farther than that from the origin.
 pub fn ray_offset_distance(geometry: &Geometry, point: Vec3) -> f32 {
-    (geometry.detail() * RAY_OFFSET).max(point.abs().max_element() * RAY_OFFSET_BY_ROUNDING as f32)
+    (geometry.offset_detail() * RAY_OFFSET).max(point.abs().max_element() * RAY_OFFSET_BY_ROUNDING as f32)
 }
 
 #[cfg(test)]

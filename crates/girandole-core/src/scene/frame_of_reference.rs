@@ -47,13 +47,13 @@ pub struct FrameOfReference {
     /// How large surfaces are, as a rule, metres: three quarters of what there is (weighted as in the module's documentation)
     /// is on patches or meshes whose bounds have a diagonal of at least this.
     pub surface_extent: f32,
-    /// What small distances are relative to, metres, see the module's documentation; at most the scale.
+    /// What small distances are relative to, metres, see the module's documentation. It may be larger than the scale, and is the same
+    /// for a room alone and on a plain.
     pub detail: f32,
 }
 
-/// [`FrameOfReference::detail`] in units of what a quarter of all surfaces are not larger than: about as large as a room with such furniture, and the same
-/// whether that is all or not.
-const DETAIL: f64 = 5.0;
+/// [`FrameOfReference::detail`] in units of what a quarter of all surfaces are not larger than: as large as a room with such furniture.
+const DETAIL: f64 = 16.0;
 
 impl Default for FrameOfReference {
     /// That of an empty scene.
@@ -113,7 +113,8 @@ impl FrameOfReference {
         let surface_extent = within_scale(surface_extent(&surfaces));
         let all_move = surfaces.iter().all(|surface| moves(surface.object));
         let counted = surfaces.iter().filter(|surface| all_move || !moves(surface.object));
-        let detail = within_scale(DETAIL * lower_quartile(counted.map(|surface| surface.extent)));
+        let detail = (DETAIL * lower_quartile(counted.map(|surface| surface.extent))) as f32;
+        let detail = detail.max(f32::MIN_POSITIVE);
         Self { origin, bounds: relative(with_room), scale, surface_extent, detail }
     }
 

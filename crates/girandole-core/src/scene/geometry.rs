@@ -289,8 +289,14 @@ impl Geometry {
         self.surface_extent.max(f32::MIN_POSITIVE)
     }
 
-    /// What small distances are relative to, metres, see [`FrameOfReference::detail`]: that of a room, whatever plain it is on.
+    /// What small distances are relative to, metres, see [`FrameOfReference::detail`]: that of a room, whatever plain it is on; at
+    /// most the scene's size.
     pub fn detail(&self) -> f32 {
+        self.detail.min(self.scale).max(f32::MIN_POSITIVE)
+    }
+
+    /// What the offsets of rays are relative to, metres: the same, whatever the scene's size.
+    pub(crate) fn offset_detail(&self) -> f32 {
         self.detail.max(f32::MIN_POSITIVE)
     }
 

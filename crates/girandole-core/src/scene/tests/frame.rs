@@ -194,7 +194,7 @@ fn small_distances_do_not_follow_what_is_large() {
     let detail = |scene: &Scene| FrameOfReference::of(scene).detail;
     let alone = room(Vec3::ZERO);
     let expected = detail(&alone);
-    assert!((3.0..=FrameOfReference::of(&alone).scale).contains(&expected), "{expected}");
+    assert!((3.0..30.0).contains(&expected), "{expected}");
     let mut plain = alone.clone();
     plain.add_object(
         "",
