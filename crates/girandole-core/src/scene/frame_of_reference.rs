@@ -113,7 +113,9 @@ impl FrameOfReference {
         let surface_extent = within_scale(surface_extent(&surfaces));
         let all_move = surfaces.iter().all(|surface| moves(surface.object));
         let counted = surfaces.iter().filter(|surface| all_move || !moves(surface.object));
-        let detail = (DETAIL * lower_quartile(counted.map(|surface| surface.extent))) as f32;
+        // A power of two: a few surfaces more change nothing, as a rule.
+        let detail = DETAIL * lower_quartile(counted.map(|surface| surface.extent));
+        let detail = libm::exp2(libm::floor(libm::log2(detail))) as f32;
         let detail = detail.max(f32::MIN_POSITIVE);
         Self { origin, bounds: relative(with_room), scale, surface_extent, detail }
     }
