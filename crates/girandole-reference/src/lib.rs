@@ -9,7 +9,6 @@ pub mod image_file;
 pub mod metrics;
 mod oracle;
 mod path;
-mod provenance;
 mod tiles;
 
 pub use coverage::coverage;
@@ -21,4 +20,3 @@ pub use path::{
     Estimate, Irradiance, Opening, PathSettings, ProgressivePathTracer, irradiance, path_trace,
     path_trace_through,
 };
-pub use provenance::{Difference, Provenance};

@@ -67,7 +67,6 @@ mod stats;
 #[cfg(test)]
 mod layout_tests;
 
-pub use device::compiled::{Compilation, CompiledKernel};
 pub use device::tuning::DeviceTuning;
 pub use device::{AdapterReport, Gpu, WANTED_FEATURES, adapters, instance, wanted_limits};
 pub use error::{Error, Remedy, Result};

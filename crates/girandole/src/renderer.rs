@@ -1,6 +1,5 @@
 //! The renderer: a scene with its light on the GPU, and frames of it.
 
-mod compiling;
 mod opening;
 mod readback;
 mod refinement;

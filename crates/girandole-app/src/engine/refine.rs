@@ -16,7 +16,7 @@ impl Device {
         let progress = Progress::bar(&format!("refining on {}", self.name()));
         let start = Instant::now();
         let light = IlluminationSettings {
-            lights: args.light_settings(),
+            lights: args.lights.settings(),
             visibility: (args.mode != Mode::Naive).then(VisibilitySettings::default),
             views: args.lights.placement.views(&[job.view]).to_vec(),
             ..IlluminationSettings::default()

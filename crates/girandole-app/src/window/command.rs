@@ -9,17 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// The call that renders the picture to `output`. Where the scene was changed, its edits are written to a file beside it.
 pub fn line(session: &Session, (size, output): ([u32; 2], &Path), adapter: Option<&str>) -> Result<String> {
-    let mut args = arguments(session, (size, output), adapter)?;
-    args.seen.edits = write_edits(session, output)?;
-    args.command_line()
-}
-
-/// The options of that call, without the edits.
-pub fn arguments(
-    session: &Session,
-    (size, output): ([u32; 2], &Path),
-    adapter: Option<&str>,
-) -> Result<RenderArgs> {
+    let edits = write_edits(session, output)?;
     let Source { scene, object, load } = session.source.clone();
     let settings = &session.settings;
     let mut args = RenderArgs {
@@ -44,8 +34,9 @@ pub fn arguments(
         Eye::Camera(index) => args.camera = Some(index.to_string()),
         Eye::Free(viewpoint) => args.seen.view = Some(ViewArg(viewpoint)),
     }
+    args.seen.edits = edits;
     args.seen.load = load;
-    Ok(args)
+    args.command_line()
 }
 
 /// Writes what was changed to a file that is not there yet.

@@ -30,7 +30,6 @@ pub(super) struct Leaf {
     pub corners: [Vec3; 3],
     pub triangle: u32,
     pub masked: bool,
-    pub emits: bool,
 }
 
 impl Hierarchy {
@@ -43,12 +42,11 @@ impl Hierarchy {
             .iter()
             .map(|&i| triangles[i as usize])
             .map(|triangle| {
-                let material = &scene.materials[geometry.triangles[triangle as usize].material as usize];
+                let material = geometry.triangles[triangle as usize].material;
                 Leaf {
                     corners: geometry.corners(triangle),
                     triangle,
-                    masked: material.alpha_cutoff.is_some(),
-                    emits: material.emits(),
+                    masked: scene.materials[material as usize].alpha_cutoff.is_some(),
                 }
             })
             .collect();

@@ -102,7 +102,6 @@ pub fn spheres(surroundings: Surroundings) -> (Scene, View) {
         center: Vec2::ZERO,
         orthographic: false,
         depth: None,
-        clip: Default::default(),
     };
     (scene, view)
 }

@@ -3,10 +3,7 @@
 //!
 //! Group 0 is the frame (one uniform with a dynamic offset), group 1 the scene, group 2 belongs to the pass.
 
-use super::compiled::{Compiled, Lazy, Recipe};
-#[cfg(feature = "parallel")]
-use super::crew::Crew;
-use super::module::{LazyModule, Module, binding_type};
+use super::compiled::{Compiled, Module, binding_type};
 use super::recorder::Recorder;
 use crate::device::tuning::DeviceTuning;
 use crate::layout::Frame;
@@ -66,7 +63,7 @@ impl GroupLayout {
 pub(crate) struct Shared {
     pub tuning: DeviceTuning,
     pub frame: wgpu::BindGroupLayout,
-    pub scene: Arc<GroupLayout>,
+    pub scene: GroupLayout,
     pub compiled: Compiled,
 }
 
@@ -98,33 +95,7 @@ impl Shared {
                 Some((global.name.clone()?, entry))
             })
             .collect();
-        Self { tuning, frame, scene: GroupLayout::new(device, "scene", bindings).into(), compiled }
-    }
-}
-
-/// What every recipe has: a device, the groups that all share, a module, and its overrides.
-struct Ingredients {
-    device: wgpu::Device,
-    frame: wgpu::BindGroupLayout,
-    scene: Arc<GroupLayout>,
-    module: Arc<LazyModule>,
-    constants: Vec<(String, f64)>,
-}
-
-impl Ingredients {
-    fn new(
-        device: &wgpu::Device,
-        shared: &Shared,
-        module: &Arc<LazyModule>,
-        constants: &[(&str, f64)],
-    ) -> Self {
-        let constants = constants.iter().map(|(name, value)| (name.to_string(), *value)).collect();
-        let (frame, scene) = (shared.frame.clone(), shared.scene.clone());
-        Self { device: device.clone(), frame, scene, module: module.clone(), constants }
-    }
-
-    fn constants(&self) -> Vec<(&str, f64)> {
-        self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect()
+        Self { tuning, frame, scene: GroupLayout::new(device, "scene", bindings), compiled }
     }
 }
 
@@ -137,16 +108,15 @@ struct PipelineGroups {
 }
 
 impl PipelineGroups {
-    fn new(of: &Ingredients, module: &Module, entries: &[&str]) -> Self {
-        let (device, name) = (&of.device, of.module.name);
+    fn new(device: &wgpu::Device, shared: &Shared, module: &Module, entries: &[&str]) -> Self {
         let uses_frame = !module.bindings(0, entries).is_empty();
         let uses_scene = !module.bindings(1, entries).is_empty();
-        let pass = GroupLayout::new(device, name, module.bindings(2, entries));
+        let pass = GroupLayout::new(device, module.name, module.bindings(2, entries));
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(name),
+            label: Some(module.name),
             bind_group_layouts: &[
-                uses_frame.then_some(&of.frame),
-                uses_scene.then_some(&of.scene.layout),
+                uses_frame.then_some(&shared.frame),
+                uses_scene.then_some(&shared.scene.layout),
                 Some(&pass.layout),
             ],
             immediate_size: 0,
@@ -176,63 +146,16 @@ impl Groups<'_> {
     }
 }
 
-/// A compute pipeline, compiled when it is first recorded, or before that if it was [ordered](Kernel::order).
+/// A compute pipeline.
 #[derive(Clone)]
-pub(crate) struct Kernel(Arc<Lazy<ComputeRecipe>>);
-
-pub(super) struct ComputeRecipe {
-    of: Ingredients,
-    entry: &'static str,
-}
-
-pub(super) struct ComputeKernel {
-    groups: PipelineGroups,
+pub(crate) struct Kernel {
+    groups: Arc<PipelineGroups>,
     pipeline: wgpu::ComputePipeline,
-}
-
-impl Recipe for ComputeRecipe {
-    type Made = ComputeKernel;
-
-    #[cfg(feature = "parallel")]
-    fn device(&self) -> &wgpu::Device {
-        &self.of.device
-    }
-
-    fn names(&self) -> (&'static str, String) {
-        (self.of.module.name, self.entry.into())
-    }
-
-    fn make(&self) -> ComputeKernel {
-        let Self { of, entry } = self;
-        let module = of.module.get(&of.device);
-        let groups = PipelineGroups::new(of, module, &[entry]);
-        let pipeline = of.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(entry),
-            layout: Some(&groups.pipeline_layout),
-            module: &module.shader,
-            entry_point: Some(entry),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &of.constants(),
-                ..Default::default()
-            },
-            cache: None,
-        });
-        ComputeKernel { groups, pipeline }
-    }
-
-    #[cfg(feature = "parallel")]
-    fn send(lazy: Arc<Lazy<Self>>, crew: &Crew) {
-        crew.send(move || lazy.make_ahead());
-    }
-}
-
-/// Orders these, in this order. Whether there is nothing to wait for.
-pub(crate) fn order_all<'k>(kernels: impl IntoIterator<Item = &'k Kernel>, shared: &Shared) -> bool {
-    kernels.into_iter().fold(true, |are_there, kernel| kernel.order(shared) & are_there)
+    label: &'static str,
 }
 
 impl Kernel {
-    /// An entry point; of `constants`, the module's overrides are set.
+    /// Compiles an entry point; of `constants`, the module's overrides are set.
     pub fn new(
         device: &wgpu::Device,
         shared: &Shared,
@@ -240,15 +163,24 @@ impl Kernel {
         entry: &'static str,
         constants: &[(&str, f64)],
     ) -> Self {
-        let (key, module) = shared.compiled.module(source, &shared.tuning);
+        let (key, module) = shared.compiled.module(device, source, &shared.tuning);
         let constants = module.constants(constants);
-        let recipe = || ComputeRecipe { of: Ingredients::new(device, shared, &module, &constants), entry };
-        Self(shared.compiled.get((key, entry.into(), &constants), |memory| &mut memory.kernels, recipe))
-    }
-
-    /// Has it compiled soon, after those that were ordered before. Whether there is nothing to wait for.
-    pub fn order(&self, shared: &Shared) -> bool {
-        shared.compiled.order(&self.0)
+        let make = || {
+            let groups = PipelineGroups::new(device, shared, &module, &[entry]);
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&groups.pipeline_layout),
+                module: &module.shader,
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &constants,
+                    ..Default::default()
+                },
+                cache: None,
+            });
+            Self { groups: groups.into(), pipeline, label: source.name }
+        };
+        shared.compiled.get((key, entry.into(), &constants), |memory| &mut memory.kernels, make)
     }
 
     /// Records one dispatch, timed under `time`.
@@ -260,86 +192,72 @@ impl Kernel {
         resources: &[Binding],
         groups: Groups,
     ) {
-        let ComputeKernel { groups: layouts, pipeline } = self.0.get();
-        let group = layouts.pass.group(recorder.device, resources);
-        let uniform = layouts.uses_frame.then(|| recorder.uniform(frame));
-        let (timestamps, is_rehearsal) = (recorder.timers.compute(time), recorder.is_rehearsal);
+        let group = self.groups.pass.group(recorder.device, resources);
+        let uniform = self.groups.uses_frame.then(|| recorder.uniform(frame));
+        let timestamps = recorder.timers.compute(time);
         let mut pass = recorder.encoder().begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(self.0.recipe().of.module.name),
+            label: Some(self.label),
             timestamp_writes: timestamps,
         });
-        pass.set_pipeline(pipeline);
+        pass.set_pipeline(&self.pipeline);
         if let Some((uniform, offset)) = &uniform {
             pass.set_bind_group(0, uniform, &[*offset]);
         }
-        if let Some(scene) = scene.filter(|_| layouts.uses_scene) {
+        if let Some(scene) = scene.filter(|_| self.groups.uses_scene) {
             pass.set_bind_group(1, scene, &[]);
         }
         pass.set_bind_group(2, &group, &[]);
         match groups {
-            _ if is_rehearsal => pass.dispatch_workgroups(0, 0, 1),
             Groups::Count([x, y]) => pass.dispatch_workgroups(x, y, 1),
             Groups::Indirect(buffer, offset) => pass.dispatch_workgroups_indirect(buffer, offset),
-        }
-        drop(pass);
-        if is_rehearsal {
-            // The device begins with this one while others are compiled.
-            recorder.split();
         }
     }
 }
 
 /// What a render pipeline is made of beside its shader.
-#[derive(Clone, Debug)]
-pub(crate) struct Draw {
-    pub vertex: &'static str,
-    pub fragment: Option<&'static str>,
+#[derive(Debug)]
+pub(crate) struct Draw<'a> {
+    pub vertex: &'a str,
+    pub fragment: Option<&'a str>,
     pub topology: wgpu::PrimitiveTopology,
     pub depth: Option<(wgpu::TextureFormat, wgpu::CompareFunction)>,
-    pub targets: Vec<Option<wgpu::ColorTargetState>>,
+    pub targets: &'a [Option<wgpu::ColorTargetState>],
 }
 
-impl Draw {
-    fn entries(&self) -> Vec<&'static str> {
-        std::iter::once(self.vertex).chain(self.fragment).collect()
-    }
-}
-
-/// A render pipeline, compiled when it is first used, or before that if it was [ordered](RenderKernel::order).
+/// A render pipeline.
 #[derive(Clone)]
-pub(crate) struct RenderKernel(Arc<Lazy<RenderRecipe>>);
-
-pub(super) struct RenderRecipe {
-    of: Ingredients,
-    draw: Draw,
-}
-
-pub(super) struct RenderKernelMade {
-    groups: PipelineGroups,
+pub(crate) struct RenderKernel {
+    groups: Arc<PipelineGroups>,
     pipeline: wgpu::RenderPipeline,
 }
 
-impl Recipe for RenderRecipe {
-    type Made = RenderKernelMade;
-
-    #[cfg(feature = "parallel")]
-    fn device(&self) -> &wgpu::Device {
-        &self.of.device
+impl RenderKernel {
+    /// Compiles the entry points of `draw`; of `constants`, the module's overrides are set.
+    pub fn new(
+        device: &wgpu::Device,
+        shared: &Shared,
+        source: &Source,
+        draw: &Draw,
+        constants: &[(&str, f64)],
+    ) -> Self {
+        let (key, module) = shared.compiled.module(device, source, &shared.tuning);
+        let constants = module.constants(constants);
+        let make = || Self::compile(device, shared, (source, &module), draw, &constants);
+        shared.compiled.get((key, format!("{draw:?}"), &constants), |memory| &mut memory.render_kernels, make)
     }
 
-    fn names(&self) -> (&'static str, String) {
-        (self.of.module.name, self.draw.entries().join(", "))
-    }
-
-    fn make(&self) -> RenderKernelMade {
-        let Self { of, draw } = self;
-        let module = of.module.get(&of.device);
-        let groups = PipelineGroups::new(of, module, &draw.entries());
-        let constants = of.constants();
-        let compilation_options =
-            wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
-        let pipeline = of.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(of.module.name),
+    fn compile(
+        device: &wgpu::Device,
+        shared: &Shared,
+        (source, module): (&Source, &Module),
+        draw: &Draw,
+        constants: &[(&str, f64)],
+    ) -> Self {
+        let entries: Vec<&str> = std::iter::once(draw.vertex).chain(draw.fragment).collect();
+        let groups = PipelineGroups::new(device, shared, module, &entries);
+        let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(source.name),
             layout: Some(&groups.pipeline_layout),
             vertex: wgpu::VertexState {
                 module: &module.shader,
@@ -360,44 +278,17 @@ impl Recipe for RenderRecipe {
                 module: &module.shader,
                 entry_point: Some(entry),
                 compilation_options,
-                targets: &draw.targets,
+                targets: draw.targets,
             }),
             multiview_mask: None,
             cache: None,
         });
-        RenderKernelMade { groups, pipeline }
-    }
-
-    #[cfg(feature = "parallel")]
-    fn send(lazy: Arc<Lazy<Self>>, crew: &Crew) {
-        crew.send(move || lazy.make_ahead());
-    }
-}
-
-impl RenderKernel {
-    /// The entry points of `draw`; of `constants`, the module's overrides are set.
-    pub fn new(
-        device: &wgpu::Device,
-        shared: &Shared,
-        source: &Source,
-        draw: Draw,
-        constants: &[(&str, f64)],
-    ) -> Self {
-        let (key, module) = shared.compiled.module(source, &shared.tuning);
-        let constants = module.constants(constants);
-        let name = format!("{draw:?}");
-        let recipe = || RenderRecipe { of: Ingredients::new(device, shared, &module, &constants), draw };
-        Self(shared.compiled.get((key, name, &constants), |memory| &mut memory.render_kernels, recipe))
-    }
-
-    /// Has it compiled soon, after those that were ordered before. Whether there is nothing to wait for.
-    pub fn order(&self, shared: &Shared) -> bool {
-        shared.compiled.order(&self.0)
+        Self { groups: groups.into(), pipeline }
     }
 
     /// The group of these resources.
     pub fn group(&self, device: &wgpu::Device, resources: &[Binding]) -> wgpu::BindGroup {
-        self.0.get().groups.pass.group(device, resources)
+        self.groups.pass.group(device, resources)
     }
 
     /// Sets pipeline and groups in a render pass; `uniform` and `scene` as far as they are used.
@@ -407,12 +298,11 @@ impl RenderKernel {
         (uniform, scene): (Option<&(wgpu::BindGroup, u32)>, Option<&wgpu::BindGroup>),
         group: &wgpu::BindGroup,
     ) {
-        let RenderKernelMade { groups, pipeline } = self.0.get();
-        pass.set_pipeline(pipeline);
-        if let Some((uniform, offset)) = uniform.filter(|_| groups.uses_frame) {
+        pass.set_pipeline(&self.pipeline);
+        if let Some((uniform, offset)) = uniform.filter(|_| self.groups.uses_frame) {
             pass.set_bind_group(0, uniform, &[*offset]);
         }
-        if let Some(scene) = scene.filter(|_| groups.uses_scene) {
+        if let Some(scene) = scene.filter(|_| self.groups.uses_scene) {
             pass.set_bind_group(1, scene, &[]);
         }
         pass.set_bind_group(2, group, &[]);

@@ -14,7 +14,7 @@ pub(crate) struct CallerDepth {
 fn kernel(
     device: &wgpu::Device,
     shared: &Shared,
-    fragment: &'static str,
+    fragment: &str,
     format: wgpu::TextureFormat,
 ) -> RenderKernel {
     let draw = Draw {
@@ -22,9 +22,9 @@ fn kernel(
         fragment: Some(fragment),
         topology: wgpu::PrimitiveTopology::TriangleList,
         depth: Some((format, wgpu::CompareFunction::Always)),
-        targets: vec![],
+        targets: &[],
     };
-    RenderKernel::new(device, shared, &shaders::CALLER_DEPTH, draw, &[])
+    RenderKernel::new(device, shared, &shaders::CALLER_DEPTH, &draw, &[])
 }
 
 fn attachment(

@@ -131,12 +131,7 @@ mod tests {
         }
         let geometry = Geometry::new(&scene);
         let node = scene.add_node("eye", Transform::default());
-        let camera = Camera {
-            name: String::new(),
-            node,
-            projection: Projection::Perspective { yfov: 1.0 },
-            clip: Default::default(),
-        };
+        let camera = Camera { name: String::new(), node, projection: Projection::Perspective { yfov: 1.0 } };
         let view = View::new(&scene, &camera, 1.0);
         (TransparentTriangles::new(&scene, &geometry), view.relative_to(geometry.origin))
     }

@@ -36,7 +36,6 @@ fn into_the_first_room(shift: f64) -> View {
         center: Vec2::ZERO,
         orthographic: false,
         depth: None,
-        clip: Default::default(),
     }
 }
 

@@ -1,12 +1,8 @@
 mod changes;
-mod clips;
-mod coincident;
 mod deformation;
 #[cfg(feature = "import")]
 mod edits;
-mod fingerprint;
 mod frame;
-mod ground;
 mod hierarchy;
 mod motion;
 mod view;
