@@ -3,6 +3,7 @@
 mod adapter;
 mod check_web;
 mod gallery;
+mod swiftshader;
 mod test;
 mod test_window;
 mod truth;
@@ -24,6 +25,9 @@ struct Cli {
 enum Task {
     /// Runs all tests; without a graphics adapter, installs the software one first if possible
     Test {
+        /// Runs only the smallest set of tests of pictures, on this device: `swiftshader`, the software one of chromium
+        #[arg(long, value_name = "DEVICE")]
+        adapter: Option<test::Adapter>,
         /// Passed on to `cargo test`
         #[arg(last = true)]
         arguments: Vec<String>,
@@ -45,7 +49,8 @@ enum Task {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
-        Task::Test { arguments } => test::run(&arguments),
+        Task::Test { adapter: None, arguments } => test::run(&arguments),
+        Task::Test { adapter: Some(adapter), arguments } => test::run_on(adapter, &arguments),
         Task::CheckWeb => check_web::run(),
         Task::TestWindow => test_window::run(),
         Task::Gallery { arguments } => gallery::run(&arguments),

@@ -1,8 +1,14 @@
 //! `cargo xtask test`: every test of the workspace, on a GPU or on the software one.
 
-use crate::{adapter, cargo, girandole};
+use crate::{adapter, cargo, girandole, swiftshader};
 use anyhow::{Result, bail};
 use std::process::ExitCode;
+
+/// Devices on which a few tests run that are not in the default run.
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub enum Adapter {
+    Swiftshader,
+}
 
 /// Builds, makes sure of an adapter, tests. The test runner's summary is the last line that is printed.
 pub fn run(arguments: &[String]) -> Result<ExitCode> {
@@ -12,4 +18,25 @@ pub fn run(arguments: &[String]) -> Result<ExitCode> {
     adapter::ensure(&girandole("debug")?)?;
     let status = cargo().args(["test", "--workspace", "--locked"]).args(arguments).status()?;
     Ok(if status.success() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Runs a few tests of pictures on a device, with the kernels that are chosen for it.
+pub fn run_on(adapter: Adapter, arguments: &[String]) -> Result<ExitCode> {
+    let Adapter::Swiftshader = adapter;
+    let driver = swiftshader::driver()?;
+    for name in swiftshader::TESTS {
+        // Of the loader's two variables the older one is known everywhere.
+        let status = cargo()
+            .args(["test", "--workspace", "--locked", "--test", "gpu", "--", "--exact", name])
+            .args(arguments)
+            .env("VK_DRIVER_FILES", &driver)
+            .env("VK_ICD_FILENAMES", &driver)
+            .env("GIRANDOLE_TEST_DEVICE", "SwiftShader")
+            .status()?;
+        if !status.success() {
+            bail!("{name} fails on SwiftShader");
+        }
+    }
+    println!("{} tests passed on SwiftShader", swiftshader::TESTS.len());
+    Ok(ExitCode::SUCCESS)
 }

@@ -1,7 +1,8 @@
 //! The library's errors in the program's terms: what went wrong is the library's half of the sentence, what to do is said
 //! in options of the command line.
 
-use girandole::core::scene::HARDLY_METRES;
+use girandole::core::scene::gltf::RESTING;
+use girandole::core::scene::{HARDLY_METRES, LIKELY_Z_UP};
 use girandole::{Error, Remedy};
 
 /// One sentence with the options that help.
@@ -21,8 +22,13 @@ pub fn sentence(error: &Error) -> String {
 
 /// Adds the option that helps, if there is one.
 pub fn add_to_warning(warning: &mut String) {
+    if warning.ends_with(RESTING) {
+        warning.push_str(" with --clip");
+    }
     if warning.ends_with(HARDLY_METRES) {
         warning.push_str(": give --scale, 0.01 if they are centimetres, 1000 if they are kilometres");
+    } else if warning.ends_with(LIKELY_Z_UP) {
+        warning.push_str(": give --up z if so");
     }
 }
 
@@ -83,6 +89,12 @@ mod tests {
         for error in [Error::NoAdapter, lacks, Error::Device("it was lost".into())] {
             let options = options_of(&sentence(&error));
             assert!(!options.is_empty() && options.iter().all(|(_, known)| *known), "{error}");
+        }
+        for what in [HARDLY_METRES, LIKELY_Z_UP] {
+            let mut warning = what.to_owned();
+            add_to_warning(&mut warning);
+            let options = options_of(&warning);
+            assert!(options.len() == 1 && options[0].1, "{warning}");
         }
         // The control: another program's option is not known.
         assert_eq!(options_of("give --frobnicate, or --memory 3").iter().filter(|(_, k)| !k).count(), 1);

@@ -1,6 +1,7 @@
 //! The command line: options and their ranges.
 
 mod command_line;
+mod measures;
 mod motion;
 mod scene;
 mod settings;
@@ -13,7 +14,7 @@ use girandole_core::tonemap::Exposure;
 use std::path::PathBuf;
 use values::*;
 
-use motion::parse_numbered_updates;
+pub use measures::{BenchArgs, CompareArgs};
 pub use motion::{Frames, MotionArgs, RewalkArg, UpdatesArg};
 pub use scene::{BackgroundArg, EnvironmentArg, LightArg, LoadArgs, SceneArgs, ViewArg};
 pub use transfer::TransferArgs;
@@ -24,7 +25,7 @@ pub use values::{
 
 const EXAMPLES: &str = "\
 Examples:
-  girandole                                              a window on the room `pillars`
+  girandole                                              a window on a living room
   girandole view room.glb                                a window on a glTF file
   girandole render table -o table.png                    a built-in room, tone-mapped
   girandole render room.glb -o room.exr --camera 1       a glTF file, linear radiance
@@ -36,7 +37,7 @@ Examples:
 
 /// Lights scenes with hundreds to thousands of shadowed point lights.
 ///
-/// Without a command it shows the built-in room `pillars` in a window, or, without a display, renders it to girandole.png.
+/// Without a command it shows the built-in room `living-room` in a window, or, without a display, renders it to girandole.png.
 #[derive(Debug, Parser)]
 #[command(name = "girandole", version, after_help = EXAMPLES, max_term_width = 110)]
 pub struct Cli {
@@ -54,18 +55,15 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Compares two pictures: energy, relMSE, RMSE, FLIP, worst pixel
     Compare(CompareArgs),
-    /// Lists the adapters and what they support, and what a scene holds
+    /// Lists the adapters and what they support, what a scene holds, or what a picture was made by
     Info(InfoArgs),
     /// Times the modes against each other
     Bench(Box<BenchArgs>),
+    /// Writes a scene as it stands to a .glb file
+    Export(ExportArgs),
 }
 
 const VIEW_EXAMPLES: &str = "\
-Mouse over the picture: drag to look, right button to orbit, middle button to pan, wheel to move; click to pick an object.
-Keys: W A S D to walk, E and Q up and down, Shift faster; Space plays motion; F12 saves the picture, F9 copies the
-call of `girandole render` that gives it; T shows the truth beside it, V the debug views; H hides the panel; Esc lets go of
-what is picked; Ctrl Q closes the window.
-
 Examples:
   girandole view
   girandole view table --lights 1024 --aa 2
@@ -73,10 +71,10 @@ Examples:
 
 /// Options of `girandole view`: what the window starts with.
 #[derive(Args, Clone, Debug)]
-#[command(after_help = VIEW_EXAMPLES, allow_negative_numbers = true)]
+#[command(after_help = format!("{}\n{VIEW_EXAMPLES}", crate::window::help()), allow_negative_numbers = true)]
 pub struct ViewArgs {
-    /// A built-in room (area-lights, table, pillars, block, gap) or a .glb, .gltf, .obj or .ply file
-    #[arg(default_value = "pillars")]
+    /// A built-in room (living-room, area-lights, table, pillars, block, gap) or a .glb, .gltf, .obj or .ply file
+    #[arg(default_value = "living-room")]
     pub scene: String,
 
     /// The first picture: pixels in x and y, each from 1 to 8192; the panel is beside it
@@ -91,7 +89,7 @@ pub struct ViewArgs {
     pub seen: SceneArgs,
 
     /// The moving object of a built-in room; see `girandole render --help`
-    #[arg(long, value_name = "none|torus|teapot|FILE")]
+    #[arg(long, value_name = "none|torus|teapot|balloon|FILE")]
     pub object: Option<String>,
 
     /// Where pictures are saved, .png or .exr; a number is added where the file is there already
@@ -112,8 +110,9 @@ pub struct ViewArgs {
     pub quality: QualityArgs,
 
     /// What a frame may take while things move, in milliseconds from 1 to 10000: then pictures have fewer pixels, down to a quarter,
-    /// and fewer shadow maps are drawn anew, as the time demands. A moment after all is at rest the picture is as it was asked for
-    #[arg(long, value_name = "MS", value_parser = parse_budget)]
+    /// and fewer shadow maps are drawn anew, as the time demands. A moment after all is at rest the picture is as it was asked for.
+    /// any: full quality always. If not given, 100 on software devices and any on others
+    #[arg(long, value_name = "MS|any", value_parser = parse_budget)]
     pub interactive_budget: Option<f64>,
 
     /// Writes times and counts as one flat JSON object when the window is closed
@@ -143,11 +142,19 @@ pub struct ViewArgs {
     /// For tests: gives the device up so many seconds after the start, as a driver does that fails
     #[arg(long, hide = true, value_name = "SECONDS", value_delimiter = ',', value_parser = clap::value_parser!(u64).range(1..=3600))]
     pub lose_device: Vec<u64>,
+
+    /// For tests: opens the scene so many seconds later, as a large one does
+    #[arg(long, hide = true, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=3600))]
+    pub slow_opening: Option<u64>,
+
+    /// Asks for files by dialogs of its own, where the system's are not wanted
+    #[arg(long)]
+    pub own_dialogs: bool,
 }
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
-  girandole render -o pillars.png
+  girandole render -o room.png
   girandole render table --lights 1024 --bounces 3 --aa 2 -o table.png
   girandole render block --object teapot --exposure 1.5 --tonemap aces -o block.png
   girandole render room.glb --camera Front --engine cpu -o room.exr --stats room.json
@@ -163,8 +170,8 @@ Edits are a list such as {\"version\": 1, \"edits\": [{\"set_time\": {\"seconds\
 #[derive(Args, Clone, Debug, PartialEq)]
 #[command(after_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
-    /// A built-in room (area-lights, table, pillars, block, gap) or a .glb, .gltf, .obj or .ply file
-    #[arg(default_value = "pillars")]
+    /// A built-in room (living-room, area-lights, table, pillars, block, gap) or a .glb, .gltf, .obj or .ply file
+    #[arg(default_value = "living-room")]
     pub scene: String,
 
     /// The picture: .exr (linear radiance, before exposure) or .png (tone-mapped)
@@ -182,9 +189,9 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub seen: SceneArgs,
 
-    /// The moving object of a built-in room: none, torus, teapot, or a .ply, .obj or .glb file; if not given, the
+    /// The moving object of a built-in room: none, torus, teapot, balloon, or a .ply, .obj or .glb file; if not given, the
     /// room's default
-    #[arg(long, value_name = "none|torus|teapot|FILE")]
+    #[arg(long, value_name = "none|torus|teapot|balloon|FILE")]
     pub object: Option<String>,
 
     #[command(flatten)]
@@ -251,7 +258,8 @@ pub struct LightArgs {
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LIGHTS)))]
     pub lights: u32,
 
-    /// Share of the samples that lie on emitters, 0 to 1, the others are left by random walks; auto: as the light demands
+    /// Share of the samples that lie on emitters and punctual lights, 0 to 1, the others are left by random walks; auto: as the
+    /// light demands
     #[arg(long, value_name = "auto|SHARE", default_value_t, value_parser = parse_direct)]
     pub direct: DirectShare,
 
@@ -332,156 +340,55 @@ pub struct QualityArgs {
     pub tolerance: f32,
 }
 
-const COMPARE_EXAMPLES: &str = "\
-relMSE = mean((test − reference)² / (reference² + 0.01)) over valid pixels and channels.
-Exit code: 0, or 1 where a --max-… threshold is exceeded, or 2 where there is nothing to compare.
-
-Examples:
-  girandole compare d6.exr picture.exr --mask mask.exr --trim 0.001 --max-rel-mse 0.005
-  girandole compare reference.png picture.png --json --out errors.png";
-
-/// Options of `girandole compare`.
-#[derive(Args, Clone, Debug)]
-#[command(after_help = COMPARE_EXAMPLES, allow_negative_numbers = true)]
-pub struct CompareArgs {
-    /// The reference picture, .exr or .png
-    #[arg(value_name = "REF")]
-    pub reference: PathBuf,
-
-    /// The picture to compare with it, of the same size
-    #[arg(value_name = "TEST")]
-    pub test: PathBuf,
-
-    /// Leaves pixels out: R and G above 0 always (emitters, background), B above 0 unless --edges
-    #[arg(long, value_name = "M.exr")]
-    pub mask: Option<PathBuf>,
-
-    /// Keeps the mask's edge pixels (for anti-aliased pictures)
-    #[arg(long, requires = "mask")]
-    pub edges: bool,
-
-    /// Share of the worst pixels that relMSE leaves out, at least 0 and less than 1
-    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = parse_trim)]
-    pub trim: f32,
-
-    /// Largest relMSE
-    #[arg(long, value_name = "X", value_parser = parse_threshold)]
-    pub max_rel_mse: Option<f64>,
-
-    /// Largest root mean square error
-    #[arg(long, value_name = "X", value_parser = parse_threshold)]
-    pub max_rmse: Option<f64>,
-
-    /// Largest mean FLIP error
-    #[arg(long, value_name = "X", value_parser = parse_threshold)]
-    pub max_flip: Option<f64>,
-
-    /// Largest distance of the energy ratio (test / reference) from 1
-    #[arg(long, value_name = "X", value_parser = parse_threshold)]
-    pub max_energy_error: Option<f64>,
-
-    /// Writes a heat map of the error, .png
-    #[arg(long, value_name = "HEAT.png")]
-    pub out: Option<PathBuf>,
-
-    /// Prints one flat JSON object instead of a table
-    #[arg(long)]
-    pub json: bool,
-}
-
-const BENCH_EXAMPLES: &str = "\
-A frame is everything from the camera to tone-mapped pixels with shadow maps, visibility and light maps in place and the
-exposure fixed, by the clock around submitting and waiting. Modes take turns; the first round warms up; medians are shown.
-
-Examples:
-  girandole bench
-  girandole bench area-lights table --lights 25,50,100,200,300 --modes naive,vd,vd-lp,full --json times.json
-  girandole bench pillars --moving --updates 50,100,all
-  girandole bench pillars --moving --rewalk 200
-  girandole bench room.glb --view 0,1.7,2,0,0.8,0,0,1,0,60 --edits moved.json
-  girandole bench pillars --modes vd,full --light-maps on --size 1920x1080 --csv times.csv";
-
-/// Options of `girandole bench`.
-#[derive(Args, Clone, Debug)]
-#[command(after_help = BENCH_EXAMPLES, allow_negative_numbers = true)]
-pub struct BenchArgs {
-    /// Built-in rooms, .glb, .gltf, .obj or .ply files
-    #[arg(default_values = ["area-lights", "table", "pillars"])]
-    pub scenes: Vec<String>,
-
-    /// Numbers of light samples
-    #[arg(long, value_name = "N,…", default_value = "300", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LIGHTS)))]
-    pub lights: Vec<u32>,
-
-    /// Times mode full along the scene's motion: frames after updates, and static ones
-    #[arg(long, conflicts_with = "modes")]
-    pub moving: bool,
-
-    /// With --moving: stale shadow maps that a frame draws at most
-    #[arg(long, value_name = "N|all,…", default_value = "all", value_delimiter = ',', requires = "moving", value_parser = parse_numbered_updates)]
-    pub updates: Vec<UpdatesArg>,
-
-    /// With --moving: which light samples follow; see `girandole render --help`
-    #[arg(long, value_name = "off|N|all", default_value = "off", value_parser = motion::parse_rewalk, requires = "moving")]
-    pub rewalk: RewalkArg,
-
-    /// With --moving: frames a second
-    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = motion::parse_fps, requires = "moving")]
-    pub fps: f64,
-
-    /// Modes to compare; ratios refer to the first
-    #[arg(long, value_enum, value_name = "MODE,…", default_values = ["naive", "vd", "vd-lp", "full"], value_delimiter = ',')]
-    pub modes: Vec<Mode>,
-
-    /// Timed rounds, after one to warm up
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub repeat: u32,
-
-    /// Pixels in x and y, each from 1 to 8192
-    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = parse_size, allow_hyphen_values = true)]
-    pub size: [u32; 2],
-
-    #[command(flatten)]
-    pub seen: SceneArgs,
-
-    /// The moving object of built-in rooms; see `girandole render --help`
-    #[arg(long, value_name = "none|torus|teapot|FILE")]
-    pub object: Option<String>,
-
-    /// Anti-aliasing: samples along each axis of a pixel
-    #[arg(long, value_enum, default_value_t)]
-    pub aa: AntiAliasing,
-
-    /// Same seed, same light samples
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u32,
-
-    #[command(flatten)]
-    pub quality: QualityArgs,
-
-    /// The adapter whose name contains this; see `girandole info`
-    #[arg(long, value_name = "NAME")]
-    pub adapter: Option<String>,
-
-    /// Writes the table as comma-separated values
-    #[arg(long, value_name = "FILE.csv")]
-    pub csv: Option<PathBuf>,
-
-    /// Writes everything that was measured as an array of flat objects
-    #[arg(long, value_name = "FILE.json")]
-    pub json: Option<PathBuf>,
-}
-
 /// Options of `girandole info`.
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Examples:\n  girandole info\n  girandole info table\n  girandole info --require-adapter"
+    after_help = "Examples:\n  girandole info\n  girandole info table\n  girandole info picture.png\n  girandole info --require-adapter"
 )]
 pub struct InfoArgs {
-    /// A built-in room or a .glb, .gltf, .obj or .ply file
+    /// A built-in room or a .glb, .gltf, .obj or .ply file; or a picture, .exr or .png: then what it was made by is printed
     pub scene: Option<String>,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
 
     /// Exits with code 1 where no adapter can run the gpu engine
     #[arg(long)]
     pub require_adapter: bool,
+}
+
+const EXPORT_EXAMPLES: &str = "\
+Geometry, materials, textures, lights, cameras, names, hierarchy and animations are written as they are; what glTF has no place
+for, such as an environment, is named. The file is read again as the same scene.
+
+Examples:
+  girandole export table -o table.glb
+  girandole export room.glb --edits moved.json -o moved.glb
+  girandole export pillars --time 2.5 -o later.glb";
+
+/// Options of `girandole export`.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = EXPORT_EXAMPLES, allow_negative_numbers = true)]
+pub struct ExportArgs {
+    /// A built-in room or a .glb, .gltf, .obj or .ply file
+    pub scene: String,
+
+    /// The file
+    #[arg(short, long, value_name = "OUT.glb")]
+    pub output: PathBuf,
+
+    /// What was moved, lit, added and removed, as the library's `Edits` write it
+    #[arg(long, value_name = "FILE.json")]
+    pub edits: Option<PathBuf>,
+
+    /// The moment of the scene's animations, seconds
+    #[arg(long, value_name = "SECONDS", value_parser = motion::parse_seconds)]
+    pub time: Option<f64>,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
+
+    /// The moving object of a built-in room; see `girandole render --help`
+    #[arg(long, value_name = "none|torus|teapot|FILE")]
+    pub object: Option<String>,
 }

@@ -1,18 +1,24 @@
-//! `girandole info`: the adapters, and the contents of a scene.
+//! `girandole info`: the adapters, the contents of a scene, and what a picture was made by.
 
 use crate::args::InfoArgs;
 use crate::engine::gpu::{self, AdapterReport};
 use crate::{output, scene};
-use anyhow::Result;
+use anyhow::{Context, Result};
 use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::image::luminance;
 use girandole_core::scene::{Geometry, Projection, PunctualKind, Scene};
+use girandole_reference::Provenance;
 use std::fmt::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
-/// Prints the adapters, and the scene if one is given.
+/// Prints the adapters, and the scene if one is given; of a picture, what it was made by.
 pub fn run(args: &InfoArgs) -> Result<ExitCode> {
-    let scene = args.scene.as_deref().map(|name| scene::load(name, None, &Default::default())).transpose()?;
+    if let Some(path) = args.scene.as_deref().map(Path::new).filter(|path| is_picture(path)) {
+        output::data(&about_picture(path)?)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let scene = args.scene.as_deref().map(|name| scene::load(name, None, &args.load)).transpose()?;
     let adapters = gpu::adapters();
     let mut text = String::new();
     about_adapters(&mut text, &adapters)?;
@@ -27,6 +33,19 @@ pub fn run(args: &InfoArgs) -> Result<ExitCode> {
         return Ok(ExitCode::from(1));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn is_picture(path: &Path) -> bool {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    ["png", "exr"].iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
+
+/// What a picture was made by.
+fn about_picture(path: &Path) -> Result<String> {
+    let made_by = Provenance::read(path)?;
+    let made_by = made_by.with_context(|| format!("{} does not say what it was made by", path.display()))?;
+    let lines = made_by.0.iter().map(|(key, value)| format!("  {key:18} {value}\n"));
+    Ok(format!("picture {}\n{}", path.display(), lines.collect::<String>()))
 }
 
 fn about_adapters(text: &mut String, adapters: &[AdapterReport]) -> std::fmt::Result {
@@ -58,7 +77,12 @@ fn about_scene(text: &mut String, scene: &Scene) -> std::fmt::Result {
     writeln!(text, "scene {}", scene.name)?;
     writeln!(text, "  size        {:.3} × {:.3} × {:.3} m", size.x, size.y, size.z)?;
     writeln!(text, "  objects     {} ({moving} may move)", scene.placed_objects().count())?;
-    writeln!(text, "  triangles   {} ({} without area dropped)", geometry.triangles.len(), geometry.dropped)?;
+    let Geometry { triangles, dropped, coincident, .. } = &geometry;
+    writeln!(
+        text,
+        "  triangles   {} ({dropped} without area and {coincident} in the place of others dropped)",
+        triangles.len()
+    )?;
     writeln!(text, "  patches     {}", geometry.patches.len())?;
     writeln!(text, "  materials   {}", scene.materials.len())?;
     writeln!(text, "  textures    {}", scene.textures.len())?;
@@ -68,7 +92,14 @@ fn about_scene(text: &mut String, scene: &Scene) -> std::fmt::Result {
             Projection::Perspective { yfov } => format!("perspective, {:.1}°", yfov.to_degrees()),
             Projection::Orthographic { ymag } => format!("orthographic, {:.3} m high", ymag * 2.0),
         };
-        writeln!(text, "    {i}  {} ({kind})", camera.name)?;
+        let girandole_core::scene::ClipPlanes { near, far } = camera.clip;
+        let cut = match (near > 0.0, far.is_finite()) {
+            (true, true) => format!(", from {near} m to {far} m"),
+            (true, false) => format!(", from {near} m on"),
+            (false, true) => format!(", up to {far} m"),
+            (false, false) => String::new(),
+        };
+        writeln!(text, "    {i}  {} ({kind}{cut})", camera.name)?;
     }
     let emitters = emitters(scene, &geometry);
     writeln!(text, "  emitters    {}", emitters.len())?;
@@ -86,6 +117,12 @@ fn about_scene(text: &mut String, scene: &Scene) -> std::fmt::Result {
         writeln!(text, "    {} ({kind}, {:.3} {unit})", light.name, luminance(light.intensity))?;
     }
     writeln!(text, "  animations  {}", scene.animations.len())?;
+    let playing = scene.playing_clips();
+    for (i, animation) in scene.animations.iter().enumerate() {
+        let last = animation.channels.iter().filter_map(|c| c.times.last()).fold(0.0_f32, |a, &b| a.max(b));
+        let rests = if playing.contains(&i) { "" } else { ", rests" };
+        writeln!(text, "    {i}  {} ({last:.2} s{rests})", animation.name)?;
+    }
     writeln!(text, "  warnings    {}", scene.warnings.len())?;
     for warning in &scene.warnings {
         writeln!(text, "    {warning}")?;

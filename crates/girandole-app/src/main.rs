@@ -17,6 +17,7 @@ mod advice;
 mod args;
 mod output;
 mod picture;
+mod provenance;
 mod scene;
 mod transfer;
 mod window;
@@ -28,6 +29,8 @@ mod bench;
 mod compare;
 #[cfg(not(target_arch = "wasm32"))]
 mod engine;
+#[cfg(not(target_arch = "wasm32"))]
+mod export;
 #[cfg(not(target_arch = "wasm32"))]
 mod info;
 #[cfg(not(target_arch = "wasm32"))]
@@ -67,6 +70,7 @@ fn main() -> std::process::ExitCode {
         Some(args::Command::Compare(args)) => compare::run(&args),
         Some(args::Command::Info(args)) => info::run(&args),
         Some(args::Command::Bench(args)) => bench::run(&args),
+        Some(args::Command::Export(args)) => export::run(&args),
     };
     result.unwrap_or_else(|error| {
         output::error(&sentence(&error));
@@ -74,7 +78,7 @@ fn main() -> std::process::ExitCode {
     })
 }
 
-/// The default without a command: a window on the room `pillars`, or a picture of it where there is no display or no GPU.
+/// The default without a command: a window on the room `living-room`, or a picture of it where there is no display or no GPU.
 #[cfg(not(target_arch = "wasm32"))]
 fn main_job() -> anyhow::Result<std::process::ExitCode> {
     if !window::has_display() {

@@ -73,17 +73,13 @@ pub fn check_writable(path: &Path, extensions: &[&str]) -> Result<()> {
         _ => {}
     }
     let target = files::destination(path);
-    let directory = directory_of(&target);
+    let directory = files::folder_of(&target);
     if !directory.is_dir() {
         bail!("cannot write {name}: there is no directory {}; make it first", directory.display());
     }
     // A read-only directory is reported now, not after minutes of work.
     tempfile::tempfile_in(directory).with_context(|| format!("cannot write {name}"))?;
     Ok(())
-}
-
-fn directory_of(path: &Path) -> &Path {
-    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// A duration in readable units.

@@ -5,7 +5,8 @@ use girandole::DebugView;
 use girandole_core::glam::Vec3;
 use girandole_core::image::Image;
 use girandole_core::tonemap::{self, Exposure, Tonemap};
-use girandole_reference::image_file;
+use girandole_reference::Provenance;
+use girandole_reference::image_file::{self, Pixels};
 use std::path::Path;
 
 /// How radiance becomes what is seen.
@@ -27,9 +28,14 @@ impl Shown {
     }
 }
 
-/// Writes an .exr with radiance, or a .png as it is shown, either with alpha where the share of each pixel that is covered is given.
-/// Returns the exposure in stops.
-pub fn write(path: &Path, radiance: &Image, coverage: Option<&[f32]>, shown: Shown) -> Result<f32> {
+/// Writes an .exr with radiance, or a .png as it is shown, either with alpha where the share of each pixel that
+/// is covered is given, and with what it was made by. Returns the exposure in stops.
+pub fn write(
+    path: &Path,
+    (radiance, coverage): (&Image, Option<&[f32]>),
+    shown: Shown,
+    made_by: &Provenance,
+) -> Result<f32> {
     let broken = radiance.pixels.iter().filter(|p| !p.is_finite()).count();
     if broken > 0 {
         bail!(
@@ -38,22 +44,24 @@ pub fn write(path: &Path, radiance: &Image, coverage: Option<&[f32]>, shown: Sho
         );
     }
     let ev = shown.exposure.ev(radiance);
-    let [width, height] = [radiance.width, radiance.height];
-    let saved = match (path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")), coverage) {
-        (true, None) => image_file::write_exr(path, radiance),
-        (true, Some(coverage)) => image_file::write_exr_with_alpha(path, radiance, coverage),
-        (false, None) => {
-            image_file::write_png(path, width, height, &tonemap::to_srgb8(radiance, ev, shown.tonemap))
-        }
-        (false, Some(coverage)) => {
-            let straight = |(p, c): (&Vec3, &f32)| if *c > 0.0 { *p / *c } else { Vec3::ZERO };
-            let pixels = radiance.pixels.iter().zip(coverage).map(straight).collect();
-            let colors = tonemap::to_srgb8(&Image { width, height, pixels }, ev, shown.tonemap);
-            let with_alpha = |(rgb, c): (&[u8], &f32)| [rgb[0], rgb[1], rgb[2], (c * 255.0 + 0.5) as u8];
-            let bytes: Vec<u8> = colors.chunks(3).zip(coverage).flat_map(with_alpha).collect();
-            image_file::write_png_with_alpha(path, width, height, &bytes)
-        }
+    let size = [radiance.width, radiance.height];
+    let saved = if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+        image_file::write_exr_with(path, radiance, coverage, Some(made_by))
+    } else {
+        let bytes = display_bytes(radiance, coverage, (ev, shown.tonemap));
+        let pixels = if coverage.is_some() { Pixels::Rgba(&bytes) } else { Pixels::Rgb(&bytes) };
+        image_file::write_png_with(path, size, pixels, Some(made_by))
     };
     saved.context("the picture is rendered, but not saved")?;
     Ok(ev)
+}
+
+/// Three bytes a pixel, or four with alpha, by which colours are not multiplied.
+fn display_bytes(radiance: &Image, coverage: Option<&[f32]>, (ev, curve): (f32, Tonemap)) -> Vec<u8> {
+    let Some(coverage) = coverage else { return tonemap::to_srgb8(radiance, ev, curve) };
+    let straight = |(p, c): (&Vec3, &f32)| if *c > 0.0 { *p / *c } else { Vec3::ZERO };
+    let pixels = radiance.pixels.iter().zip(coverage).map(straight).collect();
+    let colors = tonemap::to_srgb8(&Image { pixels, ..*radiance }, ev, curve);
+    let with_alpha = |(rgb, c): (&[u8], &f32)| [rgb[0], rgb[1], rgb[2], (c * 255.0 + 0.5) as u8];
+    colors.chunks(3).zip(coverage).flat_map(with_alpha).collect()
 }

@@ -7,18 +7,19 @@ use crate::args::{
 use crate::engine::{self, Job, Ready};
 use crate::output::{self, Stats, say};
 use crate::picture::{self, Shown};
+use crate::provenance::Maker;
 use crate::{scene, sequence, transfer};
 use anyhow::{Result, bail};
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet, MAX_BOUNCES};
 use girandole_core::scene::{Geometry, Scene, View};
 use girandole_core::trace::SceneTracer;
-use girandole_reference::coverage;
+use girandole_reference::{Provenance, coverage};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// The default where no window can be shown: renders the room `pillars` to a file.
+/// The default where no window can be shown: renders the room `living-room` to a file.
 pub fn main_job(why: &str) -> Result<ExitCode> {
     let args = RenderArgs::defaults()?;
     check(&args)?;
@@ -104,43 +105,42 @@ fn check(args: &RenderArgs) -> Result<()> {
 }
 
 fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
-    // The scene.
+    // The scene, and beside it the engine.
     let start = Instant::now();
-    let (mut scene, _) = scene::load_edited(&args.scene, args.object.as_deref(), &args.seen)?;
+    let load = || scene::load_edited(&args.scene, args.object.as_deref(), &args.seen);
     if let Some(frames) = args.motion.frames {
-        return sequence::render(&args, scene, frames);
+        return sequence::render(&args, load()?.0, frames);
     }
+    let (loaded, engine) = rayon::join(load, || Ready::open(&args));
+    let (mut scene, _) = loaded?;
     if let Some(seconds) = args.motion.time {
         scene.set_time(seconds)?;
     }
     let geometry = Geometry::new(&scene);
     let view = scene::view(&scene, &args.seen, args.camera.as_deref(), args.size)?;
     let transfers = transfer::load(&scene, &args.transfer)?;
-    let scene_ms = milliseconds(start);
-
-    // The light samples.
-    let start = Instant::now();
-    let by_samples = args.engine != Engine::Path;
-    let lights = if by_samples {
-        LightSet::sample_for(
-            &scene,
-            &geometry,
-            &args.lights.settings(),
-            args.lights.placement.views(&[view]),
-        )?
-    } else {
-        LightSet::from_samples(&geometry, Vec::new())
-    };
-    let lights_ms = milliseconds(start);
-
-    // The engine. Nothing was printed before, so that an error is the only line.
-    let mut engine = Ready::choose(&args)?;
+    let (mut engine, advice) = engine?;
     if args.refine > 1 && !matches!(engine, Ready::Gpu(_)) {
         bail!("--refine belongs to --engine gpu, and there is no adapter; leave it out");
     }
     if matches!(engine, Ready::Gpu(_)) {
         args.aa = aa_on_gpu;
     }
+    engine.compile_for(&scene, &geometry, &args)?;
+    let scene_ms = milliseconds(start);
+
+    // The light samples.
+    let start = Instant::now();
+    let by_samples = args.engine != Engine::Path;
+    let lights = if by_samples {
+        LightSet::sample_for(&scene, &geometry, &args.light_settings(), args.lights.placement.views(&[view]))?
+    } else {
+        LightSet::from_samples(&geometry, Vec::new())
+    };
+    let lights_ms = milliseconds(start);
+
+    // Nothing was printed before, so that an error is the only line.
+    advice.iter().for_each(|advice| say(advice));
     for warning in scene.warnings.iter().chain(&lights.warnings) {
         say(&format!("warning: {warning}"));
     }
@@ -159,7 +159,8 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     };
     let (name, adapter) = (engine.name(), engine.adapter());
     let picture = engine.render(&job)?;
-    let ev = write_shown(&args, &args.output, (&scene, &view), &picture.radiance)?;
+    let made_by = Maker::new(&args, engine.kind(), &scene, &args.output)?.still(&scene, None)?;
+    let ev = write_shown(&args, &args.output, (&scene, &view, &made_by), &picture.radiance)?;
 
     // Statistics and messages.
     let [width, height] = args.size;
@@ -224,11 +225,12 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes a picture, with the exposure and tone curve of the options where it is a .png. Returns the exposure in stops.
+/// Writes a picture with what it was made by, and with the exposure and tone curve of the options where it is a
+/// .png. Returns the exposure in stops.
 pub fn write_shown(
     args: &RenderArgs,
     path: &Path,
-    (scene, view): (&Scene, &View),
+    (scene, view, made_by): (&Scene, &View, &Provenance),
     radiance: &Image,
 ) -> Result<f32> {
     let shown = Shown::new(args.exposure, args.tonemap.into(), args.debug.map(Into::into));
@@ -238,7 +240,7 @@ pub fn write_shown(
         let samples = if is_averaged { 4 } else { args.aa.samples_per_axis() };
         coverage(&SceneTracer::new(scene, &Geometry::new(scene)), view, args.size, samples)
     });
-    picture::write(path, radiance, coverage.as_deref(), shown)
+    picture::write(path, (radiance, coverage.as_deref()), shown, made_by)
 }
 
 fn milliseconds(since: Instant) -> f64 {

@@ -2,27 +2,31 @@
 
 use crate::advice;
 use crate::args::{BackgroundArg, EnvironmentArg, LightArg, LoadArgs, SceneArgs};
+use crate::output::Progress;
 use anyhow::{Context, Result, bail};
 use girandole_core::Error;
 use girandole_core::glam::Vec3;
 use girandole_core::scene::builtin::{self, MovingObject};
-use girandole_core::scene::{Edits, Environment, LoadOptions, Scene, Sky, View, load_model};
+use girandole_core::scene::{Edits, Environment, LoadOptions, Scene, Sky, UpAxis, View, load_model};
 use girandole_reference::image_file;
 use std::path::Path;
 
-const OBJECTS: &str = "none, torus, teapot, or a .ply, .obj, .glb or .gltf file";
+const OBJECTS: &str = "none, torus, teapot, balloon, or a .ply, .obj, .glb or .gltf file";
 
 /// Scenes from files.
 const FILES: [&str; 4] = ["glb", "gltf", "obj", "ply"];
 
 /// A built-in room with its moving object, or a file.
 pub fn load(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> {
-    let environment = environment(load)?;
+    let (environment, notes) = environment(load)?;
     let mut scene = if extension(name).is_some_and(|e| FILES.contains(&e.as_str())) {
         if object.is_some() {
             bail!("--object belongs to the built-in rooms; leave it out for {name}");
         }
-        let options = LoadOptions { environment, light: load.light.into(), scale: load.scale };
+        // What is to be put before something else brings no ground of its own.
+        let ground = load.background == BackgroundArg::Environment;
+        let (light, up) = (load.light.into(), load.up.map(Into::into));
+        let options = LoadOptions { environment, light, up, scale: load.scale, ground };
         let mut scene = Scene::load_with(Path::new(name), options)?;
         scene.warnings.iter_mut().for_each(advice::add_to_warning);
         scene
@@ -30,7 +34,11 @@ pub fn load(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> 
         if load.scale.is_some() {
             bail!("--scale belongs to files; leave it out for {name}");
         }
-        let object = object.map_or_else(|| Ok(builtin::default_object(name)), moving_object)?;
+        let object = match object {
+            Some(object) => moving_object(object, load.up.map(Into::into))?,
+            None if load.up.is_some() => bail!("--up belongs to files; leave it out for {name}"),
+            None => builtin::default_object(name),
+        };
         let mut scene = builtin::build(name, object)?;
         scene.environment = environment;
         if load.light == LightArg::Studio {
@@ -42,6 +50,11 @@ pub fn load(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> 
         return Err(Error::Unknown { kind: "scene", name: name.into(), known }.into());
     };
     scene.ensure_camera();
+    notes.into_iter().for_each(|note| scene.warn(note));
+    if let Some(clip) = &load.clip {
+        let clip = scene.find_clip(clip)?;
+        scene.choose_clip(Some(clip))?;
+    }
     if let Some(environment) = &mut scene.environment {
         environment.visible = load.background == BackgroundArg::Environment;
     }
@@ -69,10 +82,11 @@ pub fn view(scene: &Scene, seen: &SceneArgs, camera: Option<&str>, size: [u32; 2
     }
 }
 
-/// What is all around, if anything is.
-pub fn environment(args: &LoadArgs) -> Result<Option<Environment>> {
+/// What is all around, if anything is, and what there is to say of it.
+pub fn environment(args: &LoadArgs) -> Result<(Option<Environment>, Vec<String>)> {
+    let mut notes = Vec::new();
     let environment = match &args.environment {
-        None => return Ok(None),
+        None => return Ok((None, notes)),
         Some(EnvironmentArg::Color(radiance)) => Environment::constant(Vec3::from_array(*radiance))?,
         Some(EnvironmentArg::Sky([elevation, azimuth, turbidity])) => Environment::sky(&Sky {
             elevation: elevation.to_radians(),
@@ -80,24 +94,33 @@ pub fn environment(args: &LoadArgs) -> Result<Option<Environment>> {
             turbidity: *turbidity,
         })?,
         Some(EnvironmentArg::File(path)) => {
-            let image = image_file::read_radiance(path)?;
+            let bar = Progress::bar(&format!("{}", path.file_name().unwrap_or_default().display()));
+            // Then it is gone through once more, for what is sampled and for what is reflected.
+            let (image, said) = image_file::read_environment(path, &|done| bar.set(done * 0.8))?;
+            notes = said;
             Environment::new(image).with_context(|| path.display().to_string())?
         }
     };
     let strength = args.environment_strength.unwrap_or(1.0);
     let rotation = args.environment_rotation.unwrap_or(0.0).to_radians();
     let visible = args.background == BackgroundArg::Environment;
-    Ok(Some(Environment { strength, rotation, visible, ..environment }))
+    Ok((Some(Environment { strength, rotation, visible, ..environment }), notes))
 }
 
-fn moving_object(name: &str) -> Result<MovingObject> {
+fn moving_object(name: &str, up: Option<UpAxis>) -> Result<MovingObject> {
+    if extension(name).is_some_and(|e| FILES.contains(&e.as_str())) {
+        let mut mesh = load_model(Path::new(name))?;
+        mesh.turn_up(up.unwrap_or_default());
+        return Ok(MovingObject::Model(Box::new(mesh)));
+    }
+    if up.is_some() {
+        bail!("--up belongs to files; leave it out for the object {name}");
+    }
     Ok(match name {
         "none" => MovingObject::None,
         "torus" => MovingObject::Torus,
         "teapot" => MovingObject::Teapot,
-        _ if extension(name).is_some_and(|e| ["ply", "obj", "glb", "gltf"].contains(&e.as_str())) => {
-            MovingObject::Model(Box::new(load_model(Path::new(name))?))
-        }
+        "balloon" => MovingObject::Balloon,
         _ => {
             let known = OBJECTS.into();
             return Err(Error::Unknown { kind: "object", name: name.into(), known }.into());

@@ -94,7 +94,7 @@ fn main() -> Result<()> {
     }
     match arguments.next() {
         Some(file) => report(&Scene::load(Path::new(&file))?, lights, &settings),
-        None => builtin::NAMES.iter().try_for_each(|name| {
+        None => builtin::EXPERIMENTS.iter().try_for_each(|name| {
             report(&builtin::build(name, builtin::default_object(name))?, lights, &settings)
         }),
     }

@@ -1,12 +1,17 @@
 //! Files, read whole and written whole or not at all.
 
+mod claim;
+
+pub use claim::{Claim, Claimed};
+
 use crate::{Error, Result};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use tempfile::NamedTempFile;
 
-/// Files that are there under their temporary names. Who holds it may make such files, name them, and take them away.
+/// Files that are there under their temporary names, and claims. Who holds it may make such files, name them, and
+/// take them away.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
@@ -28,43 +33,53 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     read().map_err(|source| Error::Read { path: path.into(), source })
 }
 
-/// Writes a file under another name in its folder, then gives it its name. If anything goes wrong, what was there stays. A link
-/// stays one: what it leads to is written; and a file that was there keeps its permissions.
+/// Writes a file under another name in its folder, then gives it its name. If anything goes wrong, what was there
+/// stays. A link stays one: what it leads to is written; and a file that was there keeps its permissions.
 ///
 /// # Errors
 /// [`Error::Write`].
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    static COUNTER: AtomicU32 = AtomicU32::new(0);
     let target = destination(path);
-    let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-    let temporary = target.with_file_name(format!(".girandole.{}.{number}.part", std::process::id()));
-    let create = || {
-        let mut unfinished = unfinished();
-        let file = std::fs::OpenOptions::new().write(true).create_new(true).open(&temporary)?;
-        unfinished.push(temporary.clone());
-        Ok::<_, std::io::Error>(file)
-    };
     let write = || {
-        let mut file = create()?;
-        if let Ok(replaced) = std::fs::metadata(&target) {
-            file.set_permissions(replaced.permissions())?;
-        }
-        file.write_all(bytes)?;
-        file.sync_all()
+        let mut file = temporary(folder_of(&target))?;
+        let name = file.path().to_path_buf();
+        let written = fill(&mut file, &target, bytes);
+        let mut unfinished = unfinished();
+        let written = written.and_then(|()| file.persist(&target).map_err(|error| error.error));
+        unfinished.retain(|path| *path != name);
+        written.map(|_| ())
     };
-    let written = write();
-    let mut unfinished = unfinished();
-    let written = written.and_then(|()| std::fs::rename(&temporary, &target));
-    if written.is_err() && unfinished.contains(&temporary) {
-        // Best effort: the first error is the one to report.
-        let _ = std::fs::remove_file(&temporary);
-    }
-    unfinished.retain(|path| *path != temporary);
-    written.map_err(|source| Error::Write { path: path.into(), source })
+    write().map_err(|source| Error::Write { path: path.into(), source })
 }
 
-/// Removes what is not written to its end, and lets nothing else be written: whoever tries waits. For programs that were
-/// interrupted and end now.
+/// A file with a name of its own, which is removed unless it gets another one.
+fn temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".girandole.").suffix(".part");
+    // As those of other files, not for this user alone.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut unfinished = unfinished();
+    let file = builder.tempfile_in(folder)?;
+    unfinished.push(file.path().into());
+    Ok(file)
+}
+
+fn fill(file: &mut NamedTempFile, target: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    if let Ok(replaced) = std::fs::metadata(target) {
+        file.as_file().set_permissions(replaced.permissions())?;
+    }
+    file.write_all(bytes)?;
+    file.as_file().sync_all()
+}
+
+/// The folder that a file lies in.
+pub fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Removes what is not written to its end, and lets nothing else be written: whoever tries waits. For programs
+/// that were interrupted and end now.
 pub fn abandon() {
     let unfinished = unfinished();
     for temporary in unfinished.iter() {

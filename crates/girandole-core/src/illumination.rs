@@ -97,10 +97,11 @@ impl Illumination {
         let geometry = Geometry::new(scene);
         let IlluminationSettings { lights, views, .. } = settings;
         let (walk, lights) = match settings.rewalk {
-            Rewalk::Paths(pace) => {
-                let (walk, lights) = IncrementalWalk::new(scene, &geometry, lights, views, pace)?;
-                (Some(Box::new(walk)), lights)
-            }
+            Rewalk::Paths(pace) => match IncrementalWalk::new(scene, &geometry, lights, views, pace) {
+                Ok((walk, lights)) => (Some(Box::new(walk)), lights),
+                Err(_) if lights.dark => (None, LightSet::sample_for(scene, &geometry, lights, views)?),
+                Err(error) => return Err(error),
+            },
             _ => (None, LightSet::sample_for(scene, &geometry, lights, views)?),
         };
         let sampled = (lights.clone(), Placement::of(scene, &geometry));
@@ -172,7 +173,10 @@ impl Illumination {
         }
         if changes.to != self.generation() {
             let geometry = Geometry::new(scene);
-            let follows = changes.keeps_objects().then(|| self.following_lights(scene, &geometry));
+            // What is walked again little by little would mix the light of both.
+            let keeps_paths = self.walk.is_none() || !changes.reflectance;
+            let follows =
+                (changes.keeps_objects() && keeps_paths).then(|| self.following_lights(scene, &geometry));
             match follows.flatten() {
                 Some(lights) => self.follow(scene, Some(geometry), lights, changes)?,
                 None => {

@@ -44,6 +44,9 @@ pub struct SceneTracer<'a> {
     scale: f64,
 }
 
+/// What emits is nearer by this share of its distance where rays choose what is nearest: a lamp that lies in one plane with a ceiling
+/// is seen before it. Mirrored in `shaders/visibility_buffer.wgsl`.
+const EMITTER_BIAS: f64 = 4e-6;
 /// How much earlier rays start in the hierarchy's space.
 const BACK_UP: f64 = 2e-4;
 /// A ray prepared for the watertight intersection test of Woop, Benthin and Wald (2013).
@@ -186,16 +189,19 @@ impl<'a> SceneTracer<'a> {
     }
 
     /// The first surface along a ray at `0 < t < t_max`, from either side, leaving out triangle `ignored`
-    /// ([`NONE`] for none). At equal distance the lower triangle index wins.
+    /// ([`NONE`] for none). At equal distance what emits wins, else the lower triangle index.
     pub fn closest_hit(&self, origin: Vec3, direction: Vec3, t_max: f32, ignored: u32) -> Option<Hit> {
         self.closest_hit_where(origin, direction, t_max, |triangle, _| triangle != ignored)
     }
 
     /// The first surface that a camera sees: the backs of single-sided surfaces are not there (glTF culls them).
     pub fn closest_visible(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
-        self.closest_hit_where(origin, direction, f32::INFINITY, |triangle, _| {
-            self.is_visible(triangle, direction)
-        })
+        self.closest_visible_within(origin, direction, f32::INFINITY)
+    }
+
+    /// The same at `0 < t < t_max`: a view's rays end at its [far plane](crate::scene::ClipPlanes::reach).
+    pub fn closest_visible_within(&self, origin: Vec3, direction: Vec3, t_max: f32) -> Option<Hit> {
+        self.closest_hit_where(origin, direction, t_max, |triangle, _| self.is_visible(triangle, direction))
     }
 
     /// The first surface along a ray for which `accept(triangle, barycentric)` is true.
@@ -209,13 +215,15 @@ impl<'a> SceneTracer<'a> {
         let (origin, direction, limit) = (origin.as_dvec3(), direction.as_dvec3(), f64::from(t_max));
         let ray = WatertightRay::new(origin, direction)?;
         let mut traversal = Traversal::new(self, origin, direction, limit);
-        let mut best: Option<(f64, u32, Vec2)> = None;
+        // Nearness, parameter, triangle, place.
+        let mut best: Option<(f64, f64, u32, Vec2)> = None;
         for hierarchy in &self.hierarchies {
             hierarchy.bvh.ray_traverse(traversal.ray, &mut RayHit::none(), |_, slot| {
                 let leaf = hierarchy.leaf(slot);
                 let Some((t, u, v)) = ray.intersect(&leaf.corners) else { return f32::INFINITY };
                 let barycentric = Vec2::new(u as f32, v as f32);
-                let nearer = best.is_none_or(|(bt, bi, _)| t < bt || t == bt && leaf.triangle < bi);
+                let order = if leaf.emits { t * (1.0 - EMITTER_BIAS) } else { t };
+                let nearer = best.is_none_or(|(o, _, bi, _)| order < o || order == o && leaf.triangle < bi);
                 let taken = t > 0.0
                     && t < limit
                     && nearer
@@ -224,14 +232,14 @@ impl<'a> SceneTracer<'a> {
                 if !taken {
                     return f32::INFINITY;
                 }
-                best = Some((t, leaf.triangle, barycentric));
+                best = Some((order, t, leaf.triangle, barycentric));
                 traversal.reach(t)
             });
-            if let Some((t, ..)) = best {
+            if let Some((_, t, ..)) = best {
                 traversal.ray.tmax = traversal.reach(t);
             }
         }
-        best.map(|(t, triangle, barycentric)| Hit { t: t as f32, triangle, barycentric })
+        best.map(|(_, t, triangle, barycentric)| Hit { t: t as f32, triangle, barycentric })
     }
 
     /// All transparent surfaces along a ray at `0 < t < t_max`, from either side, in the order in which it meets them.
@@ -330,20 +338,23 @@ impl<'a> SceneTracer<'a> {
     }
 
     /// Offsets a ray's origin from the surface along its unit normal: far enough that neither rounding nor a coplanar
-    /// neighbour makes the surface occlude itself, and 1e-5 of the scene's diagonal at least.
+    /// neighbour makes the surface occlude itself, by [`ray_offset_distance`].
     pub fn offset_ray_origin(&self, point: Vec3, normal: Vec3) -> Vec3 {
         point + normal * ray_offset_distance(self.geometry, point)
     }
 }
 
-/// Share of a point's largest coordinate that its ray origins are offset by at least.
-pub(crate) const RAY_OFFSET_BY_ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
+/// Share of [`Geometry::detail`] that ray origins are offset by at least.
+const RAY_OFFSET: f32 = 1e-6;
+/// Share of a point's largest coordinate that its ray origins are offset by at least: eight units in the last place. Points, what
+/// they lie on and what is next to that are rounded to half of one in each coordinate, and kernels transform them into the space of
+/// lights with an error of three halves of one.
+pub(crate) const RAY_OFFSET_BY_ROUNDING: f64 = 8.0 * f32::EPSILON as f64;
 
-/// The distance by which [`SceneTracer::offset_ray_origin`] offsets a point, metres: 1e-5 of the scene's size, or 16 units
-/// in the last place of its largest coordinate where that is more, which it is farther than five times the scene's size
-/// from the origin.
+/// The distance by which [`SceneTracer::offset_ray_origin`] offsets a point, metres: a millionth of [`Geometry::detail`], or eight units
+/// in the last place of its largest coordinate where that is more, which it is farther than that from the origin.
 pub fn ray_offset_distance(geometry: &Geometry, point: Vec3) -> f32 {
-    (geometry.diagonal() * 1e-5).max(point.abs().max_element() * 16.0 * f32::EPSILON)
+    (geometry.offset_detail() * RAY_OFFSET).max(point.abs().max_element() * RAY_OFFSET_BY_ROUNDING as f32)
 }
 
 #[cfg(test)]

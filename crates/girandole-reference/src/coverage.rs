@@ -13,11 +13,11 @@ pub fn coverage(tracer: &SceneTracer, view: &View, size: [u32; 2], samples_per_a
     let n = samples_per_axis.max(1);
     let covered = |at: Vec2| {
         let (origin, direction) = view.pixel_ray(at, size);
-        if tracer.closest_visible(origin, direction).is_some() {
+        if tracer.closest_visible_within(origin, direction, view.clip.reach()).is_some() {
             return 1.0;
         }
         let wo = -direction.normalize();
-        let through = tracer.transparent_hits(origin, direction, f32::INFINITY).into_iter();
+        let through = tracer.transparent_hits(origin, direction, view.clip.reach()).into_iter();
         let passed: Vec3 = through
             .filter(|hit| tracer.is_visible(hit.triangle, direction))
             .map(|hit| {

@@ -1,6 +1,12 @@
 //! Pictures in files. Files are written whole or not at all.
 
-use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, SpecificChannels, WritableImage};
+mod canvas;
+mod hdr;
+mod open_exr;
+
+use crate::provenance::{self, Provenance};
+use canvas::Canvas;
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, SmallVec, WritableImage};
 use girandole_core::glam::Vec3;
 use girandole_core::image::Image;
 use girandole_core::tonemap::srgb_decode;
@@ -8,8 +14,10 @@ use girandole_core::{Error, Result, files};
 use std::io::Cursor;
 use std::path::Path;
 
-/// Largest number of pixels that a file's header may claim.
+/// Largest number of pixels of light from all directions that a file's header may claim; of so many, means are kept.
 const MAX_PIXELS: usize = 1 << 28;
+/// The same of a picture, which is kept as it is: 8192 × 8192.
+const MAX_PICTURE: usize = 1 << 26;
 
 /// Reads a picture by the ending of its name: `.exr` as [`read_exr`], `.png` as [`read_png`].
 ///
@@ -23,77 +31,68 @@ pub fn read(path: &Path) -> Result<Image> {
     }
 }
 
-/// Reads radiance: `.exr` as [`read_exr`], `.hdr` as [`read_hdr`].
+/// Reads light from all directions, a picture twice as wide as high (or one pixel): `.exr`, or `.hdr` (Radiance,
+/// RGBE). Linear Rec. 709 by the formats' conventions. Of more than 8192 × 4096 pixels, means are taken. Pixels that
+/// are no light are replaced: negative ones and those that are no numbers by black, infinite ones by the largest that
+/// is not.
 ///
-/// # Errors
-/// Those of the two, and [`Error::Broken`] for another ending.
-pub fn read_radiance(path: &Path) -> Result<Image> {
-    match path.extension().map(|e| e.to_ascii_lowercase()) {
-        Some(e) if e == "exr" => read_exr(path),
-        Some(e) if e == "hdr" => read_hdr(path),
-        _ => Err(broken(path, "radiance is read from .exr and .hdr files")),
-    }
-}
-
-/// Reads a Radiance picture (`.hdr`, RGBE) as it is: linear Rec. 709 by convention.
+/// `progress` is told the share that is done, 0 to 1. The sentences are about what was replaced or chosen.
 ///
 /// # Errors
 /// [`Error::Read`], or [`Error::Broken`] with what is wrong with the file.
-pub fn read_hdr(path: &Path) -> Result<Image> {
-    let bytes = files::read(path)?;
-    let unreadable = |e| broken(path, format!("it is no readable Radiance file ({e})"));
-    let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(&bytes)).map_err(unreadable)?;
-    let (width, height) = image::ImageDecoder::dimensions(&decoder);
-    if width as usize * height as usize > MAX_PIXELS {
-        return Err(broken(path, "it claims to have more than 2^28 pixels"));
+pub fn read_environment(path: &Path, progress: &dyn Fn(f32)) -> Result<(Image, Vec<String>)> {
+    let extension = path.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
+    if extension != "exr" && extension != "hdr" {
+        return Err(broken(path, "radiance is read from .exr and .hdr files"));
     }
-    let decoded = image::DynamicImage::from_decoder(decoder).map_err(unreadable)?.into_rgb32f();
-    let pixels = decoded.pixels().map(|p| Vec3::from(p.0)).collect();
-    Ok(Image { width, height, pixels })
+    let bytes = files::read(path)?;
+    let canvas = |width: usize, height: usize| {
+        if width.saturating_mul(height) > MAX_PIXELS {
+            return Err("it claims to have more than 2^28 pixels".to_owned());
+        }
+        if width != 2 * height && (width, height) != (1, 1) {
+            return Err(format!(
+                "it is {width} × {height} pixels; give a picture of all directions, twice as wide as high"
+            ));
+        }
+        Ok(Canvas::light(width as u32, height as u32))
+    };
+    let read = || -> std::result::Result<(Canvas, Vec<String>), String> {
+        if extension == "hdr" {
+            let header = hdr::header(&bytes)?;
+            let mut canvas = canvas(header.width as usize, header.height as usize)?;
+            hdr::read(&bytes, &header, &mut canvas, progress)?;
+            return Ok((canvas, Vec::new()));
+        }
+        let mut choice = open_exr::choose(&bytes, MAX_PIXELS)?;
+        let notes = std::mem::take(&mut choice.notes);
+        let canvas = canvas(choice.width, choice.height)?;
+        Ok((choice.read(&bytes, canvas, progress)?, notes))
+    };
+    let (canvas, mut notes) = read().map_err(|reason| broken(path, reason))?;
+    let (image, replaced) = canvas.finish();
+    if replaced > 0 {
+        let pixels = if replaced == 1 { "pixel" } else { "pixels" };
+        notes.push(format!("{replaced} {pixels} are negative, infinite or no numbers: they are replaced"));
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    Ok((image, notes.into_iter().map(|note| format!("{name}: {note}")).collect()))
 }
 
-/// Reads the channels R, G and B (half, float or integer, in any order) of the first layer that has them, as they
-/// are: linear Rec. 709 by OpenEXR's convention. Further channels are ignored.
+/// Reads the channels R, G and B (half, float or integer, in any order) as they are, those of a layer where there are
+/// no others, or Y alone: linear Rec. 709 by OpenEXR's convention. The picture is the display window; where the data
+/// window has no pixels, it is black. Further channels are ignored.
 ///
 /// # Errors
 /// [`Error::Read`], or [`Error::Broken`] with what is wrong with the file.
 pub fn read_exr(path: &Path) -> Result<Image> {
     let bytes = files::read(path)?;
-    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes), false)
-        .map_err(|e| broken(path, format!("it is no readable OpenEXR file ({e})")))?;
-    let names = |header: &exr::meta::header::Header| -> Vec<String> {
-        header.channels.list.iter().map(|c| c.name.to_string()).collect()
+    let read = || {
+        let choice = open_exr::choose(&bytes, MAX_PICTURE)?;
+        let canvas = Canvas::exact(choice.width as u32, choice.height as u32);
+        choice.read(&bytes, canvas, &|_| {})
     };
-    let has_rgb = |header: &exr::meta::header::Header| {
-        let names = names(header);
-        ["R", "G", "B"].iter().all(|c| names.iter().any(|n| n == c))
-    };
-    if !meta.headers.iter().any(has_rgb) {
-        let found: Vec<String> = meta.headers.iter().flat_map(names).collect();
-        let found = found.join(", ");
-        return Err(broken(path, format!("it needs the channels R, G and B, but has {found}")));
-    }
-    if meta.headers.iter().any(|h| h.layer_size.area() > MAX_PIXELS) {
-        return Err(broken(path, "it claims to have more than 2^28 pixels"));
-    }
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .specific_channels()
-        .required("R")
-        .required("G")
-        .required("B")
-        .collect_pixels(
-            |size, _| Image::new(size.width() as u32, size.height() as u32),
-            |image, at, (r, g, b): (f32, f32, f32)| {
-                image.pixels[at.y() * image.width as usize + at.x()] = Vec3::new(r, g, b);
-            },
-        )
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(&bytes))
-        .map_err(|e| broken(path, format!("its pixels cannot be read ({e})")))?;
-    Ok(image.layer_data.channel_data.pixels)
+    Ok(read().map_err(|reason| broken(path, reason))?.finish().0)
 }
 
 /// Writes a picture as 32-bit float RGB, lossless: linear Rec. 709, the same bytes each time.
@@ -101,35 +100,33 @@ pub fn read_exr(path: &Path) -> Result<Image> {
 /// # Errors
 /// [`Error::Write`]; [`Error::Invalid`] for a picture without pixels.
 pub fn write_exr(path: &Path, image: &Image) -> Result<()> {
-    check_size(image.width, image.height, image.pixels.len(), 1)?;
-    let width = image.width as usize;
-    let channels = SpecificChannels::rgb(|at: exr::math::Vec2<usize>| {
-        let p = image.pixels[at.y() * width + at.x()];
-        (p.x, p.y, p.z)
-    });
-    let mut file = exr::image::Image::from_channels((width, image.height as usize), channels);
-    file.attributes.chromaticities = Some(chromaticities());
-    let mut bytes = Cursor::new(Vec::new());
-    let written = file.write().non_parallel().to_buffered(&mut bytes);
-    written.map_err(|e| write_error(path, std::io::Error::other(e)))?;
-    files::write(path, bytes.get_ref())
+    write_exr_with(path, image, None, None)
 }
 
-/// The same with the share of each pixel that is covered as channel A, by which radiance is multiplied already, as OpenEXR has it.
+/// The same with the share of each pixel that is covered as channel A, by which radiance is multiplied already, as OpenEXR has it; and with
+/// what the picture was made by.
 ///
 /// # Errors
 /// [`Error::Write`]; [`Error::Invalid`] for a picture without pixels, or with other ones than `coverage`.
-pub fn write_exr_with_alpha(path: &Path, image: &Image, coverage: &[f32]) -> Result<()> {
+pub fn write_exr_with(
+    path: &Path,
+    image: &Image,
+    coverage: Option<&[f32]>,
+    made_by: Option<&Provenance>,
+) -> Result<()> {
     check_size(image.width, image.height, image.pixels.len(), 1)?;
-    check_size(image.width, image.height, coverage.len(), 1)?;
-    let width = image.width as usize;
-    let channels = SpecificChannels::rgba(|at: exr::math::Vec2<usize>| {
-        let i = at.y() * width + at.x();
-        let p = image.pixels[i];
-        (p.x, p.y, p.z, coverage[i])
-    });
-    let mut file = exr::image::Image::from_channels((width, image.height as usize), channels);
+    let channel = |name: &str, samples: Vec<f32>| AnyChannel::new(name, FlatSamples::F32(samples));
+    let of_pixels = |axis: usize| image.pixels.iter().map(|p| p[axis]).collect();
+    let mut channels: SmallVec<[_; 4]> =
+        ["R", "G", "B"].iter().zip(0..).map(|(name, axis)| channel(name, of_pixels(axis))).collect();
+    if let Some(coverage) = coverage {
+        check_size(image.width, image.height, coverage.len(), 1)?;
+        channels.push(channel("A", coverage.to_vec()));
+    }
+    let size = (image.width as usize, image.height as usize);
+    let mut file = exr::image::Image::from_channels(size, AnyChannels::sort(channels));
     file.attributes.chromaticities = Some(chromaticities());
+    file.attributes.other.extend(made_by.and_then(provenance::attribute));
     let mut bytes = Cursor::new(Vec::new());
     let written = file.write().non_parallel().to_buffered(&mut bytes);
     written.map_err(|e| write_error(path, std::io::Error::other(e)))?;
@@ -166,31 +163,47 @@ pub fn read_png(path: &Path) -> Result<Image> {
 /// # Errors
 /// [`Error::Write`]; [`Error::Invalid`] if the bytes are not three a pixel, or none.
 pub fn write_png(path: &Path, width: u32, height: u32, rgb8: &[u8]) -> Result<()> {
-    check_size(width, height, rgb8.len(), 3)?;
-    write_bytes(path, [width, height], rgb8, image::ExtendedColorType::Rgb8)
+    write_png_with(path, [width, height], Pixels::Rgb(rgb8), None)
 }
 
-/// The same with alpha, by which colours are not multiplied, as PNG has it.
+/// Pixels of 8 bits a channel, sRGB.
+#[derive(Clone, Copy, Debug)]
+pub enum Pixels<'a> {
+    /// Three bytes each.
+    Rgb(&'a [u8]),
+    /// Four, with alpha, by which colours are not multiplied, as PNG has it.
+    Rgba(&'a [u8]),
+}
+
+/// Writes pixels, rows from the top down, with what the picture was made by.
 ///
 /// # Errors
-/// [`Error::Write`]; [`Error::Invalid`] if the bytes are not four a pixel, or none.
-pub fn write_png_with_alpha(path: &Path, width: u32, height: u32, rgba8: &[u8]) -> Result<()> {
-    check_size(width, height, rgba8.len(), 4)?;
-    write_bytes(path, [width, height], rgba8, image::ExtendedColorType::Rgba8)
-}
-
-fn write_bytes(
+/// [`Error::Write`]; [`Error::Invalid`] for another number of bytes, or none.
+pub fn write_png_with(
     path: &Path,
     [width, height]: [u32; 2],
-    pixels: &[u8],
-    color: image::ExtendedColorType,
+    pixels: Pixels,
+    made_by: Option<&Provenance>,
 ) -> Result<()> {
-    use image::ImageEncoder;
-    let mut bytes = Vec::new();
-    image::codecs::png::PngEncoder::new(&mut bytes)
-        .write_image(pixels, width, height, color)
-        .map_err(|e| write_error(path, std::io::Error::other(e)))?;
-    files::write(path, &bytes)
+    let (bytes, color, channels) = match pixels {
+        Pixels::Rgb(bytes) => (bytes, png::ColorType::Rgb, 3),
+        Pixels::Rgba(bytes) => (bytes, png::ColorType::Rgba, 4),
+    };
+    check_size(width, height, bytes.len(), channels)?;
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(color);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Adaptive);
+    let written = made_by
+        .map_or(Ok(()), |made_by| encoder.add_text_chunk(provenance::NAME.into(), made_by.to_json()))
+        .and_then(|()| encoder.write_header())
+        .and_then(|mut writer| {
+            writer.write_image_data(bytes)?;
+            writer.finish()
+        });
+    written.map_err(|e| write_error(path, std::io::Error::other(e)))?;
+    files::write(path, &file)
 }
 
 fn check_size(width: u32, height: u32, have: usize, per_pixel: usize) -> Result<()> {

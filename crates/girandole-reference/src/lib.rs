@@ -9,6 +9,7 @@ pub mod image_file;
 pub mod metrics;
 mod oracle;
 mod path;
+mod provenance;
 mod tiles;
 
 pub use coverage::coverage;
@@ -20,3 +21,4 @@ pub use path::{
     Estimate, Irradiance, Opening, PathSettings, ProgressivePathTracer, irradiance, path_trace,
     path_trace_through,
 };
+pub use provenance::{Difference, Provenance};

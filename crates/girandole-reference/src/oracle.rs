@@ -217,10 +217,10 @@ impl<'a> Sum<'a> {
             for i in 0..n {
                 let within = (Vec2::new(i as f32, j as f32) + 0.5) / n as f32;
                 let (origin, direction) = view.pixel_ray(Vec2::new(x as f32, y as f32) + within, size);
-                let hit = tracer.closest_visible(origin, direction);
+                let hit = tracer.closest_visible_within(origin, direction, view.clip.reach());
                 let wo = -direction.normalize();
                 let mut passed = DVec3::ONE;
-                let reach = hit.map_or(f32::INFINITY, |hit| hit.t);
+                let reach = hit.map_or(view.clip.reach(), |hit| hit.t);
                 let through = tracer.transparent_hits(origin, direction, reach);
                 let visible = through.into_iter().filter(|hit| tracer.is_visible(hit.triangle, direction));
                 for hit in visible.chain(hit) {

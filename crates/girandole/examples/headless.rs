@@ -36,6 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         name: "front".into(),
         node,
         projection: Projection::Perspective { yfov: 0.7 },
+        clip: Default::default(),
     });
 
     // Its light as 300 samples, and a device of our own; a program with a window hands in the one it has.

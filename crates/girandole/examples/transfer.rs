@@ -50,7 +50,12 @@ fn view(scene: &Scene, object: ObjectId, transfer: &ObjectTransfer, from: DVec3)
     let mut posed = scene.clone();
     let eye = center + from.normalize() * radius * DISTANCE;
     let node = posed.add_node("eye", Transform::looking_at(eye.as_vec3(), center.as_vec3()));
-    let camera = Camera { name: String::new(), node, projection: Projection::Perspective { yfov: 0.6 } };
+    let camera = Camera {
+        name: String::new(),
+        node,
+        projection: Projection::Perspective { yfov: 0.6 },
+        clip: Default::default(),
+    };
     Ok(View::new(&posed, &camera, SIZE[0] as f32 / SIZE[1] as f32))
 }
 

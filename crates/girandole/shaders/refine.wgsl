@@ -18,6 +18,7 @@
 @group(2) @binding(5) var<storage, read_write> candidates: Candidates;
 @group(2) @binding(6) var picture: texture_storage_2d<rg32uint, write>;
 
+override WRITES_RADIANCE: bool = false; // whether points are the picture's pixels, and their radiance is stored
 override HAS_CURVED: bool = false;
 override HAS_SPECULAR: bool = false;
 override REFLECTS_ENVIRONMENT: bool = false;

@@ -42,9 +42,13 @@ fn end(pixel: vec2u, sums: PointSums) {
   }
 }
 
-fn add_all_deferred(sums: ptr<function, PointSums>, first: u32) {
-  while any((*sums).deferred != vec4u(0u)) {
-    add_in_full(sums, lights[first + next_deferred(sums) - frame.first_light], true);
+// Those of the upper pixel, then those of the lower one: what is long is compiled once.
+fn add_all_deferred(upper: ptr<function, PointSums>, lower: ptr<function, PointSums>, first: u32) {
+  for (var i = 0u; i < 2u; i++) {
+    while any((*upper).deferred != vec4u(0u)) {
+      add_in_full(upper, lights[first + next_deferred(upper) - frame.first_light], true);
+    }
+    exchange(upper, lower);
   }
 }
 
@@ -60,8 +64,12 @@ fn add_unless_near(sums: ptr<function, PointSums>, light: Light, texel: ShadowTe
 fn shade_naive(@builtin(global_invocation_id) invocation: vec3u) {
   let upper_pixel = vec2u(invocation.x, 2u * invocation.y + frame.band.x);
   let lower_pixel = upper_pixel + vec2u(0u, 1u);
-  var upper = begin(upper_pixel);
-  var lower = begin(lower_pixel);
+  var upper: PointSums;
+  var lower: PointSums;
+  for (var i = 0u; i < 2u; i++) {
+    upper = lower;
+    lower = begin(select(lower_pixel, upper_pixel, i == 0u));
+  }
   if !upper.is_surface && !lower.is_surface { return; }
   for (var first = frame.first_light; first < frame.end_light; first += GROUP) {
     for (var word = 0u; word < GROUP / 32u; word++) {
@@ -83,9 +91,10 @@ fn shade_naive(@builtin(global_invocation_id) invocation: vec3u) {
       upper.deferred[word] = upper_bits;
       lower.deferred[word] = lower_bits;
     }
-    add_all_deferred(&upper, first);
-    add_all_deferred(&lower, first);
+    add_all_deferred(&upper, &lower, first);
   }
-  end(upper_pixel, upper);
-  end(lower_pixel, lower);
+  for (var i = 0u; i < 2u; i++) {
+    end(select(lower_pixel, upper_pixel, i == 0u), upper);
+    upper = lower;
+  }
 }

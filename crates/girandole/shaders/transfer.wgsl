@@ -2,6 +2,8 @@
 // triangle. Other passes have left these pixels out, for their surface has no id. With WRITES_RADIANCE, what is stored is the radiance
 // of a sample.
 
+override WRITES_RADIANCE: bool = false; // whether points are the picture's pixels, and their radiance is stored
+
 @group(2) @binding(0) var triangle_ids: texture_2d<u32>;
 @group(2) @binding(1) var<storage, read> vertex_irradiance: array<vec4f>;
 @group(2) @binding(2) var<uniform> range: VertexRange;

@@ -16,7 +16,7 @@ use crate::settings::{RenderSettings, Target};
 use crate::shader_constants::{BATCH, GROUP};
 use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::lights::Clamp;
-use girandole_core::scene::{ClipDepth, LocalView};
+use girandole_core::scene::{ClipDepth, ClipPlanes, LocalView};
 use girandole_core::tonemap::Exposure;
 
 /// Pixels from point to point of the grids, from the coarsest.
@@ -221,8 +221,9 @@ fn light<'a>(
             let points = all.record(recorder, &coarsest, seen, light_maps, adaptive.lists, grid);
             let mut lit = (shade(recorder, &coarsest, inputs, points, grid), false);
             for &step in &grids[1..] {
-                let (fine, grids) = (band.with_step(step), [lit.0, targets.grid(step)]);
                 let kernels = adaptive.kernels(step == 1 && may_be_radiance);
+                let fine = band.with_step(step).with_radiance(kernels.writes_radiance);
+                let grids = [lit.0, targets.grid(step)];
                 let inputs = ShadeInputs { kernels, ..inputs };
                 let points = kernels.refine.record(recorder, &fine, seen, light_maps, adaptive.lists, grids);
                 lit = (shade(recorder, &fine, inputs, points, grids[1]), kernels.writes_radiance);
@@ -244,6 +245,7 @@ fn shade<'g>(
 ) -> GridView<'g> {
     let ShadeInputs { prepared, adaptive, kernels, seen, maps, light_maps } = inputs;
     let lights = &prepared.scene.lights;
+    let band = &band.with_radiance(kernels.writes_radiance);
     let points = adaptive.passes.sort_points.record(recorder, band, light_maps, points);
     if let Some((multipass, plan)) = adaptive.multipass {
         return multipass.record(recorder, band, seen, (maps, light_maps), (plan, lights), points, grid);
@@ -317,7 +319,12 @@ fn frame_uniform(
     };
     // Far enough to see the whole scene from any eye that sees it at all.
     let far = (view.eye.length() + scene.extent) * 2.0;
-    let (depth_bias, depth_scale, is_forward) = depth_mapping(view, scene.scale * 1e-5, far);
+    // Depth of parallel rays is as exact as what they cross is deep.
+    let deep = match view.orthographic {
+        true => farthest(view, scene.bounds) + scene.detail,
+        false => far,
+    };
+    let (depth_bias, depth_scale, is_forward) = depth_mapping(view, scene.detail * 1e-5, deep);
     let sun = scene.geometry.environment.as_ref().and_then(|environment| environment.sun);
     Frame {
         eye: view.eye,
@@ -353,15 +360,34 @@ fn frame_uniform(
     }
 }
 
+/// How far the farthest corner of a box is along a view's axis, metres; 0 if that is behind the eye.
+fn farthest(view: &LocalView, (low, high): (Vec3, Vec3)) -> f32 {
+    let corner = Vec3::select(view.forward.cmpge(Vec3::ZERO), high, low);
+    (corner - view.eye).dot(view.forward).max(0.0) * 1.001
+}
+
 /// [`Frame::depth_bias`], [`Frame::depth_scale`], and whether the caller's depth is greater for what is farther. `near`
 /// and `far` serve views that say nothing of depth.
 fn depth_mapping(view: &LocalView, near: f32, far: f32) -> (f32, f32, bool) {
     let Some(ClipDepth { offset, factor }) = view.depth else {
-        return if view.orthographic { (1.0, far, false) } else { (near, 0.0, false) };
+        let (bias, scale) = own_mapping(view, near, far);
+        return (bias, scale, false);
     };
     let is_forward = (factor > 0.0) == view.orthographic;
     let (offset, factor) = if is_forward { (1.0 - offset, -factor) } else { (offset, factor) };
     if view.orthographic { (offset, -1.0 / factor, is_forward) } else { (factor, -offset, is_forward) }
+}
+
+/// The mapping of views that say nothing of depth: reversed, and cut off where the view is.
+fn own_mapping(view: &LocalView, near: f32, far: f32) -> (f32, f32) {
+    let ClipPlanes { near: from, far: to } = view.clip;
+    if view.orthographic {
+        let to = if to.is_finite() { to } else { from + far };
+        return (1.0 + from / (to - from), to - from);
+    }
+    let near = if from > 0.0 { from } else { near };
+    // Depth is 1 at the near plane and 0 at the far one.
+    if to.is_finite() { (near * (to / (to - near)), near / (to - near)) } else { (near, 0.0) }
 }
 
 #[cfg(test)]
@@ -406,7 +432,7 @@ mod tests {
             }
             assert_eq!(depth_mapping(&local, 1e-4, 50.0).2, !view.is_reversed());
             // Without the caller's depth, that of the renderer.
-            let own = LocalView { depth: None, ..local };
+            let own = LocalView { depth: None, clip: ClipPlanes::NONE, ..local };
             let expected = if local.orthographic { (1.0, 50.0, false) } else { (1e-4, 0.0, false) };
             assert_eq!(depth_mapping(&own, 1e-4, 50.0), expected);
         }

@@ -46,6 +46,10 @@ pub(crate) struct Frame {
     pub sun_chord2: f32,
     pub sun_radiance: Vec3,
     pub sample_solid_angle: f32,
+    pub writes_radiance: u32,
+    pub padding_a: u32,
+    pub padding_b: u32,
+    pub padding_c: u32,
 }
 
 /// `BufferOffsets` in `lib/buffer_offsets.wgsl`.

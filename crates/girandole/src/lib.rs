@@ -67,6 +67,7 @@ mod stats;
 #[cfg(test)]
 mod layout_tests;
 
+pub use device::compiled::{Compilation, CompiledKernel};
 pub use device::tuning::DeviceTuning;
 pub use device::{AdapterReport, Gpu, WANTED_FEATURES, adapters, instance, wanted_limits};
 pub use error::{Error, Remedy, Result};

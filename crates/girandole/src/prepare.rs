@@ -1,4 +1,6 @@
-//! What a frame needs before it can be recorded: compiled kernels, textures of its size, lists of points.
+//! What a frame needs before it can be recorded: kernels, textures of its size, lists of points.
+
+mod order;
 
 use crate::device::context::Context;
 use crate::device::kernel::Shared;
@@ -304,6 +306,8 @@ pub(crate) fn prepare<'a>(
     settings: &RenderSettings,
 ) -> Result<Prepared<'a>> {
     let compiler = Compiler::new(context, scene.features);
+    passes.order(&context.shared, scene.atlas.still.is_some());
+    scene_passes.order(context, settings);
     let map_updates = scene.atlas.states.choose(&settings.updates, &scene.lights.samples);
     let mode = match (settings.mode, &scene.receivers, lists) {
         (Mode::Naive, ..) => {
@@ -318,11 +322,7 @@ pub(crate) fn prepare<'a>(
                 }
                 _ => None,
             };
-            // Nothing but the picture needs what its pixels receive, unless further samples need that of the first ones.
-            let stores_radiance = settings.debug.is_none()
-                && settings.mode.has_low_resolution()
-                && settings.shading == Shading::Fused;
-            let to_radiance = passes.to_radiance.as_ref().filter(|_| stores_radiance);
+            let to_radiance = passes.to_radiance(settings);
             let old_places = scene.old_places(settings, &map_updates);
             if old_places.is_some() {
                 passes.to_irradiance.compile_then(&compiler);

@@ -1,5 +1,6 @@
 //! The renderer: a scene with its light on the GPU, and frames of it.
 
+mod compiling;
 mod opening;
 mod readback;
 mod refinement;

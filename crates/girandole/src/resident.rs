@@ -20,7 +20,7 @@ use crate::settings::{Mode, RenderSettings, Shading};
 use crate::shader_constants::COSINE;
 use crate::{Error, Result};
 use girandole_core::Generation;
-use girandole_core::glam::DVec3;
+use girandole_core::glam::{DVec3, Vec3};
 use girandole_core::illumination::Illumination;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Material, NONE, Scene, SceneChanges};
@@ -51,8 +51,10 @@ pub(crate) struct Resident {
     pub atlas: Atlas,
     /// World position that positions are relative to.
     pub origin: DVec3,
-    /// What epsilons are relative to, metres.
-    pub scale: f32,
+    /// What small distances are relative to, metres.
+    pub detail: f32,
+    /// Smallest and largest corner of all that there is.
+    pub bounds: (Vec3, Vec3),
     /// Length of the bounds' diagonal, metres.
     pub extent: f32,
     /// Which version of the scene this is, and which light samples.
@@ -98,7 +100,8 @@ impl Resident {
             atlas: Atlas::new(device, (&shared.tuning, options), layout, scene, geometry, occluders)?,
             lights: GpuLights::new(device, samples)?,
             origin: geometry.origin,
-            scale: geometry.diagonal(),
+            detail: geometry.detail(),
+            bounds: geometry.bounds,
             extent: geometry.extent(),
             generations: [geometry.generation(), lights.generation()],
             receivers: None,
@@ -128,10 +131,10 @@ impl Resident {
         let Context { device, queue, options, .. } = context;
         let (geometry, lights) = (illumination.geometry(), illumination.lights());
         let mut samples = gpu_lights(lights, geometry.radius());
-        let frame = (geometry.origin, geometry.diagonal(), geometry.extent());
+        let frame = (geometry.origin, geometry.detail(), geometry.bounds);
         let is_same = geometry.objects == self.geometry.objects
             && scene.materials.len() == self.geometry.material_count
-            && frame == (self.origin, self.scale, self.extent);
+            && frame == (self.origin, self.detail, self.bounds);
         if !(self.have_place(&samples) && is_same)
             || SceneFeatures::of(scene, geometry, &samples) != self.features
             || !self.non_blockers.stay(scene, geometry, &samples)
@@ -305,6 +308,12 @@ impl Resident {
 }
 
 impl SceneFeatures {
+    /// What they will be, before light is sampled.
+    pub fn expected(scene: &Scene, geometry: &Geometry) -> Self {
+        let has_other_lights = !scene.lights.is_empty() || scene.environment.is_some();
+        Self { only_cosine_lights: !has_other_lights, ..Self::of(scene, geometry, &[]) }
+    }
+
     fn of(scene: &Scene, geometry: &Geometry, lights: &[Light]) -> Self {
         Self {
             specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),

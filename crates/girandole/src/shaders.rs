@@ -116,11 +116,11 @@ sources! {
     REFINE = refine "" [frame scene brdf grid candidates_atomic diffuse_material packed workgroups];
     TEST_CANDIDATES = test_candidates "" [
         frame scene texture texture_entry_at surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
-        packed shade_list set_shade_point append_point candidates test_candidate
+        packed branch shade_list set_shade_point append_point candidates test_candidate
     ];
     TEST_CANDIDATES_PERSISTENT = test_candidates_persistent "" [
         frame scene texture texture_entry_at surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
-        packed shade_list set_shade_point append_point candidates test_candidate workgroups_persistent
+        packed branch shade_list set_shade_point append_point candidates test_candidate workgroups_persistent
     ];
     EDGES = edges "" [
         frame scene brdf grid diffuse_material packed samples branch blend candidates_atomic edge_sample

@@ -3,11 +3,12 @@
 use super::{Cli, Command, LightArgs, MotionArgs, QualityArgs, RenderArgs, SceneArgs, ViewArgs};
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
+use girandole_core::lights::LightSettings;
 use girandole_core::tonemap::Exposure;
 use std::path::Path;
 
 /// An option's name, and its value if there is one.
-pub(super) type Choice = (&'static str, Option<String>);
+pub type Choice = (&'static str, Option<String>);
 
 impl ViewArgs {
     /// Those of `girandole view` without options.
@@ -26,6 +27,11 @@ impl RenderArgs {
             Some(Command::Render(args)) => Ok(*args),
             _ => bail!("`girandole render` renders"),
         }
+    }
+
+    /// How light is sampled: edits may have switched all of it off.
+    pub fn light_settings(&self) -> LightSettings {
+        LightSettings { dark: self.seen.edits.is_some(), ..self.lights.settings() }
     }
 
     /// The call of `girandole render` that has these options, quoted for a POSIX shell. Those that are as without options are
@@ -48,14 +54,17 @@ impl RenderArgs {
                 None => {}
             }
         }
+        if self.motion.overwrite {
+            words.push("--overwrite".into());
+        }
         if !is_default && looks_like_an_option {
             words.extend(["--".into(), self.scene.clone()]);
         }
         Ok(shlex::try_join(words.iter().map(String::as_str))?)
     }
 
-    /// All options in the order of the help text; the scene is none.
-    fn choices(&self) -> Result<Vec<Choice>> {
+    /// All options that have values in the order of the help text; the scene is none.
+    pub fn choices(&self) -> Result<Vec<Choice>> {
         let Self { scene: _, output, size, camera, object, seen, motion, lights, mode, quality, .. } = self;
         let Self { debug, engine, paths, adapter, exposure, tonemap, aa, refine, stats, .. } = self;
         let SceneArgs { view, edits, load } = seen;
@@ -96,7 +105,7 @@ impl RenderArgs {
 
 impl MotionArgs {
     fn choices(&self) -> [Choice; 7] {
-        let Self { time, frames, fps, rewalk, fade, updates, max_map_age } = self;
+        let Self { time, frames, overwrite: _, fps, rewalk, fade, updates, max_map_age } = self;
         [
             ("--time", time.map(|seconds| seconds.to_string())),
             ("--frames", frames.map(|frames| frames.to_string())),
@@ -212,11 +221,13 @@ mod tests {
         ("--camera", &["1", "-1", "", "Front \"door\""]),
         ("--view", &["0,1.7,4,0,1.7,0,0,1,0,60", "-0,1e-7,1e14,-3,0.1,0.2,0,1,0,2.5m"]),
     ];
-    const AROUND: [(&str, &[&str]); 6] = [
+    const AROUND: [(&str, &[&str]); 8] = [
         ("--environment", &["sky.hdr", "two skies.exr", "0.1,2,1e3", "sky", "sky:12.5", "sky:90,-30.25,1"]),
         ("--environment-strength", &["0", "0.3", "1e6"]),
         ("--environment-rotation", &["-90.5", "0", "400"]),
         ("--scale", &["0.01", "1e3"]),
+        ("--clip", &["0", "Walk fast"]),
+        ("--up", &["x", "y", "z"]),
         ("--background", &["transparent"]),
         ("--light", &["none", "studio"]),
     ];
@@ -243,7 +254,7 @@ mod tests {
             some(&MOTION).prop_map(|mut words| {
                 let needs_updates = !words.iter().any(|w| w.starts_with("--updates"));
                 words.retain(|w| !(needs_updates && w.starts_with("--max-map-age")));
-                words.push("--frames=3..17".into());
+                words.extend(["--frames=3..17".into(), "--overwrite".into()]);
                 words
             }),
         ]
@@ -308,7 +319,7 @@ mod tests {
         let render = cli.find_subcommand("render").context("render")?;
         let known: Vec<String> =
             render.get_arguments().filter_map(|a| Some(format!("--{}", a.get_long()?))).collect();
-        for option in known.iter().filter(|o| *o != "--help") {
+        for option in known.iter().filter(|o| !["--help", "--overwrite"].contains(&o.as_str())) {
             assert!(printed.contains(&option.as_str()), "{option}");
         }
         let tested: Vec<&str> =

@@ -47,9 +47,14 @@ pub struct MotionArgs {
     pub time: Option<f64>,
 
     /// Renders a sequence: frames A to B, both included. The picture's name has a run of # for the number. Frames that
-    /// are there already are kept, so that a sequence that was cut off goes on
+    /// are there already are kept, so that a sequence that was cut off goes on, and several processes share the work. Files of
+    /// such names that are not of this sequence (of another scene, by other options, or damaged) are an error
     #[arg(long, value_name = "A..B", value_parser = parse_frames)]
     pub frames: Option<Frames>,
+
+    /// Replaces those of the frames that are not of this sequence, or damaged
+    #[arg(long, requires = "frames")]
+    pub overwrite: bool,
 
     /// Frames a second of a sequence; frame 0 is at 0 seconds
     #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = parse_fps, requires = "frames")]
@@ -109,11 +114,24 @@ impl Frames {
 
     /// The file of a frame: the last run of # in the pattern's file name is its number, with leading zeros.
     pub fn file(pattern: &Path, frame: u32) -> Option<PathBuf> {
+        let (before, width, after) = Self::parts(pattern)?;
+        Some(pattern.with_file_name(format!("{before}{frame:0width$}{after}")))
+    }
+
+    /// The frame whose file has this name.
+    pub fn number(pattern: &Path, name: &str) -> Option<u32> {
+        let (before, _, after) = Self::parts(pattern)?;
+        let number = name.strip_prefix(before)?.strip_suffix(after)?.parse().ok()?;
+        let file = Self::file(pattern, number)?;
+        (number < MOST_FRAMES && file.file_name()?.to_str()? == name).then_some(number)
+    }
+
+    /// What is before and after the last run of # in a file's name, and its length.
+    fn parts(pattern: &Path) -> Option<(&str, usize, &str)> {
         let name = pattern.file_name()?.to_str()?;
         let end = name.rfind('#')? + 1;
         let start = name[..end].trim_end_matches('#').len();
-        let width = end - start;
-        Some(pattern.with_file_name(format!("{}{frame:0width$}{}", &name[..start], &name[end..])))
+        Some((&name[..start], end - start, &name[end..]))
     }
 }
 
@@ -198,7 +216,7 @@ fn parse_frames(text: &str) -> Result<Frames, String> {
     }
 }
 
-fn parse_seconds(text: &str) -> Result<f64, String> {
+pub(super) fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse::<f64>().ok().filter(|s| (0.0..=1e9).contains(s));
     seconds.ok_or_else(|| "give a number of seconds from 0 up".into())
 }
@@ -220,6 +238,18 @@ mod tests {
         assert_eq!(file("a#b/c##-#.png", 12), expect("a#b/c##-12.png"));
         assert_eq!(file("#.png", 123_456), expect("123456.png"));
         assert_eq!(file("a#b/frame.png", 1), None);
+        let number = |name| Frames::number(Path::new("a#b/c##-#.##.png"), name);
+        assert_eq!(["c##-#.07.png", "c##-#.123.png"].map(number), [Some(7), Some(123)]);
+        for other in [
+            "c##-#.7.png",
+            "c##-#.007.png",
+            "c##-#.+7.png",
+            "c##-#..png",
+            "c##-#.07.exr",
+            "c##-#.1000000.png",
+        ] {
+            assert_eq!(number(other), None, "{other}");
+        }
     }
 
     #[test]

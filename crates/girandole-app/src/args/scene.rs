@@ -4,15 +4,16 @@ use super::command_line::{Choice, file_name, value_name};
 use super::values::parse_finite;
 use clap::{Args, ValueEnum};
 use girandole_core::glam::DVec3;
-use girandole_core::scene::{DefaultLight, FieldOfView, Sky, Viewpoint};
+use girandole_core::scene::{ClipPlanes, DefaultLight, FieldOfView, Sky, UpAxis, Viewpoint};
 use std::path::PathBuf;
 
 /// Options of the view and of edits.
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct SceneArgs {
     /// A camera by numbers: where it is, what it looks at and what is up (x, y and z of each, world metres, +Y up), then the
-    /// vertical angle of view in degrees; or, with an m after it, the height in metres of a parallel projection. Mirrored and
-    /// off-axis views cannot be given in this way
+    /// vertical angle of view in degrees; or, with an m after it, the height in metres of a parallel projection. With ,near=1.2
+    /// or ,far=50 after that, what is nearer or farther than so many metres is not drawn. Mirrored and off-axis views cannot be
+    /// given in this way
     #[arg(long, value_name = "EYE,TARGET,UP,FOV", value_parser = parse_view, allow_hyphen_values = true)]
     pub view: Option<ViewArg>,
 
@@ -54,6 +55,37 @@ pub struct LoadArgs {
     /// What all lengths of a file are multiplied by, for files in other units than metres: 0.01 for centimetres
     #[arg(long, value_name = "FACTOR", value_parser = parse_scale)]
     pub scale: Option<f64>,
+
+    /// The animation of a file that plays, by name or number from 0, and no other. Without it the first plays, and with it those that
+    /// drive other things
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub clip: Option<String>,
+
+    /// Which axis of a file points up, that of the scene or of --object: z for most drawings of buildings and
+    /// machines. If not given, y; models that seem to lie on their side are named in a warning
+    #[arg(long, value_enum, value_name = "AXIS")]
+    pub up: Option<UpArg>,
+}
+
+/// Which axis of a file points up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum UpArg {
+    /// +X
+    X,
+    /// +Y, as in glTF files
+    Y,
+    /// +Z
+    Z,
+}
+
+impl From<UpArg> for UpAxis {
+    fn from(up: UpArg) -> Self {
+        match up {
+            UpArg::X => Self::X,
+            UpArg::Y => Self::Y,
+            UpArg::Z => Self::Z,
+        }
+    }
 }
 
 /// What is seen where no surface is.
@@ -71,12 +103,12 @@ pub enum BackgroundArg {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum LightArg {
     /// A studio where the file's own light reaches less than half of what its first camera sees; in closed rooms a lamp under the
-    /// ceiling
+    /// ceiling. What has no floor of its own stands on a ground there, but before a transparent background
     #[default]
     Auto,
     /// Nothing
     None,
-    /// A photographer's studio: a grey dome, a key light above the camera to the left, a weak one to the right
+    /// A photographer's studio: a grey dome, a key light above the camera to the left, a weak one to the right, and a ground as with auto
     Studio,
 }
 
@@ -139,8 +171,17 @@ fn parse_sky(text: &str) -> Result<[f32; 3], String> {
 
 impl LoadArgs {
     /// The options' words on a command line.
-    pub(super) fn choices(&self) -> anyhow::Result<[Choice; 6]> {
-        let Self { environment, environment_strength, environment_rotation, background, light, scale } = self;
+    pub(super) fn choices(&self) -> anyhow::Result<[Choice; 8]> {
+        let Self {
+            environment,
+            environment_strength,
+            environment_rotation,
+            background,
+            light,
+            scale,
+            clip,
+            up,
+        } = self;
         let environment = match environment {
             Some(EnvironmentArg::Color([r, g, b])) => Some(format!("{r:?},{g:?},{b:?}")),
             Some(EnvironmentArg::File(path)) => Some(file_name(path)?),
@@ -156,6 +197,8 @@ impl LoadArgs {
             ("--background", value_name(background)),
             ("--light", value_name(light)),
             ("--scale", scale.map(|x| format!("{x:?}"))),
+            ("--clip", clip.clone()),
+            ("--up", up.as_ref().and_then(value_name)),
         ])
     }
 }
@@ -184,14 +227,19 @@ impl From<Viewpoint> for ViewArg {
 
 impl std::fmt::Display for ViewArg {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let Viewpoint { eye, target, up, field } = self.0;
+        let Viewpoint { eye, target, up, field, clip } = self.0;
         for value in [eye, target, up].iter().flat_map(DVec3::to_array) {
             write!(f, "{},", shortest(value))?;
         }
         match field {
-            FieldOfView::Perspective { degrees } => f.write_str(&shortest(degrees)),
-            FieldOfView::Orthographic { height } => write!(f, "{}m", shortest(height)),
+            FieldOfView::Perspective { degrees } => f.write_str(&shortest(degrees))?,
+            FieldOfView::Orthographic { height } => write!(f, "{}m", shortest(height))?,
         }
+        let ClipPlanes { near, far } = clip;
+        if near > 0.0 {
+            write!(f, ",near={near}")?;
+        }
+        if far.is_finite() { write!(f, ",far={far}") } else { Ok(()) }
     }
 }
 
@@ -203,6 +251,16 @@ fn shortest(value: f64) -> String {
 
 fn parse_view(text: &str) -> Result<ViewArg, String> {
     let wrong = || "give ten numbers as in 0,1.7,4,0,1.7,0,0,1,0,60: eye, target, up, degrees".to_owned();
+    let mut clip = ClipPlanes::NONE;
+    let mut text = text;
+    for (name, plane) in [("far=", &mut clip.far), ("near=", &mut clip.near)] {
+        if let Some((rest, last)) = text.rsplit_once(',')
+            && let Some(distance) = last.trim().strip_prefix(name)
+        {
+            *plane = distance.parse().map_err(|_| format!("give metres after {name}, as in {name}1.5"))?;
+            text = rest;
+        }
+    }
     let (points, field) = text.rsplit_once(',').ok_or_else(wrong)?;
     let number = |text: &str| text.trim().parse::<f64>().map_err(|_| wrong());
     let points: Vec<f64> = points.split(',').map(number).collect::<Result<_, _>>()?;
@@ -215,6 +273,7 @@ fn parse_view(text: &str) -> Result<ViewArg, String> {
             Some(height) => FieldOfView::Orthographic { height: number(height)? },
             None => FieldOfView::Perspective { degrees: number(field)? },
         },
+        clip,
     };
     viewpoint.view(1.0).map_err(|error| error.to_string())?;
     Ok(ViewArg(viewpoint))
@@ -241,12 +300,18 @@ mod tests {
         ]
     }
 
+    fn clip() -> impl Strategy<Value = ClipPlanes> {
+        let plane = || prop_oneof![Just(0.0_f32), 1e-9..1e9_f32];
+        (plane(), prop_oneof![Just(f32::INFINITY), 1e-9..1e12_f32])
+            .prop_map(|(near, far)| ClipPlanes { near, far })
+    }
+
     proptest! {
         #[test]
         fn views_are_printed_and_parsed_to_the_bit(
-            (eye, target, up, field) in (point(), point(), point(), field())
+            (eye, target, up, field, clip) in (point(), point(), point(), field(), clip())
         ) {
-            let viewpoint = Viewpoint { eye, target, up, field };
+            let viewpoint = Viewpoint { eye, target, up, field, clip };
             prop_assume!(viewpoint.view(1.5).is_ok());
             let text = ViewArg::from(viewpoint).to_string();
             let parsed = parse_view(&text).map_err(TestCaseError::fail)?.0;
@@ -275,7 +340,15 @@ mod tests {
         assert_eq!(parsed.0.field, FieldOfView::Perspective { degrees: 60.0 });
         let parallel = parse_view(" 0, 1.7, 4, 0, 1.7, 0, 0, 1, 0, 2.50m").expect("a view");
         assert_eq!(parallel.to_string(), "0,1.7,4,0,1.7,0,0,1,0,2.5m");
+        let cut = "0,1.7,4,0,1.7,0,0,1,0,60,near=1.2,far=50";
+        let planes = parse_view(cut).expect("a view").0.clip;
+        assert_eq!(planes, ClipPlanes { near: 1.2, far: 50.0 });
+        assert_eq!(parse_view(cut).expect("a view").to_string(), cut);
         for (wrong, fragment) in [
+            ("0,1.7,4,0,1.7,0,0,1,0,60,near=x", "metres after near="),
+            ("0,1.7,4,0,1.7,0,0,1,0,60,near=-1", "near plane"),
+            ("0,1.7,4,0,1.7,0,0,1,0,60,near=3,far=2", "near plane"),
+            ("0,1.7,4,0,1.7,0,0,1,0,60,far=2,near=1", "ten numbers"),
             ("", "ten numbers"),
             ("1,2,3", "ten numbers"),
             ("0,1.7,4,0,1.7,0,0,1,0,60,1", "ten numbers"),

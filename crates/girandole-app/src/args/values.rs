@@ -361,10 +361,13 @@ pub(super) fn parse_pcf(text: &str) -> Parsed<Pcf> {
 }
 
 pub(super) fn parse_budget(text: &str) -> Parsed<f64> {
+    if text == "any" {
+        return Ok(f64::INFINITY);
+    }
     let milliseconds = parse_finite(text).ok().map(f64::from);
     milliseconds
         .filter(|ms| (1.0..=1e4).contains(ms))
-        .ok_or_else(|| "give milliseconds from 1 to 10000".into())
+        .ok_or_else(|| "give milliseconds from 1 to 10000, or any".into())
 }
 
 pub(super) fn parse_exposure(text: &str) -> Parsed<Exposure> {

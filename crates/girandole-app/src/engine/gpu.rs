@@ -43,6 +43,13 @@ impl Device {
         format!("{} ({:?})", self.gpu.info.name, self.gpu.info.backend)
     }
 
+    /// Begins to compile what pictures of a scene will need.
+    pub fn compile_for(&mut self, scene: &Scene, geometry: &Geometry, args: &args::RenderArgs) -> Result<()> {
+        let renderer = renderer(&self.gpu, &mut self.renderer, args)?;
+        renderer.compile_for(scene, geometry, &picture_settings(args));
+        Ok(())
+    }
+
     /// Renders with shadow maps.
     pub fn render(&mut self, job: &Job) -> Result<Picture> {
         let args = job.args;
@@ -117,7 +124,11 @@ impl Device {
     /// A picture of what was loaded or opened.
     pub fn picture(&mut self, view: &View, args: &args::RenderArgs) -> Result<Picture> {
         let settings = picture_settings(args);
-        // The parts of a frame, in wall-clock time around submit and wait.
+        // The parts of a frame, in wall-clock time around submit and wait. First what is left to compile.
+        let start = Instant::now();
+        self.opened()?.rehearse(view, args.size, &settings)?;
+        self.wait()?;
+        let compilation_ms = milliseconds(start);
         let start = Instant::now();
         let updates = args.motion.map_updates(self.ms_per_map);
         self.opened()?.draw_shadow_maps(&updates)?;
@@ -142,8 +153,16 @@ impl Device {
             stats.insert(pass.into(), ms.into());
         }
         stats.insert("mode".into(), args.mode.name().into());
-        stats.insert("shadow_maps_ms".into(), shadow_maps_ms.into());
-        stats.insert("shading_ms".into(), shading_ms.into());
+        let kernels = self.opened()?.kernels();
+        for (key, value) in [
+            ("shadow_maps_ms", shadow_maps_ms),
+            ("shading_ms", shading_ms),
+            ("kernels", kernels.len() as f64),
+            ("kernels_ms", kernels.iter().map(|kernel| kernel.ms).sum()),
+            ("compilation_ms", compilation_ms),
+        ] {
+            stats.insert(key.into(), value.into());
+        }
         let radiance = self.gpu.block_on(radiance)??;
         Ok(Picture { radiance, frame_ms: shadow_maps_ms + shading_ms, stats })
     }

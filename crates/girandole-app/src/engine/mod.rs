@@ -61,20 +61,36 @@ pub enum Ready {
 impl Ready {
     /// Opens the engine of the options; `auto` falls back to the CPU and prints how to get a GPU.
     pub fn choose(args: &RenderArgs) -> Result<Self> {
-        match args.engine {
-            Engine::Cpu => Ok(Self::Cpu),
-            Engine::Path => Ok(Self::Path),
-            Engine::Gpu => Ok(Self::Gpu(Box::new(gpu::Device::open(args.adapter.as_deref())?))),
+        let (engine, advice) = Self::open(args)?;
+        advice.iter().for_each(|advice| say(advice));
+        Ok(engine)
+    }
+
+    /// The same, with what is to be printed.
+    pub fn open(args: &RenderArgs) -> Result<(Self, Option<String>)> {
+        let engine = match args.engine {
+            Engine::Cpu => Self::Cpu,
+            Engine::Path => Self::Path,
+            Engine::Gpu => Self::Gpu(Box::new(gpu::Device::open(args.adapter.as_deref())?)),
             Engine::Auto => match gpu::Device::open(args.adapter.as_deref()) {
-                Ok(device) => Ok(Self::Gpu(Box::new(device))),
+                Ok(device) => Self::Gpu(Box::new(device)),
                 // A named adapter is required, so there is no fallback.
-                Err(error) if args.adapter.is_some() => Err(error.into()),
+                Err(error) if args.adapter.is_some() => return Err(error.into()),
                 Err(error) => {
                     let why = sentence(&error);
-                    say(&format!("{why}; until then, shadows are traced on the CPU, which is slower"));
-                    Ok(Self::Cpu)
+                    let advice = format!("{why}; until then, shadows are traced on the CPU, which is slower");
+                    return Ok((Self::Cpu, Some(advice)));
                 }
             },
+        };
+        Ok((engine, None))
+    }
+
+    /// Begins to compile what pictures of a scene will need, beside what else is to be done before.
+    pub fn compile_for(&mut self, scene: &Scene, geometry: &Geometry, args: &RenderArgs) -> Result<()> {
+        match self {
+            Self::Gpu(device) => device.compile_for(scene, geometry, args),
+            Self::Cpu | Self::Path => Ok(()),
         }
     }
 
@@ -84,6 +100,15 @@ impl Ready {
             Self::Gpu(_) => "gpu",
             Self::Cpu => "cpu",
             Self::Path => "path",
+        }
+    }
+
+    /// The same as an option.
+    pub fn kind(&self) -> Engine {
+        match self {
+            Self::Gpu(_) => Engine::Gpu,
+            Self::Cpu => Engine::Cpu,
+            Self::Path => Engine::Path,
         }
     }
 

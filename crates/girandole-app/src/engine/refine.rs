@@ -16,7 +16,7 @@ impl Device {
         let progress = Progress::bar(&format!("refining on {}", self.name()));
         let start = Instant::now();
         let light = IlluminationSettings {
-            lights: args.lights.settings(),
+            lights: args.light_settings(),
             visibility: (args.mode != Mode::Naive).then(VisibilitySettings::default),
             views: args.lights.placement.views(&[job.view]).to_vec(),
             ..IlluminationSettings::default()

@@ -2,17 +2,20 @@
 
 use super::clock::{Duration, Instant, milliseconds};
 use super::command;
-use super::drop::{Drop, Dropped};
+#[cfg(not(target_arch = "wasm32"))]
+use super::files::Files;
 use super::frame_log::FrameLog;
 use super::frames::{FrameTimes, Frames};
 use super::gui::{Gui, GuiFrame};
 use super::insert::insert;
 use super::layout;
+use super::opening::{Opened, Opener};
 use super::session::Session;
-use super::shot::Shots;
+use super::shot::{self, Shots};
 use super::surface::WindowSurface;
 use super::target::PictureTarget;
 use super::tools::Tools;
+use super::waits::{Wait, What};
 use crate::output::Stats;
 use crate::output::say;
 use anyhow::Result;
@@ -29,6 +32,10 @@ const POLL: Duration = Duration::from_millis(4);
 /// How often the progress of what is made beside is shown.
 const PROGRESS: Duration = Duration::from_millis(100);
 
+/// How often a dialog of the system's is looked for.
+#[cfg(not(target_arch = "wasm32"))]
+const DIALOG: Duration = Duration::from_millis(50);
+
 /// What is made between two frames takes as long, or a little longer.
 const SLICE: Duration = Duration::from_millis(15);
 
@@ -42,6 +49,10 @@ pub struct State {
     pub log: FrameLog,
     /// Of the panel: what is open, and how far it is scrolled.
     pub memory: egui::Memory,
+    /// What is being opened.
+    pub opener: Opener,
+    #[cfg(not(target_arch = "wasm32"))]
+    pub files: Files,
 }
 
 /// All that is behind a window.
@@ -56,9 +67,13 @@ pub struct App {
     frames: Frames,
     log: FrameLog,
     shots: Shots,
-    dropped: Drop,
+    opener: Opener,
+    #[cfg(not(target_arch = "wasm32"))]
+    files: Files,
     /// Whether the last frame said that light is being made.
     says_progress: bool,
+    /// What the window is called.
+    named: String,
     last_frame: Instant,
     /// When a frame is due though nothing happens.
     due: Option<Instant>,
@@ -66,7 +81,9 @@ pub struct App {
 
 impl App {
     pub fn new(window: Arc<Window>, (surface, gpu): (WindowSurface, Gpu), state: State) -> Self {
-        let State { session, tools, log, memory } = state;
+        let State { session, tools, log, memory, opener, .. } = state;
+        #[cfg(not(target_arch = "wasm32"))]
+        let files = state.files;
         let gui = Gui::new(&window, &gpu, &surface, memory);
         let now = Instant::now();
         Self {
@@ -80,8 +97,11 @@ impl App {
             frames: Frames::default(),
             log,
             shots: Shots::default(),
-            dropped: Drop::default(),
+            opener,
+            #[cfg(not(target_arch = "wasm32"))]
+            files,
             says_progress: false,
+            named: String::new(),
             last_frame: now,
             due: Some(now),
         }
@@ -89,12 +109,22 @@ impl App {
 
     /// What is left where the device was lost: all but what was on it.
     pub fn rescue(self) -> State {
-        let Self { mut session, mut tools, log, gui, shots, .. } = self;
+        let Self { mut session, mut tools, log, gui, shots, opener, .. } = self;
+        #[cfg(not(target_arch = "wasm32"))]
+        let files = self.files;
         session.forget_device();
         tools.truth.begin_anew();
         // Pictures on their way are lost, but not that they were asked for.
         tools.saves |= shots.is_waiting();
-        State { session, tools, log, memory: gui.memory() }
+        State {
+            session,
+            tools,
+            log,
+            memory: gui.memory(),
+            opener,
+            #[cfg(not(target_arch = "wasm32"))]
+            files,
+        }
     }
 
     pub fn window(&self) -> Arc<Window> {
@@ -149,7 +179,7 @@ impl App {
         let now = Instant::now();
         let (mut is_there, times) = self.frames.collect();
         is_there |= self.collect_shots()
-            | self.collect_drop()
+            | self.collect_opened()?
             | self.session.refinement.collect()
             | self.session.collect_transfer();
         if let Some(times) = times {
@@ -165,10 +195,15 @@ impl App {
         let waits = self.tools.truth.is_waiting()
             || self.frames.is_waiting()
             || self.shots.is_waiting()
-            || self.dropped.is_waiting()
+            || self.opener.is_waiting()
             || self.session.refinement.is_waiting()
             || self.session.transfers.progress().is_some();
         let poll = waits.then(|| now + POLL);
+        #[cfg(not(target_arch = "wasm32"))]
+        if self.files.is_waiting() {
+            // Whoever chooses a file takes his time.
+            self.due = Some(self.due.map_or(now + DIALOG, |due| due.min(now + DIALOG)));
+        }
         Ok(poll.into_iter().chain(self.due).min())
     }
 
@@ -186,21 +221,52 @@ impl App {
         !written.is_empty()
     }
 
-    fn collect_drop(&mut self) -> bool {
-        let Some(dropped) = self.dropped.take() else { return false };
+    /// Takes what was opened beside. Without the first scene there is no window.
+    fn collect_opened(&mut self) -> Result<bool> {
+        let Some((opened, is_first)) = self.opener.take() else { return Ok(false) };
         let Self { session, tools, .. } = self;
-        match dropped {
-            Ok(Dropped::Scene(source, scene)) => {
-                tools.selected = None;
-                session.replace_scene(source, *scene, tools.picture_size);
+        match opened {
+            Ok(Opened::First(first)) => {
+                session.begin(*first, tools.picture_size);
+                #[cfg(not(target_arch = "wasm32"))]
+                self.files.shows(Path::new(&session.source.scene), None);
             }
-            Ok(Dropped::Model(path, mesh)) => {
+            Ok(Opened::Scene(another)) => {
+                tools.select(None);
+                #[cfg(not(target_arch = "wasm32"))]
+                self.files.shows(Path::new(&another.source.scene), another.edits_file.clone());
+                session.change_scene(*another, tools.picture_size);
+            }
+            Ok(Opened::Model(path, mesh)) => {
                 let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
                 insert(session, tools, &name, Shape::File(path), &|_| Ok((*mesh).clone()));
             }
+            Ok(Opened::Written(sentence)) => {
+                say(&sentence);
+                session.notice = Some(sentence);
+            }
+            Err(error) if is_first => return Err(error),
             Err(error) => session.notice = Some(crate::sentence(&error)),
         }
-        true
+        Ok(true)
+    }
+
+    /// What is being waited for.
+    fn waits(&self) -> Vec<Wait> {
+        let waits = self.opener.wait().into_iter();
+        #[cfg(not(target_arch = "wasm32"))]
+        let waits = waits.chain(self.files.wait());
+        waits.chain(self.session.wait()).collect()
+    }
+
+    /// Ends a wait that nobody wants any more. The first scene is all that there is to wait for.
+    fn cancel(&mut self) {
+        match self.tools.cancels.take() {
+            Some(What::Opening) if self.session.is_blank => self.tools.quits = true,
+            Some(What::Opening) => self.opener.cancel(),
+            Some(What::Choosing) => self.tools.asks = Some(super::files::Ask::TypeInstead),
+            Some(What::Compiling) | None => {}
+        }
     }
 
     fn frame(&mut self) -> Result<()> {
@@ -220,10 +286,12 @@ impl App {
             // Motion waits for the picture of the last moment.
             self.last_frame -= elapsed;
         }
-        let Self { session, tools, frames, .. } = self;
-        let gui = self.gui.run(&self.window, |ui| layout::show(ui, session, tools, frames));
+        self.name_window();
+        self.tools.waits = self.waits();
+        let gui = self.lay_out();
         let panel = milliseconds(start);
         self.take_dropped_files();
+        self.cancel();
         self.allocate_target();
         self.session.rest(elapsed.as_secs_f64(), self.tools.picture_size);
         self.make();
@@ -243,9 +311,41 @@ impl App {
         Ok(())
     }
 
+    /// Lays the panel out and lets it act.
+    fn lay_out(&mut self) -> GuiFrame {
+        let Self { session, tools, frames, gui, window, .. } = self;
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            let Self { files, opener, .. } = self;
+            tools.recent = files.recent.scenes().to_vec();
+            tools.has_dialog = files.has_own_dialog();
+            gui.run(window, |ui| {
+                layout::show(ui, session, tools, frames);
+                files.act((ui, window), (session, tools), opener);
+            })
+        }
+        #[cfg(target_arch = "wasm32")]
+        gui.run(window, |ui| layout::show(ui, session, tools, frames))
+    }
+
+    /// Calls the window by its scene.
+    fn name_window(&mut self) {
+        let name = &self.session.scene.name;
+        if self.named != *name {
+            self.window.set_title(&format!("{name} - Girandole"));
+            self.named.clone_from(name);
+        }
+    }
+
     fn take_dropped_files(&mut self) {
         for file in self.gui.take_dropped_files() {
-            self.dropped.read(file, self.gui.has_shift());
+            // Before there is a scene nothing can be put into it.
+            #[cfg(not(target_arch = "wasm32"))]
+            if self.session.is_blank {
+                self.opener.open(Path::new(file.path()));
+                continue;
+            }
+            self.opener.drop(&file, self.gui.has_shift());
         }
     }
 
@@ -307,6 +407,12 @@ impl App {
         let start = Instant::now();
         let (hurried, preliminary) = (self.session.is_hurried(), self.session.is_preliminary());
         if self.session.wants_picture(target.size) {
+            if !self.session.is_compiled(target.size) {
+                // The last picture stays.
+                let soon = Instant::now() + PROGRESS;
+                self.due = Some(self.due.map_or(soon, |due| due.min(soon)));
+                return;
+            }
             self.session.draw(target);
         } else if !self.session.may_refine(target.size) {
             return;
@@ -323,14 +429,20 @@ impl App {
     /// Saves the picture, if that was asked for and it is the one that is wanted; and says what call renders it.
     fn save(&mut self) {
         let size = self.tools.picture_size;
-        let is_there = self.session.is_done() && !self.session.wants_picture(size);
+        // What is saved has all its pixels, unless motion goes on and on.
+        let is_whole = !self.session.is_hurried() || self.session.is_moving();
+        let is_there = self.session.is_done() && !self.session.wants_picture(size) && is_whole;
         if self.tools.copies && is_there && self.session.is_ready_to_copy(size) {
             self.tools.copies = false;
             self.copy_command();
         }
         if let Some(renderer) = self.session.renderer().filter(|_| self.tools.saves && is_there) {
-            self.shots.take(renderer, self.session.shown(), Path::new(&self.tools.file));
             self.tools.saves = false;
+            let path = Path::new(&self.tools.file);
+            match shot::made_by(&self.session, size, path) {
+                Ok(made_by) => self.shots.take(renderer, self.session.shown(), (path, made_by)),
+                Err(error) => self.session.notice = Some(crate::sentence(&error)),
+            }
         }
     }
 

@@ -9,7 +9,17 @@ use std::path::{Path, PathBuf};
 
 /// The call that renders the picture to `output`. Where the scene was changed, its edits are written to a file beside it.
 pub fn line(session: &Session, (size, output): ([u32; 2], &Path), adapter: Option<&str>) -> Result<String> {
-    let edits = write_edits(session, output)?;
+    let mut args = arguments(session, (size, output), adapter)?;
+    args.seen.edits = write_edits(session, output)?;
+    args.command_line()
+}
+
+/// The options of that call, without the edits.
+pub fn arguments(
+    session: &Session,
+    (size, output): ([u32; 2], &Path),
+    adapter: Option<&str>,
+) -> Result<RenderArgs> {
     let Source { scene, object, load } = session.source.clone();
     let settings = &session.settings;
     let mut args = RenderArgs {
@@ -34,9 +44,8 @@ pub fn line(session: &Session, (size, output): ([u32; 2], &Path), adapter: Optio
         Eye::Camera(index) => args.camera = Some(index.to_string()),
         Eye::Free(viewpoint) => args.seen.view = Some(ViewArg(viewpoint)),
     }
-    args.seen.edits = edits;
     args.seen.load = load;
-    args.command_line()
+    Ok(args)
 }
 
 /// Writes what was changed to a file that is not there yet.

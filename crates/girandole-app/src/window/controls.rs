@@ -1,13 +1,15 @@
 //! What hands do to the picture: walk, look, orbit, pick.
 
 use super::camera::{Eye, moved, orbited, turned};
-use super::gizmo;
+use super::gizmo::{self, Under};
+use super::selection::Selected;
 use super::session::Session;
 use super::tools::Tools;
-use egui::{Event, InputState, Key, Modifiers, PointerButton, Response, Ui};
+use super::{keys, outline};
+use egui::{PointerButton, Rect, Response, Ui};
+use girandole::DebugView;
 use girandole_core::glam::{DVec3, Vec2, Vec3};
-use girandole_core::scene::{Geometry, ObjectId, View};
-use girandole_core::trace::SceneTracer;
+use girandole_core::scene::View;
 
 /// How much faster one walks with Shift.
 const FAST: f32 = 4.0;
@@ -24,79 +26,94 @@ pub fn act(ui: &Ui, response: &Response, session: &mut Session, tools: &mut Tool
         // Whoever was typing into the panel is done with it.
         ui.memory_mut(|memory| memory.focused().into_iter().for_each(|id| memory.surrender_focus(id)));
     }
-    if !ui.ctx().text_edit_focused() {
-        keys(ui, session, tools);
-        next = moved(&next, walk(ui, session, tools));
+    if !response.is_pointer_button_down_on() {
+        (tools.is_cancelled, tools.eye_before) = (false, None);
     }
-    let is_handled = gizmo::act(ui.painter(), response, session, tools);
-    if !(is_handled && response.dragged_by(PointerButton::Primary)) {
+    if response.drag_started() {
+        (tools.is_cancelled, tools.eye_before) = (false, Some(session.eye));
+    }
+    if keys::are_free(ui, tools) {
+        keys::act(ui, session, tools);
+        if session.view(tools.picture_size) == view {
+            next = moved(&next, walk(ui, session, tools));
+        } else {
+            next = session.view(tools.picture_size);
+        }
+    }
+    outline::paint(ui.painter(), response.rect, session, tools);
+    let under = gizmo::act(ui.painter(), response, session, tools);
+    let is_gizmos = under == Under::Handle && response.dragged_by(PointerButton::Primary);
+    if !(is_gizmos || tools.is_cancelled) {
         next = drag(ui, response, (session, tools), &next);
     }
     if next != view
         && let Some(eye) = Eye::free(&next)
+        && session.view(tools.picture_size) != next
     {
         session.eye = eye;
     }
+    let lamp = if let Under::Lamp(lamp) = under { Some(lamp) } else { None };
     if response.clicked()
-        && !is_handled
+        && under != Under::Handle
         && let Some(at) = response.interact_pointer_pos()
     {
-        tools.selected = pick(session, &view, place(response, at)).map(|(object, _)| object);
+        let seen = || tools.picker.pick(session, &view, place(response.rect, at)).map(|(seen, _)| seen);
+        let picked = lamp.or_else(seen);
+        tools.select(picked);
+        let is_asked_for = response.double_clicked() || ui.input(|input| input.modifiers.alt);
+        tools.is_locked = picked.is_some_and(|it| !is_asked_for && it.is_structure(session, &view));
+    }
+    if under != Under::Handle {
+        hover(ui, response, lamp, &view, (session, tools));
+    }
+    let is_in_hand = ui.input(|input| input.pointer.any_down()) || ui.ctx().text_edit_focused();
+    if !is_in_hand {
+        session.end_step();
     }
 }
 
-fn keys(ui: &Ui, session: &mut Session, tools: &mut Tools) {
-    let pressed = |key| ui.input(|input| input.key_pressed(key));
-    if pressed(Key::Space) {
-        session.playback.playing = !session.playback.playing;
+/// Shows the name of what is under the pointer.
+fn hover(
+    ui: &Ui,
+    response: &Response,
+    lamp: Option<Selected>,
+    view: &View,
+    (session, tools): (&Session, &mut Tools),
+) {
+    let Some(at) = response.hover_pos().filter(|_| !ui.input(|input| input.pointer.any_down())) else {
+        return;
+    };
+    if session.settings.debug == Some(DebugView::Atlas) {
+        return;
     }
-    if pressed(Key::F12) {
-        tools.saves = true;
-    }
-    if pressed(Key::F9) {
-        tools.copies = true;
-    }
-    if pressed(Key::T) {
-        tools.truth.against = tools.truth.against.next();
-    }
-    if pressed(Key::V) {
-        session.next_debug_view();
-    }
-    if pressed(Key::H) {
-        tools.shows_panel = !tools.shows_panel;
-    }
-    tools.quits |= ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Q));
-    if pressed(Key::Escape) {
-        tools.selected = None;
+    let seen = || tools.picker.hover(session, view, place(response.rect, at));
+    let hovered = lamp.or_else(seen).filter(|hovered| hovered.is_there(session));
+    // What is picked is named in the panel, and has handles that are not to be covered.
+    if let Some(selected) = hovered.filter(|hovered| tools.selected != Some(*hovered)) {
+        gizmo::name(ui.painter(), response.rect, at, &selected.name(session));
     }
 }
 
-/// Brings the keys that one walks by up to date: those that are down, but for those of a shortcut, whichever of its keys is let go
-/// first.
-fn hold(walk: &mut Vec<Key>, input: &InputState) {
-    walk.retain(|key| input.key_down(*key));
-    for event in &input.events {
-        if let Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event
-            && !(modifiers.command || modifiers.alt || walk.contains(key))
-            && input.key_down(*key)
-        {
-            walk.push(*key);
-        }
+/// Gives up the drag at hand, as if it had never been; without one, nothing is picked any more.
+pub fn let_go(session: &mut Session, tools: &mut Tools) {
+    let Some(eye) = tools.eye_before.take() else { return tools.select(None) };
+    if tools.drag.take().is_some() {
+        session.cancel_step();
+    } else {
+        session.eye = eye;
     }
+    tools.is_cancelled = true;
 }
 
 /// How far the keys that are down lead in this frame, in metres to the right, up and ahead.
 fn walk(ui: &Ui, session: &Session, tools: &mut Tools) -> Vec3 {
-    ui.input(|input| hold(&mut tools.walk, input));
-    let is_down = |key: Key| f32::from(u8::from(tools.walk.contains(&key)));
-    let axis = |plus: Key, minus: Key| is_down(plus) - is_down(minus);
-    let by = Vec3::new(axis(Key::D, Key::A), axis(Key::E, Key::Q), axis(Key::W, Key::S));
-    if by == Vec3::ZERO || ui.input(|i| i.modifiers.command || i.modifiers.alt) {
+    let (by, is_fast) = keys::walked(ui, &mut tools.walk);
+    if by == Vec3::ZERO {
         return Vec3::ZERO;
     }
     ui.ctx().request_repaint();
-    let (seconds, fast) = ui.input(|i| (i.unstable_dt.min(LONGEST_STEP), i.modifiers.shift));
-    let speed = session.scene.frame_of_reference().scale * tools.pace * if fast { FAST } else { 1.0 };
+    let seconds = ui.input(|input| input.unstable_dt.min(LONGEST_STEP));
+    let speed = session.scene.frame_of_reference().scale * tools.pace * if is_fast { FAST } else { 1.0 };
     by * speed * seconds
 }
 
@@ -107,7 +124,7 @@ fn drag(ui: &Ui, response: &Response, (session, tools): (&Session, &mut Tools), 
     if response.drag_started()
         && let Some(at) = response.interact_pointer_pos()
     {
-        tools.pivot = Some(pivot(session, view, place(response, at)));
+        tools.pivot = Some(pivot(session, tools, view, place(response.rect, at)));
     }
     if response.dragged_by(PointerButton::Primary) {
         return turned(view, right, up);
@@ -129,32 +146,15 @@ fn drag(ui: &Ui, response: &Response, (session, tools): (&Session, &mut Tools), 
 }
 
 /// Where a point of the window is in the picture: NDC, +Y up.
-pub fn place(response: &Response, at: egui::Pos2) -> Vec2 {
-    let share = (at - response.rect.min) / response.rect.size();
+pub fn place(picture: Rect, at: egui::Pos2) -> Vec2 {
+    let share = (at - picture.min) / picture.size();
     Vec2::new(2.0 * share.x - 1.0, 1.0 - 2.0 * share.y)
 }
 
-/// The object that is seen at a place of the picture, and where.
-pub fn pick(session: &Session, view: &View, at: Vec2) -> Option<(ObjectId, DVec3)> {
-    let geometry = session.renderer()?.illumination()?.geometry();
-    let (origin, direction) = view.relative_to(geometry.origin).ray(at);
-    let tracer = SceneTracer::new(&session.scene, geometry);
-    let behind = tracer.closest_visible(origin, direction);
-    let reach = behind.map_or(f32::INFINITY, |hit| hit.t);
-    let through = tracer.transparent_hits(origin, direction, reach).into_iter();
-    let hit = through.chain(behind).find(|hit| tracer.is_visible(hit.triangle, direction))?;
-    let point = geometry.origin + (origin + direction * hit.t).as_dvec3();
-    Some((object_of(geometry, hit.triangle)?, point))
-}
-
-fn object_of(geometry: &Geometry, triangle: u32) -> Option<ObjectId> {
-    geometry.objects.iter().position(|o| o.triangles.contains(&triangle)).map(Into::into)
-}
-
 /// What is orbited: what is seen there, or else a point in the middle of the scene's size.
-fn pivot(session: &Session, view: &View, at: Vec2) -> DVec3 {
+fn pivot(session: &Session, tools: &mut Tools, view: &View, at: Vec2) -> DVec3 {
     let ahead = || moved(view, Vec3::Z * session.scene.frame_of_reference().scale * 0.3).eye;
-    pick(session, view, at).map_or_else(ahead, |(_, point)| point)
+    tools.picker.pick(session, view, at).map_or_else(ahead, |(_, point)| point)
 }
 
 #[cfg(test)]

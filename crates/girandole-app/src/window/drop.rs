@@ -1,69 +1,26 @@
-//! Files that are dropped on the window, as bytes.
+//! Files that are dropped on the window; in browsers they are bytes.
 
-use super::pending::{self, Pending};
-use super::session::Source;
-use anyhow::{Context, Result, anyhow, bail};
+#[cfg(any(test, target_arch = "wasm32"))]
+use anyhow::{Context, Result, bail};
+#[cfg(any(test, target_arch = "wasm32"))]
 use girandole_core::scene::{Mesh, Scene, load_gltf_slice, load_model_slice};
-use std::path::{Path, PathBuf};
-
-/// A file that is being read.
-#[derive(Default)]
-pub struct Drop {
-    path: PathBuf,
-    /// Whether it is put into the scene that is shown, though it could take its place.
-    inserts: bool,
-    bytes: Option<Pending<Result<Vec<u8>, String>>>,
-}
-
-/// What was dropped.
-pub enum Dropped {
-    /// Another scene.
-    Scene(Source, Box<Scene>),
-    /// An object, and its file.
-    Model(PathBuf, Box<Mesh>),
-}
-
-impl Drop {
-    pub fn is_waiting(&self) -> bool {
-        self.bytes.is_some()
-    }
-
-    /// Starts to read a file; whether a scene is put into the one that is shown, as an object.
-    pub fn read(&mut self, file: egui::DroppedFileHandle, inserts: bool) {
-        (self.path, self.inserts) = (file.path().into(), inserts);
-        #[cfg(target_arch = "wasm32")]
-        let bytes = async move { file.bytes_async().await };
-        #[cfg(not(target_arch = "wasm32"))]
-        let bytes = async move { file.bytes() };
-        self.bytes = Some(Pending::new(bytes));
-    }
-
-    /// What it is, once it is there.
-    pub fn take(&mut self) -> Option<Result<Dropped>> {
-        let bytes = pending::take(&mut self.bytes)?;
-        Some(bytes.map_err(|error| anyhow!("{error}")).and_then(|bytes| {
-            if self.inserts || is_model(&self.path) {
-                return Ok(Dropped::Model(self.path.clone(), Box::new(model(&self.path, &bytes)?)));
-            }
-            let source = Source { scene: self.path.to_string_lossy().into_owned(), ..Source::default() };
-            Ok(Dropped::Scene(source, Box::new(scene(&self.path, &bytes)?)))
-        }))
-    }
-}
+use std::path::Path;
 
 /// Whether a file can only be an object.
-fn is_model(path: &Path) -> bool {
+pub fn is_model(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply") || e.eq_ignore_ascii_case("obj"))
 }
 
 /// An object from a file's bytes.
-fn model(path: &Path, bytes: &[u8]) -> Result<Mesh> {
+#[cfg(any(test, target_arch = "wasm32"))]
+pub fn model(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     let kind = path.extension().unwrap_or_default().to_string_lossy();
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     load_model_slice(bytes, &kind).with_context(|| format!("{name} cannot be added"))
 }
 
 /// A scene from a file's bytes. Files that it refers to lie beside it, where there is a folder.
+#[cfg(any(test, target_arch = "wasm32"))]
 pub fn scene(path: &Path, bytes: &[u8]) -> Result<Scene> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();

@@ -1,11 +1,15 @@
 //! What winit calls.
 
 use super::app::{App, State};
+use super::budget::Budget;
 use super::clock::{Duration, Instant};
+#[cfg(not(target_arch = "wasm32"))]
+use super::files::Files;
 use super::frame_log::FrameLog;
-use super::layout::PANEL_WIDTH;
+use super::layout;
+use super::opening::Opener;
 use super::pending::{self, Pending};
-use super::session::{Session, Start};
+use super::session::Session;
 use super::surface::WindowSurface;
 use super::tools::Tools;
 use crate::args::ViewArgs;
@@ -26,12 +30,15 @@ const POLL: Duration = Duration::from_millis(4);
 /// A device that is lost again after so short a time is given up.
 const LEAST_LIFE: Duration = Duration::from_secs(10);
 
+/// What frames of a software device may take while things move, unless told otherwise, milliseconds.
+const SOFTWARE_BUDGET: f64 = 100.0;
+
 /// A program that shows a window.
 pub struct Handler {
     started: Instant,
     args: ViewArgs,
     /// Until the window is there.
-    start: Option<Start>,
+    state: Option<State>,
     opening: Option<Opening>,
     app: Option<App>,
     /// When the last device was lost.
@@ -50,9 +57,22 @@ struct Opening {
 }
 
 impl Handler {
-    /// Of a program that started then.
-    pub fn new(started: Instant, args: ViewArgs, start: Start) -> Self {
-        Self { started, args, start: Some(start), opening: None, app: None, lost: None, result: Ok(()) }
+    /// Of a program that started then. The scene is opened from here on, beside all else.
+    pub fn new(started: Instant, args: ViewArgs) -> Self {
+        let tools = Tools::new(args.output.clone(), args.size, args.adapter.clone());
+        let state = State {
+            session: Session::blank(super::start(&args)),
+            tools,
+            log: FrameLog::new(started),
+            memory: egui::Memory::default(),
+            opener: Opener::first(&args.scene, {
+                let args = args.clone();
+                move || super::first(&args)
+            }),
+            #[cfg(not(target_arch = "wasm32"))]
+            files: Files::new(args.seen.edits.clone(), args.own_dialogs),
+        };
+        Self { started, args, state: Some(state), opening: None, app: None, lost: None, result: Ok(()) }
     }
 
     /// What ended the window, if not its user.
@@ -61,20 +81,20 @@ impl Handler {
     }
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<()> {
-        let Some(start) = self.start.take() else { return Ok(()) };
-        let [width, height] = self.args.size;
+        let Some(state) = self.state.take() else { return Ok(()) };
+        let monitor = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
+        let (screen, scale) = monitor.map_or((None, 1.0), |m| (Some(m.size().into()), m.scale_factor()));
         let attributes = Window::default_attributes()
             .with_title("Girandole")
-            .with_inner_size(PhysicalSize::new(width + PANEL_WIDTH as u32, height));
+            .with_inner_size(physical(layout::window_size(self.args.size, screen, scale)));
         #[cfg(target_arch = "wasm32")]
         let attributes = winit::platform::web::WindowAttributesExtWebSys::with_append(attributes, true);
         let window = Arc::new(event_loop.create_window(attributes).context("the window cannot be opened")?);
-        // The panel is as many pixels wide as the display says.
-        let panel = (f64::from(PANEL_WIDTH) * window.scale_factor()).round() as u32;
-        let _ = window.request_inner_size(PhysicalSize::new(width + panel, height));
-        let tools = Tools::new(self.args.output.clone(), self.args.size, self.args.adapter.clone());
-        let (session, log) = (Session::new(start), FrameLog::new(self.started));
-        self.open_device(window, State { session, tools, log, memory: egui::Memory::default() });
+        // Panel and bar are as many pixels large as the display says that the window came to.
+        let screen = window.current_monitor().map(|monitor| monitor.size().into()).or(screen);
+        let size = layout::window_size(self.args.size, screen, window.scale_factor());
+        let _ = window.request_inner_size(physical(size));
+        self.open_device(window, state);
         Ok(())
     }
 
@@ -116,7 +136,12 @@ impl Handler {
             return Ok(Some(Instant::now() + POLL));
         };
         let Some(Opening { window, state, events, .. }) = self.opening.take() else { return Ok(None) };
-        let app = self.app.insert(App::new(window, opened?, state));
+        let (surface, gpu) = opened?;
+        let mut state = state;
+        if self.args.interactive_budget.is_none() && self.lost.is_none() && is_software(&gpu) {
+            state.session.budget = Budget::new(Some(SOFTWARE_BUDGET));
+        }
+        let app = self.app.insert(App::new(window, (surface, gpu), state));
         events.iter().try_for_each(|event| app.on_event(event))?;
         app.poll()
     }
@@ -138,6 +163,14 @@ impl Handler {
             })
             .ok()
     }
+}
+
+fn physical([width, height]: [u32; 2]) -> PhysicalSize<u32> {
+    PhysicalSize::new(width, height)
+}
+
+fn is_software(gpu: &Gpu) -> bool {
+    gpu.info.device_type == girandole::wgpu::DeviceType::Cpu
 }
 
 fn write_stats(app: &App, path: &Path) -> Result<()> {

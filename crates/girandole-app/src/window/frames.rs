@@ -10,6 +10,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How many frames are remembered.
 pub const REMEMBERED: usize = 120;
+/// Pictures of so long a time, seconds, are counted.
+const COUNTED: f64 = 2.0;
+/// Where there was none for so long, seconds, nothing moves any more.
+pub const AT_REST: f64 = 1.0;
 /// The least time between two estimates of the error that stale maps make.
 const BETWEEN_ESTIMATES: Duration = Duration::from_secs(1);
 
@@ -48,6 +52,8 @@ struct InFlight {
 #[derive(Default)]
 pub struct Frames {
     pub history: VecDeque<FrameTimes>,
+    /// When those were done.
+    ends: VecDeque<Instant>,
     /// What the last picture took and did, where somebody looks.
     pub stats: Option<FrameStats>,
     /// An estimate of the error that stale shadow maps make, of a picture of the last seconds.
@@ -110,6 +116,18 @@ impl Frames {
         }
     }
 
+    /// Milliseconds of a picture, the mean of the last ones; and how many there were a second, unless nothing moves.
+    pub fn rate(&self, now: Instant) -> Option<(f64, Option<f64>)> {
+        let age = |end: &Instant| now.saturating_duration_since(*end).as_secs_f64();
+        let counted = self.ends.iter().rev().take_while(|end| age(end) <= COUNTED).count();
+        let some = counted.max(1).min(self.history.len());
+        let mean = self.history.iter().rev().take(some).map(FrameTimes::total).sum::<f64>() / some as f64;
+        let last = self.ends.back().map(age)?;
+        let first = counted.checked_sub(1).and_then(|before| self.ends.iter().rev().nth(before)).map(age);
+        let rate = first.filter(|first| *first > last && last < AT_REST);
+        Some((mean, rate.map(|first| (counted - 1) as f64 / (first - last))))
+    }
+
     /// Takes what is there by now. Returns whether anything is, and the times of a picture that is done.
     pub fn collect(&mut self) -> (bool, Option<FrameTimes>) {
         let (mut any, mut times) = (false, None);
@@ -121,8 +139,10 @@ impl Frames {
         if let Some(times) = times {
             if self.history.len() == REMEMBERED {
                 self.history.pop_front();
+                self.ends.pop_front();
             }
             self.history.push_back(times);
+            self.ends.push_back(Instant::now());
         }
         if let Some(error) = pending::take(&mut self.pending_error) {
             self.stale_error = error.ok().flatten();
@@ -135,5 +155,26 @@ impl Frames {
         }
         any = true;
         (any, times)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_counted_while_there_are_any() {
+        let start = Instant::now();
+        let mut frames = Frames::default();
+        assert_eq!(frames.rate(start), None);
+        let after = |seconds: f64| start + Duration::from_secs_f64(seconds);
+        for i in 0..40 {
+            frames.history.push_back(FrameTimes { device: 10.0 + f64::from(i % 2), ..FrameTimes::default() });
+            frames.ends.push_back(after(f64::from(i) * 0.1));
+        }
+        let (mean, rate) = frames.rate(after(3.95)).unwrap();
+        assert!((mean - 10.5).abs() < 0.1 && (rate.unwrap() - 10.0).abs() < 1e-6, "{mean} {rate:?}");
+        let (mean, rate) = frames.rate(after(6.5)).unwrap();
+        assert_eq!((mean, rate), (11.0, None), "at rest the last one counts");
     }
 }

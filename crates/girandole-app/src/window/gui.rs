@@ -143,3 +143,37 @@ impl Gui {
         frame.textures.clear();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    /// Of what egui's own widgets show: icons of the colour picker, keys, an ellipsis, signs of numbers.
+    const OF_WIDGETS: &str = "📋⏵⏷⏴⏶▶⏹…−°τ×✔⟲⚠";
+
+    /// Characters beyond ASCII of a source file, without comments.
+    fn characters(path: &Path, found: &mut BTreeSet<char>) {
+        if path.is_dir() {
+            let entries = std::fs::read_dir(path).expect("a folder");
+            return entries.for_each(|entry| characters(&entry.expect("an entry").path(), found));
+        }
+        let text = std::fs::read_to_string(path).expect("a source file");
+        let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+        found.extend(code.flat_map(str::chars).filter(|c| !c.is_ascii()));
+    }
+
+    #[test]
+    fn every_character_of_the_window_has_a_glyph() {
+        let mut wanted: BTreeSet<char> = OF_WIDGETS.chars().collect();
+        characters(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src/window"), &mut wanted);
+        assert!(wanted.contains(&'²') && wanted.len() > 10, "{wanted:?}");
+        let context = egui::Context::default();
+        context.run_ui(Default::default(), |_| {}).drop_without_applying_deltas();
+        let font = egui::FontId::proportional(13.0);
+        let missing = |c: &char| context.fonts_mut(|fonts| !fonts.has_glyph(&font, *c));
+        assert!(missing(&'\u{6f22}'), "the control: fonts for other scripts are not there");
+        let missing: Vec<char> = wanted.into_iter().filter(missing).collect();
+        assert!(missing.is_empty(), "boxes are shown in place of {missing:?}");
+    }
+}

@@ -1,20 +1,46 @@
-//! What is where in the window: the panel on the right, the picture beside it, and what is said over it.
+//! What is where in the window: the panel on the right, the picture beside it, and the bar below them, where messages cover
+//! nothing.
 
+use super::clock::{Duration, Instant};
 use super::controls;
 use super::frames::Frames;
+use super::keys;
+use super::messages::Messages;
 use super::panel;
 use super::session::Session;
 use super::tools::Tools;
-use egui::{Align2, Color32, Frame, Rect, Sense, Ui, Vec2};
+use super::waits::What;
+use egui::{Align, Align2, Color32, Layout, Rect, Sense, Ui, Vec2};
 
 /// Width of the panel, points.
 pub const PANEL_WIDTH: f32 = 320.0;
 
+/// Height of the bar, points.
+pub const BAR_HEIGHT: f32 = 26.0;
+
+/// Colour of messages.
+const MESSAGE: Color32 = Color32::from_rgb(250, 200, 120);
+
 /// How far from the line between picture and truth it can be taken hold of, points.
 const GRIP: f32 = 6.0;
 
+/// What a desktop takes of a screen beside a window: its frame and bars, points.
+const DESKTOP: [f32; 2] = [16.0, 88.0];
+
+/// Pixels of a window whose picture has so many, or as many as the screen has room for.
+pub fn window_size(picture: [u32; 2], screen: Option<[u32; 2]>, scale: f64) -> [u32; 2] {
+    let pixels = |points: f32| (f64::from(points) * scale).round() as u32;
+    let wanted = [picture[0] + pixels(PANEL_WIDTH), picture[1] + pixels(BAR_HEIGHT)];
+    let Some(screen) = screen.filter(|size| size.iter().all(|&pixels| pixels > 0)) else { return wanted };
+    [0, 1].map(|axis| wanted[axis].min(screen[axis].saturating_sub(pixels(DESKTOP[axis])).max(1)))
+}
+
 /// Lays a frame out and lets it act on the session.
 pub fn show(ui: &mut Ui, session: &mut Session, tools: &mut Tools, frames: &mut Frames) {
+    if let Some(sentence) = session.notice.take() {
+        tools.messages.say(sentence, Instant::now());
+    }
+    egui::Panel::bottom("bar").exact_size(BAR_HEIGHT).resizable(false).show(ui, |ui| bar(ui, session, tools));
     if tools.shows_panel {
         egui::Panel::right("panel")
             .exact_size(PANEL_WIDTH)
@@ -22,10 +48,7 @@ pub fn show(ui: &mut Ui, session: &mut Session, tools: &mut Tools, frames: &mut 
             .show(ui, |ui| panel::show(ui, session, tools, frames));
     }
     egui::CentralPanel::no_frame().show(ui, |ui| picture(ui, session, tools));
-    if let Some((share, doing)) = session.progress() {
-        progress(ui, session, share, doing);
-    }
-    notice(ui, session);
+    keys::sheet(ui, tools);
 }
 
 /// The picture, which is there already, and what hands do to it.
@@ -36,6 +59,14 @@ fn picture(ui: &mut Ui, session: &mut Session, tools: &mut Tools) {
     tools.picture_size = [pixels.x as u32, pixels.y as u32];
     let rect = Rect::from_min_size(room.min, pixels / scale);
     let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
+    if session.is_blank {
+        // Keys count already, and those that are held are known once there is a scene.
+        if keys::are_free(ui, tools) {
+            keys::act(ui, session, tools);
+            keys::walked(ui, &mut tools.walk);
+        }
+        return;
+    }
     controls::act(ui, &response, session, tools);
     truth(ui, rect, tools);
 }
@@ -68,39 +99,95 @@ fn truth(ui: &mut Ui, rect: Rect, tools: &mut Tools) {
     }
 }
 
-/// Says how far light is that is being made, at the picture's top, and lets it be cancelled.
-fn progress(ui: &Ui, session: &mut Session, share: f32, doing: &str) {
-    let corner = ui.max_rect().left_top() + Vec2::splat(12.0);
-    egui::Area::new(egui::Id::unique("progress")).fixed_pos(corner).show(ui.ctx(), |ui| {
-        Frame::popup(ui.style()).show(ui, |ui| {
-            ui.horizontal(|ui| {
-                ui.add(egui::ProgressBar::new(share).desired_width(160.0).text(doing));
-                if session.is_paused() {
-                    if ui.button("Go on").clicked() {
-                        session.resume();
-                    }
-                } else if ui.button("Cancel").on_hover_text("Leaves the light that was there").clicked() {
-                    session.cancel();
-                }
-            });
+/// The line at the window's foot: what is being waited for and how far that is, what is to be known, and where keys are explained.
+fn bar(ui: &mut Ui, session: &mut Session, tools: &mut Tools) {
+    let now = Instant::now();
+    ui.horizontal_centered(|ui| {
+        waits(ui, tools, now);
+        if let Some((share, doing)) = session.progress() {
+            progress(ui, session, share, doing);
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if ui.small_button("F1 keys").on_hover_text("Shows what keys and the mouse do").clicked() {
+                tools.shows_keys = !tools.shows_keys;
+            }
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| message(ui, &mut tools.messages, now));
         });
     });
 }
 
-/// Says what went wrong or is to be known, at the picture's bottom, until it is clicked away.
-fn notice(ui: &Ui, session: &mut Session) {
-    let Some(sentence) = session.notice.clone() else { return };
-    let corner = ui.max_rect().left_bottom() + Vec2::new(12.0, -12.0);
-    let area = egui::Area::new(egui::Id::unique("notice")).pivot(Align2::LEFT_BOTTOM).fixed_pos(corner);
-    area.show(ui.ctx(), |ui| {
-        Frame::popup(ui.style()).fill(Color32::from_rgb(60, 40, 20)).show(ui, |ui| {
-            ui.set_max_width(560.0);
-            ui.horizontal_wrapped(|ui| {
-                if ui.button("×").on_hover_text("Clears this message").clicked() {
-                    session.notice = None;
-                }
-                ui.label(sentence);
-            });
-        });
-    });
+/// Says what is being waited for, and lets what can be ended be ended.
+fn waits(ui: &mut Ui, tools: &mut Tools, now: Instant) {
+    for wait in &tools.waits {
+        let left = wait.said_in(now);
+        if left > Duration::ZERO {
+            ui.ctx().request_repaint_after(left);
+            continue;
+        }
+        match wait.share {
+            Some(share) => drop(ui.add(bar_of(share, &wait.sentence(now)))),
+            None => {
+                ui.add(egui::Spinner::new().size(BAR_HEIGHT - 10.0));
+                ui.label(wait.sentence(now));
+            }
+        }
+        let ends = match wait.what {
+            What::Opening => "Cancel",
+            What::Choosing => "Type a path instead",
+            What::Compiling => continue,
+        };
+        if ui.small_button(ends).clicked() {
+            tools.cancels = Some(wait.what);
+        }
+    }
+}
+
+fn bar_of(share: f32, text: &str) -> egui::ProgressBar {
+    let bar = egui::ProgressBar::new(share).desired_width(180.0).desired_height(BAR_HEIGHT - 8.0);
+    bar.text(egui::RichText::new(text).small())
+}
+
+/// Says how far light is that is being made, and lets it be cancelled.
+fn progress(ui: &mut Ui, session: &mut Session, share: f32, doing: &str) {
+    ui.add(bar_of(share, doing));
+    if session.is_paused() {
+        if ui.small_button("Go on").clicked() {
+            session.resume();
+        }
+    } else if ui.small_button("Cancel").on_hover_text("Leaves the light that was there").clicked() {
+        session.cancel();
+    }
+}
+
+/// Says what is to be known, for a while, or until it is clicked away.
+fn message(ui: &mut Ui, messages: &mut Messages, now: Instant) {
+    let Some((sentence, left)) = messages.shown(now) else { return };
+    let sentence = sentence.to_owned();
+    ui.ctx().request_repaint_after(left);
+    let is_read = ui.small_button("×").on_hover_text("Clears this message").clicked();
+    let label = egui::Label::new(egui::RichText::new(&sentence).color(MESSAGE)).truncate();
+    if ui.add(label).on_hover_text(&sentence).hovered() {
+        messages.hold(now);
+    }
+    if is_read {
+        messages.dismiss();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_are_no_larger_than_the_screen() {
+        let of = |screen, scale| window_size([1024, 768], screen, scale);
+        assert_eq!(of(None, 1.0), [1344, 794]);
+        assert_eq!(of(Some([1920, 1080]), 1.0), [1344, 794]);
+        assert_eq!(of(Some([0, 0]), 1.0), [1344, 794], "a screen that is not known");
+        assert_eq!(of(Some([3840, 2160]), 2.0), [1664, 820]);
+        for [width, height] in [[1024, 600], [800, 600], [1366, 768]] {
+            let size = of(Some([width, height]), 1.0);
+            assert!(size[0] + 16 <= width && size[1] + 88 <= height, "{size:?}");
+        }
+    }
 }

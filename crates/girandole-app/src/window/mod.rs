@@ -7,18 +7,23 @@
 //! | `app.rs` | one frame after the other: the session, the panel, the surface |
 //! | `refine.rs` | what goes on while everything is at rest |
 //! | `layout.rs`, `panel/`, `controls.rs` | what is where, what it edits, what hands do to the picture |
-//! | `camera.rs`, `gizmo.rs` | where one looks from; handles of what is picked |
+//! | `keys.rs`, `messages.rs` | what keys do, in one table; what is to be known, one sentence at a time |
+//! | `camera.rs` | where one looks from |
+//! | `picking.rs`, `selection.rs`, `outline.rs`, `gizmo.rs` | what is picked, what is done to it, its outline, handles |
+//! | `bookmarks.rs`, `lamps.rs` | views to come back to; what shines, and how strong it is |
 //! | `command.rs` | the call that renders the same picture |
 //! | `rest.rs`, `budget.rs` | whether anything moves; what frames may take then |
 //! | `surface.rs`, `gui.rs`, `target.rs` | the window's surface, egui on it, the picture beside the panel |
 //! | `presets.rs`, `insert.rs` | settings that go together; objects that are put in front of the camera |
 //! | `truth.rs` | the truth beside the picture |
+//! | `opening.rs`, `files/`, `waits.rs` | what is opened beside; dialogs and recent files; what is being waited for |
 //! | `frame_log.rs` | times of all frames |
 //! | `frames.rs`, `shot.rs`, `drop.rs`, `pending.rs` | what comes back later: times, pictures, files |
 //!
 //! Nothing here waits: what takes long is said first, and what comes back from the device is looked for between frames.
 
 mod app;
+mod bookmarks;
 mod budget;
 mod camera;
 mod clock;
@@ -26,32 +31,45 @@ mod command;
 mod controls;
 mod drop;
 mod event_loop;
+mod files;
 mod frame_log;
 mod frames;
 mod gizmo;
 mod gui;
 mod insert;
+mod keys;
+mod lamps;
 mod layout;
+mod messages;
+mod opening;
+mod outline;
 mod panel;
 mod pending;
+mod picking;
 mod presets;
 mod refine;
 mod rest;
+mod selection;
 mod session;
 mod shot;
 mod surface;
 mod target;
 mod tools;
 mod truth;
+mod waits;
 
 use crate::args::ViewArgs;
 use crate::{output, scene, transfer};
 use anyhow::{Context, Result, bail};
 use camera::Eye;
-use clock::Instant;
+use clock::{Duration, Instant};
 use event_loop::Handler;
 use girandole::{MapUpdates, RenderSettings};
 use girandole_core::illumination::{IlluminationSettings, Rewalk};
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::{Camera, Edits, Projection, Scene, Transform, View};
+pub use keys::help;
+use opening::First;
 use session::{Source, Start, Transfers};
 use std::process::ExitCode;
 use winit::event_loop::EventLoop;
@@ -69,26 +87,24 @@ pub fn run(args: ViewArgs) -> Result<ExitCode> {
     if let Some(stats) = &args.stats {
         output::check_writable(stats, &["json"])?;
     }
-    let start = start(&args)?;
     let event_loop = EventLoop::new().context("there is no display to open a window on")?;
-    let mut handler = Handler::new(started, args, start);
+    let mut handler = Handler::new(started, args);
     event_loop.run_app(&mut handler).context("the window failed")?;
     handler.result().map(|()| ExitCode::SUCCESS)
 }
 
-/// What the options say.
-fn start(args: &ViewArgs) -> Result<Start> {
+/// What the options say, before there is a scene.
+fn start(args: &ViewArgs) -> Start {
     let (object, load) = (args.object.clone(), args.seen.load.clone());
     let source = Source { scene: args.scene.clone(), object, load };
-    let (mut scene, edits) = scene::load_edited(&args.scene, args.object.as_deref(), &args.seen)?;
-    scene.open();
-    let transfers = transfer::load(&scene, &args.transfer)?;
-    let named = scene.camera(args.camera.as_deref().unwrap_or("0"))?;
-    let camera = scene.cameras.iter().position(|camera| camera == named).unwrap_or_default();
-    let eye = args.seen.view.map_or(Eye::Camera(camera), |view| Eye::Free(view.0));
-    let view = eye.view(&scene, args.size[0] as f32 / args.size[1] as f32);
+    let mut scene = Scene::default();
+    scene.name.clone_from(&args.scene);
+    let node = scene.add_node("camera", Transform::IDENTITY);
+    let projection = Projection::Perspective { yfov: 1.0 };
+    scene.cameras.push(Camera { name: "camera".into(), node, projection, clip: Default::default() });
+    let view = View::new(&scene, &scene.cameras[0], 1.0);
     let light = IlluminationSettings {
-        lights: args.lights.settings(),
+        lights: LightSettings { dark: true, ..args.lights.settings() },
         views: args.lights.placement.views(&[view]).to_vec(),
         rewalk: Rewalk::Off,
         ..IlluminationSettings::default()
@@ -99,18 +115,33 @@ fn start(args: &ViewArgs) -> Result<Start> {
         updates: MapUpdates { most: Some(UPDATES), ..MapUpdates::default() },
         ..args.quality.settings(args.mode, args.quality.clamp.0, args.aa)
     };
-    Ok(Start {
-        budget: args.interactive_budget,
+    Start {
+        budget: args.interactive_budget.filter(|ms| ms.is_finite()),
         source,
         scene,
-        edits,
-        eye,
+        edits: Edits::default(),
+        eye: Eye::Camera(0),
         options: args.quality.options(),
         light,
         settings,
         refine: args.refine,
-        transfers: Transfers::new(args.transfer.clone(), transfers),
-    })
+        transfers: Transfers::new(args.transfer.clone(), Vec::new()),
+    }
+}
+
+/// Opens the scene that the options name.
+fn first(args: &ViewArgs) -> Result<First> {
+    // Browsers cannot sleep.
+    if let Some(seconds) = args.slow_opening {
+        std::thread::sleep(Duration::from_secs(seconds));
+    }
+    let (mut scene, edits) = scene::load_edited(&args.scene, args.object.as_deref(), &args.seen)?;
+    scene.open();
+    let transferred = transfer::load(&scene, &args.transfer)?;
+    let named = scene.camera(args.camera.as_deref().unwrap_or("0"))?;
+    let camera = scene.cameras.iter().position(|camera| camera == named).unwrap_or_default();
+    let eye = args.seen.view.map_or(Eye::Camera(camera), |view| Eye::Free(view.0));
+    Ok(First { scene, edits, transferred, eye })
 }
 
 /// Whether a window can be opened.

@@ -10,27 +10,33 @@
 //! | [`IlluminationSettings`] | light samples, visibility, shadow maps |
 //! | [`RendererOptions`] | the renderer, and all of that |
 
-use super::budget::{Budget, Quality};
+use super::budget::Budget;
 use super::camera::Eye;
+use super::clock::Instant;
 use super::refine::Refinement;
 use super::rest::Rest;
 use super::target::PictureTarget;
-use crate::args::{BackgroundArg, LoadArgs};
+use crate::args::LoadArgs;
 use crate::picture::Shown;
 use anyhow::Result;
 use girandole::{Mode, RenderSettings, Renderer, RendererOptions};
 use girandole_core::Generation;
-use girandole_core::illumination::{IlluminationSettings, Rewalk};
+use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
 use girandole_core::image::Image;
-use girandole_core::scene::{Edit, Edits, ReadModel, Scene, View, load_model};
+use girandole_core::scene::{Edits, Geometry, Scene, View};
 use girandole_core::trace::{HeldHierarchies, SceneTracer};
 
+mod clip;
+mod compiling;
+mod editing;
+mod history;
 mod making;
 mod picture;
 mod transfer;
 
 pub use transfer::Transfers;
 
+use history::History;
 use making::Making;
 use picture::Picture;
 
@@ -108,8 +114,11 @@ pub struct Session {
     pub fresh_at_rest: bool,
     pub refinement: Refinement,
     pub transfers: Transfers,
+    history: History,
     /// What went wrong, or is to be known: one sentence.
     pub notice: Option<String>,
+    /// Whether the first scene is not there yet.
+    pub is_blank: bool,
     renderer: Option<Renderer>,
     /// Whether the renderer has the scene.
     is_open: bool,
@@ -124,6 +133,8 @@ pub struct Session {
     shown: Option<Picture>,
     /// How many pictures were rendered.
     pictures: u64,
+    /// Since when the next picture waits for kernels, if it does.
+    compiling: Option<Instant>,
 }
 
 impl Session {
@@ -143,7 +154,9 @@ impl Session {
             fresh_at_rest: true,
             refinement: Refinement::new(refine),
             transfers,
+            history: History::default(),
             notice,
+            is_blank: false,
             renderer: None,
             is_open: false,
             sampled: None,
@@ -153,6 +166,7 @@ impl Session {
             refused: None,
             shown: None,
             pictures: 0,
+            compiling: None,
         }
     }
 
@@ -163,43 +177,14 @@ impl Session {
         self.scene = scene;
         self.edits = Edits::default();
         self.transfers.clear();
+        self.history = History::default();
         self.eye = Eye::Camera(0);
         self.playback = Playback::default();
         if !self.light.views.is_empty() {
             self.light.views = vec![self.view(size)];
         }
         (self.is_open, self.making, self.shown) = (false, None, None);
-        self.refused = None;
-    }
-
-    /// Shows the scene with something else around it, by these options.
-    pub fn surround(&mut self, load: LoadArgs) {
-        self.attempt(|session| {
-            let source = Source { load, ..session.source.clone() };
-            let (before, load) = (&session.source.load, &source.load);
-            if before.environment.is_some() == load.environment.is_some() {
-                let mut environment = session.scene.environment.clone();
-                if let Some(environment) = &mut environment {
-                    environment.visible = load.background == BackgroundArg::Environment;
-                }
-                let is_same = before.environment == load.environment
-                    && before.environment_strength == load.environment_strength
-                    && before.environment_rotation == load.environment_rotation;
-                session.scene.environment =
-                    if is_same { environment } else { crate::scene::environment(load)? };
-                session.scene.touch();
-            } else {
-                // Other light may have been added where there was no environment.
-                let mut scene = crate::scene::load(&source.scene, source.object.as_deref(), load)?;
-                session.edits.apply(&mut scene, &load_model)?;
-                scene.open();
-                session.scene = scene;
-            }
-            session.source = source;
-            (session.is_open, session.making) = (false, None);
-            session.refused = None;
-            Ok(())
-        });
+        (self.refused, self.is_blank) = (None, false);
     }
 
     /// The view of a picture of so many pixels.
@@ -212,7 +197,7 @@ impl Session {
         let is_refused = |(options, light): &(RendererOptions, IlluminationSettings)| {
             *options == self.options && *light == self.light
         };
-        if self.refused.as_ref().is_some_and(is_refused) {
+        if self.is_blank || self.refused.as_ref().is_some_and(is_refused) {
             return Work::Nothing;
         }
         let Some(renderer) = self.renderer.as_ref().filter(|r| *r.options() == self.options) else {
@@ -231,22 +216,6 @@ impl Session {
         if self.playback.playing && duration > 0.0 && !waits {
             self.seek((self.playback.seconds + seconds) % duration);
         }
-    }
-
-    /// Puts everything where it is at a moment.
-    pub fn seek(&mut self, seconds: f64) {
-        self.playback.seconds = seconds;
-        self.edit(Edit::SetTime { seconds });
-    }
-
-    /// Changes the scene, and writes down how.
-    pub fn edit(&mut self, edit: Edit) {
-        self.edit_with(edit, &load_model);
-    }
-
-    /// The same with a model that was read already.
-    pub fn edit_with(&mut self, edit: Edit, read_model: &ReadModel) {
-        self.attempt(|session| Ok(session.edits.record(edit, &mut session.scene, read_model)?));
     }
 
     /// Does something that may be refused: then the window says why.
@@ -382,21 +351,6 @@ impl Session {
         self.playback.playing && self.scene.duration() > 0.0 || light.is_some_and(|l| !l.is_settled())
     }
 
-    fn picture(&self, size: [u32; 2]) -> Picture {
-        let quality = match (self.is_preliminary(), self.is_hurried()) {
-            (true, _) => Quality::PRELIMINARY,
-            (false, true) => self.budget.quality(),
-            _ => Quality::FULL,
-        };
-        let mut settings = self.settings;
-        let light = self.renderer.as_ref().and_then(Renderer::illumination);
-        if light.is_some_and(|light| light.visibility().is_none()) {
-            let RenderSettings { exposure, tonemap, .. } = settings;
-            settings = RenderSettings { mode: Mode::Naive, exposure, tonemap, ..RenderSettings::default() };
-        }
-        Picture { view: self.view(size), size, settings, quality }
-    }
-
     /// Draws the picture where it is another one by now.
     pub fn draw(&mut self, target: &mut PictureTarget) {
         let picture = self.picture(target.size);
@@ -449,7 +403,10 @@ impl Session {
 
     /// Traces rays in the scene that is open.
     pub fn trace(&self, hierarchies: &mut HeldHierarchies, trace: impl FnOnce(&SceneTracer)) {
-        if let Some(light) = self.renderer.as_ref().and_then(Renderer::illumination) {
+        let light = self.renderer.as_ref().and_then(Renderer::illumination);
+        // Objects may have gone that are drawn once more.
+        let is_there = |geometry: &Geometry| geometry.objects.len() <= self.scene.objects.len();
+        if let Some(light) = light.filter(|light| is_there(light.geometry())) {
             trace(&hierarchies.tracer(&self.scene, light.geometry()));
         }
     }
@@ -474,6 +431,11 @@ impl Session {
         self.renderer.as_ref().filter(|_| self.shown.is_some())
     }
 
+    /// The light of the scene that is open, whether there is a picture of it or not.
+    pub fn illumination(&self) -> Option<&Illumination> {
+        self.renderer.as_ref().filter(|_| self.is_open)?.illumination()
+    }
+
     /// What draws, with what it draws.
     pub(super) fn renderer_and_scene(&mut self) -> Option<(&mut Renderer, &Scene)> {
         let Self { renderer, scene, .. } = self;
@@ -493,3 +455,6 @@ impl Session {
 
 #[cfg(test)]
 pub mod tests;
+
+#[cfg(test)]
+mod history_tests;

@@ -1,16 +1,22 @@
 //! Pictures that are saved from the window: by the same code, and so to the byte, as `girandole render` writes them.
 
+use super::command;
 use super::pending::{self, Pending};
+use super::session::Session;
+use crate::args::Engine;
 use crate::picture::{self, Shown};
+use crate::provenance::Maker;
 use anyhow::Result;
 use girandole::Renderer;
 use girandole_core::image::Image;
+use girandole_reference::Provenance;
 use std::path::{Path, PathBuf};
 
 /// A picture on its way to a file.
 struct Shot {
     path: PathBuf,
     shown: Shown,
+    made_by: Provenance,
     /// How many are averaged.
     light_sets: u32,
     radiance: Option<Pending<girandole::Result<Image>>>,
@@ -26,10 +32,10 @@ impl Shots {
     }
 
     /// Saves the last picture.
-    pub fn take(&mut self, renderer: &Renderer, shown: Shown, path: &Path) {
+    pub fn take(&mut self, renderer: &Renderer, shown: Shown, (path, made_by): (&Path, Provenance)) {
         let radiance = Some(Pending::new(renderer.radiance()));
         let light_sets = renderer.refined_sets();
-        self.0.push(Shot { path: path.into(), shown, light_sets, radiance });
+        self.0.push(Shot { path: path.into(), shown, made_by, light_sets, radiance });
     }
 
     /// Writes those that have come back. Returns the files, and how many light sets each shows.
@@ -49,8 +55,19 @@ impl Shots {
 fn write(shot: &Shot, image: girandole::Result<Image>) -> Result<PathBuf> {
     let path = free(&shot.path, Path::exists);
     crate::output::check_writable(&path, &["exr", "png"])?;
-    picture::write(&path, &image?, None, shot.shown)?;
+    picture::write(&path, (&image?, None), shot.shown, &shot.made_by)?;
     Ok(path)
+}
+
+/// What the picture that is shown was made by: what the call of `girandole render` for it would write. Pictures
+/// of light that followed what was done in the window have no such call, and say so.
+pub fn made_by(session: &Session, size: [u32; 2], path: &Path) -> Result<Provenance> {
+    let args = command::arguments(session, (size, path), None)?;
+    let mut made_by = Maker::new(&args, Engine::Gpu, &session.scene, path)?.still(&session.scene, None)?;
+    if !session.is_fresh(size) {
+        made_by.set("light", "followed");
+    }
+    Ok(made_by)
 }
 
 /// The file, or the first that is not there yet of those with a number behind its name: no picture is lost.

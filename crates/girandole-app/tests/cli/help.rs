@@ -6,27 +6,31 @@ use crate::{Girandole, stdout};
 fn help_names_every_option() {
     let girandole = Girandole::new();
     for (command, words) in [
-        ("--help", "view render compare info bench --help --version Examples"),
+        ("--help", "view render compare info bench export --help --version Examples"),
         (
             "view",
             "SCENE --output -o --size --camera --object --lights --direct --placement --bounces --seed --termination --clamp \
              --shadow-map --map-size --pcf --memory --mode --light-maps --shading --lights-per-pass --tolerance --adapter \
-             --exposure --tonemap --aa --refine Mouse Keys Examples",
+             --exposure --tonemap --aa --refine Keys mouse Drag Wheel Space F1 F9 F12 Escape Ctrl Examples",
         ),
         (
             "render",
-            "SCENE --output -o --size --camera --view EYE TARGET UP FOV --edits --environment sky --environment-strength --environment-rotation --light auto none studio --object --lights --direct --placement view scene --bounces --seed --termination --clamp \
+            "SCENE --output -o --size --camera --view EYE TARGET UP FOV --edits --environment sky --environment-strength --environment-rotation --light auto none studio --up --object --lights --direct --placement view scene --bounces --seed --termination --clamp \
              --shadow-map octahedral parabolic cube --map-size --pcf --memory --mode full vd-lp vd naive --light-maps on off \
              --shading fused multipass --lights-per-pass --tolerance --debug receivers states levels atlas --engine auto \
-             gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats --time --frames --fps --rewalk off N all --refine --fade --updates --max-map-age Examples area-lights table \
-             pillars block gap torus teapot 1024x768",
+             gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats --time --frames --overwrite --fps --rewalk off N all --refine --fade --updates --max-map-age Examples area-lights table \
+             living-room pillars block gap torus teapot balloon 1024x768",
         ),
         (
             "compare",
             "REF TEST --mask --edges --trim --max-rel-mse --max-rmse --max-flip --max-energy-error --out --json \
              Examples",
         ),
-        ("info", "SCENE --require-adapter Examples"),
+        (
+            "export",
+            "SCENE --output -o OUT glb --edits --time --object --scale --up --environment animations Examples",
+        ),
+        ("info", "SCENE --up --scale --require-adapter Examples"),
         (
             "bench",
             "SCENES --lights --modes full vd-lp vd naive --repeat --size --view --edits --object --aa --seed --adapter --csv --json \
@@ -41,5 +45,13 @@ fn help_names_every_option() {
             assert!(said.contains(&word), "{command} --help does not mention {word}:\n{help}");
         }
     }
+    // The room that opens by default.
+    for command in ["view", "render"] {
+        assert!(
+            stdout(&girandole.succeed(&[command, "--help"])).contains("[default: living-room]"),
+            "{command}"
+        );
+    }
+    assert!(stdout(&girandole.succeed(&["--help"])).contains("`living-room`"));
     assert!(stdout(&girandole.succeed(&["--version"])).starts_with("girandole "));
 }

@@ -21,7 +21,7 @@ fn tells_what_a_scene_holds() {
 #[test]
 fn every_built_in_room_has_a_camera_and_light() {
     let girandole = Girandole::new();
-    for room in ["area-lights", "table", "pillars", "block", "gap"] {
+    for room in ["living-room", "area-lights", "table", "pillars", "block", "gap"] {
         let text = stdout(&girandole.succeed(&["info", room]));
         for row in ["cameras", "emitters"] {
             let count = text.lines().find_map(|line| line.trim().strip_prefix(row)).map(|rest| {
@@ -31,6 +31,35 @@ fn every_built_in_room_has_a_camera_and_light() {
             assert!(matches!(count, Some(Ok(1..))), "{room} {row}: {text}");
         }
     }
+}
+
+#[test]
+fn models_that_lie_on_their_side_are_named_and_turned() {
+    let girandole = Girandole::new();
+    // A floor, three walls and a gable of a house whose z axis points up.
+    let house = "v 0 0 0\nv 6 0 0\nv 6 4 0\nv 0 4 0\nv 0 0 3\nv 6 0 3\nv 6 4 3\nv 0 4 3\nv 0 2 4.5\nv 6 2 4.5\n\
+        f 4 3 2 1\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 10 6\nf 1 5 9 8 4\nf 5 6 10 9\nf 7 8 9 10\n";
+    std::fs::write(girandole.path().join("house.obj"), house).unwrap();
+    let lying = stdout(&girandole.succeed(&["info", "house.obj", "--light", "none"]));
+    assert!(lying.contains("6.000 × 4.000 × 4.500 m") && lying.contains("give --up z"), "{lying}");
+    assert!(lying.contains("patches     7"), "{lying}");
+    let standing = stdout(&girandole.succeed(&["info", "house.obj", "--light", "none", "--up", "z"]));
+    assert!(standing.contains("6.000 × 4.500 × 4.000 m") && !standing.contains("--up"), "{standing}");
+    // The same of a room's object, which has no warning to give.
+    girandole.succeed(&[
+        "render",
+        "table",
+        "--object",
+        "house.obj",
+        "--up",
+        "z",
+        "--size",
+        "16x12",
+        "--lights",
+        "4",
+        "--engine",
+        "cpu",
+    ]);
 }
 
 #[test]
@@ -56,4 +85,30 @@ fn scripts_can_ask_for_an_adapter() {
     let machine = girandole.run(&["info", "--require-adapter"]);
     let usable = stdout(&machine).contains("usable          yes");
     assert_eq!(machine.status.code(), Some(if usable { 0 } else { 1 }));
+}
+
+#[test]
+fn pictures_say_what_they_were_made_by() {
+    let girandole = Girandole::new();
+    let small =
+        ["render", "table", "--size", "16x12", "--lights", "4", "--engine", "cpu", "--seed", "7", "-o"];
+    for name in ["p.png", "p.exr"] {
+        girandole.succeed(&[&small[..], &[name]].concat());
+        let said = stdout(&girandole.succeed(&["info", name]));
+        let value = |key: &str| {
+            let line = said.lines().find(|line| line.split_whitespace().next() == Some(key));
+            line.and_then(|line| line.split_whitespace().nth(1)).map(str::to_owned)
+        };
+        for (key, expected) in [("size", "16x12"), ("engine", "cpu"), ("lights", "4"), ("seed", "7")] {
+            assert_eq!(value(key).as_deref(), Some(expected), "{said}");
+        }
+        assert_eq!(value("scene").map(|scene| scene.len()), Some(32));
+        assert_eq!(value("exposure").is_some(), name == "p.png");
+        // Neither where it was made, nor where it is.
+        assert!(
+            !girandole.path().to_str().is_some_and(|path| said.contains(path)) && value("output").is_none()
+        );
+    }
+    std::fs::write(girandole.path().join("q.png"), "").unwrap();
+    assert_eq!(girandole.run(&["info", "q.png"]).status.code(), Some(2));
 }

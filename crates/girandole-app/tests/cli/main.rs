@@ -3,10 +3,13 @@
 mod bench;
 mod compare;
 mod edits;
+mod export;
 mod help;
 mod info;
 #[cfg(target_os = "linux")]
 mod interrupts;
+#[path = "../shared/pixels.rs"]
+mod pixels;
 mod refusals;
 mod render;
 mod sequence;

@@ -1,5 +1,6 @@
 //! What `girandole render` leaves behind.
 
+use crate::pixels::differ;
 use crate::{Girandole, stderr, stdout};
 
 const SMALL: [&str; 6] = ["render", "table", "--size", "48x36", "--lights", "24"];
@@ -32,7 +33,7 @@ fn same_command_same_bytes_on_any_number_of_threads() {
     }
     // Another seed is another picture.
     girandole.succeed(&small(&["--engine", "cpu", "--seed", "1", "-o", "d.exr"]));
-    assert!(girandole.bytes("d.exr") != girandole.bytes("a-cpu.exr"));
+    assert!(differ(&girandole.bytes("d.exr"), &girandole.bytes("a-cpu.exr")));
 }
 
 #[test]
@@ -45,10 +46,10 @@ fn exposure_and_tone_curve_concern_pngs_only() {
     let linear = render("a.exr", &[]);
     assert!(linear == render("b.exr", &["--exposure", "-3", "--tonemap", "none"]));
     let shown = render("a.png", &[]);
-    assert!(shown != render("b.png", &["--exposure", "-3"]));
-    assert!(shown != render("c.png", &["--tonemap", "aces"]));
+    assert!(differ(&shown, &render("b.png", &["--exposure", "-3"])));
+    assert!(differ(&shown, &render("c.png", &["--tonemap", "aces"])));
     // Anti-aliasing concerns both.
-    assert!(linear != render("c.exr", &["--aa", "2"]));
+    assert!(differ(&linear, &render("c.exr", &["--aa", "2"])));
 }
 
 #[test]
@@ -76,7 +77,7 @@ fn options_change_the_picture() {
         // The later one of an option that is given twice would be an error; take the first away.
         let base: Vec<&str> = if more[0] == "--lights" { SMALL[..4].to_vec() } else { SMALL.to_vec() };
         girandole.succeed(&[&base[..], &["--engine", "cpu", "-o", "picture.exr"], &more[..]].concat());
-        assert!(plain != girandole.bytes("picture.exr"), "{more:?} changes nothing");
+        assert!(differ(&plain, &girandole.bytes("picture.exr")), "{more:?} changes nothing");
     }
     assert!(plain == render(&[]));
 }
@@ -98,10 +99,19 @@ fn models_are_seen_in_a_studio_unless_there_is_other_light() {
     let (is_said, alone) = render(&[]);
     assert!(is_said);
     assert!(render(&["--light", "studio"]) == (false, alone.clone()));
+    // It stands on a ground, but before nothing.
+    let said = |more: &[&'static str]| {
+        let base =
+            ["render", "wedge.obj", "--engine", "cpu", "--size", "8x6", "--lights", "4", "-o", "x.exr"];
+        crate::stderr(&girandole.succeed(&[&base[..], more].concat()))
+    };
+    assert!(said(&[]).contains("a studio lights it, and it stands on a ground"), "{}", said(&[]));
+    let transparent = said(&["--background", "transparent"]);
+    assert!(transparent.contains("a studio lights it") && !transparent.contains("ground"), "{transparent}");
     let (is_said, colored) = render(&["--environment", "1,0.5,0.25"]);
-    assert!(!is_said && colored != alone);
+    assert!(!is_said && differ(&colored, &alone));
     let turned = render(&["--environment", "sky", "--environment-rotation", "90"]);
-    assert!(render(&["--environment", "sky"]) != turned);
+    assert!(differ(&render(&["--environment", "sky"]).1, &turned.1));
     // Millimetres are noticed, unless they are meant.
     let warns = |scale: &'static str| {
         let output = girandole.succeed(&[

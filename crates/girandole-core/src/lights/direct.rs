@@ -1,61 +1,14 @@
-//! Direct samples: on emitters, and for punctual lights.
+//! Direct samples on emitters.
 
 use super::emission::Emissions;
-use super::emitters::{EnvironmentPoint, Source, SpotCone};
+use super::emitters::{EnvironmentPoint, Source};
 use super::guide::Guides;
 use super::source_tree::SourceTree;
 use super::{BoundingSphere, LightSample, Profile, Rectangle, SampleOrigin};
 use crate::math::sequence;
-use crate::scene::{Geometry, PunctualKind, PunctualLight, Scene};
+use crate::scene::{Geometry, Scene};
 use crate::trace::ray_offset_distance;
-use glam::{DVec2, DVec3, Vec3};
-
-/// Whether a punctual light shines.
-pub(super) fn shines(light: &PunctualLight) -> bool {
-    light.intensity.is_finite() && light.intensity.max_element() > 0.0
-}
-
-/// The punctual lights that are accepted: a point light is two opposite hemispheres, a spot and a directional light one sample
-/// each.
-pub(super) fn punctual(
-    scene: &Scene,
-    geometry: &Geometry,
-    accept: impl Fn(u32, &PunctualLight) -> bool,
-) -> Vec<LightSample> {
-    let mut samples = Vec::new();
-    let world_from_nodes = scene.world_from_nodes();
-    for (index, light) in scene.lights.iter().enumerate().filter(|(i, light)| accept(*i as u32, light)) {
-        let node = world_from_nodes[light.node];
-        let normal = node.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Y).as_vec3();
-        let mut sample = LightSample {
-            position: (node.translation - geometry.origin).as_vec3(),
-            normal,
-            intensity: light.intensity,
-            profile: Profile::Hemisphere,
-            origin: SampleOrigin::Punctual { light: index as u32 },
-            rectangle: None,
-        };
-        match light.kind {
-            PunctualKind::Point => {
-                samples.push(LightSample { normal: Vec3::Y, ..sample });
-                samples.push(LightSample { normal: Vec3::NEG_Y, ..sample });
-            }
-            PunctualKind::Spot { inner, outer } => {
-                let cone = SpotCone::new(inner, outer);
-                let scale = 1.0 / (cone.cos_inner - cone.cos_outer);
-                let offset = (-cone.cos_outer * scale) as f32;
-                sample.profile = Profile::Spot { scale: scale as f32, offset };
-                samples.push(sample);
-            }
-            PunctualKind::Directional => {
-                sample.position = geometry.center() - normal * geometry.extent();
-                sample.profile = Profile::Directional;
-                samples.push(sample);
-            }
-        }
-    }
-    samples
-}
+use glam::DVec2;
 
 /// How many samples each of the weights gets: in proportion, and at least one. `count` is no less than their number.
 pub(super) fn allocate(weights: &[f64], count: u32) -> Vec<u32> {

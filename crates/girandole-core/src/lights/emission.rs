@@ -62,6 +62,11 @@ impl Emissions {
             && covers(&[self.environment], &[later.environment])
     }
 
+    /// How many punctual lights there are.
+    pub fn punctual_lights(&self) -> usize {
+        self.punctual.len()
+    }
+
     /// Of a material's surfaces, W/(sr·m²).
     pub fn of_material(&self, material: u32) -> Vec3 {
         self.materials[material as usize]
@@ -99,7 +104,8 @@ impl Emissions {
         }
         let of = |(emission, share): &(Emission, Vec3)| {
             let (before, after) = (self.get(*emission), later.get(*emission));
-            *share * Vec3::select(before.cmpgt(Vec3::ZERO), after / before, Vec3::ZERO)
+            // In this order a share that is all of what was emitted becomes all of what is, to the bit.
+            Vec3::select(before.cmpgt(Vec3::ZERO), *share / before * after, Vec3::ZERO)
         };
         Some(shares.iter().map(of).sum())
     }

@@ -6,6 +6,7 @@
 //!    texel is missed.
 
 use super::emission::{Emission, Emissions};
+use super::punctual::SpotCone;
 use super::source_tree::SourceTree;
 use crate::image::luminance;
 use crate::scene::{Environment, Geometry, Material, NONE, PunctualKind, Scene};
@@ -379,35 +380,4 @@ pub(super) fn punctual_sources(scene: &Scene, geometry: &Geometry, emissions: &E
         Source { kind: Kind::Punctual(index as u32), weight, center }
     });
     sources.filter(|s| s.weight > 0.0 && s.weight.is_finite()).collect()
-}
-
-/// glTF's spot: full intensity above one cosine, none below the other, the square of a ramp in between.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SpotCone {
-    pub cos_inner: f64,
-    pub cos_outer: f64,
-}
-
-impl SpotCone {
-    pub fn new(inner: f32, outer: f32) -> Self {
-        let cos_inner = libm::cos(f64::from(inner));
-        let cos_outer = libm::cos(f64::from(outer)).min(cos_inner - 1e-6);
-        Self { cos_inner, cos_outer }
-    }
-
-    /// The integral of the profile over directions, sr.
-    pub fn solid_angle(&self) -> f64 {
-        2.0 * PI * ((1.0 - self.cos_inner) + (self.cos_inner - self.cos_outer) / 3.0)
-    }
-
-    /// The cosine that a share `s` of the light stays above or below: distributed as the profile.
-    pub fn cosine(&self, s: f64) -> f64 {
-        let ramp = (self.cos_inner - self.cos_outer) / 3.0;
-        let at = s * (ramp + 1.0 - self.cos_inner);
-        if at < ramp {
-            self.cos_outer + (self.cos_inner - self.cos_outer) * libm::cbrt(at / ramp)
-        } else {
-            (self.cos_inner + at - ramp).min(1.0)
-        }
-    }
 }

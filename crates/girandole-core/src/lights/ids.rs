@@ -1,6 +1,6 @@
 //! What tells light samples apart, from one sampling of a scene to the next.
 
-use super::{LightSample, SampleOrigin};
+use super::{LightSample, SampleOrigin, punctual};
 use crate::scene::{Geometry, NONE};
 use rustc_hash::FxHashMap;
 
@@ -8,11 +8,11 @@ use rustc_hash::FxHashMap;
 /// scene changes elsewhere: the same path of the random walk may end on another triangle, and is the same light then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LightId {
-    /// A punctual light; a point light has two samples, 0 above and 1 below.
+    /// A punctual light; a point light has two samples, an even one above and an odd one below.
     Punctual {
         /// Index into the scene's lights.
         light: u32,
-        /// Which of its samples.
+        /// Which of its samples: 0 or 1, unless one stands for more light than one sample should carry.
         index: u32,
     },
     /// One of an emitter's samples.
@@ -51,7 +51,7 @@ pub enum LightId {
 /// Which emitter's point or path's bounce a sample is, wherever that lies.
 pub(super) fn origin(sample: &LightSample) -> [u32; 3] {
     match sample.origin {
-        SampleOrigin::Punctual { light } => [0, light, 0],
+        SampleOrigin::Punctual { light } => [0, light, punctual::side(sample)],
         SampleOrigin::Emitter { triangle, point } => [1, triangle, point],
         SampleOrigin::Bounce { path, bounce, .. } => [2, path, bounce],
         SampleOrigin::Environment { point, sun } => [3 + u32::from(sun), point, 0],
@@ -68,7 +68,8 @@ pub(super) fn identify(geometry: &Geometry, samples: &[LightSample]) -> Vec<Ligh
         | LightId::Emitter { index, .. }
         | LightId::Environment { index, .. }
         | LightId::Bounce { index, .. }) = &mut id;
-        *index = *count;
+        // Of a punctual light's, every other one is on the same side.
+        *index += *count * if sample.punctual().is_some() { 2 } else { 1 };
         *count += 1;
         id
     };
@@ -78,7 +79,7 @@ pub(super) fn identify(geometry: &Geometry, samples: &[LightSample]) -> Vec<Ligh
 /// The id of the first sample of this origin.
 fn first(geometry: &Geometry, sample: &LightSample) -> LightId {
     match sample.origin {
-        SampleOrigin::Punctual { light } => LightId::Punctual { light, index: 0 },
+        SampleOrigin::Punctual { light } => LightId::Punctual { light, index: punctual::side(sample) },
         SampleOrigin::Environment { point, sun } => LightId::Environment { point, sun, index: 0 },
         SampleOrigin::Bounce { path, bounce, .. } => LightId::Bounce { path, bounce, index: 0 },
         SampleOrigin::Emitter { triangle, point } => match geometry.triangles.get(triangle as usize) {

@@ -14,7 +14,7 @@
 //! Weights decide where samples are, never what light there is in the mean (`resample.rs`).
 
 use super::view_points::ViewPoint;
-use super::{Clamp, LightSample, Profile};
+use super::{Clamp, LightSample, Profile, punctual};
 use crate::brdf::Surface;
 use crate::math::{sequence, warp};
 use crate::parallel::in_order;
@@ -27,6 +27,9 @@ const RAYS_SEED: u32 = 0x3c6e_f372;
 const PAIRS_AND_RUN: [usize; 2] = [8, 64];
 /// The same where light is guided: what lies within a beam of light from a window differs from what lies beside it.
 const GUIDED_PAIRS_AND_RUN: [usize; 2] = [16, 24];
+/// Pairs of all punctual lights at most, but for one test of each. Each is tested as often as a run of others where there are few of
+/// them, and has a run of its own then.
+const PUNCTUAL_PAIRS: usize = 1 << 15;
 /// Share of the weight that comes from power alone.
 const PLAIN: f64 = 0.1;
 /// An environment's light and all other light have means of their own: most of a sky's power may never come into a room. Either is
@@ -41,7 +44,7 @@ const UNSEEN: f32 = 1e-3;
 /// times that.
 pub(super) const NORMAL_SCALE: f32 = 0.4;
 /// Where an environment's candidates lie among others, in the scene's size.
-const ELSEWHERE: f32 = 100.0;
+pub(super) const ELSEWHERE: f32 = 100.0;
 
 /// Rays that measure how far light goes.
 const FREE_PATH_RAYS: usize = 256;
@@ -60,13 +63,21 @@ fn grayness(sample: &LightSample) -> f64 {
 
 /// What parallel light is divided by to be compared with other light, m²; 1 for that.
 fn distance_squared(sample: &LightSample) -> f32 {
-    if let Profile::Distant { distance, .. } = sample.profile { distance * distance } else { 1.0 }
+    match sample.profile {
+        Profile::Distant { distance, .. } => distance * distance,
+        // The origin is in the middle of the scene.
+        Profile::Directional => sample.position.length_squared().max(f32::MIN_POSITIVE),
+        _ => 1.0,
+    }
 }
 
 /// Where a candidate lies among others: its position, and its normal as a position on a sphere with a radius of `normal_scale`
 /// metres. Those of an environment lie as far apart as light from them that comes as far as other light does, all far away from others,
 /// and its sun in a plane that is twice as far away.
 pub(super) fn place(candidate: &LightSample, normal_scale: f32) -> [f32; 6] {
+    if candidate.punctual().is_some() {
+        return punctual::place(candidate, normal_scale);
+    }
     let n = candidate.normal * normal_scale;
     let p = match candidate.profile {
         Profile::Distant { distance, .. } => {
@@ -154,10 +165,15 @@ pub(super) fn measure(
     }
     let power: Vec<f64> = candidates.iter().map(power).collect();
     let [tested, longest] = if is_guided { GUIDED_PAIRS_AND_RUN } else { PAIRS_AND_RUN };
-    let runs = split_into_runs(candidates, places, longest);
+    let lights = candidates.iter().filter(|c| c.punctual().is_some()).count();
+    let times = (PUNCTUAL_PAIRS / (tested * lights.max(1))).clamp(1, longest);
+    let runs = split_into_runs(candidates, places, [longest, longest / times]);
     let mut result = Importance { runs, mean: 1.0, brightness: 0.0 };
     let of = |run: &Run| if let Run::Whole { members, .. } = run { Some(members.clone()) } else { None };
-    let runs: Vec<Vec<u32>> = result.runs.iter().filter_map(of).collect();
+    let mut runs: Vec<Vec<u32>> = result.runs.iter().filter_map(of).collect();
+    // The power that a test stands for.
+    let mut parts = power.clone();
+    repeat_punctual(candidates, &mut runs, &mut parts, times);
     let order: Vec<u32> = runs.concat();
     let bounds: Vec<f32> =
         runs.iter().flat_map(|run| vec![bound(candidates, &power, run); run.len()]).collect();
@@ -169,7 +185,7 @@ pub(super) fn measure(
     // What a point counts for.
     let mut brightness = vec![0.0; points.len()];
     for (i, &pair) in pairs.iter().enumerate() {
-        brightness[i % points.len()] += f64::from(pair) * power[order[i / tested] as usize];
+        brightness[i % points.len()] += f64::from(pair) * parts[order[i / tested] as usize];
     }
     let mean = brightness.iter().sum::<f64>() / points.len() as f64;
     if mean <= 0.0 {
@@ -181,7 +197,7 @@ pub(super) fn measure(
     let shown = |(i, pair): (usize, &f32)| {
         let candidate = order[i / tested] as usize;
         let is_seen = points[i % points.len()].is_seen;
-        f64::from(*pair) * power[candidate] * if is_seen { grayness(&candidates[candidate]) } else { 0.0 }
+        f64::from(*pair) * parts[candidate] * if is_seen { grayness(&candidates[candidate]) } else { 0.0 }
     };
     result.brightness = pairs.iter().enumerate().map(shown).sum::<f64>() * each;
     let counts: Vec<f64> = brightness.iter().map(|b| 1.0 / (b + DARK * mean)).collect();
@@ -198,8 +214,8 @@ pub(super) fn measure(
             let brought = |i| f64::from(pairs[i]) * counts[i % points.len()];
             let seen = (at * tested..(at + 1) * tested).map(brought);
             let seen: f64 = if is_guided { seen.map(|x| x * x).sum() } else { seen.sum() };
-            sum += seen * power[candidate as usize];
-            run_power += power[candidate as usize];
+            sum += seen * parts[candidate as usize];
+            run_power += parts[candidate as usize];
         }
         if is_guided {
             sum = (sum * run_power * tested as f64).sqrt();
@@ -228,6 +244,14 @@ pub(super) fn measure(
         }
     }
     result
+}
+
+/// Tests punctual lights so many times, each time with a part of their power.
+fn repeat_punctual(candidates: &[LightSample], runs: &mut [Vec<u32>], power: &mut [f64], times: usize) {
+    for run in runs.iter_mut().filter(|run| candidates[run[0] as usize].punctual().is_some()) {
+        run.iter().for_each(|&light| power[light as usize] /= times as f64);
+        *run = run.iter().flat_map(|&light| std::iter::repeat_n(light, times)).collect();
+    }
 }
 
 /// How far light that leaves the candidates goes, metres: the median of a few rays, which is what a room is large by,
@@ -301,21 +325,29 @@ fn bound(candidates: &[LightSample], power: &[f64], run: &[u32]) -> f32 {
 }
 
 /// Runs of neighbours by position and normal: halves of halves. The sun is a run of its own: all of it brings the same but for
-/// the edges of shadows.
-fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]], longest: usize) -> Vec<Run> {
+/// the edges of shadows. The `longest` are of so many candidates, or so many punctual lights.
+fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]], longest: [usize; 2]) -> Vec<Run> {
     let is_sun = |&i: &u32| candidates[i as usize].is_of_sun();
-    let (sun, others): (Vec<u32>, Vec<u32>) = (0..places.len() as u32).partition(is_sun);
+    let is_punctual = |&i: &u32| candidates[i as usize].punctual().is_some();
+    let (punctual, others): (Vec<u32>, Vec<u32>) = (0..places.len() as u32).partition(is_punctual);
+    let (sun, others): (Vec<u32>, Vec<u32>) = others.into_iter().partition(is_sun);
+    let mut parts = vec![(others, 0), (sun, 0), (punctual, punctual::AXIS)];
+    parts.retain(|(part, _)| !part.is_empty());
     let mut runs: Vec<Run> = Vec::new();
-    let mut open = vec![(others, None)];
-    if let (Some(&first), [_, ..]) = (sun.first(), &open[0].0[..]) {
-        // It lies beyond all others.
-        let border = places[first as usize][0];
-        runs.push(Run::Halves { axis: 0, border, halves: [0; 2] });
-        open[0].1 = Some((0, 0));
-        open.insert(0, (sun, Some((0, 1))));
-    } else if !sun.is_empty() {
-        return vec![Run::Whole { members: sun, importance: 1.0 }];
+    let mut open = Vec::new();
+    // Each lies beyond all that come before it.
+    let mut parent = None;
+    for (part, axis) in parts.drain(1.min(parts.len())..).rev() {
+        let border = part.iter().map(|&i| places[i as usize][axis]).fold(f32::INFINITY, f32::min);
+        let node = runs.len();
+        if let Some(Run::Halves { halves, .. }) = runs.last_mut() {
+            halves[0] = node;
+        }
+        runs.push(Run::Halves { axis, border, halves: [0; 2] });
+        open.push((part, Some((node, 1))));
+        parent = Some((node, 0));
     }
+    open.extend(parts.into_iter().map(|(part, _)| (part, parent)));
     while let Some((mut run, parent)) = open.pop() {
         let node = runs.len();
         if let Some((parent, side)) = parent
@@ -323,7 +355,7 @@ fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]], longest: usi
         {
             halves[side] = node;
         }
-        if run.len() <= longest || is_sun(&run[0]) {
+        if run.len() <= longest[usize::from(is_punctual(&run[0]))] || is_sun(&run[0]) {
             runs.push(Run::Whole { members: run, importance: 1.0 });
             continue;
         }

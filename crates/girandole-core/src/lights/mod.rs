@@ -8,6 +8,7 @@ mod ids;
 mod importance;
 mod motion;
 mod prefix;
+mod punctual;
 mod reach;
 mod rectangle;
 mod resample;
@@ -25,11 +26,13 @@ mod walk;
 
 pub use ids::LightId;
 pub(crate) use motion::Placement;
+pub(crate) use punctual::SpotCone;
 pub(crate) use reach::share_reached;
 pub use rectangle::Rectangle;
 pub(crate) use rewalk::IncrementalWalk;
 pub use rewalk::{Pace, WaitingPaths};
 pub use shown::BoundingSphere;
+pub(crate) use view_points::{SeenPoint, seen_points};
 
 use self::emission::Shares;
 use self::resample::{Candidates, Chosen, resample};
@@ -256,10 +259,11 @@ pub enum Termination {
 /// How many light samples, of which kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSettings {
-    /// How many samples in all; punctual lights count, and are never left out.
+    /// How many samples at most, and wherever there is as much to sample. Where there are more punctual lights than a quarter of
+    /// that, those that matter little share samples.
     pub count: u32,
-    /// Share of samples on emitters, 0 to 1, which then are spread evenly by power. `None` = as the light demands: samples on
-    /// emitters and those left by the walk are chosen alike, wherever they lower the error most.
+    /// Share of samples on emitters and punctual lights, 0 to 1, which then are spread evenly by power. `None` = as the light
+    /// demands: these samples and those left by the walk are chosen alike, wherever they lower the error most.
     pub direct_share: Option<f32>,
     /// Bounce limit of the random walk; 0 = direct light only.
     pub bounces: u32,
@@ -275,6 +279,9 @@ pub struct LightSettings {
     /// the right light for the scene as it stands; `false` is the thesis's mode: samples stay where they are when
     /// such objects move, and miss the light that those reflect or intercept.
     pub walk_dynamic: bool,
+    /// Whether a scene without any light is dark, with a warning, as one is whose lights were switched off; else it
+    /// is refused.
+    pub dark: bool,
 }
 
 impl Default for LightSettings {
@@ -287,6 +294,7 @@ impl Default for LightSettings {
             termination: Termination::default(),
             candidates: 16,
             walk_dynamic: true,
+            dark: false,
         }
     }
 }
@@ -296,7 +304,7 @@ impl Default for LightSettings {
 pub struct LightSet {
     samples: Vec<LightSample>,
     ids: Vec<LightId>,
-    /// For each sample, where its light comes from; none for punctual lights, and where it is not known.
+    /// For each sample, where its light comes from; none where it is not known.
     shares: Vec<Shares>,
     /// How many of them are direct (punctual lights included).
     pub direct: u32,
@@ -361,8 +369,8 @@ impl LightSet {
     }
 
     /// Samples the light of a scene, placed where it matters to what `views` see (all alike; none = by power). There are
-    /// exactly [`LightSettings::count`] samples wherever the scene allows it; punctual lights all have theirs. What light
-    /// there is in the mean over seeds does not depend on the views.
+    /// exactly [`LightSettings::count`] samples wherever the scene allows it, and never more. What light there is in the mean over
+    /// seeds does not depend on the views.
     ///
     /// # Errors
     /// [`Error::Invalid`] where a setting is out of range, the scene has no light at all, or the geometry is not this
@@ -375,20 +383,37 @@ impl LightSet {
     ) -> Result<Self> {
         settings.validate()?;
         geometry.belongs_to(scene)?;
-        let sampling = Sampling::new(scene, geometry, settings, views);
+        let mut sampling = Sampling::new(scene, geometry, settings, views);
         let (samples, sources) = sampling.candidates(geometry);
         let weights = sampling.importance.weights(&samples);
         let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
-        let chosen = resample(candidates, sampling.wanted, sampling.normal_scale, sampling.seed);
+        let (chosen, warning) = resample(candidates, sampling.wanted, sampling.normal_scale, sampling.seed);
+        sampling.warnings.extend(warning);
         let mut set = Self::from_chosen(geometry, sampling.given(geometry).chain(chosen));
         sampling.shown.fit(&mut set.samples);
         if set.is_empty() {
-            return Err(no_light(scene, geometry));
+            let error = no_light(scene, geometry);
+            return if settings.dark { Self::dark(geometry, &error).ok_or(error) } else { Err(error) };
         }
         for warning in &sampling.warnings {
             tracing::warn!("{warning}");
         }
         Ok(Self { paths: sampling.walked.walked, warnings: sampling.warnings, ..set })
+    }
+
+    /// A set that lights nothing, with what is wrong as its warning; `None` where there is no surface.
+    fn dark(geometry: &Geometry, error: &Error) -> Option<Self> {
+        geometry.triangles.first()?;
+        let sample = LightSample {
+            position: geometry.center(),
+            normal: Vec3::NEG_Y,
+            intensity: Vec3::ZERO,
+            profile: Profile::Cosine,
+            origin: SampleOrigin::Emitter { triangle: 0, point: 0 },
+            rectangle: None,
+        };
+        let warnings = vec![error.to_string()];
+        Some(Self { warnings, ..Self::from_samples(geometry, vec![sample]) })
     }
 
     /// A set of samples of which it is known where their light comes from, direct ones first.
@@ -415,7 +440,7 @@ impl LightSet {
         }
     }
 
-    /// The samples: punctual, direct, then indirect.
+    /// The samples: direct ones, then indirect ones.
     pub fn samples(&self) -> &[LightSample] {
         &self.samples
     }

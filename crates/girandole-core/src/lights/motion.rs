@@ -1,7 +1,7 @@
 //! Light samples that are kept while things move.
 
 use super::emission::Emissions;
-use super::{LightSample, LightSet, Rectangle, SampleOrigin, direct};
+use super::{LightSample, LightSet, Rectangle, SampleOrigin, punctual};
 use crate::scene::{Geometry, ObjectRange, Scene, Triangle};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
@@ -16,7 +16,8 @@ pub(crate) struct Placement {
     positions: Vec<Option<Vec<Vec3>>>,
     /// Of all of those.
     deformed: Vec<Triangle>,
-    world_from_light: Vec<DAffine3>,
+    /// Samples of all punctual lights.
+    punctual: Vec<LightSample>,
 }
 
 impl Placement {
@@ -37,7 +38,7 @@ impl Placement {
             origin: geometry.origin,
             objects: geometry.objects.clone(),
             world_from_object: scene.objects.iter().map(|o| world_from_nodes[o.node]).collect(),
-            world_from_light: scene.lights.iter().map(|l| world_from_nodes[l.node]).collect(),
+            punctual: punctual::all(scene, geometry),
         }
     }
 
@@ -58,11 +59,13 @@ impl Placement {
 
     /// Punctual lights that are elsewhere there.
     pub(super) fn moved_lights(&self, to: &Self) -> Vec<bool> {
-        self.world_from_light
-            .iter()
-            .zip(&to.world_from_light)
-            .map(|(before, after)| before != after)
-            .collect()
+        let mut moved = vec![false; self.emissions.punctual_lights()];
+        for (before, after) in self.punctual.iter().zip(&to.punctual) {
+            if let Some(light) = before.punctual() {
+                moved[light as usize] |= punctual::has_moved(before, after);
+            }
+        }
+        moved
     }
 
     /// How much everything emitted.
@@ -70,8 +73,13 @@ impl Placement {
         &self.emissions
     }
 
-    /// A sample on a surface, after that went from here to there; `None` where its triangle has no area here or there.
+    /// A sample on a surface, or of a punctual light, after that went from here to there; `None` where its triangle has no area
+    /// here or there.
     pub(super) fn carry(&self, to: &Self, geometry: &Geometry, sample: &LightSample) -> Option<LightSample> {
+        if let Some(key) = punctual::key(sample) {
+            let found = to.punctual.binary_search_by_key(&Some(key), punctual::key).ok()?;
+            return Some(LightSample { intensity: sample.intensity, ..to.punctual[found] });
+        }
         match self.motion(to, geometry, sample.triangle()) {
             Motion::None => Some(*sample),
             Motion::Affine(map) => Some(carried(sample, map, to.origin)),
@@ -120,8 +128,8 @@ fn frame([a, b, c]: [DVec3; 3]) -> Option<DAffine3> {
 
 impl LightSet {
     /// The same samples after objects and punctual lights moved, and lights of all kinds were dimmed or coloured: those on a
-    /// surface go with it, emitters shine as their area changes, each sample is as bright as what its light comes from, and
-    /// all else stays. `None` where there are other objects, triangles or punctual lights than when they were sampled, or
+    /// surface or of a punctual light go with it, emitters shine as their area changes, each sample is as bright as what its light
+    /// comes from, and all else stays. `None` where there are other objects, triangles or punctual lights than when they were sampled, or
     /// another frame of reference; where something emits in a channel in which it did not; where a deformed triangle is turned
     /// inside out, or has no area and one is on it.
     pub(crate) fn moved(&self, scene: &Scene, geometry: &Geometry, from: &Placement) -> Option<Self> {
@@ -129,15 +137,8 @@ impl LightSet {
         if !from.leads_to(&to) {
             return None;
         }
-        // Ascending, as they were made.
-        let lights: Vec<u32> = self.samples.iter().filter_map(LightSample::punctual).collect();
-        // Those that are switched off stay, dark.
-        let mut samples = direct::punctual(scene, geometry, |index, _| lights.binary_search(&index).is_ok());
-        if !samples.iter().filter_map(LightSample::punctual).eq(lights) {
-            return None;
-        }
-        for (sample, shares) in self.samples.iter().zip(&self.shares).filter(|(s, _)| s.punctual().is_none())
-        {
+        let mut samples = Vec::with_capacity(self.len());
+        for (sample, shares) in self.samples.iter().zip(&self.shares) {
             let intensity = from.emissions.carried(&to.emissions, sample.intensity, shares)?;
             samples.push(from.carry(&to, geometry, &LightSample { intensity, ..*sample })?);
         }

@@ -5,6 +5,7 @@
 //! §2). The light is that of all in the mean, strong samples come first, and those of a smaller number are among those of a larger one.
 
 use super::importance::power;
+use super::punctual::side;
 use super::{LightSample, LightSet};
 use crate::generation::Generation;
 use crate::math::sequence;
@@ -12,13 +13,12 @@ use glam::Vec3;
 
 impl LightSet {
     /// The set with `most` of its samples lit and the others dark, which has the light of all in the mean over seeds. All samples keep
-    /// their places. Punctual ones count, and are all lit; so is one of the others at least. A larger `most` lights the same samples
-    /// and others; a set that has no more is as it is.
+    /// their places, and one of them at least is lit. A larger `most` lights the same samples and others; a set that has no more
+    /// is as it is.
     pub fn prefix(&self, most: usize) -> Self {
-        let others: Vec<usize> = (0..self.len()).filter(|&i| self.samples[i].punctual().is_none()).collect();
-        let most = most.saturating_sub(self.len() - others.len()).max(1);
-        let mut order: Vec<(f64, usize)> =
-            others.iter().map(|&i| (power(&self.samples[i]) / random(&self.samples[i]), i)).collect();
+        let most = most.max(1);
+        let priority = |sample: &LightSample| power(sample) / random(sample);
+        let mut order: Vec<(f64, usize)> = self.samples.iter().map(priority).zip(0..).collect();
         order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let Some(&(threshold, _)) = order.get(most) else { return self.clone() };
         let mut samples = self.samples.clone();
@@ -36,6 +36,8 @@ impl LightSet {
 /// A number in (0, 1] that belongs to where a sample is.
 fn random(sample: &LightSample) -> f64 {
     let place = sample.position.to_array().map(f32::to_bits);
-    let low = place.iter().fold(0x51ed_270b, |hash, &bits| sequence::hash(hash ^ bits));
+    // Both halves of a point light are at one place.
+    let seed = 0x51ed_270b ^ side(sample);
+    let low = place.iter().fold(seed, |hash, &bits| sequence::hash(hash ^ bits));
     (f64::from(low) + 1.0) / 4_294_967_296.0
 }

@@ -18,9 +18,8 @@
 
 use super::emission::{Emission, Shares};
 use super::importance::{place, power};
-use super::strata::{Cluster, Item, Strata};
-use super::sun::Apart;
-use super::{LightSample, Profile, Rectangle, SampleOrigin};
+use super::strata::{Apart, Cluster, Item, Strata};
+use super::{LightSample, Profile, Rectangle, SampleOrigin, punctual, sun};
 use crate::math::sequence;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -44,13 +43,31 @@ pub(super) struct Candidates<'a> {
 }
 
 /// `count` samples with the expected light of all candidates, in a spatial order; each has the area that it stands for. If there are
-/// too few to choose from, some are repeated. Normals count as positions on a sphere with a radius of `normal_scale` metres.
-pub(super) fn resample(candidates: Candidates, count: u32, normal_scale: f32, seed: u32) -> Vec<Chosen> {
+/// too few to choose from, some are repeated. Normals count as positions on a sphere with a radius of `normal_scale` metres. And a
+/// sentence where these are too few for what they stand for.
+pub(super) fn resample(
+    candidates: Candidates,
+    count: u32,
+    normal_scale: f32,
+    seed: u32,
+) -> (Vec<Chosen>, Option<String>) {
     let places: Vec<[f32; 6]> = candidates.samples.iter().map(|s| place(s, normal_scale)).collect();
-    let apart = Apart::of(candidates.samples, &places, candidates.weights, count);
-    let strata = Strata::new(&places, candidates.weights, count, apart);
+    let strata = strata(candidates.samples, &places, candidates.weights, count);
     let clusters = strata.clusters();
-    clusters.into_iter().filter_map(|(_, cluster)| choose(candidates, cluster, seed)).collect()
+    let chosen = clusters.iter().filter_map(|(_, cluster)| choose(candidates, cluster, seed)).collect();
+    (chosen, punctual::warning(candidates.samples, &clusters))
+}
+
+/// `count` strata of candidates with these places and weights: punctual lights and the sun have some of their own.
+pub(super) fn strata(candidates: &[LightSample], places: &[[f32; 6]], weights: &[f64], count: u32) -> Strata {
+    let punctual = punctual::apart(candidates, places, count);
+    let mut apart: Vec<Apart> =
+        punctual.into_iter().chain(sun::apart(candidates, places, weights, count)).collect();
+    // Others have one at least.
+    while apart.iter().map(|part| part.count).sum::<u32>() >= count.max(1) {
+        apart.pop();
+    }
+    Strata::new(places, weights, count, &apart)
 }
 
 /// A number in [0, 1) that belongs to where a candidate comes from.
@@ -58,7 +75,7 @@ fn own_random(candidate: &LightSample, seed: u32) -> f64 {
     let [a, b] = match candidate.origin {
         SampleOrigin::Emitter { triangle, point } => [triangle.wrapping_add(1 << 31), point],
         SampleOrigin::Bounce { path, bounce, .. } => [path, bounce],
-        SampleOrigin::Punctual { light } => [light, 0],
+        SampleOrigin::Punctual { light } => [light, u32::MAX - 2 - punctual::side(candidate)],
         SampleOrigin::Environment { point, sun } => [point, u32::MAX - u32::from(sun)],
     };
     let low = sequence::hash(a ^ sequence::hash(b ^ seed));
@@ -86,14 +103,17 @@ fn solid_angle_of(candidate: &LightSample) -> f64 {
 pub(super) fn stand_in(candidates: Candidates, cluster: &Cluster, index: usize) -> Chosen {
     let Candidates { samples, sources, weights } = candidates;
     let sample = samples[index];
+    if sample.punctual().is_some() {
+        return punctual::stand_in(candidates, cluster, index);
+    }
     let area = (PI * cluster.radius_squared) as f32;
     let member = |i: &Item| &samples[i.index as usize];
     let is_distant = sample.profile.is_parallel();
     let in_plane = |i: &&Item| {
-        if is_distant {
-            return member(i).profile.is_parallel();
+        if is_distant || member(i).profile.is_parallel() || member(i).punctual().is_some() {
+            return is_distant && matches!(member(i).profile, Profile::Distant { .. });
         }
-        !member(i).profile.is_parallel() && Rectangle::shares_plane(&sample, member(i), area)
+        Rectangle::shares_plane(&sample, member(i), area)
     };
     let coplanar: Vec<&Item> = cluster.items.iter().filter(in_plane).collect();
     let positions = coplanar.iter().map(|i| member(i).position);

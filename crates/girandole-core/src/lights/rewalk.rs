@@ -19,13 +19,12 @@
 use super::ids::origin;
 use super::importance::{place, power};
 use super::motion::Placement;
-use super::resample::{Candidates, Chosen, choose, stand_in};
+use super::resample::{Candidates, Chosen, choose, stand_in, strata};
 use super::sampling::Sampling;
 use super::slots::{Slots, Wanted};
 use super::strata::{Cluster, Item, Strata};
-use super::sun::Apart;
 use super::walk::{Path, Walk, Walked};
-use super::{LightSample, LightSet, LightSettings, direct, emitters, source_tree};
+use super::{LightSample, LightSet, LightSettings, emitters, punctual, source_tree};
 use crate::Result;
 use crate::math::sequence;
 use crate::scene::{Geometry, Scene, View};
@@ -92,9 +91,9 @@ pub(crate) struct IncrementalWalk {
     moved: Option<u32>,
     /// Whether samples are placed for views that do not move.
     is_still: bool,
-    /// On emitters, where they were when light was sampled; of those that are candidates, what is known of them.
+    /// Direct samples, where they were when light was sampled; of those that are candidates, what is known of them.
     at_rest: Vec<LightSample>,
-    on_emitters: Known,
+    direct: Known,
     /// By path, of its deposits, and the frame in which it was found to be another one by now.
     paths: Vec<(Known, Option<u32>)>,
     /// How many candidates lie on each emitter.
@@ -146,7 +145,9 @@ impl IncrementalWalk {
         let weights: Vec<f64> = samples.iter().zip(&places).map(weigh).collect();
         let [count, spare] =
             shown(sampling.wanted, MOST_LIGHTS.saturating_sub(sampling.given(geometry).count()));
-        let strata = Strata::new(&places, &weights, count, Apart::of(&samples, &places, &weights, count));
+        let strata = strata(&samples, &places, &weights, count);
+        let warning = punctual::warning(&samples, &strata.clusters());
+        sampling.warnings.extend(warning);
         let mut rest = (&places[..], &weights[..]);
         let mut take = |count: usize, scale: f64| {
             let ((places, other_places), (weights, others)) =
@@ -155,7 +156,7 @@ impl IncrementalWalk {
             let weights = weights.iter().map(|weight| weight * scale).collect();
             Known { places: places.to_vec(), weights, is_new: false }
         };
-        let on_emitters = take(if sampling.all_alike { sampling.on_emitters.len() } else { 0 }, 1.0);
+        let direct = take(if sampling.all_alike { sampling.direct.len() } else { 0 }, 1.0);
         let walked = &sampling.walked;
         let count_of = |path: &Path| f64::from(walked.counts[path.emitter(walked.counts.len())]);
         let paths = walked.paths.iter().map(|p| (take(p.deposits.len(), count_of(p)), None)).collect();
@@ -170,7 +171,7 @@ impl IncrementalWalk {
             latest: placement.clone(),
             sampled: placement,
             boxes: boxes(geometry),
-            at_rest: sampling.on_emitters.clone(),
+            at_rest: sampling.direct.clone(),
             emitter_counts: Vec::new(),
             views: views.to_vec(),
             placed: 0,
@@ -182,7 +183,7 @@ impl IncrementalWalk {
             is_still: true,
             targets: sampling.walked.counts.clone(),
             sampling,
-            on_emitters,
+            direct,
             paths,
             strata,
             slots: Slots::new(Vec::new(), 0, 0),
@@ -198,7 +199,7 @@ impl IncrementalWalk {
         let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
         let wanted = wanted(&result.strata.clusters(), candidates, result.sampling.seed);
         result.slots = Slots::new(wanted, spare as usize, pace.fade);
-        let set = result.set(scene, geometry);
+        let set = result.set(geometry);
         if set.is_empty() {
             return Err(super::no_light(scene, geometry));
         }
@@ -238,7 +239,7 @@ impl IncrementalWalk {
         self.measure_moved(scene, geometry, has_moved);
         self.walk(scene, geometry, &trees);
         self.choose(scene, geometry);
-        Some(self.set(scene, geometry))
+        Some(self.set(geometry))
     }
 
     /// Whether nothing is on its way: as long as nothing else changes, the set stays as it is.
@@ -290,7 +291,7 @@ impl IncrementalWalk {
                 *deposit = self.latest.carry(to, geometry, deposit)?;
             }
         }
-        for (sample, at_rest) in self.sampling.on_emitters.iter_mut().zip(&self.at_rest) {
+        for (sample, at_rest) in self.sampling.direct.iter_mut().zip(&self.at_rest) {
             *sample = self.sampled.carry(to, geometry, at_rest)?;
         }
         self.slots.carry(|sample| self.latest.carry(to, geometry, sample));
@@ -342,7 +343,7 @@ impl IncrementalWalk {
 
     /// Places of all candidates, and what strata choose by.
     fn known(&self) -> (Vec<[f32; 6]>, Vec<f64>) {
-        let (mut places, mut weights) = (self.on_emitters.places.clone(), self.on_emitters.weights.clone());
+        let (mut places, mut weights) = (self.direct.places.clone(), self.direct.weights.clone());
         for ((known, _), scale) in self.paths.iter().zip(self.scales()) {
             places.extend_from_slice(&known.places);
             weights.extend(known.weights.iter().map(|weight| weight * scale));
@@ -352,7 +353,7 @@ impl IncrementalWalk {
 
     /// By candidate, whether the strata do not know it yet.
     fn is_new(&self) -> Vec<bool> {
-        let all = std::iter::once(&self.on_emitters).chain(self.paths.iter().map(|(known, _)| known));
+        let all = std::iter::once(&self.direct).chain(self.paths.iter().map(|(known, _)| known));
         all.flat_map(|known| known.places.iter().map(|_| known.is_new)).collect()
     }
 
@@ -378,7 +379,7 @@ impl IncrementalWalk {
         let lineage = self.strata.rebalance(most, &places, &mut weights, &now);
         self.is_balanced = lineage.is_empty() && most > 0;
         self.keep_weights(&held, &weights);
-        self.on_emitters.is_new = false;
+        self.direct.is_new = false;
         self.paths.iter_mut().for_each(|(known, _)| known.is_new = false);
         let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
         let clusters = self.strata.clusters();
@@ -397,7 +398,7 @@ impl IncrementalWalk {
         let scales: Vec<f64> = self.scales().collect();
         let mut pairs = before.iter().zip(after);
         let paths = self.paths.iter_mut().map(|(known, _)| known).zip(scales);
-        for (known, scale) in std::iter::once((&mut self.on_emitters, 1.0)).chain(paths) {
+        for (known, scale) in std::iter::once((&mut self.direct, 1.0)).chain(paths) {
             for (weight, (before, after)) in known.weights.iter_mut().zip(&mut pairs) {
                 if before != after {
                     *weight = after / scale;
@@ -407,17 +408,13 @@ impl IncrementalWalk {
     }
 
     /// All samples as they are shown.
-    fn set(&self, scene: &Scene, geometry: &Geometry) -> LightSet {
+    fn set(&self, geometry: &Geometry) -> LightSet {
         let emissions = [self.sampled.emissions(), self.latest.emissions()];
-        let given: Vec<Chosen> = self.sampling.given(geometry).collect();
-        let lights: Vec<u32> = self.sampling.punctual.iter().filter_map(LightSample::punctual).collect();
-        // Those that are switched off stay, dark.
-        let mut samples = direct::punctual(scene, geometry, |index, _| lights.binary_search(&index).is_ok());
-        for Chosen { sample, shares } in given.iter().filter(|c| c.sample.punctual().is_none()) {
-            let intensity = emissions[0].carried(emissions[1], sample.intensity, shares);
-            samples.push(LightSample { intensity: intensity.unwrap_or(sample.intensity), ..*sample });
-        }
-        samples.extend(self.slots.samples(emissions));
+        let given = self.sampling.given(geometry).map(|Chosen { sample, shares }| {
+            let intensity = emissions[0].carried(emissions[1], sample.intensity, &shares);
+            LightSample { intensity: intensity.unwrap_or(sample.intensity), ..sample }
+        });
+        let mut samples: Vec<LightSample> = given.chain(self.slots.samples(emissions)).collect();
         self.sampling.shown.fit(&mut samples);
         LightSet { paths: self.sampling.walked.walked, ..LightSet::from_samples(geometry, samples) }
     }

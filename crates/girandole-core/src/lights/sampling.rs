@@ -1,13 +1,13 @@
 //! What a set of light samples is chosen among: candidates on emitters and left by the random walk, and what they are worth.
 
-use super::emission::{Emission, Emissions, Shares};
+use super::emission::{Emission, Emissions};
 use super::guide::Guides;
 use super::importance::Importance;
-use super::resample::Chosen;
+use super::resample::{Candidates, Chosen, resample};
 use super::view_points::{POINTS, view_points};
 use super::walk::{Pilot, Walk, Walked};
 use super::{
-    BoundingSphere, LightSample, LightSettings, MAX_LIGHTS, direct, emitters, importance, sun, walk,
+    BoundingSphere, LightSample, LightSettings, MAX_LIGHTS, direct, emitters, importance, punctual, sun, walk,
 };
 use crate::math::sequence;
 use crate::scene::{Geometry, Scene, View};
@@ -16,38 +16,51 @@ use crate::trace::SceneTracer;
 /// Share of the candidates that lie on emitters.
 const EMITTER_CANDIDATES: f32 = 0.25;
 
-/// How many samples, or shares of the candidates, are to lie on emitters and to be left by the walk.
+/// How many samples, or shares of the candidates, are to be punctual lights, to lie on emitters and to be left by the walk.
 struct Numbers {
+    punctual: u32,
     emitters: u32,
     walked: u32,
 }
 
 impl Numbers {
-    fn new(settings: &LightSettings, punctual: u32, has_area: bool) -> Self {
-        let spare = settings.count.saturating_sub(punctual);
-        let share = settings.direct_share.unwrap_or(EMITTER_CANDIDATES);
-        let of = f64::from(share)
-            * f64::from(if settings.direct_share.is_some() { settings.count } else { spare });
-        let punctual = if settings.direct_share.is_some() { punctual } else { 0 };
-        let mut emitters =
-            (of.round() as u32).saturating_sub(punctual).max(u32::from(share > 0.0)).min(spare);
-        if !has_area {
-            emitters = 0;
-        }
-        let walked = if settings.bounces == 0 { 0 } else { spare - emitters };
-        if settings.bounces == 0 && has_area {
-            emitters = spare;
-        }
-        Self { emitters, walked }
+    /// Where they are chosen alike; punctual lights are all among the candidates then.
+    fn alike(settings: &LightSettings, punctual: u32, has_area: bool) -> Self {
+        let emitters = if has_area { part(settings, EMITTER_CANDIDATES) } else { 0 };
+        let walked = if settings.bounces == 0 { 0 } else { settings.count - emitters };
+        Self { punctual, emitters, walked }
     }
+
+    /// Where the share of those on emitters and punctual lights is given, of which emitters have this share of the power: half
+    /// of the samples is the punctual lights' in any case, if there are as many.
+    fn given(settings: &LightSettings, share: f32, punctual: u32, area: f64) -> Self {
+        let has = [punctual > 0, area > 0.0];
+        let mut direct = if has.contains(&true) { part(settings, share) } else { 0 };
+        if direct == 1 && has == [true; 2] {
+            direct = 2.min(settings.count);
+        }
+        let on_emitters = (f64::from(direct) * area).round().min(f64::from(direct / 2)).max(1.0) as u32;
+        let punctual = punctual.min(if has[1] { direct.saturating_sub(on_emitters) } else { direct });
+        let emitters = if has[1] { direct - punctual } else { 0 };
+        let walked = if settings.bounces == 0 { 0 } else { settings.count - punctual - emitters };
+        Self { punctual, emitters, walked }
+    }
+}
+
+/// A share of the samples: one at least, unless there are to be none, and all of them for direct light alone.
+fn part(settings: &LightSettings, share: f32) -> u32 {
+    let part = (f64::from(share) * f64::from(settings.count)).round() as u32;
+    let part = if settings.bounces == 0 { settings.count } else { part };
+    part.max(u32::from(share > 0.0)).min(settings.count)
 }
 
 /// What light samples are made of.
 #[derive(Clone, Debug)]
 pub(super) struct Sampling {
-    pub punctual: Vec<LightSample>,
-    /// On emitters: samples as they are, where their share is given, or candidates.
-    pub on_emitters: Vec<LightSample>,
+    /// Punctual lights and, after them, what lies on emitters: candidates, or samples as they are where their share is given.
+    pub direct: Vec<LightSample>,
+    /// How many of them are punctual lights.
+    pub punctual: usize,
     /// What tells where emitters' samples matter, emitter by emitter.
     pub emitter_pilot: Vec<Vec<LightSample>>,
     /// How many candidates lie on emitters, and their seed.
@@ -70,7 +83,7 @@ pub(super) struct Sampling {
     pub seed: u32,
     /// Warnings for the user: one sentence each.
     pub warnings: Vec<String>,
-    /// Whether what lies on emitters are candidates.
+    /// Whether direct samples are candidates.
     pub all_alike: bool,
 }
 
@@ -80,19 +93,23 @@ impl Sampling {
         let emissions = Emissions::of(scene);
         let groups = emitters::groups(scene, geometry, &emissions);
         let sources = emitters::punctual_sources(scene, geometry, &emissions);
-        let punctual = direct::punctual(scene, geometry, |_, light| direct::shines(light));
-        let lights = punctual.len() as u32;
+        let mut direct = punctual::shining(scene, geometry);
         let mut warnings = Vec::new();
-        if lights > settings.count {
-            warnings.push(format!(
-                "the scene's punctual lights need {lights} light samples and {} were asked for; \
-                 ask for more, or area lights and indirect light stay dark",
-                settings.count
-            ));
-        }
-        let spare = settings.count.saturating_sub(lights);
-        let numbers = Numbers::new(settings, lights, !groups.is_empty());
-        let per_sample = settings.candidates.min(MAX_LIGHTS / spare.max(1)).max(1);
+        let power: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
+        let lights = direct.len() as u32;
+        let has_both = lights > 0 && !groups.is_empty();
+        // A single sample cannot be a part of either kind's.
+        let share = settings.direct_share.filter(|_| settings.count > 1 || !has_both);
+        let numbers = match share {
+            None => Numbers::alike(settings, lights, !groups.is_empty()),
+            Some(share) => {
+                let [area, points] =
+                    [power.iter().sum::<f64>(), sources.iter().map(|s| s.weight).sum::<f64>()];
+                let area = if groups.is_empty() { 0.0 } else { area / (area + points) };
+                Numbers::given(settings, share, lights, area)
+            }
+        };
+        let per_sample = settings.candidates.min(MAX_LIGHTS / settings.count).max(1);
         let tracer = SceneTracer::new(scene, geometry);
 
         let shown = if scene.environment.is_some() {
@@ -126,48 +143,43 @@ impl Sampling {
                 seed: walk_seed,
             };
             let found = pilot.insert(Pilot::new(&walk, [numbers.walked, per_sample]));
-            walked = if found.deposits.is_empty() {
-                Walked { walked: found.walked(), exhausted: true, ..Walked::default() }
-            } else {
-                walk::walk(&walk, found, found.counts(&weigh(&found.deposits)))
-            };
-            if walked.exhausted {
-                let rest = if groups.is_empty() { "" } else { "; the others lie on the emitters" };
-                warnings.push(format!(
-                    "{} paths of light left only {} of {} indirect light samples, because little of it is reflected{rest}",
-                    walked.walked,
-                    walked.deposits(),
-                    numbers.walked,
-                ));
-            }
+            walked = walk::walk_as_found(&walk, found, weigh);
+            warnings.extend(exhausted(&walked, &numbers, !groups.is_empty()));
         }
 
         // Samples are chosen among that, or among that and candidates on emitters.
-        let power: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
         let emitter_seed = sequence::hash(settings.seed ^ 0x2545_f491);
         let on_emitters = |weights: &[f64], count, seed| {
             direct::area((scene, geometry), &emissions, (&groups, &guides), weights, count, seed)
         };
-        let all_alike = settings.direct_share.is_none();
+        let all_alike = share.is_none();
         let count = numbers.emitters * per_sample;
         let mut emitter_pilot = Vec::new();
-        let (on_emitters, wanted) = if all_alike {
+        let wanted = if all_alike {
             // The pilot has a seed of its own: how many candidates there are must not depend on them.
             let weights = sun::limited_candidates(&groups, power.clone());
             emitter_pilot = on_emitters(&weights, count / 8, sequence::hash(emitter_seed));
             let weights = direct::worth(&power, &emitter_pilot, &weigh(&emitter_pilot.concat()));
             let weights = sun::limited_candidates(&groups, weights);
-            (on_emitters(&weights, count, emitter_seed).concat(), spare)
+            direct.extend(on_emitters(&weights, count, emitter_seed).into_iter().flatten());
+            settings.count
         } else {
             let indirect = numbers.walked.min(walked.deposits());
             let rest = numbers.walked - indirect;
-            let count = spare.min(numbers.emitters + rest);
+            if numbers.punctual < lights {
+                let seed = sequence::hash(!emitter_seed);
+                let (fewer, warning) = fewer_punctual(geometry, &tracer, &direct, numbers.punctual, seed);
+                direct = fewer;
+                warnings.extend(warning);
+            }
+            let count = numbers.emitters + rest;
             let weights = sun::limited_samples(&groups, power, count);
-            (on_emitters(&weights, count, emitter_seed).concat(), indirect)
+            direct.extend(on_emitters(&weights, count, emitter_seed).into_iter().flatten());
+            indirect
         };
         let mut result = Self {
-            punctual,
-            on_emitters,
+            punctual: direct.iter().filter(|s| s.punctual().is_some()).count(),
+            direct,
             emitter_pilot,
             emitter_candidates: (count, emitter_seed),
             pilot,
@@ -188,12 +200,12 @@ impl Sampling {
         result
     }
 
-    /// All candidates, and where the light of each comes from: on emitters, then path by path.
+    /// All candidates, and where the light of each comes from: direct ones, then path by path.
     pub fn candidates(&self, geometry: &Geometry) -> (Vec<LightSample>, Vec<Emission>) {
-        let on_emitters = self.on_emitters.iter().filter(|_| self.all_alike);
+        let direct = self.direct.iter().filter(|_| self.all_alike);
         let mut sources: Vec<Emission> =
-            on_emitters.clone().filter_map(|sample| Emission::of_direct(geometry, sample)).collect();
-        let mut samples: Vec<LightSample> = on_emitters.copied().collect();
+            direct.clone().filter_map(|sample| Emission::of_direct(geometry, sample)).collect();
+        let mut samples: Vec<LightSample> = direct.copied().collect();
         for path in &self.walked.paths {
             samples.extend(self.walked.shares_of(path));
             sources.extend(path.deposits.iter().map(|_| path.emission));
@@ -203,14 +215,42 @@ impl Sampling {
 
     /// Samples that there are in any case.
     pub fn given<'a>(&'a self, geometry: &'a Geometry) -> impl Iterator<Item = Chosen> + 'a {
-        let punctual = self.punctual.iter().map(|&sample| Chosen { sample, shares: Shares::new() });
-        let on_emitters = self.on_emitters.iter().filter(|_| !self.all_alike).map(|&sample| Chosen {
+        self.direct.iter().filter(|_| !self.all_alike).map(|&sample| Chosen {
             sample,
             shares: Emission::of_direct(geometry, &sample)
                 .map(|emission| (emission, sample.intensity))
                 .into_iter()
                 .collect(),
-        });
-        punctual.chain(on_emitters)
+        })
     }
+}
+
+/// A sentence where the walk left fewer deposits than samples were wanted of it.
+fn exhausted(walked: &Walked, numbers: &Numbers, has_area: bool) -> Option<String> {
+    let rest = if has_area { "; the others lie on the emitters" } else { "" };
+    walked.exhausted.then(|| {
+        format!(
+            "{} paths of light left only {} of {} indirect light samples, because little of it is reflected{rest}",
+            walked.walked,
+            walked.deposits(),
+            numbers.walked,
+        )
+    })
+}
+
+/// So many punctual lights, by power, for all of them; and a sentence where these are too few.
+fn fewer_punctual(
+    geometry: &Geometry,
+    tracer: &SceneTracer,
+    punctual: &[LightSample],
+    count: u32,
+    seed: u32,
+) -> (Vec<LightSample>, Option<String>) {
+    let sources: Vec<Emission> =
+        punctual.iter().filter_map(|sample| Emission::of_direct(geometry, sample)).collect();
+    let weights = Importance::uniform().weights(punctual);
+    let candidates = Candidates { samples: punctual, sources: &sources, weights: &weights };
+    let normal_scale = importance::NORMAL_SCALE * importance::free_path(tracer, punctual);
+    let (chosen, warning) = resample(candidates, count, normal_scale, seed);
+    (chosen.into_iter().map(|chosen| chosen.sample).collect(), warning)
 }

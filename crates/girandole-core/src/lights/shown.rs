@@ -66,7 +66,9 @@ fn seen(tracer: &SceneTracer, views: &[View]) -> Vec<Vec3> {
         let at = |i: u32| Vec2::new((i % side) as f32, (i / side) as f32) / (side - 1) as f32;
         let hit = |i| {
             let (eye, direction) = view.ray(2.0 * at(i) - 1.0);
-            tracer.closest_visible(eye, direction).map(|hit| eye + direction * hit.t)
+            tracer
+                .closest_visible_within(eye, direction, view.clip.reach())
+                .map(|hit| eye + direction * hit.t)
         };
         (0..side * side).filter_map(hit).collect::<Vec<_>>()
     };
@@ -114,6 +116,7 @@ mod tests {
             target: DVec3::new(40.0, 1.0, 0.0),
             up: DVec3::Y,
             field: FieldOfView::Perspective { degrees: 57.0 },
+            clip: Default::default(),
         };
         let away = away.view(1.0).expect("a view");
         let both = BoundingSphere::seen(&tracer, &[view, away]);

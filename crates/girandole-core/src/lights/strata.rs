@@ -5,7 +5,6 @@
 //! others split where that lowers the largest error.
 
 use super::importance::NORMAL_SCALE;
-use super::sun::Apart;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::f64::consts::PI;
@@ -24,6 +23,17 @@ const HYSTERESIS: f64 = 1.2;
 /// Strata keep their weights up to this relative variance of the light that these leave, if what they were given for has
 /// changed.
 const STALE: f64 = 0.2;
+
+/// Candidates that have strata of their own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Apart {
+    /// They lie beyond this border along this axis of [places](super::importance::place).
+    pub axis: usize,
+    pub border: f64,
+    /// How many strata, at least; or exactly so many, that stay as they are.
+    pub count: u32,
+    pub is_fixed: bool,
+}
 
 /// A candidate, or a part of one where clusters lie at one place.
 #[derive(Clone, Copy, Debug)]
@@ -76,13 +86,16 @@ impl Cluster {
         (PI * self.radius_squared / sphere).min(4.0 * PI)
     }
 
-    /// How much a sample of the cluster may be wrong by, in arbitrary units.
+    /// How much a sample of the cluster may be wrong by, in arbitrary units; less than nothing for what stands for itself alone.
     fn error(&self) -> f64 {
+        if self.items.len() < 2 {
+            return -1.0;
+        }
         self.weight * libm::pow(self.variance.iter().sum(), 0.5 * SPREAD_POWER)
     }
 
     /// Splits the cluster in two across the axis of largest variance, where that leaves the least variance on both sides. What
-    /// all lies at one place is halved in weight.
+    /// all lies at one place is halved in number, a single candidate in weight.
     fn split(self) -> ([Self; 2], Border) {
         let Self { mut items, weight, variance, radius_squared } = self;
         let axis = (1..6).fold(0, |best, axis| if variance[axis] > variance[best] { axis } else { best });
@@ -107,6 +120,11 @@ impl Cluster {
                 let border = (at(&items[first - 1]) + at(&items[first])) * 0.5;
                 let second = items.split_off(first);
                 ([items, second], Border::At { axis, border })
+            }
+            None if items.len() > 1 => {
+                let second = items.split_off(items.len() / 2);
+                let border = Border::After(second[0].index - 1);
+                ([items, second], border)
             }
             None => {
                 items.iter_mut().for_each(|i| i.weight *= 0.5);
@@ -148,6 +166,8 @@ impl Eq for Open {}
 enum Border {
     /// Between two places along an axis.
     At { axis: usize, border: f64 },
+    /// At one place, after a candidate.
+    After(u32),
     /// Nowhere: both halves have all of it, with half the weight.
     None,
 }
@@ -189,9 +209,9 @@ fn staleness(items: &[Item], held: &[f64], now: &[f64]) -> f64 {
 }
 
 impl Strata {
-    /// `count` of them, over candidates at these [places](super::importance::place), some of which may have theirs apart. Weights are
-    /// not negative, and positive where there is light.
-    pub fn new(places: &[[f32; 6]], weights: &[f64], count: u32, apart: Option<Apart>) -> Self {
+    /// `count` of them, over candidates at these [places](super::importance::place), some of which may have theirs apart: fewer than
+    /// that. Weights are not negative, and positive where there is light.
+    pub fn new(places: &[[f32; 6]], weights: &[f64], count: u32, apart: &[Apart]) -> Self {
         let items: Vec<Item> = (0..)
             .zip(places.iter().zip(weights))
             .map(|(index, (&at, &weight))| Item { index, weight, at })
@@ -201,28 +221,46 @@ impl Strata {
         if items.is_empty() || count == 0 {
             return result;
         }
-        let Some(Apart { border, count: count_apart }) = apart else {
-            let root = result.add(None, None, Cluster::new(items, None));
-            result.grow(root, count);
-            return result;
-        };
-        let root = result.add(None, None, Cluster::default());
-        let (items_apart, items): (Vec<Item>, Vec<Item>) =
-            items.into_iter().partition(|item| f64::from(item.at[0]) > border);
-        let parts = [items, items_apart];
-        let children = parts.map(|items| result.add(Some(root), None, Cluster::new(items, None)));
-        result.nodes[root].split = Some((Border::At { axis: 0, border }, children));
-        result.grow(children[0], count - count_apart);
-        let first_apart = result.nodes.len();
-        result.grow(children[1], count_apart);
-        let held = [root, children[1]].into_iter().chain(first_apart..result.nodes.len());
-        held.for_each(|node| result.nodes[node].is_held = true);
+        let mut rest = result.add(None, None, Cluster::new(items, None));
+        let mut own: Vec<(usize, Apart)> = Vec::new();
+        for &part in apart {
+            own.extend(result.set_apart(&mut rest, part).map(|node| (node, part)));
+        }
+        let (fixed, least): (Vec<_>, Vec<_>) = own.into_iter().partition(|(_, part)| part.is_fixed);
+        let mut open = vec![rest];
+        for (node, part) in least {
+            open.extend(result.grow(&[node], part.count));
+        }
+        result.grow(&open, count - fixed.iter().map(|(_, part)| part.count).sum::<u32>());
+        for (node, part) in fixed {
+            let first = result.nodes.len();
+            result.grow(&[node], part.count);
+            let held = std::iter::once(node).chain(first..result.nodes.len());
+            held.for_each(|node| result.nodes[node].is_held = true);
+        }
         result
     }
 
-    /// Splits a node until there are so many of it, the largest error first.
-    fn grow(&mut self, node: usize, count: u32) {
-        let mut open = BinaryHeap::from([Open { error: f64::INFINITY, node }]);
+    /// Takes what is to have its own strata from the rest, and returns the node that it becomes, unless one of both is nothing.
+    fn set_apart(&mut self, rest: &mut usize, Apart { axis, border, .. }: Apart) -> Option<usize> {
+        let is_apart = |item: &Item| f64::from(item.at[axis]) > border;
+        let all = &self.nodes[*rest].cluster.items;
+        let (part, others): (Vec<Item>, Vec<Item>) = all.iter().partition(|item| is_apart(item));
+        if part.is_empty() || others.is_empty() {
+            return None;
+        }
+        let children = [others, part].map(|items| self.add(Some(*rest), None, Cluster::new(items, None)));
+        let node = &mut self.nodes[*rest];
+        (node.split, node.is_held) = (Some((Border::At { axis, border }, children)), true);
+        node.cluster = Cluster::default();
+        *rest = children[0];
+        Some(children[1])
+    }
+
+    /// Splits nodes until there are so many of them, the largest error first; returns those.
+    fn grow(&mut self, nodes: &[usize], count: u32) -> Vec<usize> {
+        let mut open = BinaryHeap::new();
+        open.extend(nodes.iter().map(|&node| Open { error: self.nodes[node].cluster.error(), node }));
         while open.len() < count as usize
             && let Some(Open { node, .. }) = open.pop()
         {
@@ -230,6 +268,7 @@ impl Strata {
                 open.push(Open { error: self.nodes[child].cluster.error(), node: child });
             }
         }
+        open.into_iter().map(|Open { node, .. }| node).collect()
     }
 
     fn add(&mut self, parent: Option<usize>, prior: Option<f64>, cluster: Cluster) -> usize {
@@ -281,6 +320,9 @@ impl Strata {
                 match self.nodes[node].split {
                     Some((Border::At { axis, border }, halves)) => {
                         open.push((halves[usize::from(f64::from(at[axis]) > border)], weight));
+                    }
+                    Some((Border::After(last), halves)) => {
+                        open.push((halves[usize::from(index > last)], weight));
                     }
                     Some((Border::None, halves)) => open.extend(halves.map(|half| (half, weight * 0.5))),
                     None => items[node].push(Item { index, weight, at }),
@@ -384,7 +426,7 @@ impl Strata {
             None => {
                 leaves.insert(node, self.joined(&[node], None, weights).error());
             }
-            Some((Border::At { .. }, children))
+            Some((Border::At { .. } | Border::After(_), children))
                 if children.iter().all(|&child| self.nodes[child].split.is_none()) =>
             {
                 let is_empty = |&child: &usize| self.nodes[child].cluster.items.is_empty();

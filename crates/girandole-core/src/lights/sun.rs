@@ -8,42 +8,37 @@
 
 use super::LightSample;
 use super::emitters::Source;
+use super::strata::Apart;
 
 /// The most of all samples that are the sun's: one in so many.
 const SHARE: u32 = 10;
 /// The most of the candidates on emitters that are.
 const CANDIDATES: f64 = 0.4;
 
-/// Candidates that have strata of their own.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Apart {
-    /// They lie beyond this along the first axis of [places](super::importance::place).
-    pub border: f64,
-    /// How many strata.
-    pub count: u32,
-}
-
-impl Apart {
-    /// The sun's, if there is one among candidates, and other light; `count` is the number of all strata.
-    pub fn of(candidates: &[LightSample], places: &[[f32; 6]], weights: &[f64], count: u32) -> Option<Self> {
-        let (mut sun, mut all) = (0.0, 0.0);
-        let mut nearest = [f64::NEG_INFINITY, f64::INFINITY];
-        for ((candidate, place), &weight) in candidates.iter().zip(places).zip(weights) {
-            let x = f64::from(place[0]);
-            all += weight;
-            if candidate.is_of_sun() {
-                sun += weight;
-                nearest[1] = nearest[1].min(x);
-            } else if weight > 0.0 {
-                nearest[0] = nearest[0].max(x);
-            }
+/// The sun's strata, if it is one among candidates, and other light; `count` is the number of all strata.
+pub(super) fn apart(
+    candidates: &[LightSample],
+    places: &[[f32; 6]],
+    weights: &[f64],
+    count: u32,
+) -> Option<Apart> {
+    let (mut sun, mut all) = (0.0, 0.0);
+    let mut nearest = [f64::NEG_INFINITY, f64::INFINITY];
+    for ((candidate, place), &weight) in candidates.iter().zip(places).zip(weights) {
+        let x = f64::from(place[0]);
+        all += weight;
+        if candidate.is_of_sun() {
+            sun += weight;
+            nearest[1] = nearest[1].min(x);
+        } else if weight > 0.0 && candidate.punctual().is_none() {
+            nearest[0] = nearest[0].max(x);
         }
-        let border = (nearest[0] + nearest[1]) * 0.5;
-        (sun > 0.0 && border.is_finite() && count > 1).then(|| {
-            let share = sun / all * f64::from(count) / f64::from(SHARE);
-            Self { border, count: (share.round() as u32).clamp(1, most(count)) }
-        })
     }
+    let border = (nearest[0] + nearest[1]) * 0.5;
+    (sun > 0.0 && border.is_finite() && count > 1).then(|| {
+        let share = sun / all * f64::from(count) / f64::from(SHARE);
+        Apart { axis: 0, border, count: (share.round() as u32).clamp(1, most(count)), is_fixed: true }
+    })
 }
 
 /// How many of so many samples are the sun's at most.

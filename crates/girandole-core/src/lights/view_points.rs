@@ -38,6 +38,25 @@ pub(super) struct ViewPoint {
     seen_by: (u32, Vec2),
 }
 
+/// A point that a view sees of what reflects, offset from its surface.
+pub(crate) struct SeenPoint {
+    /// Relative to the geometry's origin.
+    pub position: Vec3,
+    /// Geometric, on the side that is seen.
+    pub normal: Vec3,
+    pub triangle: u32,
+}
+
+/// So many of them, at most.
+pub(crate) fn seen_points(tracer: &SceneTracer, view: &View, count: u32) -> Vec<SeenPoint> {
+    let point = |point: ViewPoint| SeenPoint {
+        position: point.surface.position,
+        normal: point.surface.geometric_normal,
+        triangle: point.triangle,
+    };
+    view_points(tracer, &[*view], count).into_iter().map(point).collect()
+}
+
 /// So many points that the views see of what reflects.
 pub(super) fn view_points(tracer: &SceneTracer, views: &[View], count: u32) -> Vec<ViewPoint> {
     let geometry = tracer.geometry();
@@ -66,7 +85,7 @@ pub(super) fn view_points(tracer: &SceneTracer, views: &[View], count: u32) -> V
 /// What a view sees at a place of its picture, if it reflects.
 fn seen_at(tracer: &SceneTracer, (number, view): (u32, &LocalView), at: Vec2) -> Option<ViewPoint> {
     let (origin, direction) = view.ray(at);
-    let hit = tracer.closest_visible(origin, direction)?;
+    let hit = tracer.closest_visible_within(origin, direction, view.clip.reach())?;
     view_point(tracer, &hit, direction, (number, at))
 }
 
@@ -168,7 +187,7 @@ pub(super) fn lit_points(
                 return None;
             }
             let (eye, direction) = view.ray(ndc);
-            let hit = tracer.closest_visible(eye, direction)?;
+            let hit = tracer.closest_visible_within(eye, direction, view.clip.reach())?;
             (hit.triangle == lit.triangle).then(|| view_point(tracer, &hit, direction, (number, ndc)))?
         };
         (0..).zip(views).find_map(sees)
@@ -222,6 +241,7 @@ mod tests {
             target: DVec3::new(0.02, 1.0, 0.5),
             up: DVec3::Y,
             field: FieldOfView::Perspective { degrees: 3.0 },
+            clip: Default::default(),
         };
         let views = [strip.view(8.0).expect("a view")];
         let position = (DVec3::new(1e-4, 0.5, 0.5) - geometry.origin).as_vec3();

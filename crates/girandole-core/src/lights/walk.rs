@@ -17,8 +17,9 @@
 
 use super::direct::{allocate, mixture};
 use super::emission::{Emission, Emissions};
-use super::emitters::{EnvironmentPoint, Source, SpotCone};
+use super::emitters::{EnvironmentPoint, Source};
 use super::guide::{Guides, Start};
+use super::punctual::SpotCone;
 use super::scattering::{Scattering, cosine_weighted};
 use super::source_tree::SourceTree;
 use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
@@ -156,6 +157,18 @@ fn emitter_of(deposit: &LightSample, emitters: usize) -> usize {
         SampleOrigin::Bounce { path, .. } => path as usize % emitters,
         SampleOrigin::Emitter { .. } | SampleOrigin::Punctual { .. } | SampleOrigin::Environment { .. } => 0,
     }
+}
+
+/// Walks as many paths from each emitter as a pilot finds to be worth it, by the weights of its deposits.
+pub(super) fn walk_as_found(
+    with: &Walk,
+    pilot: &Pilot,
+    weigh: impl Fn(&[LightSample]) -> Vec<f64>,
+) -> Walked {
+    if pilot.deposits.is_empty() {
+        return Walked { walked: pilot.walked(), exhausted: true, ..Walked::default() };
+    }
+    walk(with, pilot, pilot.counts(&weigh(&pilot.deposits)))
 }
 
 /// Walks so many paths from each emitter, as the pilot says.
@@ -324,9 +337,9 @@ impl Walk<'_> {
             });
         };
         let intensity = self.emissions.of_punctual(light);
-        let light = &scene.lights[light as usize];
+        let (index, light) = (light as usize, &scene.lights[light as usize]);
         let node = self.world_from_nodes[light.node];
-        let position = (node.translation - geometry.origin).as_vec3();
+        let position = geometry.light_position(index, &node);
         let forward = node.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Y).as_vec3();
         let s = Vec2::new(self.at(path, 2), self.at(path, 3));
         let (origin, direction) = match light.kind {

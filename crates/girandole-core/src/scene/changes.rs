@@ -2,10 +2,10 @@
 
 use super::frame_of_reference::Box3;
 use super::motion::Pose;
-use super::{FrameOfReference, MAX_EXTENT, Mesh, Object, Scene, Transform};
+use super::{FrameOfReference, MAX_EXTENT, Mesh, Node, Object, Scene, Transform};
 use crate::generation::Generation;
 use crate::{Error, Result};
-use glam::Vec3;
+use glam::{DAffine3, Vec3};
 
 /// An object's identity: its index in [`Scene::objects`]. It is never used again for another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -39,10 +39,12 @@ pub struct SceneChanges {
     pub added: Vec<ObjectId>,
     /// Objects that were there before and are not after.
     pub removed: Vec<ObjectId>,
-    /// Indices of materials whose emission changed, and of new ones.
+    /// Indices of materials whose emission changed, or whose factors did, and of new ones.
     pub materials: Vec<u32>,
     /// Indices of punctual lights that moved, or whose intensity changed.
     pub lights: Vec<u32>,
+    /// Whether some of these materials reflect otherwise.
+    pub reflectance: bool,
     /// Whether the frame of reference is another one: all positions are, and all that depends on the scene's size.
     pub reopened: bool,
     /// Whether anything may be different, see [`Scene::touch`].
@@ -61,6 +63,7 @@ impl SceneChanges {
             removed: Vec::new(),
             materials: Vec::new(),
             lights: Vec::new(),
+            reflectance: false,
             reopened: false,
             everything: false,
         }
@@ -98,6 +101,7 @@ impl SceneChanges {
         next.removed.iter().for_each(|&id| self.note_removed(id));
         next.materials.iter().for_each(|&m| insert(&mut self.materials, m));
         next.lights.iter().for_each(|&l| insert(&mut self.lights, l));
+        self.reflectance |= next.reflectance;
         self.reopened |= next.reopened;
         self.everything |= next.everything;
         Ok(())
@@ -118,7 +122,7 @@ impl SceneChanges {
     }
 }
 
-fn insert<T: Ord>(sorted: &mut Vec<T>, item: T) {
+pub(super) fn insert<T: Ord>(sorted: &mut Vec<T>, item: T) {
     if let Err(at) = sorted.binary_search(&item) {
         sorted.insert(at, item);
     }
@@ -137,7 +141,9 @@ fn remove<T: Ord>(sorted: &mut Vec<T>, item: T) -> bool {
 pub(super) struct Record {
     generation: Generation,
     /// Fixed once the scene is open.
-    frame: Option<FrameOfReference>,
+    pub frame: Option<FrameOfReference>,
+    /// Punctual lights that were taken away; ascending.
+    pub removed_lights: Vec<u32>,
     /// Since changes were last taken.
     pending: SceneChanges,
 }
@@ -145,7 +151,8 @@ pub(super) struct Record {
 impl Default for Record {
     fn default() -> Self {
         let generation = Generation::fresh();
-        Self { generation, frame: None, pending: SceneChanges::none(generation) }
+        let pending = SceneChanges::none(generation);
+        Self { generation, frame: None, removed_lights: Vec::new(), pending }
     }
 }
 
@@ -347,36 +354,29 @@ impl Scene {
         dynamic: bool,
     ) -> Result<ObjectId> {
         mesh.check(self.materials.len())?;
-        if !local.affine().is_finite() {
-            return invalid(format!(
-                "object `{name}` cannot have a transform that is not finite; correct it"
-            ));
-        }
-        self.open();
-        let node = self.add_node(name, local);
         self.meshes.push(mesh);
-        self.objects.push(Object {
-            name: name.into(),
-            node,
-            mesh: self.meshes.len() - 1,
-            skin: None,
-            dynamic,
-            removed: false,
-        });
-        let index = self.objects.len() - 1;
-        let bounds = self.world_bounds(&self.objects[index], &|node| self.world_from_node(node));
-        if !bounds.is_within(MAX_EXTENT) {
-            self.objects.pop();
+        let node = Node { name: name.into(), local, ..Node::default() };
+        let placed = self.place_object(node, name, self.meshes.len() - 1, dynamic);
+        if placed.is_err() {
             self.meshes.pop();
-            self.nodes.pop();
+        }
+        placed
+    }
+
+    /// Takes note of the last object, which is new; refuses one that is too far away.
+    pub(super) fn added_object(&mut self, id: ObjectId) -> Result<()> {
+        let object = &self.objects[id.index()];
+        let bounds = self.world_bounds(object, &|node| self.world_from_node(node));
+        if !bounds.is_within(MAX_EXTENT) {
             return invalid(format!(
-                "object `{name}` is farther than {MAX_EXTENT:.0e} m away; scale it to metres"
+                "object `{}` is farther than {MAX_EXTENT:.0e} m away; scale it to metres",
+                object.name
             ));
         }
-        self.keep_in_frame(&[(index, bounds)]);
-        insert(&mut self.record.pending.added, index.into());
+        self.keep_in_frame(&[(id.index(), bounds)]);
+        insert(&mut self.record.pending.added, id);
         self.stamp();
-        Ok(index.into())
+        Ok(())
     }
 
     /// Takes an object away. Its slot stays empty; its node and its mesh stay, as others may be on them.
@@ -402,6 +402,35 @@ impl Scene {
         }
     }
 
+    /// Takes note that nodes, materials and lights, as many as there were, have other places, shades and strengths.
+    pub(super) fn note_motion(&mut self, nodes: &[usize], materials: &[u32], lights: &[u32]) {
+        let moves = self.at_or_below(|node| nodes.contains(&node));
+        let moved = |(_, object): &(usize, &Object)| {
+            self.is_moved_by(object, &moves)
+                || nodes.contains(&object.node) && !self.meshes[object.mesh].morph_targets.is_empty()
+        };
+        let objects: Vec<ObjectId> = self.placed_objects().filter(moved).map(|(i, _)| i.into()).collect();
+        let mut all_lights = lights.to_vec();
+        all_lights.extend((0..self.lights.len()).filter(|&l| moves[self.lights[l].node]).map(|l| l as u32));
+        if objects.is_empty() && materials.is_empty() && all_lights.is_empty() {
+            return;
+        }
+        let pending = &mut self.record.pending;
+        objects.into_iter().for_each(|id| pending.note_moved(id));
+        materials.iter().for_each(|&m| insert(&mut pending.materials, m));
+        all_lights.into_iter().for_each(|l| insert(&mut pending.lights, l));
+        pending.reflectance |= !materials.is_empty();
+        self.stamp();
+    }
+
+    /// Takes note that anything may be different.
+    pub(super) fn note_everything(&mut self) {
+        self.open();
+        let pending = &mut self.record.pending;
+        *pending = SceneChanges { everything: true, ..SceneChanges::none(pending.from) };
+        self.stamp();
+    }
+
     fn stamp(&mut self) {
         self.record.generation = Generation::fresh();
         self.record.pending.to = self.record.generation;
@@ -423,13 +452,18 @@ impl Scene {
     }
 }
 
-fn check_light(value: Vec3) -> Result<()> {
+pub(super) fn check_light(value: Vec3) -> Result<()> {
     if value.is_finite() && value.min_element() >= 0.0 {
         return Ok(());
     }
     invalid(format!("light of {value} is not possible; give each channel a number from 0 up"))
 }
 
-fn invalid<T>(sentence: String) -> Result<T> {
+pub(super) fn invalid<T>(sentence: String) -> Result<T> {
     Err(Error::Invalid(sentence))
+}
+
+/// Whether something may be there.
+pub(super) fn is_near(place: &DAffine3) -> bool {
+    place.is_finite() && place.translation.abs().max_element() <= MAX_EXTENT
 }

@@ -1,6 +1,6 @@
 //! A camera for scenes that have none.
 
-use super::{Camera, Geometry, NONE, Projection, Scene, Transform};
+use super::{Camera, ClipPlanes, Geometry, NONE, Projection, Scene, Transform, View};
 use crate::math::{sequence, warp};
 use crate::trace::SceneTracer;
 use glam::Vec3;
@@ -11,6 +11,9 @@ const YFOV: [f32; 2] = [0.8, 1.1];
 const FLAT: f32 = 0.15;
 /// Lines of sight from outside that tell a room from a hollow object.
 const SIGHT_LINES: u32 = 64;
+/// Lines of sight that tell whether a camera sees anything.
+#[cfg(feature = "import")]
+const LINES_OF_SIGHT: u32 = 1024;
 
 impl Scene {
     /// Adds a camera if the scene has none: one that sees all of it (in pictures at least as wide as high), or, in a
@@ -43,8 +46,55 @@ impl Scene {
             name: "camera".into(),
             node,
             projection: Projection::Perspective { yfov },
+            clip: Default::default(),
         });
     }
+}
+
+impl Scene {
+    /// Takes the planes of cameras away that leave nothing of what they see, as those of files in other units do, and says so.
+    #[cfg(feature = "import")]
+    pub(super) fn doubt_clip_planes(&mut self) {
+        let geometry = Geometry::new(self);
+        let doubtful: Vec<usize> =
+            (0..self.cameras.len()).filter(|&i| cuts_into(self, &geometry, &self.cameras[i])).collect();
+        if doubtful.is_empty() {
+            return;
+        }
+        let tracer = SceneTracer::of_all_surfaces(self, &geometry);
+        let cut: Vec<usize> = doubtful.into_iter().filter(|&i| cuts_all(&tracer, &self.cameras[i])).collect();
+        for index in cut {
+            let Camera { name, clip: ClipPlanes { near, far }, .. } = &self.cameras[index];
+            self.warn(format!(
+                "camera `{name}` sees nothing between its near plane at {near} m and its far plane at {far} m: it cuts nothing off"
+            ));
+            self.cameras[index].clip = ClipPlanes::NONE;
+        }
+    }
+}
+
+/// Whether a camera's planes may cut off anything worth mentioning.
+#[cfg(feature = "import")]
+fn cuts_into(scene: &Scene, geometry: &Geometry, camera: &Camera) -> bool {
+    let view = View::new(scene, camera, 1.0).relative_to(geometry.origin);
+    let (center, half) = (geometry.center(), geometry.extent() * 0.5);
+    let middle = view.project(center).1;
+    camera.clip.near > 1e-3 * geometry.extent() || camera.clip.far < middle + half
+}
+
+/// Whether nothing is seen between a camera's planes, and something without them.
+#[cfg(feature = "import")]
+fn cuts_all(tracer: &SceneTracer, camera: &Camera) -> bool {
+    let view = View::new(tracer.scene(), camera, 1.0).relative_to(tracer.geometry().origin);
+    let sees = |clip: ClipPlanes| {
+        let view = super::LocalView { clip, ..view };
+        (0..LINES_OF_SIGHT).any(|i| {
+            let at = [0, 1].map(|d| 2.0 * sequence::sample(i, d, 0) - 1.0);
+            let (origin, direction) = view.ray(at.into());
+            tracer.closest_visible_within(origin, direction, clip.reach()).is_some()
+        })
+    };
+    !sees(camera.clip) && sees(ClipPlanes::NONE)
 }
 
 /// A point inside a closed room, if the scene is one: the centre, or one near it where that lies inside of something.
@@ -78,7 +128,7 @@ fn shows_fronts(tracer: &SceneTracer<'_>, center: Vec3, radius: f32) -> bool {
 
 /// Whether rays in all directions meet surfaces, and most of them fronts. (Seen from inside of a closed object, all
 /// would be backs, double-sided or not.)
-fn is_enclosed(tracer: &SceneTracer<'_>, point: Vec3) -> bool {
+pub(super) fn is_enclosed(tracer: &SceneTracer<'_>, point: Vec3) -> bool {
     let (scene, geometry) = (tracer.scene(), tracer.geometry());
     let mut fronts = 0;
     for i in (0..27).filter(|&i| i != 13) {

@@ -1,5 +1,6 @@
 //! Light from all around, infinitely far away: a sky, or a picture of one.
 
+mod means;
 mod prefiltered;
 
 pub use prefiltered::PrefilteredEnvironment;
@@ -8,6 +9,7 @@ use super::sun::{Disc, Sun, SunPoint};
 use crate::image::Image;
 use crate::{Error, Result};
 use glam::{DVec2, DVec3, Quat, Vec2, Vec3};
+use means::{Shares, means, shares};
 use std::f32::consts::{PI, TAU};
 use std::sync::{Arc, OnceLock};
 
@@ -76,7 +78,7 @@ impl EnvironmentMap {
         let sun = Sun::of(&image);
         let mut result = Self::of(image);
         result.sun = sun.map(|sun| {
-            let sky = Self::of(sun.removed_from(&result.image)).cells;
+            let sky = result.cells_without(&sun);
             (sun, sky)
         });
         Ok(result)
@@ -87,21 +89,50 @@ impl EnvironmentMap {
         let sides = [image.width, image.height];
         let size = std::array::from_fn(|i| sides[i].next_power_of_two().clamp(LEAST_CELLS[i], MOST_CELLS[i]));
         let mut result = Self { image, size, cells: Vec::new(), sun: None, prefiltered: OnceLock::new() };
-        let columns = PROBES * sides[0].div_ceil(size[0]);
-        let mean = |cell: u32| {
-            // Rows of cells are of the same height in y: at the poles they hold more rows of the picture than at the equator.
-            let y = |edge: u32| 1.0 - 2.0 * (cell / size[0] + edge) as f32 / size[1] as f32;
-            let angle = libm::acosf(y(1).max(-1.0)) - libm::acosf(y(0));
-            let rows = PROBES * (angle / PI * sides[1] as f32).ceil().max(1.0) as u32;
-            let mut sum = Vec3::ZERO;
-            for (i, j) in (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j))) {
-                let [x, y] = [(i, columns), (j, rows)].map(|(k, n)| (f64::from(k) + 0.5) / f64::from(n));
-                sum += bilinear(&result.image, place(result.direction(cell, DVec2::new(x, y))));
-            }
-            sum / (columns * rows) as f32
-        };
-        result.cells = (0..size[0] * size[1]).map(mean).collect();
+        let [rows, columns] = result.shares();
+        result.cells = means(&result.image, &rows, &columns);
         result
+    }
+
+    /// What pixels' rows and columns have in the means of rows and columns of cells.
+    fn shares(&self) -> [Vec<Shares>; 2] {
+        let [width, height] = [self.image.width, self.image.height];
+        let middles = |count: u32| (0..count).map(move |i| (f64::from(i) + 0.5) / f64::from(count));
+        let columns = PROBES * width.div_ceil(self.size[0]);
+        let column = |cell: u32| {
+            let places = middles(columns).map(|x| (f64::from(cell) + x) / f64::from(self.size[0]));
+            shares(places, width, true)
+        };
+        let row = |cell: u32| {
+            // Rows of cells are of the same height in y: at the poles they hold more rows of the picture than at the equator.
+            let y = |at: f64| 1.0 - 2.0 * (f64::from(cell) + at) / f64::from(self.size[1]);
+            let polar = |at: f64| libm::acos(y(at).clamp(-1.0, 1.0)) / std::f64::consts::PI;
+            let rows = ((polar(1.0) - polar(0.0)) * f64::from(height) - 1e-9).ceil().max(1.0) as u32;
+            shares(middles(PROBES * rows).map(polar), height, false)
+        };
+        [(0..self.size[1]).map(row).collect(), (0..self.size[0]).map(column).collect()]
+    }
+
+    /// The cells' means without a sun.
+    fn cells_without(&mut self, sun: &Sun) -> Vec<Vec3> {
+        let whole = sun.take_from(&mut self.image);
+        let [rows, columns] = self.shares();
+        let is_bright = |row: &Shares| {
+            let (first, last) = (row.first().map_or(0, |r| r.0), row.last().map_or(0, |r| r.0));
+            let pixels = first * self.image.width..(last + 1) * self.image.width;
+            let next = whole.partition_point(|(pixel, _)| *pixel < pixels.start);
+            whole.get(next).is_some_and(|(pixel, _)| *pixel < pixels.end)
+        };
+        let mut cells = self.cells.clone();
+        for (index, row) in rows.iter().enumerate().filter(|(_, row)| is_bright(row)) {
+            let start = index * columns.len();
+            let means = means(&self.image, std::slice::from_ref(row), &columns);
+            cells[start..start + columns.len()].copy_from_slice(&means);
+        }
+        for (pixel, before) in whole {
+            self.image.pixels[pixel as usize] = before;
+        }
+        cells
     }
 
     /// With a round sun before it.

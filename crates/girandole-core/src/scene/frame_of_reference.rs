@@ -13,6 +13,10 @@
 //! 5. How large surfaces are, as a rule, is the lower quartile of their extents, weighted like the corners: a building has
 //!    walls as large as a single room's.
 //!
+//! 6. What small distances are relative to, as those that rays start at, is neither: a closed room is no other for a plain of 10 km
+//!    that it stands on. It is sixteen times what a quarter of all surfaces are not larger than, each that stands still counting alike: patches,
+//!    and what of an object is on none. What is far from the origin has larger ones, as its coordinates are rounded.
+//!
 //! Worked example: the built-in rooms' cores are as large as their bounds, as most surface is on their walls; that of a
 //! large building is half as large. A box of 0.4 m that is 100 m away from a room of 10 m has a hundredth of the
 //! surface; bounds over core are about 10; origin and scale are those of the room alone, to the bit, and the bounds
@@ -43,13 +47,25 @@ pub struct FrameOfReference {
     /// How large surfaces are, as a rule, metres: three quarters of what there is (weighted as in the module's documentation)
     /// is on patches or meshes whose bounds have a diagonal of at least this.
     pub surface_extent: f32,
+    /// What small distances are relative to, metres, see the module's documentation. It may be larger than the scale, and is the same
+    /// for a room alone and on a plain.
+    pub detail: f32,
 }
+
+/// [`FrameOfReference::detail`] in units of what a quarter of all surfaces are not larger than: as large as a room with such furniture.
+const DETAIL: f64 = 16.0;
 
 impl Default for FrameOfReference {
     /// That of an empty scene.
     fn default() -> Self {
         let least = f32::MIN_POSITIVE;
-        Self { origin: DVec3::ZERO, bounds: (Vec3::ZERO, Vec3::ZERO), scale: least, surface_extent: least }
+        Self {
+            origin: DVec3::ZERO,
+            bounds: (Vec3::ZERO, Vec3::ZERO),
+            scale: least,
+            surface_extent: least,
+            detail: least,
+        }
     }
 }
 
@@ -81,7 +97,7 @@ impl FrameOfReference {
         let movers = placed.iter().filter(|o| moves(o.index));
         let is_animated = scene.animated_objects();
         let animated: Vec<usize> = movers.clone().map(|o| o.index).filter(|&i| is_animated[i]).collect();
-        let poses: Vec<_> = scene.moments().into_iter().map(|seconds| scene.poses(seconds)).collect();
+        let poses = scene.all_poses();
         let mut sizes = vec![0.0; scene.objects.len()];
         movers.clone().for_each(|o| sizes[o.index] = o.bounds.size().length());
         let places = movers.map(|o| (o.index, o.bounds)).chain(scene.reaches(&animated, &poses));
@@ -92,8 +108,16 @@ impl FrameOfReference {
         let relative = |b: Box3| ((b.low - origin).as_vec3(), (b.high - origin).as_vec3());
         let (low, high) = relative(main);
         let scale = (high - low).length().max(f32::MIN_POSITIVE);
-        let surface_extent = (surface_extent(scene, &placed) as f32).clamp(f32::MIN_POSITIVE, scale);
-        Self { origin, bounds: relative(with_room), scale, surface_extent }
+        let surfaces = surfaces(scene, &placed);
+        let within_scale = |extent: f64| (extent as f32).clamp(f32::MIN_POSITIVE, scale);
+        let surface_extent = within_scale(surface_extent(&surfaces));
+        let all_move = surfaces.iter().all(|surface| moves(surface.object));
+        let counted = surfaces.iter().filter(|surface| all_move || !moves(surface.object));
+        // A power of two: a few surfaces more change nothing, as a rule.
+        let detail = DETAIL * lower_quartile(counted.map(|surface| surface.extent));
+        let detail = libm::exp2(libm::floor(libm::log2(detail))) as f32;
+        let detail = detail.max(f32::MIN_POSITIVE);
+        Self { origin, bounds: relative(with_room), scale, surface_extent, detail }
     }
 
     /// Length of the bounds' diagonal, metres; larger than the scale where there are outliers or room for movers.
@@ -262,8 +286,17 @@ fn core(scene: &Scene, objects: &[Placed], within: Box3) -> Box3 {
     core
 }
 
-/// Lower quartile of the extents of patches, and of what of an object is on none.
-fn surface_extent(scene: &Scene, objects: &[Placed]) -> f64 {
+/// A patch, or what of an object is on none.
+struct Surface {
+    object: usize,
+    /// Metres.
+    extent: f64,
+    /// Of its corners.
+    weight: f64,
+}
+
+/// All that have an area.
+fn surfaces(scene: &Scene, objects: &[Placed]) -> Vec<Surface> {
     let mut surfaces = Vec::new();
     for object in objects {
         let mesh = &scene.meshes[scene.objects[object.index].mesh];
@@ -272,23 +305,35 @@ fn surface_extent(scene: &Scene, objects: &[Placed]) -> f64 {
         for patch in mesh.patches.iter().filter(|_| !is_deformed) {
             let range = patch.triangles.start as usize..patch.triangles.end as usize;
             on_none[range.clone()].fill(false);
-            surfaces.push(surface(object, &mut mesh.triangles[range].iter()));
+            surfaces.extend(surface(object, &mut mesh.triangles[range].iter()));
         }
         let mut rest = mesh.triangles.iter().zip(on_none).filter(|(_, on_none)| *on_none).map(|(t, _)| t);
-        surfaces.push(surface(object, &mut rest));
+        surfaces.extend(surface(object, &mut rest));
     }
+    surfaces
+}
+
+/// Lower quartile of the extents of surfaces, weighted.
+fn surface_extent(surfaces: &[Surface]) -> f64 {
+    let mut surfaces: Vec<(f64, f64)> = surfaces.iter().map(|s| (s.extent, s.weight)).collect();
     surfaces.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = surfaces.iter().map(|s| s.1).sum();
     let mut below = 0.0;
     let quartile = surfaces.iter().find(|(_, weight)| {
         below += weight;
-        *weight > 0.0 && below >= total * 0.25
+        below >= total * 0.25
     });
     quartile.map_or(0.0, |s| s.0)
 }
 
-/// Extent and weight of some triangles.
-fn surface(object: &Placed, triangles: &mut dyn Iterator<Item = &MeshTriangle>) -> (f64, f64) {
+fn lower_quartile(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 4).copied().unwrap_or(0.0)
+}
+
+/// Some triangles together, unless they have no area.
+fn surface(object: &Placed, triangles: &mut dyn Iterator<Item = &MeshTriangle>) -> Option<Surface> {
     let (mut bounds, mut weight) = (Box3::EMPTY, 0.0);
     for triangle in triangles {
         let corners = object.corners(triangle);
@@ -298,5 +343,6 @@ fn surface(object: &Placed, triangles: &mut dyn Iterator<Item = &MeshTriangle>) 
             bounds = corners.into_iter().fold(bounds, Box3::with);
         }
     }
-    (if bounds.is_empty() { 0.0 } else { bounds.size().length() }, weight)
+    let extent = if bounds.is_empty() { 0.0 } else { bounds.size().length() };
+    (weight > 0.0).then_some(Surface { object: object.index, extent, weight })
 }

@@ -1,7 +1,7 @@
 //! The scene flattened to world space: what rays, light samples and the renderer work on.
 
 use super::hierarchy::WorldFromNode;
-use super::{FrameOfReference, Mesh, NONE, Scene};
+use super::{FrameOfReference, Mesh, NONE, Scene, coincident};
 use crate::Result;
 use crate::brdf::Surface;
 use crate::generation::Generation;
@@ -63,8 +63,8 @@ pub struct Geometry {
     pub uvs: Vec<[Vec2; 2]>,
     /// Linear RGB that multiplies base colours; empty where no mesh has any.
     pub colors: Vec<Vec3>,
-    /// All triangles, object by object: those that have an area, and all of what is deformed, where some may have none for a
-    /// while.
+    /// All triangles, object by object: those that have an area and a place of their own, and all of what is deformed, where some
+    /// may have no area for a while.
     pub triangles: Vec<Triangle>,
     /// All planar convex patches, object by object.
     pub patches: Vec<WorldPatch>,
@@ -75,17 +75,23 @@ pub struct Geometry {
     /// Triangles without area or with non-finite corners, which were dropped. What is deformed keeps those without area, so that
     /// the others' indices do not change.
     pub dropped: usize,
+    /// Triangles in the same place as others, which were dropped: what is listed twice emits and reflects once.
+    pub coincident: usize,
     scale: f32,
     surface_extent: f32,
+    detail: f32,
+    /// How far punctual lights are taken off what they lie on.
+    light_shifts: Vec<Vec3>,
     generation: Generation,
 }
 
 impl Geometry {
     /// Flattens a scene, in the frame of reference that it was opened with, or would be.
     pub fn new(scene: &Scene) -> Self {
-        let FrameOfReference { origin, bounds, scale, surface_extent } = scene.frame_of_reference();
+        let FrameOfReference { origin, bounds, scale, surface_extent, detail } = scene.frame_of_reference();
         let generation = scene.generation();
-        let mut result = Self { origin, bounds, scale, surface_extent, generation, ..Self::default() };
+        let mut result =
+            Self { origin, bounds, scale, surface_extent, detail, generation, ..Self::default() };
         let world_from_nodes = scene.world_from_nodes();
         for (index, object) in scene.objects.iter().enumerate() {
             if object.removed {
@@ -100,7 +106,15 @@ impl Geometry {
                 result.add_object(scene, index, &world_from_nodes[object.node]);
             }
         }
+        coincident::drop_doubles(scene, &mut result);
+        result.light_shifts = super::light_places::shifts(scene, &result);
         result
+    }
+
+    /// Where a punctual light on this node shines from, relative to the origin: where it is, or just beside the surface that it lies on.
+    pub fn light_position(&self, light: usize, world_from_node: &DAffine3) -> Vec3 {
+        let shift = self.light_shifts.get(light).copied().unwrap_or(Vec3::ZERO);
+        (world_from_node.translation - self.origin).as_vec3() + shift
     }
 
     /// Which version of the scene this is.
@@ -126,6 +140,7 @@ impl Geometry {
             bounds: self.bounds,
             scale: self.scale,
             surface_extent: self.surface_extent,
+            detail: self.detail,
         }
     }
 
@@ -262,8 +277,8 @@ impl Geometry {
         (b - a).cross(c - a)
     }
 
-    /// The scene's size, metres, see [`FrameOfReference::scale`]: what epsilons are relative to. Nothing is sure to be
-    /// within it; for that there is [`Geometry::extent`].
+    /// The scene's size, metres, see [`FrameOfReference::scale`]. Nothing is sure to be within it; for that there is
+    /// [`Geometry::extent`]; and small distances are relative to [`Geometry::detail`].
     pub fn diagonal(&self) -> f32 {
         self.scale.max(f32::MIN_POSITIVE)
     }
@@ -272,6 +287,17 @@ impl Geometry {
     /// to it. Other rooms in a building change it little.
     pub fn surface_extent(&self) -> f32 {
         self.surface_extent.max(f32::MIN_POSITIVE)
+    }
+
+    /// What small distances are relative to, metres, see [`FrameOfReference::detail`]: that of a room, whatever plain it is on; at
+    /// most the scene's size.
+    pub fn detail(&self) -> f32 {
+        self.detail.min(self.scale).max(f32::MIN_POSITIVE)
+    }
+
+    /// What the offsets of rays are relative to, metres: the same, whatever the scene's size.
+    pub(crate) fn offset_detail(&self) -> f32 {
+        self.detail.max(f32::MIN_POSITIVE)
     }
 
     /// Length of the bounds' diagonal, metres: for what has to cover everything.

@@ -40,7 +40,7 @@ impl Scene {
     }
 
     /// What each node has, which follows from what its parent has; `root` is what is above roots.
-    fn inherited<T: Clone>(&self, root: T, next: impl Fn(&T, usize) -> T) -> Vec<T> {
+    pub(super) fn inherited<T: Clone>(&self, root: T, next: impl Fn(&T, usize) -> T) -> Vec<T> {
         let mut all: Vec<Option<T>> = vec![None; self.nodes.len()];
         let mut below = Vec::new();
         for index in 0..self.nodes.len() {

@@ -23,42 +23,58 @@
 //! # Ok::<(), girandole_core::Error>(())
 //! ```
 
+mod added_light;
+mod authoring;
 pub mod builtin;
 mod camera;
 mod changes;
+mod clips;
+mod coincident;
 mod defaults;
 mod deformation;
 #[cfg(feature = "import")]
 mod edits;
 mod environment;
+#[cfg(feature = "import")]
+mod export;
+mod fingerprint;
 mod frame_of_reference;
 mod geometry;
 #[cfg(feature = "import")]
 pub mod gltf;
+mod ground;
 mod hierarchy;
+mod light_places;
 #[cfg(feature = "import")]
 mod load;
 mod material;
 mod mesh;
 #[cfg(feature = "import")]
-mod model_file;
+mod models;
 mod motion;
 mod patches;
 #[cfg(feature = "import")]
 mod repair;
 mod sky;
+#[cfg(feature = "import")]
+mod step;
 mod studio;
 mod sun;
 mod units;
+mod up;
 mod view;
 mod viewpoint;
 
-pub use camera::{Camera, Projection};
+pub use authoring::Shades;
+pub use camera::{Camera, ClipPlanes, Projection};
 pub use changes::{ObjectId, SceneChanges};
 pub use deformation::{Joint, JointWeight, MorphTarget, Skin};
 #[cfg(feature = "import")]
 pub use edits::{Edit, Edits, NamedIndex, ReadModel, Shape};
 pub use environment::{Environment, EnvironmentMap, PrefilteredEnvironment};
+#[cfg(feature = "import")]
+pub use export::Exported;
+pub use fingerprint::Fingerprint;
 pub use frame_of_reference::FrameOfReference;
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
 #[cfg(feature = "import")]
@@ -68,13 +84,16 @@ pub use load::LoadOptions;
 pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
 pub use mesh::{Mesh, MeshTriangle, Patch};
 #[cfg(feature = "import")]
-pub use model_file::{load_model, load_model_slice};
+pub use models::{load_model, load_model_slice};
 pub use motion::{Animation, Channel, Interpolation, Keyframes, Transform};
 pub use patches::mark_patches;
 pub use sky::Sky;
+#[cfg(feature = "import")]
+pub use step::{Snapshot, Step};
 pub use studio::DefaultLight;
 pub use sun::{Disc, SunPoint};
 pub use units::HARDLY_METRES;
+pub use up::{LIKELY_Z_UP, UpAxis};
 pub use view::{ClipDepth, LocalView, View};
 pub use viewpoint::{FieldOfView, Viewpoint};
 
@@ -91,7 +110,7 @@ const MOST_WARNINGS: usize = 200;
 pub const NONE: u32 = u32::MAX;
 
 /// A transform in the hierarchy. Parents come before their children in [`Scene::nodes`].
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Node {
     /// The name, as in the file; may be empty.
     pub name: String,
@@ -107,7 +126,7 @@ pub struct Node {
 }
 
 /// A mesh placed in the scene. Its index in [`Scene::objects`] is its stable identity, see [`ObjectId`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Object {
     /// The name, as in the file; may be empty.
     pub name: String,
@@ -142,7 +161,7 @@ pub enum PunctualKind {
 }
 
 /// A light without extent.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PunctualLight {
     /// The name, as in the file; may be empty.
     pub name: String,
@@ -180,11 +199,12 @@ pub struct Scene {
     pub environment: Option<Environment>,
     /// Cameras; never empty after [`Scene::ensure_camera`].
     pub cameras: Vec<Camera>,
-    /// Animations of nodes and morph weights; [`Scene::set_time`] plays them.
+    /// Animations of nodes and morph weights; [`Scene::set_time`] plays those that [`Scene::choose_clip`] has play.
     pub animations: Vec<Animation>,
     /// What the source asked for and is not supported: one sentence each, already logged.
     pub warnings: Vec<String>,
     record: changes::Record,
+    clips: clips::Clips,
 }
 
 impl Scene {

@@ -3,7 +3,6 @@
 use super::Scene;
 use crate::{Error, Result};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3, Vec4};
-use std::collections::BTreeMap;
 use std::ops::{Add, Mul};
 
 /// A node's transform: scale, then rotation, then translation; or any affine map.
@@ -147,8 +146,18 @@ enum Between {
 }
 
 impl Channel {
+    /// Sets what it drives of a node, that is elsewhere `local`.
+    pub(super) fn add_to(&self, pose: &mut Pose, local: Transform, seconds: f64) {
+        if let Some((part, value)) = self.value(seconds) {
+            let mut parts = pose.local.unwrap_or(local).parts();
+            parts[part] = value;
+            pose.local = Some(Transform::from_parts(parts));
+        }
+        pose.morph_weights = self.morph_weights(seconds).or(pose.morph_weights.take());
+    }
+
     /// Which of [`Transform::parts`] it drives.
-    fn part(&self) -> Option<usize> {
+    pub(super) fn part(&self) -> Option<usize> {
         match self.keyframes {
             Keyframes::Translation(_) => Some(0),
             Keyframes::Rotation(_) => Some(1),
@@ -238,15 +247,9 @@ fn slerp(a: Vec4, b: Vec4, t: f32) -> Vec4 {
     a * weight(1.0 - f64::from(t)) + b * weight(f64::from(t))
 }
 
-/// Motion by animations. All of them play at once; where two drive the same part of a node's transform, the later one does.
+/// Motion by animations, see [`Scene::playing_clips`].
 impl Scene {
-    /// Seconds after which animations repeat: the last key's time. 0 where nothing is animated.
-    pub fn duration(&self) -> f64 {
-        let times = self.animations.iter().flat_map(|a| &a.channels).filter_map(|c| c.times.last());
-        times.copied().fold(0.0, f32::max).into()
-    }
-
-    /// Puts everything where the animations have it, and writes down what moved, as [`Scene::set_transform`] does. Beyond
+    /// Puts everything where the animations have it that play, and writes down what moved, as [`Scene::set_transform`] does. Beyond
     /// [`Scene::duration`] they repeat.
     ///
     /// # Errors
@@ -255,10 +258,11 @@ impl Scene {
         if !seconds.is_finite() {
             return Err(Error::Invalid(format!("there is no time {seconds}; give a number of seconds")));
         }
+        self.remember_rest();
         self.set_poses(self.poses(seconds))
     }
 
-    /// Whether animations drive what the place or shape of each object depends on.
+    /// Whether animations, playing or not, drive what the place or shape of each object depends on.
     pub(super) fn animated_objects(&self) -> Vec<bool> {
         let (mut is_posed, mut is_morphed) = (vec![false; self.nodes.len()], vec![false; self.nodes.len()]);
         for channel in self.animations.iter().flat_map(|a| &a.channels) {
@@ -269,37 +273,5 @@ impl Scene {
         }
         let is_posed = self.at_or_below(|node| is_posed[node]);
         self.objects.iter().map(|o| self.is_moved_by(o, &is_posed) || is_morphed[o.node]).collect()
-    }
-
-    /// Moments that tell where things come by: keys and the middle between them, or evenly spaced ones where those are many.
-    pub(super) fn moments(&self) -> Vec<f64> {
-        const MOST: usize = 512;
-        let keys = self.animations.iter().flat_map(|a| &a.channels).flat_map(|c| &c.times);
-        let mut keys: Vec<f64> = keys.map(|&t| t.into()).collect();
-        keys.sort_by(f64::total_cmp);
-        keys.dedup();
-        if keys.len() > MOST / 2 {
-            let (first, last) = (keys[0], keys[keys.len() - 1]);
-            return (0..MOST).map(|i| first + (last - first) * i as f64 / (MOST - 1) as f64).collect();
-        }
-        keys.iter().copied().chain(keys.windows(2).map(|pair| (pair[0] + pair[1]) * 0.5)).collect()
-    }
-
-    /// What animations make of nodes at a moment, in the order of nodes.
-    pub(super) fn poses(&self, seconds: f64) -> Vec<Pose> {
-        let duration = self.duration();
-        let seconds = if seconds > duration && duration > 0.0 { seconds % duration } else { seconds };
-        let mut poses: BTreeMap<usize, Pose> = BTreeMap::new();
-        for channel in self.animations.iter().flat_map(|a| &a.channels) {
-            let node = channel.node;
-            let pose = poses.entry(node).or_insert_with(|| Pose { node, local: None, morph_weights: None });
-            if let Some((part, value)) = channel.value(seconds) {
-                let mut parts = pose.local.unwrap_or(self.nodes[node].local).parts();
-                parts[part] = value;
-                pose.local = Some(Transform::from_parts(parts));
-            }
-            pose.morph_weights = channel.morph_weights(seconds).or(pose.morph_weights.take());
-        }
-        poses.into_values().collect()
     }
 }

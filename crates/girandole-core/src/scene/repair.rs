@@ -6,8 +6,9 @@ use super::{Mesh, Scene, mark_patches};
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashSet;
 
-/// Patches of an imported scene have at least this share of its diagonal squared.
+/// Patches of an imported scene have at least this share of its diagonal squared, or of the square of so many times their object's own.
 const MIN_AREA: f64 = 1e-4;
+const MOST_OBJECTS_ACROSS: f64 = 32.0;
 
 /// A unit normal for each vertex: the mean over all triangles at its position, weighted by their angle there.
 pub(crate) fn smooth_normals(
@@ -40,6 +41,23 @@ pub(crate) fn smooth_normals(
         })
         .map(|n| n.as_vec3())
         .collect()
+}
+
+/// Turns the normals of vertices around if those of most triangles point away from their fronts: the side that shows would be black.
+/// Whether that was so.
+pub(crate) fn turn_normals(positions: &[Vec3], normals: &mut [Vec3], triangles: &[[u32; 3]]) -> bool {
+    let mut balance = 0_i64;
+    for corners in triangles {
+        let [a, b, c] = corners.map(|v| positions[v as usize].as_dvec3());
+        let front = (b - a).cross(c - a);
+        let along = corners.map(|v| front.dot(normals[v as usize].as_dvec3()));
+        let is_all = |of: fn(f64) -> bool| i64::from(along.into_iter().all(of));
+        balance += is_all(|along| along < 0.0) - is_all(|along| along > 0.0);
+    }
+    if balance > 0 {
+        normals.iter_mut().for_each(|normal| *normal = -*normal);
+    }
+    balance > 0
 }
 
 /// Drops triangles of the same three positions (and what deforms them), front and material as an earlier one, and returns their
@@ -88,6 +106,7 @@ pub(crate) fn mark_scene(scene: &mut Scene) -> Result<(), String> {
         })
         .collect();
     let mut scales = vec![0.0_f64; scene.meshes.len()];
+    let mut extents = vec![0.0_f64; scene.meshes.len()];
     for object in &scene.objects {
         if scene.is_deformed(object) {
             let bounds = scene.world_bounds(object, &|node| world_from_nodes[node]);
@@ -95,15 +114,17 @@ pub(crate) fn mark_scene(scene: &mut Scene) -> Result<(), String> {
             continue;
         }
         let ((min, max), affine) = (bounds[object.mesh], world_from_nodes[object.node]);
+        let (mut own_low, mut own_high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for corner in 0..8 {
             let pick = |axis: usize| if corner >> axis & 1 == 0 { min[axis] } else { max[axis] };
             let p = affine.transform_point3(Vec3::new(pick(0), pick(1), pick(2)).as_dvec3());
             if !p.is_finite() {
                 return Err("has an object without a finite place; check its transforms".into());
             }
-            low = low.min(p);
-            high = high.max(p);
+            (own_low, own_high) = (own_low.min(p), own_high.max(p));
         }
+        (low, high) = (low.min(own_low), high.max(own_high));
+        extents[object.mesh] = extents[object.mesh].max((own_high - own_low).length());
         // How much areas grow at most, exact for those along two of the object's axes.
         let m = affine.matrix3;
         for (a, b) in [(m.x_axis, m.y_axis), (m.y_axis, m.z_axis), (m.z_axis, m.x_axis)] {
@@ -117,9 +138,9 @@ pub(crate) fn mark_scene(scene: &mut Scene) -> Result<(), String> {
     if diagonal > MAX_EXTENT || low.abs().max(high.abs()).max_element() > MAX_EXTENT {
         return Err(format!("reaches {diagonal:.3e} m far; scale it to metres"));
     }
-    let least = MIN_AREA * diagonal * diagonal;
-    for (mesh, scale) in scene.meshes.iter_mut().zip(scales) {
+    for (mesh, (scale, extent)) in scene.meshes.iter_mut().zip(scales.into_iter().zip(extents)) {
         if scale > 0.0 {
+            let least = MIN_AREA * diagonal.min(MOST_OBJECTS_ACROSS * extent).powi(2);
             mark_patches(mesh, (least / scale) as f32);
         }
     }

@@ -1,17 +1,21 @@
 //! Light for scenes that bring none, or too little.
 
-use super::defaults::inside;
+use super::added_light::AddedLight;
+use super::defaults::{inside, is_enclosed};
 use super::environment::pixel_direction;
-use super::{Environment, Geometry, Material, NONE, PunctualKind, PunctualLight, Scene, Transform, View};
+use super::{
+    ClipPlanes, Environment, FieldOfView, Geometry, Material, PunctualKind, PunctualLight, Scene, Transform,
+    View, Viewpoint,
+};
 use crate::image::Image;
 use crate::lights::{LightSet, LightSettings, share_reached};
 use crate::trace::SceneTracer;
-use glam::Vec3;
+use glam::{DVec3, Vec2, Vec3};
 
 /// Irradiance that a lamp under a ceiling gives a room's middle, W/m²: a white wall then shines with about 1 W/(sr·m²).
 const IRRADIANCE: f32 = 3.0;
 /// Aspect of the picture by which light is judged.
-const ASPECT: f32 = 4.0 / 3.0;
+pub(super) const ASPECT: f32 = 4.0 / 3.0;
 /// Light that reaches less than this share of what is seen is no lighting.
 const LEAST_REACHED: f32 = 0.5;
 /// By which it is judged.
@@ -77,28 +81,51 @@ impl Environment {
 
 impl Scene {
     /// Adds light if the scene's own reaches less than half of what its first camera sees, and says so in a warning: a
-    /// [studio](Environment::studio), or a lamp under the ceiling of a closed room that gives its middle an irradiance of 3 W/m².
+    /// [studio](Environment::studio), or a lamp under the ceiling of a closed room that gives its middle an irradiance of 3 W/m². Where
+    /// neither would reach it, as under a dome or in a shade, it is a lamp elsewhere. If that camera sees nothing but backs, which are
+    /// not drawn, all of it is shown from both sides. What does not reflect needs no light.
     pub fn ensure_light(&mut self) {
-        let geometry = Geometry::new(self);
+        let mut geometry = Geometry::new(self);
+        if self.shows_backs_alone(&geometry) {
+            self.warn(format!(
+                "what the first camera of `{}` looks at turns its back to it, which is not drawn: all is shown from both sides; turn its normals around",
+                self.name
+            ));
+            self.materials.iter_mut().for_each(|material| material.double_sided = true);
+            geometry = Geometry::new(self);
+        }
+        let used: Vec<&Material> =
+            geometry.triangles.iter().map(|t| &self.materials[t.material as usize]).collect();
+        if !used.is_empty() && used.iter().all(|material| material.unlit) {
+            return;
+        }
         let what = match self.reached(&geometry) {
             None if self.shines() => format!("what emits in `{}` has no area, or is cut away", self.name),
             None => format!("`{}` has no light", self.name),
+            // What is black from outside is meant to be.
+            Some(share) if share < LEAST_REACHED && self.is_seen_from_outside(&geometry) => {
+                self.warn(format!(
+                    "the light of `{}` reaches {:.0} % of what is seen, as the first camera is outside of the room that it lights",
+                    self.name,
+                    share * 100.0
+                ));
+                return;
+            }
             Some(share) if share < LEAST_REACHED => {
-                format!("the light of `{}` reaches {:.0} % of what is seen", self.name, share * 100.0)
+                let turned = self.is_lit_by_backs(&geometry);
+                let why = if turned { ", as what emits turns its back to it" } else { "" };
+                format!("the light of `{}` reaches {:.0} % of what is seen{why}", self.name, share * 100.0)
             }
             Some(_) => return,
         };
-        let tracer = SceneTracer::of_all_surfaces(self, &geometry);
-        let lamp =
-            inside(&tracer).and_then(|p| Some((p, tracer.closest_hit(p, Vec3::Y, f32::INFINITY, NONE)?.t)));
-        match lamp {
-            Some((point, height)) => {
-                self.warn(format!("{what}: a lamp under the ceiling lights it"));
-                self.add_lamp(&geometry, point, height * 0.9);
-            }
-            None => {
+        match self.added_light(&geometry) {
+            AddedLight::Studio => {
                 self.warn(format!("{what}: a studio lights it"));
                 self.add_studio();
+            }
+            AddedLight::Lamp { position, distance, place } => {
+                self.warn(format!("{what}: a lamp {place} lights it"));
+                self.add_lamp(&geometry, position, distance);
             }
         }
     }
@@ -110,8 +137,8 @@ impl Scene {
         self.environment = Some(Environment::studio(forward));
     }
 
-    fn add_lamp(&mut self, geometry: &Geometry, below: Vec3, distance: f32) {
-        let place = Transform::translation(below + Vec3::Y * distance + geometry.origin.as_vec3());
+    fn add_lamp(&mut self, geometry: &Geometry, position: Vec3, distance: f32) {
+        let place = Transform::translation(position + geometry.origin.as_vec3());
         let node = self.add_node("default light", place);
         self.lights.push(PunctualLight {
             name: "default light".into(),
@@ -126,11 +153,45 @@ impl Scene {
         if !self.shines() {
             return None;
         }
+        match self.cameras.first() {
+            Some(camera) => self.reached_in(geometry, &View::new(self, camera, ASPECT)),
+            None => Some(1.0),
+        }
+    }
+
+    /// The same of what a view sees.
+    fn reached_in(&self, geometry: &Geometry, view: &View) -> Option<f32> {
         let settings = LightSettings { count: SAMPLES, candidates: 4, ..LightSettings::default() };
         let lights = LightSet::sample(self, geometry, &settings).ok()?;
-        let Some(camera) = self.cameras.first() else { return Some(1.0) };
-        let tracer = SceneTracer::new(self, geometry);
-        Some(share_reached(&tracer, &View::new(self, camera, ASPECT), lights.samples()))
+        Some(share_reached(&SceneTracer::new(self, geometry), view, lights.samples()))
+    }
+
+    /// Whether the first camera looks from outside at a closed room that the scene's own light does light, without cutting it open.
+    fn is_seen_from_outside(&self, geometry: &Geometry) -> bool {
+        let tracer = SceneTracer::of_all_surfaces(self, geometry);
+        let (Some(camera), Some(point)) = (self.cameras.first(), inside(&tracer)) else { return false };
+        let eye = View::new(self, camera, ASPECT).relative_to(geometry.origin).ray(Vec2::ZERO).0;
+        if is_enclosed(&tracer, eye) {
+            return false;
+        }
+        let eye = point.as_dvec3() + geometry.origin;
+        let field = FieldOfView::Perspective { degrees: 140.0 };
+        let views = [DVec3::Z, DVec3::NEG_Z].map(|along| {
+            let clip = ClipPlanes::NONE;
+            Viewpoint { eye, target: eye + along, up: DVec3::Y, field, clip }.view(1.0).ok()
+        });
+        let is_lit =
+            |view: View| self.reached_in(geometry, &view).is_some_and(|share| share >= LEAST_REACHED);
+        views.into_iter().flatten().any(is_lit)
+    }
+
+    /// Whether the scene's own light would reach what is seen if what emits did so from both sides.
+    fn is_lit_by_backs(&self, geometry: &Geometry) -> bool {
+        let mut turned = self.clone();
+        for material in turned.materials.iter_mut().filter(|material| material.emits()) {
+            material.double_sided = true;
+        }
+        turned.reached(geometry).is_some_and(|share| share >= LEAST_REACHED)
     }
 
     /// Whether anything is to emit, of whatever size.

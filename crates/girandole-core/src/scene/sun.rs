@@ -14,6 +14,7 @@
 use super::environment::{pixel_direction, place};
 use crate::image::{Image, luminance};
 use crate::math::warp;
+use crate::parallel;
 use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -110,19 +111,29 @@ impl Sun {
     /// Of a picture.
     pub fn of(image: &Image) -> Option<Self> {
         let size = MapSize([image.width, image.height]);
-        let lights: Vec<f64> = image.pixels.iter().map(|p| f64::from(luminance(*p))).collect();
-        let solid_angles: Vec<f64> =
-            (0..image.height).map(|row| size.solid_angle(row * image.width)).collect();
+        let width = image.width as usize;
+        let rows: Vec<u32> = (0..image.height).collect();
+        let row_of = |row: u32| &image.pixels[row as usize * width..][..width];
+        let light_of = |pixel: &Vec3| f64::from(luminance(*pixel));
+        let solid_angles: Vec<f64> = rows.iter().map(|&row| size.solid_angle(row * image.width)).collect();
         let solid_angle = |pixel: u32| solid_angles[(pixel / image.width) as usize];
-        let all: f64 = (0..).zip(&lights).map(|(pixel, light)| light * solid_angle(pixel)).sum();
-        let brightest = lights.iter().fold(0.0_f64, |most, &light| most.max(light));
+        let sums = parallel::map(&rows, |&row| {
+            let start = (0.0, 0.0_f64);
+            let (sum, most) =
+                row_of(row).iter().map(light_of).fold(start, |(sum, most), l| (sum + l, most.max(l)));
+            (sum * solid_angles[row as usize], most)
+        });
+        let all: f64 = sums.iter().map(|(sum, _)| sum).sum();
+        let brightest = sums.iter().fold(0.0_f64, |most, (_, light)| most.max(*light));
         let rest = THRESHOLD * all / (4.0 * PI);
         let threshold = rest.max(CORE * brightest);
-        let mut is_bright: Vec<bool> = lights.iter().map(|&light| light > threshold).collect();
+        let is_above = |pixel: &Vec3| light_of(pixel) > threshold;
+        let bright = parallel::map(&rows, |&row| row_of(row).iter().map(is_above).collect::<Vec<bool>>());
+        let mut is_bright = bright.concat();
         let sum = |group: &[u32], f: &dyn Fn(u32) -> f64| group.iter().map(|&pixel| f(pixel)).sum::<f64>();
-        let light = |pixel: u32| (lights[pixel as usize] - rest) * solid_angle(pixel);
+        let light = |pixel: u32| (light_of(&image.pixels[pixel as usize]) - rest) * solid_angle(pixel);
         let mut groups = Vec::new();
-        for pixel in 0..lights.len() as u32 {
+        for pixel in 0..is_bright.len() as u32 {
             if is_bright[pixel as usize] {
                 groups.push(size.connected(pixel, &mut is_bright));
             }
@@ -133,22 +144,20 @@ impl Sun {
         }
         sun.sort_unstable();
         let above = |&pixel: &u32| {
-            let index = pixel as usize;
-            (pixel, (image.pixels[index].as_dvec3() * (1.0 - rest / lights[index])).as_vec3())
+            let radiance = image.pixels[pixel as usize];
+            (pixel, (radiance.as_dvec3() * (1.0 - rest / light_of(&radiance))).as_vec3())
         };
         Some(Self::Pixels { size, pixels: sun.iter().map(above).collect(), weight: sum(&sun, &light) })
     }
 
-    /// The picture without it.
-    pub fn removed_from(&self, image: &Image) -> Image {
-        let mut image = image.clone();
-        if let Self::Pixels { pixels, .. } = self {
-            for &(pixel, above) in pixels {
-                let left = &mut image.pixels[pixel as usize];
-                *left = (*left - above).max(Vec3::ZERO);
-            }
-        }
-        image
+    /// Takes it from its picture; what the pixels were before, ascending.
+    pub fn take_from(&self, image: &mut Image) -> Vec<(u32, Vec3)> {
+        let Self::Pixels { pixels, .. } = self else { return Vec::new() };
+        let take = |&(pixel, above): &(u32, Vec3)| {
+            let left = &mut image.pixels[pixel as usize];
+            (pixel, std::mem::replace(left, (*left - above).max(Vec3::ZERO)))
+        };
+        pixels.iter().map(take).collect()
     }
 
     pub fn parts(&self) -> u32 {
@@ -321,8 +330,9 @@ mod tests {
         let environment =
             Environment { rotation: 0.6, strength: 2.0, ..Environment::new(image.clone()).expect("one") };
         let sun = Sun::of(&image).expect("a sun");
-        let sky =
-            Environment { map: EnvironmentMap::of(sun.removed_from(&image)).into(), ..environment.clone() };
+        let mut without = image.clone();
+        sun.take_from(&mut without);
+        let sky = Environment { map: EnvironmentMap::of(without).into(), ..environment.clone() };
         // By cells: with and without.
         let each = environment.cell_solid_angle();
         let in_cells: DVec3 = (0..environment.cells())

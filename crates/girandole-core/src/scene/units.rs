@@ -1,7 +1,7 @@
 //! Lengths are metres; files are not always right about that.
 
 use super::motion::Keyframes;
-use super::{Projection, Scene, Transform};
+use super::{ClipPlanes, Projection, Scene, Transform};
 use crate::{Error, Result};
 use glam::{DAffine3, DVec3};
 
@@ -41,6 +41,7 @@ impl Scene {
             if let Projection::Orthographic { ymag } = &mut camera.projection {
                 *ymag *= single;
             }
+            camera.clip = ClipPlanes { near: camera.clip.near * single, far: camera.clip.far * single };
         }
         self.touch();
         Ok(())

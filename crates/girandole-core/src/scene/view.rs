@@ -3,7 +3,7 @@
 //! A [`View`] stands in the world, in double precision, whatever is derived from the scene. What rays are traced
 //! against is relative to an origin: [`View::relative_to`] gives the [`LocalView`] for it.
 
-use super::{Camera, Projection, Scene};
+use super::{Camera, ClipPlanes, Projection, Scene};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat3, DVec2, DVec3, Mat4, Vec2, Vec3};
 
@@ -30,9 +30,11 @@ pub struct View {
     pub center: Vec2,
     /// Whether rays are parallel.
     pub orthographic: bool,
-    /// What the caller's depth buffer holds; `None` = the renderer's own choice, which cuts nothing off. The renderer cuts
-    /// off at the near and far plane, as the caller does; rays do not.
+    /// What the caller's depth buffer holds; `None` = the renderer's own choice. The renderer cuts off at its near and far
+    /// plane, as the caller does; rays do not.
     pub depth: Option<ClipDepth>,
+    /// What a camera cuts off, and rays too. With a caller's depth, the renderer goes by that.
+    pub clip: ClipPlanes,
 }
 
 /// How distance along a view's forward axis becomes depth: `offset + factor / d` in perspective, `offset + factor · d` in
@@ -65,6 +67,8 @@ pub struct LocalView {
     pub orthographic: bool,
     /// See [`View::depth`].
     pub depth: Option<ClipDepth>,
+    /// See [`View::clip`].
+    pub clip: ClipPlanes,
 }
 
 impl View {
@@ -86,6 +90,7 @@ impl View {
             center: Vec2::ZERO,
             orthographic,
             depth: None,
+            clip: camera.clip,
         }
     }
 
@@ -165,6 +170,7 @@ impl View {
             center: center.as_vec2(),
             orthographic,
             depth: Some(ClipDepth { offset: offset as f32, factor: factor as f32 }),
+            clip: ClipPlanes::NONE,
         })
     }
 
@@ -178,9 +184,9 @@ impl View {
 
     /// The same, relative to an origin.
     pub fn relative_to(&self, origin: DVec3) -> LocalView {
-        let Self { right, up, forward, half_extent, center, orthographic, depth, .. } = *self;
+        let Self { right, up, forward, half_extent, center, orthographic, depth, clip, .. } = *self;
         let eye = (self.eye - origin).as_vec3();
-        LocalView { eye, right, up, forward, half_extent, center, orthographic, depth }
+        LocalView { eye, right, up, forward, half_extent, center, orthographic, depth, clip }
     }
 
     /// What the caller's depth buffer holds for what is `distance` metres away along `forward`; `None` without one.
@@ -194,12 +200,12 @@ impl View {
         self.depth.is_none_or(|d| (d.factor > 0.0) != self.orthographic)
     }
 
-    /// Distance of the near plane, metres; `None` where the choice is the renderer's.
+    /// Distance of the caller's near plane, metres; `None` where the choice is the renderer's.
     pub fn near(&self) -> Option<f32> {
         self.distance_at(if self.is_reversed() { 1.0 } else { 0.0 })
     }
 
-    /// Distance of the far plane, metres; `None` if there is none.
+    /// Distance of the caller's far plane, metres; `None` if there is none.
     pub fn far(&self) -> Option<f32> {
         self.distance_at(if self.is_reversed() { 0.0 } else { 1.0 }).filter(|&d| self.orthographic || d > 0.0)
     }
@@ -212,11 +218,18 @@ impl View {
 }
 
 impl LocalView {
-    /// Origin and direction (not normalised) of the ray through `ndc` in [−1, 1]², +Y up.
+    /// Origin and direction (not normalised) of the ray through `ndc` in [−1, 1]², +Y up. It starts on the near plane, and its
+    /// parameter is the distance from there along `forward`: it ends at [`ClipPlanes::reach`].
     pub fn ray(&self, ndc: Vec2) -> (Vec3, Vec3) {
         let at = (ndc + self.center) * self.half_extent;
         let offset = self.right * at.x + self.up * at.y;
-        if self.orthographic { (self.eye + offset, self.forward) } else { (self.eye, self.forward + offset) }
+        let (origin, direction) = if self.orthographic {
+            (self.eye + offset, self.forward)
+        } else {
+            (self.eye, self.forward + offset)
+        };
+        let start = if self.clip.near > 0.0 { origin + direction * self.clip.near } else { origin };
+        (start, direction)
     }
 
     /// The ray through a pixel: `at` in pixels from the top left corner, pixel centres at halves.

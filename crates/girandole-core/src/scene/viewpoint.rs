@@ -1,6 +1,6 @@
 //! Cameras that are given by numbers instead of a node: what a person steers, and what is written down.
 
-use super::{Camera, MAX_EXTENT, Projection, Scene, View};
+use super::{Camera, ClipPlanes, MAX_EXTENT, Projection, Scene, View};
 use crate::{Error, Result};
 use glam::{DVec3, Vec2};
 
@@ -13,13 +13,14 @@ const LEAST_SINE: f64 = 1e-6;
 ///
 /// ```
 /// use girandole_core::glam::DVec3;
-/// use girandole_core::scene::{FieldOfView, Viewpoint};
+/// use girandole_core::scene::{ClipPlanes, FieldOfView, Viewpoint};
 ///
 /// let viewpoint = Viewpoint {
 ///     eye: DVec3::new(0.0, 1.7, 4.0),
 ///     target: DVec3::new(0.0, 1.7, 0.0),
 ///     up: DVec3::Y,
 ///     field: FieldOfView::Perspective { degrees: 60.0 },
+///     clip: ClipPlanes::NONE,
 /// };
 /// let view = viewpoint.view(4.0 / 3.0)?;
 /// assert_eq!(view.forward, girandole_core::glam::Vec3::NEG_Z);
@@ -35,6 +36,8 @@ pub struct Viewpoint {
     pub up: DVec3,
     /// How much is seen.
     pub field: FieldOfView,
+    /// What is cut off.
+    pub clip: ClipPlanes,
 }
 
 /// How much of the world is between the bottom and the top of a picture.
@@ -75,6 +78,15 @@ impl From<Projection> for FieldOfView {
     }
 }
 
+impl From<FieldOfView> for Projection {
+    fn from(field: FieldOfView) -> Self {
+        match field {
+            FieldOfView::Perspective { degrees } => Self::Perspective { yfov: degrees.to_radians() as f32 },
+            FieldOfView::Orthographic { height } => Self::Orthographic { ymag: (height * 0.5) as f32 },
+        }
+    }
+}
+
 impl Viewpoint {
     /// Where a camera of `scene` is, with a target `distance` metres in front of it. Its view is that of [`View::new`] but
     /// for rounding, and but for what mirrors or skews the camera's node.
@@ -83,7 +95,7 @@ impl Viewpoint {
         let axis = |v: DVec3| place.transform_vector3(v).normalize_or_zero();
         let eye = place.translation;
         let target = eye + axis(DVec3::NEG_Z) * distance;
-        Self { eye, target, up: axis(DVec3::Y), field: camera.projection.into() }
+        Self { eye, target, up: axis(DVec3::Y), field: camera.projection.into(), clip: camera.clip }
     }
 
     /// Where a view is seen from, with a target `distance` metres in front of it. What a mirrored or off-axis view has besides
@@ -96,7 +108,7 @@ impl Viewpoint {
             FieldOfView::Perspective { degrees: 2.0 * libm::atan(half).to_degrees() }
         };
         let target = view.eye + view.forward.as_dvec3() * distance;
-        Self { eye: view.eye, target, up: view.up.as_dvec3(), field }
+        Self { eye: view.eye, target, up: view.up.as_dvec3(), field, clip: view.clip }
     }
 
     /// What is seen from here; `aspect` is width / height.
@@ -105,7 +117,7 @@ impl Viewpoint {
     /// [`Error::Invalid`] where eye, target and up span no plane, or a number is not finite or out of its range.
     pub fn view(&self, aspect: f32) -> Result<View> {
         let refuse = |what: &str| Err(Error::Invalid(format!("this view cannot be shown: {what}")));
-        let Self { eye, target, up, field } = *self;
+        let Self { eye, target, up, field, clip } = *self;
         if ![eye, target].iter().all(|p| p.abs().max_element() <= MAX_EXTENT) {
             return refuse("its eye or its target is not finite or too far away; scale it to metres");
         }
@@ -119,6 +131,11 @@ impl Viewpoint {
         let Some(half) = field.half_height() else {
             return refuse("give it an angle between 0 and 180 degrees, or a height in metres");
         };
+        if !clip.are_possible() {
+            return refuse(
+                "its near plane is not between the eye and its far plane; give 0 or more, and less than far",
+            );
+        }
         Ok(View {
             eye,
             right: right.as_vec3(),
@@ -128,6 +145,7 @@ impl Viewpoint {
             center: Vec2::ZERO,
             orthographic: matches!(field, FieldOfView::Orthographic { .. }),
             depth: None,
+            clip,
         })
     }
 }

@@ -30,6 +30,7 @@ pub(super) struct Leaf {
     pub corners: [Vec3; 3],
     pub triangle: u32,
     pub masked: bool,
+    pub emits: bool,
 }
 
 impl Hierarchy {
@@ -42,11 +43,12 @@ impl Hierarchy {
             .iter()
             .map(|&i| triangles[i as usize])
             .map(|triangle| {
-                let material = geometry.triangles[triangle as usize].material;
+                let material = &scene.materials[geometry.triangles[triangle as usize].material as usize];
                 Leaf {
                     corners: geometry.corners(triangle),
                     triangle,
-                    masked: scene.materials[material as usize].alpha_cutoff.is_some(),
+                    masked: material.alpha_cutoff.is_some(),
+                    emits: material.emits(),
                 }
             })
             .collect();

@@ -7,6 +7,9 @@ use glam::{DVec3, Vec3};
 /// Relative error of the dot products that decide whether a receiver and a light face each other.
 pub(crate) const ROUNDING: f64 = 5e-7;
 
+/// Share of the scene's size by which single precision rounds its coordinates, and as much again.
+const ROUNDING_OF_COORDINATES: f64 = 6e-8;
+
 /// Distances within which tests are conservative, metres.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tolerance {
@@ -25,17 +28,24 @@ pub(crate) struct Tolerance {
 impl Tolerance {
     /// For what is not so far from the origin that points are offset farther for the sake of rounding.
     pub fn new(geometry: &Geometry) -> Self {
-        Self::up_to(f64::from(ray_offset_distance(geometry, Vec3::ZERO)), 0.0)
+        let tolerance = Self::up_to(f64::from(ray_offset_distance(geometry, Vec3::ZERO)), 0.0);
+        tolerance.at_least(ROUNDING_OF_COORDINATES * f64::from(geometry.diagonal()))
     }
 
     fn up_to(ray_offset: f64, less: f64) -> Self {
         Self {
             ray_offset,
-            coordinate: 0.1 * ray_offset + less,
-            seam: 0.02 * (ray_offset - less),
+            coordinate: 0.15 * ray_offset + less,
+            seam: 0.1 * (ray_offset - less),
             side: 2.0 * ray_offset + less,
             less,
         }
+    }
+
+    /// The same where coordinates may be wrong by so much.
+    fn at_least(self, coordinate: f64) -> Self {
+        let coordinate = self.coordinate.max(coordinate + self.less);
+        Self { coordinate, side: self.side.max(2.0 * coordinate), ..self }
     }
 
     /// How much farther than a receiver's own bounds those of its pyramids reach.
@@ -47,7 +57,11 @@ impl Tolerance {
     pub fn within(&self, low: DVec3, high: DVec3) -> Self {
         let far = low.abs().max(high.abs()).max_element() * (1.0 + 1e-6);
         let offset = (far * RAY_OFFSET_BY_ROUNDING).max(self.ray_offset);
-        if offset > self.ray_offset { Self::up_to(offset, offset - self.ray_offset) } else { *self }
+        if offset > self.ray_offset {
+            Self::up_to(offset, offset - self.ray_offset).at_least(self.coordinate)
+        } else {
+            *self
+        }
     }
 }
 

@@ -242,7 +242,7 @@ impl SimplePatch {
         let extent = extent.fold(0.0, f64::max);
         let vector = area_vector(&corners);
         let area = vector.length();
-        if extent < least_extent || area.is_nan() || area <= extent * tolerance.ray_offset {
+        if extent < least_extent || area.is_nan() || area <= extent * 10.0 * tolerance.coordinate {
             return None;
         }
         let normal = vector / area;
@@ -301,6 +301,6 @@ fn is_convex(scene: &Scene, geometry: &Geometry, tree: &ClusterTree, tolerance: 
         let normal = geometry.normal(t).as_dvec3();
         let least = corners.iter().map(|c| normal.dot(*c)).fold(f64::INFINITY, f64::min);
         let double_sided = scene.materials[geometry.triangles[t as usize].material as usize].double_sided;
-        !double_sided && tree.extends_beyond(normal, least + tolerance.coordinate, &mut visits) == Some(false)
+        !double_sided && tree.extends_beyond(normal, least + tolerance.ray_offset, &mut visits) == Some(false)
     })
 }

@@ -141,7 +141,7 @@ fn an_open_scene_is_lit_by_a_studio_set_up_for_its_camera() {
         if let Some(eye) = eye {
             let node = scene.add_node("eye", Transform::looking_at(center + eye, center));
             let projection = Projection::Perspective { yfov: 0.8 };
-            scene.cameras.push(Camera { name: "eye".into(), node, projection });
+            scene.cameras.push(Camera { name: "eye".into(), node, projection, clip: Default::default() });
         }
         scene.ensure_camera();
         scene.ensure_light();
@@ -178,6 +178,7 @@ fn light_that_hardly_reaches_what_is_seen_is_no_lighting() {
             name: "eye".into(),
             node,
             projection: Projection::Perspective { yfov: 0.8 },
+            clip: Default::default(),
         });
         scene.ensure_light();
         assert_eq!(scene.environment.is_none(), is_enough, "{:?}", scene.warnings);

@@ -1,5 +1,6 @@
 //! The importers: what they read, what they refuse, and what they do to planar surfaces.
 
+mod added_light;
 #[cfg(feature = "import")]
 mod bending;
 #[cfg(feature = "import")]
@@ -16,12 +17,20 @@ mod gltf_content;
 #[cfg(feature = "import")]
 mod gltf_errors;
 #[cfg(feature = "import")]
+mod hostile;
+#[cfg(feature = "import")]
 mod materials;
+#[cfg(feature = "import")]
+mod model_scenes;
 #[cfg(feature = "import")]
 mod models;
 #[cfg(feature = "import")]
 mod mutation;
 mod patches;
+#[cfg(feature = "import")]
+mod placing;
+#[cfg(feature = "import")]
+mod polygons;
 
 /// No file of a few kilobytes may make an importer ask for more memory than this.
 const MEMORY_LIMIT: usize = 256 << 20;

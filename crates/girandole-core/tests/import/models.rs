@@ -7,8 +7,8 @@ use girandole_core::scene::{Mesh, load_model_slice};
 const PLY: &str = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
     element face 2\nproperty list uchar int vertex_indices\nend_header\n";
 
-/// Two faces at a right angle along the x axis, the second twice as large.
-const POINTS: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 2.]];
+/// Two faces with a fold of 30° along the x axis, the second twice as large.
+const POINTS: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., -1.732_050_8, 1.]];
 const FACES: [[i32; 3]; 2] = [[0, 1, 2], [1, 0, 3]];
 
 pub fn ascii() -> String {
@@ -67,10 +67,12 @@ fn ascii_and_binary_are_the_same() {
 fn generated_normals_are_weighted_by_angle() {
     let mesh = ply(ascii());
     // Vertex 0 has right angles of both faces; vertex 1 has 45° of the one and atan 2 of the other.
-    assert!((mesh.normals[0] - Vec3::new(0.0, 1.0, 1.0).normalize()).length() < 1e-6, "{}", mesh.normals[0]);
-    let weighted = Vec3::new(0.0, 2.0_f32.atan(), 1.0_f32.atan()).normalize();
-    assert!((mesh.normals[1] - weighted).length() < 1e-6, "{}", mesh.normals[1]);
-    assert_eq!((mesh.normals[2], mesh.normals[3]), (Vec3::Z, Vec3::Y));
+    let folded = Vec3::new(0.0, 0.5, 0.75_f32.sqrt());
+    let is_near = |vertex: usize, wanted: Vec3| (mesh.normals[vertex] - wanted.normalize()).length() < 1e-6;
+    assert!(is_near(0, Vec3::Z + folded), "{}", mesh.normals[0]);
+    let weighted = folded * 2.0_f32.atan() + Vec3::Z * 1.0_f32.atan();
+    assert!(is_near(1, weighted), "{}", mesh.normals[1]);
+    assert!(is_near(2, Vec3::Z) && is_near(3, folded));
 }
 
 #[test]
@@ -111,7 +113,7 @@ fn broken_models_are_refused() {
     refused(b"", "obj", "it is empty");
     refused(b"glTF", "ply", "not a PLY file");
     refused(b"v 1 2 3\n", "obj", "no faces");
-    refused(b"v 0 0 0\nf 1 2 3\n", "obj", "out of bounds");
+    refused(b"v 0 0 0\nf 1 2 3\n", "obj", "vertex 1 of 1");
     refused(b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "obj", "vertex 0 is at");
     let whole = binary(false);
     refused(&whole[..whole.len() - 1], "ply", "broken");

@@ -1,8 +1,10 @@
-//! Files broken in every way that a machine can think of: no panic, no memory beyond the limit of [`crate`].
+//! Files broken in every way that a machine can think of: no panic, no memory beyond the limit of [`crate`]. `GIRANDOLE_MUTATIONS`
+//! is how many of each kind are tried instead of the few that there is time for always.
 
 use crate::bending::Bending;
 use crate::builder::{File, container, some_of_everything};
 use crate::compression::Compression;
+use crate::hostile::{ETC1S, UASTC, textured, uastc};
 use crate::models::{ascii, binary};
 use girandole_core::scene::{Geometry, Scene, load_gltf_slice, load_model_slice};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -63,6 +65,12 @@ impl Tally {
     }
 }
 
+/// How many files to try of a kind.
+fn rounds(always: usize) -> usize {
+    let asked = std::env::var("GIRANDOLE_MUTATIONS").ok();
+    asked.map_or(always, |number| number.parse().expect("GIRANDOLE_MUTATIONS is a number"))
+}
+
 /// Touches everything that an index leads to.
 fn use_all(scene: &Scene) {
     let geometry = Geometry::new(scene);
@@ -116,7 +124,7 @@ fn flipped_bytes() {
         let glb = file.glb();
         let mut random = Random(1);
         let mut tally = Tally::default();
-        for round in 0..12_000 {
+        for round in 0..rounds(12_000) {
             let mut bytes = glb.clone();
             for _ in 0..=random.below(3) {
                 let at = random.below(bytes.len());
@@ -125,6 +133,51 @@ fn flipped_bytes() {
             tally.load(&bytes, &format!("round {round}"));
         }
         tally.assert_both();
+    }
+}
+
+/// Numbers that headers may have.
+const HEADER_NUMBERS: [u64; 12] = [0, 1, 2, 4, 63, 65, 255, 1024, 8192, 65536, 1 << 31, u64::MAX];
+
+#[test]
+fn changed_pictures() {
+    for (which, picture) in [ETC1S, UASTC].into_iter().enumerate() {
+        let mut random = Random(7 + which as u64);
+        let mut tally = Tally::default();
+        for round in 0..rounds(2500) {
+            let mut bytes = picture[..picture.len() - random.below(64) * (round % 5 / 4)].to_vec();
+            for _ in 0..=random.below(3) {
+                let at = random.below(bytes.len() - 8);
+                match random.below(5) {
+                    // Fields of the header, of levels and of the global data.
+                    0 => {
+                        let at = (12 + random.below(79) * 4).min(bytes.len() - 8);
+                        let number = HEADER_NUMBERS[random.below(HEADER_NUMBERS.len())].to_le_bytes();
+                        let width = 4 + random.below(2) * 4;
+                        bytes[at..at + width].copy_from_slice(&number[..width]);
+                    }
+                    // What follows them.
+                    1 => bytes[at] = random.next() as u8,
+                    2 => bytes[at] ^= 1 << random.below(8),
+                    3 => bytes[at..at + 8].copy_from_slice(&random.next().to_le_bytes()),
+                    _ => {
+                        let from = random.below(bytes.len() - 8);
+                        bytes.copy_within(from..from + 8, at);
+                    }
+                }
+            }
+            tally.load(&textured(&bytes).glb(), &format!("picture {which}, round {round}"));
+        }
+        tally.assert_both();
+    }
+    // Blocks of nothing but chance: all that there may be.
+    let mut blocks = uastc(64);
+    let mut random = Random(9);
+    for round in 0..rounds(2500) / 50 {
+        let start = blocks.len() - 256 * 16;
+        blocks[start..].fill_with(|| random.next() as u8);
+        let mut tally = Tally::default();
+        tally.load(&textured(&blocks).glb(), &format!("blocks, round {round}"));
     }
 }
 
@@ -219,12 +272,26 @@ fn change_numbers(file: &File, least: usize) {
 #[test]
 fn changed_models() {
     let obj = "v 0 0 0\nv 1 0 0 1\nv 1 1 0\nvn 0 0 1\nvt 0 1\no a\nf 1/1/1 2//1 3\nf -1 -2 -3\nl 1 2\ng x\nf 1 2 3 4\nv 1 2 3\n";
-    let files: [(&str, Vec<u8>); 4] =
-        [("ply", binary(false)), ("ply", binary(true)), ("ply", ascii().into_bytes()), ("obj", obj.into())];
+    let polygons = "mtllib a.mtl\nv 0 0 0 1 0 0\nv 4 0 0\nv 1 1 0 .1 .2 .3\nv 0 4 0\nv 0 0 3\ns 1\nusemtl a\n\
+        f 1 2 3 \\\n 4\n\
+        s off\nf 4 3 2 1 5 3 1\nusemtl\ncurv 0 1 1 2\nf 1 2 5 5 1\n";
+    let scan = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n\
+        property list uchar int vertex_index\n\
+        property list uchar float texcoord\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n\
+        0 0 0 1 2 3\n1 0 0 9 9 9\n0 1 0 255 0 0\n1 1 0 0 0 0\n3 0 1 2 6 0 0 1 0 0 1\n6 0 1 2 -1 1 2\n";
+    let files: [(&str, Vec<u8>); 6] = [
+        ("ply", binary(false)),
+        ("ply", binary(true)),
+        ("ply", ascii().into_bytes()),
+        ("ply", scan.into()),
+        ("obj", obj.into()),
+        ("obj", polygons.into()),
+    ];
     let mut random = Random(3);
     for (kind, bytes) in files {
         let mut tally = Tally::default();
-        for round in 0..3000 {
+        for round in 0..rounds(3000) {
             let mut bytes = bytes[..bytes.len() - random.below(bytes.len()) * (round % 2)].to_vec();
             for _ in 0..=random.below(4) {
                 let at = random.below(bytes.len());

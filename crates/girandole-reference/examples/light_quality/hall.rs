@@ -48,6 +48,6 @@ pub fn hall() -> Scene {
     let node = scene.add_node("camera", Transform::looking_at(vec3(9.0, 2.5, 7.5), vec3(2.0, 0.0, 1.0)));
     // The ceiling is out of sight: lamps smaller than a pixel are not what is compared.
     let projection = Projection::Perspective { yfov: 0.6 };
-    scene.cameras.push(Camera { name: "camera".into(), node, projection });
+    scene.cameras.push(Camera { name: "camera".into(), node, projection, clip: Default::default() });
     scene
 }

@@ -87,6 +87,7 @@ pub fn room(in_building: bool, environment: Environment) -> Scene {
         name: "camera".into(),
         node,
         projection: Projection::Perspective { yfov: 1.0 },
+        clip: Default::default(),
     });
     scene
 }

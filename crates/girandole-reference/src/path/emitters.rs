@@ -83,15 +83,15 @@ impl Punctual {
     pub(super) fn all(tracer: &SceneTracer) -> Vec<Self> {
         let scene = tracer.scene();
         let world_from_nodes = scene.world_from_nodes();
-        let in_world = |light: &PunctualLight| {
+        let in_world = |(index, light): (usize, &PunctualLight)| {
             let affine = world_from_nodes[light.node];
             Self {
-                position: (affine.translation - tracer.geometry().origin).as_vec3(),
+                position: tracer.geometry().light_position(index, &affine),
                 forward: affine.transform_vector3(DVec3::NEG_Z).normalize_or_zero().as_vec3(),
                 light: light.clone(),
             }
         };
-        scene.lights.iter().map(in_world).collect()
+        scene.lights.iter().enumerate().map(in_world).collect()
     }
 
     /// The end of a shadow ray from a point, the unit direction to it, and the irradiance on a surface there

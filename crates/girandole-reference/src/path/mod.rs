@@ -122,7 +122,7 @@ impl Pixel {
     fn add_path(&mut self, integrator: &Integrator, view: &LocalView, ([x, y], size): ([u32; 2], [u32; 2])) {
         let at = Vec2::new(x as f32, y as f32) + self.random.square();
         let (origin, direction) = view.pixel_ray(at, size);
-        let value = integrator.radiance(origin, direction, &mut self.random).as_dvec3();
+        let value = integrator.radiance((origin, direction), view.clip.reach(), &mut self.random).as_dvec3();
         self.paths += 1;
         let step = value - self.mean;
         self.mean += step / f64::from(self.paths);
@@ -175,11 +175,11 @@ impl<'a> Integrator<'a> {
         self.tracer.scene().materials[material as usize].emits()
     }
 
-    /// The radiance that one random path finds along a camera ray.
-    fn radiance(&self, origin: Vec3, direction: Vec3, random: &mut Random) -> Vec3 {
+    /// The radiance that one random path finds along a camera ray, which shows what is up to `reach`.
+    fn radiance(&self, (origin, direction): (Vec3, Vec3), reach: f32, random: &mut Random) -> Vec3 {
         let mut beta = Vec3::ONE;
-        let hit = self.tracer.closest_visible(origin, direction);
-        let is_seen = |hit: &Hit| self.tracer.is_visible(hit.triangle, direction);
+        let hit = self.tracer.closest_visible_within(origin, direction, reach);
+        let is_seen = |hit: &Hit| hit.t < reach && self.tracer.is_visible(hit.triangle, direction);
         let Some(vertex) = self.scattering((origin, direction), hit, is_seen, &mut beta, random) else {
             let seen = self.distant.as_ref().filter(|distant| distant.is_visible());
             return beta * seen.map_or(Vec3::ZERO, |distant| distant.radiance(direction.normalize()));

@@ -68,6 +68,7 @@ pub fn look(eye: Vec3, target: Vec3, extent: f32) -> View {
         center: Vec2::ZERO,
         orthographic: false,
         depth: None,
+        clip: Default::default(),
     }
 }
 

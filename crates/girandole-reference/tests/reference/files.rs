@@ -3,7 +3,7 @@
 use girandole_core::glam::Vec3;
 use girandole_core::image::Image;
 use girandole_core::tonemap::srgb_encode;
-use girandole_reference::image_file::{read, read_exr, read_radiance, write_exr, write_png};
+use girandole_reference::image_file::{read, read_environment, read_exr, write_exr, write_png};
 use std::path::{Path, PathBuf};
 
 /// A folder of a test's own, removed at the end.
@@ -142,15 +142,19 @@ fn radiance_pictures_are_read_as_they_are() {
     let head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
     let plain = [&head[..], b"-Y 1 +X 2\n", &[128, 64, 0, 129], &[255, 1, 128, 136]].concat();
     std::fs::write(&path, &plain).expect("written");
-    let image = read_radiance(&path).expect("a picture");
+    let image = read_environment(&path, &|_| {}).map(|read| read.0).expect("a picture");
     assert_eq!((image.width, image.height), (2, 1));
     let wanted = [Vec3::new(1.0, 0.5, 0.0), Vec3::new(255.0, 1.0, 128.0)];
     for (found, wanted) in image.pixels.iter().zip(wanted) {
         assert!(found.abs_diff_eq(wanted, 0.005 * wanted.max_element()), "{found} for {wanted}");
     }
     let rows = [128, 64, 32, 129].map(|value| [128 + 16, value]).concat();
-    std::fs::write(&path, [&head[..], b"-Y 1 +X 16\n", &[2, 2, 0, 16], &rows].concat()).expect("written");
-    let image = read_radiance(&path).expect("a picture");
+    std::fs::write(
+        &path,
+        [&head[..], b"-Y 8 +X 16\n", &[&[2, 2, 0, 16][..], &rows].concat().repeat(8)].concat(),
+    )
+    .expect("written");
+    let image = read_environment(&path, &|_| {}).map(|read| read.0).expect("a picture");
     assert!(
         image.pixels.iter().all(|p| p.abs_diff_eq(Vec3::new(1.0, 0.5, 0.25), 0.005)),
         "{:?}",
@@ -159,7 +163,7 @@ fn radiance_pictures_are_read_as_they_are() {
     // What is cut off, or no such picture.
     for bad in [&plain[..plain.len() - 3], &head[..], b"hello"] {
         std::fs::write(&path, bad).expect("written");
-        assert!(read_radiance(&path).is_err(), "{} bytes", bad.len());
+        assert!(read_environment(&path, &|_| {}).map(|read| read.0).is_err(), "{} bytes", bad.len());
     }
-    assert!(read_radiance(&folder.0.join("a.png")).is_err());
+    assert!(read_environment(&folder.0.join("a.png"), &|_| {}).is_err());
 }

@@ -1,13 +1,18 @@
 //! The reference checked against closed forms, against itself, and against pictures by an independent renderer.
 
+mod clipping;
 mod closed_form;
+mod coincident;
 mod common;
 mod environment;
+mod environment_files;
 mod files;
 mod light_motion;
+mod many_lamps;
 mod many_lights;
 mod metals;
 mod metrics;
+mod offsets;
 mod reflected_environment;
 mod reflection;
 mod spheres;

@@ -102,6 +102,7 @@ pub fn spheres(surroundings: Surroundings) -> (Scene, View) {
         center: Vec2::ZERO,
         orthographic: false,
         depth: None,
+        clip: Default::default(),
     };
     (scene, view)
 }

@@ -53,7 +53,7 @@ fn same_picture(scene: &Scene, lights: Option<LightSet>, partial: std::ops::Rang
 
 #[test]
 fn built_in_rooms() {
-    for (i, name) in builtin::NAMES.iter().enumerate() {
+    for (i, name) in builtin::EXPERIMENTS.iter().enumerate() {
         let object = if i % 2 == 0 { MovingObject::Torus } else { MovingObject::Teapot };
         let scene = builtin::build(name, object).expect("it is built in");
         assert!(scene.objects.iter().any(|o| o.dynamic));

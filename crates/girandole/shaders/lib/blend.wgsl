@@ -1,6 +1,8 @@
 // Interpolation of a further sample between the first samples of pixels. A pass that uses it binds `first_irradiance` and
 // `first_directional`, and what `lib/samples.wgsl` needs.
 
+override WRITES_RADIANCE: bool = false; // whether points are the picture's pixels, and their radiance is stored
+
 struct Blend { irradiance: vec3f, directional: vec4f, weight: f32 }
 
 // A pixel's first sample.

@@ -1,7 +1,5 @@
 // The last step, where a scene has no textures: from the irradiance of a pixel to the radiance that it sends.
 
-override WRITES_RADIANCE: bool = false; // whether points are the picture's pixels, and their radiance is stored
-
 // A material without its specular lobe; albedo is divided by π.
 struct DiffuseMaterial { material: u32, albedo: vec3f, emission: vec3f }
 

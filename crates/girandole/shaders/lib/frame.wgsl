@@ -32,6 +32,10 @@ struct Frame {
   sun_chord2: f32, // squared distance of the disc's edge from there on the unit sphere; 0 = no disc
   sun_radiance: vec3f, // W/(sr·m²), before the map's factor
   sample_solid_angle: f32, // of samples of the environment, mean, sr; 0 = lobes are not widened, and samples show all of it
+  writes_radiance: u32, // whether points are the picture's pixels, and their radiance is stored
+  padding_a: u32,
+  padding_b: u32,
+  padding_c: u32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

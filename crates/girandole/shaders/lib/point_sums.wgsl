@@ -73,6 +73,13 @@ struct PointSums {
   is_surface: bool,
 }
 
+// Two exchanges leave all as it was: what is done to each of two points is compiled once.
+fn exchange(one: ptr<function, PointSums>, other: ptr<function, PointSums>) {
+  let held = *one;
+  *one = *other;
+  *other = held;
+}
+
 fn shading_at(pixel: vec2u, triangle: u32) -> Shading {
   var hit = hit_at(pixel, triangle);
   let m = materials[triangles[triangle].material];

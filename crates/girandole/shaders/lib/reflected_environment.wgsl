@@ -14,8 +14,12 @@ fn reflected_environment(pixel: vec2u, triangle: u32, share: f32) -> vec3f {
   let albedo = directional_albedo(dot(normal, hit.wo), r.alpha);
   let direction = reflect(-hit.wo, normal);
   let step = 1.0 / sqrt(f32(frame.samples));
-  let x = reflected_beside(pixel, hit, m, vec2f(step, 0.0)) - direction;
-  let y = reflected_beside(pixel, hit, m, vec2f(0.0, step)) - direction;
+  var x = vec3f(0.0);
+  var y = vec3f(0.0);
+  for (var i = 0u; i < 2u; i++) {
+    x = y;
+    y = reflected_beside(pixel, hit, m, select(vec2f(0.0, step), vec2f(step, 0.0), i == 0u)) - direction;
+  }
   return reflected_from(direction, footprint_alpha(r.alpha, x, y)) * (r.f0 * albedo.x + r.f90 * albedo.y) * share;
 }
 
@@ -44,8 +48,13 @@ fn reflected_from(direction: vec3f, alpha: f32) -> vec3f {
   }
   let share = clamp((alpha * alpha - low * low) / (high * high - low * low), 0.0, 1.0);
   let place = place_of(direction);
-  let sharp = reflected_at(place, level);
-  return mix(sharp, reflected_at(place, min(level + 1u, last)), share) * frame.environment.x;
+  var sharp = vec3f(0.0);
+  var blurred = vec3f(0.0);
+  for (var i = 0u; i < 2u; i++) {
+    sharp = blurred;
+    blurred = reflected_at(place, min(level + i, last));
+  }
+  return mix(sharp, blurred, share) * frame.environment.x;
 }
 
 fn reflected_at(place: vec2f, level: u32) -> vec3f {

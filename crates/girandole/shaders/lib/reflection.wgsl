@@ -10,14 +10,43 @@ struct Reflection {
 
 override HAS_TRANSPARENT: bool = false; // whether light passes any material
 
+// What a material's textures say of its reflection, 1 where it has none.
+struct ReflectionTexels { base: vec4f, metallic_roughness: vec4f, specular: f32, specular_color: vec3f, transmission: f32 }
+
+fn reflection_texels(hit: Hit, m: Material) -> ReflectionTexels {
+  var texels = ReflectionTexels(vec4f(1.0), vec4f(1.0), 1.0, vec3f(1.0), 1.0);
+  if !HAS_TEXTURES { return texels; }
+  // One after another: drivers inline all calls, and the look-up is long.
+  for (var i = 0u; i < select(4u, 5u, HAS_TRANSPARENT); i++) {
+    var use_ = m.base_color_texture;
+    switch i {
+      case 1u { use_ = m.metallic_roughness_texture; }
+      case 2u { use_ = m.specular_texture; }
+      case 3u { use_ = m.specular_color_texture; }
+      case 4u { use_ = m.transmission_texture; }
+      default {}
+    }
+    if use_.texture == NONE { continue; }
+    let sampled = sample_at(use_, hit);
+    switch i {
+      case 1u { texels.metallic_roughness = sampled; }
+      case 2u { texels.specular = sampled.w; }
+      case 3u { texels.specular_color = sampled.xyz; }
+      case 4u { texels.transmission = sampled.x; }
+      default { texels.base = sampled; }
+    }
+  }
+  return texels;
+}
+
 fn reflection(hit: Hit, m: Material) -> Reflection {
-  let base = sample_at(m.base_color_texture, hit);
+  let texels = reflection_texels(hit, m);
+  let base = texels.base;
   let base_color = m.base_color * base.xyz * vertex_tint(hit, m, VERTEX_COLORED);
-  let mr = sample_at(m.metallic_roughness_texture, hit);
-  let metallic = m.metallic * mr.z;
-  let roughness = m.roughness * mr.y;
-  let specular = m.specular * sample_at(m.specular_texture, hit).w;
-  let tint = m.specular_color * sample_at(m.specular_color_texture, hit).xyz;
+  let metallic = m.metallic * texels.metallic_roughness.z;
+  let roughness = m.roughness * texels.metallic_roughness.y;
+  let specular = m.specular * texels.specular;
+  let tint = m.specular_color * texels.specular_color;
   let dielectric = min(0.04 * tint, vec3f(1.0)) * specular;
   var r: Reflection;
   let f0 = max(dielectric.x, max(dielectric.y, dielectric.z));
@@ -28,7 +57,7 @@ fn reflection(hit: Hit, m: Material) -> Reflection {
   r.opacity = 1.0;
   if HAS_TRANSPARENT && (m.flags & TRANSPARENT) != 0u {
     r.opacity = select(1.0, m.alpha * base.w, (m.flags & BLENDED) != 0u);
-    let transmission = m.transmission * sample_at(m.transmission_texture, hit).x;
+    let transmission = m.transmission * texels.transmission;
     r.transmittance = transmission * base_color * (1.0 - metallic);
     r.albedo *= r.opacity * (1.0 - transmission);
     r.f0 *= r.opacity;

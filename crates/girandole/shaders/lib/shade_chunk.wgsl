@@ -55,7 +55,7 @@ fn end(index: u32, sums: PointSums) {
     let pixel = at + vec2u(0u, frame.band.x);
     let irradiance = max(sums.irradiance, vec3f(0.0));
     let surface = textureLoad(surface_ids, pixel, 0).xy;
-    if WRITES_RADIANCE {
+    if branch_value(frame.writes_radiance, index) != 0u {
       add_sample(pixel, radiance_of(diffuse_material(surface.y), irradiance, directional), true);
     } else {
       let point = (at + frame.step - 1u) / frame.step;
@@ -73,30 +73,23 @@ fn add_weights(sums: ptr<function, PointSums>, lane: u32, lanes: u32) {
   }
 }
 
-// Tests the ambiguous lights of a group, of which `first` is the first entry of the list.
-fn resolve_ambiguous(sums: ptr<function, PointSums>, first: u32) {
-  while any((*sums).deferred != vec4u(0u)) {
-    add_slope_corrected(sums, lights[light_lists[first + next_deferred(sums)]]);
-  }
-}
-
-// Adds a light that may be near, unless its depth test is ambiguous: returns whether it is.
-fn add_near_unless_ambiguous(sums: ptr<function, PointSums>, light: Light) -> bool {
-  let a = arriving_in_full(light, (*sums).shading);
-  let at = shadow_texel_of(light, (*sums).shading);
-  if FILTER > 0u {
-    add(sums, light, a, filtered(light, at.receiver));
-    return false;
-  }
-  let answer = depth_test(light, at.receiver, at.texel, stored_at(light, at.texel));
-  add(sums, light, a, select(0.0, 1.0, answer == LIT));
-  return answer == AMBIGUOUS && a.g > 0.0;
-}
-
-// Adds the lights of a group that may be near and are ambiguous.
-fn resolve_near(sums: ptr<function, PointSums>, first: u32) {
-  while any((*sums).deferred != vec4u(0u)) {
-    add_in_full(sums, lights[light_lists[first + next_deferred(sums)]], true);
+// Adds to one point, and then to the other, the lights of a list from `first_near` on that may be near, and those of a group that are
+// ambiguous, of which `first` is the first entry of the list. Both are rare, and take the longest code by far: it is compiled once.
+fn add_rare(
+  one: ptr<function, PointSums>,
+  other: ptr<function, PointSums>,
+  list: LightList,
+  first_near: u32,
+  first: u32,
+) {
+  for (var point = 0u; point < 2u; point++) {
+    var near = first_near;
+    while near < list.shadowed || any((*one).deferred != vec4u(0u)) {
+      var entry = near;
+      if near < list.shadowed { near++; } else { entry = first + next_deferred(one); }
+      add_in_full(one, lights[light_lists[entry]], entry >= list.near_shadowed);
+    }
+    exchange(one, other);
   }
 }
 
@@ -105,39 +98,24 @@ fn shade_chunk(index: u32) {
   let chunk = point_queue.words[offsets.chunks_at + index];
   let leaf = chunk_leaf(chunk);
   let slot = offsets.sorted_at + index * CHUNK;
-  let one_index = point_queue.words[slot];
-  let other_index = select(NONE, point_queue.words[slot + 1u], chunk_points(chunk) > 1u);
-  var one = begin(one_index, leaf);
-  var other = begin(other_index, leaf);
-  if !one.is_surface && !other.is_surface { return; }
-  add_weights(&one, 0u, 1u);
-  add_weights(&other, 0u, 1u);
   let all = light_list(leaf);
-  add_looked_up_then(&one, leaf, all, 0u, 1u);
-  add_looked_up_then(&other, leaf, all, 0u, 1u);
+  var one: PointSums;
+  var other: PointSums;
+  for (var i = chunk_points(chunk); i > 0u; i--) {
+    other = one;
+    one = begin(point_queue.words[slot + i - 1u], leaf);
+    add_weights(&one, 0u, 1u);
+    add_looked_up_then(&one, leaf, all, 0u, 1u);
+  }
+  if !one.is_surface && !other.is_surface { return; }
   let list = remaining(leaf, all);
   for (var i = list.unshadowed; i < list.near_unshadowed; i++) {
     let light = lights[light_lists[i]];
     add(&one, light, arriving(light, one.shading), 1.0);
     add(&other, light, arriving(light, other.shading), 1.0);
   }
-  for (var i = list.near_unshadowed; i < list.near_shadowed; i++) {
-    let light = lights[light_lists[i]];
-    add(&one, light, arriving_in_full(light, one.shading), 1.0);
-    add(&other, light, arriving_in_full(light, other.shading), 1.0);
-  }
-  for (var first = list.near_shadowed; first < list.shadowed; first += GROUP) {
-    for (var i = first; i < min(first + GROUP, list.shadowed); i++) {
-      let light = lights[light_lists[i]];
-      let word = (i - first) / 32u;
-      let bit = 1u << ((i - first) % 32u);
-      if add_near_unless_ambiguous(&one, light) { one.deferred[word] |= bit; }
-      if add_near_unless_ambiguous(&other, light) { other.deferred[word] |= bit; }
-    }
-    resolve_near(&one, first);
-    resolve_near(&other, first);
-  }
-  for (var first = list.shadowed; first < list.end; first += GROUP) {
+  var first_near = list.near_unshadowed;
+  for (var first = list.shadowed; first < list.end || first_near < list.shadowed; first += GROUP) {
     for (var word = 0u; word < GROUP / 32u; word++) {
       let start = first + 32u * word;
       let end = min(start + 32u, list.end);
@@ -170,9 +148,11 @@ fn shade_chunk(index: u32) {
       one.deferred[word] = one_bits;
       other.deferred[word] = other_bits;
     }
-    resolve_ambiguous(&one, first);
-    resolve_ambiguous(&other, first);
+    add_rare(&one, &other, list, first_near, first);
+    first_near = list.shadowed;
   }
-  end(one_index, one);
-  end(other_index, other);
+  for (var i = chunk_points(chunk); i > 0u; i--) {
+    end(point_queue.words[slot + chunk_points(chunk) - i], one);
+    one = other;
+  }
 }

@@ -50,31 +50,56 @@ fn curved_point_at(at: vec2u) -> CurvedPoint {
 // What a point of the coarser grid predicts for a pixel, and whether both lie on one surface.
 struct Neighbour { irradiance: vec3f, directional: vec3f, environment: f32, fits: bool, is_curved: bool }
 
-fn neighbour(point: vec2i, curved: CurvedPoint, surface_id: u32) -> Neighbour {
+fn neighbour(point: vec2i, is_curved: bool, surface_id: u32) -> Neighbour {
   let size = vec2i(grid_size(2u * frame.step));
   let inside = all(point >= vec2i(0)) && all(point < size);
   let at = vec2u(clamp(point, vec2i(0), size - 1));
   let light = textureLoad(coarse_irradiance, at, 0);
-  var result = Neighbour(light.xyz, vec3f(0.0), 0.0, inside && u32(light.w) == surface_id, curved.is_curved);
-  if curved.is_curved || HAS_SPECULAR {
+  var result = Neighbour(light.xyz, vec3f(0.0), 0.0, inside && u32(light.w) == surface_id, is_curved);
+  if is_curved || HAS_SPECULAR {
     let directional = textureLoad(coarse_directional, at, 0);
     // On a plane the direction of light does not matter.
-    result.directional = select(directional.xyz, vec3f(0.0), !curved.is_curved && directional.w > 0.0);
+    result.directional = select(directional.xyz, vec3f(0.0), !is_curved && directional.w > 0.0);
     if REFLECTS_ENVIRONMENT { result.environment = min(directional.w, 0.0); }
   }
-  if curved.is_curved {
-    // On a curved surface light comes from a direction, and the pixel's normal differs.
-    let other = curved_point_at(pixel_of_point(at, 2u * frame.step));
-    let between = other.position - curved.position;
-    let rise = max(abs(dot(other.geometric, between)), abs(dot(curved.geometric, between)));
-    let light_direction = result.directional;
-    let cosine = dot(other.normal, light_direction);
-    // Where all light grazes, its direction does not predict the irradiance of a turned surface.
-    result.fits = result.fits && dot(other.normal, curved.normal) > curved.min_normal_cosine
-      && rise <= MAX_RISE * length(between) && cosine >= 0.1 * length(light_direction);
-    result.irradiance *= max(dot(curved.normal, light_direction), 0.0) / max(cosine, 1e-20);
-  }
   return result;
+}
+
+// The same for a pixel of a curved surface: light comes from a direction, and the pixel's normal differs.
+fn turned(plain: Neighbour, point: vec2i, curved: CurvedPoint) -> Neighbour {
+  let at = vec2u(clamp(point, vec2i(0), vec2i(grid_size(2u * frame.step)) - 1));
+  let other = curved_point_at(pixel_of_point(at, 2u * frame.step));
+  let between = other.position - curved.position;
+  let rise = max(abs(dot(other.geometric, between)), abs(dot(curved.geometric, between)));
+  let light_direction = plain.directional;
+  let cosine = dot(other.normal, light_direction);
+  var result = plain;
+  // Where all light grazes, its direction does not predict the irradiance of a turned surface.
+  result.fits = plain.fits && dot(other.normal, curved.normal) > curved.min_normal_cosine
+    && rise <= MAX_RISE * length(between) && cosine >= 0.1 * length(light_direction);
+  result.irradiance *= max(dot(curved.normal, light_direction), 0.0) / max(cosine, 1e-20);
+  return result;
+}
+
+// Four neighbours about a pixel.
+struct Ring { a: Neighbour, b: Neighbour, c: Neighbour, d: Neighbour }
+
+fn ring(a: vec2i, b: vec2i, c: vec2i, d: vec2i, curved: CurvedPoint, surface_id: u32) -> Ring {
+  let is_curved = curved.is_curved;
+  var r = Ring(neighbour(a, is_curved, surface_id), neighbour(b, is_curved, surface_id),
+    neighbour(c, is_curved, surface_id), neighbour(d, is_curved, surface_id));
+  if curved.is_curved {
+    // Each in turn takes the first place, so that the long part is compiled once.
+    var points = vec4i(a, b);
+    var others = vec4i(c, d);
+    for (var i = 0u; i < 4u; i++) {
+      r = Ring(r.b, r.c, r.d, turned(r.a, points.xy, curved));
+      let first = points.xy;
+      points = vec4i(points.zw, others.xy);
+      others = vec4i(others.zw, first);
+    }
+  }
+  return r;
 }
 
 // Largest difference between two neighbours; 0 where one of them lies on another surface.
@@ -122,10 +147,11 @@ fn test_candidate(at: vec2u, is_curved: bool) {
   let pb = vec2i(vec2u(high.x, low.y));
   let pc = vec2i(vec2u(low.x, high.y));
   let pd = vec2i(high);
-  let a = neighbour(pa, curved, surface_id);
-  let b = neighbour(pb, curved, surface_id);
-  let c = neighbour(pc, curved, surface_id);
-  let d = neighbour(pd, curved, surface_id);
+  let near = ring(pa, pb, pc, pd, curved, surface_id);
+  let a = near.a;
+  let b = near.b;
+  let c = near.c;
+  let d = near.d;
   // Bilinear weights, of those neighbours that lie on the same surface.
   let w = vec4f((1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y)
     * vec4f(f32(a.fits), f32(b.fits), f32(c.fits), f32(d.fits));
@@ -145,10 +171,11 @@ fn test_candidate(at: vec2u, is_curved: bool) {
   var is_interpolated = weight > min_weight && range <= select(0.5, 1.0, all_fit) * allowed;
   if !is_interpolated {
     let reach = select(vec2i(1), vec2i(0), on_grid);
-    let a2 = neighbour(pa - reach, curved, surface_id);
-    let b2 = neighbour(pb + vec2i(1, -1) * reach, curved, surface_id);
-    let c2 = neighbour(pc + vec2i(-1, 1) * reach, curved, surface_id);
-    let d2 = neighbour(pd + reach, curved, surface_id);
+    let far = ring(pa - reach, pb + vec2i(1, -1) * reach, pc + vec2i(-1, 1) * reach, pd + reach, curved, surface_id);
+    let a2 = far.a;
+    let b2 = far.b;
+    let c2 = far.c;
+    let d2 = far.d;
     if all_fit {
       // Where irradiance changes evenly, the error of interpolation follows from its second differences.
       let curvature = max(max(second_difference(a, d, a2), second_difference(d, a, d2)),
@@ -165,7 +192,7 @@ fn test_candidate(at: vec2u, is_curved: bool) {
   }
   if is_interpolated && (surface_id & SHINY) == 0u {
     let other = vec4f(directional, select(environment, 1.0, is_curved));
-    if WRITES_RADIANCE {
+    if branch_value(frame.writes_radiance, at.x) != 0u {
       let pixel = at + vec2u(0u, frame.band.x);
       textureStore(picture, pixel, pack_radiance(radiance_of(diffuse_material(surface.y), value, other)));
     } else {

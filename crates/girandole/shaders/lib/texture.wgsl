@@ -27,6 +27,7 @@ fn texel(offset: u32, size: vec2i, at: vec2i, flags: u32) -> vec4f {
   return vec4f(srgb_decode(c.x), srgb_decode(c.y), srgb_decode(c.z), c.w);
 }
 
+// The texels that a level is interpolated between, one after another: their code is long.
 fn sample_level(texture: u32, uv: vec2f, level: u32) -> vec4f {
   let entry = texture_entry_at(TEXTURE_ENTRY_WORDS * texture);
   let flags = entry.flags;
@@ -37,13 +38,18 @@ fn sample_level(texture: u32, uv: vec2f, level: u32) -> vec4f {
     size = max(size / 2, vec2i(1));
   }
   let at = uv * vec2f(size);
-  if (flags & 2u) != 0u { return texel(offset, size, vec2i(floor(at)), flags); }
-  let corner = floor(at - 0.5);
+  let is_nearest = (flags & 2u) != 0u;
+  let corner = floor(select(at - 0.5, at, is_nearest));
   let f = at - 0.5 - corner;
-  let i = vec2i(corner);
-  let top = mix(texel(offset, size, i, flags), texel(offset, size, i + vec2i(1, 0), flags), f.x);
-  let bottom = mix(texel(offset, size, i + vec2i(0, 1), flags), texel(offset, size, i + vec2i(1, 1), flags), f.x);
-  return mix(top, bottom, f.y);
+  let count = select(4u, 1u, is_nearest);
+  var row = vec4f(0.0);
+  var above = vec4f(0.0);
+  for (var i = 0u; i < count; i++) {
+    let c = texel(offset, size, vec2i(corner) + vec2i(vec2u(i & 1u, i >> 1u)), flags);
+    row = select(c, mix(row, c, f.x), (i & 1u) != 0u);
+    if i == 1u { above = row; }
+  }
+  return select(mix(above, row, f.y), row, is_nearest);
 }
 
 // The linear value at vertex coordinates `uv` whose screen derivatives are `dx` and `dy` (zero: level 0).
@@ -55,7 +61,11 @@ fn sample_texture(use_: TextureUse, uv: vec2f, dx: vec2f, dy: vec2f) -> vec4f {
   let last = f32(entry.levels - 1u);
   let lod = clamp(log2(max(footprint, 1e-8)), 0.0, last);
   let at = m * uv + use_.shift;
-  let low = sample_level(use_.texture, at, u32(lod));
-  if lod == 0.0 || lod >= last { return low; }
-  return mix(low, sample_level(use_.texture, at, u32(lod) + 1u), fract(lod));
+  let levels = select(2u, 1u, lod == 0.0 || lod >= last);
+  var value = vec4f(0.0);
+  for (var i = 0u; i < levels; i++) {
+    let sampled = sample_level(use_.texture, at, u32(lod) + i);
+    value = select(sampled, mix(value, sampled, fract(lod)), i > 0u);
+  }
+  return value;
 }

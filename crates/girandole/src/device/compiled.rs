@@ -1,20 +1,71 @@
-//! Shader modules with what reflection says of them, and what was compiled of them for a device.
+//! What was compiled for a device, and what is to be: kernels are made by threads of their own in the order in which they are asked for,
+//! or by whoever needs one first.
 
-use super::kernel::{Kernel, RenderKernel};
+use super::crew::Crew;
+use super::kernel::{ComputeRecipe, RenderRecipe};
+use super::module::LazyModule;
 use super::tuning::DeviceTuning;
 use crate::shaders::Source;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+#[cfg(not(target_family = "wasm"))]
+use std::time::Instant;
+
+/// How far the kernels are that frames were prepared to use.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Compilation {
+    /// Kernels that were asked for so far.
+    pub total: u32,
+    /// How many of them are compiled.
+    pub done: u32,
+    /// How long recording waited for kernels so far, milliseconds; 0 in browsers.
+    pub waited_ms: f64,
+}
+
+impl Compilation {
+    /// Whether there is nothing left to compile.
+    pub fn is_done(&self) -> bool {
+        self.done == self.total
+    }
+}
+
+/// A kernel that was compiled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CompiledKernel {
+    /// The shader.
+    pub shader: &'static str,
+    /// Its entry points.
+    pub entries: String,
+    /// How long the device's library and driver took, milliseconds; 0 in browsers.
+    pub ms: f64,
+    /// Whether a frame waited for it, wholly or in part.
+    pub was_waited_for: bool,
+}
 
 /// Modules and pipelines of a device. Whoever asks for one that is there gets that.
 #[derive(Clone, Default)]
-pub(crate) struct Compiled(Arc<Mutex<Memory>>);
+pub(crate) struct Compiled(Arc<Shop>);
+
+#[derive(Default)]
+struct Shop {
+    memory: Mutex<Memory>,
+    log: Arc<Mutex<Log>>,
+    crew: Crew,
+}
 
 #[derive(Default)]
 pub(super) struct Memory {
-    modules: HashMap<ModuleKey, Arc<Module>>,
-    pub kernels: HashMap<KernelKey, Kernel>,
-    pub render_kernels: HashMap<KernelKey, RenderKernel>,
+    modules: HashMap<ModuleKey, Arc<LazyModule>>,
+    pub kernels: HashMap<KernelKey, Arc<Lazy<ComputeRecipe>>>,
+    pub render_kernels: HashMap<KernelKey, Arc<Lazy<RenderRecipe>>>,
+}
+
+#[derive(Default)]
+struct Log {
+    compilation: Compilation,
+    kernels: Vec<CompiledKernel>,
 }
 
 /// Name, what it is put together from, variants.
@@ -29,163 +80,174 @@ pub(super) struct KernelKey {
     constants: Vec<(String, u64)>,
 }
 
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 impl Compiled {
-    fn memory(&self) -> MutexGuard<'_, Memory> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    pub(super) fn module(
-        &self,
-        device: &wgpu::Device,
-        source: &Source,
-        tuning: &DeviceTuning,
-    ) -> (ModuleKey, Arc<Module>) {
+    pub(super) fn module(&self, source: &Source, tuning: &DeviceTuning) -> (ModuleKey, Arc<LazyModule>) {
         let key = (source.name, source.uses, *tuning);
-        let make = || Arc::new(Module::new(device, source, tuning));
-        (key, self.memory().modules.entry(key).or_insert_with(make).clone())
+        let make = || Arc::new(LazyModule::new(source, tuning));
+        (key, locked(&self.0.memory).modules.entry(key).or_insert_with(make).clone())
     }
 
-    /// What is found under a key in a part of the memory, or made now.
-    pub(super) fn get<K: Clone>(
+    /// What is found under a key in a part of the memory, or is to be made by this recipe.
+    pub(super) fn get<R: Recipe>(
         &self,
         (module, entry, constants): (ModuleKey, String, &[(&str, f64)]),
-        part: impl Fn(&mut Memory) -> &mut HashMap<KernelKey, K>,
-        make: impl FnOnce() -> K,
-    ) -> K {
+        part: impl Fn(&mut Memory) -> &mut HashMap<KernelKey, Arc<Lazy<R>>>,
+        recipe: impl FnOnce() -> R,
+    ) -> Arc<Lazy<R>> {
         let constants = constants.iter().map(|(name, value)| (name.to_string(), value.to_bits())).collect();
         let key = KernelKey { module, entry, constants };
-        if let Some(kernel) = part(&mut self.memory()).get(&key) {
-            return kernel.clone();
+        let lazy = || Arc::new(Lazy::new(recipe(), self.0.log.clone()));
+        part(&mut locked(&self.0.memory)).entry(key).or_insert_with(lazy).clone()
+    }
+
+    /// Has a kernel made soon, by the next thread that is free, unless it is there. Whether there is nothing to wait for.
+    pub(super) fn order<R: Recipe>(&self, lazy: &Arc<Lazy<R>>) -> bool {
+        #[cfg(feature = "parallel")]
+        if lazy.made.get().is_none() && lazy.count() {
+            R::send(lazy.clone(), &self.0.crew);
         }
-        let kernel = make();
-        part(&mut self.memory()).insert(key, kernel.clone());
-        kernel
+        !cfg!(feature = "parallel") || lazy.made.get().is_some() || lazy.has_failed.load(Ordering::Relaxed)
+    }
+
+    pub fn compilation(&self) -> Compilation {
+        locked(&self.0.log).compilation
+    }
+
+    pub fn kernels(&self) -> Vec<CompiledKernel> {
+        locked(&self.0.log).kernels.clone()
     }
 }
 
-/// A shader module with what reflection says of it.
-pub(super) struct Module {
-    pub shader: wgpu::ShaderModule,
-    ir: naga::Module,
-    info: naga::valid::ModuleInfo,
-    pub name: &'static str,
+/// What a kernel is made by.
+pub(super) trait Recipe: Sized {
+    type Made;
+
+    #[cfg(feature = "parallel")]
+    fn device(&self) -> &wgpu::Device;
+
+    /// Shader and entry points.
+    fn names(&self) -> (&'static str, String);
+
+    fn make(&self) -> Self::Made;
+
+    /// Gives the work to a crew.
+    #[cfg(feature = "parallel")]
+    fn send(lazy: Arc<Lazy<Self>>, crew: &Crew);
 }
 
-impl Module {
-    /// Compiles a source. What is wrong with it is reported by the device as a validation error.
-    fn new(device: &wgpu::Device, source: &Source, tuning: &DeviceTuning) -> Self {
-        let text = source.concatenated(tuning);
-        let ir = naga::front::wgsl::parse_str(&text).unwrap_or_default();
-        let flags = naga::valid::ValidationFlags::empty();
-        let info = naga::valid::Validator::new(flags, naga::valid::Capabilities::all())
-            .validate(&ir)
-            .unwrap_or_else(|_| empty_info());
-        let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(source.name),
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
-        Self { shader, ir, info, name: source.name }
+/// A kernel that is made once, by a thread of the crew or by whoever needs it first.
+pub(super) struct Lazy<R: Recipe> {
+    recipe: R,
+    made: OnceLock<R::Made>,
+    making: Mutex<()>,
+    is_counted: AtomicBool,
+    /// Whether it could not be made ahead.
+    has_failed: AtomicBool,
+    log: Arc<Mutex<Log>>,
+}
+
+impl<R: Recipe> Lazy<R> {
+    fn new(recipe: R, log: Arc<Mutex<Log>>) -> Self {
+        let (made, making) = (OnceLock::new(), Mutex::default());
+        let [is_counted, has_failed] = [false; 2].map(AtomicBool::new);
+        Self { recipe, made, making, is_counted, has_failed, log }
     }
 
-    /// Of these constants, those that the module declares as overrides.
-    pub fn constants<'c>(&self, constants: &[(&'c str, f64)]) -> Vec<(&'c str, f64)> {
-        let declares = |name: &str| self.ir.overrides.iter().any(|(_, o)| o.name.as_deref() == Some(name));
-        constants.iter().copied().filter(|(name, _)| declares(name)).collect()
+    pub fn recipe(&self) -> &R {
+        &self.recipe
     }
 
-    /// The bindings of a group that any of these entry points uses.
-    pub fn bindings(&self, group: u32, entries: &[&str]) -> Vec<(String, wgpu::BindGroupLayoutEntry)> {
-        let mut found = Vec::new();
-        for (handle, global) in self.ir.global_variables.iter() {
-            let Some(binding) = global.binding.filter(|b| b.group == group) else { continue };
-            let mut visibility = wgpu::ShaderStages::empty();
-            for (index, entry) in self.ir.entry_points.iter().enumerate() {
-                let uses = !self.info.get_entry_point(index)[handle].is_empty();
-                if uses && entries.contains(&entry.name.as_str()) {
-                    visibility |= stage(entry.stage);
-                }
+    /// The kernel; made now, or waited for, where it is not there yet.
+    pub fn get(&self) -> &R::Made {
+        if let Some(made) = self.made.get() {
+            return made;
+        }
+        self.count();
+        let start = clock();
+        let _turn = locked(&self.making);
+        let made = self.made.get_or_init(|| self.make());
+        let mut log = locked(&self.log);
+        log.compilation.waited_ms += milliseconds(start);
+        let (shader, entries) = self.recipe.names();
+        let mut last_first = log.kernels.iter_mut().rev();
+        if let Some(kernel) = last_first.find(|k| k.shader == shader && k.entries == entries) {
+            kernel.was_waited_for = true;
+        }
+        made
+    }
+
+    /// Makes it unless it is there. Where the device finds fault with it, it is left to those who need it, who are told then.
+    #[cfg(feature = "parallel")]
+    pub fn make_ahead(&self) {
+        use std::task::{Context, Poll, Waker};
+        let _turn = locked(&self.making);
+        if self.made.get().is_some() {
+            return;
+        }
+        let filters =
+            [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory];
+        let scopes = filters.map(|filter| self.recipe.device().push_error_scope(filter));
+        let start = clock();
+        let made = self.recipe.make();
+        let mut is_right = true;
+        for scope in scopes.into_iter().rev() {
+            // On native devices what is known of errors is known at once.
+            let mut error = std::pin::pin!(scope.pop());
+            if let Poll::Ready(Some(error)) = error.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+                tracing::debug!("{error}");
+                is_right = false;
             }
-            if !visibility.is_empty()
-                && let Some(ty) = binding_type(&self.ir, global)
-            {
-                let entry =
-                    wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None };
-                found.push((global.name.clone().unwrap_or_default(), entry));
-            }
         }
-        found
-    }
-}
-
-fn empty_info() -> naga::valid::ModuleInfo {
-    let flags = naga::valid::ValidationFlags::empty();
-    naga::valid::Validator::new(flags, naga::valid::Capabilities::empty())
-        .validate(&naga::Module::default())
-        .unwrap_or_else(|_| unreachable!("an empty module is valid"))
-}
-
-fn stage(stage: naga::ShaderStage) -> wgpu::ShaderStages {
-    match stage {
-        naga::ShaderStage::Vertex => wgpu::ShaderStages::VERTEX,
-        naga::ShaderStage::Fragment => wgpu::ShaderStages::FRAGMENT,
-        _ => wgpu::ShaderStages::COMPUTE,
-    }
-}
-
-/// What the layout says of a global variable; nothing for what no shader of ours binds.
-pub(super) fn binding_type(ir: &naga::Module, global: &naga::GlobalVariable) -> Option<wgpu::BindingType> {
-    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    match global.space {
-        naga::AddressSpace::Uniform => Some(buffer(wgpu::BufferBindingType::Uniform)),
-        naga::AddressSpace::Storage { access } => Some(buffer(wgpu::BufferBindingType::Storage {
-            read_only: !access.contains(naga::StorageAccess::STORE),
-        })),
-        naga::AddressSpace::Handle => match ir.types[global.ty].inner {
-            naga::TypeInner::Image { dim: naga::ImageDimension::D2, arrayed, class } => {
-                let view_dimension = if arrayed {
-                    wgpu::TextureViewDimension::D2Array
-                } else {
-                    wgpu::TextureViewDimension::D2
-                };
-                image_type(class, view_dimension)
-            }
-            _ => None,
-        },
-        _ => None,
-    }
-}
-
-fn image_type(
-    class: naga::ImageClass,
-    view_dimension: wgpu::TextureViewDimension,
-) -> Option<wgpu::BindingType> {
-    let sampled = |sample_type, multisampled| {
-        Some(wgpu::BindingType::Texture { sample_type, view_dimension, multisampled })
-    };
-    match class {
-        naga::ImageClass::Sampled { kind: naga::ScalarKind::Uint, multi } => {
-            sampled(wgpu::TextureSampleType::Uint, multi)
+        if is_right && self.made.set(made).is_ok() {
+            self.note(milliseconds(start));
+        } else if self.is_counted.swap(false, Ordering::Relaxed) {
+            self.has_failed.store(true, Ordering::Relaxed);
+            locked(&self.log).compilation.total -= 1;
         }
-        naga::ImageClass::Sampled { kind: naga::ScalarKind::Float, multi } => {
-            sampled(wgpu::TextureSampleType::Float { filterable: false }, multi)
-        }
-        naga::ImageClass::Depth { multi } => sampled(wgpu::TextureSampleType::Depth, multi),
-        naga::ImageClass::Storage { format, access } => Some(wgpu::BindingType::StorageTexture {
-            access: if access.contains(naga::StorageAccess::LOAD | naga::StorageAccess::STORE) {
-                wgpu::StorageTextureAccess::ReadWrite
-            } else if access.contains(naga::StorageAccess::STORE) {
-                wgpu::StorageTextureAccess::WriteOnly
-            } else {
-                wgpu::StorageTextureAccess::ReadOnly
-            },
-            format: match format {
-                naga::StorageFormat::Rgba32Float => wgpu::TextureFormat::Rgba32Float,
-                naga::StorageFormat::Rg32Uint => wgpu::TextureFormat::Rg32Uint,
-                naga::StorageFormat::R32Float => wgpu::TextureFormat::R32Float,
-                _ => return None,
-            },
-            view_dimension,
-        }),
-        _ => None,
     }
+
+    fn make(&self) -> R::Made {
+        let start = clock();
+        let made = self.recipe.make();
+        self.note(milliseconds(start));
+        made
+    }
+
+    /// Counts it among those that were asked for; whether it was not before.
+    fn count(&self) -> bool {
+        let is_new = !self.is_counted.swap(true, Ordering::Relaxed);
+        if is_new {
+            locked(&self.log).compilation.total += 1;
+        }
+        is_new
+    }
+
+    fn note(&self, ms: f64) {
+        let (shader, entries) = self.recipe.names();
+        let mut log = locked(&self.log);
+        log.compilation.done += 1;
+        log.kernels.push(CompiledKernel { shader, entries, ms, was_waited_for: false });
+    }
+}
+
+#[cfg(not(target_family = "wasm"))]
+fn clock() -> Instant {
+    Instant::now()
+}
+
+#[cfg(not(target_family = "wasm"))]
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
+#[cfg(target_family = "wasm")]
+fn clock() {}
+
+#[cfg(target_family = "wasm")]
+fn milliseconds(_: ()) -> f64 {
+    0.0
 }

@@ -1,5 +1,6 @@
 //! Adapters, what the renderer asks of them, and a device of one's own for programs without a window.
 
+use super::clip_test;
 use crate::{Error, Result};
 use std::future::Future;
 use std::pin::pin;
@@ -132,7 +133,8 @@ struct Failures {
 }
 
 impl Gpu {
-    /// Opens the best adapter, or the best one whose name contains `name` (case does not matter).
+    /// Opens the best adapter, or the best one whose name contains `name` (case does not matter). Clip distances are tried out with
+    /// a triangle; where they do not work, the device is opened without them.
     ///
     /// # Errors
     /// [`Error::NoAdapter`], [`Error::UnknownAdapter`], or [`Error::Unsupported`] where the best one that has the name
@@ -146,7 +148,7 @@ impl Gpu {
     /// # Errors
     /// As for [`Gpu::new`].
     pub async fn with_features(name: Option<&str>, wanted: wgpu::Features) -> Result<Self> {
-        Self::choose(enumerate().await, name, wanted).await
+        Self::that_clips(async || enumerate().await, name, wanted).await
     }
 
     /// Opens the best adapter that can show pictures on a surface, or the best such one whose name contains `name`. The
@@ -159,9 +161,27 @@ impl Gpu {
         surface: &wgpu::Surface<'_>,
         name: Option<&str>,
     ) -> Result<Self> {
-        let mut all = sorted(instance.enumerate_adapters(backends()).await);
-        all.retain(|adapter| adapter.is_surface_supported(surface));
-        Self::choose(all, name, WANTED_FEATURES).await
+        let suitable = async || {
+            let mut all = sorted(instance.enumerate_adapters(backends()).await);
+            all.retain(|adapter| adapter.is_surface_supported(surface));
+            all
+        };
+        Self::that_clips(suitable, name, WANTED_FEATURES).await
+    }
+
+    /// Opens the best of these adapters, without clip distances where its driver has them and they do not work.
+    async fn that_clips(
+        adapters: impl AsyncFn() -> Vec<wgpu::Adapter>,
+        name: Option<&str>,
+        wanted: wgpu::Features,
+    ) -> Result<Self> {
+        let gpu = Self::choose(adapters().await, name, wanted).await?;
+        let clips = gpu.device.features().contains(wgpu::Features::CLIP_DISTANCES);
+        if !clips || clip_test::passes(&gpu.device, &gpu.queue).await {
+            return Ok(gpu);
+        }
+        // In browsers an adapter gives one device.
+        Self::choose(adapters().await, name, wanted - wgpu::Features::CLIP_DISTANCES).await
     }
 
     async fn choose(all: Vec<wgpu::Adapter>, name: Option<&str>, wanted: wgpu::Features) -> Result<Self> {

@@ -3,7 +3,10 @@
 //!
 //! Group 0 is the frame (one uniform with a dynamic offset), group 1 the scene, group 2 belongs to the pass.
 
-use super::compiled::{Compiled, Module, binding_type};
+use super::compiled::{Compiled, Lazy, Recipe};
+#[cfg(feature = "parallel")]
+use super::crew::Crew;
+use super::module::{LazyModule, Module, binding_type};
 use super::recorder::Recorder;
 use crate::device::tuning::DeviceTuning;
 use crate::layout::Frame;
@@ -63,7 +66,7 @@ impl GroupLayout {
 pub(crate) struct Shared {
     pub tuning: DeviceTuning,
     pub frame: wgpu::BindGroupLayout,
-    pub scene: GroupLayout,
+    pub scene: Arc<GroupLayout>,
     pub compiled: Compiled,
 }
 
@@ -95,7 +98,33 @@ impl Shared {
                 Some((global.name.clone()?, entry))
             })
             .collect();
-        Self { tuning, frame, scene: GroupLayout::new(device, "scene", bindings), compiled }
+        Self { tuning, frame, scene: GroupLayout::new(device, "scene", bindings).into(), compiled }
+    }
+}
+
+/// What every recipe has: a device, the groups that all share, a module, and its overrides.
+struct Ingredients {
+    device: wgpu::Device,
+    frame: wgpu::BindGroupLayout,
+    scene: Arc<GroupLayout>,
+    module: Arc<LazyModule>,
+    constants: Vec<(String, f64)>,
+}
+
+impl Ingredients {
+    fn new(
+        device: &wgpu::Device,
+        shared: &Shared,
+        module: &Arc<LazyModule>,
+        constants: &[(&str, f64)],
+    ) -> Self {
+        let constants = constants.iter().map(|(name, value)| (name.to_string(), *value)).collect();
+        let (frame, scene) = (shared.frame.clone(), shared.scene.clone());
+        Self { device: device.clone(), frame, scene, module: module.clone(), constants }
+    }
+
+    fn constants(&self) -> Vec<(&str, f64)> {
+        self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect()
     }
 }
 
@@ -108,15 +137,16 @@ struct PipelineGroups {
 }
 
 impl PipelineGroups {
-    fn new(device: &wgpu::Device, shared: &Shared, module: &Module, entries: &[&str]) -> Self {
+    fn new(of: &Ingredients, module: &Module, entries: &[&str]) -> Self {
+        let (device, name) = (&of.device, of.module.name);
         let uses_frame = !module.bindings(0, entries).is_empty();
         let uses_scene = !module.bindings(1, entries).is_empty();
-        let pass = GroupLayout::new(device, module.name, module.bindings(2, entries));
+        let pass = GroupLayout::new(device, name, module.bindings(2, entries));
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(module.name),
+            label: Some(name),
             bind_group_layouts: &[
-                uses_frame.then_some(&shared.frame),
-                uses_scene.then_some(&shared.scene.layout),
+                uses_frame.then_some(&of.frame),
+                uses_scene.then_some(&of.scene.layout),
                 Some(&pass.layout),
             ],
             immediate_size: 0,
@@ -146,16 +176,63 @@ impl Groups<'_> {
     }
 }
 
-/// A compute pipeline.
+/// A compute pipeline, compiled when it is first recorded, or before that if it was [ordered](Kernel::order).
 #[derive(Clone)]
-pub(crate) struct Kernel {
-    groups: Arc<PipelineGroups>,
+pub(crate) struct Kernel(Arc<Lazy<ComputeRecipe>>);
+
+pub(super) struct ComputeRecipe {
+    of: Ingredients,
+    entry: &'static str,
+}
+
+pub(super) struct ComputeKernel {
+    groups: PipelineGroups,
     pipeline: wgpu::ComputePipeline,
-    label: &'static str,
+}
+
+impl Recipe for ComputeRecipe {
+    type Made = ComputeKernel;
+
+    #[cfg(feature = "parallel")]
+    fn device(&self) -> &wgpu::Device {
+        &self.of.device
+    }
+
+    fn names(&self) -> (&'static str, String) {
+        (self.of.module.name, self.entry.into())
+    }
+
+    fn make(&self) -> ComputeKernel {
+        let Self { of, entry } = self;
+        let module = of.module.get(&of.device);
+        let groups = PipelineGroups::new(of, module, &[entry]);
+        let pipeline = of.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: Some(&groups.pipeline_layout),
+            module: &module.shader,
+            entry_point: Some(entry),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: &of.constants(),
+                ..Default::default()
+            },
+            cache: None,
+        });
+        ComputeKernel { groups, pipeline }
+    }
+
+    #[cfg(feature = "parallel")]
+    fn send(lazy: Arc<Lazy<Self>>, crew: &Crew) {
+        crew.send(move || lazy.make_ahead());
+    }
+}
+
+/// Orders these, in this order. Whether there is nothing to wait for.
+pub(crate) fn order_all<'k>(kernels: impl IntoIterator<Item = &'k Kernel>, shared: &Shared) -> bool {
+    kernels.into_iter().fold(true, |are_there, kernel| kernel.order(shared) & are_there)
 }
 
 impl Kernel {
-    /// Compiles an entry point; of `constants`, the module's overrides are set.
+    /// An entry point; of `constants`, the module's overrides are set.
     pub fn new(
         device: &wgpu::Device,
         shared: &Shared,
@@ -163,24 +240,15 @@ impl Kernel {
         entry: &'static str,
         constants: &[(&str, f64)],
     ) -> Self {
-        let (key, module) = shared.compiled.module(device, source, &shared.tuning);
+        let (key, module) = shared.compiled.module(source, &shared.tuning);
         let constants = module.constants(constants);
-        let make = || {
-            let groups = PipelineGroups::new(device, shared, &module, &[entry]);
-            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&groups.pipeline_layout),
-                module: &module.shader,
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &constants,
-                    ..Default::default()
-                },
-                cache: None,
-            });
-            Self { groups: groups.into(), pipeline, label: source.name }
-        };
-        shared.compiled.get((key, entry.into(), &constants), |memory| &mut memory.kernels, make)
+        let recipe = || ComputeRecipe { of: Ingredients::new(device, shared, &module, &constants), entry };
+        Self(shared.compiled.get((key, entry.into(), &constants), |memory| &mut memory.kernels, recipe))
+    }
+
+    /// Has it compiled soon, after those that were ordered before. Whether there is nothing to wait for.
+    pub fn order(&self, shared: &Shared) -> bool {
+        shared.compiled.order(&self.0)
     }
 
     /// Records one dispatch, timed under `time`.
@@ -192,72 +260,86 @@ impl Kernel {
         resources: &[Binding],
         groups: Groups,
     ) {
-        let group = self.groups.pass.group(recorder.device, resources);
-        let uniform = self.groups.uses_frame.then(|| recorder.uniform(frame));
-        let timestamps = recorder.timers.compute(time);
+        let ComputeKernel { groups: layouts, pipeline } = self.0.get();
+        let group = layouts.pass.group(recorder.device, resources);
+        let uniform = layouts.uses_frame.then(|| recorder.uniform(frame));
+        let (timestamps, is_rehearsal) = (recorder.timers.compute(time), recorder.is_rehearsal);
         let mut pass = recorder.encoder().begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(self.label),
+            label: Some(self.0.recipe().of.module.name),
             timestamp_writes: timestamps,
         });
-        pass.set_pipeline(&self.pipeline);
+        pass.set_pipeline(pipeline);
         if let Some((uniform, offset)) = &uniform {
             pass.set_bind_group(0, uniform, &[*offset]);
         }
-        if let Some(scene) = scene.filter(|_| self.groups.uses_scene) {
+        if let Some(scene) = scene.filter(|_| layouts.uses_scene) {
             pass.set_bind_group(1, scene, &[]);
         }
         pass.set_bind_group(2, &group, &[]);
         match groups {
+            _ if is_rehearsal => pass.dispatch_workgroups(0, 0, 1),
             Groups::Count([x, y]) => pass.dispatch_workgroups(x, y, 1),
             Groups::Indirect(buffer, offset) => pass.dispatch_workgroups_indirect(buffer, offset),
+        }
+        drop(pass);
+        if is_rehearsal {
+            // The device begins with this one while others are compiled.
+            recorder.split();
         }
     }
 }
 
 /// What a render pipeline is made of beside its shader.
-#[derive(Debug)]
-pub(crate) struct Draw<'a> {
-    pub vertex: &'a str,
-    pub fragment: Option<&'a str>,
+#[derive(Clone, Debug)]
+pub(crate) struct Draw {
+    pub vertex: &'static str,
+    pub fragment: Option<&'static str>,
     pub topology: wgpu::PrimitiveTopology,
     pub depth: Option<(wgpu::TextureFormat, wgpu::CompareFunction)>,
-    pub targets: &'a [Option<wgpu::ColorTargetState>],
+    pub targets: Vec<Option<wgpu::ColorTargetState>>,
 }
 
-/// A render pipeline.
+impl Draw {
+    fn entries(&self) -> Vec<&'static str> {
+        std::iter::once(self.vertex).chain(self.fragment).collect()
+    }
+}
+
+/// A render pipeline, compiled when it is first used, or before that if it was [ordered](RenderKernel::order).
 #[derive(Clone)]
-pub(crate) struct RenderKernel {
-    groups: Arc<PipelineGroups>,
+pub(crate) struct RenderKernel(Arc<Lazy<RenderRecipe>>);
+
+pub(super) struct RenderRecipe {
+    of: Ingredients,
+    draw: Draw,
+}
+
+pub(super) struct RenderKernelMade {
+    groups: PipelineGroups,
     pipeline: wgpu::RenderPipeline,
 }
 
-impl RenderKernel {
-    /// Compiles the entry points of `draw`; of `constants`, the module's overrides are set.
-    pub fn new(
-        device: &wgpu::Device,
-        shared: &Shared,
-        source: &Source,
-        draw: &Draw,
-        constants: &[(&str, f64)],
-    ) -> Self {
-        let (key, module) = shared.compiled.module(device, source, &shared.tuning);
-        let constants = module.constants(constants);
-        let make = || Self::compile(device, shared, (source, &module), draw, &constants);
-        shared.compiled.get((key, format!("{draw:?}"), &constants), |memory| &mut memory.render_kernels, make)
+impl Recipe for RenderRecipe {
+    type Made = RenderKernelMade;
+
+    #[cfg(feature = "parallel")]
+    fn device(&self) -> &wgpu::Device {
+        &self.of.device
     }
 
-    fn compile(
-        device: &wgpu::Device,
-        shared: &Shared,
-        (source, module): (&Source, &Module),
-        draw: &Draw,
-        constants: &[(&str, f64)],
-    ) -> Self {
-        let entries: Vec<&str> = std::iter::once(draw.vertex).chain(draw.fragment).collect();
-        let groups = PipelineGroups::new(device, shared, module, &entries);
-        let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(source.name),
+    fn names(&self) -> (&'static str, String) {
+        (self.of.module.name, self.draw.entries().join(", "))
+    }
+
+    fn make(&self) -> RenderKernelMade {
+        let Self { of, draw } = self;
+        let module = of.module.get(&of.device);
+        let groups = PipelineGroups::new(of, module, &draw.entries());
+        let constants = of.constants();
+        let compilation_options =
+            wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+        let pipeline = of.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(of.module.name),
             layout: Some(&groups.pipeline_layout),
             vertex: wgpu::VertexState {
                 module: &module.shader,
@@ -278,17 +360,44 @@ impl RenderKernel {
                 module: &module.shader,
                 entry_point: Some(entry),
                 compilation_options,
-                targets: draw.targets,
+                targets: &draw.targets,
             }),
             multiview_mask: None,
             cache: None,
         });
-        Self { groups: groups.into(), pipeline }
+        RenderKernelMade { groups, pipeline }
+    }
+
+    #[cfg(feature = "parallel")]
+    fn send(lazy: Arc<Lazy<Self>>, crew: &Crew) {
+        crew.send(move || lazy.make_ahead());
+    }
+}
+
+impl RenderKernel {
+    /// The entry points of `draw`; of `constants`, the module's overrides are set.
+    pub fn new(
+        device: &wgpu::Device,
+        shared: &Shared,
+        source: &Source,
+        draw: Draw,
+        constants: &[(&str, f64)],
+    ) -> Self {
+        let (key, module) = shared.compiled.module(source, &shared.tuning);
+        let constants = module.constants(constants);
+        let name = format!("{draw:?}");
+        let recipe = || RenderRecipe { of: Ingredients::new(device, shared, &module, &constants), draw };
+        Self(shared.compiled.get((key, name, &constants), |memory| &mut memory.render_kernels, recipe))
+    }
+
+    /// Has it compiled soon, after those that were ordered before. Whether there is nothing to wait for.
+    pub fn order(&self, shared: &Shared) -> bool {
+        shared.compiled.order(&self.0)
     }
 
     /// The group of these resources.
     pub fn group(&self, device: &wgpu::Device, resources: &[Binding]) -> wgpu::BindGroup {
-        self.groups.pass.group(device, resources)
+        self.0.get().groups.pass.group(device, resources)
     }
 
     /// Sets pipeline and groups in a render pass; `uniform` and `scene` as far as they are used.
@@ -298,11 +407,12 @@ impl RenderKernel {
         (uniform, scene): (Option<&(wgpu::BindGroup, u32)>, Option<&wgpu::BindGroup>),
         group: &wgpu::BindGroup,
     ) {
-        pass.set_pipeline(&self.pipeline);
-        if let Some((uniform, offset)) = uniform.filter(|_| self.groups.uses_frame) {
+        let RenderKernelMade { groups, pipeline } = self.0.get();
+        pass.set_pipeline(pipeline);
+        if let Some((uniform, offset)) = uniform.filter(|_| groups.uses_frame) {
             pass.set_bind_group(0, uniform, &[*offset]);
         }
-        if let Some(scene) = scene.filter(|_| self.groups.uses_scene) {
+        if let Some(scene) = scene.filter(|_| groups.uses_scene) {
             pass.set_bind_group(1, scene, &[]);
         }
         pass.set_bind_group(2, group, &[]);

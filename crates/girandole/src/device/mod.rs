@@ -1,11 +1,14 @@
 //! The device: adapters, pipelines with their bindings, recording, timers, read-backs.
 
 pub(crate) mod buffers;
+mod clip_test;
 pub(crate) mod compiled;
 pub(crate) mod context;
+mod crew;
 mod gpu;
 pub(crate) mod kernel;
 pub(crate) mod mirror;
+mod module;
 pub(crate) mod readback;
 pub(crate) mod recorder;
 pub(crate) mod timers;

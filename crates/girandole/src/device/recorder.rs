@@ -13,6 +13,8 @@ pub(crate) struct Recorder<'a> {
     frame_layout: &'a wgpu::BindGroupLayout,
     encoder: Encoder<'a>,
     uniforms: Option<Uniforms>,
+    /// Whether nothing is to be done: what is recorded has devices compile what they use first, as some do only then.
+    pub is_rehearsal: bool,
 }
 
 enum Encoder<'a> {
@@ -38,7 +40,8 @@ impl<'a> Recorder<'a> {
         timers: &'a Timers,
         encoder: &'a mut wgpu::CommandEncoder,
     ) -> Self {
-        Self { device, timers, frame_layout, encoder: Encoder::Callers(encoder), uniforms: None }
+        let encoder = Encoder::Callers(encoder);
+        Self { device, timers, frame_layout, encoder, uniforms: None, is_rehearsal: false }
     }
 
     /// Records into encoders of its own, which it submits.
@@ -48,8 +51,8 @@ impl<'a> Recorder<'a> {
         frame_layout: &'a wgpu::BindGroupLayout,
         timers: &'a Timers,
     ) -> Self {
-        let encoder = device.create_command_encoder(&Default::default());
-        Self { device, timers, frame_layout, encoder: Encoder::Own(encoder, queue), uniforms: None }
+        let encoder = Encoder::Own(device.create_command_encoder(&Default::default()), queue);
+        Self { device, timers, frame_layout, encoder, uniforms: None, is_rehearsal: false }
     }
 
     /// The encoder to record into.

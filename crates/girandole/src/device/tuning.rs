@@ -60,10 +60,12 @@ impl DeviceTuning {
         lights_in_storage: false,
     };
 
-    /// By the kind of adapter that the device is on. On GPUs lights are in storage where the device was created with
-    /// more storage buffers a stage than the eight of WebGPU's defaults ([`wanted_limits`](crate::wanted_limits)).
+    /// By the driver of the device: kernels for Mesa's software driver are too large for others. On GPUs lights are in storage where the
+    /// device was created with more storage buffers a stage than the eight of WebGPU's defaults
+    /// ([`wanted_limits`](crate::wanted_limits)).
     pub fn for_device(device: &wgpu::Device) -> Self {
-        if device.adapter_info().device_type == wgpu::DeviceType::Cpu {
+        let info = device.adapter_info();
+        if [&info.driver, &info.name].into_iter().any(|name| name.contains("llvmpipe")) {
             return Self::SOFTWARE;
         }
         let lights_in_storage = device.limits().max_storage_buffers_per_shader_stage > 8;

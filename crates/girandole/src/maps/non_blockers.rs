@@ -66,7 +66,7 @@ fn vertices(scene: &Scene, geometry: &Geometry, dynamic: bool) -> Vec<Range<u32>
 }
 
 fn are_in_front(geometry: &Geometry, patch: &WorldPatch, vertices: &[Range<u32>]) -> bool {
-    let tolerance = geometry.diagonal() * 1e-6;
+    let tolerance = geometry.detail() * 1e-6;
     let positions = |range: &Range<u32>| &geometry.positions[range.start as usize..range.end as usize];
     vertices.iter().all(|range| positions(range).iter().all(|&p| height(patch, p) >= -tolerance))
 }

@@ -3,7 +3,7 @@
 use super::sort_points::ListedPoints;
 use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView};
-use crate::device::kernel::{Groups, Kernel, buffer, texture};
+use crate::device::kernel::{Groups, Kernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
 use crate::points::lists::PointLists;
 use crate::shaders;
@@ -15,6 +15,11 @@ pub(crate) struct AppendAllPoints {
 impl AppendAllPoints {
     pub fn new(compiler: &Compiler) -> Self {
         Self { kernel: compiler.kernel(&shaders::APPEND_ALL_POINTS, "append_all_points") }
+    }
+
+    /// See [`Kernel::order`].
+    pub fn order(&self, shared: &Shared) -> bool {
+        self.kernel.order(shared)
     }
 
     /// Lists the points of the band's grid; where nothing is seen, `grid` is cleared.

@@ -14,7 +14,7 @@ pub(crate) struct CallerDepth {
 fn kernel(
     device: &wgpu::Device,
     shared: &Shared,
-    fragment: &str,
+    fragment: &'static str,
     format: wgpu::TextureFormat,
 ) -> RenderKernel {
     let draw = Draw {
@@ -22,9 +22,9 @@ fn kernel(
         fragment: Some(fragment),
         topology: wgpu::PrimitiveTopology::TriangleList,
         depth: Some((format, wgpu::CompareFunction::Always)),
-        targets: &[],
+        targets: vec![],
     };
-    RenderKernel::new(device, shared, &shaders::CALLER_DEPTH, &draw, &[])
+    RenderKernel::new(device, shared, &shaders::CALLER_DEPTH, draw, &[])
 }
 
 fn attachment(

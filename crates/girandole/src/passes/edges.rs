@@ -4,7 +4,7 @@
 use super::sort_points::ListedPoints;
 use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView};
-use crate::device::kernel::{Binding, Groups, Kernel, buffer, texture};
+use crate::device::kernel::{Binding, Groups, Kernel, Shared, buffer, order_all, texture};
 use crate::device::recorder::Recorder;
 use crate::points::lists::{FLAT_AT, PointLists};
 use crate::shader_constants::EDGE_RUN;
@@ -24,6 +24,11 @@ impl Edges {
             edge_fallback: compiler.kernel(&shaders::EDGE_FALLBACK, "edge_fallback"),
             run: if compiler.shared.tuning.edge_runs { EDGE_RUN } else { 1 },
         }
+    }
+
+    /// See [`Kernel::order`].
+    pub fn order(&self, shared: &Shared) -> bool {
+        order_all([&self.edges, &self.edge_fallback], shared)
     }
 
     /// Fills `fine`, or the picture, from the `first` samples, as far as that can be done by interpolation.

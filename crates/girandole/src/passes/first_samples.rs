@@ -3,7 +3,7 @@
 use super::edges::samples;
 use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView};
-use crate::device::kernel::{Groups, Kernel};
+use crate::device::kernel::{Groups, Kernel, Shared};
 use crate::device::recorder::Recorder;
 use crate::shader_constants::EDGE_RUN;
 use crate::shaders;
@@ -21,6 +21,11 @@ impl FirstSamples {
             kernel: compiler.kernel(shaders::edges(tuning), "resolve_first_samples"),
             run: if tuning.edge_runs { EDGE_RUN } else { 1 },
         }
+    }
+
+    /// See [`Kernel::order`].
+    pub fn order(&self, shared: &Shared) -> bool {
+        self.kernel.order(shared)
     }
 
     /// Writes the radiance of first samples.

@@ -3,7 +3,7 @@
 
 use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView};
-use crate::device::kernel::{Groups, Kernel, buffer, texture};
+use crate::device::kernel::{Groups, Kernel, Shared, buffer, order_all, texture};
 use crate::device::recorder::Recorder;
 use crate::shaders;
 
@@ -21,6 +21,11 @@ impl Layers {
         };
         let kernel = |entry| compiler.kernel(source, entry);
         Self { add: kernel("add_layer"), put_before: kernel("put_before") }
+    }
+
+    /// See [`Kernel::order`].
+    pub fn order(&self, shared: &Shared) -> bool {
+        order_all([&self.add, &self.put_before], shared)
     }
 
     /// Adds the layer of `band`, from the nearest.

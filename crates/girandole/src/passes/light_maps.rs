@@ -3,7 +3,7 @@
 use super::{Compiler, LightMapsView, batches};
 use crate::Result;
 use crate::device::buffers::storage;
-use crate::device::kernel::{Groups, Kernel, buffer};
+use crate::device::kernel::{Groups, Kernel, Shared, buffer};
 use crate::device::recorder::Recorder;
 use crate::layout::{self, Frame};
 use crate::resident::Resident;
@@ -21,6 +21,11 @@ pub(crate) struct LightMaps {
 impl LightMaps {
     pub fn new(compiler: &Compiler) -> Self {
         Self { kernel: compiler.kernel(&shaders::LIGHT_MAPS, "update_light_maps") }
+    }
+
+    /// See [`Kernel::order`].
+    pub fn order(&self, shared: &Shared) -> bool {
+        self.kernel.order(shared)
     }
 
     /// Adds lights to maps and takes others away, batch by batch, with this bound of the geometric factor.

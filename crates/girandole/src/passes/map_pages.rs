@@ -83,8 +83,8 @@ impl MapPages {
                 ("NEAR", NEAR),
                 ("CLUSTER", f64::from(cluster)),
             ];
-            let draw = Draw { vertex, fragment, topology, depth: Some((DEPTH, compare)), targets: &[] };
-            RenderKernel::new(device, shared, source, &draw, &constants)
+            let draw = Draw { vertex, fragment, topology, depth: Some((DEPTH, compare)), targets: vec![] };
+            RenderKernel::new(device, shared, source, draw, &constants)
         };
         let occluders = (wgpu::PrimitiveTopology::TriangleList, wgpu::CompareFunction::Greater);
         let emptied = (wgpu::PrimitiveTopology::TriangleStrip, wgpu::CompareFunction::Always);
@@ -99,6 +99,11 @@ impl MapPages {
             texels: pipeline(&shaders::SHADOW_MAPS_TEXELS, "texel", None, points, CLUSTER),
             copy: shared.tuning.copy_maps.then(copy),
         }
+    }
+
+    /// Orders what every scene needs, see [`RenderKernel::order`].
+    pub fn order(&self, shared: &Shared) -> bool {
+        self.opaque.order(shared)
     }
 
     /// Draws parts of maps. `cull` finds what is drawn there; what kernels rasterise is left to `merge` where a round is drawn. Adds to
@@ -181,6 +186,11 @@ impl MapPages {
         let positions = [opaque, masked, opaque, opaque, masked];
         let mut groups = Vec::with_capacity(kernels.len());
         for ((kernel, items), positions) in kernels.iter().zip(lists).zip(positions) {
+            // What is not drawn is not compiled.
+            if items.is_empty() {
+                groups.push(None);
+                continue;
+            }
             let list = storage(device, "items", items)?;
             let resources = [
                 buffer("lights", &lights.buffer),
@@ -189,11 +199,16 @@ impl MapPages {
                 buffer("maps", &atlas.maps),
                 buffer("coordinates", &atlas.coordinates),
             ];
-            groups.push(kernel.group(device, &resources));
+            groups.push(Some(kernel.group(device, &resources)));
         }
-        let texels = storage(device, "texels", &of_opaque.texels)?;
-        let resources = [buffer("texels", &texels), buffer("maps", &atlas.maps)];
-        let texel_group = self.texels.group(device, &resources);
+        let texels = match &of_opaque.texels[..] {
+            [] => None,
+            _ if atlas.is_refreshed() => None,
+            texels => Some(storage(device, "texels", texels)?),
+        };
+        let texel_group = texels.map(|texels| {
+            self.texels.group(device, &[buffer("texels", &texels), buffer("maps", &atlas.maps)])
+        });
         for pass in passes {
             let Pass { round, is_first, is_last, items: ranges } = pass;
             let parts: Vec<MapPart> = match round.whole_page {
@@ -235,11 +250,13 @@ impl MapPages {
                     pass.draw(0..4, 0..round.updates.len() as u32);
                 }
                 for kind in kinds.clone().filter(|&kind| !ranges[kind].is_empty()) {
-                    if let Some(triangles) = TRIANGLES.get(kind) {
-                        kernels[kind].set(&mut pass, (None, Some(&scene.geometry.group)), &groups[kind]);
+                    if let (Some(triangles), Some(group)) =
+                        (TRIANGLES.get(kind), groups.get(kind).and_then(Option::as_ref))
+                    {
+                        kernels[kind].set(&mut pass, (None, Some(&scene.geometry.group)), group);
                         pass.draw(0..3 * triangles, ranges[kind].clone());
-                    } else if !scene.atlas.is_refreshed() {
-                        self.texels.set(&mut pass, (None, None), &texel_group);
+                    } else if let Some(group) = &texel_group {
+                        self.texels.set(&mut pass, (None, None), group);
                         pass.draw(ranges[kind].clone(), 0..1);
                     }
                 }

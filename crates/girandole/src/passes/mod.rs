@@ -101,6 +101,12 @@ impl<'a> BandSample<'a> {
         self
     }
 
+    /// The same, storing the picture's radiance, or not.
+    pub fn with_radiance(mut self, writes_radiance: bool) -> Self {
+        self.frame.writes_radiance = u32::from(writes_radiance);
+        self
+    }
+
     /// The same with a batch of lights.
     pub fn with_batch(mut self, batch: LightBatch) -> Self {
         self.frame.first_light = batch.first;

@@ -43,12 +43,12 @@ impl Multipass {
             fragment: Some("sum_lights"),
             topology: wgpu::PrimitiveTopology::PointList,
             depth: None,
-            targets: &[target.clone(), target],
+            targets: vec![target.clone(), target],
         };
         let source = &shaders::MULTIPASS;
         Self {
             arguments: compiler.kernel(&shaders::MULTIPASS_ARGUMENTS, "multipass_arguments"),
-            shade: RenderKernel::new(device, shared, source, &draw, &constants),
+            shade: RenderKernel::new(device, shared, source, draw, &constants),
             collect: compiler.kernel(&shaders::MULTIPASS_COLLECT, "multipass_collect"),
             format,
         }

@@ -4,7 +4,7 @@
 use super::sort_points::ListedPoints;
 use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView};
-use crate::device::kernel::{Groups, Kernel, buffer, texture};
+use crate::device::kernel::{Groups, Kernel, Shared, buffer, order_all, texture};
 use crate::device::recorder::Recorder;
 use crate::points::lists::{CURVED_AT, FLAT_AT, PointLists};
 use crate::shaders;
@@ -24,6 +24,11 @@ impl Refine {
             test_flat: compiler.kernel(tests, "test_flat_candidates"),
             test_curved: compiler.features.curved.then(|| compiler.kernel(tests, "test_curved_candidates")),
         }
+    }
+
+    /// See [`Kernel::order`]; what takes long to compile comes first.
+    pub fn order(&self, shared: &Shared) -> bool {
+        order_all(self.test_curved.iter().chain([&self.test_flat, &self.refine]), shared)
     }
 
     /// Fills `fine`, the grid of the band's step, from `coarse`, that of twice the step, as far as that can be done by

@@ -4,7 +4,7 @@
 use super::shadow_maps::NEAR;
 use crate::Result;
 use crate::device::buffers::storage;
-use crate::device::kernel::{Groups, Kernel, Shared, buffer, texture};
+use crate::device::kernel::{Groups, Kernel, Shared, buffer, order_all, texture};
 use crate::device::recorder::Recorder;
 use crate::layout::{Frame, RefreshedPart};
 use crate::maps::culling::Items;
@@ -54,6 +54,11 @@ impl RefreshedMaps {
             ),
             merge: [0.0, 1.0].map(merge),
         }
+    }
+
+    /// Orders what first pictures need, see [`Kernel::order`].
+    pub fn order(&self, shared: &Shared) -> bool {
+        order_all([&self.rasterize, &self.merge[usize::from(true)]], shared)
     }
 
     /// Refreshes parts of maps, with pieces and texels of these items.

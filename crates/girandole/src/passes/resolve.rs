@@ -2,7 +2,7 @@
 
 use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView};
-use crate::device::kernel::{Groups, Kernel, buffer, texture};
+use crate::device::kernel::{Groups, Kernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
 use crate::shaders;
 
@@ -18,6 +18,11 @@ impl Resolve {
             &shaders::RESOLVE
         };
         Self { kernel: compiler.kernel(source, "resolve") }
+    }
+
+    /// See [`Kernel::order`].
+    pub fn order(&self, shared: &Shared) -> bool {
+        self.kernel.order(shared)
     }
 
     /// Adds a sample to the picture.

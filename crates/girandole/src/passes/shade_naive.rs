@@ -2,7 +2,7 @@
 
 use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, MapsView};
-use crate::device::kernel::{Groups, Kernel, buffer, texture};
+use crate::device::kernel::{Groups, Kernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
 use crate::shaders;
 
@@ -13,6 +13,11 @@ pub(crate) struct ShadeNaive {
 impl ShadeNaive {
     pub fn new(compiler: &Compiler) -> Self {
         Self { kernel: compiler.kernel(&shaders::SHADE_NAIVE, "shade_naive") }
+    }
+
+    /// See [`Kernel::order`].
+    pub fn order(&self, shared: &Shared) -> bool {
+        self.kernel.order(shared)
     }
 
     /// Sums the band's batch of lights at all pixels; the last one completes `grid`.

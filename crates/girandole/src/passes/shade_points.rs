@@ -3,7 +3,7 @@
 use super::sort_points::SortedPoints;
 use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView, MapsView};
-use crate::device::kernel::{Groups, Kernel, buffer, texture};
+use crate::device::kernel::{Groups, Kernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
 use crate::maps::places::OldPlacesBinding;
 use crate::points::lists::{COOPERATIVE_AT, SHADE_AT};
@@ -25,6 +25,11 @@ impl ShadePoints {
                 compiler.kernel(shaders::shade_points_cooperative(then), "shade_points_cooperative")
             }),
         }
+    }
+
+    /// See [`Kernel::order`].
+    pub fn order(&self, shared: &Shared, are_few: bool) -> bool {
+        self.cooperative.as_ref().filter(|_| are_few).unwrap_or(&self.shade_points).order(shared)
     }
 
     /// Sums the band's batch of lights at the points; the last one completes `grid`, or the picture.

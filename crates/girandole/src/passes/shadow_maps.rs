@@ -35,6 +35,13 @@ impl ShadowMaps {
         }
     }
 
+    /// Orders what every scene needs; `may_move`: also what refreshes maps.
+    pub fn order(&self, shared: &Shared, may_move: bool) -> bool {
+        let are_there = self.pages.order(shared);
+        self.refreshed.as_ref().filter(|_| may_move).is_none_or(|refreshed| refreshed.order(shared))
+            & are_there
+    }
+
     /// Draws parts of maps. Nothing else changes: what else is in these maps is as it would be drawn again.
     ///
     /// # Errors

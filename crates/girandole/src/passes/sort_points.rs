@@ -2,7 +2,7 @@
 //! lights (a counting sort).
 
 use super::{BandSample, Compiler, LightMapsView};
-use crate::device::kernel::{Groups, Kernel, buffer};
+use crate::device::kernel::{Groups, Kernel, Shared, buffer, order_all};
 use crate::device::recorder::Recorder;
 use crate::points::lists::{PointLists, SCATTER_AT};
 use crate::shaders;
@@ -35,6 +35,11 @@ impl SortPoints {
             prefix_sum: compiler.kernel(&shaders::PREFIX_SUM, "prefix_sum"),
             scatter_points: compiler.kernel(&shaders::SCATTER_POINTS, "scatter_points"),
         }
+    }
+
+    /// See [`Kernel::order`].
+    pub fn order(&self, shared: &Shared) -> bool {
+        order_all([&self.prefix_sum, &self.scatter_points], shared)
     }
 
     /// Sorts the points, empties the list and adds to the tally.

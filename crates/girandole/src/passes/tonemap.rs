@@ -46,7 +46,7 @@ fn kernel(device: &wgpu::Device, shared: &Shared, key: Key) -> RenderKernel {
         fragment: Some("show"),
         topology: wgpu::PrimitiveTopology::TriangleList,
         depth: None,
-        targets: &[Some(wgpu::ColorTargetState {
+        targets: vec![Some(wgpu::ColorTargetState {
             format: key.format,
             blend: key.keeps_background.then_some(wgpu::BlendState::ALPHA_BLENDING),
             write_mask: wgpu::ColorWrites::ALL,
@@ -58,7 +58,7 @@ fn kernel(device: &wgpu::Device, shared: &Shared, key: Key) -> RenderKernel {
         ("LARGEST", largest.unwrap_or(1.0)),
         flag("COVERAGE", key.keeps_background),
     ];
-    RenderKernel::new(device, shared, &shaders::TONEMAP, &draw, &constants)
+    RenderKernel::new(device, shared, &shaders::TONEMAP, draw, &constants)
 }
 
 /// Writes the picture to `target`.

@@ -44,15 +44,20 @@ impl VisibilityBuffer {
                 fragment: Some(fragment),
                 topology: wgpu::PrimitiveTopology::TriangleList,
                 depth: Some((DEPTH, wgpu::CompareFunction::Greater)),
-                targets: &[Some(TRIANGLE_IDS.into()), Some(SURFACE_IDS.into())],
+                targets: vec![Some(TRIANGLE_IDS.into()), Some(SURFACE_IDS.into())],
             };
-            RenderKernel::new(device, shared, &shaders::VISIBILITY_BUFFER, &draw, &[])
+            RenderKernel::new(device, shared, &shaders::VISIBILITY_BUFFER, draw, &[])
         };
         Self {
             opaque: pipeline("project_triangle", "opaque"),
             masked: pipeline("project_triangle", "masked"),
             layer: pipeline("project_layer", "layer"),
         }
+    }
+
+    /// Orders what every scene needs, see [`RenderKernel::order`].
+    pub fn order(&self, shared: &Shared) -> bool {
+        self.opaque.order(shared)
     }
 
     /// Rasterises the scene, but for what lets light through.
@@ -125,8 +130,8 @@ fn rasterise<'a>(
         buffer("triangle_order", &scene.triangle_order),
         buffer("triangle_surfaces", &scene.triangle_surfaces),
     ];
-    let groups: Vec<_> = kernels
-        .iter()
+    let drawn = || kernels.iter().filter(|(_, vertices, _)| !vertices.is_empty());
+    let groups: Vec<_> = drawn()
         .map(|(kernel, _, resources)| kernel.group(recorder.device, &[&triangles, *resources].concat()))
         .collect();
     let uniform = recorder.uniform(&band.frame);
@@ -141,7 +146,8 @@ fn rasterise<'a>(
             },
         })
     };
-    let timestamps = recorder.timers.render("visibility_buffer_gpu_ms");
+    let (timestamps, is_rehearsal) =
+        (recorder.timers.render("visibility_buffer_gpu_ms"), recorder.is_rehearsal);
     let mut pass = recorder.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("visibility buffer"),
         color_attachments: &[color(&targets.triangle_ids), color(&targets.surface_ids)],
@@ -154,11 +160,10 @@ fn rasterise<'a>(
         occlusion_query_set: None,
         multiview_mask: None,
     });
-    for ((kernel, vertices, _), group) in kernels.iter().zip(&groups) {
-        if !vertices.is_empty() {
-            kernel.set(&mut pass, (Some(&uniform), Some(&scene.group)), group);
-            pass.draw(vertices.clone(), 0..1);
-        }
+    for ((kernel, vertices, _), group) in drawn().zip(&groups) {
+        kernel.set(&mut pass, (Some(&uniform), Some(&scene.group)), group);
+        let end = if is_rehearsal { vertices.start + 3 } else { vertices.end };
+        pass.draw(vertices.start..end, 0..1);
     }
     Seen { triangle_ids: &targets.triangle_ids, surface_ids: &targets.surface_ids, depth }
 }

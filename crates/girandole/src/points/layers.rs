@@ -131,7 +131,12 @@ mod tests {
         }
         let geometry = Geometry::new(&scene);
         let node = scene.add_node("eye", Transform::default());
-        let camera = Camera { name: String::new(), node, projection: Projection::Perspective { yfov: 1.0 } };
+        let camera = Camera {
+            name: String::new(),
+            node,
+            projection: Projection::Perspective { yfov: 1.0 },
+            clip: Default::default(),
+        };
         let view = View::new(&scene, &camera, 1.0);
         (TransparentTriangles::new(&scene, &geometry), view.relative_to(geometry.origin))
     }

@@ -44,7 +44,7 @@ pub(crate) fn surface_ids(scene: &Scene, geometry: &Geometry) -> Result<Vec<u32>
 /// For each patch whose shading normal is that of its plane, the number of that plane: coplanar patches that face the
 /// same way share one.
 fn planes(scene: &Scene, geometry: &Geometry) -> Vec<Option<u32>> {
-    let tolerance = geometry.diagonal() * 1e-5;
+    let tolerance = geometry.detail() * 1e-5;
     let mut known: Vec<(Vec3, f32)> = Vec::new();
     let mut found: HashMap<[i32; 4], Vec<u32>> = HashMap::new();
     geometry

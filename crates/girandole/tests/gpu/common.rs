@@ -159,7 +159,12 @@ pub fn lamp(scene: &mut Scene, side: f32, radiance: f32, rotation: Quat, positio
 
 pub fn camera(scene: &mut Scene, eye: Vec3, target: Vec3, yfov: f32) {
     let node = scene.add_node("camera", Transform::looking_at(eye, target));
-    scene.cameras.push(Camera { name: String::new(), node, projection: Projection::Perspective { yfov } });
+    scene.cameras.push(Camera {
+        name: String::new(),
+        node,
+        projection: Projection::Perspective { yfov },
+        clip: Default::default(),
+    });
 }
 
 /// Largest difference beyond what storing a pixel in 18 bits may make, as a share of the mean.

@@ -1,5 +1,6 @@
 //! Tests that need an adapter (a software one will do). Where there is none, all are reported as ignored.
 
+mod clipping;
 mod common;
 mod environment;
 mod exact;
@@ -34,7 +35,8 @@ use std::sync::Mutex;
 use std::time::Instant;
 
 /// The variants of the kernels that every test of pictures runs in: those of GPUs, and those of software drivers. Whatever
-/// the device is, both run on it.
+/// the device is, both run on it; but where the environment variable `GIRANDOLE_TEST_DEVICE` names it
+/// (`cargo xtask test --adapter` does): there those that are chosen for it run, as `device`.
 const TUNINGS: [(&str, DeviceTuning); 2] = [("gpu", DeviceTuning::GPU), ("software", DeviceTuning::SOFTWARE)];
 
 /// How many tests the last lines name with their times.
@@ -49,6 +51,7 @@ type Requirement = wgpu::Features;
 /// All tests of pictures.
 fn pictures() -> Vec<(Test, Requirement)> {
     let of_any_device = [
+        clipping::tests(),
         exact::tests(),
         opening::tests(),
         oracle::tests(),
@@ -132,8 +135,21 @@ fn main() {
     };
     let functions = mirrors::tests().into_iter().map(|test| (test, wgpu::Features::empty())).collect();
     let mut conclusions = vec![("functions", run(&arguments, "functions", functions, context(None)))];
-    for (name, tuning) in TUNINGS {
-        conclusions.push((name, run(&arguments, name, pictures(), context(Some(tuning)))));
+    match std::env::var("GIRANDOLE_TEST_DEVICE") {
+        Ok(name) => {
+            // A few tests on a certain device: not to find it, or to run none of them, is a failure.
+            let found = gpu.as_ref().map(|gpu| gpu.info.name.as_str()).unwrap_or_default();
+            assert!(found.contains(&name), "the device is {found:?}, not {name}");
+            let conclusion = run(&arguments, "device", pictures(), context(None));
+            assert!(
+                conclusion.num_passed + conclusion.num_failed > 0 || arguments.list,
+                "no test is called so"
+            );
+            conclusions.push(("device", conclusion));
+        }
+        Err(_) => conclusions.extend(
+            TUNINGS.map(|(name, tuning)| (name, run(&arguments, name, pictures(), context(Some(tuning))))),
+        ),
     }
     if !arguments.list {
         let mut times = TIMES.lock().unwrap();

@@ -346,7 +346,7 @@ fn reflection(context: &Context) {
     let (structs, _) = include_str!("../../shaders/lib/scene.wgsl").split_once("@group").expect("bindings");
     let source = |result: &str| {
         format!(
-            "{structs} struct Hit {{ unused: u32 }} \
+            "{structs} struct Hit {{ unused: u32 }} const HAS_TEXTURES = true; \
              fn sample_at(use_: TextureUse, hit: Hit) -> vec4f {{ return vec4f(1.0); }} \
              fn vertex_tint(hit: Hit, m: Material, flags: u32) -> vec3f {{ return vec3f(1.0); }} {} \
              fn map(a: vec4f, b: vec4f) -> vec4f {{ var m: Material; m.base_color = a.xyz; m.metallic = a.w; \

@@ -48,7 +48,7 @@ fn agrees(oracle: &Image, picture: &Image) -> bool {
 }
 
 fn built_in(context: &Context) {
-    for name in builtin::NAMES {
+    for name in builtin::EXPERIMENTS {
         let stage = Stage::builtin(name, 300);
         let view = stage.view(0, SIZE);
         let oracle = stage.oracle(&view, SIZE, 1);

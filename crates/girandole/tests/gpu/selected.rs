@@ -48,7 +48,7 @@ pub fn truth(scene: &str, count: u32) -> Stage {
 
 /// All built-in rooms and all scenes of the truth.
 fn stages(count: u32) -> Vec<(String, Stage)> {
-    let builtin = builtin::NAMES.iter().map(|n| (n.to_string(), Stage::builtin(n, count)));
+    let builtin = builtin::EXPERIMENTS.iter().map(|n| (n.to_string(), Stage::builtin(n, count)));
     let truth = ["cornell", "table", "punctual"].map(|n| (format!("truth/{n}"), truth(n, count)));
     builtin.chain(truth).collect()
 }

@@ -51,7 +51,12 @@ fn close(scene: &Scene, radius: f32) -> View {
     let eye = center + DVec3::new(1.1, 0.9, 1.3) * f64::from(radius) * 2.0;
     let eye_node = posed.add_node("eye", Transform::looking_at(eye.as_vec3(), center.as_vec3()));
     let projection = girandole::core::scene::Projection::Perspective { yfov: 0.7 };
-    let camera = girandole::core::scene::Camera { name: String::new(), node: eye_node, projection };
+    let camera = girandole::core::scene::Camera {
+        name: String::new(),
+        node: eye_node,
+        projection,
+        clip: Default::default(),
+    };
     View::new(&posed, &camera, SIZE[0] as f32 / SIZE[1] as f32)
 }
 

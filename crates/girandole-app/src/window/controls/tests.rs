@@ -1,6 +1,6 @@
 use super::super::session::tests::{SIZE, session};
 use super::*;
-use egui::{Context, RawInput, Sense};
+use egui::{Context, Event, Key, Modifiers, RawInput, Sense};
 
 /// A key that goes down or up.
 fn key(key: Key, pressed: bool, modifiers: Modifiers) -> Event {
@@ -59,4 +59,49 @@ fn a_shortcut_leads_nowhere_whichever_of_its_keys_is_let_go_first() {
         // The control: by itself it leads somewhere.
         assert!(hands.frame(vec![key(letter, true, Modifiers::NONE)], Modifiers::NONE));
     }
+}
+
+#[test]
+fn several_keys_of_a_slow_frame_all_count_and_in_their_order() {
+    let mut hands = Hands::new();
+    let (none, shift, command) = (Modifiers::NONE, Modifiers::SHIFT, Modifiers::COMMAND);
+    // egui takes a key that goes down again without having been let go for a repetition.
+    let press = |keys: &[(Key, Modifiers)]| -> Vec<Event> {
+        keys.iter().flat_map(|(name, held)| [true, false].map(|is_down| key(*name, is_down, *held))).collect()
+    };
+    let lamps = |hands: &Hands| hands.session.scene.lights.iter().map(|light| light.name.clone()).collect();
+    let (undo, redo) = ((Key::Z, command), (Key::Y, command));
+    hands.frame(press(&[(Key::L, none), (Key::L, shift), undo, undo, redo]), none);
+    let now: Vec<String> = lamps(&hands);
+    assert_eq!(now, ["point lamp"]);
+    hands.frame(press(&[redo, (Key::Delete, none), (Key::Delete, none)]), none);
+    assert_eq!(hands.session.scene.lights.len(), 2);
+    assert!(!hands.session.scene.is_light_removed(1), "nothing is picked once it was gone");
+    // A panel is there, switched off, copied and taken away; then Ctrl Z brings all of it back, step by step.
+    hands.frame(press(&[(Key::P, none), (Key::O, none), (Key::D, command)]), none);
+    let scene = &hands.session.scene;
+    let panels = scene.objects.iter().filter(|object| object.name.starts_with("panel")).count();
+    assert_eq!((panels, scene.materials.last().unwrap().emission), (2, Vec3::ZERO));
+    hands.frame(press(&[undo; 2]), none);
+    let scene = &hands.session.scene;
+    assert!(scene.materials.last().unwrap().emission.x > 0.0);
+    assert_eq!(scene.objects.last().unwrap().name, "panel");
+    hands.frame(press(&[undo; 9]), none);
+    assert!(hands.session.edits.0.is_empty() && hands.session.scene.lights.is_empty());
+    // Ctrl L loads edits.
+    hands.frame(press(&[(Key::L, command)]), none);
+    assert!(hands.session.edits.0.is_empty());
+}
+
+#[test]
+fn what_is_typed_into_a_dialog_does_nothing_else() {
+    let mut hands = Hands::new();
+    hands.tools.has_dialog = true;
+    assert!(!hands.frame(vec![key(Key::W, true, Modifiers::NONE)], Modifiers::NONE));
+    hands.frame(vec![key(Key::Q, true, Modifiers::COMMAND)], Modifiers::NONE);
+    assert!(!hands.tools.quits);
+    // The control: without it they act.
+    hands.tools.has_dialog = false;
+    hands.frame(vec![key(Key::Q, true, Modifiers::COMMAND)], Modifiers::NONE);
+    assert!(hands.tools.quits);
 }

@@ -1,6 +1,6 @@
 //! The scene's animations.
 
-use super::widgets::{optional, row};
+use super::widgets::{choice, optional, row};
 use crate::window::session::Session;
 use egui::{DragValue, Slider, Ui};
 
@@ -17,6 +17,7 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
             })
         },
     );
+    clips(ui, session);
     let duration = session.scene.duration();
     if duration == 0.0 {
         ui.weak("Nothing here is animated.");
@@ -34,4 +35,29 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
             session.seek(seconds);
         }
     });
+}
+
+/// Which animation plays, where there are several.
+fn clips(ui: &mut Ui, session: &mut Session) {
+    let animations = &session.scene.animations;
+    if animations.len() < 2 {
+        return;
+    }
+    let names = animations.iter().enumerate().map(|(i, a)| match a.name.as_str() {
+        "" => format!("animation {i}"),
+        name => name.to_owned(),
+    });
+    let names: Vec<String> = names.collect();
+    let mut options: Vec<(Option<usize>, &str)> = vec![(None, "by default")];
+    options.extend(names.iter().enumerate().map(|(i, name)| (Some(i), name.as_str())));
+    let mut clip = session.scene.clip();
+    row(
+        ui,
+        "Animation",
+        "Which animation plays. By default the first, and with it those that drive other things.",
+        |ui| choice(ui, "clip", &mut clip, &options),
+    );
+    if clip != session.scene.clip() {
+        session.choose_clip(clip);
+    }
 }

@@ -1,55 +1,67 @@
-//! What shines, and what is picked.
+//! What is picked, and what can be put into the scene.
 
+use super::material;
+use crate::window::gizmo::grid;
 use crate::window::insert::insert;
-use crate::window::panel::widgets::{choice, row};
+use crate::window::panel::widgets::{choice, optional, row};
+use crate::window::selection::{Selected, delete, duplicate, redo, undo};
 use crate::window::session::Session;
 use crate::window::tools::Tools;
 use egui::{Button, DragValue, TextEdit, Ui};
-use girandole_core::glam::Vec3;
-use girandole_core::scene::{Edit, NamedIndex, ObjectId, PunctualKind, Shape, load_model};
+use girandole_core::scene::{ObjectId, Shape, load_model};
 use girandole_core::transfer::Gathering;
 use std::path::Path;
 
-/// Strengths that the panel offers: never 0, which has no colour.
-const STRENGTHS: std::ops::RangeInclusive<f32> = 1e-4..=1e6;
+/// Takes steps back, and makes them again.
+pub fn history(ui: &mut Ui, session: &mut Session, tools: &mut Tools) {
+    let [can_undo, can_redo] = session.can_undo_and_redo();
+    ui.horizontal(|ui| {
+        let back = ui.add_enabled(can_undo, Button::new("Undo"));
+        if back.on_hover_text("Takes the last change of the scene back (Ctrl Z)").clicked() {
+            undo(session, tools);
+        }
+        let again = ui.add_enabled(can_redo, Button::new("Redo"));
+        if again.on_hover_text("Makes it again (Ctrl Y or Ctrl Shift Z)").clicked() {
+            redo(session, tools);
+        }
+    });
+}
 
-/// Emitters' strength and colour, and the name of what is picked.
+/// What is picked, how it is moved, and what can be added.
 pub fn show(ui: &mut Ui, session: &mut Session, tools: &mut Tools) {
     picked(ui, session, tools);
+    snapping(ui, session, tools);
     add(ui, session, tools);
-    for index in 0..session.scene.materials.len() {
-        let material = &session.scene.materials[index];
-        if material.emits()
-            && let Some(emission) = emitter(ui, &material.name, material.emission, " W/(sr·m²)")
-        {
-            let material = NamedIndex::material(&session.scene, index as u32);
-            session.edit(Edit::SetEmission { material, emission });
-        }
-    }
-    for index in 0..session.scene.lights.len() {
-        let light = &session.scene.lights[index];
-        let unit = if light.kind == PunctualKind::Directional { " W/m²" } else { " W/sr" };
-        if let Some(intensity) = emitter(ui, &light.name, light.intensity, unit) {
-            let light = NamedIndex::light(&session.scene, index);
-            session.edit(Edit::SetIntensity { light, intensity });
-        }
-    }
 }
 
 fn picked(ui: &mut Ui, session: &mut Session, tools: &mut Tools) {
-    let found = |id: ObjectId| session.scene.objects.get(id.index()).filter(|o| !o.removed);
-    let Some((id, name)) = tools.selected.and_then(|id| Some((id, found(id)?.name.clone()))) else {
-        ui.weak("Click an object in the picture to pick it, then drag its handles.");
+    let Some(selected) = tools.selected.filter(|selected| selected.is_there(session)) else {
+        ui.weak("Click an object or a lamp in the picture to pick it, then drag its handles.");
         return;
     };
+    let name = selected.name(session);
+    ui.add(egui::Label::new(egui::RichText::new(format!("Picked: {name}")).strong()).truncate());
     ui.horizontal(|ui| {
-        ui.label(format!("Picked: {name}"));
-        if ui.button("Remove").on_hover_text("Takes the object away").clicked() {
-            tools.selected = None;
-            let object = NamedIndex::object(&session.scene, id);
-            session.edit(Edit::RemoveObject { object });
+        if tools.is_locked {
+            let explanation =
+                "It is part of the room, and stays where it is until it is asked for: by this, or by a double click.";
+            if ui.button("Let it move").on_hover_text(explanation).clicked() {
+                tools.is_locked = false;
+            }
+        } else if ui.button("Delete").on_hover_text("Takes it away (Delete)").clicked() {
+            delete(session, tools);
+        }
+        if ui.button("Duplicate").on_hover_text("Puts a copy beside it (Ctrl D)").clicked() {
+            duplicate(session, tools);
         }
     });
+    if let Selected::Object(id) = selected {
+        transfer(ui, session, id);
+        material::show(ui, session, id);
+    }
+}
+
+fn transfer(ui: &mut Ui, session: &mut Session, id: ObjectId) {
     let before = session.transfers.gathering(id);
     let mut chosen = before.map(|gathering| gathering == Gathering::Center);
     let ways = [(None, "shadow maps"), (Some(true), "transfer, centre"), (Some(false), "transfer, grid")];
@@ -61,6 +73,17 @@ fn picked(ui: &mut Ui, session: &mut Session, tools: &mut Tools) {
         let gathering = |center| if center { Gathering::Center } else { Gathering::GRID };
         session.set_transfer(id, chosen.map(gathering));
     }
+}
+
+fn snapping(ui: &mut Ui, session: &Session, tools: &mut Tools) {
+    let explanation = "Drags go by steps: moves by the grid's, turns by 15°, scales by a tenth. Ctrl does so while it is down.";
+    row(ui, "Snap", explanation, |ui| ui.checkbox(&mut tools.snaps, "always"));
+    let suitable = grid(session, tools);
+    row(ui, "Grid", "Step of moves that snap. auto: about a fiftieth of the scene's size.", |ui| {
+        optional(ui, (&mut tools.grid, suitable), "auto", |ui, step| {
+            ui.add(DragValue::new(step).range(1e-6..=1e6).speed(suitable * 0.02).suffix(" m").max_decimals(6))
+        })
+    });
 }
 
 /// Puts a built-in object, or one from a file, in front of the camera.
@@ -86,36 +109,4 @@ fn add(ui: &mut Ui, session: &mut Session, tools: &mut Tools) {
             insert(session, tools, &name, Shape::File(path), &load_model);
         }
     });
-}
-
-/// The light that an emitter is to have, if it was changed: its colour has 1 as its brightest channel, strength is the rest.
-fn emitter(ui: &mut Ui, name: &str, light: Vec3, unit: &str) -> Option<Vec3> {
-    let strength = light.max_element();
-    let mut color = if strength > 0.0 { (light / strength).to_array() } else { [1.0; 3] };
-    let mut next = strength;
-    let changed = ui.horizontal(|ui| {
-        let picked = ui.color_edit_button_rgb(&mut color).on_hover_text("Colour, in linear light").changed();
-        let speed = f64::from(strength.max(1e-3)) * 0.01;
-        let drag = DragValue::new(&mut next).range(STRENGTHS).speed(speed).suffix(unit);
-        let dragged = ui.add(drag).on_hover_text("Strength of the brightest channel").changed();
-        ui.add(egui::Label::new(name).truncate());
-        picked || dragged
-    });
-    let color = Vec3::from(color);
-    changed.inner.then(|| color / color.max_element().max(1e-6) * next)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_emitter_that_nobody_touches_stays_as_it_is() {
-        let mut result = Some(Vec3::ONE);
-        let context = egui::Context::default();
-        let output = context
-            .run_ui(Default::default(), |ui| result = emitter(ui, "lamp", Vec3::new(4.0, 2.0, 0.0), ""));
-        output.drop_without_applying_deltas();
-        assert_eq!(result, None);
-    }
 }

@@ -170,7 +170,7 @@ fn clamp(ui: &mut Ui, clamp: &mut Clamp) -> egui::Response {
         let response = choice(ui, "clamp", clamp, &kinds);
         match clamp {
             Clamp::At(bound) => {
-                let value = DragValue::new(bound).range(1e-3..=1e6).speed(0.1).suffix(" m⁻²");
+                let value = DragValue::new(bound).range(1e-3..=1e6).speed(0.1).suffix(" /m²");
                 response.union(ui.add(value))
             }
             _ => response,

@@ -1,12 +1,13 @@
 //! Times of the last frames, and what the last one did.
 
-use crate::window::frames::{FrameTimes, Frames, REMEMBERED};
+use crate::window::clock::{Duration, Instant};
+use crate::window::frames::{AT_REST, FrameTimes, Frames, REMEMBERED};
 use crate::window::session::Session;
 use egui::{Color32, Grid, Rect, Sense, Ui, Vec2};
 use girandole::FrameStats;
 
 /// Height of the graph, points.
-const HEIGHT: f32 = 80.0;
+const HEIGHT: f32 = 48.0;
 
 /// The parts of a frame, each in a colour of its own.
 fn parts(times: &FrameTimes) -> [(&'static str, Color32, f64); 4] {
@@ -18,9 +19,39 @@ fn parts(times: &FrameTimes) -> [(&'static str, Color32, f64); 4] {
     ]
 }
 
-/// The graph and the counts.
-pub fn show(ui: &mut Ui, session: &mut Session, frames: &mut Frames) {
+/// What a picture takes, in numbers and as a graph.
+pub fn rate(ui: &mut Ui, frames: &Frames) {
+    ui.horizontal(|ui| {
+        let rate = frames.rate(Instant::now());
+        let (time, often) = match rate {
+            None => ("no picture yet".into(), String::new()),
+            Some((ms, None)) => (milliseconds(ms), "at rest".into()),
+            Some((ms, Some(rate))) => (milliseconds(ms), frames_a_second(rate)),
+        };
+        ui.strong(time).on_hover_text("What a picture takes, the mean of the last two seconds");
+        ui.label(often).on_hover_text("Pictures a second, as they are shown");
+        if rate.is_some_and(|(_, often)| often.is_some()) {
+            ui.ctx().request_repaint_after(Duration::from_secs_f64(AT_REST));
+        }
+    });
     graph(ui, frames);
+}
+
+/// So many milliseconds, in as many digits as are of use.
+fn milliseconds(ms: f64) -> String {
+    match ms {
+        ..10.0 => format!("{ms:.1} ms"),
+        ..1e4 => format!("{ms:.0} ms"),
+        _ => format!("{:.1} s", ms / 1e3),
+    }
+}
+
+fn frames_a_second(rate: f64) -> String {
+    if rate < 10.0 { format!("{rate:.1} frames/s") } else { format!("{rate:.0} frames/s") }
+}
+
+/// The parts of the last frame, and the counts.
+pub fn show(ui: &mut Ui, session: &mut Session, frames: &mut Frames) {
     if let Some(last) = frames.history.back() {
         ui.horizontal_wrapped(|ui| {
             for (name, color, ms) in parts(last) {

@@ -4,7 +4,7 @@ use super::super::budget::Quality;
 use super::super::panel;
 use super::Session;
 use crate::picture::Shown;
-use girandole::{DebugView, RenderSettings};
+use girandole::{DebugView, Mode, RenderSettings, Renderer};
 use girandole_core::scene::View;
 
 /// A picture, by all that it depends on besides the scene and its light.
@@ -36,6 +36,22 @@ impl Picture {
 }
 
 impl Session {
+    /// The picture that is wanted.
+    pub(super) fn picture(&self, size: [u32; 2]) -> Picture {
+        let quality = match (self.is_preliminary(), self.is_hurried()) {
+            (true, _) => Quality::PRELIMINARY,
+            (false, true) => self.budget.quality(),
+            _ => Quality::FULL,
+        };
+        let mut settings = self.settings;
+        let light = self.renderer.as_ref().and_then(Renderer::illumination);
+        if light.is_some_and(|light| light.visibility().is_none()) {
+            let RenderSettings { exposure, tonemap, .. } = settings;
+            settings = RenderSettings { mode: Mode::Naive, exposure, tonemap, ..RenderSettings::default() };
+        }
+        Picture { view: self.view(size), size, settings, quality }
+    }
+
     /// Shows the next of the debug views that the mode has, after the last one the picture.
     pub fn next_debug_view(&mut self) {
         let all = panel::DEBUG_VIEWS.map(|(view, ..)| view);

@@ -1,10 +1,12 @@
 use super::super::clock::Instant;
 use super::super::presets::PRESETS;
 use super::*;
-use crate::args::EnvironmentArg;
+use crate::args::{BackgroundArg, EnvironmentArg};
+use crate::window::budget::Quality;
 use girandole::wgpu;
 use girandole_core::glam::Vec3;
 use girandole_core::lights::LightSettings;
+use girandole_core::scene::Edit;
 use girandole_core::scene::builtin::{self, MovingObject};
 use girandole_core::tonemap::Exposure;
 

@@ -68,10 +68,23 @@ impl Transfers {
         self.simulated.clear();
     }
 
+    /// Objects of the scene have transfer from the start.
+    pub fn hold(&mut self, objects: Vec<Transferred>) {
+        (self.objects, self.is_applied) = (objects, false);
+    }
+
     /// The scene is another one.
     pub fn clear(&mut self) {
         self.objects.clear();
         self.simulated.clear();
+        self.is_applied = false;
+    }
+
+    /// Objects may have gone, and come back.
+    pub fn keep_those_in(&mut self, scene: &Scene) {
+        let is_there = |id: ObjectId| scene.objects.get(id.index()).is_some_and(|o| !o.removed);
+        self.objects.retain(|transferred| is_there(transferred.object));
+        self.simulated.retain(|simulated| is_there(simulated.object));
         self.is_applied = false;
     }
 

@@ -45,6 +45,7 @@ fn room(environment: Environment) -> (Scene, View) {
         center: Vec2::ZERO,
         orthographic: false,
         depth: None,
+        clip: Default::default(),
     };
     (scene, view)
 }

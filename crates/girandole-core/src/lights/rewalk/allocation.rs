@@ -125,10 +125,13 @@ impl IncrementalWalk {
             area((scene, geometry), emissions, (&groups, &self.sampling.guides), &weights, count, seed)
                 .concat();
         let at_rest = |s: &LightSample| self.latest.carry(&self.sampled, geometry, s).unwrap_or(*s);
-        self.at_rest = samples.iter().map(at_rest).collect();
+        // Punctual lights stay.
+        self.at_rest.truncate(self.sampling.punctual);
+        self.sampling.direct.truncate(self.sampling.punctual);
+        self.at_rest.extend(samples.iter().map(at_rest));
+        self.sampling.direct.extend(samples);
         let places = self.at_rest.iter().map(|s| place(s, self.sampling.normal_scale)).collect();
-        self.on_emitters = Known { places, weights: self.weigh(&self.at_rest), is_new: true };
-        self.sampling.on_emitters = samples;
+        self.direct = Known { places, weights: self.weigh(&self.at_rest), is_new: true };
     }
 
     /// Takes paths away that there are too many of.

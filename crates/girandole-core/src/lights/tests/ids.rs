@@ -17,7 +17,7 @@ fn by_id(set: &LightSet) -> BTreeMap<LightId, LightSample> {
 
 #[test]
 fn no_two_samples_have_the_same_id() {
-    for name in builtin::NAMES {
+    for name in builtin::EXPERIMENTS {
         let scene = builtin::build(name, MovingObject::Torus).unwrap();
         let geometry = Geometry::new(&scene);
         for (count, candidates) in [(3, 1), (50, 16), (1000, 2)] {

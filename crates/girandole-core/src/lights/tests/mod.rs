@@ -5,6 +5,7 @@ mod ids;
 mod metals;
 mod placement;
 mod prefix;
+mod punctual_lights;
 mod rectangle;
 mod settings;
 mod sun;

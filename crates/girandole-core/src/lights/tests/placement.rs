@@ -36,6 +36,7 @@ fn into_the_first_room(shift: f64) -> View {
         center: Vec2::ZERO,
         orthographic: false,
         depth: None,
+        clip: Default::default(),
     }
 }
 

@@ -35,6 +35,7 @@ fn outdoors(environment: Environment) -> (Scene, Geometry, View) {
         center: Vec2::ZERO,
         orthographic: false,
         depth: None,
+        clip: Default::default(),
     };
     let geometry = Geometry::new(&scene);
     (scene, geometry, view)

@@ -1,8 +1,11 @@
-//! The built-in rooms of the thesis's experiments (Barczak 2006, chapters 5 and 6), modelled from its text.
+//! Built-in rooms: a living room, to be looked at, and those of the thesis's experiments (Barczak 2006, chapters
+//! 5 and 6), modelled from its text.
 //!
-//! All surfaces are exactly Lambertian. A room's shell is made of single quads that face inwards, furniture of boxes
-//! (all of them patches); what stands on something has no hidden bottom face. Lengths in metres, +Y up.
+//! All surfaces of the latter are exactly Lambertian. A room's shell is made of single quads that face inwards,
+//! furniture of boxes (all of them patches); what stands on something has no hidden bottom face. Lengths in
+//! metres, +Y up.
 
+mod living_room;
 mod rooms;
 pub mod shapes;
 mod teapot;
@@ -12,8 +15,11 @@ pub use teapot::teapot;
 use crate::scene::{Mesh, Scene};
 use crate::{Error, Result};
 
-/// The rooms that [`build`] knows.
-pub const NAMES: [&str; 5] = ["area-lights", "table", "pillars", "block", "gap"];
+/// The rooms that [`build`] knows; the first is the one that the program opens by default.
+pub const NAMES: [&str; 6] = ["living-room", "area-lights", "table", "pillars", "block", "gap"];
+
+/// Those of the thesis.
+pub const EXPERIMENTS: [&str; 5] = ["area-lights", "table", "pillars", "block", "gap"];
 
 /// What may move about in a built-in room; its object is marked [`dynamic`](crate::scene::Object::dynamic).
 #[derive(Clone, Debug, Default)]
@@ -25,6 +31,8 @@ pub enum MovingObject {
     Torus,
     /// Newell's teapot.
     Teapot,
+    /// A red toy balloon on a string.
+    Balloon,
     /// Any mesh with +Y up (see [`load_model`](crate::scene::load_model)); it is scaled to fit and takes on the
     /// material of the room's object.
     Model(Box<Mesh>),
@@ -33,6 +41,7 @@ pub enum MovingObject {
 /// The object that a room is best shown with, when the user asks for none in particular.
 pub fn default_object(name: &str) -> MovingObject {
     match name {
+        "living-room" => MovingObject::Balloon,
         "table" | "pillars" => MovingObject::Torus,
         "block" | "gap" => MovingObject::Teapot,
         _ => MovingObject::None,
@@ -45,6 +54,7 @@ pub fn default_object(name: &str) -> MovingObject {
 /// [`Error::Unknown`] for a name that is not in [`NAMES`]; [`Error::Invalid`] for a model without extent.
 pub fn build(name: &str, object: MovingObject) -> Result<Scene> {
     match name {
+        "living-room" => living_room::build(object),
         "area-lights" => rooms::area_lights(object),
         "table" => rooms::table(object),
         "pillars" => rooms::pillars(object),

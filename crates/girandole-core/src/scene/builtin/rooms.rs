@@ -21,10 +21,10 @@ const OBJECT: Vec3 = Vec3::new(0.72, 0.7, 0.66);
 const PATH_POINTS: usize = 7;
 
 /// A scene in the making.
-struct Room {
-    scene: Scene,
-    half: Vec3,
-    height: f32,
+pub(super) struct Room {
+    pub scene: Scene,
+    pub half: Vec3,
+    pub height: f32,
 }
 
 impl Room {
@@ -50,7 +50,7 @@ impl Room {
         room
     }
 
-    fn diffuse(&mut self, color: Vec3) -> u32 {
+    pub fn diffuse(&mut self, color: Vec3) -> u32 {
         let known = self.scene.materials.iter().position(|m| m.base_color == color && !m.emits());
         known.map_or_else(
             || {
@@ -142,7 +142,7 @@ impl Room {
 
     /// The moving object: largest extent `size` metres, standing on `at` and then, a second apart, on the points of a
     /// path that leads back there, while it turns about once.
-    fn moving(
+    pub fn moving(
         &mut self,
         object: MovingObject,
         at: Vec3,
@@ -161,9 +161,11 @@ impl Room {
                 ("torus", shapes::thesis_torus(0), q)
             }
             MovingObject::Teapot => ("teapot", teapot(6, 0), about_y(yaw)),
+            MovingObject::Balloon => ("balloon", shapes::balloon(0), about_y(yaw)),
             MovingObject::Model(mesh) => ("model", *mesh, about_y(yaw)),
         };
-        let material = self.diffuse(OBJECT);
+        let material =
+            if name == "balloon" { self.scene.add_material(rubber()) } else { self.diffuse(OBJECT) };
         for triangle in &mut mesh.triangles {
             triangle.material = material;
         }
@@ -215,16 +217,22 @@ impl Room {
         Ok(())
     }
 
-    fn camera(&mut self, name: &str, eye: Vec3, target: Vec3, degrees: f32) {
+    pub fn camera(&mut self, name: &str, eye: Vec3, target: Vec3, degrees: f32) {
         debug_assert!(eye.abs().x < self.half.x && eye.abs().z < self.half.z && eye.y < self.height);
         let node = self.scene.add_node(name, Transform::looking_at(eye, target));
         let projection = Projection::Perspective { yfov: degrees.to_radians() };
-        self.scene.cameras.push(Camera { name: name.into(), node, projection });
+        self.scene.cameras.push(Camera { name: name.into(), node, projection, clip: Default::default() });
     }
 }
 
+/// Of a balloon.
+fn rubber() -> Material {
+    let color = vec3(0.72, 0.05, 0.04);
+    Material { roughness: 0.22, specular: 0.5, ..Material::diffuse("red rubber", color) }
+}
+
 /// A rotation about +Y by degrees, the same on every machine.
-fn about_y(degrees: f32) -> Quat {
+pub(super) fn about_y(degrees: f32) -> Quat {
     let half = f64::from(degrees).to_radians() * 0.5;
     Quat::from_xyzw(0.0, libm::sin(half) as f32, 0.0, libm::cos(half) as f32)
 }

@@ -7,7 +7,7 @@ use crate::scene::{Mesh, MeshTriangle};
 use glam::Vec3;
 
 /// Sine and cosine of `i / n` of a full turn, exact at quarters and the same on every machine.
-pub(super) fn turn(i: u32, n: u32) -> (f32, f32) {
+pub(in crate::scene) fn turn(i: u32, n: u32) -> (f32, f32) {
     let angle = std::f64::consts::TAU * f64::from(i) / f64::from(n);
     let exact = |v: f64| if v.abs() < 1e-12 { 0.0 } else { v as f32 };
     (exact(libm::sin(angle)), exact(libm::cos(angle)))
@@ -48,6 +48,14 @@ pub fn torus(major: f32, minor: f32, major_segments: u32, minor_segments: u32, m
             quad(&mut mesh, [this + j, next + j, next + k, this + k], material);
         }
     }
+    mesh
+}
+
+/// A square of 1 m × 1 m about the origin that faces −Z, as lights do.
+pub fn panel(material: u32) -> Mesh {
+    let mut mesh = Mesh { name: "panel".into(), ..Mesh::default() };
+    let corner = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+    mesh.add_polygon(&[corner(-0.5, -0.5), corner(-0.5, 0.5), corner(0.5, 0.5), corner(0.5, -0.5)], material);
     mesh
 }
 
@@ -109,4 +117,147 @@ pub fn cylinder(radius: f32, height: f32, segments: u32, material: u32) -> Mesh 
         quad(&mut mesh, [this, next, next + 1, this + 1], material);
     }
     mesh
+}
+
+/// What an outline sweeps that is turned once about the Y axis: radius and height of its points in metres, from
+/// bottom to top with the outside to the right, in `segments` faces (at least 3). Outlines from axis to axis
+/// enclose a solid. Surfaces are smooth; a point that is given twice is an edge.
+pub fn revolved(outline: &[[f32; 2]], segments: u32, material: u32) -> Mesh {
+    let (segments, count) = (segments.max(3), outline.len());
+    let mut mesh = Mesh { name: "revolved".into(), ..Mesh::default() };
+    // Before and after a point, as far as the outline is smooth there.
+    let normal = |i: usize| {
+        let before = if i > 0 && outline[i - 1] != outline[i] { i - 1 } else { i };
+        let after = if i + 1 < count && outline[i + 1] != outline[i] { i + 1 } else { i };
+        let [from, to] = [before, after].map(|i| glam::Vec2::from(outline[i]));
+        glam::Vec2::new((to - from).y, (from - to).x).normalize_or(glam::Vec2::Y)
+    };
+    let normals: Vec<glam::Vec2> = (0..count).map(normal).collect();
+    for j in 0..segments {
+        let (sin, cos) = turn(j, segments);
+        for (&[r, y], n) in outline.iter().zip(&normals) {
+            mesh.positions.push(Vec3::new(r * cos, y, -r * sin));
+            mesh.normals.push(Vec3::new(n.x * cos, n.y, -n.x * sin));
+        }
+    }
+    for j in 0..segments {
+        let (this, next) = (j * count as u32, (j + 1) % segments * count as u32);
+        for i in (1..count).filter(|&i| outline[i - 1] != outline[i]) {
+            let (low, high) = (i as u32 - 1, i as u32);
+            let corners = [this + low, next + low, next + high, this + high];
+            match [outline[i - 1][0], outline[i][0]].map(|r| r > 0.0) {
+                [true, true] => quad(&mut mesh, corners, material),
+                [false, _] => mesh
+                    .triangles
+                    .push(MeshTriangle { vertices: [corners[0], corners[2], corners[3]], material }),
+                [true, false] => mesh
+                    .triangles
+                    .push(MeshTriangle { vertices: [corners[0], corners[1], corners[2]], material }),
+            }
+        }
+    }
+    mesh
+}
+
+/// A box with round edges and corners that stands on y = 0 about the Y axis: sizes and radius in metres, `steps`
+/// faces around a quarter of an edge.
+pub fn rounded_box(size: Vec3, radius: f32, steps: u32, material: u32) -> Mesh {
+    let mut mesh = Mesh { name: "rounded box".into(), ..Mesh::default() };
+    let half = size * 0.5;
+    let inner = (half - radius).max(Vec3::ZERO);
+    let side = 2 * steps + 2;
+    // Sign of the corner and tangent of the angle from the middle of a face, half of a quarter on each side.
+    let at = |i: u32| {
+        let (sign, k) = if i <= steps { (-1.0, steps - i) } else { (1.0, i - steps - 1) };
+        let (sin, cos) = turn(k, 8 * steps.max(1));
+        (sign, sign * sin / cos)
+    };
+    for (axis, sign) in [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, -1.0), (2, 1.0)] {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let first = mesh.positions.len() as u32;
+        for (j, i) in (0..side).flat_map(|j| (0..side).map(move |i| (j, i))) {
+            let mut corner = Vec3::ZERO;
+            let mut normal = Vec3::ZERO;
+            (corner[axis], normal[axis]) = (sign, sign);
+            (corner[u], normal[u]) = at(i);
+            (corner[v], normal[v]) = at(j);
+            // In double precision, so that faces meet to the bit.
+            let normal = normal.as_dvec3().normalize().as_vec3();
+            mesh.positions.push(corner * inner + normal * (half - inner) + Vec3::Y * half.y);
+            mesh.normals.push(normal);
+        }
+        for (j, i) in (0..side - 1).flat_map(|j| (0..side - 1).map(move |i| (j, i))) {
+            let a = first + j * side + i;
+            let corners = [a, a + 1, a + side + 1, a + side];
+            quad(&mut mesh, if sign > 0.0 { corners } else { [a, a + side, a + side + 1, a + 1] }, material);
+        }
+    }
+    mesh
+}
+
+/// A pillow that lies on y = 0 about the Y axis: a superellipsoid of this size in metres, `steps` faces from its
+/// middle to a pole.
+pub fn pillow(size: Vec3, steps: u32, material: u32) -> Mesh {
+    let mut mesh = Mesh { name: "pillow".into(), ..Mesh::default() };
+    let (half, around, rings) = (size * 0.5, 4 * steps, 2 * steps);
+    let power = |x: f32, exponent: f32| libm::powf(x.abs(), exponent).copysign(x);
+    for (i, j) in (0..=rings).flat_map(|i| (0..around).map(move |j| (i, j))) {
+        let (sin, up) = turn(i, 2 * rings);
+        let (z, x) = turn(j, around);
+        let at = |flat: f32, square: f32| {
+            Vec3::new(power(sin, flat) * power(x, square), up, power(sin, flat) * power(z, square))
+        };
+        mesh.positions.push(at(0.9, 0.5) * half + Vec3::Y * half.y);
+        mesh.normals.push((at(1.1, 1.5) / half).normalize());
+    }
+    for (i, j) in (0..rings).flat_map(|i| (0..around).map(move |j| (i, j))) {
+        let next = (j + 1) % around;
+        let [a, b, c, d] = [i * around + j, i * around + next, (i + 1) * around + next, (i + 1) * around + j];
+        if i > 0 {
+            mesh.triangles.push(MeshTriangle { vertices: [a, b, c], material });
+        }
+        if i + 1 < rings {
+            mesh.triangles.push(MeshTriangle { vertices: [a, c, d], material });
+        }
+    }
+    mesh
+}
+
+/// A cylinder from one point to another.
+pub fn rod(from: Vec3, to: Vec3, radius: f32, segments: u32, material: u32) -> Mesh {
+    let along = to - from;
+    let mut mesh = cylinder(radius, along.length(), segments, material);
+    let turned = glam::Quat::from_rotation_arc(Vec3::Y, along.normalize_or(Vec3::Y));
+    mesh.positions.iter_mut().for_each(|p| *p = from + turned * *p);
+    mesh.normals.iter_mut().for_each(|n| *n = turned * *n);
+    mesh.name = "rod".into();
+    mesh
+}
+
+/// A toy balloon on a string, which hangs down to y = 0: 80 cm high.
+pub fn balloon(material: u32) -> Mesh {
+    let mut outline = vec![[0.0, 0.338], [0.024, 0.342], [0.01, 0.368]];
+    for i in 1..18 {
+        // From the knot to the top.
+        let (sin, cos) = turn(i, 36);
+        let (narrow, deep) = if cos > 0.0 { (1.0 - 0.25 * cos * cos, 0.224) } else { (1.0, 0.2) };
+        outline.push([0.17 * sin * narrow, 0.6 - deep * cos]);
+    }
+    outline.push([0.0, 0.8]);
+    let mut mesh = revolved(&outline, 36, material);
+    let string = rod(Vec3::ZERO, Vec3::Y * 0.342, 0.0025, 5, material);
+    append(&mut mesh, &string, Vec3::ZERO, glam::Quat::IDENTITY);
+    mesh.name = "balloon".into();
+    mesh
+}
+
+/// Adds a mesh to another one, turned and then shifted; neither keeps its patches or texture coordinates.
+pub(super) fn append(mesh: &mut Mesh, other: &Mesh, shift: Vec3, turned: glam::Quat) {
+    let first = mesh.positions.len() as u32;
+    mesh.uvs.clear();
+    mesh.patches.clear();
+    mesh.positions.extend(other.positions.iter().map(|&p| turned * p + shift));
+    mesh.normals.extend(other.normals.iter().map(|&n| turned * n));
+    let moved = |t: &MeshTriangle| MeshTriangle { vertices: t.vertices.map(|v| v + first), ..*t };
+    mesh.triangles.extend(other.triangles.iter().map(moved));
 }

@@ -43,6 +43,22 @@ fn shapes_are_closed_face_outwards_and_have_their_volume() {
         (shapes::torus(2.0, 0.5, 200, 100, 0), 2.0 * pi * pi * 2.0 * 0.25, 0.002),
         (shapes::sphere(1.0, 200, 100, 0), 4.0 / 3.0 * pi, 0.002),
         (shapes::cylinder(0.5, 2.0, 200, 0), 0.5 * pi, 0.002),
+        (shapes::rod(Vec3::X, Vec3::new(1.0, -1.0, 2.0), 0.5, 200, 0), 0.25 * pi * f64::sqrt(5.0), 0.002),
+        // A cone on a drum.
+        (
+            shapes::revolved(
+                &[[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [1.0, 2.0], [1.0, 2.0], [0.0, 3.0]],
+                200,
+                0,
+            ),
+            7.0 / 3.0 * pi,
+            0.002,
+        ),
+        (
+            shapes::rounded_box(Vec3::new(1.0, 2.0, 3.0), 0.4, 40, 0),
+            0.528 + 0.8 * 3.32 + 0.16 * 3.6 * pi + 0.064 * 4.0 / 3.0 * pi,
+            0.01,
+        ),
     ];
     for (mesh, expected, tolerance) in cases {
         let v = volume(&mesh);
@@ -115,7 +131,7 @@ fn every_room_is_closed_lit_and_seen_from_inside() {
 #[test]
 fn moving_objects_are_dynamic_and_stand_where_they_should() {
     let model = shapes::sphere(7.0, 12, 8, 5);
-    for name in NAMES {
+    for name in EXPERIMENTS {
         let none = build(name, MovingObject::None).unwrap();
         assert!(none.objects.iter().all(|o| !o.dynamic));
         for object in
@@ -150,4 +166,49 @@ fn an_unknown_room_lists_those_that_exist() {
     assert!(NAMES.iter().all(|n| error.contains(n)), "{error}");
     let empty = build("table", MovingObject::Model(Box::default())).unwrap_err().to_string();
     assert!(empty.contains("extent"), "{empty}");
+}
+
+#[test]
+fn the_living_room_is_moderate_and_what_moves_in_it_starts_on_the_table() {
+    let none = build("living-room", MovingObject::None).unwrap();
+    let count = Geometry::new(&none).triangles.len();
+    assert!((10_000..30_000).contains(&count), "{count} triangles");
+    assert!(none.objects.iter().all(|o| !o.dynamic) && none.duration() == 0.0);
+    for object in [MovingObject::Balloon, MovingObject::Torus, MovingObject::Teapot] {
+        let scene = build("living-room", object).unwrap();
+        let index = scene.objects.iter().position(|o| o.dynamic).expect("something moves");
+        assert_eq!((scene.objects.len(), scene.duration()), (none.objects.len() + 1, 8.0));
+        let geometry = Geometry::new(&scene);
+        let range = geometry.objects[index].clone();
+        let points = &geometry.positions[range.vertices.start as usize..range.vertices.end as usize];
+        let lowest = points.iter().copied().min_by(|a, b| a.y.total_cmp(&b.y)).expect("points");
+        let tracer = SceneTracer::new(&scene, &geometry);
+        let from = lowest + Vec3::Y * 1e-4;
+        let hit = tracer.closest_hit_where(from, Vec3::NEG_Y, 0.01, |t, _| !range.triangles.contains(&t));
+        assert!(hit.is_some(), "{} floats", scene.objects[index].name);
+    }
+    // Solids are closed and face outwards.
+    for object in &none.objects {
+        let mesh = &none.meshes[object.mesh];
+        let is_open = [
+            "wall",
+            "floor",
+            "ceiling",
+            "reveals",
+            "daylight",
+            "picture",
+            "rug",
+            "skirting",
+            "sill",
+            "leaves",
+            "shade",
+            "sideboard",
+            "teapot",
+            "window frame",
+        ];
+        if !is_open.iter().any(|part| object.name.contains(part)) {
+            assert!(is_closed(mesh), "{} has holes", object.name);
+            assert!(volume(mesh) > 0.0, "{} is inside out", object.name);
+        }
+    }
 }

@@ -10,16 +10,31 @@
 //!   ]
 //! }
 //! ```
+//!
+//! Version 2 has the kinds of version 1, and these besides:
+//!
+//! ```json
+//! {"set_shades":{"material":{"index":0,"name":"wall"},"shades":{"base_color":[0.8,0.2,0.1],"roughness":0.4,"specular":1.0}}}
+//! {"insert_light":{"name":"bulb","kind":"point","intensity":[8.0,8.0,7.0],"transform":{"parts":{"translation":[0.0,2.0,0.0]}}}}
+//! {"insert_light":{"name":"spot","kind":{"spot":{"inner":0.3,"outer":0.5}},"intensity":[20.0,20.0,20.0]}}
+//! {"set_cone":{"light":{"index":1,"name":"spot"},"inner":0.2,"outer":0.4}}
+//! {"remove_light":{"light":{"index":0,"name":"bulb"}}}
+//! {"duplicate_object":{"object":{"index":3,"name":"box"},"name":"box copy","transform":{"parts":{"translation":[1.5,1.0,0.0]}}}}
+//! {"set_camera":{"name":"bookmark 1","viewpoint":{"eye":[0.0,1.7,4.0],"target":[0.0,1.0,0.0],"up":[0.0,1.0,0.0],"field":{"perspective":{"degrees":60.0}}}}}
+//! ```
+//!
+//! A file says the lowest version that has what is in it.
 
-use super::{Edit, Edits};
-use crate::scene::Transform;
+use super::{Edit, Edits, Shape};
+use crate::scene::{ClipPlanes, FieldOfView, PunctualKind, Shades, Transform, Viewpoint};
 use crate::{Error, Result};
-use glam::{DAffine3, Quat, Vec3};
+use glam::{DAffine3, DVec3, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What this version of the library reads and writes.
-const VERSION: u32 = 1;
+/// What this version of the library reads; the last one is what it writes where the first one has not all that it
+/// needs.
+const VERSIONS: std::ops::RangeInclusive<u32> = 1..=2;
 
 /// How a [`Transform`] is written: `parts`, of which those that change nothing may be left out, or `affine`, the columns of
 /// a matrix of three rows and four columns.
@@ -41,6 +56,80 @@ fn unscaled() -> Vec3 {
     Vec3::ONE
 }
 
+/// How [`Shades`] are written.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Shades", deny_unknown_fields)]
+pub(super) struct ShadesFormat {
+    base_color: Vec3,
+    #[serde(default)]
+    metallic: f32,
+    #[serde(default = "rough")]
+    roughness: f32,
+    #[serde(default)]
+    specular: f32,
+}
+
+fn rough() -> f32 {
+    1.0
+}
+
+/// How a [`PunctualKind`] is written.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "PunctualKind", rename_all = "snake_case", deny_unknown_fields)]
+pub(super) enum KindFormat {
+    Point,
+    Spot { inner: f32, outer: f32 },
+    Directional,
+}
+
+/// How a [`Viewpoint`] is written: metres.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Viewpoint", deny_unknown_fields)]
+pub(super) struct ViewpointFormat {
+    eye: DVec3,
+    target: DVec3,
+    up: DVec3,
+    #[serde(with = "FieldFormat")]
+    field: FieldOfView,
+    #[serde(default, skip_serializing_if = "cuts_nothing", with = "clip_format")]
+    clip: ClipPlanes,
+}
+
+fn cuts_nothing(clip: &ClipPlanes) -> bool {
+    *clip == ClipPlanes::NONE
+}
+
+/// How [`ClipPlanes`] are written: metres; no far plane where nothing is cut off.
+mod clip_format {
+    use super::ClipPlanes;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Format {
+        near: f32,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        far: Option<f32>,
+    }
+
+    pub fn serialize<S: Serializer>(clip: &ClipPlanes, serializer: S) -> Result<S::Ok, S::Error> {
+        let far = Some(clip.far).filter(|far| far.is_finite());
+        Format { near: clip.near, far }.serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ClipPlanes, D::Error> {
+        let Format { near, far } = Format::deserialize(deserializer)?;
+        Ok(ClipPlanes { near, far: far.unwrap_or(f32::INFINITY) })
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "FieldOfView", rename_all = "snake_case", deny_unknown_fields)]
+enum FieldFormat {
+    Perspective { degrees: f64 },
+    Orthographic { height: f64 },
+}
+
 /// What files of all versions have.
 #[derive(Deserialize)]
 struct Header {
@@ -58,14 +147,48 @@ struct Body {
 impl Edit {
     fn is_finite(&self) -> bool {
         match self {
-            Self::SetTransform { transform, .. } | Self::InsertObject { transform, .. } => {
-                transform.affine().is_finite()
+            Self::SetTransform { transform, .. }
+            | Self::InsertObject { transform, .. }
+            | Self::DuplicateObject { transform, .. } => transform.affine().is_finite(),
+            Self::InsertLight { transform, intensity, .. } => {
+                transform.affine().is_finite() && intensity.is_finite()
+            }
+            Self::SetShades { shades, .. } => {
+                let Shades { base_color, metallic, roughness, specular } = shades;
+                base_color.is_finite() && (metallic + roughness + specular).is_finite()
+            }
+            Self::SetCone { inner, outer, .. } => inner.is_finite() && outer.is_finite(),
+            Self::SetCamera { viewpoint: Viewpoint { eye, target, up, field, clip: _ }, .. } => {
+                let (FieldOfView::Perspective { degrees: size } | FieldOfView::Orthographic { height: size }) =
+                    field;
+                eye.is_finite() && target.is_finite() && up.is_finite() && size.is_finite()
             }
             Self::SetEmission { emission: light, .. } | Self::SetIntensity { intensity: light, .. } => {
                 light.is_finite()
             }
-            Self::RemoveObject { .. } => true,
+            Self::RemoveObject { .. } | Self::RemoveLight { .. } => true,
             Self::SetTime { seconds } => seconds.is_finite(),
+        }
+    }
+}
+
+impl Edit {
+    /// The first version of the format that has it.
+    fn version(&self) -> u32 {
+        match self {
+            Self::InsertObject { shape: Shape::Panel, .. } => 2,
+            Self::SetTransform { .. }
+            | Self::SetEmission { .. }
+            | Self::SetIntensity { .. }
+            | Self::InsertObject { .. }
+            | Self::RemoveObject { .. }
+            | Self::SetTime { .. } => 1,
+            Self::SetShades { .. }
+            | Self::SetCone { .. }
+            | Self::SetCamera { .. }
+            | Self::InsertLight { .. }
+            | Self::RemoveLight { .. }
+            | Self::DuplicateObject { .. } => 2,
         }
     }
 }
@@ -82,7 +205,8 @@ impl Edits {
         let space = if lines.is_empty() { "" } else { "\n    " };
         let end = if lines.is_empty() { "" } else { "\n  " };
         let lines = lines.join(",\n    ");
-        Ok(format!("{{\n  \"version\": {VERSION},\n  \"edits\": [{space}{lines}{end}]\n}}\n"))
+        let version = self.0.iter().map(Edit::version).max().unwrap_or(*VERSIONS.start());
+        Ok(format!("{{\n  \"version\": {version},\n  \"edits\": [{space}{lines}{end}]\n}}\n"))
     }
 
     /// Reads what [`Edits::to_json`] wrote.
@@ -106,9 +230,10 @@ impl Edits {
     fn parse(text: &str) -> std::result::Result<Self, String> {
         let broken = |error| format!("it is no list of edits ({error}); correct it, or save the edits again");
         let Header { version } = serde_json::from_str(text).map_err(broken)?;
-        if version != VERSION {
+        if !VERSIONS.contains(&version) {
+            let (first, last) = VERSIONS.into_inner();
             return Err(format!(
-                "its version is {version}, and only {VERSION} is known; save the edits again"
+                "its version is {version}, and only {first} to {last} are known; save the edits again"
             ));
         }
         let edits = Self(serde_json::from_str::<Body>(text).map_err(broken)?.edits);

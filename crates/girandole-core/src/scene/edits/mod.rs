@@ -30,9 +30,9 @@
 mod format;
 
 use super::builtin::{shapes, teapot};
-use super::{MAX_EXTENT, Material, Mesh, ObjectId, Scene, Transform};
+use super::{MAX_EXTENT, Material, Mesh, ObjectId, PunctualKind, Scene, Shades, Transform, Viewpoint};
 use crate::{Error, Result};
-use format::TransformFormat;
+use format::{KindFormat, ShadesFormat, TransformFormat, ViewpointFormat};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -67,6 +67,49 @@ pub enum Edit {
         /// W/sr (directional: W/m²).
         intensity: Vec3,
     },
+    /// [`Scene::set_shades`].
+    SetShades {
+        /// What reflects.
+        material: NamedIndex,
+        /// Its factors.
+        #[serde(with = "ShadesFormat")]
+        shades: Shades,
+    },
+    /// [`Scene::set_cone`].
+    SetCone {
+        /// The spot.
+        light: NamedIndex,
+        /// Half-angle of full intensity, radians.
+        inner: f32,
+        /// Half-angle at which it reaches zero, radians.
+        outer: f32,
+    },
+    /// [`Scene::set_camera`].
+    SetCamera {
+        /// Of the camera, and of its node where it is new.
+        name: String,
+        /// Where one looks from.
+        #[serde(with = "ViewpointFormat")]
+        viewpoint: Viewpoint,
+    },
+    /// [`Scene::insert_light`].
+    InsertLight {
+        /// Of the light and its node.
+        name: String,
+        /// Its shape.
+        #[serde(with = "KindFormat")]
+        kind: PunctualKind,
+        /// W/sr (directional: W/m²).
+        intensity: Vec3,
+        /// World from light, which shines along its −Z.
+        #[serde(default, with = "TransformFormat")]
+        transform: Transform,
+    },
+    /// [`Scene::remove_light`].
+    RemoveLight {
+        /// What goes.
+        light: NamedIndex,
+    },
     /// [`Scene::insert_object`].
     InsertObject {
         /// Of the object and its node.
@@ -82,6 +125,16 @@ pub enum Edit {
         /// See [`Object::dynamic`](super::Object::dynamic).
         #[serde(default)]
         dynamic: bool,
+    },
+    /// [`Scene::duplicate_object`].
+    DuplicateObject {
+        /// What is copied.
+        object: NamedIndex,
+        /// Of the copy and its node.
+        name: String,
+        /// Parent from the copy's node.
+        #[serde(default, with = "TransformFormat")]
+        transform: Transform,
     },
     /// [`Scene::remove_object`].
     RemoveObject {
@@ -103,6 +156,8 @@ pub enum Shape {
     Torus,
     /// The [`teapot`] with 6 segments a patch edge.
     Teapot,
+    /// [`shapes::panel`].
+    Panel,
     /// A model from a file.
     File(PathBuf),
 }
@@ -116,6 +171,7 @@ impl Shape {
         match self {
             Self::Torus => Ok(shapes::thesis_torus(0)),
             Self::Teapot => Ok(teapot(6, 0)),
+            Self::Panel => Ok(shapes::panel(0)),
             Self::File(path) => read_model(path),
         }
     }
@@ -192,26 +248,41 @@ impl Edit {
                 scene.set_emission(find_material(material, scene)?, *emission)
             }
             Self::SetIntensity { light, intensity } => {
-                scene.set_intensity(light.find("light", &scene.lights, |l| &l.name)?, *intensity)
+                scene.set_intensity(find_light(light, scene)?, *intensity)
             }
+            Self::SetShades { material, shades } => {
+                scene.set_shades(find_material(material, scene)?, *shades)
+            }
+            Self::SetCone { light, inner, outer } => {
+                scene.set_cone(find_light(light, scene)?, *inner, *outer)
+            }
+            Self::SetCamera { name, viewpoint } => scene.set_camera(name, viewpoint).map(|_| ()),
+            Self::InsertLight { name, kind, intensity, transform } => {
+                scene.insert_light(name, *kind, *intensity, *transform).map(|_| ())
+            }
+            Self::RemoveLight { light } => scene.remove_light(find_light(light, scene)?),
             Self::InsertObject { name, shape, material, transform, dynamic } => {
                 let mesh = shape.mesh(read_model)?;
                 let mesh = with_material(mesh, name, material.as_ref(), transform, scene)?;
                 scene.insert_object(name, mesh, *transform, *dynamic).map(|_| ())
             }
-            Self::RemoveObject { object } => {
-                scene.remove_object(object.find("object", &scene.objects, |o| &o.name)?.into())
+            Self::DuplicateObject { object, name, transform } => {
+                scene.duplicate_object(find_object(object, scene)?, name, *transform).map(|_| ())
             }
+            Self::RemoveObject { object } => scene.remove_object(find_object(object, scene)?),
             Self::SetTime { seconds } => scene.set_time(*seconds),
         }
     }
 
     /// Whether it sets what another edit sets, so that the later one counts.
-    fn overrides(&self, other: &Self) -> bool {
+    pub fn overrides(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::SetTransform { node: a, .. }, Self::SetTransform { node: b, .. })
             | (Self::SetEmission { material: a, .. }, Self::SetEmission { material: b, .. })
+            | (Self::SetShades { material: a, .. }, Self::SetShades { material: b, .. })
+            | (Self::SetCone { light: a, .. }, Self::SetCone { light: b, .. })
             | (Self::SetIntensity { light: a, .. }, Self::SetIntensity { light: b, .. }) => a == b,
+            (Self::SetCamera { name: a, .. }, Self::SetCamera { name: b, .. }) => a == b,
             (Self::SetTime { .. }, Self::SetTime { .. }) => true,
             _ => false,
         }
@@ -222,6 +293,14 @@ impl Edit {
         let Self::SetTransform { node, transform } = self else { return false };
         scene.nodes.get(node.index).is_some_and(|node| node.local == *transform)
     }
+}
+
+fn find_object(object: &NamedIndex, scene: &Scene) -> Result<ObjectId> {
+    object.find("object", &scene.objects, |o| &o.name).map(Into::into)
+}
+
+fn find_light(light: &NamedIndex, scene: &Scene) -> Result<usize> {
+    light.find("light", &scene.lights, |l| &l.name)
 }
 
 fn find_material(material: &NamedIndex, scene: &Scene) -> Result<u32> {
@@ -250,7 +329,8 @@ fn with_material(
     mesh.triangles.iter_mut().for_each(|triangle| triangle.material = index);
     mesh.check(index as usize + 1)?;
     if material.is_none() {
-        scene.add_material(Material { name: name.into(), ..Material::default() });
+        let vertex_colors = !mesh.colors.is_empty();
+        scene.add_material(Material { name: name.into(), vertex_colors, ..Material::default() });
     }
     Ok(mesh)
 }

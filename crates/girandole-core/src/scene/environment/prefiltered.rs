@@ -7,6 +7,7 @@
 //!
 //! Worked example: at α = 0.025 (roughness 0.16) the sun of a clear sky still adds a third to what is reflected 20° beside it.
 
+use super::means::{Shares, means, shares};
 use super::{bilinear, place};
 use crate::image::Image;
 use crate::parallel;
@@ -123,17 +124,15 @@ impl Cells {
         let [width, height] = SIZE;
         // A bilinear picture's mean over each cell.
         let probes = 2 * image.width.div_ceil(width);
-        let mean = |cell: u32| {
-            let mut sum = Vec3::ZERO;
-            for (i, j) in (0..probes).flat_map(|j| (0..probes).map(move |i| (i, j))) {
-                let within = (Vec2::new(i as f32, j as f32) + 0.5) / probes as f32;
-                let corner = Vec2::new((cell % width) as f32, (cell / width) as f32);
-                sum += bilinear(image, (corner + within) / Vec2::new(width as f32, height as f32));
-            }
-            sum / (probes * probes) as f32
+        let along = |cells: u32, pixels: u32, is_around: bool| -> Vec<Shares> {
+            let places = |cell: u32| {
+                let middle = move |i: u32| (f64::from(i) + 0.5) / f64::from(probes);
+                (0..probes).map(move |i| (f64::from(cell) + middle(i)) / f64::from(cells))
+            };
+            (0..cells).map(|cell| shares(places(cell), pixels, is_around)).collect()
         };
-        let row = |j: u32| (0..width).map(move |i| mean(j * width + i)).collect::<Vec<_>>();
-        let mut radiance = in_rows(height, row);
+        let mut radiance =
+            means(image, &along(height, image.height, false), &along(width, image.width, true));
         for (direction, light) in disc.iter().flat_map(Disc::shares) {
             let [column, row] =
                 (place(direction) * Vec2::new(width as f32, height as f32)).as_uvec2().to_array();

@@ -1,8 +1,8 @@
 //! Animations of nodes and morph weights.
 
 use super::accessor::Accessor;
-use super::document::lookup;
-use super::{Importer, Parsed};
+use super::document::{lookup, shortened};
+use super::{Importer, Parsed, budget};
 use crate::scene::{Animation, Channel, Interpolation, Keyframes};
 use glam::{Quat, Vec3};
 use gltf::json;
@@ -13,6 +13,11 @@ use gltf::json::validation::Checked;
 /// Keys of all channels together; no animation needs more.
 const MAX_KEYS: usize = 1 << 24;
 
+/// Names in a warning.
+const MOST_NAMES: usize = 5;
+/// What a warning of animations that do not play ends with.
+pub const RESTING: &str = "; choose one to play alone";
+
 impl Importer<'_> {
     /// Reads the channels that drive nodes of the scene. Objects that they move, and those that are deformed,
     /// are dynamic.
@@ -22,9 +27,12 @@ impl Importer<'_> {
             let mut animation =
                 Animation { name: json.name.clone().unwrap_or_default(), channels: Vec::new() };
             for channel in &json.channels {
-                let channel =
-                    self.channel(json, channel, &mut keys).map_err(|e| format!("{e} (animation {index})"))?;
-                animation.channels.extend(channel);
+                let read = self.channel(json, channel, &mut keys);
+                let name = || match &json.name {
+                    Some(name) => format!("of `{name}`"),
+                    None => format!("of animation {index}"),
+                };
+                animation.channels.extend(self.or_without("animation channel", name, read)?.flatten());
             }
             if !animation.channels.is_empty() {
                 self.scene.animations.push(animation);
@@ -35,6 +43,28 @@ impl Importer<'_> {
             self.scene.objects[object].dynamic |= moves;
         }
         Ok(())
+    }
+
+    /// Says which animations do not play, as others drive the same things.
+    pub(super) fn name_resting_clips(&mut self) {
+        let playing = self.scene.playing_clips();
+        let named = |clip: usize| {
+            let name = &self.scene.animations[clip].name;
+            if name.is_empty() { clip.to_string() } else { format!("`{}`", shortened(name, 40)) }
+        };
+        let resting = (0..self.scene.animations.len()).filter(|clip| playing.binary_search(clip).is_err());
+        let resting: Vec<usize> = resting.collect();
+        if resting.is_empty() {
+            return;
+        }
+        let names: Vec<String> = resting.iter().take(MOST_NAMES).map(|&clip| named(clip)).collect();
+        let more = if resting.len() > MOST_NAMES { ", …" } else { "" };
+        self.scene.warn(format!(
+            "of {} animations these do not play, as they drive what {} drives: {}{more}{RESTING}",
+            self.scene.animations.len(),
+            named(playing[0]),
+            names.join(", "),
+        ));
     }
 
     fn channel(
@@ -69,7 +99,10 @@ impl Importer<'_> {
             return Err("its key times are not floats; export it again".into());
         }
         *keys = keys.saturating_add(input.count);
-        let too_many = || format!("its animations have more than {MAX_KEYS} keys; resample them");
+        let too_many = || {
+            let what = format!("its animations have more than {MAX_KEYS} keys; resample them");
+            self.document.budget.refuse(what)
+        };
         if *keys > MAX_KEYS {
             return Err(too_many());
         }
@@ -83,6 +116,7 @@ impl Importer<'_> {
         if *keys > MAX_KEYS {
             return Err(too_many());
         }
+        self.document.budget.take(input.count.saturating_add(output.count), budget::KEY)?;
         let values = each * if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
         if input.count == 0 || values == 0 || output.count != input.count.saturating_mul(values) {
             return Err(format!(

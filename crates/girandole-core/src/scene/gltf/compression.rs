@@ -12,15 +12,11 @@ use meshoptimizer_rs::codec;
 use meshoptimizer_rs::{Limits, Workspace};
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The extension's name.
 pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
 /// Both names of the same format, of which the second has more of it.
 pub(super) const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
-
-/// Bytes that all compressed parts of a file may become together.
-const MAX_DECOMPRESSED: usize = 2 << 30;
 
 /// A block of 8192 bytes takes one at least (meshoptimizer, vertexcodec.cpp).
 const MAX_RATIO: usize = 8192;
@@ -32,7 +28,6 @@ pub(super) struct Compressed {
     primitives: BTreeMap<usize, OnceLock<Parsed<BTreeMap<Part, Elements>>>>,
     /// By accessor: the buffer view of its primitive, and which part of that it is.
     accessors: BTreeMap<usize, (usize, Part)>,
-    decompressed: AtomicUsize,
 }
 
 /// A part of a compressed primitive.
@@ -53,7 +48,7 @@ pub(super) struct Elements {
 
 impl Compressed {
     /// Finds what is compressed and has no other data.
-    pub fn new(root: &Root) -> Parsed<Self> {
+    pub fn new(root: &Root) -> Self {
         let mut result = Self::default();
         for (index, view) in root.buffer_views.iter().enumerate() {
             if meshopt(view).is_some() {
@@ -62,36 +57,34 @@ impl Compressed {
         }
         let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
         for (primitive, draco) in primitives.filter_map(|p| Some((p, draco(p)?))) {
-            let view = number(draco, "bufferView").map_err(|e| format!("its {DRACO} {e}"))?;
-            let mut add = |accessor: usize, part| -> Parsed<()> {
-                if lookup(&root.accessors, accessor, "accessor")?.buffer_view.is_none() {
+            // One that is not named is none that exists.
+            let view = number(draco, "bufferView").unwrap_or(usize::MAX);
+            let mut add = |accessor: usize, part| {
+                if root.accessors.get(accessor).is_some_and(|a| a.buffer_view.is_none()) {
                     result.primitives.entry(view).or_default();
                     result.accessors.insert(accessor, (view, part));
                 }
-                Ok(())
             };
             if let Some(indices) = primitive.indices {
-                add(indices.value(), Part::Indices)?;
+                add(indices.value(), Part::Indices);
             }
             let ids = draco.get("attributes");
             for (semantic, accessor) in &primitive.attributes {
                 let Checked::Valid(semantic) = semantic else { continue };
                 let id = ids.and_then(|ids| ids.get(semantic.to_string())?.as_u64());
                 if let Some(id) = id.and_then(|id| u32::try_from(id).ok()) {
-                    add(accessor.value(), Part::Attribute(id))?;
+                    add(accessor.value(), Part::Attribute(id));
                 }
             }
         }
-        Ok(result)
+        result
     }
 
     /// The bytes of a buffer view that meshopt compressed.
     pub fn view(&self, document: &Document<'_>, index: usize) -> Option<Parsed<&[u8]>> {
         let decompress = || {
             let view = lookup(&document.root.buffer_views, index, "buffer view")?;
-            let bytes = decompress_view(document, meshopt(view).unwrap_or(&Value::Null), self.left())?;
-            self.decompressed.fetch_add(bytes.len(), Ordering::Relaxed);
-            Ok(bytes)
+            decompress_view(document, meshopt(view).unwrap_or(&Value::Null))
         };
         let view = self.views.get(&index)?.get_or_init(decompress).as_deref();
         Some(view.map_err(|e| format!("its compressed buffer view {index} {e}")))
@@ -101,9 +94,9 @@ impl Compressed {
     pub fn accessor(&self, document: &Document<'_>, index: usize) -> Option<Parsed<&Elements>> {
         let (view, part) = self.accessors.get(&index)?;
         let decompress = || {
-            let parts = decompress_primitive(document.view(*view)?.bytes, self.left())?;
-            let bytes = parts.values().map(|part| part.bytes.len()).sum();
-            self.decompressed.fetch_add(bytes, Ordering::Relaxed);
+            // What the decoder holds meanwhile is a few times what comes out.
+            let parts = decompress_primitive(document.view(*view)?.bytes, document.budget.left() / 4)?;
+            document.budget.take(parts.values().map(|part| part.bytes.len()).sum(), 1)?;
             Ok(parts)
         };
         let parts = self.primitives.get(view)?.get_or_init(decompress);
@@ -113,10 +106,6 @@ impl Compressed {
             }
             Err(e) => Err(format!("is in a compressed primitive, which {e}")),
         })
-    }
-
-    fn left(&self) -> usize {
-        MAX_DECOMPRESSED.saturating_sub(self.decompressed.load(Ordering::Relaxed))
     }
 }
 
@@ -134,18 +123,21 @@ fn number(json: &Value, name: &str) -> Parsed<usize> {
     value.ok_or_else(|| format!("has no `{name}`; export the file again"))
 }
 
-fn decompress_view(document: &Document<'_>, json: &Value, limit: usize) -> Parsed<Vec<u8>> {
+fn decompress_view(document: &Document<'_>, json: &Value) -> Parsed<Vec<u8>> {
     let [buffer, length, count, stride] =
         ["buffer", "byteLength", "count", "byteStride"].map(|name| number(json, name));
     let (length, count, stride) = (length?, count?, stride?);
     let offset = if json.get("byteOffset").is_some() { number(json, "byteOffset")? } else { 0 };
-    let source = document.buffer(buffer?).and_then(|b| b.get(offset..offset.checked_add(length)?));
+    let source = document.buffer(buffer?)?.get(offset..offset.saturating_add(length));
     let source = source.ok_or("reaches beyond its buffer; the file is cut off, fetch or export it again")?;
-    let size = count.checked_mul(stride).filter(|&size| size <= limit).ok_or_else(too_large)?;
+    let size = count.saturating_mul(stride);
     if size / MAX_RATIO > source.len() {
         return Err(format!("promises {size} bytes in {}; export the file again", source.len()));
     }
-    let mut workspace = Workspace::new(Limits { max_bytes: limit, ..Limits::default() });
+    // The decoder has a copy of its own.
+    document.budget.take(size, 2)?;
+    let max_bytes = usize::try_from(document.budget.left()).unwrap_or(usize::MAX).saturating_add(size);
+    let mut workspace = Workspace::new(Limits { max_bytes, ..Limits::default() });
     let broken = |e| format!("cannot be decompressed ({e}); export the file again");
     let filter = json.get("filter").and_then(Value::as_str).unwrap_or("NONE");
     let mut bytes = match json.get("mode").and_then(Value::as_str) {
@@ -167,11 +159,11 @@ fn decompress_view(document: &Document<'_>, json: &Value, limit: usize) -> Parse
     Ok(bytes)
 }
 
-fn decompress_primitive(bytes: &[u8], limit: usize) -> Parsed<BTreeMap<Part, Elements>> {
+fn decompress_primitive(bytes: &[u8], limit: u64) -> Parsed<BTreeMap<Part, Elements>> {
     let limits = DecodeLimits::default()
         .with_max_points(MAX_VERTICES as u64)
         .with_max_faces(MAX_TRIANGLES as u64)
-        .with_max_decoded_bytes(limit as u64);
+        .with_max_decoded_bytes(limit);
     let mut mesh = draco_core::Mesh::new();
     MeshDecoder::new()
         .decode(&mut DecoderBuffer::new(bytes).with_limits(limits), &mut mesh)
@@ -218,9 +210,4 @@ fn elements(attribute: &PointAttribute, points: usize) -> Option<Elements> {
         }
     }
     Some(Elements { bytes, component, components, count: points })
-}
-
-fn too_large() -> String {
-    let gib = MAX_DECOMPRESSED >> 30;
-    format!("is larger than {gib} GiB decompressed, with what came before it; take parts away")
 }

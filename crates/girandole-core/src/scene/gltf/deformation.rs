@@ -2,20 +2,52 @@
 
 use super::accessor::Accessor;
 use super::document::lookup;
-use super::{Importer, Parsed};
+use super::{Importer, Parsed, budget};
 use crate::scene::{Joint, JointWeight, Mesh, MorphTarget, Skin};
 use glam::{DAffine3, DMat4, Vec3};
 use gltf::json;
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Primitive, Semantic};
 use gltf::json::validation::Checked;
+use std::collections::BTreeMap;
 
 /// Joints that hold a vertex, in sets of four; no skin needs more.
 const MAX_JOINT_SETS: u32 = 4;
 
 impl<'d> Importer<'d> {
-    /// Reads what deforms a primitive, of `count` vertices, of which these are used. The mesh does not have them yet.
+    /// Reads what deforms a primitive, of `count` vertices, of which these are used. The mesh does not have them yet. Where that is
+    /// broken, the primitive stays as it is at rest.
     pub(super) fn deformation(
+        &mut self,
+        json: &Primitive,
+        sources: &[u32],
+        count: usize,
+        mesh: &mut Mesh,
+    ) -> Parsed<()> {
+        let first = mesh.positions.len();
+        let read = self.read_deformation(json, sources, count, mesh);
+        let name =
+            || if mesh.name.is_empty() { "of a mesh".into() } else { format!("of mesh `{}`", mesh.name) };
+        if self.or_without("deformation", name, read)?.is_some() {
+            return Ok(());
+        }
+        for list in mesh.morph_targets.iter_mut().flat_map(|t| [&mut t.positions, &mut t.normals]) {
+            list.truncate(first);
+            if !list.is_empty() {
+                list.resize(first + sources.len(), Vec3::ZERO);
+            }
+        }
+        if let Some(each) = mesh.joint_weights.len().checked_div(first) {
+            mesh.joint_weights.truncate(each * first);
+            mesh.joint_weights.resize(each * (first + sources.len()), JointWeight::default());
+        } else {
+            mesh.morph_targets.clear();
+            mesh.joint_weights.clear();
+        }
+        Ok(())
+    }
+
+    fn read_deformation(
         &mut self,
         json: &Primitive,
         sources: &[u32],
@@ -34,8 +66,7 @@ impl<'d> Importer<'d> {
                 mesh.morph_targets.len()
             ));
         }
-        // Asked before the memory is taken.
-        self.account(0, targets.len().saturating_mul(sources.len()))?;
+        self.document.budget.take(targets.len().saturating_mul(sources.len()), budget::MORPHED_VERTEX)?;
         for (index, target) in targets.iter().enumerate() {
             let read = |accessor: Option<usize>, list: &mut Vec<Vec3>, what: &str| -> Parsed<()> {
                 if accessor.is_some() || !list.is_empty() {
@@ -125,22 +156,25 @@ impl<'d> Importer<'d> {
             }
             mesh.joint_weights = wider;
         }
+        self.document.budget.take(each.saturating_mul(sources.len()), budget::JOINT)?;
+        let mut added = Vec::with_capacity(each * sources.len());
         for &source in sources {
-            let first = mesh.joint_weights.len();
+            let first = added.len();
             for (joints, weights) in &sets {
                 let (joints, weights) = (joints.get::<4>(source as usize), weights.get::<4>(source as usize));
                 // What nothing hangs on need not exist.
                 let pairs = joints.into_iter().zip(weights);
-                mesh.joint_weights.extend(pairs.map(|(joint, weight)| JointWeight {
+                added.extend(pairs.map(|(joint, weight)| JointWeight {
                     joint: if weight == 0.0 { 0 } else { joint as u32 },
                     weight,
                 }));
             }
-            mesh.joint_weights.resize(first + each, JointWeight::default());
+            added.resize(first + each, JointWeight::default());
             if !sets.is_empty() {
-                self.check_weights(&mut mesh.joint_weights[first..], source)?;
+                self.check_weights(&mut added[first..], source)?;
             }
         }
+        mesh.joint_weights.extend(added);
         Ok(())
     }
 
@@ -174,36 +208,50 @@ impl<'d> Importer<'d> {
         Ok(weights.clone())
     }
 
-    /// Gives objects the skins that their nodes have. All nodes of the scene are there.
+    /// Gives objects the skins that their nodes have. All nodes of the scene are there. Where one is broken, its objects stay at rest.
     pub(super) fn read_skins(&mut self) -> Parsed<()> {
-        let mut known = vec![None; self.document.root.skins.len()];
+        let mut known = BTreeMap::new();
         for (object, index) in std::mem::take(&mut self.skinned) {
-            let json = lookup(&self.document.root.skins, index, "skin")?;
-            let skin = match known[index] {
-                Some(skin) => skin,
+            let skin = match known.get(&index) {
+                Some(&skin) => skin,
                 None => {
-                    let skin = self.skin(json).map_err(|e| format!("{e} (skin {index})"))?;
-                    self.scene.skins.push(skin);
-                    self.scene.skins.len() - 1
+                    let read =
+                        lookup(&self.document.root.skins, index, "skin").and_then(|json| self.skin(json));
+                    let read = self.or_without("skin", || index.to_string(), read)?;
+                    let skin = read.map(|skin| {
+                        self.scene.skins.push(skin);
+                        self.scene.skins.len() - 1
+                    });
+                    known.insert(index, skin);
+                    skin
                 }
             };
-            known[index] = Some(skin);
-            let mesh = &self.scene.meshes[self.scene.objects[object].mesh];
-            let name = &mesh.name;
-            let is_held = |v: usize| mesh.joint_weights_of(v).iter().any(|j| j.weight > 0.0);
-            if !(0..mesh.positions.len()).all(is_held) {
-                return Err(format!(
-                    "its mesh `{name}` has a skin and a primitive without joints; export it again"
-                ));
+            let Some(skin) = skin else { continue };
+            let fits = self.fits(object, skin);
+            let name = self.scene.objects[object].name.clone();
+            if self.or_without("skin", || format!("of `{name}`"), fits)?.is_some() {
+                self.scene.objects[object].skin = Some(skin);
             }
-            let joints = self.scene.skins[skin].joints.len();
-            if let Some(bad) = mesh.joint_weights.iter().find(|j| j.joint as usize >= joints) {
-                return Err(format!(
-                    "a vertex of its mesh `{name}` has joint {} of {joints}; the file is inconsistent, export it again",
-                    bad.joint
-                ));
-            }
-            self.scene.objects[object].skin = Some(skin);
+        }
+        Ok(())
+    }
+
+    /// Whether joints of a skin hold all vertices of an object's mesh.
+    fn fits(&self, object: usize, skin: usize) -> Parsed<()> {
+        let mesh = &self.scene.meshes[self.scene.objects[object].mesh];
+        let name = &mesh.name;
+        let is_held = |v: usize| mesh.joint_weights_of(v).iter().any(|j| j.weight > 0.0);
+        if !(0..mesh.positions.len()).all(is_held) {
+            return Err(format!(
+                "its mesh `{name}` has a skin and a primitive without joints; export it again"
+            ));
+        }
+        let joints = self.scene.skins[skin].joints.len();
+        if let Some(bad) = mesh.joint_weights.iter().find(|j| j.joint as usize >= joints) {
+            return Err(format!(
+                "a vertex of its mesh `{name}` has joint {} of {joints}; the file is inconsistent, export it again",
+                bad.joint
+            ));
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! The container: GLB chunks, JSON, and the bytes of buffers and other resources.
 
 use super::Parsed;
+use super::budget::Budget;
 use super::compression::{Compressed, Elements};
 use base64::Engine;
 use gltf::json::{self, Asset, Root, Value};
@@ -12,7 +13,9 @@ use std::sync::Arc;
 /// A parsed file and all its buffers.
 pub(super) struct Document<'a> {
     pub root: Root,
-    buffers: Vec<Arc<Cow<'a, [u8]>>>,
+    /// What is left out where something needs a buffer that cannot be read.
+    buffers: Vec<Parsed<Arc<Cow<'a, [u8]>>>>,
+    pub budget: Budget,
     compressed: Compressed,
     base: Option<&'a Path>,
     /// What was left out.
@@ -32,6 +35,8 @@ impl<'a> Document<'a> {
     pub fn parse(bytes: &'a [u8], base: Option<&'a Path>) -> Parsed<Self> {
         let (text, blob) = split(bytes)?;
         let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+        let budget = Budget::new(bytes.len());
+        budget.take_json(text)?;
         let parsed = json::deserialize::from_slice(text);
         let (root, warnings): (Root, _) = match parsed {
             Ok(root) => (root, Vec::new()),
@@ -43,38 +48,40 @@ impl<'a> Document<'a> {
         if !needed.starts_with("2.") || min_version.as_ref().is_some_and(|least| least != "2.0") {
             return Err(format!("it is glTF of version {}; convert it to version 2.0", shorten(needed)));
         }
-        let compressed = Compressed::new(&root)?;
-        let mut document = Self { root, buffers: Vec::new(), compressed, base, warnings };
+        let compressed = Compressed::new(&root);
+        let mut document = Self { root, buffers: Vec::new(), budget, compressed, base, warnings };
         // A file that many buffers name is read once.
-        let mut read: BTreeMap<&str, Arc<Cow<'a, [u8]>>> = BTreeMap::new();
+        let mut read: BTreeMap<&str, Parsed<Arc<Cow<'a, [u8]>>>> = BTreeMap::new();
         for (index, buffer) in document.root.buffers.iter().enumerate() {
             let data = match &buffer.uri {
-                Some(uri) => match read.get(uri.as_str()) {
-                    Some(data) => data.clone(),
-                    None => {
-                        let data = document.resource(uri).map_err(|e| format!("its buffer {index} {e}"))?;
-                        read.entry(uri).or_insert(Arc::new(data)).clone()
-                    }
-                },
-                None => Arc::new(Cow::Borrowed(if index == 0 { blob } else { &[] })),
+                Some(uri) => read
+                    .entry(uri)
+                    .or_insert_with(|| document.resource(uri).map(Arc::new))
+                    .clone()
+                    .map_err(|e| format!("its buffer {index} {e}")),
+                None => Ok(Arc::new(Cow::Borrowed(if index == 0 { blob } else { &[] }))),
             };
             // A buffer without any data is legal where an extension compresses it; views into it are refused later.
             let wanted = buffer.byte_length.0;
-            if !(data.is_empty() && buffer.uri.is_none()) && (data.len() as u64) < wanted {
-                return Err(format!(
-                    "its buffer {index} should have {wanted} bytes and has {}; the file is cut off, fetch or \
-                     export it again",
+            let is_whole = |data: &Arc<Cow<[u8]>>| {
+                data.is_empty() && buffer.uri.is_none() || data.len() as u64 >= wanted
+            };
+            let data = data.and_then(|data| match is_whole(&data) {
+                true => Ok(data),
+                false => Err(format!(
+                    "its buffer {index} should have {wanted} bytes and has {}; the file is cut off, fetch or export it again",
                     data.len()
-                ));
-            }
+                )),
+            });
             document.buffers.push(data);
         }
         Ok(document)
     }
 
     /// The bytes of a buffer.
-    pub fn buffer(&self, index: usize) -> Option<&[u8]> {
-        Some(self.buffers.get(index)?.as_ref().as_ref())
+    pub fn buffer(&self, index: usize) -> Parsed<&[u8]> {
+        let buffer = lookup(&self.buffers, index, "buffer")?;
+        buffer.as_ref().map(|bytes| bytes.as_ref().as_ref()).map_err(Clone::clone)
     }
 
     /// The elements of an accessor whose primitive is compressed as a whole.
@@ -89,7 +96,7 @@ impl<'a> Document<'a> {
         if let Some(bytes) = self.compressed.view(self, index) {
             return Ok(View { bytes: bytes?, stride });
         }
-        let buffer = lookup(&self.buffers, view.buffer.value(), "buffer")?;
+        let buffer = self.buffer(view.buffer.value())?;
         let start = view.byte_offset.unwrap_or_default().0;
         let end = start.checked_add(view.byte_length.0);
         let bytes = end
@@ -139,9 +146,11 @@ impl<'a> Document<'a> {
         if path.exists() && !path.is_file() {
             return Err(format!("is `{shown}`, which is not a file"));
         }
-        std::fs::read(&path).map(Cow::Owned).map_err(|e| {
+        let bytes = std::fs::read(&path).map_err(|e| {
             format!("is in the file `{shown}`, which cannot be read ({e}); put it beside the glTF file")
-        })
+        })?;
+        self.budget.grow(bytes.len());
+        Ok(Cow::Owned(bytes))
     }
 }
 
@@ -189,9 +198,14 @@ fn split(bytes: &[u8]) -> Parsed<(&[u8], &[u8])> {
 }
 
 /// What is valid glTF, but more than the parser knows of: scenes without nodes, and animations of what are no nodes
-/// (`KHR_animation_pointer`), which are left out. `None` where that is not what is wrong.
+/// (`KHR_animation_pointer`), which are left out; and lights without a type. `None` where that is not what is wrong.
 fn mended(text: &[u8]) -> Option<(Root, Vec<String>)> {
     let mut value = json::deserialize::from_slice::<Value>(text).ok()?;
+    let lights = "/extensions/KHR_lights_punctual/lights";
+    for light in value.pointer_mut(lights).and_then(Value::as_array_mut).into_iter().flatten() {
+        // Named as one of an unknown type later.
+        light.as_object_mut()?.entry("type").or_insert_with(|| "none".into());
+    }
     for scene in value.get_mut("scenes").and_then(Value::as_array_mut).into_iter().flatten() {
         let scene = scene.as_object_mut()?;
         scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
@@ -224,8 +238,13 @@ fn broken_json(text: &[u8], error: &json::Error) -> String {
 
 /// At most 80 characters of a name from a file.
 pub(super) fn shorten(name: &str) -> String {
-    let mut short: String = name.chars().take(80).collect();
-    if short.len() < name.len() {
+    shortened(name, 80)
+}
+
+/// At most so many characters.
+pub(super) fn shortened(text: &str, most: usize) -> String {
+    let mut short: String = text.chars().take(most).collect();
+    if short.len() < text.len() {
         short.push('…');
     }
     short
@@ -242,7 +261,7 @@ mod tests {
         let (same, other) = (uri("AAAA"), uri("AAAB"));
         let text = format!(r#"{{"asset":{{"version":"2.0"}},"buffers":[{same},{other},{same}]}}"#);
         let document = Document::parse(text.as_bytes(), None).expect("a document");
-        let [a, b, c] = [0, 1, 2].map(|i| &document.buffers[i]);
+        let [a, b, c] = [0, 1, 2].map(|i| document.buffers[i].as_ref().expect("data"));
         assert!(Arc::ptr_eq(a, c) && !Arc::ptr_eq(a, b));
         assert!(a[..] == [0, 0, 0] && b[..] == [0, 0, 1]);
     }

@@ -15,6 +15,9 @@ pub(super) const NAME: &str = "EXT_lights_image_based";
 /// Widest picture that is made.
 const MAX_WIDTH: u32 = 4096;
 
+/// Bytes of a pixel of it, with what it is sampled by.
+const ENVIRONMENT_PIXEL: u64 = 40;
+
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Light {
@@ -38,12 +41,11 @@ struct Face {
 
 impl Importer<'_> {
     /// Puts the light that the scene names around it; one that is broken is left out.
-    pub(super) fn read_image_based_light(&mut self) {
-        match self.image_based_light() {
-            Ok(Some(environment)) => self.scene.environment = Some(environment),
-            Ok(None) => {}
-            Err(why) => self.scene.warn(format!("the light all around ({NAME}) is left out: {why}")),
-        }
+    pub(super) fn read_image_based_light(&mut self) -> Parsed<()> {
+        let read = self.image_based_light();
+        let environment = self.or_without("the light all around", || format!("({NAME})"), read)?;
+        self.scene.environment = environment.flatten();
+        Ok(())
     }
 
     fn image_based_light(&mut self) -> Parsed<Option<Environment>> {
@@ -65,6 +67,7 @@ impl Importer<'_> {
             if width != height {
                 return Err(format!("its image {image} is not square"));
             }
+            self.document.budget.take(texels.len(), size_of::<Vec3>() as u64)?;
             // RGBD: what is divided by alpha may be brighter than white.
             let radiance = |[r, g, b, a]: [u8; 4]| {
                 let decode = |byte: u8| srgb_decode(f32::from(byte) / 255.0);
@@ -75,6 +78,7 @@ impl Importer<'_> {
         let width = faces.iter().map(|face| face.side * 4).max().unwrap_or(4).clamp(2, MAX_WIDTH);
         let size = [width, width / 2];
         self.account_texels((size[0] * size[1]) as usize)?;
+        self.document.budget.take((size[0] * size[1]) as usize, ENVIRONMENT_PIXEL)?;
         let to_light = rotation.inverse();
         let pixel = |i: u32| sample(&faces, to_light * pixel_direction(i, size).as_vec3());
         let pixels = (0..size[0] * size[1]).map(pixel).collect();

@@ -8,7 +8,6 @@ use gltf::json;
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::material::AlphaMode;
 use gltf::json::validation::Checked;
-use std::collections::HashSet;
 
 /// Brighter than this, W/(sr·m²), is a mistake, and sums would leave the range of single precision.
 const MAX_EMISSION: f32 = 1e12;
@@ -19,19 +18,10 @@ pub(super) const OPAQUE: f32 = 0.995;
 const MOST_BETWEEN: f32 = 0.1;
 
 impl Importer<'_> {
-    /// Reads all materials, so that indices stay the file's; of those that nothing uses and that are broken, the name alone.
+    /// Reads all materials, so that indices stay the file's.
     pub(super) fn read_materials(&mut self) -> Parsed<()> {
-        let root = &self.document.root;
-        let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
-        let used: HashSet<usize> = primitives.filter_map(|p| Some(p.material?.value())).collect();
-        for (index, json) in root.materials.iter().enumerate() {
-            let material = match self.material(json) {
-                Err(e) if !used.contains(&index) => {
-                    self.scene.warn(format!("material {index} is left out, as nothing uses it, and {e}"));
-                    Material { name: json.name.clone().unwrap_or_default(), ..Material::default() }
-                }
-                other => other.map_err(|e| format!("{e} (material {index})"))?,
-            };
+        for (index, json) in self.document.root.materials.iter().enumerate() {
+            let material = self.material(json, index)?;
             self.scene.add_material(material);
         }
         Ok(())
@@ -54,7 +44,12 @@ impl Importer<'_> {
         index
     }
 
-    fn material(&mut self, json: &json::Material) -> Parsed<Material> {
+    /// What is broken of a material is left out.
+    fn material(&mut self, json: &json::Material, index: usize) -> Parsed<Material> {
+        let name = || match &json.name {
+            Some(name) => format!("of material `{name}`"),
+            None => format!("of material {index}"),
+        };
         let pbr = &json.pbr_metallic_roughness;
         let [r, g, b, alpha] = pbr.base_color_factor.0.map(|c| c.clamp(0.0, 1.0));
         let extensions = json.extensions.as_ref();
@@ -66,13 +61,8 @@ impl Importer<'_> {
         }
         let strength =
             extensions.and_then(|e| e.emissive_strength.as_ref()).map_or(1.0, |s| s.emissive_strength.0);
-        let emission = Vec3::from(json.emissive_factor.0) * strength;
-        if !(emission.is_finite() && emission.min_element() >= 0.0 && emission.max_element() <= MAX_EMISSION)
-        {
-            return Err(format!(
-                "it emits {emission} W/(sr·m²); emission must lie between 0 and {MAX_EMISSION:e}, correct it"
-            ));
-        }
+        let emission = emission(Vec3::from(json.emissive_factor.0) * strength);
+        let emission = self.or_without("emission", name, emission)?.unwrap_or_default();
         let mut material = Material {
             name: json.name.clone().unwrap_or_default(),
             base_color: Vec3::new(r, g, b),
@@ -90,11 +80,8 @@ impl Importer<'_> {
         };
         if let Some(specular) = extensions.and_then(|e| e.specular.as_ref()) {
             material.specular = specular.specular_factor.0.clamp(0.0, 1.0);
-            let tint = Vec3::from(specular.specular_color_factor.0);
-            if !(tint.is_finite() && tint.min_element() >= 0.0) {
-                return Err("its specular colour is negative or infinite; correct it".into());
-            }
-            material.specular_color = tint.min(Vec3::splat(f32::MAX.sqrt()));
+            let tint = specular_color(Vec3::from(specular.specular_color_factor.0));
+            material.specular_color = self.or_without("specular colour", name, tint)?.unwrap_or(Vec3::ONE);
             material.specular_texture = self.info(specular.specular_texture.as_ref(), ColorSpace::Linear)?;
             material.specular_color_texture =
                 self.info(specular.specular_color_texture.as_ref(), ColorSpace::Srgb)?;
@@ -107,7 +94,8 @@ impl Importer<'_> {
                 .transpose()
                 .map_err(|e| {
                     format!("its normal map's KHR_texture_transform is broken ({e}); export it again")
-                })?;
+                });
+            let transform = self.or_without("texture transform", name, transform)?.flatten();
             let texture = self.texture_ref(
                 normal.index.value(),
                 normal.tex_coord,
@@ -118,7 +106,11 @@ impl Importer<'_> {
             material.normal_texture = texture.map(|texture| NormalTexture { texture, scale });
         }
         if let Some(extensions) = extensions {
-            self.extend(&mut material, &extensions.others)?;
+            let plain = material.clone();
+            let extended = self.extend(&mut material, &extensions.others);
+            if self.or_without("extension", name, extended)?.is_none() {
+                material = plain;
+            }
         }
         self.see_through(json, &mut material);
         Ok(material)
@@ -161,6 +153,22 @@ impl Importer<'_> {
         let texels = &self.scene.textures[texture as usize].texels;
         *self.alphas.entry(texture).or_insert_with(|| Alphas::of(texels))
     }
+}
+
+fn emission(emission: Vec3) -> Parsed<Vec3> {
+    if emission.is_finite() && emission.min_element() >= 0.0 && emission.max_element() <= MAX_EMISSION {
+        return Ok(emission);
+    }
+    Err(format!(
+        "it emits {emission} W/(sr·m²); emission must lie between 0 and {MAX_EMISSION:e}, correct it"
+    ))
+}
+
+fn specular_color(tint: Vec3) -> Parsed<Vec3> {
+    if tint.is_finite() && tint.min_element() >= 0.0 {
+        return Ok(tint.min(Vec3::splat(f32::MAX.sqrt())));
+    }
+    Err("its specular colour is negative or infinite; correct it".into())
 }
 
 /// What textures are made of.

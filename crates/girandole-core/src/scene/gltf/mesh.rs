@@ -3,8 +3,8 @@
 use super::accessor::Accessor;
 use super::document::{lookup, shorten};
 use super::texture::MAX_COORDINATE;
-use super::{Importer, MAX_TRIANGLES, MAX_VERTICES, Parsed, tangents};
-use crate::scene::repair::{drop_duplicates, smooth_normals};
+use super::{Importer, MAX_TRIANGLES, MAX_VERTICES, Parsed, budget, tangents};
+use crate::scene::repair::{drop_duplicates, smooth_normals, turn_normals};
 use crate::scene::{Mesh, MeshTriangle, TextureRef};
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::accessor::{ComponentType, Type};
@@ -43,7 +43,12 @@ impl<'d> Importer<'d> {
         let json = lookup(&self.document.root.meshes, index, "mesh")?;
         let mut mesh = Mesh { name: json.name.clone().unwrap_or_default(), ..Mesh::default() };
         for (i, primitive) in json.primitives.iter().enumerate() {
-            self.primitive(primitive, &mut mesh).map_err(|e| format!("{e} (mesh {index}, primitive {i})"))?;
+            let read = self.primitive(primitive, &mut mesh);
+            let name = || match &json.name {
+                Some(name) => format!("{i} of mesh `{name}`"),
+                None => format!("{i} of mesh {index}"),
+            };
+            self.or_without("primitive", name, read)?;
         }
         if drop_duplicates(&mut mesh) > 0 {
             self.scene.warn("triangles that the file lists twice are kept once".into());
@@ -58,15 +63,19 @@ impl<'d> Importer<'d> {
         Ok(result)
     }
 
-    /// Takes triangles and vertices out of what a scene may have.
-    pub(super) fn account(&mut self, triangles: usize, vertices: usize) -> Parsed<()> {
+    /// Takes so many objects that show a mesh out of what a scene may have.
+    pub(super) fn account(&mut self, objects: usize, mesh: usize) -> Parsed<()> {
+        let Mesh { triangles, positions, .. } = &self.scene.meshes[mesh];
+        let [triangles, vertices] = [triangles.len(), positions.len()].map(|n| objects.saturating_mul(n));
+        let budget = &self.document.budget;
+        budget.take_objects(objects, triangles, vertices)?;
         self.triangles = self.triangles.saturating_add(triangles);
         self.vertices = self.vertices.saturating_add(vertices);
         if self.triangles > MAX_TRIANGLES || self.vertices > MAX_VERTICES {
-            return Err(format!(
+            return Err(budget.refuse(format!(
                 "it has more than {MAX_TRIANGLES} triangles or {MAX_VERTICES} vertices, instances counted; simplify \
                  it or take parts away"
-            ));
+            )));
         }
         Ok(())
     }
@@ -83,19 +92,31 @@ impl<'d> Importer<'d> {
             self.meet_extension(name);
         }
         let Some(attributes) = self.attributes(json)? else { return Ok(()) };
-        let material = match json.material {
-            Some(material) => {
-                lookup(&self.document.root.materials, material.value(), "material")?;
-                material.value() as u32
+        let material = json.material.map(|m| m.value());
+        let known = material.map(|m| lookup(&self.document.root.materials, m, "material").map(|_| m as u32));
+        let material = match known {
+            Some(known) => {
+                self.or_without("material", || format!("{}", material.unwrap_or_default()), known)?
             }
-            None => self.default_material(),
+            None => None,
         };
+        let material = material.unwrap_or_else(|| self.default_material());
         let corners = self.corners(json, mode, attributes.positions.count)?;
         if corners.is_empty() {
             return Ok(());
         }
-        self.account(corners.len(), 0)?;
+        // Vertices that no triangle uses are few, as a rule.
+        let most = if attributes.normals.is_none() { usize::MAX } else { attributes.positions.count };
+        let vertices = most.min(3 * corners.len());
+        self.document.budget.take(vertices, budget::MESH_VERTEX)?;
         let mut part = self.part(&attributes, &corners)?;
+        if json.targets.is_none() && turn_normals(&part.positions, &mut part.normals, &part.triangles) {
+            part.tangents.iter_mut().for_each(|tangent| tangent.w = -tangent.w);
+            self.scene.warn(format!(
+                "normals of mesh `{}` point away from the fronts of its triangles and are turned around; turn them in the file",
+                mesh.name
+            ));
+        }
         let normal_map = self.scene.materials[material as usize].normal_texture;
         match normal_map {
             Some(map) => self.tangents(&attributes, &mut part, map.texture),
@@ -110,7 +131,7 @@ impl<'d> Importer<'d> {
         let alphas: Vec<f32> = alphas.unwrap_or_default();
         let material = self.faded(material, &mut part, &alphas)?;
         self.scene.materials[material as usize].vertex_colors |= !part.colors.is_empty();
-        self.account(0, part.positions.len())?;
+        self.document.budget.take(part.positions.len().saturating_sub(vertices), budget::MESH_VERTEX)?;
         self.deformation(json, &part.sources, attributes.positions.count, mesh)?;
         if attributes.normals.is_none() {
             let first = mesh.positions.len() as u32;
@@ -189,10 +210,7 @@ impl<'d> Importer<'d> {
             self.scene
                 .warn("triangle lists whose length is no multiple of three lose their last corners".into());
         }
-        // Asked before the memory is taken.
-        if self.triangles.saturating_add(triangles) > MAX_TRIANGLES {
-            self.account(triangles, 0)?;
-        }
+        self.document.budget.take(triangles, budget::MESH_TRIANGLE)?;
         let mut result = Vec::with_capacity(triangles);
         for i in 0..triangles {
             let corners = match mode {
@@ -235,9 +253,6 @@ impl<'d> Importer<'d> {
                 part.normals.extend([normal; 3]);
             }
             part.triangles.push(new);
-            if self.vertices + part.positions.len() > MAX_VERTICES {
-                self.account(0, part.positions.len())?;
-            }
         }
         // Unusable normals are computed; those of flat triangles without area do not matter.
         if !flat && part.normals.contains(&Vec3::ZERO) {

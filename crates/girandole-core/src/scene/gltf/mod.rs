@@ -7,30 +7,41 @@
 //! 4. `deformation`: skins, once all their joints are there; `animation`.
 //! 5. Walls and floors are marked as patches.
 //!
-//! Files come from anywhere, so nothing here trusts them: every index is looked up, every element checked, sizes are
-//! bounded before memory is taken. What is broken is an error; what is merely unsupported is named once by
-//! [`Scene::warn`] and left out.
+//! Files come from anywhere, so nothing here trusts them: every index is looked up, every element checked, and memory is asked
+//! for (`budget`) before it is taken. What is broken or unsupported is left out, and named by [`Scene::warn`], one sentence for
+//! each kind (`omissions`). Errors are what is no glTF file, what has nothing that can be drawn, and what promises more than it
+//! holds or than memory can.
 
 mod accessor;
 mod animation;
+mod budget;
 mod coats;
 mod compression;
 mod deformation;
 mod document;
 mod image_based_light;
+mod instances;
+mod ktx2;
+mod lights;
 mod material;
 mod material_extensions;
 mod mesh;
 mod nodes;
+mod omissions;
 mod tangents;
 mod texture;
 mod vertex_alpha;
+
+pub use animation::RESTING;
+pub(super) use tangents::generate as generate_tangents;
+pub(super) use texture::decode_alone as decode_picture;
 
 use super::{Camera, Scene, View};
 use crate::{Error, Result};
 use document::Document;
 use glam::Vec3;
-use std::collections::{HashMap, HashSet};
+use omissions::Omissions;
+use std::collections::HashMap;
 use std::path::Path;
 
 /// The rest of a sentence that begins with the file and "is not usable".
@@ -46,7 +57,9 @@ pub const MAX_TEXTURE_SIDE: u32 = 8192;
 pub const MAX_TEXELS: usize = 1 << 28;
 
 /// Extensions that are read. Others are named in a warning.
-const SUPPORTED_EXTENSIONS: [&str; 17] = [
+const SUPPORTED_EXTENSIONS: [&str; 19] = [
+    instances::NAME,
+    nodes::VISIBILITY,
     compression::MESHOPT[0],
     compression::MESHOPT[1],
     compression::DRACO,
@@ -95,8 +108,8 @@ struct Importer<'d> {
     scene: Scene,
     /// Scene mesh of each glTF mesh that was read; `None` if nothing of it can be drawn.
     meshes: HashMap<usize, Option<usize>>,
-    /// Scene texture by glTF texture and colour space.
-    textures: HashMap<(usize, super::ColorSpace), u32>,
+    /// Scene texture by glTF texture and colour space; `None` for those that are left out.
+    textures: HashMap<(usize, super::ColorSpace), Option<u32>>,
     /// Of textures of the scene.
     alphas: HashMap<u32, material::Alphas>,
     /// The material of primitives without one.
@@ -107,10 +120,10 @@ struct Importer<'d> {
     ramp: Option<u32>,
     /// Scene node by glTF node.
     nodes: Vec<Option<usize>>,
-    /// Scene meshes with an object already.
-    shown: HashSet<usize>,
     /// Objects, and the glTF skins that they have.
     skinned: Vec<(usize, usize)>,
+    /// What is broken.
+    omissions: Omissions,
     triangles: usize,
     vertices: usize,
     texels: usize,
@@ -128,8 +141,8 @@ fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
         faded: HashMap::new(),
         ramp: None,
         nodes: vec![None; document.root.nodes.len()],
-        shown: HashSet::new(),
         skinned: Vec::new(),
+        omissions: Omissions::default(),
         triangles: 0,
         vertices: 0,
         texels: 0,
@@ -140,16 +153,17 @@ fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
     importer.read_nodes()?;
     importer.read_skins()?;
     importer.read_animations()?;
-    importer.read_image_based_light();
-    let mut scene = importer.scene;
+    importer.read_image_based_light()?;
+    importer.name_resting_clips();
+    let Importer { mut scene, omissions, .. } = importer;
     if scene.objects.is_empty() {
-        let mut reason = String::from("it has no triangles that can be drawn");
-        for warning in &scene.warnings {
-            reason.push_str("; ");
-            reason.push_str(warning);
-        }
-        return Err(reason);
+        let mut reasons = omissions.sentences().chain(scene.warnings);
+        let first = reasons.next().map(|reason| format!("; {}", document::shortened(&reason, 300)));
+        let more = reasons.count();
+        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
+        return Err(format!("it has no triangles that can be drawn{}{more}", first.unwrap_or_default()));
     }
+    omissions.sentences().for_each(|sentence| scene.warn(sentence));
     let sees = |camera: &Camera| {
         let view = View::new(&scene, camera, 1.0);
         [view.forward, view.right, view.up].iter().all(|axis| axis.is_finite() && *axis != Vec3::ZERO)

@@ -1,154 +1,188 @@
-//! The node hierarchy of the default scene, with what its nodes carry: objects, cameras, punctual lights.
+//! The node hierarchy of the default scene, with what its nodes carry: objects, cameras, and punctual lights (`lights`).
 
 use super::document::lookup;
 use super::{Importer, Parsed};
-use crate::scene::{Camera, Node, Object, Projection, PunctualKind, PunctualLight, Transform};
+use crate::scene::{Camera, ClipPlanes, Node, Object, Projection, Transform};
 use glam::{DAffine3, DMat4, Quat, Vec3};
 use gltf::json;
-use gltf::json::extensions::scene::khr_lights_punctual::{Light, Type};
 use gltf::json::validation::Checked;
-use std::f32::consts::{FRAC_PI_2, PI};
+use std::f32::consts::PI;
+
+/// The extension that hides nodes with all below them.
+pub(super) const VISIBILITY: &str = "KHR_node_visibility";
 
 /// Deeper hierarchies are a mistake; resolving a node's transform takes a step for each level.
 const MAX_DEPTH: usize = 4096;
 
 /// A node that waits to be read.
+#[derive(Clone, Copy)]
 struct Pending {
     json: usize,
     parent: Option<usize>,
     depth: usize,
     dynamic: bool,
+    /// Whether it or a node above it is.
+    hidden: bool,
 }
 
 impl Importer<'_> {
-    /// Reads the nodes of the default scene (the first one, or all roots, where there is none), parents first.
+    /// Reads the nodes of the default scene (the first one, or all roots, where there is none), parents first. What is below a node
+    /// that is broken is left out with it.
     pub(super) fn read_nodes(&mut self) -> Parsed<()> {
         let root = &self.document.root;
-        let roots: Vec<usize> = match root.scene.map(|s| s.value()).or((!root.scenes.is_empty()).then_some(0))
-        {
-            Some(index) => lookup(&root.scenes, index, "scene")?.nodes.iter().map(|n| n.value()).collect(),
-            None => {
-                let mut is_root = vec![true; root.nodes.len()];
-                for child in root.nodes.iter().flat_map(|n| n.children.iter().flatten()) {
-                    if let Some(flag) = is_root.get_mut(child.value()) {
-                        *flag = false;
-                    }
-                }
-                (0..root.nodes.len()).filter(|&i| is_root[i]).collect()
-            }
-        };
         if root.scenes.len() > 1 {
             self.scene
                 .warn(format!("the file has {} scenes: only the default one is loaded", root.scenes.len()));
         }
-        let mut stack: Vec<Pending> = roots
-            .into_iter()
-            .rev()
-            .map(|json| Pending { json, parent: None, depth: 0, dynamic: false })
-            .collect();
+        let roots = self.roots()?.into_iter().rev();
+        let pending = |json| Pending { json, parent: None, depth: 0, dynamic: false, hidden: false };
+        let mut stack: Vec<Pending> = roots.map(pending).collect();
         while let Some(pending) = stack.pop() {
-            let Pending { json: index, parent, depth, .. } = pending;
-            let json = lookup(&root.nodes, index, "node")?;
-            if self.nodes[index].is_some() {
-                return Err(format!(
-                    "its node {index} is its own ancestor or has two parents; export it again as a tree"
-                ));
-            }
-            if depth > MAX_DEPTH {
-                return Err(format!("its nodes are nested more than {MAX_DEPTH} deep; flatten them"));
-            }
-            let local = transform(json).map_err(|e| format!("its node {index} {e}"))?;
-            let name = json.name.clone().unwrap_or_default();
-            let transfer = has_extra(json, "transfer");
-            self.scene.nodes.push(Node { name, parent, local, transfer, ..Node::default() });
-            let node = self.scene.nodes.len() - 1;
-            self.nodes[index] = Some(node);
-            let dynamic = pending.dynamic || has_extra(json, "dynamic");
-            self.contents(json, node, dynamic)?;
+            let Pending { json: index, depth, .. } = pending;
+            let read = self.node(pending);
+            let Some((node, below)) = self.or_without("node", || index.to_string(), read)? else { continue };
+            let json = &root.nodes[index];
+            self.contents(json, node, below.dynamic, below.hidden)?;
             for child in json.children.iter().flatten().rev() {
-                stack.push(Pending { json: child.value(), parent: Some(node), depth: depth + 1, dynamic });
+                stack.push(Pending { json: child.value(), parent: Some(node), depth: depth + 1, ..below });
             }
         }
         Ok(())
     }
 
-    /// What a node carries.
-    fn contents(&mut self, json: &json::Node, node: usize, dynamic: bool) -> Parsed<()> {
+    /// The nodes at the top of what is loaded.
+    fn roots(&mut self) -> Parsed<Vec<usize>> {
         let root = &self.document.root;
-        let extensions = json.extensions.as_ref();
-        for name in extensions.iter().flat_map(|e| e.others.keys()) {
+        let scene = root.scene.map(|s| lookup(&root.scenes, s.value(), "scene"));
+        let scene = match scene {
+            Some(scene) => self.or_without("default scene", || "of the file".into(), scene)?,
+            None => None,
+        };
+        if let Some(scene) = scene.or(root.scenes.first()) {
+            return Ok(scene.nodes.iter().map(|n| n.value()).collect());
+        }
+        let mut is_root = vec![true; root.nodes.len()];
+        for child in root.nodes.iter().flat_map(|n| n.children.iter().flatten()) {
+            if let Some(flag) = is_root.get_mut(child.value()) {
+                *flag = false;
+            }
+        }
+        Ok((0..root.nodes.len()).filter(|&i| is_root[i]).collect())
+    }
+
+    /// Reads a node itself; with what holds for all below it.
+    fn node(&mut self, pending: Pending) -> Parsed<(usize, Pending)> {
+        let Pending { json: index, parent, depth, .. } = pending;
+        let json = lookup(&self.document.root.nodes, index, "node")?;
+        if self.nodes[index].is_some() {
+            return Err(format!(
+                "its node {index} is its own ancestor or has two parents; export it again as a tree"
+            ));
+        }
+        if depth > MAX_DEPTH {
+            return Err(format!("its nodes are nested more than {MAX_DEPTH} deep; flatten them"));
+        }
+        let local = transform(json).map_err(|e| format!("its node {index} {e}"))?;
+        let name = json.name.clone().unwrap_or_default();
+        let transfer = has_extra(json, "transfer");
+        self.scene.nodes.push(Node { name, parent, local, transfer, ..Node::default() });
+        let node = self.scene.nodes.len() - 1;
+        self.nodes[index] = Some(node);
+        let dynamic = pending.dynamic || has_extra(json, "dynamic");
+        let visible =
+            json.extensions.as_ref().and_then(|e| e.others.get(VISIBILITY)?.get("visible")?.as_bool());
+        let hidden = pending.hidden || visible == Some(false);
+        Ok((node, Pending { dynamic, hidden, ..pending }))
+    }
+
+    /// What a node carries. Where it is hidden, that is a camera at most.
+    fn contents(&mut self, json: &json::Node, node: usize, dynamic: bool, hidden: bool) -> Parsed<()> {
+        let root = &self.document.root;
+        for name in json.extensions.iter().flat_map(|e| e.others.keys()) {
             self.meet_extension(name);
         }
-        if let Some(index) = json.mesh
-            && let Some(mesh) = self.mesh(index.value())?
-        {
-            // The first instance was accounted for when the mesh was read.
-            if !self.shown.insert(mesh) {
-                let (triangles, vertices) =
-                    (self.scene.meshes[mesh].triangles.len(), self.scene.meshes[mesh].positions.len());
-                self.account(triangles, vertices)?;
+        if let Some(index) = json.mesh.filter(|_| !hidden) {
+            self.mesh_objects(json, index.value(), node, dynamic)?;
+        }
+        if let Some(index) = json.camera {
+            let camera = lookup(&root.cameras, index.value(), "camera");
+            if let Some(camera) = self.or_without("camera", || index.value().to_string(), camera)? {
+                self.camera(camera, node);
             }
-            let own = self.scene.nodes[node].name.clone();
-            let name = if own.is_empty() { self.scene.meshes[mesh].name.clone() } else { own };
-            self.scene.nodes[node].morph_weights = self
-                .morph_weights(json, index.value(), mesh)
-                .map_err(|e| format!("its node `{name}` {e}"))?;
-            self.scene.objects.push(Object { name, node, mesh, dynamic, removed: false, skin: None });
+        }
+        if !hidden {
+            self.read_light(json, node)?;
+        }
+        Ok(())
+    }
+
+    fn camera(&mut self, camera: &json::Camera, node: usize) {
+        let name = camera.name.clone().filter(|n| !n.is_empty());
+        let name = name.unwrap_or_else(|| self.scene.nodes[node].name.clone());
+        match projection(camera) {
+            Some(projection) => {
+                let mut clip = clip_planes(camera);
+                if !clip.are_possible() {
+                    let ClipPlanes { near, far } = clip;
+                    self.scene.warn(format!(
+                        "camera `{name}` has an impossible near plane at {near} m and far plane at {far} m: it cuts nothing off"
+                    ));
+                    clip = ClipPlanes::NONE;
+                }
+                self.scene.cameras.push(Camera { name, node, projection, clip });
+            }
+            None => self.scene.warn(format!("camera `{name}` has an impossible view and is left out")),
+        }
+    }
+
+    /// The objects of a node with a mesh: one, or as many as there are instances.
+    fn mesh_objects(&mut self, json: &json::Node, index: usize, node: usize, dynamic: bool) -> Parsed<()> {
+        let read = self.mesh(index);
+        let Some(mesh) = self.or_without("mesh", || index.to_string(), read)?.flatten() else {
+            return Ok(());
+        };
+        let own = self.scene.nodes[node].name.clone();
+        let name = if own.is_empty() { self.scene.meshes[mesh].name.clone() } else { own };
+        let weights = self.morph_weights(json, index, mesh);
+        let weights = self.or_without("morph weights", || format!("of `{name}`"), weights)?;
+        let targets = self.scene.meshes[mesh].morph_targets.len();
+        let weights = weights.unwrap_or_else(|| vec![0.0; targets]);
+        let Some(places) = self.instances(json)? else {
+            self.account(1, mesh)?;
+            self.object(name, node, mesh, dynamic);
+            self.scene.nodes[node].morph_weights = weights;
             if let Some(skin) = json.skin {
                 self.skinned.push((self.scene.objects.len() - 1, skin.value()));
             }
+            return Ok(());
+        };
+        if json.skin.is_some() {
+            self.scene.warn("skins of instanced meshes are left out: they are shown at rest".into());
         }
-        if let Some(index) = json.camera {
-            let camera = lookup(&root.cameras, index.value(), "camera")?;
-            let name = camera.name.clone().filter(|n| !n.is_empty());
-            let name = name.unwrap_or_else(|| self.scene.nodes[node].name.clone());
-            match projection(camera) {
-                Some(projection) => self.scene.cameras.push(Camera { name, node, projection }),
-                None => self.scene.warn(format!("camera `{name}` has an impossible view and is left out")),
-            }
-        }
-        if let Some(light) = extensions.and_then(|e| e.khr_lights_punctual.as_ref()) {
-            let lights = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
-            let lights = lights.map_or(&[][..], |l| &l.lights);
-            let light = lookup(lights, light.light.value(), "light")?;
-            self.light(light, node)?;
+        self.account(places.len(), mesh)?;
+        for (i, local) in places.into_iter().enumerate() {
+            let (name, morph_weights) = (format!("{name} {i}"), weights.clone());
+            let transfer = self.scene.nodes[node].transfer;
+            let node = Node { name: name.clone(), parent: Some(node), local, morph_weights, transfer };
+            self.scene.nodes.push(node);
+            self.object(name, self.scene.nodes.len() - 1, mesh, dynamic);
         }
         Ok(())
     }
 
-    fn light(&mut self, json: &Light, node: usize) -> Parsed<()> {
-        let name = json.name.clone().filter(|n| !n.is_empty());
-        let name = name.unwrap_or_else(|| self.scene.nodes[node].name.clone());
-        let intensity = Vec3::from(json.color) * json.intensity;
-        if !(intensity.is_finite() && intensity.min_element() >= 0.0) {
-            return Err(format!("its light `{name}` has an intensity of {intensity}; correct it"));
-        }
-        if json.range.is_some() {
-            self.scene
-                .warn("ranges of lights are left out: light falls off by the inverse square alone".into());
-        }
-        let kind = match json.type_ {
-            Checked::Valid(Type::Point) => PunctualKind::Point,
-            Checked::Valid(Type::Directional) => PunctualKind::Directional,
-            Checked::Valid(Type::Spot) => {
-                let spot = json.spot.clone().unwrap_or_default();
-                // A cone needs some width, and glTF's falloff a difference of cosines.
-                let outer = spot.outer_cone_angle.clamp(1e-3, FRAC_PI_2);
-                let inner = spot.inner_cone_angle.clamp(0.0, outer * 0.999);
-                PunctualKind::Spot { inner, outer }
-            }
-            Checked::Invalid => return Err(format!("its light `{name}` is of an unknown type; correct it")),
-        };
-        self.scene.lights.push(PunctualLight { name, node, kind, intensity });
-        Ok(())
+    fn object(&mut self, name: String, node: usize, mesh: usize, dynamic: bool) {
+        self.scene.objects.push(Object { name, node, mesh, dynamic, removed: false, skin: None });
     }
 }
 
 /// Whether a node's extras say so.
 fn has_extra(json: &json::Node, name: &str) -> bool {
-    let extras = json.extras.as_ref().map(|e| e.get());
-    let value = extras.and_then(|e| json::deserialize::from_str::<json::Value>(e).ok());
-    value.as_ref().and_then(|v| v.get(name)?.as_bool()).unwrap_or(false)
+    flag(&json.extras, name).unwrap_or(false)
+}
+
+fn flag(extras: &json::Extras, name: &str) -> Option<bool> {
+    let value = json::deserialize::from_str::<json::Value>(extras.as_ref()?.get()).ok()?;
+    value.get(name)?.as_bool()
 }
 
 fn transform(json: &json::Node) -> Parsed<Transform> {
@@ -182,4 +216,16 @@ fn projection(json: &json::Camera) -> Option<Projection> {
         }
         Checked::Invalid => None,
     }
+}
+
+/// What a camera cuts off; nothing, if its extras say that its planes are there for the format alone.
+fn clip_planes(json: &json::Camera) -> ClipPlanes {
+    if flag(&json.extras, "clips") == Some(false) {
+        return ClipPlanes::NONE;
+    }
+    let planes = match (&json.perspective, &json.orthographic) {
+        (Some(camera), _) => Some((camera.znear, camera.zfar.unwrap_or(f32::INFINITY))),
+        (None, camera) => camera.as_ref().map(|camera| (camera.znear, camera.zfar)),
+    };
+    planes.map_or(ClipPlanes::NONE, |(near, far)| ClipPlanes { near, far })
 }

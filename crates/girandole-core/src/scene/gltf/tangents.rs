@@ -61,7 +61,7 @@ impl bevy_mikktspace::Geometry<Portable> for Corners<'_> {
 
 /// A tangent for each corner of each triangle, by texture coordinates of `set` after `transform`. Zero where the
 /// coordinates are degenerate.
-pub(super) fn generate(
+pub(in crate::scene) fn generate(
     positions: &[Vec3],
     normals: &[Vec3],
     uvs: &[[Vec2; 2]],

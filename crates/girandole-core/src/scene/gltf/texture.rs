@@ -1,6 +1,8 @@
 //! Images, textures and samplers.
 
+use super::budget::{Budget, DECODED_TEXEL, TEXEL};
 use super::document::{lookup, shorten};
+use super::ktx2::{self, Picture};
 use super::{Importer, MAX_TEXELS, MAX_TEXTURE_SIDE, Parsed};
 use crate::scene::{ColorSpace, Filter, Texture, TextureRef, Wrap};
 use glam::{Affine2, Mat2, Vec2};
@@ -19,11 +21,8 @@ const NO_IMAGE: usize = u32::MAX as usize;
 /// Extensions that name a picture of another format.
 pub(super) const FORMATS: [&str; 2] = ["EXT_texture_webp", "KHR_texture_basisu"];
 
-/// What files in KTX 2.0 begin with.
-const KTX2: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
-
 impl Importer<'_> {
-    /// A use of a texture. `None` if the texture exists in an unsupported format only.
+    /// A use of a texture. `None` if the texture is left out.
     pub(super) fn texture_ref(
         &mut self,
         texture: usize,
@@ -32,6 +31,17 @@ impl Importer<'_> {
         color_space: ColorSpace,
     ) -> Parsed<Option<TextureRef>> {
         let Some(index) = self.texture(texture, color_space)? else { return Ok(None) };
+        let used = self.texture_use(texture, index, set, transform);
+        self.or_without("texture", || format!("{texture}"), used)
+    }
+
+    fn texture_use(
+        &mut self,
+        texture: usize,
+        index: u32,
+        set: u32,
+        transform: Option<&TextureTransform>,
+    ) -> Parsed<TextureRef> {
         let mut set = transform.and_then(|t| t.tex_coord).unwrap_or(set);
         if set > 1 {
             self.scene
@@ -53,14 +63,17 @@ impl Importer<'_> {
                 Affine2::from_mat2_translation(rotation * Mat2::from_diagonal(scale), offset)
             }
         };
-        Ok(Some(TextureRef { texture: index, uv_set: set, transform }))
+        Ok(TextureRef { texture: index, uv_set: set, transform })
     }
 
     /// Takes texels out of what a scene may have.
     pub(super) fn account_texels(&mut self, count: usize) -> Parsed<()> {
+        self.document.budget.take(count, TEXEL)?;
         self.texels = self.texels.saturating_add(count);
         if self.texels > MAX_TEXELS {
-            return Err(format!("its textures have more than {MAX_TEXELS} pixels together; scale them down"));
+            return Err(self.document.budget.refuse(format!(
+                "its textures have more than {MAX_TEXELS} pixels together; scale them down"
+            )));
         }
         Ok(())
     }
@@ -79,16 +92,29 @@ impl Importer<'_> {
             (None, None) => (format!("image {source}"), Err("has neither a file nor data".into())),
         };
         let bytes = bytes.map_err(|e| format!("its {shown} {e}"))?;
-        let (size, texels) =
-            decode(&bytes, MAX_TEXELS - self.texels).map_err(|e| format!("its {shown} {e}"))?;
+        let (size, texels) = decode(&bytes, MAX_TEXELS - self.texels, &self.document.budget)
+            .map_err(|e| format!("its {shown} {e}"))?;
         self.account_texels(texels.len())?;
         Ok((size, texels))
     }
 
+    /// The scene's texture for one of the file's, read when it is first used; one that cannot be read is left out.
     fn texture(&mut self, index: usize, color_space: ColorSpace) -> Parsed<Option<u32>> {
         if let Some(&known) = self.textures.get(&(index, color_space)) {
-            return Ok(Some(known));
+            return Ok(known);
         }
+        let read = self.read_texture(index, color_space);
+        let json = self.document.root.textures.get(index);
+        let name = || {
+            let name = json.and_then(|t| t.name.as_ref());
+            name.map_or_else(|| index.to_string(), |name| format!("`{name}`"))
+        };
+        let texture = self.or_without("texture", name, read)?.flatten();
+        self.textures.insert((index, color_space), texture);
+        Ok(texture)
+    }
+
+    fn read_texture(&mut self, index: usize, color_space: ColorSpace) -> Parsed<Option<u32>> {
         let root = &self.document.root;
         let json = lookup(&root.textures, index, "texture")?;
         // What every program reads comes first.
@@ -107,14 +133,15 @@ impl Importer<'_> {
                         "textures that exist only as {extension} are left out: convert them to PNG or JPEG"
                     )
                 }
-                None => format!("texture {index} has no image: it is left out"),
+                None => "textures without images are left out".into(),
             });
             return Ok(None);
         };
         let image = lookup(&root.images, source, "image")?;
         let (size, texels) = self.image(source)?;
-        let sampler = match json.sampler {
-            Some(sampler) => Some(lookup(&root.samplers, sampler.value(), "sampler")?),
+        let sampler = json.sampler.map(|sampler| lookup(&root.samplers, sampler.value(), "sampler"));
+        let sampler = match sampler {
+            Some(sampler) => self.or_without("sampler", || format!("of texture {index}"), sampler)?,
             None => None,
         };
         let wrap = |mode: Option<Checked<WrappingMode>>| match mode {
@@ -138,41 +165,55 @@ impl Importer<'_> {
             wrap: [wrap(sampler.map(|s| s.wrap_s)), wrap(sampler.map(|s| s.wrap_t))],
             filter,
         });
-        let result = (self.scene.textures.len() - 1) as u32;
-        self.textures.insert((index, color_space), result);
-        Ok(Some(result))
+        Ok(Some((self.scene.textures.len() - 1) as u32))
     }
 }
 
-/// Decodes a PNG, JPEG, WebP or Basis Universal picture to 8-bit RGBA; at most `budget` texels.
-fn decode(bytes: &[u8], budget: usize) -> Parsed<([u32; 2], Vec<[u8; 4]>)> {
-    let undecodable = |e: image::ImageError| format!("cannot be decoded ({e}); save it as PNG or JPEG again");
-    let reader = || {
-        image::ImageReader::new(Cursor::new(bytes))
-            .with_guessed_format()
-            .map_err(|e| undecodable(image::ImageError::IoError(e)))
-    };
-    if bytes.starts_with(KTX2) {
-        return transcode(bytes, budget);
+/// Decodes a picture that comes with no glTF file, as below.
+pub(in crate::scene) fn decode_alone(bytes: &[u8], texels: usize) -> Parsed<Picture> {
+    decode(bytes, texels, &Budget::new(bytes.len()))
+}
+
+/// Decodes a PNG, JPEG, WebP or Basis Universal picture to 8-bit RGBA; at most so many texels.
+fn decode(bytes: &[u8], texels: usize, budget: &Budget) -> Parsed<Picture> {
+    if bytes.starts_with(ktx2::IDENTIFIER) {
+        return ktx2::decode(bytes, texels, budget);
     }
     if bytes.starts_with(&[0xff, 0xd8]) && !has_end(bytes) {
         return Err("is cut off; fetch or save it again".into());
     }
     // The header first: the size decides whether the rest is looked at.
-    let (width, height) = reader()?.into_dimensions().map_err(undecodable)?;
-    check_size([width, height], budget)?;
+    let (width, height) = reader(bytes)?.into_dimensions().map_err(undecodable)?;
+    check_size([width, height], texels).map_err(|e| budget.refuse(e))?;
+    let count = width as usize * height as usize;
+    budget.take(count, DECODED_TEXEL)?;
+    let pixels = decode_sized(bytes, [width, height]);
+    budget.give_back(count, DECODED_TEXEL);
+    Ok(([width, height], pixels?))
+}
+
+/// Decodes a picture of this size.
+fn decode_sized(bytes: &[u8], [width, height]: [u32; 2]) -> Parsed<Vec<[u8; 4]>> {
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_TEXTURE_SIDE);
     limits.max_image_height = Some(MAX_TEXTURE_SIDE);
     limits.max_alloc = Some(1 << 30);
-    let mut reader = reader()?;
+    let mut reader = reader(bytes)?;
     reader.limits(limits);
     let pixels = reader.decode().map_err(undecodable)?.into_rgba8();
     if pixels.dimensions() != (width, height) {
         return Err("has no pixels; save it again".into());
     }
-    let texels = pixels.pixels().map(|p| p.0).collect();
-    Ok(([width, height], texels))
+    Ok(pixels.as_raw().as_chunks().0.to_vec())
+}
+
+fn reader(bytes: &[u8]) -> Parsed<image::ImageReader<Cursor<&[u8]>>> {
+    let reader = image::ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    reader.map_err(|e| undecodable(image::ImageError::IoError(e)))
+}
+
+fn undecodable(error: image::ImageError) -> String {
+    format!("cannot be decoded ({error}); save it as PNG or JPEG again")
 }
 
 /// Whether the data of a JPEG, segment after segment, lead to the marker of its end.
@@ -204,27 +245,8 @@ fn has_end(bytes: &[u8]) -> bool {
     false
 }
 
-/// The largest picture of a KTX 2.0 file.
-fn transcode(bytes: &[u8], budget: usize) -> Parsed<([u32; 2], Vec<[u8; 4]>)> {
-    let undecodable = |e: basisu::Error| format!("cannot be decoded ({e:?}); save it as PNG or JPEG");
-    // Basis Universal leaves the format of Vulkan, the field after the identifier, undefined.
-    if let Some(&format) = bytes[KTX2.len()..].first_chunk()
-        && format != [0; 4]
-    {
-        let format = u32::from_le_bytes(format);
-        return Err(format!(
-            "has the pixels of Vulkan's format {format} in a KTX 2.0 file, where only Basis Universal is read; save it as PNG or JPEG"
-        ));
-    }
-    let transcoder = basisu::Transcoder::new(bytes).map_err(undecodable)?;
-    let (width, height) = transcoder.base_dimensions();
-    check_size([width, height], budget)?;
-    let target = basisu::TargetFormat::Rgba32;
-    let pixels = transcoder.transcode(0, target, basisu::DecodeFlags::NONE).map_err(undecodable)?;
-    Ok(([width, height], pixels.as_chunks().0.to_vec()))
-}
-
-fn check_size([width, height]: [u32; 2], budget: usize) -> Parsed<()> {
+/// That a picture is of a possible size, and of `budget` texels at most.
+pub(super) fn check_size([width, height]: [u32; 2], budget: usize) -> Parsed<()> {
     if width == 0 || height == 0 {
         return Err("has no pixels; save it again".into());
     }

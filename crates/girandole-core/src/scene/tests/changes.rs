@@ -80,6 +80,7 @@ fn nodes_take_what_is_below_them_along() {
         name: String::new(),
         node: eye,
         projection: Projection::Orthographic { ymag: 1.0 },
+        clip: Default::default(),
     });
     scene.set_transform(parent, Transform::translation(vec3(1.0, 0.0, 0.0))).unwrap();
     let changes = scene.take_changes();

@@ -59,14 +59,72 @@ fn edits() -> Edits {
     ])
 }
 
+/// Edits of the kinds that came later, after [`edits`].
+fn furnishings() -> Edits {
+    let named = |index, name: &str| NamedIndex { index, name: name.into() };
+    let down = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
+    let kind = PunctualKind::Spot { inner: 0.25, outer: 0.5 };
+    let viewpoint = Viewpoint {
+        eye: DVec3::new(0.1, 1.7, 1.5),
+        target: DVec3::new(0.0, 1.0, 1.0 / 3.0),
+        up: DVec3::Y,
+        field: FieldOfView::Perspective { degrees: 55.5 },
+        clip: ClipPlanes::NONE,
+    };
+    let cut = ClipPlanes { near: 1.2, far: 50.0 };
+    let field = FieldOfView::Orthographic { height: 2.5 };
+    let base_color = vec3(0.9, 0.1, 1.0 / 3.0);
+    let shades = Shades { base_color, metallic: 0.0, roughness: 0.25, specular: 1.0 };
+    Edits(vec![
+        Edit::DuplicateObject {
+            object: named(2, "ring \"1\"\n"),
+            name: "ring 2".into(),
+            transform: turned(0.4),
+        },
+        Edit::SetShades { material: named(0, ""), shades },
+        Edit::InsertLight {
+            name: "spot".into(),
+            kind,
+            intensity: Vec3::splat(7.0),
+            transform: Transform::rigid(down, vec3(0.0, 2.5, 0.0)),
+        },
+        Edit::SetCone { light: named(1, "spot"), inner: 0.2, outer: 0.6 },
+        Edit::InsertLight {
+            name: "bulb 2".into(),
+            kind: PunctualKind::Point,
+            intensity: Vec3::ONE,
+            transform: Transform::IDENTITY,
+        },
+        Edit::RemoveLight { light: named(0, "bulb") },
+        Edit::InsertObject {
+            name: "panel".into(),
+            shape: Shape::Panel,
+            material: None,
+            transform: Transform::rigid(down, vec3(0.0, 2.0, 0.0)),
+            dynamic: true,
+        },
+        Edit::SetCamera { name: "bookmark 1".into(), viewpoint },
+        Edit::SetCamera { name: "bookmark 2".into(), viewpoint: Viewpoint { field, ..viewpoint } },
+        Edit::SetCamera {
+            name: "bookmark 1".into(),
+            viewpoint: Viewpoint { eye: DVec3::Y, clip: cut, ..viewpoint },
+        },
+    ])
+}
+
+fn all_edits() -> Edits {
+    Edits([edits().0, furnishings().0].concat())
+}
+
 /// All that pictures depend on.
 fn bits(scene: &Scene) -> String {
     let geometry = Geometry::new(scene);
     let positions: Vec<u32> =
         geometry.positions.iter().flat_map(|p| p.to_array()).map(f32::to_bits).collect();
     format!(
-        "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {positions:?}",
+        "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {positions:?}",
         scene.frame_of_reference(),
+        scene.cameras,
         scene.nodes,
         scene.objects,
         scene.materials,
@@ -101,8 +159,134 @@ fn edits_are_the_scene_s_own_calls() {
 }
 
 #[test]
+fn scenes_are_furnished_by_their_own_calls() {
+    let by_edits = applied(&all_edits(), lit_room());
+    let mut scene = applied(&edits(), lit_room());
+    scene.duplicate_object(ObjectId(2), "ring 2", turned(0.4)).expect("an object");
+    let Edit::SetShades { shades, .. } = furnishings().0[1] else { unreachable!() };
+    scene.set_shades(0, shades).expect("a material");
+    let Edit::InsertLight { kind, intensity, transform, .. } = furnishings().0[2] else { unreachable!() };
+    let spot = scene.insert_light("spot", kind, intensity, transform).expect("a light");
+    scene.set_cone(spot, 0.2, 0.6).expect("a spot");
+    scene.insert_light("bulb 2", PunctualKind::Point, Vec3::ONE, Transform::IDENTITY).expect("a light");
+    scene.remove_light(0).expect("a light");
+    let own = scene.add_material(Material { name: "panel".into(), ..Material::default() });
+    let Edit::InsertObject { transform, .. } = furnishings().0[6] else { unreachable!() };
+    scene.insert_object("panel", shapes::panel(own), transform, true).expect("fits");
+    let viewpoints = furnishings().0.into_iter().filter_map(|edit| match edit {
+        Edit::SetCamera { name, viewpoint } => Some((name, viewpoint)),
+        _ => None,
+    });
+    let viewpoints: Vec<_> = viewpoints.collect();
+    for (name, viewpoint) in [&viewpoints[2], &viewpoints[1]] {
+        scene.set_camera(name, viewpoint).expect("a view");
+    }
+    assert_eq!(bits(&by_edits), bits(&scene));
+    assert!(scene.is_light_removed(0) && !scene.is_light_removed(1));
+    assert_eq!(scene.objects[4].mesh, scene.objects[2].mesh, "copies share their mesh");
+    // A camera sees what the viewpoint does.
+    for (camera, viewpoint) in [(0, viewpoints[2].1), (1, viewpoints[1].1)] {
+        let (seen, asked) =
+            (View::new(&scene, &scene.cameras[camera], 1.5), viewpoint.view(1.5).expect("a view"));
+        assert!(seen.eye == asked.eye && seen.forward.abs_diff_eq(asked.forward, 1e-6), "{seen:?} {asked:?}");
+        assert!(
+            seen.up.abs_diff_eq(asked.up, 1e-6) && (seen.half_extent - asked.half_extent).length() < 1e-6
+        );
+    }
+    let moved = applied(&Edits(furnishings().0[..9].to_vec()), applied(&edits(), lit_room()));
+    assert_ne!(bits(&moved), bits(&scene), "the control");
+}
+
+#[test]
+fn steps_are_taken_back_and_made_again_to_the_bit() {
+    let (mut scene, mut edits) = (lit_room(), Edits::default());
+    scene.open();
+    let mut history: Vec<(String, Edits, Step)> = Vec::new();
+    let far =
+        Edit::SetTransform { node: NamedIndex { index: 0, name: "room".into() }, transform: turned(90.0) };
+    for edit in [all_edits().0, vec![far]].concat() {
+        let (before, list) = (bits(&scene), edits.clone());
+        let snapshot = Snapshot::of(&scene, &edits);
+        edits.record(edit, &mut scene, &no_files).expect("possible");
+        let step = snapshot.step(&scene, &edits).expect("something changed");
+        history.push((before, list, step));
+    }
+    assert!(Snapshot::of(&scene, &edits).step(&scene, &edits).is_none());
+    let (last, all) = (bits(&scene), edits.clone());
+    for (before, list, step) in history.iter_mut().rev() {
+        step.exchange(&mut scene, &mut edits);
+        assert_eq!((&bits(&scene), &edits), (&*before, &*list));
+    }
+    assert_eq!(edits, Edits::default());
+    for (.., step) in &mut history {
+        step.exchange(&mut scene, &mut edits);
+    }
+    assert_eq!((bits(&scene), edits), (last, all));
+}
+
+#[test]
+fn a_step_back_changes_no_more_than_it_must() {
+    let (mut scene, mut edits) = (lit_room(), Edits::default());
+    scene.open();
+    let mut back = |edit: Edit| {
+        let snapshot = Snapshot::of(&scene, &edits);
+        edits.record(edit, &mut scene, &no_files).expect("possible");
+        let mut step = snapshot.step(&scene, &edits).expect("something changed");
+        scene.take_changes();
+        step.exchange(&mut scene, &mut edits);
+        scene.take_changes()
+    };
+    let named = |index, name: &str| NamedIndex { index, name: name.into() };
+    let moved = back(Edit::SetTransform { node: named(1, "box"), transform: turned(0.1) });
+    assert_eq!((moved.moved.as_slice(), moved.is_motion()), ([ObjectId(1)].as_slice(), true));
+    let bulb = back(Edit::SetTransform { node: named(2, "bulb"), transform: turned(0.1) });
+    assert_eq!((bulb.lights.as_slice(), bulb.is_motion()), ([0].as_slice(), true));
+    let lamp = back(Edit::SetEmission { material: named(1, "lamp"), emission: Vec3::ZERO });
+    assert_eq!((lamp.materials.as_slice(), lamp.is_motion()), ([1].as_slice(), true));
+    // What stood still is no longer dynamic, and what came goes.
+    let wall = back(Edit::SetTransform { node: named(0, "room"), transform: turned(0.1) });
+    assert!(wall.everything && !back(Edit::RemoveObject { object: named(1, "box") }).is_motion());
+    // Cameras make no other version of the scene.
+    let Edit::SetCamera { name, viewpoint } = furnishings().0[7].clone() else { unreachable!() };
+    assert!(back(Edit::SetCamera { name, viewpoint }).is_empty());
+}
+
+#[test]
+fn only_a_lobe_that_comes_or_goes_changes_everything() {
+    let mut scene = lit_room();
+    scene.open();
+    let shades = scene.materials[0].shades();
+    let mut set = |shades| {
+        scene.set_shades(0, shades).expect("possible");
+        scene.take_changes()
+    };
+    let painted = set(Shades { base_color: Vec3::X, ..shades });
+    assert!(painted.is_motion() && painted.reflectance && painted.materials == [0]);
+    assert!(set(Shades { base_color: Vec3::X, specular: 1.0, ..shades }).everything);
+    assert!(set(Shades { base_color: Vec3::X, specular: 1.0, roughness: 0.2, ..shades }).is_motion());
+    assert!(set(Shades { base_color: Vec3::X, specular: 1.0, roughness: 0.2, ..shades }).is_empty());
+    for wrong in [
+        Shades { roughness: 1.1, ..shades },
+        Shades { metallic: -0.1, ..shades },
+        Shades { base_color: Vec3::NAN, ..shades },
+    ] {
+        assert!(scene.set_shades(0, wrong).is_err() && scene.take_changes().is_empty());
+    }
+    assert!(scene.set_shades(9, shades).is_err());
+}
+
+#[test]
+fn files_say_the_lowest_version_that_has_what_is_in_them() {
+    for (edits, version) in [(edits(), 1), (furnishings(), 2), (Edits::default(), 1)] {
+        let text = edits.to_json().expect("finite");
+        assert!(text.contains(&format!("\"version\": {version},")), "{text}");
+        assert_eq!(Edits::from_json(&text).expect("just written"), edits);
+    }
+}
+
+#[test]
 fn files_hold_all_of_it() {
-    let edits = edits();
+    let edits = all_edits();
     let text = edits.to_json().expect("finite");
     assert_eq!(Edits::from_json(&text).expect("just written"), edits);
     assert_eq!(text.lines().count(), edits.0.len() + 5, "{text}");
@@ -193,6 +377,25 @@ fn what_is_refused_changes_nothing_and_is_not_recorded() {
         (Edit::SetEmission { material: node(9, "lamp"), emission: Vec3::ONE }, "no material 9"),
         (Edit::SetIntensity { light: node(0, "sun"), intensity: Vec3::ONE }, "called `bulb`"),
         (Edit::RemoveObject { object: node(2, "box") }, "no object 2"),
+        (Edit::RemoveLight { light: node(1, "bulb") }, "no light 1"),
+        (Edit::SetCone { light: node(0, "bulb"), inner: 0.1, outer: 0.2 }, "no spot"),
+        (
+            Edit::InsertLight {
+                name: "a".into(),
+                kind: PunctualKind::Spot { inner: 0.4, outer: 0.2 },
+                intensity: Vec3::ONE,
+                transform: Transform::IDENTITY,
+            },
+            "cone",
+        ),
+        (
+            Edit::DuplicateObject {
+                object: node(1, "box"),
+                name: "b".into(),
+                transform: Transform::translation(Vec3::splat(1e20)),
+            },
+            "farther",
+        ),
         (Edit::SetTime { seconds: f64::NAN }, "no time"),
         (object(Shape::File("chair.obj".into()), None, Vec3::ONE), "no chair.obj here"),
         (object(Shape::Torus, Some(node(0, "clay")), Vec3::ONE), "material 0 is called"),
@@ -227,7 +430,7 @@ fn broken_files_are_refused() {
         ("[]".into(), "no list of edits"),
         (r#"{"edits": []}"#.into(), "missing field `version`"),
         (r#"{"version": 1}"#.into(), "missing field `edits`"),
-        (r#"{"version": 2, "edits": [{"set_mood": "merry"}]}"#.into(), "its version is 2"),
+        (r#"{"version": 3, "edits": [{"set_mood": "merry"}]}"#.into(), "its version is 3"),
         (r#"{"version": 1, "edits": [], "more": 1}"#.into(), "unknown field `more`"),
         (list(r#"{"set_mood": "merry"}"#), "unknown variant `set_mood`"),
         (list(r#"{"set_time": {"seconds": 1, "speed": 2}}"#), "unknown field `speed`"),

@@ -19,7 +19,7 @@ fn of_all_positions(scene: &Scene) -> FrameOfReference {
     let origin = (low + high) * 0.5;
     let bounds = ((low - origin).as_vec3(), (high - origin).as_vec3());
     let scale = (bounds.1 - bounds.0).length();
-    FrameOfReference { origin, bounds, scale, surface_extent: scale }
+    FrameOfReference { origin, bounds, scale, surface_extent: scale, detail: scale }
 }
 
 fn bits(frame: &FrameOfReference) -> ([u64; 3], [u32; 7]) {
@@ -177,4 +177,50 @@ fn what_moves_has_room_where_nothing_else_is() {
     assert!((open.bounds.1.y - tight.bounds.1.y - room).abs() < 1e-5, "{open:?} {tight:?}");
     scene.objects[1].dynamic = false;
     assert_eq!(bits(&FrameOfReference::of(&scene)), bits(&tight), "the control: what stands still has none");
+}
+
+#[test]
+fn small_distances_do_not_follow_what_is_large() {
+    // A room with furniture; the same on a plain, with a terrain of one mesh, and as one of a hundred.
+    let room = |at: Vec3| {
+        let mut scene = Scene::default();
+        let material = scene.add_material(Material::default());
+        let at = Transform::translation(at);
+        scene.add_object("", shapes::cuboid(Vec3::ZERO, vec3(6.0, 3.0, 5.0), material), at);
+        scene.add_object("", shapes::cuboid(vec3(1.0, 0.0, 1.0), vec3(1.8, 0.8, 2.0), material), at);
+        scene.add_object("", shapes::sphere(0.3, 24, 16, material), at);
+        scene
+    };
+    let detail = |scene: &Scene| FrameOfReference::of(scene).detail;
+    let alone = room(Vec3::ZERO);
+    let expected = detail(&alone);
+    assert!((3.0..30.0).contains(&expected), "{expected}");
+    let mut plain = alone.clone();
+    plain.add_object(
+        "",
+        shapes::cuboid(vec3(-4e3, -1.0, -4e3), vec3(4e3, -0.5, 4e3), 0),
+        Transform::IDENTITY,
+    );
+    let mut terrain = alone.clone();
+    terrain.add_object("", shapes::sphere(4e3, 96, 64, 0), Transform::translation(vec3(0.0, -4e3, 0.0)));
+    let mut town = alone.clone();
+    for i in 1..100 {
+        let other = room(Vec3::ZERO);
+        for (object, mesh) in other.objects.iter().zip(&other.meshes) {
+            let place = Transform::translation(vec3((i % 10) as f32 * 300.0, 0.0, (i / 10) as f32 * 300.0));
+            town.add_object(&object.name, mesh.clone(), place);
+        }
+    }
+    for (what, scene) in [("a plain", plain), ("a terrain", terrain), ("a town", town)] {
+        let found = detail(&scene);
+        assert!((0.3..3.0).contains(&(found / expected)), "{what}: {found} for {expected}");
+        assert!(FrameOfReference::of(&scene).scale > 100.0 * expected, "{what}: the control");
+        let geometry = Geometry::new(&scene);
+        assert!(ray_offset_distance(&geometry, Vec3::ZERO) < 3e-6 * expected, "{what}");
+    }
+    // It is as small as all is.
+    let mut small = alone;
+    small.scale(1e-3).expect("a scale");
+    let ratio = detail(&small) / expected;
+    assert!((0.5e-3..2e-3).contains(&ratio), "{ratio}");
 }

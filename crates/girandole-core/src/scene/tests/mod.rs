@@ -1,8 +1,12 @@
 mod changes;
+mod clips;
+mod coincident;
 mod deformation;
 #[cfg(feature = "import")]
 mod edits;
+mod fingerprint;
 mod frame;
+mod ground;
 mod hierarchy;
 mod motion;
 mod view;

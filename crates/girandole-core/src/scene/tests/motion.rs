@@ -146,7 +146,7 @@ fn what_moves_together_leaves_no_bounds_on_the_way() {
 #[test]
 fn built_in_paths_run_into_nothing() {
     for name in builtin::NAMES {
-        for object in [MovingObject::Torus, MovingObject::Teapot] {
+        for object in [MovingObject::Torus, MovingObject::Teapot, MovingObject::Balloon] {
             let mut scene = builtin::build(name, object).expect("a built-in scene");
             for step in 0..=40 {
                 scene.set_time(0.2 * f64::from(step)).expect("a moment");

@@ -8,6 +8,7 @@ const VIEWPOINT: Viewpoint = Viewpoint {
     target: DVec3::new(-1.0, 1.0, 0.5),
     up: DVec3::Y,
     field: FieldOfView::Perspective { degrees: 50.0 },
+    clip: ClipPlanes::NONE,
 };
 
 #[test]

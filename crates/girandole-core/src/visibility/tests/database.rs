@@ -227,7 +227,7 @@ fn dynamic_objects_are_blockers_like_others() {
 #[test]
 fn the_hierarchy_finds_what_all_blockers_against_each_leaf_do() {
     let mut groups = 0;
-    for name in builtin::NAMES {
+    for name in builtin::EXPERIMENTS {
         let scene = builtin::build(name, MovingObject::None).expect("it is built in");
         let geometry = Geometry::new(&scene);
         let lights = sampled(&scene, &geometry, 40);

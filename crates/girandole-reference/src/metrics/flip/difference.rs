@@ -1,5 +1,6 @@
-//! FLIP of two pictures as they are shown: Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", HPG 2020, with the
-//! separable filters of its authors' own program ("Separable FLIP", their repository). Held against that program in a test.
+//! FLIP of two pictures as they are shown: Andersson et al., "FLIP: A Difference Evaluator for Alternating
+//! Images", HPG 2020, with the separable filters of its authors' own program ("Separable FLIP", their
+//! repository). Held against that program in a test.
 
 use girandole_core::glam::{Mat3, Vec3, Vec4, vec3, vec4};
 use girandole_core::tonemap::srgb_decode;

@@ -1,0 +1,53 @@
+//! What files are chosen for.
+
+use std::path::PathBuf;
+
+/// What is to be done with files.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ask {
+    /// A file is to be chosen.
+    Choose(Purpose),
+    /// A scene is to be shown.
+    Open(PathBuf),
+    /// Edits are to be saved where they were last.
+    SaveEdits,
+    /// The system's dialog is to be left for our own.
+    TypeInstead,
+}
+
+/// What a file is chosen for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    OpenScene,
+    AddModel,
+    LoadEdits,
+    SaveEdits,
+    ExportScene,
+}
+
+impl Purpose {
+    /// What the dialog is called.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::OpenScene => "Open a scene",
+            Self::AddModel => "Add a model",
+            Self::LoadEdits => "Load edits",
+            Self::SaveEdits => "Save edits",
+            Self::ExportScene => "Export the scene",
+        }
+    }
+
+    /// Whether the file is written.
+    pub fn saves(self) -> bool {
+        matches!(self, Self::SaveEdits | Self::ExportScene)
+    }
+
+    /// What files these are, and how their names end.
+    pub fn kind(self) -> (&'static str, &'static [&'static str]) {
+        match self {
+            Self::OpenScene | Self::AddModel => ("Scenes and models", &["glb", "gltf", "obj", "ply"]),
+            Self::LoadEdits | Self::SaveEdits => ("Edits", &["json"]),
+            Self::ExportScene => ("glTF", &["glb"]),
+        }
+    }
+}
