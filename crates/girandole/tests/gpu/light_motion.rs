@@ -113,7 +113,10 @@ fn fine() -> VisibilitySettings {
 }
 
 fn settings() -> IlluminationSettings {
-    IlluminationSettings { visibility: Some(fine()), ..held(LAMPS as u32 * SIDES, false) }
+    let mut settings = IlluminationSettings { visibility: Some(fine()), ..held(LAMPS as u32 * SIDES, false) };
+    // All samples are the lamps', each with its own.
+    settings.lights.bounces = 0;
+    settings
 }
 
 /// Random changes of lights and of a torus, several between two frames.

@@ -201,7 +201,10 @@ fn transform(json: &json::Node) -> Parsed<Transform> {
     if !(translation.is_finite() && scale.is_finite() && length.is_finite() && length > 1e-6) {
         return Err(absurd());
     }
-    Ok(Transform::Parts { translation, rotation: rotation.as_dquat().normalize().as_quat(), scale })
+    // What is of length 1 but for rounding keeps its bits, so that what is written and read again is the same.
+    let is_unit = (length - 1.0).abs() <= f64::from(f32::EPSILON);
+    let rotation = if is_unit { rotation } else { rotation.as_dquat().normalize().as_quat() };
+    Ok(Transform::Parts { translation, rotation, scale })
 }
 
 fn projection(json: &json::Camera) -> Option<Projection> {
