@@ -50,9 +50,10 @@ pub(super) const ELSEWHERE: f32 = 100.0;
 const FREE_PATH_RAYS: usize = 256;
 
 /// The power of a candidate: W/sr of its brightest channel; of parallel light, as much as a light at its position needs for the
-/// same in the middle of the scene.
+/// same in the middle of the scene. It is always a number, so that light without one comes to the picture, which is refused.
 pub(super) fn power(sample: &LightSample) -> f64 {
-    f64::from(sample.intensity.max_element()) * f64::from(distance_squared(sample))
+    let intensity = sample.intensity.max_element().min(f32::MAX);
+    f64::from(intensity) * f64::from(distance_squared(sample))
 }
 
 /// The mean of its channels as a share of the brightest one.

@@ -14,8 +14,8 @@
 //!    walls as large as a single room's.
 //!
 //! 6. What small distances are relative to, as those that rays start at, is neither: a closed room is no other for a plain of 10 km
-//!    that it stands on. It is sixteen times what a quarter of all surfaces are not larger than, each that stands still counting alike: patches,
-//!    and what of an object is on none. What is far from the origin has larger ones, as its coordinates are rounded.
+//!    that it stands on. It is sixteen times what a quarter of all surfaces are not larger than, each that stands still counting alike and once in one place:
+//!    patches, and what of an object is on none. What is far from the origin has larger ones, as its coordinates are rounded.
 //!
 //! Worked example: the built-in rooms' cores are as large as their bounds, as most surface is on their walls; that of a
 //! large building is half as large. A box of 0.4 m that is 100 m away from a room of 10 m has a hundredth of the
@@ -25,6 +25,7 @@
 use super::hierarchy::WorldFromNode;
 use super::{MeshTriangle, Object, Scene};
 use glam::{DVec3, Vec3};
+use std::cmp::Ordering;
 
 /// Bounds are many times larger than the core from this factor on.
 const MANY_TIMES: f64 = 4.0;
@@ -114,7 +115,7 @@ impl FrameOfReference {
         let all_move = surfaces.iter().all(|surface| moves(surface.object));
         let counted = surfaces.iter().filter(|surface| all_move || !moves(surface.object));
         // A power of two: a few surfaces more change nothing, as a rule.
-        let detail = DETAIL * lower_quartile(counted.map(|surface| surface.extent));
+        let detail = DETAIL * lower_quartile(counted);
         let detail = libm::exp2(libm::floor(libm::log2(detail))) as f32;
         let detail = detail.max(f32::MIN_POSITIVE);
         Self { origin, bounds: relative(with_room), scale, surface_extent, detail }
@@ -289,7 +290,8 @@ fn core(scene: &Scene, objects: &[Placed], within: Box3) -> Box3 {
 /// A patch, or what of an object is on none.
 struct Surface {
     object: usize,
-    /// Metres.
+    bounds: Box3,
+    /// Of their diagonal, metres.
     extent: f64,
     /// Of its corners.
     weight: f64,
@@ -326,10 +328,19 @@ fn surface_extent(surfaces: &[Surface]) -> f64 {
     quartile.map_or(0.0, |s| s.0)
 }
 
-fn lower_quartile(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 4).copied().unwrap_or(0.0)
+/// Lower quartile of the extents of surfaces; what is listed twice in the same place counts once.
+fn lower_quartile<'a>(surfaces: impl Iterator<Item = &'a Surface>) -> f64 {
+    let key = |surface: &Surface| {
+        let Box3 { low, high } = surface.bounds;
+        [surface.extent, low.x, low.y, low.z, high.x, high.y, high.z]
+    };
+    let mut keys: Vec<[f64; 7]> = surfaces.map(key).collect();
+    keys.sort_by(|a, b| {
+        let orders = a.iter().zip(b).map(|(a, b)| a.total_cmp(b));
+        orders.fold(Ordering::Equal, Ordering::then)
+    });
+    keys.dedup();
+    keys.get(keys.len() / 4).map_or(0.0, |key| key[0])
 }
 
 /// Some triangles together, unless they have no area.
@@ -344,5 +355,5 @@ fn surface(object: &Placed, triangles: &mut dyn Iterator<Item = &MeshTriangle>) 
         }
     }
     let extent = if bounds.is_empty() { 0.0 } else { bounds.size().length() };
-    (weight > 0.0).then_some(Surface { object: object.index, extent, weight })
+    (weight > 0.0).then_some(Surface { object: object.index, bounds, extent, weight })
 }

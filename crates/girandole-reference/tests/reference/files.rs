@@ -69,10 +69,14 @@ fn exr_of_other_makers() {
     assert_eq!((image.width, image.height), (5, 4));
     assert_eq!(image.pixels[2 * 5 + 3], Vec3::new(2.0, 0.5, 3.0));
 
-    let grey = SpecificChannels::build().with_channel("Y").with_pixel_fn(|_| (1.0f32,));
+    let grey = SpecificChannels::build().with_channel("Y").with_pixel_fn(|_| (0.3f32,));
     exr::image::Image::from_channels((5, 4), grey).write().to_file(&path).expect("written");
+    assert_eq!(read_exr(&path).expect("read").pixels, [Vec3::splat(0.3); 20]);
+
+    let depths = SpecificChannels::build().with_channel("Z").with_pixel_fn(|_| (1.0f32,));
+    exr::image::Image::from_channels((5, 4), depths).write().to_file(&path).expect("written");
     let sentence = read_exr(&path).expect_err("no colour").to_string();
-    assert!(sentence.contains("R, G and B, but has Y"), "{sentence}");
+    assert!(sentence.contains("R, G and B, or Y, but has Z"), "{sentence}");
 }
 
 #[test]

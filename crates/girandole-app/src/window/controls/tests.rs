@@ -100,6 +100,8 @@ fn what_is_typed_into_a_dialog_does_nothing_else() {
     assert!(!hands.frame(vec![key(Key::W, true, Modifiers::NONE)], Modifiers::NONE));
     hands.frame(vec![key(Key::Q, true, Modifiers::COMMAND)], Modifiers::NONE);
     assert!(!hands.tools.quits);
+    let released = [Key::W, Key::Q].map(|letter| key(letter, false, Modifiers::NONE));
+    hands.frame(released.into(), Modifiers::NONE);
     // The control: without it they act.
     hands.tools.has_dialog = false;
     hands.frame(vec![key(Key::Q, true, Modifiers::COMMAND)], Modifiers::NONE);
