@@ -143,15 +143,17 @@ fn refined_pictures(directory: &Path) -> Result<(), Failed> {
 }
 
 fn agrees_with_traced_shadows(directory: &Path) -> Result<(), Failed> {
-    succeed(directory, &format!("{SMALL} --mode naive -o gpu.exr"))?;
-    succeed(directory, &format!("{SMALL} --mode vd -o vd.exr"))?;
-    succeed(directory, &format!("{SMALL} -o full.exr"))?;
-    succeed(directory, &format!("{} -o cpu.exr", SMALL.replace("gpu", "cpu")))?;
+    // So large that the one pixel where the torus stands on the table does not decide.
+    let larger = SMALL.replace("96x72", "128x96");
+    succeed(directory, &format!("{larger} --mode naive -o gpu.exr"))?;
+    succeed(directory, &format!("{larger} --mode vd -o vd.exr"))?;
+    succeed(directory, &format!("{larger} -o full.exr"))?;
+    succeed(directory, &format!("{} -o cpu.exr", larger.replace("gpu", "cpu")))?;
     succeed(directory, "compare cpu.exr gpu.exr --max-rel-mse 1e-3 --max-energy-error 0.005")?;
     succeed(directory, "compare cpu.exr vd.exr --max-rel-mse 1e-3 --max-energy-error 0.005")?;
-    succeed(directory, "compare cpu.exr full.exr --max-rel-mse 1e-2 --max-energy-error 0.01")?;
+    succeed(directory, "compare cpu.exr full.exr --max-rel-mse 4e-3 --max-energy-error 0.005")?;
     // Parabolic maps bend edges: the same bounds notice.
-    succeed(directory, &format!("{SMALL} --shadow-map parabolic --map-size 16 -o parabolic.exr"))?;
+    succeed(directory, &format!("{larger} --shadow-map parabolic --map-size 16 -o parabolic.exr"))?;
     let bent = girandole(directory, "compare cpu.exr parabolic.exr --max-rel-mse 1e-3");
     ensure(bent.status.code() == Some(1), "a coarse parabolic map passes for traced shadows")
 }
