@@ -26,7 +26,8 @@ pub fn act(ui: &Ui, response: &Response, session: &mut Session, tools: &mut Tool
         // Whoever was typing into the panel is done with it.
         ui.memory_mut(|memory| memory.focused().into_iter().for_each(|id| memory.surrender_focus(id)));
     }
-    if !response.is_pointer_button_down_on() {
+    // Not by the response: egui itself ends a drag at Escape, which is to undo it.
+    if !ui.input(|input| input.pointer.any_down()) {
         (tools.is_cancelled, tools.eye_before) = (false, None);
     }
     if response.drag_started() {

@@ -1,6 +1,6 @@
 use super::super::session::tests::{SIZE, session};
 use super::*;
-use egui::{Context, Event, Key, Modifiers, RawInput, Sense};
+use egui::{Context, Event, Key, Modifiers, RawInput, Sense, pos2};
 
 /// A key that goes down or up.
 fn key(key: Key, pressed: bool, modifiers: Modifiers) -> Event {
@@ -106,4 +106,29 @@ fn what_is_typed_into_a_dialog_does_nothing_else() {
     hands.tools.has_dialog = false;
     hands.frame(vec![key(Key::Q, true, Modifiers::COMMAND)], Modifiers::NONE);
     assert!(hands.tools.quits);
+}
+
+#[test]
+fn escape_gives_a_drag_up() {
+    let none = Modifiers::NONE;
+    let to = |x: f32| Event::PointerMoved(pos2(x, 100.0));
+    let button = |x: f32, pressed: bool| {
+        let pos = pos2(x, 100.0);
+        Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: none }
+    };
+    for gives_up in [true, false] {
+        let mut hands = Hands::new();
+        hands.frame(vec![to(100.0)], none);
+        let before = hands.session.view(SIZE);
+        hands.frame(vec![button(100.0, true)], none);
+        hands.frame(vec![to(140.0)], none);
+        assert!(hands.frame(vec![to(180.0)], none), "it looks around");
+        if gives_up {
+            hands.frame(vec![key(Key::Escape, true, none)], none);
+            assert!(!hands.frame(vec![to(220.0)], none), "the button is down, and does nothing more");
+        }
+        hands.frame(vec![button(220.0, false)], none);
+        hands.frame(vec![], none);
+        assert_eq!(hands.session.view(SIZE) == before, gives_up);
+    }
 }
