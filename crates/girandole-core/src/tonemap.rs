@@ -11,6 +11,7 @@
 //! stop (the lamp is among the brightest 5 %); the wall comes to 0.18, which is 118 of 255 without a curve.
 
 use crate::image::{Image, luminance};
+use crate::parallel::in_order;
 use glam::{Mat3, Vec3};
 
 /// Number of bins of [`luminance_histogram`].
@@ -172,12 +173,11 @@ pub fn srgb_decode(encoded: f32) -> f32 {
 /// A picture as 8-bit sRGB, three bytes a pixel, rows from the top down.
 pub fn to_srgb8(image: &Image, ev: f32, tonemap: Tonemap) -> Vec<u8> {
     let scale = libm::exp2f(ev);
-    image
-        .pixels
-        .iter()
-        .flat_map(|&p| tonemap.apply(p * scale).to_array())
-        .map(|c| (srgb_encode(c) * 255.0 + 0.5) as u8)
-        .collect()
+    let pixel = |i: usize| {
+        let color = tonemap.apply(image.pixels[i] * scale);
+        color.to_array().map(|c| (srgb_encode(c) * 255.0 + 0.5) as u8)
+    };
+    in_order(image.pixels.len(), pixel).into_flattened()
 }
 
 #[cfg(test)]

@@ -70,6 +70,12 @@ impl Grid {
     }
 }
 
+/// The number or one that is little larger: Mesa's software device compiles a kernel anew for textures whose sizes are powers of two
+/// where those before were not, and grids are used in turn.
+fn not_a_power_of_two(n: u32) -> u32 {
+    (n..).find(|n| !n.is_power_of_two()).unwrap_or(n)
+}
+
 impl Targets {
     pub fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
         // Whole cells of the coarsest grid of points, which goes on to the row below.
@@ -92,7 +98,8 @@ impl Targets {
         let attachment =
             |label, format| view(texture(label, format, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING));
         let grid = |level: u32| {
-            let points = [size[0], band_rows + 1].map(|n| (n - 1).div_ceil(1 << level) + 1);
+            let points =
+                [size[0], band_rows + 1].map(|n| not_a_power_of_two((n - 1).div_ceil(1 << level) + 1));
             let texture = |label| view(sized(label, points, GRID, U::STORAGE_BINDING | U::TEXTURE_BINDING));
             Grid { irradiance: texture("irradiance"), directional: texture("directional") }
         };
