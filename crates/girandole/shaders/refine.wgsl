@@ -4,7 +4,7 @@
 // where not. So edges, contacts and the shadows of strong lights are found by halving, and what is interpolated is
 // continuous, because neighbouring cells share the points between them.
 //
-// Where the frame writes radiance, points are the picture's pixels, and what is stored is their radiance.
+// With WRITES_RADIANCE, points are the picture's pixels, and what is stored is their radiance.
 //
 // This pass interpolates the simple cases, nearly all of them: a plane, in nearly even light. The others are candidates
 // for shading, which `test_candidates.wgsl` tests.
@@ -18,6 +18,7 @@
 @group(2) @binding(5) var<storage, read_write> candidates: Candidates;
 @group(2) @binding(6) var picture: texture_storage_2d<rg32uint, write>;
 
+override WRITES_RADIANCE: bool = false; // whether points are the picture's pixels, and their radiance is stored
 override HAS_CURVED: bool = false;
 override HAS_SPECULAR: bool = false;
 override REFLECTS_ENVIRONMENT: bool = false;
@@ -32,7 +33,7 @@ fn grid_point(point: vec2u) -> GridPoint {
 
 // Writes a point, given its pixel's surface id and material; pixels of a cell mostly share a material.
 fn store(point: vec2u, pixel: vec2u, value: GridPoint, surface: vec2u, diffuse: ptr<function, DiffuseMaterial>) {
-  if branch_value(frame.writes_radiance, pixel.x) != 0u {
+  if WRITES_RADIANCE {
     if surface.y != (*diffuse).material { *diffuse = diffuse_material(surface.y); }
     let radiance = radiance_of(*diffuse, value.irradiance.xyz, value.directional);
     textureStore(picture, pixel, pack_pixel(radiance, select(0.0, 1.0, surface.x != 0u)));
@@ -104,7 +105,7 @@ fn refine(@builtin(global_invocation_id) invocation: vec3u) {
   let c = grid_point(vec2u(invocation.x, next.y));
   let d = grid_point(next);
   var diffuse = NO_DIFFUSE_MATERIAL;
-  if branch_value(frame.writes_radiance, invocation.x) != 0u {
+  if WRITES_RADIANCE {
     // The row below the band is the next band's.
     let rows = frame.band.y - frame.band.x;
     exists &= vec2<bool>(at.y < rows, middle.y < rows);

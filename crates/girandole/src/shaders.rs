@@ -113,7 +113,7 @@ sources! {
         frame scene texture texture_entry_at surface buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point
         append_point
     ];
-    REFINE = refine "" [frame scene brdf grid branch candidates_atomic diffuse_material packed workgroups];
+    REFINE = refine "" [frame scene brdf grid candidates_atomic diffuse_material packed workgroups];
     TEST_CANDIDATES = test_candidates "" [
         frame scene texture texture_entry_at surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
         packed branch shade_list set_shade_point append_point candidates test_candidate
