@@ -80,11 +80,20 @@ fn difference(a: &Image, b: &Image) -> f32 {
     differences.sum::<f32>() / squares.max(f32::MIN_POSITIVE)
 }
 
+/// The same but for the pixel that differs most: an edge that goes through its centre may lie on either side.
+fn difference_but_for_one(a: &Image, b: &Image) -> f32 {
+    let error = |&i: &usize| (a.pixels[i] - b.pixels[i]).length_squared();
+    let most = (0..a.pixels.len()).max_by(|i, j| error(i).total_cmp(&error(j))).unwrap_or_default();
+    let [mut a, mut b] = [a.clone(), b.clone()];
+    (a.pixels[most], b.pixels[most]) = (Vec3::ZERO, Vec3::ZERO);
+    difference(&a, &b)
+}
+
 /// Asserts that two scenes look alike, by samples and by paths, and that another one does not.
 fn assert_alike(what: &str, found: &Scene, expected: &Scene, other: &Scene, most: [f32; 2]) {
     for (picture, most) in [by_samples, by_paths].into_iter().zip(most) {
         let [found, expected, other] = [found, expected, other].map(|scene| picture(scene, &view()));
-        let error = difference(&found, &expected);
+        let error = difference_but_for_one(&found, &expected);
         assert!(error < most, "{what}: {error}");
         let control = difference(&other, &expected);
         assert!(control > 4.0 * most, "{what}: the control, {control}");
@@ -95,13 +104,13 @@ fn assert_alike(what: &str, found: &Scene, expected: &Scene, other: &Scene, most
 fn a_room_is_no_other_for_a_plain_outside() {
     let plain = with_panel(room(false), 2.58);
     let dim = with_panel(room(false), 2.4);
-    for (half, tilt) in [(2e3, 0.0), (4.5e3, 0.3)] {
+    for (half, tilt) in [(2e3, 0.0), (4.5e3, 0.3), (1e4, 0.0)] {
         let stage = on_plain(with_panel(room(false), 2.58), half, tilt);
         assert_alike(&format!("{half} m"), &stage.scene, &plain.scene, &dim.scene, [1e-3, 0.01]);
         let geometry = stage.geometry();
         let corner = (Vec3::new(2.0, 0.0, 2.5).as_dvec3() - geometry.origin).as_vec3();
         let offset = ray_offset_distance(&geometry, corner);
-        assert!(offset < 1e-3 && offset >= 4.0 * f32::EPSILON * corner.length(), "{half} m: {offset}");
+        assert!(offset < 2e-7 * half && offset >= 4.0 * f32::EPSILON * corner.length(), "{half} m: {offset}");
         assert!(geometry.diagonal() * 1e-5 > 0.03, "the control: a share of what there is");
     }
     // A stray box, and a thing that may move far.
@@ -184,7 +193,7 @@ fn a_panel_in_the_plane_of_a_ceiling_is_seen_and_lights() {
         let on = with_panel(room(double_sided), height);
         let below = with_panel(room(double_sided), height - 1e-4);
         let above = with_panel(room(double_sided), height + 0.01);
-        assert_alike("a panel", &on.scene, &below.scene, &above.scene, [0.03, 0.03]);
+        assert_alike("a panel", &on.scene, &below.scene, &above.scene, [1e-3, 1e-3]);
     }
     // Flush with a wall that is turned, far from the origin.
     let turned = |height: f32| {
@@ -213,6 +222,6 @@ fn a_panel_in_the_plane_of_a_ceiling_is_seen_and_lights() {
         }
     };
     let [on, below, above] = [2.6, 2.5999, 2.61].map(|height| by_samples(&turned(height), &view));
-    let error = difference(&on, &below);
-    assert!(error < 0.03 && difference(&above, &below) > 0.5, "turned: {error}");
+    let error = difference_but_for_one(&on, &below);
+    assert!(error < 1e-3 && difference(&above, &below) > 0.5, "turned: {error}");
 }
