@@ -158,6 +158,7 @@ fn undoes_fifty(program: &Path, display: &Display) -> Result<()> {
     let session = Session::start(program, display, "pillars")?;
     let shots = Shots { session: &session, count: 0.into() };
     let first = shots.next()?;
+    let first_file = std::fs::read(session.path("shot.png"))?;
     let mut dice = Dice(34);
     let mut torus = TORUS;
     for _ in 0..EDITS {
@@ -172,6 +173,9 @@ fn undoes_fifty(program: &Path, display: &Display) -> Result<()> {
     session.xdotool(&format!("key --repeat {} --delay 60 ctrl+z sleep 1", 2 * EDITS))?;
     screen(&session, "undone")?;
     shots.is(&first, "fifty edits, undone")?;
+    // Files also say what scene they show.
+    let file = std::fs::read(session.path(&format!("shot-{}.png", shots.count.get())))?;
+    ensure!(file == first_file, "fifty edits, undone: the file says that it shows something else");
     session.xdotool(&format!("key --repeat {} --delay 60 ctrl+y sleep 1", 2 * EDITS))?;
     shots.is(&last, "fifty edits, done again")?;
     session.quit()
