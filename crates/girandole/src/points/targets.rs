@@ -78,8 +78,10 @@ fn not_a_power_of_two(n: u32) -> u32 {
 
 impl Targets {
     pub fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
+        let largest = device.limits().max_texture_dimension_2d;
         // Whole cells of the coarsest grid of points, which goes on to the row below.
-        let band_rows = (BAND_PIXELS / size[0] / COARSEST * COARSEST).max(COARSEST).min(size[1]);
+        let band_rows = (BAND_PIXELS / size[0]).min(largest - 1) / COARSEST * COARSEST;
+        let band_rows = band_rows.max(COARSEST).min(size[1]);
         let sized = |label, [width, height]: [u32; 2], format, usage| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
@@ -98,8 +100,8 @@ impl Targets {
         let attachment =
             |label, format| view(texture(label, format, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING));
         let grid = |level: u32| {
-            let points =
-                [size[0], band_rows + 1].map(|n| not_a_power_of_two((n - 1).div_ceil(1 << level) + 1));
+            let points = [size[0], band_rows + 1].map(|n| (n - 1).div_ceil(1 << level) + 1);
+            let points = points.map(|n| not_a_power_of_two(n).min(largest));
             let texture = |label| view(sized(label, points, GRID, U::STORAGE_BINDING | U::TEXTURE_BINDING));
             Grid { irradiance: texture("irradiance"), directional: texture("directional") }
         };

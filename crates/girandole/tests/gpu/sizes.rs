@@ -13,6 +13,7 @@ use girandole::{DeviceTuning, Mode, RenderSettings, RendererOptions};
 pub fn tests() -> Vec<Test> {
     vec![
         ("many_batches_and_sizes", batches_and_sizes),
+        ("pictures_may_be_as_large_as_textures", largest),
         ("receivers_may_fill_the_picture", large_receivers),
         ("the_atlas_fills_its_budget_and_no_more", budget),
         ("what_is_far_away_changes_no_picture", far_away),
@@ -103,6 +104,21 @@ fn batches_and_sizes(context: &Context) {
                 assert!(error(127).max(error(128)) < 3.0 * elsewhere + 1e-4, "{} {elsewhere}", error(128));
             }
         }
+    }
+}
+
+fn largest(context: &Context) {
+    let largest = context.gpu.device.limits().max_texture_dimension_2d;
+    let stage = Stage::builtin("pillars", 4);
+    let mut renderer = context.loaded(&stage, RendererOptions { map_size: Some(64), ..Default::default() });
+    for size in [[largest, 4], [4, largest]] {
+        let view = stage.view(0, size);
+        let [naive, full] =
+            [Mode::Naive, Mode::Full].map(|mode| context.frame(&mut renderer, &view, size, &bounded(mode)));
+        let energy = mean(&full) / mean(&naive);
+        assert!(mean(&naive) > 0.01 && (energy - 1.0).abs() < 0.05, "{size:?}: {energy}");
+        let error = renderer.render(&view, size.map(|side| side + 1), &bounded(Mode::Full));
+        assert!(error.is_err(), "the control: {} is too large", largest + 1);
     }
 }
 
