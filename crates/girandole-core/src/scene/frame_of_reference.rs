@@ -13,9 +13,10 @@
 //! 5. How large surfaces are, as a rule, is the lower quartile of their extents, weighted like the corners: a building has
 //!    walls as large as a single room's.
 //!
-//! 6. What small distances are relative to, as those that rays start at, is neither: a closed room is no other for a plain of 10 km
-//!    that it stands on. It is sixteen times what a quarter of all surfaces are not larger than, each that stands still counting alike and once in one place:
-//!    patches, and what of an object is on none. What is far from the origin has larger ones, as its coordinates are rounded.
+//! 6. What small distances are relative to, as those that rays start at, is neither: a closed room is no other for a
+//!    plain of 10 km that it stands on. It is sixteen times what a quarter of all surfaces are not larger than, rounded
+//!    down to a power of two. Each surface that stands still counts alike, and once in one place: patches, and what of
+//!    an object is on none. What is far from the origin has larger ones, as its coordinates are rounded.
 //!
 //! Worked example: the built-in rooms' cores are as large as their bounds, as most surface is on their walls; that of a
 //! large building is half as large. A box of 0.4 m that is 100 m away from a room of 10 m has a hundredth of the
