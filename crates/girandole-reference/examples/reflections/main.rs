@@ -10,6 +10,8 @@
 //!
 //! Prints the energy of each sphere as a share of the truth's, and FLIP over its pixels.
 
+#[path = "../../tests/reference/sphere_rows.rs"]
+mod sphere_rows;
 #[path = "../../tests/reference/spheres.rs"]
 mod spheres;
 
@@ -62,7 +64,7 @@ fn main() -> Result<()> {
         let (scene, view) = spheres::spheres(place);
         let geometry = Geometry::new(&scene);
         let tracer = SceneTracer::new(&scene, &geometry);
-        let seen = spheres::seen(&tracer, &view, size);
+        let seen = sphere_rows::seen(&tracer, &view, size);
         let name = format!("{place:?}").to_lowercase();
         let kept = folder.map(|folder| folder.join(format!("{name}-truth.exr")));
         let truth = match &kept {
@@ -90,17 +92,17 @@ fn main() -> Result<()> {
                 let set = LightSet::sample_for(&scene, &geometry, &settings, &[view])?;
                 let settings = OracleSettings { samples_per_axis, clamp: Clamp::Own, reflected };
                 let picture = oracle(&tracer, &set, &view, size, &settings, &|_| ());
-                rows.push(spheres::rows(&truth, &picture, &seen));
+                rows.push(sphere_rows::rows(&truth, &picture, &seen));
                 if let Some(folder) = folder {
                     write_png(&folder.join(format!("{name}-{count}-{seed}.png")), &picture)?;
                 }
             }
             for i in 0..2 {
                 let what = if rows[0][i].is_metal { "metal" } else { "plastic" };
-                let mean = |of: &dyn Fn(&spheres::Row) -> f64| {
+                let mean = |of: &dyn Fn(&sphere_rows::Row) -> f64| {
                     rows.iter().map(|rows| of(&rows[i])).sum::<f64>() / f64::from(seeds)
                 };
-                let line = |of: &dyn Fn(&spheres::Row, usize) -> f64| {
+                let line = |of: &dyn Fn(&sphere_rows::Row, usize) -> f64| {
                     (0..ROUGHNESS.len())
                         .map(|s| format!("{:6.3}", mean(&|row| of(row, s))))
                         .collect::<String>()

@@ -15,6 +15,7 @@ mod metrics;
 mod offsets;
 mod reflected_environment;
 mod reflection;
+mod sphere_rows;
 mod spheres;
 mod transfer;
 mod transparency;

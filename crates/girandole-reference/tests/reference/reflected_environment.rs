@@ -1,6 +1,7 @@
 //! Spheres from smooth to rough under skies and in a room, the sum over light samples against the path tracer.
 
-use crate::spheres::{ROUGHNESS, Row, Surroundings, rows, seen, spheres};
+use crate::sphere_rows::{Row, rows, seen};
+use crate::spheres::{ROUGHNESS, Surroundings, spheres};
 use girandole_core::lights::{Clamp, LightSet, LightSettings};
 use girandole_core::scene::Geometry;
 use girandole_core::trace::SceneTracer;

@@ -21,7 +21,6 @@ mod selected;
 mod shadings;
 mod sizes;
 #[path = "../../../girandole-reference/tests/reference/spheres.rs"]
-#[allow(dead_code)]
 mod spheres;
 mod staleness;
 mod transfer;
