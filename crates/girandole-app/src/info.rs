@@ -56,12 +56,10 @@ fn about_adapters(text: &mut String, adapters: &[AdapterReport]) -> std::fmt::Re
     for a in adapters {
         let yes_or = |has: bool, without: &'static str| if has { "yes" } else { without };
         let usable = yes_or(a.usable, "no, it lacks compute shaders or WebGPU's default limits");
-        let clip = yes_or(a.clip_distances, "no, shadow maps discard fragments instead");
         let timestamps = yes_or(a.timestamps, "no, passes are not timed on the device");
         writeln!(text, "  {} ({}, {})", a.name, a.backend, a.kind)?;
         writeln!(text, "    driver          {}", a.driver)?;
         writeln!(text, "    usable          {usable}")?;
-        writeln!(text, "    clip distances  {clip}")?;
         writeln!(text, "    timestamps      {timestamps}")?;
         writeln!(text, "    largest texture {} texels across", a.max_texture)?;
         writeln!(text, "    largest buffer  {} MiB", a.max_storage >> 20)?;

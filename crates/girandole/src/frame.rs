@@ -3,7 +3,6 @@
 use crate::Result;
 use crate::device::recorder::Recorder;
 use crate::layout::{self, Frame};
-use crate::maps::culling::DrawnMaps;
 use crate::passes::debug::DebugInputs;
 use crate::passes::shade_naive::ShadeNaive;
 use crate::passes::sort_points::ListedPoints;
@@ -24,7 +23,7 @@ const GRIDS: [u32; 4] = [COARSEST, COARSEST / 2, COARSEST / 4, COARSEST / 8];
 /// Pairs of pixel and light in one dispatch of the naive mode, well below a second on a slow GPU.
 const BATCH_PAIRS: u64 = 1 << 28;
 
-/// Records a frame into the picture, and from there into `target`. Returns what was drawn into shadow maps.
+/// Records a frame into the picture, and from there into `target`.
 ///
 /// # Errors
 /// [`crate::Error::TooLarge`] where a list exceeds the device's limits.
@@ -34,11 +33,11 @@ pub(crate) fn record_frame(
     view: &LocalView,
     settings: &RenderSettings,
     target: Option<&Target>,
-) -> Result<DrawnMaps> {
+) -> Result<()> {
     let &Prepared { passes, shared, scene, targets, .. } = prepared;
 
     // The shadow map of each light, where they are stale.
-    let (maps, drawn) = passes.shadow_maps.record(recorder, scene, &prepared.map_updates)?;
+    let maps = passes.shadow_maps.record(recorder, scene, &prepared.map_updates)?;
     // What the vertices of objects receive whose transfer is known.
     let transfer = prepared.transfer.as_ref().map(|transfer| {
         let whole = first_samples(view, (scene, targets), settings);
@@ -176,7 +175,7 @@ pub(crate) fn record_frame(
         };
         tonemap::record(recorder, shared, targets, stops, settings, target);
     }
-    Ok(drawn)
+    Ok(())
 }
 
 /// How a frame is shaded.

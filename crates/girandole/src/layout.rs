@@ -412,66 +412,6 @@ const _: () = assert!(ShadowMap::Octahedral as u32 == OCTAHEDRAL);
 const _: () = assert!(ShadowMap::Parabolic as u32 == PARABOLIC);
 const _: () = assert!(ShadowMap::Cube as u32 == CUBE);
 
-/// `Item` in `lib/occluders.wgsl`: draw a cluster into a face of a light's map.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub(crate) struct Item {
-    pub light: u32,
-    pub face_cluster: u32,
-}
-
-/// `MapTexel` in `lib/map_texel.wgsl`: a texel of a page (or of a map), and its depth.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub(crate) struct MapTexel {
-    /// Column, and row × 2¹⁶.
-    pub place: u32,
-    pub depth: f32,
-}
-
-/// `RefreshedPart` in `lib/refreshed_parts.wgsl`: texels of a map, and what a kernel rasterises there.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub(crate) struct RefreshedPart {
-    pub first: [u32; 2],
-    pub end: [u32; 2],
-    pub light: u32,
-    pub nearest: u32,
-    pub first_piece: u32,
-    pub end_piece: u32,
-    pub first_texel: u32,
-    pub end_texel: u32,
-}
-
-impl RefreshedPart {
-    /// The same behind so many pieces and texels of others.
-    pub fn after(self, [pieces, texels]: [u32; 2]) -> Self {
-        Self {
-            first_piece: self.first_piece + pieces,
-            end_piece: self.end_piece + pieces,
-            first_texel: self.first_texel + texels,
-            end_texel: self.end_texel + texels,
-            ..self
-        }
-    }
-
-    /// The same where the lists begin with those of a part before it.
-    pub fn behind(self, first: &Self) -> Self {
-        Self {
-            first_piece: self.first_piece - first.first_piece,
-            end_piece: self.end_piece - first.first_piece,
-            first_texel: self.first_texel - first.first_texel,
-            end_texel: self.end_texel - first.first_texel,
-            ..self
-        }
-    }
-
-    /// How many texels.
-    pub fn texels(&self) -> u64 {
-        (0..2).map(|i| u64::from(self.end[i].saturating_sub(self.first[i]))).product()
-    }
-}
-
 /// `LightMapUpdate` in `light_maps.wgsl`: what changes of a leaf's light map for a batch of lights.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -483,14 +423,33 @@ pub(crate) struct LightMapUpdate {
     pub units: f32,
 }
 
-/// `MapPart` in `lib/map_parts.wgsl`: texels of a map in its page.
+/// `MapPart` in `lib/map_parts.wgsl`: a part of a light's map that is drawn.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct MapPart {
+    pub position: Vec3,
+    pub is_parallel: u32,
+    pub x: Vec3,
+    pub first_set_up: u32,
+    pub y: Vec3,
+    pub owners: u32,
+    pub z: Vec3,
+    pub size: u32,
     pub first: [u32; 2],
     pub end: [u32; 2],
+    pub origin: [u32; 2],
     pub page: u32,
-    pub padding: u32,
+    pub texels: u32,
+}
+
+/// `Occluders` in `lib/map_set_up.wgsl`: what of them there is, for a batch of parts of maps.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct MapOccluders {
+    pub clusters: u32,
+    pub first_moving: u32,
+    pub parts: u32,
+    pub slices: u32,
 }
 
 /// `Display` in `tonemap.wgsl`.

@@ -3,9 +3,9 @@
 
 use crate::device::tuning::DeviceTuning;
 use crate::layout::{
-    BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Item,
-    Light, LightMapUpdate, MapPart, MapTexel, Maps, MultipassParams, OldPlace, PointQueueHeader,
-    RefreshedPart, ShadeListHeader, TextureUse, TransferObject, Triangle, Vertex, VertexRange,
+    BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Light,
+    LightMapUpdate, MapOccluders, MapPart, Maps, MultipassParams, OldPlace, PointQueueHeader,
+    ShadeListHeader, TextureUse, TransferObject, Triangle, Vertex, VertexRange,
 };
 use crate::records::{
     Element, LeafRange, LeafRecord, Member, OccluderBox, ReceiverGrid, ShadePoint, StaleMapsHeader,
@@ -53,11 +53,9 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
             world_from_box_y, world_from_box_z, transfer_from_world_x, bands, transfer_from_world_y, channels,
             transfer_from_world_z, index, points, first_vertex, margin, vertices, mover, sides, clusters, bases),
         fields!(VertexRange as "VertexRange": first, count, padding_a, padding_b),
-        fields!(Item as "Item": light, face_cluster),
-        fields!(MapTexel as "MapTexel": place, depth),
         fields!(LightMapUpdate as "LightMapUpdate": leaf, first, end, is_void, units),
-        fields!(RefreshedPart as "RefreshedPart": first, end, light, nearest, first_piece, end_piece, first_texel, end_texel),
-        fields!(MapPart as "MapPart": first, end, page, padding),
+        fields!(MapOccluders as "Occluders": clusters, first_moving, parts, slices),
+        fields!(MapPart as "MapPart": position, is_parallel, x, first_set_up, y, owners, z, size, first, end, origin, page, texels),
         fields!(Display as "Display": size, exposure, automatic),
         fields!(DispatchArguments as "DispatchArguments": scatter_points, shade_points, shade_points_cooperative,
             chunks),
@@ -103,8 +101,7 @@ fn tunings() -> impl Iterator<Item = DeviceTuning> {
         let [a, b, c, d, e, f, g] = [0, 1, 2, 3, 4, 5, 6].map(|bit| bits & (1 << bit) != 0);
         DeviceTuning {
             persistent_threads: a,
-            copy_maps: b,
-            refresh_maps: b,
+            maps_as_images: b,
             non_uniform_branches: c,
             edge_runs: d,
             cooperative_points: e,

@@ -73,7 +73,6 @@ pub use device::{AdapterReport, Gpu, WANTED_FEATURES, adapters, instance, wanted
 pub use error::{Error, Remedy, Result};
 pub use maps::layout::{AtlasLayout, MapSlot};
 
-pub use maps::culling::CullCounts;
 pub use maps::states::StaleCounts;
 pub use renderer::Renderer;
 pub use settings::{

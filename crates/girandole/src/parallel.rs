@@ -1,9 +1,9 @@
 //! Work on all cores.
 
 #[cfg(feature = "parallel")]
-pub(crate) use self::on_all_cores::{both, each, in_order};
+pub(crate) use self::on_all_cores::{both, in_order};
 #[cfg(not(feature = "parallel"))]
-pub(crate) use self::on_one_core::{both, each, in_order};
+pub(crate) use self::on_one_core::{both, in_order};
 
 #[cfg(feature = "parallel")]
 mod on_all_cores {
@@ -12,11 +12,6 @@ mod on_all_cores {
     /// A function of each item, in order, whatever the number of threads.
     pub fn in_order<T: Sync, R: Send>(items: &[T], f: impl Fn(&T) -> R + Sync + Send) -> Vec<R> {
         items.par_iter().with_min_len(4).map(f).collect()
-    }
-
-    /// Something done to each item.
-    pub fn each<T: Send>(items: &mut [T], f: impl Fn(&mut T) + Sync + Send) {
-        items.par_iter_mut().with_min_len(4).for_each(f);
     }
 
     /// Two pieces of work that do not concern each other.
@@ -30,10 +25,6 @@ mod on_all_cores {
 mod on_one_core {
     pub fn in_order<T, R>(items: &[T], f: impl Fn(&T) -> R) -> Vec<R> {
         items.iter().map(f).collect()
-    }
-
-    pub fn each<T>(items: &mut [T], f: impl Fn(&mut T)) {
-        items.iter_mut().for_each(f);
     }
 
     pub fn both<A, B>(a: impl FnOnce() -> A, b: impl FnOnce() -> B) -> (A, B) {

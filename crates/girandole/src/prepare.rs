@@ -4,7 +4,7 @@ mod order;
 
 use crate::device::context::Context;
 use crate::device::kernel::Shared;
-use crate::maps::places::{GpuOldPlaces, OldPlaces};
+use crate::maps::previous_transforms::{GpuOldPlaces, OldPlaces};
 use crate::maps::states::MapUpdate;
 use crate::passes::Compiler;
 use crate::passes::append_all_points::AppendAllPoints;
@@ -306,7 +306,7 @@ pub(crate) fn prepare<'a>(
     settings: &RenderSettings,
 ) -> Result<Prepared<'a>> {
     let compiler = Compiler::new(context, scene.features);
-    passes.order(&context.shared, scene.atlas.still.is_some());
+    passes.order(&context.shared);
     scene_passes.order(context, settings);
     let map_updates = scene.atlas.states.choose(&settings.updates, &scene.lights.samples);
     let mode = match (settings.mode, &scene.receivers, lists) {

@@ -14,7 +14,7 @@ use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
 use crate::device::tuning::DeviceTuning;
 use crate::frame::record_frame;
-use crate::maps::hidden::HiddenMovers;
+use crate::maps::occluded::OccludedObjects;
 use crate::maps::states::StaleCounts;
 use crate::passes::tonemap;
 use crate::points::lists::PointLists;
@@ -289,7 +289,7 @@ impl Renderer {
         let Context { device, queue, .. } = &self.context;
         let sources = Sources { scene, geometry, lights, database };
         resident.receivers = Some(Receivers::new((device, queue), sources)?);
-        resident.hidden = HiddenMovers::of(scene, Some(database));
+        resident.hidden = OccludedObjects::of(scene, Some(database));
         resident.multipass = None;
         Ok(())
     }
@@ -306,9 +306,9 @@ impl Renderer {
         self.last_view = None;
         let updates = scene.atlas.states.choose(updates, &scene.lights.samples);
         let mut recorder = Recorder::submitting(device, queue, &shared.frame, timers);
-        let (_, counts) = self.passes.shadow_maps.record(&mut recorder, scene, &updates)?;
+        self.passes.shadow_maps.record(&mut recorder, scene, &updates)?;
         recorder.finish();
-        scene.count_maps(&updates, counts);
+        scene.count_maps(&updates);
         Ok(())
     }
 
@@ -380,11 +380,11 @@ impl Renderer {
             Some(encoder) => Recorder::into_encoder(device, &shared.frame, timers, encoder),
             None => Recorder::submitting(device, queue, &shared.frame, timers),
         };
-        let culling = record_frame(&mut recorder, &prepared, view, settings, target)?;
+        record_frame(&mut recorder, &prepared, view, settings, target)?;
         recorder.finish();
         let light_map_changes = prepared.light_map_changes();
         let updates = prepared.map_updates;
-        scene.count_maps(&updates, culling);
+        scene.count_maps(&updates);
         scene.atlas.states.advance();
         if let Some(changes) = light_map_changes {
             scene.count_light_maps(changes, settings.clamp);

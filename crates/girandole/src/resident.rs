@@ -3,12 +3,11 @@
 use crate::device::context::Context;
 use crate::layout::Light;
 use crate::maps::atlas::Atlas;
-use crate::maps::culling::{CullCounts, DrawnMaps};
-use crate::maps::hidden::HiddenMovers;
 use crate::maps::layout::AtlasLayout;
 use crate::maps::non_blockers::NonBlockers;
+use crate::maps::occluded::OccludedObjects;
 use crate::maps::occluders::Occluders;
-use crate::maps::places::{OldPlaces, Places};
+use crate::maps::previous_transforms::{OldPlaces, Places};
 use crate::maps::states::MapUpdate;
 use crate::parallel::both;
 use crate::points::multipass_plan::MultipassPlan;
@@ -64,17 +63,17 @@ pub(crate) struct Resident {
     /// What multipass shading draws.
     pub multipass: Option<MultipassPlan>,
     /// Dynamic objects that lights cannot see.
-    pub hidden: HiddenMovers,
+    pub hidden: OccludedObjects,
     /// Objects that are lit by precomputed radiance transfer, if there are any.
     pub transfer: Option<GpuTransfer>,
     /// Where dynamic objects are, and where each shadow map has them.
     places: Places,
     /// Surfaces that stay out of shadow maps.
     non_blockers: NonBlockers,
-    /// What was drawn when shadow maps were last drawn.
-    pub culling: CullCounts,
     /// Maps of which the last frame drew some part.
     pub maps_drawn: u32,
+    /// Texels of those parts.
+    pub texels_drawn: u64,
     /// Pairs of a light map and a light that the last frame added to it or took away.
     pub light_map_changes: u32,
 }
@@ -87,17 +86,17 @@ impl Resident {
         let radius = geometry.radius();
         let mut samples = gpu_lights(lights, radius);
         let directional: Vec<bool> = samples.iter().map(Light::has_large_map).collect();
-        let layout = AtlasLayout::new(&directional, shared.tuning.copy_maps, options, &device.limits())?;
+        let layout = AtlasLayout::new(&directional, options, &device.limits())?;
         for (light, slot) in samples.iter_mut().zip(&layout.slots) {
             light.atlas_slot = layout.place(slot);
         }
         let features = SceneFeatures::of(scene, geometry, &samples);
         let non_blockers = NonBlockers::new(scene, geometry, &samples, options.skip_non_blockers);
-        let occluders = Occluders::new(scene, geometry, &non_blockers, options.small_movers_as_texels);
+        let occluders = Occluders::new(scene, geometry, &non_blockers);
         Ok(Self {
             geometry: GpuScene::new((device, &context.queue), &shared.scene, scene, geometry)?,
             features,
-            atlas: Atlas::new(device, (&shared.tuning, options), layout, scene, geometry, occluders)?,
+            atlas: Atlas::new(device, layout, geometry, occluders)?,
             lights: GpuLights::new(device, samples)?,
             origin: geometry.origin,
             detail: geometry.detail(),
@@ -107,9 +106,9 @@ impl Resident {
             receivers: None,
             transfer: None,
             multipass: None,
-            culling: CullCounts::default(),
             maps_drawn: 0,
-            hidden: HiddenMovers::default(),
+            texels_drawn: 0,
+            hidden: OccludedObjects::default(),
             places: Places::new(scene, geometry, lights.len()),
             non_blockers,
             light_map_changes: 0,
@@ -144,7 +143,7 @@ impl Resident {
         self.give_places(&mut samples);
         self.geometry.follow(queue, scene, geometry, changes)?;
         let faces = options.shadow_map.faces();
-        let hidden = HiddenMovers::of(scene, illumination.visibility());
+        let hidden = OccludedObjects::of(scene, illumination.visibility());
         let (lights_then_now, hidden_then_now) =
             ([&self.lights.samples[..], &samples], [&self.hidden, &hidden]);
         // What a caller may have loaded by himself no longer holds either.
@@ -189,7 +188,7 @@ pub(crate) struct LightSource<'a> {
 pub(crate) struct Lighting {
     lights: GpuLights,
     receivers: Option<Receivers>,
-    hidden: HiddenMovers,
+    hidden: OccludedObjects,
     transfer: Option<GpuTransfer>,
     generations: [Generation; 2],
 }
@@ -203,7 +202,7 @@ impl Resident {
         let LightSource { scene, geometry, lights, .. } = source;
         let mut resident = Self::new(context, scene, geometry, lights)?;
         resident.receivers = receivers(context, source)?;
-        resident.hidden = HiddenMovers::of(scene, source.visibility);
+        resident.hidden = OccludedObjects::of(scene, source.visibility);
         resident.transfer(context, source)?;
         Ok(resident)
     }
@@ -226,7 +225,7 @@ impl Resident {
         Ok(Some(Lighting {
             lights: GpuLights::new(&context.device, samples)?,
             receivers: receivers(context, source)?,
-            hidden: HiddenMovers::of(scene, visibility),
+            hidden: OccludedObjects::of(scene, visibility),
             transfer: GpuTransfer::new(context, source)?,
             generations: [geometry.generation(), lights.generation()],
         }))
@@ -281,15 +280,11 @@ fn receivers(context: &Context, source: LightSource) -> Result<Option<Receivers>
 
 impl Resident {
     /// Takes note of what was drawn into shadow maps for a frame.
-    pub fn count_maps(&mut self, updates: &[MapUpdate], drawn: DrawnMaps) {
-        let DrawnMaps { culling, kept } = drawn;
+    pub fn count_maps(&mut self, updates: &[MapUpdate]) {
         self.atlas.states.note(updates);
-        self.atlas.states.keep(&kept);
         self.places.note(updates);
         self.maps_drawn = updates.len() as u32;
-        if !updates.is_empty() {
-            self.culling = culling;
-        }
+        self.texels_drawn = updates.iter().map(|update| update.part.texels() as u64).sum();
     }
 
     /// Where dynamic objects are in the shadow maps that are stale once these are drawn, for frames that look them up there.

@@ -32,11 +32,10 @@ impl ShadowMap {
 pub struct RendererOptions {
     /// Parameterisation of shadow maps. Default octahedral: no leaks, fewest passes.
     pub shadow_map: ShadowMap,
-    /// Texels across each shadow map; `None` (default) = as many as `memory_mib` holds, 512 at most. Larger maps
-    /// have sharper shadow edges and take longer to draw; shading costs the same.
+    /// Texels across each shadow map, rounded up to a multiple of 16, for cubes of 32; `None` (default) = as many as `memory_mib` holds,
+    /// 512 at most. Larger maps have sharper shadow edges and take longer to draw; shading costs the same.
     pub map_size: Option<u32>,
-    /// Budget of the shadow atlas in MiB. Default 256: a page of 8192², which every WebGPU device can hold. Software devices need as
-    /// much again where anything moves ([`DeviceTuning::refresh_maps`]).
+    /// Budget of shadow maps in MiB, with what is beside them while they are drawn. Default 256, which every WebGPU device can hold.
     pub memory_mib: u32,
     /// Percentage-closer filter: width in texels, 0 (default) = off. N costs (N + 1)² look-ups a pair; with hundreds
     /// of lights, edges average out without it.
@@ -46,10 +45,6 @@ pub struct RendererOptions {
     /// Leave surfaces out of the shadow maps that have the whole scene on one side (default true). Only tests and
     /// figures want them in.
     pub skip_non_blockers: bool,
-    /// Draw dynamic objects that cover few texels of a shadow map (256 at most in a box about them) as these texels, which are found on
-    /// the CPU, and not as triangles (default true): many small movers take a fraction of the time. Only tests and figures want
-    /// triangles.
-    pub small_movers_as_texels: bool,
 }
 
 impl Default for RendererOptions {
@@ -61,7 +56,6 @@ impl Default for RendererOptions {
             pcf: 0,
             tuning: None,
             skip_non_blockers: true,
-            small_movers_as_texels: true,
         }
     }
 }

@@ -13,8 +13,8 @@ macro_rules! lib {
 
 const LIBRARY: &[(&str, &str)] = &lib!(
     append_point,
-    atlas_depth,
     atlas_image,
+    atlas_texture,
     blend,
     blockers,
     branch_non_uniform,
@@ -39,12 +39,15 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     lights_uniform,
     loads_batched,
     loads_unordered,
+    map_lists,
+    map_masked,
+    map_opaque,
     map_parts,
-    map_texel,
+    map_set_up,
+    map_texels,
     maps,
     multipass_params,
     no_reflected_environment,
-    occluders,
     octahedral,
     old_place,
     packed,
@@ -55,12 +58,10 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     point_queue_atomic,
     point_sums,
     prefix_scan,
-    project,
     receiver,
     rectangle,
     reflected_environment,
     reflection,
-    refreshed_parts,
     samples,
     scene,
     shade_chunk,
@@ -190,22 +191,15 @@ sources! {
         frame scene texture texture_entry_at surface reflection brdf diffuse_material packed samples branch
         environment_place reflected_environment
     ];
-    SHADOW_MAPS_CLIP = shadow_maps_clip "enable clip_distances;\n" [
-        frame light maps octahedral parameterisation project occluders
+    SMALL_MAP_TRIANGLES = small_map_triangles "" [map_parts map_set_up map_lists map_texels map_opaque];
+    SMALL_MAP_TRIANGLES_MASKED = small_map_triangles "" [
+        frame scene texture texture_entry_at map_parts map_set_up map_lists map_texels map_masked
     ];
-    SHADOW_MAPS_DISCARD = shadow_maps_discard "" [
-        frame light maps octahedral parameterisation project occluders
+    LARGE_MAP_TRIANGLES = large_map_triangles "" [map_parts map_set_up map_lists map_texels map_opaque];
+    LARGE_MAP_TRIANGLES_MASKED = large_map_triangles "" [
+        frame scene texture texture_entry_at map_parts map_set_up map_lists map_texels map_masked
     ];
-    SHADOW_MAPS_MASKED = shadow_maps_masked "" [
-        frame scene texture texture_entry_at light maps octahedral parameterisation project occluders
-    ];
-    SHADOW_MAPS_TEXELS = shadow_maps_texels "" [frame light maps map_texel];
-    CLEAR_MAPS = clear_maps "" [frame light maps map_parts];
-    COPY_MAPS = copy_maps "" [map_parts];
-    RASTERIZE_PIECES = rasterize_pieces "" [
-        frame light maps map_texel octahedral parameterisation project refreshed_parts
-    ];
-    MERGE_MAPS = merge_maps "" [frame light maps refreshed_parts];
+    MERGE_LARGE_TRIANGLES = merge_large_triangles "" [map_parts map_lists];
     EXPOSURE = exposure "" [packed color];
     CALLER_DEPTH = caller_depth "" [frame];
     AVERAGE = average "" [frame packed];
@@ -259,7 +253,7 @@ pub(crate) fn edges(tuning: &DeviceTuning) -> &'static Source {
 fn variant(used: &'static str, tuning: &DeviceTuning) -> &'static str {
     let choose = |is_special, special, plain| if is_special { special } else { plain };
     match used {
-        "atlas" => choose(tuning.copy_maps, "atlas_image", "atlas_depth"),
+        "atlas" => choose(tuning.maps_as_images, "atlas_image", "atlas_texture"),
         "lights" => choose(tuning.lights_in_storage, "lights_storage", "lights_uniform"),
         "branch" => choose(tuning.non_uniform_branches, "branch_non_uniform", "branch_uniform"),
         "loads" => choose(tuning.batched_loads, "loads_batched", "loads_unordered"),

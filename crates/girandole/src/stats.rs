@@ -5,10 +5,8 @@ use crate::device::readback;
 use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
 use crate::frame::first_samples;
-use crate::maps::culling::CullCounts;
-use crate::maps::places::OldPlaces;
+use crate::maps::previous_transforms::OldPlaces;
 use crate::maps::states::StaleCounts;
-use crate::maps::still::StillMaps;
 use crate::passes::LightMapsView;
 use crate::passes::stale_error::PixelErrors;
 use crate::passes::visibility_buffer::DepthUse;
@@ -32,16 +30,14 @@ pub struct FrameStats {
     pub map_size: u32,
     /// Pages of the atlas.
     pub atlas_pages: u32,
-    /// Bytes of the atlas, and of what it is copied through.
+    /// Bytes of the atlas, and of what is beside it while maps are drawn.
     pub atlas_bytes: u64,
-    /// Memory of what its maps are refreshed from on software devices where anything moves, bytes ([`crate::DeviceTuning::refresh_maps`]).
-    pub still_maps_bytes: u64,
     /// Triangles left out of the shadow maps because they cannot block.
     pub non_blockers: usize,
-    /// Faces and clusters drawn and culled when the maps were last drawn.
-    pub culling: CullCounts,
     /// Shadow maps of which some part was drawn.
     pub maps_drawn: u32,
+    /// Texels of those parts.
+    pub texels_drawn: u64,
     /// Shadow maps that the frame left stale.
     pub stale: StaleCounts,
     /// Pairs of a light map and a light that was added to it or taken away.
@@ -111,10 +107,9 @@ impl Renderer {
             stats.map_size = scene.atlas.layout.map_size;
             stats.atlas_pages = scene.atlas.layout.pages;
             stats.atlas_bytes = scene.atlas.bytes();
-            stats.still_maps_bytes = scene.atlas.still.as_ref().map_or(0, StillMaps::bytes);
             stats.non_blockers = scene.atlas.left_out();
-            stats.culling = scene.culling;
             stats.maps_drawn = scene.maps_drawn;
+            stats.texels_drawn = scene.texels_drawn;
             stats.light_map_changes = scene.light_map_changes;
             stats.transfer = scene.transfer.as_ref().map(GpuTransfer::counts).unwrap_or_default();
             stats.stale = self.stale();

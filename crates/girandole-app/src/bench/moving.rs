@@ -11,7 +11,7 @@ use anyhow::Result;
 use girandole_core::scene::Scene;
 
 /// Columns of the table.
-pub const COLUMNS: [Column; 12] = [
+pub const COLUMNS: [Column; 11] = [
     ("static ms", "static_frame_ms", 1.0, 1),
     ("moving ms", "moving_frame_ms", 1.0, 1),
     ("update ms", "update_ms", 1.0, 1),
@@ -21,8 +21,7 @@ pub const COLUMNS: [Column; 12] = [
     ("stale", "maps_stale", 1.0, 0),
     ("oldest", "oldest_map_frames", 1.0, 1),
     ("error %", "stale_map_error", 100.0, 2),
-    ("faces %", "share_faces_drawn", 100.0, 1),
-    ("clusters %", "share_clusters_drawn", 100.0, 1),
+    ("texels %", "share_map_texels_drawn", 100.0, 1),
     ("lightmaps", "light_maps_changed", 1.0, 0),
 ];
 

@@ -4,7 +4,7 @@ use super::gpu::{Device, FORMAT, median, milliseconds, statistics};
 use crate::args::{BenchArgs, Mode, RewalkArg, UpdatesArg};
 use crate::output::Stats;
 use anyhow::Result;
-use girandole::{CullCounts, MapUpdates, RenderSettings, Renderer};
+use girandole::{MapUpdates, RenderSettings, Renderer};
 use girandole_core::illumination::{Illumination, IlluminationSettings};
 use girandole_core::lights::{LightSettings, Pace};
 use girandole_core::scene::{Scene, View};
@@ -24,14 +24,12 @@ pub struct MovingTrial<'a> {
 const TIMES: [&str; 5] =
     ["frame_ms", "static_frame_ms", "update_ms", "illumination_update_ms", "visibility_ms"];
 /// What is counted, frame by frame.
-const COUNTS: [&str; 8] = [
+const COUNTS: [&str; 6] = [
     "maps_drawn",
     "maps_stale",
     "oldest_map_frames",
     "stale_map_error",
-    "faces_drawn",
-    "clusters_drawn",
-    "triangle_instances",
+    "map_texels_drawn",
     "light_maps_changed",
 ];
 
@@ -115,16 +113,12 @@ impl Device {
             if round % 4 == 2 {
                 times[4].push(build_ms);
             }
-            // What was counted when maps were last drawn says nothing of a frame that draws none.
-            let culling = if stats.maps_drawn == 0 { CullCounts::default() } else { stats.culling };
             let drawn = [
                 f64::from(stats.maps_drawn),
                 f64::from(stats.stale.maps),
                 f64::from(stats.stale.oldest),
                 stale_error,
-                culling.faces_drawn as f64,
-                culling.clusters_drawn as f64,
-                culling.triangle_instances() as f64,
+                stats.texels_drawn as f64,
                 f64::from(stats.light_map_changes),
             ];
             for (counts, value) in counts.iter_mut().zip(drawn) {
@@ -138,10 +132,8 @@ impl Device {
             let mean = values.iter().sum::<f64>() / values.len() as f64;
             result.insert((*key).into(), mean.into());
         }
-        for (key, whole) in [("faces", all.culling.faces_drawn), ("clusters", all.culling.clusters_drawn)] {
-            let drawn = result[&format!("{key}_drawn")].as_f64().unwrap_or(0.0);
-            result.insert(format!("share_{key}_drawn"), (drawn / whole.max(1) as f64).into());
-        }
+        let drawn = result["map_texels_drawn"].as_f64().unwrap_or(0.0);
+        result.insert("share_map_texels_drawn".into(), (drawn / all.texels_drawn.max(1) as f64).into());
         Ok(result)
     }
 }

@@ -1,4 +1,4 @@
-// A copy of the shadow atlas as a storage texture (Rust: DeviceTuning::copy_maps).
+// The shadow atlas as a storage texture (Rust: DeviceTuning::maps_as_images).
 
 @group(2) @binding(1) var atlas: texture_storage_2d_array<r32float, read>;
 

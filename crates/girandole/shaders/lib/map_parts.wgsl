@@ -1,9 +1,96 @@
-// Parts of shadow maps.
+// Parts of shadow maps that are drawn, and what a triangle is from there.
+//
+// A map is ray cast at its texels' centres. The direction `d` of a centre, times the map's size, has whole numbers for
+// coordinates. A triangle with corners p, q, r relative to the light covers the centre where d lies on one side of the three
+// planes through the light and its edges; there it is at n·d / n·p of the way. Nothing is projected, so that nothing has to be
+// clipped, and faces of maps have no seams. Where rays are parallel, and in parabolic maps, where corners are projected as in
+// the thesis, the same holds in homogeneous coordinates: p = (x, y, 1).
+
 struct MapPart {
-  first: vec2u, // column and row in the page
-  end: vec2u, // before the last column and row
+  position: vec3f, // of the light
+  is_parallel: u32,
+  x: vec3f, // the map's axes in the world, for parallel light over half its width
+  first_set_up: u32, // of its large triangles
+  y: vec3f,
+  owners: u32, // first word in `owners`
+  z: vec3f, // for parallel light over the diameter of the scene
+  size: u32, // texels across the map
+  first: vec2u, // columns and rows of the part: multiples of BLOCK
+  end: vec2u,
+  origin: vec2u, // of the map in its page
   page: u32,
-  padding: u32,
+  texels: u32, // first of its texels beside the maps
 }
 
+// Texels across a block. Faces of the octahedron and the cube meet at diagonals and sides of blocks.
+const BLOCK = 8u;
+const BLOCK_TEXELS = 8;
+// Of how much of a texel triangles are enlarged for each texel of the map's width: kernels round differently, and edges that
+// triangles share must not fall between them.
+const ENLARGED = 1e-7;
+
+override PARAMETERISATION: u32; // OCTAHEDRAL, PARABOLIC or CUBE
+override NEAR: f32; // metres; only a unit: depth is NEAR / norm
+
 @group(2) @binding(0) var<storage, read> parts: array<MapPart>;
+
+// A triangle from a light: the planes through its edges, and its depth, by direction; the texels that it may cover.
+struct SetUp { a: vec3f, b: vec3f, c: vec3f, n: vec3f, first: vec2i, end: vec2i }
+
+// Directions of four centres in a row.
+struct Directions { x: vec4f, y: vec4f, z: vec4f }
+
+fn is_affine(part: MapPart) -> bool {
+  return part.is_parallel != 0u || PARAMETERISATION == PARABOLIC;
+}
+
+fn directions_at(part: MapPart, x: vec4i, y: vec4i) -> Directions {
+  let s = i32(part.size);
+  if is_affine(part) { return Directions(vec4f(2 * x + (1 - s)), vec4f(2 * y + (1 - s)), vec4f(f32(s))); }
+  if PARAMETERISATION == CUBE {
+    let u = 4 * x + (2 - 2 * s);
+    let v = 4 * y + (2 - 2 * s);
+    let is_top = max(abs(u), abs(v)) <= vec4i(s);
+    let is_x = abs(u) >= abs(v);
+    let beyond = vec4i(2 * s) - max(abs(u), abs(v));
+    let side_x = select(u, sign(u) * s, is_x);
+    let side_y = select(sign(v) * s, v, is_x);
+    return Directions(
+      vec4f(select(side_x, u, is_top)), vec4f(select(side_y, v, is_top)), vec4f(select(beyond, vec4i(s), is_top)));
+  }
+  let qx = x + y + (1 - s);
+  let qy = x - y;
+  return Directions(vec4f(qx), vec4f(qy), vec4f(s - abs(qx) - abs(qy)));
+}
+
+fn directions(part: MapPart, x: i32, y: i32) -> Directions {
+  return directions_at(part, x + vec4i(0, 1, 2, 3), vec4i(y));
+}
+
+// One rounding everywhere but where compilers fuse operations.
+fn along(a: vec3f, d: Directions) -> vec4f {
+  return a.x * d.x + (a.y * d.y + a.z * d.z);
+}
+
+fn enlarged(a: vec3f, size: u32) -> f32 {
+  return max(abs(a.x), max(abs(a.y), abs(a.z))) * (ENLARGED * f32(size));
+}
+
+// How far inside of a triangle: negative outside.
+fn inside(a: vec3f, b: vec3f, c: vec3f, d: Directions, size: u32) -> vec4f {
+  let of_a = along(a, d) + enlarged(a, size);
+  let of_b = along(b, d) + enlarged(b, size);
+  let of_c = along(c, d) + enlarged(c, size);
+  return min(of_a, min(of_b, of_c));
+}
+
+// Positive numbers are ordered like their bits.
+fn depth_bits(n: vec3f, d: Directions) -> vec4u {
+  return bitcast<vec4u>(clamp(along(n, d), vec4f(0.0), vec4f(1.0)));
+}
+
+// Rows of a part beside the maps begin at multiples of 64 texels: 256 bytes, as copies from buffers to textures ask for.
+fn texel_of(part: MapPart, at: vec2u) -> u32 {
+  let stride = (part.end.x - part.first.x + 63u) & 0xffffffc0u;
+  return part.texels + (at.y - part.first.y) * stride + at.x - part.first.x;
+}

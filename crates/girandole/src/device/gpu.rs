@@ -1,6 +1,5 @@
 //! Adapters, what the renderer asks of them, and a device of one's own for programs without a window.
 
-use super::clip_test;
 use crate::{Error, Result};
 use std::future::Future;
 use std::pin::pin;
@@ -8,9 +7,8 @@ use std::sync::{Arc, OnceLock};
 use std::task::{Context, Poll, Waker};
 
 /// Features that the renderer uses where a device has them. None is required.
-pub const WANTED_FEATURES: wgpu::Features = wgpu::Features::CLIP_DISTANCES
-    .union(wgpu::Features::TIMESTAMP_QUERY)
-    .union(wgpu::Features::FLOAT32_BLENDABLE);
+pub const WANTED_FEATURES: wgpu::Features =
+    wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::FLOAT32_BLENDABLE);
 
 /// The limits to ask of an adapter: WebGPU's defaults, and where the adapter has more, larger buffers and textures.
 pub fn wanted_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
@@ -38,8 +36,6 @@ pub struct AdapterReport {
     pub driver: String,
     /// Whether the renderer runs on it: it meets WebGPU's default limits and can compute.
     pub usable: bool,
-    /// Whether shadow maps are drawn without a fragment shader.
-    pub clip_distances: bool,
     /// Whether passes can be timed on the device.
     pub timestamps: bool,
     /// Largest texture, texels across.
@@ -57,7 +53,6 @@ impl AdapterReport {
             driver: format!("{} {}", info.driver, info.driver_info).trim().into(),
             name: info.name,
             usable: is_usable(adapter),
-            clip_distances: features.contains(wgpu::Features::CLIP_DISTANCES),
             timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
             max_texture: limits.max_texture_dimension_2d,
             max_storage: limits.max_storage_buffer_binding_size,
@@ -133,8 +128,7 @@ struct Failures {
 }
 
 impl Gpu {
-    /// Opens the best adapter, or the best one whose name contains `name` (case does not matter). Clip distances are tried out with
-    /// a triangle; where they do not work, the device is opened without them.
+    /// Opens the best adapter, or the best one whose name contains `name` (case does not matter).
     ///
     /// # Errors
     /// [`Error::NoAdapter`], [`Error::UnknownAdapter`], or [`Error::Unsupported`] where the best one that has the name
@@ -148,7 +142,7 @@ impl Gpu {
     /// # Errors
     /// As for [`Gpu::new`].
     pub async fn with_features(name: Option<&str>, wanted: wgpu::Features) -> Result<Self> {
-        Self::that_clips(async || enumerate().await, name, wanted).await
+        Self::choose(enumerate().await, name, wanted).await
     }
 
     /// Opens the best adapter that can show pictures on a surface, or the best such one whose name contains `name`. The
@@ -161,27 +155,9 @@ impl Gpu {
         surface: &wgpu::Surface<'_>,
         name: Option<&str>,
     ) -> Result<Self> {
-        let suitable = async || {
-            let mut all = sorted(instance.enumerate_adapters(backends()).await);
-            all.retain(|adapter| adapter.is_surface_supported(surface));
-            all
-        };
-        Self::that_clips(suitable, name, WANTED_FEATURES).await
-    }
-
-    /// Opens the best of these adapters, without clip distances where its driver has them and they do not work.
-    async fn that_clips(
-        adapters: impl AsyncFn() -> Vec<wgpu::Adapter>,
-        name: Option<&str>,
-        wanted: wgpu::Features,
-    ) -> Result<Self> {
-        let gpu = Self::choose(adapters().await, name, wanted).await?;
-        let clips = gpu.device.features().contains(wgpu::Features::CLIP_DISTANCES);
-        if !clips || clip_test::passes(&gpu.device, &gpu.queue).await {
-            return Ok(gpu);
-        }
-        // In browsers an adapter gives one device.
-        Self::choose(adapters().await, name, wanted - wgpu::Features::CLIP_DISTANCES).await
+        let mut all = sorted(instance.enumerate_adapters(backends()).await);
+        all.retain(|adapter| adapter.is_surface_supported(surface));
+        Self::choose(all, name, WANTED_FEATURES).await
     }
 
     async fn choose(all: Vec<wgpu::Adapter>, name: Option<&str>, wanted: wgpu::Features) -> Result<Self> {

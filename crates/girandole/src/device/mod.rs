@@ -1,7 +1,6 @@
 //! The device: adapters, pipelines with their bindings, recording, timers, read-backs.
 
 pub(crate) mod buffers;
-mod clip_test;
 pub(crate) mod compiled;
 pub(crate) mod context;
 mod crew;

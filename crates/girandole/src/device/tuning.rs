@@ -8,16 +8,9 @@ pub struct DeviceTuning {
     /// invocation. Software drivers assign each thread a run of workgroups beforehand and wait for the slowest: on them
     /// threads stay busy. GPUs balance workgroups by themselves.
     pub persistent_threads: bool,
-    /// Shadow maps, drawn as depth, are copied to a storage texture that shaders read. Software devices need a third
-    /// of the instructions for that: mode naive takes a sixth less time, mode full a quarter. Drawing maps takes half as long
-    /// again, and memory for one more page of the atlas and a buffer of its size.
-    pub copy_maps: bool,
-    /// Where maps are copied (elsewhere it has no effect): kernels rasterise triangles of what moves that are small in octahedral
-    /// maps, of which software devices set up few a second; and what does not move is kept apart, so that a refresh draws nothing of
-    /// it. A frame that refreshes 50 maps for a torus takes 16 to 21 ms longer than a still one, 36 to 50 ms
-    /// otherwise; a first picture of what may move takes 0.1 to 0.5 s longer. Where anything may move it needs the atlas's memory
-    /// once more, beside the budget ([`FrameStats::still_maps_bytes`](crate::FrameStats::still_maps_bytes)).
-    pub refresh_maps: bool,
+    /// Shadow maps are read as storage textures. Software devices need a third of the instructions for that: mode naive takes a sixth
+    /// less time, mode full a quarter.
+    pub maps_as_images: bool,
     /// Branches on uniform values depend on an index as well. Mesa's software driver recompiles a kernel whenever it is
     /// bound with other uniforms that decide a branch; elsewhere uniform branches are the cheapest.
     pub non_uniform_branches: bool,
@@ -39,8 +32,7 @@ impl DeviceTuning {
     /// For GPUs.
     pub const GPU: Self = Self {
         persistent_threads: false,
-        copy_maps: false,
-        refresh_maps: false,
+        maps_as_images: false,
         non_uniform_branches: false,
         batched_loads: false,
         edge_runs: false,
@@ -51,8 +43,7 @@ impl DeviceTuning {
     /// For Mesa's software driver.
     pub const SOFTWARE: Self = Self {
         persistent_threads: true,
-        copy_maps: true,
-        refresh_maps: true,
+        maps_as_images: true,
         non_uniform_branches: true,
         batched_loads: true,
         edge_runs: true,

@@ -1,23 +1,23 @@
 //! The shadow atlas on the GPU, and what is drawn into it.
 
-use super::footprint::MapView;
-use super::hidden::HiddenMovers;
-use super::layout::AtlasLayout;
+use super::closed::is_outside;
+use super::layout::{AtlasLayout, CAPACITY};
+use super::map_view::MapView;
 use super::moved::MovedBoxes;
-use super::occluders::{CLUSTER, Clusters, Occluders};
+use super::occluded::OccludedObjects;
+use super::occluders::{Clusters, Occluders};
 use super::states::MapStates;
-use super::still::StillMaps;
 use crate::Result;
-use crate::device::buffers::storage;
-use crate::device::tuning::DeviceTuning;
+use crate::device::buffers::{check_bytes, storage};
 use crate::layout::Light;
 use crate::parallel::in_order;
-use crate::settings::RendererOptions;
-use girandole_core::scene::{Geometry, ObjectId, Scene};
+use girandole_core::scene::{Geometry, ObjectId};
 use wgpu::util::DeviceExt;
 
-/// Format of what is drawn.
-pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+/// Pairs of a part of a map and a cluster that are listed at once at most, but for what has more clusters: 1 MiB of them.
+const MOST_PAIRS: u64 = 1 << 18;
+/// Words before a list's counts.
+const LISTS_HEAD: u64 = 4;
 
 /// Shadow maps that are up to date.
 #[derive(Clone, Copy)]
@@ -33,70 +33,86 @@ pub(crate) struct Atlas {
     pub texture: wgpu::Texture,
     /// All pages as an array.
     view: wgpu::TextureView,
-    /// Where each page is drawn.
-    pub pages: Vec<wgpu::TextureView>,
-    /// The way from there to the atlas, if that is another texture.
-    pub copy: Option<PageCopy>,
-    /// The maps without what moves, if kernels refresh them and anything does.
-    pub still: Option<StillMaps>,
     /// `Maps` for the shaders.
     pub maps: wgpu::Buffer,
     pub occluders: Occluders,
     pub states: MapStates,
-    /// Corners of each kind of occluders.
-    pub positions: [wgpu::Buffer; 2],
-    pub coordinates: wgpu::Buffer,
+    /// Of each kind of occluders.
+    pub sets: [GpuOccluders; 2],
+    /// The texels of parts that are drawn at once, the nearest of what small triangles show there.
+    pub nearest: wgpu::Buffer,
+    /// Their large triangles.
+    pub set_ups: wgpu::Buffer,
+}
+
+/// One kind of occluders on the GPU.
+pub(crate) struct GpuOccluders {
+    /// See `lib/map_set_up.wgsl`.
+    pub words: wgpu::Buffer,
+    /// See `lib/map_lists.wgsl`.
+    pub lists: wgpu::Buffer,
+    /// Parts for which there is room in it.
+    pub parts: u64,
+}
+
+impl GpuOccluders {
+    fn new(device: &wgpu::Device, geometry: &Geometry, clusters: &Clusters, parts: u64) -> Result<Self> {
+        let count = clusters.bounds.len() as u64;
+        let parts = parts.min(MOST_PAIRS / count.max(1)).max(1);
+        let words = LISTS_HEAD + parts * (1 + count);
+        Ok(Self {
+            words: storage(device, "occluders", &clusters.words(geometry))?,
+            lists: empty(device, "lists of occluders", words * 4, wgpu::BufferUsages::INDIRECT)?,
+            parts,
+        })
+    }
 }
 
 impl Atlas {
+    /// # Errors
+    /// [`crate::Error::TooLarge`] beyond the device's limits.
     pub fn new(
         device: &wgpu::Device,
-        (tuning, options): (&DeviceTuning, &RendererOptions),
         layout: AtlasLayout,
-        scene: &Scene,
         geometry: &Geometry,
         occluders: Occluders,
     ) -> Result<Self> {
         use wgpu::TextureUsages as U;
-        let copy = tuning.copy_maps.then(|| PageCopy::new(device, layout.page_size));
-        let is_refreshed = StillMaps::are_wanted(tuning, options) && occluders.move_at_all();
-        let (format, usage) = match &copy {
-            None => (DEPTH, U::RENDER_ATTACHMENT | U::TEXTURE_BINDING),
-            Some(_) => (wgpu::TextureFormat::R32Float, U::STORAGE_BINDING | U::COPY_DST),
-        };
-        let texture = pages(device, layout.page_size, layout.pages, format, usage | U::COPY_SRC);
-        let page = |i: u32| match &copy {
-            None => texture.create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(wgpu::TextureViewDimension::D2),
-                base_array_layer: i,
-                array_layer_count: Some(1),
-                ..Default::default()
-            }),
-            Some(copy) => copy.depth.create_view(&Default::default()),
-        };
-        let positions = |clusters: &Clusters| clusters.positions(geometry, 0..clusters.bounds.len());
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("shadow atlas"),
+            size: wgpu::Extent3d {
+                width: layout.page_size[0],
+                height: layout.page_size[1],
+                depth_or_array_layers: layout.pages,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::R32Float,
+            usage: U::STORAGE_BINDING | U::TEXTURE_BINDING | U::COPY_SRC | U::COPY_DST,
+            view_formats: &[],
+        });
+        let AtlasLayout { drawn_texels, drawn_parts, .. } = layout;
+        let of = |clusters| GpuOccluders::new(device, geometry, clusters, drawn_parts);
+        let [opaque, masked] = occluders.sets();
         Ok(Self {
             states: MapStates::new(layout.slots.iter().map(|slot| slot.size)),
             view: texture.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2Array),
                 ..Default::default()
             }),
-            pages: (0..layout.pages).map(page).collect(),
-            copy,
-            still: is_refreshed.then(|| StillMaps::new(device, &layout)).transpose()?,
             maps: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("maps"),
                 contents: bytemuck::bytes_of(&layout.maps()),
                 usage: wgpu::BufferUsages::UNIFORM,
             }),
-            positions: [
-                storage(device, "occluders", &positions(&occluders.opaque))?,
-                storage(device, "masked occluders", &positions(&occluders.masked))?,
-            ],
-            coordinates: storage(
+            sets: [of(opaque)?, of(masked)?],
+            nearest: empty(device, "shadow maps' texels", drawn_texels * 4, wgpu::BufferUsages::COPY_SRC)?,
+            set_ups: empty(
                 device,
-                "mask coordinates",
-                &mask_coordinates(scene, geometry, &occluders.masked),
+                "shadow maps' triangles",
+                drawn_parts * u64::from(CAPACITY) * 64,
+                wgpu::BufferUsages::empty(),
             )?,
             texture,
             layout,
@@ -112,20 +128,19 @@ impl Atlas {
         geometry: &Geometry,
         moved: &[ObjectId],
         [before, after]: [&[Light]; 2],
-        hidden: [&HiddenMovers; 2],
+        hidden: [&OccludedObjects; 2],
         faces: u32,
     ) {
-        let Self { occluders, states, layout, positions, .. } = self;
+        let Self { occluders, states, layout, sets, .. } = self;
         let boxes = |occluders: &Occluders| {
             let of = |&object: &ObjectId| occluders.of_object(object).map(move |bounds| (object, bounds));
             MovedBoxes::new(moved.iter().flat_map(of).collect())
         };
         let covered_before = boxes(occluders);
-        for (clusters, buffer) in [&mut occluders.opaque, &mut occluders.masked].into_iter().zip(positions) {
-            clusters.follow(geometry, moved);
-            for (cluster, corners) in clusters.moved_positions(moved) {
-                let at = size_of::<[f32; 3]>() * 3 * CLUSTER as usize * cluster;
-                queue.write_buffer(buffer, at as u64, bytemuck::cast_slice(&corners));
+        for (clusters, set) in [&mut occluders.opaque, &mut occluders.masked].into_iter().zip(sets) {
+            let moved = clusters.follow(geometry, moved);
+            for (at, words) in clusters.moved_words(geometry, &moved) {
+                queue.write_buffer(&set.words, 16 * at as u64, bytemuck::cast_slice(&words));
             }
         }
         let covered_after = boxes(occluders);
@@ -151,17 +166,32 @@ impl Atlas {
         MapsView { atlas: &self.view, maps: &self.maps }
     }
 
-    /// Whether kernels refresh maps.
-    pub fn is_refreshed(&self) -> bool {
-        self.still.is_some()
+    /// Bytes of the pages, and of what is beside them while maps are drawn.
+    pub fn bytes(&self) -> u64 {
+        let lists: u64 = self.sets.iter().map(|set| set.lists.size()).sum();
+        self.layout.bytes() + lists
     }
 
-    /// Bytes of the pages, and of what they are copied through.
-    pub fn bytes(&self) -> u64 {
-        let of = |t: &wgpu::Texture| {
-            u64::from(t.width()) * u64::from(t.height()) * u64::from(t.depth_or_array_layers()) * 4
-        };
-        of(&self.texture) + self.copy.as_ref().map_or(0, |c| of(&c.depth) + c.buffer.size())
+    /// For each object of a set that moves or is closed, two bits in `owners` of `lib/map_set_up.wgsl`.
+    pub fn owner_states(
+        &self,
+        set: usize,
+        (index, light): (u32, &Light),
+        hidden: &OccludedObjects,
+        is_straight: bool,
+    ) -> Vec<u32> {
+        let Clusters { dynamic, closed, .. } = self.occluders.sets()[set];
+        let sees_closed = |bounds| is_straight && is_outside(light, bounds);
+        let of_dynamic = dynamic.iter().map(|object| {
+            let is_closed = object.is_closed && sees_closed(&object.bounds);
+            u32::from(hidden.is_hidden(object.id, index as usize)) | u32::from(is_closed) << 1
+        });
+        let of_closed = closed.iter().map(|(_, bounds)| u32::from(sees_closed(bounds)) << 1);
+        let mut words = vec![0; (dynamic.len() + closed.len()).div_ceil(16)];
+        for (at, bits) in of_dynamic.chain(of_closed).enumerate() {
+            words[at / 16] |= bits << (2 * (at % 16));
+        }
+        words
     }
 
     /// Triangles left out because they cannot block anything.
@@ -170,83 +200,13 @@ impl Atlas {
     }
 }
 
-/// Texels of a texture.
-pub(super) fn texels(texture: &wgpu::Texture) -> u64 {
-    u64::from(texture.width()) * u64::from(texture.height()) * u64::from(texture.depth_or_array_layers())
-}
-
-/// Pages of texels.
-pub(super) fn pages(
-    device: &wgpu::Device,
-    [width, height]: [u32; 2],
-    count: u32,
-    format: wgpu::TextureFormat,
-    usage: wgpu::TextureUsages,
-) -> wgpu::Texture {
-    device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("shadow atlas"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: count },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage,
-        view_formats: &[],
-    })
-}
-
-/// One page of depth for all to be drawn in, and a buffer on the way from there: textures of different formats are not
-/// copied directly.
-pub(crate) struct PageCopy {
-    pub depth: wgpu::Texture,
-    buffer: wgpu::Buffer,
-    bytes_per_row: u32,
-}
-
-impl PageCopy {
-    fn new(device: &wgpu::Device, page_size: [u32; 2]) -> Self {
-        use wgpu::TextureUsages as U;
-        let usage = U::RENDER_ATTACHMENT | U::COPY_SRC | U::TEXTURE_BINDING;
-        let bytes_per_row = (page_size[0] * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        Self {
-            depth: pages(device, page_size, 1, DEPTH, usage),
-            buffer: device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("page of the shadow atlas"),
-                size: u64::from(bytes_per_row) * u64::from(page_size[1]),
-                usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            }),
-            bytes_per_row,
-        }
-    }
-
-    /// Copies what is drawn to a page of the atlas, and others like it.
-    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, atlases: &[&wgpu::Texture], page: u32) {
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(self.bytes_per_row),
-            rows_per_image: None,
-        };
-        let buffer = wgpu::TexelCopyBufferInfo { buffer: &self.buffer, layout };
-        encoder.copy_texture_to_buffer(self.depth.as_image_copy(), buffer, self.depth.size());
-        for atlas in atlases {
-            let mut target = atlas.as_image_copy();
-            target.origin.z = page;
-            encoder.copy_buffer_to_texture(buffer, target, self.depth.size());
-        }
-    }
-}
-
-/// Texture coordinates of each corner of masked triangles, with the material's index as bits.
-fn mask_coordinates(scene: &Scene, geometry: &Geometry, clusters: &Clusters) -> Vec<[f32; 4]> {
-    clusters.corners(0..clusters.bounds.len(), |t| {
-        let triangle = &geometry.triangles[t as usize];
-        let set = scene.materials[triangle.material as usize]
-            .base_color_texture
-            .map_or(0, |t| t.uv_set as usize & 1);
-        triangle.vertices.map(|v| {
-            let uv = geometry.uvs.get(v as usize).map_or([0.0; 2], |uv| uv[set].to_array());
-            [uv[0], uv[1], f32::from_bits(triangle.material), 0.0]
-        })
-    })
+/// A storage buffer of so many bytes that is filled on the device.
+fn empty(device: &wgpu::Device, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> Result<wgpu::Buffer> {
+    check_bytes(device, label, bytes)?;
+    Ok(device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: bytes,
+        usage: usage | wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    }))
 }

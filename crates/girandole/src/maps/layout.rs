@@ -2,11 +2,11 @@
 //! to need under a memory budget.
 //!
 //! Worked example: 300 lights under 256 MiB (64 Mi texels) get ⌊√(2²⁶ / 300)⌋ = 472 → 464 texels across (a multiple
-//! of 16), 17 tiles fit a page of 8192 one above the other, so 18 pages of 464 × 7888 texels are made. Where maps are
-//! copied, one more page of depth and a buffer of that size count too: 60 pages of 464 × 2320 texels make room for them.
+//! of 16); as what is beside the maps while they are drawn counts too, they get 448: 18 fit a page of 8192 one above the other, so
+//! 17 pages of 448 × 8064 texels are made.
 
 use crate::layout::Maps;
-use crate::settings::RendererOptions;
+use crate::settings::{RendererOptions, ShadowMap};
 use crate::{Error, Remedy, Result};
 
 /// Smallest map that is worth drawing.
@@ -19,6 +19,14 @@ const MAX_PAGE: u32 = 8192;
 const MAX_PAGES: u32 = 256;
 /// Pages are kept narrow as long as there are no more than this.
 const WANTED_PAGES: u64 = 32;
+/// Texels across a block of a map that is drawn as a whole; faces of a cube are a quarter of its map.
+pub(crate) const BLOCK: u32 = 8;
+/// Texels that are drawn at once at most, but for larger maps: 16 MiB of them.
+const MOST_TEXELS: u64 = 4 << 20;
+/// Large triangles that each part of a map lists.
+pub(crate) const CAPACITY: u32 = 128;
+/// Bytes of such a list.
+const PART_BYTES: u64 = CAPACITY as u64 * 64;
 /// A directional light's map covers the whole scene: it gets this many tiles along each axis.
 const DIRECTIONAL_TILES: u32 = 4;
 
@@ -33,15 +41,6 @@ pub struct MapSlot {
     pub size: u32,
 }
 
-impl MapSlot {
-    /// Whether some texel has the same column and row as one of another slot, in whatever pages.
-    pub fn covers_like(&self, other: &Self) -> bool {
-        (0..2).all(|i| {
-            self.origin[i] < other.origin[i] + other.size && other.origin[i] < self.origin[i] + self.size
-        })
-    }
-}
-
 /// The atlas: its pages, and one slot a light.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AtlasLayout {
@@ -53,16 +52,19 @@ pub struct AtlasLayout {
     pub map_size: u32,
     /// Texels across the map of a directional light: four times as many where a page holds them.
     pub parallel_size: u32,
-    /// Whether maps are drawn in a page of their own and copied from there.
-    pub copied: bool,
+    /// Texels that are drawn at once, beside the maps.
+    pub drawn_texels: u64,
+    /// Parts of maps that are drawn at once.
+    pub drawn_parts: u64,
     /// One a light.
     pub slots: Vec<MapSlot>,
 }
 
 impl AtlasLayout {
-    /// Bytes of the pages, and where maps are copied, of the page and the buffer that they are copied through.
+    /// Bytes of the pages, and of what is beside them while maps are drawn.
     pub fn bytes(&self) -> u64 {
-        bytes(self.page_size, self.pages, self.copied)
+        let [width, height] = self.page_size.map(u64::from);
+        u64::from(self.pages) * width * height * 4 + self.drawn_texels * 4 + self.drawn_parts * PART_BYTES
     }
 
     /// A slot in the words of the shaders, see `Light.atlas_slot`.
@@ -82,63 +84,60 @@ impl AtlasLayout {
         }
     }
 
-    /// Lays out the maps of lights, of which `directional[i]` tells whether light i is a directional one. `copied` tells
-    /// whether they are drawn in a page of their own and copied from there.
+    /// Lays out the maps of lights, of which `directional[i]` tells whether light i is a directional one.
     ///
     /// # Errors
     /// [`Error::TooLarge`] where the budget or the device's limits do not suffice.
-    pub fn new(
-        directional: &[bool],
-        copied: bool,
-        options: &RendererOptions,
-        limits: &wgpu::Limits,
-    ) -> Result<Self> {
+    pub fn new(directional: &[bool], options: &RendererOptions, limits: &wgpu::Limits) -> Result<Self> {
         let lights = directional.len();
         let suns = directional.iter().filter(|&&d| d).count();
         let budget = u64::from(options.memory_mib) << 20;
         let max_page = limits.max_texture_dimension_2d.min(MAX_PAGE);
         let max_pages = limits.max_texture_array_layers.min(MAX_PAGES);
         let shapes = |size| shapes([lights as u64, suns as u64], size, max_page, max_pages);
-        let fits = |shape: &Shape| shape.bytes(copied) <= budget;
-        let least_mib = |size| shapes(size).map(|s| s.bytes(copied).div_ceil(1 << 20)).min();
+        let fits = |shape: &Shape| shape.bytes() <= budget;
+        let granule = granule(options.shadow_map);
+        let least_mib = |size: u32| shapes(size).map(|s| s.bytes().div_ceil(1 << 20)).min();
         let shape = match options.map_size {
             Some(size) if size < MIN_SIZE || size > max_page => {
                 let what = format!("shadow maps of {size}² texels are not possible here");
                 return Err(Error::too_large(what, Remedy::MapSize { from: MIN_SIZE, to: max_page }));
             }
-            Some(size) => shapes(size).find(fits).ok_or_else(|| {
-                let (needs, remedy) = match least_mib(size) {
-                    Some(mib) => (format!("{mib} MiB"), Remedy::MemoryOrSmallerMaps { mib }),
-                    None => (format!("more than the {max_pages} pages of this device"), Remedy::SmallerMaps),
-                };
-                Error::too_large(format!("{lights} shadow maps of {size}² texels need {needs}"), remedy)
-            })?,
+            Some(size) => {
+                shapes(size.next_multiple_of(granule).min(max_page)).find(fits).ok_or_else(|| {
+                    let (needs, remedy) = match least_mib(size) {
+                        Some(mib) => (format!("{mib} MiB"), Remedy::MemoryOrSmallerMaps { mib }),
+                        None => {
+                            (format!("more than the {max_pages} pages of this device"), Remedy::SmallerMaps)
+                        }
+                    };
+                    Error::too_large(format!("{lights} shadow maps of {size}² texels need {needs}"), remedy)
+                })?
+            }
             None => {
                 let largest = (budget / 4 / tiles([lights as u64, suns as u64], DIRECTIONAL_TILES)).isqrt();
-                let sizes =
-                    (MIN_SIZE..=(largest as u32 / 16 * 16).min(MAX_CHOSEN).min(max_page)).rev().step_by(16);
+                let largest = (largest as u32).clamp(MIN_SIZE, MAX_CHOSEN).min(max_page) / granule;
+                let sizes = (1..=largest).rev().map(|i| i * granule);
                 sizes.filter_map(|size| shapes(size).find(fits)).next().ok_or_else(|| {
                     let what = format!("{lights} shadow maps do not fit into {} MiB", options.memory_mib);
-                    let remedy = least_mib(MIN_SIZE)
+                    let remedy = least_mib(granule)
                         .map_or(Remedy::FewerLights, |mib| Remedy::MemoryOrFewerLights { mib });
                     Error::too_large(what, remedy)
                 })?
             }
         };
-        Ok(shape.place(directional, copied))
+        Ok(shape.place(directional))
     }
+}
+
+/// What sizes of maps are multiples of: their parts are drawn in whole blocks, in each of which they are linear.
+fn granule(shape: ShadowMap) -> u32 {
+    if shape == ShadowMap::Cube { 4 * BLOCK } else { 2 * BLOCK }
 }
 
 /// Tiles of lights and of the suns among them, each of those `block` tiles along an axis; 1 where there are none.
 fn tiles([lights, suns]: [u64; 2], block: u32) -> u64 {
     (lights - suns + suns * u64::from(block).pow(2)).max(1)
-}
-
-/// Bytes of pages, and of what they are copied through: one of depth, and a buffer.
-fn bytes(page_size: [u32; 2], pages: u32, copied: bool) -> u64 {
-    let [width, height] = page_size.map(|s| u64::from(s) * 4);
-    let row = width.next_multiple_of(u64::from(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT));
-    (u64::from(pages) * width + if copied { width + row } else { 0 }) * height / 4
 }
 
 /// Equal pages for tiles of one size.
@@ -152,6 +151,9 @@ struct Shape {
     /// Tiles down a page.
     rows: u32,
     pages: u32,
+    /// Lights.
+    maps: u64,
+    has_suns: bool,
 }
 
 /// Shapes that hold the maps of so many lights and suns, the fewest and largest pages first.
@@ -171,7 +173,8 @@ fn shapes(counts: [u64; 2], size: u32, max_page: u32, max_pages: u32) -> impl It
         let blocks = u64::from(columns / block) * u64::from(rows / block);
         let of_suns = if suns > 0 { suns.div_ceil(blocks) } else { 0 };
         let pages = tiles.div_ceil(u64::from(columns) * u64::from(rows)).max(of_suns);
-        (pages <= u64::from(max_pages)).then_some(Shape { size, block, columns, rows, pages: pages as u32 })
+        let pages = u32::try_from(pages).ok().filter(|pages| *pages <= max_pages)?;
+        Some(Shape { size, block, columns, rows, pages, maps: counts[0], has_suns: suns > 0 })
     })
 }
 
@@ -180,12 +183,27 @@ impl Shape {
         [self.columns * self.size, self.rows * self.size]
     }
 
-    fn bytes(&self, copied: bool) -> u64 {
-        bytes(self.page_size(), self.pages, copied)
+    /// Texels of all pages.
+    fn texels(&self) -> u64 {
+        self.page_size().map(u64::from).iter().product::<u64>() * u64::from(self.pages)
     }
 
-    fn place(&self, directional: &[bool], copied: bool) -> AtlasLayout {
-        let &Self { size, block, columns, rows, pages } = self;
+    /// How many texels, and how many parts of maps, are drawn at once: the largest map at least.
+    fn drawn_at_once(&self) -> [u64; 2] {
+        let largest = u64::from(self.size) * if self.has_suns { u64::from(self.block) } else { 1 };
+        // Rows are whole numbers of 256 bytes then.
+        let texels = (self.texels() / 4).min(MOST_TEXELS).max(largest * largest.next_multiple_of(64));
+        [texels, (texels * 4 / (4 * PART_BYTES)).clamp(1, self.maps.max(1))]
+    }
+
+    /// Bytes of the pages, and of what is beside them while maps are drawn.
+    fn bytes(&self) -> u64 {
+        let [texels, parts] = self.drawn_at_once();
+        (self.texels() + texels) * 4 + parts * PART_BYTES
+    }
+
+    fn place(&self, directional: &[bool]) -> AtlasLayout {
+        let &Self { size, block, columns, rows, pages, .. } = self;
         let mut slots = vec![MapSlot::default(); directional.len()];
         let mut grid = Grid { columns, rows, taken: Vec::new() };
         for wanted in [true, false] {
@@ -198,7 +216,9 @@ impl Shape {
             }
         }
         let parallel_size = size * block;
-        AtlasLayout { page_size: self.page_size(), pages, map_size: size, parallel_size, copied, slots }
+        let [drawn_texels, drawn_parts] = self.drawn_at_once();
+        let page_size = self.page_size();
+        AtlasLayout { page_size, pages, map_size: size, parallel_size, drawn_texels, drawn_parts, slots }
     }
 }
 
@@ -238,8 +258,8 @@ impl Grid {
 mod tests {
     use super::*;
 
-    fn layout(directional: &[bool], copied: bool, options: RendererOptions) -> Result<AtlasLayout> {
-        AtlasLayout::new(directional, copied, &options, &wgpu::Limits::default())
+    fn layout(directional: &[bool], options: RendererOptions) -> Result<AtlasLayout> {
+        AtlasLayout::new(directional, &options, &wgpu::Limits::default())
     }
 
     /// So many points, with suns among them.
@@ -259,9 +279,9 @@ mod tests {
     #[test]
     fn slots_lie_in_their_page_and_do_not_overlap() {
         for (points, suns) in [(1, 0), (0, 1), (300, 0), (297, 3), (4096, 1), (5, 2), (100, 30)] {
-            for (copied, map_size) in [(false, None), (true, None), (true, Some(33))] {
+            for map_size in [None, Some(33)] {
                 let kinds = kinds(points, suns);
-                let l = layout(&kinds, copied, RendererOptions { map_size, ..Default::default() }).unwrap();
+                let l = layout(&kinds, RendererOptions { map_size, ..Default::default() }).unwrap();
                 for (i, a) in l.slots.iter().enumerate() {
                     assert!((0..2).all(|k| a.origin[k] + a.size <= l.page_size[k]) && a.page < l.pages);
                     assert!(a.size == if kinds[i] { l.map_size * 4 } else { l.map_size });
@@ -282,42 +302,51 @@ mod tests {
                 let kinds = kinds(points, suns);
                 for memory_mib in [1, 3, 64, 256, 1000, 4096] {
                     for map_size in [None, Some(16), Some(100), Some(464), Some(1500)] {
-                        for copied in [false, true] {
-                            let options = RendererOptions { memory_mib, map_size, ..Default::default() };
-                            let budget = u64::from(memory_mib) << 20;
-                            match layout(&kinds, copied, options) {
-                                Ok(l) => {
-                                    sizes += 1;
-                                    assert!(l.bytes() <= budget, "{points} + {suns} in {memory_mib} MiB");
-                                    assert!(l.pages <= MAX_PAGES && l.slots.iter().all(|s| s.page < l.pages));
-                                }
-                                Err(_) => refused += 1,
+                        let options = RendererOptions { memory_mib, map_size, ..Default::default() };
+                        let budget = u64::from(memory_mib) << 20;
+                        match layout(&kinds, options) {
+                            Ok(l) => {
+                                sizes += 1;
+                                assert!(l.bytes() <= budget, "{points} + {suns} in {memory_mib} MiB");
+                                assert!(l.pages <= MAX_PAGES && l.slots.iter().all(|s| s.page < l.pages));
+                                let largest = l.slots.iter().map(|s| u64::from(s.size).pow(2)).max();
+                                assert!(l.drawn_texels >= largest.unwrap_or(0) && l.drawn_parts > 0);
                             }
+                            Err(_) => refused += 1,
                         }
                     }
                 }
             }
         }
         assert!(sizes > 500 && refused > 500, "{sizes} {refused}");
-        // The control: without a thought for the copies the same pages are too much.
-        let drawn = layout(&[false; 300], false, RendererOptions::default()).unwrap();
-        assert!(AtlasLayout { copied: true, ..drawn }.bytes() > 256 << 20);
+        // The control: without a thought for what is beside them, larger maps fit.
+        let drawn = layout(&[false; 300], RendererOptions::default()).unwrap();
+        let larger = u64::from(drawn.map_size + 16).pow(2) * 300 * 4;
+        assert!(larger <= 256 << 20, "{larger}");
     }
 
     #[test]
     fn the_worked_example_holds() {
-        let shape = |copied| {
-            let l = layout(&[false; 300], copied, RendererOptions::default()).unwrap();
-            (l.map_size, l.pages, l.page_size)
-        };
-        assert_eq!(shape(false), (464, 18, [464, 7888]));
-        assert_eq!(shape(true), (464, 60, [464, 2320]));
+        let l = layout(&[false; 300], RendererOptions::default()).unwrap();
+        assert_eq!((l.map_size, l.pages, l.page_size), (448, 17, [448, 8064]));
+    }
+
+    #[test]
+    fn maps_are_whole_blocks() {
+        for (shape, granule) in [(ShadowMap::Octahedral, 16), (ShadowMap::Cube, 32)] {
+            for map_size in [None, Some(17), Some(100), Some(464)] {
+                let options = RendererOptions { map_size, shadow_map: shape, ..Default::default() };
+                let l = layout(&[false, true, false], options).unwrap();
+                let wanted = map_size.map_or(l.map_size, |size: u32| size.next_multiple_of(granule));
+                assert!(l.map_size.is_multiple_of(granule) && l.map_size == wanted, "{map_size:?}");
+            }
+        }
     }
 
     #[test]
     fn what_does_not_fit_is_refused_with_advice_that_helps() {
         let default = RendererOptions::default();
-        let remedy = |lights, options| match layout(&vec![false; lights], true, options) {
+        let remedy = |lights, options| match layout(&vec![false; lights], options) {
             Err(Error::TooLarge { remedy, .. }) => remedy,
             other => panic!("{other:?}"),
         };
@@ -328,8 +357,7 @@ mod tests {
                 (Remedy::MemoryOrSmallerMaps { mib }, Some(_)) => mib,
                 other => panic!("{other:?}"),
             };
-            let given =
-                |memory_mib| layout(&vec![false; lights], true, RendererOptions { memory_mib, ..few });
+            let given = |memory_mib| layout(&vec![false; lights], RendererOptions { memory_mib, ..few });
             assert!(given(needed as u32).is_ok() && given(needed as u32 - 1).is_err(), "{lights}: {needed}");
         }
         let absurd = |map_size| remedy(1, RendererOptions { map_size: Some(map_size), ..default });
@@ -337,6 +365,6 @@ mod tests {
         assert_eq!(absurd(1), Remedy::MapSize { from: MIN_SIZE, to: MAX_PAGE });
         // More pages than there can be, whatever the memory.
         assert_eq!(remedy(300, RendererOptions { map_size: Some(8000), ..default }), Remedy::SmallerMaps);
-        assert!(layout(&[false; 4], true, RendererOptions { map_size: Some(1024), ..default }).is_ok());
+        assert!(layout(&[false; 4], RendererOptions { map_size: Some(1024), ..default }).is_ok());
     }
 }

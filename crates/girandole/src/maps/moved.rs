@@ -1,7 +1,7 @@
 //! Boxes about what moved, in a tree: where a light's map is stale already as far as a group of them reaches, none of the group
 //! is looked at.
 
-use super::footprint::{Bounds, MapView, TexelRect};
+use super::map_view::{Bounds, MapView, TexelRect};
 use girandole_core::scene::ObjectId;
 use std::ops::Range;
 

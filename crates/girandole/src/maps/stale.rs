@@ -6,9 +6,9 @@
 //! a group of their own.
 
 use super::atlas::Atlas;
-use super::footprint::Bounds;
+use super::map_view::Bounds;
 use super::occluders::{CLUSTER, Clusters};
-use super::places::OldPlaces;
+use super::previous_transforms::OldPlaces;
 use crate::layout::Light;
 use crate::records::{OccluderBox, StaleMapsHeader, StalePart};
 use crate::shader_constants::NONE;
@@ -22,8 +22,8 @@ const ROUNDING: f32 = 1e-5;
 /// The words that shaders bind as `stale_maps`, see lib/blockers.wgsl.
 pub(crate) fn stale_words(atlas: &Atlas, lights: &[Light], old: &OldPlaces) -> Vec<u32> {
     let sets = atlas.occluders.sets();
-    let still = sets.map(|set| (set, 0..set.first_moving()));
-    let moving = sets.map(|set| (set, set.first_moving()..set.bounds.len()));
+    let still = sets.map(|set| (set, 0..set.first_dynamic()));
+    let moving = sets.map(|set| (set, set.first_dynamic()..set.bounds.len()));
     let (mut groups, mut boxes, mut triangles, mut first_moving) = (Vec::new(), Vec::new(), Vec::new(), 0);
     for (index, part) in [still, moving].into_iter().enumerate() {
         if index == 1 {

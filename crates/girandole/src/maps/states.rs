@@ -5,7 +5,7 @@
 //! map has been stale (and the extent of what is stale), so that bright ones come first and none starves. Maps that show nothing of use (those of lights
 //! that moved themselves, and before the first frame) are drawn in any case, lest light leak.
 
-use super::footprint::TexelRect;
+use super::map_view::TexelRect;
 use crate::layout::Light;
 use crate::settings::{MapPriority, MapUpdates};
 use girandole_core::glam::Vec3;
@@ -24,10 +24,6 @@ struct MapState {
     frames: u32,
     /// Whether it shows the scene from where its light is, at some moment.
     is_valid: bool,
-    /// Whether it was never drawn.
-    is_new: bool,
-    /// Whether what does not move is kept apart as it is seen from there.
-    is_kept: bool,
 }
 
 /// A part of a light's map to be drawn.
@@ -49,13 +45,7 @@ pub struct StaleCounts {
 impl MapStates {
     /// Maps of these sizes, none drawn yet.
     pub fn new(sizes: impl Iterator<Item = u32>) -> Self {
-        let undrawn = |size| MapState {
-            stale: TexelRect::whole(size),
-            frames: 0,
-            is_valid: false,
-            is_new: true,
-            is_kept: false,
-        };
+        let undrawn = |size| MapState { stale: TexelRect::whole(size), frames: 0, is_valid: false };
         Self { maps: sizes.map(undrawn).collect() }
     }
 
@@ -72,8 +62,7 @@ impl MapStates {
 
     /// A light moved: its map, of this size, shows nothing of use.
     pub fn invalidate(&mut self, light: usize, size: u32) {
-        let (map, stale) = (&mut self.maps[light], TexelRect::whole(size));
-        *map = MapState { stale, frames: 0, is_valid: false, is_kept: false, ..*map };
+        self.maps[light] = MapState { stale: TexelRect::whole(size), frames: 0, is_valid: false };
     }
 
     /// What the next frame draws, in the order of lights. Maps of lights that are dark are left until those shine.
@@ -104,28 +93,8 @@ impl MapStates {
         for update in drawn {
             let map = &mut self.maps[update.light as usize];
             let stale = TexelRect::default();
-            *map = MapState { stale, frames: 0, is_valid: true, is_new: false, ..*map };
+            *map = MapState { stale, frames: 0, is_valid: true };
         }
-    }
-
-    /// Whether a light's map shows the scene from where the light is, at some moment.
-    pub fn is_valid(&self, light: u32) -> bool {
-        self.maps[light as usize].is_valid
-    }
-
-    /// Takes note that of these lights' maps what does not move is kept apart.
-    pub fn keep(&mut self, lights: &[u32]) {
-        lights.iter().for_each(|&light| self.maps[light as usize].is_kept = true);
-    }
-
-    /// Whether a light's map was never drawn, from wherever.
-    pub fn is_new(&self, light: u32) -> bool {
-        self.maps[light as usize].is_new
-    }
-
-    /// Whether of a light's map what does not move is kept apart.
-    pub fn is_kept(&self, light: u32) -> bool {
-        self.maps[light as usize].is_kept
     }
 
     /// Counts a frame for those that remain stale.

@@ -5,7 +5,7 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView, MapsView};
 use crate::device::kernel::{Groups, Kernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::maps::places::OldPlacesBinding;
+use crate::maps::previous_transforms::OldPlacesBinding;
 use crate::points::lists::{COOPERATIVE_AT, SHADE_AT};
 use crate::shaders;
 

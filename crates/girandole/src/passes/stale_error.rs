@@ -8,7 +8,7 @@ use crate::device::readback::TextureCopy;
 use crate::device::recorder::Recorder;
 use crate::maps::atlas::Atlas;
 use crate::maps::occluders::CLUSTER;
-use crate::maps::places::OldPlaces;
+use crate::maps::previous_transforms::OldPlaces;
 use crate::maps::stale::{BLOCKER_GROUP, stale_words};
 use crate::points::lists::PointLists;
 use crate::points::targets::GRID;

@@ -5,7 +5,7 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, MapsView, batches};
 use crate::device::kernel::{Groups, Kernel, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::maps::places::GpuOldPlaces;
+use crate::maps::previous_transforms::GpuOldPlaces;
 use crate::scene::lights::GpuLights;
 use crate::scene::transfer::GpuTransfer;
 use crate::shader_constants::{BATCH, GROUPS_PER_ROW, WORKGROUP};

@@ -11,9 +11,9 @@ use crate::passes::shade_naive::ShadeNaive;
 use crate::settings::{Mode, RenderSettings, Shading};
 
 impl Passes {
-    /// Has compiled what every scene needs; `may_move`: also what is drawn otherwise where things may move. Whether all is there.
-    pub fn order(&self, shared: &Shared, may_move: bool) -> bool {
-        let are_there = self.shadow_maps.order(shared, may_move);
+    /// Has compiled what every scene needs. Whether all is there.
+    pub fn order(&self, shared: &Shared) -> bool {
+        let are_there = self.shadow_maps.order(shared);
         self.visibility_buffer.order(shared) & are_there
     }
 }

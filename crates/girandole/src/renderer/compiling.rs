@@ -21,7 +21,7 @@ impl Renderer {
             return;
         }
         let context = &self.context;
-        self.passes.order(&context.shared, scene.objects.iter().any(|object| object.dynamic));
+        self.passes.order(&context.shared);
         // Kernels are kept by what they are made of, not by who ordered them.
         ScenePasses::new(SceneFeatures::expected(scene, geometry)).order(context, settings);
     }
@@ -30,8 +30,8 @@ impl Renderer {
     /// them as [`Renderer::compile_for`] does where it would not: for windows, which show something else meanwhile. It is `true` where
     /// frames compile what they need by themselves.
     pub fn is_compiled_for(&self, settings: &RenderSettings) -> bool {
-        let (Some(scene), Some(scene_passes)) = (&self.scene, &self.scene_passes) else { return true };
-        let are_there = self.passes.order(&self.context.shared, scene.atlas.still.is_some());
+        let Some(scene_passes) = &self.scene_passes else { return true };
+        let are_there = self.passes.order(&self.context.shared);
         scene_passes.order(&self.context, settings) & are_there
     }
 

@@ -50,24 +50,16 @@ impl Renderer {
         let slot = self.scene.as_ref().and_then(|s| Some((s, *s.atlas.layout.slots.get(light)?)));
         let copy = slot.map(|(scene, slot)| {
             let mut encoder = device.create_command_encoder(&Default::default());
-            // Depth can only be copied whole.
-            let origin = wgpu::Origin3d { x: 0, y: 0, z: slot.page };
-            let page = scene.atlas.layout.page_size;
-            let copy = TextureCopy::record(device, &mut encoder, &scene.atlas.texture, origin, page, 4);
+            let [x, y] = slot.origin;
+            let origin = wgpu::Origin3d { x, y, z: slot.page };
+            let copy =
+                TextureCopy::record(device, &mut encoder, &scene.atlas.texture, origin, [slot.size; 2], 4);
             queue.submit([encoder.finish()]);
-            (copy, slot, page[0] as usize)
+            copy
         });
         async move {
-            let (copy, slot, width) =
-                copy.ok_or_else(|| Error::invalid(format!("there is no light {light}")))?;
-            let page = copy.words().await?;
-            let [x, y] = slot.origin.map(|o| o as usize);
-            let size = slot.size as usize;
-            Ok((y..y + size)
-                .flat_map(|row| {
-                    page[row * width + x..row * width + x + size].iter().map(|&bits| f32::from_bits(bits))
-                })
-                .collect())
+            let copy = copy.ok_or_else(|| Error::invalid(format!("there is no light {light}")))?;
+            Ok(copy.words().await?.into_iter().map(f32::from_bits).collect())
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::device::buffers::{check_bytes, storage};
 use crate::device::context::Context;
 use crate::layout::{TransferObject, VertexRange};
-use crate::maps::places::mover_of;
+use crate::maps::previous_transforms::mover_of;
 use crate::resident::LightSource;
 use crate::shader_constants::{BATCH, NONE};
 use crate::stats::TransferCounts;

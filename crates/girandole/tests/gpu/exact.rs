@@ -2,7 +2,6 @@
 
 use crate::common::{Context, Stage, Test, camera, exact, mean, room};
 use girandole::core::glam::Vec3;
-use girandole::core::image::Image;
 use girandole::core::lights::{LightSample, LightSet, Profile, SampleOrigin};
 use girandole::core::math::{sequence, warp};
 use girandole::core::scene::{Geometry, Material, Scene};
@@ -15,11 +14,6 @@ pub fn tests() -> Vec<Test> {
         ("maps_of_a_closed_box_have_no_hole", no_holes),
         ("filters_stay_within_their_map", filters_stay),
     ]
-}
-
-pub fn with_clip_distances() -> (wgpu::Features, Test) {
-    let test: Test = ("without_clip_distances_the_picture_is_the_same", without_clip_distances);
-    (wgpu::Features::CLIP_DISTANCES, test)
 }
 
 fn same_bytes(context: &Context) {
@@ -165,30 +159,4 @@ fn filters_stay(context: &Context) {
     let among = context.frame(&mut renderer, &view, size, &exact());
     assert!(among.pixels == alone(0, 8).pixels);
     assert!(among.pixels != alone(0, 0).pixels, "the control: the filter does something");
-}
-
-fn without_clip_distances(context: &Context) {
-    let size = [160, 120];
-    let mut stage = Stage::builtin("pillars", 40);
-    camera(&mut stage.scene, Vec3::new(0.0, 2.0, 0.0), Vec3::new(1.0, 1.0, 1.0), 1.0);
-    let view = stage.view(0, size);
-    assert!(context.gpu.device.features().contains(wgpu::Features::CLIP_DISTANCES));
-    let with = context.picture(&stage, RendererOptions::default(), &view, size);
-    let plain = pollster::block_on(girandole::Gpu::with_features(
-        Some(&context.gpu.info.name),
-        wgpu::Features::empty(),
-    ));
-    let plain = Context::new(plain.expect("a plain device"), context.tuning);
-    assert!(!plain.gpu.device.features().contains(wgpu::Features::CLIP_DISTANCES));
-    let without = plain.picture(&stage, RendererOptions::default(), &view, size);
-    let differing = |other: &Image| {
-        let pairs = with.pixels.iter().zip(&other.pixels);
-        pairs.filter(|(a, b)| (**a - **b).length() > 1e-3 * a.length()).count()
-    };
-    // Clipping makes new corners, which move depths by rounding; a few texels fall on the other side.
-    assert!(differing(&without) * 200 <= with.pixels.len(), "{}", differing(&without));
-    // The control: maps that are a little coarser differ more.
-    let coarser = RendererOptions { map_size: Some(480), ..RendererOptions::default() };
-    let coarser = plain.picture(&stage, coarser, &view, size);
-    assert!(differing(&coarser) * 200 > with.pixels.len(), "{}", differing(&coarser));
 }

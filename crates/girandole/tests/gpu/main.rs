@@ -7,6 +7,7 @@ mod exact;
 mod layers;
 mod leaks;
 mod light_motion;
+mod maps;
 mod materials;
 mod mirrors;
 mod motion;
@@ -74,7 +75,6 @@ fn pictures() -> Vec<(Test, Requirement)> {
     ]
     .concat();
     let of_some_devices = [
-        exact::with_clip_distances(),
         shadings::with_float_blending(),
         materials::with_timestamps(),
         recording::with_float_blending(),
@@ -132,7 +132,8 @@ fn main() {
     let context = |tuning| -> Option<&'static Context> {
         gpu.clone().map(|gpu| &*Box::leak(Box::new(Context::new(gpu, tuning))))
     };
-    let functions = mirrors::tests().into_iter().map(|test| (test, wgpu::Features::empty())).collect();
+    let functions = [mirrors::tests(), maps::tests()].concat();
+    let functions = functions.into_iter().map(|test| (test, wgpu::Features::empty())).collect();
     let mut conclusions = vec![("functions", run(&arguments, "functions", functions, context(None)))];
     match std::env::var("GIRANDOLE_TEST_DEVICE") {
         Ok(name) => {

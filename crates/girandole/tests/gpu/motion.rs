@@ -298,7 +298,7 @@ fn hidden(context: &Context) {
     renderer.open(&scene, &held(60, false)).expect("open");
     let mut other = context.renderer(options);
     let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
-    let (mut drawn, mut clusters) = (Vec::new(), Vec::new());
+    let mut drawn = Vec::new();
     for place in [
         Vec3::new(1.0, 0.5, 0.3),
         Vec3::new(0.6, 0.4, 0.3),
@@ -311,11 +311,8 @@ fn hidden(context: &Context) {
         let ([after, anew], stats) =
             updated(context, [&mut renderer, &mut other], (&mut scene, &view), &full);
         drawn.push(stats.maps_drawn);
-        clusters.push(context.wait(other.stats()).expect("stats").culling.clusters_drawn);
         assert!(after == anew, "{place}");
     }
-    // All maps are drawn anew: those of lights that the screen hides it from, without it. The control: over the screen, with it.
-    assert!(clusters[1] + 100 < clusters[2], "{clusters:?}");
     // Behind the screen, and, the control, from there over it.
     assert!(drawn[1] < 45 && drawn[2] > drawn[1] + 8, "{drawn:?}");
 }

@@ -3,7 +3,7 @@
 //! blocks as a whole.
 
 use super::exact_sum::ExactSum;
-use crate::maps::places::mover_of;
+use crate::maps::previous_transforms::mover_of;
 use crate::records::LeafRecord;
 use crate::scene::surface_ids::is_flat;
 use crate::shader_constants::{

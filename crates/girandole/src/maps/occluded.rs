@@ -6,9 +6,9 @@ use girandole_core::visibility::VisibilityDatabase;
 
 /// For each object and light, whether it is dynamic and hidden as a whole; nothing, where that is not known.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct HiddenMovers(Vec<Vec<bool>>);
+pub(crate) struct OccludedObjects(Vec<Vec<bool>>);
 
-impl HiddenMovers {
+impl OccludedObjects {
     pub fn of(scene: &Scene, database: Option<&VisibilityDatabase>) -> Self {
         let Some(database) = database else { return Self::default() };
         let hidden = |(id, object): (usize, &Object)| {

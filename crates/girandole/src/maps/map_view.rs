@@ -17,23 +17,8 @@ pub(crate) struct TexelRect {
     pub end: [u32; 2],
 }
 
-/// What of a map a box may cover.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Extent {
-    /// The lowest and the highest coordinates, texels; infinite where they are not known.
-    pub low: [f32; 2],
-    pub high: [f32; 2],
-    /// How many texels it would touch at most without the face's own outline.
-    pub whole: f32,
-}
-
-/// What faces of a map take in beside their own directions, and rasterisation beside what projection says, texels.
+/// What rounding may add to a box of texels, texels.
 const MARGIN: f32 = 2.0;
-/// How far faces of the octahedron reach over their seams, texels: see `lib/project.wgsl`.
-pub(super) const OVERLAP: f32 = 0.25;
-/// How far rasterisation moves corners at most, texels: devices round them to a sixteenth or less.
-pub(super) const ROUNDING: f32 = 0.1;
-
 impl Bounds {
     /// The smallest one about points; at least one.
     pub fn around(points: impl Iterator<Item = Vec3>) -> Self {
@@ -45,24 +30,6 @@ impl Bounds {
     /// The smallest one about others; at least one.
     pub fn about<'a>(others: impl Iterator<Item = &'a Self>) -> Self {
         Self::around(others.flat_map(|b| [b.center - b.half_extent, b.center + b.half_extent]))
-    }
-}
-
-impl Extent {
-    const UNKNOWN: Self =
-        Self { low: [f32::NEG_INFINITY; 2], high: [f32::INFINITY; 2], whole: f32::INFINITY };
-
-    /// About how many texels.
-    pub fn texels(&self) -> f32 {
-        (0..2).map(|i| self.high[i] - self.low[i]).product()
-    }
-
-    /// The texels of a map whose centres may be covered, rasterisation rounding.
-    pub fn rect(&self, size: u32) -> TexelRect {
-        TexelRect {
-            first: self.low.map(|x| (x - ROUNDING).clamp(0.0, size as f32) as u32),
-            end: self.high.map(|x| (x + ROUNDING).ceil().clamp(0.0, size as f32) as u32),
-        }
     }
 }
 
@@ -93,22 +60,12 @@ impl TexelRect {
         }
     }
 
-    /// What both have in common.
-    pub fn intersection(&self, other: &Self) -> Self {
+    /// The smallest one about it of whole blocks of so many texels.
+    pub fn in_blocks(&self, block: u32) -> Self {
         Self {
-            first: [0, 1].map(|i| self.first[i].max(other.first[i])),
-            end: [0, 1].map(|i| self.end[i].min(other.end[i])),
+            first: self.first.map(|x| x / block * block),
+            end: self.end.map(|x| x.next_multiple_of(block)),
         }
-    }
-
-    /// Whether a texel is one of them.
-    pub fn holds(&self, texel: [u32; 2]) -> bool {
-        (0..2).all(|i| (self.first[i]..self.end[i]).contains(&texel[i]))
-    }
-
-    /// Whether they have a texel in common.
-    pub fn meets(&self, other: &Self) -> bool {
-        (0..2).all(|i| self.first[i].max(other.first[i]) < self.end[i].min(other.end[i]))
     }
 
     /// The part of a map between two of its coordinates, with a margin.
@@ -138,18 +95,14 @@ impl<'a> MapView<'a> {
         Self { light, size, faces: if light.is_parallel() { 1 } else { faces } }
     }
 
-    pub fn faces(&self) -> u32 {
-        self.faces
-    }
-
     /// Which faces a box touches, a bit each.
-    pub fn faces_touched(&self, bounds: &Bounds) -> u32 {
+    fn faces_touched(&self, bounds: &Bounds) -> u32 {
         let light = self.light;
         let bitangent = light.normal.cross(light.tangent);
         let d = bounds.center - light.position;
-        // Range of each light-space coordinate over the box; faces overlap by up to a texel at their seams.
-        let overlap = (d.length() + bounds.half_extent.length()) * 2.0 / self.size as f32;
-        let range = |axis: Vec3| (axis.dot(d), axis.abs().dot(bounds.half_extent) + overlap);
+        // Range of each light-space coordinate over the box, with room for rounding.
+        let margin = (d.length() + bounds.half_extent.length()) * 2.0 / self.size as f32;
+        let range = |axis: Vec3| (axis.dot(d), axis.abs().dot(bounds.half_extent) + margin);
         let [x, y, z] = [light.tangent, bitangent, light.normal].map(range);
         if light.is_parallel() {
             let is_shown = [x, y].iter().all(|(center, half)| (center.abs() - half) * light.scale <= 1.0);
@@ -173,39 +126,8 @@ impl<'a> MapView<'a> {
         (0..self.faces).filter(|&face| is_inside(face)).fold(0, |bits, face| bits | 1 << face)
     }
 
-    /// The texels that a box may cover in a face that it touches; the whole map, where that is not known.
-    pub fn footprint(&self, face: u32, bounds: &Bounds) -> TexelRect {
-        match self.extent(face, bounds) {
-            Some(([low, high], _)) => TexelRect::between(low, high, self.size),
-            None => TexelRect::whole(self.size),
-        }
-    }
-
-    /// What a box covers on a face that it touches. None, if rasterising what is in it leaves no trace in a part of the map.
-    pub fn extent_drawn(&self, face: u32, bounds: &Bounds, part: TexelRect) -> Option<Extent> {
-        let Some((extent @ [low, high], whole)) = self.extent(face, bounds) else {
-            return Some(Extent::UNKNOWN);
-        };
-        let is_whole = part == TexelRect::whole(self.size);
-        if self.has_no_center(extent) || !(is_whole || TexelRect::between(low, high, self.size).meets(&part))
-        {
-            return None;
-        }
-        let texels = |place: [f32; 2]| place.map(|x| x * self.size as f32);
-        Some(Extent { low: texels(low), high: texels(high), whole })
-    }
-
-    /// Whether certainly no texel's centre lies in a part of the map: then rasterising what is shown there leaves no trace.
-    fn has_no_center(&self, [low, high]: [[f32; 2]; 2]) -> bool {
-        (0..2).any(|axis| {
-            let [low, high] = [low, high].map(|corner| corner[axis] * self.size as f32 - 0.5);
-            (low - ROUNDING).ceil() > (high + ROUNDING).floor()
-        })
-    }
-
-    /// The lowest and highest coordinates of a box in the part of the map that a face has, if they are known; and how many texels
-    /// it would touch at most without the face's outline.
-    fn extent(&self, face: u32, bounds: &Bounds) -> Option<([[f32; 2]; 2], f32)> {
+    /// The lowest and highest coordinates of a box in the part of the map that a face has, if they are known.
+    fn extent(&self, face: u32, bounds: &Bounds) -> Option<[[f32; 2]; 2]> {
         let light = self.light;
         let bitangent = light.normal.cross(light.tangent);
         let into = |v: Vec3| Vec3::new(v.dot(light.tangent), v.dot(bitangent), v.dot(light.normal));
@@ -224,12 +146,8 @@ impl<'a> MapView<'a> {
             let high = [0, 1].map(|i| near[i].max(far[i]).max_element());
             [low, high]
         };
-        let texels = |[low, high]: [[f32; 2]; 2]| {
-            (0..2).map(|i| (high[i] - low[i]) * self.size as f32 + 1.0).product::<f32>()
-        };
         if light.is_parallel() {
-            let extent = bounds(corners.map(|[x, y, _]| [x, y].map(|q| q * light.scale * 0.5 + 0.5)));
-            return Some((extent, texels(extent)));
+            return Some(bounds(corners.map(|[x, y, _]| [x, y].map(|q| q * light.scale * 0.5 + 0.5))));
         }
         if self.faces != 4 {
             return None;
@@ -238,7 +156,6 @@ impl<'a> MapView<'a> {
         // the denominator is 0, their extremes lie at corners.
         let [sx, sy] = [1, 2].map(|bit| if face & bit == 0 { -1.0 } else { 1.0 });
         let [mut low, mut high] = [[0.0; 2], [1.0; 2]];
-        let mut whole = f32::INFINITY;
         let denominators = corners.map(|[x, y, z]| x * sx + y * sy + z);
         let is_before =
             |([x, y, z], w): ([Vec4; 3], Vec4)| w.cmpgt((x.abs() + y.abs() + z.abs()) * 1e-6).all();
@@ -248,24 +165,27 @@ impl<'a> MapView<'a> {
                 [x + y, x - y].map(|p| (p / w + 1.0) * 0.5)
             };
             [low, high] = bounds([places(0), places(1)]);
-            whole = texels([low, high]);
         }
         // The face's own part of the map.
-        let (axis, seam) = (usize::from(sx != sy), OVERLAP / self.size as f32);
+        let axis = usize::from(sx != sy);
         if sx > 0.0 {
-            low[axis] = low[axis].max(0.5 - seam);
+            low[axis] = low[axis].max(0.5);
         } else {
-            high[axis] = high[axis].min(0.5 + seam);
+            high[axis] = high[axis].min(0.5);
         }
-        Some(([low, high], whole))
+        Some([low, high])
     }
 
     /// The texels that a box may cover, on all faces.
     pub fn covered(&self, bounds: &Bounds) -> TexelRect {
         let touched = self.faces_touched(bounds);
-        (0..self.faces)
-            .filter(|face| touched >> face & 1 == 1)
-            .fold(TexelRect::default(), |rect, face| rect.union(&self.footprint(face, bounds)))
+        (0..self.faces).filter(|face| touched >> face & 1 == 1).fold(TexelRect::default(), |rect, face| {
+            let covered = match self.extent(face, bounds) {
+                Some([low, high]) => TexelRect::between(low, high, self.size),
+                None => TexelRect::whole(self.size),
+            };
+            rect.union(&covered)
+        })
     }
 }
 
@@ -341,39 +261,5 @@ mod tests {
         }
         // The control: they are not simply the whole map.
         assert!(footprints < 3.0 * tight && footprints < 0.1 * by_itself, "{footprints} {tight} {by_itself}");
-    }
-
-    #[test]
-    fn what_is_between_texels_covers_no_centre_of_one() {
-        const SIZE: u32 = 64;
-        let (mut found, mut all, mut large) = (0, 0, 0);
-        for case in 0..3000 {
-            let (light, bounds) = light_and_box(case, if case % 3 == 0 { 0.3 } else { 0.03 });
-            let (map, whole) = (MapView::new(&light, SIZE, 4), TexelRect::whole(SIZE));
-            let touched = map.faces_touched(&bounds);
-            let drawn = (0..map.faces())
-                .any(|face| touched >> face & 1 == 1 && map.extent_drawn(face, &bounds, whole).is_some());
-            // Texels' positions, less a half: a whole number between two of a box's points is a centre.
-            let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
-            for point in 0..200 {
-                let at = point_of(&bounds, case, point);
-                if (at - light.position).dot(light.normal) > 0.0 {
-                    let texel = project(&light, at).map(|p| p * SIZE as f32 - 0.5);
-                    (low, high) =
-                        ([0, 1].map(|i| low[i].min(texel[i])), [0, 1].map(|i| high[i].max(texel[i])));
-                }
-            }
-            let is_within = |x: f32| (0.0..SIZE as f32 - 1.0).contains(&x);
-            if !low.into_iter().chain(high).all(is_within) {
-                continue;
-            }
-            let covers = (0..2).all(|i| low[i].ceil() <= high[i].floor());
-            assert!(drawn || !covers, "case {case}: {low:?} to {high:?}");
-            all += u32::from(!covers);
-            found += u32::from(!covers && !drawn);
-            large += u32::from(covers);
-        }
-        // The controls: most of those are found, and there are others.
-        assert!(found * 2 > all && all > 200 && large > 200, "{found} {all} {large}");
     }
 }

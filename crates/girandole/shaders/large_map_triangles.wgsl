@@ -1,0 +1,38 @@
+// Rasterises triangles that are large on parts of shadow maps and in no list of set-ups, the clusters that have any one by one.
+
+@group(2) @binding(5) var<storage, read> lists: array<u32>;
+
+@compute @workgroup_size(WORKGROUP)
+fn large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+  let pair = group.y * GROUPS_PER_ROW + group.x;
+  if pair >= lists[PAIRS] { return; }
+  let part_and_cluster = lists[LISTS_HEAD + batch.parts + pair];
+  let part = parts[part_and_cluster / batch.clusters];
+  let cluster = part_and_cluster % batch.clusters;
+  for (var triangle = cluster * CLUSTER; triangle < (cluster + 1u) * CLUSTER; triangle++) {
+    let s = set_up(part, triangle);
+    let size = s.end - s.first;
+    if size.x * size.y <= SMALL { continue; }
+    let first = s.first / BLOCK_TEXELS;
+    let columns = u32((s.end.x + BLOCK_TEXELS - 1) / BLOCK_TEXELS - first.x);
+    let blocks = columns * u32((s.end.y + BLOCK_TEXELS - 1) / BLOCK_TEXELS - first.y);
+    for (var block = group.z * SLICE + lane; block < min(blocks, (group.z + 1u) * SLICE); block += WORKGROUP) {
+      let corner = (first + vec2i(i32(block % columns), i32(block / columns))) * BLOCK_TEXELS;
+      if touches(s, part, corner.x, corner.y) != 0u { rasterize_block(part, s, triangle, corner); }
+    }
+  }
+}
+
+fn rasterize_block(part: MapPart, s: SetUp, triangle: u32, corner: vec2i) {
+  for (var row = max(corner.y, s.first.y); row < min(corner.y + BLOCK_TEXELS, s.end.y); row++) {
+    let left = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), inside(s.a, s.b, s.c, directions(part, corner.x, row), part.size) >= vec4f(0.0));
+    let right = select(vec4u(0u), vec4u(16u, 32u, 64u, 128u), inside(s.a, s.b, s.c, directions(part, corner.x + 4, row), part.size) >= vec4f(0.0));
+    let both = left | right;
+    var covered = both.x | both.y | both.z | both.w;
+    while covered != 0u {
+      let column = corner.x + i32(firstTrailingBit(covered));
+      covered &= covered - 1u;
+      if column >= s.first.x && column < s.end.x { add(part, s, triangle, column, row); }
+    }
+  }
+}

@@ -1,0 +1,254 @@
+// Occluders as the parts of shadow maps see them.
+//
+// `occluders` begins with two vectors a cluster: a sphere about it; the cone of its normals, and the dynamic object that it
+// belongs to. Then come three corners for each of its CLUSTER triangles, with the triangle's index in `triangles`, and its owner: a
+// dynamic or a closed object.
+
+struct Occluders {
+  clusters: u32,
+  first_moving: u32, // clusters of static objects come first
+  parts: u32, // of this batch
+  slices: u32, // of SLICE blocks each, of the largest part
+}
+
+@group(2) @binding(1) var<storage, read> occluders: array<vec4u>;
+@group(2) @binding(2) var<uniform> batch: Occluders;
+// For each part, two bits for each owner: whether something static hides it from the light; whether it is closed, and the light
+// outside of it.
+@group(2) @binding(3) var<storage, read> owners: array<u32>;
+
+override CLUSTER: u32;
+
+const HIDDEN = 1u;
+const CLOSED = 2u;
+// How far beside its texels rounding may put what a map shows, texels.
+const MARGIN = 0.01;
+// Sines of angles by which triangles at least face away before a cluster of them is left out.
+const TURNED = 0.001;
+const SQRT_3 = 1.7320508;
+
+fn light_space(part: MapPart, point: vec3f) -> vec3f {
+  let d = point - part.position;
+  return vec3f(dot(d, part.x), dot(d, part.y), dot(d, part.z));
+}
+
+// Where a point in light space is shown, as multiples of half the map's size about its middle.
+fn place(p: vec3f) -> vec2f {
+  if PARAMETERISATION == CUBE {
+    let a = abs(p);
+    if p.z >= max(a.x, a.y) { return 0.5 * p.xy / p.z; }
+    if a.x >= a.y { return vec2f(sign(p.x) * (1.0 - 0.5 * p.z / a.x), 0.5 * p.y / a.x); }
+    return vec2f(0.5 * p.x / a.y, sign(p.y) * (1.0 - 0.5 * p.z / a.y));
+  }
+  let w = abs(p.x) + abs(p.y) + p.z;
+  return vec2f(p.x + p.y, p.x - p.y) / w;
+}
+
+// On which face of the cube.
+fn cube_face(p: vec3f) -> u32 {
+  let a = abs(p);
+  if p.z >= max(a.x, a.y) { return 0u; }
+  if a.x >= a.y { return select(1u, 2u, p.x > 0.0); }
+  return select(3u, 4u, p.y > 0.0);
+}
+
+// Homogeneous coordinates, and the depth there.
+fn projected(part: MapPart, p: vec3f) -> vec4f {
+  if part.is_parallel != 0u { return vec4f(p.xy, 1.0, 1.0 - p.z); }
+  let w = length(p);
+  return vec4f(p.xy / max(w + p.z, 1e-3 * w), 1.0, min(NEAR / w, 1.0));
+}
+
+struct Box { low: vec2f, high: vec2f }
+
+fn grown(b: Box, at: vec2f) -> Box { return Box(min(b.low, at), max(b.high, at)); }
+
+// With an edge of which no end lies behind the light's plane: it has corners where it crosses from one face to another.
+fn grown_by_edge(b: Box, p: vec3f, q: vec3f) -> Box {
+  var box = grown(grown(b, place(p)), place(q));
+  let t = p.xy / (p.xy - q.xy);
+  if t.x > 0.0 && t.x < 1.0 { box = grown(box, place(mix(p, q, t.x))); }
+  if t.y > 0.0 && t.y < 1.0 { box = grown(box, place(mix(p, q, t.y))); }
+  return box;
+}
+
+// Of a triangle before the light's plane, as a whole or in part.
+fn box_of(p: vec3f, q: vec3f, r: vec3f) -> Box {
+  let least = min(p, min(q, r));
+  let most = max(p, max(q, r));
+  let nothing = Box(vec2f(2.0), vec2f(-2.0));
+  if PARAMETERISATION == CUBE {
+    let face = cube_face(p);
+    if least.z <= 0.0 || face != cube_face(q) || face != cube_face(r) { return Box(vec2f(-1.0), vec2f(1.0)); }
+    return grown(grown(grown(nothing, place(p)), place(q)), place(r));
+  }
+  if least.z > 0.0 {
+    if least.x * most.x >= 0.0 && least.y * most.y >= 0.0 {
+      return grown(grown(grown(nothing, place(p)), place(q)), place(r));
+    }
+    return grown_by_edge(grown_by_edge(grown_by_edge(nothing, p, q), q, r), r, p);
+  }
+  // What is left of it before the plane has one edge more, in the plane.
+  var box = nothing;
+  var in_plane: array<vec3f, 2>;
+  var crossings = 0u;
+  var from_point = r;
+  var to_point = p;
+  for (var edge = 0; edge < 3; edge++) {
+    let t = clamp(from_point.z / (from_point.z - to_point.z), 0.0, 1.0);
+    let crossing = vec3f(mix(from_point.xy, to_point.xy, t), 0.0);
+    let is_before = vec2<bool>(from_point.z > 0.0, to_point.z > 0.0);
+    if any(is_before) {
+      box = grown_by_edge(box, select(crossing, from_point, is_before.x), select(crossing, to_point, is_before.y));
+    }
+    if is_before.x != is_before.y {
+      in_plane[crossings & 1u] = crossing;
+      crossings++;
+    }
+    let next = select(r, q, edge == 0);
+    from_point = to_point;
+    to_point = next;
+  }
+  return grown_by_edge(box, in_plane[0], in_plane[1]);
+}
+
+fn corner_at(triangle: u32) -> u32 { return 2u * batch.clusters + 3u * triangle; }
+
+// A triangle, by its index among the clusters'; `end` is `first` where it covers nothing of the part.
+fn set_up(part: MapPart, triangle: u32) -> SetUp {
+  let at = corner_at(triangle);
+  var p = light_space(part, bitcast<vec3f>(occluders[at].xyz));
+  var q = light_space(part, bitcast<vec3f>(occluders[at + 1u].xyz));
+  var r = light_space(part, bitcast<vec3f>(occluders[at + 2u].xyz));
+  var depths = vec3f(0.0);
+  var is_shown = max(p.z, max(q.z, r.z)) > 0.0 || part.is_parallel != 0u;
+  var box: Box;
+  if is_affine(part) {
+    let a = projected(part, p);
+    let b = projected(part, q);
+    let c = projected(part, r);
+    depths = vec3f(a.w, b.w, c.w);
+    p = a.xyz;
+    q = b.xyz;
+    r = c.xyz;
+    box = Box(min(p.xy, min(q.xy, r.xy)), max(p.xy, max(q.xy, r.xy)));
+  } else {
+    box = box_of(p, q, r);
+  }
+  let size = f32(part.size);
+  let half = 0.5 * size;
+  let low = ceil(clamp(box.low * half + (half - 0.5 - MARGIN), vec2f(-1.0), vec2f(size)));
+  let high = floor(clamp(box.high * half + (half - 0.5 + MARGIN), vec2f(-1.0), vec2f(size)));
+  var s: SetUp;
+  s.first = max(vec2i(low), vec2i(part.first));
+  s.end = min(vec2i(high) + 1, vec2i(part.end));
+  is_shown &= all(s.first < s.end);
+  // Most triangles end here: their planes are found only for the others.
+  if is_shown {
+    let pq = q - p;
+    let qr = r - q;
+    let rp = p - r;
+    let across = cross(rp, pq);
+    let volume = dot(across, p);
+    let side = select(-1.0, 1.0, volume > 0.0);
+    // (p + q) × (q − p) = 2 p × q, and exactly the opposite for the other triangle at this edge.
+    s.a = cross(p + q, pq) * side;
+    s.b = cross(q + r, qr) * side;
+    s.c = cross(r + p, rp) * side;
+    if is_affine(part) {
+      let bent = cross(r, p) * (depths.y - depths.x) + cross(p, q) * (depths.z - depths.x);
+      s.n = (bent / volume + vec3f(0.0, 0.0, depths.x)) / size;
+    } else {
+      s.n = across * (NEAR / (volume * size));
+    }
+    // Of a closed object, what faces away is behind what does not.
+    is_shown = volume < 0.0 || (volume > 0.0 && (owner_state(part, occluders[at + 1u].w) & CLOSED) == 0u);
+  }
+  if !is_shown { s.end = s.first; }
+  return s;
+}
+
+// How much of a part a sphere may cover: nothing (0), by triangles whose boxes have no more than SMALL texels (1), or more (2).
+fn cover(part: MapPart, sphere: vec4f) -> u32 {
+  let p = light_space(part, sphere.xyz);
+  let half = 0.5 * f32(part.size);
+  var middle: vec2f;
+  var reach: vec2f;
+  if part.is_parallel != 0u {
+    middle = p.xy;
+    reach = vec2f(length(part.x), length(part.y)) * sphere.w;
+  } else {
+    if p.z + sphere.w <= 0.0 { return 0u; }
+    if PARAMETERISATION != OCTAHEDRAL { return 2u; }
+    if !may_show(p, sphere.w, part) { return 0u; }
+    let w = abs(p.x) + abs(p.y) + p.z;
+    let least = w - sphere.w * SQRT_3;
+    if min(abs(p.x), abs(p.y)) <= sphere.w || least <= 0.0 || p.z <= sphere.w { return 2u; }
+    // Of a place u / w on a face the gradient is (U − place W) / w, and |U − place W|² = 2 − 2 place (U·W) + 3 place².
+    middle = vec2f(p.x + p.y, p.x - p.y) / w;
+    let s = sign(p.xy);
+    reach = (sphere.w / least) * sqrt((middle * 3.0 - 2.0 * vec2f(s.x + s.y, s.x - s.y)) * middle + 2.0);
+  }
+  let low = (middle - reach) * half + (half - 0.5 - MARGIN);
+  let high = (middle + reach) * half + (half - 0.5 + MARGIN);
+  let count = floor(high) - ceil(low) + 1.0;
+  if any(count < vec2f(1.0)) || any(high < vec2f(part.first)) || any(low >= vec2f(part.end)) { return 0u; }
+  return select(2u, 1u, count.x * count.y <= f32(SMALL));
+}
+
+// Triangles whose boxes have more texels go to the list of their part.
+const SMALL = 64;
+
+// The greatest value in a sphere of (x, y)·t − k w, where w = |x| + |y| + z is the greatest of four linear functions; with
+// `sense` −1 of its opposite.
+fn bound(p: vec3f, r: f32, t: vec2f, k: f32, sense: f32) -> f32 {
+  let base = dot(p.xy, t) - k * p.z;
+  let g0 = t - k;
+  let g1 = t + k;
+  let kx = k * p.x;
+  let ky = k * p.y;
+  let f00 = sense * (base - kx - ky) + r * sqrt(g0.x * g0.x + g0.y * g0.y + k * k);
+  let f01 = sense * (base - kx + ky) + r * sqrt(g0.x * g0.x + g1.y * g1.y + k * k);
+  let f10 = sense * (base + kx - ky) + r * sqrt(g1.x * g1.x + g0.y * g0.y + k * k);
+  let f11 = sense * (base + kx + ky) + r * sqrt(g1.x * g1.x + g1.y * g1.y + k * k);
+  let is_concave = k * sense >= 0.0;
+  return select(max(max(f00, f01), max(f10, f11)), min(min(f00, f01), min(f10, f11)), is_concave);
+}
+
+// Whether a sphere about `p` in light space may touch the part.
+fn may_show(p: vec3f, r: f32, part: MapPart) -> bool {
+  let k0 = vec2f(2u * part.first + 1u) / f32(part.size) - 1.0;
+  let k1 = (2.0 * vec2f(part.end) - 1.0) / f32(part.size) - 1.0;
+  let u = vec2f(1.0, 1.0);
+  let v = vec2f(1.0, -1.0);
+  let least = min(
+    min(bound(p, r, u, k0.x, 1.0), bound(p, r, v, k0.y, 1.0)),
+    min(bound(p, r, u, k1.x, -1.0), bound(p, r, v, k1.y, -1.0)));
+  return least >= -1e-5 * (abs(p.x) + abs(p.y) + abs(p.z));
+}
+
+// What is known of an owner.
+fn owner_state(part: MapPart, owner: u32) -> u32 {
+  if owner == NONE { return 0u; }
+  return (owners[part.owners + owner / 16u] >> (2u * (owner % 16u))) & 3u;
+}
+
+// Whether a cluster has to be looked at for a part.
+fn is_wanted(part: MapPart, cluster: u32) -> bool {
+  let sphere = bitcast<vec4f>(occluders[2u * cluster]);
+  if cover(part, sphere) == 0u { return false; }
+  if cluster < batch.first_moving { return true; }
+  let state = owner_state(part, occluders[2u * cluster + 1u].w);
+  if (state & HIDDEN) != 0u { return false; }
+  if (state & CLOSED) != 0u {
+    // The cone's axis, its length 1 + the sine of its half angle; 0 where normals point too many ways.
+    let cone = bitcast<vec3f>(occluders[2u * cluster + 1u].xyz);
+    let l = length(cone);
+    if l > 0.0 {
+      let to = select(sphere.xyz - part.position, part.z, part.is_parallel != 0u);
+      let slack = select(sphere.w, 0.0, part.is_parallel != 0u);
+      if dot(to, cone) / l > (l - 1.0 + TURNED) * length(to) + slack { return false; }
+    }
+  }
+  return true;
+}

@@ -1,0 +1,77 @@
+// Rasterises triangles that are small on parts of shadow maps, a lane each; lists those that are large.
+
+@group(2) @binding(5) var<storage, read_write> lists: array<atomic<u32>>;
+
+// Clusters that a workgroup looks at.
+const CLUSTERS = 64u;
+
+var<workgroup> wanted: array<u32, CLUSTERS>;
+var<workgroup> wanted_count: atomic<u32>;
+// Whether triangles of a wanted cluster are left to `large_map_triangles`.
+var<workgroup> is_left: array<atomic<u32>, CLUSTERS>;
+
+fn rasterize(part: MapPart, s: SetUp, triangle: u32) {
+  let size = s.end - s.first;
+  // First which of eight quadruples of texels are covered, then the depths of those: of a box, few are.
+  let columns = u32(size.x + 3) / 4u;
+  let count = columns * u32(size.y);
+  let last = vec4i(s.end.x);
+  var x = s.first.x;
+  var y = s.first.y;
+  for (var start = 0u; start < count; start += 8u) {
+    var covered = 0u;
+    let some = min(count - start, 8u);
+    for (var i = 0u; i < some; i++) {
+      let is_covered = (inside(s.a, s.b, s.c, directions(part, x, y), part.size) >= vec4f(0.0)) & (x + vec4i(0, 1, 2, 3) < last);
+      let bits = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), is_covered);
+      covered |= (bits.x | bits.y | bits.z | bits.w) << (4u * i);
+      x += 4;
+      if x >= s.end.x {
+        x = s.first.x;
+        y++;
+      }
+    }
+    while covered != 0u {
+      let bit = firstTrailingBit(covered);
+      covered &= covered - 1u;
+      let quadruple = start + bit / 4u;
+      let row = u32((f32(quadruple) + 0.5) / f32(columns));
+      add(part, s, triangle, s.first.x + i32((quadruple - row * columns) * 4u + (bit & 3u)), s.first.y + i32(row));
+    }
+  }
+}
+
+// A column of workgroups a part.
+@compute @workgroup_size(WORKGROUP)
+fn small_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+  let part = parts[group.y];
+  if lane == 0u { atomicStore(&wanted_count, 0u); }
+  atomicStore(&is_left[lane], 0u);
+  workgroupBarrier();
+  let cluster = group.x * CLUSTERS + lane;
+  if cluster < batch.clusters && is_wanted(part, cluster) { wanted[atomicAdd(&wanted_count, 1u)] = cluster; }
+  workgroupBarrier();
+  let count = workgroupUniformLoad(&wanted_count);
+  for (var i = lane; i < count * CLUSTER; i += WORKGROUP) {
+    let index = i / CLUSTER;
+    let triangle = wanted[index] * CLUSTER + i % CLUSTER;
+    let s = set_up(part, triangle);
+    let size = s.end - s.first;
+    let is_large = size.x * size.y > SMALL;
+    if is_large {
+      if !is_listed(part, s, atomicAdd(&lists[LISTS_HEAD + group.y], 1u)) { atomicStore(&is_left[index], 1u); }
+    } else {
+      rasterize(part, s, triangle);
+    }
+  }
+  workgroupBarrier();
+  if atomicLoad(&is_left[lane]) != 0u {
+    let pair = atomicAdd(&lists[PAIRS], 1u);
+    lists_store(pair, group.y * batch.clusters + wanted[lane]);
+    atomicMax(&lists[0], min(pair + 1u, GROUPS_PER_ROW));
+    atomicMax(&lists[1], pair / GROUPS_PER_ROW + 1u);
+    atomicMax(&lists[2], batch.slices);
+  }
+}
+
+fn lists_store(pair: u32, value: u32) { atomicStore(&lists[LISTS_HEAD + batch.parts + pair], value); }
