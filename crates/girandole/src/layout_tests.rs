@@ -1,7 +1,6 @@
 //! Proof that needs no GPU: shaders parse and validate, both sides agree on every field, and a whole frame records
 //! without complaint on a backend that does nothing.
 
-use crate::device::tuning::DeviceTuning;
 use crate::layout::{
     BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Light,
     LightMapUpdate, MapOccluders, MapPart, Maps, MultipassParams, OldPlace, PointQueueHeader,
@@ -11,6 +10,7 @@ use crate::records::{
     Element, LeafRange, LeafRecord, Member, OccluderBox, ReceiverGrid, ShadePoint, StaleMapsHeader,
     StalePart, TextureEntry,
 };
+use crate::tier::{Kernels, Tier};
 use crate::{DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap, shaders};
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject};
@@ -95,24 +95,8 @@ fn declared_records() -> Vec<(&'static str, u32, Fields)> {
     ]
 }
 
-/// All combinations of what a device's tuning chooses.
-fn tunings() -> impl Iterator<Item = DeviceTuning> {
-    (0..128).map(|bits: u32| {
-        let [a, b, c, d, e, f, g] = [0, 1, 2, 3, 4, 5, 6].map(|bit| bits & (1 << bit) != 0);
-        DeviceTuning {
-            persistent_threads: a,
-            maps_as_images: b,
-            non_uniform_branches: c,
-            edge_runs: d,
-            cooperative_points: e,
-            lights_in_storage: f,
-            batched_loads: g,
-        }
-    })
-}
-
-fn parsed(source: &shaders::Source, tuning: &DeviceTuning) -> naga::Module {
-    let text = source.concatenated(tuning);
+fn parsed(source: &shaders::Source, kernels: &Kernels) -> naga::Module {
+    let text = source.concatenated(kernels);
     let module = naga::front::wgsl::parse_str(&text)
         .unwrap_or_else(|e| panic!("{}: {}", source.name, e.emit_to_string(&text)));
     naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::all())
@@ -139,7 +123,7 @@ fn reflected(module: &naga::Module) -> HashMap<String, (u32, Fields)> {
 #[test]
 fn what_a_pass_uses_exists() {
     let unknown = |source: &shaders::Source| {
-        source.uses.iter().copied().find(|used| !shaders::exists(used, &DeviceTuning::GPU))
+        source.uses.iter().copied().find(|used| !shaders::exists(used, &Kernels::ALL[0]))
     };
     for source in shaders::ALL {
         assert_eq!(unknown(source), None, "{}", source.name);
@@ -152,8 +136,8 @@ fn what_a_pass_uses_exists() {
 fn both_sides_agree_on_every_field() {
     let mut found: HashMap<String, Vec<(u32, Fields)>> = HashMap::new();
     for source in shaders::ALL {
-        for tuning in [DeviceTuning::GPU, DeviceTuning::SOFTWARE] {
-            for (name, layout) in reflected(&parsed(source, &tuning)) {
+        for kernels in Kernels::ALL {
+            for (name, layout) in reflected(&parsed(source, &kernels)) {
                 found.entry(name).or_default().push(layout);
             }
         }
@@ -188,7 +172,7 @@ fn constant(module: &naga::Module, name: &str) -> Option<u32> {
 
 #[test]
 fn records_are_read_where_they_are_written() {
-    let modules: Vec<_> = shaders::ALL.iter().map(|s| parsed(s, &DeviceTuning::GPU)).collect();
+    let modules: Vec<_> = shaders::ALL.iter().map(|s| parsed(s, &Kernels::ALL[0])).collect();
     let constant = |name: &str| modules.iter().find_map(|m| constant(m, name));
     for (name, size, fields) in declared_records() {
         assert_eq!(constant(&format!("{name}_WORDS")), Some(size / 4), "{name}");
@@ -198,7 +182,7 @@ fn records_are_read_where_they_are_written() {
         }
     }
     // What the readers make of words: words 5 to 9 of a leaf's record are its second vector.
-    let text = shaders::LIGHT_MAPS.concatenated(&DeviceTuning::GPU);
+    let text = shaders::LIGHT_MAPS.concatenated(&Kernels::ALL[0]);
     let second = "bitcast<vec4f>(vec4u(light_lists[at + 5u], light_lists[at + 6u], light_lists[at + 7u], light_lists[at + 8u]))";
     assert!(text.contains(second), "{text}");
     assert_eq!(std::mem::offset_of!(LeafRecord, texel_v), 5 * 4);
@@ -208,8 +192,8 @@ fn records_are_read_where_they_are_written() {
 /// defaults of WebGPU are 8 and 4.
 #[test]
 fn every_pass_stays_within_default_limits() {
-    let counts = |source: &shaders::Source, tuning: &DeviceTuning| {
-        let module = parsed(source, tuning);
+    let counts = |source: &shaders::Source, kernels: &Kernels| {
+        let module = parsed(source, kernels);
         let (mut buffers, mut textures, mut sampled) = (0, 0, 0);
         for (_, variable) in module.global_variables.iter() {
             match (variable.space, &module.types[variable.ty].inner) {
@@ -221,19 +205,18 @@ fn every_pass_stays_within_default_limits() {
         }
         (buffers, textures, sampled)
     };
-    for tuning in tunings() {
+    for kernels in Kernels::ALL {
         for source in shaders::ALL {
-            let (buffers, textures, sampled) = counts(source, &tuning);
+            let (buffers, textures, sampled) = counts(source, &kernels);
             // One is free for what is to come, unless lights are in storage.
-            let most = if tuning.lights_in_storage { 8 } else { 7 };
+            let most = if kernels.lights_in_storage { 8 } else { 7 };
             assert!(buffers <= most, "{}: {buffers} storage buffers", source.name);
             assert!(textures <= 4, "{}: {textures} storage textures", source.name);
             assert!(sampled <= 16, "{}: {sampled} textures", source.name);
         }
     }
     // The control: lights in storage are counted.
-    let stored = DeviceTuning { lights_in_storage: true, ..DeviceTuning::SOFTWARE };
-    let [without, with] = [DeviceTuning::SOFTWARE, stored].map(|t| counts(&shaders::SHADE_POINTS, &t).0);
+    let [with, without, _] = Kernels::ALL.map(|kernels| counts(&shaders::SHADE_POINTS, &kernels).0);
     assert_eq!(without + 1, with);
 }
 
@@ -284,17 +267,16 @@ fn a_whole_frame_records_without_error() {
         .expect("a database");
     let view = View::new(&scene, &scene.cameras[0], 1.5);
     let everything = crate::WANTED_FEATURES;
-    let uniform = DeviceTuning { lights_in_storage: false, ..DeviceTuning::GPU };
-    for (features, shadow_map, tuning) in [
-        (wgpu::Features::empty(), ShadowMap::Octahedral, DeviceTuning::GPU),
-        (wgpu::Features::empty(), ShadowMap::Parabolic, DeviceTuning::SOFTWARE),
-        (everything, ShadowMap::Octahedral, DeviceTuning::SOFTWARE),
-        (everything, ShadowMap::Parabolic, uniform),
-        (everything, ShadowMap::Cube, DeviceTuning::GPU),
+    for (features, shadow_map, tier) in [
+        (wgpu::Features::empty(), ShadowMap::Octahedral, Tier::Gpu),
+        (wgpu::Features::empty(), ShadowMap::Parabolic, Tier::Software),
+        (everything, ShadowMap::Octahedral, Tier::Software),
+        (everything, ShadowMap::Parabolic, Tier::Gpu),
+        (everything, ShadowMap::Cube, Tier::Gpu),
     ] {
         let (device, queue) = noop(features);
         let error = first_error(&device, || {
-            let options = RendererOptions { shadow_map, pcf: 2, tuning: Some(tuning), ..Default::default() };
+            let options = RendererOptions { shadow_map, pcf: 2, tier: Some(tier), ..Default::default() };
             let mut renderer = Renderer::new(&device, &queue, options).expect("renderer");
             let settings = RenderSettings {
                 mode: Mode::Naive,

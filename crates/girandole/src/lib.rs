@@ -63,15 +63,18 @@ mod settings;
 mod shader_constants;
 mod shaders;
 mod stats;
+mod tier;
 
 #[cfg(test)]
 mod layout_tests;
+#[cfg(test)]
+mod order_test;
 
 pub use device::compiled::{Compilation, CompiledKernel};
-pub use device::tuning::DeviceTuning;
 pub use device::{AdapterReport, Gpu, WANTED_FEATURES, adapters, instance, wanted_limits};
 pub use error::{Error, Remedy, Result};
 pub use maps::layout::{AtlasLayout, MapSlot};
+pub use tier::Tier;
 
 pub use maps::states::StaleCounts;
 pub use renderer::Renderer;

@@ -4,6 +4,7 @@ mod compiling;
 mod opening;
 mod readback;
 mod refinement;
+mod stats;
 mod transfer;
 
 use crate::checks::{check, check_display};
@@ -12,7 +13,6 @@ use crate::device::context::Context;
 use crate::device::kernel::Shared;
 use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
-use crate::device::tuning::DeviceTuning;
 use crate::frame::record_frame;
 use crate::maps::occluded::OccludedObjects;
 use crate::maps::states::StaleCounts;
@@ -24,6 +24,7 @@ use crate::resident::Resident;
 use crate::scene::receivers::{Receivers, Sources};
 use crate::scene::transfer::Transfers;
 use crate::settings::{MapUpdates, RenderSettings, RendererOptions, Target};
+use crate::tier::{Kernels, Tier};
 use crate::{Error, Remedy, Result};
 use girandole_core::illumination::{Illumination, IlluminationSettings};
 use girandole_core::lights::LightSet;
@@ -98,12 +99,12 @@ impl Renderer {
             let what = format!("a filter of {} texels is too wide", options.pcf);
             return Err(Error::too_large(what, Remedy::NarrowerFilter { to: 16 }));
         }
-        let tuning = options.tuning.unwrap_or_else(|| DeviceTuning::for_device(device));
+        let tier = options.tier.unwrap_or_else(|| Tier::for_device(device));
         let context = Context {
             device: device.clone(),
             queue: queue.clone(),
             options,
-            shared: Shared::new(device, tuning, compiled),
+            shared: Shared::new(device, Kernels::new(tier, device), compiled),
             timers: Timers::new(device, queue),
         };
         Ok(Self {

@@ -12,9 +12,10 @@ use crate::maps::states::MapUpdate;
 use crate::parallel::both;
 use crate::points::multipass_plan::MultipassPlan;
 use crate::scene::geometry::{GpuScene, gpu_lights, reflects_environment};
+use crate::scene::light_source::LightSource;
 use crate::scene::lights::GpuLights;
 use crate::scene::receivers::{Receivers, Sources};
-use crate::scene::transfer::{GpuTransfer, Transfers};
+use crate::scene::transfer::GpuTransfer;
 use crate::settings::{Mode, RenderSettings, Shading};
 use crate::shader_constants::COSINE;
 use crate::{Error, Result};
@@ -23,7 +24,6 @@ use girandole_core::glam::{DVec3, Vec3};
 use girandole_core::illumination::Illumination;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Material, NONE, Scene, SceneChanges};
-use girandole_core::visibility::VisibilityDatabase;
 
 /// What a scene and its lights need of the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -171,17 +171,6 @@ impl Resident {
         self.generations = [geometry.generation(), lights.generation()];
         Ok(true)
     }
-}
-
-/// Light samples for a scene that stays, and their visibility if that is known.
-#[derive(Clone, Copy)]
-pub(crate) struct LightSource<'a> {
-    pub scene: &'a Scene,
-    pub geometry: &'a Geometry,
-    pub lights: &'a LightSet,
-    pub visibility: Option<&'a VisibilityDatabase>,
-    /// Which objects are lit by transfer.
-    pub transfers: &'a Transfers,
 }
 
 /// What a [`Resident`] holds for its light samples alone, but for their shadow maps.

@@ -1,6 +1,6 @@
 //! What can be chosen: once for a renderer ([`RendererOptions`]), or for each frame ([`RenderSettings`]).
 
-use crate::device::tuning::DeviceTuning;
+use crate::tier::Tier;
 use girandole_core::lights::Clamp;
 use girandole_core::tonemap::{Exposure, Tonemap};
 
@@ -40,8 +40,8 @@ pub struct RendererOptions {
     /// Percentage-closer filter: width in texels, 0 (default) = off. N costs (N + 1)² look-ups a pair; with hundreds
     /// of lights, edges average out without it.
     pub pcf: u32,
-    /// Which variants of the kernels are compiled; `None` (default) = [as the device is](DeviceTuning::for_device).
-    pub tuning: Option<DeviceTuning>,
+    /// Which kernels are compiled; `None` (default) = [as the device is](Tier::for_device).
+    pub tier: Option<Tier>,
     /// Leave surfaces out of the shadow maps that have the whole scene on one side (default true). Only tests and
     /// figures want them in.
     pub skip_non_blockers: bool,
@@ -54,7 +54,7 @@ impl Default for RendererOptions {
             map_size: None,
             memory_mib: 256,
             pcf: 0,
-            tuning: None,
+            tier: None,
             skip_non_blockers: true,
         }
     }

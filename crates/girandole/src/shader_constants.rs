@@ -6,6 +6,8 @@ use girandole_core::scene::PrefilteredEnvironment;
 
 /// Places of dynamic objects in stale maps, as many as a uniform buffer of 64 KiB holds.
 pub(crate) const MAX_OLD_PLACES: u32 = 1365;
+/// Vectors of what shadow maps know of objects that move or are closed: as many as a uniform buffer of 64 KiB holds.
+pub(crate) const OWNER_VECTORS: u32 = 4096;
 /// Lights are summed in groups of this many; batches are whole groups.
 pub(crate) const GROUP: u32 = 128;
 /// Most lights in a batch: 32 KiB of a uniform buffer, of which WebGPU binds 64.
@@ -93,6 +95,7 @@ pub(crate) fn declarations() -> String {
         GROUP,
         BATCH,
         MAX_OLD_PLACES,
+        OWNER_VECTORS,
         CHUNK,
         WORKGROUP,
         TILE,

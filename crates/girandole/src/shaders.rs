@@ -1,23 +1,26 @@
 //! Shader sources. A pass names the `lib/` files and [records](crate::records) that it uses; WGSL's module scope has no
 //! order, so they are simply put together, after the [constants](crate::shader_constants).
 
-use crate::device::tuning::DeviceTuning;
 use crate::records::RECORDS;
 use crate::shader_constants;
+use crate::tier::Kernels;
 
 macro_rules! lib {
-    ($($name:ident),* $(,)?) => {
-        [$((stringify!($name), include_str!(concat!("../shaders/lib/", stringify!($name), ".wgsl")))),*]
+    ($folder:literal, $($name:ident),* $(,)?) => {
+        &[$((stringify!($name), include_str!(concat!("../shaders/", $folder, "/", stringify!($name), ".wgsl")))),*]
     };
 }
 
-const LIBRARY: &[(&str, &str)] = &lib!(
+/// What only software devices have for themselves.
+const SOFTWARE: &[(&str, &str)] =
+    lib!("software", atlas_image, branch_non_uniform, loads_batched, workgroups_persistent);
+
+const LIBRARY: &[(&str, &str)] = lib!(
+    "lib",
     append_point,
-    atlas_image,
     atlas_texture,
     blend,
     blockers,
-    branch_non_uniform,
     branch_uniform,
     brdf,
     buffer_offsets,
@@ -37,7 +40,6 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     light_map,
     lights_storage,
     lights_uniform,
-    loads_batched,
     loads_unordered,
     map_lists,
     map_masked,
@@ -75,14 +77,13 @@ const LIBRARY: &[(&str, &str)] = &lib!(
     transfer_object,
     vertex_range,
     workgroups_one_each,
-    workgroups_persistent,
 );
 
 /// A pass: its name, its source, what it uses.
 pub(crate) struct Source {
     pub name: &'static str,
     pub text: &'static str,
-    /// Files of the library; `atlas`, `lights`, `branch`, `loads` and `workgroups`, of which a device's tuning chooses the variant;
+    /// Files of the library; `atlas`, `lights`, `branch`, `loads` and `workgroups`, of which a device's tier chooses the variant;
     /// records, as `name_at` to read and `set_name` to write them.
     pub uses: &'static [&'static str],
     /// First line where an extension must be enabled.
@@ -90,10 +91,10 @@ pub(crate) struct Source {
 }
 
 macro_rules! sources {
-    ($($constant:ident = $name:ident $enable:literal [$($used:ident)*];)*) => {
+    ($($constant:ident = $($folder:literal /)? $name:ident $enable:literal [$($used:ident)*];)*) => {
         $(pub(crate) const $constant: Source = Source {
             name: stringify!($name),
-            text: include_str!(concat!("../shaders/", stringify!($name), ".wgsl")),
+            text: include_str!(concat!("../shaders/", $($folder, "/",)? stringify!($name), ".wgsl")),
             uses: &[$(stringify!($used)),*],
             enable: $enable,
         };)*
@@ -119,14 +120,14 @@ sources! {
         frame scene texture texture_entry_at surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
         packed branch shade_list set_shade_point append_point candidates test_candidate
     ];
-    TEST_CANDIDATES_PERSISTENT = test_candidates_persistent "" [
+    TEST_CANDIDATES_PERSISTENT = "software" / test_candidates_persistent "" [
         frame scene texture texture_entry_at surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
         packed branch shade_list set_shade_point append_point candidates test_candidate workgroups_persistent
     ];
     EDGES = edges "" [
         frame scene brdf grid diffuse_material packed samples branch blend candidates_atomic edge_sample
     ];
-    EDGES_RUNS = edges_runs "" [
+    EDGES_RUNS = "software" / edges_runs "" [
         frame scene brdf grid diffuse_material packed samples branch blend candidates_atomic edge_sample
     ];
     EDGE_FALLBACK = edge_fallback "" [
@@ -147,12 +148,12 @@ sources! {
         atlas shadow rectangle old_place places_then sums_then environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
-    SHADE_POINTS_PERSISTENT = shade_points_persistent "" [
+    SHADE_POINTS_PERSISTENT = "software" / shade_points_persistent "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
         atlas shadow rectangle places_now environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
-    SHADE_POINTS_THEN_PERSISTENT = shade_points_persistent "" [
+    SHADE_POINTS_THEN_PERSISTENT = "software" / shade_points_persistent "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
         atlas shadow rectangle old_place places_then sums_then environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
@@ -226,12 +227,9 @@ sources! {
 pub(crate) const SCENE: Source = Source { name: "scene", text: "", uses: &["scene"], enable: "" };
 
 /// The shading of points on a device; `then`: where shadows on dynamic objects are looked up where these were.
-pub(crate) fn shade_points(tuning: &DeviceTuning, then: bool) -> &'static Source {
-    match (tuning.persistent_threads, then) {
-        (true, false) => &SHADE_POINTS_PERSISTENT,
-        (true, true) => &SHADE_POINTS_THEN_PERSISTENT,
-        (false, _) => shade_points_cooperative(then),
-    }
+pub(crate) fn shade_points(kernels: &Kernels, then: bool) -> &'static Source {
+    let software = if then { &SHADE_POINTS_THEN_PERSISTENT } else { &SHADE_POINTS_PERSISTENT };
+    kernels.tier.choose(shade_points_cooperative(then), software)
 }
 
 /// That in which lanes share points.
@@ -240,39 +238,43 @@ pub(crate) fn shade_points_cooperative(then: bool) -> &'static Source {
 }
 
 /// The test of candidates on a device.
-pub(crate) fn test_candidates(tuning: &DeviceTuning) -> &'static Source {
-    if tuning.persistent_threads { &TEST_CANDIDATES_PERSISTENT } else { &TEST_CANDIDATES }
+pub(crate) fn test_candidates(kernels: &Kernels) -> &'static Source {
+    kernels.tier.choose(&TEST_CANDIDATES, &TEST_CANDIDATES_PERSISTENT)
 }
 
 /// Anti-aliasing on a device.
-pub(crate) fn edges(tuning: &DeviceTuning) -> &'static Source {
-    if tuning.edge_runs { &EDGES_RUNS } else { &EDGES }
+pub(crate) fn edges(kernels: &Kernels) -> &'static Source {
+    kernels.tier.choose(&EDGES, &EDGES_RUNS)
 }
 
-/// The file of the library that a device's tuning chooses.
-fn variant(used: &'static str, tuning: &DeviceTuning) -> &'static str {
-    let choose = |is_special, special, plain| if is_special { special } else { plain };
+/// The file of the library that a device's kernels have.
+fn variant(used: &'static str, kernels: &Kernels) -> &'static str {
     match used {
-        "atlas" => choose(tuning.maps_as_images, "atlas_image", "atlas_texture"),
-        "lights" => choose(tuning.lights_in_storage, "lights_storage", "lights_uniform"),
-        "branch" => choose(tuning.non_uniform_branches, "branch_non_uniform", "branch_uniform"),
-        "loads" => choose(tuning.batched_loads, "loads_batched", "loads_unordered"),
-        "workgroups" => choose(tuning.persistent_threads, "workgroups_persistent", "workgroups_one_each"),
+        "atlas" => kernels.tier.choose("atlas_texture", "atlas_image"),
+        "lights" if kernels.lights_in_storage => "lights_storage",
+        "lights" => "lights_uniform",
+        "branch" => kernels.tier.choose("branch_uniform", "branch_non_uniform"),
+        "loads" => kernels.tier.choose("loads_unordered", "loads_batched"),
+        "workgroups" => kernels.tier.choose("workgroups_one_each", "workgroups_persistent"),
         file => file,
     }
 }
 
+/// Such a file's text.
+fn library(file: &str) -> Option<&'static str> {
+    LIBRARY.iter().chain(SOFTWARE).find(|(name, _)| *name == file).map(|(_, text)| *text)
+}
+
 /// Whether there is such a file, record or choice.
 #[cfg(test)]
-pub(crate) fn exists(used: &'static str, tuning: &DeviceTuning) -> bool {
-    let file = variant(used, tuning);
-    LIBRARY.iter().any(|(name, _)| *name == file)
+pub(crate) fn exists(used: &'static str, kernels: &Kernels) -> bool {
+    library(variant(used, kernels)).is_some()
         || RECORDS.iter().any(|r| used == format!("{}_at", r.snake) || used == format!("set_{}", r.snake))
 }
 
 impl Source {
     /// The whole text.
-    pub fn concatenated(&self, tuning: &DeviceTuning) -> String {
+    pub fn concatenated(&self, kernels: &Kernels) -> String {
         let mut text = self.enable.to_owned() + &shader_constants::declarations();
         for record in &RECORDS {
             let reads = self.uses.contains(&format!("{}_at", record.snake).as_str());
@@ -288,10 +290,7 @@ impl Source {
             }
         }
         for used in self.uses {
-            let file = variant(used, tuning);
-            if let Some((_, library)) = LIBRARY.iter().find(|(name, _)| *name == file) {
-                text += library;
-            }
+            text += library(variant(used, kernels)).unwrap_or_default();
         }
         text + self.text
     }

@@ -12,7 +12,7 @@ struct MapPart {
   x: vec3f, // the map's axes in the world, for parallel light over half its width
   first_set_up: u32, // of its large triangles
   y: vec3f,
-  owners: u32, // first word in `owners`
+  owners: u32, // first vector in `owners`
   z: vec3f, // for parallel light over the diameter of the scene
   size: u32, // texels across the map
   first: vec2u, // columns and rows of the part: multiples of BLOCK

@@ -15,10 +15,11 @@ struct Occluders {
 @group(2) @binding(2) var<uniform> batch: Occluders;
 // For each part, two bits for each owner: whether something static hides it from the light; whether it is closed, and the light
 // outside of it.
-@group(2) @binding(3) var<storage, read> owners: array<u32>;
+@group(2) @binding(3) var<uniform> owners: array<vec4u, OWNER_VECTORS>;
 
 override CLUSTER: u32;
 
+const OWNERS_PER_VECTOR = 64u;
 const HIDDEN = 1u;
 const CLOSED = 2u;
 // How far beside its texels rounding may put what a map shows, texels.
@@ -229,8 +230,9 @@ fn may_show(p: vec3f, r: f32, part: MapPart) -> bool {
 
 // What is known of an owner.
 fn owner_state(part: MapPart, owner: u32) -> u32 {
-  if owner == NONE { return 0u; }
-  return (owners[part.owners + owner / 16u] >> (2u * (owner % 16u))) & 3u;
+  if owner >= OWNERS_PER_VECTOR * OWNER_VECTORS { return 0u; }
+  let words = owners[part.owners + owner / OWNERS_PER_VECTOR];
+  return (words[owner / 16u % 4u] >> (2u * (owner % 16u))) & 3u;
 }
 
 // Whether a cluster has to be looked at for a part.

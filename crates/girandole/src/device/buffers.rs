@@ -42,3 +42,12 @@ pub(crate) fn check_bytes(device: &wgpu::Device, label: &str, bytes: u64) -> Res
     }
     Ok(())
 }
+
+/// A uniform buffer with these contents.
+pub(crate) fn uniform(device: &wgpu::Device, label: &str, contents: &[u8]) -> wgpu::Buffer {
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some(label),
+        contents,
+        usage: wgpu::BufferUsages::UNIFORM,
+    })
+}

@@ -4,8 +4,8 @@
 use super::crew::Crew;
 use super::kernel::{ComputeRecipe, RenderRecipe};
 use super::module::LazyModule;
-use super::tuning::DeviceTuning;
 use crate::shaders::Source;
+use crate::tier::Kernels;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -69,7 +69,7 @@ struct Log {
 }
 
 /// Name, what it is put together from, variants.
-pub(super) type ModuleKey = (&'static str, &'static [&'static str], DeviceTuning);
+pub(super) type ModuleKey = (&'static str, &'static [&'static str], Kernels);
 
 #[derive(PartialEq, Eq, Hash)]
 pub(super) struct KernelKey {
@@ -85,9 +85,9 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Compiled {
-    pub(super) fn module(&self, source: &Source, tuning: &DeviceTuning) -> (ModuleKey, Arc<LazyModule>) {
-        let key = (source.name, source.uses, *tuning);
-        let make = || Arc::new(LazyModule::new(source, tuning));
+    pub(super) fn module(&self, source: &Source, kernels: &Kernels) -> (ModuleKey, Arc<LazyModule>) {
+        let key = (source.name, source.uses, *kernels);
+        let make = || Arc::new(LazyModule::new(source, kernels));
         (key, locked(&self.0.memory).modules.entry(key).or_insert_with(make).clone())
     }
 

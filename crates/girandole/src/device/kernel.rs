@@ -8,10 +8,10 @@ use super::compiled::{Compiled, Lazy, Recipe};
 use super::crew::Crew;
 use super::module::{LazyModule, Module, binding_type};
 use super::recorder::Recorder;
-use crate::device::tuning::DeviceTuning;
 use crate::layout::Frame;
 use crate::shader_constants::{TILE, WORKGROUP};
 use crate::shaders::{self, Source};
+use crate::tier::Kernels;
 use std::sync::Arc;
 
 /// A resource under its name in the shader.
@@ -64,14 +64,14 @@ impl GroupLayout {
 
 /// What pipelines share: the groups 0, the frame, and 1, the scene; how the device is tuned; and what was compiled for it.
 pub(crate) struct Shared {
-    pub tuning: DeviceTuning,
+    pub kernels: Kernels,
     pub frame: wgpu::BindGroupLayout,
     pub scene: Arc<GroupLayout>,
     pub compiled: Compiled,
 }
 
 impl Shared {
-    pub fn new(device: &wgpu::Device, tuning: DeviceTuning, compiled: Compiled) -> Self {
+    pub fn new(device: &wgpu::Device, kernels: Kernels, compiled: Compiled) -> Self {
         let all = wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE;
         let frame = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("frame"),
@@ -87,7 +87,7 @@ impl Shared {
             }],
         });
         // Whatever an entry point uses of it, all passes share one group of the whole scene.
-        let ir = naga::front::wgsl::parse_str(&shaders::SCENE.concatenated(&tuning)).unwrap_or_default();
+        let ir = naga::front::wgsl::parse_str(&shaders::SCENE.concatenated(&kernels)).unwrap_or_default();
         let bindings = ir
             .global_variables
             .iter()
@@ -98,7 +98,7 @@ impl Shared {
                 Some((global.name.clone()?, entry))
             })
             .collect();
-        Self { tuning, frame, scene: GroupLayout::new(device, "scene", bindings).into(), compiled }
+        Self { kernels, frame, scene: GroupLayout::new(device, "scene", bindings).into(), compiled }
     }
 }
 
@@ -240,7 +240,7 @@ impl Kernel {
         entry: &'static str,
         constants: &[(&str, f64)],
     ) -> Self {
-        let (key, module) = shared.compiled.module(source, &shared.tuning);
+        let (key, module) = shared.compiled.module(source, &shared.kernels);
         let constants = module.constants(constants);
         let recipe = || ComputeRecipe { of: Ingredients::new(device, shared, &module, &constants), entry };
         Self(shared.compiled.get((key, entry.into(), &constants), |memory| &mut memory.kernels, recipe))
@@ -383,7 +383,7 @@ impl RenderKernel {
         draw: Draw,
         constants: &[(&str, f64)],
     ) -> Self {
-        let (key, module) = shared.compiled.module(source, &shared.tuning);
+        let (key, module) = shared.compiled.module(source, &shared.kernels);
         let constants = module.constants(constants);
         let name = format!("{draw:?}");
         let recipe = || RenderRecipe { of: Ingredients::new(device, shared, &module, &constants), draw };

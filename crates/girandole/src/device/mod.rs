@@ -11,6 +11,5 @@ mod module;
 pub(crate) mod readback;
 pub(crate) mod recorder;
 pub(crate) mod timers;
-pub(crate) mod tuning;
 
 pub use gpu::{AdapterReport, Gpu, WANTED_FEATURES, adapters, instance, wanted_limits};

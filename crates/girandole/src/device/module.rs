@@ -1,7 +1,7 @@
 //! Shader modules, made when a pipeline first needs them, with what reflection says of them.
 
-use super::tuning::DeviceTuning;
 use crate::shaders::Source;
+use crate::tier::Kernels;
 use std::sync::OnceLock;
 
 /// The text of a module, which is cheap, and what a device makes of it.
@@ -12,8 +12,8 @@ pub(super) struct LazyModule {
 }
 
 impl LazyModule {
-    pub fn new(source: &Source, tuning: &DeviceTuning) -> Self {
-        Self { name: source.name, text: source.concatenated(tuning), module: OnceLock::new() }
+    pub fn new(source: &Source, kernels: &Kernels) -> Self {
+        Self { name: source.name, text: source.concatenated(kernels), module: OnceLock::new() }
     }
 
     /// Of these constants, those that the module declares as overrides.

@@ -8,11 +8,11 @@ use super::occluded::OccludedObjects;
 use super::occluders::{Clusters, Occluders};
 use super::states::MapStates;
 use crate::Result;
-use crate::device::buffers::{check_bytes, storage};
+use crate::device::buffers::{check_bytes, storage, uniform};
 use crate::layout::Light;
 use crate::parallel::in_order;
+use crate::shader_constants::OWNER_VECTORS;
 use girandole_core::scene::{Geometry, ObjectId};
-use wgpu::util::DeviceExt;
 
 /// Pairs of a part of a map and a cluster that are listed at once at most, but for what has more clusters: 1 MiB of them.
 const MOST_PAIRS: u64 = 1 << 18;
@@ -101,11 +101,7 @@ impl Atlas {
                 dimension: Some(wgpu::TextureViewDimension::D2Array),
                 ..Default::default()
             }),
-            maps: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("maps"),
-                contents: bytemuck::bytes_of(&layout.maps()),
-                usage: wgpu::BufferUsages::UNIFORM,
-            }),
+            maps: uniform(device, "maps", bytemuck::bytes_of(&layout.maps())),
             sets: [of(opaque)?, of(masked)?],
             nearest: empty(device, "shadow maps' texels", drawn_texels * 4, wgpu::BufferUsages::COPY_SRC)?,
             set_ups: empty(
@@ -172,7 +168,7 @@ impl Atlas {
         self.layout.bytes() + lists
     }
 
-    /// For each object of a set that moves or is closed, two bits in `owners` of `lib/map_set_up.wgsl`.
+    /// For each object of a set that moves or is closed, two bits in `owners` of `lib/map_set_up.wgsl`; more than it holds have none.
     pub fn owner_states(
         &self,
         set: usize,
@@ -187,11 +183,18 @@ impl Atlas {
             u32::from(hidden.is_hidden(object.id, index as usize)) | u32::from(is_closed) << 1
         });
         let of_closed = closed.iter().map(|(_, bounds)| u32::from(sees_closed(bounds)) << 1);
-        let mut words = vec![0; (dynamic.len() + closed.len()).div_ceil(16)];
-        for (at, bits) in of_dynamic.chain(of_closed).enumerate() {
+        let mut words = vec![0; 4 * self.owner_vectors(set)];
+        let most = 16 * words.len();
+        for (at, bits) in of_dynamic.chain(of_closed).enumerate().take(most) {
             words[at / 16] |= bits << (2 * (at % 16));
         }
         words
+    }
+
+    /// Vectors of a part in `owners`.
+    pub fn owner_vectors(&self, set: usize) -> usize {
+        let Clusters { dynamic, closed, .. } = self.occluders.sets()[set];
+        (dynamic.len() + closed.len()).div_ceil(64).min(OWNER_VECTORS as usize)
     }
 
     /// Triangles left out because they cannot block anything.

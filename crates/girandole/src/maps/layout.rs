@@ -104,7 +104,8 @@ impl AtlasLayout {
                 return Err(Error::too_large(what, Remedy::MapSize { from: MIN_SIZE, to: max_page }));
             }
             Some(size) => {
-                shapes(size.next_multiple_of(granule).min(max_page)).find(fits).ok_or_else(|| {
+                let size = size.next_multiple_of(granule).min(max_page);
+                shapes(size).find(fits).ok_or_else(|| {
                     let (needs, remedy) = match least_mib(size) {
                         Some(mib) => (format!("{mib} MiB"), Remedy::MemoryOrSmallerMaps { mib }),
                         None => {

@@ -5,13 +5,13 @@
 //! moves do. Objects that bend are looked up where they are.
 
 use super::states::{MapStates, MapUpdate};
+use crate::device::buffers::uniform;
 use crate::layout::{Light, OldPlace};
 use crate::shader_constants::{BATCH, MAX_OLD_PLACES, NONE};
 use girandole_core::glam::DAffine3;
 use girandole_core::scene::{Geometry, Scene};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use wgpu::util::DeviceExt;
 
 /// The places of dynamic objects, now and when maps were drawn.
 pub(crate) struct Places {
@@ -157,12 +157,4 @@ impl OldPlaces {
         places.resize(MAX_OLD_PLACES as usize, OldPlace::default());
         uniform(device, "old places", bytemuck::cast_slice(&places))
     }
-}
-
-fn uniform(device: &wgpu::Device, label: &str, contents: &[u8]) -> wgpu::Buffer {
-    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some(label),
-        contents,
-        usage: wgpu::BufferUsages::UNIFORM,
-    })
 }

@@ -18,11 +18,11 @@ pub(crate) struct Edges {
 
 impl Edges {
     pub fn new(compiler: &Compiler) -> Self {
-        let edges = shaders::edges(&compiler.shared.tuning);
+        let edges = shaders::edges(&compiler.shared.kernels);
         Self {
             edges: compiler.kernel(edges, "interpolate_edges"),
             edge_fallback: compiler.kernel(&shaders::EDGE_FALLBACK, "edge_fallback"),
-            run: if compiler.shared.tuning.edge_runs { EDGE_RUN } else { 1 },
+            run: compiler.shared.kernels.tier.choose(1, EDGE_RUN),
         }
     }
 

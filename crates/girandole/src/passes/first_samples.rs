@@ -16,10 +16,10 @@ pub(crate) struct FirstSamples {
 
 impl FirstSamples {
     pub fn new(compiler: &Compiler) -> Self {
-        let tuning = &compiler.shared.tuning;
+        let kernels = &compiler.shared.kernels;
         Self {
-            kernel: compiler.kernel(shaders::edges(tuning), "resolve_first_samples"),
-            run: if tuning.edge_runs { EDGE_RUN } else { 1 },
+            kernel: compiler.kernel(shaders::edges(kernels), "resolve_first_samples"),
+            run: kernels.tier.choose(1, EDGE_RUN),
         }
     }
 

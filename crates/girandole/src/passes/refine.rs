@@ -18,7 +18,7 @@ pub(crate) struct Refine {
 
 impl Refine {
     pub fn new(compiler: &Compiler) -> Self {
-        let tests = shaders::test_candidates(&compiler.shared.tuning);
+        let tests = shaders::test_candidates(&compiler.shared.kernels);
         Self {
             refine: compiler.kernel(&shaders::REFINE, "refine"),
             test_flat: compiler.kernel(tests, "test_flat_candidates"),

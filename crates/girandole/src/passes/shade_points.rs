@@ -8,6 +8,7 @@ use crate::device::recorder::Recorder;
 use crate::maps::previous_transforms::OldPlacesBinding;
 use crate::points::lists::{COOPERATIVE_AT, SHADE_AT};
 use crate::shaders;
+use crate::tier::Tier;
 
 pub(crate) struct ShadePoints {
     shade_points: Kernel,
@@ -18,10 +19,10 @@ pub(crate) struct ShadePoints {
 impl ShadePoints {
     /// `then`: for frames in which shadows on dynamic objects are looked up where these were when maps were drawn.
     pub fn new(compiler: &Compiler, then: bool) -> Self {
-        let source = shaders::shade_points(&compiler.shared.tuning, then);
+        let source = shaders::shade_points(&compiler.shared.kernels, then);
         Self {
             shade_points: compiler.kernel(source, "shade_points"),
-            cooperative: compiler.shared.tuning.cooperative_points.then(|| {
+            cooperative: (compiler.shared.kernels.tier == Tier::Gpu).then(|| {
                 compiler.kernel(shaders::shade_points_cooperative(then), "shade_points_cooperative")
             }),
         }

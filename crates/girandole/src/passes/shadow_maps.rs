@@ -7,7 +7,7 @@
 //! to the atlas. A maximum does not depend on the order, nor on how parts are cut or batched: all is the same to the bit.
 
 use crate::Result;
-use crate::device::buffers::storage;
+use crate::device::buffers::{storage, uniform};
 use crate::device::kernel::{Groups, Kernel, Shared, buffer, order_all};
 use crate::device::recorder::Recorder;
 use crate::layout::{Frame, Light, MapOccluders, MapPart};
@@ -18,8 +18,8 @@ use crate::maps::occluders::CLUSTER;
 use crate::maps::states::MapUpdate;
 use crate::resident::Resident;
 use crate::settings::{RendererOptions, ShadowMap};
+use crate::shader_constants::OWNER_VECTORS;
 use crate::shaders;
-use wgpu::util::DeviceExt;
 
 /// The unit of stored depth: a map holds this over the distance. Nothing nearer to a light blocks it.
 pub(crate) const NEAR: f64 = 1e-6;
@@ -76,7 +76,8 @@ impl ShadowMaps {
         let Resident { lights, atlas, .. } = scene;
         let used = |set: &usize| *set == 0 || !atlas.occluders.sets()[*set].bounds.is_empty();
         let most = (0..2).filter(used).map(|set| atlas.sets[set].parts).min().unwrap_or(1);
-        let most = most.min(atlas.layout.drawn_parts) as usize;
+        let owners = (0..2).map(|set| atlas.owner_vectors(set)).max().unwrap_or(0).max(1);
+        let most = (most.min(atlas.layout.drawn_parts) as usize).min(OWNER_VECTORS as usize / owners);
         let (mut batch, mut texels) = (Vec::new(), 0);
         for update in updates {
             let light = update.light as usize;
@@ -119,24 +120,21 @@ impl ShadowMaps {
             }
             let mut states = Vec::new();
             for (part, (index, _)) in parts.iter_mut().zip(batch) {
-                part.owners = states.len() as u32;
+                part.owners = states.len() as u32 / 4;
                 let light = &lights.samples[*index as usize];
                 let is_straight = self.is_straight || light.is_parallel();
                 states.extend(atlas.owner_states(set, (*index, light), hidden, is_straight));
             }
             let list = storage(device, "parts of maps", &parts)?;
-            let states = storage(device, "dynamic objects", &states)?;
+            states.resize(4 * OWNER_VECTORS as usize, 0);
+            let states = uniform(device, "objects", bytemuck::cast_slice(&states));
             let batch = MapOccluders {
                 clusters: occluders.bounds.len() as u32,
                 first_moving: occluders.first_dynamic() as u32,
                 parts: count,
                 slices: blocks.div_ceil(SLICE),
             };
-            let batch = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("batch of maps"),
-                contents: bytemuck::bytes_of(&batch),
-                usage: wgpu::BufferUsages::UNIFORM,
-            });
+            let batch = uniform(device, "batch of maps", bytemuck::bytes_of(&batch));
             let gpu = &atlas.sets[set];
             recorder.encoder().clear_buffer(&gpu.lists, 0, Some(u64::from(4 + count) * 4));
             let resources = [
@@ -144,7 +142,7 @@ impl ShadowMaps {
                 buffer("occluders", &gpu.words),
                 buffer("batch", &batch),
                 buffer("owners", &states),
-                buffer("texels", &atlas.nearest),
+                buffer("nearest", &atlas.nearest),
                 buffer("lists", &gpu.lists),
                 buffer("set_ups", &atlas.set_ups),
             ];

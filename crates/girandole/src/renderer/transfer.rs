@@ -2,7 +2,8 @@
 
 use super::Renderer;
 use crate::Result;
-use crate::resident::{LightSource, Resident};
+use crate::resident::Resident;
+use crate::scene::light_source::LightSource;
 use crate::scene::transfer::Transferred;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, ObjectId, Scene};

@@ -3,10 +3,10 @@
 use crate::device::buffers::storage;
 use crate::device::kernel::{GroupLayout, buffer, texture};
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
-use crate::points::layers::TransparentTriangles;
 use crate::records::TextureEntry;
 use crate::scene::environment::GpuEnvironment;
 use crate::scene::surface_ids::surface_ids;
+use crate::scene::transparent::TransparentTriangles;
 use crate::shader_constants::{TEXEL_COLUMNS, TEXEL_ROWS};
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::{Vec2, Vec3, Vec4};

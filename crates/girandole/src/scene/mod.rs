@@ -3,7 +3,9 @@
 pub(crate) mod environment;
 pub(crate) mod geometry;
 pub(crate) mod light_maps;
+pub(crate) mod light_source;
 pub(crate) mod lights;
 pub(crate) mod receivers;
 pub(crate) mod surface_ids;
 pub(crate) mod transfer;
+pub(crate) mod transparent;

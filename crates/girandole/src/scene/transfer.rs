@@ -1,10 +1,10 @@
 //! Objects that are lit by precomputed radiance transfer.
 
-use crate::device::buffers::{check_bytes, storage};
+use super::light_source::LightSource;
+use crate::device::buffers::{check_bytes, storage, uniform};
 use crate::device::context::Context;
 use crate::layout::{TransferObject, VertexRange};
 use crate::maps::previous_transforms::mover_of;
-use crate::resident::LightSource;
 use crate::shader_constants::{BATCH, NONE};
 use crate::stats::TransferCounts;
 use crate::{Error, Result};
@@ -20,7 +20,6 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
-use wgpu::util::DeviceExt;
 
 /// By how much the box that stands for an object in shadow maps is larger than it: texels are not infinitely small.
 const MARGIN: f32 = 0.02;
@@ -285,12 +284,4 @@ fn margin(size: Vec3) -> Vec3 {
 
 fn rows(affine: &DAffine3) -> [Vec4; 3] {
     [0, 1, 2].map(|axis| affine.matrix3.row(axis).extend(affine.translation[axis]).as_vec4())
-}
-
-fn uniform(device: &wgpu::Device, label: &str, contents: &[u8]) -> wgpu::Buffer {
-    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some(label),
-        contents,
-        usage: wgpu::BufferUsages::UNIFORM,
-    })
 }

@@ -9,7 +9,7 @@ use girandole::core::scene::{
 };
 use girandole::core::trace::SceneTracer;
 use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
-use girandole::{DeviceTuning, Gpu, Mode, RenderSettings, Renderer, RendererOptions};
+use girandole::{Gpu, Mode, RenderSettings, Renderer, RendererOptions, Tier};
 use girandole_reference::OracleSettings;
 use std::future::Future;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ pub type Test = (&'static str, fn(&Context));
 pub struct Context {
     pub gpu: Gpu,
     /// Variants of the kernels, but where a test asks for its own; `None` = as the device is.
-    pub tuning: Option<DeviceTuning>,
+    pub tier: Option<Tier>,
     /// All others share what is compiled for it, which takes seconds on software devices.
     pub first: Arc<Renderer>,
 }
@@ -76,14 +76,9 @@ impl Stage {
 }
 
 impl Context {
-    pub fn new(gpu: Gpu, tuning: Option<DeviceTuning>) -> Self {
+    pub fn new(gpu: Gpu, tier: Option<Tier>) -> Self {
         let first = Renderer::new(&gpu.device, &gpu.queue, RendererOptions::default()).expect("a renderer");
-        Self { gpu, tuning, first: first.into() }
-    }
-
-    /// The variants of the kernels that are tested.
-    pub fn tuning(&self) -> DeviceTuning {
-        self.tuning.unwrap_or_else(|| DeviceTuning::for_device(&self.gpu.device))
+        Self { gpu, tier, first: first.into() }
     }
 
     /// Polls a future and the device in turn.
@@ -92,7 +87,7 @@ impl Context {
     }
 
     pub fn renderer(&self, options: RendererOptions) -> Renderer {
-        let options = RendererOptions { tuning: options.tuning.or(self.tuning), ..options };
+        let options = RendererOptions { tier: options.tier.or(self.tier), ..options };
         self.first.another(options).expect("a renderer")
     }
 

@@ -28,7 +28,7 @@ mod transfer;
 mod truth;
 
 use common::{Context, Test};
-use girandole::DeviceTuning;
+use girandole::Tier;
 use libtest_mimic::{Arguments, Conclusion, Failed, Trial};
 use std::panic::AssertUnwindSafe;
 use std::sync::Mutex;
@@ -37,7 +37,7 @@ use std::time::Instant;
 /// The variants of the kernels that every test of pictures runs in: those of GPUs, and those of software drivers. Whatever
 /// the device is, both run on it; but where the environment variable `GIRANDOLE_TEST_DEVICE` names it
 /// (`cargo xtask test --adapter` does): there those that are chosen for it run, as `device`.
-const TUNINGS: [(&str, DeviceTuning); 2] = [("gpu", DeviceTuning::GPU), ("software", DeviceTuning::SOFTWARE)];
+const TIERS: [(&str, Tier); 2] = [("gpu", Tier::Gpu), ("software", Tier::Software)];
 
 /// How many tests the last lines name with their times.
 const SLOWEST: usize = 10;
@@ -129,10 +129,10 @@ fn main() {
             None
         }
     };
-    let context = |tuning| -> Option<&'static Context> {
-        gpu.clone().map(|gpu| &*Box::leak(Box::new(Context::new(gpu, tuning))))
+    let context = |tier| -> Option<&'static Context> {
+        gpu.clone().map(|gpu| &*Box::leak(Box::new(Context::new(gpu, tier))))
     };
-    let functions = [mirrors::tests(), maps::tests()].concat();
+    let functions = [mirrors::tests(), maps::tests(), selected::of_both_tiers()].concat();
     let functions = functions.into_iter().map(|test| (test, wgpu::Features::empty())).collect();
     let mut conclusions = vec![("functions", run(&arguments, "functions", functions, context(None)))];
     match std::env::var("GIRANDOLE_TEST_DEVICE") {
@@ -147,9 +147,8 @@ fn main() {
             );
             conclusions.push(("device", conclusion));
         }
-        Err(_) => conclusions.extend(
-            TUNINGS.map(|(name, tuning)| (name, run(&arguments, name, pictures(), context(Some(tuning))))),
-        ),
+        Err(_) => conclusions
+            .extend(TIERS.map(|(name, tier)| (name, run(&arguments, name, pictures(), context(Some(tier)))))),
     }
     if !arguments.list {
         let mut times = TIMES.lock().unwrap();

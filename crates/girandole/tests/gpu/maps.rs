@@ -47,11 +47,11 @@ fn stage(case: u32) -> (Scene, Geometry) {
         clutter.add_polygon(&[at, at + a, at + a * 0.5 + b * thin], gray);
     }
     scene.add_object("clutter", clutter, Transform::IDENTITY);
-    if case % 2 == 0 {
+    if case.is_multiple_of(2) {
         let at = vector(case, 50) * Vec3::new(1.2, 0.8, 1.7) + Vec3::Y * 1.5;
         let turned = Quat::from_axis_angle(vector(case, 51).normalize(), case as f32);
         scene.add_object("torus", shapes::torus(0.4, 0.15, 8, 6, gray), Transform::rigid(turned, at));
-        scene.objects.last_mut().expect("it was added").dynamic = case % 4 == 0;
+        scene.objects.last_mut().expect("it was added").dynamic = case.is_multiple_of(4);
     }
     let geometry = Geometry::new(&scene);
     (scene, geometry)
@@ -62,9 +62,9 @@ fn lights(case: u32, geometry: &Geometry) -> LightSet {
     let of = |index: u32| {
         let case = sequence::hash(case * 64 + index);
         let mut normal = vector(case, 1).normalize();
-        if index % 5 == 0 {
+        if index.is_multiple_of(5) {
             let axis = [Vec3::X, Vec3::Y, Vec3::Z][(index / 5 % 3) as usize];
-            normal = if index % 2 == 0 { axis } else { -axis };
+            normal = if index.is_multiple_of(2) { axis } else { -axis };
         }
         let position =
             vector(case, 2) * Vec3::new(1.95, 1.45, 2.45) + Vec3::Y * 1.5 - geometry.origin.as_vec3();
@@ -215,7 +215,7 @@ fn rays(context: &Context) {
                 // The control: a millimetre beside.
                 let position = view.position + DVec3::splat(1e-3);
                 let other = View { position, ..view };
-                if index % 16 == 0 { wrong(&other, shape, &triangles, &maps[index]).0 } else { 0 }
+                if index.is_multiple_of(16) { wrong(&other, shape, &triangles, &maps[index]).0 } else { 0 }
             };
             let half = set.len() / 2;
             of_others += std::thread::scope(|scope| {

@@ -6,9 +6,13 @@ use girandole::core::image::Image;
 use girandole::core::lights::{Clamp, LightSet, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject};
 use girandole::core::scene::{Material, Scene};
-use girandole::{DebugView, DeviceTuning, Mode, RenderSettings, RendererOptions, Shading};
+use girandole::{DebugView, Mode, RenderSettings, RendererOptions, Shading, Tier};
 use girandole_reference::metrics::{CompareOptions, compare};
 use std::path::Path;
+
+pub fn of_both_tiers() -> Vec<Test> {
+    vec![("kernels_of_both_tiers_make_the_same_picture", tiers)]
+}
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -18,8 +22,6 @@ pub fn tests() -> Vec<Test> {
         ("tolerance_0_shades_all_that_differs", no_tolerance),
         ("light_maps_change_little", light_maps),
         ("selected_frames_repeat_bit_for_bit", repeats),
-        ("lanes_that_share_points_sum_the_same", shared_points),
-        ("maps_as_images_give_the_same_picture", maps_as_images),
         ("anti_aliasing_shades_edges_only", anti_aliasing),
         ("debug_views_show_what_they_promise", debug_views),
         ("dots_show_lights_of_all_batches", light_dots),
@@ -222,64 +224,39 @@ fn repeats(context: &Context) {
     assert!(context.frame(&mut fresh, &stage.view(1, size), size, &full).pixels != first.pixels);
 }
 
-fn shared_points(context: &Context) {
+/// What both sets of kernels make of the same. Where lanes share points, sums differ by rounding.
+fn tiers(context: &Context) {
     let size = [112, 84];
-    let largest = beyond_storage;
-    for stage in [Stage::builtin("table", 600), glossy(60), truth("punctual", 60)] {
-        let view = stage.view(0, size);
-        let picture = |share, mode, seed_tolerance| {
-            let options = RendererOptions {
-                tuning: Some(DeviceTuning { cooperative_points: share, ..context.tuning() }),
-                map_size: Some(96),
-                ..RendererOptions::default()
-            };
-            let mut renderer = context.loaded(&stage, options);
-            let settings = RenderSettings { tolerance: seed_tolerance, ..bounded(mode) };
-            context.frame(&mut renderer, &view, size, &settings)
-        };
-        for mode in [Mode::LowResolution, Mode::Full] {
-            // Without tolerance, lest rounding decide what is interpolated.
-            let (alone, shared) = (picture(false, mode, 0.0), picture(true, mode, 0.0));
-            assert!(largest(&alone, &shared) < 2e-5, "{mode:?}: {}", largest(&alone, &shared));
-            assert!(flip(&picture(false, mode, 0.05), &picture(true, mode, 0.05)) < 0.005, "{mode:?}");
-        }
-        // The control: light maps make more of a difference.
-        let other = picture(true, Mode::LowResolution, 0.0);
-        assert!(largest(&picture(true, Mode::Full, 0.0), &other) > 2e-5);
-    }
-}
-
-fn maps_as_images(context: &Context) {
-    let size = [112, 84];
+    let careful = |mode, tolerance| RenderSettings { tolerance, ..bounded(mode) };
+    let passes = Shading::Multipass { lights_per_pass: 3 };
     let cases = [
-        (Mode::Naive, Shading::Fused, None),
-        (Mode::Full, Shading::Fused, None),
-        (Mode::Visibility, Shading::Multipass { lights_per_pass: 3 }, None),
-        (Mode::Naive, Shading::Fused, Some(DebugView::Atlas)),
+        ("naive", careful(Mode::Naive, 0.0)),
+        // Without tolerance, lest rounding decide what is interpolated.
+        ("low", careful(Mode::LowResolution, 0.0)),
+        ("full", careful(Mode::Full, 0.0)),
+        ("passes", RenderSettings { shading: passes, ..careful(Mode::Visibility, 0.0) }),
+        ("atlas", RenderSettings { debug: Some(DebugView::Atlas), ..careful(Mode::Naive, 0.0) }),
     ];
     // Pages of many maps, of maps whose rows are no multiple of what copies ask for, and one with a sun.
-    for (stage, map_size) in
-        [(Stage::builtin("table", 60), Some(300)), (glossy(30), Some(100)), (truth("punctual", 60), None)]
-    {
+    for stage in [Stage::builtin("table", 600), glossy(60), truth("punctual", 60)] {
         let view = stage.view(0, size);
-        let pictures = |maps_as_images, map_size| {
-            let tuning = Some(DeviceTuning { maps_as_images, ..context.tuning() });
-            let options = RendererOptions { tuning, map_size, ..RendererOptions::default() };
+        let pictures = |tier, map_size| {
+            let options =
+                RendererOptions { tier: Some(tier), map_size: Some(map_size), ..RendererOptions::default() };
             let mut renderer = context.loaded(&stage, options);
-            let pictures = cases.map(|(mode, shading, debug)| {
-                let settings = RenderSettings { shading, debug, ..bounded(mode) };
-                context.frame(&mut renderer, &view, size, &settings).pixels
-            });
-            let map = context.wait(renderer.shadow_map(7)).expect("a map");
-            (pictures, map)
+            let pictures = cases.map(|(_, settings)| context.frame(&mut renderer, &view, size, &settings));
+            let tolerant = context.frame(&mut renderer, &view, size, &careful(Mode::Full, 0.05));
+            (pictures, tolerant, context.wait(renderer.shadow_map(7)).expect("a map"))
         };
-        let [images, textures] = [true, false].map(|maps_as_images| pictures(maps_as_images, map_size));
-        assert!(images == textures);
-        // The control: other maps make other pictures.
-        let (other, _) = pictures(true, Some(80));
-        for (picture, other) in images.0.iter().zip(&other) {
-            assert!(picture != other);
+        let [gpu, software] = [Tier::Gpu, Tier::Software].map(|tier| pictures(tier, 96));
+        for ((name, _), (a, b)) in cases.iter().zip(gpu.0.iter().zip(&software.0)) {
+            assert!(beyond_storage(a, b) < 2e-5, "{name}: {}", beyond_storage(a, b));
         }
+        assert!(flip(&gpu.1, &software.1) < 0.005 && gpu.2 == software.2);
+        // The controls: light maps make more of a difference, and so do other maps.
+        assert!(beyond_storage(&gpu.0[1], &gpu.0[2]) > 2e-5);
+        let coarser = pictures(Tier::Gpu, 80);
+        assert!(gpu.0.iter().zip(&coarser.0).all(|(a, b)| beyond_storage(a, b) > 2e-5));
     }
 }
 

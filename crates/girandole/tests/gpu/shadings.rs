@@ -39,7 +39,7 @@ const SHADINGS_SIZE: [u32; 2] = [96, 72];
 fn without_float_blending(context: &Context) -> Context {
     let features = WANTED_FEATURES - wgpu::Features::FLOAT32_BLENDABLE;
     let gpu = pollster::block_on(Gpu::with_features(Some(&context.gpu.info.name), features));
-    Context::new(gpu.expect("the same adapter"), context.tuning)
+    Context::new(gpu.expect("the same adapter"), context.tier)
 }
 
 fn largest_share(a: &Image, b: &Image) -> f32 {

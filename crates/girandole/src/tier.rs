@@ -1,0 +1,57 @@
+//! Which kernels suit a device.
+
+/// Which of two sets of kernels suits a device. Both give the same picture up to rounding; [`Tier::for_device`] chooses. What the
+/// kernels of software drivers have for themselves is in `shaders/software`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Tier {
+    /// For GPUs: workgroups are balanced by the device, lanes share points, branches are uniform.
+    Gpu,
+    /// For Mesa's software driver, lavapipe, on which gains were measured. Points and candidates are fetched from a work queue by few
+    /// small workgroups, as the driver assigns each thread a run of workgroups beforehand and waits for the slowest. Shadow maps are read
+    /// as storage textures, in a third of the instructions, four texels together: mode full takes a third less time. Branches on
+    /// uniform values depend on an index as well, as the driver compiles kernels anew for other values. Pixels at edges are
+    /// interpolated in runs of eight an invocation.
+    Software,
+}
+
+impl Tier {
+    /// By the driver of the device: kernels for Mesa's software driver are too large for others.
+    pub fn for_device(device: &wgpu::Device) -> Self {
+        let info = device.adapter_info();
+        let is_lavapipe = [&info.driver, &info.name].into_iter().any(|name| name.contains("llvmpipe"));
+        if is_lavapipe { Self::Software } else { Self::Gpu }
+    }
+
+    /// Of a kernel or a setting for GPUs and one for software drivers, that for this one.
+    pub(crate) fn choose<T>(self, gpu: T, software: T) -> T {
+        match self {
+            Self::Gpu => gpu,
+            Self::Software => software,
+        }
+    }
+}
+
+/// The kernels of a tier on a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Kernels {
+    pub tier: Tier,
+    /// Where lanes read different lights at once, these are in a storage buffer rather than a uniform one: faster on GPUs. It takes a
+    /// storage buffer more than the eight of WebGPU's defaults in some kernels to come, so that a device has to have been created with
+    /// more ([`wanted_limits`](crate::wanted_limits)).
+    pub lights_in_storage: bool,
+}
+
+impl Kernels {
+    pub fn new(tier: Tier, device: &wgpu::Device) -> Self {
+        let has_room = device.limits().max_storage_buffers_per_shader_stage > 8;
+        Self { tier, lights_in_storage: tier == Tier::Gpu && has_room }
+    }
+
+    /// All that there are.
+    #[cfg(test)]
+    pub const ALL: [Self; 3] = [
+        Self { tier: Tier::Gpu, lights_in_storage: true },
+        Self { tier: Tier::Gpu, lights_in_storage: false },
+        Self { tier: Tier::Software, lights_in_storage: false },
+    ];
+}
