@@ -9,7 +9,7 @@
 @group(2) @binding(6) var<storage, read> light_objects: array<u32>; // the object that each light lies on
 @group(2) @binding(7) var<storage, read_write> incident: array<vec4f>; // for each point its coefficients
 @group(2) @binding(8) var<storage, read_write> arrivals: array<Arrival>; // for each point the lights of a batch
-@group(2) @binding(14) var<uniform> old_rows: array<vec4u, BATCH / 4u>;
+@group(2) @binding(14) var<uniform> previous_rows: array<vec4u, BATCH / 4u>;
 
 // What arrives from a light: from which direction in the object's space, unit, and its irradiance on a plane that faces it.
 struct Arrival { direction: vec3f, padding_a: f32, irradiance: vec3f, padding_b: f32 }
@@ -26,10 +26,10 @@ fn exit_from_box(position: vec3f, ray: vec3f) -> f32 {
 // How much of a light is seen from the place where a ray to it leaves the object's box.
 fn seen_from(light: Light, index: u32, place: vec3f) -> f32 {
   var position = place;
-  let row = old_rows[index / 4u][index % 4u];
+  let row = previous_rows[index / 4u][index % 4u];
   if row != NONE && object.mover != NONE {
     // The map shows the object where it was, and so its box.
-    position = position_at(old_places[row + object.mover], place);
+    position = position_at(previous_transforms[row + object.mover], place);
   }
   var to_light = light.position - position;
   if is_parallel(light) { to_light = -light.normal; }

@@ -39,7 +39,7 @@ fn shade_points_cooperative(@builtin(workgroup_id) group: vec3u, @builtin(local_
     }
     add_weights(&sums, lane, LANES);
     let all = light_list(leaf);
-    add_looked_up_then(&sums, leaf, all, lane, LANES);
+    add_looked_up_previously(&sums, leaf, all, lane, LANES);
     let list = remaining(leaf, all);
     for (var i = list.unshadowed + lane; i < list.near_unshadowed; i += LANES) {
       let light = lights[light_lists[i]];

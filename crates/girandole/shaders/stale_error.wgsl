@@ -78,8 +78,8 @@ fn would_be_lit(light: Light, at: ShadowTexel, stored: f32, is_lit: bool) -> boo
   return answer == LIT;
 }
 
-fn old_row(index: u32) -> u32 {
-  return stale_part_at(STALE_MAPS_HEADER_WORDS + index * STALE_PART_WORDS).old_row;
+fn previous_row(index: u32) -> u32 {
+  return stale_part_at(STALE_MAPS_HEADER_WORDS + index * STALE_PART_WORDS).previous_row;
 }
 
 // How much too bright a light makes a pixel.
@@ -95,7 +95,7 @@ fn excess(index: u32, p: SparsePixel) -> f32 {
   var is_lit = passes_shadow_test(light, at.receiver, at.texel, stored);
   let would = would_be_lit(light, at, stored, is_lit);
   if p.mover != NONE {
-    let then = shadow_texel_then(light, index, p.shading, p.mover);
+    let then = previous_shadow_texel(light, index, p.shading, p.mover);
     is_lit = passes_shadow_test(light, then.receiver, then.texel, stored_at(light, then.texel));
   }
   if is_lit == would { return 0.0; }

@@ -41,7 +41,7 @@ pub(crate) fn record_frame(
     // What the vertices of objects receive whose transfer is known.
     let transfer = prepared.transfer.as_ref().map(|transfer| {
         let whole = first_samples(view, (scene, targets), settings);
-        let light = (&scene.lights, &transfer.old_places);
+        let light = (&scene.lights, &transfer.previous_transforms);
         (transfer.pass, transfer.pass.record(recorder, &whole, maps, light, transfer.objects))
     });
     // For each receiver, the sum of the lights that nothing shadows.
@@ -253,7 +253,7 @@ fn shade<'g>(
     for batch in batches(lights.count(), BATCH) {
         let (band, lights) = (band.with_batch(batch), lights.batch(batch.first));
         let (maps, old) =
-            ((maps, light_maps), adaptive.old_places.as_ref().map(|old| old.batch(batch.first)));
+            ((maps, light_maps), adaptive.previous_transforms.as_ref().map(|old| old.batch(batch.first)));
         lit = kernels.shade_points(old.is_some()).record(
             recorder,
             &band,

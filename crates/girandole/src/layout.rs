@@ -201,10 +201,10 @@ pub(crate) struct Light {
     pub rectangle: Vec4,
 }
 
-/// `OldPlace` in `lib/old_place.wgsl`.
+/// `PreviousTransform` in `lib/previous_transform.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub(crate) struct OldPlace {
+pub(crate) struct PreviousTransform {
     pub x: Vec4,
     pub y: Vec4,
     pub z: Vec4,

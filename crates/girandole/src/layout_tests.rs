@@ -3,7 +3,7 @@
 
 use crate::layout::{
     BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Light,
-    LightMapUpdate, MapOccluders, MapPart, Maps, MultipassParams, OldPlace, PointQueueHeader,
+    LightMapUpdate, MapOccluders, MapPart, Maps, MultipassParams, PointQueueHeader, PreviousTransform,
     ShadeListHeader, TextureUse, TransferObject, Triangle, Vertex, VertexRange,
 };
 use crate::records::{
@@ -48,7 +48,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
             specular_texture, specular_color_texture, normal_texture, emission_texture, transmission_texture),
         fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, atlas_slot, rectangle),
         fields!(Maps as "Maps": page, size, parallel_size, texel, parallel_texel),
-        fields!(OldPlace as "OldPlace": x, y, z),
+        fields!(PreviousTransform as "PreviousTransform": x, y, z),
         fields!(TransferObject as "TransferObject": box_from_world_x, box_from_world_y, box_from_world_z, world_from_box_x,
             world_from_box_y, world_from_box_z, transfer_from_world_x, bands, transfer_from_world_y, channels,
             transfer_from_world_z, index, points, first_vertex, margin, vertices, mover, sides, clusters, bases),
@@ -90,7 +90,7 @@ fn declared_records() -> Vec<(&'static str, u32, Fields)> {
         fields!(TextureEntry as "TEXTURE_ENTRY": offset, extent, levels, flags),
         fields!(StaleMapsHeader as "STALE_MAPS_HEADER": groups_at, groups, first_moving, clusters_at, triangles_at),
         fields!(StalePart as "STALE_PART": first_column, first_row, end_column, end_row,
-            old_row),
+            previous_row),
         fields!(OccluderBox as "OCCLUDER_BOX": center, half_extent),
     ]
 }

@@ -4,7 +4,7 @@ mod order;
 
 use crate::device::context::Context;
 use crate::device::kernel::Shared;
-use crate::maps::previous_transforms::{GpuOldPlaces, OldPlaces};
+use crate::maps::previous_transforms::{GpuPreviousTransforms, PreviousTransforms};
 use crate::maps::states::MapUpdate;
 use crate::passes::Compiler;
 use crate::passes::append_all_points::AppendAllPoints;
@@ -135,21 +135,21 @@ pub(crate) struct PointPasses {
     pub edges: Edges,
     shade_points: ShadePoints,
     /// For frames with stale shadow maps of what moves.
-    shade_points_then: OnceLock<ShadePoints>,
+    shade_points_previous: OnceLock<ShadePoints>,
     /// Whether they store the picture's radiance.
     pub writes_radiance: bool,
 }
 
 impl PointPasses {
     /// Compiles what looks shadows on dynamic objects up where these were.
-    fn compile_then(&self, compiler: &Compiler) {
+    fn compile_previous(&self, compiler: &Compiler) {
         let compiler = Compiler { writes_radiance: self.writes_radiance, ..*compiler };
-        self.shade_points_then.get_or_init(|| ShadePoints::new(&compiler, true));
+        self.shade_points_previous.get_or_init(|| ShadePoints::new(&compiler, true));
     }
 
     /// What shades points; `then`: with shadows on dynamic objects looked up where these were.
     pub fn shade_points(&self, then: bool) -> &ShadePoints {
-        self.shade_points_then.get().filter(|_| then).unwrap_or(&self.shade_points)
+        self.shade_points_previous.get().filter(|_| then).unwrap_or(&self.shade_points)
     }
 }
 
@@ -161,7 +161,7 @@ impl AdaptivePasses {
                 refine: Refine::new(&compiler),
                 edges: Edges::new(&compiler),
                 shade_points: ShadePoints::new(&compiler, false),
-                shade_points_then: OnceLock::new(),
+                shade_points_previous: OnceLock::new(),
                 writes_radiance,
             }
         };
@@ -216,7 +216,7 @@ pub(crate) struct PreparedTransfer<'a> {
     pub pass: &'a Transfer,
     pub objects: &'a GpuTransfer,
     /// Where they are in shadow maps that this frame leaves stale.
-    pub old_places: GpuOldPlaces,
+    pub previous_transforms: GpuPreviousTransforms,
 }
 
 /// How a frame is shaded.
@@ -238,7 +238,7 @@ pub(crate) struct Adaptive<'a> {
     /// What light maps lack, if the frame uses them.
     pub light_map_changes: Option<LightMapChanges>,
     /// Where dynamic objects are in shadow maps that this frame leaves stale, if it does.
-    pub old_places: Option<GpuOldPlaces>,
+    pub previous_transforms: Option<GpuPreviousTransforms>,
     /// Whether points are few, so that lanes may share them.
     pub are_few: bool,
 }
@@ -323,15 +323,16 @@ pub(crate) fn prepare<'a>(
                 _ => None,
             };
             let to_radiance = passes.to_radiance(settings);
-            let old_places = scene.old_places(settings, &map_updates);
-            if old_places.is_some() {
-                passes.to_irradiance.compile_then(&compiler);
-                to_radiance.iter().for_each(|passes| passes.points.compile_then(&compiler));
+            let previous_transforms = scene.previous_transforms(settings, &map_updates);
+            if previous_transforms.is_some() {
+                passes.to_irradiance.compile_previous(&compiler);
+                to_radiance.iter().for_each(|passes| passes.points.compile_previous(&compiler));
             }
             PreparedMode::Adaptive(Adaptive {
                 passes,
                 to_radiance,
-                old_places: old_places.map(|old| GpuOldPlaces::new(&context.device, &old)),
+                previous_transforms: previous_transforms
+                    .map(|old| GpuPreviousTransforms::new(&context.device, &old)),
                 receivers,
                 lists,
                 multipass,
@@ -348,13 +349,13 @@ pub(crate) fn prepare<'a>(
         }
     };
     let transfer = scene.transfer.as_ref().map(|objects| {
-        let old = scene.old_places(settings, &map_updates);
-        let old = old.unwrap_or_else(|| OldPlaces::none(scene.lights.samples.len()));
-        let old_places = GpuOldPlaces::new(&context.device, &old);
+        let old = scene.previous_transforms(settings, &map_updates);
+        let old = old.unwrap_or_else(|| PreviousTransforms::none(scene.lights.samples.len()));
+        let previous_transforms = GpuPreviousTransforms::new(&context.device, &old);
         PreparedTransfer {
             pass: scene_passes.transfer.get_or_init(|| Transfer::new(&compiler)),
             objects,
-            old_places,
+            previous_transforms,
         }
     });
     let has_surroundings = settings.debug.is_none_or(|view| view == DebugView::LightPositions);

@@ -169,7 +169,7 @@ record! {
         end_column: u32,
         end_row: u32,
         /// The first of the places that dynamic objects have in the map, or [`NONE`](crate::shader_constants::NONE).
-        old_row: u32,
+        previous_row: u32,
     }
 }
 

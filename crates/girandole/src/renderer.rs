@@ -177,7 +177,7 @@ impl Renderer {
         self.transfer_anew(scene)
     }
 
-    /// Places the light samples of the scene that is open for other views, all alike (none = by power): the next frame is, bit
+    /// DynamicTransforms the light samples of the scene that is open for other views, all alike (none = by power): the next frame is, bit
     /// for bit, that of a renderer that opens the scene with these views. Everything that depends on them is made anew. Samples
     /// that follow [a few paths a frame](girandole_core::illumination::Rewalk::Paths) go over little by little, with the updates
     /// that come.
@@ -189,7 +189,7 @@ impl Renderer {
         self.place_on_way(scene, views, &[])
     }
 
-    /// Places the light samples as [`Renderer::place_for`] does, and where they follow a few paths a frame also for the views
+    /// DynamicTransforms the light samples as [`Renderer::place_for`] does, and where they follow a few paths a frame also for the views
     /// [to come](Illumination::place_on_way).
     ///
     /// # Errors

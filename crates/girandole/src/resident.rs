@@ -7,7 +7,7 @@ use crate::maps::layout::AtlasLayout;
 use crate::maps::non_blockers::NonBlockers;
 use crate::maps::occluded::OccludedObjects;
 use crate::maps::occluders::Occluders;
-use crate::maps::previous_transforms::{OldPlaces, Places};
+use crate::maps::previous_transforms::{DynamicTransforms, PreviousTransforms};
 use crate::maps::states::MapUpdate;
 use crate::parallel::both;
 use crate::points::multipass_plan::MultipassPlan;
@@ -67,7 +67,7 @@ pub(crate) struct Resident {
     /// Objects that are lit by precomputed radiance transfer, if there are any.
     pub transfer: Option<GpuTransfer>,
     /// Where dynamic objects are, and where each shadow map has them.
-    places: Places,
+    transforms: DynamicTransforms,
     /// Surfaces that stay out of shadow maps.
     non_blockers: NonBlockers,
     /// Maps of which the last frame drew some part.
@@ -109,7 +109,7 @@ impl Resident {
             maps_drawn: 0,
             texels_drawn: 0,
             hidden: OccludedObjects::default(),
-            places: Places::new(scene, geometry, lights.len()),
+            transforms: DynamicTransforms::new(scene, geometry, lights.len()),
             non_blockers,
             light_map_changes: 0,
         })
@@ -160,7 +160,7 @@ impl Resident {
             },
         );
         self.hidden = hidden;
-        self.places.follow(scene, geometry);
+        self.transforms.follow(scene, geometry);
         self.lights.follow((device, queue), samples);
         self.multipass = None;
         self.receivers = receivers?;
@@ -271,15 +271,19 @@ impl Resident {
     /// Takes note of what was drawn into shadow maps for a frame.
     pub fn count_maps(&mut self, updates: &[MapUpdate]) {
         self.atlas.states.note(updates);
-        self.places.note(updates);
+        self.transforms.note(updates);
         self.maps_drawn = updates.len() as u32;
         self.texels_drawn = updates.iter().map(|update| update.part.texels() as u64).sum();
     }
 
     /// Where dynamic objects are in the shadow maps that are stale once these are drawn, for frames that look them up there.
-    pub fn old_places(&self, settings: &RenderSettings, updates: &[MapUpdate]) -> Option<OldPlaces> {
+    pub fn previous_transforms(
+        &self,
+        settings: &RenderSettings,
+        updates: &[MapUpdate],
+    ) -> Option<PreviousTransforms> {
         let has_leaves = settings.mode != Mode::Naive && settings.shading == Shading::Fused;
-        has_leaves.then(|| self.places.old(&self.atlas.states, &self.lights.samples, updates))?
+        has_leaves.then(|| self.transforms.previous(&self.atlas.states, &self.lights.samples, updates))?
     }
 
     /// Takes note that a frame brought light maps up to date.

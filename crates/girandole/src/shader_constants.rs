@@ -4,8 +4,8 @@ use girandole_core::brdf;
 use girandole_core::lights::Rectangle;
 use girandole_core::scene::PrefilteredEnvironment;
 
-/// Places of dynamic objects in stale maps, as many as a uniform buffer of 64 KiB holds.
-pub(crate) const MAX_OLD_PLACES: u32 = 1365;
+/// DynamicTransforms of dynamic objects in stale maps, as many as a uniform buffer of 64 KiB holds.
+pub(crate) const MAX_PREVIOUS_TRANSFORMS: u32 = 1365;
 /// Vectors of what shadow maps know of objects that move or are closed: as many as a uniform buffer of 64 KiB holds.
 pub(crate) const OWNER_VECTORS: u32 = 4096;
 /// Lights are summed in groups of this many; batches are whole groups.
@@ -94,7 +94,7 @@ pub(crate) fn declarations() -> String {
     declarations!(
         GROUP,
         BATCH,
-        MAX_OLD_PLACES,
+        MAX_PREVIOUS_TRANSFORMS,
         OWNER_VECTORS,
         CHUNK,
         WORKGROUP,

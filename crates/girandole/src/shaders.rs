@@ -51,11 +51,11 @@ const LIBRARY: &[(&str, &str)] = lib!(
     multipass_params,
     no_reflected_environment,
     octahedral,
-    old_place,
+    previous_transform,
     packed,
     parameterisation,
-    places_now,
-    places_then,
+    transforms_current,
+    transforms_previous,
     point_queue,
     point_queue_atomic,
     point_sums,
@@ -69,7 +69,7 @@ const LIBRARY: &[(&str, &str)] = lib!(
     shade_chunk,
     shade_list,
     shadow,
-    sums_then,
+    sums_previous,
     surface,
     test_candidate,
     texture,
@@ -140,26 +140,26 @@ sources! {
     SCATTER_POINTS = scatter_points "" [buffer_offsets shade_list shade_point_at point_queue];
     SHADE_POINTS = shade_points "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle places_now environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle transforms_current environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
-    SHADE_POINTS_THEN = shade_points "" [
+    SHADE_POINTS_PREVIOUS = shade_points "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle old_place places_then sums_then environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle previous_transform transforms_previous sums_previous environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PERSISTENT = "software" / shade_points_persistent "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle places_now environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle transforms_current environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
-    SHADE_POINTS_THEN_PERSISTENT = "software" / shade_points_persistent "" [
+    SHADE_POINTS_PREVIOUS_PERSISTENT = "software" / shade_points_persistent "" [
         frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle old_place places_then sums_then environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas shadow rectangle previous_transform transforms_previous sums_previous environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     INCIDENT_LIGHT = incident_light "" [
-        frame light lights maps octahedral parameterisation atlas shadow old_place brdf rectangle branch harmonics transfer_object
+        frame light lights maps octahedral parameterisation atlas shadow previous_transform brdf rectangle branch harmonics transfer_object
     ];
     TRANSFER_VERTICES = transfer_vertices "" [scene branch transfer_object vertex_range];
     TRANSFER = transfer "" [
@@ -208,7 +208,7 @@ sources! {
     TONEMAP = tonemap "" [tonemap packed];
     STALE_ERROR = stale_error "" [
         frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
-        shadow rectangle old_place places_then environment_share point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
+        shadow rectangle previous_transform transforms_previous environment_share point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
         stale_part_at occluder_box_at blockers
     ];
     DEBUG_LEAVES = debug_leaves "" [
@@ -228,13 +228,13 @@ pub(crate) const SCENE: Source = Source { name: "scene", text: "", uses: &["scen
 
 /// The shading of points on a device; `then`: where shadows on dynamic objects are looked up where these were.
 pub(crate) fn shade_points(kernels: &Kernels, then: bool) -> &'static Source {
-    let software = if then { &SHADE_POINTS_THEN_PERSISTENT } else { &SHADE_POINTS_PERSISTENT };
+    let software = if then { &SHADE_POINTS_PREVIOUS_PERSISTENT } else { &SHADE_POINTS_PERSISTENT };
     kernels.tier.choose(shade_points_cooperative(then), software)
 }
 
 /// That in which lanes share points.
 pub(crate) fn shade_points_cooperative(then: bool) -> &'static Source {
-    if then { &SHADE_POINTS_THEN } else { &SHADE_POINTS }
+    if then { &SHADE_POINTS_PREVIOUS } else { &SHADE_POINTS }
 }
 
 /// The test of candidates on a device.

@@ -105,7 +105,7 @@ fn shade_chunk(index: u32) {
     other = one;
     one = begin(point_queue.words[slot + i - 1u], leaf);
     add_weights(&one, 0u, 1u);
-    add_looked_up_then(&one, leaf, all, 0u, 1u);
+    add_looked_up_previously(&one, leaf, all, 0u, 1u);
   }
   if !one.is_surface && !other.is_surface { return; }
   let list = remaining(leaf, all);

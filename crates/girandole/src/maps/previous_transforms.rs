@@ -6,18 +6,18 @@
 
 use super::states::{MapStates, MapUpdate};
 use crate::device::buffers::uniform;
-use crate::layout::{Light, OldPlace};
-use crate::shader_constants::{BATCH, MAX_OLD_PLACES, NONE};
+use crate::layout::{Light, PreviousTransform};
+use crate::shader_constants::{BATCH, MAX_PREVIOUS_TRANSFORMS, NONE};
 use girandole_core::glam::DAffine3;
 use girandole_core::scene::{Geometry, Scene};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The places of dynamic objects, now and when maps were drawn.
-pub(crate) struct Places {
+pub(crate) struct DynamicTransforms {
     now: Snapshot,
     /// For each light's map.
-    then: Vec<Snapshot>,
+    when_drawn: Vec<Snapshot>,
 }
 
 /// The places of all dynamic objects at a moment.
@@ -51,11 +51,11 @@ impl Snapshot {
     }
 }
 
-impl Places {
+impl DynamicTransforms {
     /// Those of a scene with so many lights.
     pub fn new(scene: &Scene, geometry: &Geometry, lights: usize) -> Self {
         let now = Snapshot::new(0, scene, geometry);
-        Self { then: vec![now.clone(); lights], now }
+        Self { when_drawn: vec![now.clone(); lights], now }
     }
 
     /// Objects moved.
@@ -66,95 +66,106 @@ impl Places {
     /// Takes note that maps were drawn, each with all that was stale of it.
     pub fn note(&mut self, drawn: &[MapUpdate]) {
         for update in drawn {
-            self.then[update.light as usize] = self.now.clone();
+            self.when_drawn[update.light as usize] = self.now.clone();
         }
     }
 
     /// Where objects were in the maps that are stale, once these are drawn; nothing where none is.
-    pub fn old(&self, states: &MapStates, lights: &[Light], drawn: &[MapUpdate]) -> Option<OldPlaces> {
+    pub fn previous(
+        &self,
+        states: &MapStates,
+        lights: &[Light],
+        drawn: &[MapUpdate],
+    ) -> Option<PreviousTransforms> {
         let mut is_stale: Vec<bool> = states.stale_parts(lights).map(|part| !part.is_empty()).collect();
         drawn.iter().for_each(|update| is_stale[update.light as usize] = false);
-        let (mut rows, mut known, mut places) = (vec![NONE; self.then.len()], BTreeMap::new(), Vec::new());
-        for ((row, then), _) in rows.iter_mut().zip(&self.then).zip(is_stale).filter(|(_, stale)| *stale) {
+        let (mut rows, mut known, mut places) =
+            (vec![NONE; self.when_drawn.len()], BTreeMap::new(), Vec::new());
+        for ((row, then), _) in
+            rows.iter_mut().zip(&self.when_drawn).zip(is_stale).filter(|(_, stale)| *stale)
+        {
             let movers = then.places.len();
-            let has_room = places.len() + movers <= MAX_OLD_PLACES as usize;
+            let has_room = places.len() + movers <= MAX_PREVIOUS_TRANSFORMS as usize;
             if then.moment == self.now.moment || movers != self.now.places.len() {
                 continue;
             }
             if !known.contains_key(&then.moment) && has_room {
                 known.insert(then.moment, places.len() as u32);
                 places.extend(
-                    then.places.iter().zip(&*self.now.places).map(|(then, now)| old_place(then, now)),
+                    then.places
+                        .iter()
+                        .zip(&*self.now.places)
+                        .map(|(then, now)| previous_transform(then, now)),
                 );
             }
             *row = known.get(&then.moment).copied().unwrap_or(NONE);
         }
-        (!places.is_empty()).then_some(OldPlaces { rows, places })
+        (!places.is_empty()).then_some(PreviousTransforms { rows, places })
     }
 }
 
 /// Where points of an object were.
-fn old_place(then: &DAffine3, now: &DAffine3) -> OldPlace {
+fn previous_transform(then: &DAffine3, now: &DAffine3) -> PreviousTransform {
     let flat = now.matrix3.determinant() == 0.0;
     let then_from_now = if flat { DAffine3::IDENTITY } else { *then * now.inverse() };
     let [x, y, z] = [0, 1, 2].map(|axis| {
         let row = then_from_now.matrix3.row(axis).extend(then_from_now.translation[axis]);
         row.as_vec4()
     });
-    OldPlace { x, y, z }
+    PreviousTransform { x, y, z }
 }
 
 /// Where dynamic objects were when stale maps were drawn.
-pub(crate) struct OldPlaces {
+pub(crate) struct PreviousTransforms {
     /// For each light, the first of its places, one for each dynamic object; [`NONE`] where its map is up to date.
     pub rows: Vec<u32>,
-    places: Vec<OldPlace>,
+    places: Vec<PreviousTransform>,
 }
 
 /// The same on the GPU, for a frame.
-pub(crate) struct GpuOldPlaces {
+pub(crate) struct GpuPreviousTransforms {
     places: wgpu::Buffer,
     rows: wgpu::Buffer,
 }
 
 /// What shaders bind for a batch of lights.
-pub(crate) struct OldPlacesBinding<'a> {
+pub(crate) struct PreviousTransformsBinding<'a> {
     pub places: &'a wgpu::Buffer,
     pub rows: wgpu::BufferBinding<'a>,
 }
 
-impl GpuOldPlaces {
-    pub fn new(device: &wgpu::Device, old: &OldPlaces) -> Self {
+impl GpuPreviousTransforms {
+    pub fn new(device: &wgpu::Device, old: &PreviousTransforms) -> Self {
         let mut rows = old.rows.clone();
         rows.resize(rows.len().max(1).next_multiple_of(BATCH as usize), NONE);
         Self {
-            places: old.places_buffer(device),
+            places: old.transforms_buffer(device),
             rows: uniform(device, "old rows", bytemuck::cast_slice(&rows)),
         }
     }
 
     /// For the batch that begins with a light.
-    pub fn batch(&self, first: u32) -> OldPlacesBinding<'_> {
+    pub fn batch(&self, first: u32) -> PreviousTransformsBinding<'_> {
         let size = size_of::<u32>() as u64;
         let rows = wgpu::BufferBinding {
             buffer: &self.rows,
             offset: u64::from(first) * size,
             size: wgpu::BufferSize::new(u64::from(BATCH) * size),
         };
-        OldPlacesBinding { places: &self.places, rows }
+        PreviousTransformsBinding { places: &self.places, rows }
     }
 }
 
-impl OldPlaces {
-    /// Places for as many lights whose maps are up to date.
+impl PreviousTransforms {
+    /// DynamicTransforms for as many lights whose maps are up to date.
     pub fn none(lights: usize) -> Self {
         Self { rows: vec![NONE; lights], places: Vec::new() }
     }
 
-    /// `old_places` for shaders.
-    pub fn places_buffer(&self, device: &wgpu::Device) -> wgpu::Buffer {
+    /// `previous_transforms` for shaders.
+    pub fn transforms_buffer(&self, device: &wgpu::Device) -> wgpu::Buffer {
         let mut places = self.places.clone();
-        places.resize(MAX_OLD_PLACES as usize, OldPlace::default());
+        places.resize(MAX_PREVIOUS_TRANSFORMS as usize, PreviousTransform::default());
         uniform(device, "old places", bytemuck::cast_slice(&places))
     }
 }

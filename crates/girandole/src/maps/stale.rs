@@ -8,7 +8,7 @@
 use super::atlas::Atlas;
 use super::map_view::Bounds;
 use super::occluders::{CLUSTER, Clusters};
-use super::previous_transforms::OldPlaces;
+use super::previous_transforms::PreviousTransforms;
 use crate::layout::Light;
 use crate::records::{OccluderBox, StaleMapsHeader, StalePart};
 use crate::shader_constants::NONE;
@@ -20,7 +20,7 @@ pub(crate) const BLOCKER_GROUP: u32 = 32;
 const ROUNDING: f32 = 1e-5;
 
 /// The words that shaders bind as `stale_maps`, see lib/blockers.wgsl.
-pub(crate) fn stale_words(atlas: &Atlas, lights: &[Light], old: &OldPlaces) -> Vec<u32> {
+pub(crate) fn stale_words(atlas: &Atlas, lights: &[Light], old: &PreviousTransforms) -> Vec<u32> {
     let sets = atlas.occluders.sets();
     let still = sets.map(|set| (set, 0..set.first_dynamic()));
     let moving = sets.map(|set| (set, set.first_dynamic()..set.bounds.len()));
@@ -43,12 +43,12 @@ pub(crate) fn stale_words(atlas: &Atlas, lights: &[Light], old: &OldPlaces) -> V
         .states
         .stale_parts(lights)
         .zip(&old.rows)
-        .map(|(part, &old_row)| StalePart {
+        .map(|(part, &previous_row)| StalePart {
             first_column: part.first[0],
             first_row: part.first[1],
             end_column: part.end[0],
             end_row: part.end[1],
-            old_row,
+            previous_row,
         })
         .collect();
     let groups_at = StaleMapsHeader::WORDS + parts.len() * StalePart::WORDS;

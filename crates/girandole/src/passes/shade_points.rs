@@ -5,7 +5,7 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView, MapsView};
 use crate::device::kernel::{Groups, Kernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::maps::previous_transforms::OldPlacesBinding;
+use crate::maps::previous_transforms::PreviousTransformsBinding;
 use crate::points::lists::{COOPERATIVE_AT, SHADE_AT};
 use crate::shaders;
 use crate::tier::Tier;
@@ -41,7 +41,7 @@ impl ShadePoints {
         band: &BandSample,
         seen: Seen,
         (maps, light_maps): (MapsView, LightMapsView),
-        (lights, old): (wgpu::BufferBinding, Option<OldPlacesBinding>),
+        (lights, old): (wgpu::BufferBinding, Option<PreviousTransformsBinding>),
         (points, are_few): (SortedPoints, bool),
         grid: GridView<'a>,
     ) -> GridView<'a> {
@@ -61,9 +61,9 @@ impl ShadePoints {
             texture("fine_directional", grid.directional),
             texture("picture", &band.targets.picture_view),
         ];
-        if let Some(OldPlacesBinding { places, rows }) = old {
-            resources.push(buffer("old_places", places));
-            resources.push(("old_rows", wgpu::BindingResource::Buffer(rows)));
+        if let Some(PreviousTransformsBinding { places, rows }) = old {
+            resources.push(buffer("previous_transforms", places));
+            resources.push(("previous_rows", wgpu::BindingResource::Buffer(rows)));
         }
         let (kernel, at) = match &self.cooperative {
             Some(cooperative) if are_few => (cooperative, COOPERATIVE_AT),

@@ -8,7 +8,7 @@ use crate::device::readback::TextureCopy;
 use crate::device::recorder::Recorder;
 use crate::maps::atlas::Atlas;
 use crate::maps::occluders::CLUSTER;
-use crate::maps::previous_transforms::OldPlaces;
+use crate::maps::previous_transforms::PreviousTransforms;
 use crate::maps::stale::{BLOCKER_GROUP, stale_words};
 use crate::points::lists::PointLists;
 use crate::points::targets::GRID;
@@ -41,7 +41,7 @@ impl StaleError {
         recorder: &mut Recorder,
         band: &BandSample,
         seen: Seen,
-        (lights, atlas, old): (&GpuLights, &Atlas, &OldPlaces),
+        (lights, atlas, old): (&GpuLights, &Atlas, &PreviousTransforms),
         lists: Option<(LightMapsView, &PointLists)>,
     ) -> Result<PixelErrors> {
         let device = recorder.device;
@@ -58,7 +58,7 @@ impl StaleError {
         });
         let view = errors.create_view(&Default::default());
         let stale_maps = storage(device, "stale maps", &stale_words(atlas, &lights.samples, old))?;
-        let old_places = old.places_buffer(device);
+        let previous_transforms = old.transforms_buffer(device);
         let maps = atlas.view();
         let mut resources = vec![
             texture("triangle_ids", seen.triangle_ids),
@@ -67,7 +67,7 @@ impl StaleError {
             buffer("lights", &lights.buffer),
             texture("picture", &band.targets.picture_view),
             buffer("stale_maps", &stale_maps),
-            buffer("old_places", &old_places),
+            buffer("previous_transforms", &previous_transforms),
             texture("errors", &view),
         ];
         if let Some((light_maps, lists)) = lists {

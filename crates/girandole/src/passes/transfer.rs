@@ -5,7 +5,7 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, MapsView, batches};
 use crate::device::kernel::{Groups, Kernel, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::maps::previous_transforms::GpuOldPlaces;
+use crate::maps::previous_transforms::GpuPreviousTransforms;
 use crate::scene::lights::GpuLights;
 use crate::scene::transfer::GpuTransfer;
 use crate::shader_constants::{BATCH, GROUPS_PER_ROW, WORKGROUP};
@@ -49,7 +49,7 @@ impl Transfer {
         recorder: &mut Recorder,
         whole: &BandSample,
         maps: MapsView,
-        (lights, old): (&GpuLights, &GpuOldPlaces),
+        (lights, old): (&GpuLights, &GpuPreviousTransforms),
         transfer: &'a GpuTransfer,
     ) -> LitVertices<'a> {
         let lit = LitVertices { irradiance: &transfer.vertex_irradiance, range: &transfer.range };
@@ -64,8 +64,8 @@ impl Transfer {
                     buffer("light_objects", &transfer.light_objects),
                     buffer("incident", &object.incident),
                     buffer("arrivals", &object.arrivals),
-                    buffer("old_places", old.places),
-                    ("old_rows", wgpu::BindingResource::Buffer(old.rows)),
+                    buffer("previous_transforms", old.places),
+                    ("previous_rows", wgpu::BindingResource::Buffer(old.rows)),
                 ];
                 let groups = Groups::Count([(batch.end - batch.first).div_ceil(WORKGROUP), object.points]);
                 self.arrive.record(recorder, band.groups(), "incident_light_gpu_ms", &resources, groups);

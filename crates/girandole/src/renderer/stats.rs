@@ -6,7 +6,7 @@ use crate::device::readback;
 use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
 use crate::frame::first_samples;
-use crate::maps::previous_transforms::OldPlaces;
+use crate::maps::previous_transforms::PreviousTransforms;
 use crate::passes::LightMapsView;
 use crate::passes::stale_error::PixelErrors;
 use crate::passes::visibility_buffer::DepthUse;
@@ -131,8 +131,8 @@ impl Renderer {
         let listed = listed
             .map(|(receivers, lists)| (LightMapsView { receivers, used: settings.uses_light_maps() }, lists));
         let pass = scene_passes.stale_error(context, settings.mode);
-        let old = scene.old_places(settings, &[]);
-        let old = old.unwrap_or_else(|| OldPlaces::none(scene.lights.samples.len()));
+        let old = scene.previous_transforms(settings, &[]);
+        let old = old.unwrap_or_else(|| PreviousTransforms::none(scene.lights.samples.len()));
         let errors = pass.record(&mut recorder, &whole, seen, (&scene.lights, &scene.atlas, &old), listed)?;
         recorder.finish();
         Ok(StaleError::OfPixels(errors))

@@ -1,14 +1,14 @@
-// Shadows on dynamic objects are looked up where the object was when the light's map was drawn (Rust: maps/places.rs). A pass
-// that uses it binds `light_lists`, and has `old_row`: the first of a light's places, NONE where its map is up to date.
+// Shadows on dynamic objects are looked up where the object was when the light's map was drawn (Rust: maps/previous_transforms.rs). A pass
+// that uses it binds `light_lists`, and has `previous_row`: the first of a light's places, NONE where its map is up to date.
 
 // Which of the dynamic objects a leaf is on, or NONE.
 fn mover_of(leaf: u32) -> u32 { return light_lists[leaf * LEAF_RECORD_WORDS + LEAF_RECORD_MOVER]; }
 
 // Where a light's map shows a point of a dynamic object. `index` is the light's in its batch.
-fn shadow_texel_then(light: Light, index: u32, s: Shading, mover: u32) -> ShadowTexel {
-  let row = old_row(index);
+fn previous_shadow_texel(light: Light, index: u32, s: Shading, mover: u32) -> ShadowTexel {
+  let row = previous_row(index);
   if row == NONE { return shadow_texel_of(light, s); }
-  let place = old_places[row + mover];
+  let place = previous_transforms[row + mover];
   let position = position_at(place, s.position);
   let normal = vec3f(
     dot(cross(place.y.xyz, place.z.xyz), s.ng),

@@ -1,5 +1,0 @@
-// Shadows are looked up where the receiver is: nothing of lib/sums_then.wgsl.
-
-fn add_looked_up_then(sums: ptr<function, PointSums>, leaf: u32, list: LightList, lane: u32, lanes: u32) {}
-
-fn remaining(leaf: u32, list: LightList) -> LightList { return list; }
