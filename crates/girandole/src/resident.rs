@@ -86,7 +86,12 @@ impl Resident {
         let radius = geometry.radius();
         let mut samples = gpu_lights(lights, radius);
         let directional: Vec<bool> = samples.iter().map(Light::has_large_map).collect();
-        let layout = AtlasLayout::new(&directional, options, &device.limits())?;
+        let layout = AtlasLayout::new(
+            &directional,
+            samples.iter().any(Light::is_parallel),
+            options,
+            &device.limits(),
+        )?;
         for (light, slot) in samples.iter_mut().zip(&layout.slots) {
             light.atlas_slot = layout.place(slot);
         }

@@ -1,9 +1,8 @@
 //! Where each light's shadow map lies: a grid of square tiles in the pages (array layers) of one depth texture, sized
 //! to need under a memory budget.
 //!
-//! Worked example: 300 lights under 256 MiB (64 Mi texels) get ⌊√(2²⁶ / 300)⌋ = 472 → 464 texels across (a multiple
-//! of 16); as what is beside the maps while they are drawn counts too, they get 448: 18 fit a page of 8192 one above the other, so
-//! 17 pages of 448 × 8064 texels are made.
+//! Worked example: 1024 lights under 256 MiB (64 Mi texels) get ⌊√(2²⁶ / 1024)⌋ = 256 texels across at most; as what is beside the maps
+//! while they are drawn counts too, they get 240: 34 fit a page of 8192 one above the other, so 31 pages of 240 × 8160 texels are made.
 
 use crate::layout::Maps;
 use crate::settings::{RendererOptions, ShadowMap};
@@ -11,8 +10,11 @@ use crate::{Error, Remedy, Result};
 
 /// Smallest map that is worth drawing.
 const MIN_SIZE: u32 = 16;
-/// Largest map that is chosen unless asked for.
-const MAX_CHOSEN: u32 = 512;
+/// Largest map that is chosen unless asked for: of few lights and of many, whose shadows' edges average out. At 300 lights, maps of
+/// 256 and of 448 texels differ by less than a thousandth of FLIP to the path tracer.
+const MAX_CHOSEN: [u32; 2] = [512, 256];
+/// Lights that are few.
+const FEW: usize = 64;
 /// Largest page: what every WebGPU device can hold.
 const MAX_PAGE: u32 = 8192;
 /// Most pages: what a light's place has room for.
@@ -84,11 +86,17 @@ impl AtlasLayout {
         }
     }
 
-    /// Lays out the maps of lights, of which `directional[i]` tells whether light i is a directional one.
+    /// Lays out the maps of lights, of which `directional[i]` tells whether light i is a directional one. `shows_all` tells whether any map
+    /// shows all that is seen, as those of parallel light do: they are not made smaller where there are many.
     ///
     /// # Errors
     /// [`Error::TooLarge`] where the budget or the device's limits do not suffice.
-    pub fn new(directional: &[bool], options: &RendererOptions, limits: &wgpu::Limits) -> Result<Self> {
+    pub fn new(
+        directional: &[bool],
+        shows_all: bool,
+        options: &RendererOptions,
+        limits: &wgpu::Limits,
+    ) -> Result<Self> {
         let lights = directional.len();
         let suns = directional.iter().filter(|&&d| d).count();
         let budget = u64::from(options.memory_mib) << 20;
@@ -117,7 +125,8 @@ impl AtlasLayout {
             }
             None => {
                 let largest = (budget / 4 / tiles([lights as u64, suns as u64], DIRECTIONAL_TILES)).isqrt();
-                let largest = (largest as u32).clamp(MIN_SIZE, MAX_CHOSEN).min(max_page) / granule;
+                let most = MAX_CHOSEN[usize::from(lights > FEW && !shows_all)];
+                let largest = (largest as u32).clamp(MIN_SIZE, most).min(max_page) / granule;
                 let sizes = (1..=largest).rev().map(|i| i * granule);
                 sizes.filter_map(|size| shapes(size).find(fits)).next().ok_or_else(|| {
                     let what = format!("{lights} shadow maps do not fit into {} MiB", options.memory_mib);
@@ -260,7 +269,7 @@ mod tests {
     use super::*;
 
     fn layout(directional: &[bool], options: RendererOptions) -> Result<AtlasLayout> {
-        AtlasLayout::new(directional, &options, &wgpu::Limits::default())
+        AtlasLayout::new(directional, directional.contains(&true), &options, &wgpu::Limits::default())
     }
 
     /// So many points, with suns among them.
@@ -321,15 +330,20 @@ mod tests {
         }
         assert!(sizes > 500 && refused > 500, "{sizes} {refused}");
         // The control: without a thought for what is beside them, larger maps fit.
-        let drawn = layout(&[false; 300], RendererOptions::default()).unwrap();
-        let larger = u64::from(drawn.map_size + 16).pow(2) * 300 * 4;
+        let drawn = layout(&[false; 1024], RendererOptions::default()).unwrap();
+        let larger = u64::from(drawn.map_size + 16).pow(2) * 1024 * 4;
         assert!(larger <= 256 << 20, "{larger}");
     }
 
     #[test]
     fn the_worked_example_holds() {
-        let l = layout(&[false; 300], RendererOptions::default()).unwrap();
-        assert_eq!((l.map_size, l.pages, l.page_size), (448, 17, [448, 8064]));
+        let l = layout(&[false; 1024], RendererOptions::default()).unwrap();
+        assert_eq!((l.map_size, l.pages, l.page_size), (240, 31, [240, 8160]));
+        let size = |lights| layout(&vec![false; lights], RendererOptions::default()).unwrap().map_size;
+        assert_eq!([64, 65, 300].map(size), [512, 256, 256]);
+        let shown =
+            AtlasLayout::new(&[false; 300], true, &RendererOptions::default(), &wgpu::Limits::default());
+        assert_eq!(shown.unwrap().map_size, 448);
     }
 
     #[test]
