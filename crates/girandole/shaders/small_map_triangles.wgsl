@@ -57,10 +57,11 @@ fn small_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
     let triangle = wanted[index] * CLUSTER + i % CLUSTER;
     let s = set_up(part, triangle);
     let size = s.end - s.first;
-    let is_large = size.x * size.y > SMALL;
-    if is_large {
+    let texel_count = size.x * size.y;
+    for (var is_large = texel_count > SMALL; is_large; is_large = false) {
       if !is_listed(part, s, atomicAdd(&lists[LISTS_HEAD + group.y], 1u)) { atomicStore(&is_left[index], 1u); }
-    } else {
+    }
+    for (var is_small = texel_count > 0 && texel_count <= SMALL; is_small; is_small = false) {
       rasterize(part, s, triangle);
     }
   }

@@ -73,24 +73,29 @@ fn grown_by_edge(b: Box, p: vec3f, q: vec3f) -> Box {
   return box;
 }
 
-// Of a triangle before the light's plane, as a whole or in part.
+// Of a triangle of which no edge crosses from one face to another.
 fn box_of(p: vec3f, q: vec3f, r: vec3f) -> Box {
+  let a = place(p);
+  let b = place(q);
+  let c = place(r);
+  return Box(min(a, min(b, c)), max(a, max(b, c)));
+}
+
+fn is_on_one_face(p: vec3f, q: vec3f, r: vec3f) -> bool {
   let least = min(p, min(q, r));
   let most = max(p, max(q, r));
-  let nothing = Box(vec2f(2.0), vec2f(-2.0));
   if PARAMETERISATION == CUBE {
     let face = cube_face(p);
-    if least.z <= 0.0 || face != cube_face(q) || face != cube_face(r) { return Box(vec2f(-1.0), vec2f(1.0)); }
-    return grown(grown(grown(nothing, place(p)), place(q)), place(r));
+    return least.z > 0.0 && face == cube_face(q) && face == cube_face(r);
   }
-  if least.z > 0.0 {
-    if least.x * most.x >= 0.0 && least.y * most.y >= 0.0 {
-      return grown(grown(grown(nothing, place(p)), place(q)), place(r));
-    }
-    return grown_by_edge(grown_by_edge(grown_by_edge(nothing, p, q), q, r), r, p);
-  }
+  return least.z > 0.0 && least.x * most.x >= 0.0 && least.y * most.y >= 0.0;
+}
+
+// Of any triangle before the light's plane, as a whole or in part.
+fn box_of_bent(p: vec3f, q: vec3f, r: vec3f) -> Box {
+  if PARAMETERISATION == CUBE { return Box(vec2f(-1.0), vec2f(1.0)); }
   // What is left of it before the plane has one edge more, in the plane.
-  var box = nothing;
+  var box = Box(vec2f(2.0), vec2f(-2.0));
   var in_plane: array<vec3f, 2>;
   var crossings = 0u;
   var from_point = r;
@@ -110,7 +115,8 @@ fn box_of(p: vec3f, q: vec3f, r: vec3f) -> Box {
     from_point = to_point;
     to_point = next;
   }
-  return grown_by_edge(box, in_plane[0], in_plane[1]);
+  if crossings > 0u { box = grown_by_edge(box, in_plane[0], in_plane[1]); }
+  return box;
 }
 
 fn corner_at(triangle: u32) -> u32 { return 2u * batch.clusters + 3u * triangle; }
@@ -135,6 +141,8 @@ fn set_up(part: MapPart, triangle: u32) -> SetUp {
     box = Box(min(p.xy, min(q.xy, r.xy)), max(p.xy, max(q.xy, r.xy)));
   } else {
     box = box_of(p, q, r);
+    // Few do; loops are jumped over where no lane does, which software devices do not do with branches.
+    for (var is_bent = is_shown && !is_on_one_face(p, q, r); is_bent; is_bent = false) { box = box_of_bent(p, q, r); }
   }
   let size = f32(part.size);
   let half = 0.5 * size;
@@ -145,7 +153,7 @@ fn set_up(part: MapPart, triangle: u32) -> SetUp {
   s.end = min(vec2i(high) + 1, vec2i(part.end));
   is_shown &= all(s.first < s.end);
   // Most triangles end here: their planes are found only for the others.
-  if is_shown {
+  for (var is_found = false; is_shown && !is_found; is_found = true) {
     let pq = q - p;
     let qr = r - q;
     let rp = p - r;
