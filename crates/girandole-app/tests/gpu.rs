@@ -164,7 +164,7 @@ fn statistics_name_passes_and_counts(directory: &Path) -> Result<(), Failed> {
     ensure(stats["engine"] == "gpu" && stats["maps"] == 48 && stats["map_size_texels"] == 64, "counts")?;
     ensure(stats["pairs"] == 96 * 72 * 48, "pairs")?;
     let number = |key: &str| stats[key].as_f64().ok_or_else(|| Failed::from(format!("no {key}")));
-    for key in ["setup_ms", "atlas_bytes", "faces_culled", "clusters_culled", "triangles_that_cannot_block"] {
+    for key in ["setup_ms", "atlas_bytes", "map_texels_drawn", "triangles_that_cannot_block"] {
         number(key)?;
     }
     // Why it is fast: where points were shaded, and what became of their pairs with lights.

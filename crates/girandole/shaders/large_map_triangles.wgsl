@@ -16,7 +16,7 @@ fn large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
     let first = s.first / BLOCK_TEXELS;
     let columns = u32((s.end.x + BLOCK_TEXELS - 1) / BLOCK_TEXELS - first.x);
     let blocks = columns * u32((s.end.y + BLOCK_TEXELS - 1) / BLOCK_TEXELS - first.y);
-    for (var block = group.z * SLICE + lane; block < min(blocks, (group.z + 1u) * SLICE); block += WORKGROUP) {
+    for (var block = group.z * MAP_SLICE + lane; block < min(blocks, (group.z + 1u) * MAP_SLICE); block += WORKGROUP) {
       let corner = (first + vec2i(i32(block % columns), i32(block / columns))) * BLOCK_TEXELS;
       if touches(s, part, corner.x, corner.y) != 0u { rasterize_block(part, s, triangle, corner); }
     }

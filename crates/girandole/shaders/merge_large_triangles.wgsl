@@ -4,10 +4,8 @@
 @group(2) @binding(5) var<storage, read> lists: array<u32>;
 @group(2) @binding(6) var<storage, read> set_ups: array<vec4u>;
 
-// A workgroup has 8 × 8 blocks, and words of masks over CAPACITY triangles.
-const ACROSS = 8u;
+// Blocks of a workgroup.
 const BLOCKS = 64u;
-const WORDS = 4u;
 
 // Triangles that touch any of the blocks, as scalars: software devices load vectors slowly.
 var<workgroup> planes: array<f32, 1536>; // twelve each
@@ -32,8 +30,8 @@ fn plane(at: u32) -> vec3f { return vec3f(planes[at], planes[at + 1u], planes[at
 @compute @workgroup_size(WORKGROUP)
 fn merge_large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
   let part = parts[group.y];
-  let across = (part.end.x - part.first.x + ACROSS * BLOCK - 1u) / (ACROSS * BLOCK);
-  let low = part.first + vec2u(group.x % across, group.x / across) * (ACROSS * BLOCK);
+  let across = (part.end.x - part.first.x + MAP_ACROSS * MAP_BLOCK - 1u) / (MAP_ACROSS * MAP_BLOCK);
+  let low = part.first + vec2u(group.x % across, group.x / across) * (MAP_ACROSS * MAP_BLOCK);
   let count = min(lists[LISTS_HEAD + group.y], CAPACITY);
   if count == 0u || low.y >= part.end.y { return; }
   let words = (count + 31u) / 32u;
@@ -43,13 +41,13 @@ fn merge_large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_inv
     atomicStore(&touched_count, 0u);
   }
   workgroupBarrier();
-  let low_block = vec2i(low / BLOCK);
+  let low_block = vec2i(low / MAP_BLOCK);
   for (var triangle = lane; triangle < count; triangle += WORKGROUP) {
     let at = part.first_set_up + 4u * triangle;
     let a = set_ups[at];
     let b = set_ups[at + 1u];
     let first = max(vec2i(vec2u(a.w, b.w) & vec2u(0xffffu)) / BLOCK_TEXELS - low_block, vec2i(0));
-    let end = min((vec2i(vec2u(a.w, b.w) >> vec2u(16u)) + BLOCK_TEXELS - 1) / BLOCK_TEXELS - low_block, vec2i(i32(ACROSS)));
+    let end = min((vec2i(vec2u(a.w, b.w) >> vec2u(16u)) + BLOCK_TEXELS - 1) / BLOCK_TEXELS - low_block, vec2i(i32(MAP_ACROSS)));
     if all(first < end) {
       var s: SetUp;
       s.a = bitcast<vec3f>(a.xyz);
@@ -64,7 +62,7 @@ fn merge_large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_inv
               slot = atomicAdd(&plane_count, 1u);
               keep(slot, s, bitcast<vec3f>(set_ups[at + 3u].xyz));
             }
-            let block = u32(y) * ACROSS + u32(x);
+            let block = u32(y) * MAP_ACROSS + u32(x);
             atomicOr(&masks[((slot >> 5u) * BLOCKS + block) * 2u + touched - 1u], 1u << (slot & 31u));
           }
         }
@@ -81,9 +79,9 @@ fn merge_large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_inv
   if any_touches != 0u { touched_blocks[atomicAdd(&touched_count, 1u)] = lane; }
   workgroupBarrier();
   let touched = workgroupUniformLoad(&touched_count);
-  for (var i = lane / BLOCK; i < touched; i += WORKGROUP / BLOCK) {
+  for (var i = lane / MAP_BLOCK; i < touched; i += WORKGROUP / MAP_BLOCK) {
     let block = touched_blocks[i];
-    merge_row(part, low + vec2u(block % ACROSS, block / ACROSS) * BLOCK + vec2u(0u, lane % BLOCK), block, used);
+    merge_row(part, low + vec2u(block % MAP_ACROSS, block / MAP_ACROSS) * MAP_BLOCK + vec2u(0u, lane % MAP_BLOCK), block, used);
   }
 }
 

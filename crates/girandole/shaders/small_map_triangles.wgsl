@@ -2,13 +2,10 @@
 
 @group(2) @binding(5) var<storage, read_write> lists: array<atomic<u32>>;
 
-// Clusters that a workgroup looks at.
-const CLUSTERS = 64u;
-
-var<workgroup> wanted: array<u32, CLUSTERS>;
+var<workgroup> wanted: array<u32, MAP_CLUSTERS>;
 var<workgroup> wanted_count: atomic<u32>;
 // Whether triangles of a wanted cluster are left to `large_map_triangles`.
-var<workgroup> is_left: array<atomic<u32>, CLUSTERS>;
+var<workgroup> is_left: array<atomic<u32>, MAP_CLUSTERS>;
 
 fn rasterize(part: MapPart, s: SetUp, triangle: u32) {
   let size = s.end - s.first;
@@ -48,7 +45,7 @@ fn small_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
   if lane == 0u { atomicStore(&wanted_count, 0u); }
   atomicStore(&is_left[lane], 0u);
   workgroupBarrier();
-  let cluster = group.x * CLUSTERS + lane;
+  let cluster = group.x * MAP_CLUSTERS + lane;
   if cluster < batch.clusters && is_wanted(part, cluster) { wanted[atomicAdd(&wanted_count, 1u)] = cluster; }
   workgroupBarrier();
   let count = workgroupUniformLoad(&wanted_count);

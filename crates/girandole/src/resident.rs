@@ -72,7 +72,7 @@ pub(crate) struct Resident {
     non_blockers: NonBlockers,
     /// Maps of which the last frame drew some part.
     pub maps_drawn: u32,
-    /// Texels of those parts.
+    /// Texels that were drawn when shadow maps were last drawn.
     pub texels_drawn: u64,
     /// Pairs of a light map and a light that the last frame added to it or took away.
     pub light_map_changes: u32,
@@ -278,7 +278,9 @@ impl Resident {
         self.atlas.states.note(updates);
         self.transforms.note(updates);
         self.maps_drawn = updates.len() as u32;
-        self.texels_drawn = updates.iter().map(|update| update.part.texels() as u64).sum();
+        if !updates.is_empty() {
+            self.texels_drawn = updates.iter().map(|update| update.part.texels() as u64).sum();
+        }
     }
 
     /// Where dynamic objects are in the shadow maps that are stale once these are drawn, for frames that look them up there.

@@ -18,7 +18,7 @@ pub struct FrameStats {
     pub non_blockers: usize,
     /// Shadow maps of which some part was drawn.
     pub maps_drawn: u32,
-    /// Texels of those parts.
+    /// Texels that were drawn when shadow maps were last drawn.
     pub texels_drawn: u64,
     /// Shadow maps that the frame left stale.
     pub stale: StaleCounts,

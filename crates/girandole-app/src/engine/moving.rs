@@ -118,7 +118,7 @@ impl Device {
                 f64::from(stats.stale.maps),
                 f64::from(stats.stale.oldest),
                 stale_error,
-                stats.texels_drawn as f64,
+                if stats.maps_drawn == 0 { 0.0 } else { stats.texels_drawn as f64 },
                 f64::from(stats.light_map_changes),
             ];
             for (counts, value) in counts.iter_mut().zip(drawn) {

@@ -9,18 +9,21 @@ const LISTS_HEAD = 4u;
 // Set-ups of a part; further ones, and alpha-masked triangles, are rasterised by the cluster.
 override CAPACITY: u32;
 
-// Blocks of a triangle's box that a workgroup looks at.
-const SLICE = 512u;
-
 // Whether a triangle may cover a texel of a block: none (0), some (1), all of them (2). Its functions are linear on a block, or on
-// either side of a diagonal.
+// either side of a diagonal. What rounds differently within the block is left to the texels' own tests, so that whatever looks at a
+// triangle, by blocks or not, finds the same to the bit.
 fn touches(s: SetUp, part: MapPart, x: i32, y: i32) -> u32 {
   let d = directions_at(part, x + vec4i(0, 7, 0, 7), y + vec4i(0, 0, 7, 7));
-  let a = along(s.a, d) + enlarged(s.a, part.size);
-  let b = along(s.b, d) + enlarged(s.b, part.size);
-  let c = along(s.c, d) + enlarged(s.c, part.size);
+  let room = vec3f(enlarged(s.a, part.size), enlarged(s.b, part.size), enlarged(s.c, part.size));
+  let a = along(s.a, d);
+  let b = along(s.b, d);
+  let c = along(s.c, d);
   let most = max(max(vec3f(a.x, b.x, c.x), vec3f(a.y, b.y, c.y)), max(vec3f(a.z, b.z, c.z), vec3f(a.w, b.w, c.w)));
-  let least = min(min(a, b), c);
-  let is_whole = min(min(least.x, least.y), min(least.z, least.w)) >= 0.0;
-  return select(0u, select(1u, 2u, is_whole), min(most.x, min(most.y, most.z)) >= 0.0);
+  let least = min(min(vec3f(a.x, b.x, c.x), vec3f(a.y, b.y, c.y)), min(vec3f(a.z, b.z, c.z), vec3f(a.w, b.w, c.w)));
+  let is_whole = all(least >= WHOLE * room);
+  return select(0u, select(1u, 2u, is_whole), all(most >= -NEVER * room));
 }
+
+// Twice the rounding of a product of three, 2.4e-7 of its largest terms, less and more than what triangles are enlarged by.
+const WHOLE = 4.0;
+const NEVER = 6.0;

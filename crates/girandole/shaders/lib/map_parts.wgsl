@@ -15,7 +15,7 @@ struct MapPart {
   owners: u32, // first vector in `owners`
   z: vec3f, // for parallel light over the diameter of the scene
   size: u32, // texels across the map
-  first: vec2u, // columns and rows of the part: multiples of BLOCK
+  first: vec2u, // columns and rows of the part: multiples of MAP_BLOCK
   end: vec2u,
   origin: vec2u, // of the map in its page
   page: u32,
@@ -23,8 +23,7 @@ struct MapPart {
 }
 
 // Texels across a block. Faces of the octahedron and the cube meet at diagonals and sides of blocks.
-const BLOCK = 8u;
-const BLOCK_TEXELS = 8;
+const BLOCK_TEXELS = i32(MAP_BLOCK);
 // Of how much of a texel triangles are enlarged for each texel of the map's width: kernels round differently, and edges that
 // triangles share must not fall between them.
 const ENLARGED = 1e-7;

@@ -8,7 +8,7 @@ struct Occluders {
   clusters: u32,
   first_moving: u32, // clusters of static objects come first
   parts: u32, // of this batch
-  slices: u32, // of SLICE blocks each, of the largest part
+  slices: u32, // of MAP_SLICE blocks each, of the largest part
 }
 
 @group(2) @binding(1) var<storage, read> occluders: array<vec4u>;

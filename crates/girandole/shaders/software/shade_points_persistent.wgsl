@@ -1,4 +1,4 @@
-// shade_points.wgsl with a work queue, see lib/workgroups_persistent.wgsl.
+// shade_points.wgsl with a work queue, see workgroups_persistent.wgsl.
 
 @group(2) @binding(5) var<storage, read_write> point_queue: PointQueue;
 

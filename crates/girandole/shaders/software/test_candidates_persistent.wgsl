@@ -1,4 +1,4 @@
-// test_candidates.wgsl with a work queue, see lib/workgroups_persistent.wgsl. `prefix_sum.wgsl` rewinds the queue.
+// test_candidates.wgsl with a work queue, see workgroups_persistent.wgsl. `prefix_sum.wgsl` rewinds the queue.
 
 @group(2) @binding(9) var<storage, read> candidates: Candidates;
 

@@ -6,6 +6,7 @@
 
 use crate::layout::Maps;
 use crate::settings::{RendererOptions, ShadowMap};
+use crate::shader_constants::MAP_BLOCK;
 use crate::{Error, Remedy, Result};
 
 /// Smallest map that is worth drawing.
@@ -21,8 +22,6 @@ const MAX_PAGE: u32 = 8192;
 const MAX_PAGES: u32 = 256;
 /// Pages are kept narrow as long as there are no more than this.
 const WANTED_PAGES: u64 = 32;
-/// Texels across a block of a map that is drawn as a whole; faces of a cube are a quarter of its map.
-pub(crate) const BLOCK: u32 = 8;
 /// Texels that are drawn at once at most, but for larger maps: 16 MiB of them.
 const MOST_TEXELS: u64 = 4 << 20;
 /// Large triangles that each part of a map lists.
@@ -142,7 +141,7 @@ impl AtlasLayout {
 
 /// What sizes of maps are multiples of: their parts are drawn in whole blocks, in each of which they are linear.
 fn granule(shape: ShadowMap) -> u32 {
-    if shape == ShadowMap::Cube { 4 * BLOCK } else { 2 * BLOCK }
+    if shape == ShadowMap::Cube { 4 * MAP_BLOCK } else { 2 * MAP_BLOCK }
 }
 
 /// Tiles of lights and of the suns among them, each of those `block` tiles along an axis; 1 where there are none.

@@ -12,23 +12,17 @@ use crate::device::kernel::{Groups, Kernel, Shared, buffer, order_all};
 use crate::device::recorder::Recorder;
 use crate::layout::{Frame, Light, MapOccluders, MapPart};
 use crate::maps::atlas::MapsView;
-use crate::maps::layout::{BLOCK, CAPACITY, MapSlot};
+use crate::maps::layout::{CAPACITY, MapSlot};
 use crate::maps::map_view::TexelRect;
 use crate::maps::occluders::CLUSTER;
 use crate::maps::states::MapUpdate;
 use crate::resident::Resident;
 use crate::settings::{RendererOptions, ShadowMap};
-use crate::shader_constants::OWNER_VECTORS;
+use crate::shader_constants::{MAP_ACROSS, MAP_BLOCK, MAP_CLUSTERS, MAP_SLICE, OWNER_VECTORS};
 use crate::shaders;
 
 /// The unit of stored depth: a map holds this over the distance. Nothing nearer to a light blocks it.
 pub(crate) const NEAR: f64 = 1e-6;
-/// Clusters that a workgroup looks at: `CLUSTERS` in `small_map_triangles.wgsl`.
-const CLUSTERS: u32 = 64;
-/// Blocks of a large triangle that a workgroup looks at: `SLICE` in `lib/map_lists.wgsl`.
-const SLICE: u32 = 512;
-/// Texels across what a workgroup merges: `ACROSS` blocks in `merge_large_triangles.wgsl`.
-const MERGED: u32 = 8 * BLOCK;
 
 pub(crate) struct ShadowMaps {
     /// Of opaque and of masked occluders.
@@ -110,8 +104,8 @@ impl ShadowMaps {
         let texels: u32 = parts.iter().map(texel_count).sum();
         recorder.encoder().clear_buffer(&atlas.nearest, 0, Some(u64::from(texels) * 4));
         let most = |of: &dyn Fn(&MapPart) -> u32| parts.iter().map(of).max().unwrap_or(0);
-        let blocks = most(&|part| size(part).map(|n| n / BLOCK).iter().product());
-        let merged = most(&|part| size(part).map(|n| n.div_ceil(MERGED)).iter().product());
+        let blocks = most(&|part| size(part).map(|n| n / MAP_BLOCK).iter().product());
+        let merged = most(&|part| size(part).map(|n| n.div_ceil(MAP_ACROSS * MAP_BLOCK)).iter().product());
         let count = parts.len() as u32;
         let mut of_opaque = None;
         for (set, occluders) in atlas.occluders.sets().into_iter().enumerate() {
@@ -132,7 +126,7 @@ impl ShadowMaps {
                 clusters: occluders.bounds.len() as u32,
                 first_moving: occluders.first_dynamic() as u32,
                 parts: count,
-                slices: blocks.div_ceil(SLICE),
+                slices: blocks.div_ceil(MAP_SLICE),
             };
             let batch = uniform(device, "batch of maps", bytemuck::bytes_of(&batch));
             let gpu = &atlas.sets[set];
@@ -147,7 +141,7 @@ impl ShadowMaps {
                 buffer("set_ups", &atlas.set_ups),
             ];
             let bound = (&nothing, Some(&scene.geometry.group));
-            let workgroups = (occluders.bounds.len() as u32).div_ceil(CLUSTERS);
+            let workgroups = (occluders.bounds.len() as u32).div_ceil(MAP_CLUSTERS);
             self.small[set].record(recorder, bound, time, &resources, Groups::Count([workgroups, count]));
             self.large[set].record(recorder, bound, time, &resources, Groups::Indirect(&gpu.lists, 0));
             if set == 0 {
@@ -210,7 +204,7 @@ fn texel_count(part: &MapPart) -> u32 {
 
 /// A part of a light's map, in whole blocks, without its places beside the maps.
 fn part(light: &Light, slot: &MapSlot, update: &MapUpdate) -> MapPart {
-    let TexelRect { first, end } = update.part.in_blocks(BLOCK);
+    let TexelRect { first, end } = update.part.in_blocks(MAP_BLOCK);
     let is_parallel = light.is_parallel();
     let (across, deep) = if is_parallel { (light.scale, 0.5 * light.offset) } else { (1.0, 1.0) };
     MapPart {
