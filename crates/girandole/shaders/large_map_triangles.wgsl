@@ -6,7 +6,7 @@
 fn large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
   let pair = group.y * GROUPS_PER_ROW + group.x;
   if pair >= lists[PAIRS] { return; }
-  let part_and_cluster = lists[LISTS_HEAD + batch.parts + pair];
+  let part_and_cluster = lists[MAP_LISTS_HEAD + batch.parts + pair];
   let part = parts[part_and_cluster / batch.clusters];
   let cluster = part_and_cluster % batch.clusters;
   for (var triangle = cluster * CLUSTER; triangle < (cluster + 1u) * CLUSTER; triangle++) {
@@ -24,15 +24,11 @@ fn large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
 }
 
 fn rasterize_block(part: MapPart, s: SetUp, triangle: u32, corner: vec2i) {
-  for (var row = max(corner.y, s.first.y); row < min(corner.y + BLOCK_TEXELS, s.end.y); row++) {
-    let left = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), inside(s.a, s.b, s.c, directions(part, corner.x, row), part.size) >= vec4f(0.0));
-    let right = select(vec4u(0u), vec4u(16u, 32u, 64u, 128u), inside(s.a, s.b, s.c, directions(part, corner.x + 4, row), part.size) >= vec4f(0.0));
-    let both = left | right;
-    var covered = both.x | both.y | both.z | both.w;
+  for (var row = corner.y; row < corner.y + BLOCK_TEXELS; row++) {
+    var covered = covered_bits(part, s, corner.x, row) | (covered_bits(part, s, corner.x + 4, row) << 4u);
     while covered != 0u {
-      let column = corner.x + i32(firstTrailingBit(covered));
+      add(part, s, triangle, corner.x + i32(firstTrailingBit(covered)), row);
       covered &= covered - 1u;
-      if column >= s.first.x && column < s.end.x { add(part, s, triangle, column, row); }
     }
   }
 }

@@ -4,27 +4,38 @@
 @group(2) @binding(5) var<storage, read> lists: array<u32>;
 @group(2) @binding(6) var<storage, read> set_ups: array<vec4u>;
 
-// Blocks of a workgroup.
-const BLOCKS = 64u;
+// Blocks of a workgroup, as many as it has lanes.
+const BLOCKS = MAP_ACROSS * MAP_ACROSS;
+const WORDS = (MAP_LISTED + 31u) / 32u;
+// Words of a set-up: three planes, the depth, the box.
+const SET_UP = 14u;
 
 // Triangles that touch any of the blocks, as scalars: software devices load vectors slowly.
-var<workgroup> planes: array<f32, 1536>; // twelve each
-var<workgroup> plane_count: atomic<u32>;
+var<workgroup> kept: array<u32, SET_UP * MAP_LISTED>;
+var<workgroup> kept_count: atomic<u32>;
 // Of each block and 32 such triangles: which cover some of its texels, and all.
-var<workgroup> masks: array<atomic<u32>, 512>;
+var<workgroup> masks: array<atomic<u32>, 2u * BLOCKS * WORDS>;
 // Blocks that any triangle touches.
 var<workgroup> touched_blocks: array<u32, BLOCKS>;
 var<workgroup> touched_count: atomic<u32>;
 
-fn keep(slot: u32, s: SetUp, n: vec3f) {
-  let at = 12u * slot;
-  planes[at] = s.a.x; planes[at + 1u] = s.a.y; planes[at + 2u] = s.a.z;
-  planes[at + 3u] = s.b.x; planes[at + 4u] = s.b.y; planes[at + 5u] = s.b.z;
-  planes[at + 6u] = s.c.x; planes[at + 7u] = s.c.y; planes[at + 8u] = s.c.z;
-  planes[at + 9u] = n.x; planes[at + 10u] = n.y; planes[at + 11u] = n.z;
+fn keep_plane(at: u32, plane: vec4u) {
+  kept[at] = plane.x;
+  kept[at + 1u] = plane.y;
+  kept[at + 2u] = plane.z;
 }
 
-fn plane(at: u32) -> vec3f { return vec3f(planes[at], planes[at + 1u], planes[at + 2u]); }
+fn plane(at: u32) -> vec3f { return bitcast<vec3f>(vec3u(kept[at], kept[at + 1u], kept[at + 2u])); }
+
+fn box_first(x: u32, y: u32) -> vec2i { return vec2i(vec2u(x, y) & vec2u(0xffffu)); }
+
+fn box_end(x: u32, y: u32) -> vec2i { return vec2i(vec2u(x, y) >> vec2u(16u)); }
+
+fn kept_at(at: u32) -> SetUp {
+  let x = kept[at + 12u];
+  let y = kept[at + 13u];
+  return SetUp(plane(at), plane(at + 3u), plane(at + 6u), plane(at + 9u), box_first(x, y), box_end(x, y));
+}
 
 // A column of workgroups a part.
 @compute @workgroup_size(WORKGROUP)
@@ -32,12 +43,12 @@ fn merge_large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_inv
   let part = parts[group.y];
   let across = (part.end.x - part.first.x + MAP_ACROSS * MAP_BLOCK - 1u) / (MAP_ACROSS * MAP_BLOCK);
   let low = part.first + vec2u(group.x % across, group.x / across) * (MAP_ACROSS * MAP_BLOCK);
-  let count = min(lists[LISTS_HEAD + group.y], CAPACITY);
+  let count = min(lists[MAP_LISTS_HEAD + group.y], MAP_LISTED);
   if count == 0u || low.y >= part.end.y { return; }
   let words = (count + 31u) / 32u;
   for (var i = lane; i < 2u * BLOCKS * words; i += WORKGROUP) { atomicStore(&masks[i], 0u); }
   if lane == 0u {
-    atomicStore(&plane_count, 0u);
+    atomicStore(&kept_count, 0u);
     atomicStore(&touched_count, 0u);
   }
   workgroupBarrier();
@@ -46,21 +57,30 @@ fn merge_large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_inv
     let at = part.first_set_up + 4u * triangle;
     let a = set_ups[at];
     let b = set_ups[at + 1u];
-    let first = max(vec2i(vec2u(a.w, b.w) & vec2u(0xffffu)) / BLOCK_TEXELS - low_block, vec2i(0));
-    let end = min((vec2i(vec2u(a.w, b.w) >> vec2u(16u)) + BLOCK_TEXELS - 1) / BLOCK_TEXELS - low_block, vec2i(i32(MAP_ACROSS)));
+    let first = max(box_first(a.w, b.w) / BLOCK_TEXELS - low_block, vec2i(0));
+    let end = min((box_end(a.w, b.w) + BLOCK_TEXELS - 1) / BLOCK_TEXELS - low_block, vec2i(i32(MAP_ACROSS)));
     if all(first < end) {
       var s: SetUp;
       s.a = bitcast<vec3f>(a.xyz);
       s.b = bitcast<vec3f>(b.xyz);
-      s.c = bitcast<vec3f>(set_ups[at + 2u].xyz);
+      let c = set_ups[at + 2u];
+      s.c = bitcast<vec3f>(c.xyz);
+      s.first = box_first(a.w, b.w);
+      s.end = box_end(a.w, b.w);
       var slot = NONE;
       for (var y = first.y; y < end.y; y++) {
         for (var x = first.x; x < end.x; x++) {
           let touched = touches(s, part, i32(low.x) + x * BLOCK_TEXELS, i32(low.y) + y * BLOCK_TEXELS);
           if touched != 0u {
             if slot == NONE {
-              slot = atomicAdd(&plane_count, 1u);
-              keep(slot, s, bitcast<vec3f>(set_ups[at + 3u].xyz));
+              slot = atomicAdd(&kept_count, 1u);
+              let to = SET_UP * slot;
+              keep_plane(to, a);
+              keep_plane(to + 3u, b);
+              keep_plane(to + 6u, c);
+              keep_plane(to + 9u, set_ups[at + 3u]);
+              kept[to + 12u] = a.w;
+              kept[to + 13u] = b.w;
             }
             let block = u32(y) * MAP_ACROSS + u32(x);
             atomicOr(&masks[((slot >> 5u) * BLOCKS + block) * 2u + touched - 1u], 1u << (slot & 31u));
@@ -70,7 +90,7 @@ fn merge_large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_inv
     }
   }
   workgroupBarrier();
-  let used = (workgroupUniformLoad(&plane_count) + 31u) / 32u;
+  let used = (workgroupUniformLoad(&kept_count) + 31u) / 32u;
   var any_touches = 0u;
   for (var word = 0u; word < used; word++) {
     let mask = (word * BLOCKS + lane) * 2u;
@@ -98,21 +118,18 @@ fn merge_row(part: MapPart, at: vec2u, block: u32, words: u32) {
     var some = atomicLoad(&masks[mask]);
     var whole = atomicLoad(&masks[mask + 1u]);
     while whole != 0u {
-      let index = 12u * (word * 32u + firstTrailingBit(whole));
+      let n = plane(SET_UP * (word * 32u + firstTrailingBit(whole)) + 9u);
       whole &= whole - 1u;
-      let n = plane(index + 9u);
       of_left = max(of_left, depth_bits(n, left));
       of_right = max(of_right, depth_bits(n, right));
     }
     while some != 0u {
-      let index = 12u * (word * 32u + firstTrailingBit(some));
+      let s = kept_at(SET_UP * (word * 32u + firstTrailingBit(some)));
       some &= some - 1u;
-      let a = plane(index);
-      let b = plane(index + 3u);
-      let c = plane(index + 6u);
-      let n = plane(index + 9u);
-      of_left = select(of_left, max(of_left, depth_bits(n, left)), inside(a, b, c, left, part.size) >= vec4f(0.0));
-      of_right = select(of_right, max(of_right, depth_bits(n, right)), inside(a, b, c, right, part.size) >= vec4f(0.0));
+      let x = i32(at.x);
+      let y = i32(at.y);
+      of_left = select(of_left, max(of_left, depth_bits(s.n, left)), covers(s, left, x, y, part.size));
+      of_right = select(of_right, max(of_right, depth_bits(s.n, right)), covers(s, right, x + 4, y, part.size));
     }
   }
   nearest[beside] = of_left;

@@ -12,16 +12,13 @@ fn rasterize(part: MapPart, s: SetUp, triangle: u32) {
   // First which of eight quadruples of texels are covered, then the depths of those: of a box, few are.
   let columns = u32(size.x + 3) / 4u;
   let count = columns * u32(size.y);
-  let last = vec4i(s.end.x);
   var x = s.first.x;
   var y = s.first.y;
   for (var start = 0u; start < count; start += 8u) {
     var covered = 0u;
     let some = min(count - start, 8u);
     for (var i = 0u; i < some; i++) {
-      let is_covered = (inside(s.a, s.b, s.c, directions(part, x, y), part.size) >= vec4f(0.0)) & (x + vec4i(0, 1, 2, 3) < last);
-      let bits = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), is_covered);
-      covered |= (bits.x | bits.y | bits.z | bits.w) << (4u * i);
+      covered |= covered_bits(part, s, x, y) << (4u * i);
       x += 4;
       if x >= s.end.x {
         x = s.first.x;
@@ -56,7 +53,7 @@ fn small_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
     let size = s.end - s.first;
     let texel_count = size.x * size.y;
     for (var is_large = texel_count > SMALL; is_large; is_large = false) {
-      if !is_listed(part, s, atomicAdd(&lists[LISTS_HEAD + group.y], 1u)) { atomicStore(&is_left[index], 1u); }
+      if !is_listed(part, s, atomicAdd(&lists[MAP_LISTS_HEAD + group.y], 1u)) { atomicStore(&is_left[index], 1u); }
     }
     for (var is_small = texel_count > 0 && texel_count <= SMALL; is_small; is_small = false) {
       rasterize(part, s, triangle);
@@ -65,11 +62,9 @@ fn small_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
   workgroupBarrier();
   if atomicLoad(&is_left[lane]) != 0u {
     let pair = atomicAdd(&lists[PAIRS], 1u);
-    lists_store(pair, group.y * batch.clusters + wanted[lane]);
+    atomicStore(&lists[MAP_LISTS_HEAD + batch.parts + pair], group.y * batch.clusters + wanted[lane]);
     atomicMax(&lists[0], min(pair + 1u, GROUPS_PER_ROW));
     atomicMax(&lists[1], pair / GROUPS_PER_ROW + 1u);
     atomicMax(&lists[2], batch.slices);
   }
 }
-
-fn lists_store(pair: u32, value: u32) { atomicStore(&lists[LISTS_HEAD + batch.parts + pair], value); }

@@ -4,10 +4,8 @@
 // each part has, as far as its list goes; then the pairs, as part · clusters + cluster.
 
 const PAIRS = 3u;
-const LISTS_HEAD = 4u;
 
-// Set-ups of a part; further ones, and alpha-masked triangles, are rasterised by the cluster.
-override CAPACITY: u32;
+// What has no room there, and alpha-masked triangles, is rasterised by the cluster.
 
 // Whether a triangle may cover a texel of a block: none (0), some (1), all of them (2). Its functions are linear on a block, or on
 // either side of a diagonal. What rounds differently within the block is left to the texels' own tests, so that whatever looks at a
@@ -20,7 +18,9 @@ fn touches(s: SetUp, part: MapPart, x: i32, y: i32) -> u32 {
   let c = along(s.c, d);
   let most = max(max(vec3f(a.x, b.x, c.x), vec3f(a.y, b.y, c.y)), max(vec3f(a.z, b.z, c.z), vec3f(a.w, b.w, c.w)));
   let least = min(min(vec3f(a.x, b.x, c.x), vec3f(a.y, b.y, c.y)), min(vec3f(a.z, b.z, c.z), vec3f(a.w, b.w, c.w)));
-  let is_whole = all(least >= WHOLE * room);
+  let corner = vec2i(x, y);
+  let is_in_box = all(corner >= s.first) && all(corner + BLOCK_TEXELS <= s.end);
+  let is_whole = is_in_box && all(least >= WHOLE * room);
   return select(0u, select(1u, 2u, is_whole), all(most >= -NEVER * room));
 }
 

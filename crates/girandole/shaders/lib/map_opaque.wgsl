@@ -5,7 +5,7 @@
 fn is_cut_out(part: MapPart, s: SetUp, triangle: u32, d: Directions) -> bool { return false; }
 
 fn is_listed(part: MapPart, s: SetUp, at: u32) -> bool {
-  if at >= CAPACITY { return false; }
+  if at >= MAP_LISTED { return false; }
   let to = part.first_set_up + 4u * at;
   set_ups[to] = vec4u(bitcast<vec3u>(s.a), u32(s.first.x) | (u32(s.end.x) << 16u));
   set_ups[to + 1u] = vec4u(bitcast<vec3u>(s.b), u32(s.first.y) | (u32(s.end.y) << 16u));

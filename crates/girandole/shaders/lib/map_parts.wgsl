@@ -76,11 +76,18 @@ fn enlarged(a: vec3f, size: u32) -> f32 {
 }
 
 // How far inside of a triangle: negative outside.
-fn inside(a: vec3f, b: vec3f, c: vec3f, d: Directions, size: u32) -> vec4f {
-  let of_a = along(a, d) + enlarged(a, size);
-  let of_b = along(b, d) + enlarged(b, size);
-  let of_c = along(c, d) + enlarged(c, size);
-  return min(of_a, min(of_b, of_c));
+fn inside(s: SetUp, d: Directions, size: u32) -> vec4f {
+  let a = along(s.a, d) + enlarged(s.a, size);
+  let b = along(s.b, d) + enlarged(s.b, size);
+  let c = along(s.c, d) + enlarged(s.c, size);
+  return min(a, min(b, c));
+}
+
+// Which of four texels in a row a triangle covers. The box counts, too: planes that are enlarged meet beyond thin tips.
+fn covers(s: SetUp, d: Directions, x: i32, y: i32, size: u32) -> vec4<bool> {
+  let column = x + vec4i(0, 1, 2, 3);
+  let is_in_rows = y >= s.first.y && y < s.end.y;
+  return (inside(s, d, size) >= vec4f(0.0)) & (column >= vec4i(s.first.x)) & (column < vec4i(s.end.x)) & vec4<bool>(is_in_rows);
 }
 
 // Positive numbers are ordered like their bits.

@@ -9,3 +9,9 @@ fn add(part: MapPart, s: SetUp, triangle: u32, x: i32, y: i32) {
     atomicMax(&nearest[texel_of(part, vec2u(vec2i(x, y)))], depth_bits(s.n, d).x);
   }
 }
+
+// Which of four texels in a row a triangle covers, as bits.
+fn covered_bits(part: MapPart, s: SetUp, x: i32, y: i32) -> u32 {
+  let bits = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), covers(s, directions(part, x, y), x, y, part.size));
+  return bits.x | bits.y | bits.z | bits.w;
+}

@@ -1,7 +1,7 @@
 //! The shadow atlas on the GPU, and what is drawn into it.
 
 use super::closed::is_outside;
-use super::layout::{AtlasLayout, CAPACITY};
+use super::layout::AtlasLayout;
 use super::map_view::MapView;
 use super::moved::MovedBoxes;
 use super::occluded::OccludedObjects;
@@ -11,13 +11,11 @@ use crate::Result;
 use crate::device::buffers::{check_bytes, storage, uniform};
 use crate::layout::Light;
 use crate::parallel::in_order;
-use crate::shader_constants::OWNER_VECTORS;
+use crate::shader_constants::{MAP_LISTED, MAP_LISTS_HEAD, OWNER_VECTORS};
 use girandole_core::scene::{Geometry, ObjectId};
 
 /// Pairs of a part of a map and a cluster that are listed at once at most, but for what has more clusters: 1 MiB of them.
 const MOST_PAIRS: u64 = 1 << 18;
-/// Words before a list's counts.
-const LISTS_HEAD: u64 = 4;
 
 /// Shadow maps that are up to date.
 #[derive(Clone, Copy)]
@@ -59,7 +57,7 @@ impl GpuOccluders {
     fn new(device: &wgpu::Device, geometry: &Geometry, clusters: &Clusters, parts: u64) -> Result<Self> {
         let count = clusters.bounds.len() as u64;
         let parts = parts.min(MOST_PAIRS / count.max(1)).max(1);
-        let words = LISTS_HEAD + parts * (1 + count);
+        let words = u64::from(MAP_LISTS_HEAD) + parts * (1 + count);
         Ok(Self {
             words: storage(device, "occluders", &clusters.words(geometry))?,
             lists: empty(device, "lists of occluders", words * 4, wgpu::BufferUsages::INDIRECT)?,
@@ -107,7 +105,7 @@ impl Atlas {
             set_ups: empty(
                 device,
                 "shadow maps' triangles",
-                drawn_parts * u64::from(CAPACITY) * 64,
+                drawn_parts * u64::from(MAP_LISTED) * 64,
                 wgpu::BufferUsages::empty(),
             )?,
             texture,

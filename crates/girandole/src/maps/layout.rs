@@ -6,7 +6,7 @@
 
 use crate::layout::Maps;
 use crate::settings::{RendererOptions, ShadowMap};
-use crate::shader_constants::MAP_BLOCK;
+use crate::shader_constants::{MAP_BLOCK, MAP_LISTED};
 use crate::{Error, Remedy, Result};
 
 /// Smallest map that is worth drawing.
@@ -24,10 +24,8 @@ const MAX_PAGES: u32 = 256;
 const WANTED_PAGES: u64 = 32;
 /// Texels that are drawn at once at most, but for larger maps: 16 MiB of them.
 const MOST_TEXELS: u64 = 4 << 20;
-/// Large triangles that each part of a map lists.
-pub(crate) const CAPACITY: u32 = 128;
-/// Bytes of such a list.
-const PART_BYTES: u64 = CAPACITY as u64 * 64;
+/// Bytes of what a part lists.
+const PART_BYTES: u64 = MAP_LISTED as u64 * 64;
 /// A directional light's map covers the whole scene: it gets this many tiles along each axis.
 const DIRECTIONAL_TILES: u32 = 4;
 

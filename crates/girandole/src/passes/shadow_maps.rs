@@ -12,13 +12,15 @@ use crate::device::kernel::{Groups, Kernel, Shared, buffer, order_all};
 use crate::device::recorder::Recorder;
 use crate::layout::{Frame, Light, MapOccluders, MapPart};
 use crate::maps::atlas::MapsView;
-use crate::maps::layout::{CAPACITY, MapSlot};
+use crate::maps::layout::MapSlot;
 use crate::maps::map_view::TexelRect;
 use crate::maps::occluders::CLUSTER;
 use crate::maps::states::MapUpdate;
 use crate::resident::Resident;
 use crate::settings::{RendererOptions, ShadowMap};
-use crate::shader_constants::{MAP_ACROSS, MAP_BLOCK, MAP_CLUSTERS, MAP_SLICE, OWNER_VECTORS};
+use crate::shader_constants::{
+    MAP_ACROSS, MAP_BLOCK, MAP_CLUSTERS, MAP_LISTED, MAP_LISTS_HEAD, MAP_SLICE, OWNER_VECTORS,
+};
 use crate::shaders;
 
 /// The unit of stored depth: a map holds this over the distance. Nothing nearer to a light blocks it.
@@ -39,7 +41,6 @@ impl ShadowMaps {
             ("PARAMETERISATION", f64::from(options.shadow_map as u32)),
             ("NEAR", NEAR),
             ("CLUSTER", f64::from(CLUSTER)),
-            ("CAPACITY", f64::from(CAPACITY)),
         ];
         let kernel = |source, entry| Kernel::new(device, shared, source, entry, &constants);
         Self {
@@ -85,7 +86,7 @@ impl ShadowMaps {
             }
             batch.push((
                 update.light,
-                MapPart { texels, first_set_up: batch.len() as u32 * CAPACITY * 4, ..new },
+                MapPart { texels, first_set_up: batch.len() as u32 * MAP_LISTED * 4, ..new },
             ));
             texels += texel_count(&new);
         }
@@ -130,7 +131,7 @@ impl ShadowMaps {
             };
             let batch = uniform(device, "batch of maps", bytemuck::bytes_of(&batch));
             let gpu = &atlas.sets[set];
-            recorder.encoder().clear_buffer(&gpu.lists, 0, Some(u64::from(4 + count) * 4));
+            recorder.encoder().clear_buffer(&gpu.lists, 0, Some(u64::from(MAP_LISTS_HEAD + count) * 4));
             let resources = [
                 buffer("parts", &list),
                 buffer("occluders", &gpu.words),
