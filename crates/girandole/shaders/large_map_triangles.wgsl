@@ -1,24 +1,41 @@
-// Rasterises triangles that are large on parts of shadow maps and in no list of set-ups, the clusters that have any one by one.
+// Rasterises triangles that are large on parts of shadow maps and in no list of set-ups, by the cluster.
 
 @group(2) @binding(5) var<storage, read> lists: array<u32>;
+
+// Of those that are kept, their indices.
+var<workgroup> kept_triangles: array<u32, MAP_KEPT>;
 
 @compute @workgroup_size(WORKGROUP)
 fn large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
   let pair = group.y * GROUPS_PER_ROW + group.x;
   if pair >= lists[PAIRS] { return; }
-  let part_and_cluster = lists[MAP_LISTS_HEAD + batch.parts + pair];
+  let part_and_cluster = lists[batch.first_pair + pair];
   let part = parts[part_and_cluster / batch.clusters];
-  let cluster = part_and_cluster % batch.clusters;
-  for (var triangle = cluster * CLUSTER; triangle < (cluster + 1u) * CLUSTER; triangle++) {
+  if lane == 0u { atomicStore(&kept_count, 0u); }
+  workgroupBarrier();
+  // A lane each sets one up; then all rasterise one after the other.
+  if lane < CLUSTER {
+    let triangle = part_and_cluster % batch.clusters * CLUSTER + lane;
     let s = set_up(part, triangle);
     let size = s.end - s.first;
-    if size.x * size.y <= SMALL { continue; }
+    if size.x * size.y > SMALL {
+      let slot = atomicAdd(&kept_count, 1u);
+      keep(slot, s);
+      kept_triangles[slot] = triangle;
+    }
+  }
+  workgroupBarrier();
+  let count = workgroupUniformLoad(&kept_count);
+  for (var slot = 0u; slot < count; slot++) {
+    let s = kept_at(slot);
     let first = s.first / BLOCK_TEXELS;
     let columns = u32((s.end.x + BLOCK_TEXELS - 1) / BLOCK_TEXELS - first.x);
     let blocks = columns * u32((s.end.y + BLOCK_TEXELS - 1) / BLOCK_TEXELS - first.y);
     for (var block = group.z * MAP_SLICE + lane; block < min(blocks, (group.z + 1u) * MAP_SLICE); block += WORKGROUP) {
       let corner = (first + vec2i(i32(block % columns), i32(block / columns))) * BLOCK_TEXELS;
-      if touches(s, part, corner.x, corner.y) != 0u { rasterize_block(part, s, triangle, corner); }
+      for (var is_touched = touches(s, part, corner.x, corner.y) != 0u; is_touched; is_touched = false) {
+        rasterize_block(part, s, kept_triangles[slot], corner);
+      }
     }
   }
 }

@@ -53,7 +53,15 @@ fn small_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
     let size = s.end - s.first;
     let texel_count = size.x * size.y;
     for (var is_large = texel_count > SMALL; is_large; is_large = false) {
-      if !is_listed(part, s, atomicAdd(&lists[MAP_LISTS_HEAD + group.y], 1u)) { atomicStore(&is_left[index], 1u); }
+      let at = atomicAdd(&lists[MAP_LISTS_HEAD + group.y], 1u);
+      if at < listed_room(part) {
+        let to = part.first_listed + LISTED_WORDS * at;
+        atomicStore(&lists[to], triangle);
+        atomicStore(&lists[to + 1u], packed_range(s.first.x, s.end.x));
+        atomicStore(&lists[to + 2u], packed_range(s.first.y, s.end.y));
+      } else {
+        atomicStore(&is_left[index], 1u);
+      }
     }
     for (var is_small = texel_count > 0 && texel_count <= SMALL; is_small; is_small = false) {
       rasterize(part, s, triangle);
@@ -62,7 +70,7 @@ fn small_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
   workgroupBarrier();
   if atomicLoad(&is_left[lane]) != 0u {
     let pair = atomicAdd(&lists[PAIRS], 1u);
-    atomicStore(&lists[MAP_LISTS_HEAD + batch.parts + pair], group.y * batch.clusters + wanted[lane]);
+    atomicStore(&lists[batch.first_pair + pair], group.y * batch.clusters + wanted[lane]);
     atomicMax(&lists[0], min(pair + 1u, GROUPS_PER_ROW));
     atomicMax(&lists[1], pair / GROUPS_PER_ROW + 1u);
     atomicMax(&lists[2], batch.slices);

@@ -430,7 +430,7 @@ pub(crate) struct MapPart {
     pub position: Vec3,
     pub is_parallel: u32,
     pub x: Vec3,
-    pub first_set_up: u32,
+    pub first_listed: u32,
     pub y: Vec3,
     pub owners: u32,
     pub z: Vec3,
@@ -448,7 +448,7 @@ pub(crate) struct MapPart {
 pub(crate) struct MapOccluders {
     pub clusters: u32,
     pub first_moving: u32,
-    pub parts: u32,
+    pub first_pair: u32,
     pub slices: u32,
 }
 

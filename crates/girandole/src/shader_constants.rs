@@ -7,16 +7,18 @@ use girandole_core::scene::PrefilteredEnvironment;
 /// DynamicTransforms of dynamic objects in stale maps, as many as a uniform buffer of 64 KiB holds.
 pub(crate) const MAX_PREVIOUS_TRANSFORMS: u32 = 1365;
 /// Shadow maps: texels across a block, which is drawn as a whole (faces of a cube are a quarter of its map); blocks across what a workgroup
-/// merges, and of a large triangle's box that one looks at; clusters that one looks at; large triangles that a part lists; words before
-/// the counts of lists.
+/// merges, and of a large triangle's box that one looks at; clusters that one looks at; large triangles that one keeps at once; texels of a
+/// part for each large triangle that it has room for, and words of one; words before the counts of lists.
 pub(crate) const MAP_BLOCK: u32 = 8;
 pub(crate) const MAP_ACROSS: u32 = 8;
 pub(crate) const MAP_SLICE: u32 = 512;
 pub(crate) const MAP_CLUSTERS: u32 = 64;
-pub(crate) const MAP_LISTED: u32 = 128;
+pub(crate) const MAP_KEPT: u32 = 128;
+pub(crate) const MAP_LISTED: u32 = 8;
+pub(crate) const LISTED_WORDS: u32 = 3;
 pub(crate) const MAP_LISTS_HEAD: u32 = 4;
-/// Vectors of what shadow maps know of objects that move or are closed: as many as a uniform buffer of 64 KiB holds.
-pub(crate) const OWNER_VECTORS: u32 = 4096;
+/// Objects in a word of what shadow maps know of those that move.
+pub(crate) const OWNERS_PER_WORD: u32 = 16;
 /// Lights are summed in groups of this many; batches are whole groups.
 pub(crate) const GROUP: u32 = 128;
 /// Most lights in a batch: 32 KiB of a uniform buffer, of which WebGPU binds 64.
@@ -104,12 +106,14 @@ pub(crate) fn declarations() -> String {
         GROUP,
         BATCH,
         MAX_PREVIOUS_TRANSFORMS,
-        OWNER_VECTORS,
+        OWNERS_PER_WORD,
         MAP_BLOCK,
         MAP_ACROSS,
         MAP_SLICE,
         MAP_CLUSTERS,
+        MAP_KEPT,
         MAP_LISTED,
+        LISTED_WORDS,
         MAP_LISTS_HEAD,
         CHUNK,
         WORKGROUP,

@@ -1,11 +1,16 @@
 // What triangles that are large on a part of a map leave to the passes after theirs.
 //
-// `lists`: workgroups in x, y and z for what follows (indirect arguments), and how many pairs of part and cluster; then how many set-ups
-// each part has, as far as its list goes; then the pairs, as part · clusters + cluster.
+// `lists`: workgroups in x, y and z for `large_map_triangles` (indirect arguments), and how many pairs it has; then how many large
+// triangles each part has; then those, as far as there is room, from `first_listed` of the part: triangle, columns, rows of its box; then the
+// pairs, part · clusters + cluster, of what had none.
 
 const PAIRS = 3u;
 
-// What has no room there, and alpha-masked triangles, is rasterised by the cluster.
+// Large triangles of a part that there is room for.
+fn listed_room(part: MapPart) -> u32 {
+  let size = part.end - part.first;
+  return size.x * size.y / MAP_LISTED;
+}
 
 // Whether a triangle may cover a texel of a block: none (0), some (1), all of them (2). Its functions are linear on a block, or on
 // either side of a diagonal. What rounds differently within the block is left to the texels' own tests, so that whatever looks at a
@@ -21,9 +26,16 @@ fn touches(s: SetUp, part: MapPart, x: i32, y: i32) -> u32 {
   let corner = vec2i(x, y);
   let is_in_box = all(corner >= s.first) && all(corner + BLOCK_TEXELS <= s.end);
   let is_whole = is_in_box && all(least >= WHOLE * room);
-  return select(0u, select(1u, 2u, is_whole), all(most >= -NEVER * room));
+  return select(0u, select(1u, MOST_TOUCHED, is_whole), all(most >= -NEVER * room));
 }
 
 // Twice the rounding of a product of three, 2.4e-7 of its largest terms, less and more than what triangles are enlarged by.
 const WHOLE = 4.0;
 const NEVER = 6.0;
+
+// Columns or rows from a first one to before the last, in a word.
+fn packed_range(first: i32, end: i32) -> u32 { return u32(first) | (u32(end) << 16u); }
+
+fn box_first(x: u32, y: u32) -> vec2i { return vec2i(vec2u(x, y) & vec2u(0xffffu)); }
+
+fn box_end(x: u32, y: u32) -> vec2i { return vec2i(vec2u(x, y) >> vec2u(16u)); }

@@ -1,5 +1,8 @@
 // Alpha-masked occluders.
 
+// Any texel may be cut out.
+const MOST_TOUCHED = 1u;
+
 // How far inside the three planes a direction lies is how much of each corner's opposite edge it has: barycentric coordinates.
 fn is_cut_out(part: MapPart, s: SetUp, triangle: u32, d: Directions) -> bool {
   let t = triangles[occluders[corner_at(triangle)].w];
@@ -19,4 +22,13 @@ fn mask_uv(vertex: u32, m: Material) -> vec2f {
   return select(v.uv0, vec2f(v.u1, v.v1), (m.base_color_texture.uv_set & 1u) == 1u);
 }
 
-fn is_listed(part: MapPart, s: SetUp, at: u32) -> bool { return false; }
+// Of four texels in a row that a triangle covers, those where it is not cut out.
+fn uncut(part: MapPart, s: SetUp, triangle: u32, d: Directions, covered: vec4<bool>) -> vec4<bool> {
+  var result = covered;
+  for (var i = 0; i < 4; i++) {
+    if covered[i] {
+      result[i] = !is_cut_out(part, s, triangle, Directions(vec4f(d.x[i]), vec4f(d.y[i]), vec4f(d.z[i])));
+    }
+  }
+  return result;
+}

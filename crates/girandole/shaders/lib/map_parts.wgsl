@@ -10,9 +10,9 @@ struct MapPart {
   position: vec3f, // of the light
   is_parallel: u32,
   x: vec3f, // the map's axes in the world, for parallel light over half its width
-  first_set_up: u32, // of its large triangles
+  first_listed: u32, // of its large triangles, in `lists`
   y: vec3f,
-  owners: u32, // first vector in `owners`
+  owners: u32, // first word in `owners`
   z: vec3f, // for parallel light over the diameter of the scene
   size: u32, // texels across the map
   first: vec2u, // columns and rows of the part: multiples of MAP_BLOCK

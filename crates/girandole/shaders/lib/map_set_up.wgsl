@@ -2,12 +2,12 @@
 //
 // `occluders` begins with two vectors a cluster: a sphere about it; the cone of its normals, and the dynamic object that it
 // belongs to. Then come three corners for each of its CLUSTER triangles, with the triangle's index in `triangles`, and its owner: a
-// dynamic or a closed object.
+// dynamic object.
 
 struct Occluders {
   clusters: u32,
   first_moving: u32, // clusters of static objects come first
-  parts: u32, // of this batch
+  first_pair: u32, // in `lists`
   slices: u32, // of MAP_SLICE blocks each, of the largest part
 }
 
@@ -15,11 +15,12 @@ struct Occluders {
 @group(2) @binding(2) var<uniform> batch: Occluders;
 // For each part, two bits for each owner: whether something static hides it from the light; whether it is closed, and the light
 // outside of it.
-@group(2) @binding(3) var<uniform> owners: array<vec4u, OWNER_VECTORS>;
+@group(2) @binding(3) var<storage, read> owners: array<u32>;
 
 override CLUSTER: u32;
 
-const OWNERS_PER_VECTOR = 64u;
+// Triangles whose boxes have more texels go to the list of their part.
+const SMALL = 128;
 const HIDDEN = 1u;
 const CLOSED = 2u;
 // How far beside its texels rounding may put what a map shows, texels.
@@ -177,8 +178,8 @@ fn set_up(part: MapPart, triangle: u32) -> SetUp {
   return s;
 }
 
-// How much of a part a sphere may cover: nothing (0), by triangles whose boxes have no more than SMALL texels (1), or more (2).
-fn cover(part: MapPart, sphere: vec4f) -> u32 {
+// Whether triangles in a sphere may cover texels of a part.
+fn may_cover(part: MapPart, sphere: vec4f) -> bool {
   let p = light_space(part, sphere.xyz);
   let half = 0.5 * f32(part.size);
   var middle: vec2f;
@@ -187,12 +188,12 @@ fn cover(part: MapPart, sphere: vec4f) -> u32 {
     middle = p.xy;
     reach = vec2f(length(part.x), length(part.y)) * sphere.w;
   } else {
-    if p.z + sphere.w <= 0.0 { return 0u; }
-    if PARAMETERISATION != OCTAHEDRAL { return 2u; }
-    if !may_show(p, sphere.w, part) { return 0u; }
+    if p.z + sphere.w <= 0.0 { return false; }
+    if PARAMETERISATION != OCTAHEDRAL { return true; }
+    if !may_show(p, sphere.w, part) { return false; }
     let w = abs(p.x) + abs(p.y) + p.z;
     let least = w - sphere.w * SQRT_3;
-    if min(abs(p.x), abs(p.y)) <= sphere.w || least <= 0.0 || p.z <= sphere.w { return 2u; }
+    if min(abs(p.x), abs(p.y)) <= sphere.w || least <= 0.0 || p.z <= sphere.w { return true; }
     // Of a place u / w on a face the gradient is (U − place W) / w, and |U − place W|² = 2 − 2 place (U·W) + 3 place².
     middle = vec2f(p.x + p.y, p.x - p.y) / w;
     let s = sign(p.xy);
@@ -201,12 +202,8 @@ fn cover(part: MapPart, sphere: vec4f) -> u32 {
   let low = (middle - reach) * half + (half - 0.5 - MARGIN);
   let high = (middle + reach) * half + (half - 0.5 + MARGIN);
   let count = floor(high) - ceil(low) + 1.0;
-  if any(count < vec2f(1.0)) || any(high < vec2f(part.first)) || any(low >= vec2f(part.end)) { return 0u; }
-  return select(2u, 1u, count.x * count.y <= f32(SMALL));
+  return all(count >= vec2f(1.0)) && all(high >= vec2f(part.first)) && all(low < vec2f(part.end));
 }
-
-// Triangles whose boxes have more texels go to the list of their part.
-const SMALL = 64;
 
 // The greatest value in a sphere of (x, y)·t − k w, where w = |x| + |y| + z is the greatest of four linear functions; with
 // `sense` −1 of its opposite.
@@ -238,15 +235,14 @@ fn may_show(p: vec3f, r: f32, part: MapPart) -> bool {
 
 // What is known of an owner.
 fn owner_state(part: MapPart, owner: u32) -> u32 {
-  if owner >= OWNERS_PER_VECTOR * OWNER_VECTORS { return 0u; }
-  let words = owners[part.owners + owner / OWNERS_PER_VECTOR];
-  return (words[owner / 16u % 4u] >> (2u * (owner % 16u))) & 3u;
+  if owner == NONE { return 0u; }
+  return (owners[part.owners + owner / OWNERS_PER_WORD] >> (2u * (owner % OWNERS_PER_WORD))) & 3u;
 }
 
 // Whether a cluster has to be looked at for a part.
 fn is_wanted(part: MapPart, cluster: u32) -> bool {
   let sphere = bitcast<vec4f>(occluders[2u * cluster]);
-  if cover(part, sphere) == 0u { return false; }
+  if !may_cover(part, sphere) { return false; }
   if cluster < batch.first_moving { return true; }
   let state = owner_state(part, occluders[2u * cluster + 1u].w);
   if (state & HIDDEN) != 0u { return false; }

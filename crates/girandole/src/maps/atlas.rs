@@ -1,21 +1,18 @@
 //! The shadow atlas on the GPU, and what is drawn into it.
 
 use super::closed::is_outside;
-use super::layout::AtlasLayout;
+use super::layout::{AtlasLayout, list_words};
 use super::map_view::MapView;
 use super::moved::MovedBoxes;
 use super::occluded::OccludedObjects;
-use super::occluders::{Clusters, Occluders};
+use super::occluders::{CLUSTER, Clusters, DynamicObject, Occluders};
 use super::states::MapStates;
 use crate::Result;
 use crate::device::buffers::{check_bytes, storage, uniform};
 use crate::layout::Light;
 use crate::parallel::in_order;
-use crate::shader_constants::{MAP_LISTED, MAP_LISTS_HEAD, OWNER_VECTORS};
+use crate::shader_constants::OWNERS_PER_WORD;
 use girandole_core::scene::{Geometry, ObjectId};
-
-/// Pairs of a part of a map and a cluster that are listed at once at most, but for what has more clusters: 1 MiB of them.
-const MOST_PAIRS: u64 = 1 << 18;
 
 /// Shadow maps that are up to date.
 #[derive(Clone, Copy)]
@@ -35,35 +32,14 @@ pub(crate) struct Atlas {
     pub maps: wgpu::Buffer,
     pub occluders: Occluders,
     pub states: MapStates,
-    /// Of each kind of occluders.
-    pub sets: [GpuOccluders; 2],
-    /// The texels of parts that are drawn at once, the nearest of what small triangles show there.
+    /// Each kind of occluders, see `lib/map_set_up.wgsl`.
+    pub sets: [wgpu::Buffer; 2],
+    /// The texels of parts that are drawn at once.
     pub nearest: wgpu::Buffer,
-    /// Their large triangles.
-    pub set_ups: wgpu::Buffer,
-}
-
-/// One kind of occluders on the GPU.
-pub(crate) struct GpuOccluders {
-    /// See `lib/map_set_up.wgsl`.
-    pub words: wgpu::Buffer,
     /// See `lib/map_lists.wgsl`.
     pub lists: wgpu::Buffer,
-    /// Parts for which there is room in it.
-    pub parts: u64,
-}
-
-impl GpuOccluders {
-    fn new(device: &wgpu::Device, geometry: &Geometry, clusters: &Clusters, parts: u64) -> Result<Self> {
-        let count = clusters.bounds.len() as u64;
-        let parts = parts.min(MOST_PAIRS / count.max(1)).max(1);
-        let words = u64::from(MAP_LISTS_HEAD) + parts * (1 + count);
-        Ok(Self {
-            words: storage(device, "occluders", &clusters.words(geometry))?,
-            lists: empty(device, "lists of occluders", words * 4, wgpu::BufferUsages::INDIRECT)?,
-            parts,
-        })
-    }
+    /// Pairs of a part and a cluster for which there is room in it.
+    pub pairs: u64,
 }
 
 impl Atlas {
@@ -90,9 +66,12 @@ impl Atlas {
             usage: U::STORAGE_BINDING | U::TEXTURE_BINDING | U::COPY_SRC | U::COPY_DST,
             view_formats: &[],
         });
-        let AtlasLayout { drawn_texels, drawn_parts, .. } = layout;
-        let of = |clusters| GpuOccluders::new(device, geometry, clusters, drawn_parts);
+        let texels = layout.drawn_texels;
+        let of = |clusters: &Clusters| storage(device, "occluders", &clusters.words(geometry));
         let [opaque, masked] = occluders.sets();
+        // Any part has room for all of its pairs.
+        let pairs = [opaque, masked].map(|set| set.bounds.len() as u64).into_iter().fold(layout.pairs(), u64::max);
+        let list_bytes = list_words(texels, pairs) * 4;
         Ok(Self {
             states: MapStates::new(layout.slots.iter().map(|slot| slot.size)),
             view: texture.create_view(&wgpu::TextureViewDescriptor {
@@ -101,13 +80,9 @@ impl Atlas {
             }),
             maps: uniform(device, "maps", bytemuck::bytes_of(&layout.maps())),
             sets: [of(opaque)?, of(masked)?],
-            nearest: empty(device, "shadow maps' texels", drawn_texels * 4, wgpu::BufferUsages::COPY_SRC)?,
-            set_ups: empty(
-                device,
-                "shadow maps' triangles",
-                drawn_parts * u64::from(MAP_LISTED) * 64,
-                wgpu::BufferUsages::empty(),
-            )?,
+            nearest: empty(device, "shadow maps' texels", texels * 4, wgpu::BufferUsages::COPY_SRC)?,
+            lists: empty(device, "lists of large triangles", list_bytes, wgpu::BufferUsages::INDIRECT)?,
+            pairs,
             texture,
             layout,
             occluders,
@@ -134,7 +109,7 @@ impl Atlas {
         for (clusters, set) in [&mut occluders.opaque, &mut occluders.masked].into_iter().zip(sets) {
             let moved = clusters.follow(geometry, moved);
             for (at, words) in clusters.moved_words(geometry, &moved) {
-                queue.write_buffer(&set.words, 16 * at as u64, bytemuck::cast_slice(&words));
+                queue.write_buffer(set, 16 * at as u64, bytemuck::cast_slice(&words));
             }
         }
         let covered_after = boxes(occluders);
@@ -162,11 +137,16 @@ impl Atlas {
 
     /// Bytes of the pages, and of what is beside them while maps are drawn.
     pub fn bytes(&self) -> u64 {
-        let lists: u64 = self.sets.iter().map(|set| set.lists.size()).sum();
-        self.layout.bytes() + lists
+        self.layout.bytes() + 4 * (self.pairs - self.layout.pairs())
     }
 
-    /// For each object of a set that moves or is closed, two bits in `owners` of `lib/map_set_up.wgsl`; more than it holds have none.
+    /// Pairs that a part needs at most whose list has room for so many large triangles.
+    pub fn pairs(&self, set: usize, room: u32) -> u64 {
+        let clusters = self.occluders.sets()[set].bounds.len() as u64;
+        if clusters * u64::from(CLUSTER) > u64::from(room) { clusters } else { 0 }
+    }
+
+    /// For each dynamic object of a set, two bits in `owners` of `lib/map_set_up.wgsl`.
     pub fn owner_states(
         &self,
         set: usize,
@@ -174,25 +154,12 @@ impl Atlas {
         hidden: &OccludedObjects,
         is_straight: bool,
     ) -> Vec<u32> {
-        let Clusters { dynamic, closed, .. } = self.occluders.sets()[set];
-        let sees_closed = |bounds| is_straight && is_outside(light, bounds);
-        let of_dynamic = dynamic.iter().map(|object| {
-            let is_closed = object.is_closed && sees_closed(&object.bounds);
+        let state = |object: &DynamicObject| {
+            let is_closed = object.is_closed && is_straight && is_outside(light, &object.bounds);
             u32::from(hidden.is_hidden(object.id, index as usize)) | u32::from(is_closed) << 1
-        });
-        let of_closed = closed.iter().map(|(_, bounds)| u32::from(sees_closed(bounds)) << 1);
-        let mut words = vec![0; 4 * self.owner_vectors(set)];
-        let most = 16 * words.len();
-        for (at, bits) in of_dynamic.chain(of_closed).enumerate().take(most) {
-            words[at / 16] |= bits << (2 * (at % 16));
-        }
-        words
-    }
-
-    /// Vectors of a part in `owners`.
-    pub fn owner_vectors(&self, set: usize) -> usize {
-        let Clusters { dynamic, closed, .. } = self.occluders.sets()[set];
-        (dynamic.len() + closed.len()).div_ceil(64).min(OWNER_VECTORS as usize)
+        };
+        let words = self.occluders.sets()[set].dynamic.chunks(OWNERS_PER_WORD as usize);
+        words.map(|objects| objects.iter().rev().fold(0, |word, object| word << 2 | state(object))).collect()
     }
 
     /// Triangles left out because they cannot block anything.

@@ -6,7 +6,7 @@
 
 use crate::layout::Maps;
 use crate::settings::{RendererOptions, ShadowMap};
-use crate::shader_constants::{MAP_BLOCK, MAP_LISTED};
+use crate::shader_constants::{LISTED_WORDS, MAP_BLOCK, MAP_LISTED, MAP_LISTS_HEAD};
 use crate::{Error, Remedy, Result};
 
 /// Smallest map that is worth drawing.
@@ -24,8 +24,8 @@ const MAX_PAGES: u32 = 256;
 const WANTED_PAGES: u64 = 32;
 /// Texels that are drawn at once at most, but for larger maps: 16 MiB of them.
 const MOST_TEXELS: u64 = 4 << 20;
-/// Bytes of what a part lists.
-const PART_BYTES: u64 = MAP_LISTED as u64 * 64;
+/// Texels beside the maps for each pair of a part and a cluster that is listed at most.
+const TEXELS_PER_PAIR: u64 = 16;
 /// A directional light's map covers the whole scene: it gets this many tiles along each axis.
 const DIRECTIONAL_TILES: u32 = 4;
 
@@ -53,8 +53,6 @@ pub struct AtlasLayout {
     pub parallel_size: u32,
     /// Texels that are drawn at once, beside the maps.
     pub drawn_texels: u64,
-    /// Parts of maps that are drawn at once.
-    pub drawn_parts: u64,
     /// One a light.
     pub slots: Vec<MapSlot>,
 }
@@ -63,7 +61,13 @@ impl AtlasLayout {
     /// Bytes of the pages, and of what is beside them while maps are drawn.
     pub fn bytes(&self) -> u64 {
         let [width, height] = self.page_size.map(u64::from);
-        u64::from(self.pages) * width * height * 4 + self.drawn_texels * 4 + self.drawn_parts * PART_BYTES
+        let texels = u64::from(self.pages) * width * height;
+        4 * (texels + self.drawn_texels + list_words(self.drawn_texels, self.pairs()))
+    }
+
+    /// Pairs of a part and a cluster that are listed.
+    pub(crate) fn pairs(&self) -> u64 {
+        self.drawn_texels / TEXELS_PER_PAIR
     }
 
     /// A slot in the words of the shaders, see `Light.atlas_slot`.
@@ -158,8 +162,6 @@ struct Shape {
     /// Tiles down a page.
     rows: u32,
     pages: u32,
-    /// Lights.
-    maps: u64,
     has_suns: bool,
 }
 
@@ -181,7 +183,7 @@ fn shapes(counts: [u64; 2], size: u32, max_page: u32, max_pages: u32) -> impl It
         let of_suns = if suns > 0 { suns.div_ceil(blocks) } else { 0 };
         let pages = tiles.div_ceil(u64::from(columns) * u64::from(rows)).max(of_suns);
         let pages = u32::try_from(pages).ok().filter(|pages| *pages <= max_pages)?;
-        Some(Shape { size, block, columns, rows, pages, maps: counts[0], has_suns: suns > 0 })
+        Some(Shape { size, block, columns, rows, pages, has_suns: suns > 0 })
     })
 }
 
@@ -195,18 +197,18 @@ impl Shape {
         self.page_size().map(u64::from).iter().product::<u64>() * u64::from(self.pages)
     }
 
-    /// How many texels, and how many parts of maps, are drawn at once: the largest map at least.
-    fn drawn_at_once(&self) -> [u64; 2] {
+    /// Texels that are drawn at once.
+    fn drawn_texels(&self) -> u64 {
         let largest = u64::from(self.size) * if self.has_suns { u64::from(self.block) } else { 1 };
         // Rows are whole numbers of 256 bytes then.
-        let texels = (self.texels() / 4).min(MOST_TEXELS).max(largest * largest.next_multiple_of(64));
-        [texels, (texels * 4 / (4 * PART_BYTES)).clamp(1, self.maps.max(1))]
+        let row = largest.next_multiple_of(64);
+        (self.texels() / 4).max(largest * row).min(MOST_TEXELS)
     }
 
     /// Bytes of the pages, and of what is beside them while maps are drawn.
     fn bytes(&self) -> u64 {
-        let [texels, parts] = self.drawn_at_once();
-        (self.texels() + texels) * 4 + parts * PART_BYTES
+        let drawn = self.drawn_texels();
+        4 * (self.texels() + drawn + list_words(drawn, drawn / TEXELS_PER_PAIR))
     }
 
     fn place(&self, directional: &[bool]) -> AtlasLayout {
@@ -223,10 +225,16 @@ impl Shape {
             }
         }
         let parallel_size = size * block;
-        let [drawn_texels, drawn_parts] = self.drawn_at_once();
+        let drawn_texels = self.drawn_texels();
         let page_size = self.page_size();
-        AtlasLayout { page_size, pages, map_size: size, parallel_size, drawn_texels, drawn_parts, slots }
+        AtlasLayout { page_size, pages, map_size: size, parallel_size, drawn_texels, slots }
     }
+}
+
+/// Words of `lists` (lib/map_lists.wgsl), the parts as small as they can be.
+pub(crate) fn list_words(texels: u64, pairs: u64) -> u64 {
+    let least = u64::from(MAP_BLOCK * wgpu::COPY_BYTES_PER_ROW_ALIGNMENT / 4);
+    u64::from(MAP_LISTS_HEAD) + texels / least + texels / u64::from(MAP_LISTED) * u64::from(LISTED_WORDS) + pairs
 }
 
 struct Grid {
@@ -316,8 +324,8 @@ mod tests {
                                 sizes += 1;
                                 assert!(l.bytes() <= budget, "{points} + {suns} in {memory_mib} MiB");
                                 assert!(l.pages <= MAX_PAGES && l.slots.iter().all(|s| s.page < l.pages));
-                                let largest = l.slots.iter().map(|s| u64::from(s.size).pow(2)).max();
-                                assert!(l.drawn_texels >= largest.unwrap_or(0) && l.drawn_parts > 0);
+                                let band = |s: &MapSlot| u64::from(s.size.next_multiple_of(64) * MAP_BLOCK);
+                                assert!(l.slots.iter().all(|s| l.drawn_texels >= band(s)));
                             }
                             Err(_) => refused += 1,
                         }
@@ -326,6 +334,10 @@ mod tests {
             }
         }
         assert!(sizes > 500 && refused > 500, "{sizes} {refused}");
+        // What is beside them is bound in one piece, however large a map is.
+        let largest = RendererOptions { memory_mib: 1024, map_size: Some(8192), ..Default::default() };
+        let largest = layout(&[true], largest).unwrap();
+        assert_eq!((largest.map_size, largest.drawn_texels), (8192, MOST_TEXELS));
         // The control: without a thought for what is beside them, larger maps fit.
         let drawn = layout(&[false; 1024], RendererOptions::default()).unwrap();
         let larger = u64::from(drawn.map_size + 16).pow(2) * 1024 * 4;

@@ -16,9 +16,6 @@ pub(crate) const CLUSTER: u32 = 32;
 /// count √2.
 const PLACE_WEIGHT: f32 = 1.0;
 
-/// Triangles of static objects up to which it is found out whether they are closed.
-const MOST_CHECKED: usize = 4096;
-
 /// Triangles of one kind, in clusters: those of static objects, then those of each dynamic one.
 #[derive(Default)]
 pub(crate) struct Clusters {
@@ -28,8 +25,6 @@ pub(crate) struct Clusters {
     pub bounds: Vec<Bounds>,
     /// Ascending.
     pub dynamic: Vec<DynamicObject>,
-    /// Static objects whose surfaces are closed: their ids, ascending, and boxes about them.
-    pub closed: Vec<(u32, Bounds)>,
 }
 
 /// A dynamic object.
@@ -102,9 +97,6 @@ impl Clusters {
             // What bends may turn inside out.
             let is_rigid = |object: u32| !scene.is_deformed(&scene.objects[object as usize]);
             let is_closed = may_be_closed && object.is_some_and(is_rigid) && is_closed(geometry, part);
-            if may_be_closed && object.is_none() {
-                result.closed = closed_objects(geometry, part);
-            }
             // What moves, as its mesh has it: wherever it is, it is in the same clusters, so that maps are the same to the bit.
             let corners = |t: u32| match object {
                 Some(object) => corners_in_mesh(scene, geometry, (object, t)),
@@ -196,21 +188,14 @@ impl Clusters {
         // Of closed objects, corners turn left as seen from outside.
         let all = || clusters.clone().flat_map(|cluster| self.of_cluster(cluster)).copied();
         let is_outward = !is_closed || outward(all().map(|t| geometry.corners(t)));
-        let turned_objects = if object.is_none() { self.turned(geometry, all()) } else { Vec::new() };
+        let owner = object.map_or(NONE, |object| object as u32);
         let (mut records, mut corners) = (Vec::new(), Vec::new());
         for cluster in clusters.clone() {
             let turned = |&t: &u32| {
-                let closed =
-                    object.is_none().then(|| self.find_closed(geometry.triangles[t as usize].object));
-                let (owner, is_outward) = match (object, closed.flatten()) {
-                    (Some(object), _) => (object as u32, is_outward),
-                    (None, Some(at)) => ((self.dynamic.len() + at) as u32, !turned_objects[at]),
-                    (None, None) => (NONE, true),
-                };
                 let [a, b, c] = geometry.corners(t);
-                ([a, if is_outward { b } else { c }, if is_outward { c } else { b }], [t, owner])
+                (if is_outward { [a, b, c] } else { [a, c, b] }, t)
             };
-            let triangles: Vec<(Corners, [u32; 2])> = self.of_cluster(cluster).iter().map(turned).collect();
+            let triangles: Vec<(Corners, u32)> = self.of_cluster(cluster).iter().map(turned).collect();
             let center = self.bounds[cluster].center;
             let radius = triangles.iter().flat_map(|(corners, _)| corners).map(|p| p.distance(center));
             // Rounding is no more than that.
@@ -219,33 +204,18 @@ impl Clusters {
             let cone =
                 if is_closed { cone(triangles.iter().map(|(corners, _)| corners)) } else { Vec3::ZERO };
             let [x, y, z] = cone.to_array().map(f32::to_bits);
-            records.push([x, y, z, object.map_or(NONE, |object| object as u32)]);
+            records.push([x, y, z, owner]);
             let filler = ([triangles[0].0[0]; 3], triangles[0].1);
-            for (of_triangle, [index, owner]) in
+            for (of_triangle, index) in
                 triangles.iter().chain(std::iter::repeat(&filler)).take(CLUSTER as usize)
             {
-                for (p, word) in of_triangle.iter().zip([*index, *owner, 0]) {
+                for (p, word) in of_triangle.iter().zip([*index, owner, 0]) {
                     let [x, y, z] = p.to_array().map(f32::to_bits);
                     corners.push([x, y, z, word]);
                 }
             }
         }
         [records, corners]
-    }
-
-    fn find_closed(&self, object: u32) -> Option<usize> {
-        self.closed.binary_search_by_key(&object, |(id, _)| *id).ok()
-    }
-
-    /// Of which closed static objects corners turn right as seen from outside.
-    fn turned(&self, geometry: &Geometry, triangles: impl Iterator<Item = u32>) -> Vec<bool> {
-        let mut of_objects = vec![Vec::new(); self.closed.len()];
-        for t in triangles {
-            if let Some(at) = self.find_closed(geometry.triangles[t as usize].object) {
-                of_objects[at].push(geometry.corners(t));
-            }
-        }
-        of_objects.into_iter().map(|corners| !outward(corners.into_iter())).collect()
     }
 
     /// What is to be written of objects that moved, and where, in words of four.
@@ -268,20 +238,6 @@ impl Clusters {
         }
         runs
     }
-}
-
-/// Those of static objects whose surfaces are closed, of triangles in the order of their objects.
-fn closed_objects(geometry: &Geometry, triangles: &[u32]) -> Vec<(u32, Bounds)> {
-    let object = |t: u32| geometry.triangles[t as usize].object;
-    let mut sorted = triangles.to_vec();
-    sorted.sort_by_key(|&t| object(t));
-    let parts: Vec<&[u32]> = sorted.chunk_by(|&a, &b| object(a) == object(b)).collect();
-    let closed = in_order(&parts, |part| {
-        let bounds = || Bounds::around(part.iter().flat_map(|&t| geometry.corners(t)));
-        let is_one = part.len() <= MOST_CHECKED && is_closed(geometry, part);
-        is_one.then(|| (object(part[0]), bounds()))
-    });
-    closed.into_iter().flatten().collect()
 }
 
 /// Corners of a triangle of an object in its mesh's own space.
