@@ -70,7 +70,8 @@ impl Atlas {
         let of = |clusters: &Clusters| storage(device, "occluders", &clusters.words(geometry));
         let [opaque, masked] = occluders.sets();
         // Any part has room for all of its pairs.
-        let pairs = [opaque, masked].map(|set| set.bounds.len() as u64).into_iter().fold(layout.pairs(), u64::max);
+        let pairs =
+            [opaque, masked].map(|set| set.bounds.len() as u64).into_iter().fold(layout.pairs(), u64::max);
         let list_bytes = list_words(texels, pairs) * 4;
         Ok(Self {
             states: MapStates::new(layout.slots.iter().map(|slot| slot.size)),

@@ -234,7 +234,10 @@ impl Shape {
 /// Words of `lists` (lib/map_lists.wgsl), the parts as small as they can be.
 pub(crate) fn list_words(texels: u64, pairs: u64) -> u64 {
     let least = u64::from(MAP_BLOCK * wgpu::COPY_BYTES_PER_ROW_ALIGNMENT / 4);
-    u64::from(MAP_LISTS_HEAD) + texels / least + texels / u64::from(MAP_LISTED) * u64::from(LISTED_WORDS) + pairs
+    u64::from(MAP_LISTS_HEAD)
+        + texels / least
+        + texels / u64::from(MAP_LISTED) * u64::from(LISTED_WORDS)
+        + pairs
 }
 
 struct Grid {

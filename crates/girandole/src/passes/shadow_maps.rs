@@ -138,7 +138,13 @@ impl ShadowMaps {
     }
 
     /// Draws opaque or masked occluders.
-    fn draw_set(&self, recorder: &mut Recorder, scene: &Resident, batch: &mut Batch, set: usize) -> Result<()> {
+    fn draw_set(
+        &self,
+        recorder: &mut Recorder,
+        scene: &Resident,
+        batch: &mut Batch,
+        set: usize,
+    ) -> Result<()> {
         let Resident { lights, atlas, hidden, .. } = scene;
         let clusters = atlas.occluders.sets()[set];
         if clusters.bounds.is_empty() {

@@ -12,6 +12,7 @@ pub fn tests() -> Vec<Test> {
     vec![
         ("texels_are_what_rays_through_their_centres_find", rays),
         ("no_triangle_is_lost_of_a_mover_of_200_000", many_triangles),
+        ("no_triangle_is_lost_where_more_are_large_than_lists_hold", sheets),
         ("maps_larger_than_what_is_drawn_at_once_have_no_seams", bands),
         ("maps_are_the_same_alone_and_in_batches", batches),
     ]
@@ -34,21 +35,17 @@ fn light(position: Vec3, normal: Vec3, profile: Profile) -> LightSample {
     LightSample { position, normal, intensity: Vec3::ONE, profile, origin, rectangle: None }
 }
 
-/// The case in which maps of [`SIZE`] texels have no room for a list of all large triangles.
-const FULL: u32 = 21;
-
 /// A closed room with triangles of all sizes in it, slivers among them, and in every second one a torus that may move.
 fn stage(case: u32) -> (Scene, Geometry) {
     let mut scene = Scene::default();
     let gray = scene.add_material(Material::diffuse("gray", Vec3::splat(0.5)));
     room(&mut scene, Vec3::new(4.0, 3.0, 5.0), gray, None);
     let mut clutter = Mesh::default();
-    let is_full = case == FULL;
-    for triangle in 0..if is_full { 600 } else { 20 } {
-        let at = vector(case, 1000 + triangle) * Vec3::new(1.9, 1.4, 2.4) + Vec3::Y * 1.5;
-        let extent = if is_full { 2.0 } else { 2f32.powf(-6.0 * number(case, 9000 + triangle)) };
+    for triangle in 0..20 {
+        let at = vector(case, 100 + triangle) * Vec3::new(1.9, 1.4, 2.4) + Vec3::Y * 1.5;
+        let extent = 2f32.powf(-6.0 * number(case, 900 + triangle));
         let thin = if triangle % 4 == 0 { 0.02 } else { 1.0 };
-        let [a, b] = [2000, 3000].map(|what| vector(case, what + triangle) * extent);
+        let [a, b] = [200, 300].map(|what| vector(case, what + triangle) * extent);
         clutter.add_polygon(&[at, at + a, at + a * 0.5 + b * thin], gray);
     }
     scene.add_object("clutter", clutter, Transform::IDENTITY);
@@ -292,6 +289,46 @@ fn many_triangles(context: &Context) {
 fn corners(geometry: &Geometry) -> Vec<[DVec3; 3]> {
     let of = |t| geometry.corners(t).map(|corner| corner.as_dvec3());
     (0..geometry.triangles.len() as u32).map(of).collect()
+}
+
+fn sheets(context: &Context) {
+    // Before a light, in no order, opaque and masked: 32 x 32 texels have room for lists of 128 triangles.
+    let mut scene = Scene::default();
+    let opaque = scene.add_material(Material::diffuse("gray", Vec3::splat(0.5)));
+    let masked = Material { alpha_cutoff: Some(0.5), ..Material::diffuse("masked", Vec3::splat(0.5)) };
+    let masked = scene.add_material(masked);
+    let mut mesh = Mesh::default();
+    for sheet in 0..1200 {
+        let depth = 1.0 + 2.0 * number(sheet, 0);
+        let tilt = vector(sheet, 1) * 0.2;
+        let corner =
+            |x: f32, y: f32| Vec3::new(x, y, -1.0 + tilt.x * x + tilt.y * y) * depth + vector(sheet, 2);
+        let [x, y] = [3, 4].map(|what| 0.3 + 0.5 * number(sheet, what));
+        let outline = [corner(-x, -y), corner(x, -y), corner(x, y), corner(-x, y)];
+        mesh.add_polygon(&outline, if sheet % 2 == 0 { opaque } else { masked });
+    }
+    scene.add_object("sheets", mesh, Transform::IDENTITY);
+    let geometry = Geometry::new(&scene);
+    let sample = light(-geometry.origin.as_vec3(), Vec3::NEG_Z, Profile::Cosine);
+    let set = LightSet::from_samples(&geometry, vec![sample]);
+    for shape in [ShadowMap::Octahedral, ShadowMap::Cube] {
+        let options = RendererOptions {
+            shadow_map: shape,
+            map_size: Some(SIZE),
+            skip_non_blockers: false,
+            ..Default::default()
+        };
+        let mut renderer = context.renderer(options);
+        renderer.load(&scene, &geometry, &set).expect("load");
+        renderer.draw_shadow_maps(&MapUpdates::default()).expect("maps");
+        let map = context.wait(renderer.shadow_map(0)).expect("a map");
+        let texels = || (0..).zip(map.iter().copied());
+        let (view, triangles) = (View::new(0, &set.samples()[0], geometry.radius()), corners(&geometry));
+        assert_eq!(wrong(&view, shape, &triangles, texels()), (0, 0), "{shape:?}");
+        // The control: all together make it.
+        let half: Vec<[DVec3; 3]> = triangles.into_iter().step_by(2).collect();
+        assert!(wrong(&view, shape, &half, texels()).0 > 100, "{shape:?}");
+    }
 }
 
 fn bands(context: &Context) {
