@@ -8,7 +8,7 @@ const BLOCKS = MAP_ACROSS * MAP_ACROSS;
 const WORDS = (MAP_KEPT + 31u) / 32u;
 // Listed triangles that are looked at between two barriers.
 const SCANNED = 8u * WORKGROUP;
-// Of those, the ones whose boxes touch the workgroup's blocks.
+// Of those, where the ones are whose boxes touch the workgroup's blocks.
 var<workgroup> found: array<u32, SCANNED>;
 var<workgroup> found_count: atomic<u32>;
 // Of each block and 32 triangles that are kept: which cover some of its texels, and all.
@@ -34,7 +34,7 @@ fn merge_large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_inv
       let y = lists[at + 2u];
       let high = vec2i(low + MAP_ACROSS * MAP_BLOCK);
       if all(box_first(x, y) < high) && all(box_end(x, y) > vec2i(low)) {
-        found[atomicAdd(&found_count, 1u)] = lists[at];
+        found[atomicAdd(&found_count, 1u)] = at;
       }
     }
     workgroupBarrier();
@@ -52,7 +52,10 @@ fn merge(part: MapPart, low: vec2u, lane: u32, first: u32, count: u32) {
   if lane == 0u { atomicStore(&touched_count, 0u); }
   workgroupBarrier();
   for (var slot = lane; slot < count; slot += WORKGROUP) {
-    let s = set_up(part, found[first + slot]);
+    let at = found[first + slot];
+    var s = planes(part, corners(part, lists[at]));
+    s.first = box_first(lists[at + 1u], lists[at + 2u]);
+    s.end = box_end(lists[at + 1u], lists[at + 2u]);
     keep(slot, s);
     let first_block = vec2u(max(s.first - vec2i(low), vec2i(0))) / MAP_BLOCK;
     let end_block = min((vec2u(s.end - vec2i(low)) + MAP_BLOCK - 1u) / MAP_BLOCK, vec2u(MAP_ACROSS));
@@ -105,7 +108,7 @@ fn merge_row(part: MapPart, at: vec2u, block: u32, first: u32, words: u32) {
       let slot = word * 32u + firstTrailingBit(some);
       some &= some - 1u;
       let s = kept_at(slot);
-      let triangle = found[first + slot];
+      let triangle = lists[found[first + slot]];
       let x = i32(at.x);
       let y = i32(at.y);
       let is_left = uncut(part, s, triangle, left, covers(s, left, x, y, part.size));

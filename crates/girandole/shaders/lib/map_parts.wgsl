@@ -33,8 +33,9 @@ override NEAR: f32; // metres; only a unit: depth is NEAR / norm
 
 @group(2) @binding(0) var<storage, read> parts: array<MapPart>;
 
-// A triangle from a light: the planes through its edges, and its depth, by direction; the texels that it may cover.
-struct SetUp { a: vec3f, b: vec3f, c: vec3f, n: vec3f, first: vec2i, end: vec2i }
+// A triangle from a light: the planes through its edges, and its depth, by direction; the texels that it may cover; whether its corners
+// turn one way (1) or the other (−1).
+struct SetUp { a: vec3f, b: vec3f, c: vec3f, n: vec3f, first: vec2i, end: vec2i, side: f32 }
 
 // Directions of four centres in a row.
 struct Directions { x: vec4f, y: vec4f, z: vec4f }

@@ -122,59 +122,79 @@ fn box_of_bent(p: vec3f, q: vec3f, r: vec3f) -> Box {
 
 fn corner_at(triangle: u32) -> u32 { return 2u * batch.clusters + 3u * triangle; }
 
-// A triangle, by its index among the clusters'; `end` is `first` where it covers nothing of the part.
-fn set_up(part: MapPart, triangle: u32) -> SetUp {
+// A triangle in light space; where maps show it in homogeneous coordinates, in those, with its depths.
+struct Corners { p: vec3f, q: vec3f, r: vec3f, depths: vec3f, is_before: bool }
+
+// By its index among the clusters'.
+fn corners(part: MapPart, triangle: u32) -> Corners {
   let at = corner_at(triangle);
-  var p = light_space(part, bitcast<vec3f>(occluders[at].xyz));
-  var q = light_space(part, bitcast<vec3f>(occluders[at + 1u].xyz));
-  var r = light_space(part, bitcast<vec3f>(occluders[at + 2u].xyz));
-  var depths = vec3f(0.0);
-  var is_shown = max(p.z, max(q.z, r.z)) > 0.0 || part.is_parallel != 0u;
-  var box: Box;
+  let p = light_space(part, bitcast<vec3f>(occluders[at].xyz));
+  let q = light_space(part, bitcast<vec3f>(occluders[at + 1u].xyz));
+  let r = light_space(part, bitcast<vec3f>(occluders[at + 2u].xyz));
+  let is_before = max(p.z, max(q.z, r.z)) > 0.0 || part.is_parallel != 0u;
   if is_affine(part) {
     let a = projected(part, p);
     let b = projected(part, q);
     let c = projected(part, r);
-    depths = vec3f(a.w, b.w, c.w);
-    p = a.xyz;
-    q = b.xyz;
-    r = c.xyz;
-    box = Box(min(p.xy, min(q.xy, r.xy)), max(p.xy, max(q.xy, r.xy)));
+    return Corners(a.xyz, b.xyz, c.xyz, vec3f(a.w, b.w, c.w), is_before);
+  }
+  return Corners(p, q, r, vec3f(0.0), is_before);
+}
+
+// The planes of a triangle; none of them where it is seen edge-on.
+fn planes(part: MapPart, c: Corners) -> SetUp {
+  let pq = c.q - c.p;
+  let qr = c.r - c.q;
+  let rp = c.p - c.r;
+  let across = cross(rp, pq);
+  let volume = dot(across, c.p);
+  let side = sign(volume);
+  var s: SetUp;
+  // (p + q) × (q − p) = 2 p × q, and exactly the opposite for the other triangle at this edge.
+  s.a = cross(c.p + c.q, pq) * side;
+  s.b = cross(c.q + c.r, qr) * side;
+  s.c = cross(c.r + c.p, rp) * side;
+  s.side = side;
+  let size = f32(part.size);
+  if is_affine(part) {
+    let bent = cross(c.r, c.p) * (c.depths.y - c.depths.x) + cross(c.p, c.q) * (c.depths.z - c.depths.x);
+    s.n = (bent / volume + vec3f(0.0, 0.0, c.depths.x)) / size;
   } else {
-    box = box_of(p, q, r);
+    s.n = across * (NEAR / (volume * size));
+  }
+  return s;
+}
+
+// What of a part a triangle may cover, and its planes; `end` is `first` where that is nothing.
+fn set_up(part: MapPart, triangle: u32) -> SetUp {
+  let c = corners(part, triangle);
+  var box: Box;
+  if is_affine(part) {
+    box = Box(min(c.p.xy, min(c.q.xy, c.r.xy)), max(c.p.xy, max(c.q.xy, c.r.xy)));
+  } else {
+    box = box_of(c.p, c.q, c.r);
     // Few do; loops are jumped over where no lane does, which software devices do not do with branches.
-    for (var is_bent = is_shown && !is_on_one_face(p, q, r); is_bent; is_bent = false) { box = box_of_bent(p, q, r); }
+    for (var is_bent = c.is_before && !is_on_one_face(c.p, c.q, c.r); is_bent; is_bent = false) {
+      box = box_of_bent(c.p, c.q, c.r);
+    }
   }
   let size = f32(part.size);
   let half = 0.5 * size;
   let low = ceil(clamp(box.low * half + (half - 0.5 - MARGIN), vec2f(-1.0), vec2f(size)));
   let high = floor(clamp(box.high * half + (half - 0.5 + MARGIN), vec2f(-1.0), vec2f(size)));
+  let first = max(vec2i(low), vec2i(part.first));
+  let end = min(vec2i(high) + 1, vec2i(part.end));
   var s: SetUp;
-  s.first = max(vec2i(low), vec2i(part.first));
-  s.end = min(vec2i(high) + 1, vec2i(part.end));
-  is_shown &= all(s.first < s.end);
   // Most triangles end here: their planes are found only for the others.
-  for (var is_found = false; is_shown && !is_found; is_found = true) {
-    let pq = q - p;
-    let qr = r - q;
-    let rp = p - r;
-    let across = cross(rp, pq);
-    let volume = dot(across, p);
-    let side = select(-1.0, 1.0, volume > 0.0);
-    // (p + q) × (q − p) = 2 p × q, and exactly the opposite for the other triangle at this edge.
-    s.a = cross(p + q, pq) * side;
-    s.b = cross(q + r, qr) * side;
-    s.c = cross(r + p, rp) * side;
-    if is_affine(part) {
-      let bent = cross(r, p) * (depths.y - depths.x) + cross(p, q) * (depths.z - depths.x);
-      s.n = (bent / volume + vec3f(0.0, 0.0, depths.x)) / size;
-    } else {
-      s.n = across * (NEAR / (volume * size));
-    }
+  for (var is_found = false; c.is_before && all(first < end) && !is_found; is_found = true) {
+    s = planes(part, c);
     // Of a closed object, what faces away is behind what does not.
-    is_shown = volume < 0.0 || (volume > 0.0 && (owner_state(part, occluders[at + 1u].w) & CLOSED) == 0u);
+    let is_shown = s.side < 0.0 || (s.side > 0.0 && (owner_state(part, occluders[corner_at(triangle) + 1u].w) & CLOSED) == 0u);
+    if is_shown {
+      s.first = first;
+      s.end = end;
+    }
   }
-  if !is_shown { s.end = s.first; }
   return s;
 }
 
