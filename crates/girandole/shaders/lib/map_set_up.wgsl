@@ -63,17 +63,6 @@ fn projected(part: MapPart, p: vec3f) -> vec4f {
 
 struct Box { low: vec2f, high: vec2f }
 
-fn grown(b: Box, at: vec2f) -> Box { return Box(min(b.low, at), max(b.high, at)); }
-
-// With an edge of which no end lies behind the light's plane: it has corners where it crosses from one face to another.
-fn grown_by_edge(b: Box, p: vec3f, q: vec3f) -> Box {
-  var box = grown(grown(b, place(p)), place(q));
-  let t = p.xy / (p.xy - q.xy);
-  if t.x > 0.0 && t.x < 1.0 { box = grown(box, place(mix(p, q, t.x))); }
-  if t.y > 0.0 && t.y < 1.0 { box = grown(box, place(mix(p, q, t.y))); }
-  return box;
-}
-
 // Of a triangle of which no edge crosses from one face to another.
 fn box_of(p: vec3f, q: vec3f, r: vec3f) -> Box {
   let a = place(p);
@@ -95,18 +84,33 @@ fn is_on_one_face(p: vec3f, q: vec3f, r: vec3f) -> bool {
 // Of any triangle before the light's plane, as a whole or in part.
 fn box_of_bent(p: vec3f, q: vec3f, r: vec3f) -> Box {
   if PARAMETERISATION == CUBE { return Box(vec2f(-1.0), vec2f(1.0)); }
-  // What is left of it before the plane has one edge more, in the plane.
   var box = Box(vec2f(2.0), vec2f(-2.0));
-  var in_plane: array<vec3f, 2>;
-  var crossings = 0u;
   var from_point = r;
   var to_point = p;
-  for (var edge = 0; edge < 3; edge++) {
+  // Where edges cross the plane; what is left of the triangle before it has one edge more, in the plane.
+  var in_plane: array<vec3f, 2>;
+  var crossings = 0u;
+  for (var edge = 0; edge < 4; edge++) {
+    let is_in_plane = edge == 3;
+    if is_in_plane {
+      if crossings == 0u { break; }
+      from_point = in_plane[0];
+      to_point = in_plane[1];
+    }
     let t = clamp(from_point.z / (from_point.z - to_point.z), 0.0, 1.0);
     let crossing = vec3f(mix(from_point.xy, to_point.xy, t), 0.0);
-    let is_before = vec2<bool>(from_point.z > 0.0, to_point.z > 0.0);
+    let is_before = vec2<bool>(from_point.z > 0.0 || is_in_plane, to_point.z > 0.0 || is_in_plane);
     if any(is_before) {
-      box = grown_by_edge(box, select(crossing, from_point, is_before.x), select(crossing, to_point, is_before.y));
+      let a = select(crossing, from_point, is_before.x);
+      let b = select(crossing, to_point, is_before.y);
+      // It has corners where it crosses from one face to another.
+      let at = vec4f(0.0, 1.0, a.xy / (a.xy - b.xy));
+      for (var i = 0; i < 4; i++) {
+        if at[i] >= 0.0 && at[i] <= 1.0 {
+          let shown = place(mix(a, b, at[i]));
+          box = Box(min(box.low, shown), max(box.high, shown));
+        }
+      }
     }
     if is_before.x != is_before.y {
       in_plane[crossings & 1u] = crossing;
@@ -116,7 +120,6 @@ fn box_of_bent(p: vec3f, q: vec3f, r: vec3f) -> Box {
     from_point = to_point;
     to_point = next;
   }
-  if crossings > 0u { box = grown_by_edge(box, in_plane[0], in_plane[1]); }
   return box;
 }
 
@@ -245,11 +248,13 @@ fn bound(p: vec3f, r: f32, t: vec2f, k: f32, sense: f32) -> f32 {
 fn may_show(p: vec3f, r: f32, part: MapPart) -> bool {
   let k0 = vec2f(2u * part.first + 1u) / f32(part.size) - 1.0;
   let k1 = (2.0 * vec2f(part.end) - 1.0) / f32(part.size) - 1.0;
-  let u = vec2f(1.0, 1.0);
-  let v = vec2f(1.0, -1.0);
-  let least = min(
-    min(bound(p, r, u, k0.x, 1.0), bound(p, r, v, k0.y, 1.0)),
-    min(bound(p, r, u, k1.x, -1.0), bound(p, r, v, k1.y, -1.0)));
+  var least = 1.0;
+  for (var side = 0u; side < 4u; side++) {
+    let axis = side & 1u;
+    let t = vec2f(1.0, select(1.0, -1.0, axis == 1u));
+    let is_high = side >= 2u;
+    least = min(least, bound(p, r, t, select(k0, k1, is_high)[axis], select(1.0, -1.0, is_high)));
+  }
   return least >= -1e-5 * (abs(p.x) + abs(p.y) + abs(p.z));
 }
 
