@@ -2,20 +2,20 @@
 //
 // A map holds distances along the directions of texel centres. The receiver's own plane is therefore compared where
 // the texel's centre sees it, not where `position` does: for a plane the comparison is exact at any slope, so the
-// only bias needed is that of rounding (SLACK) and of the rasteriser's snapping of corners (FOOTPRINT, a fraction of a
-// texel's footprint along the normal). Where the centre's ray passes beyond `position` towards another surface, the
+// only bias needed is that of rounding: of distances (SLACK) and of texels' directions (FOOTPRINT, a fraction of a texel's
+// footprint along the normal). Where the centre's ray passes beyond `position` towards another surface, the
 // nearer of the two distances counts, lest the wall behind a floor darken the floor's last row of texels.
 
 override FILTER: u32; // percentage-closer filter: width in texels, 0 = the nearest texel
 
 const SLACK = 2e-5;
-const FOOTPRINT = 0.02;
+const FOOTPRINT = 0.002;
 // Blockers farther than this share of the distance in front of the receiver block without a slope-corrected test.
 const NEARBY = 0.95;
 // The same for parallel light, in texels.
 const CLOSE = 4.0;
-// What remains in hollows of finely tessellated surfaces, in units of FOOTPRINT.
-const HOLLOW = 10.0;
+// What remains in hollows of finely tessellated surfaces, in texels' footprints.
+const HOLLOW = 0.2;
 // Where light grazes, the allowances for rounding are no more than this share of the distance.
 const GRAZING = 0.1;
 
@@ -117,10 +117,10 @@ fn passes_shadow_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> b
 // The slope-corrected test for what was extrapolated to the receiver's position.
 fn is_lit_behind(light: Light, r: Receiver, extrapolated: f32) -> bool {
   if is_parallel(light) {
-    let hollow = HOLLOW * FOOTPRINT * map_texel(light) / max(-r.normal.z, GRAZING) * r.slope;
+    let hollow = HOLLOW * map_texel(light) / max(-r.normal.z, GRAZING) * r.slope;
     return extrapolated <= 1.0 - r.height * 0.5 + SLACK + hollow;
   }
-  let allowance = min(HOLLOW * FOOTPRINT * map_texel(light), GRAZING * r.slope);
+  let allowance = min(HOLLOW * map_texel(light), GRAZING * r.slope);
   return extrapolated * r.height <= NEAR * (r.slope * (1.0 + SLACK) + allowance);
 }
 
