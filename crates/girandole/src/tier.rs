@@ -35,9 +35,9 @@ impl Tier {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Kernels {
     pub tier: Tier,
-    /// Where lanes read different lights at once, these are in a storage buffer rather than a uniform one: faster on GPUs. It takes a
-    /// storage buffer more than the eight of WebGPU's defaults in some kernels to come, so that a device has to have been created with
-    /// more ([`wanted_limits`](crate::wanted_limits)).
+    /// Whether kernels whose lanes read different lights have them in a storage buffer, not in a uniform one: faster on GPUs. With it some
+    /// kernels have nine storage buffers, one more than WebGPU's default limit: the device has to be created with
+    /// [`wanted_limits`](crate::wanted_limits).
     pub lights_in_storage: bool,
 }
 

@@ -5,7 +5,9 @@ use crate::motion::{SIZE, held, updated};
 use girandole::core::glam::{Quat, Vec3};
 use girandole::core::math::sequence;
 use girandole::core::scene::builtin::shapes;
-use girandole::core::scene::{Material, Mesh, Scene, Transform, View};
+use girandole::core::scene::{
+    ColorSpace, Filter, Material, Mesh, Scene, Texture, TextureRef, Transform, View, Wrap,
+};
 use girandole::{MapUpdates, RenderSettings, RendererOptions};
 
 pub fn tests() -> Vec<Test> {
@@ -32,7 +34,7 @@ fn place(index: u32, shift: f32) -> Transform {
     Transform::rigid(Quat::from_axis_angle(Vec3::new(x, 1.0, z).normalize(), index as f32), at)
 }
 
-/// Tori of all sizes, one of which comes close to the lamp, and a box that does not move.
+/// Tori of all sizes, one of which comes close to the lamp, sieves, and a box that does not move.
 fn tori(shift: f32) -> Scene {
     let mut scene = stage(12, 0.05, shift);
     let mut shelf = Mesh::default();
@@ -42,6 +44,29 @@ fn tori(shift: f32) -> Scene {
         let radius = 0.08 * (index - 11) as f32;
         let torus = shapes::torus(radius, 0.35 * radius, 40, 24, 0);
         scene.add_object("torus", torus, place(index, shift));
+        scene.objects.last_mut().expect("it was added").dynamic = true;
+    }
+    scene.textures.push(Texture {
+        name: "checker".into(),
+        width: 4,
+        height: 4,
+        texels: (0..16).map(|i| [255, 255, 255, if (i % 4 + i / 4) % 2 == 0 { 255 } else { 0 }]).collect(),
+        color_space: ColorSpace::Srgb,
+        wrap: [Wrap::Repeat; 2],
+        filter: Filter::Nearest,
+    });
+    let sieve = scene.add_material(Material {
+        base_color_texture: Some(TextureRef::new(0)),
+        alpha_cutoff: Some(0.5),
+        double_sided: true,
+        ..Material::default()
+    });
+    for index in 18..21 {
+        let mut mesh = Mesh::default();
+        let corners =
+            [(-0.3, -0.3), (-0.3, 0.3), (0.3, 0.3), (0.3, -0.3)].map(|(x, z)| Vec3::new(x, 0.0, z));
+        mesh.add_polygon(&corners, sieve);
+        scene.add_object("sieve", mesh, place(index, shift));
         scene.objects.last_mut().expect("it was added").dynamic = true;
     }
     scene
