@@ -63,8 +63,7 @@ fn tori(shift: f32) -> Scene {
     });
     for index in 18..21 {
         let mut mesh = Mesh::default();
-        let corners =
-            [(-0.3, -0.3), (-0.3, 0.3), (0.3, 0.3), (0.3, -0.3)].map(|(x, z)| Vec3::new(x, 0.0, z));
+        let corners = [(-0.3, -0.3), (-0.3, 0.3), (0.3, 0.3), (0.3, -0.3)].map(|(x, z)| Vec3::new(x, 0.0, z));
         mesh.add_polygon(&corners, sieve);
         scene.add_object("sieve", mesh, place(index, shift));
         scene.objects.last_mut().expect("it was added").dynamic = true;
