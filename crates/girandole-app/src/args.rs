@@ -317,7 +317,7 @@ pub struct QualityArgs {
     #[arg(long, value_name = "off|N", default_value = "off", value_parser = parse_pcf)]
     pub pcf: Pcf,
 
-    /// Budget for shadow maps, MiB and what is beside them while they are drawn (engine gpu)
+    /// Budget for shadow maps and what is beside them while they are drawn, MiB (engine gpu)
     #[arg(long, value_name = "MiB", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub memory: u32,
 
