@@ -9,7 +9,7 @@ const PAIRS = 3u;
 // Large triangles of a part that there is room for.
 fn listed_room(part: MapPart) -> u32 {
   let size = part.end - part.first;
-  return size.x * size.y / MAP_LISTED;
+  return min(size.x * size.y / MAP_LISTED, MOST_LISTED);
 }
 
 // Whether a triangle may cover a texel of a block: none (0), some (1), all of them (2). Its functions are linear on a block, or on

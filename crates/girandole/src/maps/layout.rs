@@ -25,7 +25,7 @@ const WANTED_PAGES: u64 = 32;
 /// Texels that are drawn at once at most, but for larger maps: 16 MiB of them.
 const MOST_TEXELS: u64 = 4 << 20;
 /// Texels beside the maps for each pair of a part and a cluster that is listed at most.
-const TEXELS_PER_PAIR: u64 = 16;
+const TEXELS_PER_PAIR: u64 = 4;
 /// A directional light's map covers the whole scene: it gets this many tiles along each axis.
 const DIRECTIONAL_TILES: u32 = 4;
 

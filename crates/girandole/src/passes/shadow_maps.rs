@@ -20,12 +20,16 @@ use crate::maps::states::MapUpdate;
 use crate::resident::Resident;
 use crate::settings::{RendererOptions, ShadowMap};
 use crate::shader_constants::{
-    LISTED_WORDS, MAP_ACROSS, MAP_BLOCK, MAP_CLUSTERS, MAP_LISTED, MAP_LISTS_HEAD, MAP_SLICE,
+    LISTED_WORDS, MAP_ACROSS, MAP_BLOCK, MAP_CLUSTERS, MAP_LISTED, MAP_LISTS_HEAD, MAP_MOST_MASKED,
+    MAP_MOST_OPAQUE, MAP_SLICE,
 };
 use crate::shaders::{self, Source};
 
 /// The unit of stored depth: a map holds this over the distance. Nothing nearer to a light blocks it.
 pub(crate) const NEAR: f64 = 1e-6;
+
+/// Texels of a part at most, but for eight rows: 512 × 512.
+const MOST_PART_TEXELS: u64 = 1 << 18;
 
 pub(crate) struct ShadowMaps {
     /// Of opaque and of masked occluders.
@@ -105,7 +109,7 @@ impl ShadowMaps {
         });
         for (light, part) in parts {
             let texels = texel_count(&part);
-            let pairs = (0..2).map(|set| atlas.pairs(set, listed_room(&part))).max().unwrap_or(0);
+            let pairs = (0..2).map(|set| atlas.pairs(set, listed_room(&part, set))).max().unwrap_or(0);
             let has_room = u64::from(batch.texels + texels) <= atlas.layout.drawn_texels
                 && batch.pairs + pairs <= atlas.pairs;
             if !batch.parts.is_empty() && !has_room {
@@ -242,13 +246,14 @@ fn texel_count(part: &MapPart) -> u32 {
 }
 
 /// Large triangles that it has room for in a list, see `lib/map_lists.wgsl`.
-fn listed_room(part: &MapPart) -> u32 {
-    size(part).iter().product::<u32>() / MAP_LISTED
+fn listed_room(part: &MapPart, set: usize) -> u32 {
+    (size(part).iter().product::<u32>() / MAP_LISTED).min([MAP_MOST_OPAQUE, MAP_MOST_MASKED][set])
 }
 
-/// A part in as few pieces as have room beside the maps: bands of rows.
-fn bands(part: MapPart, most_texels: u64) -> impl Iterator<Item = MapPart> {
-    let most_rows = (most_texels / u64::from(stride(size(&part)))) as u32 / MAP_BLOCK * MAP_BLOCK;
+/// A part in pieces that have room beside the maps, and in lists for what is large there: bands of rows.
+fn bands(part: MapPart, room: u64) -> impl Iterator<Item = MapPart> {
+    let rows = room.min(MOST_PART_TEXELS) as u32 / stride(size(&part));
+    let most_rows = (rows / MAP_BLOCK * MAP_BLOCK).max(MAP_BLOCK);
     (part.first[1]..part.end[1]).step_by(most_rows as usize).map(move |row| MapPart {
         first: [part.first[0], row],
         end: [part.end[0], part.end[1].min(row + most_rows)],

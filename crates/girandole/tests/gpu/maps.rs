@@ -292,43 +292,51 @@ fn corners(geometry: &Geometry) -> Vec<[DVec3; 3]> {
 }
 
 fn sheets(context: &Context) {
-    // Before a light, in no order, opaque and masked: 32 x 32 texels have room for lists of 128 triangles.
+    // Lists of 128 triangles and of 4096.
+    for (size, count, step) in [(32, 1200, 1), (256, 6000, 97)] {
+        let (geometry, scene) = pile(count);
+        let sample = light(-geometry.origin.as_vec3(), Vec3::NEG_Z, Profile::Cosine);
+        let set = LightSet::from_samples(&geometry, vec![sample]);
+        for shape in [ShadowMap::Octahedral, ShadowMap::Cube] {
+            let options = RendererOptions {
+                shadow_map: shape,
+                map_size: Some(size),
+                skip_non_blockers: false,
+                ..Default::default()
+            };
+            let mut renderer = context.renderer(options);
+            renderer.load(&scene, &geometry, &set).expect("load");
+            renderer.draw_shadow_maps(&MapUpdates::default()).expect("maps");
+            let map = context.wait(renderer.shadow_map(0)).expect("a map");
+            let texels = || (0..).zip(map.iter().copied()).step_by(step);
+            let view = View::new(0, &set.samples()[0], geometry.radius());
+            let (view, triangles) = (View { size: i64::from(size), ..view }, corners(&geometry));
+            assert_eq!(wrong(&view, shape, &triangles, texels()), (0, 0), "{size}, {shape:?}");
+            // The control: all together make it.
+            let half: Vec<[DVec3; 3]> = triangles.into_iter().step_by(2).collect();
+            assert!(wrong(&view, shape, &half, texels()).0 > 50, "{size}, {shape:?}");
+        }
+    }
+}
+
+/// Sheets before a light, in no order, opaque ones and masked ones.
+fn pile(count: u32) -> (Geometry, Scene) {
     let mut scene = Scene::default();
     let opaque = scene.add_material(Material::diffuse("gray", Vec3::splat(0.5)));
     let masked = Material { alpha_cutoff: Some(0.5), ..Material::diffuse("masked", Vec3::splat(0.5)) };
     let masked = scene.add_material(masked);
     let mut mesh = Mesh::default();
-    for sheet in 0..1200 {
+    for sheet in 0..count {
         let depth = 1.0 + 2.0 * number(sheet, 0);
         let tilt = vector(sheet, 1) * 0.2;
-        let corner =
-            |x: f32, y: f32| Vec3::new(x, y, -1.0 + tilt.x * x + tilt.y * y) * depth + vector(sheet, 2);
+        let shift = vector(sheet, 2) * 0.7;
+        let corner = |x: f32, y: f32| Vec3::new(x, y, -1.0 + tilt.x * x + tilt.y * y) * depth + shift;
         let [x, y] = [3, 4].map(|what| 0.3 + 0.5 * number(sheet, what));
         let outline = [corner(-x, -y), corner(x, -y), corner(x, y), corner(-x, y)];
         mesh.add_polygon(&outline, if sheet % 2 == 0 { opaque } else { masked });
     }
     scene.add_object("sheets", mesh, Transform::IDENTITY);
-    let geometry = Geometry::new(&scene);
-    let sample = light(-geometry.origin.as_vec3(), Vec3::NEG_Z, Profile::Cosine);
-    let set = LightSet::from_samples(&geometry, vec![sample]);
-    for shape in [ShadowMap::Octahedral, ShadowMap::Cube] {
-        let options = RendererOptions {
-            shadow_map: shape,
-            map_size: Some(SIZE),
-            skip_non_blockers: false,
-            ..Default::default()
-        };
-        let mut renderer = context.renderer(options);
-        renderer.load(&scene, &geometry, &set).expect("load");
-        renderer.draw_shadow_maps(&MapUpdates::default()).expect("maps");
-        let map = context.wait(renderer.shadow_map(0)).expect("a map");
-        let texels = || (0..).zip(map.iter().copied());
-        let (view, triangles) = (View::new(0, &set.samples()[0], geometry.radius()), corners(&geometry));
-        assert_eq!(wrong(&view, shape, &triangles, texels()), (0, 0), "{shape:?}");
-        // The control: all together make it.
-        let half: Vec<[DVec3; 3]> = triangles.into_iter().step_by(2).collect();
-        assert!(wrong(&view, shape, &half, texels()).0 > 100, "{shape:?}");
-    }
+    (Geometry::new(&scene), scene)
 }
 
 fn bands(context: &Context) {
@@ -342,7 +350,7 @@ fn bands(context: &Context) {
     renderer.draw_shadow_maps(&MapUpdates::default()).expect("maps");
     let map = context.wait(renderer.shadow_map(0)).expect("a map");
     let view = View { size: LARGE, ..View::new(0, &set.samples()[0], geometry.radius()) };
-    // Rows beside each other; of 4096 x 4096 texels 16 MiB are drawn at once, so that bands end at 1024, 2048 and 3072.
+    // Rows beside each other: a band has 64, of which a batch has 16.
     let rows = (0..LARGE).step_by(512).flat_map(|row| [row, (row + LARGE - 1) % LARGE]);
     let at = rows.flat_map(|y| (0..LARGE).step_by(129).map(move |x| y * LARGE + x));
     let texels = at.map(|at| (at, map[at as usize]));
