@@ -61,8 +61,7 @@ pub struct Renderer {
 
 impl Renderer {
     /// Compiles the renderer for a device. Needs WebGPU's default limits and compute; uses
-    /// [`WANTED_FEATURES`](crate::WANTED_FEATURES) where the device was created with them: without clip distances
-    /// shadow maps are confined by discarding fragments, without timestamps
+    /// [`WANTED_FEATURES`](crate::WANTED_FEATURES) where the device was created with them: without timestamps
     /// [`FrameStats::gpu_ms`](crate::FrameStats::gpu_ms) stays empty, without blending of 32-bit floats multipass shading
     /// sums in 16 bits. Where the device was given more than eight storage buffers a stage
     /// ([`wanted_limits`](crate::wanted_limits)), GPUs read lights quicker.
@@ -177,7 +176,7 @@ impl Renderer {
         self.transfer_anew(scene)
     }
 
-    /// DynamicTransforms the light samples of the scene that is open for other views, all alike (none = by power): the next frame is, bit
+    /// Places the light samples of the scene that is open for other views, all alike (none = by power): the next frame is, bit
     /// for bit, that of a renderer that opens the scene with these views. Everything that depends on them is made anew. Samples
     /// that follow [a few paths a frame](girandole_core::illumination::Rewalk::Paths) go over little by little, with the updates
     /// that come.
@@ -189,7 +188,7 @@ impl Renderer {
         self.place_on_way(scene, views, &[])
     }
 
-    /// DynamicTransforms the light samples as [`Renderer::place_for`] does, and where they follow a few paths a frame also for the views
+    /// Places the light samples as [`Renderer::place_for`] does, and where they follow a few paths a frame also for the views
     /// [to come](Illumination::place_on_way).
     ///
     /// # Errors

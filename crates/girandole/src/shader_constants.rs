@@ -4,7 +4,7 @@ use girandole_core::brdf;
 use girandole_core::lights::Rectangle;
 use girandole_core::scene::PrefilteredEnvironment;
 
-/// DynamicTransforms of dynamic objects in stale maps, as many as a uniform buffer of 64 KiB holds.
+/// Places of dynamic objects in stale maps, as many as a uniform buffer of 64 KiB holds.
 pub(crate) const MAX_PREVIOUS_TRANSFORMS: u32 = 1365;
 /// Shadow maps: texels across a block, which is drawn as a whole (faces of a cube are a quarter of its map); blocks across what a workgroup
 /// merges, and of a large triangle's box that one looks at; clusters that one looks at; large triangles that one keeps at once; texels of a

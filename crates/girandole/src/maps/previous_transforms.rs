@@ -157,7 +157,7 @@ impl GpuPreviousTransforms {
 }
 
 impl PreviousTransforms {
-    /// DynamicTransforms for as many lights whose maps are up to date.
+    /// Of as many lights whose maps are up to date.
     pub fn none(lights: usize) -> Self {
         Self { rows: vec![NONE; lights], places: Vec::new() }
     }
