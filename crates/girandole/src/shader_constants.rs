@@ -20,7 +20,8 @@ pub(crate) const MAP_MOST_OPAQUE: u32 = 4096;
 pub(crate) const MAP_MOST_MASKED: u32 = 512;
 pub(crate) const LISTED_WORDS: u32 = 3;
 pub(crate) const MAP_LISTS_HEAD: u32 = 4;
-/// Objects in a word of what shadow maps know of those that move.
+/// Vectors of what shadow maps know of objects that move, as many as a uniform buffer of 64 KiB holds, and objects in a word of those.
+pub(crate) const OWNER_VECTORS: u32 = 4096;
 pub(crate) const OWNERS_PER_WORD: u32 = 16;
 /// Lights are summed in groups of this many; batches are whole groups.
 pub(crate) const GROUP: u32 = 128;
@@ -109,6 +110,7 @@ pub(crate) fn declarations() -> String {
         GROUP,
         BATCH,
         MAX_PREVIOUS_TRANSFORMS,
+        OWNER_VECTORS,
         OWNERS_PER_WORD,
         MAP_BLOCK,
         MAP_ACROSS,

@@ -15,7 +15,7 @@ struct Occluders {
 @group(2) @binding(2) var<uniform> batch: Occluders;
 // For each part, two bits for each owner: whether something static hides it from the light; whether it is closed, and the light
 // outside of it.
-@group(2) @binding(3) var<storage, read> owners: array<u32>;
+@group(2) @binding(3) var<uniform> owners: array<vec4u, OWNER_VECTORS>; // four words each
 
 override CLUSTER: u32;
 
@@ -260,8 +260,9 @@ fn may_show(p: vec3f, r: f32, part: MapPart) -> bool {
 
 // What is known of an owner.
 fn owner_state(part: MapPart, owner: u32) -> u32 {
-  if owner == NONE { return 0u; }
-  return (owners[part.owners + owner / OWNERS_PER_WORD] >> (2u * (owner % OWNERS_PER_WORD))) & 3u;
+  if owner >= 4u * OWNER_VECTORS * OWNERS_PER_WORD { return 0u; }
+  let word = part.owners + owner / OWNERS_PER_WORD;
+  return (owners[word / 4u][word % 4u] >> (2u * (owner % OWNERS_PER_WORD))) & 3u;
 }
 
 // Whether a cluster has to be looked at for a part.

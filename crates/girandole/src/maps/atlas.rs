@@ -11,7 +11,7 @@ use crate::Result;
 use crate::device::buffers::{check_bytes, storage, uniform};
 use crate::layout::Light;
 use crate::parallel::in_order;
-use crate::shader_constants::OWNERS_PER_WORD;
+use crate::shader_constants::{OWNER_VECTORS, OWNERS_PER_WORD};
 use girandole_core::scene::{Geometry, ObjectId};
 
 /// Shadow maps that are up to date.
@@ -147,7 +147,7 @@ impl Atlas {
         if clusters * u64::from(CLUSTER) > u64::from(room) { clusters } else { 0 }
     }
 
-    /// For each dynamic object of a set, two bits in `owners` of `lib/map_set_up.wgsl`.
+    /// For each dynamic object of a set, two bits in `owners` of `lib/map_set_up.wgsl`; more than it holds have none.
     pub fn owner_states(
         &self,
         set: usize,
@@ -160,7 +160,15 @@ impl Atlas {
             u32::from(hidden.is_hidden(object.id, index as usize)) | u32::from(is_closed) << 1
         };
         let words = self.occluders.sets()[set].dynamic.chunks(OWNERS_PER_WORD as usize);
-        words.map(|objects| objects.iter().rev().fold(0, |word, object| word << 2 | state(object))).collect()
+        let word = |objects: &[DynamicObject]| objects.iter().rev().fold(0, |word, o| word << 2 | state(o));
+        words.map(word).take(4 * OWNER_VECTORS as usize).collect()
+    }
+
+    /// Words of a part in `owners`.
+    pub fn owner_words(&self) -> u64 {
+        let objects = self.occluders.sets().map(|set| set.dynamic.len() as u64);
+        let words = objects.map(|count| count.div_ceil(u64::from(OWNERS_PER_WORD)));
+        words[0].max(words[1]).min(4 * u64::from(OWNER_VECTORS))
     }
 
     /// Triangles left out because they cannot block anything.

@@ -2,7 +2,7 @@
 //! to need under a memory budget.
 //!
 //! Worked example: 1024 lights under 256 MiB (64 Mi texels) get ⌊√(2²⁶ / 1024)⌋ = 256 texels across at most; as what is beside the maps
-//! while they are drawn counts too, they get 240: 34 fit a page of 8192 one above the other, so 31 pages of 240 × 8160 texels are made.
+//! while they are drawn counts too, they get 240: in 32 pages of 240 × 7680 texels, 32 one above the other.
 
 use crate::layout::Maps;
 use crate::settings::{RendererOptions, ShadowMap};
@@ -350,7 +350,7 @@ mod tests {
     #[test]
     fn the_worked_example_holds() {
         let l = layout(&[false; 1024], RendererOptions::default()).unwrap();
-        assert_eq!((l.map_size, l.pages, l.page_size), (240, 31, [240, 8160]));
+        assert_eq!((l.map_size, l.pages, l.page_size), (240, 32, [240, 7680]));
         let size = |lights| layout(&vec![false; lights], RendererOptions::default()).unwrap().map_size;
         assert_eq!([64, 65, 300].map(size), [512, 256, 256]);
         let shown =

@@ -21,7 +21,7 @@ use crate::resident::Resident;
 use crate::settings::{RendererOptions, ShadowMap};
 use crate::shader_constants::{
     LISTED_WORDS, MAP_ACROSS, MAP_BLOCK, MAP_CLUSTERS, MAP_LISTED, MAP_LISTS_HEAD, MAP_MOST_MASKED,
-    MAP_MOST_OPAQUE, MAP_SLICE,
+    MAP_MOST_OPAQUE, MAP_SLICE, OWNER_VECTORS,
 };
 use crate::shaders::{self, Source};
 
@@ -110,7 +110,9 @@ impl ShadowMaps {
         for (light, part) in parts {
             let texels = texel_count(&part);
             let pairs = (0..2).map(|set| atlas.pairs(set, listed_room(&part, set))).max().unwrap_or(0);
-            let has_room = u64::from(batch.texels + texels) <= atlas.layout.drawn_texels
+            let owners = (batch.parts.len() as u64 + 1) * atlas.owner_words();
+            let has_room = owners <= 4 * u64::from(OWNER_VECTORS)
+                && u64::from(batch.texels + texels) <= atlas.layout.drawn_texels
                 && batch.pairs + pairs <= atlas.pairs;
             if !batch.parts.is_empty() && !has_room {
                 self.draw(recorder, scene, std::mem::take(&mut batch))?;
@@ -162,6 +164,7 @@ impl ShadowMaps {
             let is_straight = self.is_straight || light.is_parallel();
             owners.extend(atlas.owner_states(set, (index, light), hidden, is_straight));
         }
+        owners.resize(4 * OWNER_VECTORS as usize, 0);
         let count = batch.parts.len() as u32;
         let most = |of: &dyn Fn(&MapPart) -> u32| batch.parts.iter().map(of).max().unwrap_or(0);
         let blocks = most(&|part| size(part).map(|n| n / MAP_BLOCK).iter().product());
@@ -174,7 +177,7 @@ impl ShadowMaps {
         };
         let parts = storage(device, "parts of maps", &batch.parts)?;
         let head = uniform(device, "batch of maps", bytemuck::bytes_of(&head));
-        let owners = storage(device, "dynamic objects", &owners)?;
+        let owners = uniform(device, "dynamic objects", bytemuck::cast_slice(&owners));
         let resources = [
             buffer("parts", &parts),
             buffer("occluders", &atlas.sets[set]),
