@@ -1,4 +1,4 @@
-// Rasterises triangles that are large on parts of shadow maps and in no list of set-ups, by the cluster.
+// Rasterises triangles that are large on parts of shadow maps and had no room in a list, by the cluster.
 
 @group(2) @binding(5) var<storage, read> lists: array<u32>;
 
