@@ -76,6 +76,7 @@ mod primitives;
 mod pyramid;
 mod receiver_tree;
 mod receivers;
+mod seen;
 mod shades;
 mod shadows;
 mod shapes;

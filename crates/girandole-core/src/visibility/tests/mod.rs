@@ -8,6 +8,7 @@ mod many;
 mod motion;
 mod outliers;
 mod random;
+mod seen;
 mod transparency;
 
 use super::{State, VisibilityDatabase, VisibilitySettings};
