@@ -5,6 +5,7 @@ use crate::lights::{IncrementalWalk, LightSet, LightSettings, Pace, Placement, W
 use crate::scene::{Geometry, Scene, SceneChanges, View};
 use crate::visibility::{VisibilityDatabase, VisibilitySettings};
 use crate::{Error, Result};
+use std::sync::Arc;
 
 mod opening;
 
@@ -69,7 +70,7 @@ pub struct Illumination {
     settings: IlluminationSettings,
     geometry: Geometry,
     lights: LightSet,
-    visibility: Option<VisibilityDatabase>,
+    visibility: Option<Arc<VisibilityDatabase>>,
     /// What was sampled last, and where things were then: held samples are moved from there, however they got where they are.
     sampled: (LightSet, Placement),
     /// What samples follow the scene by, where some paths a frame are walked again.
@@ -88,7 +89,7 @@ impl Illumination {
         let mut opened = Self::without_visibility(scene, settings)?;
         let build =
             |s: &VisibilitySettings| VisibilityDatabase::build(scene, &opened.geometry, &opened.lights, s);
-        opened.visibility = settings.visibility.as_ref().map(build).transpose()?;
+        opened.visibility = settings.visibility.as_ref().map(build).transpose()?.map(Arc::new);
         Ok(opened)
     }
 
@@ -133,7 +134,7 @@ impl Illumination {
     fn set_lights(&mut self, scene: &Scene, all: LightSet) {
         self.lights = self.most_lit.map_or_else(|| all.clone(), |most| all.prefix(most));
         if let Some(database) = &mut self.visibility {
-            database.follow(scene, &self.geometry, &self.lights, |_| false);
+            Arc::make_mut(database).follow(scene, &self.geometry, &self.lights, |_| false);
         }
     }
 
@@ -210,9 +211,9 @@ impl Illumination {
         let moved = |object: u32| has_moved[object as usize];
         let now = geometry.as_ref().unwrap_or(&self.geometry);
         if let Some(database) = &mut self.visibility
-            && !(may_follow && database.follow(scene, now, &lights, moved))
+            && !(may_follow && Arc::make_mut(database).follow(scene, now, &lights, moved))
         {
-            *database = VisibilityDatabase::build(scene, now, &lights, database.settings())?;
+            *database = Arc::new(VisibilityDatabase::build(scene, now, &lights, database.settings())?);
         }
         self.lights = lights;
         if let Some(geometry) = geometry {
@@ -283,7 +284,7 @@ impl Illumination {
     }
 
     /// Which of them need a shadow map where, if that was asked for.
-    pub fn visibility(&self) -> Option<&VisibilityDatabase> {
+    pub fn visibility(&self) -> Option<&Arc<VisibilityDatabase>> {
         self.visibility.as_ref()
     }
 }

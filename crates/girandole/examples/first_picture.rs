@@ -10,6 +10,7 @@ use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole::{Gpu, RenderSettings, Renderer, RendererOptions};
 use std::error::Error;
 use std::process::Command;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Set for a process that renders the picture.
@@ -61,14 +62,15 @@ fn picture(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     let light = Instant::now();
     let settings = LightSettings { count: lights, ..Default::default() };
     let lights = LightSet::sample_for(&scene, &geometry, &settings, &[view])?;
-    let database = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())?;
+    let database: Arc<_> =
+        VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())?.into();
     let light_ms = since(light);
 
     // A picture with its shadow maps, twice: the second time all is compiled.
     let mut frame = || -> Result<f64, Box<dyn Error>> {
         let start = Instant::now();
         renderer.load(&scene, &geometry, &lights)?;
-        renderer.load_visibility(&scene, &geometry, &lights, &database)?;
+        renderer.load_visibility(&scene, &geometry, &lights, database.clone())?;
         renderer.time_passes(std::env::var_os("KERNELS").is_some());
         renderer.render(&view, size, &RenderSettings::default())?;
         gpu.wait()?;

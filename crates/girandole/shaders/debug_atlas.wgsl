@@ -28,7 +28,7 @@ fn show_atlas(@builtin(global_invocation_id) invocation: vec3u) {
   if cell.x < row && index < frame.end_light && all(place < vec2u(inner)) {
     let light = lights[index];
     let texel = vec2u((vec2f(place) + 0.5) / f32(inner) * map_size(light));
-    let stored = atlas_at(map_origin(light) + texel, map_page(light));
+    let stored = select(atlas_at(map_origin(light) + texel, map_page(light)), 0.0, light.atlas_slot == NO_MAP);
     // Stored is near / distance.
     let nearness = 1.0 - clamp(NEAR / max(stored, 1e-20) / frame.far, 0.0, 1.0);
     shown = select(NOTHING, vec3f(pow(nearness, 12.0)), stored > 0.0);

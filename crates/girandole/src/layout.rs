@@ -2,8 +2,8 @@
 
 use crate::settings::ShadowMap;
 use crate::shader_constants::{
-    BLENDED, COSINE, CUBE, DIRECTIONAL, DISTANT, DOUBLE_SIDED, HEMISPHERE, MAX_CLAMP, OCTAHEDRAL, OWN_CLAMP,
-    PARABOLIC, SPOT, TRANSPARENT, UNLIT, VERTEX_COLORED,
+    BLENDED, COSINE, CUBE, DIRECTIONAL, DISTANT, DOUBLE_SIDED, HEMISPHERE, MAP_SIZES, MAX_CLAMP, OCTAHEDRAL,
+    OWN_CLAMP, PARABOLIC, SPOT, TRANSPARENT, UNLIT, VERTEX_COLORED,
 };
 use bytemuck::{Pod, Zeroable};
 use girandole_core::brdf::Surface;
@@ -251,10 +251,9 @@ pub(crate) struct VertexRange {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct Maps {
     pub page: [f32; 2],
-    pub size: f32,
-    pub parallel_size: f32,
-    pub texel: f32,
-    pub parallel_texel: f32,
+    pub unit: u32,
+    pub padding: u32,
+    pub sizes: [[f32; 4]; MAP_SIZES as usize],
 }
 
 /// `MultipassParams` in `lib/multipass_params.wgsl`.
@@ -334,8 +333,7 @@ impl Light {
     /// Whether its map shows the same as another light's.
     pub fn sees_like(&self, other: &Self) -> bool {
         (self.position, self.normal, self.tangent) == (other.position, other.normal, other.tangent)
-            && (self.is_parallel(), self.has_large_map(), self.atlas_slot)
-                == (other.is_parallel(), other.has_large_map(), other.atlas_slot)
+            && (self.is_parallel(), self.has_large_map()) == (other.is_parallel(), other.has_large_map())
             && (!self.is_parallel() || (self.scale, self.offset) == (other.scale, other.offset))
     }
 

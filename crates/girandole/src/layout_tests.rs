@@ -47,7 +47,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
             metallic, roughness, normal_scale, transmission, albedo, flags, base_color_texture, metallic_roughness_texture,
             specular_texture, specular_color_texture, normal_texture, emission_texture, transmission_texture),
         fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, atlas_slot, rectangle),
-        fields!(Maps as "Maps": page, size, parallel_size, texel, parallel_texel),
+        fields!(Maps as "Maps": page, unit, padding, sizes),
         fields!(PreviousTransform as "PreviousTransform": x, y, z),
         fields!(TransferObject as "TransferObject": box_from_world_x, box_from_world_y, box_from_world_z, world_from_box_x,
             world_from_box_y, world_from_box_z, transfer_from_world_x, bands, transfer_from_world_y, channels,
@@ -263,8 +263,8 @@ fn a_whole_frame_records_without_error() {
     let geometry = Geometry::new(&scene);
     let settings = LightSettings { count: 40, ..Default::default() };
     let lights = LightSet::sample(&scene, &geometry, &settings).expect("lights");
-    let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())
-        .expect("a database");
+    let visibility = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default());
+    let visibility = std::sync::Arc::new(visibility.expect("a database"));
     let view = View::new(&scene, &scene.cameras[0], 1.5);
     let everything = crate::WANTED_FEATURES;
     for (features, shadow_map, tier) in [
@@ -286,7 +286,7 @@ fn a_whole_frame_records_without_error() {
             };
             renderer.load(&scene, &geometry, &lights).expect("load");
             renderer.render(&view, [96, 64], &settings).expect("render");
-            renderer.load_visibility(&scene, &geometry, &lights, &visibility).expect("visibility");
+            renderer.load_visibility(&scene, &geometry, &lights, visibility.clone()).expect("visibility");
             for mode in [Mode::Visibility, Mode::LowResolution, Mode::Full] {
                 for shading in [Shading::Fused, Shading::Multipass { lights_per_pass: 7 }] {
                     let settings = RenderSettings { mode, shading, ..settings };

@@ -73,10 +73,9 @@ mod order_test;
 pub use device::compiled::{Compilation, CompiledKernel};
 pub use device::{AdapterReport, Gpu, WANTED_FEATURES, adapters, instance, wanted_limits};
 pub use error::{Error, Remedy, Result};
-pub use maps::layout::{AtlasLayout, MapSlot};
 pub use tier::Tier;
 
-pub use maps::states::StaleCounts;
+pub use maps::cache::StaleCounts;
 pub use renderer::Renderer;
 pub use settings::{
     DebugView, MapPriority, MapUpdates, Mode, RenderSettings, RendererOptions, Shading, ShadowMap, Target,

@@ -4,8 +4,8 @@ mod order;
 
 use crate::device::context::Context;
 use crate::device::kernel::Shared;
+use crate::maps::cache::MapUpdate;
 use crate::maps::previous_transforms::{GpuPreviousTransforms, PreviousTransforms};
-use crate::maps::states::MapUpdate;
 use crate::passes::Compiler;
 use crate::passes::append_all_points::AppendAllPoints;
 use crate::passes::average::Averaging;
@@ -28,7 +28,7 @@ use crate::passes::stale_error::StaleError;
 use crate::passes::transfer::Transfer;
 use crate::passes::visibility_buffer::VisibilityBuffer;
 use crate::points::lists::PointLists;
-use crate::points::multipass_plan::{MultipassKey, MultipassPlan, in_view};
+use crate::points::multipass_plan::{MultipassKey, MultipassPlan};
 use crate::points::targets::Targets;
 use crate::resident::{Resident, SceneFeatures};
 use crate::scene::light_maps::LightMapChanges;
@@ -187,7 +187,7 @@ pub(crate) struct Prepared<'a> {
     pub scene: &'a Resident,
     pub targets: &'a Targets,
     /// What of the shadow maps this frame draws.
-    pub map_updates: Vec<MapUpdate>,
+    pub map_updates: &'a [MapUpdate],
     pub mode: PreparedMode<'a>,
     /// What lights objects by transfer, if there are any.
     pub transfer: Option<PreparedTransfer<'a>>,
@@ -268,6 +268,7 @@ pub(crate) fn allocate(
         *targets = None;
     }
     let targets = targets.get_or_insert_with(|| Targets::new(device, size));
+    let in_view = scene.see(Some((view, settings))).leaves.clone();
     if settings.mode == Mode::Naive {
         return Ok(());
     }
@@ -279,7 +280,7 @@ pub(crate) fn allocate(
             lights_per_pass,
             light_maps: settings.uses_light_maps(),
             optimised: settings.mode == Mode::Full,
-            in_view: in_view(receivers, view),
+            in_view,
         };
         if scene.multipass.as_ref().is_none_or(|m| m.key != key) {
             scene.multipass = Some(MultipassPlan::new(device, receivers, key)?);
@@ -308,7 +309,7 @@ pub(crate) fn prepare<'a>(
     let compiler = Compiler::new(context, scene.features);
     passes.order(&context.shared);
     scene_passes.order(context, settings);
-    let map_updates = scene.atlas.states.choose(&settings.updates, &scene.lights.samples);
+    let map_updates = &scene.map_updates;
     let mode = match (settings.mode, &scene.receivers, lists) {
         (Mode::Naive, ..) => {
             PreparedMode::Naive(scene_passes.naive.get_or_init(|| ShadeNaive::new(&compiler)))
@@ -323,7 +324,7 @@ pub(crate) fn prepare<'a>(
                 _ => None,
             };
             let to_radiance = passes.to_radiance(settings);
-            let previous_transforms = scene.previous_transforms(settings, &map_updates);
+            let previous_transforms = scene.previous_transforms(settings, map_updates);
             if previous_transforms.is_some() {
                 passes.to_irradiance.compile_previous(&compiler);
                 to_radiance.iter().for_each(|passes| passes.points.compile_previous(&compiler));
@@ -349,7 +350,7 @@ pub(crate) fn prepare<'a>(
         }
     };
     let transfer = scene.transfer.as_ref().map(|objects| {
-        let old = scene.previous_transforms(settings, &map_updates);
+        let old = scene.previous_transforms(settings, map_updates);
         let old = old.unwrap_or_else(|| PreviousTransforms::none(scene.lights.samples.len()));
         let previous_transforms = GpuPreviousTransforms::new(&context.device, &old);
         PreparedTransfer {

@@ -14,8 +14,8 @@ use crate::device::kernel::Shared;
 use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
 use crate::frame::record_frame;
+use crate::maps::cache::StaleCounts;
 use crate::maps::occluded::OccludedObjects;
-use crate::maps::states::StaleCounts;
 use crate::passes::tonemap;
 use crate::points::lists::PointLists;
 use crate::points::targets::Targets;
@@ -32,6 +32,7 @@ use girandole_core::scene::{Geometry, LocalView, Scene, SceneChanges, View};
 use girandole_core::tonemap::Exposure;
 use girandole_core::visibility::VisibilityDatabase;
 use refinement::{Picture, Refinement};
+use std::sync::Arc;
 
 /// Lights a scene; see the [crate's front page](crate) for an example.
 ///
@@ -156,7 +157,11 @@ impl Renderer {
             return Err(Error::invalid("open a scene before updating it"));
         };
         let lights = illumination.lights().generation();
-        illumination.update(scene, changes)?;
+        let resident = &mut self.scene;
+        hold(resident, None);
+        let updated = illumination.update(scene, changes);
+        hold(resident, illumination.visibility());
+        updated?;
         if changes.is_empty() && illumination.lights().generation() == lights {
             return Ok(());
         }
@@ -214,7 +219,7 @@ impl Renderer {
     /// Shadow maps that the last frame left stale: frames to come draw them, as far as their budgets allow.
     pub fn stale(&self) -> StaleCounts {
         let scene = self.scene.as_ref();
-        scene.map_or_else(Default::default, |scene| scene.atlas.states.counts(&scene.lights.samples))
+        scene.map_or_else(Default::default, |scene| scene.atlas.cache.counts(&scene.lights.samples))
     }
 
     fn load_illumination(&mut self, scene: &Scene, illumination: Illumination) -> Result<()> {
@@ -263,10 +268,11 @@ impl Renderer {
         scene: &Scene,
         geometry: &Geometry,
         lights: &LightSet,
-        database: &VisibilityDatabase,
+        database: impl Into<Arc<VisibilityDatabase>>,
     ) -> Result<()> {
-        self.load_database(scene, geometry, lights, database)?;
-        self.transfer_with(scene, geometry, lights, Some(database))
+        let database = database.into();
+        self.load_database(scene, geometry, lights, &database)?;
+        self.transfer_with(scene, geometry, lights, Some(&database))
     }
 
     fn load_database(
@@ -274,7 +280,7 @@ impl Renderer {
         scene: &Scene,
         geometry: &Geometry,
         lights: &LightSet,
-        database: &VisibilityDatabase,
+        database: &Arc<VisibilityDatabase>,
     ) -> Result<()> {
         self.restart(None);
         let Some(resident) = &mut self.scene else {
@@ -288,27 +294,41 @@ impl Renderer {
         self.last_view = None;
         let Context { device, queue, .. } = &self.context;
         let sources = Sources { scene, geometry, lights, database };
-        resident.receivers = Some(Receivers::new((device, queue), sources)?);
-        resident.hidden = OccludedObjects::of(scene, Some(database));
-        resident.multipass = None;
+        let receivers = Receivers::new((device, queue), sources)?;
+        resident.set_receivers(receivers, OccludedObjects::of(scene, Some(&**database)));
         Ok(())
     }
 
-    /// Draws shadow maps that are stale and submits; a frame does so by itself.
+    /// Draws the shadow maps of all lights, whatever looks them up, as far as the budget allows, and submits; a frame does so by itself for
+    /// those that it looks up.
     ///
     /// # Errors
     /// [`Error::Scene`] before [`Renderer::load`], [`Error::TooLarge`] where a list of what to draw exceeds the device's
     /// limits.
     pub fn draw_shadow_maps(&mut self, updates: &MapUpdates) -> Result<()> {
+        self.draw_maps(None, updates)
+    }
+
+    /// Draws the shadow maps that a frame would draw, and submits.
+    ///
+    /// # Errors
+    /// As for [`Renderer::draw_shadow_maps`].
+    pub fn draw_shadow_maps_for(&mut self, view: &View, settings: &RenderSettings) -> Result<()> {
+        self.draw_maps(Some((view, settings)), &settings.updates)
+    }
+
+    fn draw_maps(&mut self, seen: Option<(&View, &RenderSettings)>, updates: &MapUpdates) -> Result<()> {
         self.restart(None);
+        self.last_view = None;
         let Context { device, queue, shared, timers, .. } = &self.context;
         let scene = self.scene.as_mut().ok_or_else(nothing_loaded)?;
-        self.last_view = None;
-        let updates = scene.atlas.states.choose(updates, &scene.lights.samples);
+        let seen = seen.map(|(view, settings)| (view.relative_to(scene.origin), settings));
+        scene.see(seen.as_ref().map(|(view, settings)| (view, *settings)));
+        scene.plan_maps(device, updates);
         let mut recorder = Recorder::submitting(device, queue, &shared.frame, timers);
-        self.passes.shadow_maps.record(&mut recorder, scene, &updates)?;
+        self.passes.shadow_maps.record(&mut recorder, scene, &scene.map_updates)?;
         recorder.finish();
-        scene.count_maps(&updates);
+        scene.count_maps();
         Ok(())
     }
 
@@ -317,9 +337,9 @@ impl Renderer {
     ///
     /// # Errors
     /// As for [`Renderer::draw_shadow_maps`].
-    pub fn skip_frame(&mut self, updates: &MapUpdates) -> Result<()> {
-        self.draw_shadow_maps(updates)?;
-        self.scene.iter_mut().for_each(|scene| scene.atlas.states.advance());
+    pub fn skip_frame(&mut self, view: &View, settings: &RenderSettings) -> Result<()> {
+        self.draw_shadow_maps_for(view, settings)?;
+        self.scene.iter_mut().for_each(Resident::advance);
         Ok(())
     }
 
@@ -372,6 +392,7 @@ impl Renderer {
         context.timers.reset();
         (self.last, self.last_view) = (None, None);
         allocate(context, scene, (&mut self.targets, &mut self.lists), view, size, settings)?;
+        scene.plan_maps(&context.device, &settings.updates);
         let targets = self.targets.as_ref().ok_or_else(nothing_rendered)?;
         let passes = (&self.passes, scene_passes);
         let prepared = prepare(context, passes, scene, (targets, self.lists.as_ref()), settings)?;
@@ -383,9 +404,8 @@ impl Renderer {
         record_frame(&mut recorder, &prepared, view, settings, target)?;
         recorder.finish();
         let light_map_changes = prepared.light_map_changes();
-        let updates = prepared.map_updates;
-        scene.count_maps(&updates);
-        scene.atlas.states.advance();
+        scene.count_maps();
+        scene.advance();
         if let Some(changes) = light_map_changes {
             scene.count_light_maps(changes, settings.clamp);
         }
@@ -431,6 +451,13 @@ impl Renderer {
     /// What shows the last frame's scene from its view once more; nothing where scene or shadow maps have changed since.
     pub(crate) fn last_view(&self) -> Option<(&Passes, &ScenePasses, &LocalView)> {
         Some((&self.passes, self.scene_passes.as_ref()?, self.last_view.as_ref()?))
+    }
+}
+
+/// Has receivers hold what they were made of, or let go of it, lest that be copied to be changed.
+fn hold(resident: &mut Option<Resident>, database: Option<&Arc<VisibilityDatabase>>) {
+    if let Some(receivers) = resident.as_mut().and_then(|resident| resident.receivers.as_mut()) {
+        receivers.hold(database);
     }
 }
 

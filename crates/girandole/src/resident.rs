@@ -3,12 +3,12 @@
 use crate::device::context::Context;
 use crate::layout::Light;
 use crate::maps::atlas::Atlas;
+use crate::maps::cache::{MapCache, MapUpdate};
 use crate::maps::layout::AtlasLayout;
 use crate::maps::non_blockers::NonBlockers;
 use crate::maps::occluded::OccludedObjects;
 use crate::maps::occluders::Occluders;
-use crate::maps::previous_transforms::{DynamicTransforms, PreviousTransforms};
-use crate::maps::states::MapUpdate;
+use crate::maps::previous_transforms::{PreviousTransforms, Snapshot};
 use crate::parallel::both;
 use crate::points::multipass_plan::MultipassPlan;
 use crate::scene::geometry::{GpuScene, gpu_lights, reflects_environment};
@@ -16,14 +16,14 @@ use crate::scene::light_source::LightSource;
 use crate::scene::lights::GpuLights;
 use crate::scene::receivers::{Receivers, Sources};
 use crate::scene::transfer::GpuTransfer;
-use crate::settings::{Mode, RenderSettings, Shading};
-use crate::shader_constants::COSINE;
+use crate::settings::{MapUpdates, Mode, RenderSettings, Shading};
+use crate::shader_constants::{COSINE, NO_MAP};
 use crate::{Error, Result};
 use girandole_core::Generation;
 use girandole_core::glam::{DVec3, Vec3};
 use girandole_core::illumination::Illumination;
 use girandole_core::lights::{Clamp, LightSet};
-use girandole_core::scene::{Geometry, Material, NONE, Scene, SceneChanges};
+use girandole_core::scene::{Geometry, LocalView, Material, NONE, Scene, SceneChanges};
 
 /// What a scene and its lights need of the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,8 +66,12 @@ pub(crate) struct Resident {
     pub hidden: OccludedObjects,
     /// Objects that are lit by precomputed radiance transfer, if there are any.
     pub transfer: Option<GpuTransfer>,
-    /// Where dynamic objects are, and where each shadow map has them.
-    transforms: DynamicTransforms,
+    /// Where dynamic objects are.
+    transforms: Snapshot,
+    /// What the last frame saw, while nothing else changed.
+    seen: Option<Seen>,
+    /// What of the shadow maps the next frame draws.
+    pub map_updates: Vec<MapUpdate>,
     /// Surfaces that stay out of shadow maps.
     non_blockers: NonBlockers,
     /// Maps of which the last frame drew some part.
@@ -92,16 +96,16 @@ impl Resident {
             options,
             &device.limits(),
         )?;
-        for (light, slot) in samples.iter_mut().zip(&layout.slots) {
-            light.atlas_slot = layout.place(slot);
-        }
+        samples.iter_mut().for_each(|light| light.atlas_slot = NO_MAP);
         let features = SceneFeatures::of(scene, geometry, &samples);
         let non_blockers = NonBlockers::new(scene, geometry, &samples, options.skip_non_blockers);
         let occluders = Occluders::new(scene, geometry, &non_blockers);
+        let transforms = Snapshot::first(scene, geometry);
+        let cache = MapCache::new(&layout, samples.len(), &transforms);
         Ok(Self {
             geometry: GpuScene::new((device, &context.queue), &shared.scene, scene, geometry)?,
             features,
-            atlas: Atlas::new(device, layout, geometry, occluders)?,
+            atlas: Atlas::new(device, &layout, geometry, occluders, cache)?,
             lights: GpuLights::new(device, samples)?,
             origin: geometry.origin,
             detail: geometry.detail(),
@@ -114,7 +118,9 @@ impl Resident {
             maps_drawn: 0,
             texels_drawn: 0,
             hidden: OccludedObjects::default(),
-            transforms: DynamicTransforms::new(scene, geometry, lights.len()),
+            transforms,
+            seen: None,
+            map_updates: Vec::new(),
             non_blockers,
             light_map_changes: 0,
         })
@@ -148,7 +154,7 @@ impl Resident {
         self.give_places(&mut samples);
         self.geometry.follow(queue, scene, geometry, changes)?;
         let faces = options.shadow_map.faces();
-        let hidden = OccludedObjects::of(scene, illumination.visibility());
+        let hidden = OccludedObjects::of(scene, illumination.visibility().map(|v| &**v));
         let (lights_then_now, hidden_then_now) =
             ([&self.lights.samples[..], &samples], [&self.hidden, &hidden]);
         // What a caller may have loaded by himself no longer holds either.
@@ -165,7 +171,8 @@ impl Resident {
             },
         );
         self.hidden = hidden;
-        self.transforms.follow(scene, geometry);
+        self.transforms = self.transforms.next(scene, geometry);
+        self.seen = None;
         self.lights.follow((device, queue), samples);
         self.multipass = None;
         self.receivers = receivers?;
@@ -196,7 +203,7 @@ impl Resident {
         let LightSource { scene, geometry, lights, .. } = source;
         let mut resident = Self::new(context, scene, geometry, lights)?;
         resident.receivers = receivers(context, source)?;
-        resident.hidden = OccludedObjects::of(scene, source.visibility);
+        resident.hidden = OccludedObjects::of(scene, source.visibility.map(|v| &**v));
         resident.transfer(context, source)?;
         Ok(resident)
     }
@@ -219,7 +226,7 @@ impl Resident {
         Ok(Some(Lighting {
             lights: GpuLights::new(&context.device, samples)?,
             receivers: receivers(context, source)?,
-            hidden: OccludedObjects::of(scene, visibility),
+            hidden: OccludedObjects::of(scene, visibility.map(|v| &**v)),
             transfer: GpuTransfer::new(context, source)?,
             generations: [geometry.generation(), lights.generation()],
         }))
@@ -227,9 +234,8 @@ impl Resident {
 
     /// Takes other light samples, whose shadow maps are all stale then; returns those before.
     pub fn swap_lighting(&mut self, lighting: Lighting) -> Lighting {
-        for (index, slot) in self.atlas.layout.slots.iter().enumerate() {
-            self.atlas.states.invalidate(index, slot.size);
-        }
+        self.atlas.cache.invalidate_all();
+        self.seen = None;
         self.multipass = None;
         Lighting {
             lights: std::mem::replace(&mut self.lights, lighting.lights),
@@ -246,6 +252,7 @@ impl Resident {
     /// [`crate::Error::TooLarge`] beyond the device's limits.
     pub fn transfer(&mut self, context: &Context, source: LightSource) -> Result<()> {
         self.transfer = GpuTransfer::new(context, source)?;
+        self.seen = None;
         let triangles = self.transfer.iter().flat_map(GpuTransfer::triangles).collect();
         self.geometry.leave_out(&context.queue, triangles);
         Ok(())
@@ -257,8 +264,8 @@ impl Resident {
     }
 
     fn give_places(&self, samples: &mut [Light]) {
-        for (light, slot) in samples.iter_mut().zip(&self.atlas.layout.slots) {
-            light.atlas_slot = self.atlas.layout.place(slot);
+        for (light, held) in samples.iter_mut().zip(&self.lights.samples) {
+            light.atlas_slot = held.atlas_slot;
         }
     }
 }
@@ -272,15 +279,74 @@ fn receivers(context: &Context, source: LightSource) -> Result<Option<Receivers>
     visibility.map(of).transpose()
 }
 
+/// What a frame sees.
+pub(crate) struct Seen {
+    /// Its view, and whether only leaves look shadow maps up; nothing where all of it is looked up.
+    view: Option<(LocalView, bool)>,
+    /// For each leaf, whether it may be in view.
+    pub leaves: Vec<bool>,
+    /// For each light, units across that its map is to have; 0 where it is not looked up.
+    spans: Vec<u32>,
+}
+
 impl Resident {
-    /// Takes note of what was drawn into shadow maps for a frame.
-    pub fn count_maps(&mut self, updates: &[MapUpdate]) {
-        self.atlas.states.note(updates);
-        self.transforms.note(updates);
+    /// Takes other receivers.
+    pub fn set_receivers(&mut self, receivers: Receivers, hidden: OccludedObjects) {
+        (self.receivers, self.hidden) = (Some(receivers), hidden);
+        (self.multipass, self.seen) = (None, None);
+    }
+
+    /// Finds what a frame sees, and which shadow maps it looks up: without a view all of them, and so it is with debug views and with
+    /// objects that are lit by transfer.
+    pub fn see(&mut self, view: Option<(&LocalView, &RenderSettings)>) -> &Seen {
+        let is_picture = |settings: &RenderSettings| settings.debug.is_none() && self.transfer.is_none();
+        let view = view.filter(|(_, settings)| is_picture(settings) && self.receivers.is_some());
+        let view = view.map(|(view, settings)| (*view, settings.mode != Mode::Naive));
+        let seen = match self.seen.take() {
+            Some(seen) if seen.view == view => seen,
+            _ => self.look(view),
+        };
+        self.atlas.cache.want(&seen.spans);
+        self.seen.insert(seen)
+    }
+
+    fn look(&self, view: Option<(LocalView, bool)>) -> Seen {
+        let Self { lights, atlas: Atlas { cache, .. }, .. } = self;
+        let regular = cache.regular_spans(&lights.samples);
+        let (Some((of, lists)), Some(receivers)) = (&view, &self.receivers) else {
+            let leaves = self.receivers.as_ref().map_or(0, |receivers| receivers.leaves);
+            return Seen { view, leaves: vec![true; leaves as usize], spans: regular };
+        };
+        let leaves = receivers.in_view(of);
+        let mut spans = cache.spans(&receivers.look_ups(&leaves, of), &lights.samples);
+        if !lists {
+            let unused = spans.iter_mut().zip(regular).filter(|(span, _)| **span == 0);
+            unused.for_each(|(span, regular)| *span = regular);
+        }
+        Seen { view, leaves, spans }
+    }
+
+    /// Decides what of the shadow maps the next frame draws, and where.
+    pub fn plan_maps(&mut self, device: &wgpu::Device, updates: &MapUpdates) {
+        let cache = &mut self.atlas.cache;
+        self.map_updates = cache.plan(updates, &self.lights.samples);
+        self.lights.place(device, &cache.words(&self.map_updates));
+    }
+
+    /// Takes note that the shadow maps were drawn that a frame was to draw.
+    pub fn count_maps(&mut self) {
+        let updates = std::mem::take(&mut self.map_updates);
+        self.atlas.cache.note(&updates, &self.transforms);
+        self.lights.advance();
         self.maps_drawn = updates.len() as u32;
         if !updates.is_empty() {
-            self.texels_drawn = updates.iter().map(|update| update.part.texels() as u64).sum();
+            self.texels_drawn = updates.iter().map(|update| update.part.texels()).sum();
         }
+    }
+
+    /// Counts a frame.
+    pub fn advance(&mut self) {
+        self.atlas.cache.advance(&self.lights.samples);
     }
 
     /// Where dynamic objects are in the shadow maps that are stale once these are drawn, for frames that look them up there.
@@ -290,7 +356,7 @@ impl Resident {
         updates: &[MapUpdate],
     ) -> Option<PreviousTransforms> {
         let has_leaves = settings.mode != Mode::Naive && settings.shading == Shading::Fused;
-        has_leaves.then(|| self.transforms.previous(&self.atlas.states, &self.lights.samples, updates))?
+        has_leaves.then(|| self.transforms.previous(&self.atlas.cache, &self.lights.samples, updates))?
     }
 
     /// Takes note that a frame brought light maps up to date.

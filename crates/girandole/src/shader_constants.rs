@@ -20,6 +20,9 @@ pub(crate) const MAP_MOST_OPAQUE: u32 = 4096;
 pub(crate) const MAP_MOST_MASKED: u32 = 512;
 pub(crate) const LISTED_WORDS: u32 = 3;
 pub(crate) const MAP_LISTS_HEAD: u32 = 4;
+/// Sizes of shadow maps that there may be, and what stands for the place of a light without a map.
+pub(crate) const MAP_SIZES: u32 = 16;
+pub(crate) const NO_MAP: u32 = 0x00f0_0000;
 /// Vectors of what shadow maps know of objects that move, as many as a uniform buffer of 64 KiB holds, and objects in a word of those.
 pub(crate) const OWNER_VECTORS: u32 = 4096;
 pub(crate) const OWNERS_PER_WORD: u32 = 16;
@@ -122,6 +125,8 @@ pub(crate) fn declarations() -> String {
         MAP_MOST_MASKED,
         LISTED_WORDS,
         MAP_LISTS_HEAD,
+        MAP_SIZES,
+        NO_MAP,
         CHUNK,
         WORKGROUP,
         TILE,

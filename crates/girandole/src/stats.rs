@@ -1,6 +1,6 @@
 //! What a frame did: counts and times.
 
-use crate::maps::states::StaleCounts;
+use crate::maps::cache::StaleCounts;
 use std::collections::BTreeMap;
 
 /// What a frame did.

@@ -23,7 +23,7 @@ pub fn render(job: &Job) -> Result<Picture> {
     };
     let mut transferred = TransferredLight::new();
     for object in job.transfers {
-        let light = (job.lights, job.visibility);
+        let light = (job.lights, job.visibility.map(|known| &**known));
         let transfer = (object.object, &*object.transfer);
         transferred.add(&tracer, light, transfer, object.gathering, job.clamp)?;
     }

@@ -14,6 +14,7 @@ use girandole_core::scene::{Geometry, Scene, SceneChanges, View};
 use girandole_core::visibility::{MOST_LIGHTS, VisibilityDatabase, VisibilitySettings};
 use pollster::block_on;
 use std::future::Future;
+use std::sync::Arc;
 use std::time::Instant;
 
 pub use girandole::{AdapterReport, Error};
@@ -61,14 +62,14 @@ impl Device {
         if job.visibility.is_none()
             && let Some((database, ms)) = visibility(job.scene, job.geometry, job.lights, &[args.mode])?
         {
-            (found, visibility_ms) = (Some(database), ms);
+            (found, visibility_ms) = (Some(Arc::new(database)), ms);
         }
         let start = Instant::now();
         let renderer = renderer(&self.gpu, &mut self.renderer, args)?;
         renderer.time_passes(args.stats.is_some());
         light_by(renderer, job.scene, job.transfers)?;
         renderer.load(job.scene, job.geometry, job.lights)?;
-        if let Some(database) = job.visibility.or(found.as_ref()) {
+        if let Some(database) = job.visibility.cloned().or(found) {
             renderer.load_visibility(job.scene, job.geometry, job.lights, database)?;
         }
         self.gpu.wait()?;
@@ -106,9 +107,9 @@ impl Device {
     }
 
     /// Draws the shadow maps of a frame that is not rendered.
-    pub fn skip_frame(&mut self, args: &args::RenderArgs) -> Result<()> {
-        let updates = args.motion.map_updates(None);
-        Ok(self.opened()?.skip_frame(&updates)?)
+    pub fn skip_frame(&mut self, view: &View, args: &args::RenderArgs) -> Result<()> {
+        let settings = RenderSettings { updates: args.motion.map_updates(None), ..picture_settings(args) };
+        Ok(self.opened()?.skip_frame(view, &settings)?)
     }
 
     /// What the light samples of the scene that is open warn of.
@@ -131,7 +132,7 @@ impl Device {
         let compilation_ms = milliseconds(start);
         let start = Instant::now();
         let updates = args.motion.map_updates(self.ms_per_map);
-        self.opened()?.draw_shadow_maps(&updates)?;
+        self.opened()?.draw_shadow_maps_for(view, &RenderSettings { updates, ..settings })?;
         self.wait()?;
         let shadow_maps_ms = milliseconds(start);
         let renderer = self.opened()?;
@@ -187,7 +188,7 @@ impl Device {
             self.gpu.wait()?;
             maps_ms = milliseconds(start);
             if let Some((database, ms)) = visibility(scene, geometry, lights, &args.modes)? {
-                renderer.load_visibility(scene, geometry, lights, &database)?;
+                renderer.load_visibility(scene, geometry, lights, database)?;
                 visibility_ms = ms;
             }
         }

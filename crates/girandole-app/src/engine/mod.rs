@@ -17,6 +17,7 @@ use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Scene, View};
 use girandole_core::visibility::VisibilityDatabase;
+use std::sync::Arc;
 
 /// The inputs of an engine.
 pub struct Job<'a> {
@@ -27,7 +28,7 @@ pub struct Job<'a> {
     /// Its light; empty for the path tracer, which samples its own.
     pub lights: &'a LightSet,
     /// Which of it needs a shadow map where; `None` where the engine is to find out, if it has to know.
-    pub visibility: Option<&'a VisibilityDatabase>,
+    pub visibility: Option<&'a Arc<VisibilityDatabase>>,
     /// Objects with precomputed transfer.
     pub transfers: &'a [Transferred],
     /// The camera.

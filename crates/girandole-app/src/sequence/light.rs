@@ -105,7 +105,7 @@ impl Light {
     ) -> Result<()> {
         self.follow(scene, engine, seen)?;
         match (self, engine) {
-            (Self::OnDevice, Ready::Gpu(device)) => device.skip_frame(seen.0),
+            (Self::OnDevice, Ready::Gpu(device)) => device.skip_frame(&view(scene, seen.0)?, seen.0),
             _ => Ok(()),
         }
     }

@@ -4,6 +4,7 @@ use super::{Illumination, IlluminationSettings};
 use crate::Result;
 use crate::scene::Scene;
 use crate::visibility::{VisibilityBuild, VisibilityDatabase};
+use std::sync::Arc;
 
 /// Groups of patches, or meshes, of one slice.
 const SLICE: usize = 8;
@@ -111,7 +112,7 @@ impl Illumination {
     pub fn set_visibility(&mut self, scene: &Scene, database: Box<VisibilityDatabase>) -> Result<()> {
         let (sampled, _) = &self.sampled;
         database.belongs_to(&self.geometry, sampled)?;
-        self.visibility = Some(*database);
+        self.visibility = Some(Arc::from(database));
         if self.most_lit.is_some() {
             let all = sampled.clone();
             self.set_lights(scene, all);

@@ -1,5 +1,6 @@
 //! Which receivers a camera may see.
 
+use super::State;
 use super::database::VisibilityDatabase;
 use super::held::HeldPass;
 use super::light_points::LightPoint;
@@ -7,7 +8,6 @@ use super::node_visibility::SceneContext;
 use super::shapes::Apex;
 use super::sources::Sources;
 use super::state_matrix::StateMatrix;
-use super::State;
 use crate::parallel::map;
 use crate::scene::{LocalView, NONE};
 use glam::{Vec2, Vec3};
@@ -47,10 +47,7 @@ impl VisibilityDatabase {
     }
 
     /// Static surfaces and those of each dynamic object, with the roots of their receivers.
-    fn sources_with_roots<'a>(
-        &'a self,
-        roots: &'a [Range<usize>],
-    ) -> Vec<(&'a Sources, &'a [Range<usize>])> {
+    fn sources_with_roots<'a>(&'a self, roots: &'a [Range<usize>]) -> Vec<(&'a Sources, &'a [Range<usize>])> {
         let mut rest = roots;
         let all = std::iter::once(&self.sources).chain(self.segments.iter().map(|segment| &segment.sources));
         all.map(|sources| {

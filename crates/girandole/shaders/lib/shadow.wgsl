@@ -76,8 +76,12 @@ fn plane_depth(light: Light, r: Receiver, centre: vec2f) -> PlaneDepth {
   return PlaneDepth(here, here - shift, SLACK + 0.5 * FOOTPRINT * map_texel(light) / flat * r.slope);
 }
 
-// One texel: LIT, DARK or AMBIGUOUS.
+// One texel: LIT, DARK or AMBIGUOUS. A light without a map lights nothing that needs it.
 fn depth_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
+  return select(compared(light, r, texel, stored), DARK, light.atlas_slot == NO_MAP);
+}
+
+fn compared(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
   let centre = centre_of(light, texel);
   if is_parallel(light) {
     // What is not much nearer than the plane, or farther, is left to the slope-corrected test.

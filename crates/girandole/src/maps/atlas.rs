@@ -1,12 +1,12 @@
 //! The shadow atlas on the GPU, and what is drawn into it.
 
+use super::cache::MapCache;
 use super::closed::is_outside;
 use super::layout::{AtlasLayout, list_words};
 use super::map_view::MapView;
 use super::moved::MovedBoxes;
 use super::occluded::OccludedObjects;
 use super::occluders::{CLUSTER, Clusters, DynamicObject, Occluders};
-use super::states::MapStates;
 use crate::Result;
 use crate::device::buffers::{check_bytes, storage, uniform};
 use crate::layout::Light;
@@ -24,14 +24,13 @@ pub(crate) struct MapsView<'a> {
 
 /// The atlas and what is drawn into it.
 pub(crate) struct Atlas {
-    pub layout: AtlasLayout,
     pub texture: wgpu::Texture,
     /// All pages as an array.
     view: wgpu::TextureView,
     /// `Maps` for the shaders.
     pub maps: wgpu::Buffer,
     pub occluders: Occluders,
-    pub states: MapStates,
+    pub cache: MapCache,
     /// Each kind of occluders, see `lib/map_set_up.wgsl`.
     pub sets: [wgpu::Buffer; 2],
     /// The texels of parts that are drawn at once.
@@ -47,9 +46,10 @@ impl Atlas {
     /// [`crate::Error::TooLarge`] beyond the device's limits.
     pub fn new(
         device: &wgpu::Device,
-        layout: AtlasLayout,
+        layout: &AtlasLayout,
         geometry: &Geometry,
         occluders: Occluders,
+        cache: MapCache,
     ) -> Result<Self> {
         use wgpu::TextureUsages as U;
         let texture = device.create_texture(&wgpu::TextureDescriptor {
@@ -74,7 +74,6 @@ impl Atlas {
             [opaque, masked].map(|set| set.bounds.len() as u64).into_iter().fold(layout.pairs(), u64::max);
         let list_bytes = list_words(texels, pairs) * 4;
         Ok(Self {
-            states: MapStates::new(layout.slots.iter().map(|slot| slot.size)),
             view: texture.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2Array),
                 ..Default::default()
@@ -85,8 +84,8 @@ impl Atlas {
             lists: empty(device, "lists of large triangles", list_bytes, wgpu::BufferUsages::INDIRECT)?,
             pairs,
             texture,
-            layout,
             occluders,
+            cache,
         })
     }
 
@@ -101,7 +100,7 @@ impl Atlas {
         hidden: [&OccludedObjects; 2],
         faces: u32,
     ) {
-        let Self { occluders, states, layout, sets, .. } = self;
+        let Self { occluders, cache, sets, .. } = self;
         let boxes = |occluders: &Occluders| {
             let of = |&object: &ObjectId| occluders.of_object(object).map(move |bounds| (object, bounds));
             MovedBoxes::new(moved.iter().flat_map(of).collect())
@@ -114,19 +113,22 @@ impl Atlas {
             }
         }
         let covered_after = boxes(occluders);
-        let lights: Vec<usize> = (0..layout.slots.len()).collect();
+        let lights: Vec<usize> = (0..cache.len()).collect();
         let stale = in_order(&lights, |&index| {
-            let (light, slot) = (&after[index], &layout.slots[index]);
-            let map = before[index].sees_like(light).then(|| MapView::new(light, slot.size, faces))?;
+            let (slot, stale) = cache.shown(index)?;
+            let light = &after[index];
+            let map = MapView::new(light, cache.layout().size(slot.span), faces);
             let covered = [&covered_before, &covered_after].into_iter().zip(hidden);
-            Some(covered.fold(states.stale(index), |stale, (covered, hidden)| {
-                covered.stale(&map, stale, |object| hidden.is_hidden(object, index))
-            }))
+            before[index].sees_like(light).then(|| {
+                covered.fold(stale, |stale, (covered, hidden)| {
+                    covered.stale(&map, stale, |object| hidden.is_hidden(object, index))
+                })
+            })
         });
-        for (index, (stale, slot)) in stale.into_iter().zip(&layout.slots).enumerate() {
+        for (index, stale) in stale.into_iter().enumerate() {
             match stale {
-                Some(stale) => states.mark(index, stale),
-                None => states.invalidate(index, slot.size),
+                Some(stale) => cache.mark(index, stale),
+                None => cache.invalidate(index),
             }
         }
     }
@@ -138,7 +140,8 @@ impl Atlas {
 
     /// Bytes of the pages, and of what is beside them while maps are drawn.
     pub fn bytes(&self) -> u64 {
-        self.layout.bytes() + 4 * (self.pairs - self.layout.pairs())
+        let layout = self.cache.layout();
+        layout.bytes() + 4 * (self.pairs - layout.pairs())
     }
 
     /// Pairs that a part needs at most whose list has room for so many large triangles.

@@ -1,8 +1,10 @@
-//! Where each light's shadow map lies: a grid of square tiles in the pages (array layers) of one depth texture, sized
-//! to need under a memory budget.
+//! How the shadow atlas is laid out: equal pages (array layers) of one texture, and the sizes of the maps in it.
+//!
+//! Every light has room for a map of the regular size, which need and a memory budget decide. Maps may be smaller by halves, or larger
+//! by doubles where there is room: all are squares of a power of two of units, at multiples of their own size in a page.
 //!
 //! Worked example: 1024 lights under 256 MiB (64 Mi texels) get ⌊√(2²⁶ / 1024)⌋ = 256 texels across at most; as what is beside the maps
-//! while they are drawn counts too, they get 240: in 32 pages of 240 × 7680 texels, 32 one above the other.
+//! while they are drawn counts too, they get 240, in 32 pages of 240 × 7680 texels; or 112 or 48, in squares of 120 and 60.
 
 use crate::layout::Maps;
 use crate::settings::{RendererOptions, ShadowMap};
@@ -26,35 +28,41 @@ const WANTED_PAGES: u64 = 32;
 const MOST_TEXELS: u64 = 4 << 20;
 /// Texels beside the maps for each pair of a part and a cluster that is listed at most.
 const TEXELS_PER_PAIR: u64 = 4;
-/// A directional light's map covers the whole scene: it gets this many tiles along each axis.
+/// A directional light's map covers the whole scene: its regular size is so many times that of others, where a page holds that.
 const DIRECTIONAL_TILES: u32 = 4;
+/// Units across a map of the regular size, unless all maps are to have that.
+const REGULAR_UNITS: u32 = 4;
 
-/// A light's place in the atlas.
+/// A map's place in the atlas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct MapSlot {
-    /// First texel in x and y.
-    pub origin: [u32; 2],
+pub(crate) struct MapSlot {
+    /// First unit in x and y.
+    pub at: [u32; 2],
     /// Page (array layer).
     pub page: u32,
-    /// Texels across.
-    pub size: u32,
+    /// Units across.
+    pub span: u32,
 }
 
-/// The atlas: its pages, and one slot a light.
+/// The atlas: its pages, and the sizes of maps.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct AtlasLayout {
+pub(crate) struct AtlasLayout {
     /// Texels of a page in x and y.
     pub page_size: [u32; 2],
     /// How many pages.
     pub pages: u32,
-    /// Texels across a map.
+    /// Texels across a map of the regular size.
     pub map_size: u32,
-    /// Texels across the map of a directional light: four times as many where a page holds them.
-    pub parallel_size: u32,
+    /// Texels across a unit.
+    pub unit: u32,
+    /// Units across the regular map of a light, and of one that is directional.
+    pub regular: [u32; 2],
+    /// The same of the largest maps that are chosen where there is room.
+    pub largest: [u32; 2],
+    /// What sizes are multiples of.
+    granule: u32,
     /// Texels that are drawn at once, beside the maps.
     pub drawn_texels: u64,
-    /// One a light.
-    pub slots: Vec<MapSlot>,
 }
 
 impl AtlasLayout {
@@ -66,25 +74,56 @@ impl AtlasLayout {
     }
 
     /// Pairs of a part and a cluster that are listed.
-    pub(crate) fn pairs(&self) -> u64 {
+    pub fn pairs(&self) -> u64 {
         self.drawn_texels / TEXELS_PER_PAIR
     }
 
+    /// Units of a page in x and y.
+    pub fn page_units(&self) -> [u32; 2] {
+        self.page_size.map(|texels| texels / self.unit)
+    }
+
+    /// Texels across a map of so many units, whole granules.
+    pub fn size(&self, span: u32) -> u32 {
+        span * self.unit / self.granule * self.granule
+    }
+
+    /// The first texel of a map in its page.
+    pub fn origin(&self, slot: &MapSlot) -> [u32; 2] {
+        slot.at.map(|unit| unit * self.unit)
+    }
+
     /// A slot in the words of the shaders, see `Light.atlas_slot`.
-    pub(crate) fn place(&self, slot: &MapSlot) -> u32 {
-        let [column, row] = slot.origin.map(|o| o / self.map_size);
-        (slot.page << 24) | (row << 12) | column
+    pub fn word(slot: &MapSlot) -> u32 {
+        (slot.page << 24) | (slot.span.ilog2() << 20) | (slot.at[1] << 10) | slot.at[0]
     }
 
     /// What shaders need to know about the whole atlas.
-    pub(crate) fn maps(&self) -> Maps {
+    pub fn maps(&self) -> Maps {
+        // The last one is that of NO_MAP.
+        let size = |class: u32| {
+            let size = self.size(if class <= MAX_PAGE.ilog2() { 1 << class } else { 1 }) as f32;
+            [size, 1.0 / size, 0.0, 0.0]
+        };
         Maps {
             page: self.page_size.map(|s| s as f32),
-            size: self.map_size as f32,
-            parallel_size: self.parallel_size as f32,
-            texel: 1.0 / self.map_size as f32,
-            parallel_texel: 1.0 / self.parallel_size as f32,
+            unit: self.unit,
+            padding: 0,
+            sizes: std::array::from_fn(|class| size(class as u32)),
         }
+    }
+
+    /// Units across a map with at least so many texels across, if it may have that many: from a quarter of the regular size up to so many
+    /// units.
+    pub fn span(&self, texels: f32, is_large: bool, most: u32) -> u32 {
+        if self.regular[0] == 1 {
+            return self.regular[usize::from(is_large)];
+        }
+        let mut span = self.regular[usize::from(is_large)] / REGULAR_UNITS;
+        while span < most && (self.size(span) as f32) < texels {
+            span *= 2;
+        }
+        span
     }
 
     /// Lays out the maps of lights, of which `directional[i]` tells whether light i is a directional one. `shows_all` tells whether any map
@@ -103,7 +142,9 @@ impl AtlasLayout {
         let budget = u64::from(options.memory_mib) << 20;
         let max_page = limits.max_texture_dimension_2d.min(MAX_PAGE);
         let max_pages = limits.max_texture_array_layers.min(MAX_PAGES);
-        let shapes = |size| shapes([lights as u64, suns as u64], size, max_page, max_pages);
+        let most = MAX_CHOSEN[usize::from(lights > FEW && !shows_all)];
+        let largest = if options.map_size.is_none() { most } else { 0 };
+        let shapes = |size| shapes([lights as u64, suns as u64], [size, largest], max_page, max_pages);
         let fits = |shape: &Shape| shape.bytes() <= budget;
         let granule = granule(options.shadow_map);
         let least_mib = |size: u32| shapes(size).map(|s| s.bytes().div_ceil(1 << 20)).min();
@@ -126,7 +167,6 @@ impl AtlasLayout {
             }
             None => {
                 let largest = (budget / 4 / tiles([lights as u64, suns as u64], DIRECTIONAL_TILES)).isqrt();
-                let most = MAX_CHOSEN[usize::from(lights > FEW && !shows_all)];
                 let largest = (largest as u32).clamp(MIN_SIZE, most).min(max_page) / granule;
                 let sizes = (1..=largest).rev().map(|i| i * granule);
                 sizes.filter_map(|size| shapes(size).find(fits)).next().ok_or_else(|| {
@@ -137,7 +177,7 @@ impl AtlasLayout {
                 })?
             }
         };
-        Ok(shape.place(directional))
+        Ok(shape.layout(granule, options.map_size.is_none()))
     }
 }
 
@@ -157,6 +197,8 @@ struct Shape {
     size: u32,
     /// Tiles across a directional light's map.
     block: u32,
+    /// How many times as wide the largest maps may be.
+    times: u32,
     /// Tiles across a page.
     columns: u32,
     /// Tiles down a page.
@@ -166,13 +208,19 @@ struct Shape {
 }
 
 /// Shapes that hold the maps of so many lights and suns, the fewest and largest pages first.
-fn shapes(counts: [u64; 2], size: u32, max_page: u32, max_pages: u32) -> impl Iterator<Item = Shape> {
+fn shapes(
+    counts: [u64; 2],
+    [size, largest]: [u32; 2],
+    max_page: u32,
+    max_pages: u32,
+) -> impl Iterator<Item = Shape> {
     let suns = counts[1];
     let per_side = max_page / size;
-    let block = DIRECTIONAL_TILES.min(per_side);
+    let block = 1 << DIRECTIONAL_TILES.min(per_side).ilog2();
     let tiles = tiles(counts, block);
     // Few columns: where textures are stored row by row, the rows of a map then lie close together.
-    let least = if suns > 0 { block } else { 1 };
+    let times = (1 << (largest / size).max(1).ilog2()).min(1 << (per_side / block).ilog2());
+    let least = times * if suns > 0 { block } else { 1 };
     let columns = (tiles.div_ceil(u64::from(per_side) * WANTED_PAGES) as u32).clamp(least, per_side);
     let fewest = tiles.div_ceil(u64::from(columns) * u64::from(per_side));
     (fewest..=u64::from(max_pages)).filter_map(move |wanted| {
@@ -183,7 +231,7 @@ fn shapes(counts: [u64; 2], size: u32, max_page: u32, max_pages: u32) -> impl It
         let of_suns = if suns > 0 { suns.div_ceil(blocks) } else { 0 };
         let pages = tiles.div_ceil(u64::from(columns) * u64::from(rows)).max(of_suns);
         let pages = u32::try_from(pages).ok().filter(|pages| *pages <= max_pages)?;
-        Some(Shape { size, block, columns, rows, pages, has_suns: suns > 0 })
+        Some(Shape { size, block, times, columns, rows, pages, has_suns: suns > 0 })
     })
 }
 
@@ -211,23 +259,21 @@ impl Shape {
         4 * (self.texels() + drawn + list_words(drawn, drawn / TEXELS_PER_PAIR))
     }
 
-    fn place(&self, directional: &[bool]) -> AtlasLayout {
-        let &Self { size, block, columns, rows, pages, .. } = self;
-        let mut slots = vec![MapSlot::default(); directional.len()];
-        let mut grid = Grid { columns, rows, taken: Vec::new() };
-        for wanted in [true, false] {
-            let span = if wanted { block } else { 1 };
-            let mut from = 0;
-            for (slot, _) in slots.iter_mut().zip(directional).filter(|(_, d)| **d == wanted) {
-                let (cell, page, column, row) = grid.place(span, from);
-                from = cell;
-                *slot = MapSlot { origin: [column * size, row * size], page, size: size * span };
-            }
+    /// The layout, with maps of several sizes or of the regular one alone.
+    fn layout(&self, granule: u32, has_sizes: bool) -> AtlasLayout {
+        let &Self { size, block, times, pages, .. } = self;
+        let divides = has_sizes && size / REGULAR_UNITS >= granule;
+        let regular = if divides { REGULAR_UNITS } else { 1 };
+        AtlasLayout {
+            page_size: self.page_size(),
+            pages,
+            map_size: size,
+            unit: size / regular,
+            regular: [regular, regular * block],
+            largest: [times * regular, times * regular * block],
+            granule,
+            drawn_texels: self.drawn_texels(),
         }
-        let parallel_size = size * block;
-        let drawn_texels = self.drawn_texels();
-        let page_size = self.page_size();
-        AtlasLayout { page_size, pages, map_size: size, parallel_size, drawn_texels, slots }
     }
 }
 
@@ -238,38 +284,6 @@ pub(crate) fn list_words(texels: u64, pairs: u64) -> u64 {
         + texels / least
         + texels / u64::from(MAP_LISTED) * u64::from(LISTED_WORDS)
         + pairs
-}
-
-struct Grid {
-    columns: u32,
-    rows: u32,
-    taken: Vec<bool>,
-}
-
-impl Grid {
-    /// The first free square of `span` cells at or after cell `from`: (cell, page, column, row).
-    fn place(&mut self, span: u32, from: usize) -> (usize, u32, u32, u32) {
-        let cells = (self.columns * self.rows) as usize;
-        let mut cell = from;
-        loop {
-            let page = cell / cells;
-            if self.taken.len() < (page + 1) * cells {
-                self.taken.resize((page + 1) * cells, false);
-            }
-            let (column, row) = ((cell % cells) as u32 % self.columns, (cell % cells) as u32 / self.columns);
-            if column + span <= self.columns && row + span <= self.rows {
-                let square: Vec<usize> =
-                    (0..span * span).map(|i| cell + (i / span * self.columns + i % span) as usize).collect();
-                if square.iter().all(|&c| !self.taken[c]) {
-                    for c in square {
-                        self.taken[c] = true;
-                    }
-                    return (cell, page as u32, column, row);
-                }
-            }
-            cell += 1;
-        }
-    }
 }
 
 #[cfg(test)]
@@ -289,29 +303,6 @@ mod tests {
         kinds
     }
 
-    fn overlaps(a: &MapSlot, b: &MapSlot) -> bool {
-        a.page == b.page
-            && (0..2).all(|i| a.origin[i] < b.origin[i] + b.size && b.origin[i] < a.origin[i] + a.size)
-    }
-
-    #[test]
-    fn slots_lie_in_their_page_and_do_not_overlap() {
-        for (points, suns) in [(1, 0), (0, 1), (300, 0), (297, 3), (4096, 1), (5, 2), (100, 30)] {
-            for map_size in [None, Some(33)] {
-                let kinds = kinds(points, suns);
-                let l = layout(&kinds, RendererOptions { map_size, ..Default::default() }).unwrap();
-                for (i, a) in l.slots.iter().enumerate() {
-                    assert!((0..2).all(|k| a.origin[k] + a.size <= l.page_size[k]) && a.page < l.pages);
-                    assert!(a.size == if kinds[i] { l.map_size * 4 } else { l.map_size });
-                    assert!(l.slots[i + 1..].iter().all(|b| !overlaps(a, b)));
-                }
-            }
-        }
-        // The control: slots that do overlap are seen to.
-        let a = MapSlot { origin: [0, 0], page: 0, size: 16 };
-        assert!(overlaps(&a, &MapSlot { origin: [15, 15], ..a }));
-    }
-
     #[test]
     fn everything_stays_within_the_budget() {
         let (mut sizes, mut refused) = (0, 0);
@@ -326,9 +317,10 @@ mod tests {
                             Ok(l) => {
                                 sizes += 1;
                                 assert!(l.bytes() <= budget, "{points} + {suns} in {memory_mib} MiB");
-                                assert!(l.pages <= MAX_PAGES && l.slots.iter().all(|s| s.page < l.pages));
-                                let band = |s: &MapSlot| u64::from(s.size.next_multiple_of(64) * MAP_BLOCK);
-                                assert!(l.slots.iter().all(|s| l.drawn_texels >= band(s)));
+                                assert!(l.pages <= MAX_PAGES);
+                                let size = l.size(l.regular[usize::from(suns > 0)]);
+                                let band = u64::from(size.next_multiple_of(64) * MAP_BLOCK);
+                                assert!(l.drawn_texels >= band);
                             }
                             Err(_) => refused += 1,
                         }

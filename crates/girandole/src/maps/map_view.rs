@@ -44,8 +44,8 @@ impl TexelRect {
     }
 
     /// How many.
-    pub fn texels(&self) -> f32 {
-        (0..2).map(|i| self.end[i].saturating_sub(self.first[i]) as f32).product()
+    pub fn texels(&self) -> u64 {
+        (0..2).map(|i| u64::from(self.end[i].saturating_sub(self.first[i]))).product()
     }
 
     /// The smallest one about both.
@@ -254,9 +254,9 @@ mod tests {
                 }
             }
             if !seen.is_empty() {
-                footprints += covered.texels();
-                tight += seen.texels();
-                by_itself += (SIZE * SIZE) as f32;
+                footprints += covered.texels() as f64;
+                tight += seen.texels() as f64;
+                by_itself += f64::from(SIZE * SIZE);
             }
         }
         // The control: they are not simply the whole map.

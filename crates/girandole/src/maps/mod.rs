@@ -1,7 +1,9 @@
 //! Shadow maps: where each one lies, what is drawn into it, which are stale, and the textures.
 
 pub(crate) mod atlas;
+pub(crate) mod cache;
 pub(crate) mod closed;
+pub(crate) mod grid;
 pub(crate) mod layout;
 pub(crate) mod map_view;
 pub(crate) mod moved;
@@ -10,4 +12,3 @@ pub(crate) mod occluded;
 pub(crate) mod occluders;
 pub(crate) mod previous_transforms;
 pub(crate) mod stale;
-pub(crate) mod states;

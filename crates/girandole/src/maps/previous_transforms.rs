@@ -4,7 +4,7 @@
 //! point that the map shows, and not one that the object's former self hides. Shadows on what moves lag behind as those of what
 //! moves do. Objects that bend are looked up where they are.
 
-use super::states::{MapStates, MapUpdate};
+use super::cache::{MapCache, MapUpdate};
 use crate::device::buffers::uniform;
 use crate::layout::{Light, PreviousTransform};
 use crate::shader_constants::{BATCH, MAX_PREVIOUS_TRANSFORMS, NONE};
@@ -13,16 +13,9 @@ use girandole_core::scene::{Geometry, Scene};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The places of dynamic objects, now and when maps were drawn.
-pub(crate) struct DynamicTransforms {
-    now: Snapshot,
-    /// For each light's map.
-    when_drawn: Vec<Snapshot>,
-}
-
 /// The places of all dynamic objects at a moment.
-#[derive(Clone)]
-struct Snapshot {
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Snapshot {
     /// How many updates came before it.
     moment: u64,
     /// World from object, relative to the geometry's origin.
@@ -38,7 +31,8 @@ pub(crate) fn mover_of(scene: &Scene, object: usize) -> u32 {
 }
 
 impl Snapshot {
-    fn new(moment: u64, scene: &Scene, geometry: &Geometry) -> Self {
+    /// Of a scene as it stands, after so many updates.
+    fn at(moment: u64, scene: &Scene, geometry: &Geometry) -> Self {
         let world_from_nodes = scene.world_from_nodes();
         let place = |object: &girandole_core::scene::Object| {
             if object.removed || scene.is_deformed(object) {
@@ -51,52 +45,40 @@ impl Snapshot {
     }
 }
 
-impl DynamicTransforms {
-    /// Those of a scene with so many lights.
-    pub fn new(scene: &Scene, geometry: &Geometry, lights: usize) -> Self {
-        let now = Snapshot::new(0, scene, geometry);
-        Self { when_drawn: vec![now.clone(); lights], now }
+impl Snapshot {
+    /// The first.
+    pub fn first(scene: &Scene, geometry: &Geometry) -> Self {
+        Self::at(0, scene, geometry)
     }
 
-    /// Objects moved.
-    pub fn follow(&mut self, scene: &Scene, geometry: &Geometry) {
-        self.now = Snapshot::new(self.now.moment + 1, scene, geometry);
-    }
-
-    /// Takes note that maps were drawn, each with all that was stale of it.
-    pub fn note(&mut self, drawn: &[MapUpdate]) {
-        for update in drawn {
-            self.when_drawn[update.light as usize] = self.now.clone();
-        }
+    /// The next one, after objects moved.
+    pub fn next(&self, scene: &Scene, geometry: &Geometry) -> Self {
+        Self::at(self.moment + 1, scene, geometry)
     }
 
     /// Where objects were in the maps that are stale, once these are drawn; nothing where none is.
     pub fn previous(
         &self,
-        states: &MapStates,
+        cache: &MapCache,
         lights: &[Light],
         drawn: &[MapUpdate],
     ) -> Option<PreviousTransforms> {
-        let mut is_stale: Vec<bool> = states.stale_parts(lights).map(|part| !part.is_empty()).collect();
+        let mut is_stale: Vec<bool> = cache.stale_parts(lights).map(|part| !part.is_empty()).collect();
         drawn.iter().for_each(|update| is_stale[update.light as usize] = false);
-        let (mut rows, mut known, mut places) =
-            (vec![NONE; self.when_drawn.len()], BTreeMap::new(), Vec::new());
+        let (mut rows, mut known, mut places) = (vec![NONE; cache.len()], BTreeMap::new(), Vec::new());
         for ((row, then), _) in
-            rows.iter_mut().zip(&self.when_drawn).zip(is_stale).filter(|(_, stale)| *stale)
+            rows.iter_mut().zip(cache.transforms()).zip(is_stale).filter(|(_, stale)| *stale)
         {
+            let Some(then) = then.filter(|then| then.moment != self.moment) else { continue };
             let movers = then.places.len();
             let has_room = places.len() + movers <= MAX_PREVIOUS_TRANSFORMS as usize;
-            if then.moment == self.now.moment || movers != self.now.places.len() {
+            if movers != self.places.len() {
                 continue;
             }
             if !known.contains_key(&then.moment) && has_room {
                 known.insert(then.moment, places.len() as u32);
-                places.extend(
-                    then.places
-                        .iter()
-                        .zip(&*self.now.places)
-                        .map(|(then, now)| previous_transform(then, now)),
-                );
+                let pairs = then.places.iter().zip(&*self.places);
+                places.extend(pairs.map(|(then, now)| previous_transform(then, now)));
             }
             *row = known.get(&then.moment).copied().unwrap_or(NONE);
         }

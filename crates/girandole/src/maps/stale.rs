@@ -40,7 +40,7 @@ pub(crate) fn stale_words(atlas: &Atlas, lights: &[Light], old: &PreviousTransfo
         }
     }
     let parts: Vec<StalePart> = atlas
-        .states
+        .cache
         .stale_parts(lights)
         .zip(&old.rows)
         .map(|(part, &previous_row)| StalePart {

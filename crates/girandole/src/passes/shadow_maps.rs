@@ -13,10 +13,9 @@ use crate::device::kernel::{Groups, Kernel, Shared, buffer, order_all};
 use crate::device::recorder::Recorder;
 use crate::layout::{Frame, Light, MapOccluders, MapPart};
 use crate::maps::atlas::{Atlas, MapsView};
-use crate::maps::layout::MapSlot;
+use crate::maps::cache::{MapCache, MapUpdate};
 use crate::maps::map_view::TexelRect;
 use crate::maps::occluders::CLUSTER;
-use crate::maps::states::MapUpdate;
 use crate::resident::Resident;
 use crate::settings::{RendererOptions, ShadowMap};
 use crate::shader_constants::{
@@ -101,18 +100,19 @@ impl ShadowMaps {
         updates: &[MapUpdate],
     ) -> Result<MapsView<'a>> {
         let Resident { lights, atlas, .. } = scene;
+        lights.record(recorder.encoder());
         let mut batch = Batch::default();
+        let drawn_texels = atlas.cache.layout().drawn_texels;
         let parts = updates.iter().flat_map(|update| {
-            let index = update.light as usize;
-            let whole = part(&lights.samples[index], &atlas.layout.slots[index], update);
-            bands(whole, atlas.layout.drawn_texels).map(|part| (update.light, part))
+            let whole = part(&lights.samples[update.light as usize], &atlas.cache, update);
+            whole.into_iter().flat_map(|part| bands(part, drawn_texels)).map(|part| (update.light, part))
         });
         for (light, part) in parts {
             let texels = texel_count(&part);
             let pairs = (0..2).map(|set| atlas.pairs(set, listed_room(&part, set))).max().unwrap_or(0);
             let owners = (batch.parts.len() as u64 + 1) * atlas.owner_words();
             let has_room = owners <= 4 * u64::from(OWNER_VECTORS)
-                && u64::from(batch.texels + texels) <= atlas.layout.drawn_texels
+                && u64::from(batch.texels + texels) <= drawn_texels
                 && batch.pairs + pairs <= atlas.pairs;
             if !batch.parts.is_empty() && !has_room {
                 self.draw(recorder, scene, std::mem::take(&mut batch))?;
@@ -264,22 +264,23 @@ fn bands(part: MapPart, room: u64) -> impl Iterator<Item = MapPart> {
     })
 }
 
-/// A part of a light's map, in whole blocks, without its places beside the maps.
-fn part(light: &Light, slot: &MapSlot, update: &MapUpdate) -> MapPart {
+/// A part of a light's map, in whole blocks, without its places beside the maps; nothing where it has no place.
+fn part(light: &Light, cache: &MapCache, update: &MapUpdate) -> Option<MapPart> {
+    let (size, origin, page) = cache.texels(&cache.slot(update.light as usize)?);
     let TexelRect { first, end } = update.part.in_blocks(MAP_BLOCK);
     let is_parallel = light.is_parallel();
     let (across, deep) = if is_parallel { (light.scale, 0.5 * light.offset) } else { (1.0, 1.0) };
-    MapPart {
+    Some(MapPart {
         position: light.position,
         is_parallel: u32::from(is_parallel),
         x: light.tangent * across,
         y: light.normal.cross(light.tangent) * across,
         z: light.normal * deep,
-        size: slot.size,
+        size,
         first,
         end,
-        origin: slot.origin,
-        page: slot.page,
+        origin,
+        page,
         ..MapPart::default()
-    }
+    })
 }

@@ -8,8 +8,6 @@ use crate::records::{Element, Member};
 use crate::scene::receivers::Receivers;
 use crate::shader_constants::{MAPPED_UNSHADOWED, NO_PART, UNSHADOWED};
 use girandole_core::elements::{LightSets, optimise, unmerged};
-use girandole_core::glam::Vec2;
-use girandole_core::scene::LocalView;
 use wgpu::util::DeviceExt;
 
 /// Most lights a pass.
@@ -41,25 +39,6 @@ pub(crate) struct MultipassKey {
     pub optimised: bool,
     /// Leaves that may be in view.
     pub in_view: Vec<bool>,
-}
-
-/// Which leaves may be in view: those whose bounding spheres meet the camera's pyramid.
-pub(crate) fn in_view(receivers: &Receivers, view: &LocalView) -> Vec<bool> {
-    // About the axis, so that views off it are within.
-    let half = view.half_extent * (Vec2::ONE + view.center.abs());
-    receivers
-        .bounds
-        .iter()
-        .map(|&(center, radius)| {
-            let d = center - view.eye;
-            let (depth, across) = (d.dot(view.forward), Vec2::new(d.dot(view.right), d.dot(view.up)).abs());
-            if view.orthographic {
-                return across.cmple(half + radius).all();
-            }
-            let slant = (Vec2::ONE + half * half).map(f32::sqrt);
-            depth >= -radius && (across - half * depth).cmple(slant * radius).all()
-        })
-        .collect()
 }
 
 impl MultipassPlan {

@@ -55,8 +55,8 @@ impl Renderer {
         allocate(context, scene, (&mut self.targets, &mut self.lists), view, size, settings)?;
         let targets = self.targets.as_ref().ok_or_else(nothing_rendered)?;
         let passes = (&self.passes, scene_passes);
-        let mut prepared = prepare(context, passes, scene, (targets, self.lists.as_ref()), settings)?;
-        prepared.map_updates.clear();
+        scene.map_updates.clear();
+        let prepared = prepare(context, passes, scene, (targets, self.lists.as_ref()), settings)?;
         let Context { device, queue, shared, timers, .. } = context;
         let mut recorder = Recorder::submitting(device, queue, &shared.frame, timers);
         recorder.is_rehearsal = true;

@@ -1,6 +1,6 @@
 //! Scenes that are opened in slices, and lit by more and more of their samples.
 
-use super::{Renderer, nothing_loaded};
+use super::{Renderer, hold, nothing_loaded};
 use crate::{Error, Result};
 use girandole_core::illumination::Illumination;
 use girandole_core::scene::{Scene, SceneChanges};
@@ -27,6 +27,7 @@ impl Renderer {
         let Some(mut illumination) = self.illumination.take() else {
             return Err(Error::invalid("open a scene before its visibility"));
         };
+        hold(&mut self.scene, None);
         illumination.set_visibility(scene, database)?;
         self.relight(scene, illumination)
     }
@@ -42,6 +43,7 @@ impl Renderer {
         let Some(mut illumination) = self.illumination.take() else {
             return Err(Error::invalid("open a scene before choosing its light samples"));
         };
+        hold(&mut self.scene, None);
         illumination.light(scene, most)?;
         self.relight(scene, illumination)
     }

@@ -47,13 +47,12 @@ impl Renderer {
     /// [`Error::Scene`] where there is no such light; [`Error::Device`] where the device was lost.
     pub fn shadow_map(&self, light: usize) -> impl Future<Output = Result<Vec<f32>>> + use<> {
         let Context { device, queue, .. } = &self.context;
-        let slot = self.scene.as_ref().and_then(|s| Some((s, *s.atlas.layout.slots.get(light)?)));
+        let slot = self.scene.as_ref().and_then(|scene| Some((scene, scene.atlas.cache.shown(light)?.0)));
         let copy = slot.map(|(scene, slot)| {
             let mut encoder = device.create_command_encoder(&Default::default());
-            let [x, y] = slot.origin;
-            let origin = wgpu::Origin3d { x, y, z: slot.page };
-            let copy =
-                TextureCopy::record(device, &mut encoder, &scene.atlas.texture, origin, [slot.size; 2], 4);
+            let (size, [x, y], page) = scene.atlas.cache.texels(&slot);
+            let origin = wgpu::Origin3d { x, y, z: page };
+            let copy = TextureCopy::record(device, &mut encoder, &scene.atlas.texture, origin, [size; 2], 4);
             queue.submit([encoder.finish()]);
             copy
         });

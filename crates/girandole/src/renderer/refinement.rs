@@ -18,6 +18,7 @@ use girandole_core::lights::LightSet;
 use girandole_core::scene::{Scene, View};
 use girandole_core::visibility::{VisibilityBuild, VisibilityDatabase};
 use std::future::Future;
+use std::sync::Arc;
 
 /// Distances of the rays of one set from those of the one before, pixels (the R2 sequence: Roberts 2018).
 const JITTER: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
@@ -38,7 +39,7 @@ struct NextSet {
     lights: LightSet,
     /// While visibility is being determined.
     build: Option<VisibilityBuild>,
-    visibility: Option<VisibilityDatabase>,
+    visibility: Option<Arc<VisibilityDatabase>>,
 }
 
 /// What of set 0 was on the device before a later set came there.
@@ -125,7 +126,7 @@ impl Renderer {
             return Ok(true);
         };
         if build.is_done() {
-            next.visibility = Some(build.end(scene, geometry)?);
+            next.visibility = Some(Arc::new(build.end(scene, geometry)?));
         } else {
             build.step(SLICE);
             next.build = Some(build);
@@ -276,7 +277,7 @@ mod tests {
         let geometry = renderer.illumination().expect("open").geometry().clone();
         let held = |renderer: &Renderer| {
             let resident = renderer.scene.as_ref().expect("a scene");
-            assert_eq!(resident.lights.samples.len(), resident.atlas.layout.slots.len());
+            assert_eq!(resident.lights.samples.len(), resident.atlas.cache.len());
             (resident.lights.samples.len(), resident.generations, resident.receivers.is_some())
         };
         let before = held(&renderer);

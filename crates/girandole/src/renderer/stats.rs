@@ -31,8 +31,8 @@ impl Renderer {
         let mut stats = FrameStats::default();
         if let Some(scene) = scene {
             stats.lights = scene.lights.count();
-            stats.map_size = scene.atlas.layout.map_size;
-            stats.atlas_pages = scene.atlas.layout.pages;
+            stats.map_size = scene.atlas.cache.layout().map_size;
+            stats.atlas_pages = scene.atlas.cache.layout().pages;
             stats.atlas_bytes = scene.atlas.bytes();
             stats.non_blockers = scene.atlas.left_out();
             stats.maps_drawn = scene.maps_drawn;
@@ -118,7 +118,7 @@ impl Renderer {
         if settings.debug.is_some() {
             return Ok(StaleError::Unknown);
         }
-        if scene.atlas.states.counts(&scene.lights.samples).maps == 0 {
+        if scene.atlas.cache.counts(&scene.lights.samples).maps == 0 {
             return Ok(StaleError::Nothing);
         }
         // The frame's own passes alone are timed.

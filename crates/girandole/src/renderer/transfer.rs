@@ -62,7 +62,7 @@ impl Renderer {
         scene: &Scene,
         geometry: &Geometry,
         lights: &LightSet,
-        visibility: Option<&VisibilityDatabase>,
+        visibility: Option<&Arc<VisibilityDatabase>>,
     ) -> Result<()> {
         let is_unused = |resident: &Resident| self.transfers.is_empty() && resident.transfer.is_none();
         if self.scene.as_ref().is_none_or(is_unused) {

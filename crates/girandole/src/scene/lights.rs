@@ -16,6 +16,8 @@ pub(crate) struct GpuLights {
     pub buffer: wgpu::Buffer,
     /// The same without those that are dark, if there are any, and how many are left.
     lit: Option<(wgpu::Buffer, u32)>,
+    /// What both are to hold from the next frame on.
+    next: Vec<wgpu::Buffer>,
 }
 
 impl GpuLights {
@@ -29,6 +31,7 @@ impl GpuLights {
             buffer: buffer(device, &padded),
             mean_solid_angle: mean_solid_angle(&samples),
             samples,
+            next: Vec::new(),
         })
     }
 
@@ -45,6 +48,32 @@ impl GpuLights {
         }
         self.mean_solid_angle = mean_solid_angle(&samples);
         self.samples = samples;
+        self.next.clear();
+    }
+
+    /// Gives each its place in the atlas, which the next frame puts on the device: others that are recorded have their own.
+    pub fn place(&mut self, device: &wgpu::Device, words: &[u32]) {
+        if self.samples.iter().map(|light| light.atlas_slot).eq(words.iter().copied()) {
+            return;
+        }
+        for (light, &word) in self.samples.iter_mut().zip(words) {
+            light.atlas_slot = word;
+        }
+        self.next = vec![buffer(device, &padded(&self.samples))];
+        self.next.extend(self.lit.is_some().then(|| buffer(device, &padded(&lit_ones(&self.samples)))));
+    }
+
+    /// Puts places on the device.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
+        let held = [Some(&self.buffer), self.lit.as_ref().map(|(buffer, _)| buffer)];
+        for (next, held) in self.next.iter().zip(held.into_iter().flatten()) {
+            encoder.copy_buffer_to_buffer(next, 0, held, 0, next.size());
+        }
+    }
+
+    /// Takes note that they are there.
+    pub fn advance(&mut self) {
+        self.next.clear();
     }
 
     /// How many.
@@ -96,11 +125,18 @@ fn buffer(device: &wgpu::Device, padded: &[Light]) -> wgpu::Buffer {
     device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some("lights"),
         contents: bytemuck::cast_slice(padded),
-        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        usage: wgpu::BufferUsages::STORAGE
+            | wgpu::BufferUsages::UNIFORM
+            | wgpu::BufferUsages::COPY_SRC
+            | wgpu::BufferUsages::COPY_DST,
     })
 }
 
 fn lit(device: &wgpu::Device, samples: &[Light]) -> Option<(wgpu::Buffer, u32)> {
-    let lit: Vec<Light> = samples.iter().filter(|light| light.intensity != Vec3::ZERO).copied().collect();
+    let lit = lit_ones(samples);
     (lit.len() < samples.len()).then(|| (buffer(device, &padded(&lit)), lit.len() as u32))
+}
+
+fn lit_ones(samples: &[Light]) -> Vec<Light> {
+    samples.iter().filter(|light| light.intensity != Vec3::ZERO).copied().collect()
 }

@@ -190,7 +190,13 @@ fn at_center(
 ) -> Vec<Vec4> {
     let start = Instant::now();
     let tracer = SceneTracer::without(source.scene, source.geometry, object);
-    let light = IncidentLight::new(&tracer, source.lights, source.visibility, object, Clamp::Own);
+    let light = IncidentLight::new(
+        &tracer,
+        source.lights,
+        source.visibility.map(|known| &**known),
+        object,
+        Clamp::Own,
+    );
     let grid = Grid::new(source.geometry, &transferred.transfer, frame, Gathering::Center);
     let position = grid.positions().next().unwrap_or_default();
     let coefficients = light.at(position, frame, transferred.transfer.bands());

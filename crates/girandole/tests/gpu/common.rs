@@ -109,7 +109,7 @@ impl Context {
     pub fn load(&self, renderer: &mut Renderer, stage: &Stage) {
         let (scene, geometry, lights) = (&stage.scene, &stage.geometry, &stage.lights);
         renderer.load(scene, geometry, lights).expect("load");
-        renderer.load_visibility(scene, geometry, lights, &stage.visibility()).expect("visibility");
+        renderer.load_visibility(scene, geometry, lights, stage.visibility()).expect("visibility");
     }
 
     pub fn frame(

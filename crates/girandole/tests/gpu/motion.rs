@@ -30,7 +30,7 @@ fn load_anew(renderer: &mut Renderer, scene: &Scene, follower: &Renderer) {
     let held = illumination.visibility().expect("it was determined");
     let database = held.redetermined(scene, &geometry, &lights).expect("visibility");
     renderer.load(scene, &geometry, &lights).expect("load");
-    renderer.load_visibility(scene, &geometry, &lights, &database).expect("visibility");
+    renderer.load_visibility(scene, &geometry, &lights, database).expect("visibility");
 }
 
 /// A full frame after the scene's changes, with what a fresh renderer with the same light set makes of it; and what was counted.

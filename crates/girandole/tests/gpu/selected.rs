@@ -374,14 +374,14 @@ fn refuses(context: &Context) {
         assert!(text.contains(about) && !text.contains('\n'), "{text}");
     };
     let mut renderer = context.renderer(RendererOptions::default());
-    let database = stage.visibility();
+    let database = std::sync::Arc::new(stage.visibility());
     let (scene, geometry) = (&stage.scene, &stage.geometry);
-    sentence(renderer.load_visibility(scene, geometry, &stage.lights, &database), "load the scene");
+    sentence(renderer.load_visibility(scene, geometry, &stage.lights, database.clone()), "load the scene");
     renderer.load(scene, geometry, &stage.lights).expect("load");
     sentence(renderer.render(&view, [64, 64], &settings(Mode::Full)), "visibility database");
     let other = Stage::builtin("table", 21);
-    sentence(renderer.load_visibility(scene, geometry, &stage.lights, &other.visibility()), "other lights");
-    renderer.load_visibility(scene, geometry, &stage.lights, &database).expect("visibility");
+    sentence(renderer.load_visibility(scene, geometry, &stage.lights, other.visibility()), "other lights");
+    renderer.load_visibility(scene, geometry, &stage.lights, database.clone()).expect("visibility");
     let debug = |mode, view| RenderSettings { debug: Some(view), ..settings(mode) };
     sentence(renderer.render(&view, [64, 64], &debug(Mode::Naive, DebugView::Levels)), "another mode");
     sentence(

@@ -133,7 +133,7 @@ fn large_receivers(context: &Context) {
     let settings = VisibilitySettings::flat();
     let database = VisibilityDatabase::build(&stage.scene, &stage.geometry, &stage.lights, &settings)
         .expect("visibility");
-    renderer.load_visibility(&stage.scene, &stage.geometry, &stage.lights, &database).expect("visibility");
+    renderer.load_visibility(&stage.scene, &stage.geometry, &stage.lights, database).expect("visibility");
     let naive = context.frame(&mut renderer, &view, size, &bounded(Mode::Naive));
     let vd = context.frame(&mut renderer, &view, size, &bounded(Mode::Visibility));
     let stats = context.wait(renderer.stats()).expect("stats");

@@ -55,7 +55,8 @@ fn whatever_an_eye_sees_is_among_the_leaves_that_it_may_see() {
             let eye = (low + high) * 0.5 + (high - low) * 0.45 * numbers.vector();
             let view = looking(eye, numbers.vector().normalize());
             let seen = database.seen_leaves(&view);
-            let all = database.seen_leaves(&LocalView { clip: ClipPlanes { near: 1e-6, ..view.clip }, ..view });
+            let all =
+                database.seen_leaves(&LocalView { clip: ClipPlanes { near: 1e-6, ..view.clip }, ..view });
             assert!(seen.iter().zip(&all).all(|(seen, all)| all >= seen), "what is cut off hides nothing");
             in_view += all.iter().filter(|all| **all).count();
             hidden += seen.iter().zip(&all).filter(|(seen, all)| *all > *seen).count();

@@ -28,6 +28,7 @@ impl Receivers {
         if !(is_same && has_room) {
             return Ok(false);
         }
+        self.database = Some(database.clone());
         self.receivers.set(0, &receiver_words);
         self.gpu_lights = gpu_lights(sources.lights, geometry.radius());
         let before = std::mem::replace(&mut self.samples, sources.lights.samples().to_vec());

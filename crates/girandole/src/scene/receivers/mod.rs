@@ -15,6 +15,7 @@ mod leaf;
 #[cfg(test)]
 mod leaf_tests;
 mod lists;
+mod look_ups;
 
 use self::leaf::{LeafLight, LeafPlace, Relation};
 use crate::device::mirror::Mirror;
@@ -29,6 +30,7 @@ use girandole_core::lights::{Clamp, LightSample, LightSet};
 use girandole_core::scene::{Geometry, Scene};
 use girandole_core::visibility::{State, TriangleReceiver, VisibilityDatabase};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A leaf's index has 24 bits.
 const MAX_LEAVES: usize = 1 << 24;
@@ -37,6 +39,8 @@ const _: () = assert!(LeafRange::WORDS == NO_PART as usize + 1, "where each part
 /// What visibility determination says, on the GPU. Leaves of static objects come first; while they are the same, only what
 /// changes of their lists and light maps is written, whatever moves.
 pub(crate) struct Receivers {
+    /// What says it; nothing while that is being changed.
+    database: Option<Arc<VisibilityDatabase>>,
     receivers: Mirror,
     light_lists: Mirror,
     order_words: Mirror,
@@ -71,7 +75,7 @@ pub(crate) struct Receivers {
     /// For each leaf and light, the part of the list that it is in, or [`NO_PART`].
     pub kinds: Vec<u8>,
     /// For each leaf, centre and radius of a sphere around it.
-    pub bounds: Vec<(Vec3, f32)>,
+    bounds: Vec<(Vec3, f32)>,
     /// Lights.
     pub lights: u32,
     samples: Vec<LightSample>,
@@ -100,7 +104,7 @@ pub(crate) struct Sources<'a> {
     pub scene: &'a Scene,
     pub geometry: &'a Geometry,
     pub lights: &'a LightSet,
-    pub database: &'a VisibilityDatabase,
+    pub database: &'a Arc<VisibilityDatabase>,
 }
 
 impl Receivers {
@@ -117,6 +121,7 @@ impl Receivers {
         let receiver_words = receiver_words(&sources);
         let cells_at = receiver_words.len() - tree.cells.len();
         let mut result = Self {
+            database: Some(sources.database.clone()),
             offsets: BufferOffsets {
                 grids_at: tree.triangles.len() as u32,
                 cells_at: cells_at as u32,
@@ -228,6 +233,11 @@ impl Receivers {
         for words in [&mut self.receivers, &mut self.light_lists, &mut self.order_words] {
             words.flush(queue);
         }
+    }
+
+    /// Holds what says the same, or lets go of it.
+    pub fn hold(&mut self, database: Option<&Arc<VisibilityDatabase>>) {
+        self.database = database.cloned();
     }
 
     /// What brings light maps up to date, with this bound of the geometric factor.
