@@ -61,6 +61,7 @@ mod build;
 mod cells;
 mod clusters;
 mod cones;
+mod cover;
 mod database;
 mod dynamic;
 mod follow;

@@ -1,6 +1,7 @@
 //! Which receivers a camera may see.
 
 use super::State;
+use super::cover::Cutter;
 use super::database::VisibilityDatabase;
 use super::held::HeldPass;
 use super::light_points::LightPoint;
@@ -8,26 +9,34 @@ use super::node_visibility::SceneContext;
 use super::shapes::Apex;
 use super::sources::Sources;
 use super::state_matrix::StateMatrix;
+use super::surfaces::SimplePatch;
 use crate::parallel::map;
-use crate::scene::{LocalView, NONE};
+use crate::scene::{ClipDepth, LocalView, NONE};
 use glam::{Vec2, Vec3};
 use std::ops::Range;
 
 impl VisibilityDatabase {
-    /// For each leaf, whether a view may show some of it: not where it lies outside of the view's pyramid, faces away, or is hidden
-    /// as a whole by one static polygon. For the latter the eye is a light in the sense of this module, whose light ends where the view
-    /// begins; views that are parallel or cut off what is near look past polygons, and none hides anything from them.
+    /// For each leaf, whether a view may show some of it: not where it lies outside of the view's pyramid, faces away, or static polygons
+    /// hide all of it. The eye is a light in the sense of this module. Polygons that a view may cut off hide nothing from it, and none
+    /// does from parallel views.
     pub fn seen_leaves(&self, view: &LocalView) -> Vec<bool> {
         let leaves = &self.receivers().leaves;
         let mut seen: Vec<bool> = leaves.iter().map(|leaf| meets(view, leaf.center, leaf.radius)).collect();
-        let is_cut = view.clip.near > 0.0 || view.depth.is_some() || view.orthographic;
-        if is_cut {
+        if view.orthographic {
             return seen;
         }
         let eye = Apex { position: view.eye.as_dvec3(), normal: view.forward.as_dvec3(), finite: true };
         let states = self.states_of(&eye);
-        for (leaf, seen) in leaves.iter().zip(&mut seen) {
-            *seen &= !self.is_hidden(leaf.node as usize, &states, &eye);
+        let cut = cut_off(view);
+        let candidates: Vec<u32> = (0..leaves.len() as u32)
+            .filter(|leaf| seen[*leaf as usize])
+            .filter(|leaf| !self.is_hidden(leaves[*leaf as usize].node as usize, &states, (&eye, cut)))
+            .collect();
+        seen.fill(false);
+        let hides = |_: u32, patch: &SimplePatch| hides(patch, &eye, cut);
+        let is_seen = |leaf: &u32| !Cutter::new().hides(self, &eye, *leaf, hides);
+        for (&leaf, is_seen) in candidates.iter().zip(map(&candidates, is_seen)) {
+            seen[leaf as usize] = is_seen;
         }
         seen
     }
@@ -58,19 +67,18 @@ impl VisibilityDatabase {
         .collect()
     }
 
-    /// Whether a node faces away from an eye, or a polygon hides all of it. Polygons with one side hide nothing from behind.
-    fn is_hidden(&self, mut node: usize, states: &StateMatrix, eye: &Apex) -> bool {
+    /// Whether a node faces away from an eye, or a polygon hides all of it that is not within a distance of the eye. Polygons with one side
+    /// hide nothing from behind.
+    fn is_hidden(&self, mut node: usize, states: &StateMatrix, (eye, cut): (&Apex, f64)) -> bool {
         if states.row(node)[0] != State::Full {
             return false;
         }
         let nodes = &self.receivers().nodes;
         loop {
             if let Some((group, _)) = states.decider(node, 0) {
-                let hides = |blocker: u32| {
-                    let patch = self.surfaces.patches.get(blocker as usize);
-                    patch.is_some_and(|p| p.double_sided || eye.is_in_front(p.normal, p.offset))
-                };
-                return self.groups.members(group).into_iter().all(hides);
+                let patch = |blocker: u32| self.surfaces.patches.get(blocker as usize);
+                let members = self.groups.members(group);
+                return members.into_iter().all(|b| patch(b).is_some_and(|patch| hides(patch, eye, cut)));
             }
             // Below a full blocker nothing is tested again.
             let parent = nodes[node].parent;
@@ -80,6 +88,20 @@ impl VisibilityDatabase {
             node = parent as usize;
         }
     }
+}
+
+/// Whether a polygon hides what is behind it: not from behind if it has one side, nor if it may be cut off.
+fn hides(patch: &SimplePatch, eye: &Apex, cut: f64) -> bool {
+    let height = patch.normal.dot(eye.position) - patch.offset;
+    height > cut || patch.double_sided && height < -cut
+}
+
+/// How far from the eye the near plane of a view in perspective may cut off what it shows, metres.
+fn cut_off(view: &LocalView) -> f64 {
+    let of_depth = |depth: ClipDepth| depth.factor / (f32::from(u8::from(depth.factor > 0.0)) - depth.offset);
+    let near = view.depth.map_or(view.clip.near, of_depth);
+    let half = view.half_extent * (Vec2::ONE + view.center.abs());
+    f64::from(near * half.extend(1.0).length() * 1.001)
 }
 
 /// Whether a sphere meets a view's pyramid.

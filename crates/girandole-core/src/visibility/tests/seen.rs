@@ -1,6 +1,6 @@
 //! Receivers that a view may see, against the eye's rays.
 
-use super::random::random_room;
+use super::random::{random_lights, random_room};
 use super::*;
 use crate::scene::{ClipPlanes, LocalView};
 
@@ -17,6 +17,21 @@ fn looking(eye: Vec3, forward: Vec3) -> LocalView {
         orthographic: false,
         depth: None,
         clip: ClipPlanes::NONE,
+    }
+}
+
+/// Adds walls that hide much, of one side and of two, each of them four polygons that leave a gap sometimes.
+fn add_walls(scene: &mut Scene, numbers: &mut Numbers) {
+    for material in [0, 1, 1] {
+        let (at, half, turn) = (numbers.vector(), 1.0 + 2.0 * numbers.unit(), numbers.rotation());
+        let gap = if numbers.unit() < 0.3 { 0.02 } else { 0.0 };
+        for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+            let corner = |u: f32, v: f32| {
+                at + turn * vec3((x * (1.0 + gap) + u - 1.0) * half, (y + v - 1.0) * half, 0.0)
+            };
+            let corners = [corner(0., 0.), corner(1., 0.), corner(1., 1.), corner(0., 1.)];
+            add(scene, polygon(&corners, material));
+        }
     }
 }
 
@@ -39,14 +54,7 @@ fn whatever_an_eye_sees_is_among_the_leaves_that_it_may_see() {
     let [mut hits, mut strays, mut hidden, mut in_view] = [0; 4];
     for _ in 0..240 {
         let mut scene = random_room(&mut numbers);
-        // Walls that hide much, of one side and of two.
-        for material in [0, 1, 1] {
-            let (at, half) = (numbers.vector(), 1.0 + 2.0 * numbers.unit());
-            let turn = numbers.rotation();
-            let corner = |x: f32, y: f32| at + turn * vec3(x * half, y * half, 0.0);
-            let corners = [corner(-1., -1.), corner(1., -1.), corner(1., 1.), corner(-1., 1.)];
-            add(&mut scene, polygon(&corners, material));
-        }
+        add_walls(&mut scene, &mut numbers);
         let geometry = Geometry::new(&scene);
         let tracer = SceneTracer::new(&scene, &geometry);
         let database = build(&scene, &geometry, vec![light(numbers.vector(), Vec3::Y, Profile::Cosine)]);
@@ -56,7 +64,7 @@ fn whatever_an_eye_sees_is_among_the_leaves_that_it_may_see() {
             let view = looking(eye, numbers.vector().normalize());
             let seen = database.seen_leaves(&view);
             let all =
-                database.seen_leaves(&LocalView { clip: ClipPlanes { near: 1e-6, ..view.clip }, ..view });
+                database.seen_leaves(&LocalView { clip: ClipPlanes { near: 1e3, ..view.clip }, ..view });
             assert!(seen.iter().zip(&all).all(|(seen, all)| all >= seen), "what is cut off hides nothing");
             in_view += all.iter().filter(|all| **all).count();
             hidden += seen.iter().zip(&all).filter(|(seen, all)| *all > *seen).count();
@@ -70,5 +78,58 @@ fn whatever_an_eye_sees_is_among_the_leaves_that_it_may_see() {
     }
     assert_eq!(strays, 0, "of {hits}");
     // The control: enough is hidden, and hit.
-    assert!(hits > 40_000 && 4 * hidden > in_view, "{hits} {hidden} {in_view}");
+    assert!(hits > 40_000 && 8 * hidden > in_view, "{hits} {hidden} {in_view}");
+}
+
+#[test]
+fn nothing_of_a_light_comes_to_leaves_that_polygons_cover_together() {
+    let mut numbers = Numbers(43);
+    let [mut covered, mut partial, mut seams, mut wrong, mut wrong_if_swapped] = [0; 5];
+    for _ in 0..160 {
+        let mut scene = random_room(&mut numbers);
+        add_walls(&mut scene, &mut numbers);
+        let geometry = Geometry::new(&scene);
+        let tracer = SceneTracer::new(&scene, &geometry);
+        let lights = random_lights(&scene, &geometry, &mut numbers, 16);
+        let database = build(&scene, &geometry, lights.clone());
+        for _ in 0..300 {
+            let triangle = numbers.below(geometry.triangles.len()) as u32;
+            let position = geometry.point(triangle, barycentric(&mut numbers));
+            let normal = geometry.normal(triangle);
+            let leaf = database.receivers().leaf_at(triangle, position, true).expect("it is shaded");
+            let lifted = tracer.offset_ray_origin(position, normal);
+            for (index, light) in lights.iter().enumerate() {
+                if database.leaf_states(leaf)[index] != State::Partial
+                    || light.geometric_factor(position, normal, normal, Clamp::Off).is_none()
+                {
+                    continue;
+                }
+                let is_covered = database.is_covered(leaf, index as u32);
+                let to = match light.profile {
+                    Profile::Directional => {
+                        lifted - light.normal * (lifted.length() + 2.0 * geometry.extent())
+                    }
+                    _ => light.position,
+                };
+                let blocking = tracer.occluder(lifted, triangle, to, light.triangle(), NONE);
+                // Where surfaces meet, a point may be rounded to behind the other one.
+                let at_seam = geometry.triangles.iter().enumerate().any(|(t, _)| {
+                    let height = geometry.normal(t as u32).dot(lifted - geometry.corners(t as u32)[0]);
+                    t as u32 != triangle && height.abs() <= 5e-7 * geometry.diagonal()
+                });
+                partial += 1;
+                covered += usize::from(is_covered);
+                let free = blocking.is_none();
+                wrong += usize::from(is_covered && free && !at_seam);
+                seams += usize::from(is_covered && free && at_seam);
+                wrong_if_swapped += usize::from(!is_covered && free);
+            }
+        }
+    }
+    assert_eq!(wrong, 0, "{covered} of {partial}");
+    // The control: enough is covered, and what is not is seen.
+    assert!(
+        50 * seams < covered && 15 * covered > partial && wrong_if_swapped > 1000,
+        "{seams} {covered} {partial}"
+    );
 }

@@ -42,10 +42,21 @@ impl Receivers {
             most
         };
         let parts = in_order(&leaves.chunks(LEAVES).collect::<Vec<_>>(), of_leaves);
-        parts.into_iter().fold(vec![0.0; lights], |mut all, part| {
+        let texels = parts.into_iter().fold(vec![0.0_f32; lights], |mut all, part| {
             all.iter_mut().zip(part).for_each(|(all, part)| *all = all.max(part));
             all
-        })
+        });
+        let of_lights: Vec<(usize, f32)> = texels.into_iter().enumerate().collect();
+        in_order(&of_lights, |&(light, texels)| if self.reaches(light, &leaves) { texels } else { 0.0 })
+    }
+
+    /// Whether static polygons leave anything of a light to those of these leaves that look it up.
+    fn reaches(&self, light: usize, leaves: &[usize]) -> bool {
+        let is_looked_up = |leaf: usize| is_looked_up(self.kinds[leaf * self.lights as usize + light]);
+        let covered = |leaf: usize| {
+            self.database.as_ref().is_some_and(|database| database.is_covered(leaf as u32, light as u32))
+        };
+        leaves.iter().any(|&leaf| is_looked_up(leaf) && !covered(leaf))
     }
 }
 
