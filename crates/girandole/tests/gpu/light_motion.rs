@@ -91,7 +91,8 @@ fn one_of_many(context: &Context) {
             scene.set_transform(scene.lights[7].node, Transform::translation(place)).expect("a place");
             let (after, counts) = step(&mut scene);
             is_little(&counts);
-            assert_eq!(counts.maps_drawn, SIDES);
+            // Those of its sides that something may hide.
+            assert!((1..=SIDES).contains(&counts.maps_drawn));
             assert!(after != last, "it moves");
             assert_eq!(moves == 2, after == before, "it is back at the end");
             last = after;
@@ -189,7 +190,7 @@ fn dark(context: &Context) {
     assert_eq!(counts.stale.maps, 0);
     scene.set_intensity(4, lit).expect("an intensity");
     let (_, counts) = step(&mut scene);
-    assert_eq!(counts.maps_drawn, SIDES, "it is drawn where it is lit again");
+    assert!((1..=SIDES).contains(&counts.maps_drawn), "it is drawn where it is lit again");
     // All dark but one: a budget of none leaves that one's maps stale, and no others.
     for lamp in (0..LAMPS).filter(|&lamp| lamp != 4) {
         scene.set_intensity(lamp, Vec3::ZERO).expect("an intensity");

@@ -18,6 +18,7 @@ mod pictures;
 mod recording;
 mod refinement;
 mod reflections;
+mod rooms;
 mod selected;
 mod shadings;
 mod sizes;
@@ -66,6 +67,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         recording::tests(),
         refinement::tests(),
         reflections::tests(),
+        rooms::tests(),
         selected::tests(),
         shadings::tests(),
         sizes::tests(),

@@ -6,7 +6,7 @@
 use super::super::clock::Instant;
 use super::{Rewalk, Session, Work};
 use anyhow::Result;
-use girandole::{MapUpdates, Renderer, wgpu};
+use girandole::{MapUpdates, RenderSettings, Renderer, wgpu};
 use girandole_core::Generation;
 use girandole_core::illumination::{Illumination, Opening, Stage};
 
@@ -14,6 +14,8 @@ use girandole_core::illumination::{Illumination, Opening, Stage};
 const FIRST: usize = 16;
 /// What drawing the maps of further ones may take, milliseconds.
 const SLICE: f64 = 40.0;
+/// The shape of the picture that maps are drawn for: about that of windows, which draw by themselves what they show beyond.
+const WIDE: [u32; 2] = [16, 9];
 /// The fewest that are added.
 const LEAST: usize = 4;
 
@@ -208,6 +210,7 @@ impl Session {
 
     /// Draws the maps of further samples, or has the next picture do so.
     fn add_maps(&mut self) -> Result<bool> {
+        let view = self.view(WIDE);
         let (Some(making), Some(renderer)) = (&mut self.making, &mut self.renderer) else { return Ok(false) };
         let lit = making.next();
         let count = renderer.illumination().map_or(0, |i| i.lights().len());
@@ -218,7 +221,8 @@ impl Session {
         if is_picture {
             (making.drawn, self.shown) = (lit, None);
         } else {
-            renderer.draw_shadow_maps(&MapUpdates::default())?;
+            let settings = RenderSettings { updates: MapUpdates::default(), ..self.settings };
+            renderer.draw_shadow_maps_for(&view, &settings)?;
         }
         if lit >= count {
             (self.making, self.shown) = (None, None);
