@@ -12,12 +12,13 @@ type Check = fn(&Path) -> Result<(), Failed>;
 
 fn main() {
     let has_adapter = girandole(Path::new("."), "info --require-adapter").status.success();
-    let checks: [(&str, Check); 11] = [
+    let checks: [(&str, Check); 12] = [
         ("same_command_same_bytes", same_command_same_bytes),
         ("the_command_in_the_statistics_makes_the_same_picture", same_picture_by_its_command),
         ("refined_pictures_repeat_and_are_better", refined_pictures),
         ("agrees_with_traced_shadows", agrees_with_traced_shadows),
         ("statistics_name_passes_and_counts", statistics_name_passes_and_counts),
+        ("little_memory_gives_a_picture_and_a_sentence", little_memory_gives_a_picture_and_a_sentence),
         ("maps_that_do_not_fit_are_refused", maps_that_do_not_fit_are_refused),
         ("bench_times_modes", bench_times_modes),
         ("bench_times_motion", bench_times_motion),
@@ -158,11 +159,26 @@ fn agrees_with_traced_shadows(directory: &Path) -> Result<(), Failed> {
     ensure(bent.status.code() == Some(1), "a coarse parabolic map passes for traced shadows")
 }
 
+fn little_memory_gives_a_picture_and_a_sentence(directory: &Path) -> Result<(), Failed> {
+    let said = |arguments: &str| -> Result<usize, Failed> {
+        let output = girandole(directory, &format!("{SMALL} {arguments} -o little.exr"));
+        ensure(output.status.success(), arguments)?;
+        Ok(String::from_utf8_lossy(&output.stderr).matches("texels across instead of").count())
+    };
+    ensure(said("--memory 1")? == 1 && said("")? == 0, "who hears of smaller maps")?;
+    ensure(said("--memory 1 --map-size 16")? == 0, "small maps that were asked for")?;
+    succeed(directory, &format!("{} -o cpu.exr", SMALL.replace("gpu", "cpu")))?;
+    succeed(directory, &format!("{SMALL} --memory 1 -o little.exr"))?;
+    succeed(directory, "compare cpu.exr little.exr --max-rel-mse 0.03 --max-energy-error 0.02")?;
+    Ok(())
+}
+
 fn statistics_name_passes_and_counts(directory: &Path) -> Result<(), Failed> {
     succeed(directory, &format!("{SMALL} --map-size 64 --stats s.json"))?;
     let stats: serde_json::Value = serde_json::from_slice(&std::fs::read(directory.join("s.json"))?)?;
     ensure(stats["engine"] == "gpu" && stats["maps"] == 48 && stats["map_size_texels"] == 64, "counts")?;
     ensure(stats["pairs"] == 96 * 72 * 48, "pairs")?;
+    ensure((1..=48).contains(&stats["maps_drawn"].as_u64().unwrap_or_default()), "maps that were drawn")?;
     let number = |key: &str| stats[key].as_f64().ok_or_else(|| Failed::from(format!("no {key}")));
     for key in ["setup_ms", "atlas_bytes", "map_texels_drawn", "triangles_that_cannot_block"] {
         number(key)?;

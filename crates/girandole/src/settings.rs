@@ -33,7 +33,8 @@ pub struct RendererOptions {
     /// Parameterisation of shadow maps. Default octahedral: no leaks, fewest passes.
     pub shadow_map: ShadowMap,
     /// Texels across each shadow map, rounded up to a multiple of 16, for cubes of 32; `None` (default) = as many as `memory_mib` holds,
-    /// 512 at most, 256 where there are more than 64 lights and none is parallel. Larger maps have sharper shadow edges and take longer to draw; shading costs the same.
+    /// 512 at most, 256 where there are more than 64 lights and none is parallel, and less for maps that only what is far from the camera
+    /// looks up. Larger maps have sharper shadow edges and take longer to draw; shading costs the same.
     pub map_size: Option<u32>,
     /// Budget of shadow maps in MiB, with what is beside them while they are drawn. Default 256, which every WebGPU device can hold.
     pub memory_mib: u32,
@@ -114,11 +115,13 @@ pub enum Shading {
     },
 }
 
-/// Which shadow maps are drawn anew in a frame after things moved. Those of lights that moved themselves always are.
+/// Which shadow maps a frame draws, of those that it looks up and that show what moved or are not there. Those of lights that moved
+/// themselves always are drawn, and so are all that the first frame after a scene was loaded looks up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MapUpdates {
-    /// At most so many, those of bright lights and those that have been stale for long first; `None` (default) = all that are
-    /// stale, and each frame stands by itself. Fewer take less time, and shadows of what moves lag behind.
+    /// At most so many, first those that are not there, then those of bright lights and those that have been stale for long; `None`
+    /// (default) = all, and each frame stands by itself. Fewer take less time; shadows of what moves lag behind, and lights whose maps
+    /// are not there yet light nothing that they might be hidden from.
     pub most: Option<u32>,
     /// No map is shown that has been stale for more frames, whatever [`most`](Self::most) says; `None` (default) = no bound.
     pub oldest: Option<u32>,

@@ -8,8 +8,10 @@ use std::collections::BTreeMap;
 pub struct FrameStats {
     /// Light samples.
     pub lights: u32,
-    /// Texels across each shadow map.
+    /// Texels across a shadow map of the regular size.
     pub map_size: u32,
+    /// What these would be with all the memory that there may be.
+    pub map_size_wanted: u32,
     /// Pages of the atlas.
     pub atlas_pages: u32,
     /// Bytes of the atlas, and of what is beside it while maps are drawn.
@@ -20,7 +22,7 @@ pub struct FrameStats {
     pub maps_drawn: u32,
     /// Texels that were drawn when shadow maps were last drawn.
     pub texels_drawn: u64,
-    /// Shadow maps that the frame left stale.
+    /// Shadow maps that the frame looked up and left stale or missing.
     pub stale: StaleCounts,
     /// Pairs of a light map and a light that was added to it or taken away.
     pub light_map_changes: u32,

@@ -72,8 +72,8 @@ pub struct MotionArgs {
     #[arg(long, value_name = "FRAMES", default_value_t = Pace::default().fade, requires = "frames", value_parser = clap::value_parser!(u32).range(..=1000))]
     pub fade: u32,
 
-    /// Shadow maps that a frame of a sequence draws anew at most, of those that show what moved; fewer take less time, and shadows
-    /// of what moves lag behind. The order is that of a sequence from frame 0 on, whichever frames are rendered. With Xms, as many
+    /// Shadow maps that a frame of a sequence draws at most, after the first one: those that show what moved, and those that come into
+    /// view; fewer take less time, shadows of what moves lag behind, and lights that come into view shine later. The order is that of a sequence from frame 0 on, whichever frames are rendered. With Xms, as many
     /// as X milliseconds are likely to suffice for: then a frame is another one each time (engine gpu)
     #[arg(long, value_name = "N|all|Xms", default_value = "all", value_parser = parse_updates, requires = "frames")]
     pub updates: UpdatesArg,

@@ -2,8 +2,7 @@
 
 use super::{Job, Picture};
 use crate::args;
-use crate::output::Progress;
-use crate::output::Stats;
+use crate::output::{Progress, Stats, say};
 use crate::transfer::{Transferred, light_by};
 use anyhow::{Result, anyhow};
 use girandole::wgpu;
@@ -31,12 +30,14 @@ pub struct Device {
     renderer: Option<Renderer>,
     /// What a shadow map took lately, if some were drawn.
     ms_per_map: Option<f64>,
+    /// Whether it was said that memory makes shadow maps small.
+    said_small: bool,
 }
 
 impl Device {
     /// Opens the adapter whose name contains `name`, or the best one.
     pub fn open(name: Option<&str>) -> Result<Self, Error> {
-        block_on(Gpu::new(name)).map(|gpu| Self { gpu, renderer: None, ms_per_map: None })
+        block_on(Gpu::new(name)).map(|gpu| Self { gpu, renderer: None, ms_per_map: None, said_small: false })
     }
 
     /// The adapter's name, and how it is reached.
@@ -138,6 +139,7 @@ impl Device {
         let renderer = self.opened()?;
         let maps = renderer.stats();
         let maps = self.gpu.block_on(maps)??;
+        self.say_if_small(&maps);
         if maps.maps_drawn > 0 {
             let now = shadow_maps_ms / f64::from(maps.maps_drawn);
             self.ms_per_map = Some(self.ms_per_map.map_or(now, |before| (before + now) * 0.5));
@@ -153,6 +155,7 @@ impl Device {
         for (pass, ms) in maps.gpu_ms {
             stats.insert(pass.into(), ms.into());
         }
+        stats.insert("maps_drawn".into(), maps.maps_drawn.into());
         stats.insert("mode".into(), args.mode.name().into());
         let kernels = self.opened()?.kernels();
         for (key, value) in [
@@ -166,6 +169,17 @@ impl Device {
         }
         let radiance = self.gpu.block_on(radiance)??;
         Ok(Picture { radiance, frame_ms: shadow_maps_ms + shading_ms, stats })
+    }
+
+    /// Says once that shadow maps are much smaller than they would be with more memory.
+    fn say_if_small(&mut self, stats: &FrameStats) {
+        let FrameStats { map_size, map_size_wanted, .. } = *stats;
+        if map_size * 10 < map_size_wanted * 9 && !self.said_small {
+            self.said_small = true;
+            say(&format!(
+                "shadow maps are {map_size} texels across instead of {map_size_wanted}; give --memory more for finer shadows"
+            ));
+        }
     }
 
     /// Times modes in alternation on one scene with its lights.

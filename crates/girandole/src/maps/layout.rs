@@ -53,6 +53,8 @@ pub(crate) struct AtlasLayout {
     pub pages: u32,
     /// Texels across a map of the regular size.
     pub map_size: u32,
+    /// The same if memory did not matter.
+    pub wanted_size: u32,
     /// Texels across a unit.
     pub unit: u32,
     /// Units across the regular map of a light, and of one that is directional.
@@ -177,7 +179,8 @@ impl AtlasLayout {
                 })?
             }
         };
-        Ok(shape.layout(granule, options.map_size.is_none()))
+        let wanted_size = if options.map_size.is_none() { most.min(max_page) } else { shape.size };
+        Ok(AtlasLayout { wanted_size, ..shape.layout(granule, options.map_size.is_none()) })
     }
 }
 
@@ -268,6 +271,7 @@ impl Shape {
             page_size: self.page_size(),
             pages,
             map_size: size,
+            wanted_size: size,
             unit: size / regular,
             regular: [regular, regular * block],
             largest: [times * regular, times * regular * block],

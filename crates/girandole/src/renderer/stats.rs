@@ -32,6 +32,7 @@ impl Renderer {
         if let Some(scene) = scene {
             stats.lights = scene.lights.count();
             stats.map_size = scene.atlas.cache.layout().map_size;
+            stats.map_size_wanted = scene.atlas.cache.layout().wanted_size;
             stats.atlas_pages = scene.atlas.cache.layout().pages;
             stats.atlas_bytes = scene.atlas.bytes();
             stats.non_blockers = scene.atlas.left_out();
