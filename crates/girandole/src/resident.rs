@@ -101,7 +101,9 @@ impl Resident {
         let non_blockers = NonBlockers::new(scene, geometry, &samples, options.skip_non_blockers);
         let occluders = Occluders::new(scene, geometry, &non_blockers);
         let transforms = Snapshot::first(scene, geometry);
-        let cache = MapCache::new(&layout, samples.len(), &transforms);
+        // Until a frame says which it looks up.
+        let mut cache = MapCache::new(&layout, samples.len(), &transforms);
+        cache.want(&cache.regular_spans(&samples));
         Ok(Self {
             geometry: GpuScene::new((device, &context.queue), &shared.scene, scene, geometry)?,
             features,
