@@ -61,20 +61,56 @@ impl Cutter {
         let receivers = database.receivers();
         let shape = receivers.shape(&database.surfaces, receivers.leaves[leaf as usize].node);
         let tolerance = shape.tolerance(&database.surfaces.tolerance);
-        if self.pyramid.set(apex, shape, &tolerance) == Facing::None {
+        if self.pyramid.facing(apex, shape, &tolerance) == Facing::None {
             return true;
         }
-        self.find(database, apex, accept);
-        let faces = faces(shape, apex, tolerance.side);
-        let patch = |index: u32| &database.surfaces.patches[index as usize];
         // Most of what is seen is so at its middle.
-        let is_hidden = |point: DVec3| {
-            self.polygons.iter().any(|(_, index)| is_beyond(patch(*index), apex, point, &tolerance))
-        };
-        if faces.is_empty() || !faces.iter().all(|face| is_hidden(middle(face))) {
+        let faces = faces(shape, apex, tolerance.side);
+        let is_hidden = |face: &Vec<DVec3>| self.blocks(database, apex, middle(face), &tolerance, &accept);
+        if faces.is_empty() || !faces.iter().all(is_hidden) {
             return false;
         }
+        self.pyramid.set(apex, shape, &tolerance);
+        self.find(database, apex, accept);
         faces.into_iter().all(|face| self.covers(database, apex, face, &tolerance))
+    }
+
+    /// Whether some polygon lies between an apex and a point.
+    fn blocks(
+        &mut self,
+        database: &VisibilityDatabase,
+        apex: &Apex,
+        point: DVec3,
+        tolerance: &Tolerance,
+        accept: impl Fn(u32, &SimplePatch) -> bool,
+    ) -> bool {
+        let (groups, surfaces) = (&database.groups, &database.surfaces);
+        let inverse = apex.towards(point).recip();
+        let end = if apex.finite { 1.0 } else { f64::INFINITY };
+        self.open.clear();
+        self.open.extend((!groups.is_empty()).then_some(0));
+        while let Some(index) = self.open.pop() {
+            let node = &groups.nodes[index as usize];
+            let (a, b) = ((node.low - point) * inverse, (node.high - point) * inverse);
+            // Beside a box along an axis that the ray keeps to there is nothing to compare with.
+            let (enter, leave) = (a.min(b).max_element().max(0.0), a.max(b).min_element().min(end));
+            if node.mesh != NONE || enter > leave * (1.0 + 1e-12) {
+                continue;
+            }
+            if node.count == 0 {
+                self.open.extend([node.first, node.first + 1]);
+                continue;
+            }
+            for &blocker in &groups.items[node.first as usize..(node.first + node.count) as usize] {
+                let patch = surfaces.patches.get(blocker as usize).filter(|patch| patch.opaque);
+                let is_between =
+                    |patch: &&SimplePatch| accept(blocker, patch) && is_beyond(patch, apex, point, tolerance);
+                if patch.filter(is_between).is_some() {
+                    return true;
+                }
+            }
+        }
+        false
     }
 
     /// Finds the polygons between an apex and a receiver, those that seem largest first.

@@ -1,92 +1,40 @@
 //! Which receivers a camera may see.
 
-use super::State;
 use super::cover::Cutter;
 use super::database::VisibilityDatabase;
-use super::held::HeldPass;
-use super::light_points::LightPoint;
-use super::node_visibility::SceneContext;
 use super::shapes::Apex;
-use super::sources::Sources;
-use super::state_matrix::StateMatrix;
 use super::surfaces::SimplePatch;
 use crate::parallel::map;
-use crate::scene::{ClipDepth, LocalView, NONE};
+use crate::scene::{ClipDepth, LocalView};
 use glam::{Vec2, Vec3};
-use std::ops::Range;
+
+/// Leaves that one thread looks at.
+const LEAVES: usize = 32;
 
 impl VisibilityDatabase {
     /// For each leaf, whether a view may show some of it: not where it lies outside of the view's pyramid, faces away, or static polygons
-    /// hide all of it. The eye is a light in the sense of this module. Polygons that a view may cut off hide nothing from it, and none
-    /// does from parallel views.
+    /// hide all of it. Polygons that a view may cut off hide nothing from it, and none does from parallel views.
     pub fn seen_leaves(&self, view: &LocalView) -> Vec<bool> {
         let leaves = &self.receivers().leaves;
         let mut seen: Vec<bool> = leaves.iter().map(|leaf| meets(view, leaf.center, leaf.radius)).collect();
         if view.orthographic {
             return seen;
         }
+        // A light in the sense of this module.
         let eye = Apex { position: view.eye.as_dvec3(), normal: view.forward.as_dvec3(), finite: true };
-        let states = self.states_of(&eye);
         let cut = cut_off(view);
-        let candidates: Vec<u32> = (0..leaves.len() as u32)
-            .filter(|leaf| seen[*leaf as usize])
-            .filter(|leaf| !self.is_hidden(leaves[*leaf as usize].node as usize, &states, (&eye, cut)))
-            .collect();
-        seen.fill(false);
-        let hides = |_: u32, patch: &SimplePatch| hides(patch, &eye, cut);
-        let is_seen = |leaf: &u32| !Cutter::new().hides(self, &eye, *leaf, hides);
-        for (&leaf, is_seen) in candidates.iter().zip(map(&candidates, is_seen)) {
+        let candidates: Vec<u32> = (0..leaves.len() as u32).filter(|leaf| seen[*leaf as usize]).collect();
+        let chunks: Vec<&[u32]> = candidates.chunks(LEAVES).collect();
+        let are_seen = |leaves: &&[u32]| {
+            let mut cutter = Cutter::new();
+            let hides = |_: u32, patch: &SimplePatch| hides(patch, &eye, cut);
+            leaves.iter().map(|leaf| !cutter.hides(self, &eye, *leaf, hides)).collect::<Vec<bool>>()
+        };
+        let found = map(&chunks, are_seen);
+        for (&leaf, is_seen) in candidates.iter().zip(found.into_iter().flatten()) {
             seen[leaf as usize] = is_seen;
         }
         seen
-    }
-
-    /// The states of all nodes for one apex, and what static blockers decide them.
-    fn states_of(&self, apex: &Apex) -> StateMatrix {
-        let is_outside = self.groups.is_outside(apex);
-        let points = [LightPoint { apex: *apex, own: NONE, is_outside }];
-        let context = SceneContext { surfaces: &self.surfaces, lights: &points, blockers: &self.groups };
-        let pass = HeldPass { context: &context, receivers: &self.assembly.receivers };
-        let roots = self.assembly.receivers.roots();
-        let parts = map(&self.sources_with_roots(&roots), |&of_sources| pass.run(of_sources, None).0);
-        parts.into_iter().fold(StateMatrix::new(1), |mut all, part| {
-            all.append(part);
-            all
-        })
-    }
-
-    /// Static surfaces and those of each dynamic object, with the roots of their receivers.
-    fn sources_with_roots<'a>(&'a self, roots: &'a [Range<usize>]) -> Vec<(&'a Sources, &'a [Range<usize>])> {
-        let mut rest = roots;
-        let all = std::iter::once(&self.sources).chain(self.segments.iter().map(|segment| &segment.sources));
-        all.map(|sources| {
-            let (own, others) = rest.split_at(sources.roots().len());
-            rest = others;
-            (sources, own)
-        })
-        .collect()
-    }
-
-    /// Whether a node faces away from an eye, or a polygon hides all of it that is not within a distance of the eye. Polygons with one side
-    /// hide nothing from behind.
-    fn is_hidden(&self, mut node: usize, states: &StateMatrix, (eye, cut): (&Apex, f64)) -> bool {
-        if states.row(node)[0] != State::Full {
-            return false;
-        }
-        let nodes = &self.receivers().nodes;
-        loop {
-            if let Some((group, _)) = states.decider(node, 0) {
-                let patch = |blocker: u32| self.surfaces.patches.get(blocker as usize);
-                let members = self.groups.members(group);
-                return members.into_iter().all(|b| patch(b).is_some_and(|patch| hides(patch, eye, cut)));
-            }
-            // Below a full blocker nothing is tested again.
-            let parent = nodes[node].parent;
-            if parent == NONE || states.row(parent as usize)[0] != State::Full {
-                return true;
-            }
-            node = parent as usize;
-        }
     }
 }
 
