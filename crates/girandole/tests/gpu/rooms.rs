@@ -20,7 +20,7 @@ pub fn tests() -> Vec<Test> {
 const SIZE: [u32; 2] = [48, 36];
 const LIGHTS: u32 = 160;
 /// Maps a frame, where they are few.
-const FEW: u32 = 16;
+const FEW: u32 = 4;
 
 /// Six rooms of 4 × 4 m in two rows, with doors between neighbours, a lamp and a table in each.
 fn building() -> Scene {
