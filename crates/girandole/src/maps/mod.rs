@@ -2,6 +2,8 @@
 
 pub(crate) mod atlas;
 pub(crate) mod cache;
+#[cfg(test)]
+mod cache_tests;
 pub(crate) mod closed;
 pub(crate) mod grid;
 pub(crate) mod layout;
