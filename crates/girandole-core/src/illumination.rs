@@ -1,7 +1,7 @@
 //! Everything that is derived from a scene without a GPU, and kept in step with it.
 
 use crate::generation::Generation;
-use crate::lights::{IncrementalWalk, LightSet, LightSettings, Pace, Placement, WaitingPaths};
+use crate::lights::{IncrementalWalk, LightChanges, LightSet, LightSettings, Pace, Placement, WaitingPaths};
 use crate::scene::{Geometry, Scene, SceneChanges, View};
 use crate::visibility::{VisibilityDatabase, VisibilitySettings};
 use crate::{Error, Result};
@@ -70,6 +70,8 @@ pub struct Illumination {
     settings: IlluminationSettings,
     geometry: Geometry,
     lights: LightSet,
+    /// What the last change of them was.
+    changes: LightChanges,
     visibility: Option<Arc<VisibilityDatabase>>,
     /// What was sampled last, and where things were then: held samples are moved from there, however they got where they are.
     sampled: (LightSet, Placement),
@@ -107,7 +109,8 @@ impl Illumination {
         };
         let sampled = (lights.clone(), Placement::of(scene, &geometry));
         let settings = settings.clone();
-        Ok(Self { settings, geometry, lights, visibility: None, sampled, walk, most_lit: None })
+        let changes = LightChanges::everything();
+        Ok(Self { settings, geometry, lights, changes, visibility: None, sampled, walk, most_lit: None })
     }
 
     /// Lights so many of the samples alone, for the same light in the mean ([`LightSet::prefix`]); `None` = all. What is not lit
@@ -117,6 +120,7 @@ impl Illumination {
     /// [`Error::Invalid`] where the scene is not the one that is held.
     pub fn light(&mut self, scene: &Scene, most: Option<usize>) -> Result<()> {
         self.geometry.belongs_to(scene)?;
+        self.changes = LightChanges::default();
         if self.most_lit == most {
             return Ok(());
         }
@@ -132,9 +136,12 @@ impl Illumination {
 
     /// Takes these light samples, at the same places.
     fn set_lights(&mut self, scene: &Scene, all: LightSet) {
-        self.lights = self.most_lit.map_or_else(|| all.clone(), |most| all.prefix(most));
+        let lights = self.most_lit.map_or_else(|| all.clone(), |most| all.prefix(most));
+        self.changes = LightChanges::between(&self.lights, &lights);
+        self.lights = lights;
         if let Some(database) = &mut self.visibility {
-            Arc::make_mut(database).follow(scene, &self.geometry, &self.lights, |_| false);
+            let lights = (&self.lights, &self.changes);
+            Arc::make_mut(database).follow(scene, &self.geometry, lights, |_| false);
         }
     }
 
@@ -182,8 +189,10 @@ impl Illumination {
                 Some(lights) => self.follow(scene, Some(geometry), lights, changes)?,
                 None => {
                     let most = self.most_lit;
-                    *self = Self::new(scene, &self.settings)?;
+                    let anew = Self::new(scene, &self.settings)?;
+                    let before = std::mem::replace(self, anew);
                     self.light(scene, most)?;
+                    self.changes = LightChanges::between(&before.lights, &self.lights);
                 }
             }
         } else if let Some(walk) = self.walk.as_mut().filter(|walk| !walk.is_settled())
@@ -210,8 +219,9 @@ impl Illumination {
         }
         let moved = |object: u32| has_moved[object as usize];
         let now = geometry.as_ref().unwrap_or(&self.geometry);
+        self.changes = LightChanges::between(&self.lights, &lights);
         if let Some(database) = &mut self.visibility
-            && !(may_follow && Arc::make_mut(database).follow(scene, now, &lights, moved))
+            && !(may_follow && Arc::make_mut(database).follow(scene, now, (&lights, &self.changes), moved))
         {
             *database = Arc::new(VisibilityDatabase::build(scene, now, &lights, database.settings())?);
         }
@@ -281,6 +291,11 @@ impl Illumination {
     /// Its light samples.
     pub fn lights(&self) -> &LightSet {
         &self.lights
+    }
+
+    /// Which of its light samples the last [update](Self::update), or what else changed them, changed.
+    pub fn light_changes(&self) -> &LightChanges {
+        &self.changes
     }
 
     /// Which of them need a shadow map where, if that was asked for.

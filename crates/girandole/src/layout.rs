@@ -330,13 +330,6 @@ pub(crate) fn clamp(clamp: Clamp) -> f32 {
 }
 
 impl Light {
-    /// Whether its map shows the same as another light's.
-    pub fn sees_like(&self, other: &Self) -> bool {
-        (self.position, self.normal, self.tangent) == (other.position, other.normal, other.tangent)
-            && (self.is_parallel(), self.has_large_map()) == (other.is_parallel(), other.has_large_map())
-            && (!self.is_parallel() || (self.scale, self.offset) == (other.scale, other.offset))
-    }
-
     /// Whether its light is parallel.
     pub fn is_parallel(&self) -> bool {
         self.profile >= DIRECTIONAL

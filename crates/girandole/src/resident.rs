@@ -147,7 +147,8 @@ impl Resident {
         let is_same = geometry.objects == self.geometry.objects
             && scene.materials.len() == self.geometry.material_count
             && frame == (self.origin, self.detail, self.bounds);
-        if !(self.have_place(&samples) && is_same)
+        if illumination.light_changes().is_everything()
+            || !(self.have_place(&samples) && is_same)
             || SceneFeatures::of(scene, geometry, &samples) != self.features
             || !self.non_blockers.stay(scene, geometry, &samples)
         {
@@ -157,17 +158,20 @@ impl Resident {
         self.geometry.follow(queue, scene, geometry, changes)?;
         let faces = options.shadow_map.faces();
         let hidden = OccludedObjects::of(scene, illumination.visibility().map(|v| &**v));
-        let (lights_then_now, hidden_then_now) =
-            ([&self.lights.samples[..], &samples], [&self.hidden, &hidden]);
+        let light_changes = illumination.light_changes();
+        let hidden_then_now = [&self.hidden, &hidden];
         // What a caller may have loaded by himself no longer holds either.
         let held = self.receivers.take();
         let atlas = &mut self.atlas;
         let (_, receivers) = both(
-            || atlas.follow(queue, geometry, &changes.moved, lights_then_now, hidden_then_now, faces),
+            || {
+                let lights = (&samples[..], light_changes.moved());
+                atlas.follow(queue, geometry, &changes.moved, lights, hidden_then_now, faces);
+            },
             || match (illumination.visibility(), held) {
                 (Some(database), Some(mut held)) => {
                     let sources = Sources { scene, geometry, lights, database };
-                    Ok(held.follow((device, queue), sources)?.then_some(held))
+                    Ok(held.follow((device, queue), sources, light_changes)?.then_some(held))
                 }
                 _ => Ok::<_, Error>(None),
             },
@@ -175,7 +179,7 @@ impl Resident {
         self.hidden = hidden;
         self.transforms = self.transforms.next(scene, geometry);
         self.seen = None;
-        self.lights.follow((device, queue), samples);
+        self.lights.follow((device, queue), samples, &light_changes.changed());
         self.multipass = None;
         self.receivers = receivers?;
         if let (Some(database), None) = (illumination.visibility(), &self.receivers) {

@@ -2,6 +2,7 @@
 
 use super::{Illumination, IlluminationSettings};
 use crate::Result;
+use crate::lights::LightChanges;
 use crate::scene::Scene;
 use crate::visibility::{VisibilityBuild, VisibilityDatabase};
 use std::sync::Arc;
@@ -113,6 +114,7 @@ impl Illumination {
         let (sampled, _) = &self.sampled;
         database.belongs_to(&self.geometry, sampled)?;
         self.visibility = Some(Arc::from(database));
+        self.changes = LightChanges::default();
         if self.most_lit.is_some() {
             let all = sampled.clone();
             self.set_lights(scene, all);

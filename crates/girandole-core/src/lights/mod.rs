@@ -1,5 +1,6 @@
 //! Light samples: all light in a scene as oriented point lights (Barczak §4.1; Keller 1997).
 
+mod changes;
 mod direct;
 mod emission;
 mod emitters;
@@ -24,6 +25,7 @@ mod sun;
 mod view_points;
 mod walk;
 
+pub use changes::LightChanges;
 pub use ids::LightId;
 pub(crate) use motion::Placement;
 pub(crate) use punctual::SpotCone;

@@ -15,7 +15,7 @@ use super::sources::Sources;
 use super::state_matrix::StateMatrix;
 use super::surfaces::Surfaces;
 use crate::Result;
-use crate::lights::LightSet;
+use crate::lights::{LightChanges, LightSet};
 use crate::parallel::map;
 use crate::scene::{Geometry, Scene};
 use std::sync::Arc;
@@ -31,28 +31,29 @@ impl VisibilityDatabase {
         &mut self,
         scene: &Scene,
         geometry: &Geometry,
-        lights: &LightSet,
+        (lights, changes): (&LightSet, &LightChanges),
         moved: impl Fn(u32) -> bool,
     ) -> bool {
         let has_moved: Vec<bool> = (0..scene.objects.len() as u32).map(&moved).collect();
-        if lights.len() != self.lights.len() || !self.surfaces.follow(scene, geometry, &self.settings, moved)
+        if changes.is_everything()
+            || lights.len() != self.lights.len()
+            || !self.surfaces.follow(scene, geometry, &self.settings, moved)
         {
             return false;
         }
         let points = LightPoint::of(lights.samples(), &self.surfaces, &self.groups);
-        let pairs = (0..).zip(points.iter().zip(&self.lights));
-        let changed: Vec<u32> = pairs.filter(|(_, (now, before))| now != before).map(|(i, _)| i).collect();
+        let changed = changes.moved();
         self.lights = points;
         self.tests = Tests::default();
         if !changed.is_empty() {
-            self.determine_columns(&changed, &has_moved);
+            self.determine_columns(changed, &has_moved);
         }
         if has_moved.contains(&true) {
             let objects: Vec<u32> = self.segments.iter().map(|segment| segment.object).collect();
             self.lay_dynamic(geometry, &objects, &has_moved);
             self.block_dynamic(scene);
         } else if !changed.is_empty() {
-            self.determine_dynamic_columns(&changed);
+            self.determine_dynamic_columns(changed);
         }
         (self.of_geometry, self.of_lights) = (geometry.generation(), lights.generation());
         true

@@ -89,14 +89,13 @@ impl Atlas {
         })
     }
 
-    /// Follows dynamic objects that moved, and marks what is stale for it. `lights` are as they were and as they are; those that
-    /// moved themselves see everything from elsewhere.
+    /// Follows dynamic objects that moved, and marks what is stale for it. Lights that moved themselves see everything from elsewhere.
     pub fn follow(
         &mut self,
         queue: &wgpu::Queue,
         geometry: &Geometry,
         moved: &[ObjectId],
-        [before, after]: [&[Light]; 2],
+        (lights, moved_lights): (&[Light], &[u32]),
         hidden: [&OccludedObjects; 2],
         faces: u32,
     ) {
@@ -113,13 +112,13 @@ impl Atlas {
             }
         }
         let covered_after = boxes(occluders);
-        let lights: Vec<usize> = (0..cache.len()).collect();
-        let stale = in_order(&lights, |&index| {
+        let indices: Vec<usize> = (0..cache.len()).collect();
+        let stale = in_order(&indices, |&index| {
             let (slot, stale) = cache.shown(index)?;
-            let light = &after[index];
+            let light = &lights[index];
             let map = MapView::new(light, cache.layout().size(slot.span), faces);
             let covered = [&covered_before, &covered_after].into_iter().zip(hidden);
-            before[index].sees_like(light).then(|| {
+            moved_lights.binary_search(&(index as u32)).is_err().then(|| {
                 covered.fold(stale, |stale, (covered, hidden)| {
                     covered.stale(&map, stale, |object| hidden.is_hidden(object, index))
                 })

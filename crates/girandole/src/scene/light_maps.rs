@@ -5,7 +5,7 @@ use crate::layout::{Light, LightMapUpdate};
 use crate::shader_constants::{BATCH, MAPPED_SHADOWED, MAPPED_UNSHADOWED, SIDE, TAKEN_AWAY};
 use crate::{Error, Remedy, Result};
 use girandole_core::lights::Clamp;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Words of a texel's sums: three channels of 64 bits.
 const SUM_WORDS: u32 = 6;
@@ -20,6 +20,8 @@ pub(crate) struct LightMaps {
     bound: Option<Clamp>,
     /// Lights as they were summed.
     lights: Vec<Light>,
+    /// Those that are others by now.
+    changed: BTreeSet<usize>,
     /// For each leaf and light, whether it is in the leaf's map.
     held: Vec<bool>,
     /// Leaves whose maps hold others than they should, and whether nothing in them counts.
@@ -71,6 +73,7 @@ impl LightMaps {
             sums: buffer("sums of light maps", SUM_WORDS)?,
             bound: None,
             lights: Vec::new(),
+            changed: BTreeSet::new(),
             held: Vec::new(),
             stale: BTreeMap::new(),
         })
@@ -79,6 +82,11 @@ impl LightMaps {
     /// A leaf's map is to hold other lights than it did; `is_void`, where nothing in it counts.
     pub fn mark(&mut self, leaf: usize, is_void: bool) {
         *self.stale.entry(leaf as u32).or_default() |= is_void;
+    }
+
+    /// These lights are others than they were.
+    pub fn mark_lights(&mut self, lights: &[usize]) {
+        self.changed.extend(lights);
     }
 
     /// What brings all maps to how they should be, with this bound of the geometric factor.
@@ -92,7 +100,7 @@ impl LightMaps {
             return changes;
         }
         // Where the same lights are held as before, those that changed.
-        let changed: Vec<usize> = every_light.iter().copied().filter(|&l| self.differs(wanted, l)).collect();
+        let changed: Vec<usize> = self.changed.iter().copied().collect();
         if !changed.is_empty() {
             let same = leaves.filter(|leaf| !self.stale.contains_key(leaf));
             same.for_each(|leaf| self.add(wanted, (leaf, false), &changed, &mut changes));
@@ -103,11 +111,6 @@ impl LightMaps {
         let takes_away = changes.updates.iter().any(|[taken_away, _]| !taken_away.is_empty());
         changes.former = takes_away.then(|| self.lights.clone());
         changes
-    }
-
-    /// Whether a light is not as it was summed.
-    fn differs(&self, wanted: &WantedMaps, light: usize) -> bool {
-        self.lights.get(light) != wanted.lights.get(light)
     }
 
     /// Adds what changes of these lights, ascending, in a leaf's map.
@@ -130,7 +133,7 @@ impl LightMaps {
             let [from, to] = [start, start + BATCH as usize].map(|end| lights.partition_point(|&l| l < end));
             let is_held = |light: usize| !all_void && self.held.get(row + light) == Some(&true);
             let is_wanted = |light: usize| is_mapped(wanted.kinds[row + light]);
-            let differs = |light: usize| is_wanted(light) != is_held(light) || self.differs(wanted, light);
+            let differs = |light: usize| is_wanted(light) != is_held(light) || self.changed.contains(&light);
             let first = indices.len() as u32;
             let taken = lights[from..to].iter().filter(|light| is_held(**light) && differs(**light));
             indices.extend(taken.map(|light| (light - start) as u32 | TAKEN_AWAY));
@@ -162,6 +165,7 @@ impl LightMaps {
             }
         }
         wanted.lights.clone_into(&mut self.lights);
+        self.changed.clear();
         self.bound = Some(bound);
     }
 }

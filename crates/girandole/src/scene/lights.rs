@@ -35,20 +35,24 @@ impl GpuLights {
         })
     }
 
-    /// Takes as many others.
-    pub fn follow(&mut self, (device, queue): (&wgpu::Device, &wgpu::Queue), samples: Vec<Light>) {
-        let differ = |(a, b): (&Light, &Light)| a != b;
-        let pairs = || self.samples.iter().zip(&samples);
-        if let (Some(first), Some(last)) = (pairs().position(differ), pairs().rposition(differ)) {
+    /// Takes as many others, of which these differ, ascending.
+    pub fn follow(
+        &mut self,
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        samples: Vec<Light>,
+        changed: &[usize],
+    ) {
+        // All of them where places were not put there yet.
+        let all = (0, samples.len().saturating_sub(1));
+        let ends = changed.first().copied().zip(changed.last().copied());
+        if let Some((first, last)) = ends.map(|ends| if self.next.is_empty() { ends } else { all }) {
             let at = first * size_of::<Light>();
             queue.write_buffer(&self.buffer, at as u64, bytemuck::cast_slice(&samples[first..=last]));
-        }
-        if samples != self.samples {
             self.lit = lit(device, &samples);
+            self.next.clear();
         }
         self.mean_solid_angle = mean_solid_angle(&samples);
         self.samples = samples;
-        self.next.clear();
     }
 
     /// Gives each its place in the atlas, which the next frame puts on the device: others that are recorded have their own.

@@ -28,7 +28,9 @@ fn follow(
     let geometry = Geometry::new(scene);
     let lights = set(&geometry, samples.to_vec());
     let hierarchy = database.receivers().clone();
-    if !database.follow(scene, &geometry, &lights, |object| moved.contains(&(object as usize))) {
+    let changes = changes(database, &lights);
+    let has_moved = |object: u32| moved.contains(&(object as usize));
+    if !database.follow(scene, &geometry, (&lights, &changes), has_moved) {
         return None;
     }
     database.belongs_to(&geometry, &lights).expect("it is of this version");
@@ -99,9 +101,9 @@ fn after_any_changes_of_lights_it_is_one_from_scratch() {
             // The control: one that believes that the lights are where they were.
             let geometry = Geometry::new(&scene);
             let lights = set(&geometry, samples.clone());
-            let held = VisibilityDatabase { lights: database.lights.clone(), ..unchanged.clone() };
-            unchanged = held;
-            assert!(unchanged.follow(&scene, &geometry, &lights, |o| moved.contains(&(o as usize))));
+            let none = LightChanges::default();
+            let has_moved = |object: u32| moved.contains(&(object as usize));
+            assert!(unchanged.follow(&scene, &geometry, (&lights, &none), has_moved));
             seen.stale += usize::from(contents(&unchanged) != after);
             if step % 8 == 0 {
                 let verdict = verify(&scene, &geometry, &samples, &database, 150, &mut numbers);
@@ -161,7 +163,8 @@ fn what_cannot_be_held_is_not_followed() {
     let mut database = build(&scene, &geometry, lights.samples().to_vec());
     let before = contents(&database);
     let fewer = set(&geometry, lights.samples()[1..].to_vec());
-    assert!(!database.follow(&scene, &geometry, &fewer, |_| false));
+    let changes = changes(&database, &fewer);
+    assert!(!database.follow(&scene, &geometry, (&fewer, &changes), |_| false));
     assert!(contents(&database) == before);
     database.redetermined(&scene, &geometry, &fewer).expect_err("these are other lights");
     // Nor is a version that the database was not told of.

@@ -69,7 +69,9 @@ fn many_small_movers_are_followed_as_from_scratch_and_block_what_rays_hit() {
             let before: Vec<Option<CellVisibility>> =
                 database.segments.iter().map(|s| s.cell.clone()).collect();
             let mut unmoved = database.clone();
-            assert!(database.follow(&scene, &geometry, &lights, |o| moved.contains(&(o as usize))));
+            let changes = changes(&database, &lights);
+            let has_moved = |object: u32| moved.contains(&(object as usize));
+            assert!(database.follow(&scene, &geometry, (&lights, &changes), has_moved));
             for (before, segment) in before.iter().zip(&database.segments) {
                 if let (Some(before), Some(after)) = (before, &segment.cell) {
                     held += usize::from(before.cell == after.cell);
@@ -80,7 +82,7 @@ fn many_small_movers_are_followed_as_from_scratch_and_block_what_rays_hit() {
             assert!(contents(&database) == contents(&scratch));
             assert_eq!(without_tests(&database), without_tests(&scratch));
             // The control: one that is not told what moved.
-            assert!(unmoved.follow(&scene, &geometry, &lights, |_| false));
+            assert!(unmoved.follow(&scene, &geometry, (&lights, &changes), |_| false));
             stale += usize::from(contents(&unmoved) != contents(&database));
             let verdict = verify(&scene, &geometry, &samples, &database, 1500, &mut numbers);
             assert_eq!(verdict.wrong, 0, "{verdict:?}");

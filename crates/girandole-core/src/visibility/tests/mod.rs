@@ -11,8 +11,9 @@ mod random;
 mod seen;
 mod transparency;
 
+use super::light_points::LightPoint;
 use super::{State, VisibilityDatabase, VisibilitySettings};
-use crate::lights::{Clamp, LightSample, LightSet, LightSettings, Profile, SampleOrigin};
+use crate::lights::{Clamp, LightChanges, LightSample, LightSet, LightSettings, Profile, SampleOrigin};
 use crate::scene::{Geometry, Material, Mesh, NONE, Scene, Transform};
 use crate::trace::SceneTracer;
 use glam::{Quat, Vec2, Vec3, vec3};
@@ -102,6 +103,16 @@ pub fn set(geometry: &Geometry, samples: Vec<LightSample>) -> LightSet {
 pub fn build(scene: &Scene, geometry: &Geometry, samples: Vec<LightSample>) -> VisibilityDatabase {
     VisibilityDatabase::build(scene, geometry, &set(geometry, samples), &VisibilitySettings::default())
         .expect("a database")
+}
+
+/// How light samples differ from those that a database is of.
+pub fn changes(database: &VisibilityDatabase, lights: &LightSet) -> LightChanges {
+    if database.lights.len() != lights.len() {
+        return LightChanges::everything();
+    }
+    let now = LightPoint::of(lights.samples(), &database.surfaces, &database.groups);
+    let pairs = (0..).zip(database.lights.iter().zip(&now));
+    LightChanges::of_moved(pairs.filter(|(_, (then, now))| then != now).map(|(index, _)| index).collect())
 }
 
 /// As many light samples of a scene.

@@ -63,7 +63,8 @@ fn follow(
         .expect("a database");
     let mut unmoved = database.clone();
     let before = contents(database);
-    if !database.follow(scene, &geometry, &lights, moved) {
+    let of_lights = super::changes(database, &lights);
+    if !database.follow(scene, &geometry, (&lights, &of_lights), moved) {
         assert!(contents(database) == before, "it is left as it was");
         seen.anew[usize::from(flat)] += 1;
         return false;
@@ -78,7 +79,7 @@ fn follow(
     );
     seen.changed += usize::from(before.1 != after.1);
     // The control: one that is not told what moved.
-    assert!(unmoved.follow(scene, &geometry, &lights, |_| false));
+    assert!(unmoved.follow(scene, &geometry, (&lights, &of_lights), |_| false));
     seen.stale += usize::from(contents(&unmoved) != after);
     let receivers = database.receivers();
     for leaf in 0..receivers.leaves.len() as u32 {

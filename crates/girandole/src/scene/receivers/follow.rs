@@ -4,7 +4,7 @@ use super::leaf::{LeafLight, LightsThenNow};
 use super::{Receivers, Sources, receiver_words};
 use crate::Result;
 use crate::scene::geometry::gpu_lights;
-use girandole_core::lights::LightSample;
+use girandole_core::lights::{LightChanges, LightSample};
 use girandole_core::visibility::State;
 
 impl Receivers {
@@ -17,6 +17,7 @@ impl Receivers {
         &mut self,
         (device, queue): (&wgpu::Device, &wgpu::Queue),
         sources: Sources,
+        changes: &LightChanges,
     ) -> Result<bool> {
         let Sources { geometry, database, .. } = sources;
         let (count, still) = (database.receivers().leaves.len(), self.still as usize);
@@ -32,8 +33,8 @@ impl Receivers {
         self.receivers.set(0, &receiver_words);
         self.gpu_lights = gpu_lights(sources.lights, geometry.radius());
         let before = std::mem::replace(&mut self.samples, sources.lights.samples().to_vec());
-        let differs = |light: &usize| before[*light] != self.samples[*light];
-        let changed: Vec<usize> = (0..before.len()).filter(differs).collect();
+        let changed = changes.changed();
+        self.light_maps.mark_lights(&changed);
 
         let mut all_fit = true;
         for leaf in 0..still {
