@@ -9,7 +9,7 @@ use crate::points::lists::PointLists;
 use crate::scene::lights::GpuLights;
 use crate::scene::receivers::Receivers;
 use crate::settings::DebugView;
-use crate::shader_constants::{GROUPS_PER_ROW, MAPPED_SHADOWED, NEAR_SHADOWED, SHADOWED};
+use crate::shader_constants::{MAPPED_SHADOWED, NEAR_SHADOWED, SHADOWED};
 use crate::{Error, Result, shaders};
 use girandole_core::visibility::State;
 
@@ -68,13 +68,9 @@ impl Debug {
                 buffer("offsets", lists.offsets(light_maps.used)),
             ]);
         }
-        let count = inputs.lights.count();
         let colors;
         let (kernel, groups) = match (inputs.view, inputs.adaptive) {
-            (DebugView::LightPositions, _) => {
-                let rows = [count.min(GROUPS_PER_ROW), count.div_ceil(GROUPS_PER_ROW)];
-                (&self.lights, Groups::Count(rows))
-            }
+            (DebugView::LightPositions, _) => (&self.lights, tiles),
             (DebugView::Atlas, _) => (&self.atlas, tiles),
             (DebugView::Levels, Some(_)) => (&self.levels, tiles),
             (DebugView::LightMaps, Some(_)) => (&self.light_maps, tiles),

@@ -332,7 +332,7 @@ fn debug_views(context: &Context) {
     assert!((1..50).all(|light| of_map(light) != of_map(light - 1)), "no two are the same");
 }
 
-/// Share of the lights in view that have a dot where `view` projects them.
+/// All lights in view have a dot where `view` projects them.
 fn light_dots(context: &Context) {
     let size = [640, 480];
     let stage = Stage::builtin("table", 700);
@@ -352,14 +352,14 @@ fn light_dots(context: &Context) {
                 if depth > 0.0 && at.cmpge(Vec2::ZERO).all() && at.cmplt(Vec2::new(637.0, 480.0)).all() {
                     inside += 1;
                     let beside = picture.pixels[at.y as usize * 640 + at.x as usize + 3];
-                    dots += usize::from(beside.max_element() == 1.0);
+                    // Devices divide with an error of some units in the last place.
+                    dots += usize::from((beside.max_element() - 1.0).abs() < 1e-4);
                 }
             }
             (inside, dots)
         };
-        // Some are hidden by the rims of others.
         let (inside, dots) = shown(Some(DebugView::LightPositions));
-        assert!(inside > 150 && dots * 10 > inside * 8, "{mode:?}: {dots} of {inside}");
+        assert!(inside > 150 && dots == inside, "{mode:?}: {dots} of {inside}");
         // The control: without the view there are none.
         let (_, none) = shown(None);
         assert!(none * 20 < inside, "{mode:?}: {none}");
