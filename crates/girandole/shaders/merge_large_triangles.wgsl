@@ -3,11 +3,13 @@
 @group(2) @binding(4) var<storage, read_write> nearest: array<vec4u>; // the texels, four each
 @group(2) @binding(5) var<storage, read> lists: array<u32>;
 
-// Blocks of a workgroup, as many as it has lanes.
+override MAP_LANES: u32; // of a workgroup
+
+// Blocks of a workgroup.
 const BLOCKS = MAP_ACROSS * MAP_ACROSS;
 const WORDS = (MAP_KEPT + 31u) / 32u;
 // Listed triangles that are looked at between two barriers.
-const SCANNED = 8u * WORKGROUP;
+const SCANNED = 512u;
 // Of those, where the ones are whose boxes touch the workgroup's blocks.
 var<workgroup> found: array<u32, SCANNED>;
 var<workgroup> found_count: atomic<u32>;
@@ -18,7 +20,7 @@ var<workgroup> touched_blocks: array<u32, BLOCKS>;
 var<workgroup> touched_count: atomic<u32>;
 
 // A column of workgroups a part.
-@compute @workgroup_size(WORKGROUP)
+@compute @workgroup_size(MAP_LANES)
 fn merge_large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
   let part = parts[group.y];
   let across = (part.end.x - part.first.x + MAP_ACROSS * MAP_BLOCK - 1u) / (MAP_ACROSS * MAP_BLOCK);
@@ -28,7 +30,7 @@ fn merge_large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_inv
   for (var start = 0u; start < count; start += SCANNED) {
     if lane == 0u { atomicStore(&found_count, 0u); }
     workgroupBarrier();
-    for (var i = start + lane; i < min(start + SCANNED, count); i += WORKGROUP) {
+    for (var i = start + lane; i < min(start + SCANNED, count); i += MAP_LANES) {
       let at = part.first_listed + LISTED_WORDS * i;
       let x = lists[at + 1u];
       let y = lists[at + 2u];
@@ -48,10 +50,10 @@ fn merge_large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_inv
 // So many of what was found.
 fn merge(part: MapPart, low: vec2u, lane: u32, first: u32, count: u32) {
   let words = (count + 31u) / 32u;
-  for (var i = lane; i < 2u * BLOCKS * words; i += WORKGROUP) { atomicStore(&masks[i], 0u); }
+  for (var i = lane; i < 2u * BLOCKS * words; i += MAP_LANES) { atomicStore(&masks[i], 0u); }
   if lane == 0u { atomicStore(&touched_count, 0u); }
   workgroupBarrier();
-  for (var slot = lane; slot < count; slot += WORKGROUP) {
+  for (var slot = lane; slot < count; slot += MAP_LANES) {
     let at = found[first + slot];
     var s = planes(part, corners(part, lists[at]));
     s.first = box_first(lists[at + 1u], lists[at + 2u]);
@@ -70,30 +72,31 @@ fn merge(part: MapPart, low: vec2u, lane: u32, first: u32, count: u32) {
     }
   }
   workgroupBarrier();
-  var any_touches = 0u;
-  for (var word = 0u; word < words; word++) {
-    let mask = (word * BLOCKS + lane) * 2u;
-    any_touches |= atomicLoad(&masks[mask]) | atomicLoad(&masks[mask + 1u]);
+  for (var block = lane; block < BLOCKS; block += MAP_LANES) {
+    var any_touches = 0u;
+    for (var word = 0u; word < words; word++) {
+      let mask = (word * BLOCKS + block) * 2u;
+      any_touches |= atomicLoad(&masks[mask]) | atomicLoad(&masks[mask + 1u]);
+    }
+    if any_touches != 0u { touched_blocks[atomicAdd(&touched_count, 1u)] = block; }
   }
-  if any_touches != 0u { touched_blocks[atomicAdd(&touched_count, 1u)] = lane; }
   workgroupBarrier();
   let touched = workgroupUniformLoad(&touched_count);
-  for (var i = lane / MAP_BLOCK; i < touched; i += WORKGROUP / MAP_BLOCK) {
+  for (var i = lane / LANES_PER_BLOCK; i < touched; i += MAP_LANES / LANES_PER_BLOCK) {
     let block = touched_blocks[i];
-    let at = low + vec2u(block % MAP_ACROSS, block / MAP_ACROSS) * MAP_BLOCK + vec2u(0u, lane % MAP_BLOCK);
-    merge_row(part, at, block, first, words);
+    let at = low + vec2u(block % MAP_ACROSS, block / MAP_ACROSS) * MAP_BLOCK + vec2u(0u, lane % LANES_PER_BLOCK);
+    merge_rows(part, at, block, first, words);
   }
   workgroupBarrier();
 }
 
-// A row of a block.
-fn merge_row(part: MapPart, at: vec2u, block: u32, first: u32, words: u32) {
+// Two rows of a block, so that what lanes load of a triangle serves sixteen texels.
+const LANES_PER_BLOCK = MAP_BLOCK / 2u;
+
+fn merge_rows(part: MapPart, at: vec2u, block: u32, first: u32, words: u32) {
   if any(at >= part.end) { return; }
-  let left = directions(part, i32(at.x), i32(at.y));
-  let right = directions(part, i32(at.x) + 4, i32(at.y));
-  let beside = texel_of(part, at) / 4u;
-  var of_left = nearest[beside];
-  var of_right = nearest[beside + 1u];
+  var upper = row_at(part, at);
+  var lower = row_at(part, at + vec2u(0u, LANES_PER_BLOCK));
   for (var word = 0u; word < words; word++) {
     let mask = (word * BLOCKS + block) * 2u;
     var some = atomicLoad(&masks[mask]);
@@ -101,22 +104,49 @@ fn merge_row(part: MapPart, at: vec2u, block: u32, first: u32, words: u32) {
     while whole != 0u {
       let n = kept_depth(word * 32u + firstTrailingBit(whole));
       whole &= whole - 1u;
-      of_left = max(of_left, depth_bits(n, left));
-      of_right = max(of_right, depth_bits(n, right));
+      add_whole(&upper, n);
+      add_whole(&lower, n);
     }
     while some != 0u {
       let slot = word * 32u + firstTrailingBit(some);
       some &= some - 1u;
       let s = kept_at(slot);
       let triangle = lists[found[first + slot]];
-      let x = i32(at.x);
-      let y = i32(at.y);
-      let is_left = uncut(part, s, triangle, left, covers(s, left, x, y, part.size));
-      let is_right = uncut(part, s, triangle, right, covers(s, right, x + 4, y, part.size));
-      of_left = select(of_left, max(of_left, depth_bits(s.n, left)), is_left);
-      of_right = select(of_right, max(of_right, depth_bits(s.n, right)), is_right);
+      add_some(&upper, part, s, triangle);
+      add_some(&lower, part, s, triangle);
     }
   }
-  nearest[beside] = of_left;
-  nearest[beside + 1u] = of_right;
+  write(upper);
+  write(lower);
+}
+
+// A row of a block: its texels, four and four, and where they are beside the maps.
+struct Row { at: vec2i, left: Directions, right: Directions, of_left: vec4u, of_right: vec4u, beside: u32 }
+
+fn row_at(part: MapPart, at: vec2u) -> Row {
+  let x = i32(at.x);
+  let y = i32(at.y);
+  let beside = texel_of(part, at) / 4u;
+  return Row(
+    vec2i(at), directions(part, x, y), directions(part, x + 4, y), nearest[beside], nearest[beside + 1u], beside);
+}
+
+fn add_whole(row: ptr<function, Row>, n: vec3f) {
+  (*row).of_left = max((*row).of_left, depth_bits(n, (*row).left));
+  (*row).of_right = max((*row).of_right, depth_bits(n, (*row).right));
+}
+
+fn add_some(row: ptr<function, Row>, part: MapPart, s: SetUp, triangle: u32) {
+  let at = (*row).at;
+  let left = (*row).left;
+  let right = (*row).right;
+  let is_left = uncut(part, s, triangle, left, covers(s, left, at.x, at.y, part.size));
+  let is_right = uncut(part, s, triangle, right, covers(s, right, at.x + 4, at.y, part.size));
+  (*row).of_left = select((*row).of_left, max((*row).of_left, depth_bits(s.n, left)), is_left);
+  (*row).of_right = select((*row).of_right, max((*row).of_right, depth_bits(s.n, right)), is_right);
+}
+
+fn write(row: Row) {
+  nearest[row.beside] = row.of_left;
+  nearest[row.beside + 1u] = row.of_right;
 }

@@ -2,6 +2,8 @@
 
 @group(2) @binding(5) var<storage, read_write> lists: array<atomic<u32>>;
 
+override MAP_LANES: u32; // of a workgroup
+
 var<workgroup> wanted: array<u32, MAP_CLUSTERS>;
 var<workgroup> wanted_count: atomic<u32>;
 // Whether triangles of a wanted cluster are left to `large_map_triangles`.
@@ -36,17 +38,19 @@ fn rasterize(part: MapPart, s: SetUp, triangle: u32) {
 }
 
 // A column of workgroups a part.
-@compute @workgroup_size(WORKGROUP)
+@compute @workgroup_size(MAP_LANES)
 fn small_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
   let part = parts[group.y];
   if lane == 0u { atomicStore(&wanted_count, 0u); }
-  atomicStore(&is_left[lane], 0u);
+  for (var i = lane; i < MAP_CLUSTERS; i += MAP_LANES) { atomicStore(&is_left[i], 0u); }
   workgroupBarrier();
-  let cluster = group.x * MAP_CLUSTERS + lane;
-  if cluster < batch.clusters && is_wanted(part, cluster) { wanted[atomicAdd(&wanted_count, 1u)] = cluster; }
+  let first = group.x * MAP_CLUSTERS;
+  for (var cluster = first + lane; cluster < min(first + MAP_CLUSTERS, batch.clusters); cluster += MAP_LANES) {
+    if is_wanted(part, cluster) { wanted[atomicAdd(&wanted_count, 1u)] = cluster; }
+  }
   workgroupBarrier();
   let count = workgroupUniformLoad(&wanted_count);
-  for (var i = lane; i < count * CLUSTER; i += WORKGROUP) {
+  for (var i = lane; i < count * CLUSTER; i += MAP_LANES) {
     let index = i / CLUSTER;
     let triangle = wanted[index] * CLUSTER + i % CLUSTER;
     let s = set_up(part, triangle);
@@ -68,9 +72,10 @@ fn small_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
     }
   }
   workgroupBarrier();
-  if atomicLoad(&is_left[lane]) != 0u {
+  for (var i = lane; i < count; i += MAP_LANES) {
+    if atomicLoad(&is_left[i]) == 0u { continue; }
     let pair = atomicAdd(&lists[PAIRS], 1u);
-    atomicStore(&lists[batch.first_pair + pair], group.y * batch.clusters + wanted[lane]);
+    atomicStore(&lists[batch.first_pair + pair], group.y * batch.clusters + wanted[i]);
     atomicMax(&lists[0], min(pair + 1u, GROUPS_PER_ROW));
     atomicMax(&lists[1], pair / GROUPS_PER_ROW + 1u);
     atomicMax(&lists[2], batch.slices);

@@ -8,16 +8,13 @@ use girandole_core::scene::PrefilteredEnvironment;
 pub(crate) const MAX_PREVIOUS_TRANSFORMS: u32 = 1365;
 /// Shadow maps: texels across a block, which is drawn as a whole (faces of a cube are a quarter of its map); blocks across what a workgroup
 /// merges, and of a large triangle's box that one looks at; clusters that one looks at; large triangles that one keeps at once; texels of a
-/// part for each large triangle that it has room for, how many of those it has room for at most (software devices end invocations after 65 535
-/// steps of loops: 128 triangles that cover all blocks take 1200, masked ones 9500), and words of one; words before the counts of lists.
+/// part for each large triangle that it has room for, and words of one; words before the counts of lists.
 pub(crate) const MAP_BLOCK: u32 = 8;
 pub(crate) const MAP_ACROSS: u32 = 8;
 pub(crate) const MAP_SLICE: u32 = 512;
 pub(crate) const MAP_CLUSTERS: u32 = 64;
 pub(crate) const MAP_KEPT: u32 = 128;
 pub(crate) const MAP_LISTED: u32 = 8;
-pub(crate) const MAP_MOST_OPAQUE: u32 = 4096;
-pub(crate) const MAP_MOST_MASKED: u32 = 512;
 pub(crate) const LISTED_WORDS: u32 = 3;
 pub(crate) const MAP_LISTS_HEAD: u32 = 4;
 /// Sizes of shadow maps that there may be, and what stands for the place of a light without a map.
@@ -121,8 +118,6 @@ pub(crate) fn declarations() -> String {
         MAP_CLUSTERS,
         MAP_KEPT,
         MAP_LISTED,
-        MAP_MOST_OPAQUE,
-        MAP_MOST_MASKED,
         LISTED_WORDS,
         MAP_LISTS_HEAD,
         MAP_SIZES,

@@ -4,6 +4,8 @@
 // triangles each part has; then those, as far as there is room, from `first_listed` of the part: triangle, columns, rows of its box; then the
 // pairs, part · clusters + cluster, of what had none.
 
+override MOST_LISTED: u32;
+
 const PAIRS = 3u;
 
 // Large triangles of a part that there is room for.

@@ -2,7 +2,6 @@
 
 // Any texel may be cut out.
 const MOST_TOUCHED = 1u;
-const MOST_LISTED = MAP_MOST_MASKED;
 
 // How far inside the three planes a direction lies is how much of each corner's opposite edge it has: barycentric coordinates.
 fn is_cut_out(part: MapPart, s: SetUp, triangle: u32, d: Directions) -> bool {

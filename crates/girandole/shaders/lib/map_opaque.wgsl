@@ -2,7 +2,6 @@
 
 // A block that a triangle covers as a whole needs no tests of its texels.
 const MOST_TOUCHED = 2u;
-const MOST_LISTED = MAP_MOST_OPAQUE;
 
 fn is_cut_out(part: MapPart, s: SetUp, triangle: u32, d: Directions) -> bool { return false; }
 

@@ -19,10 +19,11 @@ use crate::maps::occluders::CLUSTER;
 use crate::resident::Resident;
 use crate::settings::{RendererOptions, ShadowMap};
 use crate::shader_constants::{
-    LISTED_WORDS, MAP_ACROSS, MAP_BLOCK, MAP_CLUSTERS, MAP_LISTED, MAP_LISTS_HEAD, MAP_MOST_MASKED,
-    MAP_MOST_OPAQUE, MAP_SLICE, OWNER_VECTORS,
+    LISTED_WORDS, MAP_ACROSS, MAP_BLOCK, MAP_CLUSTERS, MAP_LISTED, MAP_LISTS_HEAD, MAP_SLICE, OWNER_VECTORS,
+    WORKGROUP,
 };
 use crate::shaders::{self, Source};
+use crate::tier::Tier;
 
 /// The unit of stored depth: a map holds this over the distance. Nothing nearer to a light blocks it.
 pub(crate) const NEAR: f64 = 1e-6;
@@ -33,6 +34,8 @@ const MOST_PART_TEXELS: u64 = 1 << 18;
 pub(crate) struct ShadowMaps {
     /// Of opaque and of masked occluders.
     sets: [Kernels; 2],
+    /// Large triangles of a part that are listed, of each.
+    most_listed: [u32; 2],
     /// Whether straight lines are straight in maps.
     is_straight: bool,
 }
@@ -41,6 +44,26 @@ struct Kernels {
     small: Kernel,
     large: Kernel,
     merge: Kernel,
+}
+
+/// What bounds the work of workgroups: some devices end an invocation after 65 535 steps of loops.
+#[derive(Clone, Copy)]
+struct Bounds {
+    /// Large triangles of a part that are listed. For each 128 that cover all blocks of a workgroup, lanes that merge them take 800
+    /// steps (eight lanes 5400), for masked ones 9500.
+    most_listed: u32,
+    /// Lanes of a workgroup that looks for small triangles among 2048, each of which takes 275 steps at most, and of one that merges
+    /// large ones.
+    lanes: [u32; 2],
+}
+
+impl Bounds {
+    /// For opaque occluders and for masked ones. At each barrier software devices switch from one vector of lanes to the next, which
+    /// takes longer than most of what is between: there, opaque ones have one or two vectors.
+    fn of(tier: Tier) -> [Self; 2] {
+        let gpu = |most_listed| Self { most_listed, lanes: [WORKGROUP; 2] };
+        [tier.choose(gpu(4096), Self { most_listed: 1280, lanes: [16, 8] }), gpu(512)]
+    }
 }
 
 /// Parts of maps that are drawn at once, and the lights that they are of.
@@ -56,30 +79,35 @@ struct Batch {
 
 impl ShadowMaps {
     pub fn new(device: &wgpu::Device, shared: &Shared, options: &RendererOptions) -> Self {
-        let constants = [
-            ("PARAMETERISATION", f64::from(options.shadow_map as u32)),
-            ("NEAR", NEAR),
-            ("CLUSTER", f64::from(CLUSTER)),
-        ];
-        let kernel = |source, entry| Kernel::new(device, shared, source, entry, &constants);
-        let kernels = |[small, large, merge]: [&'static Source; 3]| Kernels {
-            small: kernel(small, "small_triangles"),
-            large: kernel(large, "large_triangles"),
-            merge: kernel(merge, "merge_large_triangles"),
+        let bounds = Bounds::of(shared.kernels.tier);
+        let kernels = |set: usize, [small, large, merge]: [&'static Source; 3]| {
+            let Bounds { most_listed, lanes } = bounds[set];
+            let kernel = |source, entry, lanes| {
+                let constants = [
+                    ("PARAMETERISATION", f64::from(options.shadow_map as u32)),
+                    ("NEAR", NEAR),
+                    ("CLUSTER", f64::from(CLUSTER)),
+                    ("MOST_LISTED", f64::from(most_listed)),
+                    ("MAP_LANES", f64::from(lanes)),
+                ];
+                Kernel::new(device, shared, source, entry, &constants)
+            };
+            Kernels {
+                small: kernel(small, "small_triangles", lanes[0]),
+                large: kernel(large, "large_triangles", WORKGROUP),
+                merge: kernel(merge, "merge_large_triangles", lanes[1]),
+            }
         };
+        let opaque =
+            [&shaders::SMALL_MAP_TRIANGLES, &shaders::LARGE_MAP_TRIANGLES, &shaders::MERGE_LARGE_TRIANGLES];
+        let masked = [
+            &shaders::SMALL_MAP_TRIANGLES_MASKED,
+            &shaders::LARGE_MAP_TRIANGLES_MASKED,
+            &shaders::MERGE_LARGE_TRIANGLES_MASKED,
+        ];
         Self {
-            sets: [
-                kernels([
-                    &shaders::SMALL_MAP_TRIANGLES,
-                    &shaders::LARGE_MAP_TRIANGLES,
-                    &shaders::MERGE_LARGE_TRIANGLES,
-                ]),
-                kernels([
-                    &shaders::SMALL_MAP_TRIANGLES_MASKED,
-                    &shaders::LARGE_MAP_TRIANGLES_MASKED,
-                    &shaders::MERGE_LARGE_TRIANGLES_MASKED,
-                ]),
-            ],
+            sets: [kernels(0, opaque), kernels(1, masked)],
+            most_listed: bounds.map(|bounds| bounds.most_listed),
             is_straight: options.shadow_map != ShadowMap::Parabolic,
         }
     }
@@ -109,7 +137,7 @@ impl ShadowMaps {
         });
         for (light, part) in parts {
             let texels = texel_count(&part);
-            let pairs = (0..2).map(|set| atlas.pairs(set, listed_room(&part, set))).max().unwrap_or(0);
+            let pairs = (0..2).map(|set| atlas.pairs(set, self.listed_room(&part, set))).max().unwrap_or(0);
             let owners = (batch.parts.len() as u64 + 1) * atlas.owner_words();
             let has_room = owners <= 4 * u64::from(OWNER_VECTORS)
                 && u64::from(batch.texels + texels) <= drawn_texels
@@ -127,6 +155,11 @@ impl ShadowMaps {
             self.draw(recorder, scene, batch)?;
         }
         Ok(atlas.view())
+    }
+
+    /// Large triangles that a part has room for in a list, see `lib/map_lists.wgsl`.
+    fn listed_room(&self, part: &MapPart, set: usize) -> u32 {
+        (size(part).iter().product::<u32>() / MAP_LISTED).min(self.most_listed[set])
     }
 
     fn draw(&self, recorder: &mut Recorder, scene: &Resident, mut batch: Batch) -> Result<()> {
@@ -246,11 +279,6 @@ fn stride([width, _]: [u32; 2]) -> u32 {
 /// Texels beside the maps.
 fn texel_count(part: &MapPart) -> u32 {
     stride(size(part)) * size(part)[1]
-}
-
-/// Large triangles that it has room for in a list, see `lib/map_lists.wgsl`.
-fn listed_room(part: &MapPart, set: usize) -> u32 {
-    (size(part).iter().product::<u32>() / MAP_LISTED).min([MAP_MOST_OPAQUE, MAP_MOST_MASKED][set])
 }
 
 /// A part in pieces that have room beside the maps, and in lists for what is large there: bands of rows.
