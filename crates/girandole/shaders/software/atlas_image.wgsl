@@ -1,4 +1,4 @@
-// The shadow atlas as a storage texture (Rust: DeviceTuning::maps_as_images).
+// The shadow atlas as a storage texture.
 
 @group(2) @binding(1) var atlas: texture_storage_2d_array<r32float, read>;
 

@@ -26,6 +26,8 @@ const MAX_PAGES: u32 = 256;
 const WANTED_PAGES: u64 = 32;
 /// Texels that are drawn at once at most, but for larger maps: 16 MiB of them.
 const MOST_TEXELS: u64 = 4 << 20;
+/// Texels that are drawn at once where there are no more: devices are busy with them.
+const FEW_TEXELS: u64 = 1 << 20;
 /// Texels beside the maps for each pair of a part and a cluster that is listed at most.
 const TEXELS_PER_PAIR: u64 = 4;
 /// A directional light's map covers the whole scene: its regular size is so many times that of others, where a page holds that.
@@ -253,7 +255,8 @@ impl Shape {
         let largest = u64::from(self.size) * if self.has_suns { u64::from(self.block) } else { 1 };
         // Rows are whole numbers of 256 bytes then.
         let row = largest.next_multiple_of(64);
-        (self.texels() / 4).max(largest * row).min(MOST_TEXELS)
+        let texels = self.texels();
+        (texels / 4).max(texels.min(FEW_TEXELS)).max(largest * row).min(MOST_TEXELS)
     }
 
     /// Bytes of the pages, and of what is beside them while maps are drawn.

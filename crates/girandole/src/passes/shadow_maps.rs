@@ -4,7 +4,7 @@
 //! for alpha-masked ones: 1. A lane a triangle: which clusters may cover a texel of the part, and of those the triangles that are
 //! small there, the nearest of each texel by an atomic maximum beside the maps; large ones are listed. 2. What had no room in a
 //! list: workgroups by the cluster, as many as the first pass found. 3. A workgroup for 64 x 64 texels: the listed triangles that
-//! touch its blocks, merged by lanes that have a row of a block each. Last, copies to the atlas. A maximum does not depend on the
+//! touch its blocks, merged by lanes that have two rows of a block each. Last, copies to the atlas. A maximum does not depend on the
 //! order, nor on how parts are cut or batched: all is the same to the bit.
 
 use crate::Result;
