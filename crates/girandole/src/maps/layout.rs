@@ -26,7 +26,7 @@ const MAX_PAGES: u32 = 256;
 const WANTED_PAGES: u64 = 32;
 /// Texels that are drawn at once at most, but for larger maps: 16 MiB of them.
 const MOST_TEXELS: u64 = 4 << 20;
-/// Texels that are drawn at once where there are no more: devices are busy with them.
+/// Texels that are drawn at once where there are no more and memory suffices: fewer do not keep devices busy.
 const FEW_TEXELS: u64 = 1 << 20;
 /// Texels beside the maps for each pair of a part and a cluster that is listed at most.
 const TEXELS_PER_PAIR: u64 = 4;
@@ -182,7 +182,10 @@ impl AtlasLayout {
             }
         };
         let wanted_size = if options.map_size.is_none() { most.min(max_page) } else { shape.size };
-        Ok(AtlasLayout { wanted_size, ..shape.layout(granule, options.map_size.is_none()) })
+        let layout = AtlasLayout { wanted_size, ..shape.layout(granule, options.map_size.is_none()) };
+        let at_once = layout.drawn_texels.max(shape.texels().min(FEW_TEXELS));
+        let at_once = AtlasLayout { drawn_texels: at_once, ..layout.clone() };
+        Ok(if at_once.bytes() <= budget { at_once } else { layout })
     }
 }
 
@@ -255,8 +258,7 @@ impl Shape {
         let largest = u64::from(self.size) * if self.has_suns { u64::from(self.block) } else { 1 };
         // Rows are whole numbers of 256 bytes then.
         let row = largest.next_multiple_of(64);
-        let texels = self.texels();
-        (texels / 4).max(texels.min(FEW_TEXELS)).max(largest * row).min(MOST_TEXELS)
+        (self.texels() / 4).max(largest * row).min(MOST_TEXELS)
     }
 
     /// Bytes of the pages, and of what is beside them while maps are drawn.
