@@ -104,7 +104,7 @@ impl Renderer {
             device: device.clone(),
             queue: queue.clone(),
             options,
-            shared: Shared::new(device, queue, Kernels::new(tier, device), compiled),
+            shared: Shared::new(device, Kernels::new(tier, device), compiled),
             timers: Timers::new(device, queue),
         };
         Ok(Self {

@@ -134,10 +134,6 @@ pub(super) trait Recipe: Sized {
 
     fn make(&self) -> Self::Made;
 
-    /// Has the device finish its compilation, which some do only when a kernel is first used.
-    #[cfg(feature = "parallel")]
-    fn rehearse(&self, _: &Self::Made) {}
-
     /// Gives the work to a crew.
     #[cfg(feature = "parallel")]
     fn send(lazy: Arc<Lazy<Self>>, crew: &Crew);
@@ -197,7 +193,6 @@ impl<R: Recipe> Lazy<R> {
         let scopes = filters.map(|filter| self.recipe.device().push_error_scope(filter));
         let start = clock();
         let made = self.recipe.make();
-        self.recipe.rehearse(&made);
         let mut is_right = true;
         for scope in scopes.into_iter().rev() {
             // On native devices what is known of errors is known at once.

@@ -64,7 +64,6 @@ impl GroupLayout {
 
 /// What pipelines share: the groups 0, the frame, and 1, the scene; how the device is tuned; and what was compiled for it.
 pub(crate) struct Shared {
-    queue: wgpu::Queue,
     pub kernels: Kernels,
     pub frame: wgpu::BindGroupLayout,
     pub scene: Arc<GroupLayout>,
@@ -72,7 +71,7 @@ pub(crate) struct Shared {
 }
 
 impl Shared {
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, kernels: Kernels, compiled: Compiled) -> Self {
+    pub fn new(device: &wgpu::Device, kernels: Kernels, compiled: Compiled) -> Self {
         let all = wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE;
         let frame = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("frame"),
@@ -99,16 +98,13 @@ impl Shared {
                 Some((global.name.clone()?, entry))
             })
             .collect();
-        let scene = GroupLayout::new(device, "scene", bindings).into();
-        Self { queue: queue.clone(), kernels, frame, scene, compiled }
+        Self { kernels, frame, scene: GroupLayout::new(device, "scene", bindings).into(), compiled }
     }
 }
 
 /// What every recipe has: a device, the groups that all share, a module, and its overrides.
 struct Ingredients {
     device: wgpu::Device,
-    #[cfg(feature = "parallel")]
-    queue: wgpu::Queue,
     frame: wgpu::BindGroupLayout,
     scene: Arc<GroupLayout>,
     module: Arc<LazyModule>,
@@ -124,15 +120,7 @@ impl Ingredients {
     ) -> Self {
         let constants = constants.iter().map(|(name, value)| (name.to_string(), *value)).collect();
         let (frame, scene) = (shared.frame.clone(), shared.scene.clone());
-        Self {
-            device: device.clone(),
-            #[cfg(feature = "parallel")]
-            queue: shared.queue.clone(),
-            frame,
-            scene,
-            module: module.clone(),
-            constants,
-        }
+        Self { device: device.clone(), frame, scene, module: module.clone(), constants }
     }
 
     fn constants(&self) -> Vec<(&str, f64)> {
@@ -230,54 +218,6 @@ impl Recipe for ComputeRecipe {
             cache: None,
         });
         ComputeKernel { groups, pipeline }
-    }
-
-    /// Dispatches nothing, with buffers of its own. Kernels that read textures are left to frames: devices that compile when a kernel is
-    /// used do so for the textures' formats and sizes.
-    #[cfg(feature = "parallel")]
-    fn rehearse(&self, made: &ComputeKernel) {
-        let Self { of, entry } = self;
-        let bindings = of.module.get(&of.device).bindings(2, &[entry]);
-        let needs_only_buffers =
-            bindings.iter().all(|(_, entry)| matches!(entry.ty, wgpu::BindingType::Buffer { .. }));
-        if made.groups.uses_scene || !needs_only_buffers {
-            return;
-        }
-        // Enough for any uniform buffer.
-        let empty = || {
-            of.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("rehearsal"),
-                size: 1 << 16,
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM,
-                mapped_at_creation: false,
-            })
-        };
-        let bound = |layout, buffers: &[(u32, wgpu::Buffer, Option<wgpu::BufferSize>)]| {
-            let entries: Vec<_> = buffers
-                .iter()
-                .map(|(binding, buffer, size)| wgpu::BindGroupEntry {
-                    binding: *binding,
-                    resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                        buffer,
-                        offset: 0,
-                        size: *size,
-                    }),
-                })
-                .collect();
-            of.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
-        };
-        let frame = bound(&of.frame, &[(0, empty(), wgpu::BufferSize::new(size_of::<Frame>() as u64))]);
-        let buffers: Vec<_> = bindings.iter().map(|(_, entry)| (entry.binding, empty(), None)).collect();
-        let mut encoder = of.device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&made.pipeline);
-        if made.groups.uses_frame {
-            pass.set_bind_group(0, &frame, &[0]);
-        }
-        pass.set_bind_group(2, &bound(&made.groups.pass.layout, &buffers), &[]);
-        pass.dispatch_workgroups(0, 0, 1);
-        drop(pass);
-        of.queue.submit([encoder.finish()]);
     }
 
     #[cfg(feature = "parallel")]
