@@ -349,6 +349,16 @@ mod tests {
     }
 
     #[test]
+    fn small_atlases_are_drawn_at_once_where_memory_suffices() {
+        let drawn = |memory_mib| {
+            let options = RendererOptions { memory_mib, map_size: Some(64), ..Default::default() };
+            layout(&[false; 256], options).unwrap().drawn_texels
+        };
+        let all = 256 * 64 * 64;
+        assert_eq!([6, 12, 256].map(drawn), [all / 4, all, all]);
+    }
+
+    #[test]
     fn the_worked_example_holds() {
         let l = layout(&[false; 1024], RendererOptions::default()).unwrap();
         assert_eq!((l.map_size, l.pages, l.page_size), (240, 32, [240, 7680]));
