@@ -85,14 +85,15 @@ fn sum_lights(in: Out) -> Sums {
     var near = 0u;
     for (var i = first; i < end; i++) {
       let part = part_of(in.leaf, elements[i]);
-      let is_near = part == NEAR_UNSHADOWED || part == NEAR_SHADOWED;
+      let is_near = part >= NEAR_UNSHADOWED && part <= JOINTED;
       near |= select(0u, 1u << (i - first), is_near);
       if part < NO_PART && !is_near { sum_light(&sums, lights[elements[i]], part); }
     }
     while near != 0u {
       let light = elements[first + firstTrailingBit(near)];
       near &= near - 1u;
-      add_in_full(&sums, lights[light], part_of(in.leaf, light) == NEAR_SHADOWED);
+      let part = part_of(in.leaf, light);
+      add_in_full(&sums, lights[light], part != NEAR_UNSHADOWED, part == JOINTED);
     }
   }
   let is_direction = HAS_CURVED && sums.shading.reflection.f90 <= 0.0;

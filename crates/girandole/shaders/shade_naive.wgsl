@@ -46,7 +46,7 @@ fn end(pixel: vec2u, sums: PointSums) {
 fn add_all_deferred(upper: ptr<function, PointSums>, lower: ptr<function, PointSums>, first: u32) {
   for (var i = 0u; i < 2u; i++) {
     while any((*upper).deferred != vec4u(0u)) {
-      add_in_full(upper, lights[first + next_deferred(upper) - frame.first_light], true);
+      add_in_full(upper, lights[first + next_deferred(upper) - frame.first_light], true, false);
     }
     exchange(upper, lower);
   }

@@ -46,7 +46,7 @@ fn shade_points_cooperative(@builtin(workgroup_id) group: vec3u, @builtin(local_
       add(&sums, light, arriving(light, sums.shading), 1.0);
     }
     for (var i = list.near_unshadowed + lane; i < list.shadowed; i += LANES) {
-      add_in_full(&sums, lights[light_lists[i]], i >= list.near_shadowed);
+      add_in_full(&sums, lights[light_lists[i]], i >= list.near_shadowed, i >= list.jointed);
     }
     for (var i = list.shadowed + lane; i < list.end; i += LANES) {
       add_light(&sums, lights[light_lists[i]], select(0.0, 1.0, i >= list.subtracted));

@@ -69,11 +69,11 @@ fn would_be_lit(light: Light, at: ShadowTexel, stored: f32, is_lit: bool) -> boo
   let answer = depth_test(light, at.receiver, at.texel, now);
   if answer == AMBIGUOUS && is_parallel(light) {
     let here = nearest_blocker(texel_ray(light, at.receiver.uv), first_group);
-    return is_lit_behind(light, at.receiver, stored_nearness(light, here.nearness));
+    return is_lit_behind(light, at.receiver, stored_nearness(light, here.nearness), HOLLOW);
   }
   if answer == AMBIGUOUS {
     let extrapolated = NEAR * dot(blocker.plane, texel_ray(light, at.receiver.uv).direction);
-    return is_lit_behind(light, at.receiver, extrapolated);
+    return is_lit_behind(light, at.receiver, extrapolated, HOLLOW);
   }
   return answer == LIT;
 }

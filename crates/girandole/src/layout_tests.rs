@@ -83,7 +83,7 @@ fn declared_records() -> Vec<(&'static str, u32, Fields)> {
         fields!(ReceiverGrid as "RECEIVER_GRID": origin, columns, axis_u, rows, axis_v, front, back),
         fields!(LeafRecord as "LEAF_RECORD": light_map, texel_u, texel_v, corner, across, up, normal, mover),
         fields!(LeafRange as "LEAF_RANGE": mapped_unshadowed, unshadowed, near_unshadowed,
-            near_shadowed, shadowed, mapped_shadowed, end),
+            near_shadowed, jointed, shadowed, mapped_shadowed, end),
         fields!(ShadePoint as "SHADE_POINT": pixel, leaf, rank),
         fields!(Element as "ELEMENT": members_at, member_count, lights_at, light_count, vertices, first_vertex),
         fields!(Member as "MEMBER": leaf, chunks_before),

@@ -90,12 +90,13 @@ record! {
 }
 
 record! {
-    /// The list of a leaf and batch of lights: where each of its six parts begins in `light_lists`, see `scene/receivers/mod.rs`.
+    /// The list of a leaf and batch of lights: where each of its seven parts begins in `light_lists`, see `scene/receivers/mod.rs`.
     LeafRange as leaf_range in "light_lists": Plain {
         mapped_unshadowed: u32,
         unshadowed: u32,
         near_unshadowed: u32,
         near_shadowed: u32,
+        jointed: u32,
         shadowed: u32,
         mapped_shadowed: u32,
         end: u32,

@@ -69,9 +69,10 @@ pub(crate) const MAPPED_UNSHADOWED: u32 = 0;
 pub(crate) const UNSHADOWED: u32 = 1;
 pub(crate) const NEAR_UNSHADOWED: u32 = 2;
 pub(crate) const NEAR_SHADOWED: u32 = 3;
-pub(crate) const SHADOWED: u32 = 4;
-pub(crate) const MAPPED_SHADOWED: u32 = 5;
-pub(crate) const NO_PART: u32 = 6;
+pub(crate) const JOINTED: u32 = 4;
+pub(crate) const SHADOWED: u32 = 5;
+pub(crate) const MAPPED_SHADOWED: u32 = 6;
+pub(crate) const NO_PART: u32 = 7;
 /// Bit of a change of a light map: the light is taken away.
 pub(crate) const TAKEN_AWAY: u32 = 1 << 31;
 /// Parameterisations of shadow maps, as `ShadowMap` orders them.
@@ -149,6 +150,7 @@ pub(crate) fn declarations() -> String {
         UNSHADOWED,
         NEAR_UNSHADOWED,
         NEAR_SHADOWED,
+        JOINTED,
         SHADOWED,
         MAPPED_SHADOWED,
         NO_PART,

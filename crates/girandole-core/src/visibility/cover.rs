@@ -244,7 +244,7 @@ fn away(patch: &SimplePatch, apex: &Apex) -> (DVec3, f64) {
 }
 
 /// Whether a polygon lies between an apex and a point.
-fn is_beyond(patch: &SimplePatch, apex: &Apex, point: DVec3, tolerance: &Tolerance) -> bool {
+pub(super) fn is_beyond(patch: &SimplePatch, apex: &Apex, point: DVec3, tolerance: &Tolerance) -> bool {
     let (normal, offset) = away(patch, apex);
     normal.dot(point) >= offset + tolerance.coordinate
         && edges(patch, apex).all(|(normal, offset)| normal.dot(point) >= offset)

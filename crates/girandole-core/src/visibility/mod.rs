@@ -70,6 +70,7 @@ mod growth;
 mod held;
 mod hierarchy;
 mod ids;
+mod joints;
 mod light_points;
 mod movers;
 mod node_visibility;
@@ -89,6 +90,7 @@ pub use blockers::Blocker;
 pub use build::VisibilityBuild;
 pub use database::{Counts, MOST_LIGHTS, VisibilityDatabase};
 pub use ids::LeafId;
+pub use joints::Joint;
 pub use pyramid::Tests;
 pub use receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, TriangleReceiver};
 

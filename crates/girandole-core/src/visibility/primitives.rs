@@ -11,7 +11,7 @@ pub(crate) const ROUNDING: f64 = 5e-7;
 const ROUNDING_OF_COORDINATES: f64 = 6e-8;
 
 /// Distances within which tests are conservative, metres.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Tolerance {
     /// Distance by which ray origins are offset from surfaces.
     pub ray_offset: f64,

@@ -19,7 +19,7 @@ pub(crate) const MAX_TILT: f64 = 1e-5;
 const MAX_VISITS: u32 = 1 << 21;
 
 /// A planar convex patch, or a large triangle that is part of none.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SimplePatch {
     /// Index into [`Geometry::patches`], or [`NONE`].
     pub patch: u32,

@@ -14,6 +14,7 @@ struct LightList {
   unshadowed: u32, // first light that is added without a shadow test
   near_unshadowed: u32, // first of those among them that are near
   near_shadowed: u32, // first light that is near and added where its shadow map finds it lit
+  jointed: u32, // first light that is added where a closer look at its shadow map finds it lit
   shadowed: u32, // first light that is added where its shadow map finds it lit
   subtracted: u32, // first light that is subtracted where its shadow map finds it dark
   end: u32,
@@ -23,5 +24,5 @@ fn light_list(leaf: u32) -> LightList {
   let range = leaf_range(leaf);
   let has_maps = offsets.light_maps != 0u;
   return LightList(select(range.mapped_unshadowed, range.unshadowed, has_maps), range.near_unshadowed,
-    range.near_shadowed, range.shadowed, select(range.end, range.mapped_shadowed, has_maps), range.end);
+    range.near_shadowed, range.jointed, range.shadowed, select(range.end, range.mapped_shadowed, has_maps), range.end);
 }

@@ -166,8 +166,8 @@ fn add_slope_corrected(sums: ptr<function, PointSums>, light: Light) {
   add(sums, light, a, select(0.0, 1.0, is_lit));
 }
 
-// Adds a light, near or not, with whichever shadow test it needs.
-fn add_in_full(sums: ptr<function, PointSums>, light: Light, is_shadowed: bool) {
+// Adds a light, near or not, with whichever shadow test it needs: a closer look where a joint may be between them.
+fn add_in_full(sums: ptr<function, PointSums>, light: Light, is_shadowed: bool, is_jointed: bool) {
   let a = arriving_in_full(light, (*sums).shading);
   var is_lit = true;
   if is_shadowed {
@@ -176,7 +176,13 @@ fn add_in_full(sums: ptr<function, PointSums>, light: Light, is_shadowed: bool) 
       add(sums, light, a, filtered(light, at.receiver));
       return;
     }
-    is_lit = passes_shadow_test(light, at.receiver, at.texel, stored_at(light, at.texel));
+    let stored = stored_at(light, at.texel);
+    let answer = depth_test(light, at.receiver, at.texel, stored);
+    if answer == AMBIGUOUS {
+      is_lit = slope_corrected_test(light, at.receiver, at.texel, stored);
+    } else {
+      is_lit = answer == LIT && !(is_jointed && is_behind_joint(light, at.receiver, at.texel, stored));
+    }
   }
   add(sums, light, a, select(0.0, 1.0, is_lit));
 }

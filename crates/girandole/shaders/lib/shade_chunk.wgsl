@@ -1,5 +1,5 @@
 // Fused shading: each point sums the lights of its leaf receiver (Barczak §4.3.1). Points are sorted by leaf, so that
-// neighbours read the same list. A list has four kinds of lights: unblocked ones in the light map, which are done;
+// neighbours read the same list. A list has five kinds of lights: unblocked ones in the light map, which are done;
 // unblocked ones that are not in the map, summed without a shadow test; those that something may block, summed where
 // their shadow map finds them lit; and the same in the light map, subtracted where it finds them dark (§4.3.2). Those of the
 // second and third kind for whose rectangle some point of the leaf is near have a loop of their own.
@@ -87,7 +87,8 @@ fn add_rare(
     while near < list.shadowed || any((*one).deferred != vec4u(0u)) {
       var entry = near;
       if near < list.shadowed { near++; } else { entry = first + next_deferred(one); }
-      add_in_full(one, lights[light_lists[entry]], entry >= list.near_shadowed);
+      let is_jointed = entry >= list.jointed && entry < list.shadowed;
+      add_in_full(one, lights[light_lists[entry]], entry >= list.near_shadowed, is_jointed);
     }
     exchange(one, other);
   }

@@ -16,6 +16,8 @@ const NEARBY = 0.95;
 const CLOSE = 4.0;
 // What remains in hollows of finely tessellated surfaces, in texels' footprints.
 const HOLLOW = 0.2;
+// Second differences of depths, as a share of them, that are rounding: those of a plane.
+const STRAIGHT = 1e-5;
 // Where light grazes, the allowances for rounding are no more than this share of the distance.
 const GRAZING = 0.1;
 
@@ -100,15 +102,13 @@ fn compared(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
 // What is seen is nearer than the receiver, but not by much: at the foot of a wall or in a hollow it need not be in
 // the way. Extrapolate it by its own slope to the receiver's position: only what is still nearer there blocks.
 fn slope_corrected_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> bool {
-  let origin = vec2i(texel);
   if is_parallel(light) {
     let d = plane_depth(light, r, centre_of(light, texel));
     if stored < min(d.here, d.at_centre) { return is_lit_beside(light, r, texel); }
   }
-  let gradient = vec2f(
-    gradient_along(light, origin, vec2i(1, 0), stored),
-    gradient_along(light, origin, vec2i(0, 1), stored));
-  return is_lit_behind(light, r, stored + dot(gradient, (r.uv - centre_of(light, texel)) * map_size(light)));
+  let slope = slope_at(light, vec2i(texel), stored);
+  let extended = stored + dot(slope.gradient, (r.uv - centre_of(light, texel)) * map_size(light));
+  return is_lit_behind(light, r, extended, slope.footprints);
 }
 
 // Both tests, the second where it is needed.
@@ -118,13 +118,13 @@ fn passes_shadow_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> b
   return answer == LIT;
 }
 
-// The slope-corrected test for what was extrapolated to the receiver's position.
-fn is_lit_behind(light: Light, r: Receiver, extrapolated: f32) -> bool {
+// The slope-corrected test for what was extrapolated to the receiver's position, with so many texels' footprints allowed.
+fn is_lit_behind(light: Light, r: Receiver, extrapolated: f32, footprints: f32) -> bool {
   if is_parallel(light) {
-    let hollow = HOLLOW * map_texel(light) / max(-r.normal.z, GRAZING) * r.slope;
+    let hollow = footprints * map_texel(light) / max(-r.normal.z, GRAZING) * r.slope;
     return extrapolated <= 1.0 - r.height * 0.5 + SLACK + hollow;
   }
-  let allowance = min(HOLLOW * map_texel(light), GRAZING * r.slope);
+  let allowance = min(footprints * map_texel(light), GRAZING * r.slope);
   return extrapolated * r.height <= NEAR * (r.slope * (1.0 + SLACK) + allowance);
 }
 
@@ -143,14 +143,51 @@ fn is_lit_beside(light: Light, r: Receiver, texel: vec2u) -> bool {
   return !is_dark;
 }
 
-// Change a texel of stored depth along one axis, on the surface that `stored` belongs to: of the two sides, the one
-// that continues more nearly straight.
-fn gradient_along(light: Light, at: vec2i, axis: vec2i, stored: f32) -> f32 {
+// What a texel would store that saw the receiver's plane.
+fn plane_at(light: Light, r: Receiver, texel: vec2u) -> f32 {
+  let centre = centre_of(light, texel);
+  if is_parallel(light) { return plane_depth(light, r, centre).at_centre; }
+  return NEAR * max(-dot(r.normal, decode(centre)), 0.0) / r.height;
+}
+
+// Where a wall stands on the receiver's surface, the texel's centre may see that surface, or nothing, before the wall that hides the
+// receiver. What texels next to it show before the surface, towards the receiver, is therefore extended by its slope. It hides the
+// receiver if it is nearer there, and beyond the surface at the texel's centre, as at a joint: at other edges it is nearer at both.
+fn is_behind_joint(light: Light, r: Receiver, texel: vec2u, stored: f32) -> bool {
+  let offset = (r.uv - centre_of(light, texel)) * map_size(light);
+  let towards = vec2i(sign(offset));
+  let at_centre = max(stored, plane_at(light, r, texel)) * (1.0 + SLACK);
+  for (var i = 1; i < 4; i++) {
+    let by = towards * vec2i(i & 1, i >> 1);
+    let next = clamp(vec2i(texel) + by, vec2i(0), vec2i(i32(map_size(light)) - 1));
+    let beside = stored_at(light, vec2u(next));
+    if beside <= plane_at(light, r, vec2u(next)) * (1.0 + SLACK) { continue; }
+    let slope = slope_at(light, next, beside);
+    let at_receiver = beside + dot(slope.gradient, offset - vec2f(by));
+    let is_joint = beside - dot(slope.gradient, vec2f(by)) <= at_centre;
+    if is_joint && !is_lit_behind(light, r, at_receiver, slope.footprints) { return true; }
+  }
+  return false;
+}
+
+// Change of stored depth a texel on the surface that `stored` belongs to, and what it may be wrong by.
+struct Slope { gradient: vec2f, footprints: f32 }
+
+fn slope_at(light: Light, at: vec2i, stored: f32) -> Slope {
+  let x = gradient_along(light, at, vec2i(1, 0), stored);
+  let y = gradient_along(light, at, vec2i(0, 1), stored);
+  let is_straight = max(x.y, y.y) <= STRAIGHT * stored;
+  return Slope(vec2f(x.x, y.x), select(HOLLOW, FOOTPRINT, is_straight));
+}
+
+// The same along one axis, and the second difference: of the two sides, the one that continues more nearly straight.
+fn gradient_along(light: Light, at: vec2i, axis: vec2i, stored: f32) -> vec2f {
   let ahead = at_texel(light, at + axis);
   let behind = at_texel(light, at - axis);
   let curvature_ahead = abs(at_texel(light, at + 2 * axis) - 2.0 * ahead + stored);
   let curvature_behind = abs(at_texel(light, at - 2 * axis) - 2.0 * behind + stored);
-  return select(stored - behind, ahead - stored, curvature_ahead < curvature_behind);
+  let is_ahead = curvature_ahead < curvature_behind;
+  return vec2f(select(stored - behind, ahead - stored, is_ahead), min(curvature_ahead, curvature_behind));
 }
 
 fn at_texel(light: Light, texel: vec2i) -> f32 {

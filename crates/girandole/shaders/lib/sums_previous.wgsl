@@ -29,5 +29,5 @@ fn add_looked_up_previously(sums: ptr<function, PointSums>, leaf: u32, list: Lig
 fn remaining(leaf: u32, list: LightList) -> LightList {
   if mover_of(leaf) == NONE { return list; }
   let end = list.near_shadowed;
-  return LightList(list.unshadowed, list.near_unshadowed, end, end, end, end);
+  return LightList(list.unshadowed, list.near_unshadowed, end, end, end, end, end);
 }

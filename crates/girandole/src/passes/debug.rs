@@ -9,7 +9,7 @@ use crate::points::lists::PointLists;
 use crate::scene::lights::GpuLights;
 use crate::scene::receivers::Receivers;
 use crate::settings::DebugView;
-use crate::shader_constants::{MAPPED_SHADOWED, NEAR_SHADOWED, SHADOWED};
+use crate::shader_constants::{JOINTED, MAPPED_SHADOWED, NEAR_SHADOWED, SHADOWED};
 use crate::{Error, Result, shaders};
 use girandole_core::visibility::State;
 
@@ -103,7 +103,7 @@ fn leaf_colors(view: DebugView, receivers: &Receivers) -> Vec<[f32; 4]> {
             },
             // From black by way of red and yellow to white: the share of lights that need a look.
             DebugView::States(None) => {
-                let parts = [NEAR_SHADOWED, SHADOWED, MAPPED_SHADOWED];
+                let parts = [NEAR_SHADOWED, JOINTED, SHADOWED, MAPPED_SHADOWED];
                 let looked_up: u32 = parts.iter().map(|&part| receivers.parts[leaf][part as usize]).sum();
                 let share = looked_up as f32 / receivers.lights.max(1) as f32 * 3.0;
                 let [r, g, b] = [0.0, 1.0, 2.0].map(|from| (share - from).clamp(0.0, 1.0));

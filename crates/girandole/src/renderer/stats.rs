@@ -15,7 +15,8 @@ use crate::scene::receivers::Receivers;
 use crate::scene::transfer::GpuTransfer;
 use crate::settings::{Mode, RenderSettings, Shading};
 use crate::shader_constants::{
-    MAPPED_SHADOWED, MAPPED_UNSHADOWED, NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART, SHADOWED, UNSHADOWED,
+    JOINTED, MAPPED_SHADOWED, MAPPED_UNSHADOWED, NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART, SHADOWED,
+    UNSHADOWED,
 };
 use crate::stats::FrameStats;
 use std::future::Future;
@@ -177,7 +178,7 @@ impl Tally {
                 *points += count;
                 let of = |part| count * u64::from(parts[part as usize]);
                 let mapped = of(MAPPED_UNSHADOWED);
-                stats.pairs.looked_up += of(NEAR_SHADOWED) + of(SHADOWED) + of(MAPPED_SHADOWED);
+                stats.pairs.looked_up += of(NEAR_SHADOWED) + of(JOINTED) + of(SHADOWED) + of(MAPPED_SHADOWED);
                 stats.pairs.unshadowed +=
                     of(UNSHADOWED) + of(NEAR_UNSHADOWED) + if self.light_maps { 0 } else { mapped };
                 stats.pairs.mapped += if self.light_maps { mapped } else { 0 };

@@ -4,23 +4,33 @@ use crate::common::{Context, Stage, Test, camera, lamp, mean, room};
 use girandole::core::glam::{Quat, Vec3};
 use girandole::core::lights::LightSettings;
 use girandole::core::scene::{Material, Mesh, Scene, Transform};
-use girandole::{RendererOptions, ShadowMap};
+use girandole::{Mode, RenderSettings, RendererOptions, ShadowMap};
 
 pub fn tests() -> Vec<Test> {
-    vec![("closed_rooms_stay_dark", closed_rooms)]
+    vec![("closed_rooms_stay_dark", closed_rooms), ("joints_of_walls_stay_dark", joints)]
 }
 
 const ROOM: Vec3 = Vec3::new(6.0, 3.0, 5.0);
 
-/// A closed room halved by a wall at x = 0; the lamp hangs on the side of +x. The whole is turned by `turn`.
-fn halves(thickness: f32, turn: Quat) -> Stage {
+/// A closed room, halved at x = 0 by a wall so thick, if any; the lamp hangs on the side of +x. The whole is turned by `turn`.
+fn halves(thickness: Option<f32>, turn: Quat) -> Stage {
     let mut scene = Scene::default();
     let white = scene.add_material(Material::diffuse("white", Vec3::splat(0.7)));
     room(&mut scene, ROOM, white, None);
-    if thickness > 0.0 {
+    if let Some(thickness) = thickness {
         let mut wall = Mesh::default();
         let half = Vec3::new(thickness * 0.5, 0.0, ROOM.z * 0.5);
-        wall.add_box(-half, half + Vec3::Y * ROOM.y, white);
+        if thickness > 0.0 {
+            wall.add_box(-half, half + Vec3::Y * ROOM.y, white);
+        } else {
+            let both = Material { double_sided: true, ..Material::diffuse("wall", Vec3::splat(0.7)) };
+            let both = scene.add_material(both);
+            let corner = |up: f32, side: f32| Vec3::new(0.0, up * ROOM.y, side * half.z);
+            wall.add_polygon(
+                &[corner(0.0, -1.0), corner(0.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)],
+                both,
+            );
+        }
         scene.add_object("wall", wall, Transform::IDENTITY);
     }
     lamp(&mut scene, 0.8, 15.0, Quat::IDENTITY, Vec3::new(1.4, 2.98, 0.3));
@@ -93,7 +103,7 @@ fn closed_rooms(context: &Context) {
     ];
     for thickness in [0.001, 0.01, 0.1] {
         for turn in turns {
-            let stage = halves(thickness, turn);
+            let stage = halves(Some(thickness), turn);
             let (share, farthest) = leak(context, &stage, ShadowMap::Octahedral, thickness, turn);
             eprintln!(
                 "wall of {thickness} m: dark half {share:.2e} of the lit half, farthest leak {farthest:.2} texels"
@@ -103,9 +113,30 @@ fn closed_rooms(context: &Context) {
         }
     }
     // The controls: without the wall it is not dark, and the parabolic map leaks (Barczak's figure 4-3).
-    let open = halves(0.0, Quat::IDENTITY);
+    let open = halves(None, Quat::IDENTITY);
     let (share, farthest) = leak(context, &open, ShadowMap::Octahedral, 0.0, Quat::IDENTITY);
     assert!(share > 0.1 && farthest > 2.0, "{share} {farthest}");
-    let thin = halves(0.01, Quat::IDENTITY);
+    let thin = halves(Some(0.01), Quat::IDENTITY);
     assert!(leak(context, &thin, ShadowMap::Parabolic, 0.01, Quat::IDENTITY).0 > 1e-3);
+}
+
+/// Walls without thickness: where they meet the room's own, no pixel is lit from the other half but what is within rounding of it.
+fn joints(context: &Context) {
+    let size = [200, 150];
+    for turn in
+        [Quat::IDENTITY, Quat::from_rotation_z(std::f32::consts::FRAC_PI_2) * Quat::from_rotation_x(0.3)]
+    {
+        let stage = halves(Some(0.0), turn);
+        let options = RendererOptions { map_size: Some(128), ..Default::default() };
+        let mut renderer = context.loaded(&stage, options);
+        let mut share = |mode| {
+            let settings = RenderSettings { mode, ..crate::common::exact() };
+            let [lit, dark] =
+                [0, 1].map(|i| mean(&context.frame(&mut renderer, &stage.view(i, size), size, &settings)));
+            dark / lit
+        };
+        let (asked, control) = (share(Mode::Full), share(Mode::Naive));
+        eprintln!("without thickness: {asked:.2e} of the lit half, {control:.2e} with one look alone");
+        assert!(asked * 20.0 < control && asked < 1e-5, "{asked} {control}");
+    }
 }

@@ -3,6 +3,7 @@ mod cases;
 mod database;
 mod growth;
 mod ids;
+mod joints;
 mod lights;
 mod many;
 mod motion;

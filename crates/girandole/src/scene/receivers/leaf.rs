@@ -7,14 +7,14 @@ use crate::maps::previous_transforms::mover_of;
 use crate::records::LeafRecord;
 use crate::scene::surface_ids::is_flat;
 use crate::shader_constants::{
-    MAPPED_SHADOWED, MAPPED_UNSHADOWED, NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART, NONE, SHADOWED, SIDE,
-    UNSHADOWED,
+    JOINTED, MAPPED_SHADOWED, MAPPED_UNSHADOWED, NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART, NONE, SHADOWED,
+    SIDE, UNSHADOWED,
 };
 use girandole_core::glam::Vec3;
 use girandole_core::image::luminance;
 use girandole_core::lights::{Clamp, LightSample, Profile};
 use girandole_core::scene::{Geometry, Scene};
-use girandole_core::visibility::{Leaf, LeafId, LeafKind, State, VisibilityDatabase};
+use girandole_core::visibility::{Joint, Leaf, LeafId, LeafKind, State, VisibilityDatabase};
 
 /// Largest error of interpolating a light's contribution in a light map, as a share of what the leaf receives.
 const INTERPOLATION_ERROR: f32 = 5e-4;
@@ -28,6 +28,8 @@ pub(super) struct Relation {
     pub in_map: bool,
     /// Whether some point of the leaf may be near to what it stands for.
     pub is_near: bool,
+    /// Whether a [`Joint`] of the leaf is between them.
+    pub is_jointed: bool,
 }
 
 /// Which piece of surface a leaf is, and where.
@@ -38,6 +40,7 @@ pub(super) struct LeafPlace {
     rectangle: Option<LeafRectangle>,
     center: Vec3,
     radius: f32,
+    joints: Vec<Joint>,
     /// Which of the dynamic objects it is on, or [`NONE`].
     mover: u32,
     pub has_map: bool,
@@ -54,8 +57,15 @@ impl LeafPlace {
     /// Without what the scene says.
     fn of_geometry(geometry: &Geometry, database: &VisibilityDatabase, leaf: usize) -> Self {
         let &Leaf { center, radius, .. } = &database.receivers().leaves[leaf];
-        let rectangle = LeafRectangle::of(geometry, database, leaf);
-        Self { id: database.leaf_id(leaf as u32), rectangle, center, radius, mover: NONE, has_map: false }
+        Self {
+            id: database.leaf_id(leaf as u32),
+            rectangle: LeafRectangle::of(geometry, database, leaf),
+            center,
+            radius,
+            joints: database.joints(leaf as u32),
+            mover: NONE,
+            has_map: false,
+        }
     }
 
     /// Whether a leaf of another database is the same, in the same place.
@@ -93,6 +103,13 @@ impl LeafPlace {
     /// What its light map covers, if it has one.
     fn mapped(&self) -> Option<&LeafRectangle> {
         self.rectangle.as_ref().filter(|_| self.has_map)
+    }
+
+    /// How it lies to a light that static blockers leave in this state.
+    fn relation(&self, light: &LightSample, standing: State) -> Relation {
+        let is_between = |joint: &Joint| joint.is_between(light);
+        let is_jointed = standing == State::Partial && self.joints.iter().any(is_between);
+        Relation { in_map: false, is_near: self.is_near(light), is_jointed }
     }
 
     /// Whether some point of it may be near to what a light stands for.
@@ -137,8 +154,8 @@ impl LeafLight {
         relations: &mut [Relation],
     ) -> Self {
         let mut result = Self::default();
-        for (relation, light) in relations.iter_mut().zip(lights) {
-            *relation = Relation { in_map: false, is_near: place.is_near(light) };
+        for ((relation, light), standing) in relations.iter_mut().zip(lights).zip(standing) {
+            *relation = place.relation(light, *standing);
         }
         if let Some(map) = place.mapped() {
             let visible = lights.iter().zip(standing).filter(|(_, state)| **state != State::Full);
@@ -171,7 +188,7 @@ impl LeafLight {
                     self.most.subtract(map.most(then));
                 }
             }
-            relations[index] = Relation { in_map: false, is_near: place.is_near(now) };
+            relations[index] = place.relation(now, standing[index]);
         }
         let Some(map) = map else { return false };
         let bound = self.largest_error();
@@ -228,7 +245,7 @@ impl LeafLight {
 impl Relation {
     /// Whether the light map holds the light where anything of it arrives.
     fn is_summed(self) -> bool {
-        self.in_map && !self.is_near
+        self.in_map && !self.is_near && !self.is_jointed
     }
 
     /// The part of the leaf's list that the light is in.
@@ -236,6 +253,7 @@ impl Relation {
         match (state, self.in_map, self.is_near) {
             (State::Full, ..) => NO_PART,
             (State::Unoccluded, _, true) => NEAR_UNSHADOWED,
+            (State::Partial, ..) if self.is_jointed => JOINTED,
             (State::Partial, _, true) => NEAR_SHADOWED,
             (State::Unoccluded, true, false) => MAPPED_UNSHADOWED,
             (State::Unoccluded, false, false) => UNSHADOWED,

@@ -3,7 +3,7 @@
 use super::Receivers;
 use crate::layout::Light;
 use crate::parallel::in_order;
-use crate::shader_constants::{MAPPED_SHADOWED, NEAR_SHADOWED, SHADOWED};
+use crate::shader_constants::{JOINTED, MAPPED_SHADOWED, NEAR_SHADOWED, SHADOWED};
 use girandole_core::glam::Vec3;
 use girandole_core::scene::LocalView;
 
@@ -65,7 +65,7 @@ const LEAVES: usize = 64;
 
 /// Whether lights of this part of the lists are looked up.
 fn is_looked_up(kind: u8) -> bool {
-    matches!(u32::from(kind), NEAR_SHADOWED | SHADOWED | MAPPED_SHADOWED)
+    matches!(u32::from(kind), NEAR_SHADOWED | JOINTED | SHADOWED | MAPPED_SHADOWED)
 }
 
 /// What a map's texels across cover together at a leaf, metres.

@@ -1,13 +1,13 @@
 //! The visibility database on the GPU: where a pixel finds its leaf receiver, which lights that leaf sums in which
 //! way, and light maps.
 //!
-//! Each leaf has a list of lights for each batch, in six parts. F lights and dark ones are in none of them. Near lights are those for whose
+//! Each leaf has a list of lights for each batch, in seven parts. F lights and dark ones are in none of them. Near lights are those for whose
 //! [rectangle](girandole_core::lights::Rectangle) some of its points may be near.
 //!
-//! | | in the light map | not in it | near |
-//! |---|---|---|---|
-//! | N: nothing blocks | 0: nothing left to do | 1: add | 2: add |
-//! | P: something may block | 5: look, and subtract where it is blocked | 4: look, and add where it is not | 3: as 4 |
+//! | | in the light map | not in it | near | behind a joint |
+//! |---|---|---|---|---|
+//! | N: nothing blocks | 0: nothing left to do | 1: add | 2: add | |
+//! | P: something may block | 6: look, and subtract where it is blocked | 5: look, and add where it is not | 3: as 5 | 4: as 5, more closely |
 
 mod exact_sum;
 mod follow;
