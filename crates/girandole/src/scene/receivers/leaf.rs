@@ -107,8 +107,9 @@ impl LeafPlace {
 
     /// How it lies to a light that static blockers leave in this state.
     fn relation(&self, light: &LightSample, standing: State) -> Relation {
-        let is_between = |joint: &Joint| joint.is_between(light);
-        let is_jointed = standing == State::Partial && self.joints.iter().any(is_between);
+        // Of parallel light, texels that look past a plane are asked in another way.
+        let is_looked_up = standing == State::Partial && !light.profile.is_parallel();
+        let is_jointed = is_looked_up && self.joints.iter().any(|joint| joint.is_between(light));
         Relation { in_map: false, is_near: self.is_near(light), is_jointed }
     }
 
