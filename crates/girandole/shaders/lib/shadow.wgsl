@@ -176,7 +176,8 @@ struct Slope { gradient: vec2f, footprints: f32 }
 fn slope_at(light: Light, at: vec2i, stored: f32) -> Slope {
   let x = gradient_along(light, at, vec2i(1, 0), stored);
   let y = gradient_along(light, at, vec2i(0, 1), stored);
-  let is_straight = max(x.y, y.y) <= STRAIGHT * stored;
+  // Of parallel light, what is farther than the plane comes here, too.
+  let is_straight = max(x.y, y.y) <= STRAIGHT * stored && !is_parallel(light);
   return Slope(vec2f(x.x, y.x), select(HOLLOW, FOOTPRINT, is_straight));
 }
 
