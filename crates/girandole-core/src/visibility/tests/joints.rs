@@ -25,10 +25,11 @@ fn where_a_wall_stands_between_a_light_and_a_floor_the_leaf_has_a_joint() {
             true => (numbers.rotation(), numbers.vector() * 9.0),
             false => (Quat::IDENTITY, Vec3::ZERO),
         };
-        let point = |p: Vec3| turn * p + to;
         for shape in [[0.0, 5.0], [0.05, 5.0], [0.0, 0.02]] {
             let scene = floor_and_wall(shape, (turn, to));
             let geometry = Geometry::new(&scene);
+            let to = to - geometry.origin.as_vec3();
+            let point = |p: Vec3| turn * p + to;
             let of_light = |at: Vec3| light(point(at), turn * Vec3::NEG_Y, Profile::Cosine);
             let lights: Vec<LightSample> = (0..20)
                 .map(|_| {
