@@ -441,6 +441,7 @@ pub(crate) struct MapOccluders {
     pub first_moving: u32,
     pub first_pair: u32,
     pub slices: u32,
+    pub hidden_words: u32,
 }
 
 /// `Display` in `tonemap.wgsl`.

@@ -9,12 +9,13 @@ struct Occluders {
   first_moving: u32, // clusters of static objects come first
   first_pair: u32, // in `lists`
   slices: u32, // of MAP_SLICE blocks each, of the largest part
+  hidden_words: u32, // of a part in `owners`, for its static clusters
 }
 
 @group(2) @binding(1) var<storage, read> occluders: array<vec4u>;
 @group(2) @binding(2) var<uniform> batch: Occluders;
-// For each part, two bits for each owner: whether something static hides it from the light; whether it is closed, and the light
-// outside of it.
+// For each part, a bit for each static cluster: whether something static hides it from the light. Then two bits for each owner: the same of
+// it; whether it is closed, and the light outside of it.
 @group(2) @binding(3) var<uniform> owners: array<vec4u, OWNER_VECTORS>; // four words each
 
 override CLUSTER: u32;
@@ -260,16 +261,24 @@ fn may_show(p: vec3f, r: f32, part: MapPart) -> bool {
 
 // What is known of an owner.
 fn owner_state(part: MapPart, owner: u32) -> u32 {
-  if owner >= 4u * OWNER_VECTORS * OWNERS_PER_WORD { return 0u; }
-  let word = part.owners + owner / OWNERS_PER_WORD;
-  return (owners[word / 4u][word % 4u] >> (2u * (owner % OWNERS_PER_WORD))) & 3u;
+  let word = batch.hidden_words + owner / OWNERS_PER_WORD;
+  if word >= 4u * OWNER_VECTORS { return 0u; }
+  return (word_of(part, word) >> (2u * (owner % OWNERS_PER_WORD))) & 3u;
+}
+
+fn word_of(part: MapPart, word: u32) -> u32 {
+  let at = part.owners + word;
+  return owners[at / 4u][at % 4u];
 }
 
 // Whether a cluster has to be looked at for a part.
 fn is_wanted(part: MapPart, cluster: u32) -> bool {
   let sphere = bitcast<vec4f>(occluders[2u * cluster]);
   if !may_cover(part, sphere) { return false; }
-  if cluster < batch.first_moving { return true; }
+  if cluster < batch.first_moving {
+    if cluster / 32u >= batch.hidden_words { return true; }
+    return ((word_of(part, cluster / 32u) >> (cluster % 32u)) & 1u) == 0u;
+  }
   let state = owner_state(part, occluders[2u * cluster + 1u].w);
   if (state & HIDDEN) != 0u { return false; }
   if (state & CLOSED) != 0u {

@@ -149,7 +149,8 @@ impl Atlas {
         if clusters * u64::from(CLUSTER) > u64::from(room) { clusters } else { 0 }
     }
 
-    /// For each dynamic object of a set, two bits in `owners` of `lib/map_set_up.wgsl`; more than it holds have none.
+    /// What is known of a set's occluders as a light sees them, in `owners` of `lib/map_set_up.wgsl`: a bit for each static cluster, then two
+    /// for each dynamic object; more than it holds have none. `is_straight` tells whether straight lines are straight in its map.
     pub fn owner_states(
         &self,
         set: usize,
@@ -157,20 +158,34 @@ impl Atlas {
         hidden: &OccludedObjects,
         is_straight: bool,
     ) -> Vec<u32> {
+        let clusters = self.occluders.sets()[set];
+        let mut words = vec![0; self.hidden_words(set) as usize];
+        if is_straight && !words.is_empty() {
+            words = self.occluders.hiding.hidden(light, &clusters.bounds[..clusters.first_dynamic()]);
+        }
         let state = |object: &DynamicObject| {
             let is_closed = object.is_closed && is_straight && is_outside(light, &object.bounds);
             u32::from(hidden.is_hidden(object.id, index as usize)) | u32::from(is_closed) << 1
         };
-        let words = self.occluders.sets()[set].dynamic.chunks(OWNERS_PER_WORD as usize);
         let word = |objects: &[DynamicObject]| objects.iter().rev().fold(0, |word, o| word << 2 | state(o));
-        words.map(word).take(4 * OWNER_VECTORS as usize).collect()
+        words.extend(clusters.dynamic.chunks(OWNERS_PER_WORD as usize).map(word));
+        words.truncate(4 * OWNER_VECTORS as usize);
+        words
+    }
+
+    /// Those of them that are for static clusters: none where these are so many that few parts would have room for theirs.
+    pub fn hidden_words(&self, set: usize) -> u32 {
+        let words = self.occluders.sets()[set].first_dynamic().div_ceil(32) as u32;
+        if words <= OWNER_VECTORS / 4 { words } else { 0 }
     }
 
     /// Words of a part in `owners`.
     pub fn owner_words(&self) -> u64 {
-        let objects = self.occluders.sets().map(|set| set.dynamic.len() as u64);
-        let words = objects.map(|count| count.div_ceil(u64::from(OWNERS_PER_WORD)));
-        words[0].max(words[1]).min(4 * u64::from(OWNER_VECTORS))
+        let words = |set: usize| {
+            let objects = self.occluders.sets()[set].dynamic.len() as u64;
+            u64::from(self.hidden_words(set)) + objects.div_ceil(u64::from(OWNERS_PER_WORD))
+        };
+        words(0).max(words(1)).min(4 * u64::from(OWNER_VECTORS))
     }
 
     /// Triangles left out because they cannot block anything.

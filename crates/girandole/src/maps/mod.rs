@@ -12,5 +12,6 @@ pub(crate) mod moved;
 pub(crate) mod non_blockers;
 pub(crate) mod occluded;
 pub(crate) mod occluders;
+pub(crate) mod occlusion_culling;
 pub(crate) mod previous_transforms;
 pub(crate) mod stale;

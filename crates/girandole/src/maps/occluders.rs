@@ -4,10 +4,11 @@
 use super::closed::{Corners, cone, is_closed, normal, outward};
 use super::map_view::Bounds;
 use super::non_blockers::NonBlockers;
+use super::occlusion_culling::HidingPolygons;
 use crate::parallel::in_order;
 use crate::shader_constants::NONE;
 use girandole_core::glam::Vec3;
-use girandole_core::scene::{Geometry, ObjectId, Scene};
+use girandole_core::scene::{Geometry, ObjectId, Scene, WorldPatch};
 use std::ops::Range;
 
 /// Triangles in a cluster.
@@ -44,6 +45,8 @@ pub(crate) struct Occluders {
     pub opaque: Clusters,
     /// Those with an alpha mask.
     pub masked: Clusters,
+    /// What may hide static ones.
+    pub hiding: HidingPolygons,
     /// Triangles left out because they cannot block anything.
     pub left_out: usize,
 }
@@ -59,14 +62,24 @@ impl Occluders {
         for (triangle, blocks) in (0..).zip(&mut blocks) {
             *blocks &= !geometry.is_transparent(scene, triangle);
         }
+        let is_drawn = |triangle: u32, masked: bool| {
+            let material = &scene.materials[geometry.triangles[triangle as usize].material as usize];
+            blocks[triangle as usize] && material.alpha_cutoff.is_some() == masked
+        };
         let select = |masked: bool| {
-            let chosen = (0..geometry.triangles.len() as u32).filter(|&t| {
-                let material = &scene.materials[geometry.triangles[t as usize].material as usize];
-                blocks[t as usize] && material.alpha_cutoff.is_some() == masked
-            });
+            let chosen = (0..geometry.triangles.len() as u32).filter(|&t| is_drawn(t, masked));
             Clusters::new(scene, geometry, chosen.collect(), !masked)
         };
-        Self { opaque: select(false), masked: select(true), left_out: blocks.iter().filter(|b| !**b).count() }
+        let hides = |patch: &&WorldPatch| {
+            !scene.objects[patch.object as usize].dynamic
+                && patch.triangles.clone().all(|t| is_drawn(t, false))
+        };
+        Self {
+            opaque: select(false),
+            masked: select(true),
+            hiding: HidingPolygons::new(geometry.patches.iter().filter(hides)),
+            left_out: blocks.iter().filter(|b| !**b).count(),
+        }
     }
 
     /// Both kinds.

@@ -16,6 +16,7 @@ use crate::maps::atlas::{Atlas, MapsView};
 use crate::maps::cache::{MapCache, MapUpdate};
 use crate::maps::map_view::TexelRect;
 use crate::maps::occluders::CLUSTER;
+use crate::parallel::in_order;
 use crate::resident::Resident;
 use crate::settings::{RendererOptions, ShadowMap};
 use crate::shader_constants::{
@@ -190,12 +191,15 @@ impl ShadowMaps {
             return Ok(());
         }
         let device = recorder.device;
-        let mut owners = Vec::new();
-        for (part, &index) in batch.parts.iter_mut().zip(&batch.lights) {
-            part.owners = owners.len() as u32;
+        let states = in_order(&batch.lights, |&index| {
             let light = &lights.samples[index as usize];
             let is_straight = self.is_straight || light.is_parallel();
-            owners.extend(atlas.owner_states(set, (index, light), hidden, is_straight));
+            atlas.owner_states(set, (index, light), hidden, is_straight)
+        });
+        let mut owners = Vec::new();
+        for (part, states) in batch.parts.iter_mut().zip(states) {
+            part.owners = owners.len() as u32;
+            owners.extend(states);
         }
         owners.resize(4 * OWNER_VECTORS as usize, 0);
         let count = batch.parts.len() as u32;
@@ -207,6 +211,7 @@ impl ShadowMaps {
             first_moving: clusters.first_dynamic() as u32,
             first_pair: MAP_LISTS_HEAD + count + batch.texels / MAP_LISTED * LISTED_WORDS,
             slices: blocks.div_ceil(MAP_SLICE),
+            hidden_words: atlas.hidden_words(set),
         };
         let parts = storage(device, "parts of maps", &batch.parts)?;
         let head = uniform(device, "batch of maps", bytemuck::bytes_of(&head));
