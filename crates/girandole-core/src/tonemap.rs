@@ -47,7 +47,7 @@ impl Exposure {
 /// The curve from exposed radiance to the display's range.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tonemap {
-    /// Soft, and keeps bright colours from turning garish: see [`agx`].
+    /// AgX (Sobotka, as fitted by Wrensch): soft, and keeps bright colours from turning garish.
     #[default]
     Agx,
     /// Contrasty, as in film: see [`aces`].
@@ -59,13 +59,23 @@ pub enum Tonemap {
 impl Tonemap {
     /// Linear display RGB, 0 to 1, of exposed radiance. Not-a-number counts as black.
     pub fn apply(self, radiance: Vec3) -> Vec3 {
+        Vec3::from_array(self.curve(radiance).to_array().map(|c| self.linear(c)))
+    }
+
+    /// What comes before the display's exponent.
+    fn curve(self, radiance: Vec3) -> Vec3 {
         let radiance =
             Vec3::from_array(radiance.to_array().map(|c| if c > 0.0 { c.min(f32::MAX) } else { 0.0 }));
         match self {
-            Self::Agx => agx(radiance),
+            Self::Agx => agx_encoded(radiance),
             Self::Aces => aces(radiance),
             Self::None => radiance.min(Vec3::ONE),
         }
+    }
+
+    /// Undoes the display's exponent, if the curve's values have one.
+    fn linear(self, encoded: f32) -> f32 {
+        if self == Self::Agx { libm::powf(encoded, AGX_EXPONENT) } else { encoded }
     }
 }
 
@@ -109,10 +119,13 @@ pub fn auto_exposure(histogram: &[u32; HISTOGRAM_BINS]) -> f32 {
     if counted == 0 { 0.0 } else { libm::log2f(MIDDLE_GREY) - (sum / counted as f64) as f32 }
 }
 
+/// What display values of [`agx_encoded`] are raised to.
+const AGX_EXPONENT: f32 = 2.2;
+
 /// AgX (Sobotka), its default look as fitted by a polynomial: Wrensch 2023, "Minimal AgX Implementation", with the
-/// published matrices, the sixth-degree fit (the seventh-degree one is not monotone near black), and the 2.2 display
-/// exponent undone. `radiance` is not negative.
-pub fn agx(radiance: Vec3) -> Vec3 {
+/// published matrices, the sixth-degree fit (the seventh-degree one is not monotone near black); the 2.2 display
+/// exponent is still to be undone. `radiance` is not negative.
+fn agx_encoded(radiance: Vec3) -> Vec3 {
     const INSET: Mat3 = Mat3::from_cols(
         Vec3::new(0.842_479_06, 0.042_328_242, 0.042_375_655),
         Vec3::new(0.078_433_6, 0.878_468_64, 0.078_433_6),
@@ -127,8 +140,7 @@ pub fn agx(radiance: Vec3) -> Vec3 {
     const MAX_EV: f32 = 4.026_069;
     let log = Vec3::from_array((INSET * radiance).to_array().map(libm::log2f));
     let x = (log.clamp(Vec3::splat(MIN_EV), Vec3::splat(MAX_EV)) - MIN_EV) / (MAX_EV - MIN_EV);
-    let display = OUTSET * agx_contrast(x);
-    Vec3::from_array(display.to_array().map(|c| libm::powf(c.clamp(0.0, 1.0), 2.2)))
+    (OUTSET * agx_contrast(x)).clamp(Vec3::ZERO, Vec3::ONE)
 }
 
 /// The sigmoid of AgX on log-encoded values from 0 to 1.
@@ -173,11 +185,45 @@ pub fn srgb_decode(encoded: f32) -> f32 {
 /// A picture as 8-bit sRGB, three bytes a pixel, rows from the top down.
 pub fn to_srgb8(image: &Image, ev: f32, tonemap: Tonemap) -> Vec<u8> {
     let scale = libm::exp2f(ev);
-    let pixel = |i: usize| {
-        let color = tonemap.apply(image.pixels[i] * scale);
-        color.to_array().map(|c| (srgb_encode(c) * 255.0 + 0.5) as u8)
-    };
+    let bytes = Bytes::new(|encoded| (srgb_encode(tonemap.linear(encoded)) * 255.0 + 0.5) as u8);
+    let pixel = |i: usize| tonemap.curve(image.pixels[i] * scale).to_array().map(|c| bytes.of(c));
     in_order(image.pixels.len(), pixel).into_flattened()
+}
+
+/// A function from 0 to 1 to bytes that never falls, looked up instead of computed: two powers a value are most of what a picture takes.
+struct Bytes {
+    /// The least value of each byte.
+    least: [f32; 256],
+    /// The byte of the least value of each cell.
+    cells: Vec<u8>,
+}
+
+impl Bytes {
+    /// In the dark, where a transfer function is steepest, a cell has about one byte.
+    const CELLS: usize = 4096;
+
+    fn new(byte: impl Fn(f32) -> u8) -> Self {
+        let mut least = [0.0; 256];
+        for (wanted, least) in least.iter_mut().enumerate().skip(1) {
+            let (mut low, mut high) = (0, f32::to_bits(1.0) + 1);
+            while high - low > 1 {
+                let middle = low + (high - low) / 2;
+                let is_enough = usize::from(byte(f32::from_bits(middle))) >= wanted;
+                *if is_enough { &mut high } else { &mut low } = middle;
+            }
+            *least = f32::from_bits(high);
+        }
+        let cells = (0..=Self::CELLS).map(|i| byte(i as f32 / Self::CELLS as f32)).collect();
+        Self { least, cells }
+    }
+
+    fn of(&self, value: f32) -> u8 {
+        let mut byte = self.cells[(value * Self::CELLS as f32) as usize];
+        while byte < 255 && value >= self.least[usize::from(byte) + 1] {
+            byte += 1;
+        }
+        byte
+    }
 }
 
 #[cfg(test)]
@@ -201,6 +247,18 @@ mod tests {
                 last = shown;
             }
             assert!(tonemap.apply(Vec3::splat(4.0)).x > tonemap.apply(Vec3::splat(0.1)).x + 0.3);
+        }
+    }
+
+    #[test]
+    fn bytes_are_those_of_the_formula() {
+        let values = (0..20_000).map(|i| libm::exp2f(i as f32 / 1000.0 - 14.0));
+        let pixels: Vec<Vec3> = values.map(|y| Vec3::new(y, 0.7 * y, 0.1 * y)).collect();
+        let image = Image { width: 200, height: 100, pixels };
+        for tonemap in ALL {
+            let byte = |c: f32| (srgb_encode(c) * 255.0 + 0.5) as u8;
+            let direct = image.pixels.iter().flat_map(|p| tonemap.apply(*p * 2.0).to_array().map(byte));
+            assert!(direct.eq(to_srgb8(&image, 1.0, tonemap)), "{tonemap:?}");
         }
     }
 

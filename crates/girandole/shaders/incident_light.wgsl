@@ -38,7 +38,7 @@ fn seen_from(light: Light, index: u32, place: vec3f) -> f32 {
   if !is_parallel(light) && dot(light.normal, to_light) >= 0.0 { return 1.0; }
   if FILTER > 0u { return filtered(light, r); }
   let texel = texel_of(light, r.uv);
-  return select(0.0, 1.0, passes_shadow_test(light, r, texel, stored_at(light, texel)));
+  return select(0.0, 1.0, passes_shadow_test(light, r, texel, stored_at(light, texel), false));
 }
 
 // What arrives at a point from the light of an index in the batch.

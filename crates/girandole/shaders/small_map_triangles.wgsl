@@ -41,12 +41,15 @@ fn rasterize(part: MapPart, s: SetUp, triangle: u32) {
 @compute @workgroup_size(MAP_LANES)
 fn small_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
   let part = parts[group.y];
+  let first = group.x * MAP_CLUSTERS;
+  if are_hidden(part, first) { return; }
   if lane == 0u { atomicStore(&wanted_count, 0u); }
   for (var i = lane; i < MAP_CLUSTERS; i += MAP_LANES) { atomicStore(&is_left[i], 0u); }
   workgroupBarrier();
-  let first = group.x * MAP_CLUSTERS;
   for (var cluster = first + lane; cluster < min(first + MAP_CLUSTERS, batch.clusters); cluster += MAP_LANES) {
-    if is_wanted(part, cluster) { wanted[atomicAdd(&wanted_count, 1u)] = cluster; }
+    for (var is_seen = !is_hidden(part, cluster); is_seen; is_seen = false) {
+      if is_wanted(part, cluster) { wanted[atomicAdd(&wanted_count, 1u)] = cluster; }
+    }
   }
   workgroupBarrier();
   let count = workgroupUniformLoad(&wanted_count);

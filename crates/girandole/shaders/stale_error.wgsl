@@ -92,11 +92,11 @@ fn excess(index: u32, p: SparsePixel) -> f32 {
   let is_behind = at.texel >= vec2u(part.end_column, part.end_row);
   if any(is_before) || any(is_behind) || arriving(light, p.shading).g <= 0.0 { return 0.0; }
   let stored = stored_at(light, at.texel);
-  var is_lit = passes_shadow_test(light, at.receiver, at.texel, stored);
+  var is_lit = passes_shadow_test(light, at.receiver, at.texel, stored, false);
   let would = would_be_lit(light, at, stored, is_lit);
   if p.mover != NONE {
     let then = previous_shadow_texel(light, index, p.shading, p.mover);
-    is_lit = passes_shadow_test(light, then.receiver, then.texel, stored_at(light, then.texel));
+    is_lit = passes_shadow_test(light, then.receiver, then.texel, stored_at(light, then.texel), false);
   }
   if is_lit == would { return 0.0; }
   let a = arriving_in_full(light, p.shading);

@@ -335,6 +335,11 @@ impl Light {
         self.profile >= DIRECTIONAL
     }
 
+    /// Whether it stands for a part of a surface, one of many: a lamp's or a lit wall's.
+    pub fn is_sample(&self) -> bool {
+        self.profile == COSINE
+    }
+
     /// Whether its map has to show the whole scene sharply: it stands for all light from its direction, not for a part of a sky.
     pub fn has_large_map(&self) -> bool {
         self.profile == DIRECTIONAL
@@ -442,6 +447,7 @@ pub(crate) struct MapOccluders {
     pub first_pair: u32,
     pub slices: u32,
     pub hidden_words: u32,
+    pub first_merged: u32,
 }
 
 /// `Display` in `tonemap.wgsl`.

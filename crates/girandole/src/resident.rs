@@ -4,7 +4,7 @@ use crate::device::context::Context;
 use crate::layout::Light;
 use crate::maps::atlas::Atlas;
 use crate::maps::cache::{MapCache, MapUpdate};
-use crate::maps::layout::AtlasLayout;
+use crate::maps::layout::{AtlasLayout, largest_chosen};
 use crate::maps::non_blockers::NonBlockers;
 use crate::maps::occluded::OccludedObjects;
 use crate::maps::occluders::Occluders;
@@ -17,7 +17,7 @@ use crate::scene::lights::GpuLights;
 use crate::scene::receivers::{Receivers, Sources};
 use crate::scene::transfer::GpuTransfer;
 use crate::settings::{MapUpdates, Mode, RenderSettings, Shading};
-use crate::shader_constants::{COSINE, NO_MAP};
+use crate::shader_constants::NO_MAP;
 use crate::{Error, Result};
 use girandole_core::Generation;
 use girandole_core::glam::{DVec3, Vec3};
@@ -90,12 +90,7 @@ impl Resident {
         let radius = geometry.radius();
         let mut samples = gpu_lights(lights, radius);
         let directional: Vec<bool> = samples.iter().map(Light::has_large_map).collect();
-        let layout = AtlasLayout::new(
-            &directional,
-            samples.iter().any(Light::is_parallel),
-            options,
-            &device.limits(),
-        )?;
+        let layout = AtlasLayout::new(&directional, largest_chosen(&samples), options, &device.limits())?;
         samples.iter_mut().for_each(|light| light.atlas_slot = NO_MAP);
         let features = SceneFeatures::of(scene, geometry, &samples);
         let non_blockers = NonBlockers::new(scene, geometry, &samples, options.skip_non_blockers);
@@ -266,7 +261,9 @@ impl Resident {
 
     /// Whether the atlas has a place for each of these lights, and no more.
     fn have_place(&self, samples: &[Light]) -> bool {
-        samples.iter().map(Light::has_large_map).eq(self.lights.samples.iter().map(Light::has_large_map))
+        let held = &self.lights.samples;
+        samples.iter().map(Light::has_large_map).eq(held.iter().map(Light::has_large_map))
+            && largest_chosen(samples) == largest_chosen(held)
     }
 
     fn give_places(&self, samples: &mut [Light]) {
@@ -384,7 +381,7 @@ impl SceneFeatures {
     fn of(scene: &Scene, geometry: &Geometry, lights: &[Light]) -> Self {
         Self {
             specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),
-            only_cosine_lights: lights.iter().all(|l| l.profile == COSINE),
+            only_cosine_lights: lights.iter().all(Light::is_sample),
             textures: !scene.textures.is_empty() || scene.materials.iter().any(|m| m.vertex_colors),
             curved: is_curved(scene, geometry),
             transparent: scene.materials.iter().any(Material::is_transparent),

@@ -10,6 +10,7 @@ struct Occluders {
   first_pair: u32, // in `lists`
   slices: u32, // of MAP_SLICE blocks each, of the largest part
   hidden_words: u32, // of a part in `owners`, for its static clusters
+  first_merged: u32, // large triangle of each part that is merged
 }
 
 @group(2) @binding(1) var<storage, read> occluders: array<vec4u>;
@@ -271,16 +272,28 @@ fn word_of(part: MapPart, word: u32) -> u32 {
   return owners[at / 4u][at % 4u];
 }
 
-// Whether a cluster has to be looked at for a part.
+// Whether something static hides a cluster from a part's light.
+fn is_hidden(part: MapPart, cluster: u32) -> bool {
+  if cluster < batch.first_moving {
+    if cluster / 32u >= batch.hidden_words { return false; }
+    return ((word_of(part, cluster / 32u) >> (cluster % 32u)) & 1u) != 0u;
+  }
+  return (owner_state(part, occluders[2u * cluster + 1u].w) & HIDDEN) != 0u;
+}
+
+// The same of static clusters from a multiple of 32 on, of all of the next 64.
+fn are_hidden(part: MapPart, first: u32) -> bool {
+  let word = first / 32u;
+  if first + 64u > batch.first_moving || word + 1u >= batch.hidden_words { return false; }
+  return (word_of(part, word) & word_of(part, word + 1u)) == 0xffffffffu;
+}
+
+// Whether a cluster that is not hidden has to be looked at for a part.
 fn is_wanted(part: MapPart, cluster: u32) -> bool {
   let sphere = bitcast<vec4f>(occluders[2u * cluster]);
   if !may_cover(part, sphere) { return false; }
-  if cluster < batch.first_moving {
-    if cluster / 32u >= batch.hidden_words { return true; }
-    return ((word_of(part, cluster / 32u) >> (cluster % 32u)) & 1u) == 0u;
-  }
+  if cluster < batch.first_moving { return true; }
   let state = owner_state(part, occluders[2u * cluster + 1u].w);
-  if (state & HIDDEN) != 0u { return false; }
   if (state & CLOSED) != 0u {
     // The cone's axis, its length 1 + the sine of its half angle; 0 where normals point too many ways.
     let cone = bitcast<vec3f>(occluders[2u * cluster + 1u].xyz);

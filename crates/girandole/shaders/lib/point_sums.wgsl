@@ -162,7 +162,7 @@ fn add_depth_tested(
 fn add_slope_corrected(sums: ptr<function, PointSums>, light: Light) {
   let a = arriving(light, (*sums).shading);
   let at = shadow_texel_of(light, (*sums).shading);
-  let is_lit = slope_corrected_test(light, at.receiver, at.texel, stored_at(light, at.texel));
+  let is_lit = is_lit_closely(light, at.receiver, at.texel, stored_at(light, at.texel), false);
   add(sums, light, a, select(0.0, 1.0, is_lit));
 }
 
@@ -176,13 +176,7 @@ fn add_in_full(sums: ptr<function, PointSums>, light: Light, is_shadowed: bool, 
       add(sums, light, a, filtered(light, at.receiver));
       return;
     }
-    let stored = stored_at(light, at.texel);
-    let answer = depth_test(light, at.receiver, at.texel, stored);
-    if answer == AMBIGUOUS {
-      is_lit = slope_corrected_test(light, at.receiver, at.texel, stored);
-    } else {
-      is_lit = answer == LIT && !(is_jointed && is_behind_joint(light, at.receiver, at.texel, stored));
-    }
+    is_lit = passes_shadow_test(light, at.receiver, at.texel, stored_at(light, at.texel), is_jointed);
   }
   add(sums, light, a, select(0.0, 1.0, is_lit));
 }

@@ -99,23 +99,38 @@ fn compared(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
   return select(near, LIT, seen <= NEAR * (here * (1.0 + SLACK) + allowance));
 }
 
-// What is seen is nearer than the receiver, but not by much: at the foot of a wall or in a hollow it need not be in
-// the way. Extrapolate it by its own slope to the receiver's position: only what is still nearer there blocks.
-fn slope_corrected_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> bool {
-  if is_parallel(light) {
+// The shadow test: the depth test, and a closer look where that is ambiguous, or where a joint may be between receiver and light.
+fn passes_shadow_test(light: Light, r: Receiver, texel: vec2u, stored: f32, is_jointed: bool) -> bool {
+  let answer = depth_test(light, r, texel, stored);
+  if answer == AMBIGUOUS || (answer == LIT && is_jointed) { return is_lit_closely(light, r, texel, stored, answer == LIT); }
+  return answer == LIT;
+}
+
+// Slope-corrected tests. Where what is seen is nearer than the receiver, but not by much, as at the foot of a wall or in a hollow, it need
+// not be in the way. Extrapolate it by its own slope to the receiver's position: only what is still nearer there blocks.
+//
+// Where a wall stands on the receiver's surface (`is_jointed`), the texel's centre may see that surface, or nothing, before the wall that
+// hides the receiver. What texels next to it show before the surface, towards the receiver, is therefore extrapolated. It hides the
+// receiver if it is nearer there, and beyond the surface at the texel's centre, as at a joint: at other edges it is nearer at both.
+fn is_lit_closely(light: Light, r: Receiver, texel: vec2u, stored: f32, is_jointed: bool) -> bool {
+  if is_parallel(light) && !is_jointed {
     let d = plane_depth(light, r, centre_of(light, texel));
     if stored < min(d.here, d.at_centre) { return is_lit_beside(light, r, texel); }
   }
-  let slope = slope_at(light, vec2i(texel), stored);
-  let extended = stored + dot(slope.gradient, (r.uv - centre_of(light, texel)) * map_size(light));
-  return is_lit_behind(light, r, extended, slope.footprints);
-}
-
-// Both tests, the second where it is needed.
-fn passes_shadow_test(light: Light, r: Receiver, texel: vec2u, stored: f32) -> bool {
-  let answer = depth_test(light, r, texel, stored);
-  if answer == AMBIGUOUS { return slope_corrected_test(light, r, texel, stored); }
-  return answer == LIT;
+  let offset = (r.uv - centre_of(light, texel)) * map_size(light);
+  let towards = vec2i(sign(offset));
+  let at_centre = max(stored, plane_at(light, r, texel)) * (1.0 + SLACK);
+  for (var i = select(0, 1, is_jointed); i < select(1, 4, is_jointed); i++) {
+    let by = towards * vec2i(i & 1, i >> 1);
+    let next = clamp(vec2i(texel) + by, vec2i(0), vec2i(i32(map_size(light)) - 1));
+    let seen = stored_at(light, vec2u(next));
+    if is_jointed && seen <= plane_at(light, r, vec2u(next)) * (1.0 + SLACK) { continue; }
+    let slope = slope_at(light, next, seen);
+    let at_receiver = seen + dot(slope.gradient, offset - vec2f(by));
+    let counts = !is_jointed || seen - dot(slope.gradient, vec2f(by)) <= at_centre;
+    if counts && !is_lit_behind(light, r, at_receiver, slope.footprints) { return false; }
+  }
+  return true;
 }
 
 // The slope-corrected test for what was extrapolated to the receiver's position, with so many texels' footprints allowed.
@@ -148,26 +163,6 @@ fn plane_at(light: Light, r: Receiver, texel: vec2u) -> f32 {
   let centre = centre_of(light, texel);
   if is_parallel(light) { return plane_depth(light, r, centre).at_centre; }
   return NEAR * max(-dot(r.normal, decode(centre)), 0.0) / r.height;
-}
-
-// Where a wall stands on the receiver's surface, the texel's centre may see that surface, or nothing, before the wall that hides the
-// receiver. What texels next to it show before the surface, towards the receiver, is therefore extended by its slope. It hides the
-// receiver if it is nearer there, and beyond the surface at the texel's centre, as at a joint: at other edges it is nearer at both.
-fn is_behind_joint(light: Light, r: Receiver, texel: vec2u, stored: f32) -> bool {
-  let offset = (r.uv - centre_of(light, texel)) * map_size(light);
-  let towards = vec2i(sign(offset));
-  let at_centre = max(stored, plane_at(light, r, texel)) * (1.0 + SLACK);
-  for (var i = 1; i < 4; i++) {
-    let by = towards * vec2i(i & 1, i >> 1);
-    let next = clamp(vec2i(texel) + by, vec2i(0), vec2i(i32(map_size(light)) - 1));
-    let beside = stored_at(light, vec2u(next));
-    if beside <= plane_at(light, r, vec2u(next)) * (1.0 + SLACK) { continue; }
-    let slope = slope_at(light, next, beside);
-    let at_receiver = beside + dot(slope.gradient, offset - vec2f(by));
-    let is_joint = beside - dot(slope.gradient, vec2f(by)) <= at_centre;
-    if is_joint && !is_lit_behind(light, r, at_receiver, slope.footprints) { return true; }
-  }
-  return false;
 }
 
 // Change of stored depth a texel on the surface that `stored` belongs to, and what it may be wrong by.
@@ -213,7 +208,7 @@ fn filtered(light: Light, r: Receiver) -> f32 {
       if !is_parallel(light) && !is_mapped(centre_of(light, texel)) { continue; }
       let weight = wy * select(select(1.0, f.x, x == FILTER), 1.0 - f.x, x == 0u);
       sum += weight;
-      if passes_shadow_test(light, r, texel, stored_at(light, texel)) { lit += weight; }
+      if passes_shadow_test(light, r, texel, stored_at(light, texel), false) { lit += weight; }
     }
   }
   return select(1.0, lit / sum, sum > 0.0);

@@ -20,7 +20,7 @@ fn add_looked_up_previously(sums: ptr<function, PointSums>, leaf: u32, list: Lig
       add(sums, light, a, filtered(light, at.receiver) - counted);
       continue;
     }
-    let is_lit = passes_shadow_test(light, at.receiver, at.texel, stored_at(light, at.texel));
+    let is_lit = passes_shadow_test(light, at.receiver, at.texel, stored_at(light, at.texel), false);
     add(sums, light, a, select(0.0, 1.0, is_lit) - counted);
   }
 }

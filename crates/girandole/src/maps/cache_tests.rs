@@ -19,7 +19,7 @@ fn lights_of(intensities: &[f32]) -> Vec<Light> {
 /// A cache for so many lights, of which a frame looks all up.
 fn cache(lights: usize, options: RendererOptions) -> MapCache {
     let kinds = vec![false; lights];
-    let layout = AtlasLayout::new(&kinds, false, &options, &wgpu::Limits::default()).expect("a layout");
+    let layout = AtlasLayout::new(&kinds, 256, &options, &wgpu::Limits::default()).expect("a layout");
     let mut cache = MapCache::new(&layout, lights, &Snapshot::default());
     cache.want(&vec![layout.regular[0]; lights]);
     cache

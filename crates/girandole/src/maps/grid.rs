@@ -106,7 +106,7 @@ mod tests {
     /// A layout for so many lights, some of them directional.
     fn layout(points: usize, suns: usize) -> AtlasLayout {
         let kinds: Vec<bool> = (0..points + suns).map(|i| i < suns).collect();
-        AtlasLayout::new(&kinds, false, &RendererOptions::default(), &wgpu::Limits::default()).unwrap()
+        AtlasLayout::new(&kinds, 256, &RendererOptions::default(), &wgpu::Limits::default()).unwrap()
     }
 
     #[test]

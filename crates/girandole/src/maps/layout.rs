@@ -3,21 +3,22 @@
 //! Every light has room for a map of the regular size, which need and a memory budget decide. Maps may be smaller by halves, or larger
 //! by doubles where there is room: all are squares of a power of two of units, at multiples of their own size in a page.
 //!
-//! Worked example: 1024 lights under 256 MiB (64 Mi texels) get ⌊√(2²⁶ / 1024)⌋ = 256 texels across at most; as what is beside the maps
+//! Worked example: 1024 lamps under 256 MiB (64 Mi texels) get ⌊√(2²⁶ / 1024)⌋ = 256 texels across at most; as what is beside the maps
 //! while they are drawn counts too, they get 240, in 32 pages of 240 × 7680 texels; or 112 or 48, in squares of 120 and 60.
 
-use crate::layout::Maps;
+use crate::layout::{Light, Maps};
 use crate::settings::{RendererOptions, ShadowMap};
 use crate::shader_constants::{LISTED_WORDS, MAP_BLOCK, MAP_LISTED, MAP_LISTS_HEAD};
 use crate::{Error, Remedy, Result};
 
 /// Smallest map that is worth drawing.
 const MIN_SIZE: u32 = 16;
-/// Largest map that is chosen unless asked for: of few lights and of many, whose shadows' edges average out. At 300 lights, maps of
-/// 256 and of 448 texels differ by less than a thousandth of FLIP to the path tracer.
+/// Largest map that is chosen unless asked for: of few lights and of many.
 const MAX_CHOSEN: [u32; 2] = [512, 256];
 /// Lights that are few.
 const FEW: usize = 64;
+/// Samples of surfaces that have maps of that size; those of more are smaller, see [`coarseness`].
+const MANY: usize = 400;
 /// Largest page: what every WebGPU device can hold.
 const MAX_PAGE: u32 = 8192;
 /// Most pages: what a light's place has room for.
@@ -34,6 +35,24 @@ const TEXELS_PER_PAIR: u64 = 4;
 const DIRECTIONAL_TILES: u32 = 4;
 /// Units across a map of the regular size, unless all maps are to have that.
 const REGULAR_UNITS: u32 = 4;
+
+/// How many times as coarse as those of other lights the maps of samples of surfaces may be: edges of their shadows average out, the
+/// more of them there are. At 300, maps of 256 and of 448 texels differ by less than a thousandth of FLIP to the path tracer; at 1024,
+/// those of 160 and of 240 by a ten-thousandth, and those of 96 by five; at 4096, those of 80 and of 176 by ten.
+pub(crate) fn coarseness(lights: &[Light]) -> f32 {
+    let samples = lights.iter().filter(|light| light.is_sample()).count();
+    (samples as f32 / MANY as f32).sqrt().clamp(1.0, 2.0)
+}
+
+/// Texels across the largest map that is chosen for these lights. Those of parallel light show all that is seen: they are not made
+/// smaller where there are many.
+pub(crate) fn largest_chosen(lights: &[Light]) -> u32 {
+    let [of_few, of_many] = MAX_CHOSEN;
+    if lights.len() <= FEW || lights.iter().any(Light::is_parallel) {
+        return of_few;
+    }
+    (of_many as f32 / coarseness(lights)) as u32
+}
 
 /// A map's place in the atlas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -130,14 +149,13 @@ impl AtlasLayout {
         span
     }
 
-    /// Lays out the maps of lights, of which `directional[i]` tells whether light i is a directional one. `shows_all` tells whether any map
-    /// shows all that is seen, as those of parallel light do: they are not made smaller where there are many.
+    /// Lays out the maps of lights, of which `directional[i]` tells whether light i is a directional one, at most so many texels across.
     ///
     /// # Errors
     /// [`Error::TooLarge`] where the budget or the device's limits do not suffice.
     pub fn new(
         directional: &[bool],
-        shows_all: bool,
+        most: u32,
         options: &RendererOptions,
         limits: &wgpu::Limits,
     ) -> Result<Self> {
@@ -146,7 +164,6 @@ impl AtlasLayout {
         let budget = u64::from(options.memory_mib) << 20;
         let max_page = limits.max_texture_dimension_2d.min(MAX_PAGE);
         let max_pages = limits.max_texture_array_layers.min(MAX_PAGES);
-        let most = MAX_CHOSEN[usize::from(lights > FEW && !shows_all)];
         let largest = if options.map_size.is_none() { most } else { 0 };
         let shapes = |size| shapes([lights as u64, suns as u64], [size, largest], max_page, max_pages);
         let fits = |shape: &Shape| shape.bytes() <= budget;
@@ -298,9 +315,11 @@ pub(crate) fn list_words(texels: u64, pairs: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shader_constants::{COSINE, DISTANT, HEMISPHERE};
 
     fn layout(directional: &[bool], options: RendererOptions) -> Result<AtlasLayout> {
-        AtlasLayout::new(directional, directional.contains(&true), &options, &wgpu::Limits::default())
+        let most = MAX_CHOSEN[usize::from(directional.len() > FEW && !directional.contains(&true))];
+        AtlasLayout::new(directional, most, &options, &wgpu::Limits::default())
     }
 
     /// So many points, with suns among them.
@@ -365,8 +384,15 @@ mod tests {
         let size = |lights| layout(&vec![false; lights], RendererOptions::default()).unwrap().map_size;
         assert_eq!([64, 65, 300].map(size), [512, 256, 256]);
         let shown =
-            AtlasLayout::new(&[false; 300], true, &RendererOptions::default(), &wgpu::Limits::default());
+            AtlasLayout::new(&[false; 300], 512, &RendererOptions::default(), &wgpu::Limits::default());
         assert_eq!(shown.unwrap().map_size, 448);
+    }
+
+    #[test]
+    fn maps_of_many_samples_are_smaller_and_those_of_lamps_and_skies_are_not() {
+        let of = |profile, count| largest_chosen(&vec![Light { profile, ..Light::default() }; count]);
+        let all = |count| [COSINE, HEMISPHERE, DISTANT].map(|profile| of(profile, count));
+        assert_eq!([64, 400, 9999].map(all), [[512; 3], [256, 256, 512], [128, 256, 512]]);
     }
 
     #[test]

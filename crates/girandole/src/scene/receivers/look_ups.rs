@@ -2,6 +2,7 @@
 
 use super::Receivers;
 use crate::layout::Light;
+use crate::maps::layout::coarseness;
 use crate::parallel::in_order;
 use crate::shader_constants::{JOINTED, MAPPED_SHADOWED, NEAR_SHADOWED, SHADOWED};
 use girandole_core::glam::Vec3;
@@ -25,6 +26,7 @@ impl Receivers {
     pub fn look_ups(&self, in_view: &[bool], view: &LocalView) -> Vec<f32> {
         let pixel = 2.0 * view.half_extent.y / PICTURE_HEIGHT;
         let lights = self.lights as usize;
+        let coarseness = coarseness(&self.gpu_lights);
         let leaves: Vec<usize> = (0..self.leaves as usize).filter(|leaf| in_view[*leaf]).collect();
         let of_leaves = |leaves: &&[usize]| {
             let mut most = vec![0.0_f32; lights];
@@ -36,7 +38,8 @@ impl Receivers {
                 let kinds = &self.kinds[self.row(leaf)];
                 let pairs = kinds.iter().zip(&self.gpu_lights).zip(&mut most);
                 for ((_, light), most) in pairs.filter(|((kind, _), _)| is_looked_up(**kind)) {
-                    *most = most.max(extent(light, (center, radius)) * per_metre);
+                    let coarser = if light.is_sample() { coarseness } else { 1.0 };
+                    *most = most.max(extent(light, (center, radius)) * per_metre / coarser);
                 }
             }
             most
