@@ -360,16 +360,9 @@ impl Light {
         let (x, y) = warp::frame(sample.normal);
         let turn = f64::from(id) * 0.618_033_988_75 + f64::from(set) * 0.414_213_562_37;
         let turn = turn.fract() as f32 * std::f32::consts::TAU;
-        // Depth of parallel light runs over the scene's diameter; the map's middle is that of what it shows.
-        let across = |center: Vec3| center - sample.normal * center.dot(sample.normal);
-        let position = match sample.profile {
-            Profile::Directional => -sample.normal * radius,
-            Profile::Distant { shown, .. } => across(shown.center) - sample.normal * radius,
-            _ => sample.position,
-        };
         let tangent = x * turn.cos() + y * turn.sin();
         let light = Self {
-            position,
+            position: sample.position,
             profile,
             normal: sample.normal,
             scale,
@@ -380,12 +373,27 @@ impl Light {
         };
         match (sample.profile, sample.rectangle) {
             (Profile::Cosine, Some(rectangle)) => light.with_rectangle(&rectangle),
-            (Profile::Distant { solid_angle, .. }, _) => {
+            (Profile::Directional, _) => light.showing(Vec2::ZERO, radius),
+            (Profile::Distant { solid_angle, shown, .. }, _) => {
                 let is_of_sun = f32::from(u8::from(sample.is_of_sun()));
-                Self { rectangle: Vec4::new(solid_angle, is_of_sun, 0.0, 0.0), ..light }
+                let light = Self { rectangle: Vec4::new(solid_angle, is_of_sun, 0.0, 0.0), ..light };
+                light.showing(light.across(shown.center), shown.radius)
             }
             _ => light,
         }
+    }
+
+    /// Parallel light with a map that shows a square about `middle`, in metres along its tangent and bitangent, so far to either side.
+    /// Depth runs over the scene's diameter.
+    pub fn showing(&self, middle: Vec2, half: f32) -> Self {
+        let bitangent = self.normal.cross(self.tangent);
+        let position = self.tangent * middle.x + bitangent * middle.y - self.normal / self.offset;
+        Self { position, scale: 1.0 / half, ..*self }
+    }
+
+    /// A point's place across the light: along its tangent and bitangent.
+    pub fn across(&self, point: Vec3) -> Vec2 {
+        Vec2::new(point.dot(self.tangent), point.dot(self.normal.cross(self.tangent)))
     }
 
     /// The light with what it stands for.

@@ -20,7 +20,7 @@ use crate::settings::{MapUpdates, Mode, RenderSettings, Shading};
 use crate::shader_constants::NO_MAP;
 use crate::{Error, Result};
 use girandole_core::Generation;
-use girandole_core::glam::{DVec3, Vec3};
+use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::illumination::Illumination;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, LocalView, Material, NONE, Scene, SceneChanges};
@@ -269,6 +269,10 @@ impl Resident {
     fn give_places(&self, samples: &mut [Light]) {
         for (light, held) in samples.iter_mut().zip(&self.lights.samples) {
             light.atlas_slot = held.atlas_slot;
+            let frame = |light: &Light| (light.normal, light.tangent, light.offset);
+            if light.has_large_map() && frame(light) == frame(held) {
+                (light.position, light.scale) = (held.position, held.scale);
+            }
         }
     }
 }
@@ -290,6 +294,8 @@ pub(crate) struct Seen {
     pub leaves: Vec<bool>,
     /// For each light, units across that its map is to have; 0 where it is not looked up.
     spans: Vec<u32>,
+    /// Directional lights with maps that show what is looked up in them.
+    suns: Vec<(usize, Light)>,
 }
 
 impl Resident {
@@ -309,6 +315,11 @@ impl Resident {
             Some(seen) if seen.view == view => seen,
             _ => self.look(view),
         };
+        for (index, sun) in &seen.suns {
+            if self.lights.show(*index, sun) {
+                self.atlas.cache.invalidate(*index);
+            }
+        }
         self.atlas.cache.want(&seen.spans);
         self.seen.insert(seen)
     }
@@ -318,15 +329,19 @@ impl Resident {
         let regular = cache.regular_spans(&lights.samples);
         let (Some((of, lists)), Some(receivers)) = (&view, &self.receivers) else {
             let leaves = self.receivers.as_ref().map_or(0, |receivers| receivers.leaves);
-            return Seen { view, leaves: vec![true; leaves as usize], spans: regular };
+            let suns = lights.samples.iter().enumerate().filter(|(_, light)| light.has_large_map());
+            let whole = |light: &Light| light.showing(Vec2::ZERO, 1.0 / light.offset);
+            let suns = suns.map(|(index, light)| (index, whole(light))).collect();
+            return Seen { view, leaves: vec![true; leaves as usize], spans: regular, suns };
         };
         let leaves = receivers.in_view(of);
-        let mut spans = cache.spans(&receivers.look_ups(&leaves, of), &lights.samples);
+        let suns = receivers.suns(&leaves, of, *lists);
+        let mut spans = cache.spans(&receivers.look_ups(&leaves, of, &suns), &lights.samples);
         if !lists {
             let unused = spans.iter_mut().zip(regular).filter(|(span, _)| **span == 0);
             unused.for_each(|(span, regular)| *span = regular);
         }
-        Seen { view, leaves, spans }
+        Seen { view, leaves, spans, suns }
     }
 
     /// Decides what of the shadow maps the next frame draws, and where.

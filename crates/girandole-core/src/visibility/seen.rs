@@ -2,6 +2,7 @@
 
 use super::cover::Cutter;
 use super::database::VisibilityDatabase;
+use super::primitives::clip;
 use super::shapes::Apex;
 use super::surfaces::SimplePatch;
 use crate::parallel::map;
@@ -36,6 +37,33 @@ impl VisibilityDatabase {
         }
         seen
     }
+
+    /// The corners of a polygon that holds all that a view may show of a leaf, if the leaf is a part of a patch; there are none where it
+    /// shows nothing.
+    pub fn seen_polygon(&self, leaf: u32, view: &LocalView) -> Option<Vec<Vec3>> {
+        let receivers = self.receivers();
+        let corners = receivers.node_corners(receivers.leaves[leaf as usize].node);
+        if corners.is_empty() {
+            return None;
+        }
+        let half = half_about_axis(view) * 1.01;
+        let [eye, forward] = [view.eye, view.forward].map(Vec3::as_dvec3);
+        let sides = [(view.right, half.x), (-view.right, half.x), (view.up, half.y), (-view.up, half.y)];
+        let (mut polygon, mut rest) = (corners.to_vec(), Vec::new());
+        for (outward, half) in sides {
+            let (outward, half) = (outward.as_dvec3(), f64::from(half));
+            let (normal, room) =
+                if view.orthographic { (-outward, half) } else { (forward * half - outward, 0.0) };
+            clip(&polygon, &mut rest, normal, normal.dot(eye) - room);
+            std::mem::swap(&mut polygon, &mut rest);
+        }
+        Some(polygon.iter().map(|corner| corner.as_vec3()).collect())
+    }
+}
+
+/// Half of what a view shows to either side and up and down, about its axis, so that views off it are within.
+fn half_about_axis(view: &LocalView) -> Vec2 {
+    view.half_extent * (Vec2::ONE + view.center.abs())
 }
 
 /// Whether a polygon hides what is behind it: not from behind if it has one side, nor if it may be cut off.
@@ -48,14 +76,13 @@ fn hides(patch: &SimplePatch, eye: &Apex, cut: f64) -> bool {
 fn cut_off(view: &LocalView) -> f64 {
     let of_depth = |depth: ClipDepth| depth.factor / (f32::from(u8::from(depth.factor > 0.0)) - depth.offset);
     let near = view.depth.map_or(view.clip.near, of_depth);
-    let half = view.half_extent * (Vec2::ONE + view.center.abs());
+    let half = half_about_axis(view);
     f64::from(near * half.extend(1.0).length() * 1.001)
 }
 
 /// Whether a sphere meets a view's pyramid.
 fn meets(view: &LocalView, center: Vec3, radius: f32) -> bool {
-    // About the axis, so that views off it are within.
-    let half = view.half_extent * (Vec2::ONE + view.center.abs());
+    let half = half_about_axis(view);
     let d = center - view.eye;
     let (depth, across) = (d.dot(view.forward), Vec2::new(d.dot(view.right), d.dot(view.up)).abs());
     if view.orthographic {

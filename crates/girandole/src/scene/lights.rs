@@ -18,6 +18,8 @@ pub(crate) struct GpuLights {
     lit: Option<(wgpu::Buffer, u32)>,
     /// What both are to hold from the next frame on.
     next: Vec<wgpu::Buffer>,
+    /// Whether maps show other parts of the scene than those on the device say.
+    shows_others: bool,
 }
 
 impl GpuLights {
@@ -32,6 +34,7 @@ impl GpuLights {
             mean_solid_angle: mean_solid_angle(&samples),
             samples,
             next: Vec::new(),
+            shows_others: false,
         })
     }
 
@@ -55,11 +58,22 @@ impl GpuLights {
         self.samples = samples;
     }
 
+    /// Has the map of parallel light show what another one's does; whether that is something else than before.
+    pub fn show(&mut self, index: usize, as_of: &Light) -> bool {
+        let light = &mut self.samples[index];
+        let is_other = (light.position, light.scale) != (as_of.position, as_of.scale);
+        (light.position, light.scale) = (as_of.position, as_of.scale);
+        self.shows_others |= is_other;
+        is_other
+    }
+
     /// Gives each its place in the atlas, which the next frame puts on the device: others that are recorded have their own.
     pub fn place(&mut self, device: &wgpu::Device, words: &[u32]) {
-        if self.samples.iter().map(|light| light.atlas_slot).eq(words.iter().copied()) {
+        let is_placed = self.samples.iter().map(|light| light.atlas_slot).eq(words.iter().copied());
+        if is_placed && !std::mem::take(&mut self.shows_others) {
             return;
         }
+        self.shows_others = false;
         for (light, &word) in self.samples.iter_mut().zip(words) {
             light.atlas_slot = word;
         }

@@ -21,6 +21,7 @@ pub fn tests() -> Vec<Test> {
         ("oracle_pair_by_pair", pair_by_pair),
         ("oracle_other_parameterisations", other_parameterisations),
         ("oracle_punctual_lights", punctual),
+        ("suns_show_what_is_looked_up", sun_over_a_fence),
         ("oracle_textures_masks_and_gloss", materials),
         ("oracle_anti_aliasing", anti_aliasing),
     ]
@@ -230,6 +231,49 @@ fn punctual(context: &Context) {
     assert!((c.energy_ratio - 1.0).abs() < 0.005 && c.rel_mse < 4e-3, "{c:?}");
     // The control: the inside's picture is not the outside's.
     assert!(!agrees(&inside.oracle(&view, SIZE, 1), &picture));
+}
+
+/// Shadows of pickets 2 cm wide, in a scene of 80 m: the sun's map shows the part of it that is in view.
+fn sun_over_a_fence(context: &Context) {
+    let mut scene = Scene::default();
+    let white = scene.add_material(Material::diffuse("white", Vec3::splat(0.7)));
+    let mut mesh = Mesh::default();
+    let corner = |x: f32, z: f32| Vec3::new(x, 0.0, z) * 30.0;
+    mesh.add_polygon(&[corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)], white);
+    for i in 0..30 {
+        let low = Vec3::new(-0.6 + 0.04 * i as f32, 0.0, -0.01);
+        mesh.add_box(low, low + Vec3::new(0.02, 0.5, 0.02), white);
+    }
+    scene.add_object("fence", mesh, Transform::IDENTITY);
+    camera(&mut scene, Vec3::new(0.2, 0.9, 1.3), Vec3::new(0.0, 0.1, 0.3), 0.8);
+    camera(&mut scene, Vec3::new(-20.0, 2.0, 20.0), Vec3::new(0.0, 0.1, 0.3), 0.8);
+    let node = scene.add_node("sun", Transform::looking_at(Vec3::new(0.3, 1.0, -0.8), Vec3::ZERO));
+    let intensity = Vec3::splat(4.0);
+    scene.lights.push(PunctualLight {
+        name: String::new(),
+        node,
+        kind: PunctualKind::Directional,
+        intensity,
+    });
+    let stage = Stage::new(scene, &LightSettings { count: 1, bounces: 0, ..Default::default() });
+    let [near, far] = [0, 1].map(|i| stage.view(i, SIZE));
+    let oracle = stage.oracle(&near, SIZE, 1);
+    let mut renderer = context.loaded(&stage, RendererOptions::default());
+    let picture = context.frame(&mut renderer, &near, SIZE, &exact());
+    let c = against(&oracle, &picture);
+    assert!((c.energy_ratio - 1.0).abs() < 0.005 && c.flip < 0.02, "{c:?}");
+    // Whatever was in view before; a camera that rests draws none.
+    context.frame(&mut renderer, &far, SIZE, &exact());
+    let drawn = |renderer: &mut _| {
+        let picture = context.frame(renderer, &near, SIZE, &exact());
+        (context.wait(renderer.stats()).expect("stats").maps_drawn, picture.pixels)
+    };
+    assert!(
+        drawn(&mut renderer) == (1, picture.pixels.clone()) && drawn(&mut renderer) == (0, picture.pixels)
+    );
+    // The control: a map of all of the scene.
+    let whole = against(&oracle, &context.picture(&stage, RendererOptions::default(), &near, SIZE));
+    assert!(whole.flip > 5.0 * c.flip, "{whole:?} {c:?}");
 }
 
 fn materials(context: &Context) {

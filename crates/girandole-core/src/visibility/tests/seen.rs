@@ -133,3 +133,38 @@ fn nothing_of_a_light_comes_to_leaves_that_polygons_cover_together() {
         "{seams} {covered} {partial}"
     );
 }
+
+#[test]
+fn what_an_eye_sees_of_a_leaf_is_within_the_polygon_of_that() {
+    let mut numbers = Numbers(43);
+    let [mut hits, mut smaller] = [0; 2];
+    for room in 0..60 {
+        let scene = random_room(&mut numbers);
+        let geometry = Geometry::new(&scene);
+        let tracer = SceneTracer::new(&scene, &geometry);
+        let database = build(&scene, &geometry, vec![light(numbers.vector(), Vec3::Y, Profile::Cosine)]);
+        let (low, high) = geometry.bounds;
+        let eye = (low + high) * 0.5 + (high - low) * 0.45 * numbers.vector();
+        let view = LocalView { orthographic: room % 4 == 0, ..looking(eye, numbers.vector().normalize()) };
+        for _ in 0..200 {
+            let ndc = Vec2::new(numbers.unit(), numbers.unit()) * 2.0 - 1.0;
+            let (origin, direction) = view.ray(ndc);
+            let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
+            let (front, point) =
+                (geometry.normal(hit.triangle).dot(direction) < 0.0, origin + direction * hit.t);
+            let Some(leaf) = database.receivers().leaf_at(hit.triangle, point, front) else { continue };
+            let Some(polygon) = database.seen_polygon(leaf, &view) else { continue };
+            let whole = database.receivers().polygon(database.receivers().leaves[leaf as usize].node);
+            hits += 1;
+            smaller += usize::from(polygon != whole);
+            for axis in [Vec3::X, Vec3::Y, Vec3::Z, numbers.vector().normalize()] {
+                let along = |p: &Vec3| p.dot(axis);
+                let most = polygon.iter().map(along).fold(f32::NEG_INFINITY, f32::max);
+                let least = polygon.iter().map(along).fold(f32::INFINITY, f32::min);
+                let at = along(&point);
+                assert!(at <= most + 1e-3 && at >= least - 1e-3, "{room}: {point} {polygon:?}");
+            }
+        }
+    }
+    assert!(hits > 2000 && smaller > 1000, "{hits} {smaller}");
+}
