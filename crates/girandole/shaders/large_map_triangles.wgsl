@@ -4,6 +4,7 @@
 
 // Of those that are kept, their indices.
 var<workgroup> kept_triangles: array<u32, MAP_KEPT>;
+var<workgroup> kept_count: atomic<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {

@@ -4,7 +4,6 @@
 const SET_UP = 14u;
 
 var<workgroup> kept: array<u32, SET_UP * MAP_KEPT>;
-var<workgroup> kept_count: atomic<u32>;
 
 fn keep_plane(at: u32, plane: vec3f) {
   kept[at] = bitcast<u32>(plane.x);

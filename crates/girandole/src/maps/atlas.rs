@@ -161,7 +161,7 @@ impl Atlas {
         let clusters = self.occluders.sets()[set];
         let mut words = vec![0; self.hidden_words(set) as usize];
         if is_straight && !words.is_empty() {
-            words = self.occluders.hiding.hidden(light, &clusters.bounds[..clusters.first_dynamic()]);
+            words = self.occluders.hiding.hidden(light, &self.occluders.still[set]);
         }
         let state = |object: &DynamicObject| {
             let is_closed = object.is_closed && is_straight && is_outside(light, &object.bounds);

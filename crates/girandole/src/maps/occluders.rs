@@ -4,7 +4,7 @@
 use super::closed::{Corners, cone, is_closed, normal, outward};
 use super::map_view::Bounds;
 use super::non_blockers::NonBlockers;
-use super::occlusion_culling::HidingPolygons;
+use super::occlusion_culling::{ClusterGroups, HidingPolygons};
 use crate::parallel::in_order;
 use crate::shader_constants::NONE;
 use girandole_core::glam::Vec3;
@@ -45,8 +45,9 @@ pub(crate) struct Occluders {
     pub opaque: Clusters,
     /// Those with an alpha mask.
     pub masked: Clusters,
-    /// What may hide static ones.
+    /// What may hide static ones, and these of both kinds.
     pub hiding: HidingPolygons,
+    pub still: [ClusterGroups; 2],
     /// Triangles left out because they cannot block anything.
     pub left_out: usize,
 }
@@ -74,9 +75,13 @@ impl Occluders {
             !scene.objects[patch.object as usize].dynamic
                 && patch.triangles.clone().all(|t| is_drawn(t, false))
         };
+        let sets = [false, true].map(select);
+        let still = [0, 1].map(|set| ClusterGroups::new(&sets[set].bounds[..sets[set].first_dynamic()]));
+        let [opaque, masked] = sets;
         Self {
-            opaque: select(false),
-            masked: select(true),
+            opaque,
+            masked,
+            still,
             hiding: HidingPolygons::new(geometry.patches.iter().filter(hides)),
             left_out: blocks.iter().filter(|b| !**b).count(),
         }

@@ -12,8 +12,21 @@ const MOST: usize = 1024;
 const MARGIN: f32 = 1e-4;
 /// How far from a polygon's plane a light has to be, as a share of the polygon's extent.
 const GRAZING: f32 = 1e-3;
-/// Neighbours that are looked at together.
+/// Neighbours that are looked at together, and such groups.
 const GROUP: usize = 16;
+
+/// Boxes about static clusters, about neighbours among them, and about neighbours among those.
+#[derive(Default)]
+pub(crate) struct ClusterGroups([Vec<Bounds>; 3]);
+
+impl ClusterGroups {
+    pub fn new(clusters: &[Bounds]) -> Self {
+        let about = |boxes: &[Bounds]| boxes.chunks(GROUP).map(|group| Bounds::about(group.iter())).collect();
+        let groups: Vec<Bounds> = about(clusters);
+        let above = about(&groups);
+        Self([clusters.to_vec(), groups, above])
+    }
+}
 
 /// Static polygons that may hide others, the largest first.
 #[derive(Default)]
@@ -35,19 +48,13 @@ impl HidingPolygons {
         Self(polygons)
     }
 
-    /// A bit for each cluster, by the boxes about them: whether it is hidden from a light.
-    pub fn hidden(&self, light: &Light, clusters: &[Bounds]) -> Vec<u32> {
+    /// A bit for each cluster: whether it is hidden from a light.
+    pub fn hidden(&self, light: &Light, clusters: &ClusterGroups) -> Vec<u32> {
         let shadows = self.shadows(light);
-        let mut words = vec![0; clusters.len().div_ceil(32)];
-        let mut partly = Vec::new();
-        for (first, group) in (0..).step_by(GROUP).zip(clusters.chunks(GROUP)) {
-            let about = Bounds::about(group.iter());
-            partly.clear();
-            partly.extend(shadows.iter().filter(|shadow| shadow.touches(&about)));
-            for (cluster, bounds) in (first..).zip(group) {
-                let is_hidden = partly.iter().any(|shadow| shadow.contains(bounds));
-                words[cluster / 32] |= u32::from(is_hidden) << (cluster % 32);
-            }
+        let mut words = vec![0; clusters.0[0].len().div_ceil(32)];
+        let shadows: Vec<&Shadow> = shadows.iter().collect();
+        for group in 0..clusters.0[2].len() {
+            mark(&clusters.0, group, &shadows, &mut words);
         }
         words
     }
@@ -60,6 +67,25 @@ impl HidingPolygons {
             covers.truncate(TRIED);
         }
         covers.iter().filter_map(|(_, polygon)| Shadow::new(light, polygon)).collect()
+    }
+}
+
+/// Marks those of the clusters of a group that are within one of these shadows. The last of the levels is the group's.
+fn mark(levels: &[Vec<Bounds>], group: usize, shadows: &[&Shadow], words: &mut [u32]) {
+    let Some((bounds, below)) = levels.split_last() else { return };
+    if shadows.iter().any(|shadow| shadow.contains(&bounds[group])) {
+        let size = GROUP.pow(below.len() as u32);
+        for cluster in group * size..((group + 1) * size).min(levels[0].len()) {
+            words[cluster / 32] |= 1 << (cluster % 32);
+        }
+        return;
+    }
+    let Some(boxes) = below.last() else { return };
+    let partly: Vec<&Shadow> = shadows.iter().copied().filter(|s| s.touches(&bounds[group])).collect();
+    for member in group * GROUP..((group + 1) * GROUP).min(boxes.len()) {
+        if !partly.is_empty() {
+            mark(below, member, &partly, words);
+        }
     }
 }
 
@@ -143,7 +169,7 @@ mod tests {
         // Among others that are far away, so that groups are looked at, too.
         let mut clusters = vec![at(Vec3::Y * 50.0); 40];
         clusters[35] = at(center);
-        let words = wall().hidden(light, &clusters);
+        let words = wall().hidden(light, &ClusterGroups::new(&clusters));
         assert_eq!([words.len(), words[0] as usize, (words[1] & !8) as usize], [2, 0, 0]);
         words[1] == 8
     }
