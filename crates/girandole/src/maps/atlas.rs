@@ -22,6 +22,9 @@ pub(crate) struct MapsView<'a> {
     pub maps: &'a wgpu::Buffer,
 }
 
+/// Words of bits for static clusters, 32 each, at most: of more, finding those that are hidden takes longer than fast devices take to draw them.
+const MOST_HIDDEN_WORDS: u32 = 64;
+
 /// The atlas and what is drawn into it.
 pub(crate) struct Atlas {
     pub texture: wgpu::Texture,
@@ -173,10 +176,10 @@ impl Atlas {
         words
     }
 
-    /// Those of them that are for static clusters: none where these are so many that few parts would have room for theirs.
+    /// Those of them that are for static clusters: none where there are too many of these.
     pub fn hidden_words(&self, set: usize) -> u32 {
         let words = self.occluders.sets()[set].first_dynamic().div_ceil(32) as u32;
-        if words <= OWNER_VECTORS / 4 { words } else { 0 }
+        if words <= MOST_HIDDEN_WORDS { words } else { 0 }
     }
 
     /// Words of a part in `owners`.

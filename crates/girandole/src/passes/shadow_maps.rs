@@ -51,8 +51,8 @@ struct Kernels {
 struct Bounds {
     /// Large triangles of a part that are listed.
     most_listed: u32,
-    /// How many of them a dispatch merges. For each 128 that cover all blocks of a workgroup, its lanes take 800 steps (eight lanes 5400),
-    /// for masked ones 9500.
+    /// How many of them a dispatch merges. For each 128 that touch all blocks of a workgroup, its lanes take 1500 steps at most (eight lanes
+    /// 9600: two blocks at a time, of which one may be covered where the other is cut), for masked ones 9500.
     most_merged: u32,
     /// Lanes of a workgroup that looks for small triangles among 2048, each of which takes 275 steps at most, and of one that merges
     /// large ones.
@@ -63,7 +63,7 @@ impl Bounds {
     /// For opaque occluders and for masked ones. At each barrier software devices switch from one vector of lanes to the next, which
     /// takes longer than most of what is between: there, opaque ones have one or two vectors.
     fn of(tier: Tier) -> [Self; 2] {
-        let (most_merged, lanes) = tier.choose((4096, [WORKGROUP; 2]), (1280, [16, 8]));
+        let (most_merged, lanes) = tier.choose((4096, [WORKGROUP; 2]), (640, [16, 8]));
         [
             Self { most_listed: 4096, most_merged, lanes },
             Self { most_listed: 4096, most_merged: 512, lanes: [WORKGROUP; 2] },
