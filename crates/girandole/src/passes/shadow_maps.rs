@@ -65,8 +65,8 @@ impl Bounds {
     fn of(tier: Tier) -> [Self; 2] {
         let (most_merged, lanes) = tier.choose((4096, [WORKGROUP; 2]), (640, [16, 8]));
         [
-            Self { most_listed: 4096, most_merged, lanes },
-            Self { most_listed: 4096, most_merged: 512, lanes: [WORKGROUP; 2] },
+            Self { most_listed: most_merged, most_merged, lanes },
+            Self { most_listed: 512, most_merged: 512, lanes: [WORKGROUP; 2] },
         ]
     }
 }
