@@ -292,7 +292,7 @@ fn corners(geometry: &Geometry) -> Vec<[DVec3; 3]> {
 }
 
 fn sheets(context: &Context) {
-    // Lists of 128 triangles and of 4096, merged by 640 at once on software devices.
+    // Lists of 128 triangles and of 4096, 640 on software devices.
     for (size, count, step) in [(32, 1200, 1), (256, 6000, 97)] {
         let (geometry, scene) = pile(count);
         let sample = light(-geometry.origin.as_vec3(), Vec3::NEG_Z, Profile::Cosine);
