@@ -4,7 +4,6 @@
 @group(2) @binding(5) var<storage, read> lists: array<u32>;
 
 override MAP_LANES: u32; // of a workgroup
-override MOST_MERGED: u32; // large triangles of a part
 
 // Blocks of a workgroup.
 const BLOCKS = MAP_ACROSS * MAP_ACROSS;
@@ -26,10 +25,9 @@ fn merge_large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_inv
   let part = parts[group.y];
   let across = (part.end.x - part.first.x + MAP_ACROSS * MAP_BLOCK - 1u) / (MAP_ACROSS * MAP_BLOCK);
   let low = part.first + vec2u(group.x % across, group.x / across) * (MAP_ACROSS * MAP_BLOCK);
-  let listed = min(lists[MAP_LISTS_HEAD + group.y], listed_room(part));
-  let count = min(listed, batch.first_merged + MOST_MERGED);
-  if count <= batch.first_merged || low.y >= part.end.y { return; }
-  for (var start = batch.first_merged; start < count; start += SCANNED) {
+  let count = min(lists[MAP_LISTS_HEAD + group.y], listed_room(part));
+  if count == 0u || low.y >= part.end.y { return; }
+  for (var start = 0u; start < count; start += SCANNED) {
     if lane == 0u { atomicStore(&found_count, 0u); }
     workgroupBarrier();
     for (var i = start + lane; i < min(start + SCANNED, count); i += MAP_LANES) {

@@ -455,7 +455,6 @@ pub(crate) struct MapOccluders {
     pub first_pair: u32,
     pub slices: u32,
     pub hidden_words: u32,
-    pub first_merged: u32,
 }
 
 /// `Display` in `tonemap.wgsl`.

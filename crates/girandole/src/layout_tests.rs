@@ -54,7 +54,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
             transfer_from_world_z, index, points, first_vertex, margin, vertices, mover, sides, clusters, bases),
         fields!(VertexRange as "VertexRange": first, count, padding_a, padding_b),
         fields!(LightMapUpdate as "LightMapUpdate": leaf, first, end, is_void, units),
-        fields!(MapOccluders as "Occluders": clusters, first_moving, first_pair, slices, hidden_words, first_merged),
+        fields!(MapOccluders as "Occluders": clusters, first_moving, first_pair, slices, hidden_words),
         fields!(MapPart as "MapPart": position, is_parallel, x, first_listed, y, owners, z, size, first, end, origin, page, texels),
         fields!(Display as "Display": size, exposure, automatic),
         fields!(DispatchArguments as "DispatchArguments": scatter_points, shade_points, shade_points_cooperative,

@@ -10,7 +10,6 @@ struct Occluders {
   first_pair: u32, // in `lists`
   slices: u32, // of MAP_SLICE blocks each, of the largest part
   hidden_words: u32, // of a part in `owners`, for its static clusters
-  first_merged: u32, // large triangle of each part that is merged
 }
 
 @group(2) @binding(1) var<storage, read> occluders: array<vec4u>;

@@ -1,8 +1,9 @@
 // Fused shading: each point sums the lights of its leaf receiver (Barczak §4.3.1). Points are sorted by leaf, so that
 // neighbours read the same list. A list has five kinds of lights: unblocked ones in the light map, which are done;
 // unblocked ones that are not in the map, summed without a shadow test; those that something may block, summed where
-// their shadow map finds them lit; and the same in the light map, subtracted where it finds them dark (§4.3.2). Those of the
-// second and third kind for whose rectangle some point of the leaf is near have a loop of their own.
+// their shadow map finds them lit; those of these behind a joint of walls, which take a closer look; and the same as the third
+// kind in the light map, subtracted where it finds them dark (§4.3.2). Those of the second and third kind for whose rectangle some
+// point of the leaf is near, and those behind joints, have a loop of their own.
 //
 // A pass that uses it declares `point_queue`; `lights` and `atlas` are declared in lib/lights_*.wgsl, lib/atlas_*.wgsl.
 

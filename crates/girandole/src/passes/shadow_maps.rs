@@ -35,7 +35,8 @@ const MOST_PART_TEXELS: u64 = 1 << 18;
 pub(crate) struct ShadowMaps {
     /// Of opaque and of masked occluders.
     sets: [Kernels; 2],
-    bounds: [Bounds; 2],
+    /// Large triangles of a part that are listed, of each.
+    most_listed: [u32; 2],
     /// Whether straight lines are straight in maps.
     is_straight: bool,
 }
@@ -49,11 +50,9 @@ struct Kernels {
 /// What bounds the work of workgroups: some devices end an invocation after 65 535 steps of loops.
 #[derive(Clone, Copy)]
 struct Bounds {
-    /// Large triangles of a part that are listed.
+    /// Large triangles of a part that are listed. For each 128 that touch all blocks of a workgroup, lanes that merge them take 1500 steps at
+    /// most (eight lanes 9600: two blocks at a time, of which one may be covered where the other is cut), for masked ones 9500.
     most_listed: u32,
-    /// How many of them a dispatch merges. For each 128 that touch all blocks of a workgroup, its lanes take 1500 steps at most (eight lanes
-    /// 9600: two blocks at a time, of which one may be covered where the other is cut), for masked ones 9500.
-    most_merged: u32,
     /// Lanes of a workgroup that looks for small triangles among 2048, each of which takes 275 steps at most, and of one that merges
     /// large ones.
     lanes: [u32; 2],
@@ -63,13 +62,13 @@ impl Bounds {
     /// For opaque occluders and for masked ones. At each barrier software devices switch from one vector of lanes to the next, which
     /// takes longer than most of what is between: there, opaque ones have one or two vectors.
     fn of(tier: Tier) -> [Self; 2] {
-        let (most_merged, lanes) = tier.choose((4096, [WORKGROUP; 2]), (640, [16, 8]));
-        [
-            Self { most_listed: most_merged, most_merged, lanes },
-            Self { most_listed: 512, most_merged: 512, lanes: [WORKGROUP; 2] },
-        ]
+        let gpu = |most_listed| Self { most_listed, lanes: [WORKGROUP; 2] };
+        [tier.choose(gpu(4096), Self { most_listed: 640, lanes: [16, 8] }), gpu(512)]
     }
 }
+
+/// What `are_hidden` of `lib/map_set_up.wgsl` looks at are two words.
+const _: () = assert!(MAP_CLUSTERS == 64);
 
 /// Parts of maps that are drawn at once, and the lights that they are of.
 #[derive(Default)]
@@ -86,14 +85,13 @@ impl ShadowMaps {
     pub fn new(device: &wgpu::Device, shared: &Shared, options: &RendererOptions) -> Self {
         let bounds = Bounds::of(shared.kernels.tier);
         let kernels = |set: usize, [small, large, merge]: [&'static Source; 3]| {
-            let Bounds { most_listed, most_merged, lanes } = bounds[set];
+            let Bounds { most_listed, lanes } = bounds[set];
             let kernel = |source, entry, lanes| {
                 let constants = [
                     ("PARAMETERISATION", f64::from(options.shadow_map as u32)),
                     ("NEAR", NEAR),
                     ("CLUSTER", f64::from(CLUSTER)),
                     ("MOST_LISTED", f64::from(most_listed)),
-                    ("MOST_MERGED", f64::from(most_merged)),
                     ("MAP_LANES", f64::from(lanes)),
                 ];
                 Kernel::new(device, shared, source, entry, &constants)
@@ -113,7 +111,7 @@ impl ShadowMaps {
         ];
         Self {
             sets: [kernels(0, opaque), kernels(1, masked)],
-            bounds,
+            most_listed: bounds.map(|bounds| bounds.most_listed),
             is_straight: options.shadow_map != ShadowMap::Parabolic,
         }
     }
@@ -165,7 +163,7 @@ impl ShadowMaps {
 
     /// Large triangles that a part has room for in a list, see `lib/map_lists.wgsl`.
     fn listed_room(&self, part: &MapPart, set: usize) -> u32 {
-        (size(part).iter().product::<u32>() / MAP_LISTED).min(self.bounds[set].most_listed)
+        (size(part).iter().product::<u32>() / MAP_LISTED).min(self.most_listed[set])
     }
 
     fn draw(&self, recorder: &mut Recorder, scene: &Resident, mut batch: Batch) -> Result<()> {
@@ -217,34 +215,30 @@ impl ShadowMaps {
             first_pair: MAP_LISTS_HEAD + count + batch.texels / MAP_LISTED * LISTED_WORDS,
             slices: blocks.div_ceil(MAP_SLICE),
             hidden_words: atlas.hidden_words(set),
-            first_merged: 0,
         };
         let parts = storage(device, "parts of maps", &batch.parts)?;
+        let head = uniform(device, "batch of maps", bytemuck::bytes_of(&head));
         let owners = uniform(device, "dynamic objects", bytemuck::cast_slice(&owners));
+        let resources = [
+            buffer("parts", &parts),
+            buffer("occluders", &atlas.sets[set]),
+            buffer("batch", &head),
+            buffer("owners", &owners),
+            buffer("nearest", &atlas.nearest),
+            buffer("lists", &atlas.lists),
+        ];
         recorder.encoder().clear_buffer(&atlas.lists, 0, Some(u64::from(MAP_LISTS_HEAD + count) * 4));
         let Kernels { small, large, merge } = &self.sets[set];
         let nothing = Frame::default();
-        let mut record = |kernel: &Kernel, head: &MapOccluders, groups| {
-            let head = uniform(device, "batch of maps", bytemuck::bytes_of(head));
+        let mut record = |kernel: &Kernel, groups| {
             let bound = (&nothing, Some(&scene.geometry.group));
-            let resources = [
-                buffer("parts", &parts),
-                buffer("occluders", &atlas.sets[set]),
-                buffer("batch", &head),
-                buffer("owners", &owners),
-                buffer("nearest", &atlas.nearest),
-                buffer("lists", &atlas.lists),
-            ];
             kernel.record(recorder, bound, "shadow_maps_gpu_ms", &resources, groups);
         };
-        record(small, &head, Groups::Count([head.clusters.div_ceil(MAP_CLUSTERS), count]));
+        record(small, Groups::Count([(clusters.bounds.len() as u32).div_ceil(MAP_CLUSTERS), count]));
         if batch.pairs > 0 {
-            record(large, &head, Groups::Indirect(&atlas.lists, 0));
+            record(large, Groups::Indirect(&atlas.lists, 0));
         }
-        let listed = most(&|part| self.listed_room(part, set)).min(head.clusters * CLUSTER);
-        for first_merged in (0..listed).step_by(self.bounds[set].most_merged as usize) {
-            record(merge, &MapOccluders { first_merged, ..head }, Groups::Count([merged, count]));
-        }
+        record(merge, Groups::Count([merged, count]));
         Ok(())
     }
 }
