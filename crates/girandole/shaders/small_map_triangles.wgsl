@@ -48,7 +48,7 @@ fn small_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
   workgroupBarrier();
   for (var cluster = first + lane; cluster < min(first + MAP_CLUSTERS, batch.clusters); cluster += MAP_LANES) {
     for (var is_seen = !is_hidden(part, cluster); is_seen; is_seen = false) {
-      if is_wanted(part, cluster) { wanted[atomicAdd(&wanted_count, 1u)] = cluster; }
+      if may_cover(part, cluster) { wanted[atomicAdd(&wanted_count, 1u)] = cluster; }
     }
   }
   workgroupBarrier();

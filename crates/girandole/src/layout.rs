@@ -436,7 +436,7 @@ pub(crate) struct MapPart {
     pub x: Vec3,
     pub first_listed: u32,
     pub y: Vec3,
-    pub owners: u32,
+    pub hidden: u32,
     pub z: Vec3,
     pub size: u32,
     pub first: [u32; 2],
@@ -451,10 +451,8 @@ pub(crate) struct MapPart {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub(crate) struct MapOccluders {
     pub clusters: u32,
-    pub first_moving: u32,
     pub first_pair: u32,
     pub slices: u32,
-    pub hidden_words: u32,
 }
 
 /// `Display` in `tonemap.wgsl`.

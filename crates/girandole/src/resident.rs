@@ -94,7 +94,7 @@ impl Resident {
         samples.iter_mut().for_each(|light| light.atlas_slot = NO_MAP);
         let features = SceneFeatures::of(scene, geometry, &samples);
         let non_blockers = NonBlockers::new(scene, geometry, &samples, options.skip_non_blockers);
-        let occluders = Occluders::new(scene, geometry, &non_blockers);
+        let occluders = Occluders::new(scene, geometry, &non_blockers, options.shadow_map);
         let transforms = Snapshot::first(scene, geometry);
         // Until a frame says which it looks up.
         let mut cache = MapCache::new(&layout, samples.len(), &transforms);
@@ -348,6 +348,8 @@ impl Resident {
     pub fn plan_maps(&mut self, device: &wgpu::Device, updates: &MapUpdates) {
         let cache = &mut self.atlas.cache;
         self.map_updates = cache.plan(updates, &self.lights.samples);
+        let updated = self.map_updates.iter().map(|update| update.light);
+        self.atlas.occluders.culling.find(&self.lights.samples, updated);
         self.lights.place(device, &cache.words(&self.map_updates));
     }
 

@@ -20,9 +20,6 @@ pub(crate) const MAP_LISTS_HEAD: u32 = 4;
 /// Sizes of shadow maps that there may be, and what stands for the place of a light without a map.
 pub(crate) const MAP_SIZES: u32 = 16;
 pub(crate) const NO_MAP: u32 = 0x00f0_0000;
-/// Vectors of what shadow maps know of objects that move, as many as a uniform buffer of 64 KiB holds, and objects in a word of those.
-pub(crate) const OWNER_VECTORS: u32 = 4096;
-pub(crate) const OWNERS_PER_WORD: u32 = 16;
 /// Lights are summed in groups of this many; batches are whole groups.
 pub(crate) const GROUP: u32 = 128;
 /// Most lights in a batch: 32 KiB of a uniform buffer, of which WebGPU binds 64.
@@ -111,8 +108,6 @@ pub(crate) fn declarations() -> String {
         GROUP,
         BATCH,
         MAX_PREVIOUS_TRANSFORMS,
-        OWNER_VECTORS,
-        OWNERS_PER_WORD,
         MAP_BLOCK,
         MAP_ACROSS,
         MAP_SLICE,

@@ -28,7 +28,7 @@ fn kept_at(slot: u32) -> SetUp {
   let x = kept[at + 12u];
   let y = kept[at + 13u];
   return SetUp(
-    kept_plane(at), kept_plane(at + 3u), kept_plane(at + 6u), kept_plane(at + 9u), box_first(x, y), box_end(x, y), 0.0);
+    kept_plane(at), kept_plane(at + 3u), kept_plane(at + 6u), kept_plane(at + 9u), box_first(x, y), box_end(x, y), true);
 }
 
 fn kept_depth(slot: u32) -> vec3f { return kept_plane(SET_UP * slot + 9u); }

@@ -12,7 +12,7 @@ struct MapPart {
   x: vec3f, // the map's axes in the world, for parallel light over half its width
   first_listed: u32, // of its large triangles, in `lists`
   y: vec3f,
-  owners: u32, // first word in `owners`
+  hidden: u32, // first word in `hidden`
   z: vec3f, // for parallel light over the diameter of the scene
   size: u32, // texels across the map
   first: vec2u, // columns and rows of the part: multiples of MAP_BLOCK
@@ -33,9 +33,9 @@ override NEAR: f32; // metres; only a unit: depth is NEAR / norm
 
 @group(2) @binding(0) var<storage, read> parts: array<MapPart>;
 
-// A triangle from a light: the planes through its edges, and its depth, by direction; the texels that it may cover; whether its corners
-// turn one way (1) or the other (−1).
-struct SetUp { a: vec3f, b: vec3f, c: vec3f, n: vec3f, first: vec2i, end: vec2i, side: f32 }
+// A triangle from a light: the planes through its edges, and its depth, by direction; the texels that it may cover; whether it is
+// seen other than edge-on.
+struct SetUp { a: vec3f, b: vec3f, c: vec3f, n: vec3f, first: vec2i, end: vec2i, is_seen: bool }
 
 // Directions of four centres in a row.
 struct Directions { x: vec4f, y: vec4f, z: vec4f }

@@ -1,33 +1,25 @@
 // Occluders as the parts of shadow maps see them.
 //
-// `occluders` begins with two vectors a cluster: a sphere about it; the cone of its normals, and the dynamic object that it
-// belongs to. Then come three corners for each of its CLUSTER triangles, with the triangle's index in `triangles`, and its owner: a
-// dynamic object.
+// `occluders` begins with a sphere about each cluster. Then come three corners for each of its CLUSTER triangles, with the triangle's
+// index in `triangles`.
 
 struct Occluders {
   clusters: u32,
-  first_moving: u32, // clusters of static objects come first
   first_pair: u32, // in `lists`
   slices: u32, // of MAP_SLICE blocks each, of the largest part
-  hidden_words: u32, // of a part in `owners`, for its static clusters
 }
 
 @group(2) @binding(1) var<storage, read> occluders: array<vec4u>;
 @group(2) @binding(2) var<uniform> batch: Occluders;
-// For each part, a bit for each static cluster: whether something static hides it from the light. Then two bits for each owner: the same of
-// it; whether it is closed, and the light outside of it.
-@group(2) @binding(3) var<uniform> owners: array<vec4u, OWNER_VECTORS>; // four words each
+// For each part, a bit for each cluster: whether something static hides it from the light.
+@group(2) @binding(3) var<storage, read> hidden: array<u32>;
 
 override CLUSTER: u32;
 
 // Triangles whose boxes have more texels go to the list of their part.
 const SMALL = 128;
-const HIDDEN = 1u;
-const CLOSED = 2u;
 // How far beside its texels rounding may put what a map shows, texels.
 const MARGIN = 0.01;
-// Sines of angles by which triangles at least face away before a cluster of them is left out.
-const TURNED = 0.001;
 const SQRT_3 = 1.7320508;
 
 fn light_space(part: MapPart, point: vec3f) -> vec3f {
@@ -124,7 +116,7 @@ fn box_of_bent(p: vec3f, q: vec3f, r: vec3f) -> Box {
   return box;
 }
 
-fn corner_at(triangle: u32) -> u32 { return 2u * batch.clusters + 3u * triangle; }
+fn corner_at(triangle: u32) -> u32 { return batch.clusters + 3u * triangle; }
 
 // A triangle in light space; where maps show it in homogeneous coordinates, in those, with its depths.
 struct Corners { p: vec3f, q: vec3f, r: vec3f, depths: vec3f, is_before: bool }
@@ -158,7 +150,7 @@ fn planes(part: MapPart, c: Corners) -> SetUp {
   s.a = cross(c.p + c.q, pq) * side;
   s.b = cross(c.q + c.r, qr) * side;
   s.c = cross(c.r + c.p, rp) * side;
-  s.side = side;
+  s.is_seen = volume != 0.0;
   let size = f32(part.size);
   if is_affine(part) {
     let bent = cross(c.r, c.p) * (c.depths.y - c.depths.x) + cross(c.p, c.q) * (c.depths.z - c.depths.x);
@@ -192,9 +184,7 @@ fn set_up(part: MapPart, triangle: u32) -> SetUp {
   // Most triangles end here: their planes are found only for the others.
   for (var is_found = false; c.is_before && all(first < end) && !is_found; is_found = true) {
     s = planes(part, c);
-    // Of a closed object, what faces away is behind what does not.
-    let is_shown = s.side < 0.0 || (s.side > 0.0 && (owner_state(part, occluders[corner_at(triangle) + 1u].w) & CLOSED) == 0u);
-    if is_shown {
+    if s.is_seen {
       s.first = first;
       s.end = end;
     }
@@ -202,8 +192,9 @@ fn set_up(part: MapPart, triangle: u32) -> SetUp {
   return s;
 }
 
-// Whether triangles in a sphere may cover texels of a part.
-fn may_cover(part: MapPart, sphere: vec4f) -> bool {
+// Whether triangles of a cluster may cover texels of a part.
+fn may_cover(part: MapPart, cluster: u32) -> bool {
+  let sphere = bitcast<vec4f>(occluders[cluster]);
   let p = light_space(part, sphere.xyz);
   let half = 0.5 * f32(part.size);
   var middle: vec2f;
@@ -259,49 +250,13 @@ fn may_show(p: vec3f, r: f32, part: MapPart) -> bool {
   return least >= -1e-5 * (abs(p.x) + abs(p.y) + abs(p.z));
 }
 
-// What is known of an owner.
-fn owner_state(part: MapPart, owner: u32) -> u32 {
-  let word = batch.hidden_words + owner / OWNERS_PER_WORD;
-  if word >= 4u * OWNER_VECTORS { return 0u; }
-  return (word_of(part, word) >> (2u * (owner % OWNERS_PER_WORD))) & 3u;
-}
-
-fn word_of(part: MapPart, word: u32) -> u32 {
-  let at = part.owners + word;
-  return owners[at / 4u][at % 4u];
-}
-
-// Whether something static hides a cluster from a part's light.
 fn is_hidden(part: MapPart, cluster: u32) -> bool {
-  if cluster < batch.first_moving {
-    if cluster / 32u >= batch.hidden_words { return false; }
-    return ((word_of(part, cluster / 32u) >> (cluster % 32u)) & 1u) != 0u;
-  }
-  return (owner_state(part, occluders[2u * cluster + 1u].w) & HIDDEN) != 0u;
+  return ((hidden[part.hidden + cluster / 32u] >> (cluster % 32u)) & 1u) != 0u;
 }
 
-// The same of static clusters from a multiple of 32 on, of all of the next 64.
+// The same of the MAP_CLUSTERS from a multiple of that on, if there are so many.
 fn are_hidden(part: MapPart, first: u32) -> bool {
-  let word = first / 32u;
-  if first + 64u > batch.first_moving || word + 1u >= batch.hidden_words { return false; }
-  return (word_of(part, word) & word_of(part, word + 1u)) == 0xffffffffu;
-}
-
-// Whether a cluster that is not hidden has to be looked at for a part.
-fn is_wanted(part: MapPart, cluster: u32) -> bool {
-  let sphere = bitcast<vec4f>(occluders[2u * cluster]);
-  if !may_cover(part, sphere) { return false; }
-  if cluster < batch.first_moving { return true; }
-  let state = owner_state(part, occluders[2u * cluster + 1u].w);
-  if (state & CLOSED) != 0u {
-    // The cone's axis, its length 1 + the sine of its half angle; 0 where normals point too many ways.
-    let cone = bitcast<vec3f>(occluders[2u * cluster + 1u].xyz);
-    let l = length(cone);
-    if l > 0.0 {
-      let to = select(sphere.xyz - part.position, part.z, part.is_parallel != 0u);
-      let slack = select(sphere.w, 0.0, part.is_parallel != 0u);
-      if dot(to, cone) / l > (l - 1.0 + TURNED) * length(to) + slack { return false; }
-    }
-  }
-  return true;
+  let word = part.hidden + first / 32u;
+  if first + MAP_CLUSTERS > batch.clusters { return false; }
+  return (hidden[word] & hidden[word + 1u]) == 0xffffffffu;
 }

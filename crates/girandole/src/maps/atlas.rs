@@ -1,17 +1,15 @@
 //! The shadow atlas on the GPU, and what is drawn into it.
 
 use super::cache::MapCache;
-use super::closed::is_outside;
 use super::layout::{AtlasLayout, list_words};
 use super::map_view::MapView;
 use super::moved::MovedBoxes;
 use super::occluded::OccludedObjects;
-use super::occluders::{CLUSTER, Clusters, DynamicObject, Occluders};
+use super::occluders::{CLUSTER, Clusters, Occluders};
 use crate::Result;
 use crate::device::buffers::{check_bytes, storage, uniform};
 use crate::layout::Light;
 use crate::parallel::in_order;
-use crate::shader_constants::{OWNER_VECTORS, OWNERS_PER_WORD};
 use girandole_core::scene::{Geometry, ObjectId};
 
 /// Shadow maps that are up to date.
@@ -21,9 +19,6 @@ pub(crate) struct MapsView<'a> {
     /// `Maps` for the shaders.
     pub maps: &'a wgpu::Buffer,
 }
-
-/// Words of bits for static clusters, 32 each, at most: of more, finding those that are hidden takes longer than fast devices take to draw them.
-const MOST_HIDDEN_WORDS: u32 = 64;
 
 /// The atlas and what is drawn into it.
 pub(crate) struct Atlas {
@@ -105,7 +100,7 @@ impl Atlas {
         let Self { occluders, cache, sets, .. } = self;
         let boxes = |occluders: &Occluders| {
             let of = |&object: &ObjectId| occluders.of_object(object).map(move |bounds| (object, bounds));
-            MovedBoxes::new(moved.iter().flat_map(of).collect())
+            MovedBoxes::new(&moved.iter().flat_map(of).collect::<Vec<_>>())
         };
         let covered_before = boxes(occluders);
         for (clusters, set) in [&mut occluders.opaque, &mut occluders.masked].into_iter().zip(sets) {
@@ -152,43 +147,21 @@ impl Atlas {
         if clusters * u64::from(CLUSTER) > u64::from(room) { clusters } else { 0 }
     }
 
-    /// What is known of a set's occluders as a light sees them, in `owners` of `lib/map_set_up.wgsl`: a bit for each static cluster, then two
-    /// for each dynamic object; more than it holds have none. `is_straight` tells whether straight lines are straight in its map.
-    pub fn owner_states(
-        &self,
-        set: usize,
-        (index, light): (u32, &Light),
-        hidden: &OccludedObjects,
-        is_straight: bool,
-    ) -> Vec<u32> {
+    /// A bit for each of a set's clusters: whether it is hidden from a light, as far as that was [found](OcclusionCulling::find).
+    pub fn hidden(&self, set: usize, light: u32, objects: &OccludedObjects) -> Vec<u32> {
         let clusters = self.occluders.sets()[set];
-        let mut words = vec![0; self.hidden_words(set) as usize];
-        if is_straight && !words.is_empty() {
-            words = self.occluders.hiding.hidden(light, &self.occluders.still[set]);
+        let mut words = vec![0; self.hidden_words(set)];
+        let dynamic = clusters.dynamic.iter().filter(|object| objects.is_hidden(object.id, light as usize));
+        let still = self.occluders.culling.of_light(light, set).iter().cloned();
+        for cluster in still.chain(dynamic.map(|object| object.clusters.clone())).flatten() {
+            words[cluster / 32] |= 1 << (cluster % 32);
         }
-        let state = |object: &DynamicObject| {
-            let is_closed = object.is_closed && is_straight && is_outside(light, &object.bounds);
-            u32::from(hidden.is_hidden(object.id, index as usize)) | u32::from(is_closed) << 1
-        };
-        let word = |objects: &[DynamicObject]| objects.iter().rev().fold(0, |word, o| word << 2 | state(o));
-        words.extend(clusters.dynamic.chunks(OWNERS_PER_WORD as usize).map(word));
-        words.truncate(4 * OWNER_VECTORS as usize);
         words
     }
 
-    /// Those of them that are for static clusters: none where there are too many of these.
-    pub fn hidden_words(&self, set: usize) -> u32 {
-        let words = self.occluders.sets()[set].first_dynamic().div_ceil(32) as u32;
-        if words <= MOST_HIDDEN_WORDS { words } else { 0 }
-    }
-
-    /// Words of a part in `owners`.
-    pub fn owner_words(&self) -> u64 {
-        let words = |set: usize| {
-            let objects = self.occluders.sets()[set].dynamic.len() as u64;
-            u64::from(self.hidden_words(set)) + objects.div_ceil(u64::from(OWNERS_PER_WORD))
-        };
-        words(0).max(words(1)).min(4 * u64::from(OWNER_VECTORS))
+    /// How many words those are.
+    pub fn hidden_words(&self, set: usize) -> usize {
+        self.occluders.sets()[set].bounds.len().div_ceil(32)
     }
 
     /// Triangles left out because they cannot block anything.

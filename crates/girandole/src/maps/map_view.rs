@@ -1,14 +1,8 @@
 //! Which texels of a light's shadow map a box may cover.
 
+use super::bounds::Bounds;
 use crate::layout::Light;
 use girandole_core::glam::{Vec3, Vec4};
-
-/// An axis-aligned box in world space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bounds {
-    pub center: Vec3,
-    pub half_extent: Vec3,
-}
 
 /// Texels of a map, from the first column and row up to before the last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,19 +13,6 @@ pub(crate) struct TexelRect {
 
 /// What rounding may add to a box of texels, texels.
 const MARGIN: f32 = 2.0;
-impl Bounds {
-    /// The smallest one about points; at least one.
-    pub fn around(points: impl Iterator<Item = Vec3>) -> Self {
-        let (low, high) =
-            points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-        Self { center: (low + high) * 0.5, half_extent: (high - low) * 0.5 }
-    }
-
-    /// The smallest one about others; at least one.
-    pub fn about<'a>(others: impl Iterator<Item = &'a Self>) -> Self {
-        Self::around(others.flat_map(|b| [b.center - b.half_extent, b.center + b.half_extent]))
-    }
-}
 
 impl TexelRect {
     /// A whole map.

@@ -1,10 +1,10 @@
 //! Shadow maps: where each one lies, what is drawn into it, which are stale, and the textures.
 
 pub(crate) mod atlas;
+pub(crate) mod bounds;
 pub(crate) mod cache;
 #[cfg(test)]
 mod cache_tests;
-pub(crate) mod closed;
 pub(crate) mod grid;
 pub(crate) mod layout;
 pub(crate) mod map_view;

@@ -1,82 +1,35 @@
-//! Boxes about what moved, in a tree: where a light's map is stale already as far as a group of them reaches, none of the group
-//! is looked at.
+//! Boxes about what moved, in a tree: where a light's map is stale already as far as all boxes in a part of it reach, none of these is looked
+//! at.
 
-use super::map_view::{Bounds, MapView, TexelRect};
+use super::bounds::{Bounds, BoundsTree, sort_by_place};
+use super::map_view::{MapView, TexelRect};
 use girandole_core::scene::ObjectId;
-use std::ops::Range;
-
-/// Boxes that are not divided further.
-const GROUP: usize = 4;
 
 /// Boxes about objects.
 #[derive(Debug, Default)]
 pub(crate) struct MovedBoxes {
-    boxes: Vec<(ObjectId, Bounds)>,
-    /// Of more than [`GROUP`] boxes each, those above before those below.
-    groups: Vec<Group>,
-}
-
-#[derive(Debug)]
-struct Group {
-    bounds: Bounds,
-    boxes: Range<usize>,
-    /// The index after those of all groups below.
-    end: usize,
+    objects: Vec<ObjectId>,
+    tree: BoundsTree,
 }
 
 impl MovedBoxes {
-    pub fn new(boxes: Vec<(ObjectId, Bounds)>) -> Self {
-        let mut result = Self { boxes, groups: Vec::new() };
-        result.divide(0..result.boxes.len());
-        result
-    }
-
-    /// Makes groups of these boxes, halved across their longest axis.
-    fn divide(&mut self, range: Range<usize>) {
-        if range.len() <= GROUP {
-            return;
-        }
-        let members = &mut self.boxes[range.clone()];
-        let bounds = Bounds::about(members.iter().map(|(_, bounds)| bounds));
-        let axis = bounds.half_extent.max_position();
-        let middle = members.len() / 2;
-        members.select_nth_unstable_by(middle, |(a, of_a), (b, of_b)| {
-            of_a.center[axis].total_cmp(&of_b.center[axis]).then(a.cmp(b))
-        });
-        let index = self.groups.len();
-        let middle = range.start + middle;
-        self.groups.push(Group { bounds, boxes: range.clone(), end: 0 });
-        self.divide(range.start..middle);
-        self.divide(middle..range.end);
-        self.groups[index].end = self.groups.len();
+    pub fn new(boxes: &[(ObjectId, Bounds)]) -> Self {
+        let mut order: Vec<_> = boxes.iter().enumerate().map(|(i, (_, bounds))| (bounds.center, i)).collect();
+        sort_by_place(&mut order, 1);
+        let (objects, bounds): (Vec<_>, Vec<_>) = order.into_iter().map(|(_, i)| boxes[i]).unzip();
+        Self { objects, tree: BoundsTree::new(&bounds) }
     }
 
     /// What becomes stale of a map of which a part is stale already; objects that are hidden from its light change nothing.
     pub fn stale(&self, map: &MapView, stale: TexelRect, is_hidden: impl Fn(ObjectId) -> bool) -> TexelRect {
         let mut result = stale;
-        let mark = |boxes: Range<usize>, result: &mut TexelRect| {
-            for (object, bounds) in &self.boxes[boxes] {
-                if !is_hidden(*object) {
-                    *result = result.union(&map.covered(bounds));
-                }
+        self.tree.visit((), &mut |(), bounds, range| {
+            let with = result.union(&map.covered(bounds));
+            if range.len() == 1 && !is_hidden(self.objects[range.start]) {
+                result = with;
             }
-        };
-        let (mut index, mut next) = (0, 0);
-        let whole = TexelRect::whole(map.size);
-        while let Some(group) = self.groups.get(index) {
-            // Those before it that belong to no group of their own.
-            mark(next..group.boxes.start.max(next), &mut result);
-            if result == whole {
-                return result;
-            }
-            next = next.max(group.boxes.start);
-            if result.union(&map.covered(&group.bounds)) == result {
-                (index, next) = (group.end, group.boxes.end);
-            } else {
-                index += 1;
-            }
-        }
-        mark(next..self.boxes.len(), &mut result);
+            (with != result).then_some(())
+        });
         result
     }
 }
@@ -110,9 +63,9 @@ mod tests {
             let is_hidden = |object: ObjectId| object.0 % 5 == 3;
             let seen = boxes.iter().filter(|(object, _)| !is_hidden(*object));
             let all = seen.fold(stale, |rect, (_, bounds)| rect.union(&map.covered(bounds)));
-            assert_eq!(MovedBoxes::new(boxes.clone()).stale(&map, stale, is_hidden), all, "case {case}");
+            assert_eq!(MovedBoxes::new(&boxes).stale(&map, stale, is_hidden), all, "case {case}");
             // The controls: hidden ones count, and not all of the map is stale.
-            let with_hidden = MovedBoxes::new(boxes).stale(&map, stale, |_| false);
+            let with_hidden = MovedBoxes::new(&boxes).stale(&map, stale, |_| false);
             smaller += u32::from(all != with_hidden);
             shown += u32::from(!all.is_empty() && all != TexelRect::whole(SIZE));
         }

@@ -1,11 +1,11 @@
 //! What is drawn into shadow maps: all occluders merged in world space, in clusters of a fixed number of triangles
 //! (Barczak §4.2.2).
 
-use super::closed::{Corners, cone, is_closed, normal, outward};
-use super::map_view::Bounds;
+use super::bounds::{Bounds, sort_by_place};
 use super::non_blockers::NonBlockers;
-use super::occlusion_culling::{ClusterGroups, HidingPolygons};
+use super::occlusion_culling::OcclusionCulling;
 use crate::parallel::in_order;
+use crate::settings::ShadowMap;
 use crate::shader_constants::NONE;
 use girandole_core::glam::Vec3;
 use girandole_core::scene::{Geometry, ObjectId, Scene, WorldPatch};
@@ -13,9 +13,6 @@ use std::ops::Range;
 
 /// Triangles in a cluster.
 pub(crate) const CLUSTER: u32 = 32;
-/// What half a closed object's extent counts for where its triangles are grouped; the directions of two normals at a right angle
-/// count √2.
-const PLACE_WEIGHT: f32 = 1.0;
 
 /// Triangles of one kind, in clusters: those of static objects, then those of each dynamic one.
 #[derive(Default)]
@@ -34,8 +31,6 @@ pub(crate) struct DynamicObject {
     pub clusters: Range<usize>,
     /// About all of it.
     pub bounds: Bounds,
-    /// Whether its surface is closed.
-    pub is_closed: bool,
 }
 
 /// The occluders of a scene.
@@ -45,15 +40,14 @@ pub(crate) struct Occluders {
     pub opaque: Clusters,
     /// Those with an alpha mask.
     pub masked: Clusters,
-    /// What may hide static ones, and these of both kinds.
-    pub hiding: HidingPolygons,
-    pub still: [ClusterGroups; 2],
+    /// Which static ones are hidden.
+    pub culling: OcclusionCulling,
     /// Triangles left out because they cannot block anything.
     pub left_out: usize,
 }
 
 impl Occluders {
-    pub fn new(scene: &Scene, geometry: &Geometry, non_blockers: &NonBlockers) -> Self {
+    pub fn new(scene: &Scene, geometry: &Geometry, non_blockers: &NonBlockers, shape: ShadowMap) -> Self {
         let mut blocks = vec![true; geometry.triangles.len()];
         for &patch in non_blockers.patches() {
             for triangle in geometry.patches[patch as usize].triangles.clone() {
@@ -69,20 +63,20 @@ impl Occluders {
         };
         let select = |masked: bool| {
             let chosen = (0..geometry.triangles.len() as u32).filter(|&t| is_drawn(t, masked));
-            Clusters::new(scene, geometry, chosen.collect(), !masked)
+            Clusters::new(scene, geometry, chosen.collect())
         };
         let hides = |patch: &&WorldPatch| {
-            !scene.objects[patch.object as usize].dynamic
+            // In parabolic maps, edges are not straight.
+            shape != ShadowMap::Parabolic
+                && !scene.objects[patch.object as usize].dynamic
                 && patch.triangles.clone().all(|t| is_drawn(t, false))
         };
-        let sets = [false, true].map(select);
-        let still = [0, 1].map(|set| ClusterGroups::new(&sets[set].bounds[..sets[set].first_dynamic()]));
-        let [opaque, masked] = sets;
+        let [opaque, masked] = [false, true].map(select);
+        let still = [&opaque, &masked].map(|set| &set.bounds[..set.first_dynamic()]);
         Self {
+            culling: OcclusionCulling::new(geometry.patches.iter().filter(hides), still),
             opaque,
             masked,
-            still,
-            hiding: HidingPolygons::new(geometry.patches.iter().filter(hides)),
             left_out: blocks.iter().filter(|b| !**b).count(),
         }
     }
@@ -101,8 +95,8 @@ impl Occluders {
 }
 
 impl Clusters {
-    /// Groups triangles that lie close together; those of closed objects also by where they face.
-    fn new(scene: &Scene, geometry: &Geometry, mut triangles: Vec<u32>, may_be_closed: bool) -> Self {
+    /// Groups triangles that lie close together.
+    fn new(scene: &Scene, geometry: &Geometry, mut triangles: Vec<u32>) -> Self {
         // The dynamic object that a triangle belongs to, 0 for static ones.
         let owner = |t: u32| {
             let object = geometry.triangles[t as usize].object;
@@ -112,29 +106,22 @@ impl Clusters {
         let mut result = Self::default();
         for part in triangles.chunk_by_mut(|&a, &b| owner(a) == owner(b)) {
             let object = owner(part[0]).checked_sub(1);
-            // What bends may turn inside out.
-            let is_rigid = |object: u32| !scene.is_deformed(&scene.objects[object as usize]);
-            let is_closed = may_be_closed && object.is_some_and(is_rigid) && is_closed(geometry, part);
             // What moves, as its mesh has it: wherever it is, it is in the same clusters, so that maps are the same to the bit.
-            let corners = |t: u32| match object {
-                Some(object) => corners_in_mesh(scene, geometry, (object, t)),
-                None => geometry.corners(t),
+            let middle = |t: u32| match object {
+                Some(object) => middle_in_mesh(scene, geometry, (object, t)),
+                None => geometry.corners(t).into_iter().sum(),
             };
-            sort_by_place(part, corners, is_closed);
+            let mut places: Vec<(Vec3, u32)> = part.iter().map(|&t| (middle(t), t)).collect();
+            sort_by_place(&mut places, CLUSTER as usize);
             let first = result.triangles.len() / CLUSTER as usize;
-            result.triangles.extend_from_slice(part);
+            result.triangles.extend(places.iter().map(|place| place.1));
             result.triangles.resize(result.triangles.len().next_multiple_of(CLUSTER as usize), NONE);
             let clusters = first..result.triangles.len() / CLUSTER as usize;
             let all = clusters.clone().map(|cluster| result.bounds_of(geometry, cluster));
             let bounds: Vec<Bounds> = all.collect();
             if let Some(object) = object {
                 let about = Bounds::about(bounds.iter());
-                result.dynamic.push(DynamicObject {
-                    id: ObjectId(object),
-                    clusters,
-                    bounds: about,
-                    is_closed,
-                });
+                result.dynamic.push(DynamicObject { id: ObjectId(object), clusters, bounds: about });
             }
             result.bounds.extend(bounds);
         }
@@ -179,70 +166,40 @@ impl Clusters {
 
     /// The words that shaders bind as `occluders`, see `lib/map_set_up.wgsl`.
     pub fn words(&self, geometry: &Geometry) -> Vec<[u32; 4]> {
-        let count = self.bounds.len();
-        let mut words = vec![[0; 4]; count * (2 + 3 * CLUSTER as usize)];
-        let (records, corners) = words.split_at_mut(2 * count);
-        let still = 0..self.first_dynamic();
-        let parts = std::iter::once((still, None)).chain(
-            self.dynamic.iter().enumerate().map(|(index, object)| (object.clusters.clone(), Some(index))),
-        );
-        for (clusters, object) in parts {
-            let [of_clusters, of_corners] = self.words_of(geometry, clusters.clone(), object);
-            records[2 * clusters.start..2 * clusters.end].copy_from_slice(&of_clusters);
-            let size = 3 * CLUSTER as usize;
-            corners[size * clusters.start..size * clusters.end].copy_from_slice(&of_corners);
-        }
-        words
+        let [mut spheres, corners] = self.words_of(geometry, 0..self.bounds.len());
+        spheres.extend(corners);
+        spheres
     }
 
-    /// Those of some clusters, of a dynamic object or of static ones: of the clusters themselves, and of their corners.
-    fn words_of(
-        &self,
-        geometry: &Geometry,
-        clusters: Range<usize>,
-        object: Option<usize>,
-    ) -> [Vec<[u32; 4]>; 2] {
-        let is_closed = object.is_some_and(|object| self.dynamic[object].is_closed);
-        // Of closed objects, corners turn left as seen from outside.
-        let all = || clusters.clone().flat_map(|cluster| self.of_cluster(cluster)).copied();
-        let is_outward = !is_closed || outward(all().map(|t| geometry.corners(t)));
-        let owner = object.map_or(NONE, |object| object as u32);
-        let (mut records, mut corners) = (Vec::new(), Vec::new());
-        for cluster in clusters.clone() {
-            let turned = |&t: &u32| {
-                let [a, b, c] = geometry.corners(t);
-                (if is_outward { [a, b, c] } else { [a, c, b] }, t)
-            };
-            let triangles: Vec<(Corners, u32)> = self.of_cluster(cluster).iter().map(turned).collect();
+    /// Those of some clusters: of the clusters themselves, and of their corners.
+    fn words_of(&self, geometry: &Geometry, clusters: Range<usize>) -> [Vec<[u32; 4]>; 2] {
+        let (mut spheres, mut corners) = (Vec::new(), Vec::new());
+        for cluster in clusters {
+            let triangles = self.of_cluster(cluster);
             let center = self.bounds[cluster].center;
-            let radius = triangles.iter().flat_map(|(corners, _)| corners).map(|p| p.distance(center));
+            let radius = triangles.iter().flat_map(|&t| geometry.corners(t)).map(|p| p.distance(center));
             // Rounding is no more than that.
             let radius = radius.fold(0.0, f32::max) * (1.0 + 1e-5);
-            records.push(center.extend(radius).to_array().map(f32::to_bits));
-            let cone =
-                if is_closed { cone(triangles.iter().map(|(corners, _)| corners)) } else { Vec3::ZERO };
-            let [x, y, z] = cone.to_array().map(f32::to_bits);
-            records.push([x, y, z, owner]);
-            let filler = ([triangles[0].0[0]; 3], triangles[0].1);
-            for (of_triangle, index) in
-                triangles.iter().chain(std::iter::repeat(&filler)).take(CLUSTER as usize)
-            {
-                for (p, word) in of_triangle.iter().zip([*index, owner, 0]) {
+            spheres.push(center.extend(radius).to_array().map(f32::to_bits));
+            for &triangle in triangles {
+                corners.extend(geometry.corners(triangle).map(|p| {
                     let [x, y, z] = p.to_array().map(f32::to_bits);
-                    corners.push([x, y, z, word]);
-                }
+                    [x, y, z, triangle]
+                }));
             }
+            let filler = *corners.last().expect("clusters have triangles");
+            corners.resize(corners.len().next_multiple_of(3 * CLUSTER as usize), filler);
         }
-        [records, corners]
+        [spheres, corners]
     }
 
     /// What is to be written of objects that moved, and where, in words of four.
     pub fn moved_words(&self, geometry: &Geometry, moved: &[usize]) -> Vec<(usize, Vec<[u32; 4]>)> {
         let of_runs = in_order(moved, |&index| {
             let clusters = self.dynamic[index].clusters.clone();
-            let [records, corners] = self.words_of(geometry, clusters.clone(), Some(index));
-            let at = 2 * self.bounds.len() + 3 * CLUSTER as usize * clusters.start;
-            [(2 * clusters.start, records), (at, corners)]
+            let [spheres, corners] = self.words_of(geometry, clusters.clone());
+            let at = self.bounds.len() + 3 * CLUSTER as usize * clusters.start;
+            [(clusters.start, spheres), (at, corners)]
         });
         // Neighbours in one.
         let mut runs: Vec<(usize, Vec<[u32; 4]>)> = Vec::new();
@@ -258,44 +215,13 @@ impl Clusters {
     }
 }
 
-/// Corners of a triangle of an object in its mesh's own space.
-fn corners_in_mesh(scene: &Scene, geometry: &Geometry, (object, triangle): (u32, u32)) -> Corners {
+/// Three times the middle of a triangle of an object in its mesh's own space.
+fn middle_in_mesh(scene: &Scene, geometry: &Geometry, (object, triangle): (u32, u32)) -> Vec3 {
     let first = geometry.objects[object as usize].vertices.start;
     let positions = &scene.meshes[scene.objects[object as usize].mesh].positions;
-    geometry.triangles[triangle as usize].vertices.map(|vertex| positions[(vertex - first) as usize])
-}
-
-/// Orders triangles so that those of a cluster lie close together, and where `facing` counts too, face similar ways.
-fn sort_by_place(triangles: &mut [u32], corners: impl Fn(u32) -> Corners, facing: bool) {
-    let middle = |t: u32| corners(t).into_iter().sum::<Vec3>() / 3.0;
-    let extent = Bounds::around(triangles.iter().map(|&t| middle(t))).half_extent.max_element();
-    let scale = if facing { PLACE_WEIGHT / extent.max(f32::MIN_POSITIVE) } else { 1.0 };
-    let mut points: Vec<Point> = triangles
+    geometry.triangles[triangle as usize]
+        .vertices
         .iter()
-        .map(|&t| ([middle(t) * scale, if facing { normal(corners(t)) } else { Vec3::ZERO }], t))
-        .collect();
-    split(&mut points);
-    triangles.iter_mut().zip(&points).for_each(|(triangle, point)| *triangle = point.1);
-}
-
-/// A triangle by place and direction.
-type Point = ([Vec3; 2], u32);
-
-/// Halves a list of triangles at a multiple of a cluster, across the axis of its largest extent, until the parts are clusters.
-fn split(points: &mut [Point]) {
-    let clusters = points.len().div_ceil(CLUSTER as usize);
-    if clusters < 2 {
-        return;
-    }
-    let extent = |kind: usize| Bounds::around(points.iter().map(|point| point.0[kind])).half_extent;
-    let extents = [extent(0), extent(1)];
-    let kind = usize::from(extents[1].max_element() > extents[0].max_element());
-    let axis = extents[kind].max_position();
-    let middle = clusters / 2 * CLUSTER as usize;
-    points.select_nth_unstable_by(middle, |a, b| {
-        a.0[kind][axis].total_cmp(&b.0[kind][axis]).then(a.1.cmp(&b.1))
-    });
-    let (low, high) = points.split_at_mut(middle);
-    split(low);
-    split(high);
+        .map(|vertex| positions[(vertex - first) as usize])
+        .sum()
 }

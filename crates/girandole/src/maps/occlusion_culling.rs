@@ -1,76 +1,99 @@
 //! Clusters of static occluders that one static polygon hides from a light: its map shows nothing of them, and they are left out.
 
-use super::map_view::Bounds;
+use super::bounds::{Bounds, BoundsTree};
 use crate::layout::Light;
+use crate::parallel::in_order;
 use girandole_core::glam::Vec3;
 use girandole_core::scene::WorldPatch;
+use std::ops::Range;
 
 /// Polygons that are tried for a light, those that hide most from it, of the largest ones.
 const TRIED: usize = 32;
 const MOST: usize = 1024;
+/// So many neighbours are hidden together or count as seen.
+const FEW: usize = 4;
+/// Clusters of a scene at most: with more, what is kept for each light takes too much room.
+const MOST_CLUSTERS: usize = 1 << 16;
 /// How far inside of a polygon's shadow a cluster has to be, as a share of its distance from the light: far more than rounding.
 const MARGIN: f32 = 1e-4;
 /// How far from a polygon's plane a light has to be, as a share of the polygon's extent.
 const GRAZING: f32 = 1e-3;
-/// Neighbours that are looked at together, and such groups.
-const GROUP: usize = 16;
 
-/// Boxes about static clusters, about neighbours among them, and about neighbours among those.
+/// What static polygons hide of static clusters from lights, found when it is first asked for.
 #[derive(Default)]
-pub(crate) struct ClusterGroups([Vec<Bounds>; 3]);
-
-impl ClusterGroups {
-    pub fn new(clusters: &[Bounds]) -> Self {
-        let about = |boxes: &[Bounds]| boxes.chunks(GROUP).map(|group| Bounds::about(group.iter())).collect();
-        let groups: Vec<Bounds> = about(clusters);
-        let above = about(&groups);
-        Self([clusters.to_vec(), groups, above])
-    }
-
-    /// Whether a whole group of neighbours is within a shadow.
-    fn has_hidden(&self, shadow: &Shadow) -> bool {
-        let [_, groups, above] = &self.0;
-        let members = |group: usize| &groups[group * GROUP..((group + 1) * GROUP).min(groups.len())];
-        let touched = (0..above.len()).filter(|group| shadow.touches(&above[*group]));
-        touched.flat_map(members).any(|group| shadow.contains(group))
-    }
+pub(crate) struct OcclusionCulling {
+    /// The largest first.
+    polygons: Vec<Polygon>,
+    /// Of each kind of clusters.
+    trees: [BoundsTree; 2],
+    lights: Vec<HiddenClusters>,
 }
 
-/// Static polygons that may hide others, the largest first.
-#[derive(Default)]
-pub(crate) struct HidingPolygons(Vec<Polygon>);
-
-struct Polygon {
-    outline: Vec<Vec3>,
-    normal: Vec3,
-    middle: Vec3,
-    area: f32,
+/// What is hidden from a light, of each kind.
+#[derive(Clone, Default)]
+struct HiddenClusters {
+    /// What it was found for.
+    light: Option<Light>,
+    clusters: [Vec<Range<usize>>; 2],
 }
 
-impl HidingPolygons {
-    /// Of polygons that are drawn into all maps, wherever light is.
-    pub fn new<'a>(patches: impl Iterator<Item = &'a WorldPatch>) -> Self {
+impl OcclusionCulling {
+    /// By polygons that are drawn into all maps, wherever light is.
+    pub fn new<'a>(patches: impl Iterator<Item = &'a WorldPatch>, clusters: [&[Bounds]; 2]) -> Self {
         let mut polygons: Vec<Polygon> = patches.map(Polygon::new).collect();
         polygons.sort_by(|a, b| b.area.total_cmp(&a.area));
         polygons.truncate(MOST);
-        Self(polygons)
+        let is_searched = clusters.iter().all(|clusters| clusters.len() <= MOST_CLUSTERS);
+        let trees = clusters.map(|clusters| BoundsTree::new(if is_searched { clusters } else { &[] }));
+        Self { polygons, trees, lights: Vec::new() }
     }
 
-    /// A bit for each cluster: whether it is hidden from a light.
-    pub fn hidden(&self, light: &Light, clusters: &ClusterGroups) -> Vec<u32> {
-        let shadows = self.shadows(light);
-        let mut words = vec![0; clusters.0[0].len().div_ceil(32)];
-        // Those that hide no group of neighbours would be tried for all that they touch, and gain little.
-        let shadows: Vec<&Shadow> = shadows.iter().filter(|shadow| clusters.has_hidden(shadow)).collect();
-        for group in 0..clusters.0[2].len() {
-            mark(&clusters.0, group, &shadows, &mut words);
+    /// Finds what is hidden from some of these lights, where that is not known.
+    pub fn find(&mut self, lights: &[Light], some: impl Iterator<Item = u32>) {
+        self.lights.resize(lights.len(), HiddenClusters::default());
+        let is_known = |i: u32| {
+            let place = |light: &Light| (light.position, light.normal, light.profile);
+            self.lights[i as usize].light.as_ref().map(place) == Some(place(&lights[i as usize]))
+        };
+        let unknown: Vec<u32> = some.filter(|&light| !is_known(light)).collect();
+        let found = in_order(&unknown, |&light| self.hidden(&lights[light as usize]));
+        for (light, clusters) in unknown.into_iter().zip(found) {
+            self.lights[light as usize] = HiddenClusters { light: Some(lights[light as usize]), clusters };
         }
-        words
+    }
+
+    /// Static clusters of a kind that are hidden from a light.
+    pub fn of_light(&self, light: u32, set: usize) -> &[Range<usize>] {
+        self.lights.get(light as usize).map_or(&[], |light| &light.clusters[set])
+    }
+
+    fn hidden(&self, light: &Light) -> [Vec<Range<usize>>; 2] {
+        let shadows = self.shadows(light);
+        let all = |shadows: &[Shadow]| (0..shadows.len()).fold(0u32, |mask, i| mask | 1 << i);
+        [0, 1].map(|set| {
+            let mut hidden: Vec<Range<usize>> = Vec::new();
+            // Of the polygons' shadows, those that a range of clusters is partly in.
+            self.trees[set].visit(all(&shadows), &mut |mask, bounds, clusters| {
+                let mut partly = 0;
+                for (i, shadow) in shadows.iter().enumerate().filter(|(i, _)| mask >> i & 1 == 1) {
+                    if shadow.contains(bounds) {
+                        match hidden.last_mut() {
+                            Some(last) if last.end == clusters.start => last.end = clusters.end,
+                            _ => hidden.push(clusters),
+                        }
+                        return None;
+                    }
+                    partly |= u32::from(shadow.touches(bounds)) << i;
+                }
+                (partly != 0 && clusters.len() > FEW).then_some(partly)
+            });
+            hidden
+        })
     }
 
     /// Of those polygons that cover most of what a light sees.
     fn shadows(&self, light: &Light) -> Vec<Shadow> {
-        let mut covers: Vec<(f32, &Polygon)> = self.0.iter().map(|p| (p.covers(light), p)).collect();
+        let mut covers: Vec<(f32, &Polygon)> = self.polygons.iter().map(|p| (p.covers(light), p)).collect();
         if covers.len() > TRIED {
             covers.select_nth_unstable_by(TRIED, |a, b| b.0.total_cmp(&a.0));
             covers.truncate(TRIED);
@@ -79,23 +102,11 @@ impl HidingPolygons {
     }
 }
 
-/// Marks those of the clusters of a group that are within one of these shadows. The last of the levels is the group's.
-fn mark(levels: &[Vec<Bounds>], group: usize, shadows: &[&Shadow], words: &mut [u32]) {
-    let Some((bounds, below)) = levels.split_last() else { return };
-    if shadows.iter().any(|shadow| shadow.contains(&bounds[group])) {
-        let size = GROUP.pow(below.len() as u32);
-        for cluster in group * size..((group + 1) * size).min(levels[0].len()) {
-            words[cluster / 32] |= 1 << (cluster % 32);
-        }
-        return;
-    }
-    let Some(boxes) = below.last() else { return };
-    let partly: Vec<&Shadow> = shadows.iter().copied().filter(|s| s.touches(&bounds[group])).collect();
-    for member in group * GROUP..((group + 1) * GROUP).min(boxes.len()) {
-        if !partly.is_empty() {
-            mark(below, member, &partly, words);
-        }
-    }
+struct Polygon {
+    outline: Vec<Vec3>,
+    normal: Vec3,
+    middle: Vec3,
+    area: f32,
 }
 
 impl Polygon {
@@ -166,22 +177,30 @@ mod tests {
     use crate::shader_constants::{COSINE, DIRECTIONAL};
 
     /// A wall of 2 m × 2 m about the origin, across the x axis.
-    fn wall() -> HidingPolygons {
+    fn wall(clusters: &[Bounds]) -> OcclusionCulling {
         let corner = |y, z| Vec3::new(0.0, y, z);
         let outline = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
         let patch = WorldPatch { object: 0, material: 0, outline, normal: Vec3::X, triangles: 0..2 };
-        HidingPolygons::new(std::iter::once(&patch))
+        OcclusionCulling::new(std::iter::once(&patch), [clusters, &[]])
     }
 
     fn hides(light: &Light, center: Vec3) -> bool {
         let at = |center| Bounds { center, half_extent: Vec3::splat(0.1) };
-        // A group of neighbours, and one of them in a group with others that are far away, which is looked at because of the first.
+        // Neighbours among others that are far away.
         let mut clusters = vec![at(Vec3::Y * 50.0); 40];
-        clusters[32..].fill(at(center));
-        clusters[5] = at(center);
-        let words = wall().hidden(light, &ClusterGroups::new(&clusters));
-        assert!(words == [0; 2] || words == [1 << 5, 255], "{words:?}");
-        words[0] != 0
+        clusters[10..20].fill(at(center));
+        let mut culling = wall(&clusters);
+        culling.find(&[Light::default(), *light], std::iter::once(1));
+        assert!(culling.of_light(0, 0).is_empty() && culling.of_light(1, 1).is_empty());
+        let hidden = culling.of_light(1, 0);
+        assert!(hidden.is_empty() || hidden == [10..20], "{hidden:?}");
+        // Where the light moves, it is found again.
+        let moved =
+            Light { position: light.position + light.normal + Vec3::Y * 99.0, normal: Vec3::Y, ..*light };
+        let hidden = hidden.len();
+        culling.find(&[Light::default(), moved], std::iter::once(1));
+        assert!(culling.of_light(1, 0).is_empty());
+        hidden == 1
     }
 
     #[test]

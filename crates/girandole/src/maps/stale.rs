@@ -6,7 +6,7 @@
 //! a group of their own.
 
 use super::atlas::Atlas;
-use super::map_view::Bounds;
+use super::bounds::Bounds;
 use super::occluders::{CLUSTER, Clusters};
 use super::previous_transforms::PreviousTransforms;
 use crate::layout::Light;

@@ -16,12 +16,10 @@ use crate::maps::atlas::{Atlas, MapsView};
 use crate::maps::cache::{MapCache, MapUpdate};
 use crate::maps::map_view::TexelRect;
 use crate::maps::occluders::CLUSTER;
-use crate::parallel::in_order;
 use crate::resident::Resident;
-use crate::settings::{RendererOptions, ShadowMap};
+use crate::settings::RendererOptions;
 use crate::shader_constants::{
-    LISTED_WORDS, MAP_ACROSS, MAP_BLOCK, MAP_CLUSTERS, MAP_LISTED, MAP_LISTS_HEAD, MAP_SLICE, OWNER_VECTORS,
-    WORKGROUP,
+    LISTED_WORDS, MAP_ACROSS, MAP_BLOCK, MAP_CLUSTERS, MAP_LISTED, MAP_LISTS_HEAD, MAP_SLICE, WORKGROUP,
 };
 use crate::shaders::{self, Source};
 use crate::tier::Tier;
@@ -32,13 +30,14 @@ pub(crate) const NEAR: f64 = 1e-6;
 /// Texels of a part at most, but for eight rows: 512 × 512.
 const MOST_PART_TEXELS: u64 = 1 << 18;
 
+/// Words that tell which clusters are hidden from a batch's lights: 16 MiB.
+const MOST_HIDDEN_WORDS: usize = 1 << 22;
+
 pub(crate) struct ShadowMaps {
     /// Of opaque and of masked occluders.
     sets: [Kernels; 2],
     /// Large triangles of a part that are listed, of each.
     most_listed: [u32; 2],
-    /// Whether straight lines are straight in maps.
-    is_straight: bool,
 }
 
 struct Kernels {
@@ -66,9 +65,6 @@ impl Bounds {
         [tier.choose(gpu(4096), Self { most_listed: 640, lanes: [16, 8] }), gpu(512)]
     }
 }
-
-/// What `are_hidden` of `lib/map_set_up.wgsl` looks at are two words.
-const _: () = assert!(MAP_CLUSTERS == 64);
 
 /// Parts of maps that are drawn at once, and the lights that they are of.
 #[derive(Default)]
@@ -112,7 +108,6 @@ impl ShadowMaps {
         Self {
             sets: [kernels(0, opaque), kernels(1, masked)],
             most_listed: bounds.map(|bounds| bounds.most_listed),
-            is_straight: options.shadow_map != ShadowMap::Parabolic,
         }
     }
 
@@ -142,8 +137,8 @@ impl ShadowMaps {
         for (light, part) in parts {
             let texels = texel_count(&part);
             let pairs = (0..2).map(|set| atlas.pairs(set, self.listed_room(&part, set))).max().unwrap_or(0);
-            let owners = (batch.parts.len() as u64 + 1) * atlas.owner_words();
-            let has_room = owners <= 4 * u64::from(OWNER_VECTORS)
+            let hidden = (batch.parts.len() + 1) * atlas.hidden_words(0).max(atlas.hidden_words(1));
+            let has_room = hidden <= MOST_HIDDEN_WORDS
                 && u64::from(batch.texels + texels) <= drawn_texels
                 && batch.pairs + pairs <= atlas.pairs;
             if !batch.parts.is_empty() && !has_room {
@@ -188,42 +183,34 @@ impl ShadowMaps {
         batch: &mut Batch,
         set: usize,
     ) -> Result<()> {
-        let Resident { lights, atlas, hidden, .. } = scene;
+        let Resident { atlas, hidden, .. } = scene;
         let clusters = atlas.occluders.sets()[set];
         if clusters.bounds.is_empty() {
             return Ok(());
         }
         let device = recorder.device;
-        let states = in_order(&batch.lights, |&index| {
-            let light = &lights.samples[index as usize];
-            let is_straight = self.is_straight || light.is_parallel();
-            atlas.owner_states(set, (index, light), hidden, is_straight)
-        });
-        let mut owners = Vec::new();
-        for (part, states) in batch.parts.iter_mut().zip(states) {
-            part.owners = owners.len() as u32;
-            owners.extend(states);
+        let mut hidden_words = Vec::new();
+        for (part, &light) in batch.parts.iter_mut().zip(&batch.lights) {
+            part.hidden = hidden_words.len() as u32;
+            hidden_words.extend(atlas.hidden(set, light, hidden));
         }
-        owners.resize(4 * OWNER_VECTORS as usize, 0);
         let count = batch.parts.len() as u32;
         let most = |of: &dyn Fn(&MapPart) -> u32| batch.parts.iter().map(of).max().unwrap_or(0);
         let blocks = most(&|part| size(part).map(|n| n / MAP_BLOCK).iter().product());
         let merged = most(&|part| size(part).map(|n| n.div_ceil(MAP_ACROSS * MAP_BLOCK)).iter().product());
         let head = MapOccluders {
             clusters: clusters.bounds.len() as u32,
-            first_moving: clusters.first_dynamic() as u32,
             first_pair: MAP_LISTS_HEAD + count + batch.texels / MAP_LISTED * LISTED_WORDS,
             slices: blocks.div_ceil(MAP_SLICE),
-            hidden_words: atlas.hidden_words(set),
         };
         let parts = storage(device, "parts of maps", &batch.parts)?;
         let head = uniform(device, "batch of maps", bytemuck::bytes_of(&head));
-        let owners = uniform(device, "dynamic objects", bytemuck::cast_slice(&owners));
+        let hidden = storage(device, "hidden clusters", &hidden_words)?;
         let resources = [
             buffer("parts", &parts),
             buffer("occluders", &atlas.sets[set]),
             buffer("batch", &head),
-            buffer("owners", &owners),
+            buffer("hidden", &hidden),
             buffer("nearest", &atlas.nearest),
             buffer("lists", &atlas.lists),
         ];
