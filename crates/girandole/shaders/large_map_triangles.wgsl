@@ -2,7 +2,8 @@
 
 @group(2) @binding(5) var<storage, read> lists: array<u32>;
 
-// Of those that are kept, their indices.
+// Set-ups of triangles, and their indices.
+var<workgroup> kept: array<SetUp, MAP_KEPT>;
 var<workgroup> kept_triangles: array<u32, MAP_KEPT>;
 var<workgroup> kept_count: atomic<u32>;
 
@@ -21,14 +22,14 @@ fn large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
     let size = s.end - s.first;
     if size.x * size.y > SMALL {
       let slot = atomicAdd(&kept_count, 1u);
-      keep(slot, s);
+      kept[slot] = s;
       kept_triangles[slot] = triangle;
     }
   }
   workgroupBarrier();
   let count = workgroupUniformLoad(&kept_count);
   for (var slot = 0u; slot < count; slot++) {
-    let s = kept_at(slot);
+    let s = kept[slot];
     let first = s.first / BLOCK_TEXELS;
     let columns = u32((s.end.x + BLOCK_TEXELS - 1) / BLOCK_TEXELS - first.x);
     let blocks = columns * u32((s.end.y + BLOCK_TEXELS - 1) / BLOCK_TEXELS - first.y);

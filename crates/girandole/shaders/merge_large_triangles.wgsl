@@ -8,6 +8,8 @@ override MAP_LANES: u32; // of a workgroup
 // Blocks of a workgroup.
 const BLOCKS = MAP_ACROSS * MAP_ACROSS;
 const WORDS = (MAP_KEPT + 31u) / 32u;
+// Set-ups of triangles.
+var<workgroup> kept: array<SetUp, MAP_KEPT>;
 // Listed triangles that are looked at between two barriers.
 const SCANNED = 512u;
 // Of those, where the ones are whose boxes touch the workgroup's blocks.
@@ -58,7 +60,7 @@ fn merge(part: MapPart, low: vec2u, lane: u32, first: u32, count: u32) {
     var s = planes(part, corners(part, lists[at]));
     s.first = box_first(lists[at + 1u], lists[at + 2u]);
     s.end = box_end(lists[at + 1u], lists[at + 2u]);
-    keep(slot, s);
+    kept[slot] = s;
     let first_block = vec2u(max(s.first - vec2i(low), vec2i(0))) / MAP_BLOCK;
     let end_block = min((vec2u(s.end - vec2i(low)) + MAP_BLOCK - 1u) / MAP_BLOCK, vec2u(MAP_ACROSS));
     for (var y = first_block.y; y < end_block.y; y++) {
@@ -102,7 +104,7 @@ fn merge_rows(part: MapPart, at: vec2u, block: u32, first: u32, words: u32) {
     var some = atomicLoad(&masks[mask]);
     var whole = atomicLoad(&masks[mask + 1u]);
     while whole != 0u {
-      let n = kept_depth(word * 32u + firstTrailingBit(whole));
+      let n = kept[word * 32u + firstTrailingBit(whole)].n;
       whole &= whole - 1u;
       add_whole(&upper, n);
       add_whole(&lower, n);
@@ -110,7 +112,7 @@ fn merge_rows(part: MapPart, at: vec2u, block: u32, first: u32, words: u32) {
     while some != 0u {
       let slot = word * 32u + firstTrailingBit(some);
       some &= some - 1u;
-      let s = kept_at(slot);
+      let s = kept[slot];
       let triangle = lists[found[first + slot]];
       add_some(&upper, part, s, triangle);
       add_some(&lower, part, s, triangle);

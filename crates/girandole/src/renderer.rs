@@ -15,7 +15,7 @@ use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
 use crate::frame::record_frame;
 use crate::maps::cache::StaleCounts;
-use crate::maps::occluded::OccludedObjects;
+use crate::maps::occlusion_culling::OccludedObjects;
 use crate::passes::tonemap;
 use crate::points::lists::PointLists;
 use crate::points::targets::Targets;

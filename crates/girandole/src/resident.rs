@@ -6,17 +6,18 @@ use crate::maps::atlas::Atlas;
 use crate::maps::cache::{MapCache, MapUpdate};
 use crate::maps::layout::{AtlasLayout, largest_chosen};
 use crate::maps::non_blockers::NonBlockers;
-use crate::maps::occluded::OccludedObjects;
 use crate::maps::occluders::Occluders;
-use crate::maps::previous_transforms::{PreviousTransforms, Snapshot};
+use crate::maps::occlusion_culling::OccludedObjects;
+use crate::maps::snapshot::Snapshot;
 use crate::parallel::both;
 use crate::points::multipass_plan::MultipassPlan;
 use crate::scene::geometry::{GpuScene, gpu_lights, reflects_environment};
 use crate::scene::light_source::LightSource;
 use crate::scene::lights::GpuLights;
+use crate::scene::previous_transforms::PreviousTransforms;
 use crate::scene::receivers::{Receivers, Sources};
 use crate::scene::transfer::GpuTransfer;
-use crate::settings::{MapUpdates, Mode, RenderSettings, Shading};
+use crate::settings::{MapUpdates, Mode, RenderSettings, Shading, ShadowMap};
 use crate::shader_constants::NO_MAP;
 use crate::{Error, Result};
 use girandole_core::Generation;
@@ -95,7 +96,7 @@ impl Resident {
         let features = SceneFeatures::of(scene, geometry, &samples);
         let non_blockers = NonBlockers::new(scene, geometry, &samples, options.skip_non_blockers);
         let occluders = Occluders::new(scene, geometry, &non_blockers, options.shadow_map);
-        let transforms = Snapshot::first(scene, geometry);
+        let transforms = Snapshot::new(0, scene, geometry);
         // Until a frame says which it looks up.
         let mut cache = MapCache::new(&layout, samples.len(), &transforms);
         cache.want(&cache.regular_spans(&samples));
@@ -151,7 +152,7 @@ impl Resident {
         }
         self.give_places(&mut samples);
         self.geometry.follow(queue, scene, geometry, changes)?;
-        let faces = options.shadow_map.faces();
+        let is_octahedral = options.shadow_map == ShadowMap::Octahedral;
         let hidden = OccludedObjects::of(scene, illumination.visibility().map(|v| &**v));
         let light_changes = illumination.light_changes();
         let hidden_then_now = [&self.hidden, &hidden];
@@ -161,7 +162,7 @@ impl Resident {
         let (_, receivers) = both(
             || {
                 let lights = (&samples[..], light_changes.moved());
-                atlas.follow(queue, geometry, &changes.moved, lights, hidden_then_now, faces);
+                atlas.follow(queue, geometry, &changes.moved, lights, hidden_then_now, is_octahedral);
             },
             || match (illumination.visibility(), held) {
                 (Some(database), Some(mut held)) => {
@@ -172,7 +173,7 @@ impl Resident {
             },
         );
         self.hidden = hidden;
-        self.transforms = self.transforms.next(scene, geometry);
+        self.transforms = Snapshot::new(self.transforms.moment + 1, scene, geometry);
         self.seen = None;
         self.lights.follow((device, queue), samples, &light_changes.changed());
         self.multipass = None;
@@ -376,7 +377,8 @@ impl Resident {
         updates: &[MapUpdate],
     ) -> Option<PreviousTransforms> {
         let has_leaves = settings.mode != Mode::Naive && settings.shading == Shading::Fused;
-        has_leaves.then(|| self.transforms.previous(&self.atlas.cache, &self.lights.samples, updates))?
+        let maps = (&self.atlas.cache, &self.lights.samples[..]);
+        has_leaves.then(|| PreviousTransforms::new(&self.transforms, maps, updates))?
     }
 
     /// Takes note that a frame brought light maps up to date.

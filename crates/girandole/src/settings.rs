@@ -16,17 +16,6 @@ pub enum ShadowMap {
     Cube,
 }
 
-impl ShadowMap {
-    /// How many faces each map is drawn in.
-    pub fn faces(self) -> u32 {
-        match self {
-            Self::Octahedral => 4,
-            Self::Parabolic => 1,
-            Self::Cube => 5,
-        }
-    }
-}
-
 /// What is fixed when a renderer is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RendererOptions {

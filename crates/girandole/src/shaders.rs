@@ -41,7 +41,6 @@ const LIBRARY: &[(&str, &str)] = lib!(
     lights_storage,
     lights_uniform,
     loads_unordered,
-    map_kept,
     map_lists,
     map_masked,
     map_opaque,
@@ -197,13 +196,13 @@ sources! {
     SMALL_MAP_TRIANGLES_MASKED = small_map_triangles "" [
         frame scene texture texture_entry_at map_parts map_set_up map_masked map_lists map_texels
     ];
-    LARGE_MAP_TRIANGLES = large_map_triangles "" [map_parts map_set_up map_opaque map_lists map_kept map_texels];
+    LARGE_MAP_TRIANGLES = large_map_triangles "" [map_parts map_set_up map_opaque map_lists map_texels];
     LARGE_MAP_TRIANGLES_MASKED = large_map_triangles "" [
-        frame scene texture texture_entry_at map_parts map_set_up map_masked map_lists map_kept map_texels
+        frame scene texture texture_entry_at map_parts map_set_up map_masked map_lists map_texels
     ];
-    MERGE_LARGE_TRIANGLES = merge_large_triangles "" [map_parts map_set_up map_opaque map_lists map_kept];
+    MERGE_LARGE_TRIANGLES = merge_large_triangles "" [map_parts map_set_up map_opaque map_lists];
     MERGE_LARGE_TRIANGLES_MASKED = merge_large_triangles "" [
-        frame scene texture texture_entry_at map_parts map_set_up map_masked map_lists map_kept
+        frame scene texture texture_entry_at map_parts map_set_up map_masked map_lists
     ];
     EXPOSURE = exposure "" [packed color];
     CALLER_DEPTH = caller_depth "" [frame];

@@ -205,7 +205,6 @@ fn may_cover(part: MapPart, cluster: u32) -> bool {
   } else {
     if p.z + sphere.w <= 0.0 { return false; }
     if PARAMETERISATION != OCTAHEDRAL { return true; }
-    if !may_show(p, sphere.w, part) { return false; }
     let w = abs(p.x) + abs(p.y) + p.z;
     let least = w - sphere.w * SQRT_3;
     if min(abs(p.x), abs(p.y)) <= sphere.w || least <= 0.0 || p.z <= sphere.w { return true; }
@@ -218,36 +217,6 @@ fn may_cover(part: MapPart, cluster: u32) -> bool {
   let high = (middle + reach) * half + (half - 0.5 + MARGIN);
   let count = floor(high) - ceil(low) + 1.0;
   return all(count >= vec2f(1.0)) && all(high >= vec2f(part.first)) && all(low < vec2f(part.end));
-}
-
-// The greatest value in a sphere of (x, y)·t − k w, where w = |x| + |y| + z is the greatest of four linear functions; with
-// `sense` −1 of its opposite.
-fn bound(p: vec3f, r: f32, t: vec2f, k: f32, sense: f32) -> f32 {
-  let base = dot(p.xy, t) - k * p.z;
-  let g0 = t - k;
-  let g1 = t + k;
-  let kx = k * p.x;
-  let ky = k * p.y;
-  let f00 = sense * (base - kx - ky) + r * sqrt(g0.x * g0.x + g0.y * g0.y + k * k);
-  let f01 = sense * (base - kx + ky) + r * sqrt(g0.x * g0.x + g1.y * g1.y + k * k);
-  let f10 = sense * (base + kx - ky) + r * sqrt(g1.x * g1.x + g0.y * g0.y + k * k);
-  let f11 = sense * (base + kx + ky) + r * sqrt(g1.x * g1.x + g1.y * g1.y + k * k);
-  let is_concave = k * sense >= 0.0;
-  return select(max(max(f00, f01), max(f10, f11)), min(min(f00, f01), min(f10, f11)), is_concave);
-}
-
-// Whether a sphere about `p` in light space may touch the part.
-fn may_show(p: vec3f, r: f32, part: MapPart) -> bool {
-  let k0 = vec2f(2u * part.first + 1u) / f32(part.size) - 1.0;
-  let k1 = (2.0 * vec2f(part.end) - 1.0) / f32(part.size) - 1.0;
-  var least = 1.0;
-  for (var side = 0u; side < 4u; side++) {
-    let axis = side & 1u;
-    let t = vec2f(1.0, select(1.0, -1.0, axis == 1u));
-    let is_high = side >= 2u;
-    least = min(least, bound(p, r, t, select(k0, k1, is_high)[axis], select(1.0, -1.0, is_high)));
-  }
-  return least >= -1e-5 * (abs(p.x) + abs(p.y) + abs(p.z));
 }
 
 fn is_hidden(part: MapPart, cluster: u32) -> bool {

@@ -4,8 +4,8 @@ use super::cache::MapCache;
 use super::layout::{AtlasLayout, list_words};
 use super::map_view::MapView;
 use super::moved::MovedBoxes;
-use super::occluded::OccludedObjects;
 use super::occluders::{CLUSTER, Clusters, Occluders};
+use super::occlusion_culling::OccludedObjects;
 use crate::Result;
 use crate::device::buffers::{check_bytes, storage, uniform};
 use crate::layout::Light;
@@ -95,7 +95,7 @@ impl Atlas {
         moved: &[ObjectId],
         (lights, moved_lights): (&[Light], &[u32]),
         hidden: [&OccludedObjects; 2],
-        faces: u32,
+        is_octahedral: bool,
     ) {
         let Self { occluders, cache, sets, .. } = self;
         let boxes = |occluders: &Occluders| {
@@ -114,7 +114,7 @@ impl Atlas {
         let stale = in_order(&indices, |&index| {
             let (slot, stale) = cache.shown(index)?;
             let light = &lights[index];
-            let map = MapView::new(light, cache.layout().size(slot.span), faces);
+            let map = MapView { light, size: cache.layout().size(slot.span), is_octahedral };
             let covered = [&covered_before, &covered_after].into_iter().zip(hidden);
             moved_lights.binary_search(&(index as u32)).is_err().then(|| {
                 covered.fold(stale, |stale, (covered, hidden)| {

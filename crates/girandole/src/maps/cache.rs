@@ -12,7 +12,7 @@
 use super::grid::AtlasGrid;
 use super::layout::{AtlasLayout, MapSlot};
 use super::map_view::TexelRect;
-use super::previous_transforms::Snapshot;
+use super::snapshot::Snapshot;
 use crate::layout::Light;
 use crate::settings::{MapPriority, MapUpdates};
 use crate::shader_constants::NO_MAP;

@@ -3,7 +3,7 @@
 use super::cache::{MapCache, MapUpdate, StaleCounts};
 use super::layout::AtlasLayout;
 use super::map_view::TexelRect;
-use super::previous_transforms::Snapshot;
+use super::snapshot::Snapshot;
 use crate::layout::Light;
 use crate::settings::{MapPriority, MapUpdates, RendererOptions};
 use crate::shader_constants::NO_MAP;

@@ -2,7 +2,7 @@
 
 use super::bounds::Bounds;
 use crate::layout::Light;
-use girandole_core::glam::{Vec3, Vec4};
+use girandole_core::glam::Vec4;
 
 /// Texels of a map, from the first column and row up to before the last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,7 +50,7 @@ impl TexelRect {
     }
 
     /// The part of a map between two of its coordinates, with a margin.
-    fn between(low: [f32; 2], high: [f32; 2], size: u32) -> Self {
+    fn between([low, high]: [[f32; 2]; 2], size: u32) -> Self {
         let texel = |x: f32| (x * size as f32).clamp(0.0, size as f32);
         let margin = MARGIN / size as f32;
         Self {
@@ -66,106 +66,67 @@ pub(crate) struct MapView<'a> {
     pub light: &'a Light,
     /// Texels across.
     pub size: u32,
-    /// How many faces it has.
-    faces: u32,
+    /// Whether it is known where in a map a box is shown; it is for parallel light, too.
+    pub is_octahedral: bool,
 }
 
-impl<'a> MapView<'a> {
-    /// `faces` are those of the parameterisation; parallel light has one.
-    pub fn new(light: &'a Light, size: u32, faces: u32) -> Self {
-        Self { light, size, faces: if light.is_parallel() { 1 } else { faces } }
-    }
-
-    /// Which faces a box touches, a bit each.
-    fn faces_touched(&self, bounds: &Bounds) -> u32 {
-        let light = self.light;
-        let bitangent = light.normal.cross(light.tangent);
-        let d = bounds.center - light.position;
-        // Range of each light-space coordinate over the box, with room for rounding.
-        let margin = (d.length() + bounds.half_extent.length()) * 2.0 / self.size as f32;
-        let range = |axis: Vec3| (axis.dot(d), axis.abs().dot(bounds.half_extent) + margin);
-        let [x, y, z] = [light.tangent, bitangent, light.normal].map(range);
-        if light.is_parallel() {
-            let is_shown = [x, y].iter().all(|(center, half)| (center.abs() - half) * light.scale <= 1.0);
-            return u32::from(is_shown);
-        }
-        if z.0 + z.1 < 0.0 {
-            return 0;
-        }
-        let is_inside = |face: u32| {
-            let side = |bit: u32| if face & bit == 0 { -1.0 } else { 1.0 };
-            match self.faces {
-                4 => side(1) * x.0 + x.1 >= 0.0 && side(2) * y.0 + y.1 >= 0.0,
-                5 => match face {
-                    0 | 1 => side(1) * x.0 + x.1 >= 0.0,
-                    2 | 3 => side(1) * y.0 + y.1 >= 0.0,
-                    _ => true,
-                },
-                _ => true,
-            }
-        };
-        (0..self.faces).filter(|&face| is_inside(face)).fold(0, |bits, face| bits | 1 << face)
-    }
-
-    /// The lowest and highest coordinates of a box in the part of the map that a face has, if they are known.
-    fn extent(&self, face: u32, bounds: &Bounds) -> Option<[[f32; 2]; 2]> {
-        let light = self.light;
-        let bitangent = light.normal.cross(light.tangent);
-        let into = |v: Vec3| Vec3::new(v.dot(light.tangent), v.dot(bitangent), v.dot(light.normal));
-        let center = into(bounds.center - light.position);
-        let Vec3 { x, y, z } = bounds.half_extent;
-        let axes = [Vec3::X * x, Vec3::Y * y, Vec3::Z * z].map(into);
-        // The corners, four side by side.
+impl MapView<'_> {
+    /// The texels that a box may cover.
+    pub fn covered(&self, bounds: &Bounds) -> TexelRect {
+        let &Self { light, size, is_octahedral } = self;
+        let axes = [light.tangent, light.normal.cross(light.tangent), light.normal];
+        let to_center = bounds.center - light.position;
+        // The box's corners in the light's frame, four and four.
         let sides = [Vec4::new(-1.0, 1.0, -1.0, 1.0), Vec4::new(-1.0, -1.0, 1.0, 1.0)];
-        let corners = [-1.0, 1.0].map(|far| {
-            [0, 1, 2].map(|i| {
-                Vec4::splat(center[i]) + sides[0] * axes[0][i] + sides[1] * axes[1][i] + far * axes[2][i]
+        let corners: [[Vec4; 3]; 2] = [-1.0, 1.0].map(|far| {
+            axes.map(|axis| {
+                let half = axis * bounds.half_extent;
+                sides[0] * half.x + sides[1] * half.y + (far * half.z + axis.dot(to_center))
             })
         });
-        let bounds = |[near, far]: [[Vec4; 2]; 2]| {
+        let extremes = |[near, far]: [[Vec4; 2]; 2]| {
             let low = [0, 1].map(|i| near[i].min(far[i]).min_element());
             let high = [0, 1].map(|i| near[i].max(far[i]).max_element());
             [low, high]
         };
         if light.is_parallel() {
-            return Some(bounds(corners.map(|[x, y, _]| [x, y].map(|q| q * light.scale * 0.5 + 0.5))));
+            let places = corners.map(|[x, y, _]| [x, y].map(|q| q * light.scale * 0.5 + 0.5));
+            return TexelRect::between(extremes(places), size);
         }
-        if self.faces != 4 {
-            return None;
+        // With room for rounding.
+        let margin = (to_center.length() + bounds.half_extent.length()) * 2.0 / size as f32;
+        let may_be =
+            |axis: usize, sign: f32| corners.iter().any(|c| (c[axis] * sign).max_element() >= -margin);
+        if !may_be(2, 1.0) {
+            return TexelRect::default();
         }
-        // On a face of the octahedron coordinates are ratios of linear functions: over a box in front of the plane where
-        // the denominator is 0, their extremes lie at corners.
-        let [sx, sy] = [1, 2].map(|bit| if face & bit == 0 { -1.0 } else { 1.0 });
-        let [mut low, mut high] = [[0.0; 2], [1.0; 2]];
-        let denominators = corners.map(|[x, y, z]| x * sx + y * sy + z);
-        let is_before =
-            |([x, y, z], w): ([Vec4; 3], Vec4)| w.cmpgt((x.abs() + y.abs() + z.abs()) * 1e-6).all();
-        if corners.into_iter().zip(denominators).all(is_before) {
+        if !is_octahedral {
+            return TexelRect::whole(size);
+        }
+        let faces = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]];
+        let touched = faces.into_iter().filter(|&[x, y]| may_be(0, x) && may_be(1, y));
+        touched.fold(TexelRect::default(), |rect, [sign_x, sign_y]| {
+            // On a face, coordinates are ratios of linear functions: over a box in front of the plane where the denominator is 0, their
+            // extremes lie at corners.
+            let denominators = corners.map(|[x, y, z]| x * sign_x + y * sign_y + z);
+            let is_before = (0..2).all(|i| {
+                let [x, y, z] = corners[i].map(Vec4::abs);
+                denominators[i].cmpgt((x + y + z) * 1e-6).all()
+            });
             let places = |i: usize| {
-                let ([x, y, _], w) = (corners[i], denominators[i]);
-                [x + y, x - y].map(|p| (p / w + 1.0) * 0.5)
+                let [x, y, _] = corners[i];
+                [x + y, x - y].map(|p| (p / denominators[i] + 1.0) * 0.5)
             };
-            [low, high] = bounds([places(0), places(1)]);
-        }
-        // The face's own part of the map.
-        let axis = usize::from(sx != sy);
-        if sx > 0.0 {
-            low[axis] = low[axis].max(0.5);
-        } else {
-            high[axis] = high[axis].min(0.5);
-        }
-        Some([low, high])
-    }
-
-    /// The texels that a box may cover, on all faces.
-    pub fn covered(&self, bounds: &Bounds) -> TexelRect {
-        let touched = self.faces_touched(bounds);
-        (0..self.faces).filter(|face| touched >> face & 1 == 1).fold(TexelRect::default(), |rect, face| {
-            let covered = match self.extent(face, bounds) {
-                Some([low, high]) => TexelRect::between(low, high, self.size),
-                None => TexelRect::whole(self.size),
-            };
-            rect.union(&covered)
+            let [mut low, mut high] =
+                if is_before { extremes([places(0), places(1)]) } else { [[0.0; 2], [1.0; 2]] };
+            // The face's own part of the map.
+            let axis = usize::from(sign_x != sign_y);
+            if sign_x > 0.0 {
+                low[axis] = low[axis].max(0.5);
+            } else {
+                high[axis] = high[axis].min(0.5);
+            }
+            rect.union(&TexelRect::between([low, high], size))
         })
     }
 }
@@ -174,6 +135,7 @@ impl<'a> MapView<'a> {
 mod tests {
     use super::*;
     use crate::shader_constants::DIRECTIONAL;
+    use girandole_core::glam::Vec3;
     use girandole_core::math::sequence;
 
     /// Where a map shows what lies in a direction of the light's frame, as `lib/octahedral.wgsl` has it.
@@ -220,7 +182,7 @@ mod tests {
         let (mut footprints, mut tight, mut by_itself) = (0.0, 0.0, 0.0);
         for case in 0..400 {
             let (light, bounds) = light_and_box(case, 0.8);
-            let covered = MapView::new(&light, SIZE, 4).covered(&bounds);
+            let covered = MapView { light: &light, size: SIZE, is_octahedral: true }.covered(&bounds);
             let mut seen = TexelRect::default();
             for point in 0..512 {
                 let at = point_of(&bounds, case, point);

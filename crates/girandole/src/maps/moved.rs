@@ -51,7 +51,7 @@ mod tests {
             let normal = vector(case, 0).normalize();
             let tangent = normal.any_orthonormal_vector();
             let light = Light { normal, tangent, position: vector(case, 1) * 3.0, ..Light::default() };
-            let map = MapView::new(&light, SIZE, 4);
+            let map = MapView { light: &light, size: SIZE, is_octahedral: true };
             let boxes: Vec<(ObjectId, Bounds)> = (0..case)
                 .map(|i| (ObjectId(i), vector(case, 2 + i)))
                 .map(|(id, at)| {

@@ -1,10 +1,12 @@
-//! Clusters of static occluders that one static polygon hides from a light: its map shows nothing of them, and they are left out.
+//! What one static polygon hides from a light: its map shows nothing of it, and it is left out. Of static occluders that is found by the
+//! cluster; of dynamic objects, as a whole, by visibility determination: what they do there changes no map of that light.
 
 use super::bounds::{Bounds, BoundsTree};
 use crate::layout::Light;
 use crate::parallel::in_order;
 use girandole_core::glam::Vec3;
-use girandole_core::scene::WorldPatch;
+use girandole_core::scene::{Object, ObjectId, Scene, WorldPatch};
+use girandole_core::visibility::VisibilityDatabase;
 use std::ops::Range;
 
 /// Polygons that are tried for a light, those that hide most from it, of the largest ones.
@@ -99,6 +101,24 @@ impl OcclusionCulling {
             covers.truncate(TRIED);
         }
         covers.iter().filter_map(|(_, polygon)| Shadow::new(light, polygon)).collect()
+    }
+}
+
+/// For each object and light, whether it is dynamic and hidden as a whole; nothing, where that is not known.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct OccludedObjects(Vec<Vec<bool>>);
+
+impl OccludedObjects {
+    pub fn of(scene: &Scene, database: Option<&VisibilityDatabase>) -> Self {
+        let Some(database) = database else { return Self::default() };
+        let hidden = |(id, object): (usize, &Object)| {
+            if object.dynamic && !object.removed { database.hidden_from(id.into()) } else { Vec::new() }
+        };
+        Self(scene.objects.iter().enumerate().map(hidden).collect())
+    }
+
+    pub fn is_hidden(&self, object: ObjectId, light: usize) -> bool {
+        self.0.get(object.0 as usize).and_then(|hidden| hidden.get(light)) == Some(&true)
     }
 }
 

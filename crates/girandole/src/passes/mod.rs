@@ -20,6 +20,7 @@ pub(crate) mod shade_points;
 pub(crate) mod shadow_maps;
 pub(crate) mod sort_points;
 pub(crate) mod stale_error;
+pub(crate) mod stale_maps;
 pub(crate) mod tonemap;
 pub(crate) mod transfer;
 pub(crate) mod visibility_buffer;

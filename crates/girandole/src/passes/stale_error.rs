@@ -1,5 +1,6 @@
 //! How wrong the picture is for what its shadow maps show of another moment; see `shaders/stale_error.wgsl`.
 
+use super::stale_maps::{BLOCKER_GROUP, stale_words};
 use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, LightMapsView};
 use crate::device::buffers::storage;
@@ -8,11 +9,10 @@ use crate::device::readback::TextureCopy;
 use crate::device::recorder::Recorder;
 use crate::maps::atlas::Atlas;
 use crate::maps::occluders::CLUSTER;
-use crate::maps::previous_transforms::PreviousTransforms;
-use crate::maps::stale::{BLOCKER_GROUP, stale_words};
 use crate::points::lists::PointLists;
 use crate::points::targets::GRID;
 use crate::scene::lights::GpuLights;
+use crate::scene::previous_transforms::PreviousTransforms;
 use crate::{Result, shaders};
 
 /// Pixels that are looked at: this number squared.

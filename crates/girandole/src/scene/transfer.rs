@@ -4,7 +4,7 @@ use super::light_source::LightSource;
 use crate::device::buffers::{check_bytes, storage, uniform};
 use crate::device::context::Context;
 use crate::layout::{TransferObject, VertexRange};
-use crate::maps::previous_transforms::mover_of;
+use crate::scene::previous_transforms::mover_of;
 use crate::shader_constants::{BATCH, NONE};
 use crate::stats::TransferCounts;
 use crate::{Error, Result};

@@ -1,26 +1,17 @@
-//! Where dynamic objects are, and where they were when each light's map was drawn.
+//! Where dynamic objects were when each light's map was drawn.
 //!
 //! A stale map shows an object where it was. What the object's own surface receives is therefore looked up there, too: a
 //! point that the map shows, and not one that the object's former self hides. Shadows on what moves lag behind as those of what
 //! moves do. Objects that bend are looked up where they are.
 
-use super::cache::{MapCache, MapUpdate};
 use crate::device::buffers::uniform;
 use crate::layout::{Light, PreviousTransform};
+use crate::maps::cache::{MapCache, MapUpdate};
+use crate::maps::snapshot::Snapshot;
 use crate::shader_constants::{BATCH, MAX_PREVIOUS_TRANSFORMS, NONE};
 use girandole_core::glam::DAffine3;
-use girandole_core::scene::{Geometry, Scene};
+use girandole_core::scene::Scene;
 use std::collections::BTreeMap;
-use std::sync::Arc;
-
-/// The places of all dynamic objects at a moment.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Snapshot {
-    /// How many updates came before it.
-    moment: u64,
-    /// World from object, relative to the geometry's origin.
-    places: Arc<[DAffine3]>,
-}
 
 /// Which of the dynamic objects each object is, or [`NONE`].
 pub(crate) fn mover_of(scene: &Scene, object: usize) -> u32 {
@@ -28,62 +19,6 @@ pub(crate) fn mover_of(scene: &Scene, object: usize) -> u32 {
         return NONE;
     }
     scene.objects[..object].iter().filter(|o| o.dynamic).count() as u32
-}
-
-impl Snapshot {
-    /// Of a scene as it stands, after so many updates.
-    fn at(moment: u64, scene: &Scene, geometry: &Geometry) -> Self {
-        let world_from_nodes = scene.world_from_nodes();
-        let place = |object: &girandole_core::scene::Object| {
-            if object.removed || scene.is_deformed(object) {
-                return DAffine3::IDENTITY;
-            }
-            let world_from_object = world_from_nodes[object.node];
-            DAffine3 { translation: world_from_object.translation - geometry.origin, ..world_from_object }
-        };
-        Self { moment, places: scene.objects.iter().filter(|o| o.dynamic).map(place).collect() }
-    }
-}
-
-impl Snapshot {
-    /// The first.
-    pub fn first(scene: &Scene, geometry: &Geometry) -> Self {
-        Self::at(0, scene, geometry)
-    }
-
-    /// The next one, after objects moved.
-    pub fn next(&self, scene: &Scene, geometry: &Geometry) -> Self {
-        Self::at(self.moment + 1, scene, geometry)
-    }
-
-    /// Where objects were in the maps that are stale, once these are drawn; nothing where none is.
-    pub fn previous(
-        &self,
-        cache: &MapCache,
-        lights: &[Light],
-        drawn: &[MapUpdate],
-    ) -> Option<PreviousTransforms> {
-        let mut is_stale: Vec<bool> = cache.stale_parts(lights).map(|part| !part.is_empty()).collect();
-        drawn.iter().for_each(|update| is_stale[update.light as usize] = false);
-        let (mut rows, mut known, mut places) = (vec![NONE; cache.len()], BTreeMap::new(), Vec::new());
-        for ((row, then), _) in
-            rows.iter_mut().zip(cache.transforms()).zip(is_stale).filter(|(_, stale)| *stale)
-        {
-            let Some(then) = then.filter(|then| then.moment != self.moment) else { continue };
-            let movers = then.places.len();
-            let has_room = places.len() + movers <= MAX_PREVIOUS_TRANSFORMS as usize;
-            if movers != self.places.len() {
-                continue;
-            }
-            if !known.contains_key(&then.moment) && has_room {
-                known.insert(then.moment, places.len() as u32);
-                let pairs = then.places.iter().zip(&*self.places);
-                places.extend(pairs.map(|(then, now)| previous_transform(then, now)));
-            }
-            *row = known.get(&then.moment).copied().unwrap_or(NONE);
-        }
-        (!places.is_empty()).then_some(PreviousTransforms { rows, places })
-    }
 }
 
 /// Where points of an object were.
@@ -139,6 +74,28 @@ impl GpuPreviousTransforms {
 }
 
 impl PreviousTransforms {
+    /// Those of the maps that are stale once these are drawn, with objects where they are `now`; nothing where none is.
+    pub fn new(now: &Snapshot, (cache, lights): (&MapCache, &[Light]), drawn: &[MapUpdate]) -> Option<Self> {
+        let mut is_stale: Vec<bool> = cache.stale_parts(lights).map(|part| !part.is_empty()).collect();
+        drawn.iter().for_each(|update| is_stale[update.light as usize] = false);
+        let (mut rows, mut known, mut places) = (vec![NONE; cache.len()], BTreeMap::new(), Vec::new());
+        for ((row, then), _) in
+            rows.iter_mut().zip(cache.transforms()).zip(is_stale).filter(|(_, stale)| *stale)
+        {
+            let movers = now.places.len();
+            let differs = |then: &&Snapshot| then.moment != now.moment && then.places.len() == movers;
+            let Some(then) = then.filter(differs) else { continue };
+            let has_room = places.len() + movers <= MAX_PREVIOUS_TRANSFORMS as usize;
+            if !known.contains_key(&then.moment) && has_room {
+                known.insert(then.moment, places.len() as u32);
+                let pairs = then.places.iter().zip(&*now.places);
+                places.extend(pairs.map(|(then, now)| previous_transform(then, now)));
+            }
+            *row = known.get(&then.moment).copied().unwrap_or(NONE);
+        }
+        (!places.is_empty()).then_some(Self { rows, places })
+    }
+
     /// Of as many lights whose maps are up to date.
     pub fn none(lights: usize) -> Self {
         Self { rows: vec![NONE; lights], places: Vec::new() }
