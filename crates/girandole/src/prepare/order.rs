@@ -13,8 +13,7 @@ use crate::settings::{Mode, RenderSettings, Shading};
 impl Passes {
     /// Has compiled what every scene needs. Whether all is there.
     pub fn order(&self, shared: &Shared) -> bool {
-        let are_there = self.shadow_maps.order(shared);
-        self.visibility_buffer.order(shared) & are_there
+        self.visibility_buffer.order(shared)
     }
 }
 
@@ -23,7 +22,8 @@ impl ScenePasses {
     pub fn order(&self, context: &Context, settings: &RenderSettings) -> bool {
         let (compiler, shared) = (Compiler::new(context, self.features), &context.shared);
         let mut is_resolved = true;
-        let mut are_there = if settings.mode == Mode::Naive {
+        let mut are_there = self.shadow_maps(context).order(shared);
+        are_there &= if settings.mode == Mode::Naive {
             self.naive.get_or_init(|| ShadeNaive::new(&compiler)).order(shared)
         } else {
             let adaptive = self.adaptive.get_or_init(|| AdaptivePasses::new(&compiler));
