@@ -11,6 +11,7 @@ use crate::checks::{check, check_display};
 use crate::device::compiled::Compiled;
 use crate::device::context::Context;
 use crate::device::kernel::Shared;
+use crate::device::loop_steps;
 use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
 use crate::frame::record_frame;
@@ -390,6 +391,7 @@ impl Renderer {
             return Err(nothing_loaded());
         };
         check(size, settings, scene.lights.count(), &context.device.limits())?;
+        loop_steps::check(context.shared.kernels.tier, context.options.pcf, scene.lights.count())?;
         let view = &view.relative_to(scene.origin);
         context.timers.reset();
         (self.last, self.last_view) = (None, None);

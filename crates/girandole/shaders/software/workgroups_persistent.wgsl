@@ -3,9 +3,8 @@
 // cost would leave threads idle.
 
 const PERSISTENT_WIDTH = 8u; // invocations of a workgroup: the lanes of a processor's vector unit
-// Most items that an invocation fetches: the driver ends an invocation's loops after 65535 iterations in all, and a chunk of points with
-// a batch of lights may take thousands.
-const MAX_ITEMS = 8u;
+// Most items that an invocation fetches: the driver ends its loops after so many steps, see `device/loop_steps.rs`.
+override MAX_ITEMS: u32;
 const MIN_WORKGROUPS = 16u; // enough to occupy all threads
 
 // Workgroups that could process twice as many items.

@@ -6,6 +6,7 @@ pub(crate) mod context;
 mod crew;
 mod gpu;
 pub(crate) mod kernel;
+pub(crate) mod loop_steps;
 pub(crate) mod mirror;
 mod module;
 pub(crate) mod readback;

@@ -31,6 +31,7 @@ pub(crate) use crate::scene::receivers::LightMapsView;
 
 use crate::device::context::Context;
 use crate::device::kernel::{Binding, Kernel, Shared, texture};
+use crate::device::loop_steps;
 use crate::layout::Frame;
 use crate::points::targets::Targets;
 use crate::resident::SceneFeatures;
@@ -69,6 +70,7 @@ impl<'a> Compiler<'a> {
             ("PARAMETERISATION", f64::from(self.options.shadow_map as u32)),
             ("NEAR", shadow_maps::NEAR),
             ("FILTER", f64::from(self.options.pcf)),
+            ("MAX_ITEMS", f64::from(loop_steps::queue_items(self.options.pcf))),
             flag("HAS_SPECULAR", self.features.specular),
             flag("ONLY_COSINE_LIGHTS", self.features.only_cosine_lights),
             flag("HAS_TEXTURES", self.features.textures),

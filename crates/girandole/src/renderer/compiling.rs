@@ -5,6 +5,7 @@ use crate::Result;
 use crate::checks::check;
 use crate::device::compiled::{Compilation, CompiledKernel};
 use crate::device::context::Context;
+use crate::device::loop_steps;
 use crate::device::recorder::Recorder;
 use crate::frame::record_frame;
 use crate::prepare::{ScenePasses, allocate, prepare};
@@ -49,6 +50,7 @@ impl Renderer {
             return Err(nothing_loaded());
         };
         check(size, settings, scene.lights.count(), &context.device.limits())?;
+        loop_steps::check(context.shared.kernels.tier, context.options.pcf, scene.lights.count())?;
         let view = &view.relative_to(scene.origin);
         context.timers.reset();
         (self.last, self.last_view) = (None, None);

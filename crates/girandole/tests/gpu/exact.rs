@@ -5,7 +5,7 @@ use girandole::core::glam::Vec3;
 use girandole::core::lights::{LightSample, LightSet, Profile, SampleOrigin};
 use girandole::core::math::{sequence, warp};
 use girandole::core::scene::{Geometry, Material, Scene};
-use girandole::{MapUpdates, RenderSettings, RendererOptions, ShadowMap};
+use girandole::{Error, MapUpdates, Mode, RenderSettings, RendererOptions, ShadowMap, Tier};
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -13,6 +13,7 @@ pub fn tests() -> Vec<Test> {
         ("what_emits_is_read_back_in_any_unit", emission),
         ("maps_of_a_closed_box_have_no_hole", no_holes),
         ("filters_stay_within_their_map", filters_stay),
+        ("wide_filters_over_many_lights_lose_none", wide_filters),
     ]
 }
 
@@ -159,4 +160,22 @@ fn filters_stay(context: &Context) {
     let among = context.frame(&mut renderer, &view, size, &exact());
     assert!(among.pixels == alone(0, 8).pixels);
     assert!(among.pixels != alone(0, 0).pixels, "the control: the filter does something");
+}
+
+/// Mesa's software driver ends an invocation in silence after 65 535 steps of its loops.
+fn wide_filters(context: &Context) {
+    let size = [48, 36];
+    let stage = Stage::builtin("pillars", 512);
+    let view = stage.view(0, size);
+    let options = |pcf| RendererOptions { map_size: Some(64), pcf, ..Default::default() };
+    let mut renderer = context.loaded(&stage, options(4));
+    let settings = RenderSettings { mode: Mode::VisibilityDetermination, ..exact() };
+    let [naive, listed] =
+        [exact(), settings].map(|settings| mean(&context.frame(&mut renderer, &view, size, &settings)));
+    assert!((listed / naive - 1.0).abs() < 0.01, "{listed} of {naive}");
+    // What cannot be done there is refused.
+    let mut renderer = context.renderer(RendererOptions { tier: Some(Tier::Software), ..options(16) });
+    context.load(&mut renderer, &stage);
+    let refused = renderer.render(&view, size, &exact());
+    assert!(matches!(refused, Err(Error::TooLarge { .. })), "{refused:?}");
 }
