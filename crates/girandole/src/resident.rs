@@ -97,7 +97,7 @@ impl Resident {
         let occluders = Occluders::new(scene, geometry, &non_blockers);
         let transforms = Snapshot::first(scene, geometry);
         // Until a frame says which it looks up.
-        let mut cache = MapCache::new(&layout, samples.len(), &transforms);
+        let mut cache = MapCache::new(&layout, samples.len());
         cache.want(&cache.regular_spans(&samples));
         Ok(Self {
             geometry: GpuScene::new((device, &context.queue), &shared.scene, scene, geometry)?,
