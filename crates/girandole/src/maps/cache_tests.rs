@@ -155,6 +155,26 @@ fn maps_come_within_the_budget_and_lights_without_one_have_no_place() {
     }
 }
 
+#[test]
+fn what_has_room_is_placed_whatever_was_there() {
+    let lights = lights_of(&[1.0; 41]);
+    let kinds: Vec<bool> = (0..41).map(|light| light == 40).collect();
+    let mut cache = cache(&kinds, RendererOptions::default());
+    let mut held = 0;
+    for case in 0..400 {
+        let number = |light: u32| sample(case * 41 + light, 0, 3) * (1.0 + 4.0 * sample(case, 0, 4));
+        let wanted: Vec<u32> = (0..41).map(|light| (1 << number(light) as u32) & !1).collect();
+        cache.want(&wanted);
+        draw(&mut cache, &lights, &MapUpdates::default());
+        let is_placed =
+            |light: usize| wanted[light] == 0 || cache.slot(light).is_some_and(|s| s.span == wanted[light]);
+        let has_room = cache.layout().holds(&wanted);
+        assert_eq!((0..41).all(is_placed), has_room, "{wanted:?}");
+        held += usize::from(has_room);
+    }
+    assert!((100..350).contains(&held), "{held}");
+}
+
 /// Walks through a house and looks up more lights or fewer, in maps of several sizes, in all more than there is room for.
 #[test]
 fn frames_do_not_depend_on_what_was_there_and_cuts_are_over_soon() {
@@ -163,14 +183,13 @@ fn frames_do_not_depend_on_what_was_there_and_cuts_are_over_soon() {
     let mut lights = lights_of(&(0..1200).map(|light| 1.0 + (light % 7) as f32).collect::<Vec<_>>());
     lights.iter_mut().step_by(400).for_each(|sun| sun.profile = DIRECTIONAL);
     for most in [None, Some(5)] {
-        let mut cache = cache(&kinds, RendererOptions { memory_mib: 40, ..RendererOptions::default() });
+        let mut cache = cache(&kinds, RendererOptions { memory_mib: 110, ..RendererOptions::default() });
         let (mut looked_up, mut brought_in, mut enlarged) = (0, 0, 0);
         for cut in 0..60 {
-            let [first, share] = [0, 1].map(|dimension| sample(cut, dimension, 5));
-            let first = (first * 6.0) as usize * ROOM;
-            let room = if share < 0.9 { first..first + ROOM } else { 0..1200 };
+            let first = (sample(cut, 0, 5) * 6.0) as usize * ROOM;
+            let room = first..[480, 480, 480, 1200].get(cut as usize % 10).map_or(first + ROOM, |end| *end);
             let texels = |light| {
-                let size = [20.0, 100.0, 200.0, 256.0][(light + cut as usize % 2) % 4];
+                let size = [20.0, 100.0, 200.0, 256.0][(sample(light as u32, cut % 2, 6) * 4.0) as usize];
                 if room.contains(&light) { size } else { 0.0 }
             };
             let wanted = cache.spans(&(0..1200).map(texels).collect::<Vec<_>>(), &lights);
@@ -200,7 +219,7 @@ fn frames_do_not_depend_on_what_was_there_and_cuts_are_over_soon() {
             }
         }
         // The controls: what is seen again is there still, often, and there is not always room for large maps.
-        assert!(brought_in < looked_up * 4 / 5 && brought_in > looked_up / 2, "{brought_in} of {looked_up}");
+        assert!(brought_in < looked_up * 4 / 5 && brought_in > looked_up / 4, "{brought_in} of {looked_up}");
         assert!(enlarged > 20 && enlarged < 60, "{enlarged}");
     }
 }
