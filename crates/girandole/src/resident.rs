@@ -98,7 +98,7 @@ impl Resident {
         let occluders = Occluders::new(scene, geometry, &non_blockers, options.shadow_map);
         let transforms = Snapshot::new(0, scene, geometry);
         // Until a frame says which it looks up.
-        let mut cache = MapCache::new(&layout, samples.len(), &transforms);
+        let mut cache = MapCache::new(&layout, samples.len());
         cache.want(&cache.regular_spans(&samples));
         Ok(Self {
             geometry: GpuScene::new((device, &context.queue), &shared.scene, scene, geometry)?,

@@ -7,9 +7,8 @@
 //! A light whose map is missing lights nothing that it might be hidden from. Lest lights go out in between, maps of those that moved
 //! themselves are drawn in any case, and so are all that the first frame looks up.
 //!
-//! Maps that no frame looks up any longer stay until others need their place: those that were wanted longest ago go first.
+//! Maps that no frame looks up any longer stay until others need their place: those that were looked up longest ago go first.
 
-use super::grid::AtlasGrid;
 use super::layout::{AtlasLayout, MapSlot};
 use super::map_view::TexelRect;
 use super::snapshot::Snapshot;
@@ -18,37 +17,32 @@ use crate::settings::{MapPriority, MapUpdates};
 use crate::shader_constants::NO_MAP;
 use girandole_core::glam::Vec3;
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::BTreeSet;
 
 /// The shadow maps of all lights.
 #[derive(Debug)]
 pub(crate) struct MapCache {
     maps: Vec<MapRecord>,
     layout: AtlasLayout,
-    grid: AtlasGrid,
-    /// Frames so far.
-    frame: u64,
 }
 
 /// One light's map.
-#[derive(Clone, Debug)]
-pub(crate) struct MapRecord {
+#[derive(Clone, Debug, Default)]
+struct MapRecord {
     /// Its place in the atlas, if it has one.
     slot: Option<MapSlot>,
-    /// Whether it shows the scene from where its light is, at some moment.
-    is_drawn: bool,
+    /// What of it has to be drawn for it to be up to date; [`EVERYWHERE`] where it does not show the scene from where its light is.
+    stale: TexelRect,
     /// Whether the next frame that looks it up draws it, whatever the budget.
     is_due: bool,
-    /// What of it has to be drawn for it to be up to date, while it is drawn at all.
-    stale: TexelRect,
     /// Frames that were shaded while it lacked something.
-    frames: u32,
+    waited: u32,
     /// Units across that the last frame wanted; 0 where that does not look it up.
     wanted: u32,
-    /// The last frame that looked it up.
-    last_wanted: u64,
+    /// Frames since one looked it up.
+    idle: u32,
     /// Where dynamic objects were when it was drawn.
-    pub transforms: Snapshot,
+    transforms: Snapshot,
 }
 
 /// A part of a light's map to be drawn.
@@ -70,43 +64,25 @@ pub struct StaleCounts {
 /// All texels, however many there are.
 const EVERYWHERE: TexelRect = TexelRect { first: [0; 2], end: [u32::MAX; 2] };
 
-/// What a frame's map lacks.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Lack {
-    Nothing,
-    /// All of it, in this many units across.
-    All(u32),
-    Part(TexelRect),
+fn is_lit(light: &Light) -> bool {
+    light.intensity != Vec3::ZERO
 }
 
 impl MapRecord {
-    /// What it lacks to be as it is wanted.
-    fn lack(&self) -> Lack {
-        match self.slot {
-            _ if self.wanted == 0 => Lack::Nothing,
-            Some(slot) if self.is_drawn && slot.span == self.wanted => match self.stale.is_empty() {
-                true => Lack::Nothing,
-                false => Lack::Part(self.stale),
-            },
-            _ => Lack::All(self.wanted),
-        }
+    fn is_drawn(&self) -> bool {
+        self.stale != EVERYWHERE
+    }
+
+    fn lose_place(&mut self) {
+        (self.slot, self.stale) = (None, EVERYWHERE);
     }
 }
 
 impl MapCache {
     /// For so many lights, none of whose maps was drawn yet.
-    pub fn new(layout: &AtlasLayout, lights: usize, transforms: &Snapshot) -> Self {
-        let undrawn = MapRecord {
-            slot: None,
-            is_drawn: false,
-            is_due: true,
-            stale: TexelRect::default(),
-            frames: 0,
-            wanted: 0,
-            last_wanted: 0,
-            transforms: transforms.clone(),
-        };
-        Self { maps: vec![undrawn; lights], grid: AtlasGrid::new(layout), layout: layout.clone(), frame: 0 }
+    pub fn new(layout: &AtlasLayout, lights: usize) -> Self {
+        let undrawn = MapRecord { stale: EVERYWHERE, is_due: true, ..MapRecord::default() };
+        Self { maps: vec![undrawn; lights], layout: layout.clone() }
     }
 
     pub fn layout(&self) -> &AtlasLayout {
@@ -120,20 +96,12 @@ impl MapCache {
 
     /// For each light, the units across of a map that has so many texels across, if there is room for so many; 0 for none.
     pub fn spans(&self, texels: &[f32], lights: &[Light]) -> Vec<u32> {
-        let layout = &self.layout;
-        let of = |most: [u32; 2]| {
-            let span = |(&texels, light): (&f32, &Light)| {
-                let is_large = light.has_large_map();
-                if texels > 0.0 { layout.span(texels, is_large, most[usize::from(is_large)]) } else { 0 }
-            };
-            texels.iter().zip(lights).map(span).collect::<Vec<u32>>()
+        let up_to = |most: [u32; 2]| -> Vec<u32> {
+            let pairs = texels.iter().zip(lights);
+            pairs.map(|(&texels, light)| self.layout.span(texels, light.has_large_map(), most)).collect()
         };
-        let spans = of(layout.largest);
-        if layout.largest == layout.regular || AtlasGrid::holds(layout, &spans) {
-            spans
-        } else {
-            of(layout.regular)
-        }
+        let spans = up_to(self.layout.largest);
+        if self.layout.holds(&spans) { spans } else { up_to(self.layout.regular) }
     }
 
     /// The units across of regular maps of these lights.
@@ -145,21 +113,19 @@ impl MapCache {
     pub fn want(&mut self, spans: &[u32]) {
         for (map, &span) in self.maps.iter_mut().zip(spans) {
             map.wanted = span;
-            if span > 0 {
-                map.last_wanted = self.frame;
-            }
+            map.idle = if span > 0 { 0 } else { map.idle.saturating_add(1) };
         }
     }
 
     /// A light's map, if it shows something: its place and what of it is stale.
     pub fn shown(&self, light: usize) -> Option<(MapSlot, TexelRect)> {
-        let MapRecord { slot, is_drawn, stale, .. } = self.maps.get(light)?;
-        slot.filter(|_| *is_drawn).map(|slot| (slot, *stale))
+        let map = self.maps.get(light).filter(|map| map.is_drawn())?;
+        Some((map.slot?, map.stale))
     }
 
     /// Texels across a map, its first texel in its page, and the page.
     pub fn texels(&self, slot: &MapSlot) -> (u32, [u32; 2], u32) {
-        (self.layout.size(slot.span), self.layout.origin(slot), slot.page)
+        (self.layout.size(slot.span), slot.at.map(|unit| unit * self.layout.unit), slot.page)
     }
 
     /// The place that a light has, whether anything was drawn there or not.
@@ -167,7 +133,7 @@ impl MapCache {
         self.maps.get(light)?.slot
     }
 
-    /// Something moved: this of a light's map is stale now.
+    /// Something moved: this of a light's map, which shows something, is stale now.
     pub fn mark(&mut self, light: usize, stale: TexelRect) {
         self.maps[light].stale = stale;
     }
@@ -175,166 +141,161 @@ impl MapCache {
     /// A light moved: its map shows nothing of use.
     pub fn invalidate(&mut self, light: usize) {
         let map = &mut self.maps[light];
-        map.is_due |= map.is_drawn && map.wanted > 0;
-        map.is_drawn = false;
+        map.is_due |= map.is_drawn() && map.wanted > 0;
+        map.stale = EVERYWHERE;
     }
 
     /// All lights are others: their maps show nothing of use.
     pub fn invalidate_all(&mut self) {
         for map in &mut self.maps {
-            (map.is_drawn, map.is_due) = (false, true);
+            (map.stale, map.is_due) = (EVERYWHERE, true);
         }
     }
 
     /// What the next frame draws, in the order of lights, in places that are found for it. Maps of lights that are dark are left until
     /// those shine.
     pub fn plan(&mut self, updates: &MapUpdates, lights: &[Light]) -> Vec<MapUpdate> {
-        let mut is_chosen = vec![false; self.maps.len()];
-        self.choose(updates, lights).into_iter().for_each(|light| is_chosen[light] = true);
-        let mut to_place = BinaryHeap::new();
-        for (light, map) in self.maps.iter_mut().enumerate().filter(|(light, _)| is_chosen[*light]) {
-            if let Lack::All(span) = map.lack() {
-                map.is_drawn = false;
-                if let Some(slot) = map.slot.take_if(|slot| slot.span != span) {
-                    self.grid.free(&slot);
-                }
-                if map.slot.is_none() {
-                    to_place.push((span, Reverse(light)));
-                }
+        let mut chosen = self.choose(updates, lights);
+        for &light in &chosen {
+            let map = &mut self.maps[light];
+            if map.slot.is_some_and(|slot| slot.span != map.wanted) {
+                map.lose_place();
             }
         }
         // Large ones first: what gives way to them is smaller, or not as it is wanted.
-        while let Some((span, Reverse(light))) = to_place.pop() {
-            let mut slot = self.grid.place(light as u32, span);
-            if slot.is_none() {
-                for lost in self.cheapest(span).into_iter().flatten() {
-                    let (lost, map) = (lost as usize, &mut self.maps[lost as usize]);
-                    map.slot.take().iter().for_each(|slot| self.grid.free(slot));
-                    map.is_drawn = false;
-                    let is_lit = lights[lost].intensity != Vec3::ZERO;
-                    is_chosen[lost] |= map.wanted > 0 && is_lit && updates.most.is_none();
-                    if is_chosen[lost] {
-                        to_place.push((map.wanted, Reverse(lost)));
+        for span in (0..=self.layout.largest[1].ilog2()).rev().map(|class| 1 << class) {
+            let waits = |map: &MapRecord| map.slot.is_none() && map.wanted == span;
+            let waiting: Vec<usize> =
+                chosen.iter().copied().filter(|light| waits(&self.maps[*light])).collect();
+            if waiting.is_empty() {
+                continue;
+            }
+            for (light, (slot, held)) in waiting.into_iter().zip(self.places(span)) {
+                for lost in held {
+                    self.maps[lost].lose_place();
+                    if updates.most.is_none() && self.maps[lost].wanted > 0 && is_lit(&lights[lost]) {
+                        chosen.insert(lost);
                     }
                 }
-                slot = self.grid.place(light as u32, span);
+                self.maps[light].slot = Some(slot);
             }
-            self.maps[light].slot = slot;
         }
-        let placed =
-            (0..self.maps.len()).filter(|light| is_chosen[*light] && self.maps[*light].slot.is_some());
-        placed.map(|light| MapUpdate { light: light as u32, part: self.part(light) }).collect()
+        let placed = chosen.into_iter().filter(|light| self.maps[*light].slot.is_some());
+        placed.map(|light| MapUpdate { light: light as u32, part: self.lack(light) }).collect()
     }
 
-    /// The lights whose maps are nearest at hand to lose for one of so many units across.
-    fn cheapest(&self, span: u32) -> Option<Vec<u32>> {
-        self.grid.cheapest(span, |light| {
-            let map = &self.maps[light as usize];
-            let slot = map.slot?;
-            if map.wanted == slot.span && slot.span >= span {
-                return None;
+    /// Places for maps of so many units across, each with the lights that have maps there. Those come first whose maps were looked up
+    /// longest ago, after those that are free; what is as it is wanted, and no smaller, stays.
+    fn places(&self, span: u32) -> impl Iterator<Item = (MapSlot, Vec<usize>)> + use<> {
+        let [columns, rows] = self.layout.per_page(span);
+        let mut held = vec![Vec::new(); (self.layout.pages * rows * columns) as usize];
+        for (light, map) in self.maps.iter().enumerate() {
+            let Some(slot) = map.slot else { continue };
+            let [across, down] = slot.at.map(|at| at / span..(at + slot.span).div_ceil(span));
+            for row in down.start..down.end.min(rows) {
+                let first = (slot.page * rows + row) * columns;
+                for column in across.start..across.end.min(columns) {
+                    held[(first + column) as usize].push(light);
+                }
             }
-            // What is wanted least, then what was wanted longest ago.
-            let unused = self.frame - map.last_wanted;
-            let area = u64::from(slot.span * slot.span);
-            Some(if map.wanted > 0 { area << 32 } else { 1 + (area << 20) / (1 + unused) })
-        })
+        }
+        let idle = |light: &usize| {
+            let MapRecord { slot, wanted, idle, .. } = &self.maps[*light];
+            slot.filter(|slot| slot.span != *wanted || slot.span < span).map(|_| *idle)
+        };
+        let all = (0..).zip(held).filter_map(|(index, lights)| {
+            let at = [index % columns, index / columns % rows].map(|place| place * span);
+            let idle = lights.iter().map(idle).fold(Some(u32::MAX), Option::min)?;
+            Some((idle, MapSlot { at, page: index / columns / rows, span }, lights))
+        });
+        let mut places: Vec<_> = all.collect();
+        places.sort_by_key(|(idle, ..)| Reverse(*idle));
+        places.into_iter().map(|(_, slot, lights)| (slot, lights))
     }
 
-    /// What is to be drawn of a light's map, which has a place.
-    fn part(&self, light: usize) -> TexelRect {
-        match self.maps[light].lack() {
-            Lack::All(span) => TexelRect::whole(self.layout.size(span)),
-            Lack::Part(part) => part,
-            Lack::Nothing => TexelRect::default(),
-        }
+    /// What of a light's map has to be drawn for it to be as it is wanted.
+    fn lack(&self, light: usize) -> TexelRect {
+        let map = &self.maps[light];
+        let is_as_large = map.slot.is_some_and(|slot| slot.span == map.wanted);
+        let lack = if is_as_large { map.stale } else { EVERYWHERE };
+        let size = self.layout.size(map.wanted);
+        TexelRect { end: lack.end.map(|end| end.min(size)), ..lack }
     }
 
     /// The lights whose maps the next frame draws.
-    fn choose(&self, updates: &MapUpdates, lights: &[Light]) -> Vec<usize> {
-        let must = |&light: &usize| {
-            let MapRecord { is_due, frames, .. } = self.maps[light];
-            is_due || updates.oldest.is_some_and(|oldest| frames >= oldest)
-        };
-        let (mut chosen, mut others): (Vec<usize>, Vec<usize>) = self.lacking(lights).partition(must);
-        let room = updates.most.map_or(usize::MAX, |most| (most as usize).saturating_sub(chosen.len()));
-        let extent = |part: TexelRect| match updates.priority {
-            MapPriority::Brightness => 1.0,
-            MapPriority::BrightnessAndExtent => (part.texels() as f32).sqrt(),
+    fn choose(&self, updates: &MapUpdates, lights: &[Light]) -> BTreeSet<usize> {
+        let must = |light: usize| {
+            let MapRecord { is_due, waited, .. } = self.maps[light];
+            is_due || updates.oldest.is_some_and(|oldest| waited >= oldest)
         };
         let priority = |light: usize| {
-            let MapRecord { is_drawn, frames, .. } = self.maps[light];
-            let brightness = lights[light].intensity.max_element();
-            // Those that are missing leave lights out.
-            (!is_drawn, brightness * (frames as f32 + 1.0) * extent(self.part(light)))
+            let extent = match updates.priority {
+                MapPriority::Brightness => 1.0,
+                MapPriority::BrightnessAndExtent => (self.lack(light).texels() as f32).sqrt(),
+            };
+            lights[light].intensity.max_element() * (self.maps[light].waited as f32 + 1.0) * extent
         };
-        others.sort_by(|&a, &b| {
-            let ((a_missing, of_a), (b_missing, of_b)) = (priority(a), priority(b));
-            b_missing.cmp(&a_missing).then(of_b.total_cmp(&of_a)).then(a.cmp(&b))
+        let mut lacking: Vec<usize> = self.lacking(lights).collect();
+        // Those that are missing leave lights out. Numbers that are not negative have the order of their bits.
+        lacking.sort_by_cached_key(|&light| {
+            Reverse((must(light), !self.maps[light].is_drawn(), priority(light).to_bits()))
         });
-        chosen.extend(others.into_iter().take(room));
-        chosen
+        let has_room = |rank: usize| updates.most.is_none_or(|most| rank < most as usize);
+        let ranks = lacking.into_iter().enumerate();
+        ranks.filter(|(rank, light)| has_room(*rank) || must(*light)).map(|(_, light)| light).collect()
     }
 
     /// The lights that shine and whose maps lack something.
-    fn lacking<'a>(&'a self, lights: &'a [Light]) -> impl Iterator<Item = usize> + 'a {
-        let lacks = |&light: &usize| {
-            self.maps[light].lack() != Lack::Nothing && lights[light].intensity != Vec3::ZERO
-        };
-        (0..self.maps.len()).filter(lacks)
+    fn lacking(&self, lights: &[Light]) -> impl Iterator<Item = usize> {
+        (0..self.len()).filter(|&light| is_lit(&lights[light]) && !self.lack(light).is_empty())
     }
 
     /// For each light, the place of its map in the words of the shaders, once these are drawn.
     pub fn words(&self, drawn: &[MapUpdate]) -> Vec<u32> {
-        let word = |map: &MapRecord, is_drawn: bool| match map.slot {
-            Some(slot) if is_drawn && map.wanted > 0 => AtlasLayout::word(&slot),
+        let mut is_shown: Vec<bool> = self.maps.iter().map(MapRecord::is_drawn).collect();
+        drawn.iter().for_each(|update| is_shown[update.light as usize] = true);
+        let word = |(map, is_shown): (&MapRecord, bool)| match &map.slot {
+            Some(slot) if is_shown && map.wanted > 0 => AtlasLayout::word(slot),
             _ => NO_MAP,
         };
-        let mut words: Vec<u32> = self.maps.iter().map(|map| word(map, map.is_drawn)).collect();
-        for update in drawn {
-            words[update.light as usize] = word(&self.maps[update.light as usize], true);
-        }
-        words
+        self.maps.iter().zip(is_shown).map(word).collect()
     }
 
     /// Takes note that these were drawn, with dynamic objects where they are.
     pub fn note(&mut self, drawn: &[MapUpdate], transforms: &Snapshot) {
         for update in drawn {
             let map = &mut self.maps[update.light as usize];
-            (map.is_drawn, map.is_due) = (true, false);
-            (map.stale, map.frames) = (TexelRect::default(), 0);
+            (map.stale, map.is_due, map.waited) = (TexelRect::default(), false, 0);
             map.transforms = transforms.clone();
         }
     }
 
     /// Counts a frame. What shone and was not looked up is not due any longer.
     pub fn advance(&mut self, lights: &[Light]) {
-        self.frame += 1;
-        for (map, light) in self.maps.iter_mut().zip(lights) {
-            map.frames += u32::from(map.lack() != Lack::Nothing);
-            map.is_due &= map.wanted > 0 || light.intensity == Vec3::ZERO;
+        for (light, sample) in lights.iter().enumerate() {
+            let is_complete = self.lack(light).is_empty();
+            let map = &mut self.maps[light];
+            map.waited += u32::from(!is_complete);
+            map.is_due &= map.wanted > 0 || !is_lit(sample);
         }
     }
 
     /// Of each light's map what shows what is no longer there, and matters; all of it where it is missing.
-    pub fn stale_parts<'a>(&'a self, lights: &'a [Light]) -> impl Iterator<Item = TexelRect> + 'a {
-        self.maps.iter().zip(lights).map(|(map, light)| match map.lack() {
-            _ if light.intensity == Vec3::ZERO => TexelRect::default(),
-            Lack::Nothing => TexelRect::default(),
-            _ if map.is_drawn => map.stale,
-            _ => EVERYWHERE,
+    pub fn stale_parts(&self, lights: &[Light]) -> impl Iterator<Item = TexelRect> {
+        self.maps.iter().zip(lights).map(|(map, light)| match map.wanted > 0 && is_lit(light) {
+            true => map.stale,
+            false => TexelRect::default(),
         })
     }
 
-    /// Whether a light's map shows something, and where objects were when it was drawn.
+    /// Where objects were when each light's map was drawn, if it shows something.
     pub fn transforms(&self) -> impl Iterator<Item = Option<&Snapshot>> {
-        self.maps.iter().map(|map| map.is_drawn.then_some(&map.transforms))
+        self.maps.iter().map(|map| map.is_drawn().then_some(&map.transforms))
     }
 
     /// What is left to be drawn.
     pub fn counts(&self, lights: &[Light]) -> StaleCounts {
-        self.lacking(lights).map(|light| &self.maps[light]).fold(StaleCounts::default(), |counts, map| {
-            StaleCounts { maps: counts.maps + 1, oldest: counts.oldest.max(map.frames) }
-        })
+        let waited: Vec<u32> = self.lacking(lights).map(|light| self.maps[light].waited).collect();
+        StaleCounts { maps: waited.len() as u32, oldest: waited.into_iter().max().unwrap_or_default() }
     }
 }

@@ -24,10 +24,10 @@ const MAX_PAGE: u32 = 8192;
 /// Most pages: what a light's place has room for.
 const MAX_PAGES: u32 = 256;
 /// Pages are kept narrow as long as there are no more than this.
-const WANTED_PAGES: u64 = 32;
+const WANTED_PAGES: u32 = 32;
 /// Texels that are drawn at once at most, but for larger maps: 16 MiB of them.
 const MOST_TEXELS: u64 = 4 << 20;
-/// Texels that are drawn at once where there are no more and memory suffices: fewer do not keep devices busy.
+/// Texels that are drawn at once where there are so many and memory suffices, as any regular map is: fewer do not keep devices busy.
 const FEW_TEXELS: u64 = 1 << 20;
 /// Texels beside the maps for each pair of a part and a cluster that is listed at most.
 const TEXELS_PER_PAIR: u64 = 4;
@@ -55,7 +55,7 @@ pub(crate) fn largest_chosen(lights: &[Light]) -> u32 {
 }
 
 /// A map's place in the atlas.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MapSlot {
     /// First unit in x and y.
     pub at: [u32; 2],
@@ -66,7 +66,7 @@ pub(crate) struct MapSlot {
 }
 
 /// The atlas: its pages, and the sizes of maps.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub(crate) struct AtlasLayout {
     /// Texels of a page in x and y.
     pub page_size: [u32; 2],
@@ -82,8 +82,8 @@ pub(crate) struct AtlasLayout {
     pub regular: [u32; 2],
     /// The same of the largest maps that are chosen where there is room.
     pub largest: [u32; 2],
-    /// What sizes are multiples of.
-    granule: u32,
+    /// The smallest size, of which others are multiples.
+    least: u32,
     /// Texels that are drawn at once, beside the maps.
     pub drawn_texels: u64,
 }
@@ -101,19 +101,28 @@ impl AtlasLayout {
         self.drawn_texels / TEXELS_PER_PAIR
     }
 
-    /// Units of a page in x and y.
-    pub fn page_units(&self) -> [u32; 2] {
-        self.page_size.map(|texels| texels / self.unit)
+    /// How many maps of so many units across a page holds in x and y.
+    pub fn per_page(&self, span: u32) -> [u32; 2] {
+        self.page_size.map(|texels| texels / self.unit / span)
     }
 
-    /// Texels across a map of so many units, whole granules.
+    /// Whether maps of so many units across all have room at once. The larger ones come first: what they leave is whole places for smaller
+    /// ones.
+    pub fn holds(&self, spans: &[u32]) -> bool {
+        let mut spans: Vec<u32> = spans.iter().copied().filter(|span| *span > 0).collect();
+        spans.sort_unstable_by(|a, b| b.cmp(a));
+        let mut units = 0;
+        spans.into_iter().all(|span| {
+            let [columns, rows] = self.per_page(span).map(u64::from);
+            let area = u64::from(span).pow(2);
+            units += area;
+            units <= u64::from(self.pages) * columns * rows * area
+        })
+    }
+
+    /// Texels across a map of so many units.
     pub fn size(&self, span: u32) -> u32 {
-        span * self.unit / self.granule * self.granule
-    }
-
-    /// The first texel of a map in its page.
-    pub fn origin(&self, slot: &MapSlot) -> [u32; 2] {
-        slot.at.map(|unit| unit * self.unit)
+        span * self.unit / self.least * self.least
     }
 
     /// A slot in the words of the shaders, see `Light.atlas_slot`.
@@ -123,27 +132,23 @@ impl AtlasLayout {
 
     /// What shaders need to know about the whole atlas.
     pub fn maps(&self) -> Maps {
-        // The last one is that of NO_MAP.
-        let size = |class: u32| {
-            let size = self.size(if class <= MAX_PAGE.ilog2() { 1 << class } else { 1 }) as f32;
+        let sizes = std::array::from_fn(|class| {
+            // The last one is that of NO_MAP.
+            let size = self.size(if class as u32 <= MAX_PAGE.ilog2() { 1 << class } else { 1 }) as f32;
             [size, 1.0 / size, 0.0, 0.0]
-        };
-        Maps {
-            page: self.page_size.map(|s| s as f32),
-            unit: self.unit,
-            padding: 0,
-            sizes: std::array::from_fn(|class| size(class as u32)),
-        }
+        });
+        Maps { page: self.page_size.map(|s| s as f32), unit: self.unit, padding: 0, sizes }
     }
 
-    /// Units across a map with at least so many texels across, if it may have that many: from a quarter of the regular size up to so many
-    /// units.
-    pub fn span(&self, texels: f32, is_large: bool, most: u32) -> u32 {
-        if self.regular[0] == 1 {
-            return self.regular[usize::from(is_large)];
+    /// Units across a map with at least so many texels across, if it may have that many: from the smallest map up to so many units. 0 for
+    /// no texels.
+    pub fn span(&self, texels: f32, is_large: bool, most: [u32; 2]) -> u32 {
+        if texels <= 0.0 {
+            return 0;
         }
-        let mut span = self.regular[usize::from(is_large)] / REGULAR_UNITS;
-        while span < most && (self.size(span) as f32) < texels {
+        let kind = usize::from(is_large);
+        let mut span = self.regular[kind] / self.regular[0];
+        while span < most[kind] && (self.size(span) as f32) < texels {
             span *= 2;
         }
         span
@@ -159,157 +164,87 @@ impl AtlasLayout {
         options: &RendererOptions,
         limits: &wgpu::Limits,
     ) -> Result<Self> {
-        let lights = directional.len();
-        let suns = directional.iter().filter(|&&d| d).count();
-        let budget = u64::from(options.memory_mib) << 20;
         let max_page = limits.max_texture_dimension_2d.min(MAX_PAGE);
         let max_pages = limits.max_texture_array_layers.min(MAX_PAGES);
-        let largest = if options.map_size.is_none() { most } else { 0 };
-        let shapes = |size| shapes([lights as u64, suns as u64], [size, largest], max_page, max_pages);
-        let fits = |shape: &Shape| shape.bytes() <= budget;
-        let granule = granule(options.shadow_map);
-        let least_mib = |size: u32| shapes(size).map(|s| s.bytes().div_ceil(1 << 20)).min();
-        let shape = match options.map_size {
+        // Parts are drawn in whole blocks, in each of which maps are linear.
+        let granule = MAP_BLOCK * if options.shadow_map == ShadowMap::Cube { 4 } else { 2 };
+        let [least, most] = match options.map_size {
             Some(size) if size < MIN_SIZE || size > max_page => {
                 let what = format!("shadow maps of {size}² texels are not possible here");
                 return Err(Error::too_large(what, Remedy::MapSize { from: MIN_SIZE, to: max_page }));
             }
-            Some(size) => {
-                let size = size.next_multiple_of(granule).min(max_page);
-                shapes(size).find(fits).ok_or_else(|| {
-                    let (needs, remedy) = match least_mib(size) {
-                        Some(mib) => (format!("{mib} MiB"), Remedy::MemoryOrSmallerMaps { mib }),
-                        None => {
-                            (format!("more than the {max_pages} pages of this device"), Remedy::SmallerMaps)
-                        }
-                    };
-                    Error::too_large(format!("{lights} shadow maps of {size}² texels need {needs}"), remedy)
-                })?
-            }
-            None => {
-                let largest = (budget / 4 / tiles([lights as u64, suns as u64], DIRECTIONAL_TILES)).isqrt();
-                let largest = (largest as u32).clamp(MIN_SIZE, most).min(max_page) / granule;
-                let sizes = (1..=largest).rev().map(|i| i * granule);
-                sizes.filter_map(|size| shapes(size).find(fits)).next().ok_or_else(|| {
-                    let what = format!("{lights} shadow maps do not fit into {} MiB", options.memory_mib);
-                    let remedy = least_mib(granule)
-                        .map_or(Remedy::FewerLights, |mib| Remedy::MemoryOrFewerLights { mib });
-                    Error::too_large(what, remedy)
-                })?
-            }
+            Some(size) => [size.next_multiple_of(granule).min(max_page); 2],
+            None => [granule, most.min(max_page)],
         };
-        let wanted_size = if options.map_size.is_none() { most.min(max_page) } else { shape.size };
-        let layout = AtlasLayout { wanted_size, ..shape.layout(granule, options.map_size.is_none()) };
-        let at_once = layout.drawn_texels.max(shape.texels().min(FEW_TEXELS));
-        let at_once = AtlasLayout { drawn_texels: at_once, ..layout.clone() };
-        Ok(if at_once.bytes() <= budget { at_once } else { layout })
+        let suns = directional.iter().filter(|&&d| d).count();
+        let counts = [directional.len() - suns, suns].map(|count| count as u32);
+        let of_size = |size| layouts(counts, [least, size, most], [max_page, max_pages]);
+        let budget = u64::from(options.memory_mib) << 20;
+        let mut all = (least..most + 1).step_by(least as usize).rev().flat_map(of_size);
+        all.find(|layout| layout.bytes() <= budget).ok_or_else(|| {
+            let mib = of_size(least).map(|layout| layout.bytes().div_ceil(1 << 20)).min();
+            let remedy = match (mib, options.map_size) {
+                (Some(mib), Some(_)) => Remedy::MemoryOrSmallerMaps { mib },
+                (Some(mib), None) => Remedy::MemoryOrFewerLights { mib },
+                (None, Some(_)) => Remedy::SmallerMaps,
+                (None, None) => Remedy::FewerLights,
+            };
+            let needs = mib.map_or(format!("more than {max_pages} pages"), |mib| format!("{mib} MiB"));
+            let lights = directional.len();
+            Error::too_large(format!("{lights} shadow maps of {least}² texels need {needs}"), remedy)
+        })
     }
 }
 
-/// What sizes of maps are multiples of: their parts are drawn in whole blocks, in each of which they are linear.
-fn granule(shape: ShadowMap) -> u32 {
-    if shape == ShadowMap::Cube { 4 * MAP_BLOCK } else { 2 * MAP_BLOCK }
-}
-
-/// Tiles of lights and of the suns among them, each of those `block` tiles along an axis; 1 where there are none.
-fn tiles([lights, suns]: [u64; 2], block: u32) -> u64 {
-    (lights - suns + suns * u64::from(block).pow(2)).max(1)
-}
-
-/// Equal pages for tiles of one size.
-struct Shape {
-    /// Texels across a tile.
-    size: u32,
-    /// Tiles across a directional light's map.
-    block: u32,
-    /// How many times as wide the largest maps may be.
-    times: u32,
-    /// Tiles across a page.
-    columns: u32,
-    /// Tiles down a page.
-    rows: u32,
-    pages: u32,
-    has_suns: bool,
-}
-
-/// Shapes that hold the maps of so many lights and suns, the fewest and largest pages first.
-fn shapes(
-    counts: [u64; 2],
-    [size, largest]: [u32; 2],
-    max_page: u32,
-    max_pages: u32,
-) -> impl Iterator<Item = Shape> {
-    let suns = counts[1];
+/// Layouts for so many points and suns (directional lights), in pages of whole tiles: regular maps of `size` texels across. Maps may have
+/// from `least` texels, of which all sizes are multiples, up to `most`. The fewest and largest pages come first.
+fn layouts(
+    [points, suns]: [u32; 2],
+    [least, size, most]: [u32; 3],
+    [max_page, max_pages]: [u32; 2],
+) -> impl Iterator<Item = AtlasLayout> {
     let per_side = max_page / size;
+    // A sun's map is so many tiles across; the largest maps are so many times as wide as regular ones.
     let block = 1 << DIRECTIONAL_TILES.min(per_side).ilog2();
-    let tiles = tiles(counts, block);
+    let times = 1 << (most / size).min(per_side / block).ilog2();
+    let widest = if suns > 0 { block } else { 1 };
+    let regular = if size / REGULAR_UNITS >= least { REGULAR_UNITS } else { 1 };
+    let tiles = (points + suns * block.pow(2)).max(1);
     // Few columns: where textures are stored row by row, the rows of a map then lie close together.
-    let times = (1 << (largest / size).max(1).ilog2()).min(1 << (per_side / block).ilog2());
-    let least = times * if suns > 0 { block } else { 1 };
-    let columns = (tiles.div_ceil(u64::from(per_side) * WANTED_PAGES) as u32).clamp(least, per_side);
-    let fewest = tiles.div_ceil(u64::from(columns) * u64::from(per_side));
-    (fewest..=u64::from(max_pages)).filter_map(move |wanted| {
-        let share = tiles.div_ceil(wanted);
-        let columns = (share.div_ceil(u64::from(per_side)) as u32).max(least);
-        let rows = (share.div_ceil(u64::from(columns)) as u32).max(least);
-        let blocks = u64::from(columns / block) * u64::from(rows / block);
-        let of_suns = if suns > 0 { suns.div_ceil(blocks) } else { 0 };
-        let pages = tiles.div_ceil(u64::from(columns) * u64::from(rows)).max(of_suns);
-        let pages = u32::try_from(pages).ok().filter(|pages| *pages <= max_pages)?;
-        Some(Shape { size, block, times, columns, rows, pages, has_suns: suns > 0 })
-    })
-}
-
-impl Shape {
-    fn page_size(&self) -> [u32; 2] {
-        [self.columns * self.size, self.rows * self.size]
-    }
-
-    /// Texels of all pages.
-    fn texels(&self) -> u64 {
-        self.page_size().map(u64::from).iter().product::<u64>() * u64::from(self.pages)
-    }
-
-    /// Texels that are drawn at once.
-    fn drawn_texels(&self) -> u64 {
-        let largest = u64::from(self.size) * if self.has_suns { u64::from(self.block) } else { 1 };
-        // Rows are whole numbers of 256 bytes then.
-        let row = largest.next_multiple_of(64);
-        (self.texels() / 4).max(largest * row).min(MOST_TEXELS)
-    }
-
-    /// Bytes of the pages, and of what is beside them while maps are drawn.
-    fn bytes(&self) -> u64 {
-        let drawn = self.drawn_texels();
-        4 * (self.texels() + drawn + list_words(drawn, drawn / TEXELS_PER_PAIR))
-    }
-
-    /// The layout, with maps of several sizes or of the regular one alone.
-    fn layout(&self, granule: u32, has_sizes: bool) -> AtlasLayout {
-        let &Self { size, block, times, pages, .. } = self;
-        let divides = has_sizes && size / REGULAR_UNITS >= granule;
-        let regular = if divides { REGULAR_UNITS } else { 1 };
-        AtlasLayout {
-            page_size: self.page_size(),
+    let strips = tiles.div_ceil(per_side);
+    let fewest = strips.div_ceil(strips.div_ceil(WANTED_PAGES).clamp(times * widest, per_side));
+    let shapes = (fewest..=max_pages).map(move |pages| {
+        let share = tiles.div_ceil(pages);
+        let columns = share.div_ceil(per_side).max(times * widest);
+        [columns, share.div_ceil(columns).max(times * widest), pages]
+    });
+    let holds_suns =
+        move |[columns, rows, pages]: &[u32; 3]| columns / block * (rows / block) * pages >= suns;
+    shapes.filter(holds_suns).flat_map(move |[columns, rows, pages]| {
+        let page_size = [columns, rows].map(|tiles| tiles * size);
+        let texels = page_size.map(u64::from).iter().product::<u64>() * u64::from(pages);
+        // A whole regular map has room then, in rows of whole 256 bytes; a quarter of many has room for bands of rows.
+        let across = widest * size;
+        let at_once = FEW_TEXELS.min(texels).max(u64::from(across * across.next_multiple_of(64)));
+        [at_once, texels / 4].map(|drawn_texels| AtlasLayout {
+            page_size,
             pages,
             map_size: size,
-            wanted_size: size,
+            wanted_size: most,
             unit: size / regular,
             regular: [regular, regular * block],
             largest: [times * regular, times * regular * block],
-            granule,
-            drawn_texels: self.drawn_texels(),
-        }
-    }
+            least,
+            drawn_texels: drawn_texels.max(texels / 4).min(MOST_TEXELS),
+        })
+    })
 }
 
 /// Words of `lists` (lib/map_lists.wgsl), the parts as small as they can be.
 pub(crate) fn list_words(texels: u64, pairs: u64) -> u64 {
     let least = u64::from(MAP_BLOCK * wgpu::COPY_BYTES_PER_ROW_ALIGNMENT / 4);
-    u64::from(MAP_LISTS_HEAD)
-        + texels / least
-        + texels / u64::from(MAP_LISTED) * u64::from(LISTED_WORDS)
-        + pairs
+    let listed = texels / u64::from(MAP_LISTED) * u64::from(LISTED_WORDS);
+    u64::from(MAP_LISTS_HEAD) + texels / least + listed + pairs
 }
 
 #[cfg(test)]
@@ -322,49 +257,37 @@ mod tests {
         AtlasLayout::new(directional, most, &options, &wgpu::Limits::default())
     }
 
-    /// So many points, with suns among them.
-    fn kinds(points: usize, suns: usize) -> Vec<bool> {
-        let mut kinds = vec![false; points];
-        for i in 0..suns {
-            kinds.insert(i * points / suns, true);
-        }
-        kinds
-    }
-
     #[test]
-    fn everything_stays_within_the_budget() {
-        let (mut sizes, mut refused) = (0, 0);
-        for points in [0, 1, 2, 7, 59, 60, 100, 299, 300, 301, 311, 700, 1024, 4097, 70_000, 1 << 20] {
-            for suns in [0, 1, 3, 40] {
-                let kinds = kinds(points, suns);
-                for memory_mib in [1, 3, 64, 256, 1000, 4096] {
-                    for map_size in [None, Some(16), Some(100), Some(464), Some(1500)] {
-                        let options = RendererOptions { memory_mib, map_size, ..Default::default() };
-                        let budget = u64::from(memory_mib) << 20;
-                        match layout(&kinds, options) {
-                            Ok(l) => {
-                                sizes += 1;
-                                assert!(l.bytes() <= budget, "{points} + {suns} in {memory_mib} MiB");
-                                assert!(l.pages <= MAX_PAGES);
-                                let size = l.size(l.regular[usize::from(suns > 0)]);
-                                let band = u64::from(size.next_multiple_of(64) * MAP_BLOCK);
-                                assert!(l.drawn_texels >= band);
-                            }
-                            Err(_) => refused += 1,
-                        }
-                    }
+    fn everything_stays_within_the_budget_and_has_room() {
+        let (mut laid_out, mut refused) = (0, 0);
+        let points = [0, 1, 2, 7, 60, 100, 299, 300, 301, 700, 1024, 4097, 70_000, 1 << 20];
+        let suns = [0, 1, 3, 40];
+        for (points, suns) in points.into_iter().flat_map(|points| suns.map(|suns| (points, suns))) {
+            let kinds: Vec<bool> = (0..points + suns).map(|i| i < suns).collect();
+            for memory_mib in [1, 3, 64, 256, 1000, 4096] {
+                for map_size in [None, Some(16), Some(100), Some(464), Some(1500), Some(8192)] {
+                    let shadow_map = [ShadowMap::Octahedral, ShadowMap::Cube][points % 2];
+                    let options = RendererOptions { memory_mib, map_size, shadow_map, ..Default::default() };
+                    let Ok(l) = layout(&kinds, options) else {
+                        refused += 1;
+                        continue;
+                    };
+                    laid_out += 1;
+                    let case = format!("{points} + {suns} in {memory_mib} MiB: {l:?}");
+                    assert!(l.bytes() <= u64::from(memory_mib) << 20 && l.pages <= MAX_PAGES, "{case}");
+                    let granule = [16, 32][points % 2];
+                    let wanted = map_size.map_or(l.map_size, |size| size.next_multiple_of(granule));
+                    assert!(l.map_size.is_multiple_of(granule) && l.map_size == wanted, "{case}");
+                    // Beside them is room for a band of any map, and it is bound in one piece.
+                    let largest = l.size(l.largest[usize::from(suns > 0)]);
+                    let band = u64::from(largest.next_multiple_of(64) * MAP_BLOCK);
+                    assert!((band..=MOST_TEXELS).contains(&l.drawn_texels), "{case}");
+                    let regular: Vec<u32> = kinds.iter().map(|&sun| l.regular[usize::from(sun)]).collect();
+                    assert!(l.holds(&regular) && l.page_size.iter().all(|side| *side >= largest), "{case}");
                 }
             }
         }
-        assert!(sizes > 500 && refused > 500, "{sizes} {refused}");
-        // What is beside them is bound in one piece, however large a map is.
-        let largest = RendererOptions { memory_mib: 1024, map_size: Some(8192), ..Default::default() };
-        let largest = layout(&[true], largest).unwrap();
-        assert_eq!((largest.map_size, largest.drawn_texels), (8192, MOST_TEXELS));
-        // The control: without a thought for what is beside them, larger maps fit.
-        let drawn = layout(&[false; 1024], RendererOptions::default()).unwrap();
-        let larger = u64::from(drawn.map_size + 16).pow(2) * 1024 * 4;
-        assert!(larger <= 256 << 20, "{larger}");
+        assert!(laid_out > 500 && refused > 500, "{laid_out} {refused}");
     }
 
     #[test]
@@ -381,6 +304,8 @@ mod tests {
     fn the_worked_example_holds() {
         let l = layout(&[false; 1024], RendererOptions::default()).unwrap();
         assert_eq!((l.map_size, l.pages, l.page_size), (240, 32, [240, 7680]));
+        // Without a thought for what is beside them, larger maps fit.
+        assert!(u64::from(l.map_size + 16).pow(2) * 1024 * 4 <= 256 << 20);
         let size = |lights| layout(&vec![false; lights], RendererOptions::default()).unwrap().map_size;
         assert_eq!([64, 65, 300].map(size), [512, 256, 256]);
         let shown =
@@ -396,18 +321,6 @@ mod tests {
     }
 
     #[test]
-    fn maps_are_whole_blocks() {
-        for (shape, granule) in [(ShadowMap::Octahedral, 16), (ShadowMap::Cube, 32)] {
-            for map_size in [None, Some(17), Some(100), Some(464)] {
-                let options = RendererOptions { map_size, shadow_map: shape, ..Default::default() };
-                let l = layout(&[false, true, false], options).unwrap();
-                let wanted = map_size.map_or(l.map_size, |size: u32| size.next_multiple_of(granule));
-                assert!(l.map_size.is_multiple_of(granule) && l.map_size == wanted, "{map_size:?}");
-            }
-        }
-    }
-
-    #[test]
     fn what_does_not_fit_is_refused_with_advice_that_helps() {
         let default = RendererOptions::default();
         let remedy = |lights, options| match layout(&vec![false; lights], options) {
@@ -417,18 +330,18 @@ mod tests {
         for (lights, map_size) in [(4096, None), (300, Some(1024)), (1000, Some(99))] {
             let few = RendererOptions { memory_mib: 1, map_size, ..default };
             let needed = match (remedy(lights, few), map_size) {
-                (Remedy::MemoryOrFewerLights { mib }, None) => mib,
-                (Remedy::MemoryOrSmallerMaps { mib }, Some(_)) => mib,
+                (Remedy::MemoryOrFewerLights { mib }, None)
+                | (Remedy::MemoryOrSmallerMaps { mib }, Some(_)) => mib,
                 other => panic!("{other:?}"),
             };
             let given = |memory_mib| layout(&vec![false; lights], RendererOptions { memory_mib, ..few });
             assert!(given(needed as u32).is_ok() && given(needed as u32 - 1).is_err(), "{lights}: {needed}");
         }
-        let absurd = |map_size| remedy(1, RendererOptions { map_size: Some(map_size), ..default });
-        assert_eq!(absurd(1 << 20), Remedy::MapSize { from: MIN_SIZE, to: MAX_PAGE });
-        assert_eq!(absurd(1), Remedy::MapSize { from: MIN_SIZE, to: MAX_PAGE });
+        let of_size = |lights, size| remedy(lights, RendererOptions { map_size: Some(size), ..default });
+        let possible = Remedy::MapSize { from: MIN_SIZE, to: MAX_PAGE };
+        assert_eq!([1 << 20, 1].map(|size| of_size(1, size)), [possible; 2]);
         // More pages than there can be, whatever the memory.
-        assert_eq!(remedy(300, RendererOptions { map_size: Some(8000), ..default }), Remedy::SmallerMaps);
+        assert_eq!(of_size(300, 8000), Remedy::SmallerMaps);
         assert!(layout(&[false; 4], RendererOptions { map_size: Some(1024), ..default }).is_ok());
     }
 }

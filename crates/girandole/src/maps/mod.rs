@@ -5,7 +5,6 @@ pub(crate) mod bounds;
 pub(crate) mod cache;
 #[cfg(test)]
 mod cache_tests;
-pub(crate) mod grid;
 pub(crate) mod layout;
 pub(crate) mod map_view;
 pub(crate) mod moved;

@@ -169,7 +169,7 @@ fn wide_filters(context: &Context) {
     let view = stage.view(0, size);
     let options = |pcf| RendererOptions { map_size: Some(64), pcf, ..Default::default() };
     let mut renderer = context.loaded(&stage, options(4));
-    let settings = RenderSettings { mode: Mode::VisibilityDetermination, ..exact() };
+    let settings = RenderSettings { mode: Mode::Visibility, ..exact() };
     let [naive, listed] =
         [exact(), settings].map(|settings| mean(&context.frame(&mut renderer, &view, size, &settings)));
     assert!((listed / naive - 1.0).abs() < 0.01, "{listed} of {naive}");
