@@ -12,7 +12,7 @@ fn large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocatio
   let pair = group.y * GROUPS_PER_ROW + group.x;
   if pair >= lists[PAIRS] { return; }
   let part_and_cluster = lists[batch.first_pair + pair];
-  let part = parts[part_and_cluster / batch.clusters];
+  let part = part_at(part_and_cluster / batch.clusters);
   if lane == 0u { atomicStore(&kept_count, 0u); }
   workgroupBarrier();
   // A lane each sets one up; then all rasterise one after the other.

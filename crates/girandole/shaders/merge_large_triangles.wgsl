@@ -24,7 +24,7 @@ var<workgroup> touched_count: atomic<u32>;
 // A column of workgroups a part.
 @compute @workgroup_size(MAP_LANES)
 fn merge_large_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-  let part = parts[group.y];
+  let part = part_at(group.y);
   let across = (part.end.x - part.first.x + MAP_ACROSS * MAP_BLOCK - 1u) / (MAP_ACROSS * MAP_BLOCK);
   let low = part.first + vec2u(group.x % across, group.x / across) * (MAP_ACROSS * MAP_BLOCK);
   let count = min(lists[MAP_LISTS_HEAD + group.y], listed_room(part));

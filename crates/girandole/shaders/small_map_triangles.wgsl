@@ -22,7 +22,7 @@ fn rasterize(part: MapPart, s: SetUp, triangle: u32) {
 // A column of workgroups a part.
 @compute @workgroup_size(MAP_LANES)
 fn small_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-  let part = parts[group.y];
+  let part = part_at(group.y);
   let first = group.x * MAP_CLUSTERS;
   if are_hidden(part, first) { return; }
   if lane == 0u { atomicStore(&wanted_count, 0u); }

@@ -148,7 +148,7 @@ record! {
 }
 
 record! {
-    /// Where things are in `stale_maps`, see `maps/stale.rs`: it is the first of them.
+    /// Where things are in `stale_maps`, see `passes/stale_maps.rs`: it is the first of them.
     StaleMapsHeader as stale_maps_header in "stale_maps": Plain {
         /// Boxes about groups of clusters.
         groups_at: u32,

@@ -1,6 +1,6 @@
 // What a ray meets first among the occluders of shadow maps, where they are now. A pass that uses it binds `stale_maps`,
 // which holds words: a `StaleMapsHeader`, a `StalePart` for each light, an `OccluderBox` for each group of BLOCKER_GROUP
-// clusters and for each cluster, and the clusters' triangles (Rust: maps/stale.rs).
+// clusters and for each cluster, and the clusters' triangles (Rust: passes/stale_maps.rs).
 
 override CLUSTER: u32; // triangles in a cluster
 override BLOCKER_GROUP: u32; // clusters that share a box

@@ -12,7 +12,7 @@ struct MapPart {
   x: vec3f, // the map's axes in the world, for parallel light over half its width
   first_listed: u32, // of its large triangles, in `lists`
   y: vec3f,
-  hidden: u32, // first word in `hidden`
+  hidden: u32, // the word in `parts` with which bits of clusters begin: whether something static hides them from the light
   z: vec3f, // for parallel light over the diameter of the scene
   size: u32, // texels across the map
   first: vec2u, // columns and rows of the part: multiples of MAP_BLOCK
@@ -32,7 +32,20 @@ override PARAMETERISATION: u32; // OCTAHEDRAL, PARABOLIC or CUBE
 override NEAR: f32; // metres; only a unit: depth is NEAR / norm
 override ONLY_COSINE_LIGHTS: bool; // whether none is parallel
 
-@group(2) @binding(0) var<storage, read> parts: array<MapPart>;
+// The parts of a batch, and the bits of clusters.
+@group(2) @binding(0) var<storage, read> parts: array<vec4u>;
+
+fn part_at(index: u32) -> MapPart {
+  let at = 6u * index;
+  let a = parts[at];
+  let b = parts[at + 1u];
+  let c = parts[at + 2u];
+  let d = parts[at + 3u];
+  let e = parts[at + 4u];
+  let f = parts[at + 5u];
+  return MapPart(bitcast<vec3f>(a.xyz), a.w, bitcast<vec3f>(b.xyz), b.w, bitcast<vec3f>(c.xyz), c.w, bitcast<vec3f>(d.xyz), d.w,
+    e.xy, e.zw, f.xy, f.z, f.w);
+}
 
 // A triangle from a light: the planes through its edges, and its depth, by direction; the texels that it may cover; whether it is
 // seen other than edge-on.

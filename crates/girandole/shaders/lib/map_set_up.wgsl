@@ -11,8 +11,6 @@ struct Occluders {
 
 @group(2) @binding(1) var<storage, read> occluders: array<vec4u>;
 @group(2) @binding(2) var<uniform> batch: Occluders;
-// For each part, a bit for each cluster: whether something static hides it from the light.
-@group(2) @binding(3) var<storage, read> hidden: array<u32>;
 
 override CLUSTER: u32;
 
@@ -219,13 +217,15 @@ fn may_cover(part: MapPart, cluster: u32) -> bool {
   return all(count >= vec2f(1.0)) && all(high >= vec2f(part.first)) && all(low < vec2f(part.end));
 }
 
-fn is_hidden(part: MapPart, cluster: u32) -> bool {
-  return ((hidden[part.hidden + cluster / 32u] >> (cluster % 32u)) & 1u) != 0u;
+// Bits of the 32 clusters from a multiple of that on.
+fn hidden_bits(part: MapPart, first: u32) -> u32 {
+  let word = part.hidden + first / 32u;
+  return parts[word / 4u][word % 4u];
 }
+
+fn is_hidden(part: MapPart, cluster: u32) -> bool { return ((hidden_bits(part, cluster) >> (cluster % 32u)) & 1u) != 0u; }
 
 // The same of the MAP_CLUSTERS from a multiple of that on, if there are so many.
 fn are_hidden(part: MapPart, first: u32) -> bool {
-  let word = part.hidden + first / 32u;
-  if first + MAP_CLUSTERS > batch.clusters { return false; }
-  return (hidden[word] & hidden[word + 1u]) == 0xffffffffu;
+  return first + MAP_CLUSTERS <= batch.clusters && (hidden_bits(part, first) & hidden_bits(part, first + 32u)) == 0xffffffffu;
 }

@@ -30,6 +30,8 @@ pub(crate) const NEAR: f64 = 1e-6;
 /// Texels of a part at most, but for eight rows: 512 × 512.
 const MOST_PART_TEXELS: u64 = 1 << 18;
 
+const PART_WORDS: u32 = (size_of::<MapPart>() / 4) as u32;
+
 /// Words that tell which clusters are hidden from a batch's lights: 16 MiB.
 const MOST_HIDDEN_WORDS: usize = 1 << 22;
 
@@ -189,12 +191,15 @@ impl ShadowMaps {
             return Ok(());
         }
         let device = recorder.device;
-        let mut hidden_words = Vec::new();
-        for (part, &light) in batch.parts.iter_mut().zip(&batch.lights) {
-            part.hidden = hidden_words.len() as u32;
-            hidden_words.extend(atlas.hidden(set, light, hidden));
-        }
         let count = batch.parts.len() as u32;
+        let (mut words, mut bits) = (Vec::new(), Vec::new());
+        for (part, &light) in batch.parts.iter_mut().zip(&batch.lights) {
+            part.hidden = count * PART_WORDS + bits.len() as u32;
+            bits.extend(atlas.hidden(set, light, hidden));
+            words.extend_from_slice(bytemuck::cast_slice(&[*part]));
+        }
+        words.extend(bits);
+        words.resize(words.len().next_multiple_of(4), 0);
         let most = |of: &dyn Fn(&MapPart) -> u32| batch.parts.iter().map(of).max().unwrap_or(0);
         let blocks = most(&|part| size(part).map(|n| n / MAP_BLOCK).iter().product());
         let merged = most(&|part| size(part).map(|n| n.div_ceil(MAP_ACROSS * MAP_BLOCK)).iter().product());
@@ -203,14 +208,12 @@ impl ShadowMaps {
             first_pair: MAP_LISTS_HEAD + count + batch.texels / MAP_LISTED * LISTED_WORDS,
             slices: blocks.div_ceil(MAP_SLICE),
         };
-        let parts = storage(device, "parts of maps", &batch.parts)?;
+        let parts = storage::<u32>(device, "parts of maps", &words)?;
         let head = uniform(device, "batch of maps", bytemuck::bytes_of(&head));
-        let hidden = storage(device, "hidden clusters", &hidden_words)?;
         let resources = [
             buffer("parts", &parts),
             buffer("occluders", &atlas.sets[set]),
             buffer("batch", &head),
-            buffer("hidden", &hidden),
             buffer("nearest", &atlas.nearest),
             buffer("lists", &atlas.lists),
         ];
