@@ -142,8 +142,8 @@ fn add_some(row: ptr<function, Row>, part: MapPart, s: SetUp, triangle: u32) {
   let at = (*row).at;
   let left = (*row).left;
   let right = (*row).right;
-  let is_left = uncut(part, s, triangle, left, covers(s, left, at.x, at.y, part.size));
-  let is_right = uncut(part, s, triangle, right, covers(s, right, at.x + 4, at.y, part.size));
+  let is_left = uncut(part, s, triangle, left, covers(s, left, at.x, at.y));
+  let is_right = uncut(part, s, triangle, right, covers(s, right, at.x + 4, at.y));
   (*row).of_left = select((*row).of_left, max((*row).of_left, depth_bits(s.n, left)), is_left);
   (*row).of_right = select((*row).of_right, max((*row).of_right, depth_bits(s.n, right)), is_right);
 }

@@ -19,7 +19,6 @@ fn listed_room(part: MapPart) -> u32 {
 // triangle, by blocks or not, finds the same to the bit.
 fn touches(s: SetUp, part: MapPart, x: i32, y: i32) -> u32 {
   let d = directions_at(part, x + vec4i(0, 7, 0, 7), y + vec4i(0, 0, 7, 7));
-  let room = vec3f(enlarged(s.a, part.size), enlarged(s.b, part.size), enlarged(s.c, part.size));
   let a = along(s.a, d);
   let b = along(s.b, d);
   let c = along(s.c, d);
@@ -27,8 +26,8 @@ fn touches(s: SetUp, part: MapPart, x: i32, y: i32) -> u32 {
   let least = min(min(vec3f(a.x, b.x, c.x), vec3f(a.y, b.y, c.y)), min(vec3f(a.z, b.z, c.z), vec3f(a.w, b.w, c.w)));
   let corner = vec2i(x, y);
   let is_in_box = all(corner >= s.first) && all(corner + BLOCK_TEXELS <= s.end);
-  let is_whole = is_in_box && all(least >= WHOLE * room);
-  return select(0u, select(1u, MOST_TOUCHED, is_whole), all(most >= -NEVER * room));
+  let is_whole = is_in_box && all(least >= WHOLE * s.room);
+  return select(0u, select(1u, MOST_TOUCHED, is_whole), all(most >= -NEVER * s.room));
 }
 
 // Twice the rounding of a product of three, 2.4e-7 of its largest terms, less and more than what triangles are enlarged by.

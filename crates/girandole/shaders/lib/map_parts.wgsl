@@ -48,8 +48,8 @@ fn part_at(index: u32) -> MapPart {
 }
 
 // A triangle from a light: the planes through its edges, and its depth, by direction; the texels that it may cover; whether it is
-// seen other than edge-on.
-struct SetUp { a: vec3f, b: vec3f, c: vec3f, n: vec3f, first: vec2i, end: vec2i, is_seen: bool }
+// seen other than edge-on. `room` is how far outside of the planes what it covers may lie.
+struct SetUp { a: vec3f, b: vec3f, c: vec3f, n: vec3f, room: vec3f, first: vec2i, end: vec2i, is_seen: bool }
 
 // Directions of four centres in a row.
 struct Directions { x: vec4f, y: vec4f, z: vec4f }
@@ -90,19 +90,12 @@ fn enlarged(a: vec3f, size: u32) -> f32 {
   return max(abs(a.x), max(abs(a.y), abs(a.z))) * (ENLARGED * f32(size));
 }
 
-// How far inside of a triangle: negative outside.
-fn inside(s: SetUp, d: Directions, size: u32) -> vec4f {
-  let a = along(s.a, d) + enlarged(s.a, size);
-  let b = along(s.b, d) + enlarged(s.b, size);
-  let c = along(s.c, d) + enlarged(s.c, size);
-  return min(a, min(b, c));
-}
-
 // Which of four texels in a row a triangle covers. The box counts, too: planes that are enlarged meet beyond thin tips.
-fn covers(s: SetUp, d: Directions, x: i32, y: i32, size: u32) -> vec4<bool> {
+fn covers(s: SetUp, d: Directions, x: i32, y: i32) -> vec4<bool> {
+  let inside = min(along(s.a, d) + s.room.x, min(along(s.b, d) + s.room.y, along(s.c, d) + s.room.z));
   let column = x + vec4i(0, 1, 2, 3);
   let is_in_rows = y >= s.first.y && y < s.end.y;
-  return (inside(s, d, size) >= vec4f(0.0)) & (column >= vec4i(s.first.x)) & (column < vec4i(s.end.x)) & vec4<bool>(is_in_rows);
+  return (inside >= vec4f(0.0)) & (column >= vec4i(s.first.x)) & (column < vec4i(s.end.x)) & vec4<bool>(is_in_rows);
 }
 
 // Positive numbers are ordered like their bits.

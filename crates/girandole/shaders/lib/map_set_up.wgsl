@@ -148,6 +148,7 @@ fn planes(part: MapPart, c: Corners) -> SetUp {
   s.a = cross(c.p + c.q, pq) * side;
   s.b = cross(c.q + c.r, qr) * side;
   s.c = cross(c.r + c.p, rp) * side;
+  s.room = vec3f(enlarged(s.a, part.size), enlarged(s.b, part.size), enlarged(s.c, part.size));
   s.is_seen = volume != 0.0;
   let size = f32(part.size);
   if is_affine(part) {

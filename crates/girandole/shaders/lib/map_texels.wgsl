@@ -12,6 +12,6 @@ fn add(part: MapPart, s: SetUp, triangle: u32, x: i32, y: i32) {
 
 // Which of four texels in a row a triangle covers, as bits.
 fn covered_bits(part: MapPart, s: SetUp, x: i32, y: i32) -> u32 {
-  let bits = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), covers(s, directions(part, x, y), x, y, part.size));
+  let bits = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), covers(s, directions(part, x, y), x, y));
   return bits.x | bits.y | bits.z | bits.w;
 }
