@@ -37,7 +37,7 @@ pub(crate) fn record_frame(
     let &Prepared { passes, shared, scene, targets, .. } = prepared;
 
     // The shadow map of each light, where they are stale.
-    let maps = prepared.shadow_maps.record(recorder, scene, prepared.map_updates)?;
+    let maps = passes.shadow_maps.record(recorder, scene, prepared.map_updates)?;
     // What the vertices of objects receive whose transfer is known.
     let transfer = prepared.transfer.as_ref().map(|transfer| {
         let whole = first_samples(view, (scene, targets), settings);

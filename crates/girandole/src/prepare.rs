@@ -41,6 +41,7 @@ use std::sync::OnceLock;
 
 /// The passes that every frame may have, whatever the scene.
 pub(crate) struct Passes {
+    pub shadow_maps: ShadowMaps,
     pub visibility_buffer: VisibilityBuffer,
     pub caller_depth: CallerDepth,
     pub exposure: Exposure,
@@ -54,6 +55,7 @@ impl Passes {
     pub fn new(context: &Context) -> Self {
         let (device, shared) = (&context.device, &context.shared);
         Self {
+            shadow_maps: ShadowMaps::new(device, shared, &context.options),
             visibility_buffer: VisibilityBuffer::new(device, shared),
             caller_depth: CallerDepth::new(device, shared),
             exposure: Exposure::new(device, shared),
@@ -76,7 +78,6 @@ impl Passes {
 /// The passes that are compiled for what a scene needs, each when it is first used.
 pub(crate) struct ScenePasses {
     pub features: SceneFeatures,
-    shadow_maps: OnceLock<ShadowMaps>,
     naive: OnceLock<ShadeNaive>,
     adaptive: OnceLock<AdaptivePasses>,
     multipass: OnceLock<Multipass>,
@@ -92,7 +93,6 @@ impl ScenePasses {
     pub fn new(features: SceneFeatures) -> Self {
         Self {
             features,
-            shadow_maps: OnceLock::new(),
             naive: OnceLock::new(),
             adaptive: OnceLock::new(),
             multipass: OnceLock::new(),
@@ -102,11 +102,6 @@ impl ScenePasses {
             transfer: OnceLock::new(),
             stale_error: [const { OnceLock::new() }; 2],
         }
-    }
-
-    /// What draws shadow maps.
-    pub fn shadow_maps(&self, context: &Context) -> &ShadowMaps {
-        self.shadow_maps.get_or_init(|| ShadowMaps::new(&Compiler::new(context, self.features)))
     }
 
     /// What compares a frame of a mode with one whose shadow maps are all up to date.
@@ -189,7 +184,6 @@ impl AdaptivePasses {
 pub(crate) struct Prepared<'a> {
     pub shared: &'a Shared,
     pub passes: &'a Passes,
-    pub shadow_maps: &'a ShadowMaps,
     pub scene: &'a Resident,
     pub targets: &'a Targets,
     /// What of the shadow maps this frame draws.
@@ -313,8 +307,8 @@ pub(crate) fn prepare<'a>(
     settings: &RenderSettings,
 ) -> Result<Prepared<'a>> {
     let compiler = Compiler::new(context, scene.features);
-    scene_passes.order(context, settings);
     passes.order(&context.shared);
+    scene_passes.order(context, settings);
     let map_updates = &scene.map_updates;
     let mode = match (settings.mode, &scene.receivers, lists) {
         (Mode::Naive, ..) => {
@@ -372,7 +366,6 @@ pub(crate) fn prepare<'a>(
     Ok(Prepared {
         shared: &context.shared,
         passes,
-        shadow_maps: scene_passes.shadow_maps(context),
         scene,
         targets,
         map_updates,

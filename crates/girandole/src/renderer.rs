@@ -105,7 +105,7 @@ impl Renderer {
             device: device.clone(),
             queue: queue.clone(),
             options,
-            shared: Shared::new((device, queue), Kernels::new(tier, device), compiled),
+            shared: Shared::new(device, Kernels::new(tier, device), compiled),
             timers: Timers::new(device, queue),
         };
         Ok(Self {
@@ -322,14 +322,12 @@ impl Renderer {
         self.restart(None);
         self.last_view = None;
         let Context { device, queue, shared, timers, .. } = &self.context;
-        let (Some(scene), Some(passes)) = (&mut self.scene, &self.scene_passes) else {
-            return Err(nothing_loaded());
-        };
+        let scene = self.scene.as_mut().ok_or_else(nothing_loaded)?;
         let seen = seen.map(|(view, settings)| (view.relative_to(scene.origin), settings));
         scene.see(seen.as_ref().map(|(view, settings)| (view, *settings)));
         scene.plan_maps(device, updates);
         let mut recorder = Recorder::submitting(device, queue, &shared.frame, timers);
-        passes.shadow_maps(&self.context).record(&mut recorder, scene, &scene.map_updates)?;
+        self.passes.shadow_maps.record(&mut recorder, scene, &scene.map_updates)?;
         recorder.finish();
         scene.count_maps();
         Ok(())

@@ -30,7 +30,6 @@ const ENLARGED = 1e-7;
 
 override PARAMETERISATION: u32; // OCTAHEDRAL, PARABOLIC or CUBE
 override NEAR: f32; // metres; only a unit: depth is NEAR / norm
-override ONLY_COSINE_LIGHTS: bool; // whether none is parallel
 
 // The parts of a batch, and the bits of clusters.
 @group(2) @binding(0) var<storage, read> parts: array<vec4u>;
@@ -54,9 +53,9 @@ struct SetUp { a: vec3f, b: vec3f, c: vec3f, n: vec3f, room: vec3f, first: vec2i
 // Directions of four centres in a row.
 struct Directions { x: vec4f, y: vec4f, z: vec4f }
 
-fn is_parallel(part: MapPart) -> bool { return !ONLY_COSINE_LIGHTS && part.is_parallel != 0u; }
-
-fn is_affine(part: MapPart) -> bool { return is_parallel(part) || PARAMETERISATION == PARABOLIC; }
+fn is_affine(part: MapPart) -> bool {
+  return part.is_parallel != 0u || PARAMETERISATION == PARABOLIC;
+}
 
 fn directions_at(part: MapPart, x: vec4i, y: vec4i) -> Directions {
   let s = i32(part.size);

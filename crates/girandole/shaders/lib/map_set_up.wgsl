@@ -47,7 +47,7 @@ fn cube_face(p: vec3f) -> u32 {
 
 // Homogeneous coordinates, and the depth there.
 fn projected(part: MapPart, p: vec3f) -> vec4f {
-  if is_parallel(part) { return vec4f(p.xy, 1.0, 1.0 - p.z); }
+  if part.is_parallel != 0u { return vec4f(p.xy, 1.0, 1.0 - p.z); }
   let w = length(p);
   return vec4f(p.xy / max(w + p.z, 1e-3 * w), 1.0, min(NEAR / w, 1.0));
 }
@@ -125,7 +125,7 @@ fn corners(part: MapPart, triangle: u32) -> Corners {
   let p = light_space(part, bitcast<vec3f>(occluders[at].xyz));
   let q = light_space(part, bitcast<vec3f>(occluders[at + 1u].xyz));
   let r = light_space(part, bitcast<vec3f>(occluders[at + 2u].xyz));
-  let is_before = max(p.z, max(q.z, r.z)) > 0.0 || is_parallel(part);
+  let is_before = max(p.z, max(q.z, r.z)) > 0.0 || part.is_parallel != 0u;
   if is_affine(part) {
     let a = projected(part, p);
     let b = projected(part, q);
@@ -198,7 +198,7 @@ fn may_cover(part: MapPart, cluster: u32) -> bool {
   let half = 0.5 * f32(part.size);
   var middle: vec2f;
   var reach: vec2f;
-  if is_parallel(part) {
+  if part.is_parallel != 0u {
     middle = p.xy;
     reach = vec2f(length(part.x), length(part.y)) * sphere.w;
   } else {

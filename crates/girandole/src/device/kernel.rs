@@ -14,10 +14,6 @@ use crate::shaders::{self, Source};
 use crate::tier::Kernels;
 use std::sync::Arc;
 
-/// Bytes of an empty buffer: room for what any shader binds.
-#[cfg(feature = "parallel")]
-const EMPTY_BYTES: u64 = 1 << 16;
-
 /// A resource under its name in the shader.
 pub(crate) type Binding<'a> = (&'static str, wgpu::BindingResource<'a>);
 
@@ -34,7 +30,7 @@ pub(crate) fn buffer<'a>(name: &'static str, buffer: &'a wgpu::Buffer) -> Bindin
 /// The layout of a group, with the names of its bindings.
 pub(crate) struct GroupLayout {
     layout: wgpu::BindGroupLayout,
-    bindings: Vec<(String, wgpu::BindGroupLayoutEntry)>,
+    names: Vec<(String, u32)>,
 }
 
 impl GroupLayout {
@@ -44,49 +40,25 @@ impl GroupLayout {
             label: Some(label),
             entries: &entries,
         });
-        Self { layout, bindings }
+        Self { layout, names: bindings.into_iter().map(|(name, entry)| (name, entry.binding)).collect() }
     }
 
     /// A group of these resources. Those that the shader does not use may be among them; one that is missing is a
     /// validation error.
     pub fn group(&self, device: &wgpu::Device, resources: &[Binding]) -> wgpu::BindGroup {
-        let found = self.bindings.iter().filter_map(|(name, entry)| {
-            let (_, resource) = resources.iter().find(|(n, _)| n == name)?;
-            Some(wgpu::BindGroupEntry { binding: entry.binding, resource: resource.clone() })
-        });
-        let entries: Vec<_> = found.collect();
+        let entries: Vec<_> = self
+            .names
+            .iter()
+            .filter_map(|(name, binding)| {
+                let (_, resource) = resources.iter().find(|(n, _)| n == name)?;
+                Some(wgpu::BindGroupEntry { binding: *binding, resource: resource.clone() })
+            })
+            .collect();
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &self.layout,
             entries: &entries,
         })
-    }
-
-    /// A group of buffers in which nothing is; none where not all are buffers.
-    #[cfg(feature = "parallel")]
-    fn empty_group(&self, device: &wgpu::Device) -> Option<wgpu::BindGroup> {
-        let is_buffer =
-            |entry: &wgpu::BindGroupLayoutEntry| matches!(entry.ty, wgpu::BindingType::Buffer { .. });
-        if !self.bindings.iter().all(|(_, entry)| is_buffer(entry)) {
-            return None;
-        }
-        let empty = wgpu::BufferDescriptor {
-            label: None,
-            size: EMPTY_BYTES,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM,
-            mapped_at_creation: false,
-        };
-        let buffers: Vec<_> = self.bindings.iter().map(|_| device.create_buffer(&empty)).collect();
-        let resources = self.bindings.iter().zip(&buffers).map(|((_, entry), buffer)| wgpu::BindGroupEntry {
-            binding: entry.binding,
-            resource: buffer.as_entire_binding(),
-        });
-        let entries: Vec<_> = resources.collect();
-        Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.layout,
-            entries: &entries,
-        }))
     }
 }
 
@@ -96,11 +68,10 @@ pub(crate) struct Shared {
     pub frame: wgpu::BindGroupLayout,
     pub scene: Arc<GroupLayout>,
     pub compiled: Compiled,
-    queue: wgpu::Queue,
 }
 
 impl Shared {
-    pub fn new((device, queue): (&wgpu::Device, &wgpu::Queue), kernels: Kernels, compiled: Compiled) -> Self {
+    pub fn new(device: &wgpu::Device, kernels: Kernels, compiled: Compiled) -> Self {
         let all = wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE;
         let frame = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("frame"),
@@ -127,8 +98,7 @@ impl Shared {
                 Some((global.name.clone()?, entry))
             })
             .collect();
-        let scene = GroupLayout::new(device, "scene", bindings).into();
-        Self { kernels, frame, scene, compiled, queue: queue.clone() }
+        Self { kernels, frame, scene: GroupLayout::new(device, "scene", bindings).into(), compiled }
     }
 }
 
@@ -139,9 +109,6 @@ struct Ingredients {
     scene: Arc<GroupLayout>,
     module: Arc<LazyModule>,
     constants: Vec<(String, f64)>,
-    /// Where the driver compiles what is used for the first time: a queue on which it is, ahead.
-    #[cfg(feature = "parallel")]
-    rehearsal: Option<wgpu::Queue>,
 }
 
 impl Ingredients {
@@ -153,15 +120,7 @@ impl Ingredients {
     ) -> Self {
         let constants = constants.iter().map(|(name, value)| (name.to_string(), *value)).collect();
         let (frame, scene) = (shared.frame.clone(), shared.scene.clone());
-        Self {
-            device: device.clone(),
-            frame,
-            scene,
-            module: module.clone(),
-            constants,
-            #[cfg(feature = "parallel")]
-            rehearsal: shared.kernels.tier.choose(None, Some(shared.queue.clone())),
-        }
+        Self { device: device.clone(), frame, scene, module: module.clone(), constants }
     }
 
     fn constants(&self) -> Vec<(&str, f64)> {
@@ -263,31 +222,7 @@ impl Recipe for ComputeRecipe {
 
     #[cfg(feature = "parallel")]
     fn send(lazy: Arc<Lazy<Self>>, crew: &Crew) {
-        crew.send(move || {
-            lazy.make_ahead();
-            lazy.recipe().rehearse(lazy.get());
-        });
-    }
-}
-
-#[cfg(feature = "parallel")]
-impl ComputeRecipe {
-    /// Has the driver compile it, while others are made: dispatches it over nothing. Those that bind more than buffers of their own are
-    /// left out.
-    fn rehearse(&self, made: &ComputeKernel) {
-        let (device, groups) = (&self.of.device, &made.groups);
-        let Some(queue) = self.of.rehearsal.as_ref().filter(|_| !groups.uses_frame && !groups.uses_scene)
-        else {
-            return;
-        };
-        let Some(pass_group) = groups.pass.empty_group(device) else { return };
-        let mut encoder = device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&made.pipeline);
-        pass.set_bind_group(2, &pass_group, &[]);
-        pass.dispatch_workgroups(0, 0, 0);
-        drop(pass);
-        queue.submit([encoder.finish()]);
+        crew.send(move || lazy.make_ahead());
     }
 }
 

@@ -7,7 +7,6 @@
 //! touch its blocks, merged by lanes that have two rows of a block each. Last, copies to the atlas. A maximum does not depend on the
 //! order, nor on how parts are cut or batched: all is the same to the bit.
 
-use super::Compiler;
 use crate::Result;
 use crate::device::buffers::{storage, uniform};
 use crate::device::kernel::{Groups, Kernel, Shared, buffer, order_all};
@@ -18,6 +17,7 @@ use crate::maps::cache::{MapCache, MapUpdate};
 use crate::maps::map_view::TexelRect;
 use crate::maps::occluders::CLUSTER;
 use crate::resident::Resident;
+use crate::settings::RendererOptions;
 use crate::shader_constants::{
     LISTED_WORDS, MAP_ACROSS, MAP_BLOCK, MAP_CLUSTERS, MAP_LISTED, MAP_LISTS_HEAD, MAP_SLICE, WORKGROUP,
 };
@@ -80,18 +80,18 @@ struct Batch {
 }
 
 impl ShadowMaps {
-    pub fn new(compiler: &Compiler) -> Self {
-        let &Compiler { device, shared, .. } = compiler;
+    pub fn new(device: &wgpu::Device, shared: &Shared, options: &RendererOptions) -> Self {
         let bounds = Bounds::of(shared.kernels.tier);
         let kernels = |set: usize, [small, large, merge]: [&'static Source; 3]| {
             let Bounds { most_listed, lanes } = bounds[set];
             let kernel = |source, entry, lanes| {
-                let mut constants = compiler.constants();
-                constants.extend([
+                let constants = [
+                    ("PARAMETERISATION", f64::from(options.shadow_map as u32)),
+                    ("NEAR", NEAR),
                     ("CLUSTER", f64::from(CLUSTER)),
                     ("MOST_LISTED", f64::from(most_listed)),
                     ("MAP_LANES", f64::from(lanes)),
-                ]);
+                ];
                 Kernel::new(device, shared, source, entry, &constants)
             };
             Kernels {

@@ -13,7 +13,8 @@ use crate::settings::{Mode, RenderSettings, Shading};
 impl Passes {
     /// Has compiled what every scene needs. Whether all is there.
     pub fn order(&self, shared: &Shared) -> bool {
-        self.visibility_buffer.order(shared)
+        let are_there = self.shadow_maps.order(shared);
+        self.visibility_buffer.order(shared) & are_there
     }
 }
 
@@ -22,8 +23,7 @@ impl ScenePasses {
     pub fn order(&self, context: &Context, settings: &RenderSettings) -> bool {
         let (compiler, shared) = (Compiler::new(context, self.features), &context.shared);
         let mut is_resolved = true;
-        let mut are_there = self.shadow_maps(context).order(shared);
-        are_there &= if settings.mode == Mode::Naive {
+        let mut are_there = if settings.mode == Mode::Naive {
             self.naive.get_or_init(|| ShadeNaive::new(&compiler)).order(shared)
         } else {
             let adaptive = self.adaptive.get_or_init(|| AdaptivePasses::new(&compiler));

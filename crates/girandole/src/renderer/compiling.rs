@@ -22,9 +22,9 @@ impl Renderer {
             return;
         }
         let context = &self.context;
+        self.passes.order(&context.shared);
         // Kernels are kept by what they are made of, not by who ordered them.
         ScenePasses::new(SceneFeatures::expected(scene, geometry)).order(context, settings);
-        self.passes.order(&context.shared);
     }
 
     /// Whether a frame with these settings of the scene that is loaded finds its kernels compiled, but for small ones; begins to compile
@@ -32,8 +32,8 @@ impl Renderer {
     /// frames compile what they need by themselves.
     pub fn is_compiled_for(&self, settings: &RenderSettings) -> bool {
         let Some(scene_passes) = &self.scene_passes else { return true };
-        let are_there = scene_passes.order(&self.context, settings);
-        self.passes.order(&self.context.shared) & are_there
+        let are_there = self.passes.order(&self.context.shared);
+        scene_passes.order(&self.context, settings) & are_there
     }
 
     /// Has the device compile what a frame like this will use, and submits that; it draws nothing. Kernels that
