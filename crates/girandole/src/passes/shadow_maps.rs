@@ -54,7 +54,7 @@ struct Bounds {
     /// Large triangles of a part that are listed. For each 128 that touch all blocks of a workgroup, lanes that merge them take 1500 steps at
     /// most (eight lanes 9600: two blocks at a time, of which one may be covered where the other is cut), for masked ones 9500.
     most_listed: u32,
-    /// Lanes of a workgroup that looks for small triangles among 2048, each of which takes 275 steps at most, and of one that merges
+    /// Lanes of a workgroup that looks for small triangles among 2048, each of which takes 400 steps at most, and of one that merges
     /// large ones.
     lanes: [u32; 2],
 }
