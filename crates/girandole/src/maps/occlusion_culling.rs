@@ -13,9 +13,11 @@ use std::ops::Range;
 const TRIED: usize = 32;
 const MOST: usize = 1024;
 /// So many neighbours are hidden together or count as seen.
-const FEW: usize = 4;
+const FEW: usize = 16;
 /// Clusters of a scene at most: with more, what is kept for each light takes too much room.
 const MOST_CLUSTERS: usize = 1 << 16;
+/// Lights for which one thread looks, at least, with one store for what it looks at.
+const RUN: usize = 16;
 /// How far inside of a polygon's shadow a cluster has to be, as a share of its distance from the light: far more than rounding.
 const MARGIN: f32 = 1e-4;
 /// How far from a polygon's plane a light has to be, as a share of the polygon's extent.
@@ -58,8 +60,12 @@ impl OcclusionCulling {
             self.lights[i as usize].light.as_ref().map(place) == Some(place(&lights[i as usize]))
         };
         let unknown: Vec<u32> = some.filter(|&light| !is_known(light)).collect();
-        let found = in_order(&unknown, |&light| self.hidden(&lights[light as usize]));
-        for (light, clusters) in unknown.into_iter().zip(found) {
+        let runs: Vec<&[u32]> = unknown.chunks(RUN).collect();
+        let found = in_order(&runs, |run| {
+            let mut shadows = Shadows::default();
+            run.iter().map(|&light| self.hidden(&lights[light as usize], &mut shadows)).collect::<Vec<_>>()
+        });
+        for (&light, clusters) in unknown.iter().zip(found.into_iter().flatten()) {
             self.lights[light as usize] = HiddenClusters { light: Some(lights[light as usize]), clusters };
         }
     }
@@ -69,38 +75,31 @@ impl OcclusionCulling {
         self.lights.get(light as usize).map_or(&[], |light| &light.clusters[set])
     }
 
-    fn hidden(&self, light: &Light) -> [Vec<Range<usize>>; 2] {
-        let shadows = self.shadows(light);
-        let all = |shadows: &[Shadow]| (0..shadows.len()).fold(0u32, |mask, i| mask | 1 << i);
+    fn hidden(&self, light: &Light, shadows: &mut Shadows) -> [Vec<Range<usize>>; 2] {
+        shadows.cast(light, &self.polygons);
+        let all = (0..shadows.cast.len()).fold(0u32, |mask, i| mask | 1 << i);
         [0, 1].map(|set| {
             let mut hidden: Vec<Range<usize>> = Vec::new();
             // Of the polygons' shadows, those that a range of clusters is partly in.
-            self.trees[set].visit(all(&shadows), &mut |mask, bounds, clusters| {
+            self.trees[set].visit(all, &mut |mask, bounds, clusters| {
                 let mut partly = 0;
-                for (i, shadow) in shadows.iter().enumerate().filter(|(i, _)| mask >> i & 1 == 1) {
-                    if shadow.contains(bounds) {
-                        match hidden.last_mut() {
-                            Some(last) if last.end == clusters.start => last.end = clusters.end,
-                            _ => hidden.push(clusters),
+                for i in (0..shadows.cast.len()).filter(|i| mask >> i & 1 == 1) {
+                    match shadows.place_of(bounds, i) {
+                        Place::Outside => {}
+                        Place::Partly => partly |= 1 << i,
+                        Place::Inside => {
+                            match hidden.last_mut() {
+                                Some(last) if last.end == clusters.start => last.end = clusters.end,
+                                _ => hidden.push(clusters),
+                            }
+                            return None;
                         }
-                        return None;
                     }
-                    partly |= u32::from(shadow.touches(bounds)) << i;
                 }
                 (partly != 0 && clusters.len() > FEW).then_some(partly)
             });
             hidden
         })
-    }
-
-    /// Of those polygons that cover most of what a light sees.
-    fn shadows(&self, light: &Light) -> Vec<Shadow> {
-        let mut covers: Vec<(f32, &Polygon)> = self.polygons.iter().map(|p| (p.covers(light), p)).collect();
-        if covers.len() > TRIED {
-            covers.select_nth_unstable_by(TRIED, |a, b| b.0.total_cmp(&a.0));
-            covers.truncate(TRIED);
-        }
-        covers.iter().filter_map(|(_, polygon)| Shadow::new(light, polygon)).collect()
     }
 }
 
@@ -148,17 +147,35 @@ impl Polygon {
     }
 }
 
-/// What is behind a polygon as seen from a light: a space within planes.
-struct Shadow {
+/// What is behind polygons as seen from a light: each one's shadow is a space within planes.
+#[derive(Default)]
+struct Shadows {
+    /// Where each one's distances count from, and its planes.
+    cast: Vec<(Vec3, Range<usize>)>,
     /// Unit normals to the inside, and a point of each.
     planes: Vec<[Vec3; 2]>,
-    /// Where distances count from.
-    from: Vec3,
+    /// How much of what the light sees polygons cover.
+    covers: Vec<(f32, usize)>,
 }
 
-impl Shadow {
-    /// Nothing, where the light is nearly in the polygon's plane.
-    fn new(light: &Light, polygon: &Polygon) -> Option<Self> {
+impl Shadows {
+    /// Takes the shadows of those polygons that cover most of what a light sees.
+    fn cast(&mut self, light: &Light, polygons: &[Polygon]) {
+        self.cast.clear();
+        self.planes.clear();
+        self.covers.clear();
+        self.covers
+            .extend(polygons.iter().enumerate().map(|(index, polygon)| (polygon.covers(light), index)));
+        if polygons.len() > TRIED {
+            self.covers.select_nth_unstable_by(TRIED, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        }
+        for at in 0..polygons.len().min(TRIED) {
+            self.add(light, &polygons[self.covers[at].1]);
+        }
+    }
+
+    /// Adds a polygon's shadow, unless the light is nearly in its plane.
+    fn add(&mut self, light: &Light, polygon: &Polygon) {
         let Polygon { outline, normal, middle, area } = polygon;
         let (from, height, least) = if light.is_parallel() {
             (*middle, normal.dot(light.normal), GRAZING)
@@ -166,29 +183,42 @@ impl Shadow {
             (light.position, normal.dot(*middle - light.position), GRAZING * area.sqrt())
         };
         if height.abs() < least {
-            return None;
+            return;
         }
-        let mut planes = vec![[*normal * height.signum(), *middle]];
+        let first = self.planes.len();
+        self.planes.push([*normal * height.signum(), *middle]);
         for (&a, &b) in outline.iter().zip(outline.iter().cycle().skip(1)) {
             let ray = if light.is_parallel() { light.normal } else { a - from };
-            let across = ray.cross(b - a).try_normalize()?;
-            planes.push([across * across.dot(*middle - a).signum(), a]);
+            let Some(across) = ray.cross(b - a).try_normalize() else { return };
+            self.planes.push([across * across.dot(*middle - a).signum(), a]);
         }
-        Some(Self { planes, from })
+        self.cast.push((from, first..self.planes.len()));
     }
 
-    fn contains(&self, bounds: &Bounds) -> bool {
-        let margin = MARGIN * bounds.center.distance(self.from);
-        self.planes.iter().all(|[normal, point]| {
-            normal.dot(bounds.center - *point) >= normal.abs().dot(bounds.half_extent) + margin
-        })
+    fn place_of(&self, bounds: &Bounds, shadow: usize) -> Place {
+        let (from, planes) = &self.cast[shadow];
+        let margin = MARGIN * bounds.center.distance(*from);
+        let mut place = Place::Inside;
+        for [normal, point] in &self.planes[planes.clone()] {
+            let distance = normal.dot(bounds.center - *point);
+            let reach = normal.abs().dot(bounds.half_extent);
+            if distance < -reach {
+                return Place::Outside;
+            }
+            if distance < reach + margin {
+                place = Place::Partly;
+            }
+        }
+        place
     }
+}
 
-    fn touches(&self, bounds: &Bounds) -> bool {
-        self.planes.iter().all(|[normal, point]| {
-            normal.dot(bounds.center - *point) >= -normal.abs().dot(bounds.half_extent)
-        })
-    }
+/// Where a box is to a shadow.
+#[derive(Clone, Copy)]
+enum Place {
+    Outside,
+    Partly,
+    Inside,
 }
 
 #[cfg(test)]
