@@ -337,12 +337,12 @@ impl Resident {
         };
         let leaves = receivers.in_view(of);
         let suns = receivers.suns(&leaves, of, *lists);
-        let mut spans = cache.spans(&receivers.look_ups(&leaves, of, &suns), &lights.samples);
+        let mut texels = receivers.look_ups(&leaves, of, &suns);
         if !lists {
-            let unused = spans.iter_mut().zip(regular).filter(|(span, _)| **span == 0);
-            unused.for_each(|(span, regular)| *span = regular);
+            let unused = texels.iter_mut().zip(regular).filter(|(texels, _)| **texels == 0.0);
+            unused.for_each(|(texels, regular)| *texels = cache.layout().size(regular) as f32);
         }
-        Seen { view, leaves, spans, suns }
+        Seen { view, leaves, spans: cache.spans(&texels, &lights.samples), suns }
     }
 
     /// Decides what of the shadow maps the next frame draws, and where.
