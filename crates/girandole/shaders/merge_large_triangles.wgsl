@@ -89,6 +89,8 @@ fn merge(part: MapPart, low: vec2u, lane: u32, first: u32, count: u32) {
     let at = low + vec2u(block % MAP_ACROSS, block / MAP_ACROSS) * MAP_BLOCK + vec2u(0u, lane % LANES_PER_BLOCK);
     merge_rows(part, at, block, first, words);
   }
+  // Other lanes may have these blocks next.
+  storageBarrier();
   workgroupBarrier();
 }
 

@@ -13,7 +13,7 @@ use std::ops::Range;
 const TRIED: usize = 32;
 const MOST: usize = 1024;
 /// So many neighbours are hidden together or count as seen.
-const FEW: usize = 16;
+const FEW: usize = 4;
 /// Clusters of a scene at most: with more, what is kept for each light takes too much room.
 const MOST_CLUSTERS: usize = 1 << 16;
 /// Lights for which one thread looks, at least, with one store for what it looks at.
