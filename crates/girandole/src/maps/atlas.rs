@@ -147,7 +147,7 @@ impl Atlas {
         if clusters * u64::from(CLUSTER) > u64::from(room) { clusters } else { 0 }
     }
 
-    /// A bit for each of a set's clusters: whether it is hidden from a light, as far as that was [found](OcclusionCulling::find).
+    /// A bit for each of a set's clusters: whether it is hidden from a light, as far as that was found.
     pub fn hidden(&self, set: usize, light: u32, objects: &OccludedObjects) -> Vec<u32> {
         let clusters = self.occluders.sets()[set];
         let mut words = vec![0; self.hidden_words(set)];

@@ -187,8 +187,9 @@ impl Clusters {
                     [x, y, z, triangle]
                 }));
             }
-            let filler = *corners.last().expect("clusters have triangles");
-            corners.resize(corners.len().next_multiple_of(3 * CLUSTER as usize), filler);
+            if let Some(&filler) = corners.last() {
+                corners.resize(corners.len().next_multiple_of(3 * CLUSTER as usize), filler);
+            }
         }
         [spheres, corners]
     }

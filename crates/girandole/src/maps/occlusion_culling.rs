@@ -37,7 +37,7 @@ pub(crate) struct OcclusionCulling {
 #[derive(Clone, Default)]
 struct HiddenClusters {
     /// What it was found for.
-    light: Option<Light>,
+    place: Option<[Vec3; 2]>,
     clusters: [Vec<Range<usize>>; 2],
 }
 
@@ -55,10 +55,12 @@ impl OcclusionCulling {
     /// Finds what is hidden from some of these lights, where that is not known.
     pub fn find(&mut self, lights: &[Light], some: impl Iterator<Item = u32>) {
         self.lights.resize(lights.len(), HiddenClusters::default());
-        let is_known = |i: u32| {
-            let place = |light: &Light| (light.position, light.normal, light.profile);
-            self.lights[i as usize].light.as_ref().map(place) == Some(place(&lights[i as usize]))
+        // What is hidden from parallel light is the same wherever its map lies, and from others however they are turned.
+        let place = |i: u32| match &lights[i as usize] {
+            light if light.is_parallel() => [Vec3::ZERO, light.normal],
+            light => [light.position, Vec3::ZERO],
         };
+        let is_known = |i: u32| self.lights[i as usize].place == Some(place(i));
         let unknown: Vec<u32> = some.filter(|&light| !is_known(light)).collect();
         let runs: Vec<&[u32]> = unknown.chunks(RUN).collect();
         let found = in_order(&runs, |run| {
@@ -66,7 +68,7 @@ impl OcclusionCulling {
             run.iter().map(|&light| self.hidden(&lights[light as usize], &mut shadows)).collect::<Vec<_>>()
         });
         for (&light, clusters) in unknown.iter().zip(found.into_iter().flatten()) {
-            self.lights[light as usize] = HiddenClusters { light: Some(lights[light as usize]), clusters };
+            self.lights[light as usize] = HiddenClusters { place: Some(place(light)), clusters };
         }
     }
 

@@ -30,6 +30,9 @@ pub(crate) const NEAR: f64 = 1e-6;
 /// Texels of a part at most, but for eight rows: 512 × 512.
 const MOST_PART_TEXELS: u64 = 1 << 18;
 
+/// What `are_hidden` of `lib/map_set_up.wgsl` looks at are two words.
+const _: () = assert!(MAP_CLUSTERS == 64);
+
 const PART_WORDS: u32 = (size_of::<MapPart>() / 4) as u32;
 
 /// Words that tell which clusters are hidden from a batch's lights: 16 MiB.
