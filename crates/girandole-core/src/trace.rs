@@ -9,14 +9,16 @@
 //! precision can be wrong by.
 
 mod hierarchy;
+mod wide;
 
 pub use hierarchy::HeldHierarchies;
+pub use wide::{WideHierarchy, WideNode};
 
 use crate::scene::{Geometry, NONE, ObjectId, Scene};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3A};
 use hierarchy::{Hierarchy, MARGIN};
 use obvhs::BvhBuildParams;
-use obvhs::ray::{Ray, RayHit};
+use obvhs::ray::{Ray as TreeRay, RayHit};
 use std::sync::{Arc, OnceLock};
 
 /// An intersection of a ray and a surface.
@@ -28,6 +30,19 @@ pub struct Hit {
     pub triangle: u32,
     /// Weights of corners 1 and 2.
     pub barycentric: Vec2,
+}
+
+/// A ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts, relative to [`Geometry::origin`], metres.
+    pub origin: Vec3,
+    /// Where it goes; hits are in units of this.
+    pub direction: Vec3,
+    /// What lies at `t_max` or beyond is not met.
+    pub t_max: f32,
+    /// A triangle that is not there for it, or [`NONE`].
+    pub ignored: u32,
 }
 
 /// Finds the first surface along a ray, and whether anything lies between two points. Surfaces that
@@ -109,7 +124,7 @@ fn doubled_area(a: DVec2, b: DVec2) -> f64 {
 
 /// A ray in the hierarchy's space.
 struct Traversal {
-    ray: Ray,
+    ray: TreeRay,
     /// Hierarchy's distance = (parameter · `per_t`) + `offset`.
     per_t: f64,
     offset: f64,
@@ -127,7 +142,7 @@ impl Traversal {
         let offset = BACK_UP - skipped * scale;
         let per_t = length * scale;
         // `obvhs` is not consistent about the sign of −0: adding 0 makes it +0.
-        let ray = Ray::new(start.as_vec3a(), unit.as_vec3a() + Vec3A::ZERO, 0.0, f32::INFINITY);
+        let ray = TreeRay::new(start.as_vec3a(), unit.as_vec3a() + Vec3A::ZERO, 0.0, f32::INFINITY);
         let mut this = Self { ray, per_t, offset };
         this.ray.tmax = this.reach(t_max);
         this

@@ -10,6 +10,7 @@ use girandole_core::brdf::Surface;
 use girandole_core::glam::{Affine2, Vec2, Vec3, Vec4};
 use girandole_core::lights::{Clamp, LightSample, Profile, Rectangle};
 use girandole_core::scene::{Material, NONE, TextureRef};
+use girandole_core::trace::Ray;
 
 /// `Frame` in `lib/frame.wgsl`.
 #[repr(C)]
@@ -50,6 +51,22 @@ pub(crate) struct Frame {
     pub padding_a: u32,
     pub padding_b: u32,
     pub padding_c: u32,
+}
+
+/// `CallersRay` in `trace_rays.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct CallersRay {
+    pub origin: Vec3,
+    pub t_max: f32,
+    pub direction: Vec3,
+    pub ignored: u32,
+}
+
+impl From<&Ray> for CallersRay {
+    fn from(&Ray { origin, direction, t_max, ignored }: &Ray) -> Self {
+        Self { origin, direction, t_max, ignored }
+    }
 }
 
 /// `BufferOffsets` in `lib/buffer_offsets.wgsl`.

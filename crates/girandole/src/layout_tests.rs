@@ -2,9 +2,9 @@
 //! without complaint on a backend that does nothing.
 
 use crate::layout::{
-    BufferOffsets, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame, GpuMaterial, Light,
-    LightMapUpdate, MapOccluders, MapPart, Maps, MultipassParams, PointQueueHeader, PreviousTransform,
-    ShadeListHeader, TextureUse, TransferObject, Triangle, Vertex, VertexRange,
+    BufferOffsets, CallersRay, CandidatesHeader, DispatchArguments, Display, DrawArguments, Frame,
+    GpuMaterial, Light, LightMapUpdate, MapOccluders, MapPart, Maps, MultipassParams, PointQueueHeader,
+    PreviousTransform, ShadeListHeader, TextureUse, TransferObject, Triangle, Vertex, VertexRange,
 };
 use crate::records::{
     Element, LeafRange, LeafRecord, Member, OccluderBox, ReceiverGrid, ShadePoint, StaleMapsHeader,
@@ -57,6 +57,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(MapOccluders as "Occluders": clusters, first_pair, slices),
         fields!(MapPart as "MapPart": position, is_parallel, x, first_listed, y, hidden, z, size, first, end, origin, page, texels),
         fields!(Display as "Display": size, exposure, automatic),
+        fields!(CallersRay as "CallersRay": origin, t_max, direction, ignored),
         fields!(DispatchArguments as "DispatchArguments": scatter_points, shade_points, shade_points_cooperative,
             chunks),
         fields!(DrawArguments as "DrawArguments": vertex_count, instance_count, first_vertex, first_instance),

@@ -55,6 +55,7 @@ mod parallel;
 mod passes;
 mod points;
 mod prepare;
+mod rays;
 mod records;
 mod renderer;
 mod resident;

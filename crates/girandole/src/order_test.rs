@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 /// From the ground up.
-const ROOMS: [&str; 20] = [
+const ROOMS: [&str; 21] = [
     "error",
     "shader_constants",
     "tier",
@@ -17,6 +17,7 @@ const ROOMS: [&str; 20] = [
     "device",
     "maps",
     "stats",
+    "rays",
     "scene",
     "points",
     "resident",

@@ -2,6 +2,7 @@
 
 mod compiling;
 mod opening;
+mod rays;
 mod readback;
 mod refinement;
 mod stats;
@@ -18,6 +19,7 @@ use crate::frame::record_frame;
 use crate::maps::cache::StaleCounts;
 use crate::maps::occlusion_culling::OccludedObjects;
 use crate::passes::tonemap;
+use crate::passes::trace_rays::TraceRays;
 use crate::points::lists::PointLists;
 use crate::points::targets::Targets;
 use crate::prepare::{Passes, ScenePasses, allocate, prepare};
@@ -33,7 +35,7 @@ use girandole_core::scene::{Geometry, LocalView, Scene, SceneChanges, View};
 use girandole_core::tonemap::Exposure;
 use girandole_core::visibility::VisibilityDatabase;
 use refinement::{Picture, Refinement};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Lights a scene; see the [crate's front page](crate) for an example.
 ///
@@ -59,6 +61,8 @@ pub struct Renderer {
     /// Its view, while scene and shadow maps are those that it shows.
     last_view: Option<LocalView>,
     refinement: Refinement,
+    /// Compiled when somebody asks about rays.
+    trace_rays: OnceLock<TraceRays>,
 }
 
 impl Renderer {
@@ -120,6 +124,7 @@ impl Renderer {
             last: None,
             last_view: None,
             refinement: Refinement::default(),
+            trace_rays: OnceLock::new(),
         })
     }
 

@@ -11,6 +11,7 @@ use crate::maps::occlusion_culling::OccludedObjects;
 use crate::maps::snapshot::Snapshot;
 use crate::parallel::both;
 use crate::points::multipass_plan::MultipassPlan;
+use crate::rays::RayHierarchies;
 use crate::scene::geometry::{GpuScene, gpu_lights, reflects_environment};
 use crate::scene::light_source::LightSource;
 use crate::scene::lights::GpuLights;
@@ -33,6 +34,8 @@ pub(crate) struct SceneFeatures {
     pub specular: bool,
     /// All lights fall off with the cosine.
     pub only_cosine_lights: bool,
+    /// Some material has an alpha mask.
+    pub masked: bool,
     /// Some material has a texture.
     pub textures: bool,
     /// Some surface has normals that vary.
@@ -67,6 +70,8 @@ pub(crate) struct Resident {
     pub hidden: OccludedObjects,
     /// Objects that are lit by precomputed radiance transfer, if there are any.
     pub transfer: Option<GpuTransfer>,
+    /// What rays are traced against, once something does.
+    pub rays: Option<RayHierarchies>,
     /// Where dynamic objects are.
     transforms: Snapshot,
     /// What the last frame saw, while nothing else changed.
@@ -112,6 +117,7 @@ impl Resident {
             generations: [geometry.generation(), lights.generation()],
             receivers: None,
             transfer: None,
+            rays: None,
             multipass: None,
             maps_drawn: 0,
             texels_drawn: 0,
@@ -152,6 +158,9 @@ impl Resident {
         }
         self.give_places(&mut samples);
         self.geometry.follow(queue, scene, geometry, changes)?;
+        if let Some(rays) = &mut self.rays {
+            rays.follow((device, queue), scene, geometry, &changes.moved)?;
+        }
         let is_octahedral = options.shadow_map == ShadowMap::Octahedral;
         let hidden = OccludedObjects::of(scene, illumination.visibility().map(|v| &**v));
         let light_changes = illumination.light_changes();
@@ -246,6 +255,20 @@ impl Resident {
             transfer: std::mem::replace(&mut self.transfer, lighting.transfer),
             generations: std::mem::replace(&mut self.generations, lighting.generations),
         }
+    }
+
+    /// Has hierarchies for rays.
+    ///
+    /// # Errors
+    /// [`crate::Error::TooLarge`] beyond the device's limits.
+    pub fn trace_with(&mut self, context: &Context, scene: &Scene, geometry: &Geometry) -> Result<()> {
+        if self.generations[0] != geometry.generation() {
+            return Err(Error::invalid("this geometry belongs to another scene or to another version of it"));
+        }
+        if self.rays.is_none() {
+            self.rays = Some(RayHierarchies::new((&context.device, &context.queue), scene, geometry)?);
+        }
+        Ok(())
     }
 
     /// Lights objects by transfer, with the light that is there, and no others.
@@ -401,6 +424,7 @@ impl SceneFeatures {
         Self {
             specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),
             only_cosine_lights: lights.iter().all(Light::is_sample),
+            masked: scene.materials.iter().any(|m| m.alpha_cutoff.is_some()),
             textures: !scene.textures.is_empty() || scene.materials.iter().any(|m| m.vertex_colors),
             curved: is_curved(scene, geometry),
             transparent: scene.materials.iter().any(Material::is_transparent),

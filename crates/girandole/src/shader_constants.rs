@@ -20,6 +20,16 @@ pub(crate) const MAP_LISTS_HEAD: u32 = 4;
 /// Sizes of shadow maps that there may be, and what stands for the place of a light without a map.
 pub(crate) const MAP_SIZES: u32 = 16;
 pub(crate) const NO_MAP: u32 = 0x00f0_0000;
+/// Texels across the texture that holds hierarchies for rays.
+pub(crate) const RAY_COLUMNS: u32 = 4096;
+/// Flags of its triangles: they emit; they have an alpha mask.
+pub(crate) const RAY_EMITS: u32 = 1;
+pub(crate) const RAY_MASKED: u32 = 2;
+/// Levels that hierarchies over objects and of meshes may have, and groups of nodes and boxes that wait while a ray is followed: of each
+/// level one at most, of the lowest of all none.
+pub(crate) const RAY_UPPER_DEPTH: u32 = 6;
+pub(crate) const RAY_LOWER_DEPTH: u32 = 11;
+pub(crate) const RAY_STACK: u32 = RAY_UPPER_DEPTH + RAY_LOWER_DEPTH - 1;
 /// Lights are summed in groups of this many; batches are whole groups.
 pub(crate) const GROUP: u32 = 128;
 /// Most lights in a batch: 32 KiB of a uniform buffer, of which WebGPU binds 64.
@@ -92,6 +102,7 @@ const _: () = assert!(BATCH.is_multiple_of(GROUP), "batches are whole groups");
 const _: () =
     assert!(GROUP == 4 * 32, "the lights of a group have a bit each in the four words of `deferred`");
 const _: () = assert!(EDGE_RUN <= 32, "the pixels of a run have a bit each in a word");
+const _: () = assert!(RAY_STACK == 16, "eight registers hold two groups each");
 const _: () = assert!(WORKGROUP.is_multiple_of(LANES), "workgroups hold whole points");
 
 macro_rules! declarations {
@@ -118,6 +129,10 @@ pub(crate) fn declarations() -> String {
         MAP_LISTS_HEAD,
         MAP_SIZES,
         NO_MAP,
+        RAY_COLUMNS,
+        RAY_EMITS,
+        RAY_MASKED,
+        RAY_STACK,
         CHUNK,
         WORKGROUP,
         TILE,

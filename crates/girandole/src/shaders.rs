@@ -12,11 +12,18 @@ macro_rules! lib {
 }
 
 /// What only software devices have for themselves.
-const SOFTWARE: &[(&str, &str)] =
-    lib!("software", atlas_image, branch_non_uniform, loads_batched, workgroups_persistent);
+const SOFTWARE: &[(&str, &str)] = lib!(
+    "software",
+    atlas_image,
+    branch_non_uniform,
+    loads_batched,
+    ray_stack_registers,
+    workgroups_persistent
+);
 
 const LIBRARY: &[(&str, &str)] = lib!(
     "lib",
+    alpha_mask,
     append_point,
     atlas_texture,
     blend,
@@ -60,6 +67,8 @@ const LIBRARY: &[(&str, &str)] = lib!(
     point_queue_atomic,
     point_sums,
     prefix_scan,
+    ray_stack_array,
+    rays,
     receiver,
     rectangle,
     reflected_environment,
@@ -83,7 +92,7 @@ const LIBRARY: &[(&str, &str)] = lib!(
 pub(crate) struct Source {
     pub name: &'static str,
     pub text: &'static str,
-    /// Files of the library; `atlas`, `lights`, `branch`, `loads` and `workgroups`, of which a device's tier chooses the variant;
+    /// Files of the library; `atlas`, `lights`, `branch`, `loads`, `ray_stack` and `workgroups`, of which a device's tier chooses the variant;
     /// records, as `name_at` to read and `set_name` to write them.
     pub uses: &'static [&'static str],
     /// First line where an extension must be enabled.
@@ -194,16 +203,17 @@ sources! {
     ];
     SMALL_MAP_TRIANGLES = small_map_triangles "" [map_parts map_set_up map_opaque map_lists map_texels];
     SMALL_MAP_TRIANGLES_MASKED = small_map_triangles "" [
-        frame scene texture texture_entry_at map_parts map_set_up map_masked map_lists map_texels
+        frame scene texture texture_entry_at map_parts map_set_up alpha_mask map_masked map_lists map_texels
     ];
     LARGE_MAP_TRIANGLES = large_map_triangles "" [map_parts map_set_up map_opaque map_lists map_texels];
     LARGE_MAP_TRIANGLES_MASKED = large_map_triangles "" [
-        frame scene texture texture_entry_at map_parts map_set_up map_masked map_lists map_texels
+        frame scene texture texture_entry_at map_parts map_set_up alpha_mask map_masked map_lists map_texels
     ];
     MERGE_LARGE_TRIANGLES = merge_large_triangles "" [map_parts map_set_up map_opaque map_lists];
     MERGE_LARGE_TRIANGLES_MASKED = merge_large_triangles "" [
-        frame scene texture texture_entry_at map_parts map_set_up map_masked map_lists
+        frame scene texture texture_entry_at map_parts map_set_up alpha_mask map_masked map_lists
     ];
+    TRACE_RAYS = trace_rays "" [scene texture texture_entry_at alpha_mask ray_stack rays];
     EXPOSURE = exposure "" [packed color];
     CALLER_DEPTH = caller_depth "" [frame];
     AVERAGE = average "" [frame packed];
@@ -258,6 +268,7 @@ fn variant(used: &'static str, kernels: &Kernels) -> &'static str {
         "lights" => "lights_uniform",
         "branch" => kernels.tier.choose("branch_uniform", "branch_non_uniform"),
         "loads" => kernels.tier.choose("loads_unordered", "loads_batched"),
+        "ray_stack" => kernels.tier.choose("ray_stack_array", "ray_stack_registers"),
         "workgroups" => kernels.tier.choose("workgroups_one_each", "workgroups_persistent"),
         file => file,
     }

@@ -144,17 +144,28 @@ pub(super) fn boxes(geometry: &Geometry, triangles: &[u32]) -> Vec<Aabb> {
 }
 
 fn tree(boxes: &[Aabb], build: &BvhBuildParams) -> CwBvh {
-    let convert = |binary: &Bvh2| bvh2_to_cwbvh(binary, build.max_prims_per_leaf.clamp(1, 3), true, false);
-    if !has_long_chains(boxes, build) {
-        // As `obvhs` does in `build_cwbvh`, which would panic where the result is too deep.
-        let mut binary = clustered(boxes, build);
-        ReinsertionOptimizer::default().run(&mut binary, build.reinsertion_batch_ratio, None);
-        let bvh = convert(&binary);
-        if depth(&bvh) < MAX_DEPTH {
-            return bvh;
-        }
+    let bvh = wide(boxes, build);
+    // `obvhs` would panic where it is too deep.
+    if depth(&bvh) < MAX_DEPTH { bvh } else { balanced_wide(boxes, build) }
+}
+
+/// A hierarchy as `obvhs` makes it in `build_cwbvh`, but where that would take for ever.
+pub(super) fn wide(boxes: &[Aabb], build: &BvhBuildParams) -> CwBvh {
+    if has_long_chains(boxes, build) {
+        return balanced_wide(boxes, build);
     }
-    convert(&balanced(boxes))
+    let mut binary = clustered(boxes, build);
+    ReinsertionOptimizer::default().run(&mut binary, build.reinsertion_batch_ratio, None);
+    converted(&binary, build)
+}
+
+/// One that is never deep.
+pub(super) fn balanced_wide(boxes: &[Aabb], build: &BvhBuildParams) -> CwBvh {
+    converted(&balanced(boxes), build)
+}
+
+fn converted(binary: &Bvh2, build: &BvhBuildParams) -> CwBvh {
+    bvh2_to_cwbvh(binary, build.max_prims_per_leaf.clamp(1, 3), true, false)
 }
 
 /// Locally ordered clustering (Meister and Bittner 2018).

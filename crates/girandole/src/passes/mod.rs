@@ -22,6 +22,7 @@ pub(crate) mod sort_points;
 pub(crate) mod stale_error;
 pub(crate) mod stale_maps;
 pub(crate) mod tonemap;
+pub(crate) mod trace_rays;
 pub(crate) mod transfer;
 pub(crate) mod visibility_buffer;
 
@@ -73,6 +74,7 @@ impl<'a> Compiler<'a> {
             ("MAX_ITEMS", f64::from(loop_steps::queue_items(self.options.pcf))),
             flag("HAS_SPECULAR", self.features.specular),
             flag("ONLY_COSINE_LIGHTS", self.features.only_cosine_lights),
+            flag("HAS_MASKED", self.features.masked),
             flag("HAS_TEXTURES", self.features.textures),
             flag("HAS_CURVED", self.features.curved),
             flag("HAS_TRANSPARENT", self.features.transparent),

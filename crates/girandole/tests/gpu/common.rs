@@ -3,9 +3,9 @@
 use girandole::core::glam::{Quat, Vec3};
 use girandole::core::image::Image;
 use girandole::core::lights::{Clamp, LightSet, LightSettings};
-use girandole::core::scene::builtin::{self, MovingObject};
+use girandole::core::scene::builtin::{self, MovingObject, shapes};
 use girandole::core::scene::{
-    Camera, Geometry, LocalView, Material, Mesh, Projection, Scene, Transform, View,
+    Camera, Geometry, LocalView, Material, Mesh, MorphTarget, Projection, Scene, Transform, View,
 };
 use girandole::core::trace::SceneTracer;
 use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
@@ -173,4 +173,17 @@ pub fn beyond_storage(a: &Image, b: &Image) -> f32 {
 
 pub fn mean(image: &Image) -> f32 {
     image.mean().element_sum() / 3.0
+}
+
+/// A ball that bends: its node, which has one morph target.
+pub fn bending_ball(scene: &mut Scene, material: u32, at: Vec3) -> usize {
+    let mut ball = shapes::sphere(0.25, 16, 8, material);
+    let shifts = ball.positions.iter().map(|p| *p * Vec3::new(0.3, -0.6, 0.8));
+    ball.morph_targets = vec![MorphTarget { positions: shifts.collect(), normals: Vec::new() }];
+    scene.add_object("ball", ball, Transform::translation(at));
+    let object = scene.objects.last_mut().expect("it was added");
+    object.dynamic = true;
+    let node = object.node;
+    scene.set_morph_weights(node, &[0.0]).expect("weights");
+    node
 }

@@ -15,6 +15,7 @@ mod occluders;
 mod opening;
 mod oracle;
 mod pictures;
+mod rays;
 mod recording;
 mod refinement;
 mod reflections;
@@ -64,6 +65,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         motion::tests(),
         occluders::tests(),
         environment::tests(),
+        rays::tests(),
         recording::tests(),
         refinement::tests(),
         reflections::tests(),

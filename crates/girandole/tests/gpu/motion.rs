@@ -1,11 +1,11 @@
 //! Scenes in which things move while light samples are held.
 
-use crate::common::{Context, Test, camera, lamp, room};
+use crate::common::{Context, Test, bending_ball, camera, lamp, room};
 use girandole::core::glam::{Quat, Vec3};
 use girandole::core::illumination::{IlluminationSettings, Rewalk};
 use girandole::core::lights::{LightSettings, Pace};
 use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{Material, Mesh, MorphTarget, Scene, Transform, View};
+use girandole::core::scene::{Material, Mesh, Scene, Transform, View};
 use girandole::{FrameStats, MapUpdates, Mode, RenderSettings, Renderer, RendererOptions};
 
 pub fn tests() -> Vec<Test> {
@@ -72,14 +72,7 @@ fn boxes(context: &Context) {
     scene.set_transform(stands, Transform::translation(Vec3::new(-1.0, 1.2, 0.0))).expect("a place");
     let door = object(&mut scene, "door", Vec3::new(0.9, 0.9, 0.04), true);
     let cube = object(&mut scene, "cube", Vec3::splat(0.15), true);
-    // Something that bends.
-    let mut ball = shapes::sphere(0.25, 16, 8, gray);
-    let shifts = ball.positions.iter().map(|p| *p * Vec3::new(0.3, -0.6, 0.8));
-    ball.morph_targets = vec![MorphTarget { positions: shifts.collect(), normals: Vec::new() }];
-    scene.add_object("ball", ball, Transform::translation(Vec3::new(-0.9, 0.3, 1.0)));
-    scene.objects.last_mut().expect("it was added").dynamic = true;
-    let ball = scene.objects.last().expect("it was added").node;
-    scene.set_morph_weights(ball, &[0.0]).expect("weights");
+    let ball = bending_ball(&mut scene, gray, Vec3::new(-0.9, 0.3, 1.0));
     camera(&mut scene, Vec3::new(1.8, 1.6, 1.8), Vec3::new(-1.0, 0.8, -1.0), 1.0);
     let place = |scene: &mut Scene, step: usize| {
         let (x, turn) = ([0.9, -0.8, -0.8, 0.0, 0.9][step], [0.0, 0.4, 1.5, 2.6, 0.0][step]);
