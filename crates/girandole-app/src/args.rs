@@ -338,6 +338,11 @@ pub struct QualityArgs {
     /// be interpolated; 0 shades every pixel
     #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = parse_share)]
     pub tolerance: f32,
+
+    /// Mirror images: how many rays follow one another from what is smooth; 0 shows blurs in their place (engine gpu, without a bound on
+    /// the geometric factor)
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=16))]
+    pub mirrors: u32,
 }
 
 /// Options of `girandole info`.

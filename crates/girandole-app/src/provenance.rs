@@ -36,7 +36,7 @@ const MOTION: [&str; 4] = ["--rewalk", "--fade", "--updates", "--max-map-age"];
 /// Of the two engines with light samples.
 const SAMPLED: [&str; 6] = ["--lights", "--direct", "--placement", "--termination", "--clamp", "--aa"];
 /// Of the engine gpu.
-const ON_GPU: [&str; 11] = [
+const ON_GPU: [&str; 12] = [
     "--mode",
     "--shadow-map",
     "--map-size",
@@ -46,6 +46,7 @@ const ON_GPU: [&str; 11] = [
     "--shading",
     "--lights-per-pass",
     "--tolerance",
+    "--mirrors",
     "--debug",
     "--refine",
 ];

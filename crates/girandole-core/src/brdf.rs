@@ -115,6 +115,23 @@ pub fn resolved_share(alpha: f32, solid_angle: f32) -> f32 {
     alpha * alpha / (alpha * alpha + 0.25 * solid_angle)
 }
 
+/// Shares of a lobe that light samples do not resolve of which no mirrored ray is sent.
+pub const MIRROR_LEAST: f32 = 0.1;
+/// Fresnel reflectance that is not worth a mirrored ray.
+pub const MIRROR_LEAST_FRESNEL: f32 = 0.004;
+
+/// How much of what a surface reflects is found by rays that it mirrors, where light samples stand for `solid_angle`, sr, in the mean: what
+/// these do not [resolve](resolved_share), less a tenth, and less where hardly anything is reflected. `fresnel` is the largest component of
+/// its reflectance.
+pub fn mirror_share(alpha: f32, fresnel: f32, solid_angle: f32) -> f32 {
+    if solid_angle <= 0.0 {
+        return 0.0;
+    }
+    let unresolved = 1.0 - resolved_share(alpha, solid_angle);
+    let worth = (fresnel - MIRROR_LEAST_FRESNEL) / (2.0 * MIRROR_LEAST_FRESNEL);
+    (unresolved - MIRROR_LEAST).max(0.0) / (1.0 - MIRROR_LEAST) * worth.clamp(0.0, 1.0)
+}
+
 /// What samples of an environment stand for at least where it is asked what lies behind a reflection, sr: what a texel of the
 /// prefiltered maps spreads over. The sun's samples stand for less.
 pub const LEAST_SOLID_ANGLE: f32 = 1e-3;

@@ -360,7 +360,7 @@ impl<'a> SceneTracer<'a> {
 }
 
 /// Share of [`Geometry::detail`] that ray origins are offset by at least.
-const RAY_OFFSET: f32 = 1e-6;
+pub const RAY_OFFSET: f32 = 1e-6;
 /// Share of a point's largest coordinate that its ray origins are offset by at least: eight units in the last place. Points, what
 /// they lie on and what is next to that are rounded to half of one in each coordinate, and kernels transform them into the space of
 /// lights with an error of three halves of one.

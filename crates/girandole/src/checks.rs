@@ -27,6 +27,12 @@ pub(crate) fn check(
             settings.samples_per_axis
         )));
     }
+    if settings.mirrors > 16 {
+        return Err(Error::invalid(format!(
+            "{} mirrored rays one after another are not possible; take 0 to 16",
+            settings.mirrors
+        )));
+    }
     match settings.debug {
         None | Some(DebugView::LightPositions | DebugView::Atlas) => {}
         Some(_) if settings.mode == Mode::Naive => {

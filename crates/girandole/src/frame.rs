@@ -17,6 +17,8 @@ use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::lights::Clamp;
 use girandole_core::scene::{ClipDepth, ClipPlanes, LocalView};
 use girandole_core::tonemap::Exposure;
+use girandole_core::trace::RAY_OFFSET;
+use std::f32::consts::PI;
 
 /// Pixels from point to point of the grids, from the coarsest.
 const GRIDS: [u32; 4] = [COARSEST, COARSEST / 2, COARSEST / 4, COARSEST / 8];
@@ -131,6 +133,36 @@ pub(crate) fn record_frame(
     let shown = scene.geometry.environment.as_ref().and_then(|environment| environment.shown.as_ref());
     if let (Some(background), Some(environment)) = (prepared.background, shown) {
         background.record(recorder, &first_samples(view, (scene, targets), settings), environment);
+    }
+
+    // What smooth surfaces mirror.
+    if let Some(mirrors) = &prepared.mirrors {
+        let lighting = match (&mirrors.mode, lighting) {
+            (PreparedMode::Naive(pass), _) => Lighting::Naive(pass),
+            (PreparedMode::Adaptive(adaptive), Lighting::Adaptive(_, light_maps)) => {
+                Lighting::Adaptive(adaptive, light_maps)
+            }
+            (PreparedMode::Adaptive(_), naive) => naive,
+        };
+        for rows in targets.bands() {
+            for sample in 0..samples {
+                let frame = frame_uniform(view, (scene, targets), settings, rows, sample);
+                let band = BandSample { frame, scene: &scene.geometry, targets };
+                let seen = passes.visibility_buffer.record(recorder, &band, depth);
+                let mut ends = seen;
+                for index in 0..mirrors.count {
+                    ends = mirrors.pass.trace(recorder, &band, mirrors.hierarchies, ends, index);
+                    // What the last one meets shows a blur of the light samples about it.
+                    let band = if index + 1 < mirrors.count { band } else { band.without_mirrors() };
+                    let lit = light(recorder, &band, lighting, prepared, settings, (ends, maps), false).0;
+                    mirrors.pass.add(recorder, &band, ends, lit);
+                    recorder.split();
+                }
+                mirrors.pass.blur(recorder, &band, seen);
+            }
+            let frame = frame_uniform(view, (scene, targets), settings, rows, 0);
+            mirrors.pass.put(recorder, &BandSample { frame, scene: &scene.geometry, targets });
+        }
     }
 
     // What is seen through.
@@ -355,6 +387,11 @@ fn frame_uniform(
         sun_chord2: sun.map_or(0.0, |disc| disc.chord * disc.chord),
         sun_radiance: sun.map_or(Vec3::ZERO, |disc| disc.radiance),
         sample_solid_angle: if settings.clamp == Clamp::Own { scene.lights.mean_solid_angle } else { 0.0 },
+        mirror_solid_angle: match scene.mirrors(settings) {
+            0 => 0.0,
+            _ => 4.0 * PI / scene.lights.count().max(1) as f32,
+        },
+        ray_offset: scene.detail * RAY_OFFSET,
         ..Frame::default()
     }
 }

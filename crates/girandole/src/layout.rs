@@ -48,8 +48,8 @@ pub(crate) struct Frame {
     pub sun_radiance: Vec3,
     pub sample_solid_angle: f32,
     pub writes_radiance: u32,
-    pub padding_a: u32,
-    pub padding_b: u32,
+    pub mirror_solid_angle: f32,
+    pub ray_offset: f32,
     pub padding_c: u32,
 }
 

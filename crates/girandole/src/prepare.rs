@@ -16,6 +16,7 @@ use crate::passes::exposure::Exposure;
 use crate::passes::first_samples::FirstSamples;
 use crate::passes::layers::Layers;
 use crate::passes::light_maps::LightMaps;
+use crate::passes::mirrors::Mirrors;
 use crate::passes::multipass::Multipass;
 use crate::passes::refine::Refine;
 use crate::passes::resolve::Resolve;
@@ -29,6 +30,7 @@ use crate::passes::visibility_buffer::VisibilityBuffer;
 use crate::points::lists::PointLists;
 use crate::points::multipass_plan::{MultipassKey, MultipassPlan};
 use crate::points::targets::Targets;
+use crate::rays::RayHierarchies;
 use crate::resident::{Resident, SceneFeatures};
 use crate::scene::light_maps::LightMapChanges;
 use crate::scene::previous_transforms::{GpuPreviousTransforms, PreviousTransforms};
@@ -83,6 +85,11 @@ pub(crate) struct ScenePasses {
     multipass: OnceLock<Multipass>,
     resolve: OnceLock<Resolve>,
     layers: OnceLock<Layers>,
+    mirrors: OnceLock<Mirrors>,
+    /// The passes over the ends of mirrored rays.
+    naive_mirrored: OnceLock<ShadeNaive>,
+    adaptive_mirrored: OnceLock<AdaptivePasses>,
+    multipass_mirrored: OnceLock<Multipass>,
     debug: OnceLock<Debug>,
     transfer: OnceLock<Transfer>,
     /// Without lists of lights, and with them.
@@ -98,6 +105,10 @@ impl ScenePasses {
             multipass: OnceLock::new(),
             resolve: OnceLock::new(),
             layers: OnceLock::new(),
+            mirrors: OnceLock::new(),
+            naive_mirrored: OnceLock::new(),
+            adaptive_mirrored: OnceLock::new(),
+            multipass_mirrored: OnceLock::new(),
             debug: OnceLock::new(),
             transfer: OnceLock::new(),
             stale_error: [const { OnceLock::new() }; 2],
@@ -197,6 +208,18 @@ pub(crate) struct Prepared<'a> {
     pub background: Option<&'a Background>,
     /// What puts surfaces that let light through before the picture, if there are any.
     pub layers: Option<&'a Layers>,
+    /// What adds mirror images, if there are any.
+    pub mirrors: Option<PreparedMirrors<'a>>,
+}
+
+/// What mirror images need.
+pub(crate) struct PreparedMirrors<'a> {
+    pub pass: &'a Mirrors,
+    pub hierarchies: &'a RayHierarchies,
+    /// How the ends of rays are shaded.
+    pub mode: PreparedMode<'a>,
+    /// Rays that follow one another.
+    pub count: u32,
 }
 
 impl Prepared<'_> {
@@ -359,6 +382,7 @@ pub(crate) fn prepare<'a>(
             previous_transforms,
         }
     });
+    let mirrors = prepared_mirrors(&compiler, scene_passes, scene, &mode, settings);
     let has_surroundings = settings.debug.is_none_or(|view| view == DebugView::LightPositions);
     let environment = scene.geometry.environment.as_ref();
     let shows_background = environment.is_some_and(|e| e.shown.is_some()) && has_surroundings;
@@ -375,5 +399,41 @@ pub(crate) fn prepare<'a>(
         debug: settings.debug.map(|view| (scene_passes.debug.get_or_init(|| Debug::new(&compiler)), view)),
         background: shows_background.then(|| passes.background(context)),
         layers: has_layers.then(|| scene_passes.layers.get_or_init(|| Layers::new(&compiler))),
+        mirrors,
     })
+}
+
+/// What adds mirror images, if there are any: the ends of rays are shaded as what the camera sees, by kernels of their own.
+fn prepared_mirrors<'a>(
+    compiler: &Compiler,
+    passes: &'a ScenePasses,
+    scene: &'a Resident,
+    mode: &PreparedMode<'a>,
+    settings: &RenderSettings,
+) -> Option<PreparedMirrors<'a>> {
+    let count = scene.mirrors(settings);
+    let hierarchies = scene.rays.as_ref().filter(|_| count > 0)?;
+    let pass = passes.mirrors.get_or_init(|| Mirrors::new(compiler));
+    let compiler = compiler.mirrored();
+    let mode = match mode {
+        PreparedMode::Naive(_) => {
+            PreparedMode::Naive(passes.naive_mirrored.get_or_init(|| ShadeNaive::new(&compiler)))
+        }
+        PreparedMode::Adaptive(adaptive) => {
+            let of_ends = passes.adaptive_mirrored.get_or_init(|| AdaptivePasses::new(&compiler));
+            if adaptive.previous_transforms.is_some() {
+                of_ends.to_irradiance.compile_previous(&compiler);
+            }
+            let of_plan = || passes.multipass_mirrored.get_or_init(|| Multipass::new(&compiler));
+            PreparedMode::Adaptive(Adaptive {
+                passes: of_ends,
+                to_radiance: None,
+                multipass: adaptive.multipass.map(|(_, plan)| (of_plan(), plan)),
+                light_map_changes: None,
+                previous_transforms: adaptive.previous_transforms.clone(),
+                ..*adaptive
+            })
+        }
+    };
+    Some(PreparedMirrors { pass, hierarchies, mode, count })
 }

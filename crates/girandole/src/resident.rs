@@ -27,6 +27,9 @@ use girandole_core::illumination::Illumination;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, LocalView, Material, NONE, Scene, SceneChanges};
 
+/// Roughness from which on light samples show all that is reflected, however few there are.
+const MIRROR_ROUGHNESS: f32 = 0.75;
+
 /// What a scene and its lights need of the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SceneFeatures {
@@ -44,6 +47,8 @@ pub(crate) struct SceneFeatures {
     pub transparent: bool,
     /// Some material reflects an environment by its own maps.
     pub reflects_environment: bool,
+    /// Some material is smooth enough for mirrored rays.
+    pub mirrors: bool,
 }
 
 /// A scene and its lights on the GPU, with what is derived from both.
@@ -99,6 +104,7 @@ impl Resident {
         let layout = AtlasLayout::new(&directional, largest_chosen(&samples), options, &device.limits())?;
         samples.iter_mut().for_each(|light| light.atlas_slot = NO_MAP);
         let features = SceneFeatures::of(scene, geometry, &samples);
+        let rays = features.mirrors.then(|| RayHierarchies::new((device, &context.queue), scene, geometry));
         let non_blockers = NonBlockers::new(scene, geometry, &samples, options.skip_non_blockers);
         let occluders = Occluders::new(scene, geometry, &non_blockers, options.shadow_map);
         let transforms = Snapshot::new(0, scene, geometry);
@@ -117,7 +123,7 @@ impl Resident {
             generations: [geometry.generation(), lights.generation()],
             receivers: None,
             transfer: None,
-            rays: None,
+            rays: rays.transpose()?,
             multipass: None,
             maps_drawn: 0,
             texels_drawn: 0,
@@ -310,10 +316,19 @@ fn receivers(context: &Context, source: LightSource) -> Result<Option<Receivers>
     visibility.map(of).transpose()
 }
 
+/// How a frame looks shadow maps up.
+#[derive(Clone, Copy, PartialEq)]
+struct Looks {
+    /// For the lights of lists alone.
+    lists: bool,
+    /// For what is seen in mirrors, too.
+    mirrors: bool,
+}
+
 /// What a frame sees.
 pub(crate) struct Seen {
     /// Its view, and whether only leaves look shadow maps up; nothing where all of it is looked up.
-    view: Option<(LocalView, bool)>,
+    view: Option<(LocalView, Looks)>,
     /// For each leaf, whether it may be in view.
     pub leaves: Vec<bool>,
     /// For each light, units across that its map is to have; 0 where it is not looked up.
@@ -334,7 +349,7 @@ impl Resident {
     pub fn see(&mut self, view: Option<(&LocalView, &RenderSettings)>) -> &Seen {
         let is_picture = |settings: &RenderSettings| settings.debug.is_none() && self.transfer.is_none();
         let view = view.filter(|(_, settings)| is_picture(settings) && self.receivers.is_some());
-        let view = view.map(|(view, settings)| (*view, settings.mode != Mode::Naive));
+        let view = view.map(|(view, settings)| (*view, self.looks(settings)));
         let seen = match self.seen.take() {
             Some(seen) if seen.view == view => seen,
             _ => self.look(view),
@@ -348,17 +363,31 @@ impl Resident {
         self.seen.insert(seen)
     }
 
-    fn look(&self, view: Option<(LocalView, bool)>) -> Seen {
+    /// How many mirrored rays follow one another from a pixel of frames with these settings.
+    pub fn mirrors(&self, settings: &RenderSettings) -> u32 {
+        let is_possible = settings.clamp == Clamp::Own && settings.debug.is_none() && self.rays.is_some();
+        if is_possible && self.features.mirrors { settings.mirrors } else { 0 }
+    }
+
+    fn looks(&self, settings: &RenderSettings) -> Looks {
+        Looks { lists: settings.mode != Mode::Naive, mirrors: self.mirrors(settings) > 0 }
+    }
+
+    fn look(&self, view: Option<(LocalView, Looks)>) -> Seen {
         let Self { lights, atlas: Atlas { cache, .. }, .. } = self;
         let regular = cache.regular_spans(&lights.samples);
-        let (Some((of, lists)), Some(receivers)) = (&view, &self.receivers) else {
+        let (Some((of, Looks { lists, mirrors })), Some(receivers)) = (&view, &self.receivers) else {
             let leaves = self.receivers.as_ref().map_or(0, |receivers| receivers.leaves);
             let suns = lights.samples.iter().enumerate().filter(|(_, light)| light.has_large_map());
             let whole = |light: &Light| light.showing(Vec2::ZERO, 1.0 / light.offset);
             let suns = suns.map(|(index, light)| (index, whole(light))).collect();
             return Seen { view, leaves: vec![true; leaves as usize], spans: regular, suns };
         };
-        let leaves = receivers.in_view(of);
+        // What is behind the camera may be seen in a mirror.
+        let leaves = match mirrors {
+            true => vec![true; receivers.leaves as usize],
+            false => receivers.in_view(of),
+        };
         let suns = receivers.suns(&leaves, of, *lists);
         let mut texels = receivers.look_ups(&leaves, of, &suns);
         if !lists {
@@ -429,8 +458,15 @@ impl SceneFeatures {
             curved: is_curved(scene, geometry),
             transparent: scene.materials.iter().any(Material::is_transparent),
             reflects_environment: reflects_environment(scene),
+            mirrors: scene.materials.iter().any(is_mirror),
         }
     }
+}
+
+/// Whether some of what a material reflects is sharper than light samples can show.
+fn is_mirror(material: &Material) -> bool {
+    let reflects = material.specular > 0.0 || material.metallic > 0.0;
+    reflects && (material.roughness < MIRROR_ROUGHNESS || material.metallic_roughness_texture.is_some())
 }
 
 /// Whether some surface has normals that vary from point to point.

@@ -177,11 +177,15 @@ pub(crate) fn declarations() -> String {
         "const MIN_ALPHA = {:?};\nconst OWN_CLAMP = {OWN_CLAMP:?};\nconst MAX_CLAMP = {MAX_CLAMP:?};\n\
          const RECTANGLE_NEAR = {near:?};\nconst RECTANGLE_FAR = {far:?};\nconst RECTANGLE_LEAST_PART = {:?};\n\
          const RECTANGLE_RISE = {:?};\nconst FIRST_LOBE_ALPHA = {:?};\n\
-         const LEAST_SOLID_ANGLE = {:?};\n",
+         const LEAST_SOLID_ANGLE = {:?};\nconst MIRROR_LEAST = {:?};\nconst MIRROR_LEAST_FRESNEL = {:?};\n\
+         const RAY_OFFSET_BY_ROUNDING = {:?};\n",
         brdf::MIN_ALPHA,
         Rectangle::LEAST_PART,
         Rectangle::RISE,
         PrefilteredEnvironment::FIRST_ALPHA,
         brdf::LEAST_SOLID_ANGLE,
+        brdf::MIRROR_LEAST,
+        brdf::MIRROR_LEAST_FRESNEL,
+        8.0 * f32::EPSILON,
     )
 }

@@ -35,6 +35,7 @@ const LIBRARY: &[(&str, &str)] = lib!(
     candidates_atomic,
     color,
     diffuse_material,
+    direction,
     edge_sample,
     environment,
     environment_place,
@@ -42,6 +43,8 @@ const LIBRARY: &[(&str, &str)] = lib!(
     frame,
     grid,
     harmonics,
+    hit_camera,
+    hit_mirror,
     light,
     light_lists,
     light_map,
@@ -55,6 +58,8 @@ const LIBRARY: &[(&str, &str)] = lib!(
     map_set_up,
     map_texels,
     maps,
+    mirror_image,
+    mirror_share,
     multipass_params,
     no_reflected_environment,
     octahedral,
@@ -117,20 +122,20 @@ macro_rules! sources {
 sources! {
     VISIBILITY_BUFFER = visibility_buffer "" [frame scene texture texture_entry_at];
     SHADE_NAIVE = shade_naive "" [
-        frame scene texture texture_entry_at surface reflection brdf color light lights_uniform maps octahedral
-        parameterisation atlas shadow rectangle environment_share point_sums
+        frame scene texture texture_entry_at surface hit reflection brdf color light lights_uniform maps octahedral
+        parameterisation atlas shadow rectangle mirror_share environment_share point_sums
     ];
     APPEND_ALL_POINTS = append_all_points "" [
-        frame scene texture texture_entry_at surface buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point
+        frame scene texture texture_entry_at surface hit buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point
         append_point
     ];
     REFINE = refine "" [frame scene brdf grid candidates_atomic diffuse_material packed workgroups];
     TEST_CANDIDATES = test_candidates "" [
-        frame scene texture texture_entry_at surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
+        frame scene texture texture_entry_at surface hit brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
         packed branch shade_list set_shade_point append_point candidates test_candidate
     ];
     TEST_CANDIDATES_PERSISTENT = "software" / test_candidates_persistent "" [
-        frame scene texture texture_entry_at surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
+        frame scene texture texture_entry_at surface hit brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
         packed branch shade_list set_shade_point append_point candidates test_candidate workgroups_persistent
     ];
     EDGES = edges "" [
@@ -140,7 +145,7 @@ sources! {
         frame scene brdf grid diffuse_material packed samples branch blend candidates_atomic edge_sample
     ];
     EDGE_FALLBACK = edge_fallback "" [
-        frame scene texture texture_entry_at surface brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
+        frame scene texture texture_entry_at surface hit brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
         packed samples branch blend shade_list set_shade_point append_point candidates
     ];
     PREFIX_SUM = prefix_sum "" [
@@ -148,23 +153,23 @@ sources! {
     ];
     SCATTER_POINTS = scatter_points "" [buffer_offsets shade_list shade_point_at point_queue];
     SHADE_POINTS = shade_points "" [
-        frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle transforms_current environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
+        atlas shadow rectangle transforms_current mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PREVIOUS = shade_points "" [
-        frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle previous_transform transforms_previous sums_previous environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
+        atlas shadow rectangle previous_transform transforms_previous sums_previous mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PERSISTENT = "software" / shade_points_persistent "" [
-        frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle transforms_current environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
+        atlas shadow rectangle transforms_current mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     SHADE_POINTS_PREVIOUS_PERSISTENT = "software" / shade_points_persistent "" [
-        frame scene texture texture_entry_at surface reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle previous_transform transforms_previous sums_previous environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
+        atlas shadow rectangle previous_transform transforms_previous sums_previous mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     INCIDENT_LIGHT = incident_light "" [
@@ -172,33 +177,33 @@ sources! {
     ];
     TRANSFER_VERTICES = transfer_vertices "" [scene branch transfer_object vertex_range];
     TRANSFER = transfer "" [
-        frame scene texture texture_entry_at surface brdf grid diffuse_material packed samples branch vertex_range
+        frame scene texture texture_entry_at surface hit brdf grid diffuse_material packed samples branch vertex_range
     ];
     MULTIPASS = multipass "" [
-        frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
-        shadow rectangle environment_share point_sums buffer_offsets grid point_queue multipass_params element_at member_at
+        frame scene texture texture_entry_at surface hit reflection brdf color light maps octahedral parameterisation atlas
+        shadow rectangle mirror_share environment_share point_sums buffer_offsets grid point_queue multipass_params element_at member_at
     ];
     MULTIPASS_ARGUMENTS = multipass_arguments "" [
         buffer_offsets point_queue multipass_params element_at set_element member_at set_member prefix_scan
     ];
     MULTIPASS_COLLECT = multipass_collect "" [
-        frame scene texture texture_entry_at surface reflection brdf color light environment_share buffer_offsets
+        frame scene texture texture_entry_at surface hit reflection brdf color light mirror_share environment_share buffer_offsets
         point_queue light_lists leaf_record_at leaf_range_at light_map
     ];
     LIGHT_MAPS = light_maps "" [frame light buffer_offsets light_lists leaf_record_at leaf_range_at];
     LAYERS = layers "" [
-        frame scene texture texture_entry_at surface reflection brdf diffuse_material packed no_reflected_environment
+        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed no_reflected_environment
     ];
     LAYERS_REFLECTING = layers "" [
-        frame scene texture texture_entry_at surface reflection brdf diffuse_material packed environment_place
+        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed environment_place
         reflected_environment
     ];
     RESOLVE = resolve "" [
-        frame scene texture texture_entry_at surface reflection brdf diffuse_material packed samples branch
+        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed samples branch
         no_reflected_environment
     ];
     RESOLVE_REFLECTING = resolve "" [
-        frame scene texture texture_entry_at surface reflection brdf diffuse_material packed samples branch
+        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed samples branch
         environment_place reflected_environment
     ];
     SMALL_MAP_TRIANGLES = small_map_triangles "" [map_parts map_set_up map_opaque map_lists map_texels];
@@ -220,20 +225,38 @@ sources! {
     BACKGROUND = background "" [frame packed environment_place environment];
     TONEMAP = tonemap "" [tonemap packed];
     STALE_ERROR = stale_error "" [
-        frame scene texture texture_entry_at surface reflection brdf color light maps octahedral parameterisation atlas
-        shadow rectangle previous_transform transforms_previous environment_share point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
+        frame scene texture texture_entry_at surface hit reflection brdf color light maps octahedral parameterisation atlas
+        shadow rectangle previous_transform transforms_previous mirror_share environment_share point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
         stale_part_at occluder_box_at blockers
     ];
     DEBUG_LEAVES = debug_leaves "" [
-        frame scene texture texture_entry_at surface buffer_offsets receiver receiver_grid_at packed
+        frame scene texture texture_entry_at surface hit buffer_offsets receiver receiver_grid_at packed
     ];
     DEBUG_LEVELS = debug_levels "" [frame packed];
     DEBUG_LIGHT_MAPS = debug_light_maps "" [
-        frame scene texture texture_entry_at surface buffer_offsets receiver receiver_grid_at light_lists leaf_record_at
+        frame scene texture texture_entry_at surface hit buffer_offsets receiver receiver_grid_at light_lists leaf_record_at
         leaf_range_at light_map packed
     ];
-    DEBUG_LIGHTS = debug_lights "" [frame scene texture texture_entry_at surface light packed];
+    DEBUG_LIGHTS = debug_lights "" [frame scene texture texture_entry_at surface hit light packed];
     DEBUG_ATLAS = debug_atlas "" [frame light maps atlas packed];
+    TRACE_MIRRORS = trace_mirrors "" [
+        frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack rays direction mirror_share mirror_image
+        no_reflected_environment
+    ];
+    TRACE_MIRRORS_REFLECTING = trace_mirrors "" [
+        frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack rays direction mirror_share mirror_image
+        environment_place reflected_environment
+    ];
+    ADD_MIRRORED = add_mirrored "" [
+        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material mirror_image no_reflected_environment
+    ];
+    ADD_MIRRORED_REFLECTING = add_mirrored "" [
+        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material mirror_image environment_place
+        reflected_environment
+    ];
+    PUT_MIRRORS = put_mirrors "" [
+        frame scene texture texture_entry_at surface hit reflection brdf packed mirror_share mirror_image
+    ];
 }
 
 /// Group 1 by itself.
@@ -266,6 +289,13 @@ fn variant(used: &'static str, kernels: &Kernels) -> &'static str {
         "atlas" => kernels.tier.choose("atlas_texture", "atlas_image"),
         "lights" if kernels.lights_in_storage => "lights_storage",
         "lights" => "lights_uniform",
+        "hit" => {
+            if kernels.mirrored {
+                "hit_mirror"
+            } else {
+                "hit_camera"
+            }
+        }
         "branch" => kernels.tier.choose("branch_uniform", "branch_non_uniform"),
         "loads" => kernels.tier.choose("loads_unordered", "loads_batched"),
         "ray_stack" => kernels.tier.choose("ray_stack_array", "ray_stack_registers"),
@@ -302,6 +332,9 @@ impl Source {
             if writes {
                 text += &record.writer();
             }
+        }
+        if kernels.mirrored && self.uses.contains(&"hit") && !self.uses.contains(&"direction") {
+            text += library("direction").unwrap_or_default();
         }
         for used in self.uses {
             text += library(variant(used, kernels)).unwrap_or_default();

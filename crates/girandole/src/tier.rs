@@ -39,19 +39,22 @@ pub(crate) struct Kernels {
     /// kernels have nine storage buffers, one more than WebGPU's default limit: the device has to be created with
     /// [`wanted_limits`](crate::wanted_limits).
     pub lights_in_storage: bool,
+    /// Whether pixels show the ends of mirrored rays, not what the camera sees.
+    pub mirrored: bool,
 }
 
 impl Kernels {
     pub fn new(tier: Tier, device: &wgpu::Device) -> Self {
         let has_room = device.limits().max_storage_buffers_per_shader_stage > 8;
-        Self { tier, lights_in_storage: tier == Tier::Gpu && has_room }
+        Self { tier, lights_in_storage: tier == Tier::Gpu && has_room, mirrored: false }
     }
 
     /// All that there are.
     #[cfg(test)]
-    pub const ALL: [Self; 3] = [
-        Self { tier: Tier::Gpu, lights_in_storage: true },
-        Self { tier: Tier::Gpu, lights_in_storage: false },
-        Self { tier: Tier::Software, lights_in_storage: false },
+    pub const ALL: [Self; 4] = [
+        Self { tier: Tier::Gpu, lights_in_storage: true, mirrored: false },
+        Self { tier: Tier::Gpu, lights_in_storage: false, mirrored: false },
+        Self { tier: Tier::Software, lights_in_storage: false, mirrored: false },
+        Self { tier: Tier::Software, lights_in_storage: false, mirrored: true },
     ];
 }

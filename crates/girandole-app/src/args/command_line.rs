@@ -133,9 +133,9 @@ impl LightArgs {
 }
 
 impl QualityArgs {
-    fn choices(&self) -> [Choice; 9] {
+    fn choices(&self) -> [Choice; 10] {
         let Self { clamp, shadow_map, map_size, pcf, memory, light_maps, shading, .. } = self;
-        let Self { lights_per_pass, tolerance, .. } = self;
+        let Self { lights_per_pass, tolerance, mirrors, .. } = self;
         [
             ("--clamp", text(clamp)),
             ("--shadow-map", value_name(shadow_map)),
@@ -146,6 +146,7 @@ impl QualityArgs {
             ("--shading", value_name(shading)),
             ("--lights-per-pass", text(lights_per_pass)),
             ("--tolerance", text(tolerance)),
+            ("--mirrors", text(mirrors)),
         ]
     }
 }
@@ -179,7 +180,7 @@ mod tests {
     }
 
     /// Options with other values than their own.
-    const OPTIONS: [(&str, &[&str]); 36] = [
+    const OPTIONS: [(&str, &[&str]); 37] = [
         ("--size", &["8x6", "8192x1"]),
         ("--lights", &["1", "1048576"]),
         ("--direct", &["0", "0.1", "1"]),
@@ -197,6 +198,7 @@ mod tests {
         ("--shading", &["multipass"]),
         ("--lights-per-pass", &["1", "32"]),
         ("--tolerance", &["0", "0.123456789", "1"]),
+        ("--mirrors", &["1", "16"]),
         ("--debug", &["receivers", "states", "states:7", "light-maps", "levels", "lights", "atlas"]),
         ("--engine", &["gpu", "cpu", "path"]),
         ("--paths", &["1", "1000000"]),

@@ -67,6 +67,7 @@ impl QualityArgs {
             },
             light_maps: self.light_maps.map(|s| s == Switch::On && mode != Mode::Naive),
             tolerance: self.tolerance,
+            mirrors: self.mirrors,
             clamp,
             samples_per_axis: aa.samples_per_axis(),
             ..RenderSettings::default()
@@ -94,6 +95,7 @@ impl From<(&RendererOptions, &RenderSettings)> for QualityArgs {
             shading,
             lights_per_pass,
             tolerance: settings.tolerance,
+            mirrors: settings.mirrors,
         }
     }
 }

@@ -33,8 +33,8 @@ struct Frame {
   sun_radiance: vec3f, // W/(sr·m²), before the map's factor
   sample_solid_angle: f32, // of samples of the environment, mean, sr; 0 = lobes are not widened, and samples show all of it
   writes_radiance: u32, // whether points are the picture's pixels, and their radiance is stored
-  padding_a: u32,
-  padding_b: u32,
+  mirror_solid_angle: f32, // of light samples, mean, sr: what is sharper is found by mirrored rays; 0 = no such rays
+  ray_offset: f32, // how far rays start off surfaces at least, metres
   padding_c: u32,
 }
 

@@ -15,6 +15,7 @@ struct Shading {
   wo: vec3f,
   reflection: Reflection,
   reflected: vec3f, // direction that a mirror would show
+  sampled: f32, // share of what is reflected that light samples show, not mirrored rays
 }
 
 // Light that would arrive if nothing stood in its way.
@@ -57,6 +58,7 @@ fn specular_radiance(light: Light, a: Arriving, s: Shading) -> vec3f {
   let alpha = widened_alpha(r.alpha, solid_angle_of(light, s.position));
   let g = a.g * widened_gain(dot(s.ns, s.wo), r.alpha, alpha);
   let sent = light.intensity * (g * specular_brdf(s.ns, s.wo, normalize(a.to_light), r.f0, r.f90, alpha));
+  if HAS_MIRRORS && s.sampled < 1.0 { return sent * s.sampled; }
   if !REFLECTS_ENVIRONMENT { return sent; }
   return sent * select(1.0, resolved_share(r.alpha, frame.sample_solid_angle), light.profile == DISTANT);
 }
@@ -84,9 +86,10 @@ fn shading_at(pixel: vec2u, triangle: u32) -> Shading {
   var hit = hit_at(pixel, triangle);
   let m = materials[triangles[triangle].material];
   if varies(m) { hit = with_coordinates(pixel, hit); }
-  var shading = Shading(hit.position, hit.geometric_normal, shading_normal(hit, m), hit.wo, Reflection(), vec3f(0.0));
+  var shading = Shading(hit.position, hit.geometric_normal, shading_normal(hit, m), hit.wo, Reflection(), vec3f(0.0), 1.0);
   if HAS_SPECULAR { shading.reflection = reflection(hit, m); }
   if REFLECTS_ENVIRONMENT { shading.reflected = reflect(-shading.wo, shading.ns); }
+  if HAS_MIRRORS { shading.sampled = 1.0 - mirror_share(shading.reflection, dot(shading.ns, shading.wo)); }
   return shading;
 }
 
@@ -111,7 +114,7 @@ fn weight_in(light: Light, s: Shading) -> f32 { return weight_of(light, s.reflec
 // Whether a point reflects the environment's own maps.
 fn reflects_environment(sums: PointSums) -> bool {
   if !REFLECTS_ENVIRONMENT { return false; }
-  return sums.is_surface && sums.shading.reflection.f90 * frame.sample_solid_angle > 0.0;
+  return sums.is_surface && sums.shading.reflection.f90 * frame.sample_solid_angle > 0.0 && sums.shading.sampled >= 1.0;
 }
 
 // What a grid holds of a point beside irradiance: the direction of light and 1; or specular radiance, and less than 0 by the share of the

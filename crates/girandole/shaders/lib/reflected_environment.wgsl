@@ -83,3 +83,15 @@ fn directional_albedo(cosine: f32, alpha: f32) -> vec2f {
   let lower = mix(textureLoad(albedo_table, i + vec2u(0u, 1u), 0), textureLoad(albedo_table, i + 1u, 0), f.x);
   return mix(upper, lower, f.y).xy;
 }
+
+// The environment as a mirrored ray sees it that leaves the scene.
+fn environment_along(direction: vec3f, alpha: f32) -> vec3f { return reflected_from(direction, alpha); }
+
+// What a share of the environment's own maps adds to a point of which no neighbours are known.
+fn environment_of(hit: Hit, m: Material, share: f32) -> vec3f {
+  if share <= 0.0 { return vec3f(0.0); }
+  let r = reflection(hit, m);
+  let normal = shading_normal(hit, m);
+  let albedo = directional_albedo(dot(normal, hit.wo), r.alpha);
+  return reflected_from(reflect(-hit.wo, normal), r.alpha) * (r.f0 * albedo.x + r.f90 * albedo.y) * share;
+}

@@ -240,7 +240,18 @@ impl Kernel {
         entry: &'static str,
         constants: &[(&str, f64)],
     ) -> Self {
-        let (key, module) = shared.compiled.module(source, &shared.kernels);
+        Self::of(device, shared, (source, &shared.kernels), entry, constants)
+    }
+
+    /// The same of certain variants of the library's files.
+    pub fn of(
+        device: &wgpu::Device,
+        shared: &Shared,
+        (source, kernels): (&Source, &Kernels),
+        entry: &'static str,
+        constants: &[(&str, f64)],
+    ) -> Self {
+        let (key, module) = shared.compiled.module(source, kernels);
         let constants = module.constants(constants);
         let recipe = || ComputeRecipe { of: Ingredients::new(device, shared, &module, &constants), entry };
         Self(shared.compiled.get((key, entry.into(), &constants), |memory| &mut memory.kernels, recipe))
@@ -379,11 +390,11 @@ impl RenderKernel {
     pub fn new(
         device: &wgpu::Device,
         shared: &Shared,
-        source: &Source,
+        (source, kernels): (&Source, &Kernels),
         draw: Draw,
         constants: &[(&str, f64)],
     ) -> Self {
-        let (key, module) = shared.compiled.module(source, &shared.kernels);
+        let (key, module) = shared.compiled.module(source, kernels);
         let constants = module.constants(constants);
         let name = format!("{draw:?}");
         let recipe = || RenderRecipe { of: Ingredients::new(device, shared, &module, &constants), draw };

@@ -137,6 +137,7 @@ fn image_type(
             },
             format: match format {
                 naga::StorageFormat::Rgba32Float => wgpu::TextureFormat::Rgba32Float,
+                naga::StorageFormat::R32Uint => wgpu::TextureFormat::R32Uint,
                 naga::StorageFormat::Rg32Uint => wgpu::TextureFormat::Rg32Uint,
                 naga::StorageFormat::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
                 naga::StorageFormat::R32Float => wgpu::TextureFormat::R32Float,

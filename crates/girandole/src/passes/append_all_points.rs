@@ -35,6 +35,7 @@ impl AppendAllPoints {
         let resources = [
             texture("triangle_ids", seen.triangle_ids),
             texture("surface_ids", seen.surface_ids),
+            texture("mirror_hits", seen.ends()),
             texture("fine_irradiance", grid.irradiance),
             buffer("receivers", light_maps.receivers.receivers()),
             buffer("shade_list", &lists.shade_list),

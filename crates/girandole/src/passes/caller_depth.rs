@@ -24,7 +24,7 @@ fn kernel(
         depth: Some((format, wgpu::CompareFunction::Always)),
         targets: vec![],
     };
-    RenderKernel::new(device, shared, &shaders::CALLER_DEPTH, draw, &[])
+    RenderKernel::new(device, shared, (&shaders::CALLER_DEPTH, &shared.kernels), draw, &[])
 }
 
 fn attachment(

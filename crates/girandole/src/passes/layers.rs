@@ -44,7 +44,7 @@ impl Layers {
     /// Puts the layers of all samples of a band before its picture.
     pub fn put_before(&self, recorder: &mut Recorder, band: &BandSample) {
         let targets = band.targets;
-        let (composite, view) = targets.composite(recorder.device);
+        let (_, view) = targets.composite(recorder.device);
         let resources = [
             buffer("layer_sums", &targets.layers(recorder.device).sums),
             texture("picture", &targets.picture_view),
@@ -52,12 +52,6 @@ impl Layers {
         ];
         let groups = Groups::tiles(band.size());
         self.put_before.record(recorder, band.groups(), "layers_gpu_ms", &resources, groups);
-        let [width, rows] = band.size();
-        let [from, to] = [composite, &targets.picture].map(|texture| wgpu::TexelCopyTextureInfo {
-            origin: wgpu::Origin3d { x: 0, y: band.frame.band[0], z: 0 },
-            ..texture.as_image_copy()
-        });
-        let size = wgpu::Extent3d { width, height: rows, depth_or_array_layers: 1 };
-        recorder.encoder().copy_texture_to_texture(from, to, size);
+        band.take_composite(recorder);
     }
 }

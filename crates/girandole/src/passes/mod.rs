@@ -12,6 +12,7 @@ pub(crate) mod exposure;
 pub(crate) mod first_samples;
 pub(crate) mod layers;
 pub(crate) mod light_maps;
+pub(crate) mod mirrors;
 pub(crate) mod multipass;
 pub(crate) mod refine;
 pub(crate) mod resolve;
@@ -33,6 +34,7 @@ pub(crate) use crate::scene::receivers::LightMapsView;
 use crate::device::context::Context;
 use crate::device::kernel::{Binding, Kernel, Shared, texture};
 use crate::device::loop_steps;
+use crate::device::recorder::Recorder;
 use crate::layout::Frame;
 use crate::points::targets::Targets;
 use crate::resident::SceneFeatures;
@@ -40,6 +42,7 @@ use crate::scene::geometry::GpuScene;
 use crate::settings::RendererOptions;
 use crate::shader_constants::BATCH;
 use crate::shaders::Source;
+use crate::tier::Kernels;
 
 /// What passes are compiled with.
 #[derive(Clone, Copy)]
@@ -48,20 +51,27 @@ pub(crate) struct Compiler<'a> {
     pub shared: &'a Shared,
     pub options: &'a RendererOptions,
     pub features: SceneFeatures,
+    /// Which variants of the kernels.
+    pub kernels: Kernels,
     /// Whether points are the picture's pixels: what is stored is their radiance.
     pub writes_radiance: bool,
 }
 
 impl<'a> Compiler<'a> {
+    /// The same of passes over the ends of mirrored rays.
+    pub fn mirrored(&self) -> Self {
+        Self { kernels: Kernels { mirrored: true, ..self.kernels }, ..*self }
+    }
+
     /// Of passes whose points are not the picture's pixels.
     pub fn new(context: &'a Context, features: SceneFeatures) -> Self {
         let Context { device, shared, options, .. } = context;
-        Self { device, shared, options, features, writes_radiance: false }
+        Self { device, shared, options, features, kernels: shared.kernels, writes_radiance: false }
     }
 
     /// An entry point of a compute shader.
     pub fn kernel(&self, source: &Source, entry: &'static str) -> Kernel {
-        Kernel::new(self.device, self.shared, source, entry, &self.constants())
+        Kernel::of(self.device, self.shared, (source, &self.kernels), entry, &self.constants())
     }
 
     /// The overrides of all kernels; each takes those that it declares.
@@ -76,6 +86,7 @@ impl<'a> Compiler<'a> {
             flag("ONLY_COSINE_LIGHTS", self.features.only_cosine_lights),
             flag("HAS_MASKED", self.features.masked),
             flag("HAS_TEXTURES", self.features.textures),
+            flag("HAS_MIRRORS", self.features.mirrors),
             flag("HAS_CURVED", self.features.curved),
             flag("HAS_TRANSPARENT", self.features.transparent),
             flag("REFLECTS_ENVIRONMENT", self.features.reflects_environment),
@@ -119,11 +130,29 @@ impl<'a> BandSample<'a> {
         self
     }
 
+    /// The same where no mirrored rays follow.
+    pub fn without_mirrors(mut self) -> Self {
+        self.frame.mirror_solid_angle = 0.0;
+        self
+    }
+
     /// The same for a layer of transparent surfaces.
     pub fn with_layer(mut self, layer: u32, is_last: bool) -> Self {
         self.frame.batch = layer;
         self.frame.last_batch = u32::from(is_last);
         self
+    }
+
+    /// Makes a band of the composite the picture.
+    pub fn take_composite(&self, recorder: &mut Recorder) {
+        let (composite, _) = self.targets.composite(recorder.device);
+        let [width, rows] = self.size();
+        let [from, to] = [composite, &self.targets.picture].map(|texture| wgpu::TexelCopyTextureInfo {
+            origin: wgpu::Origin3d { x: 0, y: self.frame.band[0], z: 0 },
+            ..texture.as_image_copy()
+        });
+        let size = wgpu::Extent3d { width, height: rows, depth_or_array_layers: 1 };
+        recorder.encoder().copy_texture_to_texture(from, to, size);
     }
 
     /// Points in x and y of the grid with points every `step` pixels. It goes on to the row below the band.

@@ -48,7 +48,7 @@ impl Multipass {
         let source = &shaders::MULTIPASS;
         Self {
             arguments: compiler.kernel(&shaders::MULTIPASS_ARGUMENTS, "multipass_arguments"),
-            shade: RenderKernel::new(device, shared, source, draw, &constants),
+            shade: RenderKernel::new(device, shared, (source, &compiler.kernels), draw, &constants),
             collect: compiler.kernel(&shaders::MULTIPASS_COLLECT, "multipass_collect"),
             format,
         }
@@ -77,6 +77,7 @@ impl Multipass {
         let resources = [
             texture("triangle_ids", seen.triangle_ids),
             texture("surface_ids", seen.surface_ids),
+            texture("mirror_hits", seen.ends()),
             texture("atlas", maps.atlas),
             buffer("maps", maps.maps),
             buffer("lights", &lights.buffer),

@@ -45,6 +45,7 @@ impl Refine {
         let resources = [
             texture("triangle_ids", seen.triangle_ids),
             texture("surface_ids", seen.surface_ids),
+            texture("mirror_hits", seen.ends()),
             texture("coarse_irradiance", coarse.irradiance),
             texture("coarse_directional", coarse.directional),
             texture("fine_irradiance", fine.irradiance),

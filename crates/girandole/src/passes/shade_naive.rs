@@ -32,6 +32,7 @@ impl ShadeNaive {
     ) -> GridView<'a> {
         let resources = [
             texture("triangle_ids", seen.triangle_ids),
+            texture("mirror_hits", seen.ends()),
             texture("atlas", maps.atlas),
             buffer("maps", maps.maps),
             ("lights", wgpu::BindingResource::Buffer(lights)),

@@ -49,6 +49,7 @@ impl ShadePoints {
         let mut resources = vec![
             texture("triangle_ids", seen.triangle_ids),
             texture("surface_ids", seen.surface_ids),
+            texture("mirror_hits", seen.ends()),
             texture("atlas", maps.atlas),
             buffer("maps", maps.maps),
             ("lights", wgpu::BindingResource::Buffer(lights)),

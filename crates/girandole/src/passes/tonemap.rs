@@ -58,7 +58,7 @@ fn kernel(device: &wgpu::Device, shared: &Shared, key: Key) -> RenderKernel {
         ("LARGEST", largest.unwrap_or(1.0)),
         flag("COVERAGE", key.keeps_background),
     ];
-    RenderKernel::new(device, shared, &shaders::TONEMAP, draw, &constants)
+    RenderKernel::new(device, shared, (&shaders::TONEMAP, &shared.kernels), draw, &constants)
 }
 
 /// Writes the picture to `target`.

@@ -21,8 +21,17 @@ pub(crate) struct Seen<'a> {
     pub triangle_ids: &'a wgpu::TextureView,
     /// Surface and material.
     pub surface_ids: &'a wgpu::TextureView,
-    /// Reversed depth, near / distance.
+    /// Reversed depth, near / distance; any texture where pixels show the ends of rays.
     pub depth: &'a wgpu::TextureView,
+    /// Where mirrored rays ended, if that is what pixels show.
+    pub mirror_hits: Option<&'a wgpu::TextureView>,
+}
+
+impl<'a> Seen<'a> {
+    /// Where mirrored rays ended; where there are none, a texture that no kernel reads.
+    pub fn ends(&self) -> &'a wgpu::TextureView {
+        self.mirror_hits.unwrap_or(self.triangle_ids)
+    }
 }
 
 /// What becomes of depth, beside deciding what is seen.
@@ -46,7 +55,7 @@ impl VisibilityBuffer {
                 depth: Some((DEPTH, wgpu::CompareFunction::Greater)),
                 targets: vec![Some(TRIANGLE_IDS.into()), Some(SURFACE_IDS.into())],
             };
-            RenderKernel::new(device, shared, &shaders::VISIBILITY_BUFFER, draw, &[])
+            RenderKernel::new(device, shared, (&shaders::VISIBILITY_BUFFER, &shared.kernels), draw, &[])
         };
         Self {
             opaque: pipeline("project_triangle", "opaque"),
@@ -165,5 +174,5 @@ fn rasterise<'a>(
         let end = if is_rehearsal { vertices.start + 3 } else { vertices.end };
         pass.draw(vertices.start..end, 0..1);
     }
-    Seen { triangle_ids: &targets.triangle_ids, surface_ids: &targets.surface_ids, depth }
+    Seen { triangle_ids: &targets.triangle_ids, surface_ids: &targets.surface_ids, depth, mirror_hits: None }
 }

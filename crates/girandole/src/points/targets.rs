@@ -44,6 +44,8 @@ pub(crate) struct Targets {
     composite: OnceLock<(wgpu::Texture, wgpu::TextureView)>,
     /// For what is seen through, where a scene has any.
     layers: OnceLock<LayerTargets>,
+    /// For mirror images.
+    mirrors: OnceLock<MirrorTargets>,
     /// The band's grids of points with steps of 1, 2, 4 and 8 pixels.
     grids: [Grid; 4],
     /// A further sample of each pixel.
@@ -56,6 +58,21 @@ pub(crate) struct LayerTargets {
     pub depth: [wgpu::TextureView; 2],
     /// Three elements a pixel of a band.
     pub sums: wgpu::Buffer,
+}
+
+/// What mirrored rays need.
+pub(crate) struct MirrorTargets {
+    /// Where the first ones end, and those that follow, in turn.
+    pub ends: [RayEnds; 3],
+    /// Three elements a pixel of a band.
+    pub image: wgpu::Buffer,
+}
+
+/// Where rays end: triangles, surfaces with materials, places with directions.
+pub(crate) struct RayEnds {
+    pub triangle_ids: wgpu::TextureView,
+    pub surface_ids: wgpu::TextureView,
+    pub hits: wgpu::TextureView,
 }
 
 /// Textures of a grid of points.
@@ -125,6 +142,7 @@ impl Targets {
             picture_view: picture.create_view(&Default::default()),
             composite: OnceLock::new(),
             layers: OnceLock::new(),
+            mirrors: OnceLock::new(),
             picture,
         }
     }
@@ -148,6 +166,39 @@ impl Targets {
             }),
             sums: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("sums of layers"),
+                size: 3 * u64::from(self.size[0]) * u64::from(self.band_rows) * 16,
+                usage: wgpu::BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            }),
+        })
+    }
+
+    /// What mirrored rays need.
+    pub fn mirrors(&self, device: &wgpu::Device) -> &MirrorTargets {
+        self.mirrors.get_or_init(|| MirrorTargets {
+            ends: std::array::from_fn(|_| {
+                let texture = |label, format| {
+                    use wgpu::TextureUsages as U;
+                    let texture = device.create_texture(&wgpu::TextureDescriptor {
+                        label: Some(label),
+                        size: self.picture.size(),
+                        mip_level_count: 1,
+                        sample_count: 1,
+                        dimension: wgpu::TextureDimension::D2,
+                        format,
+                        usage: U::STORAGE_BINDING | U::TEXTURE_BINDING,
+                        view_formats: &[],
+                    });
+                    texture.create_view(&Default::default())
+                };
+                RayEnds {
+                    triangle_ids: texture("triangles where rays end", TRIANGLE_IDS),
+                    surface_ids: texture("surfaces where rays end", SURFACE_IDS),
+                    hits: texture("ends of rays", wgpu::TextureFormat::Rgba32Uint),
+                }
+            }),
+            image: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("mirror image"),
                 size: 3 * u64::from(self.size[0]) * u64::from(self.band_rows) * 16,
                 usage: wgpu::BufferUsages::STORAGE,
                 mapped_at_creation: false,

@@ -6,6 +6,7 @@ use crate::device::context::Context;
 use crate::device::kernel::Shared;
 use crate::passes::Compiler;
 use crate::passes::layers::Layers;
+use crate::passes::mirrors::Mirrors;
 use crate::passes::resolve::Resolve;
 use crate::passes::shade_naive::ShadeNaive;
 use crate::settings::{Mode, RenderSettings, Shading};
@@ -36,6 +37,9 @@ impl ScenePasses {
         }
         if self.features.transparent && settings.debug.is_none() {
             are_there &= self.layers.get_or_init(|| Layers::new(&compiler)).order(shared);
+        }
+        if self.features.mirrors && settings.mirrors > 0 && settings.debug.is_none() {
+            are_there &= self.mirrors.get_or_init(|| Mirrors::new(&compiler)).order(shared);
         }
         are_there
     }

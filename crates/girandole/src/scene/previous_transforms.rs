@@ -40,6 +40,7 @@ pub(crate) struct PreviousTransforms {
 }
 
 /// The same on the GPU, for a frame.
+#[derive(Clone)]
 pub(crate) struct GpuPreviousTransforms {
     places: wgpu::Buffer,
     rows: wgpu::Buffer,

@@ -1,11 +1,12 @@
-//! Built-in rooms: a living room, to be looked at, and those of the thesis's experiments (Barczak 2006, chapters
-//! 5 and 6), modelled from its text.
+//! Built-in rooms: a living room, to be looked at, those of the thesis's experiments (Barczak 2006, chapters
+//! 5 and 6), modelled from its text, and two with mirrors.
 //!
-//! All surfaces of the latter are exactly Lambertian. A room's shell is made of single quads that face inwards,
+//! All surfaces of the thesis's are exactly Lambertian. A room's shell is made of single quads that face inwards,
 //! furniture of boxes (all of them patches); what stands on something has no hidden bottom face. Lengths in
 //! metres, +Y up.
 
 mod living_room;
+mod mirrors;
 mod rooms;
 pub mod shapes;
 mod teapot;
@@ -16,7 +17,8 @@ use crate::scene::{Mesh, Scene};
 use crate::{Error, Result};
 
 /// The rooms that [`build`] knows; the first is the one that the program opens by default.
-pub const NAMES: [&str; 6] = ["living-room", "area-lights", "table", "pillars", "block", "gap"];
+pub const NAMES: [&str; 8] =
+    ["living-room", "area-lights", "table", "pillars", "block", "gap", "mirrors", "mirror-corridor"];
 
 /// Those of the thesis.
 pub const EXPERIMENTS: [&str; 5] = ["area-lights", "table", "pillars", "block", "gap"];
@@ -60,6 +62,8 @@ pub fn build(name: &str, object: MovingObject) -> Result<Scene> {
         "pillars" => rooms::pillars(object),
         "block" => rooms::block(object),
         "gap" => rooms::gap(object),
+        "mirrors" => mirrors::room(object),
+        "mirror-corridor" => mirrors::corridor(object),
         _ => Err(Error::Unknown { kind: "built-in scene", name: name.into(), known: NAMES.join(", ") }),
     }
 }

@@ -29,7 +29,7 @@ pub(super) struct Room {
 
 impl Room {
     /// A closed room: x in ±`half_x`, y from 0 to `height`, z in ±`half_z`. `walls` are −x, +x, −z, +z.
-    fn new(name: &str, half_x: f32, height: f32, half_z: f32, walls: [Vec3; 4]) -> Self {
+    pub fn new(name: &str, half_x: f32, height: f32, half_z: f32, walls: [Vec3; 4]) -> Self {
         let mut room = Self {
             scene: Scene { name: name.into(), ..Scene::default() },
             half: vec3(half_x, 0.0, half_z),
@@ -71,7 +71,7 @@ impl Room {
         )
     }
 
-    fn add(&mut self, name: &str, mesh: Mesh, at: Vec3) -> usize {
+    pub fn add(&mut self, name: &str, mesh: Mesh, at: Vec3) -> usize {
         self.scene.add_object(name, Mesh { name: name.into(), ..mesh }, Transform::translation(at))
     }
 
@@ -84,7 +84,7 @@ impl Room {
 
     /// Boxes as one object, each by its lowest corner and size; those that start at the floor have no bottom, those
     /// that end at the ceiling no top.
-    fn boxes(&mut self, name: &str, color: Vec3, at: Vec3, yaw: f32, boxes: &[(Vec3, Vec3)]) {
+    pub fn boxes(&mut self, name: &str, color: Vec3, at: Vec3, yaw: f32, boxes: &[(Vec3, Vec3)]) {
         let material = self.diffuse(color);
         let mut mesh = Mesh { name: name.into(), ..Mesh::default() };
         for &(low, size) in boxes {
@@ -116,7 +116,7 @@ impl Room {
 
     /// A rectangular light in the ceiling, its face 4 cm below, in a white frame. `size` in metres, radiance in
     /// W/(sr·m²).
-    fn light(&mut self, name: &str, center: [f32; 2], size: [f32; 2], radiance: Vec3) {
+    pub fn light(&mut self, name: &str, center: [f32; 2], size: [f32; 2], radiance: Vec3) {
         let known = self.scene.materials.iter().position(|m| m.emission == radiance);
         let light = match known {
             Some(i) => i as u32,
