@@ -1,5 +1,7 @@
 //! The exact many-light sum: every light of a set at every pixel, visibility by traced rays.
 
+mod mirrors;
+
 use crate::tiles;
 use girandole_core::brdf::{
     Surface, directional_albedo, footprint_alpha, resolved_share, sample_weight, specular_brdf,
@@ -12,6 +14,7 @@ use girandole_core::scene::{Environment, LocalView, NONE, View};
 use girandole_core::trace::SceneTracer;
 use girandole_core::transfer::TransferredLight;
 use girandole_core::visibility::{State, VisibilityDatabase};
+use mirrors::MirrorImage;
 use std::f32::consts::FRAC_1_PI;
 
 /// How the sum is taken.
@@ -24,6 +27,9 @@ pub struct OracleSettings {
     pub clamp: Clamp,
     /// How it is decided whether what is reflected sees the environment, as far as samples do not resolve it.
     pub reflected: Reflected,
+    /// Mirror images: how many rays follow one another from what is smooth, as far as light samples do not resolve its lobe; with
+    /// [`Clamp::Own`] alone.
+    pub mirrors: u32,
 }
 
 /// How it is decided whether what a surface reflects is the environment, or something in its way.
@@ -39,7 +45,7 @@ pub enum Reflected {
 impl Default for OracleSettings {
     /// Pixel centres, exact: what a frame without anti-aliasing and clamp is compared with.
     fn default() -> Self {
-        Self { samples_per_axis: 1, clamp: Clamp::Off, reflected: Reflected::default() }
+        Self { samples_per_axis: 1, clamp: Clamp::Off, reflected: Reflected::default(), mirrors: 0 }
     }
 }
 
@@ -280,9 +286,10 @@ impl<'a> Sum<'a> {
             let leaf = database.receivers().leaf_at(triangle, surface.position, front)?;
             Some(database.leaf_states(leaf))
         });
-        let mut reflection = self.reflection(surface, wo, clamp);
+        let mirror = MirrorImage::of(surface, wo, self.lights.len(), settings);
+        let mut reflection = self.reflection(surface, wo, clamp).filter(|_| mirror.is_none());
         let mut reflected = DVec3::ZERO;
-        for (index, (light, last)) in self.lights.iter().zip(occluders).enumerate() {
+        for (index, (light, last)) in self.lights.iter().zip(&mut *occluders).enumerate() {
             let weight = reflection.as_mut().map_or(0.0, |r| r.add(surface, light));
             let state = states.map_or(State::Partial, |s| s[index]);
             if state == State::Full {
@@ -298,6 +305,7 @@ impl<'a> Sum<'a> {
                     _ => surface.alpha,
                 };
                 let resolved = match (&reflection, light.profile) {
+                    _ if mirror.is_some() => mirror.as_ref().map_or(1.0, |mirror| 1.0 - mirror.share),
                     (Some(reflection), Profile::Distant { .. }) => reflection.resolved,
                     _ => 1.0,
                 };
@@ -336,6 +344,9 @@ impl<'a> Sum<'a> {
             if seen > 0.0 {
                 reflected += (reflection.radiance(surface, wo, footprint()) * seen).as_dvec3();
             }
+        }
+        if let Some(mirror) = mirror {
+            reflected += mirror.radiance(self, (surface, triangle, wo), settings, occluders);
         }
         emission + reflected
     }

@@ -13,12 +13,12 @@ use crate::prepare::{Adaptive, PointPasses, Prepared, PreparedMode};
 use crate::resident::Resident;
 use crate::settings::{RenderSettings, Target};
 use crate::shader_constants::{BATCH, GROUP};
+use girandole_core::brdf::mirror_solid_angle;
 use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::lights::Clamp;
 use girandole_core::scene::{ClipDepth, ClipPlanes, LocalView};
 use girandole_core::tonemap::Exposure;
 use girandole_core::trace::RAY_OFFSET;
-use std::f32::consts::PI;
 
 /// Pixels from point to point of the grids, from the coarsest.
 const GRIDS: [u32; 4] = [COARSEST, COARSEST / 2, COARSEST / 4, COARSEST / 8];
@@ -389,7 +389,7 @@ fn frame_uniform(
         sample_solid_angle: if settings.clamp == Clamp::Own { scene.lights.mean_solid_angle } else { 0.0 },
         mirror_solid_angle: match scene.mirrors(settings) {
             0 => 0.0,
-            _ => 4.0 * PI / scene.lights.count().max(1) as f32,
+            _ => mirror_solid_angle(scene.lights.count() as usize),
         },
         ray_offset: scene.detail * RAY_OFFSET,
         ..Frame::default()

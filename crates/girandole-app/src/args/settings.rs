@@ -172,6 +172,7 @@ mod tests {
                     shading: ShadingArg::Multipass,
                     lights_per_pass: 5,
                     tolerance: 0.25,
+                    mirrors: 3,
                 };
             }
         }

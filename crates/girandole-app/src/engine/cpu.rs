@@ -19,6 +19,7 @@ pub fn render(job: &Job) -> Result<Picture> {
     let settings = OracleSettings {
         samples_per_axis: job.args.aa.samples_per_axis(),
         clamp: job.clamp,
+        mirrors: job.args.quality.mirrors,
         ..OracleSettings::default()
     };
     let mut transferred = TransferredLight::new();

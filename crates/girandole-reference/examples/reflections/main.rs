@@ -5,7 +5,8 @@
 //! ```
 //!
 //! `lights=300,1024`, `seeds=2`, `size=320x80`, `paths=256` a pixel for the truth, `bounces=5`, `axis=2` (samples of a pixel along each
-//! side: the sun's highlight on a smooth sphere is narrower than a pixel), `reflected=rays` (or `samples`, as the renderer does it),
+//! side: the sun's highlight on a smooth sphere is narrower than a pixel), `reflected=rays` (or `samples`, as the renderer does it), `mirrors=2`
+//! (rays that follow one another from what is smooth),
 //! `folder=FOLDER` for pictures and for a truth that is kept.
 //!
 //! Prints the energy of each sphere as a share of the truth's, and FLIP over its pixels.
@@ -58,6 +59,7 @@ fn main() -> Result<()> {
         "samples" => Reflected::Samples,
         other => return Err(Error::Invalid(format!("`{other}` is neither rays nor samples"))),
     };
+    let mirrors = number(&text("mirrors", "2"))?;
     let folder = settings.get("folder").map(Path::new);
     println!("{:34} {}", "", ROUGHNESS.map(|r| format!("{r:6.2}")).concat());
     for place in places {
@@ -90,7 +92,7 @@ fn main() -> Result<()> {
             for seed in 0..seeds {
                 let settings = LightSettings { count, bounces, seed, ..LightSettings::default() };
                 let set = LightSet::sample_for(&scene, &geometry, &settings, &[view])?;
-                let settings = OracleSettings { samples_per_axis, clamp: Clamp::Own, reflected };
+                let settings = OracleSettings { samples_per_axis, clamp: Clamp::Own, reflected, mirrors };
                 let picture = oracle(&tracer, &set, &view, size, &settings, &|_| ());
                 rows.push(sphere_rows::rows(&truth, &picture, &seen));
                 if let Some(folder) = folder {

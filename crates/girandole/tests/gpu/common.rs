@@ -47,8 +47,10 @@ impl Stage {
     }
 
     pub fn builtin(name: &str, count: u32) -> Self {
-        let scene = builtin::build(name, MovingObject::Torus).expect("a built-in scene");
-        Self::new(scene, &LightSettings { count, ..LightSettings::default() })
+        Self::new(
+            with_object(name, MovingObject::Torus),
+            &LightSettings { count, ..LightSettings::default() },
+        )
     }
 
     pub fn view(&self, camera: usize, size: [u32; 2]) -> View {
@@ -73,6 +75,11 @@ impl Stage {
         let settings = OracleSettings { samples_per_axis, clamp: Clamp::Off, ..OracleSettings::default() };
         girandole_reference::oracle(&self.tracer(), &self.lights, view, size, &settings, &|_| {})
     }
+}
+
+/// A built-in scene.
+pub fn with_object(name: &str, object: MovingObject) -> Scene {
+    builtin::build(name, object).expect("a built-in scene")
 }
 
 impl Context {

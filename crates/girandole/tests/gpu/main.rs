@@ -9,6 +9,7 @@ mod leaks;
 mod light_motion;
 mod maps;
 mod materials;
+mod mirror_images;
 mod mirrors;
 mod motion;
 mod occluders;
@@ -61,6 +62,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         leaks::tests(),
         light_motion::tests(),
         materials::tests(),
+        mirror_images::tests(),
         pictures::tests(),
         motion::tests(),
         occluders::tests(),
@@ -83,6 +85,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         materials::with_timestamps(),
         recording::with_float_blending(),
         reflections::with_float_blending(),
+        mirror_images::with_float_blending(),
     ];
     let of_any_device = of_any_device.into_iter().map(|test| (test, wgpu::Features::empty()));
     of_any_device.chain(of_some_devices.map(|(features, test)| (test, features))).collect()

@@ -1,12 +1,12 @@
 //! Rays on the device, against those of the CPU.
 
-use crate::common::{Context, Test, bending_ball};
+use crate::common::{Context, Test, bending_ball, with_object};
 use crate::spheres::{Surroundings, spheres};
 use girandole::core::glam::{DAffine3, DVec3, Vec3};
 use girandole::core::illumination::IlluminationSettings;
 use girandole::core::lights::LightSettings;
 use girandole::core::math::warp;
-use girandole::core::scene::builtin::{self, MovingObject};
+use girandole::core::scene::builtin::MovingObject;
 use girandole::core::scene::{Geometry, NONE, Scene, Transform};
 use girandole::core::trace::{Hit, Ray, SceneTracer, ray_offset_distance};
 use girandole::{Renderer, RendererOptions};
@@ -125,7 +125,7 @@ fn opened(context: &Context, scene: &Scene) -> Renderer {
 
 fn meet_what_the_tracer_says(context: &Context) {
     let (mut count, mut all) = (0, 0);
-    let builtin = |name| builtin::build(name, MovingObject::Torus).expect("a scene");
+    let builtin = |name| with_object(name, MovingObject::Torus);
     let scenes = ["table", "pillars", "living-room"].map(builtin);
     for scene in scenes.into_iter().chain([spheres(Surroundings::Room).0]) {
         let mut renderer = opened(context, &scene);
@@ -143,7 +143,7 @@ fn meet_what_the_tracer_says(context: &Context) {
 
 /// What moves, turns, and bends, is met where it is; the control: where it was it is no more.
 fn meet_what_moved(context: &Context) {
-    let mut scene = builtin::build("table", MovingObject::Torus).expect("a scene");
+    let mut scene = with_object("table", MovingObject::Torus);
     let ball = bending_ball(&mut scene, 0, Vec3::new(0.3, 0.4, 0.9));
     let torus = scene.objects.iter().position(|object| object.dynamic).expect("a dynamic object");
     let torus = scene.objects[torus].node;
