@@ -12,7 +12,7 @@ fn add_mirrored(@builtin(global_invocation_id) invocation: vec3u) {
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
   let id = textureLoad(triangle_ids, pixel, 0).x;
   if id == 0u { return; }
-  let at = 3u * band_index(pixel);
+  let at = mirror_image_at(pixel);
   let m = materials[triangles[id - 1u].material];
   let hit = with_coordinates(pixel, hit_at(pixel, id - 1u));
   var diffuse = diffuse_material(triangles[id - 1u].material);

@@ -12,12 +12,13 @@
 fn trace_mirrors(@builtin(global_invocation_id) invocation: vec3u) {
   let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
-  let at = 3u * band_index(pixel);
+  let at = mirror_image_at(pixel);
   let id = textureLoad(triangle_ids, pixel, 0).x;
   var origin = vec3f(0.0);
   var direction = vec3f(0.0);
   var left = vec3f(0.0);
   var alpha = 0.0;
+  var surface_id = 0u;
   if id > 0u {
     let m = materials[triangles[id - 1u].material];
     let hit = with_coordinates(pixel, hit_at(pixel, id - 1u));
@@ -27,6 +28,7 @@ fn trace_mirrors(@builtin(global_invocation_id) invocation: vec3u) {
     let share = mirror_share(r, cosine);
     left = mirror_fresnel(r, cosine) * share;
     alpha = r.alpha;
+    surface_id = triangle_surfaces[id - 1u];
     direction = reflect(-hit.wo, normal);
     // Bent normals may point a ray into the surface.
     let height = dot(direction, hit.geometric_normal);
@@ -36,12 +38,13 @@ fn trace_mirrors(@builtin(global_invocation_id) invocation: vec3u) {
   }
   // A first ray brings all of it: what the surface makes of that comes at the end.
   if frame.batch > 0u { left *= mirror_image[at + 1u].xyz; }
-  let is_sent = any(left > vec3f(0.0));
+  let is_known = frame.sample > 0u && frame.batch == 0u && alpha >= WIDE_ALPHA && mirror_image[at + 3u].w == f32(surface_id);
+  let is_sent = any(left > vec3f(0.0)) && !is_known;
   var ended = RayHit(0.0, NONE, 0.0, 0.0);
   if is_sent { ended = trace_ray(origin, direction, MAX_CLAMP, id - 1u, false); }
   let weight = select(left, vec3f(1.0), frame.batch == 0u);
   var image = vec4f(0.0);
-  if frame.batch > 0u { image = mirror_image[at]; } else { image.w = select(0.0, 1.0, is_sent); }
+  if frame.batch > 0u { image = mirror_image[at]; } else { image.w = select(0.0, f32(surface_id), is_sent); }
   var end_id = 0u;
   var surface = vec2u(0u);
   var end = origin + direction * frame.far;

@@ -388,7 +388,7 @@ impl Resident {
             true => vec![true; receivers.leaves as usize],
             false => receivers.in_view(of),
         };
-        let suns = receivers.suns(&leaves, of, *lists);
+        let suns = receivers.suns(&leaves, (of, *mirrors), *lists);
         let mut texels = receivers.look_ups(&leaves, of, &suns);
         if !lists {
             let unused = texels.iter_mut().zip(regular).filter(|(texels, _)| **texels == 0.0);

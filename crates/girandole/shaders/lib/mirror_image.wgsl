@@ -1,7 +1,13 @@
-// What mirrored rays bring, three elements a pixel of a band:
+// What mirrored rays bring, four elements a pixel of a band:
 //
-//   radiance so far of the sample's first ray and all that follow it, and whether it was sent
+//   radiance so far of the sample's ray and all that follow it, and the surface that sent it, 0 = none did
 //   what is left of the radiance where the last one ended
 //   what the samples so far reflect of all that
+//   the first of these of the pixel's first sample
 
 @group(2) @binding(3) var<storage, read_write> mirror_image: array<vec4f>;
+
+fn mirror_image_at(pixel: vec2u) -> u32 { return 4u * band_index(pixel); }
+
+// Lobes from here on are wider than a pixel: further samples of a surface take what the first ones' rays brought.
+const WIDE_ALPHA = 0.004;

@@ -48,7 +48,10 @@ impl Mirrors {
         index: u32,
     ) -> Seen<'a> {
         let targets = band.targets.mirrors(recorder.device);
-        let next = &targets.ends[if index == 0 { 0 } else { 1 + (index as usize - 1) % 2 }];
+        let next = match index {
+            0 => &targets.ends[usize::from(band.frame.sample > 0)],
+            _ => &targets.ends[2 + (index as usize - 1) % 2],
+        };
         let mut resources = vec![
             texture("triangle_ids", seen.triangle_ids),
             texture("mirror_hits", seen.ends()),

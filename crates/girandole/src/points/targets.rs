@@ -62,9 +62,9 @@ pub(crate) struct LayerTargets {
 
 /// What mirrored rays need.
 pub(crate) struct MirrorTargets {
-    /// Where the first ones end, and those that follow, in turn.
-    pub ends: [RayEnds; 3],
-    /// Three elements a pixel of a band.
+    /// Where the first ones of first samples end, those of further samples, and those that follow, in turn.
+    pub ends: [RayEnds; 4],
+    /// Four elements a pixel of a band.
     pub image: wgpu::Buffer,
 }
 
@@ -199,7 +199,7 @@ impl Targets {
             }),
             image: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("mirror image"),
-                size: 3 * u64::from(self.size[0]) * u64::from(self.band_rows) * 16,
+                size: 4 * u64::from(self.size[0]) * u64::from(self.band_rows) * 16,
                 usage: wgpu::BufferUsages::STORAGE,
                 mapped_at_creation: false,
             }),

@@ -103,6 +103,15 @@ pub fn show(ui: &mut Ui, settings: &mut RenderSettings) {
          lower is smoother and loses light in corners. off: exact for points, with bright spots.",
         |ui| clamp(ui, &mut settings.clamp),
     );
+    ui.add_enabled_ui(settings.clamp == Clamp::Own, |ui| {
+        row(
+            ui,
+            "Mirrors",
+            "How many rays follow one another from what is smooth. 0: blurs of what is about it. More show mirrors in mirrors; \
+             time grows with what they cover of the picture.",
+            |ui| ui.add(Slider::new(&mut settings.mirrors, 0..=8)),
+        );
+    });
 }
 
 /// What goes on at rest.

@@ -79,5 +79,6 @@ pub(super) fn corridor(object: MovingObject) -> Result<Scene> {
     ];
     room.moving(object, vec3(-0.2, 0.001, 0.2), 20.0, 0.4, path)?;
     room.camera("mirror-corridor", vec3(0.55, 1.5, 2.2), vec3(-0.9, 1.1, -0.6), 65.0);
+    room.camera("across", vec3(0.7, 1.4, 0.3), vec3(-1.0, 1.2, -0.1), 70.0);
     Ok(room.scene)
 }

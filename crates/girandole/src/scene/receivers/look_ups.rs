@@ -24,8 +24,13 @@ impl Receivers {
     }
 
     /// Directional lights, each with a map that shows no more than it takes for what a view shows of leaves that look it up, or of all of
-    /// them.
-    pub fn suns(&self, in_view: &[bool], view: &LocalView, looks_up_lists: bool) -> Vec<(usize, Light)> {
+    /// them; with mirrors for all of these leaves.
+    pub fn suns(
+        &self,
+        in_view: &[bool],
+        (view, in_mirrors): (&LocalView, bool),
+        looks_up_lists: bool,
+    ) -> Vec<(usize, Light)> {
         let of = |(index, light): (usize, &Light)| {
             let is_shown = |leaf: &usize| {
                 in_view[*leaf] && (!looks_up_lists || is_looked_up(self.kinds[self.row(*leaf)][index]))
@@ -33,7 +38,8 @@ impl Receivers {
             let leaves = (0..self.leaves as usize).filter(is_shown);
             let none = [Vec2::INFINITY, Vec2::NEG_INFINITY];
             let [low, high] = leaves.fold(none, |range, leaf| {
-                let polygon = self.database.as_ref().and_then(|d| d.seen_polygon(leaf as u32, view));
+                let database = self.database.as_ref().filter(|_| !in_mirrors);
+                let polygon = database.and_then(|d| d.seen_polygon(leaf as u32, view));
                 let (center, radius) = self.bounds[leaf];
                 let (places, around) = polygon.map_or((vec![center], radius), |polygon| (polygon, 0.0));
                 places
