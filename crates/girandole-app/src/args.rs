@@ -339,9 +339,9 @@ pub struct QualityArgs {
     #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = parse_share)]
     pub tolerance: f32,
 
-    /// Mirror images: how many rays follow one another from what is smooth; 0 shows blurs in their place (engine gpu, without a bound on
-    /// the geometric factor)
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=16))]
+    /// Mirror images: how many rays follow one another from what is smooth; 0 shows blurs in their place (engines gpu and cpu, with
+    /// --clamp auto)
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(0..=16))]
     pub mirrors: u32,
 }
 

@@ -45,7 +45,7 @@ pub enum Reflected {
 impl Default for OracleSettings {
     /// Pixel centres, exact: what a frame without anti-aliasing and clamp is compared with.
     fn default() -> Self {
-        Self { samples_per_axis: 1, clamp: Clamp::Off, reflected: Reflected::default(), mirrors: 0 }
+        Self { samples_per_axis: 1, clamp: Clamp::Off, reflected: Reflected::default(), mirrors: 2 }
     }
 }
 

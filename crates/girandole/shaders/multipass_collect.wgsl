@@ -36,10 +36,13 @@ fn collect(index: u32, leaf: u32) {
       let r = reflection(hit, m);
       reflects = r.f90 > 0.0;
       if REFLECTS_ENVIRONMENT && reflects && frame.sample_solid_angle > 0.0 {
-        let reflected = reflect(-hit.wo, shading_normal(hit, m));
+        let normal = shading_normal(hit, m);
+        let reflected = reflect(-hit.wo, normal);
         var weight = 0.0;
         for (var i = 0u; i < frame.end_light; i++) { weight += weight_of(lights[i], reflected, r.alpha); }
         share = environment_share(r.alpha, summed.w, weight);
+        // Else mirrored rays find out.
+        if mirror_share(r, dot(normal, hit.wo)) > 0.0 { share = 0.0; }
       }
     }
     textureStore(fine_directional, point, vec4f(summed.xyz, select(-share, 1.0, HAS_CURVED && !reflects)));

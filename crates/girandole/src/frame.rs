@@ -181,6 +181,8 @@ pub(crate) fn record_frame(
                 if samples > 1 {
                     passes.visibility_buffer.record(recorder, &band, depth);
                 }
+                // Layers send no rays.
+                let band = band.without_mirrors();
                 for layer in 0..in_view.count {
                     let seen = passes.visibility_buffer.record_layer(recorder, &band, peeled, layer);
                     let lit = light(recorder, &band, lighting, prepared, settings, (seen, maps), false).0;

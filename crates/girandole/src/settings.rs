@@ -146,9 +146,9 @@ pub struct RenderSettings {
     /// The geometric factor near light samples. Default the mean over what a sample stands for; without it samples speckle what
     /// is close to them, and a bound loses light in corners, a lower one more.
     pub clamp: Clamp,
-    /// Mirror images: how many rays follow one another from each pixel that shows something smooth, 0 to 16. Default 0: such surfaces
-    /// show blurs of the light samples about them. Higher shows mirrors in mirrors; time grows with what mirrors cover of the picture. They
-    /// are shown without a [bound](Self::clamp) on the geometric factor alone.
+    /// Mirror images: how many rays follow one another from each pixel that shows something smooth, 0 to 16. Default 2; with 0 such
+    /// surfaces show blurs of the light samples about them. Higher shows mirrors in mirrors; time grows with what mirrors cover of the
+    /// picture. They are there with [`Clamp::Own`] alone.
     pub mirrors: u32,
     /// Anti-aliasing: samples per pixel along each axis, 1 to 16. Default 1; time grows with the
     /// square, at low resolution by much less.
@@ -203,7 +203,7 @@ impl Default for RenderSettings {
             tolerance: 0.1,
             debug: None,
             clamp: Clamp::Own,
-            mirrors: 0,
+            mirrors: 2,
             samples_per_axis: 1,
             lights_per_batch: None,
             updates: MapUpdates::default(),

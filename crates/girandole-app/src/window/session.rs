@@ -387,6 +387,7 @@ impl Session {
             mode: Mode::Naive,
             samples_per_axis,
             clamp: self.settings.clamp,
+            mirrors: self.settings.mirrors,
             ..RenderSettings::default()
         };
         let renderer = self.renderer.as_mut().filter(|_| self.is_open)?;

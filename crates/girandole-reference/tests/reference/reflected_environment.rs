@@ -23,7 +23,7 @@ fn rendered(surroundings: Surroundings) -> [[Row; 2]; 3] {
     let ways =
         [(Clamp::Own, Reflected::Rays), (Clamp::Own, Reflected::Samples), (Clamp::Off, Reflected::Rays)];
     ways.map(|(clamp, reflected)| {
-        let settings = OracleSettings { samples_per_axis: 2, clamp, reflected };
+        let settings = OracleSettings { samples_per_axis: 2, clamp, reflected, mirrors: 0 };
         rows(&truth, &oracle(&tracer, &set, &view, SIZE, &settings, &|_| {}), &seen)
     })
 }

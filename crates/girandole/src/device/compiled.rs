@@ -86,8 +86,11 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Compiled {
     pub(super) fn module(&self, source: &Source, kernels: &Kernels) -> (ModuleKey, Arc<LazyModule>) {
-        let key = (source.name, source.uses, *kernels);
-        let make = || Arc::new(LazyModule::new(source, kernels));
+        // What reads no hits is the same kernel for all.
+        let mirrored = kernels.mirrored && source.uses.contains(&"hit");
+        let kernels = Kernels { mirrored, ..*kernels };
+        let key = (source.name, source.uses, kernels);
+        let make = || Arc::new(LazyModule::new(source, &kernels));
         (key, locked(&self.0.memory).modules.entry(key).or_insert_with(make).clone())
     }
 

@@ -40,6 +40,14 @@ impl ScenePasses {
         }
         if self.features.mirrors && settings.mirrors > 0 && settings.debug.is_none() {
             are_there &= self.mirrors.get_or_init(|| Mirrors::new(&compiler)).order(shared);
+            let compiler = compiler.mirrored();
+            are_there &= if settings.mode == Mode::Naive {
+                self.naive_mirrored.get_or_init(|| ShadeNaive::new(&compiler)).order(shared)
+            } else {
+                let adaptive = self.adaptive_mirrored.get_or_init(|| AdaptivePasses::new(&compiler));
+                let of_ends = RenderSettings { samples_per_axis: 1, light_maps: Some(false), ..*settings };
+                adaptive.order(shared, &of_ends, None)
+            };
         }
         are_there
     }

@@ -76,7 +76,7 @@ fn modes(context: &Context) {
         [Mode::Naive, Mode::Full].map(|mode| context.frame(&mut renderer, &view, SIZE, &smoothed(mode)));
     assert!(flip(&smooth, &full) < 0.03, "{}", flip(&smooth, &full));
     // The control: without mirrors.
-    let blurred = context.frame(&mut renderer, &view, SIZE, &bounded(Mode::Full));
+    let blurred = context.frame(&mut renderer, &view, SIZE, &mirrored(Mode::Full, 0));
     assert!(flip(&naive, &blurred) > 0.06, "{}", flip(&naive, &blurred));
 }
 

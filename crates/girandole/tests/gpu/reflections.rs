@@ -14,6 +14,7 @@ use girandole_reference::{OracleSettings, Reflected};
 pub fn tests() -> Vec<Test> {
     vec![
         ("reflections_of_an_environment_are_the_oracles", oracle),
+        ("reflections_by_rays_are_the_oracles", mirrored),
         ("reflections_in_all_modes", modes),
         ("panes_reflect_the_sky", panes),
     ]
@@ -31,8 +32,13 @@ fn row(surroundings: Surroundings, count: u32) -> (Stage, View) {
 }
 
 fn summed(stage: &Stage, view: &View, size: [u32; 2], reflected: Reflected) -> Image {
-    let settings = OracleSettings { clamp: Clamp::Own, reflected, ..OracleSettings::default() };
+    let settings = OracleSettings { clamp: Clamp::Own, reflected, mirrors: 0, ..OracleSettings::default() };
     girandole_reference::oracle(&stage.tracer(), &stage.lights, view, size, &settings, &|_| {})
+}
+
+/// Without mirrored rays: what samples of the environment and its own maps show.
+fn by_samples(mode: Mode) -> RenderSettings {
+    RenderSettings { mirrors: 0, ..bounded(mode) }
 }
 
 fn compared(a: &Image, b: &Image) -> Comparison {
@@ -44,7 +50,7 @@ fn oracle(context: &Context) {
         let (stage, view) = row(surroundings, 160);
         let mut renderer = context.renderer(RendererOptions::default());
         renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
-        let picture = context.frame(&mut renderer, &view, SIZE, &bounded(Mode::Naive));
+        let picture = context.frame(&mut renderer, &view, SIZE, &by_samples(Mode::Naive));
         let sum = summed(&stage, &view, SIZE, Reflected::Samples);
         let found = compared(&sum, &picture);
         assert!(
@@ -58,10 +64,25 @@ fn oracle(context: &Context) {
             "{surroundings:?}: {traced:?}"
         );
         // The control: points of light are spots.
-        let bare = RenderSettings { clamp: Clamp::At(1e6), ..bounded(Mode::Naive) };
+        let bare = RenderSettings { clamp: Clamp::At(1e6), ..by_samples(Mode::Naive) };
         let points = compared(&sum, &context.frame(&mut renderer, &view, SIZE, &bare));
         assert!(points.rel_mse > 10.0 * found.rel_mse, "{surroundings:?}: {points:?}");
     }
+}
+
+/// With rays it is nearer to what the path tracer says of mirrors under a sky.
+fn mirrored(context: &Context) {
+    let (stage, view) = row(Surroundings::Sky, 160);
+    let mut renderer = context.renderer(RendererOptions::default());
+    renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
+    let settings = OracleSettings { clamp: Clamp::Own, ..OracleSettings::default() };
+    let sum = girandole_reference::oracle(&stage.tracer(), &stage.lights, &view, SIZE, &settings, &|_| {});
+    let mut frame = |settings| compared(&sum, &context.frame(&mut renderer, &view, SIZE, &settings));
+    let found = frame(bounded(Mode::Naive));
+    assert!((found.energy_ratio - 1.0).abs() < 0.01 && found.flip < 0.03, "{found:?}");
+    // The control.
+    let without = frame(by_samples(Mode::Naive));
+    assert!(without.flip > 1.5 * found.flip, "{without:?}");
 }
 
 /// Spheres, and a floor that is rough enough for its points to be interpolated between.
@@ -75,14 +96,14 @@ fn modes(context: &Context) {
     // More than one batch.
     let stage = Stage::new(scene, &LightSettings { count: 520, bounces: 1, ..LightSettings::default() });
     let mut renderer = context.loaded(&stage, RendererOptions::default());
-    let naive = context.frame(&mut renderer, &view, SIZE, &bounded(Mode::Naive));
-    let parted = RenderSettings { lights_per_batch: Some(128), ..bounded(Mode::Naive) };
+    let naive = context.frame(&mut renderer, &view, SIZE, &by_samples(Mode::Naive));
+    let parted = RenderSettings { lights_per_batch: Some(128), ..by_samples(Mode::Naive) };
     assert_eq!(context.frame(&mut renderer, &view, SIZE, &parted), naive);
     for (mode, most) in [(Mode::Visibility, 0.002), (Mode::LowResolution, 0.03), (Mode::Full, 0.03)] {
-        let difference = flip(&naive, &context.frame(&mut renderer, &view, SIZE, &bounded(mode)));
+        let difference = flip(&naive, &context.frame(&mut renderer, &view, SIZE, &by_samples(mode)));
         assert!(difference < most, "{mode:?}: {difference}");
     }
-    let smoothed = |mode| RenderSettings { samples_per_axis: 2, ..bounded(mode) };
+    let smoothed = |mode| RenderSettings { samples_per_axis: 2, ..by_samples(mode) };
     let [smooth, full] =
         [Mode::Naive, Mode::Full].map(|mode| context.frame(&mut renderer, &view, SIZE, &smoothed(mode)));
     assert!(flip(&smooth, &full) < 0.03, "{}", flip(&smooth, &full));
@@ -91,7 +112,7 @@ fn modes(context: &Context) {
         &mut renderer,
         &view,
         SIZE,
-        &RenderSettings { clamp: Clamp::At(1e6), ..bounded(Mode::Full) },
+        &RenderSettings { clamp: Clamp::At(1e6), ..by_samples(Mode::Full) },
     );
     assert!(flip(&naive, &bare) > 0.05);
 }

@@ -47,7 +47,9 @@ impl Session {
         let light = self.renderer.as_ref().and_then(Renderer::illumination);
         if light.is_some_and(|light| light.visibility().is_none()) {
             let RenderSettings { exposure, tonemap, .. } = settings;
-            settings = RenderSettings { mode: Mode::Naive, exposure, tonemap, ..RenderSettings::default() };
+            // What mirrors show needs more kernels.
+            let soon = RenderSettings { mode: Mode::Naive, mirrors: 0, ..RenderSettings::default() };
+            settings = RenderSettings { exposure, tonemap, ..soon };
         }
         Picture { view: self.view(size), size, settings, quality }
     }
