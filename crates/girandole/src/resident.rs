@@ -25,7 +25,7 @@ use girandole_core::Generation;
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::illumination::Illumination;
 use girandole_core::lights::{Clamp, LightSet};
-use girandole_core::scene::{Geometry, LocalView, Material, NONE, Scene, SceneChanges};
+use girandole_core::scene::{Geometry, LocalView, Material, NONE, ObjectRange, Scene, SceneChanges};
 
 /// Roughness from which on light samples show all that is reflected, however few there are.
 const MIRROR_ROUGHNESS: f32 = 0.75;
@@ -77,6 +77,8 @@ pub(crate) struct Resident {
     pub transfer: Option<GpuTransfer>,
     /// What rays are traced against, once something does.
     pub rays: Option<RayHierarchies>,
+    /// What is smooth enough for mirrored rays.
+    smooth: Smooth,
     /// Where dynamic objects are.
     transforms: Snapshot,
     /// What the last frame saw, while nothing else changed.
@@ -124,6 +126,7 @@ impl Resident {
             receivers: None,
             transfer: None,
             rays: rays.transpose()?,
+            smooth: Smooth::of(scene, geometry),
             multipass: None,
             maps_drawn: 0,
             texels_drawn: 0,
@@ -316,6 +319,32 @@ fn receivers(context: &Context, source: LightSource) -> Result<Option<Receivers>
     visibility.map(of).transpose()
 }
 
+/// Which surfaces are smooth enough for mirrored rays.
+struct Smooth {
+    patches: Vec<bool>,
+    objects: Vec<bool>,
+}
+
+impl Smooth {
+    fn of(scene: &Scene, geometry: &Geometry) -> Self {
+        let is_smooth = |material: u32| is_mirror(&scene.materials[material as usize]);
+        let object = |range: &ObjectRange| {
+            let triangles = range.triangles.start as usize..range.triangles.end as usize;
+            geometry.triangles[triangles].iter().any(|t| is_smooth(t.material))
+        };
+        Self {
+            patches: geometry.patches.iter().map(|patch| is_smooth(patch.material)).collect(),
+            objects: geometry.objects.iter().map(object).collect(),
+        }
+    }
+
+    /// Whether a surface is: a patch, or, where it is part of none, an object.
+    fn is(&self, (patch, object): (u32, u32)) -> bool {
+        let of = |all: &[bool], index: u32| all.get(index as usize).copied();
+        of(&self.patches, patch).or_else(|| of(&self.objects, object)).unwrap_or(false)
+    }
+}
+
 /// How a frame looks shadow maps up.
 #[derive(Clone, Copy, PartialEq)]
 struct Looks {
@@ -383,11 +412,10 @@ impl Resident {
             let suns = suns.map(|(index, light)| (index, whole(light))).collect();
             return Seen { view, leaves: vec![true; leaves as usize], spans: regular, suns };
         };
+        let in_view = receivers.in_view(of);
+        let smooth = |kind| self.smooth.is(kind);
         // What is behind the camera may be seen in a mirror.
-        let leaves = match mirrors {
-            true => vec![true; receivers.leaves as usize],
-            false => receivers.in_view(of),
-        };
+        let leaves = if *mirrors { receivers.in_mirrors(in_view, smooth) } else { in_view };
         let suns = receivers.suns(&leaves, (of, *mirrors), *lists);
         let mut texels = receivers.look_ups(&leaves, of, &suns);
         if !lists {

@@ -48,10 +48,7 @@ impl Mirrors {
         index: u32,
     ) -> Seen<'a> {
         let targets = band.targets.mirrors(recorder.device);
-        let next = match index {
-            0 => &targets.ends[usize::from(band.frame.sample > 0)],
-            _ => &targets.ends[2 + (index as usize - 1) % 2],
-        };
+        let next = targets.ends(recorder.device, band.frame.sample, index);
         let mut resources = vec![
             texture("triangle_ids", seen.triangle_ids),
             texture("mirror_hits", seen.ends()),
@@ -93,7 +90,7 @@ impl Mirrors {
         let resources = [
             texture("triangle_ids", seen.triangle_ids),
             texture("surface_ids", seen.surface_ids),
-            texture("first_hits", &targets.ends[0].hits),
+            texture("first_hits", &targets.ends(recorder.device, 0, 0).hits),
             buffer("mirror_image", &targets.image),
         ];
         self.blur.record(recorder, band.groups(), "mirrors_gpu_ms", &resources, Groups::tiles(band.size()));

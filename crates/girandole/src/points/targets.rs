@@ -62,10 +62,22 @@ pub(crate) struct LayerTargets {
 
 /// What mirrored rays need.
 pub(crate) struct MirrorTargets {
-    /// Where the first ones of first samples end, those of further samples, and those that follow, in turn.
-    pub ends: [RayEnds; 4],
+    /// Where the first ones of first samples end, those of further samples, and those that follow, in turn: each when it is first needed.
+    ends: [OnceLock<RayEnds>; 4],
     /// Four elements a pixel of a band.
     pub image: wgpu::Buffer,
+    size: wgpu::Extent3d,
+}
+
+impl MirrorTargets {
+    /// Where ray `index` of a sample ends.
+    pub fn ends(&self, device: &wgpu::Device, sample: u32, index: u32) -> &RayEnds {
+        let set = match index {
+            0 => usize::from(sample > 0),
+            _ => 2 + (index as usize - 1) % 2,
+        };
+        self.ends[set].get_or_init(|| RayEnds::new(device, self.size))
+    }
 }
 
 /// Where rays end: triangles, surfaces with materials, places with directions.
@@ -73,6 +85,30 @@ pub(crate) struct RayEnds {
     pub triangle_ids: wgpu::TextureView,
     pub surface_ids: wgpu::TextureView,
     pub hits: wgpu::TextureView,
+}
+
+impl RayEnds {
+    fn new(device: &wgpu::Device, size: wgpu::Extent3d) -> Self {
+        use wgpu::TextureUsages as U;
+        let texture = |label, format| {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size,
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: U::STORAGE_BINDING | U::TEXTURE_BINDING,
+                view_formats: &[],
+            });
+            texture.create_view(&Default::default())
+        };
+        Self {
+            triangle_ids: texture("triangles where rays end", TRIANGLE_IDS),
+            surface_ids: texture("surfaces where rays end", SURFACE_IDS),
+            hits: texture("ends of rays", wgpu::TextureFormat::Rgba32Uint),
+        }
+    }
 }
 
 /// Textures of a grid of points.
@@ -176,33 +212,14 @@ impl Targets {
     /// What mirrored rays need.
     pub fn mirrors(&self, device: &wgpu::Device) -> &MirrorTargets {
         self.mirrors.get_or_init(|| MirrorTargets {
-            ends: std::array::from_fn(|_| {
-                let texture = |label, format| {
-                    use wgpu::TextureUsages as U;
-                    let texture = device.create_texture(&wgpu::TextureDescriptor {
-                        label: Some(label),
-                        size: self.picture.size(),
-                        mip_level_count: 1,
-                        sample_count: 1,
-                        dimension: wgpu::TextureDimension::D2,
-                        format,
-                        usage: U::STORAGE_BINDING | U::TEXTURE_BINDING,
-                        view_formats: &[],
-                    });
-                    texture.create_view(&Default::default())
-                };
-                RayEnds {
-                    triangle_ids: texture("triangles where rays end", TRIANGLE_IDS),
-                    surface_ids: texture("surfaces where rays end", SURFACE_IDS),
-                    hits: texture("ends of rays", wgpu::TextureFormat::Rgba32Uint),
-                }
-            }),
+            ends: [const { OnceLock::new() }; 4],
             image: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("mirror image"),
                 size: 4 * u64::from(self.size[0]) * u64::from(self.band_rows) * 16,
                 usage: wgpu::BufferUsages::STORAGE,
                 mapped_at_creation: false,
             }),
+            size: self.picture.size(),
         })
     }
 

@@ -14,6 +14,7 @@ pub fn tests() -> Vec<Test> {
     vec![
         ("frames_of_a_walk_are_those_rendered_alone", walk),
         ("maps_that_nobody_needs_change_nothing", needed),
+        ("mirrors_need_maps_where_they_are_seen", in_mirrors),
     ]
 }
 
@@ -69,14 +70,17 @@ fn building() -> Scene {
     scene
 }
 
+/// From a place towards another one.
+fn view_of(stage: &Stage, eye: [f32; 2], to: [f32; 2]) -> View {
+    let mut scene = stage.scene.clone();
+    scene.cameras.clear();
+    camera(&mut scene, Vec3::new(eye[0], 1.6, eye[1]), Vec3::new(to[0], 1.2, to[1]), 1.2);
+    View::new(&scene, &scene.cameras[0], SIZE[0] as f32 / SIZE[1] as f32)
+}
+
 /// Views from one room into the next, and a cut or two.
 fn views(stage: &Stage) -> Vec<View> {
-    let of = |eye: [f32; 2], to: [f32; 2]| {
-        let mut scene = stage.scene.clone();
-        scene.cameras.clear();
-        camera(&mut scene, Vec3::new(eye[0], 1.6, eye[1]), Vec3::new(to[0], 1.2, to[1]), 1.2);
-        View::new(&scene, &scene.cameras[0], SIZE[0] as f32 / SIZE[1] as f32)
-    };
+    let of = |eye, to| view_of(stage, eye, to);
     let walk = (0..4).map(|i| 1.0 + 1.6 * i as f32).map(|x| of([x, 0.8], [x + 2.0, 1.2]));
     walk.chain([
         of([7.0, 3.0], [4.0, 2.0]),
@@ -161,4 +165,36 @@ fn needed(context: &Context) {
         different += u32::from(picture != reference);
     }
     assert!(different > 0, "maps err somewhere");
+}
+
+/// A mirror on the wall of the first room: it shows what is behind the camera; from another room nobody needs that.
+fn in_mirrors(context: &Context) {
+    let mut scene = building();
+    let metal = Material { metallic: 1.0, roughness: 0.0, ..Material::diffuse("mirror", Vec3::splat(0.9)) };
+    let metal = scene.add_material(metal);
+    let mut quad = Mesh::default();
+    let corner = |z: f32, y: f32| Vec3::new(0.06, y, z);
+    quad.add_polygon(&[corner(3.6, 0.4), corner(0.4, 0.4), corner(0.4, 2.2), corner(3.6, 2.2)], metal);
+    scene.add_object("mirror", quad, Transform::IDENTITY);
+    let stage = Stage::new(scene, &LightSettings { count: LIGHTS, ..LightSettings::default() });
+    let database = Arc::new(stage.visibility());
+    let mut renderer = context.renderer(RendererOptions::default());
+    let mut frame = |eye: [f32; 2], to: [f32; 2], settings: &RenderSettings| {
+        let view = view_of(&stage, eye, to);
+        load(&mut renderer, &stage, &database);
+        let picture = context.frame(&mut renderer, &view, SIZE, settings);
+        (picture, context.wait(renderer.stats()).expect("stats").maps_drawn)
+    };
+    let with = RenderSettings { mode: Mode::Visibility, ..RenderSettings::default() };
+    let without = RenderSettings { mirrors: 0, ..with };
+    let naive = RenderSettings { mode: Mode::Naive, ..with };
+    // At the mirror, from the first room.
+    let (eye, to) = ([2.5, 2.0], [0.0, 2.2]);
+    let ((picture, seen), (_, plain)) = (frame(eye, to, &with), frame(eye, to, &without));
+    assert!(seen > plain, "{seen} maps, {plain} without mirrors");
+    assert!(flip(&frame(eye, to, &naive).0, &picture) < 0.01);
+    // From the last room away from it: the same maps, fewer than there are lights.
+    let (eye, to) = ([10.0, 7.0], [11.5, 5.0]);
+    let ((away, of_away), (same, of_same)) = (frame(eye, to, &with), frame(eye, to, &without));
+    assert!(away == same && of_away == of_same && of_away < LIGHTS, "{of_away} maps, {of_same}");
 }

@@ -6,7 +6,9 @@ use crate::maps::layout::coarseness;
 use crate::parallel::in_order;
 use crate::shader_constants::{JOINTED, MAPPED_SHADOWED, NEAR_SHADOWED, SHADOWED};
 use girandole_core::glam::{Vec2, Vec3};
-use girandole_core::scene::LocalView;
+use girandole_core::scene::{LocalView, NONE};
+use girandole_core::visibility::{LeafKind, PatchGrid};
+use std::collections::HashSet;
 use std::f32::consts::FRAC_1_SQRT_2;
 
 /// Pixels from the bottom to the top of the pictures that maps are made for, whatever their size: so views of several sizes share them.
@@ -21,6 +23,43 @@ impl Receivers {
     pub fn in_view(&self, view: &LocalView) -> Vec<bool> {
         let all = || vec![true; self.leaves as usize];
         self.database.as_ref().map_or_else(all, |database| database.seen_leaves(view))
+    }
+
+    /// Leaves that may be seen, and those that mirrors among them may show: all that lies in front of a smooth leaf that is flat and
+    /// single-sided, and everything where another one is seen. `is_smooth` says it of a patch, or, where it is part of none, of an object.
+    pub fn in_mirrors(&self, mut seen: Vec<bool>, is_smooth: impl Fn((u32, u32)) -> bool) -> Vec<bool> {
+        let Some(database) = &self.database else { return seen };
+        let tree = database.receivers();
+        let mirror = |leaf: usize| match tree.leaves[leaf].kind {
+            LeafKind::Cluster { object } => is_smooth((NONE, object)).then_some(None),
+            LeafKind::Patch { grid, .. } => {
+                let PatchGrid { patch, object, back, .. } = tree.grids[grid as usize];
+                let plane = || plane_of(&tree.polygon(tree.leaves[leaf].node)).filter(|_| back == NONE);
+                is_smooth((patch, object)).then(plane)
+            }
+        };
+        let mut waiting: Vec<usize> = (0..seen.len()).filter(|&leaf| seen[leaf]).collect();
+        let mut hidden: Vec<usize> = (0..seen.len()).filter(|&leaf| !seen[leaf]).collect();
+        let mut known = HashSet::new();
+        while let Some(plane) = waiting.pop().map(mirror) {
+            let Some(plane) = plane.filter(|_| !hidden.is_empty()) else { continue };
+            // Leaves of one plane show the same.
+            if !known
+                .insert(plane.map(|(normal, distance)| (normal.extend(distance) * 1e4).round().as_i64vec4()))
+            {
+                continue;
+            }
+            let shows = |leaf: &usize| {
+                let (center, radius) = self.bounds[*leaf];
+                plane.is_none_or(|(normal, distance)| normal.dot(center) + radius > distance)
+            };
+            let (found, rest): (Vec<usize>, Vec<usize>) = hidden.into_iter().partition(shows);
+            found.iter().for_each(|&leaf| seen[leaf] = true);
+            hidden = rest;
+            // They may be mirrors themselves.
+            waiting.extend(found);
+        }
+        seen
     }
 
     /// Directional lights, each with a map that shows no more than it takes for what a view shows of leaves that look it up, or of all of
@@ -132,6 +171,14 @@ fn extent(light: &Light, (center, radius): (Vec3, f32)) -> f32 {
         true => 2.0 / light.scale * if light.has_large_map() { many / one } else { 1.0 },
         false => TEXEL_WIDTH * (center.distance(light.position) + radius),
     }
+}
+
+/// The plane of a flat leaf, on the side that it faces; none where it has no area to speak of.
+fn plane_of(polygon: &[Vec3]) -> Option<(Vec3, f32)> {
+    let first = *polygon.first()?;
+    let sum: Vec3 = polygon.windows(2).map(|edge| (edge[0] - first).cross(edge[1] - first)).sum();
+    let normal = sum.try_normalize()?;
+    Some((normal, normal.dot(first)))
 }
 
 #[cfg(test)]
