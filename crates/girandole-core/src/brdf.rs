@@ -120,7 +120,8 @@ pub const MIRROR_LEAST: f32 = 0.1;
 /// Fresnel reflectance that is not worth a mirrored ray.
 pub const MIRROR_LEAST_FRESNEL: f32 = 0.004;
 
-/// What `lights` light samples stand for in the mean, sr: about twice what they would if they lay evenly all around, as half of them face away.
+/// What `lights` light samples stand for in the mean, sr: about twice what they would if they lay evenly all around, as half of them
+/// face away.
 pub fn mirror_solid_angle(lights: usize) -> f32 {
     8.0 * std::f32::consts::PI / lights.max(1) as f32
 }

@@ -11,7 +11,7 @@ use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::image::{Image, luminance};
 use girandole_core::lights::{Clamp, LightSample, LightSet, Profile, mean_solid_angle};
 use girandole_core::scene::{Environment, LocalView, NONE, View};
-use girandole_core::trace::SceneTracer;
+use girandole_core::trace::{Hit, SceneTracer};
 use girandole_core::transfer::TransferredLight;
 use girandole_core::visibility::{State, VisibilityDatabase};
 use mirrors::MirrorImage;
@@ -232,13 +232,8 @@ impl<'a> Sum<'a> {
                 for hit in visible.chain(hit) {
                     let surface =
                         tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
-                    let transferred = self.transferred.and_then(|transferred| {
-                        let front = tracer.geometry().normal(hit.triangle).dot(wo) >= 0.0;
-                        transferred.irradiance(tracer.geometry(), (hit.triangle, front), hit.barycentric)
-                    });
-                    if let Some(irradiance) = transferred {
-                        let reflected = surface.albedo * FRAC_1_PI * irradiance;
-                        total += passed * (surface.emission + reflected).as_dvec3();
+                    if let Some(radiance) = self.transferred(&surface, &hit, wo) {
+                        total += passed * radiance;
                         passed *= surface.transmittance.as_dvec3();
                         continue;
                     }
@@ -263,6 +258,14 @@ impl<'a> Sum<'a> {
             }
         }
         (total / f64::from(n * n)).as_vec3()
+    }
+
+    /// What is sent where transfer lights an object, if it does.
+    fn transferred(&self, surface: &Surface, hit: &Hit, wo: Vec3) -> Option<DVec3> {
+        let geometry = self.tracer.geometry();
+        let front = geometry.normal(hit.triangle).dot(wo) >= 0.0;
+        let irradiance = self.transferred?.irradiance(geometry, (hit.triangle, front), hit.barycentric)?;
+        Some((surface.emission + surface.albedo * FRAC_1_PI * irradiance).as_dvec3())
     }
 
     /// `footprint` is how what a mirror shows changes from one edge of the pixel to the other, in x and in y.

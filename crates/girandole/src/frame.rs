@@ -155,6 +155,9 @@ pub(crate) fn record_frame(
                     // What the last one meets shows a blur of the light samples about it.
                     let band = if index + 1 < mirrors.count { band } else { band.without_mirrors() };
                     let lit = light(recorder, &band, lighting, prepared, settings, (ends, maps), false).0;
+                    if let (Some(pass), Some((_, vertices))) = (mirrors.transfer, transfer) {
+                        pass.put(recorder, &band, ends, (vertices, false), lit);
+                    }
                     mirrors.pass.add(recorder, &band, ends, lit);
                     recorder.split();
                 }

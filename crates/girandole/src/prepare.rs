@@ -90,6 +90,7 @@ pub(crate) struct ScenePasses {
     naive_mirrored: OnceLock<ShadeNaive>,
     adaptive_mirrored: OnceLock<AdaptivePasses>,
     multipass_mirrored: OnceLock<Multipass>,
+    transfer_mirrored: OnceLock<Transfer>,
     debug: OnceLock<Debug>,
     transfer: OnceLock<Transfer>,
     /// Without lists of lights, and with them.
@@ -109,6 +110,7 @@ impl ScenePasses {
             naive_mirrored: OnceLock::new(),
             adaptive_mirrored: OnceLock::new(),
             multipass_mirrored: OnceLock::new(),
+            transfer_mirrored: OnceLock::new(),
             debug: OnceLock::new(),
             transfer: OnceLock::new(),
             stale_error: [const { OnceLock::new() }; 2],
@@ -218,6 +220,8 @@ pub(crate) struct PreparedMirrors<'a> {
     pub hierarchies: &'a RayHierarchies,
     /// How the ends of rays are shaded.
     pub mode: PreparedMode<'a>,
+    /// What puts objects there that are lit by transfer, if there are any.
+    pub transfer: Option<&'a Transfer>,
     /// Rays that follow one another.
     pub count: u32,
 }
@@ -435,5 +439,7 @@ fn prepared_mirrors<'a>(
             })
         }
     };
-    Some(PreparedMirrors { pass, hierarchies, mode, count })
+    let transfer = || passes.transfer_mirrored.get_or_init(|| Transfer::new(&compiler));
+    let transfer = scene.transfer.is_some().then(transfer);
+    Some(PreparedMirrors { pass, hierarchies, mode, transfer, count })
 }

@@ -17,6 +17,7 @@ use crate::scene::light_source::LightSource;
 use crate::scene::lights::GpuLights;
 use crate::scene::previous_transforms::PreviousTransforms;
 use crate::scene::receivers::{Receivers, Sources};
+use crate::scene::smooth::{Smooth, is_smooth};
 use crate::scene::transfer::GpuTransfer;
 use crate::settings::{MapUpdates, Mode, RenderSettings, Shading, ShadowMap};
 use crate::shader_constants::NO_MAP;
@@ -25,10 +26,7 @@ use girandole_core::Generation;
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::illumination::Illumination;
 use girandole_core::lights::{Clamp, LightSet};
-use girandole_core::scene::{Geometry, LocalView, Material, NONE, ObjectRange, Scene, SceneChanges};
-
-/// Roughness from which on light samples show all that is reflected, however few there are.
-const MIRROR_ROUGHNESS: f32 = 0.75;
+use girandole_core::scene::{Geometry, LocalView, Material, NONE, Scene, SceneChanges};
 
 /// What a scene and its lights need of the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -319,32 +317,6 @@ fn receivers(context: &Context, source: LightSource) -> Result<Option<Receivers>
     visibility.map(of).transpose()
 }
 
-/// Which surfaces are smooth enough for mirrored rays.
-struct Smooth {
-    patches: Vec<bool>,
-    objects: Vec<bool>,
-}
-
-impl Smooth {
-    fn of(scene: &Scene, geometry: &Geometry) -> Self {
-        let is_smooth = |material: u32| is_mirror(&scene.materials[material as usize]);
-        let object = |range: &ObjectRange| {
-            let triangles = range.triangles.start as usize..range.triangles.end as usize;
-            geometry.triangles[triangles].iter().any(|t| is_smooth(t.material))
-        };
-        Self {
-            patches: geometry.patches.iter().map(|patch| is_smooth(patch.material)).collect(),
-            objects: geometry.objects.iter().map(object).collect(),
-        }
-    }
-
-    /// Whether a surface is: a patch, or, where it is part of none, an object.
-    fn is(&self, (patch, object): (u32, u32)) -> bool {
-        let of = |all: &[bool], index: u32| all.get(index as usize).copied();
-        of(&self.patches, patch).or_else(|| of(&self.objects, object)).unwrap_or(false)
-    }
-}
-
 /// How a frame looks shadow maps up.
 #[derive(Clone, Copy, PartialEq)]
 struct Looks {
@@ -486,15 +458,9 @@ impl SceneFeatures {
             curved: is_curved(scene, geometry),
             transparent: scene.materials.iter().any(Material::is_transparent),
             reflects_environment: reflects_environment(scene),
-            mirrors: scene.materials.iter().any(is_mirror),
+            mirrors: scene.materials.iter().any(is_smooth),
         }
     }
-}
-
-/// Whether some of what a material reflects is sharper than light samples can show.
-fn is_mirror(material: &Material) -> bool {
-    let reflects = material.specular > 0.0 || material.metallic > 0.0;
-    reflects && (material.roughness < MIRROR_ROUGHNESS || material.metallic_roughness_texture.is_some())
 }
 
 /// Whether some surface has normals that vary from point to point.

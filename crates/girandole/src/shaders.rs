@@ -18,6 +18,7 @@ const SOFTWARE: &[(&str, &str)] = lib!(
     branch_non_uniform,
     loads_batched,
     ray_stack_registers,
+    ray_texels_image,
     workgroups_persistent
 );
 
@@ -73,6 +74,7 @@ const LIBRARY: &[(&str, &str)] = lib!(
     point_sums,
     prefix_scan,
     ray_stack_array,
+    ray_texels_texture,
     rays,
     receiver,
     rectangle,
@@ -97,7 +99,7 @@ const LIBRARY: &[(&str, &str)] = lib!(
 pub(crate) struct Source {
     pub name: &'static str,
     pub text: &'static str,
-    /// Files of the library; `atlas`, `lights`, `branch`, `loads`, `ray_stack` and `workgroups`, of which a device's tier chooses the variant;
+    /// Files of the library; `atlas`, `lights`, `branch`, `loads`, `ray_stack`, `ray_texels` and `workgroups`, of which a device's tier chooses the variant;
     /// records, as `name_at` to read and `set_name` to write them.
     pub uses: &'static [&'static str],
     /// First line where an extension must be enabled.
@@ -218,7 +220,7 @@ sources! {
     MERGE_LARGE_TRIANGLES_MASKED = merge_large_triangles "" [
         frame scene texture texture_entry_at map_parts map_set_up alpha_mask map_masked map_lists
     ];
-    TRACE_RAYS = trace_rays "" [scene texture texture_entry_at alpha_mask ray_stack rays];
+    TRACE_RAYS = trace_rays "" [scene texture texture_entry_at alpha_mask ray_stack ray_texels rays];
     EXPOSURE = exposure "" [packed color];
     CALLER_DEPTH = caller_depth "" [frame];
     AVERAGE = average "" [frame packed];
@@ -240,11 +242,11 @@ sources! {
     DEBUG_LIGHTS = debug_lights "" [frame scene texture texture_entry_at surface hit light packed];
     DEBUG_ATLAS = debug_atlas "" [frame light maps atlas packed];
     TRACE_MIRRORS = trace_mirrors "" [
-        frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack rays direction mirror_share mirror_image
+        frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack ray_texels rays direction mirror_share mirror_image
         no_reflected_environment
     ];
     TRACE_MIRRORS_REFLECTING = trace_mirrors "" [
-        frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack rays direction mirror_share mirror_image
+        frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack ray_texels rays direction mirror_share mirror_image
         environment_place reflected_environment
     ];
     ADD_MIRRORED = add_mirrored "" [
@@ -299,6 +301,7 @@ fn variant(used: &'static str, kernels: &Kernels) -> &'static str {
         "branch" => kernels.tier.choose("branch_uniform", "branch_non_uniform"),
         "loads" => kernels.tier.choose("loads_unordered", "loads_batched"),
         "ray_stack" => kernels.tier.choose("ray_stack_array", "ray_stack_registers"),
+        "ray_texels" => kernels.tier.choose("ray_texels_texture", "ray_texels_image"),
         "workgroups" => kernels.tier.choose("workgroups_one_each", "workgroups_persistent"),
         file => file,
     }

@@ -86,6 +86,9 @@ fn incoming(
         return environment.map_or(DVec3::ZERO, |e| e.reflected(direction, alpha).as_dvec3());
     };
     let surface = tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, -direction);
+    if let Some(radiance) = sum.transferred(&surface, &hit, -direction) {
+        return radiance;
+    }
     let nowhere = || [Vec3::ZERO; 2];
     sum.radiance(&surface, hit.triangle, -direction, (settings, &nowhere), occluders)
 }

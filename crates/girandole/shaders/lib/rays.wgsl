@@ -2,10 +2,6 @@
 // its own space, both with eight children a node, whose boxes are bytes (Ylitie, Karras and Laine 2017). The boxes of the upper one are
 // objects, those of the others triangles.
 
-@group(2) @binding(30) var ray_texels: texture_storage_2d<rgba32uint, read>;
-
-fn ray_texel(at: u32) -> vec4u { return textureLoad(ray_texels, vec2u(at % RAY_COLUMNS, at / RAY_COLUMNS)); }
-
 // `t` in units of the ray's direction; `u` and `v`: weights of corners 1 and 2. No triangle: NONE.
 struct RayHit { t: f32, triangle: u32, u: f32, v: f32 }
 

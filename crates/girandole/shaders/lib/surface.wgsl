@@ -24,6 +24,44 @@ fn barycentric(direction: vec3f, a: vec3f, e1: vec3f, e2: vec3f) -> vec2f {
   return vec2f(dot(-a, p) * inverse, dot(direction, q) * inverse);
 }
 
+// Where a ray meets a triangle's plane; any point of it will do for its origin.
+fn hit_of_ray(triangle: u32, ray: PixelRay) -> Hit {
+  let t = triangles[triangle];
+  let p0 = vertices[t.vertices.x].position;
+  let e1 = vertices[t.vertices.y].position - p0;
+  let e2 = vertices[t.vertices.z].position - p0;
+  let b = barycentric(ray.direction, p0 - ray.origin, e1, e2);
+  var hit: Hit;
+  hit.triangle = triangle;
+  hit.u = b.x;
+  hit.v = b.y;
+  hit.position = p0 + e1 * b.x + e2 * b.y;
+  hit.wo = -normalize(ray.direction);
+  let normal = normalize(cross(e1, e2));
+  hit.side = select(-1.0, 1.0, dot(normal, hit.wo) >= 0.0);
+  hit.geometric_normal = normal * hit.side;
+  return hit;
+}
+
+// Adds what varies from vertex to vertex, given how the weights of corners 1 and 2 change from pixel to pixel in x and in y.
+fn with_footprint(h: Hit, bx: vec2f, by: vec2f) -> Hit {
+  var hit = h;
+  let t = triangles[hit.triangle];
+  let a = vertices[t.vertices.x];
+  let b = vertices[t.vertices.y];
+  let c = vertices[t.vertices.z];
+  let first = array<vec2f, 2>(a.uv0, vec2f(a.u1, a.v1));
+  let d1 = array<vec2f, 2>(b.uv0 - a.uv0, vec2f(b.u1 - a.u1, b.v1 - a.v1));
+  let d2 = array<vec2f, 2>(c.uv0 - a.uv0, vec2f(c.u1 - a.u1, c.v1 - a.v1));
+  hit.color = vertex_color(a) * (1.0 - hit.u - hit.v) + vertex_color(b) * hit.u + vertex_color(c) * hit.v;
+  for (var i = 0u; i < 2u; i++) {
+    hit.uv[i] = first[i] + d1[i] * hit.u + d2[i] * hit.v;
+    hit.uv_dx[i] = d1[i] * bx.x + d2[i] * bx.y;
+    hit.uv_dy[i] = d1[i] * by.x + d2[i] * by.y;
+  }
+  return hit;
+}
+
 fn vertex_color(v: Vertex) -> vec3f {
   return vec3f(unpack2x16unorm(v.color.x), unpack2x16unorm(v.color.y).x);
 }

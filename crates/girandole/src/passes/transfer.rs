@@ -106,6 +106,7 @@ impl Transfer {
     ) {
         let resources = [
             texture("triangle_ids", seen.triangle_ids),
+            texture("mirror_hits", seen.ends()),
             buffer("vertex_irradiance", lit.irradiance),
             buffer("range", lit.range),
             texture("fine_irradiance", grid.irradiance),
