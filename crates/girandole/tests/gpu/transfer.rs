@@ -19,6 +19,7 @@ pub fn tests() -> Vec<Test> {
         ("transfer_is_that_of_traced_rays", by_rays),
         ("transfer_is_the_same_in_all_modes", modes),
         ("compressed_transfer_is_that_of_its_vectors", compressed),
+        ("transfer_is_seen_in_mirrors", mirrored),
         ("transfer_follows_what_moves", follows),
         ("transfer_is_not_darkened_by_former_selves", stale),
         ("transfer_ends_where_objects_are_stretched", stretched),
@@ -116,6 +117,48 @@ fn by_rays(context: &Context) {
     assert!(apart > 0.02, "{apart}");
     let unlit = context.picture(&stage, RendererOptions::default(), &view, SIZE);
     assert!(difference(&unlit, &grid.1, &mask).0 > 0.03);
+}
+
+/// The torus as a mirror shows it, which no ray of the camera meets there.
+fn mirrored(context: &Context) {
+    const LARGE: [u32; 2] = [256, 192];
+    let scene = builtin::build("mirrors", MovingObject::Torus).expect("a built-in scene");
+    let stage = Stage::new(scene, &LightSettings { count: 100, ..LightSettings::default() });
+    let view = stage.view(0, LARGE);
+    let (object, transfer) = simulated(&stage.scene);
+    let (tracer, local) = (stage.tracer(), stage.local(&view));
+    let shows = |i: u32| {
+        let pixel = girandole::core::glam::Vec2::new((i % LARGE[0]) as f32, (i / LARGE[0]) as f32) + 0.5;
+        let (origin, direction) = local.pixel_ray(pixel, LARGE);
+        let hit = tracer.closest_visible(origin, direction)?;
+        let surface =
+            stage.geometry.surface(&stage.scene, hit.triangle, hit.barycentric, -direction.normalize());
+        let direction = direction.reject_from(surface.shading_normal) * 2.0 - direction;
+        let end = tracer.closest_hit(surface.position, direction, f32::INFINITY, hit.triangle)?;
+        let ends_there = stage.geometry.triangles[end.triangle as usize].object == object.0;
+        Some(ends_there && surface.albedo == Vec3::ZERO)
+    };
+    let mask: Vec<bool> = (0..LARGE[0] * LARGE[1]).map(|i| shows(i).unwrap_or(false)).collect();
+    assert!(mask.iter().filter(|shown| **shown).count() > 20);
+    let mut light = TransferredLight::new();
+    let lit = (object, &*transfer);
+    light.add(&tracer, (&stage.lights, None), lit, Gathering::Center, Clamp::Own).expect("this mesh");
+    let settings = OracleSettings { clamp: Clamp::Own, ..OracleSettings::default() };
+    let truth = oracle_with_transfer(&tracer, &stage.lights, &light, &view, LARGE, &settings, &|_| ());
+    let mut renderer = context.renderer(RendererOptions::default());
+    let mut shown = |transfer, mode| {
+        renderer.set_transfer(&stage.scene, object, transfer).expect("this mesh");
+        context.load(&mut renderer, &stage);
+        context.frame(&mut renderer, &view, LARGE, &RenderSettings { mode, ..RenderSettings::default() })
+    };
+    for mode in [Mode::Naive, Mode::Full] {
+        let picture = shown(Some((transfer.clone(), Gathering::Center)), mode);
+        let (apart, energy) = difference(&picture, &truth, &mask);
+        assert!(apart < 0.02 && (energy - 1.0).abs() < 0.01, "{mode:?}: {apart} {energy}");
+    }
+    // The control: lit by shadow maps it looks otherwise there.
+    let (apart, _) = difference(&shown(None, Mode::Full), &truth, &mask);
+    assert!(apart > 0.04, "{apart}");
 }
 
 fn compressed(context: &Context) {
