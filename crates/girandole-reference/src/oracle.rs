@@ -294,11 +294,15 @@ impl<'a> Sum<'a> {
         let mut reflected = DVec3::ZERO;
         for (index, (light, last)) in self.lights.iter().zip(&mut *occluders).enumerate() {
             let weight = reflection.as_mut().map_or(0.0, |r| r.add(surface, light));
-            let state = states.map_or(State::Partial, |s| s[index]);
+            let (position, geometric) = (surface.position, surface.geometric_normal);
+            let state = match states {
+                _ if !light.is_before(position, geometric, surface.shading_normal) => State::Unoccluded,
+                Some(states) => states[index],
+                None => State::Partial,
+            };
             if state == State::Full {
                 continue;
             }
-            let (position, geometric) = (surface.position, surface.geometric_normal);
             let factor = light.geometric_factor(position, geometric, surface.shading_normal, clamp);
             let Some((factor, wi)) = factor else { continue };
             let mut brdf = diffuse;

@@ -56,7 +56,7 @@ fn add_all_deferred(upper: ptr<function, PointSums>, lower: ptr<function, PointS
 fn add_unless_near(sums: ptr<function, PointSums>, light: Light, texel: ShadowTexel, stored: f32, bit: u32) -> u32 {
   let a = arriving(light, (*sums).shading);
   let deferred = add_depth_tested(sums, light, texel, stored, select(bit, 0u, a.is_near), 0.0);
-  return select(deferred, bit, a.is_near && a.g > 0.0);
+  return select(deferred, bit, a.is_near);
 }
 
 // An invocation shades two pixels, one above the other: lights are read once for both.

@@ -389,7 +389,7 @@ impl Light {
             ..Self::default()
         };
         match (sample.profile, sample.rectangle) {
-            (Profile::Cosine, Some(rectangle)) => light.with_rectangle(&rectangle),
+            (Profile::Cosine, Some(rectangle)) => light.with_rectangle(&rectangle, sample.is_spread()),
             (Profile::Directional, _) => light.showing(Vec2::ZERO, radius),
             (Profile::Distant { solid_angle, shown, .. }, _) => {
                 let is_of_sun = f32::from(u8::from(sample.is_of_sun()));
@@ -414,7 +414,7 @@ impl Light {
     }
 
     /// The light with what it stands for.
-    fn with_rectangle(self, rectangle: &Rectangle) -> Self {
+    fn with_rectangle(self, rectangle: &Rectangle, is_spread: bool) -> Self {
         let bitangent = self.normal.cross(self.tangent);
         let [u, v] = rectangle.half_axes;
         let center = rectangle.center - self.position;
@@ -422,7 +422,7 @@ impl Light {
         let ([x, y], [z, w]) = (along(center), along(u));
         Self {
             scale: v.length() / u.length(),
-            offset: (rectangle.reach() + center.length()).powi(2),
+            offset: (rectangle.reach() + center.length()).powi(2) * if is_spread { -1.0 } else { 1.0 },
             rectangle: Vec4::new(x, y, z, w),
             ..self
         }

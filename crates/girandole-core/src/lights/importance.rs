@@ -309,7 +309,10 @@ pub(super) fn brought(
         let reflectance = (point.surface.albedo + point.surface.f0).max_element();
         let share = factor.map_or(0.0, |(g, _)| g * reflectance) / brightness as f32;
         let end = sample.shadow_ray_end(position, tracer.geometry());
-        let blocked = || tracer.occluded(position, point.triangle, end, sample.triangle());
+        let blocked = || {
+            sample.is_before(position, geometric_normal, shading_normal)
+                && tracer.occluded(position, point.triangle, end, sample.triangle())
+        };
         if change.abs().max_element() * share > UNSEEN && blocked() { 0.0 } else { share }
     })
 }

@@ -20,6 +20,7 @@ mod sets;
 mod shown;
 mod slots;
 mod source_tree;
+mod spread;
 mod strata;
 mod sun;
 mod view_points;
@@ -34,6 +35,7 @@ pub use rectangle::Rectangle;
 pub(crate) use rewalk::IncrementalWalk;
 pub use rewalk::{Pace, WaitingPaths};
 pub use shown::BoundingSphere;
+pub use spread::SPREAD;
 pub(crate) use view_points::{SeenPoint, seen_points};
 
 use self::emission::Shares;
@@ -41,6 +43,7 @@ use self::resample::{Candidates, Chosen, resample};
 use self::sampling::Sampling;
 use crate::generation::Generation;
 use crate::scene::{Geometry, Scene, View};
+use crate::trace::SceneTracer;
 use crate::{Error, Result};
 use glam::Vec3;
 
@@ -191,18 +194,28 @@ impl LightSample {
         match (self.profile, &self.rectangle) {
             (Profile::Distant { solid_angle, .. }, _) => solid_angle,
             (Profile::Cosine, Some(rectangle)) => {
+                let area = rectangle.area() / if self.is_spread() { SPREAD * SPREAD } else { 1.0 };
                 let to_light = self.position - position;
                 let r2 = to_light.length_squared();
                 let cos_light = -self.normal.dot(to_light);
-                (rectangle.area() * cos_light / (r2 * r2.sqrt())).clamp(0.0, std::f32::consts::TAU)
+                (area * cos_light / (r2 * r2.sqrt())).clamp(0.0, std::f32::consts::TAU)
             }
             _ => 0.0,
         }
     }
 
+    /// Whether its place lies before the planes of a receiver; of parallel light, whether it comes from there. Where not, part of its
+    /// rectangle may still do, and lights the receiver: what lies in a plane before another one is seen from there, and no shadow
+    /// ray is asked.
+    pub fn is_before(&self, position: Vec3, geometric_normal: Vec3, shading_normal: Vec3) -> bool {
+        let to_light = if self.profile.is_parallel() { -self.normal } else { self.position - position };
+        geometric_normal.dot(to_light) > 0.0 && shading_normal.dot(to_light) > 0.0
+    }
+
     /// The geometric factor `G` of this sample at a point, m⁻² (parallel light: a cosine); and the unit direction that light comes
     /// from. `None` unless both cosines and the geometric one are positive: a pair counts only if the geometric normals of
-    /// both face each other. Mirrored in `shaders/lib/light.wgsl`.
+    /// both face each other; or, close to the sample, if part of its rectangle lies before the receiver's plane. Mirrored in
+    /// `shaders/lib/light.wgsl`.
     pub fn geometric_factor(
         &self,
         position: Vec3,
@@ -211,27 +224,29 @@ impl LightSample {
         clamp: Clamp,
     ) -> Option<(f32, Vec3)> {
         if self.profile.is_parallel() {
-            let wi = -self.normal;
-            let cosine = shading_normal.dot(wi);
-            return (cosine > 0.0 && geometric_normal.dot(wi) > 0.0).then_some((cosine, wi));
+            let is_before = self.is_before(position, geometric_normal, shading_normal);
+            return is_before.then(|| (shading_normal.dot(-self.normal), -self.normal));
         }
         let to_light = self.position - position;
-        let cos_x = shading_normal.dot(to_light);
         let cos_light = -self.normal.dot(to_light);
-        if cos_x <= 0.0 || cos_light <= 0.0 || geometric_normal.dot(to_light) <= 0.0 {
+        if cos_light <= 0.0 {
             return None;
         }
         let r2 = to_light.length_squared();
+        let is_before = self.is_before(position, geometric_normal, shading_normal);
         if let (Clamp::Own, Some(rectangle)) = (clamp, &self.rectangle) {
             let share = rectangle.point_share(position);
             if share < 1.0 {
-                let point = to_light * (cos_light / (r2 * r2));
-                let rise = rectangle.rise(cos_x, position, shading_normal);
-                let mean = (rectangle.mean_vector(position, shading_normal) * rise).lerp(point, share);
+                let point = if is_before { to_light * (cos_light / (r2 * r2)) } else { Vec3::ZERO };
+                let mean = rectangle.mean_vector(position, shading_normal).lerp(point, share);
                 let g = mean.dot(shading_normal);
                 return (g > 0.0).then(|| (g, mean.normalize()));
             }
         }
+        if !is_before {
+            return None;
+        }
+        let cos_x = shading_normal.dot(to_light);
         let inverse_r = 1.0 / r2.sqrt();
         let falloff = match self.profile {
             Profile::Cosine => cos_light * inverse_r,
@@ -385,7 +400,8 @@ impl LightSet {
     ) -> Result<Self> {
         settings.validate()?;
         geometry.belongs_to(scene)?;
-        let mut sampling = Sampling::new(scene, geometry, settings, views);
+        let tracer = SceneTracer::new(scene, geometry);
+        let mut sampling = Sampling::new(&tracer, settings, views);
         let (samples, sources) = sampling.candidates(geometry);
         let weights = sampling.importance.weights(&samples);
         let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
@@ -393,6 +409,7 @@ impl LightSet {
         sampling.warnings.extend(warning);
         let mut set = Self::from_chosen(geometry, sampling.given(geometry).chain(chosen));
         sampling.shown.fit(&mut set.samples);
+        spread::spread(&tracer, &mut set.samples);
         if set.is_empty() {
             let error = no_light(scene, geometry);
             return if settings.dark { Self::dark(geometry, &error).ok_or(error) } else { Err(error) };

@@ -24,7 +24,8 @@ pub(crate) fn share_reached(tracer: &SceneTracer, view: &View, samples: &[LightS
             let (position, ng, ns) = (surface.position, surface.geometric_normal, surface.shading_normal);
             let (g, _) = sample.geometric_factor(position, ng, ns, Clamp::Own)?;
             let end = sample.shadow_ray_end(position, tracer.geometry());
-            let is_lit = !tracer.occluded(position, triangle, end, sample.triangle());
+            let is_lit = !sample.is_before(position, ng, ns)
+                || !tracer.occluded(position, triangle, end, sample.triangle());
             is_lit.then(|| g * sample.intensity.max_element())
         };
         samples.iter().filter_map(from).sum()

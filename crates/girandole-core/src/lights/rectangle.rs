@@ -5,9 +5,9 @@
 //! takes the place of its value for one point: no bright spot where the sample happens to lie, none of the light lost that a
 //! bound would cut off.
 //!
-//! In expectation nothing changes, if the candidates are spread evenly. The mean is that over the part of the rectangle that the receiver's plane leaves in front: a
-//! sample behind it lights nothing, and those before it have to answer for each other alone. Little before it, a sample counts
-//! less (and the others more), lest curved surfaces show an edge where it comes up.
+//! The receiver's plane cuts off what lies behind it: the rest counts by its share of the rectangle, wherever in it the sample lies.
+//! So a wall's foot is lit alike by samples to its sides, though each is one of a cluster that the wall's plane cuts. In expectation
+//! nothing changes, if the candidates are spread evenly.
 
 use super::LightSample;
 use glam::Vec3;
@@ -30,13 +30,6 @@ impl Rectangle {
     /// that of the point beyond the second, and a mixture in between. With 2 and 3 relMSE is 4 % lower, for half as many pairs
     /// more that are near; with 1 and 2 it is a quarter higher.
     pub const NEAR: [f32; 2] = [1.5, 2.5];
-    /// The mean is taken over no less than this share of the rectangle, whatever is cut off.
-    pub const LEAST_PART: f32 = 0.5;
-
-    /// Samples count in full from this share of the rectangle's greatest height over a receiver's plane. With 0 relMSE is a
-    /// tenth lower, and curved surfaces show edges; with 0.25 it is a tenth higher.
-    pub const RISE: f32 = 0.1;
-
     /// A square of so many m² about a point.
     pub(super) fn square(center: Vec3, normal: Vec3, area: f32) -> Self {
         let half = 0.5 * area.sqrt();
@@ -100,29 +93,13 @@ impl Rectangle {
         t * t * (3.0 - 2.0 * t)
     }
 
-    /// How much a sample of the rectangle counts, `height` m over a receiver's plane through `position`: 1 in the mean over those
-    /// in front of it, if their heights are evenly spread, and 0 at the plane. Mirrored in `shaders/lib/rectangle.wgsl`.
-    pub(super) fn rise(&self, height: f32, position: Vec3, normal: Vec3) -> f32 {
-        let center = normal.dot(self.center - position);
-        let spread: f32 = self.half_axes.iter().map(|axis| normal.dot(*axis).abs()).sum();
-        let (lowest, highest) = ((center - spread).max(0.0), center + spread);
-        let full = Self::RISE * highest;
-        if full <= 0.0 {
-            return 0.0;
-        }
-        let missing = (full - lowest).max(0.0);
-        let lost = 0.5 * missing * missing / (full * (highest - lowest).max(1e-6 * highest));
-        (height / full).min(1.0) / (1.0 - lost)
-    }
-
     /// Mean over the rectangle of `cos_light / r²` times the unit direction to it, m⁻², as a point in front of it receives it:
-    /// its dot product with `normal` is the mean geometric factor. What lies behind the receiver's plane is cut off, and
-    /// the mean is that of the rest. Lambert's formula for polygons (Photometria, 1760; Arvo 1994, §2). Mirrored in
+    /// its dot product with `normal` is the mean geometric factor. What lies behind the receiver's plane counts as nothing. Lambert's formula for polygons (Photometria, 1760; Arvo 1994, §2). Mirrored in
     /// `shaders/lib/rectangle.wgsl`.
     pub fn mean_vector(&self, position: Vec3, normal: Vec3) -> Vec3 {
         let (c, [u, v]) = (self.center - position, self.half_axes);
         let corners = [c - u - v, c + u - v, c + u + v, c - u + v];
-        let mut sums = EdgeSums::default();
+        let mut sum = Vec3::ZERO;
         let (mut exit, mut entry) = (None, None);
         for (i, &a) in corners.iter().enumerate() {
             let b = corners[(i + 1) % 4];
@@ -133,14 +110,12 @@ impl Rectangle {
             let at = || a + (b - a) * (height_a / (height_a - height_b));
             let from = if height_a > 0.0 { a } else { *entry.insert(at()) };
             let to = if height_b > 0.0 { b } else { *exit.insert(at()) };
-            sums.add(from, to);
+            sum += edge(from, to);
         }
         if let (Some(exit), Some(entry)) = (exit, entry) {
-            sums.add(exit, entry);
+            sum += edge(exit, entry);
         }
-        let facing = u.cross(v).normalize();
-        let area = (0.5 * sums.area.dot(facing).abs()).max(Self::LEAST_PART * self.area());
-        sums.irradiance * (-0.5 / area)
+        sum * (-0.5 / self.area())
     }
 }
 
@@ -153,25 +128,14 @@ fn frames(normal: Vec3) -> impl Iterator<Item = Vec3> {
     Vec3::AXES.into_iter().map(across).filter(|u| u.length_squared() > 0.3).map(Vec3::normalize)
 }
 
-/// Sums over a polygon's edges, as seen from the origin.
-#[derive(Default)]
-struct EdgeSums {
-    irradiance: Vec3,
-    /// Twice its area along its normal.
-    area: Vec3,
-}
-
-impl EdgeSums {
-    /// The angle that the edge spans, along the normal of the plane that it spans with the origin.
-    fn add(&mut self, a: Vec3, b: Vec3) {
-        let across = a.cross(b);
-        let inverse = 1.0 / (a.length_squared() * b.length_squared()).sqrt();
-        let cosine = a.dot(b) * inverse;
-        let acute = angle_over_sine(cosine.abs()) * inverse;
-        let obtuse = PI / across.length_squared().max(f32::MIN_POSITIVE).sqrt() - acute;
-        self.area += across;
-        self.irradiance += across * if cosine < 0.0 { obtuse } else { acute };
-    }
+/// The angle that an edge spans, as seen from the origin, along the normal of the plane that it spans with it.
+fn edge(a: Vec3, b: Vec3) -> Vec3 {
+    let across = a.cross(b);
+    let inverse = 1.0 / (a.length_squared() * b.length_squared()).sqrt();
+    let cosine = a.dot(b) * inverse;
+    let acute = angle_over_sine(cosine.abs()) * inverse;
+    let obtuse = PI / across.length_squared().max(f32::MIN_POSITIVE).sqrt() - acute;
+    across * if cosine < 0.0 { obtuse } else { acute }
 }
 
 /// θ / sin θ for a cosine of 0 to 1: minimax, within 7e-7.

@@ -22,6 +22,7 @@ use super::motion::Placement;
 use super::resample::{Candidates, Chosen, choose, stand_in, strata};
 use super::sampling::Sampling;
 use super::slots::{Slots, Wanted};
+use super::spread::spread;
 use super::strata::{Cluster, Item, Strata};
 use super::walk::{Path, Walk, Walked};
 use super::{LightSample, LightSet, LightSettings, emitters, punctual, source_tree};
@@ -138,7 +139,8 @@ impl IncrementalWalk {
     ) -> Result<(Self, LightSet)> {
         settings.validate()?;
         geometry.belongs_to(scene)?;
-        let mut sampling = Sampling::new(scene, geometry, settings, views);
+        let mut hierarchies = HeldHierarchies::default();
+        let mut sampling = Sampling::new(&hierarchies.tracer(scene, geometry), settings, views);
         let (samples, _) = sampling.candidates(geometry);
         let places: Vec<[f32; 6]> = samples.iter().map(|s| place(s, sampling.normal_scale)).collect();
         let weigh = |(s, at): (&LightSample, &[f32; 6])| power(s) * sampling.importance.relative_at(*at);
@@ -189,7 +191,7 @@ impl IncrementalWalk {
             slots: Slots::new(Vec::new(), 0, 0),
             is_balanced: true,
             frame: 0,
-            hierarchies: HeldHierarchies::default(),
+            hierarchies,
             pilot_weights: [Vec::new(), Vec::new()],
         };
         let (samples, sources) = result.sampling.candidates(geometry);
@@ -199,7 +201,7 @@ impl IncrementalWalk {
         let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
         let wanted = wanted(&result.strata.clusters(), candidates, result.sampling.seed);
         result.slots = Slots::new(wanted, spare as usize, pace.fade);
-        let set = result.set(geometry);
+        let set = result.set(scene, geometry);
         if set.is_empty() {
             return Err(super::no_light(scene, geometry));
         }
@@ -239,7 +241,7 @@ impl IncrementalWalk {
         self.measure_moved(scene, geometry, has_moved);
         self.walk(scene, geometry, &trees);
         self.choose(scene, geometry);
-        Some(self.set(geometry))
+        Some(self.set(scene, geometry))
     }
 
     /// Whether nothing is on its way: as long as nothing else changes, the set stays as it is.
@@ -408,7 +410,7 @@ impl IncrementalWalk {
     }
 
     /// All samples as they are shown.
-    fn set(&self, geometry: &Geometry) -> LightSet {
+    fn set(&mut self, scene: &Scene, geometry: &Geometry) -> LightSet {
         let emissions = [self.sampled.emissions(), self.latest.emissions()];
         let given = self.sampling.given(geometry).map(|Chosen { sample, shares }| {
             let intensity = emissions[0].carried(emissions[1], sample.intensity, &shares);
@@ -416,6 +418,7 @@ impl IncrementalWalk {
         });
         let mut samples: Vec<LightSample> = given.chain(self.slots.samples(emissions)).collect();
         self.sampling.shown.fit(&mut samples);
+        spread(&self.hierarchies.tracer(scene, geometry), &mut samples);
         LightSet { paths: self.sampling.walked.walked, ..LightSet::from_samples(geometry, samples) }
     }
 }

@@ -10,7 +10,7 @@ use super::{
     BoundingSphere, LightSample, LightSettings, MAX_LIGHTS, direct, emitters, importance, punctual, sun, walk,
 };
 use crate::math::sequence;
-use crate::scene::{Geometry, Scene, View};
+use crate::scene::{Geometry, View};
 use crate::trace::SceneTracer;
 
 /// Share of the candidates that lie on emitters.
@@ -88,8 +88,9 @@ pub(super) struct Sampling {
 }
 
 impl Sampling {
-    /// For what `views` see; none = by power. The settings are in range, and the geometry is the scene's.
-    pub fn new(scene: &Scene, geometry: &Geometry, settings: &LightSettings, views: &[View]) -> Self {
+    /// For what `views` see; none = by power. The settings are in range.
+    pub fn new(tracer: &SceneTracer, settings: &LightSettings, views: &[View]) -> Self {
+        let (scene, geometry) = (tracer.scene(), tracer.geometry());
         let emissions = Emissions::of(scene);
         let groups = emitters::groups(scene, geometry, &emissions);
         let sources = emitters::punctual_sources(scene, geometry, &emissions);
@@ -110,22 +111,21 @@ impl Sampling {
             }
         };
         let per_sample = settings.candidates.min(MAX_LIGHTS / settings.count).max(1);
-        let tracer = SceneTracer::new(scene, geometry);
 
         let shown = if scene.environment.is_some() {
-            BoundingSphere::seen(&tracer, views)
+            BoundingSphere::seen(tracer, views)
         } else {
             BoundingSphere::of_scene(geometry)
         };
-        let points = view_points(&tracer, views, POINTS);
+        let points = view_points(tracer, views, POINTS);
         let trees = emitters::trees(&groups, &sources);
-        let guides = Guides::new(&tracer, settings, &points, &groups, &trees);
+        let guides = Guides::new(tracer, settings, &points, &groups, &trees);
         let is_guided = !guides.is_empty();
         let measure = |candidates: &[LightSample]| {
-            let normal_scale = importance::NORMAL_SCALE * importance::free_path(&tracer, candidates);
+            let normal_scale = importance::NORMAL_SCALE * importance::free_path(tracer, candidates);
             let places: Vec<[f32; 6]> =
                 candidates.iter().map(|c| importance::place(c, normal_scale)).collect();
-            (importance::measure(&tracer, &points, candidates, &places, is_guided), normal_scale)
+            (importance::measure(tracer, &points, candidates, &places, is_guided), normal_scale)
         };
         let weigh = |candidates: &[LightSample]| measure(candidates).0.weights(candidates);
 
@@ -134,7 +134,7 @@ impl Sampling {
         let (mut walked, mut pilot) = (Walked::default(), None);
         if !trees.is_empty() && numbers.walked > 0 {
             let walk = Walk {
-                tracer: &tracer,
+                tracer,
                 world_from_nodes: &scene.world_from_nodes(),
                 emissions: &emissions,
                 emitters: &trees,
@@ -168,7 +168,7 @@ impl Sampling {
             let rest = numbers.walked - indirect;
             if numbers.punctual < lights {
                 let seed = sequence::hash(!emitter_seed);
-                let (fewer, warning) = fewer_punctual(geometry, &tracer, &direct, numbers.punctual, seed);
+                let (fewer, warning) = fewer_punctual(geometry, tracer, &direct, numbers.punctual, seed);
                 direct = fewer;
                 warnings.extend(warning);
             }

@@ -11,7 +11,8 @@
 //! traced with `paths=256` a pixel.
 //!
 //! Prints relMSE (without the worst 0.1 %, with its standard error over seeds), the energy as a share of the reference's,
-//! FLIP, how many samples are direct, and milliseconds for sampling.
+//! FLIP, relMSE within a hand's breadth of something else (corners, feet, contacts), how many samples are direct, and milliseconds for
+//! sampling.
 //!
 //! `what=expectation` instead asks whether samples placed for the view bring the light of those placed for none in the mean
 //! over many seeds, with a bound of 1 m⁻² for both: mean energy of small pictures (`size=24x18`) with its standard error,
@@ -21,10 +22,10 @@
 mod hall;
 mod window;
 
-use girandole_core::glam::Vec2;
+use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSample, LightSet, LightSettings, Termination};
-use girandole_core::scene::{Environment, Geometry, Scene, Sky, View, builtin};
+use girandole_core::scene::{Environment, Geometry, NONE, Scene, Sky, View, builtin};
 use girandole_core::trace::SceneTracer;
 use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole_core::{Error, Result};
@@ -122,6 +123,38 @@ fn mask(tracer: &SceneTracer, view: &View, size: [u32; 2]) -> Image {
         pixel.z = f32::from(!corners.iter().all(continues));
     }
     mask
+}
+
+/// A hand's breadth, m.
+const HAND: f32 = 0.1;
+
+/// A mask that leaves out what has nothing before it within a hand's breadth, besides what another one leaves out.
+fn corners(tracer: &SceneTracer, view: &View, mask: &Image) -> Image {
+    const DIRECTIONS: u32 = 64;
+    let view = view.relative_to(tracer.geometry().origin);
+    let size = [mask.width, mask.height];
+    let is_close = |index: u32| {
+        let middle = Vec2::new((index % size[0]) as f32 + 0.5, (index / size[0]) as f32 + 0.5);
+        let (origin, direction) = view.pixel_ray(middle, size);
+        let Some(hit) = tracer.closest_visible(origin, direction) else { return false };
+        let wo = -direction.normalize();
+        let surface = tracer.geometry().surface(tracer.scene(), hit.triangle, hit.barycentric, wo);
+        let normal = surface.geometric_normal;
+        let across = normal.any_orthonormal_vector();
+        let start = tracer.offset_ray_origin(surface.position, normal);
+        (0..DIRECTIONS).any(|i| {
+            let height = (i as f32 + 0.5) / DIRECTIONS as f32;
+            let golden = std::f32::consts::PI * (3.0 - 5f32.sqrt());
+            let (sin, cos) = (i as f32 * golden).sin_cos();
+            let flat = (1.0 - height * height).sqrt();
+            let towards = normal * height + (across * cos + normal.cross(across) * sin) * flat;
+            tracer.occluded(start, hit.triangle, start + towards * HAND, NONE)
+        })
+    };
+    let pixels = (0..)
+        .zip(&mask.pixels)
+        .map(|(index, &pixel)| if is_close(index) { pixel } else { Vec3::new(pixel.x, 1.0, pixel.z) });
+    Image { pixels: pixels.collect(), ..*mask }
 }
 
 const BLOCKS: [u32; 2] = [4, 3];
@@ -239,15 +272,18 @@ fn main() -> Result<()> {
         }
     };
     let mask = read("mask")?.unwrap_or_else(|| mask(&tracer, &view, size));
-    let compared = CompareOptions { mask: Some(mask), keep_edges: false, trim: 0.001 };
+    let options_of = |mask| CompareOptions { mask: Some(mask), keep_edges: false, trim: 0.001 };
+    let in_corners = options_of(corners(&tracer, &view, &mask));
+    let compared = options_of(mask);
     let (seeds, counts) = (options.number::<u32>("seeds", "3")?, options.numbers("lights", "300,1024", ',')?);
     println!(
-        "{:24} {:>6} {:>17} {:>7} {:>6} {:>6} {:>5}",
-        name, "lights", "relMSE", "energy", "FLIP", "direct", "ms"
+        "{:24} {:>6} {:>17} {:>7} {:>6} {:>7} {:>6} {:>5}",
+        name, "lights", "relMSE", "energy", "FLIP", "corners", "direct", "ms"
     );
     for row in rows(options.text("what", "placement"), LightSettings { bounces, ..Default::default() })? {
         for &count in &counts {
-            let (mut errors, mut energy, mut flip, mut direct, mut ms) = (Vec::new(), 0.0, 0.0, 0, 0.0);
+            let (mut errors, mut energy, mut flip, mut corner) = (Vec::new(), 0.0, 0.0, 0.0);
+            let (mut direct, mut ms) = (0, 0.0);
             for seed in 0..seeds {
                 let settings = LightSettings { count, seed, ..row.settings };
                 let start = Instant::now();
@@ -262,17 +298,19 @@ fn main() -> Result<()> {
                 errors.push(c.rel_mse);
                 energy += c.energy_ratio;
                 flip += c.flip;
+                corner += compare(&reference, &picture, &in_corners)?.rel_mse;
                 direct += set.direct;
             }
             let n = f64::from(seeds);
             let mean = errors.iter().sum::<f64>() / n;
             let variance = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (n * (n - 1.0).max(1.0));
             println!(
-                "{:24} {count:6} {mean:8.5} ±{:.5} {:7.4} {:6.4} {:6} {:5.0}",
+                "{:24} {count:6} {mean:8.5} ±{:.5} {:7.4} {:6.4} {:7.5} {:6} {:5.0}",
                 row.label,
                 variance.sqrt(),
                 energy / n,
                 flip / n,
+                corner / n,
                 direct / seeds,
                 ms / n,
             );

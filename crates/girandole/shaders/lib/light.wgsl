@@ -6,7 +6,7 @@ struct Light {
   normal: vec3f,
   scale: f32, // cosine: height / width of its rectangle; spot: 1 / (cos inner − cos outer); parallel light: 1 / half the width of its map, 1/m
   tangent: vec3f,
-  offset: f32, // cosine: squared distance within which a receiver may be near, m²; spot: −cos outer · scale; parallel light: 1 / radius of the scene, 1/m
+  offset: f32, // cosine: squared distance within which a receiver may be near, m², negative if its rectangle is spread; spot: −cos outer · scale; parallel light: 1 / radius of the scene, 1/m
   intensity: vec3f,
   atlas_slot: u32, // of its shadow map in the atlas: (page << 24) | (log2 of its units across << 20) | (row << 10) | column, in units; or NO_MAP
   rectangle: vec4f, // cosine: from the position to the rectangle's centre, and half its width, along tangent and bitangent, m; distant: x = solid angle, sr
@@ -18,7 +18,7 @@ override ONLY_COSINE_LIGHTS: bool = false; // whether all lights have the profil
 
 // Whether a receiver is so near that the light's rectangle counts, or may be.
 fn is_near(light: Light, r2: f32) -> bool {
-  return (ONLY_COSINE_LIGHTS || light.profile == COSINE) && r2 < select(0.0, light.offset, frame.clamp == OWN_CLAMP);
+  return (ONLY_COSINE_LIGHTS || light.profile == COSINE) && r2 < select(0.0, abs(light.offset), frame.clamp == OWN_CLAMP);
 }
 
 // The solid angle of what a light stands for (core: LightSample::solid_angle), where it is not taken for a point.
@@ -28,7 +28,8 @@ fn solid_angle_of(light: Light, position: vec3f) -> f32 {
   if !ONLY_COSINE_LIGHTS && light.profile != COSINE { return 0.0; }
   let to_light = light.position - position;
   let r2 = dot(to_light, to_light);
-  let area = 4.0 * dot(light.rectangle.zw, light.rectangle.zw) * light.scale;
+  let side = select(2.0, 2.0 / RECTANGLE_SPREAD, light.offset < 0.0);
+  let area = side * side * dot(light.rectangle.zw, light.rectangle.zw) * light.scale;
   return clamp(-dot(light.normal, to_light) * area / (r2 * sqrt(r2)), 0.0, HEMISPHERE_SOLID_ANGLE);
 }
 

@@ -23,6 +23,7 @@ struct Arriving {
   g: f32, // geometric factor, 0 where the pair does not face each other
   to_light: vec3f, // direction that it comes from, of any length
   is_near: bool, // whether `g` is that of the light's place, and has to be that of its rectangle
+  is_before: bool, // whether the light's place lies before the receiver's planes (core: LightSample::is_before)
 }
 
 fn arriving(light: Light, s: Shading) -> Arriving {
@@ -31,25 +32,26 @@ fn arriving(light: Light, s: Shading) -> Arriving {
   let cos_x = dot(s.ns, to_light);
   let cos_light = -dot(light.normal, to_light);
   let height = dot(s.ng, to_light);
-  let faces = min(min(cos_x, cos_light), height) > 0.0;
+  let is_before = min(cos_x, height) > 0.0;
   let r2 = dot(to_light, to_light);
   let g = geometric_factor(light, cos_x, cos_light, r2);
-  return Arriving(select(0.0, g, faces), to_light, faces && is_near(light, r2));
+  return Arriving(select(0.0, g, is_before && cos_light > 0.0), to_light, cos_light > 0.0 && is_near(light, r2), is_before);
 }
 
-// The same of a light that is near.
-fn arriving_near(light: Light, s: Shading) -> Arriving {
+// The same of a light that is near, whose place may be before the receiver's planes or not.
+fn arriving_near(light: Light, s: Shading, is_before: bool) -> Arriving {
   let to_light = light.position - s.position;
   let r2 = dot(to_light, to_light);
   let mean = rectangle_mean(light, s.position, s.ns);
-  let vector = mix(mean.vector, to_light * (-dot(light.normal, to_light) / (r2 * r2)), mean.point_share);
-  return Arriving(max(dot(vector, s.ns), 0.0), vector, true);
+  let of_place = to_light * select(0.0, -dot(light.normal, to_light) / (r2 * r2), is_before);
+  let vector = mix(mean.vector, of_place, mean.point_share);
+  return Arriving(max(dot(vector, s.ns), 0.0), vector, true, is_before);
 }
 
 // That of the light's place or of its rectangle.
 fn arriving_in_full(light: Light, s: Shading) -> Arriving {
   var a = arriving(light, s);
-  if a.is_near { a = arriving_near(light, s); }
+  if a.is_near { a = arriving_near(light, s, a.is_before); }
   return a;
 }
 
@@ -173,7 +175,7 @@ fn add_slope_corrected(sums: ptr<function, PointSums>, light: Light) {
 fn add_in_full(sums: ptr<function, PointSums>, light: Light, is_shadowed: bool, is_jointed: bool) {
   let a = arriving_in_full(light, (*sums).shading);
   var is_lit = true;
-  if is_shadowed {
+  if is_shadowed && a.is_before {
     let at = shadow_texel_of(light, (*sums).shading);
     if FILTER > 0u {
       add(sums, light, a, filtered(light, at.receiver));

@@ -3,7 +3,6 @@
 // Sums over a polygon's edges, as seen from the origin.
 struct EdgeSums {
   irradiance: vec3f,
-  area: vec3f, // twice the polygon's area along its normal
   entry: vec3f, // where the edges come to the front of the receiver's plane, and where they leave it; 0 = nowhere
   exit: vec3f,
 }
@@ -21,7 +20,6 @@ fn add_edge(sums: ptr<function, EdgeSums>, a: vec3f, b: vec3f) {
   let cosine = dot(a, b) * inverse;
   let acute = angle_over_sine(abs(cosine)) * inverse;
   let obtuse = PI * inverseSqrt(max(dot(across, across), 1e-30)) - acute;
-  (*sums).area += across;
   (*sums).irradiance += across * select(acute, obtuse, cosine < 0.0);
 }
 
@@ -37,21 +35,9 @@ fn add_clipped_edge(sums: ptr<function, EdgeSums>, a: vec3f, b: vec3f, normal: v
   (*sums).exit = select((*sums).exit, at, ends);
 }
 
-// How much the light counts, little over a receiver's plane (core: Rectangle::rise).
-fn rise(light: Light, c: vec3f, u: vec3f, v: vec3f, position: vec3f, normal: vec3f) -> f32 {
-  let center = dot(normal, c);
-  let spread = abs(dot(normal, u)) + abs(dot(normal, v));
-  let lowest = max(center - spread, 0.0);
-  let highest = center + spread;
-  let full = RECTANGLE_RISE * highest;
-  if full <= 0.0 { return 0.0; }
-  let missing = max(full - lowest, 0.0);
-  let lost = 0.5 * missing * missing / (full * max(highest - lowest, 1e-6 * highest));
-  return min(dot(normal, light.position - position) / full, 1.0) / (1.0 - lost);
-}
-
 // Share of the geometric factor at a point that is that of the light's place, and the mean over its rectangle of
-// cos_light / r² times the unit direction to it, by how much the light counts (core: Rectangle::point_share, mean_vector).
+// cos_light / r² times the unit direction to it, nothing where that lies behind the receiver's plane (core: Rectangle::point_share,
+// mean_vector).
 struct RectangleMean { vector: vec3f, point_share: f32 }
 
 fn rectangle_mean(light: Light, position: vec3f, normal: vec3f) -> RectangleMean {
@@ -67,10 +53,8 @@ fn rectangle_mean(light: Light, position: vec3f, normal: vec3f) -> RectangleMean
   add_clipped_edge(&sums, c - u + v, c - u - v, normal);
   if any(sums.entry != vec3f(0.0)) && any(sums.exit != vec3f(0.0)) { add_edge(&sums, sums.exit, sums.entry); }
   let u2 = dot(u, u);
-  let least = RECTANGLE_LEAST_PART * 4.0 * u2 * light.scale;
-  let area = max(0.5 * abs(dot(sums.area, light.normal)), least);
   let radius2 = 2.0 / 3.0 * u2 * (1.0 + light.scale * light.scale);
   let distance = sqrt(dot(c, c) / radius2);
-  let mean = sums.irradiance * (-0.5 / area * rise(light, c, u, v, position, normal));
+  let mean = sums.irradiance * (-0.125 / (u2 * light.scale));
   return RectangleMean(mean, smoothstep(RECTANGLE_NEAR, RECTANGLE_FAR, distance));
 }

@@ -16,11 +16,11 @@ fn add_looked_up_previously(sums: ptr<function, PointSums>, leaf: u32, list: Lig
     let a = arriving_in_full(light, (*sums).shading);
     let at = previous_shadow_texel(light, index, (*sums).shading, mover);
     let counted = select(0.0, 1.0, i >= list.subtracted);
-    if FILTER > 0u {
+    if FILTER > 0u && a.is_before {
       add(sums, light, a, filtered(light, at.receiver) - counted);
       continue;
     }
-    let is_lit = passes_shadow_test(light, at.receiver, at.texel, stored_at(light, at.texel), false);
+    let is_lit = !a.is_before || passes_shadow_test(light, at.receiver, at.texel, stored_at(light, at.texel), false);
     add(sums, light, a, select(0.0, 1.0, is_lit) - counted);
   }
 }

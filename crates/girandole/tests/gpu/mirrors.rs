@@ -272,10 +272,12 @@ fn geometric_factor(context: &Context) {
              var to_light = light.position - a.xyz; if light.profile >= DIRECTIONAL {{ to_light = -light.normal; }} \
              let cosines = vec2f(dot(b.xyz, to_light), -dot(light.normal, to_light)); \
              let r2 = dot(to_light, to_light); \
-             var g = geometric_factor(light, cosines.x, cosines.y, r2); \
+             let is_before = cosines.x > 0.0; \
+             var g = select(0.0, geometric_factor(light, cosines.x, cosines.y, r2), is_before); \
              if is_near(light, r2) {{ let mean = rectangle_mean(light, a.xyz, b.xyz); \
-             g = dot(mix(mean.vector, to_light * (cosines.y / (r2 * r2)), mean.point_share), b.xyz); }} \
-             return vec4f(select(0.0, g, min(cosines.x, cosines.y) > 0.0), solid_angle_of(light, a.xyz), 0.0, 0.0); }}",
+             let of_place = to_light * select(0.0, cosines.y / (r2 * r2), is_before); \
+             g = max(dot(mix(mean.vector, of_place, mean.point_share), b.xyz), 0.0); }} \
+             return vec4f(select(0.0, g, cosines.y > 0.0), solid_angle_of(light, a.xyz), 0.0, 0.0); }}",
             include_str!("../../shaders/lib/light.wgsl"),
             include_str!("../../shaders/lib/rectangle.wgsl"),
             vector(position),

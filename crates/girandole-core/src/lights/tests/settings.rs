@@ -151,7 +151,10 @@ fn rectangles_are_as_large_as_what_samples_stand_for() {
             assert!(at(Clamp::Own) <= 1.001 * std::f32::consts::PI / area, "{} {area}", at(Clamp::Own));
             assert!(at(Clamp::Off) > 100.0 * at(Clamp::Own) && at(Clamp::At(2.0)) == 2.0);
         }
-        set.samples().iter().filter_map(|s| s.rectangle).map(|r| r.area()).sum::<f32>() / count as f32
+        let stands_for = |s: &LightSample| {
+            s.rectangle.map(|r| r.area() / if s.is_spread() { SPREAD * SPREAD } else { 1.0 })
+        };
+        set.samples().iter().filter_map(stands_for).sum::<f32>() / count as f32
     };
     let one = mean_area(200, 1.0);
     // Together the samples stand for about the surface of the box, 6 m², whatever their number.

@@ -30,6 +30,18 @@ pub(super) struct Relation {
     pub is_near: bool,
     /// Whether a [`Joint`] of the leaf is between them.
     pub is_jointed: bool,
+    /// Whether the light's place may lie behind the leaf while part of what it stands for lies before it.
+    pub is_cut: IsCut,
+}
+
+/// Whether a light's place lies behind a leaf and part of what it stands for before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum IsCut {
+    #[default]
+    No,
+    /// At points of the leaf that only shading knows.
+    Somewhere,
+    Everywhere,
 }
 
 /// Which piece of surface a leaf is, and where.
@@ -110,7 +122,29 @@ impl LeafPlace {
         // Of parallel light, texels that look past a plane are asked in another way.
         let is_looked_up = standing == State::Partial && !light.profile.is_parallel();
         let is_jointed = is_looked_up && self.joints.iter().any(|joint| joint.is_between(light));
-        Relation { in_map: false, is_near: self.is_near(light), is_jointed }
+        let is_near = self.is_near(light);
+        let is_cut = if is_near { self.is_cut(light) } else { IsCut::No };
+        Relation { in_map: false, is_near, is_jointed, is_cut }
+    }
+
+    /// Whether its plane cuts what a light stands for, with the light behind it.
+    fn is_cut(&self, light: &LightSample) -> IsCut {
+        let Some(lit) = &light.rectangle else { return IsCut::No };
+        let Some(leaf) = &self.rectangle else {
+            let is_lit = (self.center - light.position).dot(light.normal) > -self.radius;
+            return if is_lit { IsCut::Somewhere } else { IsCut::No };
+        };
+        let over = |point: Vec3| (point - leaf.corner).dot(leaf.normal);
+        let highest =
+            over(lit.center) + lit.half_axes.iter().map(|axis| axis.dot(leaf.normal).abs()).sum::<f32>();
+        let corners = [Vec3::ZERO, leaf.across, leaf.up, leaf.across + leaf.up].map(|at| leaf.corner + at);
+        let is_lit = corners.iter().any(|corner| (corner - light.position).dot(light.normal) > 0.0);
+        let slack = 1e-5 * lit.radius();
+        if is_lit && over(light.position) <= slack && highest > -slack {
+            IsCut::Everywhere
+        } else {
+            IsCut::No
+        }
     }
 
     /// Whether some point of it may be near to what a light stands for.
@@ -252,7 +286,11 @@ impl Relation {
     /// The part of the leaf's list that the light is in.
     pub fn part(self, state: State) -> u32 {
         match (state, self.in_map, self.is_near) {
-            (State::Full, ..) => NO_PART,
+            (State::Full, ..) => match self.is_cut {
+                IsCut::No => NO_PART,
+                IsCut::Somewhere => NEAR_SHADOWED,
+                IsCut::Everywhere => NEAR_UNSHADOWED,
+            },
             (State::Unoccluded, _, true) => NEAR_UNSHADOWED,
             (State::Partial, ..) if self.is_jointed => JOINTED,
             (State::Partial, _, true) => NEAR_SHADOWED,

@@ -1,0 +1,116 @@
+//! How far what light samples stand for is spread.
+//!
+//! Rectangles that are fitted to candidates leave gaps between each other, and overlap: close to them, in corners and at the feet of
+//! things, these are seen as dark and bright spots. So each is longer by half than what was fitted, as if what surfaces reflect were
+//! filtered; what emits has edges, and is not. Where something static stands in its plane, seen from its sample, it ends there: no light passes a wall. Its other end
+//! then goes less far, lest corners get too little light (or, if it did not go on at all, too much).
+
+use super::{LightSample, Rectangle, SampleOrigin};
+use crate::parallel::in_order;
+use crate::trace::SceneTracer;
+use glam::Vec3;
+
+/// By how much a rectangle's sides are longer than what was fitted, if it reflects. With 1.3 relMSE is 5 % higher; with 1.8 it is the same, and corners
+/// are darker.
+pub const SPREAD: f32 = 1.5;
+/// How far an end goes whose other end is at a wall, as a share.
+const BESIDE_WALL: f32 = 0.5;
+/// A side is no shorter than this share of what was fitted, whatever stands in its way.
+const LEAST: f32 = 0.1;
+/// Height over the plane at which it is looked for what stands in it, as a share of the rectangle's radius.
+const HEIGHT: f32 = 0.02;
+
+impl LightSample {
+    /// Whether its rectangle is larger than what it stands for by [`SPREAD`], where nothing stands in the way.
+    pub fn is_spread(&self) -> bool {
+        matches!(self.origin, SampleOrigin::Bounce { .. })
+    }
+}
+
+/// Spreads what each sample stands for.
+pub(super) fn spread(tracer: &SceneTracer, samples: &mut [LightSample]) {
+    let found = in_order(samples.len(), |i| {
+        samples[i].rectangle.map(|fitted| spread_out(tracer, &samples[i], fitted))
+    });
+    for (sample, rectangle) in samples.iter_mut().zip(found) {
+        sample.rectangle = rectangle;
+    }
+}
+
+/// A larger rectangle than was fitted, which ends where something stands.
+fn spread_out(tracer: &SceneTracer, sample: &LightSample, fitted: Rectangle) -> Rectangle {
+    let (scene, geometry) = (tracer.scene(), tracer.geometry());
+    let is_static = |triangle: u32, _| {
+        let object = geometry.triangles[triangle as usize].object;
+        !scene.objects[object as usize].dynamic && triangle != sample.triangle()
+    };
+    let height = sample.normal * (HEIGHT * fitted.radius());
+    let origin = tracer.offset_ray_origin(sample.position, sample.normal) + height;
+    let free = |towards: Vec3, length: f32| {
+        let hit = tracer.closest_hit_where(origin, towards, length, is_static);
+        hit.map_or(length, |hit| hit.t.min(length))
+    };
+    let mut center = fitted.center;
+    let half_axes = fitted.half_axes.map(|axis| {
+        let (half, along) = (axis.length(), axis.normalize_or_zero());
+        let at = (sample.position - fitted.center).dot(along).clamp(-half, half);
+        let more = if sample.is_spread() { (SPREAD - 1.0) * half } else { 0.0 };
+        // From the sample to either end: what was fitted, and how far it goes.
+        let fitted = [half - at, half + at];
+        let free = [free(along, fitted[0] + more), free(-along, fitted[1] + more)];
+        let is_open = [0, 1].map(|side| free[side] >= fitted[side] + more);
+        let end = |side: usize| {
+            free[side] - if is_open[side] && !is_open[1 - side] { (1.0 - BESIDE_WALL) * more } else { 0.0 }
+        };
+        let [high, low] = [end(0), end(1)];
+        center += along * (at + 0.5 * (high - low));
+        along * (0.5 * (high + low)).max(LEAST * half)
+    });
+    Rectangle { center, half_axes }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lights::{LightSet, LightSettings};
+    use crate::scene::builtin::{self, MovingObject};
+    use crate::scene::{Geometry, NONE};
+
+    #[test]
+    fn what_samples_stand_for_ends_at_walls_and_is_larger_elsewhere() {
+        let scene = builtin::build("pillars", MovingObject::None).unwrap();
+        let geometry = Geometry::new(&scene);
+        let tracer = SceneTracer::new(&scene, &geometry);
+        let set = LightSet::sample(&scene, &geometry, &LightSettings::default()).unwrap();
+        let mut fitted = set.samples().to_vec();
+        for sample in &mut fitted {
+            if let Some(rectangle) = &mut sample.rectangle {
+                rectangle.half_axes = rectangle.half_axes.map(|axis| axis / SPREAD);
+            }
+        }
+        let mut spread_again = fitted.clone();
+        spread(&tracer, &mut spread_again);
+        let (mut ended, mut whole) = (0, 0);
+        for (sample, found) in fitted.iter().zip(&spread_again) {
+            let (Some(fitted), Some(found)) = (sample.rectangle, found.rectangle) else { continue };
+            let from = tracer.offset_ray_origin(sample.position, sample.normal)
+                + sample.normal * (HEIGHT * fitted.radius());
+            let at = sample.position - found.center;
+            for (axis, before) in found.half_axes.into_iter().zip(fitted.half_axes) {
+                let along = axis.normalize_or_zero();
+                if axis.length() <= 1.001 * LEAST * before.length() {
+                    continue;
+                }
+                for side in [axis, -axis] {
+                    let end = from + along * (side - at).dot(along) * 0.999;
+                    assert!(!tracer.occluded(from, sample.triangle(), end, NONE), "{sample:?} {found:?}");
+                }
+            }
+            let spread = if sample.is_spread() { SPREAD * SPREAD } else { 1.0 };
+            let share = found.area() / (spread * fitted.area());
+            assert!(share <= 1.001, "{share}");
+            *(if share < 0.9 { &mut ended } else { &mut whole }) += 1;
+        }
+        assert!(ended > 20 && whole > 100, "{ended} end at something, {whole} do not");
+    }
+}
