@@ -4,6 +4,7 @@ mod changes;
 mod direct;
 mod emission;
 mod emitters;
+mod geometric_factor;
 mod guide;
 mod ids;
 mod importance;
@@ -27,6 +28,7 @@ mod view_points;
 mod walk;
 
 pub use changes::LightChanges;
+pub use geometric_factor::Clamp;
 pub use ids::LightId;
 pub(crate) use motion::Placement;
 pub(crate) use punctual::SpotCone;
@@ -145,19 +147,6 @@ pub fn mean_solid_angle(samples: &[LightSample]) -> f32 {
     (samples.iter().filter_map(of).sum::<f64>() / count.max(1) as f64) as f32
 }
 
-/// What the geometric factor is near light samples, where a sample is a poor stand-in for the surface about it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Clamp {
-    /// Close to a sample, the mean over the [rectangle](LightSample::rectangle) that it stands for, and no bound. For a rectangle of the
-    /// area A it is at most π / A where a point sees all of it, about twice that where a point's own plane cuts it.
-    #[default]
-    Own,
-    /// At most so much, the same for all samples, m⁻².
-    At(f32),
-    /// None: the sum over point lights as it is, with bright spots next to them.
-    Off,
-}
-
 impl LightSample {
     /// The triangle that the sample lies on, [`NONE`](crate::scene::NONE) for those that lie on none.
     pub fn triangle(&self) -> u32 {
@@ -202,62 +191,6 @@ impl LightSample {
             }
             _ => 0.0,
         }
-    }
-
-    /// Whether its place lies before the planes of a receiver; of parallel light, whether it comes from there. Where not, part of its
-    /// rectangle may still do, and lights the receiver: what lies in a plane before another one is seen from there, and no shadow
-    /// ray is asked.
-    pub fn is_before(&self, position: Vec3, geometric_normal: Vec3, shading_normal: Vec3) -> bool {
-        let to_light = if self.profile.is_parallel() { -self.normal } else { self.position - position };
-        geometric_normal.dot(to_light) > 0.0 && shading_normal.dot(to_light) > 0.0
-    }
-
-    /// The geometric factor `G` of this sample at a point, m⁻² (parallel light: a cosine); and the unit direction that light comes
-    /// from. `None` unless both cosines and the geometric one are positive: a pair counts only if the geometric normals of
-    /// both face each other; or, close to the sample, if part of its rectangle lies before the receiver's plane. Mirrored in
-    /// `shaders/lib/light.wgsl`.
-    pub fn geometric_factor(
-        &self,
-        position: Vec3,
-        geometric_normal: Vec3,
-        shading_normal: Vec3,
-        clamp: Clamp,
-    ) -> Option<(f32, Vec3)> {
-        if self.profile.is_parallel() {
-            let is_before = self.is_before(position, geometric_normal, shading_normal);
-            return is_before.then(|| (shading_normal.dot(-self.normal), -self.normal));
-        }
-        let to_light = self.position - position;
-        let cos_light = -self.normal.dot(to_light);
-        if cos_light <= 0.0 {
-            return None;
-        }
-        let r2 = to_light.length_squared();
-        let is_before = self.is_before(position, geometric_normal, shading_normal);
-        if let (Clamp::Own, Some(rectangle)) = (clamp, &self.rectangle) {
-            let share = rectangle.point_share(position);
-            if share < 1.0 {
-                let point = if is_before { to_light * (cos_light / (r2 * r2)) } else { Vec3::ZERO };
-                let mean = rectangle.mean_vector(position, shading_normal).lerp(point, share);
-                let g = mean.dot(shading_normal);
-                return (g > 0.0).then(|| (g, mean.normalize()));
-            }
-        }
-        if !is_before {
-            return None;
-        }
-        let cos_x = shading_normal.dot(to_light);
-        let inverse_r = 1.0 / r2.sqrt();
-        let falloff = match self.profile {
-            Profile::Cosine => cos_light * inverse_r,
-            Profile::Spot { scale, offset } => {
-                let x = (cos_light * inverse_r * scale + offset).clamp(0.0, 1.0);
-                x * x
-            }
-            Profile::Hemisphere | Profile::Directional | Profile::Distant { .. } => 1.0,
-        };
-        let bound = if let Clamp::At(bound) = clamp { bound } else { f32::MAX };
-        Some(((cos_x * inverse_r * falloff / r2).min(bound), to_light * inverse_r))
     }
 }
 

@@ -2,16 +2,17 @@
 //!
 //! Rectangles that are fitted to candidates leave gaps between each other, and overlap: close to them, in corners and at the feet of
 //! things, these are seen as dark and bright spots. So each is longer by half than what was fitted, as if what surfaces reflect were
-//! filtered; what emits has edges, and is not. Where something static stands in its plane, seen from its sample, it ends there: no light passes a wall. Its other end
-//! then goes less far, lest corners get too little light (or, if it did not go on at all, too much).
+//! filtered; what emits has edges, and is not. Where something static stands in a rectangle's plane, seen from its sample, it ends
+//! there: no light passes a wall. Its other end then goes half as far, lest corners get too little light (or, if it did not go on at
+//! all, too much).
 
 use super::{LightSample, Rectangle, SampleOrigin};
 use crate::parallel::in_order;
 use crate::trace::SceneTracer;
 use glam::Vec3;
 
-/// By how much a rectangle's sides are longer than what was fitted, if it reflects. With 1.3 relMSE is 5 % higher; with 1.8 it is the same, and corners
-/// are darker.
+/// By how much a rectangle's sides are longer than what was fitted, if it reflects. With 1.3 relMSE is 5 % higher; with 1.8 it is the
+/// same, and corners are darker.
 pub const SPREAD: f32 = 1.5;
 /// How far an end goes whose other end is at a wall, as a share.
 const BESIDE_WALL: f32 = 0.5;

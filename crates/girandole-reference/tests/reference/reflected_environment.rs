@@ -10,7 +10,11 @@ use girandole_reference::{OracleSettings, PathSettings, Reflected, oracle, path_
 const SIZE: [u32; 2] = [160, 40];
 const BOUNCES: u32 = 3;
 
-/// How well spheres are rendered with few samples: by rays, by samples as the renderer does it, and where samples are points.
+/// So many sets of samples: a single one may be unlucky at a sphere.
+const SEEDS: u32 = 4;
+
+/// How well spheres are rendered with few samples, in the mean over seeds: by rays, by samples as the renderer does it, and where samples
+/// are points.
 fn rendered(surroundings: Surroundings) -> [[Row; 2]; 3] {
     let (scene, view) = spheres(surroundings);
     let geometry = Geometry::new(&scene);
@@ -18,14 +22,30 @@ fn rendered(surroundings: Surroundings) -> [[Row; 2]; 3] {
     let seen = seen(&tracer, &view, SIZE);
     let settings = PathSettings { paths: 400, bounces: Some(BOUNCES), seed: 7 };
     let truth = path_trace(&tracer, &view, SIZE, &settings, &|_| {}).mean;
-    let lights = LightSettings { count: 1024, bounces: BOUNCES, ..LightSettings::default() };
-    let set = LightSet::sample_for(&scene, &geometry, &lights, &[view]).expect("light");
+    let sets = (0..SEEDS).map(|seed| {
+        let lights = LightSettings { count: 1024, bounces: BOUNCES, seed, ..LightSettings::default() };
+        LightSet::sample_for(&scene, &geometry, &lights, &[view]).expect("light")
+    });
+    let sets: Vec<LightSet> = sets.collect();
     let ways =
         [(Clamp::Own, Reflected::Rays), (Clamp::Own, Reflected::Samples), (Clamp::Off, Reflected::Rays)];
     ways.map(|(clamp, reflected)| {
         let settings = OracleSettings { samples_per_axis: 2, clamp, reflected, mirrors: 0 };
-        rows(&truth, &oracle(&tracer, &set, &view, SIZE, &settings, &|_| {}), &seen)
+        let of = |set| rows(&truth, &oracle(&tracer, set, &view, SIZE, &settings, &|_| {}), &seen);
+        let all: Vec<[Row; 2]> = sets.iter().map(of).collect();
+        std::array::from_fn(|row| mean(all.iter().map(|rows| &rows[row])))
     })
+}
+
+/// The mean of rows.
+fn mean<'a>(rows: impl Iterator<Item = &'a Row> + Clone) -> Row {
+    let n = rows.clone().count() as f64;
+    let of = |value: &dyn Fn(&Row) -> f64| rows.clone().map(value).sum::<f64>() / n;
+    Row {
+        is_metal: rows.clone().any(|row| row.is_metal),
+        energy: (0..ROUGHNESS.len()).map(|i| of(&|row| row.energy[i])).collect(),
+        flip: (0..ROUGHNESS.len()).map(|i| of(&|row| row.flip[i])).collect(),
+    }
 }
 
 /// Largest distance of the energy of rough spheres from 1, and largest FLIP from a roughness of 0.3 on.
