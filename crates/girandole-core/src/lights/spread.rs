@@ -3,7 +3,7 @@
 //! Rectangles that are fitted to candidates leave gaps between each other, and overlap: close to them, in corners and at the feet of
 //! things, these are seen as dark and bright spots. So each is longer by half than what was fitted, as if what surfaces reflect were
 //! filtered; what emits has edges, and is not. Where something static stands in a rectangle's plane, seen from its sample, it ends
-//! there: no light passes a wall. Its other end then goes half as far, lest corners get too little light (or, if it did not go on at
+//! there: no light passes a wall. Its other end then goes less far, lest corners get too little light (or, if it did not go on at
 //! all, too much).
 
 use super::{LightSample, Rectangle, SampleOrigin};
@@ -15,7 +15,7 @@ use glam::Vec3;
 /// same, and corners are darker.
 pub const SPREAD: f32 = 1.5;
 /// How far an end goes whose other end is at a wall, as a share.
-const BESIDE_WALL: f32 = 0.5;
+const BESIDE_WALL: f32 = 0.3;
 /// A side is no shorter than this share of what was fitted, whatever stands in its way.
 const LEAST: f32 = 0.1;
 /// Height over the plane at which it is looked for what stands in it, as a share of the rectangle's radius.

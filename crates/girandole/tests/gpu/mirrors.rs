@@ -314,9 +314,10 @@ fn geometric_factor(context: &Context) {
         // One edge of the rectangle that is not cut.
         let uncut = source.replacen("add_clipped_edge(&sums, c - u - v", "add_edge(&sums, c - u - v", 1);
         let uncut = uncut.replacen("c + u - v, normal)", "c + u - v)", 1);
-        // A light that counts in full as soon as it comes up.
-        let sudden = source.replace(" * rise(light, c, u, v, position, normal)", "");
-        for wrong in [uncut, sudden] {
+        // A light whose place counts behind the receiver, too.
+        let everywhere = source.replace("cosines.y / (r2 * r2), is_before)", "cosines.y / (r2 * r2), true)");
+        assert!(everywhere != source);
+        for wrong in [uncut, everywhere] {
             assert!(sample.rectangle.is_none() || clamp != Clamp::Own || difference(&wrong) > 1e-3);
         }
     }
