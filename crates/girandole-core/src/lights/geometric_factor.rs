@@ -7,7 +7,7 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Clamp {
     /// Close to a sample, the mean over the [rectangle](LightSample::rectangle) that it stands for, and no bound. For a rectangle of the
-    /// area A it is at most π / A where a point sees all of it, about twice that where a point's own plane cuts it.
+    /// area A it is at most π / A.
     #[default]
     Own,
     /// At most so much, the same for all samples, m⁻².
