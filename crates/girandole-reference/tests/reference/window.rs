@@ -13,7 +13,7 @@ use girandole_reference::{Estimate, OracleSettings, PathSettings, oracle, path_t
 
 const SIZE: [u32; 2] = [48, 36];
 const BOUNCES: u32 = 5;
-const SEEDS: u32 = 3;
+const SEEDS: u32 = 8;
 
 /// What is left out where only the room counts: pixels that show some of what is outside.
 fn outside(tracer: &SceneTracer, view: &View) -> Image {
@@ -71,7 +71,7 @@ fn a_room_lit_through_a_window_agrees_with_the_path_tracer() {
         });
         println!("  by power {:.4} {:.4}", by_power[0].flip, by_power[1].flip);
         assert!((picture[0] - 1.0).abs() < 0.02 && picture[1] <= 0.08, "{name}: {picture:?}, {found:?}");
-        assert!((room[0] - 1.0).abs() < 0.05 && room[1] < 0.14, "{name}: {room:?}, {found:?}");
+        assert!((room[0] - 1.0).abs() < 0.05 && room[1] < 0.13, "{name}: {room:?}, {found:?}");
         // Where paths start everywhere before the scene, few come in.
         assert!(by_power[0].flip > 0.085 && by_power[1].flip > 0.2, "negative control: {by_power:?}");
     }
