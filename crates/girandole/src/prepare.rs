@@ -407,7 +407,8 @@ pub(crate) fn prepare<'a>(
     })
 }
 
-/// What adds mirror images, if there are any: the ends of rays are shaded as what the camera sees, by kernels of their own.
+/// What adds mirror images, if the view may show any: the ends of rays are shaded as what the camera sees, by kernels of their own, which
+/// are compiled at once, lest the first mirror that comes into view be waited for.
 fn prepared_mirrors<'a>(
     compiler: &Compiler,
     passes: &'a ScenePasses,
@@ -441,5 +442,5 @@ fn prepared_mirrors<'a>(
     };
     let transfer = || passes.transfer_mirrored.get_or_init(|| Transfer::new(&compiler));
     let transfer = scene.transfer.is_some().then(transfer);
-    Some(PreparedMirrors { pass, hierarchies, mode, transfer, count })
+    scene.shows_mirrors().then_some(PreparedMirrors { pass, hierarchies, mode, transfer, count })
 }

@@ -332,6 +332,8 @@ pub(crate) struct Seen {
     view: Option<(LocalView, Looks)>,
     /// For each leaf, whether it may be in view.
     pub leaves: Vec<bool>,
+    /// Whether some surface in view may mirror others.
+    pub has_mirrors: bool,
     /// For each light, units across that its map is to have; 0 where it is not looked up.
     spans: Vec<u32>,
     /// Directional lights with maps that show what is looked up in them.
@@ -370,6 +372,11 @@ impl Resident {
         if is_possible && self.features.mirrors { settings.mirrors } else { 0 }
     }
 
+    /// Whether the view that was [seen](Resident::see) last may show mirrors.
+    pub fn shows_mirrors(&self) -> bool {
+        self.seen.as_ref().is_none_or(|seen| seen.has_mirrors)
+    }
+
     fn looks(&self, settings: &RenderSettings) -> Looks {
         Looks { lists: settings.mode != Mode::Naive, mirrors: self.mirrors(settings) > 0 }
     }
@@ -382,19 +389,21 @@ impl Resident {
             let suns = lights.samples.iter().enumerate().filter(|(_, light)| light.has_large_map());
             let whole = |light: &Light| light.showing(Vec2::ZERO, 1.0 / light.offset);
             let suns = suns.map(|(index, light)| (index, whole(light))).collect();
-            return Seen { view, leaves: vec![true; leaves as usize], spans: regular, suns };
+            let leaves = vec![true; leaves as usize];
+            return Seen { view, leaves, has_mirrors: true, spans: regular, suns };
         };
         let in_view = receivers.in_view(of);
-        let smooth = |kind| self.smooth.is(kind);
+        let is_smooth = |kind| self.smooth.is(kind);
+        let has_mirrors = *mirrors && receivers.has_mirrors(&in_view, is_smooth);
         // What is behind the camera may be seen in a mirror.
-        let leaves = if *mirrors { receivers.in_mirrors(in_view, smooth) } else { in_view };
-        let suns = receivers.suns(&leaves, (of, *mirrors), *lists);
+        let leaves = if has_mirrors { receivers.in_mirrors(in_view, is_smooth) } else { in_view };
+        let suns = receivers.suns(&leaves, (of, has_mirrors), *lists);
         let mut texels = receivers.look_ups(&leaves, of, &suns);
         if !lists {
             let unused = texels.iter_mut().zip(regular).filter(|(texels, _)| **texels == 0.0);
             unused.for_each(|(texels, regular)| *texels = cache.layout().size(regular) as f32);
         }
-        Seen { view, leaves, spans: cache.spans(&texels, &lights.samples), suns }
+        Seen { view, leaves, has_mirrors, spans: cache.spans(&texels, &lights.samples), suns }
     }
 
     /// Decides what of the shadow maps the next frame draws, and where.

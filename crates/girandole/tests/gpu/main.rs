@@ -83,6 +83,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
     let of_some_devices = [
         shadings::with_float_blending(),
         materials::with_timestamps(),
+        mirror_images::with_timestamps(),
         recording::with_float_blending(),
         reflections::with_float_blending(),
         mirror_images::with_float_blending(),

@@ -1,9 +1,9 @@
 //! What mirrors show.
 
-use crate::common::{Context, Stage, Test, with_object};
+use crate::common::{Context, Stage, Test, camera, with_object};
 use crate::motion::{held, updated};
 use crate::selected::{bounded, flip};
-use girandole::core::glam::{DAffine3, DVec3};
+use girandole::core::glam::{DAffine3, DVec3, vec3};
 use girandole::core::image::Image;
 use girandole::core::lights::{Clamp, LightSettings};
 use girandole::core::scene::builtin::MovingObject;
@@ -18,6 +18,10 @@ pub fn tests() -> Vec<Test> {
         ("mirror_images_in_all_modes", modes),
         ("mirror_images_follow_what_moves", follow),
     ]
+}
+
+pub fn with_timestamps() -> (wgpu::Features, Test) {
+    (wgpu::Features::TIMESTAMP_QUERY, ("no_rays_where_no_mirror_is_in_view", none_in_view))
 }
 
 pub fn with_float_blending() -> (wgpu::Features, Test) {
@@ -78,6 +82,32 @@ fn modes(context: &Context) {
     // The control: without mirrors.
     let blurred = context.frame(&mut renderer, &view, SIZE, &mirrored(Mode::Full, 0));
     assert!(flip(&naive, &blurred) > 0.06, "{}", flip(&naive, &blurred));
+}
+
+/// The ceiling alone is in view: neither rays are sent nor maps drawn for what mirrors would show.
+fn none_in_view(context: &Context) {
+    let (mut stage, towards_mirrors) = stage("mirrors", 64);
+    camera(&mut stage.scene, vec3(0.0, 1.9, 0.0), vec3(0.5, 2.8, 0.4), 0.6);
+    let ceiling = stage.view(stage.scene.cameras.len() - 1, SIZE);
+    for mode in [Mode::Naive, Mode::Full] {
+        let frames = [(&ceiling, 2), (&ceiling, 0), (&towards_mirrors, 2)].map(|(view, mirrors)| {
+            let mut renderer = context.loaded(&stage, RendererOptions::default());
+            renderer.time_passes(true);
+            let picture = context.frame(&mut renderer, view, SIZE, &mirrored(mode, mirrors));
+            let stats = context.wait(renderer.stats()).expect("stats");
+            (picture, stats.gpu_ms.contains_key("mirrors_gpu_ms"))
+        });
+        let [(with, traced), (without, _), (_, traced_towards)] = frames;
+        assert!(with == without && !traced, "{mode:?}");
+        assert!(traced_towards, "the control: {mode:?}");
+    }
+    // Having seen none, a renderer sees the next ones.
+    let mut renderer = context.loaded(&stage, RendererOptions::default());
+    let settings = mirrored(Mode::Full, 2);
+    let mut pictures = [&towards_mirrors, &ceiling, &towards_mirrors]
+        .map(|view| context.frame(&mut renderer, view, SIZE, &settings));
+    pictures.swap(0, 1);
+    assert!(pictures[1] == pictures[2] && pictures[0] != pictures[1]);
 }
 
 fn passes(context: &Context) {

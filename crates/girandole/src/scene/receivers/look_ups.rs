@@ -7,7 +7,7 @@ use crate::parallel::in_order;
 use crate::shader_constants::{JOINTED, MAPPED_SHADOWED, NEAR_SHADOWED, SHADOWED};
 use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::scene::{LocalView, NONE};
-use girandole_core::visibility::{LeafKind, PatchGrid};
+use girandole_core::visibility::{LeafKind, PatchGrid, Receivers as ReceiverTree};
 use std::collections::HashSet;
 use std::f32::consts::FRAC_1_SQRT_2;
 
@@ -25,19 +25,25 @@ impl Receivers {
         self.database.as_ref().map_or_else(all, |database| database.seen_leaves(view))
     }
 
+    /// Whether one of the leaves that may be seen is smooth, as `is_smooth` says of a patch, or, where it is part of none, of an object.
+    pub fn has_mirrors(&self, seen: &[bool], is_smooth: impl Fn((u32, u32)) -> bool) -> bool {
+        let Some(database) = &self.database else { return true };
+        let tree = database.receivers();
+        (0..seen.len()).any(|leaf| seen[leaf] && is_smooth(surface_of(tree, leaf)))
+    }
+
     /// Leaves that may be seen, and those that mirrors among them may show: all that lies in front of a smooth leaf that is flat and
     /// single-sided, and everything where another one is seen. `is_smooth` says it of a patch, or, where it is part of none, of an object.
     pub fn in_mirrors(&self, mut seen: Vec<bool>, is_smooth: impl Fn((u32, u32)) -> bool) -> Vec<bool> {
         let Some(database) = &self.database else { return seen };
         let tree = database.receivers();
-        let mirror = |leaf: usize| match tree.leaves[leaf].kind {
-            LeafKind::Cluster { object } => is_smooth((NONE, object)).then_some(None),
-            LeafKind::Patch { grid, .. } => {
-                let PatchGrid { patch, object, back, .. } = tree.grids[grid as usize];
-                let plane = || plane_of(&tree.polygon(tree.leaves[leaf].node)).filter(|_| back == NONE);
-                is_smooth((patch, object)).then(plane)
+        let plane = |leaf: usize| match tree.leaves[leaf].kind {
+            LeafKind::Patch { grid, .. } if tree.grids[grid as usize].back == NONE => {
+                plane_of(&tree.polygon(tree.leaves[leaf].node))
             }
+            _ => None,
         };
+        let mirror = |leaf: usize| is_smooth(surface_of(tree, leaf)).then(|| plane(leaf));
         let mut waiting: Vec<usize> = (0..seen.len()).filter(|&leaf| seen[leaf]).collect();
         let mut hidden: Vec<usize> = (0..seen.len()).filter(|&leaf| !seen[leaf]).collect();
         let mut known = HashSet::new();
@@ -179,6 +185,17 @@ fn plane_of(polygon: &[Vec3]) -> Option<(Vec3, f32)> {
     let sum: Vec3 = polygon.windows(2).map(|edge| (edge[0] - first).cross(edge[1] - first)).sum();
     let normal = sum.try_normalize()?;
     Some((normal, normal.dot(first)))
+}
+
+/// The patch that a leaf is a part of, or [`NONE`], and the object.
+fn surface_of(tree: &ReceiverTree, leaf: usize) -> (u32, u32) {
+    match tree.leaves[leaf].kind {
+        LeafKind::Cluster { object } => (NONE, object),
+        LeafKind::Patch { grid, .. } => {
+            let PatchGrid { patch, object, .. } = tree.grids[grid as usize];
+            (patch, object)
+        }
+    }
 }
 
 #[cfg(test)]
