@@ -333,7 +333,7 @@ pub(crate) struct Seen {
     /// For each leaf, whether it may be in view.
     pub leaves: Vec<bool>,
     /// Whether some surface in view may mirror others.
-    pub has_mirrors: bool,
+    has_mirrors: bool,
     /// For each light, units across that its map is to have; 0 where it is not looked up.
     spans: Vec<u32>,
     /// Directional lights with maps that show what is looked up in them.

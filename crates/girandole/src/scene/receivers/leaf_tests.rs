@@ -1,4 +1,4 @@
-//! What is decided about a leaf is a function of the lights as they are, however they came there.
+//! What is decided about a leaf is a function of the lights as they are, however they came there; and what its lists hold.
 
 use super::leaf::{LeafLight, LeafPlace, LightsThenNow, Relation};
 use crate::shader_constants::{NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART};
