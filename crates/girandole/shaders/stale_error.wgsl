@@ -44,7 +44,7 @@ fn pixel_of(group: vec3u) -> SparsePixel {
 fn texel_ray(light: Light, uv: vec2f) -> PixelRay {
   let bitangent = cross(light.normal, light.tangent);
   if is_parallel(light) {
-    let across = (uv * 2.0 - 1.0) / light.scale;
+    let across = place_shown(parallel_map_of(light), uv * 2.0 - 1.0) / light.scale;
     return PixelRay(light.position + light.tangent * across.x + bitangent * across.y, light.normal);
   }
   let d = decode(uv);

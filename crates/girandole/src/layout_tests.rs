@@ -55,7 +55,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(VertexRange as "VertexRange": first, count, padding_a, padding_b),
         fields!(LightMapUpdate as "LightMapUpdate": leaf, first, end, is_void, units),
         fields!(MapOccluders as "Occluders": clusters, first_pair, slices),
-        fields!(MapPart as "MapPart": position, is_parallel, x, first_listed, y, hidden, z, size, first, end, origin, page, texels),
+        fields!(MapPart as "MapPart": position, parallel, x, first_listed, y, hidden, z, size, first, end, origin, page, texels),
         fields!(Display as "Display": size, exposure, automatic),
         fields!(CallersRay as "CallersRay": origin, t_max, direction, ignored),
         fields!(DispatchArguments as "DispatchArguments": scatter_points, shade_points, shade_points_cooperative,

@@ -68,6 +68,8 @@ pub(crate) const HEMISPHERE: u32 = 1;
 pub(crate) const SPOT: u32 = 2;
 pub(crate) const DIRECTIONAL: u32 = 3;
 pub(crate) const DISTANT: u32 = 4;
+/// Share of a map of parallel light, across, that shows what most of what is seen lies in.
+pub(crate) const CORE: f32 = 0.5;
 /// Columns and rows of the texture array that holds the texels of all textures.
 pub(crate) const TEXEL_COLUMNS: u32 = 4096;
 pub(crate) const TEXEL_ROWS: u32 = 4096;
@@ -174,7 +176,7 @@ pub(crate) fn declarations() -> String {
         HISTOGRAM_BINS,
         NONE
     ) + &format!(
-        "const MIN_ALPHA = {:?};\nconst OWN_CLAMP = {OWN_CLAMP:?};\nconst MAX_CLAMP = {MAX_CLAMP:?};\n\
+        "const MIN_ALPHA = {:?};\nconst CORE = {CORE:?};\nconst OWN_CLAMP = {OWN_CLAMP:?};\nconst MAX_CLAMP = {MAX_CLAMP:?};\n\
          const RECTANGLE_NEAR = {near:?};\nconst RECTANGLE_FAR = {far:?};\nconst RECTANGLE_SPREAD = {:?};\n\
          const FIRST_LOBE_ALPHA = {:?};\n\
          const LEAST_SOLID_ANGLE = {:?};\nconst MIRROR_LEAST = {:?};\nconst MIRROR_LEAST_FRESNEL = {:?};\n\

@@ -66,6 +66,7 @@ const LIBRARY: &[(&str, &str)] = lib!(
     octahedral,
     previous_transform,
     packed,
+    parallel_map,
     parameterisation,
     transforms_current,
     transforms_previous,
@@ -125,7 +126,7 @@ sources! {
     VISIBILITY_BUFFER = visibility_buffer "" [frame scene texture texture_entry_at];
     SHADE_NAIVE = shade_naive "" [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights_uniform maps octahedral
-        parameterisation atlas shadow rectangle mirror_share environment_share point_sums
+        parameterisation atlas parallel_map shadow rectangle mirror_share environment_share point_sums
     ];
     APPEND_ALL_POINTS = append_all_points "" [
         frame scene texture texture_entry_at surface hit buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point
@@ -156,26 +157,26 @@ sources! {
     SCATTER_POINTS = scatter_points "" [buffer_offsets shade_list shade_point_at point_queue];
     SHADE_POINTS = shade_points "" [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle transforms_current mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas parallel_map shadow rectangle transforms_current mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PREVIOUS = shade_points "" [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle previous_transform transforms_previous sums_previous mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas parallel_map shadow rectangle previous_transform transforms_previous sums_previous mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PERSISTENT = "software" / shade_points_persistent "" [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle transforms_current mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas parallel_map shadow rectangle transforms_current mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     SHADE_POINTS_PREVIOUS_PERSISTENT = "software" / shade_points_persistent "" [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
-        atlas shadow rectangle previous_transform transforms_previous sums_previous mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
+        atlas parallel_map shadow rectangle previous_transform transforms_previous sums_previous mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     INCIDENT_LIGHT = incident_light "" [
-        frame light lights maps octahedral parameterisation atlas shadow previous_transform brdf rectangle branch harmonics transfer_object
+        frame light lights maps octahedral parameterisation atlas parallel_map shadow previous_transform brdf rectangle branch harmonics transfer_object
     ];
     TRANSFER_VERTICES = transfer_vertices "" [scene branch transfer_object vertex_range];
     TRANSFER = transfer "" [
@@ -183,7 +184,7 @@ sources! {
     ];
     MULTIPASS = multipass "" [
         frame scene texture texture_entry_at surface hit reflection brdf color light maps octahedral parameterisation atlas
-        shadow rectangle mirror_share environment_share point_sums buffer_offsets grid point_queue multipass_params element_at member_at
+        parallel_map shadow rectangle mirror_share environment_share point_sums buffer_offsets grid point_queue multipass_params element_at member_at
     ];
     MULTIPASS_ARGUMENTS = multipass_arguments "" [
         buffer_offsets point_queue multipass_params element_at set_element member_at set_member prefix_scan
@@ -208,17 +209,17 @@ sources! {
         frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed samples branch
         environment_place reflected_environment
     ];
-    SMALL_MAP_TRIANGLES = small_map_triangles "" [map_parts map_set_up map_opaque map_lists map_texels];
+    SMALL_MAP_TRIANGLES = small_map_triangles "" [parallel_map map_parts map_set_up map_opaque map_lists map_texels];
     SMALL_MAP_TRIANGLES_MASKED = small_map_triangles "" [
-        frame scene texture texture_entry_at map_parts map_set_up alpha_mask map_masked map_lists map_texels
+        frame scene texture texture_entry_at parallel_map map_parts map_set_up alpha_mask map_masked map_lists map_texels
     ];
-    LARGE_MAP_TRIANGLES = large_map_triangles "" [map_parts map_set_up map_opaque map_lists map_texels];
+    LARGE_MAP_TRIANGLES = large_map_triangles "" [parallel_map map_parts map_set_up map_opaque map_lists map_texels];
     LARGE_MAP_TRIANGLES_MASKED = large_map_triangles "" [
-        frame scene texture texture_entry_at map_parts map_set_up alpha_mask map_masked map_lists map_texels
+        frame scene texture texture_entry_at parallel_map map_parts map_set_up alpha_mask map_masked map_lists map_texels
     ];
-    MERGE_LARGE_TRIANGLES = merge_large_triangles "" [map_parts map_set_up map_opaque map_lists];
+    MERGE_LARGE_TRIANGLES = merge_large_triangles "" [parallel_map map_parts map_set_up map_opaque map_lists];
     MERGE_LARGE_TRIANGLES_MASKED = merge_large_triangles "" [
-        frame scene texture texture_entry_at map_parts map_set_up alpha_mask map_masked map_lists
+        frame scene texture texture_entry_at parallel_map map_parts map_set_up alpha_mask map_masked map_lists
     ];
     TRACE_RAYS = trace_rays "" [scene texture texture_entry_at alpha_mask ray_stack ray_texels rays];
     EXPOSURE = exposure "" [packed color];
@@ -228,7 +229,7 @@ sources! {
     TONEMAP = tonemap "" [tonemap packed];
     STALE_ERROR = stale_error "" [
         frame scene texture texture_entry_at surface hit reflection brdf color light maps octahedral parameterisation atlas
-        shadow rectangle previous_transform transforms_previous mirror_share environment_share point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
+        parallel_map shadow rectangle previous_transform transforms_previous mirror_share environment_share point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
         stale_part_at occluder_box_at blockers
     ];
     DEBUG_LEAVES = debug_leaves "" [

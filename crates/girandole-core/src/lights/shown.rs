@@ -13,19 +13,27 @@ const MARGIN: f32 = 1.25;
 /// Maps stay as they are until they are larger than what is seen by this factor.
 const TOO_LARGE: f32 = 2.5;
 
-/// A sphere in the scene.
+/// Share of what is seen that the core is to hold.
+const MOST: f32 = 0.9;
+/// There is a core, smaller than the whole, where that is no more than this share of it across.
+const SMALL_CORE: f32 = 0.5;
+
+/// A sphere in the scene, and one with the same centre that shows most of what is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundingSphere {
     /// Relative to the geometry's origin.
     pub center: Vec3,
     /// Metres.
     pub radius: f32,
+    /// That of the core, metres; the same as the radius where one would not be much smaller.
+    pub core: f32,
 }
 
 impl BoundingSphere {
     /// About all of the scene.
     pub(super) fn of_scene(geometry: &Geometry) -> Self {
-        Self { center: geometry.center(), radius: geometry.extent() * 0.5 }
+        let radius = geometry.extent() * 0.5;
+        Self { center: geometry.center(), radius, core: radius }
     }
 
     /// About what views see, and a little more; all of the scene for no views.
@@ -34,16 +42,30 @@ impl BoundingSphere {
         let seen = seen(tracer, views);
         let low = seen.iter().fold(Vec3::INFINITY, |a, &b| a.min(b));
         let high = seen.iter().fold(Vec3::NEG_INFINITY, |a, &b| a.max(b));
-        let center = (low + high) * 0.5;
-        let radius = MARGIN * seen.iter().fold(0.0_f32, |a, &b| a.max(b.distance(center)));
-        if seen.is_empty() || radius <= 0.0 || radius >= all.radius { all } else { Self { center, radius } }
+        let about = |center: Vec3| {
+            let mut distances: Vec<f32> = seen.iter().map(|p| p.distance(center)).collect();
+            distances.sort_unstable_by(f32::total_cmp);
+            let within = |share: f32| distances.get((share * (distances.len() as f32 - 1.0)) as usize);
+            let [core, radius] = [MOST, 1.0].map(|share| MARGIN * within(share).copied().unwrap_or_default());
+            Self { center, radius, core }
+        };
+        let cored = about(middle_of_most(&seen));
+        if cored.core > 0.0 && cored.core <= SMALL_CORE * cored.radius.min(all.radius) {
+            return cored;
+        }
+        let whole = about((low + high) * 0.5);
+        if seen.is_empty() || whole.radius <= 0.0 || whole.radius >= all.radius {
+            return all;
+        }
+        Self { core: whole.radius, ..whole }
     }
 
     /// The same for other views, as long as it shows all of what they see without wasting much.
     pub(super) fn or_seen(self, tracer: &SceneTracer, views: &[View]) -> Self {
         let next = Self::seen(tracer, views);
-        let reach = self.center.distance(next.center) + next.radius / MARGIN;
-        if reach <= self.radius && self.radius <= TOO_LARGE * next.radius { self } else { next }
+        let apart = self.center.distance(next.center);
+        let suffices = |held: f32, next: f32| apart + next / MARGIN <= held && held <= TOO_LARGE * next;
+        if suffices(self.radius, next.radius) && suffices(self.core, next.core) { self } else { next }
     }
 
     /// Makes maps of an environment's samples show it.
@@ -75,11 +97,23 @@ fn seen(tracer: &SceneTracer, views: &[View]) -> Vec<Vec3> {
     views.iter().flat_map(of_view).collect()
 }
 
+/// The middle of most of these points, axis by axis.
+fn middle_of_most(points: &[Vec3]) -> Vec3 {
+    let middle = |axis: usize| {
+        let mut along: Vec<f32> = points.iter().map(|p| p[axis]).collect();
+        along.sort_unstable_by(f32::total_cmp);
+        let last = along.len().saturating_sub(1) as f32;
+        let at = |share: f32| along.get((share * last) as usize).copied().unwrap_or_default();
+        (at(1.0 - MOST) + at(MOST)) * 0.5
+    };
+    Vec3::from_array([0, 1, 2].map(middle))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::scene::builtin::{self, MovingObject};
-    use crate::scene::{Environment, FieldOfView, Scene, Transform, Viewpoint};
+    use crate::scene::{Environment, FieldOfView, Material, Mesh, Scene, Transform, Viewpoint};
     use glam::DVec3;
 
     /// A view of a room from one side of it, and the room with another one far away.
@@ -126,5 +160,43 @@ mod tests {
         assert_eq!(shown.or_seen(&tracer, &[turned]), shown);
         assert_ne!(shown.or_seen(&tracer, &[away]), shown);
         assert_eq!(both.or_seen(&tracer, &[view]), shown, "too large by far");
+        assert!([shown, both, all].iter().all(|sphere| sphere.core == sphere.radius), "all of it is a room");
+    }
+
+    #[test]
+    fn most_of_what_is_seen_is_in_the_core() {
+        // A wall that fills the picture but for a part on its right, where another one is seen far behind it.
+        let seen = |part: f32| {
+            let wall = |x: f32, size: f32, z: f32| {
+                let mut mesh = Mesh::default();
+                mesh.add_polygon(
+                    &[(-size, -size), (x, -size), (x, size), (-size, size)].map(|(x, y)| Vec3::new(x, y, z)),
+                    0,
+                );
+                mesh
+            };
+            let mut scene = Scene::default();
+            scene.add_material(Material::diffuse("gray", Vec3::splat(0.5)));
+            scene.add_object("wall", wall(1.0 - 2.0 * part, 3.0, -1.0), Transform::IDENTITY);
+            scene.add_object("far", wall(200.0, 200.0, -100.0), Transform::IDENTITY);
+            let ahead = Viewpoint {
+                eye: DVec3::ZERO,
+                target: DVec3::NEG_Z,
+                up: DVec3::Y,
+                field: FieldOfView::Perspective { degrees: 90.0 },
+                clip: Default::default(),
+            };
+            let geometry = Geometry::new(&scene);
+            let tracer = SceneTracer::new(&scene, &geometry);
+            BoundingSphere::seen(&tracer, &[ahead.view(1.0).expect("a view")])
+        };
+        let cored = seen(0.05);
+        assert!(cored.core > 1.4 && cored.core < 3.0 && cored.radius > 100.0, "{cored:?}");
+        // The controls: where much is seen far away, and where nothing is.
+        let [half, none] = [0.5, 0.0].map(seen);
+        assert!(
+            half.core == half.radius && none.core == none.radius && none.radius < 3.0,
+            "{half:?} {none:?}"
+        );
     }
 }

@@ -8,7 +8,7 @@
 
 struct MapPart {
   position: vec3f, // of the light
-  is_parallel: u32,
+  parallel: f32, // 0 for light that is not, else 1 + what `parallel_map` takes
   x: vec3f, // the map's axes in the world, for parallel light over half its width
   first_listed: u32, // of its large triangles, in `lists`
   y: vec3f,
@@ -42,7 +42,7 @@ fn part_at(index: u32) -> MapPart {
   let d = parts[at + 3u];
   let e = parts[at + 4u];
   let f = parts[at + 5u];
-  return MapPart(bitcast<vec3f>(a.xyz), a.w, bitcast<vec3f>(b.xyz), b.w, bitcast<vec3f>(c.xyz), c.w, bitcast<vec3f>(d.xyz), d.w,
+  return MapPart(bitcast<vec3f>(a.xyz), bitcast<f32>(a.w), bitcast<vec3f>(b.xyz), b.w, bitcast<vec3f>(c.xyz), c.w, bitcast<vec3f>(d.xyz), d.w,
     e.xy, e.zw, f.xy, f.z, f.w);
 }
 
@@ -54,12 +54,25 @@ struct SetUp { a: vec3f, b: vec3f, c: vec3f, n: vec3f, room: vec3f, first: vec2i
 struct Directions { x: vec4f, y: vec4f, z: vec4f }
 
 fn is_affine(part: MapPart) -> bool {
-  return part.is_parallel != 0u || PARAMETERISATION == PARABOLIC;
+  return part.parallel > 0.0 || PARAMETERISATION == PARABOLIC;
+}
+
+fn parallel_map_of(part: MapPart) -> ParallelMap { return parallel_map(max(part.parallel - 1.0, 0.0)); }
+
+// `place_shown`, times the map's size, along an axis.
+fn spread(map: ParallelMap, at: vec4i, size: i32) -> vec4f {
+  let a = abs(vec4f(at));
+  let core = vec4f(CORE * f32(size));
+  let beyond = max(a - core, vec4f(0.0));
+  return sign(vec4f(at)) * map.spacing * (min(a, core) + beyond / (1.0 - map.growth / f32(size) * beyond));
 }
 
 fn directions_at(part: MapPart, x: vec4i, y: vec4i) -> Directions {
   let s = i32(part.size);
-  if is_affine(part) { return Directions(vec4f(2 * x + (1 - s)), vec4f(2 * y + (1 - s)), vec4f(f32(s))); }
+  if is_affine(part) {
+    let map = parallel_map_of(part);
+    return Directions(spread(map, 2 * x + (1 - s), s), spread(map, 2 * y + (1 - s), s), vec4f(f32(s)));
+  }
   if PARAMETERISATION == CUBE {
     let u = 4 * x + (2 - 2 * s);
     let v = 4 * y + (2 - 2 * s);

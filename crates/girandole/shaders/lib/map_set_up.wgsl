@@ -47,7 +47,7 @@ fn cube_face(p: vec3f) -> u32 {
 
 // Homogeneous coordinates, and the depth there.
 fn projected(part: MapPart, p: vec3f) -> vec4f {
-  if part.is_parallel != 0u { return vec4f(p.xy, 1.0, 1.0 - p.z); }
+  if part.parallel > 0.0 { return vec4f(p.xy, 1.0, 1.0 - p.z); }
   let w = length(p);
   return vec4f(p.xy / max(w + p.z, 1e-3 * w), 1.0, min(NEAR / w, 1.0));
 }
@@ -125,7 +125,7 @@ fn corners(part: MapPart, triangle: u32) -> Corners {
   let p = light_space(part, bitcast<vec3f>(occluders[at].xyz));
   let q = light_space(part, bitcast<vec3f>(occluders[at + 1u].xyz));
   let r = light_space(part, bitcast<vec3f>(occluders[at + 2u].xyz));
-  let is_before = max(p.z, max(q.z, r.z)) > 0.0 || part.is_parallel != 0u;
+  let is_before = max(p.z, max(q.z, r.z)) > 0.0 || part.parallel > 0.0;
   if is_affine(part) {
     let a = projected(part, p);
     let b = projected(part, q);
@@ -165,7 +165,9 @@ fn set_up(part: MapPart, triangle: u32) -> SetUp {
   let c = corners(part, triangle);
   var box: Box;
   if is_affine(part) {
-    box = Box(min(c.p.xy, min(c.q.xy, c.r.xy)), max(c.p.xy, max(c.q.xy, c.r.xy)));
+    let map = parallel_map_of(part);
+    box = Box(
+      shown_at(map, min(c.p.xy, min(c.q.xy, c.r.xy))), shown_at(map, max(c.p.xy, max(c.q.xy, c.r.xy))));
   } else {
     box = box_of(c.p, c.q, c.r);
     // Few do; loops are jumped over where no lane does, which software devices do not do with branches.
@@ -196,11 +198,11 @@ fn may_cover(part: MapPart, cluster: u32) -> bool {
   let sphere = bitcast<vec4f>(occluders[cluster]);
   let p = light_space(part, sphere.xyz);
   let half = 0.5 * f32(part.size);
-  var middle: vec2f;
-  var reach: vec2f;
-  if part.is_parallel != 0u {
-    middle = p.xy;
-    reach = vec2f(length(part.x), length(part.y)) * sphere.w;
+  var box: Box;
+  if part.parallel > 0.0 {
+    let reach = vec2f(length(part.x), length(part.y)) * sphere.w;
+    let map = parallel_map_of(part);
+    box = Box(shown_at(map, p.xy - reach), shown_at(map, p.xy + reach));
   } else {
     if p.z + sphere.w <= 0.0 { return false; }
     if PARAMETERISATION != OCTAHEDRAL { return true; }
@@ -208,12 +210,13 @@ fn may_cover(part: MapPart, cluster: u32) -> bool {
     let least = w - sphere.w * SQRT_3;
     if min(abs(p.x), abs(p.y)) <= sphere.w || least <= 0.0 || p.z <= sphere.w { return true; }
     // Of a place u / w on a face the gradient is (U − place W) / w, and |U − place W|² = 2 − 2 place (U·W) + 3 place².
-    middle = vec2f(p.x + p.y, p.x - p.y) / w;
+    let middle = vec2f(p.x + p.y, p.x - p.y) / w;
     let s = sign(p.xy);
-    reach = (sphere.w / least) * sqrt((middle * 3.0 - 2.0 * vec2f(s.x + s.y, s.x - s.y)) * middle + 2.0);
+    let reach = (sphere.w / least) * sqrt((middle * 3.0 - 2.0 * vec2f(s.x + s.y, s.x - s.y)) * middle + 2.0);
+    box = Box(middle - reach, middle + reach);
   }
-  let low = (middle - reach) * half + (half - 0.5 - MARGIN);
-  let high = (middle + reach) * half + (half - 0.5 + MARGIN);
+  let low = box.low * half + (half - 0.5 - MARGIN);
+  let high = box.high * half + (half - 0.5 + MARGIN);
   let count = floor(high) - ceil(low) + 1.0;
   return all(count >= vec2f(1.0)) && all(high >= vec2f(part.first)) && all(low < vec2f(part.end));
 }

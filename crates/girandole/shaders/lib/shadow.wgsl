@@ -40,7 +40,8 @@ fn receiver(light: Light, position: vec3f, ng: vec3f, height: f32) -> Receiver {
   let p = vec3f(dot(d, light.tangent), dot(d, bitangent), dot(d, light.normal));
   let normal = vec3f(dot(ng, light.tangent), dot(ng, bitangent), dot(ng, light.normal));
   if is_parallel(light) {
-    return Receiver(p.xy * light.scale * 0.5 + 0.5, normal, p.z * light.offset, light.offset / light.scale);
+    let uv = shown_at(parallel_map_of(light), p.xy * light.scale) * 0.5 + 0.5;
+    return Receiver(uv, normal, p.z * light.offset, light.offset / light.scale);
   }
   let inverse = 1.0 / norm(p);
   return Receiver(encode(p * inverse), normal, height, height * inverse);
@@ -48,6 +49,13 @@ fn receiver(light: Light, position: vec3f, ng: vec3f, height: f32) -> Receiver {
 
 fn is_parallel(light: Light) -> bool {
   return !ONLY_COSINE_LIGHTS && light.profile >= DIRECTIONAL;
+}
+
+fn parallel_map_of(light: Light) -> ParallelMap { return parallel_map(light.rectangle.z); }
+
+// Parallel light: the width of a texel there, as a share of that of what the map shows.
+fn texel_width(light: Light, uv: vec2f) -> f32 {
+  return map_texel(light) * spacing_at(parallel_map_of(light), uv * 2.0 - 1.0);
 }
 
 fn texel_of(light: Light, uv: vec2f) -> vec2u {
@@ -68,14 +76,18 @@ fn stored_at(light: Light, texel: vec2u) -> f32 {
   return atlas_at(at.xy, at.z);
 }
 
-// Parallel rays: depth is linear. That of the receiver, of its plane at a texel's centre, and what both may be wrong by.
-struct PlaneDepth { here: f32, at_centre: f32, allowance: f32 }
+// Parallel rays: depth is linear. That of the receiver, of its plane at a texel's centre, what both may be wrong by, and
+// the width of a texel.
+struct PlaneDepth { here: f32, at_centre: f32, allowance: f32, texel: f32 }
 
 fn plane_depth(light: Light, r: Receiver, centre: vec2f) -> PlaneDepth {
   let flat = max(-r.normal.z, 1e-3);
-  let shift = dot(r.normal.xy, centre - r.uv) / flat * r.slope;
+  let map = parallel_map_of(light);
+  let across = 0.5 * (place_shown(map, centre * 2.0 - 1.0) - place_shown(map, r.uv * 2.0 - 1.0));
+  let shift = dot(r.normal.xy, across) / flat * r.slope;
   let here = 1.0 - r.height * 0.5;
-  return PlaneDepth(here, here - shift, SLACK + 0.5 * FOOTPRINT * map_texel(light) / flat * r.slope);
+  let texel = texel_width(light, centre) * r.slope;
+  return PlaneDepth(here, here - shift, SLACK + 0.5 * FOOTPRINT * texel / flat, texel);
 }
 
 // One texel: LIT, DARK or AMBIGUOUS. A light without a map lights nothing that needs it.
@@ -89,8 +101,7 @@ fn compared(light: Light, r: Receiver, texel: vec2u, stored: f32) -> u32 {
     // What is not much nearer than the plane, or farther, is left to the slope-corrected test.
     let d = plane_depth(light, r, centre);
     if abs(stored - d.at_centre) <= d.allowance { return LIT; }
-    let close = CLOSE * map_texel(light) * r.slope;
-    return select(AMBIGUOUS, DARK, stored > max(d.here, d.at_centre) + d.allowance + close);
+    return select(AMBIGUOUS, DARK, stored > max(d.here, d.at_centre) + d.allowance + CLOSE * d.texel);
   }
   let here = max(-dot(r.normal, decode(centre)), r.slope);
   let allowance = min(FOOTPRINT * map_texel(light), GRAZING * r.slope);
@@ -136,7 +147,7 @@ fn is_lit_closely(light: Light, r: Receiver, texel: vec2u, stored: f32, is_joint
 // The slope-corrected test for what was extrapolated to the receiver's position, with so many texels' footprints allowed.
 fn is_lit_behind(light: Light, r: Receiver, extrapolated: f32, footprints: f32) -> bool {
   if is_parallel(light) {
-    let hollow = footprints * map_texel(light) / max(-r.normal.z, GRAZING) * r.slope;
+    let hollow = footprints * texel_width(light, r.uv) / max(-r.normal.z, GRAZING) * r.slope;
     return extrapolated <= 1.0 - r.height * 0.5 + SLACK + hollow;
   }
   let allowance = min(footprints * map_texel(light), GRAZING * r.slope);

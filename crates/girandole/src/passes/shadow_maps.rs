@@ -301,7 +301,7 @@ fn part(light: &Light, cache: &MapCache, update: &MapUpdate) -> Option<MapPart> 
     let (across, deep) = if is_parallel { (light.scale, 0.5 * light.offset) } else { (1.0, 1.0) };
     Some(MapPart {
         position: light.position,
-        is_parallel: u32::from(is_parallel),
+        parallel: if is_parallel { 1.0 + light.rectangle.z } else { 0.0 },
         x: light.tangent * across,
         y: light.normal.cross(light.tangent) * across,
         z: light.normal * deep,

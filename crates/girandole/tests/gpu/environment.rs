@@ -14,6 +14,7 @@ pub fn tests() -> Vec<Test> {
     vec![
         ("samples_of_an_environment_are_shadowed_as_traced", outdoors_as_traced),
         ("maps_that_show_only_what_is_seen", fitted_maps),
+        ("maps_are_fine_where_most_is_seen", cored_maps),
         ("no_sky_in_a_closed_room", closed_room),
         ("all_modes_agree_under_an_environment", modes),
         ("the_environment_is_seen_where_it_is", background),
@@ -102,7 +103,9 @@ fn fitted_maps(context: &Context) {
             let mut sample = *sample;
             if let Profile::Distant { shown, .. } = &mut sample.profile {
                 assert!(shown.radius < 5.0, "{shown:?}");
-                *shown = BoundingSphere { radius: radius.unwrap_or(shown.radius), ..*shown };
+                assert_eq!(shown.core, shown.radius, "nothing is far away");
+                let radius = radius.unwrap_or(shown.radius);
+                *shown = BoundingSphere { radius, core: radius, ..*shown };
             }
             sample
         });
@@ -117,6 +120,47 @@ fn fitted_maps(context: &Context) {
     let coarse = error(Some(70.0));
     assert!(coarse.rel_mse > 4.0 * found.rel_mse, "{coarse:?} for {found:?}");
     let small = error(Some(0.5));
+    assert!(small.rel_mse > 4.0 * found.rel_mse, "{small:?} for {found:?}");
+}
+
+/// A ground that goes on to the horizon, of which a strip is seen, with a wall on it.
+fn cored_maps(context: &Context) {
+    let mut scene = sphere_and_box();
+    let mut ground = Mesh::default();
+    let corners = [(-150.0, -150.0), (-150.0, 150.0), (150.0, 150.0), (150.0, -150.0)];
+    ground.add_polygon(&corners.map(|(x, z)| Vec3::new(x, -0.5, z)), 0);
+    ground.add_box(Vec3::new(-30.0, -1.0, -55.0), Vec3::new(30.0, 9.0, -50.0), 0);
+    scene.add_object("ground", ground, Transform::IDENTITY);
+    scene.cameras.clear();
+    camera(&mut scene, Vec3::new(0.6, 3.0, 4.2), Vec3::new(0.1, 0.3, 0.0), 1.05);
+    let geometry = Geometry::new(&scene);
+    let mut stage = Stage { lights: LightSet::from_samples(&geometry, Vec::new()), scene, geometry };
+    let view = stage.view(0, SIZE);
+    let settings = LightSettings { count: 300, ..LightSettings::default() };
+    stage.lights = LightSet::sample_for(&stage.scene, &stage.geometry, &settings, &[view]).expect("lights");
+    let placed = stage.lights.samples().to_vec();
+    assert!(placed.iter().filter(is_distant).count() > 100);
+    let oracle = stage.oracle(&view, SIZE, 1);
+    let mut error = |core: Option<f32>| {
+        let samples = placed.iter().map(|sample| {
+            let mut sample = *sample;
+            if let Profile::Distant { shown, .. } = &mut sample.profile {
+                assert!(shown.radius > 30.0 && shown.core < 0.3 * shown.radius, "{shown:?}");
+                shown.core = core.map_or(shown.core, |core| core * shown.radius);
+            }
+            sample
+        });
+        stage.lights = LightSet::from_samples(&stage.geometry, samples.collect());
+        let picture = context.picture(&stage, RendererOptions::default(), &view, SIZE);
+        let options = CompareOptions { trim: 0.002, ..CompareOptions::default() };
+        compare(&oracle, &picture, &options).expect("comparable")
+    };
+    let found = error(None);
+    // The controls: maps that show all alike are coarse, as are those with a core that is too small for what is close.
+    let coarse = error(Some(1.0));
+    let small = error(Some(2e-4));
+    assert!((found.energy_ratio - 1.0).abs() < 0.005 && found.rel_mse < 3e-4, "{found:?}");
+    assert!(coarse.rel_mse > 4.0 * found.rel_mse, "{coarse:?} for {found:?}");
     assert!(small.rel_mse > 4.0 * found.rel_mse, "{small:?} for {found:?}");
 }
 
@@ -135,6 +179,7 @@ fn closed_room(context: &Context) {
         let shown = BoundingSphere {
             center: (DVec3::new(0.0, 1.3, 0.0) - stage.geometry.origin).as_vec3(),
             radius: 3.6,
+            core: 3.6,
         };
         let samples = stage.lights.samples().iter().filter(is_distant).map(|sample| {
             let mut sample = *sample;

@@ -233,7 +233,7 @@ fn geometric_factor(context: &Context) {
     }
     let distant = Profile::Distant {
         distance: 3.0,
-        shown: BoundingSphere { center: Vec3::ZERO, radius: 1.0 },
+        shown: BoundingSphere { center: Vec3::ZERO, radius: 1.0, core: 1.0 },
         solid_angle: 0.1,
     };
     let profiles = [Profile::Cosine, Profile::Hemisphere, spot, Profile::Directional, distant];

@@ -174,7 +174,7 @@ fn is_looked_up(kind: u8) -> bool {
 fn extent(light: &Light, (center, radius): (Vec3, f32)) -> f32 {
     let [many, one] = PIXELS_PER_TEXEL;
     match light.is_parallel() {
-        true => 2.0 / light.scale * if light.has_large_map() { many / one } else { 1.0 },
+        true => light.shown_width(center) * if light.has_large_map() { many / one } else { 1.0 },
         false => TEXEL_WIDTH * (center.distance(light.position) + radius),
     }
 }
