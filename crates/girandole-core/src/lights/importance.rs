@@ -104,6 +104,8 @@ pub(super) struct Importance {
     /// Of the points that are seen, among those that it was measured at: the light that they reflect in the mean, over channels
     /// too; 0 where there are none.
     pub brightness: f64,
+    /// The part of what they reflect, each point counting as above, that is the environment's sun's: no more than is seen of it.
+    pub of_sun: f64,
 }
 
 /// Neighbours, or two halves of them.
@@ -118,7 +120,7 @@ enum Run {
 impl Importance {
     /// Where all places count alike.
     pub fn uniform() -> Self {
-        Self { runs: Vec::new(), mean: 1.0, brightness: 0.0 }
+        Self { runs: Vec::new(), mean: 1.0, brightness: 0.0, of_sun: 0.0 }
     }
 
     /// At a [place], as a multiple of the mean.
@@ -169,7 +171,7 @@ pub(super) fn measure(
     let lights = candidates.iter().filter(|c| c.punctual().is_some()).count();
     let times = (PUNCTUAL_PAIRS / (tested * lights.max(1))).clamp(1, longest);
     let runs = split_into_runs(candidates, places, [longest, longest / times]);
-    let mut result = Importance { runs, mean: 1.0, brightness: 0.0 };
+    let mut result = Importance { runs, ..alike.clone() };
     let of = |run: &Run| if let Run::Whole { members, .. } = run { Some(members.clone()) } else { None };
     let mut runs: Vec<Vec<u32>> = result.runs.iter().filter_map(of).collect();
     // The power that a test stands for.
@@ -206,6 +208,8 @@ pub(super) fn measure(
     // What a run brings, per unit of power.
     let mut importances = Vec::with_capacity(runs.len());
     let (mut first, mut total) = (0, 0.0);
+    // All that is brought in the mean, and by the sun.
+    let (mut all, mut of_sun) = (0.0, 0.0);
     // An environment's light and all other light, each with its power.
     let mut kinds = [(0.0, 0.0); 2];
     let is_distant = |run: &[u32]| run.first().is_some_and(|&i| candidates[i as usize].profile.is_parallel());
@@ -214,8 +218,11 @@ pub(super) fn measure(
         for (at, &candidate) in (first..).zip(run) {
             let brought = |i| f64::from(pairs[i]) * counts[i % points.len()];
             let seen = (at * tested..(at + 1) * tested).map(brought);
-            let seen: f64 = if is_guided { seen.map(|x| x * x).sum() } else { seen.sum() };
-            sum += seen * parts[candidate as usize];
+            let part = parts[candidate as usize];
+            let light = seen.clone().sum::<f64>() * part;
+            all += light;
+            of_sun += if candidates[candidate as usize].is_of_sun() { light } else { 0.0 };
+            sum += if is_guided { seen.map(|x| x * x).sum::<f64>() * part } else { light };
             run_power += parts[candidate as usize];
         }
         if is_guided {
@@ -227,6 +234,7 @@ pub(super) fn measure(
         *kind = (kind.0 + sum, kind.1 + run_power);
         first += run.len();
     }
+    result.of_sun = if all > 0.0 { of_sun / all } else { 0.0 };
     let mean = total / power.iter().sum::<f64>();
     result.mean = mean;
     let is_mixed = kinds.iter().all(|(_, power)| *power > 0.0);

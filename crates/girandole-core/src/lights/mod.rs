@@ -338,7 +338,8 @@ impl LightSet {
         let (samples, sources) = sampling.candidates(geometry);
         let weights = sampling.importance.weights(&samples);
         let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
-        let (chosen, warning) = resample(candidates, sampling.wanted, sampling.normal_scale, sampling.seed);
+        let wanted = (sampling.wanted, sampling.importance.of_sun);
+        let (chosen, warning) = resample(candidates, wanted, sampling.normal_scale, sampling.seed);
         sampling.warnings.extend(warning);
         let mut set = Self::from_chosen(geometry, sampling.given(geometry).chain(chosen));
         sampling.shown.fit(&mut set.samples);

@@ -43,26 +43,32 @@ pub(super) struct Candidates<'a> {
 }
 
 /// `count` samples with the expected light of all candidates, in a spatial order; each has the area that it stands for. If there are
-/// too few to choose from, some are repeated. Normals count as positions on a sphere with a radius of `normal_scale` metres. And a
+/// too few to choose from, some are repeated. Of what is seen, this part is the sun's. Normals count as positions on a sphere with a radius of `normal_scale` metres. And a
 /// sentence where these are too few for what they stand for.
 pub(super) fn resample(
     candidates: Candidates,
-    count: u32,
+    (count, of_sun): (u32, f64),
     normal_scale: f32,
     seed: u32,
 ) -> (Vec<Chosen>, Option<String>) {
     let places: Vec<[f32; 6]> = candidates.samples.iter().map(|s| place(s, normal_scale)).collect();
-    let strata = strata(candidates.samples, &places, candidates.weights, count);
+    let strata = strata(candidates.samples, &places, candidates.weights, (count, of_sun));
     let clusters = strata.clusters();
     let chosen = clusters.iter().filter_map(|(_, cluster)| choose(candidates, cluster, seed)).collect();
     (chosen, punctual::warning(candidates.samples, &clusters))
 }
 
-/// `count` strata of candidates with these places and weights: punctual lights and the sun have some of their own.
-pub(super) fn strata(candidates: &[LightSample], places: &[[f32; 6]], weights: &[f64], count: u32) -> Strata {
+/// `count` strata of candidates with these places and weights: punctual lights and the sun, whose part of what is seen is known, have
+/// some of their own.
+pub(super) fn strata(
+    candidates: &[LightSample],
+    places: &[[f32; 6]],
+    weights: &[f64],
+    (count, of_sun): (u32, f64),
+) -> Strata {
     let punctual = punctual::apart(candidates, places, count);
     let mut apart: Vec<Apart> =
-        punctual.into_iter().chain(sun::apart(candidates, places, weights, count)).collect();
+        punctual.into_iter().chain(sun::apart(candidates, places, weights, (count, of_sun))).collect();
     // Others have one at least.
     while apart.iter().map(|part| part.count).sum::<u32>() >= count.max(1) {
         apart.pop();

@@ -147,7 +147,7 @@ impl IncrementalWalk {
         let weights: Vec<f64> = samples.iter().zip(&places).map(weigh).collect();
         let [count, spare] =
             shown(sampling.wanted, MOST_LIGHTS.saturating_sub(sampling.given(geometry).count()));
-        let strata = strata(&samples, &places, &weights, count);
+        let strata = strata(&samples, &places, &weights, (count, sampling.importance.of_sun));
         let warning = punctual::warning(&samples, &strata.clusters());
         sampling.warnings.extend(warning);
         let mut rest = (&places[..], &weights[..]);

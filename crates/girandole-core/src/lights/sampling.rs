@@ -251,6 +251,6 @@ fn fewer_punctual(
     let weights = Importance::uniform().weights(punctual);
     let candidates = Candidates { samples: punctual, sources: &sources, weights: &weights };
     let normal_scale = importance::NORMAL_SCALE * importance::free_path(tracer, punctual);
-    let (chosen, warning) = resample(candidates, count, normal_scale, seed);
+    let (chosen, warning) = resample(candidates, (count, 0.0), normal_scale, seed);
     (chosen.into_iter().map(|chosen| chosen.sample).collect(), warning)
 }

@@ -1,10 +1,11 @@
 //! The environment's sun among light samples.
 //!
 //! It brings most of the light outdoors, and any of its points would do nearly as well as all of them: by what clusters are split by
-//! (`strata.rs`) it would be one sample with a hard shadow, and by power most samples would be its. So it has strata of its own, a
-//! [`SHARE`] of all times its part of the light that the picture gets; where its light does not come in, one or two.
+//! (`strata.rs`) it would be one sample with a hard shadow, and by power most samples would be its. So it has strata of its own: its part of
+//! the light that the picture gets, up to one in [`FIRST`] of all, and beyond that a [`SHARE`] of its part. Where its light does not come in,
+//! it is one or two.
 //!
-//! Worked example: of 300 samples, the sun gets 21 where it brings 70 % of the light.
+//! Worked examples: of 300 samples, the sun gets 21 where it brings 70 % of the light, and 6 where it brings 2 %, as through windows.
 
 use super::LightSample;
 use super::emitters::Source;
@@ -12,15 +13,18 @@ use super::strata::Apart;
 
 /// The most of all samples that are the sun's: one in so many.
 const SHARE: u32 = 10;
+/// Up to one in so many, its samples are as its part of the light is.
+const FIRST: f64 = 40.0;
 /// The most of the candidates on emitters that are.
 const CANDIDATES: f64 = 0.4;
 
-/// The sun's strata, if it is one among candidates, and other light; `count` is the number of all strata.
+/// The sun's strata, if it is one among candidates, and other light; `count` is the number of all strata, `seen` the sun's part of the light
+/// that was found at what is seen.
 pub(super) fn apart(
     candidates: &[LightSample],
     places: &[[f32; 6]],
     weights: &[f64],
-    count: u32,
+    (count, seen): (u32, f64),
 ) -> Option<Apart> {
     let (mut sun, mut all) = (0.0, 0.0);
     let mut nearest = [f64::NEG_INFINITY, f64::INFINITY];
@@ -36,7 +40,7 @@ pub(super) fn apart(
     }
     let border = (nearest[0] + nearest[1]) * 0.5;
     (sun > 0.0 && border.is_finite() && count > 1).then(|| {
-        let share = sun / all * f64::from(count) / f64::from(SHARE);
+        let share = (sun / all / f64::from(SHARE)).max(seen.min(1.0 / FIRST)) * f64::from(count);
         Apart { axis: 0, border, count: (share.round() as u32).clamp(1, most(count)), is_fixed: true }
     })
 }

@@ -74,25 +74,25 @@ fn the_sun_has_up_to_a_tenth_of_the_samples_and_all_of_its_light() {
 
 #[test]
 fn where_it_does_not_shine_the_sun_has_hardly_a_sample() {
-    let count = |elevation: f32, azimuth: f32| {
-        let sky = Sky { elevation: elevation.to_radians(), azimuth, ..Sky::default() };
+    let count = |azimuth: f32, gap: f32| {
+        let sky = Sky { elevation: 20_f32.to_radians(), azimuth, ..Sky::default() };
         let (mut scene, _, view) = outdoors(Environment::sky(&sky).unwrap());
-        // A wall between it and all that is seen.
-        let mut wall = Mesh::default();
-        let corners = [
-            vec3(-40.0, -1.0, -4.0),
-            vec3(40.0, -1.0, -4.0),
-            vec3(40.0, 60.0, -4.0),
-            vec3(-40.0, 60.0, -4.0),
-        ];
-        wall.add_polygon(&corners, 0);
-        scene.add_object("wall", wall, Transform::IDENTITY);
+        // Walls between it and all that is seen, and what is between them.
+        for [low, high] in [[-40.0, -gap], [gap, 40.0]] {
+            let mut wall = Mesh::default();
+            let corners = [(low, -1.0), (high, -1.0), (high, 60.0), (low, 60.0)];
+            wall.add_polygon(&corners.map(|(x, y)| vec3(x, y, -4.0)), 0);
+            scene.add_object("wall", wall, Transform::IDENTITY);
+        }
         let geometry = Geometry::new(&scene);
         let settings = LightSettings { count: 300, bounces: 0, ..Default::default() };
         suns(&LightSet::sample_for(&scene, &geometry, &settings, &[view]).unwrap()).len()
     };
-    let [behind, before] = [count(20.0, 0.0), count(20.0, std::f32::consts::PI)];
+    let [behind, before, between] =
+        [(0.0, 0.0), (std::f32::consts::PI, 0.0), (0.0, 0.8)].map(|(a, g)| count(a, g));
     assert!((1..=3).contains(&behind) && before > 10, "{behind} {before}");
+    // A strip of sunlight has more samples than one that only might be there.
+    assert!(between > behind && (4..=8).contains(&between), "{between}");
 }
 
 #[test]
