@@ -17,6 +17,8 @@ const TOO_LARGE: f32 = 2.5;
 const MOST: f32 = 0.9;
 /// There is a core, smaller than the whole, where that is no more than this share of it across.
 const SMALL_CORE: f32 = 0.5;
+/// A core stays until it shows less than this share, lest maps change back and forth with every step of a view.
+const KEPT: f32 = 0.8;
 
 /// A sphere in the scene, and one with the same centre that shows most of what is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,8 +40,12 @@ impl BoundingSphere {
 
     /// About what views see, and a little more; all of the scene for no views.
     pub(super) fn seen(tracer: &SceneTracer, views: &[View]) -> Self {
-        let all = Self::of_scene(tracer.geometry());
-        let seen = seen(tracer, views);
+        Self::about(tracer.geometry(), &seen(tracer, views))
+    }
+
+    /// About points.
+    fn about(geometry: &Geometry, seen: &[Vec3]) -> Self {
+        let all = Self::of_scene(geometry);
         let low = seen.iter().fold(Vec3::INFINITY, |a, &b| a.min(b));
         let high = seen.iter().fold(Vec3::NEG_INFINITY, |a, &b| a.max(b));
         let about = |center: Vec3| {
@@ -49,7 +55,7 @@ impl BoundingSphere {
             let [core, radius] = [MOST, 1.0].map(|share| MARGIN * within(share).copied().unwrap_or_default());
             Self { center, radius, core }
         };
-        let cored = about(middle_of_most(&seen));
+        let cored = about(middle_of_most(seen));
         if cored.core > 0.0 && cored.core <= SMALL_CORE * cored.radius.min(all.radius) {
             return cored;
         }
@@ -62,10 +68,14 @@ impl BoundingSphere {
 
     /// The same for other views, as long as it shows all of what they see without wasting much.
     pub(super) fn or_seen(self, tracer: &SceneTracer, views: &[View]) -> Self {
-        let next = Self::seen(tracer, views);
+        let seen = seen(tracer, views);
+        let next = Self::about(tracer.geometry(), &seen);
         let apart = self.center.distance(next.center);
         let suffices = |held: f32, next: f32| apart + next / MARGIN <= held && held <= TOO_LARGE * next;
-        if suffices(self.radius, next.radius) && suffices(self.core, next.core) { self } else { next }
+        let in_core = seen.iter().filter(|p| p.distance(self.center) <= self.core).count() as f32;
+        let is_kept = self.core < self.radius && in_core >= KEPT * seen.len() as f32;
+        let has_core = suffices(self.core, next.core) || (is_kept && self.core <= TOO_LARGE * next.core);
+        if suffices(self.radius, next.radius) && has_core { self } else { next }
     }
 
     /// Makes maps of an environment's samples show it.
@@ -166,7 +176,7 @@ mod tests {
     #[test]
     fn most_of_what_is_seen_is_in_the_core() {
         // A wall that fills the picture but for a part on its right, where another one is seen far behind it.
-        let seen = |part: f32| {
+        let seen = |part: f32, held: Option<BoundingSphere>| {
             let wall = |x: f32, size: f32, z: f32| {
                 let mut mesh = Mesh::default();
                 mesh.add_polygon(
@@ -188,12 +198,13 @@ mod tests {
             };
             let geometry = Geometry::new(&scene);
             let tracer = SceneTracer::new(&scene, &geometry);
-            BoundingSphere::seen(&tracer, &[ahead.view(1.0).expect("a view")])
+            let views = [ahead.view(1.0).expect("a view")];
+            held.map_or_else(|| BoundingSphere::seen(&tracer, &views), |held| held.or_seen(&tracer, &views))
         };
-        let cored = seen(0.05);
+        let cored = seen(0.05, None);
         assert!(cored.core > 1.4 && cored.core < 3.0 && cored.radius > 100.0, "{cored:?}");
         // The controls: where much is seen far away, and where nothing is.
-        let [half, none] = [0.5, 0.0].map(seen);
+        let [half, none] = [0.5, 0.0].map(|part| seen(part, None));
         assert!(
             half.core == half.radius && none.core == none.radius && none.radius < 3.0,
             "{half:?} {none:?}"
