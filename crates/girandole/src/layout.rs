@@ -1,9 +1,10 @@
 //! Every struct that both sides see, declared once; a test compares names and offsets with the shaders'.
 
+use crate::parallel_map::ParallelMap;
 use crate::settings::ShadowMap;
 use crate::shader_constants::{
-    BLENDED, CORE, COSINE, CUBE, DIRECTIONAL, DISTANT, DOUBLE_SIDED, HEMISPHERE, MAP_SIZES, MAX_CLAMP,
-    OCTAHEDRAL, OWN_CLAMP, PARABOLIC, SPOT, TRANSPARENT, UNLIT, VERTEX_COLORED,
+    BLENDED, COSINE, CUBE, DIRECTIONAL, DISTANT, DOUBLE_SIDED, HEMISPHERE, MAP_SIZES, MAX_CLAMP, OCTAHEDRAL,
+    OWN_CLAMP, PARABOLIC, SPOT, TRANSPARENT, UNLIT, VERTEX_COLORED,
 };
 use bytemuck::{Pod, Zeroable};
 use girandole_core::brdf::Surface;
@@ -393,8 +394,7 @@ impl Light {
             (Profile::Directional, _) => light.showing(Vec2::ZERO, radius),
             (Profile::Distant { solid_angle, shown, .. }, _) => {
                 let is_of_sun = f32::from(u8::from(sample.is_of_sun()));
-                // Kernels of maps and of shading must have the same number.
-                let less = ((CORE - shown.core / shown.radius).max(0.0) * 65536.0).floor() / 65536.0;
+                let less = ParallelMap::less(shown.core / shown.radius);
                 let light = Self { rectangle: Vec4::new(solid_angle, is_of_sun, less, 0.0), ..light };
                 light.showing(light.across(shown.center), shown.radius)
             }
@@ -415,26 +415,15 @@ impl Light {
         Vec2::new(point.dot(self.tangent), point.dot(self.normal.cross(self.tangent)))
     }
 
-    /// Of its map, of parallel light: `ParallelMap` of `lib/parallel_map.wgsl`.
-    fn parallel_map(&self) -> [f32; 2] {
-        let less = self.rectangle.z;
-        [(CORE - less) / CORE, less / ((1.0 - CORE) * CORE * (1.0 - CORE + less))]
+    /// Where its map, of parallel light, shows what.
+    pub fn parallel_map(&self) -> ParallelMap {
+        ParallelMap::new(self.rectangle.z)
     }
 
-    /// Where that shows a place across the light, from its middle, both in halves of its width.
-    pub fn shown_at(&self, place: Vec4) -> Vec4 {
-        let ([spacing, growth], p) = (self.parallel_map(), place.abs());
-        let core = Vec4::splat(CORE * spacing);
-        let beyond = (p - core).max(Vec4::ZERO);
-        (p.min(core) / spacing + beyond / (spacing + growth * beyond)) * place.signum()
-    }
-
-    /// How many metres across a map of parallel light would show if all its texels were as large as those in the middle of a sphere.
+    /// How many metres across that would show if all its texels were as large as those in the middle of a sphere.
     pub fn shown_width(&self, center: Vec3) -> f32 {
-        let [spacing, growth] = self.parallel_map();
         let place = self.across(center - self.position) * self.scale;
-        let at = self.shown_at(place.extend(0.0).extend(0.0)).abs().max_element();
-        2.0 / self.scale * spacing / (1.0 - growth * (at - CORE).max(0.0)).powi(2)
+        2.0 / self.scale * self.parallel_map().spacing_about(place.extend(0.0).extend(0.0))
     }
 
     /// The light with what it stands for.

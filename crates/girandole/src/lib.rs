@@ -52,6 +52,7 @@ mod layout;
 mod maps;
 mod packed;
 mod parallel;
+mod parallel_map;
 mod passes;
 mod points;
 mod prepare;

@@ -4,11 +4,12 @@ use std::collections::HashMap;
 use std::path::Path;
 
 /// From the ground up.
-const ROOMS: [&str; 21] = [
+const ROOMS: [&str; 22] = [
     "error",
     "shader_constants",
     "tier",
     "settings",
+    "parallel_map",
     "layout",
     "records",
     "packed",

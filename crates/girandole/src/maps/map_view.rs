@@ -90,7 +90,8 @@ impl MapView<'_> {
             [low, high]
         };
         if light.is_parallel() {
-            let places = corners.map(|[x, y, _]| [x, y].map(|q| light.shown_at(q * light.scale) * 0.5 + 0.5));
+            let map = light.parallel_map();
+            let places = corners.map(|[x, y, _]| [x, y].map(|q| map.shown_at(q * light.scale) * 0.5 + 0.5));
             return TexelRect::between(extremes(places), size);
         }
         // With room for rounding.
@@ -134,7 +135,8 @@ impl MapView<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader_constants::{CORE, DIRECTIONAL};
+    use crate::parallel_map::tests::found_by_halves;
+    use crate::shader_constants::DIRECTIONAL;
     use girandole_core::glam::Vec3;
     use girandole_core::math::sequence;
 
@@ -144,53 +146,10 @@ mod tests {
         let bitangent = light.normal.cross(light.tangent);
         let [x, y, z] = [light.tangent, bitangent, light.normal].map(|axis| axis.dot(d));
         if light.profile == DIRECTIONAL {
-            return [x, y].map(|p| shown_at(light, p * light.scale) * 0.5 + 0.5);
+            return [x, y].map(|p| found_by_halves(light.rectangle.z, p * light.scale) * 0.5 + 0.5);
         }
         let sum = x.abs() + y.abs() + z;
         [(x + y) / sum, (x - y) / sum].map(|p| p * 0.5 + 0.5)
-    }
-
-    /// Where a map of parallel light shows a place: found by halves, as `lib/parallel_map.wgsl` has what a map shows somewhere.
-    fn shown_at(light: &Light, place: f32) -> f32 {
-        let less = light.rectangle.z;
-        let spacing = (CORE - less) / CORE;
-        // So that 1 is shown at 1.
-        let growth = (1.0 - spacing * (1.0 - CORE) / (1.0 - (CORE - less))) / (1.0 - CORE);
-        let place_shown = |at: f32| {
-            let beyond = (at - CORE).max(0.0);
-            spacing * (at.min(CORE) + beyond / (1.0 - growth * beyond))
-        };
-        let (mut low, mut high) = (0.0, CORE + 0.999 / growth.max(0.1));
-        for _ in 0..40 {
-            let middle = 0.5 * (low + high);
-            if place_shown(middle) < place.abs() { low = middle } else { high = middle }
-        }
-        low * place.signum()
-    }
-
-    #[test]
-    fn maps_show_a_core_evenly_and_less_of_what_is_far() {
-        let light = |less: f32| Light { rectangle: Vec4::Z * less, ..Light::default() };
-        let shown = |less: f32, place: f32| light(less).shown_at(Vec4::splat(place)).x;
-        for place in [0.0, 0.1, -0.3, 0.49, 0.51, -0.77, 1.0] {
-            assert_eq!(shown(0.0, place), place);
-            for less in [0.1, 0.4, 0.49] {
-                let found = shown(less, place);
-                assert!((found - shown_at(&light(less), place)).abs() < 1e-5, "{less} {place}: {found}");
-            }
-        }
-        // A core of a tenth: five times as fine, and coarser by the root of what lies beyond.
-        assert!((shown(0.4, 0.05) - 0.25).abs() < 1e-6 && (shown(0.4, 1.0) - 1.0).abs() < 1e-6);
-        let sun = Light {
-            scale: 0.01,
-            offset: 1.0,
-            normal: Vec3::NEG_Z,
-            tangent: Vec3::X,
-            profile: DIRECTIONAL,
-            ..light(0.4)
-        };
-        let [inside, at_end] = [3.0, 100.0].map(|x| sun.shown_width(Vec3::X * x));
-        assert!((inside - 40.0).abs() < 1e-3 && at_end > 1500.0, "{inside} {at_end}");
     }
 
     /// Three numbers of −½ to ½.
