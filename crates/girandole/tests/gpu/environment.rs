@@ -8,7 +8,7 @@ use girandole::core::lights::{BoundingSphere, LightSample, LightSet, LightSettin
 use girandole::core::scene::builtin::shapes;
 use girandole::core::scene::{Environment, Geometry, Material, Mesh, Scene, Sky, Transform};
 use girandole::{Mode, RenderSettings, RendererOptions};
-use girandole_reference::metrics::{CompareOptions, compare};
+use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -81,6 +81,36 @@ fn is_distant(sample: &&LightSample) -> bool {
     matches!(sample.profile, Profile::Distant { .. })
 }
 
+/// What the environment's maps make of a scene's first view where they show other spheres than those that they were given, to traced
+/// shadows.
+fn errors<const N: usize>(
+    context: &Context,
+    scene: Scene,
+    shown: [impl Fn(BoundingSphere) -> BoundingSphere; N],
+) -> [Comparison; N] {
+    let geometry = Geometry::new(&scene);
+    let mut stage = Stage { lights: LightSet::from_samples(&geometry, Vec::new()), scene, geometry };
+    let view = stage.view(0, SIZE);
+    let settings = LightSettings { count: 300, ..LightSettings::default() };
+    stage.lights = LightSet::sample_for(&stage.scene, &stage.geometry, &settings, &[view]).expect("lights");
+    let placed = stage.lights.samples().to_vec();
+    assert!(placed.iter().filter(is_distant).count() > 100);
+    let oracle = stage.oracle(&view, SIZE, 1);
+    shown.map(|other| {
+        let samples = placed.iter().map(|sample| {
+            let mut sample = *sample;
+            if let Profile::Distant { shown, .. } = &mut sample.profile {
+                *shown = other(*shown);
+            }
+            sample
+        });
+        stage.lights = LightSet::from_samples(&stage.geometry, samples.collect());
+        let picture = context.picture(&stage, RendererOptions::default(), &view, SIZE);
+        let options = CompareOptions { trim: 0.002, ..CompareOptions::default() };
+        compare(&oracle, &picture, &options).expect("comparable")
+    })
+}
+
 /// A tower far from what is seen, which shades it all the same, and maps about what is seen alone.
 fn fitted_maps(context: &Context) {
     let mut scene = sphere_and_box();
@@ -90,36 +120,17 @@ fn fitted_maps(context: &Context) {
     // Only the floor is behind what stands on it.
     scene.cameras.clear();
     camera(&mut scene, Vec3::new(0.6, 3.0, 1.6), Vec3::new(0.1, 0.2, 0.0), 0.8);
-    let geometry = Geometry::new(&scene);
-    let mut stage = Stage { lights: LightSet::from_samples(&geometry, Vec::new()), scene, geometry };
-    let view = stage.view(0, SIZE);
-    let settings = LightSettings { count: 300, ..LightSettings::default() };
-    stage.lights = LightSet::sample_for(&stage.scene, &stage.geometry, &settings, &[view]).expect("lights");
-    let fitted = stage.lights.samples().to_vec();
-    assert!(fitted.iter().filter(is_distant).count() > 100);
-    let oracle = stage.oracle(&view, SIZE, 1);
-    let mut error = |radius: Option<f32>| {
-        let samples = fitted.iter().map(|sample| {
-            let mut sample = *sample;
-            if let Profile::Distant { shown, .. } = &mut sample.profile {
-                assert!(shown.radius < 5.0, "{shown:?}");
-                assert_eq!(shown.core, shown.radius, "nothing is far away");
-                let radius = radius.unwrap_or(shown.radius);
-                *shown = BoundingSphere { radius, core: radius, ..*shown };
-            }
-            sample
-        });
-        stage.lights = LightSet::from_samples(&stage.geometry, samples.collect());
-        let picture = context.picture(&stage, RendererOptions::default(), &view, SIZE);
-        let options = CompareOptions { trim: 0.002, ..CompareOptions::default() };
-        compare(&oracle, &picture, &options).expect("comparable")
+    let of = |radius: Option<f32>| {
+        move |shown: BoundingSphere| {
+            assert!(shown.radius < 5.0 && shown.core == shown.radius, "nothing is far away: {shown:?}");
+            let radius = radius.unwrap_or(shown.radius);
+            BoundingSphere { radius, core: radius, ..shown }
+        }
     };
-    let found = error(None);
+    let [found, coarse, small] = errors(context, scene, [None, Some(70.0), Some(0.5)].map(of));
     assert!((found.energy_ratio - 1.0).abs() < 0.005 && found.rel_mse < 1e-3, "{found:?}");
     // The controls: maps of the whole scene are coarse, and too small ones shade what they do not show.
-    let coarse = error(Some(70.0));
     assert!(coarse.rel_mse > 4.0 * found.rel_mse, "{coarse:?} for {found:?}");
-    let small = error(Some(0.5));
     assert!(small.rel_mse > 4.0 * found.rel_mse, "{small:?} for {found:?}");
 }
 
@@ -133,33 +144,15 @@ fn cored_maps(context: &Context) {
     scene.add_object("ground", ground, Transform::IDENTITY);
     scene.cameras.clear();
     camera(&mut scene, Vec3::new(0.6, 3.0, 4.2), Vec3::new(0.1, 0.3, 0.0), 1.05);
-    let geometry = Geometry::new(&scene);
-    let mut stage = Stage { lights: LightSet::from_samples(&geometry, Vec::new()), scene, geometry };
-    let view = stage.view(0, SIZE);
-    let settings = LightSettings { count: 300, ..LightSettings::default() };
-    stage.lights = LightSet::sample_for(&stage.scene, &stage.geometry, &settings, &[view]).expect("lights");
-    let placed = stage.lights.samples().to_vec();
-    assert!(placed.iter().filter(is_distant).count() > 100);
-    let oracle = stage.oracle(&view, SIZE, 1);
-    let mut error = |core: Option<f32>| {
-        let samples = placed.iter().map(|sample| {
-            let mut sample = *sample;
-            if let Profile::Distant { shown, .. } = &mut sample.profile {
-                assert!(shown.radius > 30.0 && shown.core < 0.3 * shown.radius, "{shown:?}");
-                shown.core = core.map_or(shown.core, |core| core * shown.radius);
-            }
-            sample
-        });
-        stage.lights = LightSet::from_samples(&stage.geometry, samples.collect());
-        let picture = context.picture(&stage, RendererOptions::default(), &view, SIZE);
-        let options = CompareOptions { trim: 0.002, ..CompareOptions::default() };
-        compare(&oracle, &picture, &options).expect("comparable")
+    let of = |core: Option<f32>| {
+        move |shown: BoundingSphere| {
+            assert!(shown.radius > 30.0 && shown.core < 0.3 * shown.radius, "{shown:?}");
+            BoundingSphere { core: core.map_or(shown.core, |core| core * shown.radius), ..shown }
+        }
     };
-    let found = error(None);
-    // The controls: maps that show all alike are coarse, as are those with a core that is too small for what is close.
-    let coarse = error(Some(1.0));
-    let small = error(Some(2e-4));
+    let [found, coarse, small] = errors(context, scene, [None, Some(1.0), Some(2e-4)].map(of));
     assert!((found.energy_ratio - 1.0).abs() < 0.005 && found.rel_mse < 3e-4, "{found:?}");
+    // The controls: maps that show all alike are coarse, as are those with a core that is too small for what is close.
     assert!(coarse.rel_mse > 4.0 * found.rel_mse, "{coarse:?} for {found:?}");
     assert!(small.rel_mse > 4.0 * found.rel_mse, "{small:?} for {found:?}");
 }
