@@ -223,7 +223,7 @@ pub(super) fn measure(
             all += light;
             of_sun += if candidates[candidate as usize].is_of_sun() { light } else { 0.0 };
             sum += if is_guided { seen.map(|x| x * x).sum::<f64>() * part } else { light };
-            run_power += parts[candidate as usize];
+            run_power += part;
         }
         if is_guided {
             sum = (sum * run_power * tested as f64).sqrt();

@@ -43,8 +43,8 @@ pub(super) struct Candidates<'a> {
 }
 
 /// `count` samples with the expected light of all candidates, in a spatial order; each has the area that it stands for. If there are
-/// too few to choose from, some are repeated. Of what is seen, this part is the sun's. Normals count as positions on a sphere with a radius of `normal_scale` metres. And a
-/// sentence where these are too few for what they stand for.
+/// too few to choose from, some are repeated. `of_sun`: the sun's part of what is seen. Normals count as positions on a sphere with a
+/// radius of `normal_scale` metres. And a sentence where these are too few for what they stand for.
 pub(super) fn resample(
     candidates: Candidates,
     (count, of_sun): (u32, f64),
