@@ -8,6 +8,7 @@ struct Reflection {
   opacity: f32,
 }
 
+const MEAN_SCHLICK = 0.00367; // core: brdf::MEAN_SCHLICK
 override HAS_TRANSPARENT: bool = false; // whether light passes any material
 
 // What a material's textures say of its reflection, 1 where it has none.
@@ -50,7 +51,7 @@ fn reflection(hit: Hit, m: Material) -> Reflection {
   let dielectric = min(0.04 * tint, vec3f(1.0)) * specular;
   var r: Reflection;
   let f0 = max(dielectric.x, max(dielectric.y, dielectric.z));
-  r.albedo = base_color * (1.0 - metallic) * (1.0 - (f0 + (specular - f0) / 21.0));
+  r.albedo = base_color * (1.0 - metallic) * (1.0 - (f0 + (specular - f0) * MEAN_SCHLICK));
   r.f0 = mix(dielectric, base_color, metallic);
   r.f90 = mix(specular, 1.0, metallic);
   r.alpha = max(roughness * roughness, MIN_ALPHA);
