@@ -237,9 +237,9 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value_t)]
     pub tonemap: ToneCurve,
 
-    /// Anti-aliasing: samples along each axis of a pixel
-    #[arg(long, value_enum, default_value_t)]
-    pub aa: AntiAliasing,
+    /// Anti-aliasing: samples along each axis of a pixel [default: 2 with --mode full and vd-lp on a GPU, off otherwise]
+    #[arg(long, value_enum)]
+    pub aa: Option<AntiAliasing>,
 
     /// Averages the pictures of so many light sets, each with --lights samples, tighter settings, and rays through other points of
     /// the pixels (engine gpu); the error falls about as their number grows, down to that of a path tracer

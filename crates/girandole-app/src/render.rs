@@ -1,8 +1,7 @@
 //! `girandole render`, also the default without a command.
 
 use crate::args::{
-    AntiAliasing, BackgroundArg, Bounces, Engine, Frames, Mode, RenderArgs, RewalkArg, ShadingArg, Switch,
-    UpdatesArg,
+    BackgroundArg, Bounces, Engine, Frames, Mode, RenderArgs, RewalkArg, ShadingArg, Switch, UpdatesArg,
 };
 use crate::engine::{self, Job, Ready};
 use crate::output::{self, Stats, say};
@@ -24,15 +23,13 @@ pub fn main_job(why: &str) -> Result<ExitCode> {
     let args = RenderArgs::defaults()?;
     check(&args)?;
     say(&format!("{why}: rendering the room {} to {}", args.scene, args.output.display()));
-    // Anti-aliasing costs four times as much, which is affordable on a GPU.
-    render(args, AntiAliasing::Two)
+    render(args)
 }
 
 /// Renders by the options of the command line.
 pub fn run(args: RenderArgs) -> Result<ExitCode> {
     check(&args)?;
-    let aa = args.aa;
-    render(args, aa)
+    render(args)
 }
 
 /// Refuses impossible combinations of options before the work.
@@ -104,12 +101,13 @@ fn check(args: &RenderArgs) -> Result<()> {
     Ok(())
 }
 
-fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
+fn render(mut args: RenderArgs) -> Result<ExitCode> {
     // The scene, and beside it the engine.
     let start = Instant::now();
     let load = || scene::load_edited(&args.scene, args.object.as_deref(), &args.seen);
     if let Some(frames) = args.motion.frames {
-        return sequence::render(&args, load()?.0, frames);
+        let scene = load()?.0;
+        return sequence::render(args, scene, frames);
     }
     let (loaded, engine) = rayon::join(load, || Ready::open(&args));
     let (mut scene, _) = loaded?;
@@ -123,9 +121,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
     if args.refine > 1 && !matches!(engine, Ready::Gpu(_)) {
         bail!("--refine belongs to --engine gpu, and there is no adapter; leave it out");
     }
-    if matches!(engine, Ready::Gpu(_)) {
-        args.aa = aa_on_gpu;
-    }
+    args.aa.get_or_insert(engine.anti_aliasing(&args));
     engine.compile_for(&scene, &geometry, &args)?;
     let scene_ms = milliseconds(start);
 
@@ -190,7 +186,7 @@ fn render(mut args: RenderArgs, aa_on_gpu: AntiAliasing) -> Result<ExitCode> {
         stats.insert("clamp_lost_energy_share".into(), lost.into());
     }
     if let Some(path) = &args.stats {
-        let samples = u64::from(args.aa.samples_per_axis()).pow(2);
+        let samples = u64::from(args.aa.unwrap_or_default().samples_per_axis()).pow(2);
         let indirect = lights.len() as u64 - u64::from(lights.direct);
         for (key, value) in [
             ("scene", args.scene.as_str().into()),
@@ -237,7 +233,7 @@ pub fn write_shown(
     let coverage = (args.seen.load.background == BackgroundArg::Transparent).then(|| {
         // Averaged pictures have samples everywhere in a pixel.
         let is_averaged = args.refine > 1 || args.engine == Engine::Path;
-        let samples = if is_averaged { 4 } else { args.aa.samples_per_axis() };
+        let samples = if is_averaged { 4 } else { args.aa.unwrap_or_default().samples_per_axis() };
         coverage(&SceneTracer::new(scene, &Geometry::new(scene)), view, args.size, samples)
     });
     picture::write(path, (radiance, coverage.as_deref()), shown, made_by)

@@ -21,8 +21,10 @@ const TO_COME: u32 = 6;
 const FRAMES_BETWEEN: u32 = 10;
 
 /// Renders those frames that are not there yet.
-pub fn render(args: &RenderArgs, mut scene: Scene, frames: Frames) -> Result<ExitCode> {
-    let mut engine = Ready::choose(args)?;
+pub fn render(mut args: RenderArgs, mut scene: Scene, frames: Frames) -> Result<ExitCode> {
+    let mut engine = Ready::choose(&args)?;
+    args.aa.get_or_insert(engine.anti_aliasing(&args));
+    let args = &args;
     let maker = Maker::new(args, engine.kind(), &scene, &args.output)?;
     let missing = kept::missing(args, (&scene, &maker), frames)?;
     let kept = frames.count() - missing.len();

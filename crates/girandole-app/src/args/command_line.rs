@@ -95,7 +95,7 @@ impl RenderArgs {
                 },
             ),
             ("--tonemap", value_name(tonemap)),
-            ("--aa", value_name(aa)),
+            ("--aa", aa.as_ref().and_then(value_name)),
             ("--refine", text(refine)),
             ("--stats", stats.as_deref().map(file_name).transpose()?),
         ]);

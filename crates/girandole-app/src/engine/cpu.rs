@@ -17,7 +17,7 @@ pub fn render(job: &Job) -> Result<Picture> {
     let tracer = SceneTracer::new(job.scene, job.geometry);
     let progress = Progress::bar("tracing shadows");
     let settings = OracleSettings {
-        samples_per_axis: job.args.aa.samples_per_axis(),
+        samples_per_axis: job.args.aa.unwrap_or_default().samples_per_axis(),
         clamp: job.clamp,
         mirrors: job.args.quality.mirrors,
         ..OracleSettings::default()

@@ -308,7 +308,7 @@ pub(super) fn picture_settings(args: &args::RenderArgs) -> RenderSettings {
         tonemap: args.tonemap.into(),
         debug: args.debug.map(Into::into),
         updates: MapUpdates { most: Some(0), ..MapUpdates::default() },
-        ..args.quality.settings(args.mode, args.quality.clamp.0, args.aa)
+        ..args.quality.settings(args.mode, args.quality.clamp.0, args.aa.unwrap_or_default())
     }
 }
 

@@ -9,7 +9,7 @@ mod refine;
 pub use cpu::energy_lost_by_clamp;
 
 use crate::advice::sentence;
-use crate::args::{Engine, RenderArgs};
+use crate::args::{AntiAliasing, Engine, Mode, RenderArgs};
 use crate::output::{Stats, say};
 use crate::transfer::Transferred;
 use anyhow::Result;
@@ -92,6 +92,17 @@ impl Ready {
         match self {
             Self::Gpu(device) => device.compile_for(scene, geometry, args),
             Self::Cpu | Self::Path => Ok(()),
+        }
+    }
+
+    /// What `--aa` is where it is not given: the passes of `full` and `vd-lp` shade anew only where something ends within a pixel,
+    /// so that it costs little there. Light sets that are averaged have rays through other points of the pixels anyway.
+    pub fn anti_aliasing(&self, args: &RenderArgs) -> AntiAliasing {
+        let is_cheap = matches!(self, Self::Gpu(_)) && matches!(args.mode, Mode::Full | Mode::VdLp);
+        if is_cheap && args.refine == 1 && args.debug.is_none() {
+            AntiAliasing::Two
+        } else {
+            AntiAliasing::Off
         }
     }
 

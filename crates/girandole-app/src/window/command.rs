@@ -33,7 +33,7 @@ pub fn arguments(
         debug: settings.debug.map(DebugView::from),
         exposure: settings.exposure,
         tonemap: settings.tonemap.into(),
-        aa: settings.samples_per_axis.try_into().map_err(|error: String| anyhow!(error))?,
+        aa: Some(settings.samples_per_axis.try_into().map_err(|error: String| anyhow!(error))?),
         adapter: adapter.map(str::to_owned),
         transfer: session.transfers.arguments(&session.scene),
         refine: if session.refinement.on { session.refined_sets().max(1) } else { 1 },
