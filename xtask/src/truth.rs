@@ -4,6 +4,10 @@
 //!    match the pictures `d2`, `d3` and `d6` (a random walk of B bounces has paths of at most B + 2 segments).
 //! 2. Renders the same with the path tracer.
 //! 3. Prints energy ratio and relMSE of each, and those that miss their bounds.
+//!
+//! With `--real`, rooms that people made: [`real`].
+
+mod real;
 
 use crate::{cargo, girandole, root};
 use anyhow::{Context, Result, bail};
@@ -13,6 +17,7 @@ use std::process::{Command, ExitCode};
 
 /// Bounce limit and the picture it is compared with.
 const LIMITS: [(u32, &str); 3] = [(4, "d6"), (0, "d2"), (1, "d3")];
+const SCENES: [&str; 3] = ["cornell", "table", "punctual"];
 const LIGHTS: [u32; 3] = [256, 1024, 4096];
 /// Largest distance of the energy ratio from 1 at the largest number of lights: of the mean of all seeds, of each.
 const ENERGY_BOUNDS: [f64; 2] = [0.01, 0.02];
@@ -29,17 +34,23 @@ const Z_BOUND: f64 = 4.0;
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Folder with a folder for each scene: scene.glb, and pictures by size
-    #[arg(long, value_name = "FOLDER")]
-    truth: PathBuf,
-    /// Scenes
-    #[arg(long, value_delimiter = ',', default_value = "cornell,table,punctual")]
+    #[arg(long, value_name = "FOLDER", required_unless_present = "real")]
+    truth: Option<PathBuf>,
+    /// Folder with a folder for each room that people made: its scene (.glb or .glb.xz, which needs xz), a picture, a mask and its mirrors
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["truth", "size", "paths", "engine", "mode"])]
+    real: Option<PathBuf>,
+    /// Scenes [default: cornell,table,punctual; all of --real]
+    #[arg(long, value_delimiter = ',')]
     scenes: Vec<String>,
     /// Pixels
     #[arg(long, default_value = "512x384")]
     size: String,
-    /// How many seeds
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
-    seeds: u32,
+    /// How many seeds [default: 5; 3 with --real]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    seeds: Option<u32>,
+    /// Light sets that are averaged for what --real's rooms cannot be better than; 0 leaves it out
+    #[arg(long, default_value_t = 64, conflicts_with = "truth")]
+    floor: u32,
     /// Paths a pixel of the path tracer; 0 leaves it out
     #[arg(long, default_value_t = 64)]
     paths: u32,
@@ -68,27 +79,17 @@ struct Outcome {
 
 /// Measures, prints and checks the bounds.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let truth = root().join(&arguments.truth);
+    let folder =
+        arguments.real.as_ref().or(arguments.truth.as_ref()).context("name a folder with --truth")?;
+    let truth = root().join(folder);
     if !truth.is_dir() {
-        bail!("there is no folder {}; name one with --truth", truth.display());
+        bail!("there is no folder {}; name one with --truth or --real", truth.display());
     }
     if !cargo().args(["build", "--release", "--locked", "--bin", "girandole"]).status()?.success() {
         bail!("the program does not build");
     }
     let bench = Bench { arguments, program: girandole("release")?, truth, scratch: tempfile::tempdir()? };
-    let mut misses = Vec::new();
-    println!(
-        "| scene | bounces | against | rendered by | energy, mean | energy, each | relMSE, mean | relMSE, worst |"
-    );
-    println!("|---|---|---|---|---|---|---|---|");
-    for scene in &arguments.scenes {
-        for (bounces, against) in LIMITS {
-            bench.light_samples(scene, bounces, against, &mut misses)?;
-        }
-        for (bounces, against) in LIMITS.into_iter().filter(|_| arguments.paths > 0) {
-            bench.paths(scene, bounces, against, &mut misses)?;
-        }
-    }
+    let misses = if arguments.real.is_some() { bench.real_rooms()? } else { bench.own_scenes()? };
     for miss in &misses {
         println!("beyond its bound: {miss}");
     }
@@ -96,6 +97,26 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 impl Bench<'_> {
+    fn own_scenes(&self) -> Result<Vec<String>> {
+        let mut misses = Vec::new();
+        println!(
+            "| scene | bounces | against | rendered by | energy, mean | energy, each | relMSE, mean | relMSE, worst |"
+        );
+        println!("|---|---|---|---|---|---|---|---|");
+        let scenes = self.arguments.scenes.iter().map(String::as_str);
+        let scenes: Vec<&str> =
+            if self.arguments.scenes.is_empty() { SCENES.to_vec() } else { scenes.collect() };
+        for scene in scenes {
+            for (bounces, against) in LIMITS {
+                self.light_samples(scene, bounces, against, &mut misses)?;
+            }
+            for (bounces, against) in LIMITS.into_iter().filter(|_| self.arguments.paths > 0) {
+                self.paths(scene, bounces, against, &mut misses)?;
+            }
+        }
+        Ok(misses)
+    }
+
     fn light_samples(
         &self,
         scene: &str,
@@ -105,7 +126,7 @@ impl Bench<'_> {
     ) -> Result<()> {
         let mut last_error = f64::INFINITY;
         for lights in LIGHTS {
-            let outcomes = (0..self.arguments.seeds)
+            let outcomes = (0..self.arguments.seeds.unwrap_or(5))
                 .map(|seed| {
                     let count = lights.to_string();
                     self.picture(

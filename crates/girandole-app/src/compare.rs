@@ -2,11 +2,13 @@
 
 use crate::args::CompareArgs;
 use crate::output::{self, say};
-use anyhow::Result;
+use anyhow::{Result, bail};
+use girandole_core::image::Image;
 use girandole_core::tonemap::{Tonemap, to_srgb8};
 use girandole_reference::image_file::{read, write_png};
 use girandole_reference::metrics::{self, CompareOptions, Comparison, HeatMap};
 use serde_json::json;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Compares, prints the metrics and checks the thresholds.
@@ -16,7 +18,7 @@ pub fn run(args: &CompareArgs) -> Result<ExitCode> {
     }
     let reference = read(&args.reference)?;
     let test = read(&args.test)?;
-    let mask = args.mask.as_deref().map(read).transpose()?;
+    let mask = mask(&args.mask)?;
     let options = CompareOptions { mask, keep_edges: args.edges, trim: args.trim };
     let result = metrics::compare(&reference, &test, &options)?;
     if let Some(heat) = &args.out {
@@ -46,6 +48,20 @@ pub fn run(args: &CompareArgs) -> Result<ExitCode> {
     Ok(ExitCode::from(1))
 }
 
+/// What any of the masks leaves out.
+fn mask(paths: &[PathBuf]) -> Result<Option<Image>> {
+    let Some((first, others)) = paths.split_first() else { return Ok(None) };
+    let mut mask = read(first)?;
+    for path in others {
+        let other = read(path)?;
+        if (other.width, other.height) != (mask.width, mask.height) {
+            bail!("{} and {} are not of the same size: give masks that are", first.display(), path.display());
+        }
+        mask.pixels.iter_mut().zip(&other.pixels).for_each(|(m, o)| *m = m.max(*o));
+    }
+    Ok(Some(mask))
+}
+
 fn as_table(c: &Comparison) -> String {
     let [x, y] = c.worst_pixel;
     format!(
@@ -54,8 +70,9 @@ fn as_table(c: &Comparison) -> String {
          relMSE        {:.6}\n\
          RMSE          {:.6}\n\
          FLIP          {:.6}\n\
+         outliers      {}\n\
          worst pixel   {x},{y} (error {:.6})\n",
-        c.valid_pixels, c.energy_ratio, c.rel_mse, c.rmse, c.flip, c.worst_error
+        c.valid_pixels, c.energy_ratio, c.rel_mse, c.rmse, c.flip, c.outliers, c.worst_error
     )
 }
 
@@ -67,6 +84,7 @@ fn as_json(c: &Comparison) -> Result<String> {
         "rel_mse": c.rel_mse,
         "rmse": c.rmse,
         "flip": c.flip,
+        "outliers": c.outliers,
         "worst_pixel_x": x,
         "worst_pixel_y": y,
         "worst_error": c.worst_error,

@@ -41,6 +41,9 @@ pub struct Comparison {
     /// that 95 % of the reference is below 0.8, clamped, sRGB, at 67 pixels a degree.
     #[cfg(feature = "flip")]
     pub flip: f64,
+    /// Pixels that are more than ten times as bright as the reference is at them and at their neighbours: by the brightest channel,
+    /// and by more than 0.1 W/(sr·m²).
+    pub outliers: usize,
     /// Column and row of the pixel with the greatest relative error, trimmed or not.
     pub worst_pixel: [u32; 2],
     /// That pixel's mean of (t − r)² / (r² + 0.01) over its channels.
@@ -109,6 +112,7 @@ pub fn compare(reference: &Image, test: &Image, options: &CompareOptions) -> Res
         rmse: (squares / (3 * count) as f64).sqrt(),
         #[cfg(feature = "flip")]
         flip: flip::mean(reference, test, &valid),
+        outliers: (0..valid.len()).filter(|&i| valid[i] && is_outlier(reference, test, i)).count(),
         worst_pixel: position(reference, worst.0),
         worst_error: worst.1,
         non_finite: bad.len(),
@@ -137,6 +141,19 @@ fn valid_pixels(reference: &Image, test: &Image, options: &CompareOptions) -> Re
 fn position(image: &Image, index: usize) -> [u32; 2] {
     let width = image.width.max(1) as usize;
     [(index % width) as u32, (index / width) as u32]
+}
+
+/// See [`Comparison::outliers`].
+fn is_outlier(reference: &Image, test: &Image, index: usize) -> bool {
+    let [x, y] = position(reference, index).map(i64::from);
+    let is_inside = |x: i64, y: i64| {
+        (0..i64::from(reference.width)).contains(&x) && (0..i64::from(reference.height)).contains(&y)
+    };
+    let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
+    let at =
+        |(x, y): (i64, i64)| reference.pixels[(y * i64::from(reference.width) + x) as usize].max_element();
+    let brightest = around.filter(|&(x, y)| is_inside(x, y)).map(at).fold(0.0, f32::max);
+    test.pixels[index].max_element() > (10.0 * brightest).max(brightest + 0.1)
 }
 
 fn relative_error(r: DVec3, t: DVec3) -> f64 {

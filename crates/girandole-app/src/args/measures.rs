@@ -27,9 +27,9 @@ pub struct CompareArgs {
     #[arg(value_name = "TEST")]
     pub test: PathBuf,
 
-    /// Leaves pixels out: R and G above 0 always (emitters, background), B above 0 unless --edges
-    #[arg(long, value_name = "M.exr")]
-    pub mask: Option<PathBuf>,
+    /// Leaves pixels out: R and G above 0 always (emitters, background), B above 0 unless --edges; may be given more than once
+    #[arg(long, value_name = "M.exr|M.png")]
+    pub mask: Vec<PathBuf>,
 
     /// Keeps the mask's edge pixels (for anti-aliased pictures)
     #[arg(long, requires = "mask")]

@@ -75,6 +75,14 @@ fn trim_mask_and_heat_map() {
     write_exr(&girandole.path().join("mask.exr"), &mask).unwrap();
     assert_eq!(number(&["--mask", "mask.exr"], "valid_pixels"), 33.0 * 36.0);
     assert_eq!(number(&["--mask", "mask.exr", "--edges"], "valid_pixels"), 38.0 * 36.0);
+    // Two masks leave out what either does.
+    for (i, pixel) in mask.pixels.iter_mut().enumerate() {
+        *pixel = if i % 48 < 40 { Vec3::ZERO } else { Vec3::Y };
+    }
+    write_exr(&girandole.path().join("right.exr"), &mask).unwrap();
+    let both = number(&["--mask", "mask.exr", "--mask", "right.exr"], "valid_pixels");
+    assert_eq!(both, 25.0 * 36.0);
+    assert_eq!(number(&[], "outliers"), 0.0);
     girandole.succeed(&["compare", "a.exr", "b.exr", "--out", "heat.png"]);
     assert!(girandole.bytes("heat.png").starts_with(b"\x89PNG"));
 }
@@ -83,10 +91,11 @@ fn trim_mask_and_heat_map() {
 fn sizes_have_to_agree() {
     let girandole = with_pictures();
     for arguments in [
-        ["compare", "a.exr", "small.exr", "--out", "heat.png"],
-        ["compare", "a.exr", "b.exr", "--mask", "small.exr"],
+        &["compare", "a.exr", "small.exr", "--out", "heat.png"][..],
+        &["compare", "a.exr", "b.exr", "--mask", "small.exr"],
+        &["compare", "a.exr", "b.exr", "--mask", "a.exr", "--mask", "small.exr"],
     ] {
-        let output = girandole.run(&arguments);
+        let output = girandole.run(arguments);
         assert_eq!(output.status.code(), Some(2));
         assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
         assert_eq!(stdout(&output), "");

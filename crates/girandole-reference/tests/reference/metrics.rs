@@ -125,3 +125,25 @@ fn heat_maps_show_where() {
         assert!(map.pixels[5].max_element() < 0.01, "{}", map.pixels[5]);
     }
 }
+
+#[test]
+fn outliers_are_beyond_ten_times_what_is_about_them() {
+    let reference = picture(9, 5, |x, y| Vec3::splat(if (x, y) == (7, 2) { 3.0 } else { 0.2 }));
+    let count = |places: &[(u32, u32)], value: f32, mask: Option<Image>| {
+        let mut test = reference.clone();
+        for (x, y) in places {
+            test.pixels[(y * 9 + x) as usize].y = value;
+        }
+        let options = CompareOptions { mask, ..CompareOptions::default() };
+        compare(&reference, &test, &options).expect("comparable").outliers
+    };
+    // Beside each other, in corners too; but not beside what is bright.
+    assert_eq!(count(&[(0, 0), (1, 0), (2, 2), (7, 1)], 2.1, None), 3);
+    assert_eq!(count(&[(0, 0), (2, 2)], 1.9, None), 0);
+    assert_eq!(count(&[(6, 2), (7, 2)], 31.0, None), 2);
+    assert_eq!(count(&[(0, 0), (2, 2)], 2.1, Some(picture(9, 5, |x, _| Vec3::X * f32::from(x == 0)))), 1);
+    // Where all is dark, what is no brighter than the eye could tell is none.
+    let black = Image::new(9, 5);
+    let dim = picture(9, 5, |_, _| Vec3::splat(0.09));
+    assert_eq!(compare(&black, &dim, &CompareOptions::default()).expect("comparable").outliers, 0);
+}
