@@ -3,7 +3,8 @@
 //! 1. [View points](super::view_points) are what the views see, well spread over their pictures.
 //! 2. Candidates are sorted into runs of neighbours. Each candidate is tested against a few of the points: `G · V` times what
 //!    the point reflects. The pairs of a run have different points.
-//! 3. A point counts for the inverse of its brightness, as all pairs estimate it: relative errors are what is seen.
+//! 3. A point counts for the inverse of its brightness, as all pairs estimate it: relative errors are what is seen. Where light is
+//!    [guided](super::guide), without parallel light: what a window throws on few points is bright there and its shape is what is seen.
 //! 4. What a run's pairs bring in the mean is the importance of its candidates, per unit of power. Where light is
 //!    [guided](super::guide), it is the root of the mean square: of independent samples that leads to the least squared error, and
 //!    what comes in through a window reaches few of the points. (Elsewhere it measures no better.)
@@ -13,6 +14,7 @@
 //!
 //! Weights decide where samples are, never what light there is in the mean (`resample.rs`).
 
+use super::nearness::Seen;
 use super::view_points::ViewPoint;
 use super::{Clamp, LightSample, Profile, punctual};
 use crate::brdf::Surface;
@@ -72,10 +74,13 @@ fn distance_squared(sample: &LightSample) -> f32 {
     }
 }
 
+/// Position and scaled normal, m.
+pub(super) type Place = [f32; 6];
+
 /// Where a candidate lies among others: its position, and its normal as a position on a sphere with a radius of `normal_scale`
 /// metres. Those of an environment lie as far apart as light from them that comes as far as other light does, all far away from others,
 /// and its sun in a plane that is twice as far away.
-pub(super) fn place(candidate: &LightSample, normal_scale: f32) -> [f32; 6] {
+pub(super) fn place(candidate: &LightSample, normal_scale: f32) -> Place {
     if candidate.punctual().is_some() {
         return punctual::place(candidate, normal_scale);
     }
@@ -106,6 +111,8 @@ pub(super) struct Importance {
     pub brightness: f64,
     /// The part of what they reflect, each point counting as above, that is the environment's sun's: no more than is seen of it.
     pub of_sun: f64,
+    /// Where that is which is seen of the points that it was measured at.
+    pub seen: Option<Seen>,
 }
 
 /// Neighbours, or two halves of them.
@@ -120,15 +127,15 @@ enum Run {
 impl Importance {
     /// Where all places count alike.
     pub fn uniform() -> Self {
-        Self { runs: Vec::new(), mean: 1.0, brightness: 0.0, of_sun: 0.0 }
+        Self { runs: Vec::new(), mean: 1.0, brightness: 0.0, of_sun: 0.0, seen: None }
     }
 
     /// At a [place], as a multiple of the mean.
-    pub fn relative_at(&self, place: [f32; 6]) -> f64 {
+    pub fn relative_at(&self, place: Place) -> f64 {
         self.at(place) / self.mean
     }
 
-    fn at(&self, place: [f32; 6]) -> f64 {
+    fn at(&self, place: Place) -> f64 {
         let mut run = 0;
         loop {
             match self.runs.get(run) {
@@ -159,7 +166,7 @@ pub(super) fn measure(
     tracer: &SceneTracer,
     points: &[ViewPoint],
     candidates: &[LightSample],
-    places: &[[f32; 6]],
+    places: &[Place],
     is_guided: bool,
 ) -> Importance {
     let alike = Importance::uniform();
@@ -171,7 +178,8 @@ pub(super) fn measure(
     let lights = candidates.iter().filter(|c| c.punctual().is_some()).count();
     let times = (PUNCTUAL_PAIRS / (tested * lights.max(1))).clamp(1, longest);
     let runs = split_into_runs(candidates, places, [longest, longest / times]);
-    let mut result = Importance { runs, ..alike.clone() };
+    let seen = Seen::new(points, candidates, places);
+    let mut result = Importance { runs, seen, ..alike.clone() };
     let of = |run: &Run| if let Run::Whole { members, .. } = run { Some(members.clone()) } else { None };
     let mut runs: Vec<Vec<u32>> = result.runs.iter().filter_map(of).collect();
     // The power that a test stands for.
@@ -186,10 +194,20 @@ pub(super) fn measure(
     });
 
     // What a point counts for.
-    let mut brightness = vec![0.0; points.len()];
-    for (i, &pair) in pairs.iter().enumerate() {
-        brightness[i % points.len()] += f64::from(pair) * parts[order[i / tested] as usize];
-    }
+    let brightness = |counts: &dyn Fn(&LightSample) -> bool| {
+        let mut brightness = vec![0.0; points.len()];
+        for (i, &pair) in pairs.iter().enumerate() {
+            let candidate = order[i / tested] as usize;
+            if counts(&candidates[candidate]) {
+                brightness[i % points.len()] += f64::from(pair) * parts[candidate];
+            }
+        }
+        brightness
+    };
+    let is_near = |candidate: &LightSample| !candidate.profile.is_parallel();
+    let without_parallel = if is_guided { brightness(&is_near) } else { Vec::new() };
+    let is_lit = without_parallel.iter().any(|&b| b > 0.0);
+    let brightness = if is_lit { without_parallel } else { brightness(&|_| true) };
     let mean = brightness.iter().sum::<f64>() / points.len() as f64;
     if mean <= 0.0 {
         return alike;
@@ -338,7 +356,7 @@ fn bound(candidates: &[LightSample], power: &[f64], run: &[u32]) -> f32 {
 
 /// Runs of neighbours by position and normal: halves of halves. The sun is a run of its own: all of it brings the same but for
 /// the edges of shadows. The `longest` are of so many candidates, or so many punctual lights.
-fn split_into_runs(candidates: &[LightSample], places: &[[f32; 6]], longest: [usize; 2]) -> Vec<Run> {
+fn split_into_runs(candidates: &[LightSample], places: &[Place], longest: [usize; 2]) -> Vec<Run> {
     let is_sun = |&i: &u32| candidates[i as usize].is_of_sun();
     let is_punctual = |&i: &u32| candidates[i as usize].punctual().is_some();
     let (punctual, others): (Vec<u32>, Vec<u32>) = (0..places.len() as u32).partition(is_punctual);
@@ -411,7 +429,7 @@ mod tests {
         let brightness = |colour: Vec3| {
             let of = |s: &LightSample| LightSample { intensity: s.intensity.max_element() * colour, ..*s };
             let samples: Vec<LightSample> = set.samples().iter().map(of).collect();
-            let places: Vec<[f32; 6]> = samples.iter().map(|s| place(s, 1.0)).collect();
+            let places: Vec<Place> = samples.iter().map(|s| place(s, 1.0)).collect();
             measure(&tracer, &points, &samples, &places, false).brightness
         };
         let gray = brightness(Vec3::ONE);

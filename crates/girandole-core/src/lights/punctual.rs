@@ -12,7 +12,7 @@
 //! hemispheres alone, and few of their upper ones.
 
 use super::emission::Shares;
-use super::importance::{ELSEWHERE, NORMAL_SCALE, power};
+use super::importance::{ELSEWHERE, NORMAL_SCALE, Place, power};
 use super::resample::{Candidates, Chosen};
 use super::strata::{Apart, Cluster};
 use super::{LightSample, Profile, SampleOrigin};
@@ -92,7 +92,7 @@ pub(super) fn has_moved(before: &LightSample, after: &LightSample) -> bool {
 
 /// Where it lies among other candidates (see [`place`](super::importance::place)): far from all that are no punctual lights; parallel
 /// light by its direction, far from other light; spots farther out the narrower they are, so that what lies at one place is alike.
-pub(super) fn place(sample: &LightSample, normal_scale: f32) -> [f32; 6] {
+pub(super) fn place(sample: &LightSample, normal_scale: f32) -> Place {
     let is_parallel = sample.profile.is_parallel();
     let p = if is_parallel { -sample.normal * (normal_scale / NORMAL_SCALE) } else { sample.position };
     let narrowness = match sample.profile {
@@ -107,7 +107,7 @@ pub(super) fn place(sample: &LightSample, normal_scale: f32) -> [f32; 6] {
 }
 
 /// The strata that are theirs in any case, of so many, if there are other candidates too: up to one for each.
-pub(super) fn apart(candidates: &[LightSample], places: &[[f32; 6]], count: u32) -> Option<Apart> {
+pub(super) fn apart(candidates: &[LightSample], places: &[Place], count: u32) -> Option<Apart> {
     let (mut lights, mut nearest) = (0, [f64::NEG_INFINITY, f64::INFINITY]);
     for (candidate, place) in candidates.iter().zip(places) {
         let at = f64::from(place[AXIS]);

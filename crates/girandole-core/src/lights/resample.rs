@@ -17,7 +17,7 @@
 //! that brings half of the light gets half of the samples, though it is small and any of its points would do nearly as well.
 
 use super::emission::{Emission, Shares};
-use super::importance::{place, power};
+use super::importance::{Importance, Place, place, power};
 use super::strata::{Apart, Cluster, Item, Strata};
 use super::{LightSample, Profile, Rectangle, SampleOrigin, punctual, sun};
 use crate::math::sequence;
@@ -43,16 +43,16 @@ pub(super) struct Candidates<'a> {
 }
 
 /// `count` samples with the expected light of all candidates, in a spatial order; each has the area that it stands for. If there are
-/// too few to choose from, some are repeated. `of_sun`: the sun's part of what is seen. Normals count as positions on a sphere with a
+/// too few to choose from, some are repeated. `importance`: what the candidates' weights are by. Normals count as positions on a sphere with a
 /// radius of `normal_scale` metres. And a sentence where these are too few for what they stand for.
 pub(super) fn resample(
     candidates: Candidates,
-    (count, of_sun): (u32, f64),
+    (count, importance): (u32, &Importance),
     normal_scale: f32,
     seed: u32,
 ) -> (Vec<Chosen>, Option<String>) {
-    let places: Vec<[f32; 6]> = candidates.samples.iter().map(|s| place(s, normal_scale)).collect();
-    let strata = strata(candidates.samples, &places, candidates.weights, (count, of_sun));
+    let places: Vec<Place> = candidates.samples.iter().map(|s| place(s, normal_scale)).collect();
+    let strata = strata(candidates.samples, &places, candidates.weights, (count, importance));
     let clusters = strata.clusters();
     let chosen = clusters.iter().filter_map(|(_, cluster)| choose(candidates, cluster, seed)).collect();
     (chosen, punctual::warning(candidates.samples, &clusters))
@@ -62,18 +62,18 @@ pub(super) fn resample(
 /// some of their own.
 pub(super) fn strata(
     candidates: &[LightSample],
-    places: &[[f32; 6]],
+    places: &[Place],
     weights: &[f64],
-    (count, of_sun): (u32, f64),
+    (count, importance): (u32, &Importance),
 ) -> Strata {
     let punctual = punctual::apart(candidates, places, count);
-    let mut apart: Vec<Apart> =
-        punctual.into_iter().chain(sun::apart(candidates, places, weights, (count, of_sun))).collect();
+    let sun = sun::apart(candidates, places, weights, (count, importance.of_sun));
+    let mut apart: Vec<Apart> = punctual.into_iter().chain(sun).collect();
     // Others have one at least.
     while apart.iter().map(|part| part.count).sum::<u32>() >= count.max(1) {
         apart.pop();
     }
-    Strata::new(places, weights, count, &apart)
+    Strata::new(places, weights, (count, importance.seen), &apart)
 }
 
 /// A number in [0, 1) that belongs to where a candidate comes from.

@@ -17,7 +17,7 @@
 //! mean over seeds.
 
 use super::ids::origin;
-use super::importance::{place, power};
+use super::importance::{Place, place, power};
 use super::motion::Placement;
 use super::resample::{Candidates, Chosen, choose, stand_in, strata};
 use super::sampling::Sampling;
@@ -115,7 +115,7 @@ pub(crate) struct IncrementalWalk {
 #[derive(Clone, Debug)]
 struct Known {
     /// As if what they lie on was where it was when light was sampled.
-    places: Vec<[f32; 6]>,
+    places: Vec<Place>,
     /// What strata choose by.
     weights: Vec<f64>,
     /// Whether the strata do not know them yet.
@@ -142,12 +142,12 @@ impl IncrementalWalk {
         let mut hierarchies = HeldHierarchies::default();
         let mut sampling = Sampling::new(&hierarchies.tracer(scene, geometry), settings, views);
         let (samples, _) = sampling.candidates(geometry);
-        let places: Vec<[f32; 6]> = samples.iter().map(|s| place(s, sampling.normal_scale)).collect();
-        let weigh = |(s, at): (&LightSample, &[f32; 6])| power(s) * sampling.importance.relative_at(*at);
+        let places: Vec<Place> = samples.iter().map(|s| place(s, sampling.normal_scale)).collect();
+        let weigh = |(s, at): (&LightSample, &Place)| power(s) * sampling.importance.relative_at(*at);
         let weights: Vec<f64> = samples.iter().zip(&places).map(weigh).collect();
         let [count, spare] =
             shown(sampling.wanted, MOST_LIGHTS.saturating_sub(sampling.given(geometry).count()));
-        let strata = strata(&samples, &places, &weights, (count, sampling.importance.of_sun));
+        let strata = strata(&samples, &places, &weights, (count, &sampling.importance));
         let warning = punctual::warning(&samples, &strata.clusters());
         sampling.warnings.extend(warning);
         let mut rest = (&places[..], &weights[..]);
@@ -337,14 +337,14 @@ impl IncrementalWalk {
             let back = self.latest.carry(&self.sampled, geometry, deposit).unwrap_or(*deposit);
             place(&back, self.sampling.normal_scale)
         };
-        let places: Vec<[f32; 6]> = path.deposits.iter().map(at_rest).collect();
-        let weigh = |(d, at): (&LightSample, &[f32; 6])| power(d) * self.sampling.importance.relative_at(*at);
+        let places: Vec<Place> = path.deposits.iter().map(at_rest).collect();
+        let weigh = |(d, at): (&LightSample, &Place)| power(d) * self.sampling.importance.relative_at(*at);
         let weights = path.deposits.iter().zip(&places).map(weigh).collect();
         Known { weights, places, is_new: true }
     }
 
     /// Places of all candidates, and what strata choose by.
-    fn known(&self) -> (Vec<[f32; 6]>, Vec<f64>) {
+    fn known(&self) -> (Vec<Place>, Vec<f64>) {
         let (mut places, mut weights) = (self.direct.places.clone(), self.direct.weights.clone());
         for ((known, _), scale) in self.paths.iter().zip(self.scales()) {
             places.extend_from_slice(&known.places);
@@ -369,9 +369,8 @@ impl IncrementalWalk {
     fn choose(&mut self, scene: &Scene, geometry: &Geometry) {
         let (places, mut weights) = self.known();
         let (samples, sources) = self.sampling.candidates(geometry);
-        let weigh = |(sample, at): (&LightSample, &[f32; 6])| {
-            power(sample) * self.sampling.importance.relative_at(*at)
-        };
+        let weigh =
+            |(sample, at): (&LightSample, &Place)| power(sample) * self.sampling.importance.relative_at(*at);
         let now: Vec<f64> = samples.iter().zip(&places).map(weigh).collect();
         let held = weights.clone();
         self.strata.distribute(&places, &weights);

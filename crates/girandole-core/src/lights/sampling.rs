@@ -15,6 +15,8 @@ use crate::trace::SceneTracer;
 
 /// Share of the candidates that lie on emitters.
 const EMITTER_CANDIDATES: f32 = 0.25;
+/// How many times as many candidates there are where an environment's light is guided: what brings most of it is a small part of them.
+const GUIDED_CANDIDATES: u32 = 3;
 
 /// How many samples, or shares of the candidates, are to be punctual lights, to lie on emitters and to be left by the walk.
 struct Numbers {
@@ -110,8 +112,6 @@ impl Sampling {
                 Numbers::given(settings, share, lights, area)
             }
         };
-        let per_sample = settings.candidates.min(MAX_LIGHTS / settings.count).max(1);
-
         let shown = if scene.environment.is_some() {
             BoundingSphere::seen(tracer, views)
         } else {
@@ -121,10 +121,11 @@ impl Sampling {
         let trees = emitters::trees(&groups, &sources);
         let guides = Guides::new(tracer, settings, &points, &groups, &trees);
         let is_guided = !guides.is_empty();
+        let per_sample = settings.candidates.saturating_mul(if is_guided { GUIDED_CANDIDATES } else { 1 });
+        let per_sample = per_sample.min(MAX_LIGHTS / settings.count).max(1);
         let measure = |candidates: &[LightSample]| {
             let normal_scale = importance::NORMAL_SCALE * importance::free_path(tracer, candidates);
-            let places: Vec<[f32; 6]> =
-                candidates.iter().map(|c| importance::place(c, normal_scale)).collect();
+            let places: Vec<_> = candidates.iter().map(|c| importance::place(c, normal_scale)).collect();
             (importance::measure(tracer, &points, candidates, &places, is_guided), normal_scale)
         };
         let weigh = |candidates: &[LightSample]| measure(candidates).0.weights(candidates);
@@ -251,6 +252,6 @@ fn fewer_punctual(
     let weights = Importance::uniform().weights(punctual);
     let candidates = Candidates { samples: punctual, sources: &sources, weights: &weights };
     let normal_scale = importance::NORMAL_SCALE * importance::free_path(tracer, punctual);
-    let (chosen, warning) = resample(candidates, (count, 0.0), normal_scale, seed);
+    let (chosen, warning) = resample(candidates, (count, &Importance::uniform()), normal_scale, seed);
     (chosen.into_iter().map(|chosen| chosen.sample).collect(), warning)
 }

@@ -4,7 +4,9 @@
 //! frame the splits are held, so that what happens in one stratum changes no other; and a few strata a frame are merged and
 //! others split where that lowers the largest error.
 
-use super::importance::NORMAL_SCALE;
+use super::importance::{NORMAL_SCALE, Place};
+use super::nearness::Seen;
+use glam::DVec3;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::f64::consts::PI;
@@ -27,7 +29,7 @@ const STALE: f64 = 0.2;
 /// Candidates that have strata of their own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Apart {
-    /// They lie beyond this border along this axis of [places](super::importance::place).
+    /// They lie beyond this border along this axis of [places](Place).
     pub axis: usize,
     pub border: f64,
     /// How many strata, at least; or exactly so many, that stay as they are.
@@ -41,7 +43,7 @@ pub(super) struct Item {
     pub index: u32,
     pub weight: f64,
     /// Position and scaled normal.
-    at: [f32; 6],
+    at: Place,
 }
 
 /// Candidates of which one sample is chosen.
@@ -49,23 +51,22 @@ pub(super) struct Item {
 pub(super) struct Cluster {
     pub items: Vec<Item>,
     pub weight: f64,
-    /// Variance along each axis, by weight.
+    /// Variance along each axis, by weight, of places as [near](Seen::nearness) as theirs count.
     variance: [f64; 6],
     /// r² of the disc that a sample of the cluster stands for, m².
     pub radius_squared: f64,
 }
 
 impl Cluster {
-    fn new(items: Vec<Item>, parent_radius_squared: Option<f64>) -> Self {
+    fn new(items: Vec<Item>, parent_radius_squared: Option<f64>, seen: Option<Seen>) -> Self {
         if items.is_empty() {
             return Self::default();
         }
         let sum = |f: &dyn Fn(&Item) -> f64| items.iter().map(f).sum::<f64>();
         let weight = sum(&|i| i.weight);
-        let variance = std::array::from_fn(|axis| {
-            let at = |i: &Item| f64::from(i.at[axis]);
-            let mean = sum(&|i| at(i) * i.weight) / weight;
-            sum(&|i| (at(i) - mean).powi(2) * i.weight) / weight
+        let mean: [f64; 6] = std::array::from_fn(|axis| sum(&|i| f64::from(i.at[axis]) * i.weight) / weight);
+        let mut variance: [f64; 6] = std::array::from_fn(|axis| {
+            sum(&|i| (f64::from(i.at[axis]) - mean[axis]).powi(2) * i.weight) / weight
         });
         // A disc's r² is twice the mean squared distance from its centre.
         let own = 2.0 * variance[..3].iter().sum::<f64>();
@@ -75,6 +76,8 @@ impl Cluster {
             Some(parent) => (candidates * own + PRIOR * 0.5 * parent) / (candidates - 1.0 + PRIOR),
             None => own,
         };
+        let nearness = seen.map_or(1.0, |seen| seen.nearness(DVec3::new(mean[0], mean[1], mean[2])));
+        variance[..3].iter_mut().for_each(|v| *v *= nearness * nearness);
         Self { items, weight, variance, radius_squared }
     }
 
@@ -96,7 +99,7 @@ impl Cluster {
 
     /// Splits the cluster in two across the axis of largest variance, where that leaves the least variance on both sides. What
     /// all lies at one place is halved in number, a single candidate in weight.
-    fn split(self) -> ([Self; 2], Border) {
+    fn split(self, seen: Option<Seen>) -> ([Self; 2], Border) {
         let Self { mut items, weight, variance, radius_squared } = self;
         let axis = (1..6).fold(0, |best, axis| if variance[axis] > variance[best] { axis } else { best });
         let at = |i: &Item| f64::from(i.at[axis]);
@@ -131,7 +134,7 @@ impl Cluster {
                 ([items.clone(), items], Border::None)
             }
         };
-        (parts.map(|items| Self::new(items, Some(radius_squared))), border)
+        (parts.map(|items| Self::new(items, Some(radius_squared), seen)), border)
     }
 }
 
@@ -194,6 +197,8 @@ pub(super) struct Strata {
     /// Places of nodes that are gone.
     free: Vec<usize>,
     next_id: u64,
+    /// Where what is seen is, by which distances count.
+    seen: Option<Seen>,
 }
 
 /// Relative variance of what a candidate brings by the weights that there are now, chosen by those held.
@@ -209,19 +214,24 @@ fn staleness(items: &[Item], held: &[f64], now: &[f64]) -> f64 {
 }
 
 impl Strata {
-    /// `count` of them, over candidates at these [places](super::importance::place), some of which may have theirs apart: fewer than
+    /// `count` of them, over candidates at these [places](Place), some of which may have theirs apart: fewer than
     /// that. Weights are not negative, and positive where there is light.
-    pub fn new(places: &[[f32; 6]], weights: &[f64], count: u32, apart: &[Apart]) -> Self {
+    pub fn new(
+        places: &[Place],
+        weights: &[f64],
+        (count, seen): (u32, Option<Seen>),
+        apart: &[Apart],
+    ) -> Self {
         let items: Vec<Item> = (0..)
             .zip(places.iter().zip(weights))
             .map(|(index, (&at, &weight))| Item { index, weight, at })
             .filter(|i| i.weight > 0.0)
             .collect();
-        let mut result = Self { nodes: Vec::new(), free: Vec::new(), next_id: 0 };
+        let mut result = Self { nodes: Vec::new(), free: Vec::new(), next_id: 0, seen };
         if items.is_empty() || count == 0 {
             return result;
         }
-        let mut rest = result.add(None, None, Cluster::new(items, None));
+        let mut rest = result.add(None, None, Cluster::new(items, None, seen));
         let mut own: Vec<(usize, Apart)> = Vec::new();
         for &part in apart {
             own.extend(result.set_apart(&mut rest, part).map(|node| (node, part)));
@@ -249,7 +259,9 @@ impl Strata {
         if part.is_empty() || others.is_empty() {
             return None;
         }
-        let children = [others, part].map(|items| self.add(Some(*rest), None, Cluster::new(items, None)));
+        let seen = self.seen;
+        let children =
+            [others, part].map(|items| self.add(Some(*rest), None, Cluster::new(items, None, seen)));
         let node = &mut self.nodes[*rest];
         (node.split, node.is_held) = (Some((Border::At { axis, border }, children)), true);
         node.cluster = Cluster::default();
@@ -289,7 +301,7 @@ impl Strata {
     fn split(&mut self, node: usize) -> [usize; 2] {
         let cluster = std::mem::take(&mut self.nodes[node].cluster);
         let prior = Some(cluster.radius_squared);
-        let (parts, border) = cluster.split();
+        let (parts, border) = cluster.split(self.seen);
         let children = parts.map(|part| self.add(Some(node), prior, part));
         self.nodes[node].split = Some((border, children));
         children
@@ -310,8 +322,13 @@ impl Strata {
         result
     }
 
+    /// Distances count by what is seen there from now on, where strata are split and merged.
+    pub fn look_at(&mut self, seen: Option<Seen>) {
+        self.seen = seen;
+    }
+
     /// Gives other candidates to the same strata: those at these places, with these weights.
-    pub fn distribute(&mut self, places: &[[f32; 6]], weights: &[f64]) {
+    pub fn distribute(&mut self, places: &[Place], weights: &[f64]) {
         let mut items = vec![Vec::new(); self.nodes.len()];
         for (index, (&at, &weight)) in (0..).zip(places.iter().zip(weights)) {
             let mut open =
@@ -330,13 +347,13 @@ impl Strata {
             }
         }
         for (stratum, items) in self.nodes.iter_mut().zip(items) {
-            stratum.cluster = Cluster::new(items, stratum.prior);
+            stratum.cluster = Cluster::new(items, stratum.prior, self.seen);
         }
     }
 
     /// In strata with new candidates, or whose weights are too far from those that there are now, gives all of them the latter:
     /// those of other times may be of other orders of magnitude.
-    pub fn weigh_alike(&mut self, places: &[[f32; 6]], weights: &mut [f64], now: &[f64], is_new: &[bool]) {
+    pub fn weigh_alike(&mut self, places: &[Place], weights: &mut [f64], now: &[f64], is_new: &[bool]) {
         let mut changed = false;
         for Stratum { cluster: Cluster { items, .. }, .. } in &self.nodes {
             if items.iter().any(|item| is_new[item.index as usize]) || staleness(items, weights, now) > STALE
@@ -357,7 +374,7 @@ impl Strata {
     pub fn rebalance(
         &mut self,
         most: usize,
-        places: &[[f32; 6]],
+        places: &[Place],
         weights: &mut [f64],
         now: &[f64],
     ) -> Vec<(u64, u64)> {
@@ -448,6 +465,6 @@ impl Strata {
             let index = item.index as usize;
             Item { weight: item.weight * (now[index] / weights[index]), ..*item }
         };
-        Cluster::new(parts.map(weighed).collect(), prior)
+        Cluster::new(parts.map(weighed).collect(), prior, self.seen)
     }
 }

@@ -9,6 +9,7 @@
 
 use super::LightSample;
 use super::emitters::Source;
+use super::importance::Place;
 use super::strata::Apart;
 
 /// The most of all samples that are the sun's: one in so many.
@@ -22,7 +23,7 @@ const CANDIDATES: f64 = 0.4;
 /// that was found at what is seen.
 pub(super) fn apart(
     candidates: &[LightSample],
-    places: &[[f32; 6]],
+    places: &[Place],
     weights: &[f64],
     (count, seen): (u32, f64),
 ) -> Option<Apart> {

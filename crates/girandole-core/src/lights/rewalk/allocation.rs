@@ -75,6 +75,7 @@ impl IncrementalWalk {
         let is_guided = !self.sampling.guides.is_empty();
         self.sampling.importance =
             importance::measure(&tracer, &points, &samples, &self.known().0, is_guided);
+        self.strata.look_at(self.sampling.importance.seen);
         self.is_balanced = false;
         // What pilots left is weighed by itself: where candidates are few, these say little of places.
         let weigh = |samples: &[LightSample]| {

@@ -178,7 +178,7 @@ fn samples_have_the_mean_colour_of_their_plane() {
     let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
     let sources = vec![Emission::Material(0); deposits.len()];
     let candidates = Candidates { samples: &deposits, sources: &sources, weights: &weights };
-    for Chosen { sample, .. } in resample(candidates, (6, 0.0), 0.5, 1).0 {
+    for Chosen { sample, .. } in resample(candidates, (6, &importance::Importance::uniform()), 0.5, 1).0 {
         let [red, green, blue] = sample.intensity.to_array();
         if sample.normal == Vec3::Z {
             assert!((0.3..0.7).contains(&(red / (red + green))) && blue == 0.0, "{sample:?}");

@@ -233,7 +233,11 @@ fn choosing_among_deposits_changes_no_expected_light() {
         let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
         let sources = vec![Emission::Material(0); deposits.len()];
         let candidates = Candidates { samples: deposits, sources: &sources, weights: &weights };
-        resample(candidates, (count, 0.0), 0.7, seed).0.into_iter().map(|c| c.sample).collect::<Vec<_>>()
+        resample(candidates, (count, &importance::Importance::uniform()), 0.7, seed)
+            .0
+            .into_iter()
+            .map(|c| c.sample)
+            .collect::<Vec<_>>()
     };
     let expected = probe(&deposits);
     for count in [1, 7, 60, 500] {
