@@ -172,11 +172,12 @@ impl Bench<'_> {
                 }
             })?;
             for (index, (part, _)) in PARTS.iter().enumerate() {
-                found[index].push(self.compare(room, *part, &picture)?);
+                found[index].extend(self.compare(room, *part, &picture)?);
             }
         }
+        let count = found.each_ref().map(Vec::len);
         let found = found.map(|all| Found::mean(&all));
-        for (f, (_, name)) in found.iter().zip(PARTS) {
+        for ((f, (_, name)), _) in found.iter().zip(PARTS).zip(count).filter(|(_, count)| *count > 0) {
             println!(
                 "| {} | {what} | {name} | {:.4} | {:.3} | {:.3} | {:.1} |",
                 room.name, f.rel_mse, f.energy, f.flip, f.outliers
@@ -185,7 +186,8 @@ impl Bench<'_> {
         Ok(found)
     }
 
-    fn compare(&self, room: &Room, part: Part, picture: &Path) -> Result<Found> {
+    /// `None` where all mirrors are masked.
+    fn compare(&self, room: &Room, part: Part, picture: &Path) -> Result<Option<Found>> {
         let compared = self.girandole(|c| {
             c.arg("compare").arg(room.folder.join(format!("{AGAINST}.exr"))).arg(picture).arg("--json");
             c.arg("--mask").arg(room.folder.join("mask.exr"));
@@ -194,14 +196,19 @@ impl Bench<'_> {
                 Part::Matte => drop(c.arg("--mask").arg(&room.matte)),
                 Part::Mirrors => drop(c.arg("--mask").arg(&room.mirrors)),
             }
-        })?;
-        let compared: Value = serde_json::from_slice(&compared)?;
-        Ok(Found {
+        });
+        let compared = match compared {
+            Err(error) if part == Part::Mirrors && error.to_string().contains("no pixel is left") => {
+                return Ok(None);
+            }
+            compared => serde_json::from_slice::<Value>(&compared?)?,
+        };
+        Ok(Some(Found {
             rel_mse: number(&compared, "rel_mse")? - room.noise,
             energy: number(&compared, "energy_ratio")?,
             flip: number(&compared, "flip")?,
             outliers: number(&compared, "outliers")?,
-        })
+        }))
     }
 }
 
