@@ -8,7 +8,7 @@ struct Reflection {
   opacity: f32,
 }
 
-const MEAN_SCHLICK = 0.00367; // core: brdf::MEAN_SCHLICK
+const MEAN_SCHLICK = 0.00367; // as in brdf.rs
 override HAS_TRANSPARENT: bool = false; // whether light passes any material
 
 // What a material's textures say of its reflection, 1 where it has none.
