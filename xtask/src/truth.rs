@@ -143,6 +143,8 @@ impl Bench<'_> {
                             &count,
                             "--clamp",
                             "off",
+                            "--aa",
+                            "off",
                         ],
                     )
                 })

@@ -89,6 +89,8 @@ fn same_command_same_bytes(directory: &Path) -> Result<(), Failed> {
     };
     let first = render("--aa 2")?;
     ensure(first == render("--aa 2")?, "the same command leaves other bytes")?;
+    ensure(first == render("")?, "full is not anti-aliased by default")?;
+    ensure(render("--mode naive")? == render("--mode naive --aa off")?, "naive is anti-aliased by default")?;
     ensure(differ(&first, &render("--aa off")?), "anti-aliasing changes nothing")?;
     ensure(differ(&first, &render("--aa 2 --seed 1")?), "another seed changes nothing")
 }

@@ -320,7 +320,7 @@ mod tests {
                 assert!((ratio - 1.0).abs() < bound, "{color} {roughness} {specular} at {cosine}: {ratio}");
                 // Negative control: the mean of F(n·l), by which the diffuse part was attenuated once.
                 let taken = (specular - s.f0.x) * (1.0 / 21.0 - MEAN_SCHLICK) * color;
-                wrong = wrong.max((f64::from(s.albedo.x - taken) + lobe) / -gltf + 1.0);
+                wrong = wrong.max(1.0 - (f64::from(s.albedo.x - taken) + lobe) / gltf);
             }
         }
         assert!(wrong > 0.03, "{wrong}");
