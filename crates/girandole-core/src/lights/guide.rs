@@ -458,4 +458,4 @@ fn median_distance(point: DVec3, lines: &[(DVec3, DVec3, f64)]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -14,6 +14,7 @@
 //!
 //! Weights decide where samples are, never what light there is in the mean (`resample.rs`).
 
+use super::brightness::Brightness;
 use super::nearness::Seen;
 use super::view_points::ViewPoint;
 use super::{Clamp, LightSample, Profile, punctual};
@@ -27,8 +28,9 @@ use glam::{DVec3, Vec2, Vec3};
 const RAYS_SEED: u32 = 0x3c6e_f372;
 /// Points that a candidate is tested against, and candidates in a run at most.
 const PAIRS_AND_RUN: [usize; 2] = [8, 64];
-/// The same where light is guided: what lies within a beam of light from a window differs from what lies beside it.
-const GUIDED_PAIRS_AND_RUN: [usize; 2] = [16, 24];
+/// The same where light is guided: what lies within a beam of light from a window differs from what lies beside it, and gains
+/// ([calibration](super::calibration)) are by the same pairs.
+const GUIDED_PAIRS_AND_RUN: [usize; 2] = [32, 12];
 /// Pairs of all punctual lights at most, but for one test of each. Each is tested as often as a run of others where there are few of
 /// them, and has a run of its own then.
 const PUNCTUAL_PAIRS: usize = 1 << 15;
@@ -113,6 +115,8 @@ pub(super) struct Importance {
     pub of_sun: f64,
     /// Where that is which is seen of the points that it was measured at.
     pub seen: Option<Seen>,
+    /// Where light is guided, what all candidates bring to the points.
+    pub of_points: Option<Brightness>,
 }
 
 /// Neighbours, or two halves of them.
@@ -120,14 +124,14 @@ pub(super) struct Importance {
 enum Run {
     /// Up to where along an axis the first half goes, and both.
     Halves { axis: usize, border: f32, halves: [usize; 2] },
-    /// Candidates that the run was made of, and what one brings per unit of power.
-    Whole { members: Vec<u32>, importance: f64 },
+    /// Candidates that the run was made of, what one brings per unit of power, and the bound on `G` that that was measured with.
+    Whole { members: Vec<u32>, importance: f64, bound: f32 },
 }
 
 impl Importance {
     /// Where all places count alike.
     pub fn uniform() -> Self {
-        Self { runs: Vec::new(), mean: 1.0, brightness: 0.0, of_sun: 0.0, seen: None }
+        Self { runs: Vec::new(), mean: 1.0, brightness: 0.0, of_sun: 0.0, seen: None, of_points: None }
     }
 
     /// At a [place], as a multiple of the mean.
@@ -136,14 +140,20 @@ impl Importance {
     }
 
     fn at(&self, place: Place) -> f64 {
+        self.run_at(place).map_or(1.0, |(importance, _)| importance)
+    }
+
+    /// The bound on `G` that it was measured with at a [place].
+    pub fn bound_at(&self, place: Place) -> f32 {
+        self.run_at(place).map_or(f32::MAX, |(_, bound)| bound)
+    }
+
+    fn run_at(&self, place: Place) -> Option<(f64, f32)> {
         let mut run = 0;
         loop {
-            match self.runs.get(run) {
-                Some(Run::Halves { axis, border, halves }) => {
-                    run = halves[usize::from(place[*axis] >= *border)];
-                }
-                Some(Run::Whole { importance, .. }) => return *importance,
-                None => return 1.0,
+            match self.runs.get(run)? {
+                Run::Halves { axis, border, halves } => run = halves[usize::from(place[*axis] >= *border)],
+                Run::Whole { importance, bound, .. } => return Some((*importance, *bound)),
             }
         }
     }
@@ -152,7 +162,7 @@ impl Importance {
     pub fn weights(&self, candidates: &[LightSample]) -> Vec<f64> {
         let mut weights: Vec<f64> = candidates.iter().map(power).collect();
         for run in &self.runs {
-            if let Run::Whole { members, importance } = run {
+            if let Run::Whole { members, importance, .. } = run {
                 members.iter().for_each(|&i| weights[i as usize] *= importance);
             }
         }
@@ -186,11 +196,26 @@ pub(super) fn measure(
     let mut parts = power.clone();
     repeat_punctual(candidates, &mut runs, &mut parts, times);
     let order: Vec<u32> = runs.concat();
+    let run_bounds: Vec<f32> = runs.iter().map(|run| bound(candidates, &power, run)).collect();
     let bounds: Vec<f32> =
-        runs.iter().flat_map(|run| vec![bound(candidates, &power, run); run.len()]).collect();
+        runs.iter().zip(&run_bounds).flat_map(|(run, &bound)| vec![bound; run.len()]).collect();
     let pairs = in_order(order.len() * tested, |i| {
         let (at, point) = (i / tested, &points[i % points.len()]);
         reflected(tracer, point, &candidates[order[at] as usize], bounds[at])
+    });
+    result.of_points = is_guided.then(|| {
+        // Each pair stands for as many as a candidate could have been tested by.
+        let stands_for = points.len() as f64 / tested as f64;
+        let pairs = pairs.iter().enumerate().map(|(i, &pair)| {
+            let (candidate, point) = (order[i / tested] as usize, i % points.len());
+            let scale = (stands_for * parts[candidate] / power[candidate].max(f64::MIN_POSITIVE)) as f32;
+            (
+                &candidates[candidate],
+                point,
+                reflected_light(&points[point], &candidates[candidate], pair) * scale,
+            )
+        });
+        Brightness::of(points.len(), pairs)
     });
 
     // What a point counts for.
@@ -263,11 +288,13 @@ pub(super) fn measure(
         let own = run.iter().map(|&i| power[i as usize]).sum::<f64>() / run.len() as f64;
         if is_guided && own > 0.0 { each / own } else { 1.0 }
     };
-    let mut importances = importances.into_iter();
+    let mut found = importances.into_iter().zip(run_bounds);
     for run in &mut result.runs {
-        if let Run::Whole { importance, members } = run {
+        if let Run::Whole { importance, members, bound } = run {
             let plain = plain[usize::from(is_distant(members))] * alike(members);
-            *importance = importances.next().map_or(plain, |own| PLAIN * plain + (1.0 - PLAIN) * own);
+            (*importance, *bound) = found
+                .next()
+                .map_or((plain, f32::MAX), |(own, bound)| (PLAIN * plain + (1.0 - PLAIN) * own, bound));
         }
     }
     result
@@ -312,12 +339,31 @@ fn reflected(tracer: &SceneTracer, point: &ViewPoint, candidate: &LightSample, b
                 candidate.triangle(),
             ) =>
         {
-            let is_distant = matches!(candidate.profile, Profile::Distant { .. });
-            let reflectance = if is_distant { point.reflectance } else { point.local_reflectance };
-            g * reflectance / distance_squared(candidate)
+            g * reflectance(point, candidate) / distance_squared(candidate)
         }
         _ => 0.0,
     }
+}
+
+/// How much of a candidate's light a point reflects, as far as it counts.
+fn reflectance(point: &ViewPoint, candidate: &LightSample) -> f32 {
+    if matches!(candidate.profile, Profile::Distant { .. }) {
+        point.reflectance
+    } else {
+        point.local_reflectance
+    }
+}
+
+/// The same light by channel, of all of the candidate.
+fn reflected_light(point: &ViewPoint, candidate: &LightSample, reflected: f32) -> Vec3 {
+    let Surface { albedo, f0, .. } = point.surface;
+    let per_intensity = reflected * distance_squared(candidate) / reflectance(point, candidate);
+    candidate.intensity * (albedo + f0) * per_intensity
+}
+
+/// What a sample at a [place] brings to a point, by channel, with the bound that candidates there were measured with.
+pub(super) fn light_at(tracer: &SceneTracer, point: &ViewPoint, sample: &LightSample, bound: f32) -> Vec3 {
+    reflected_light(point, sample, reflected(tracer, point, sample, bound))
 }
 
 /// What samples bring to points, by sample and then by point: per unit of intensity, as a share of a brightness. Shadows are
@@ -386,29 +432,35 @@ fn split_into_runs(candidates: &[LightSample], places: &[Place], longest: [usize
             halves[side] = node;
         }
         if run.len() <= longest[usize::from(is_punctual(&run[0]))] || is_sun(&run[0]) {
-            runs.push(Run::Whole { members: run, importance: 1.0 });
+            runs.push(Run::Whole { members: run, importance: 1.0, bound: f32::MAX });
             continue;
         }
-        let variance = |axis: usize| {
-            let at = |&i: &u32| f64::from(places[i as usize][axis]);
-            let mean = run.iter().map(at).sum::<f64>() / run.len() as f64;
-            run.iter().map(|i| (at(i) - mean).powi(2)).sum::<f64>()
-        };
-        let variances: [f64; 6] = std::array::from_fn(variance);
-        let axis = (1..6).fold(0, |best, axis| if variances[axis] > variances[best] { axis } else { best });
-        let key = |i: u32| places[i as usize][axis];
-        let middle = run.len() / 2;
-        run.select_nth_unstable_by(middle, |&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
-        let border = key(run[middle]);
-        let mut second = run.split_off(middle);
-        // What select leaves within each half is not specified.
-        run.sort_unstable();
-        second.sort_unstable();
+        let (axis, border, second) = halve(&mut run, places);
         runs.push(Run::Halves { axis, border, halves: [node; 2] });
         open.push((second, Some((node, 1))));
         open.push((run, Some((node, 0))));
     }
     runs
+}
+
+/// Takes the second half, by place along the axis of largest variance, and returns it with that axis and where it begins.
+pub(super) fn halve(run: &mut Vec<u32>, places: &[Place]) -> (usize, f32, Vec<u32>) {
+    let variance = |axis: usize| {
+        let at = |&i: &u32| f64::from(places[i as usize][axis]);
+        let mean = run.iter().map(at).sum::<f64>() / run.len() as f64;
+        run.iter().map(|i| (at(i) - mean).powi(2)).sum::<f64>()
+    };
+    let variances: [f64; 6] = std::array::from_fn(variance);
+    let axis = (1..6).fold(0, |best, axis| if variances[axis] > variances[best] { axis } else { best });
+    let key = |i: u32| places[i as usize][axis];
+    let middle = run.len() / 2;
+    run.select_nth_unstable_by(middle, |&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
+    let border = key(run[middle]);
+    let mut second = run.split_off(middle);
+    // What select leaves within each half is not specified.
+    run.sort_unstable();
+    second.sort_unstable();
+    (axis, border, second)
 }
 
 #[cfg(test)]

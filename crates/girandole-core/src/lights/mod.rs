@@ -1,5 +1,7 @@
 //! Light samples: all light in a scene as oriented point lights (Barczak §4.1; Keller 1997).
 
+mod brightness;
+mod calibration;
 mod changes;
 mod direct;
 mod emission;
@@ -322,7 +324,8 @@ impl LightSet {
 
     /// Samples the light of a scene, placed where it matters to what `views` see (all alike; none = by power). There are
     /// exactly [`LightSettings::count`] samples wherever the scene allows it, and never more. What light there is in the mean over
-    /// seeds does not depend on the views.
+    /// seeds does not depend on the views, or nearly so: where an environment shines in through windows, samples are calibrated, so that
+    /// regions of what is seen are as bright as all candidates make them.
     ///
     /// # Errors
     /// [`Error::Invalid`] where a setting is out of range, the scene has no light at all, or the geometry is not this
@@ -333,6 +336,17 @@ impl LightSet {
         settings: &LightSettings,
         views: &[View],
     ) -> Result<Self> {
+        Self::sample_as(scene, geometry, settings, views, true)
+    }
+
+    /// The same, calibrated or not: the mean of many sets is the right light without that.
+    fn sample_as(
+        scene: &Scene,
+        geometry: &Geometry,
+        settings: &LightSettings,
+        views: &[View],
+        is_calibrated: bool,
+    ) -> Result<Self> {
         settings.validate()?;
         geometry.belongs_to(scene)?;
         let tracer = SceneTracer::new(scene, geometry);
@@ -341,8 +355,11 @@ impl LightSet {
         let weights = sampling.importance.weights(&samples);
         let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
         let wanted = (sampling.wanted, &sampling.importance);
-        let (chosen, warning) = resample(candidates, wanted, sampling.normal_scale, sampling.seed);
+        let (mut chosen, warning) = resample(candidates, wanted, sampling.normal_scale, sampling.seed);
         sampling.warnings.extend(warning);
+        if is_calibrated {
+            calibration::calibrate(&tracer, &sampling, &mut chosen);
+        }
         let mut set = Self::from_chosen(geometry, sampling.given(geometry).chain(chosen));
         sampling.shown.fit(&mut set.samples);
         spread::spread(&tracer, &mut set.samples);

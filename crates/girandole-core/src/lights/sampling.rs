@@ -4,7 +4,7 @@ use super::emission::{Emission, Emissions};
 use super::guide::Guides;
 use super::importance::Importance;
 use super::resample::{Candidates, Chosen, resample};
-use super::view_points::{POINTS, view_points};
+use super::view_points::{POINTS, ViewPoint, view_points};
 use super::walk::{Pilot, Walk, Walked};
 use super::{
     BoundingSphere, LightSample, LightSettings, MAX_LIGHTS, direct, emitters, importance, punctual, sun, walk,
@@ -75,6 +75,8 @@ pub(super) struct Sampling {
     /// Where light from infinitely far away is to come from; held, whatever follows.
     pub guides: Guides,
     pub importance: Importance,
+    /// What that was measured at.
+    pub points: Vec<ViewPoint>,
     /// Metres, see [`importance::place`].
     pub normal_scale: f32,
     /// What maps of an environment's samples show.
@@ -188,6 +190,7 @@ impl Sampling {
             walk_seed,
             guides,
             importance: Importance::uniform(),
+            points: Vec::new(),
             normal_scale: 0.0,
             shown,
             wanted,
@@ -198,6 +201,7 @@ impl Sampling {
         let candidates = result.candidates(geometry).0;
         result.wanted = wanted.min(candidates.len() as u32);
         (result.importance, result.normal_scale) = measure(&candidates);
+        result.points = points;
         result
     }
 

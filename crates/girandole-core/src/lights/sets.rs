@@ -28,7 +28,7 @@ impl LightSettings {
 }
 
 impl LightSet {
-    /// Samples the light of a scene for the `set`-th time: set 0 is that of [`LightSet::sample_for`]; later ones have other
+    /// Samples the light of a scene for the `set`-th time: set 0 is that of [`LightSet::sample_for`]; later ones are not calibrated, and have other
     /// [seeds](LightSettings::of_set), parts of rectangles, and shadow maps that are turned otherwise.
     ///
     /// # Errors
@@ -40,7 +40,7 @@ impl LightSet {
         views: &[View],
         set: u32,
     ) -> Result<Self> {
-        let mut lights = Self::sample_for(scene, geometry, &settings.of_set(set), views)?;
+        let mut lights = Self::sample_as(scene, geometry, &settings.of_set(set), views, set == 0)?;
         let parts = parts(set);
         lights.set = set;
         for sample in &mut lights.samples {

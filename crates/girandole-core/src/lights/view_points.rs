@@ -24,6 +24,7 @@ const LOBE: f32 = 0.3;
 const MOST_CLOSER: f32 = 8.0;
 
 /// A surface point that a view sees.
+#[derive(Clone, Debug)]
 pub(super) struct ViewPoint {
     pub surface: Surface,
     pub triangle: u32,

@@ -8,14 +8,14 @@ use crate::scene::{Material, Mesh, Scene, Sky, Transform, View};
 use glam::vec3;
 
 /// Brighter above, and to one side.
-fn sky() -> Environment {
+pub(in crate::lights) fn sky() -> Environment {
     let pixel = |i: u32| vec3(1.2 - (i / 32) as f32 / 16.0, 0.8, (i % 32) as f32 / 32.0);
     let map = crate::image::Image { width: 32, height: 16, pixels: (0..32 * 16).map(pixel).collect() };
     Environment::new(map).expect("an environment")
 }
 
 /// A room open through a window in its wall towards −X, beside a large closed block, and a view of it.
-fn room(environment: Environment) -> (Scene, View) {
+pub(in crate::lights) fn room(environment: Environment) -> (Scene, View) {
     let mut scene = Scene::default();
     scene.environment = Some(environment);
     let white = scene.add_material(Material::diffuse("", Vec3::splat(0.7)));
