@@ -30,7 +30,7 @@ const RAYS_SEED: u32 = 0x3c6e_f372;
 const PAIRS_AND_RUN: [usize; 2] = [8, 64];
 /// The same where light is guided: what lies within a beam of light from a window differs from what lies beside it, and gains
 /// ([calibration](super::calibration)) are by the same pairs.
-const GUIDED_PAIRS_AND_RUN: [usize; 2] = [32, 12];
+const GUIDED_PAIRS_AND_RUN: [usize; 2] = [24, 12];
 /// Pairs of all punctual lights at most, but for one test of each. Each is tested as often as a run of others where there are few of
 /// them, and has a run of its own then.
 const PUNCTUAL_PAIRS: usize = 1 << 15;

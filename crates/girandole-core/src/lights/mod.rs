@@ -226,7 +226,7 @@ pub struct LightSettings {
     pub termination: Termination,
     /// How many candidates there are for each sample, on emitters and left by the random walk, at least 1: samples are chosen
     /// among them so that they are well spread and carry the light that matters. More costs time in proportion (some
-    /// 20 ms for 300 samples at 16) and lowers the error, less and less. Three times as many where an environment shines in through
+    /// 20 ms for 300 samples at 16) and lowers the error, less and less. Twice as many where an environment shines in through
     /// windows. Never more than [`MAX_LIGHTS`] are made.
     pub candidates: u32,
     /// Whether the random walk sees objects that are marked [`dynamic`](crate::scene::Object::dynamic). `true` gives

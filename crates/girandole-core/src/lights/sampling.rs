@@ -16,7 +16,7 @@ use crate::trace::SceneTracer;
 /// Share of the candidates that lie on emitters.
 const EMITTER_CANDIDATES: f32 = 0.25;
 /// How many times as many candidates there are where an environment's light is guided: what brings most of it is a small part of them.
-const GUIDED_CANDIDATES: u32 = 3;
+const GUIDED_CANDIDATES: u32 = 2;
 
 /// How many samples, or shares of the candidates, are to be punctual lights, to lie on emitters and to be left by the walk.
 struct Numbers {
