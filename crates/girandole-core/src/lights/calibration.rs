@@ -187,6 +187,27 @@ mod tests {
     }
 
     #[test]
+    fn gains_are_those_of_what_emits_too_and_later_sets_have_none() {
+        let (scene, view) = room(sky());
+        let geometry = Geometry::new(&scene);
+        let settings = LightSettings { count: 64, ..LightSettings::default() };
+        let sampled = |settings, is_calibrated| {
+            LightSet::sample_as(&scene, &geometry, settings, &[view], is_calibrated).expect("light")
+        };
+        let set = sampled(&settings, true);
+        for (sample, shares) in set.samples.iter().zip(&set.shares) {
+            let all: Vec3 = shares.iter().map(|(_, light)| *light).sum();
+            assert!(all.distance(sample.intensity) <= 1e-4 * all.length(), "{all} {}", sample.intensity);
+        }
+        let intensities = |set: &LightSet| set.samples.iter().map(|s| s.intensity).collect::<Vec<Vec3>>();
+        let later = settings.of_set(1);
+        let set = LightSet::sample_set(&scene, &geometry, &settings, &[view], 1).expect("light");
+        assert_eq!(intensities(&set), intensities(&sampled(&later, false)));
+        // The control: calibrated ones are others.
+        assert_ne!(intensities(&set), intensities(&sampled(&later, true)));
+    }
+
+    #[test]
     fn a_room_with_a_window_is_as_bright_with_any_seed() {
         let (scene, view) = room(sky());
         let geometry = Geometry::new(&scene);
@@ -194,6 +215,15 @@ mod tests {
         let points = view_points(&tracer, &[view], POINTS);
         let parts = regions(&points, 16, 1.0);
         assert_eq!((parts.len(), parts.concat().len()), (16, points.len()));
+        // Neighbours, which any sixteenth is not.
+        let spread = |part: &[u32]| {
+            let at = |&point: &u32| points[point as usize].surface.position;
+            let mean = part.iter().map(at).sum::<Vec3>() / part.len() as f32;
+            part.iter().map(|point| at(point).distance(mean)).sum::<f32>() / part.len() as f32
+        };
+        let widest = parts.iter().map(|part| spread(part)).fold(0.0, f32::max);
+        let any: Vec<u32> = (0..points.len() as u32).step_by(16).collect();
+        assert!(widest < 0.8 * spread(&any), "{widest} for {}", spread(&any));
         // By seed and region, in all channels.
         let brightness = |count, seeds: u32, is_calibrated| -> Vec<Vec<f64>> {
             let of = |seed| {
