@@ -135,8 +135,9 @@ fn is_lit_closely(light: Light, r: Receiver, texel: vec2u, stored: f32, is_joint
     let by = towards * vec2i(i & 1, i >> 1);
     let next = clamp(vec2i(texel) + by, vec2i(0), vec2i(i32(map_size(light)) - 1));
     let seen = stored_at(light, vec2u(next));
-    if is_jointed && seen <= plane_at(light, r, vec2u(next)) * (1.0 + SLACK) { continue; }
-    let slope = slope_at(light, next, seen);
+    let plane = plane_at(light, r, vec2u(next));
+    if is_jointed && seen <= plane * (1.0 + SLACK) { continue; }
+    let slope = slope_at(light, next, seen, seen >= plane);
     let at_receiver = seen + dot(slope.gradient, offset - vec2f(by));
     let counts = !is_jointed || seen - dot(slope.gradient, vec2f(by)) <= at_centre;
     if counts && !is_lit_behind(light, r, at_receiver, slope.footprints) { return false; }
@@ -176,14 +177,14 @@ fn plane_at(light: Light, r: Receiver, texel: vec2u) -> f32 {
   return NEAR * max(-dot(r.normal, decode(centre)), 0.0) / r.height;
 }
 
-// Change of stored depth a texel on the surface that `stored` belongs to, and what it may be wrong by.
+// Change of stored depth a texel on the surface that `stored` belongs to, and what it may be wrong by. Beyond the receiver's plane, where
+// light grazes, its own surface may be what is seen past an edge.
 struct Slope { gradient: vec2f, footprints: f32 }
 
-fn slope_at(light: Light, at: vec2i, stored: f32) -> Slope {
+fn slope_at(light: Light, at: vec2i, stored: f32, is_before: bool) -> Slope {
   let x = gradient_along(light, at, vec2i(1, 0), stored);
   let y = gradient_along(light, at, vec2i(0, 1), stored);
-  // Of parallel light, what is farther than the plane comes here, too.
-  let is_straight = max(x.y, y.y) <= STRAIGHT * stored && !is_parallel(light);
+  let is_straight = max(x.y, y.y) <= STRAIGHT * stored && is_before;
   return Slope(vec2f(x.x, y.x), select(HOLLOW, FOOTPRINT, is_straight));
 }
 
