@@ -16,9 +16,10 @@ use glam::Vec3;
 pub const SPREAD: f32 = 1.5;
 /// How far an end goes whose other end is at a wall, as a share.
 const BESIDE_WALL: f32 = 0.3;
-/// A side is no shorter than this share of what was fitted, whatever stands in its way: all of what was fitted to still shines from
-/// there, and is the brighter close by the smaller it is. Of 300 samples in a classroom .1 leaves twice the outliers of this.
-const LEAST: f32 = 0.4;
+/// A side is no shorter than this share of what was fitted, whatever stands in its way, of what reflects and of what emits: all of what was
+/// fitted to still shines from there, and is the brighter close by the smaller it is. What reflects is no better known than that: of
+/// 300 samples in a classroom .1 leaves twice the outliers. What emits is, and would shine through boards that it stands behind.
+const LEAST: [f32; 2] = [0.4, 0.1];
 /// Height over the plane at which it is looked for what stands in it, as a share of the rectangle's radius.
 const HEIGHT: f32 = 0.02;
 
@@ -56,7 +57,8 @@ fn spread_out(tracer: &SceneTracer, sample: &LightSample, fitted: Rectangle) -> 
     let half_axes = fitted.half_axes.map(|axis| {
         let (half, along) = (axis.length(), axis.normalize_or_zero());
         let at = (sample.position - fitted.center).dot(along).clamp(-half, half);
-        let more = if sample.is_spread() { (SPREAD - 1.0) * half } else { 0.0 };
+        let (more, least) =
+            if sample.is_spread() { ((SPREAD - 1.0) * half, LEAST[0]) } else { (0.0, LEAST[1]) };
         // From the sample to either end: what was fitted, and how far it goes.
         let fitted = [half - at, half + at];
         let free = [free(along, fitted[0] + more), free(-along, fitted[1] + more)];
@@ -66,7 +68,7 @@ fn spread_out(tracer: &SceneTracer, sample: &LightSample, fitted: Rectangle) -> 
         };
         let [high, low] = [end(0), end(1)];
         center += along * (at + 0.5 * (high - low));
-        along * (0.5 * (high + low)).max(LEAST * half)
+        along * (0.5 * (high + low)).max(least * half)
     });
     Rectangle { center, half_axes }
 }
@@ -101,7 +103,7 @@ mod tests {
             let at = sample.position - found.center;
             for (axis, before) in found.half_axes.into_iter().zip(fitted.half_axes) {
                 let along = axis.normalize_or_zero();
-                if axis.length() <= 1.001 * LEAST * before.length() {
+                if axis.length() <= 1.001 * LEAST[usize::from(!sample.is_spread())] * before.length() {
                     continue;
                 }
                 for side in [axis, -axis] {

@@ -13,6 +13,7 @@ mod many_lights;
 mod metals;
 mod metrics;
 mod offsets;
+mod random_rooms;
 mod reflected_environment;
 mod reflection;
 mod sphere_rows;
