@@ -73,7 +73,8 @@ Examples:
 #[derive(Args, Clone, Debug)]
 #[command(after_help = format!("{}\n{VIEW_EXAMPLES}", crate::window::help()), allow_negative_numbers = true)]
 pub struct ViewArgs {
-    /// A built-in room (living-room, area-lights, table, pillars, block, gap) or a .glb, .gltf, .obj or .ply file
+    /// A built-in room (living-room, area-lights, table, pillars, block, gap, mirrors, mirror-corridor, blinds, moulding, shelf, hall) or
+    /// a .glb, .gltf, .obj or .ply file
     #[arg(default_value = "living-room")]
     pub scene: String,
 
@@ -170,7 +171,8 @@ Edits are a list such as {\"version\": 1, \"edits\": [{\"set_time\": {\"seconds\
 #[derive(Args, Clone, Debug, PartialEq)]
 #[command(after_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
-    /// A built-in room (living-room, area-lights, table, pillars, block, gap) or a .glb, .gltf, .obj or .ply file
+    /// A built-in room (living-room, area-lights, table, pillars, block, gap, mirrors, mirror-corridor, blinds, moulding, shelf, hall) or
+    /// a .glb, .gltf, .obj or .ply file
     #[arg(default_value = "living-room")]
     pub scene: String,
 

@@ -40,7 +40,7 @@ pub fn load(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> 
             None => builtin::default_object(name),
         };
         let mut scene = builtin::build(name, object)?;
-        scene.environment = environment;
+        scene.environment = environment.or(scene.environment);
         if load.light == LightArg::Studio {
             scene.add_studio();
         }

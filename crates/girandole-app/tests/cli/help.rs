@@ -19,7 +19,7 @@ fn help_names_every_option() {
              --shadow-map octahedral parabolic cube --map-size --pcf --memory --mode full vd-lp vd naive --light-maps on off \
              --shading fused multipass --lights-per-pass --tolerance --debug receivers states levels atlas --engine auto \
              gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats --time --frames --overwrite --fps --rewalk off N all --refine --fade --updates --max-map-age Examples area-lights table \
-             living-room pillars block gap torus teapot balloon 1024x768",
+             living-room pillars block gap mirrors mirror-corridor blinds moulding shelf hall torus teapot balloon 1024x768",
         ),
         (
             "compare",

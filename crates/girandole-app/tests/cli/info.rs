@@ -21,7 +21,18 @@ fn tells_what_a_scene_holds() {
 #[test]
 fn every_built_in_room_has_a_camera_and_light() {
     let girandole = Girandole::new();
-    for room in ["living-room", "area-lights", "table", "pillars", "block", "gap"] {
+    for room in [
+        "living-room",
+        "area-lights",
+        "table",
+        "pillars",
+        "block",
+        "gap",
+        "mirrors",
+        "mirror-corridor",
+        "moulding",
+        "shelf",
+    ] {
         let text = stdout(&girandole.succeed(&["info", room]));
         for row in ["cameras", "emitters"] {
             let count = text.lines().find_map(|line| line.trim().strip_prefix(row)).map(|rest| {

@@ -1,10 +1,11 @@
 //! Built-in rooms: a living room, to be looked at, those of the thesis's experiments (Barczak 2006, chapters
-//! 5 and 6), modelled from its text, and two with mirrors.
+//! 5 and 6), modelled from its text, two with mirrors, and four with what is hard to light in rooms that people have.
 //!
 //! All surfaces of the thesis's are exactly Lambertian. A room's shell is made of single quads that face inwards,
 //! furniture of boxes (all of them patches); what stands on something has no hidden bottom face. Lengths in
 //! metres, +Y up.
 
+mod interiors;
 mod living_room;
 mod mirrors;
 mod rooms;
@@ -17,8 +18,20 @@ use crate::scene::{Mesh, Scene};
 use crate::{Error, Result};
 
 /// The rooms that [`build`] knows; the first is the one that the program opens by default.
-pub const NAMES: [&str; 8] =
-    ["living-room", "area-lights", "table", "pillars", "block", "gap", "mirrors", "mirror-corridor"];
+pub const NAMES: [&str; 12] = [
+    "living-room",
+    "area-lights",
+    "table",
+    "pillars",
+    "block",
+    "gap",
+    "mirrors",
+    "mirror-corridor",
+    "blinds",
+    "moulding",
+    "shelf",
+    "hall",
+];
 
 /// Those of the thesis.
 pub const EXPERIMENTS: [&str; 5] = ["area-lights", "table", "pillars", "block", "gap"];
@@ -64,6 +77,10 @@ pub fn build(name: &str, object: MovingObject) -> Result<Scene> {
         "gap" => rooms::gap(object),
         "mirrors" => mirrors::room(object),
         "mirror-corridor" => mirrors::corridor(object),
+        "blinds" => interiors::blinds(object),
+        "moulding" => interiors::moulding(object),
+        "shelf" => interiors::shelf(object),
+        "hall" => interiors::hall(object),
         _ => Err(Error::Unknown { kind: "built-in scene", name: name.into(), known: NAMES.join(", ") }),
     }
 }

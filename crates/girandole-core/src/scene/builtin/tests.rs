@@ -103,13 +103,21 @@ fn the_torus_has_820_vertices_and_the_teapot_about_as_many_as_newells() {
 #[test]
 fn every_room_is_closed_lit_and_seen_from_inside() {
     for name in NAMES {
-        let scene = build(name, default_object(name)).unwrap();
+        let mut scene = build(name, default_object(name)).unwrap();
         assert_eq!(scene.name, name);
+        if scene.environment.is_some() {
+            // Closed but for a window, in which a pane is put.
+            let mut pane = Mesh::default();
+            let [low, high] = [Vec3::new(-1.8, 0.0, -2.2), Vec3::new(-1.8, 2.5, 2.2)];
+            pane.add_polygon(&[low, low.with_y(high.y), high, high.with_y(low.y)], 0);
+            scene.add_object("pane", pane, crate::scene::Transform::IDENTITY);
+        }
         let geometry = Geometry::new(&scene);
         assert_eq!(geometry.dropped, 0);
         assert_eq!(scene.cameras[0].name, name);
         assert!(scene.cameras.len() >= 2);
-        assert!(scene.materials.iter().any(crate::scene::Material::emits));
+        let shines = scene.materials.iter().any(crate::scene::Material::emits);
+        assert!(shines || !scene.lights.is_empty() || scene.environment.is_some(), "{name}");
         for camera in &scene.cameras {
             let eye = (scene.world_from_node(camera.node).translation - geometry.origin).as_vec3();
             assert!(geometry.encloses(&scene, eye), "{name}: {} is in a wall or sees outside", camera.name);
@@ -126,6 +134,31 @@ fn every_room_is_closed_lit_and_seen_from_inside() {
         let eye = (open.world_from_node(open.cameras[0].node).translation - geometry.origin).as_vec3();
         assert!(!geometry.encloses(&open, eye), "{name}");
     }
+}
+
+#[test]
+fn the_sun_comes_between_the_slats_in_whole_stripes() {
+    let sunlit = |scene: &Scene| -> Vec<bool> {
+        let geometry = Geometry::new(scene);
+        let tracer = SceneTracer::new(scene, &geometry);
+        let sun = scene.environment.as_ref().and_then(|e| e.map.disc()).expect("a sun").direction;
+        let is_lit = |at: Vec3| !tracer.occluded(at, NONE, at + sun * 20.0, NONE);
+        // A line on the floor away from the window, every millimetre; slats are across it.
+        let along = Vec3::new(-sun.x, 0.0, -sun.z).normalize();
+        let start = Vec3::new(-0.6, 1e-3, 0.4) - geometry.origin.as_vec3();
+        (0..800).map(|i| is_lit(start + along * (1e-3 * i as f32))).collect()
+    };
+    let edges = |lit: &[bool]| lit.windows(2).filter(|w| w[0] != w[1]).count();
+    let scene = build("blinds", MovingObject::None).unwrap();
+    let lit = sunlit(&scene);
+    let share = lit.iter().filter(|lit| **lit).count() as f64 / lit.len() as f64;
+    assert!((0.2..0.8).contains(&share), "{share} of the floor is lit");
+    // A slat every 4.4 cm is a stripe every 9.9 on the floor, by the sun at 24°.
+    assert!((14..=18).contains(&edges(&lit)), "{} edges", edges(&lit));
+    // The control: without the blind all is lit.
+    let mut open = scene.clone();
+    open.objects.retain(|o| o.name != "blind");
+    assert!(sunlit(&open).iter().all(|lit| *lit));
 }
 
 #[test]

@@ -89,8 +89,11 @@ fn rooms_come_back_as_they_are() {
     for name in builtin::NAMES {
         let mut scene = builtin::build(name, MovingObject::Torus).expect("a room");
         scene.set_time(1.25).expect("a time");
+        let around = scene.environment.take();
         let (read, left_out) = again(&scene);
         assert_eq!(left_out, [""; 0]);
+        scene.environment = around;
+        assert_eq!(again(&scene).1.len(), usize::from(scene.environment.is_some()), "{name}");
         assert_same(&scene, &read);
         let (third, left_out) = again(&read);
         assert_eq!(left_out, [""; 0]);

@@ -206,9 +206,11 @@ fn indices_stay_consistent() {
 }
 
 #[test]
-fn rooms_have_none() {
+fn rooms_have_none_but_where_it_is_meant() {
     for name in builtin::NAMES {
         let scene = builtin::build(name, builtin::MovingObject::Torus).unwrap();
-        assert_eq!(Geometry::new(&scene).coincident, 0, "{name}");
+        // Three boxes of the moulding are there twice.
+        let expected = if name == "moulding" { 3 * 12 } else { 0 };
+        assert_eq!(Geometry::new(&scene).coincident, expected, "{name}");
     }
 }
