@@ -192,9 +192,9 @@ pub(super) fn moulding(object: MovingObject) -> Result<Scene> {
         vec3(-0.4, 0.4, 0.7),
     ];
     room.moving(object, vec3(0.1, 0.001, 0.4), 20.0, 0.4, path)?;
-    room.camera("moulding", vec3(1.2, 1.4, 1.7), vec3(-0.75, 1.9, -1.7), 58.0);
-    room.camera("corner", vec3(-0.9, 1.9, -0.7), vec3(-2.1, 2.55, -1.85), 45.0);
-    room.camera("frames", vec3(0.3, 1.5, 0.6), vec3(-0.2, 1.6, -1.9), 55.0);
+    room.camera("moulding", vec3(1.45, 1.4, 1.7), vec3(-0.75, 1.9, -1.7), 58.0);
+    room.camera("corner", vec3(-0.85, 2.15, -0.65), vec3(-2.1, 2.55, -1.85), 45.0);
+    room.camera("frames", vec3(0.65, 1.5, 0.6), vec3(-0.2, 1.6, -1.9), 55.0);
     Ok(room.scene)
 }
 
