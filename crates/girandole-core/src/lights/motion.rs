@@ -161,7 +161,7 @@ fn carried(sample: &LightSample, map: DAffine3, origin: DVec3) -> LightSample {
         // Perpendicular to each other again, of the area that the map makes of it.
         let across = normal.cross(u.normalize_or_zero());
         let half_axes = [u, across * across.dot(v).abs()].map(|axis| axis.as_vec3());
-        Rectangle { center: place(r.center), half_axes }
+        Rectangle { center: place(r.center), half_axes, ..r }
     });
     let is_emitter = matches!(sample.origin, SampleOrigin::Emitter { .. });
     LightSample {

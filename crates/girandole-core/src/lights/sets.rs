@@ -64,7 +64,8 @@ fn parts(set: u32) -> f32 {
 /// The part of a sample's rectangle that the sample lies in, of `parts` by `parts`: samples that are spread evenly over the whole
 /// have parts that cover it evenly. Of a rectangle about the sample itself, a smaller one about it.
 fn with_part_of_rectangle(sample: &LightSample, parts: f32) -> LightSample {
-    let rectangle = sample.rectangle.map(|Rectangle { center, half_axes }| {
+    let rectangle = sample.rectangle.map(|whole| {
+        let Rectangle { center, half_axes, .. } = whole;
         let offset = sample.position - center;
         let part_of = |axis: Vec3| {
             let at = offset.dot(axis) / axis.length_squared();
@@ -72,7 +73,7 @@ fn with_part_of_rectangle(sample: &LightSample, parts: f32) -> LightSample {
             if offset == Vec3::ZERO { Vec3::ZERO } else { axis * ((2.0 * part + 1.0) / parts - 1.0) }
         };
         let center = center + part_of(half_axes[0]) + part_of(half_axes[1]);
-        Rectangle { center, half_axes: half_axes.map(|axis| axis / parts) }
+        Rectangle { center, half_axes: half_axes.map(|axis| axis / parts), ..whole }
     });
     let mut profile = sample.profile;
     if let Profile::Distant { solid_angle, .. } = &mut profile {
@@ -112,7 +113,11 @@ mod tests {
 
     #[test]
     fn parts_cover_a_rectangle_evenly() {
-        let whole = Rectangle { center: Vec3::new(1.0, 2.0, 3.0), half_axes: [Vec3::X * 0.5, Vec3::Y * 2.0] };
+        let whole = Rectangle {
+            center: Vec3::new(1.0, 2.0, 3.0),
+            half_axes: [Vec3::X * 0.5, Vec3::Y * 2.0],
+            is_on_surface: true,
+        };
         let sample = sets(0)[0].samples()[0];
         let part = |u: f32, v: f32, parts| {
             let position = whole.center + whole.half_axes[0] * u + whole.half_axes[1] * v;

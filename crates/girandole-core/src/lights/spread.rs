@@ -21,7 +21,11 @@ const BESIDE_WALL: f32 = 0.3;
 /// 300 samples in a classroom .1 leaves twice the outliers. What emits is, and would shine through boards that it stands behind.
 const LEAST: [f32; 2] = [0.4, 0.1];
 /// Height over the plane at which it is looked for what stands in it, as a share of the rectangle's radius.
-const HEIGHT: f32 = 0.02;
+const HEIGHT: f32 = 0.001;
+/// Cosine between a rectangle and what it ends at, above which both are one surface.
+const BENT: f32 = 0.7;
+/// How far out it is looked for the surface below a rectangle's corners, as a share of its half axes.
+const CORNER: f32 = 0.98;
 
 impl LightSample {
     /// Whether its rectangle is larger than what it stands for by [`SPREAD`], where nothing stands in the way.
@@ -48,29 +52,56 @@ fn spread_out(tracer: &SceneTracer, sample: &LightSample, fitted: Rectangle) -> 
         !scene.objects[object as usize].dynamic && triangle != sample.triangle()
     };
     let height = sample.normal * (HEIGHT * fitted.radius());
-    let origin = tracer.offset_ray_origin(sample.position, sample.normal) + height;
-    let free = |towards: Vec3, length: f32| {
-        let hit = tracer.closest_hit_where(origin, towards, length, is_static);
-        hit.map_or(length, |hit| hit.t.min(length))
+    let offset = tracer.offset_ray_origin(sample.position, sample.normal) - sample.position;
+    let origin = sample.position + offset + height;
+    // How far it goes from there until something stands in the way, and whether that is the same surface, bent: what comes out of the
+    // plane before its end is met a little later, higher up.
+    let free = |from: Vec3, towards: Vec3, length: f32| {
+        let hit = tracer.closest_hit_where(from, towards, 2.0 * length, is_static);
+        let end = hit.map(|hit| {
+            let [a, b, c] = geometry.corners(hit.triangle);
+            let across = (b - a).cross(c - a).normalize_or_zero();
+            let at_plane = (a - sample.position - (from - origin)).dot(across) / towards.dot(across);
+            let end = if at_plane > 0.0 { hit.t.min(at_plane) } else { hit.t };
+            (end, across.dot(sample.normal).abs() > BENT)
+        });
+        end.filter(|end| end.0 < length).unwrap_or((length, false))
     };
-    let mut center = fitted.center;
-    let half_axes = fitted.half_axes.map(|axis| {
+    let axes = fitted.half_axes.map(|axis| {
         let (half, along) = (axis.length(), axis.normalize_or_zero());
         let at = (sample.position - fitted.center).dot(along).clamp(-half, half);
-        let (more, least) =
-            if sample.is_spread() { ((SPREAD - 1.0) * half, LEAST[0]) } else { (0.0, LEAST[1]) };
+        let more = if sample.is_spread() { (SPREAD - 1.0) * half } else { 0.0 };
         // From the sample to either end: what was fitted, and how far it goes.
         let fitted = [half - at, half + at];
-        let free = [free(along, fitted[0] + more), free(-along, fitted[1] + more)];
-        let is_open = [0, 1].map(|side| free[side] >= fitted[side] + more);
+        let ends = [0, 1].map(|side| free(origin, [along, -along][side], fitted[side] + more));
+        let is_open = [0, 1].map(|side| ends[side].0 >= fitted[side] + more);
         let end = |side: usize| {
-            free[side] - if is_open[side] && !is_open[1 - side] { (1.0 - BESIDE_WALL) * more } else { 0.0 }
+            ends[side].0 - if is_open[side] && !is_open[1 - side] { (1.0 - BESIDE_WALL) * more } else { 0.0 }
         };
-        let [high, low] = [end(0), end(1)];
+        (along, at, [end(0), end(1)], ends.map(|end| end.1), half)
+    });
+    let mut center = fitted.center;
+    let half_axes = [0, 1].map(|i| {
+        let (along, at, mut ends, is_bent, half) = axes[i];
+        let (across, _, to_sides, _, _) = axes[1 - i];
+        for side in (0..2).filter(|&side| is_bent[side]) {
+            for from in [across * to_sides[0], across * -to_sides[1]] {
+                ends[side] = free(origin + from * CORNER, [along, -along][side], ends[side]).0;
+            }
+        }
+        let [high, low] = ends;
         center += along * (at + 0.5 * (high - low));
+        let least = LEAST[usize::from(!sample.is_spread() || is_bent[0] || is_bent[1])];
         along * (0.5 * (high + low)).max(least * half)
     });
-    Rectangle { center, half_axes }
+    let [u, v] = half_axes.map(|axis| axis * CORNER);
+    let is_below = |corner: Vec3| {
+        let (from, length) = (corner + height + offset, 2.0 * (height + offset).length());
+        tracer.closest_hit_where(from, -sample.normal, length, |_, _| true).is_some()
+    };
+    let corners = [u + v, u - v, v - u, -u - v];
+    let is_on_surface = corners.iter().filter(|&&corner| is_below(center + corner)).count() > 2;
+    Rectangle { center, half_axes, is_on_surface }
 }
 
 #[cfg(test)]

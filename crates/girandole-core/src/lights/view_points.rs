@@ -246,7 +246,11 @@ mod tests {
         };
         let views = [strip.view(8.0).expect("a view")];
         let position = (DVec3::new(1e-4, 0.5, 0.5) - geometry.origin).as_vec3();
-        let rectangle = Rectangle { center: position, half_axes: [Vec3::Y, Vec3::Z].map(|axis| 0.5 * axis) };
+        let rectangle = Rectangle {
+            center: position,
+            half_axes: [Vec3::Y, Vec3::Z].map(|axis| 0.5 * axis),
+            is_on_surface: true,
+        };
         let sample = LightSample {
             position,
             normal: Vec3::X,

@@ -7,6 +7,7 @@ mod common;
 mod environment;
 mod environment_files;
 mod files;
+mod lampshade;
 mod light_motion;
 mod many_lamps;
 mod many_lights;

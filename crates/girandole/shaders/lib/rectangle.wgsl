@@ -44,7 +44,8 @@ fn rectangle_mean(light: Light, position: vec3f, normal: vec3f) -> RectangleMean
   let bitangent = cross(light.normal, light.tangent);
   let across = light.tangent * light.rectangle.x + bitangent * light.rectangle.y;
   let u = light.tangent * light.rectangle.z + bitangent * light.rectangle.w;
-  let v = cross(light.normal, u) * light.scale;
+  let scale = abs(light.scale);
+  let v = cross(light.normal, u) * scale;
   let c = light.position + across - position;
   var sums: EdgeSums;
   add_clipped_edge(&sums, c - u - v, c + u - v, normal);
@@ -53,8 +54,8 @@ fn rectangle_mean(light: Light, position: vec3f, normal: vec3f) -> RectangleMean
   add_clipped_edge(&sums, c - u + v, c - u - v, normal);
   if any(sums.entry != vec3f(0.0)) && any(sums.exit != vec3f(0.0)) { add_edge(&sums, sums.exit, sums.entry); }
   let u2 = dot(u, u);
-  let radius2 = 2.0 / 3.0 * u2 * (1.0 + light.scale * light.scale);
+  let radius2 = 2.0 / 3.0 * u2 * (1.0 + scale * scale);
   let distance = sqrt(dot(c, c) / radius2);
-  let mean = sums.irradiance * (-0.125 / (u2 * light.scale));
+  let mean = sums.irradiance * (-0.125 / (u2 * scale));
   return RectangleMean(mean, smoothstep(RECTANGLE_NEAR, RECTANGLE_FAR, distance));
 }
