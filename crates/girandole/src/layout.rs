@@ -434,7 +434,7 @@ impl Light {
         let along = |d: Vec3| [d.dot(self.tangent), d.dot(bitangent)];
         let ([x, y], [z, w]) = (along(center), along(u));
         Self {
-            scale: v.length() / u.length() * if rectangle.is_on_surface { 1.0 } else { -1.0 },
+            scale: v.length() / u.length() * if rectangle.is_open { 1.0 } else { -1.0 },
             offset: (rectangle.reach() + center.length()).powi(2) * if is_spread { -1.0 } else { 1.0 },
             rectangle: Vec4::new(x, y, z, w),
             ..self

@@ -27,7 +27,7 @@ impl LightSample {
 
     /// The geometric factor `G` of this sample at a point, m⁻² (parallel light: a cosine); and the unit direction that light comes
     /// from. `None` unless both cosines and the geometric one are positive: a pair counts only if the geometric normals of
-    /// both face each other; or, close to the sample, if part of its rectangle lies before the receiver's plane, and on a surface. Mirrored in
+    /// both face each other; or, close to the sample, if part of its rectangle lies before the receiver's plane, and it is open. Mirrored in
     /// `shaders/lib/light.wgsl`.
     pub fn geometric_factor(
         &self,
@@ -49,7 +49,7 @@ impl LightSample {
         let is_before = self.is_before(position, geometric_normal, shading_normal);
         if let (Clamp::Own, Some(rectangle)) = (clamp, &self.rectangle) {
             let share = rectangle.point_share(position);
-            if share < 1.0 && (is_before || rectangle.is_on_surface) {
+            if share < 1.0 && (is_before || rectangle.is_open) {
                 let point = if is_before { to_light * (cos_light / (r2 * r2)) } else { Vec3::ZERO };
                 let mean = rectangle.mean_vector(position, shading_normal).lerp(point, share);
                 let g = mean.dot(shading_normal);

@@ -20,9 +20,9 @@ pub struct Rectangle {
     pub center: Vec3,
     /// Half of its sides, perpendicular to each other, m.
     pub half_axes: [Vec3; 2],
-    /// Whether a surface lies below most of its corners. What sticks out of a curved one, as of a thin shade about a lamp, lights nothing that
-    /// its sample is behind.
-    pub is_on_surface: bool,
+    /// Whether it may light what its sample is behind: not where it ends at a surface that bends, as within a thin shade about a lamp, and
+    /// sticks out of that.
+    pub is_open: bool,
 }
 
 /// The shorter side as a share of the longer one, at least.
@@ -37,7 +37,7 @@ impl Rectangle {
     pub(super) fn square(center: Vec3, normal: Vec3, area: f32) -> Self {
         let half = 0.5 * area.sqrt();
         let u = frames(normal).next().unwrap_or(Vec3::X);
-        Self { center, half_axes: [u * half, normal.cross(u) * half], is_on_surface: true }
+        Self { center, half_axes: [u * half, normal.cross(u) * half], is_open: true }
     }
 
     /// What `sample` stands for among `candidates` of a cluster that is spread over `area` m²: the least rectangle about those
@@ -60,7 +60,7 @@ impl Rectangle {
             let v = sample.normal.cross(u);
             let ((at_u, half_u), (at_v, half_v)) = (extent(u), extent(v));
             let half_axes = [u * half_u.max(THINNEST * half_v), v * half_v.max(THINNEST * half_u)];
-            Self { center: sample.position + u * at_u + v * at_v, half_axes, is_on_surface: true }
+            Self { center: sample.position + u * at_u + v * at_v, half_axes, is_open: true }
         });
         let least = fitted.min_by(|a, b| a.area().total_cmp(&b.area()));
         least.filter(|fitted| fitted.area() > 1e-3 * square.area()).unwrap_or(square)

@@ -116,7 +116,7 @@ mod tests {
         let whole = Rectangle {
             center: Vec3::new(1.0, 2.0, 3.0),
             half_axes: [Vec3::X * 0.5, Vec3::Y * 2.0],
-            is_on_surface: true,
+            is_open: true,
         };
         let sample = sets(0)[0].samples()[0];
         let part = |u: f32, v: f32, parts| {

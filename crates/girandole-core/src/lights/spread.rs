@@ -95,13 +95,14 @@ fn spread_out(tracer: &SceneTracer, sample: &LightSample, fitted: Rectangle) -> 
         along * (0.5 * (high + low)).max(least * half)
     });
     let [u, v] = half_axes.map(|axis| axis * CORNER);
-    let is_below = |corner: Vec3| {
-        let (from, length) = (corner + height + offset, 2.0 * (height + offset).length());
+    let is_on_surface = |corner: &Vec3| {
+        let (from, length) = (center + *corner + height + offset, 2.0 * (height + offset).length());
         tracer.closest_hit_where(from, -sample.normal, length, |_, _| true).is_some()
     };
-    let corners = [u + v, u - v, v - u, -u - v];
-    let is_on_surface = corners.iter().filter(|&&corner| is_below(center + corner)).count() > 2;
-    Rectangle { center, half_axes, is_on_surface }
+    let is_bent = axes.iter().any(|axis| axis.3[0] || axis.3[1]);
+    let is_open =
+        !is_bent || [u + v, u - v, v - u, -u - v].iter().filter(|corner| is_on_surface(corner)).count() > 2;
+    Rectangle { center, half_axes, is_open }
 }
 
 #[cfg(test)]

@@ -249,7 +249,7 @@ mod tests {
         let rectangle = Rectangle {
             center: position,
             half_axes: [Vec3::Y, Vec3::Z].map(|axis| 0.5 * axis),
-            is_on_surface: true,
+            is_open: true,
         };
         let sample = LightSample {
             position,

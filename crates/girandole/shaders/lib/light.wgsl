@@ -4,7 +4,7 @@ struct Light {
   position: vec3f,
   profile: u32, // COSINE, HEMISPHERE, SPOT, DIRECTIONAL or DISTANT
   normal: vec3f,
-  scale: f32, // cosine: height / width of its rectangle, negative if that is on no surface (core: Rectangle::is_on_surface); spot: 1 / (cos inner − cos outer); parallel light: 1 / half the width of its map, 1/m
+  scale: f32, // cosine: height / width of its rectangle, negative if that is not open; spot: 1 / (cos inner − cos outer); parallel light: 1 / half the width of its map, 1/m
   tangent: vec3f,
   offset: f32, // cosine: squared distance within which a receiver may be near, m², negative if its rectangle is spread; spot: −cos outer · scale; parallel light: 1 / radius of the scene, 1/m
   intensity: vec3f,
@@ -22,7 +22,7 @@ fn is_near(light: Light, r2: f32) -> bool {
 }
 
 // Whether its rectangle lights what its place lies behind.
-fn is_on_surface(light: Light) -> bool { return light.scale > 0.0; }
+fn is_open(light: Light) -> bool { return light.scale > 0.0; }
 
 // The solid angle of what a light stands for (core: LightSample::solid_angle), where it is not taken for a point.
 fn solid_angle_of(light: Light, position: vec3f) -> f32 {

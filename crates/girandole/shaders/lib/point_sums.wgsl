@@ -35,7 +35,7 @@ fn arriving(light: Light, s: Shading) -> Arriving {
   let is_before = min(cos_x, height) > 0.0;
   let r2 = dot(to_light, to_light);
   let g = geometric_factor(light, cos_x, cos_light, r2);
-  let may_be_near = cos_light > 0.0 && (is_before || is_on_surface(light));
+  let may_be_near = cos_light > 0.0 && (is_before || is_open(light));
   return Arriving(select(0.0, g, is_before && cos_light > 0.0), to_light, may_be_near && is_near(light, r2), is_before);
 }
 

@@ -218,7 +218,7 @@ fn geometric_factor(context: &Context) {
     let rectangle = Rectangle {
         center: position + tangent * 0.1 - bitangent * 0.05,
         half_axes: [(tangent * 0.8 + bitangent * 0.6) * 0.4, (bitangent * 0.8 - tangent * 0.6) * 0.25],
-        is_on_surface: true,
+        is_open: true,
     };
     let reach = rectangle.reach() + rectangle.center.distance(position);
     let spot = Profile::Spot { scale: 1.25, offset: -0.125 };
@@ -238,10 +238,10 @@ fn geometric_factor(context: &Context) {
         solid_angle: 0.1,
     };
     let profiles = [Profile::Cosine, Profile::Hemisphere, spot, Profile::Directional, distant];
-    // With what it stands for on a surface and not.
+    // With a rectangle that is open and not.
     let kinds = [(Clamp::At(bound), true), (Clamp::Own, true), (Clamp::Own, false)];
     let cases = profiles.into_iter().enumerate().flat_map(|p| kinds.map(|kind| (p, kind)));
-    for ((index, profile), (clamp, is_on_surface)) in cases {
+    for ((index, profile), (clamp, is_open)) in cases {
         let origin = SampleOrigin::Punctual { light: 0 };
         let sample = LightSample {
             position,
@@ -249,11 +249,11 @@ fn geometric_factor(context: &Context) {
             intensity: Vec3::ONE,
             profile,
             origin,
-            rectangle: (profile == Profile::Cosine).then_some(Rectangle { is_on_surface, ..rectangle }),
+            rectangle: (profile == Profile::Cosine).then_some(Rectangle { is_open, ..rectangle }),
         };
         let (scale, offset) = match profile {
             Profile::Spot { scale, offset } => (scale, offset),
-            Profile::Cosine => (0.25 / 0.4 * if is_on_surface { 1.0 } else { -1.0 }, reach * reach),
+            Profile::Cosine => (0.25 / 0.4 * if is_open { 1.0 } else { -1.0 }, reach * reach),
             _ => (0.0, 0.0),
         };
         let expected = inputs.iter().map(|[p, n]| {
@@ -277,7 +277,7 @@ fn geometric_factor(context: &Context) {
              let r2 = dot(to_light, to_light); \
              let is_before = cosines.x > 0.0; \
              var g = select(0.0, geometric_factor(light, cosines.x, cosines.y, r2), is_before); \
-             if is_near(light, r2) && (is_before || is_on_surface(light)) {{ let mean = rectangle_mean(light, a.xyz, b.xyz); \
+             if is_near(light, r2) && (is_before || is_open(light)) {{ let mean = rectangle_mean(light, a.xyz, b.xyz); \
              let of_place = to_light * select(0.0, cosines.y / (r2 * r2), is_before); \
              g = max(dot(mix(mean.vector, of_place, mean.point_share), b.xyz), 0.0); }} \
              return vec4f(select(0.0, g, cosines.y > 0.0), solid_angle_of(light, a.xyz), 0.0, 0.0); }}",
@@ -320,9 +320,9 @@ fn geometric_factor(context: &Context) {
         // A light whose place counts behind the receiver, too.
         let everywhere = source.replace("cosines.y / (r2 * r2), is_before)", "cosines.y / (r2 * r2), true)");
         assert!(everywhere != source);
-        let with_part_behind = source.replace("&& (is_before || is_on_surface(light))", "");
+        let with_part_behind = source.replace("&& (is_before || is_open(light))", "");
         assert!(with_part_behind != source);
-        let controls = if is_on_surface { vec![uncut, everywhere] } else { vec![uncut, with_part_behind] };
+        let controls = if is_open { vec![uncut, everywhere] } else { vec![uncut, with_part_behind] };
         for wrong in controls {
             assert!(sample.rectangle.is_none() || clamp != Clamp::Own || difference(&wrong) > 1e-3);
         }

@@ -18,7 +18,7 @@ fn random_rectangle(index: u32) -> (Rectangle, Vec3) {
     let (x, y) = warp::frame(normal);
     let half = [0.2 + random(index, 2), 0.05 + random(index, 3)];
     let center = direction(index, 4) * 0.3;
-    (Rectangle { center, half_axes: [x * half[0], y * half[1]], is_on_surface: true }, normal)
+    (Rectangle { center, half_axes: [x * half[0], y * half[1]], is_open: true }, normal)
 }
 
 /// The mean over a rectangle of what lies in front of the receiver's plane, point by point, and that part's share.
@@ -83,8 +83,7 @@ fn rectangles_are_fitted_about_candidates_in_the_plane() {
     for (index, normal) in (0..).zip([Vec3::Y, Vec3::NEG_X, vec3(1.0, 1.0, 1.0).normalize()]) {
         let u = if index == 2 { vec3(2.0, -1.0, -1.0).normalize() } else { vec3(0.0, 0.0, 1.0) };
         let v = normal.cross(u);
-        let whole =
-            Rectangle { center: vec3(3.0, -1.0, 2.0), half_axes: [u * 0.5, v * 0.2], is_on_surface: true };
+        let whole = Rectangle { center: vec3(3.0, -1.0, 2.0), half_axes: [u * 0.5, v * 0.2], is_open: true };
         let at =
             |i: u32| whole.center + u * (random(i, index) - 0.5) + v * (0.4 * (random(i, index + 1) - 0.5));
         let candidates: Vec<LightSample> = (0..40).map(|i| sample_at(at(i), normal)).collect();
@@ -131,7 +130,7 @@ fn points_far_away_see_a_point() {
 
 #[test]
 fn a_foot_is_lit_alike_wherever_in_what_is_before_and_behind_it_the_sample_lies() {
-    let rectangle = Rectangle { center: Vec3::ZERO, half_axes: [Vec3::X, Vec3::NEG_Z], is_on_surface: true };
+    let rectangle = Rectangle { center: Vec3::ZERO, half_axes: [Vec3::X, Vec3::NEG_Z], is_open: true };
     // On a wall whose plane leaves a quarter of the rectangle before it.
     let foot = vec3(0.5, 0.1, 0.0);
     let with_sample_at = |x: f32, clamp| {
