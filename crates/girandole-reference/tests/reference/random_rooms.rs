@@ -45,14 +45,14 @@ fn boxes(stage: &mut Stage, material: u32, at: Transform, boxes: &[(Vec3, Vec3)]
 /// Where things stand along a wall: −z is into the wall.
 fn beside_wall(half: Vec3, wall: u32, along: f32, up: f32) -> Transform {
     let turn = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2 * wall as f32);
-    let depth = if wall % 2 == 0 { half.z } else { half.x };
+    let depth = if wall.is_multiple_of(2) { half.z } else { half.x };
     Transform::rigid(turn, turn * vec3(along, up, -depth))
 }
 
 fn moulding(stage: &mut Stage, random: &mut Random, half: Vec3, height: f32, material: u32) {
     let (step, count, into) = (random.between(0.01, 0.05), 2 + random.below(3), random.overlap());
     for wall in 0..4 {
-        let length = if wall % 2 == 0 { half.x } else { half.z };
+        let length = if wall.is_multiple_of(2) { half.x } else { half.z };
         let steps: Vec<(Vec3, Vec3)> = (0..count)
             .map(|i| {
                 let [deep, low] = [(i + 1) as f32, (count - i) as f32].map(|n| n * step);
@@ -119,7 +119,7 @@ fn room(seed: u64) -> Stage {
     stage.room(-half, half.with_y(height), walls);
     moulding(&mut stage, &mut random, half, height, white);
     for wall in 0..4 {
-        let length = if wall % 2 == 0 { half.x } else { half.z } - 0.9;
+        let length = if wall.is_multiple_of(2) { half.x } else { half.z } - 0.9;
         let along = random.between(-length, length);
         let (parts, material) = match random.below(3) {
             0 => (shelf(&mut random), wood),
