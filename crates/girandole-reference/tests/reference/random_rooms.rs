@@ -51,7 +51,7 @@ fn beside_wall(half: Vec3, wall: u32, along: f32, up: f32) -> Transform {
 
 fn moulding(stage: &mut Stage, random: &mut Random, half: Vec3, height: f32, material: u32) {
     let (step, count, into) = (random.between(0.01, 0.05), 2 + random.below(3), random.overlap());
-    for wall in 0..4 {
+    for wall in 0..4u32 {
         let length = if wall.is_multiple_of(2) { half.x } else { half.z };
         let steps: Vec<(Vec3, Vec3)> = (0..count)
             .map(|i| {
@@ -118,7 +118,7 @@ fn room(seed: u64) -> Stage {
         [[0.4, 0.8], [0.7, 0.8], [0.2, 0.6], [0.05, 0.3]].map(|[low, high]| matte(&mut stage, low, high));
     stage.room(-half, half.with_y(height), walls);
     moulding(&mut stage, &mut random, half, height, white);
-    for wall in 0..4 {
+    for wall in 0..4u32 {
         let length = if wall.is_multiple_of(2) { half.x } else { half.z } - 0.9;
         let along = random.between(-length, length);
         let (parts, material) = match random.below(3) {
