@@ -91,7 +91,7 @@ fn spread_out(tracer: &SceneTracer, sample: &LightSample, fitted: Rectangle) -> 
         }
         let [high, low] = ends;
         center += along * (at + 0.5 * (high - low));
-        let least = LEAST[usize::from(!sample.is_spread() || is_bent[0] || is_bent[1])];
+        let least = LEAST[usize::from(!sample.is_spread())];
         along * (0.5 * (high + low)).max(least * half)
     });
     let [u, v] = half_axes.map(|axis| axis * CORNER);

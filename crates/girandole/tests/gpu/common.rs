@@ -5,7 +5,8 @@ use girandole::core::image::Image;
 use girandole::core::lights::{Clamp, LightSet, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject, shapes};
 use girandole::core::scene::{
-    Camera, Geometry, LocalView, Material, Mesh, MorphTarget, Projection, Scene, Transform, View,
+    Camera, Geometry, LocalView, Material, Mesh, MorphTarget, Projection, PunctualKind, PunctualLight, Scene,
+    Transform, View,
 };
 use girandole::core::trace::SceneTracer;
 use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
@@ -157,6 +158,13 @@ pub fn lamp(scene: &mut Scene, side: f32, radiance: f32, rotation: Quat, positio
         [Vec3::new(-h, 0.0, -h), Vec3::new(h, 0.0, -h), Vec3::new(h, 0.0, h), Vec3::new(-h, 0.0, h)];
     mesh.add_polygon(&corners, material);
     scene.add_object("lamp", mesh, Transform::rigid(rotation, position));
+}
+
+/// A sun that shines from this direction.
+pub fn sun(scene: &mut Scene, from: Vec3) {
+    let node = scene.add_node("sun", Transform::looking_at(from, Vec3::ZERO));
+    let (name, intensity) = (String::new(), Vec3::splat(4.0));
+    scene.lights.push(PunctualLight { name, node, kind: PunctualKind::Directional, intensity });
 }
 
 pub fn camera(scene: &mut Scene, eye: Vec3, target: Vec3, yfov: f32) {

@@ -1,9 +1,9 @@
 //! No light through walls, however thin and however they stand.
 
-use crate::common::{Context, Stage, Test, camera, lamp, mean, room};
+use crate::common::{Context, Stage, Test, camera, lamp, mean, room, sun};
 use girandole::core::glam::{Quat, UVec2, Vec3};
 use girandole::core::lights::LightSettings;
-use girandole::core::scene::{Material, Mesh, PunctualKind, PunctualLight, Scene, Transform};
+use girandole::core::scene::{Material, Mesh, Scene, Transform};
 use girandole::{Mode, RenderSettings, RendererOptions, ShadowMap};
 
 pub fn tests() -> Vec<Test> {
@@ -148,39 +148,34 @@ fn joints(context: &Context) {
 /// The sun over a closed room whose walls have no thickness: within, nothing is lit that lies farther from the next wall than depths are
 /// rounded, 2e-5 of the scene's extent.
 fn room_in_the_sun(context: &Context) {
+    let (closed, open) = (farthest_in_the_sun(context, None), farthest_in_the_sun(context, Some(3)));
+    assert!(closed < 2e-5 * ROOM.length(), "{closed}");
+    assert!(open > 0.5, "negative control: without its ceiling, the room is lit {open} m from its walls");
+}
+
+/// How far from the next wall a pixel is lit, m.
+fn farthest_in_the_sun(context: &Context, left_out: Option<usize>) -> f32 {
     let size = [800, 600];
     let mut scene = Scene::default();
     let white = scene.add_material(Material::diffuse("white", Vec3::splat(0.7)));
-    room(&mut scene, ROOM, white, None);
+    room(&mut scene, ROOM, white, left_out);
     camera(&mut scene, Vec3::new(-2.8, 2.5, 2.3), Vec3::new(0.5, 2.9, -0.6), 1.0);
-    let node = scene.add_node("sun", Transform::looking_at(Vec3::new(-0.87, 0.42, -0.26), Vec3::ZERO));
-    let intensity = Vec3::splat(4.0);
-    scene.lights.push(PunctualLight {
-        name: String::new(),
-        node,
-        kind: PunctualKind::Directional,
-        intensity,
-    });
+    sun(&mut scene, Vec3::new(-0.87, 0.42, -0.26));
     let stage = Stage::new(scene, &LightSettings { count: 1, bounces: 0, ..Default::default() });
     let options = RendererOptions { map_size: Some(128), ..Default::default() };
     let view = stage.view(0, size);
     let picture = context.picture(&stage, options, &view, size);
     let (tracer, view) = (stage.tracer(), stage.local(&view));
-    let lit: Vec<f32> = (0..picture.pixels.len())
-        .filter(|&i| picture.pixels[i] != Vec3::ZERO)
-        .map(|i| {
-            let at = UVec2::new(i as u32 % size[0], i as u32 / size[0]).as_vec2() + 0.5;
-            let (origin, direction) = view.pixel_ray(at, size);
-            let hit = tracer.closest_visible(origin, direction).expect("a closed room");
-            let s =
-                stage.geometry.surface(&stage.scene, hit.triangle, hit.barycentric, -direction.normalize());
-            let at = s.position + stage.geometry.origin.as_vec3() - ROOM.with_x(0.0).with_z(0.0) * 0.5;
-            let mut walls = (ROOM * 0.5 - at.abs()).to_array();
-            walls.sort_by(f32::total_cmp);
-            walls[1]
-        })
-        .collect();
-    let farthest = lit.iter().copied().fold(0.0, f32::max);
-    eprintln!("{} pixels are lit, as far as {farthest} m from a wall", lit.len());
-    assert!(farthest < 2e-5 * ROOM.length(), "{farthest}");
+    let lit = (0..picture.pixels.len()).filter(|&i| picture.pixels[i] != Vec3::ZERO);
+    let from_wall = |i: usize| {
+        let at = UVec2::new(i as u32 % size[0], i as u32 / size[0]).as_vec2() + 0.5;
+        let (origin, direction) = view.pixel_ray(at, size);
+        let hit = tracer.closest_visible(origin, direction)?;
+        let s = stage.geometry.surface(&stage.scene, hit.triangle, hit.barycentric, -direction.normalize());
+        let at = s.position + stage.geometry.origin.as_vec3() - ROOM.with_x(0.0).with_z(0.0) * 0.5;
+        let mut walls = (ROOM * 0.5 - at.abs()).to_array();
+        walls.sort_by(f32::total_cmp);
+        Some(walls[1])
+    };
+    lit.filter_map(from_wall).fold(0.0, f32::max)
 }

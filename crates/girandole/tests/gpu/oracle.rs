@@ -1,6 +1,6 @@
 //! The GPU's picture against the exact sum over the very same samples with traced visibility.
 
-use crate::common::{Context, Stage, Test, camera, exact, lamp, room};
+use crate::common::{Context, Stage, Test, camera, exact, lamp, room, sun};
 use girandole::core::brdf::Surface;
 use girandole::core::glam::{Quat, Vec2, Vec3};
 use girandole::core::image::Image;
@@ -220,9 +220,7 @@ fn punctual(context: &Context) {
     mesh.add_box(Vec3::new(-0.5, 0.0, -0.5), Vec3::new(0.5, 1.0, 0.5), white);
     open.add_object("box", mesh, Transform::rigid(Quat::from_rotation_y(0.5), Vec3::new(0.3, 0.0, -0.4)));
     camera(&mut open, Vec3::new(-1.6, 1.9, 1.7), Vec3::new(0.3, 0.6, -0.4), 1.0);
-    let node = open.add_node("sun", Transform::looking_at(Vec3::new(1.0, 3.0, 0.7), Vec3::ZERO));
-    let intensity = Vec3::splat(4.0);
-    open.lights.push(PunctualLight { name: String::new(), node, kind: PunctualKind::Directional, intensity });
+    sun(&mut open, Vec3::new(1.0, 3.0, 0.7));
     let open = Stage::new(open, &settings);
     let oracle = open.oracle(&view, SIZE, 1);
     let picture = context.picture(&open, RendererOptions::default(), &view, SIZE);
@@ -247,14 +245,7 @@ fn sun_over_a_fence(context: &Context) {
     scene.add_object("fence", mesh, Transform::IDENTITY);
     camera(&mut scene, Vec3::new(0.2, 0.9, 1.3), Vec3::new(0.0, 0.1, 0.3), 0.8);
     camera(&mut scene, Vec3::new(-20.0, 2.0, 20.0), Vec3::new(0.0, 0.1, 0.3), 0.8);
-    let node = scene.add_node("sun", Transform::looking_at(Vec3::new(0.3, 1.0, -0.8), Vec3::ZERO));
-    let intensity = Vec3::splat(4.0);
-    scene.lights.push(PunctualLight {
-        name: String::new(),
-        node,
-        kind: PunctualKind::Directional,
-        intensity,
-    });
+    sun(&mut scene, Vec3::new(0.3, 1.0, -0.8));
     let stage = Stage::new(scene, &LightSettings { count: 1, bounces: 0, ..Default::default() });
     let [near, far] = [0, 1].map(|i| stage.view(i, SIZE));
     let oracle = stage.oracle(&near, SIZE, 1);
