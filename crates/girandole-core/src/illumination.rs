@@ -35,7 +35,8 @@ pub struct IlluminationSettings {
     pub lights: LightSettings,
     /// How visibility is determined; `None` = not at all, which the renderer's naive mode suffices with.
     pub visibility: Option<VisibilitySettings>,
-    /// The views that light samples are placed for, see [`LightSet::sample_for`]; none = by power.
+    /// The views that light samples are placed for, see [`LightSet::sample_for`], and visibility is determined for, see
+    /// [`Illumination::determine_for`]; none = samples by power, and the visibility of everything.
     pub views: Vec<View>,
     /// Which light samples follow the scene's changes.
     pub rewalk: Rewalk,
@@ -45,6 +46,13 @@ impl Default for IlluminationSettings {
     fn default() -> Self {
         let visibility = Some(VisibilitySettings::default());
         Self { lights: LightSettings::default(), visibility, views: Vec::new(), rewalk: Rewalk::All }
+    }
+}
+
+impl IlluminationSettings {
+    /// The views that visibility is determined for; none = for all. Samples that are held serve any view.
+    fn needed_views(&self) -> &[View] {
+        if self.rewalk == Rewalk::Off { &[] } else { &self.views }
     }
 }
 
@@ -89,8 +97,9 @@ impl Illumination {
     /// than [`MOST_LIGHTS`](crate::visibility::MOST_LIGHTS) light samples.
     pub fn new(scene: &Scene, settings: &IlluminationSettings) -> Result<Self> {
         let mut opened = Self::without_visibility(scene, settings)?;
-        let build =
-            |s: &VisibilitySettings| VisibilityDatabase::build(scene, &opened.geometry, &opened.lights, s);
+        let build = |s: &VisibilitySettings| {
+            VisibilityDatabase::build_for(scene, &opened.geometry, &opened.lights, s, settings.needed_views())
+        };
         opened.visibility = settings.visibility.as_ref().map(build).transpose()?.map(Arc::new);
         Ok(opened)
     }
@@ -223,11 +232,18 @@ impl Illumination {
         if let Some(database) = &mut self.visibility
             && !(may_follow && Arc::make_mut(database).follow(scene, now, (&lights, &self.changes), moved))
         {
-            *database = Arc::new(VisibilityDatabase::build(scene, now, &lights, database.settings())?);
+            let (settings, views) = (database.settings(), self.settings.needed_views());
+            *database = Arc::new(VisibilityDatabase::build_for(scene, now, &lights, settings, views)?);
         }
         self.lights = lights;
         if let Some(geometry) = geometry {
             self.geometry = geometry;
+        }
+        // Mirrors may have moved.
+        if let Some(database) = &mut self.visibility
+            && database.lacks(&self.geometry, self.settings.needed_views())
+        {
+            Arc::make_mut(database).determine_for(&self.geometry, self.settings.needed_views());
         }
         Ok(())
     }
@@ -255,11 +271,24 @@ impl Illumination {
             let others: &[View] = if to_come.iter().all(|view| views.contains(view)) { &[] } else { to_come };
             walk.place_for(scene, &self.geometry, views, others);
             self.settings.views = views.to_vec();
+            self.determine_for(views);
         } else if self.settings.views != views {
             *self =
                 Self::new(scene, &IlluminationSettings { views: views.to_vec(), ..self.settings.clone() })?;
         }
         Ok(())
+    }
+
+    /// Determines the visibility of what these views need and no view before needed: receivers that were there stay as they are. Whether
+    /// there was any.
+    pub fn determine_for(&mut self, views: &[View]) -> bool {
+        let Self { geometry, visibility, .. } = self;
+        let Some(database) = visibility.as_mut().filter(|database| database.lacks(geometry, views)) else {
+            return false;
+        };
+        Arc::make_mut(database).determine_for(geometry, views);
+        self.changes = LightChanges::default();
+        true
     }
 
     /// Whether light samples stay as they are as long as the scene does. Otherwise [updates](Self::update), of no changes even, make

@@ -187,36 +187,6 @@ impl Renderer {
         self.transfer_anew(scene)
     }
 
-    /// Places the light samples of the scene that is open for other views, all alike (none = by power): the next frame is, bit
-    /// for bit, that of a renderer that opens the scene with these views. Everything that depends on them is made anew. Samples
-    /// that follow [a few paths a frame](girandole_core::illumination::Rewalk::Paths) go over little by little, with the updates
-    /// that come.
-    ///
-    /// # Errors
-    /// [`Error::Scene`] before [`Renderer::open`] and where the scene has changed since (nothing changes then); otherwise as
-    /// for [`Renderer::open`], and the scene has to be opened again.
-    pub fn place_for(&mut self, scene: &Scene, views: &[View]) -> Result<()> {
-        self.place_on_way(scene, views, &[])
-    }
-
-    /// Places the light samples as [`Renderer::place_for`] does, and where they follow a few paths a frame also for the views
-    /// [to come](Illumination::place_on_way).
-    ///
-    /// # Errors
-    /// As [`Renderer::place_for`].
-    pub fn place_on_way(&mut self, scene: &Scene, views: &[View], to_come: &[View]) -> Result<()> {
-        let Some(illumination) = &mut self.illumination else {
-            return Err(Error::invalid("open a scene before placing its light samples"));
-        };
-        let lights = illumination.lights().generation();
-        illumination.place_on_way(scene, views, to_come)?;
-        if illumination.lights().generation() == lights {
-            return Ok(());
-        }
-        let illumination = self.illumination.take().ok_or_else(nothing_loaded)?;
-        self.load_illumination(scene, illumination)
-    }
-
     /// Light samples and visibility of the scene that is open.
     pub fn illumination(&self) -> Option<&Illumination> {
         self.illumination.as_ref()

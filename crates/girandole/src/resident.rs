@@ -17,7 +17,6 @@ use crate::scene::light_source::LightSource;
 use crate::scene::lights::GpuLights;
 use crate::scene::previous_transforms::PreviousTransforms;
 use crate::scene::receivers::{Receivers, Sources};
-use crate::scene::smooth::{Smooth, is_smooth};
 use crate::scene::transfer::GpuTransfer;
 use crate::settings::{MapUpdates, Mode, RenderSettings, Shading, ShadowMap};
 use crate::shader_constants::NO_MAP;
@@ -75,8 +74,6 @@ pub(crate) struct Resident {
     pub transfer: Option<GpuTransfer>,
     /// What rays are traced against, once something does.
     pub rays: Option<RayHierarchies>,
-    /// What is smooth enough for mirrored rays.
-    smooth: Smooth,
     /// Where dynamic objects are.
     transforms: Snapshot,
     /// What the last frame saw, while nothing else changed.
@@ -124,7 +121,6 @@ impl Resident {
             receivers: None,
             transfer: None,
             rays: rays.transpose()?,
-            smooth: Smooth::of(scene, geometry),
             multipass: None,
             maps_drawn: 0,
             texels_drawn: 0,
@@ -393,10 +389,9 @@ impl Resident {
             return Seen { view, leaves, has_mirrors: true, spans: regular, suns };
         };
         let in_view = receivers.in_view(of);
-        let is_smooth = |kind| self.smooth.is(kind);
-        let has_mirrors = *mirrors && receivers.has_mirrors(&in_view, is_smooth);
+        let has_mirrors = *mirrors && receivers.has_mirrors(&in_view);
         // What is behind the camera may be seen in a mirror.
-        let leaves = if has_mirrors { receivers.in_mirrors(in_view, is_smooth) } else { in_view };
+        let leaves = if has_mirrors { receivers.in_mirrors(in_view, of) } else { in_view };
         let suns = receivers.suns(&leaves, (of, has_mirrors), *lists);
         let mut texels = receivers.look_ups(&leaves, of, &suns);
         if !lists {
@@ -467,7 +462,7 @@ impl SceneFeatures {
             curved: is_curved(scene, geometry),
             transparent: scene.materials.iter().any(Material::is_transparent),
             reflects_environment: reflects_environment(scene),
-            mirrors: scene.materials.iter().any(is_smooth),
+            mirrors: scene.materials.iter().any(Material::is_smooth),
         }
     }
 }

@@ -61,7 +61,8 @@ impl Device {
         let _progress = Progress::spinner(&format!("rendering on {}", self.name()));
         let (mut found, mut visibility_ms) = (None, 0.0);
         if job.visibility.is_none()
-            && let Some((database, ms)) = visibility(job.scene, job.geometry, job.lights, &[args.mode])?
+            && let Some((database, ms)) =
+                visibility(job.scene, job.geometry, job.lights, (&[args.mode], &[job.view]))?
         {
             (found, visibility_ms) = (Some(Arc::new(database)), ms);
         }
@@ -201,7 +202,7 @@ impl Device {
             renderer.draw_shadow_maps(&MapUpdates::default())?;
             self.gpu.wait()?;
             maps_ms = milliseconds(start);
-            if let Some((database, ms)) = visibility(scene, geometry, lights, &args.modes)? {
+            if let Some((database, ms)) = visibility(scene, geometry, lights, (&args.modes, &[*view]))? {
                 renderer.load_visibility(scene, geometry, lights, database)?;
                 visibility_ms = ms;
             }
@@ -334,13 +335,14 @@ fn visibility(
     scene: &Scene,
     geometry: &Geometry,
     lights: &LightSet,
-    modes: &[args::Mode],
+    (modes, views): (&[args::Mode], &[View]),
 ) -> Result<Option<(VisibilityDatabase, f64)>> {
     if modes.iter().all(|&mode| mode == args::Mode::Naive) {
         return Ok(None);
     }
     let start = Instant::now();
-    let database = VisibilityDatabase::build(scene, geometry, lights, &VisibilitySettings::default());
+    let settings = VisibilitySettings::default();
+    let database = VisibilityDatabase::build_for(scene, geometry, lights, &settings, views);
     let database = database.map_err(|error| too_many(error.into(), lights.len()))?;
     Ok(Some((database, milliseconds(start))))
 }

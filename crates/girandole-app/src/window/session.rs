@@ -296,9 +296,12 @@ impl Session {
         self.is_outdated = true;
     }
 
-    /// Light samples that follow little by little go over to what is seen now.
+    /// Visibility is determined for what is seen now, and light samples that follow little by little go over to it.
     fn place_along(&mut self, view: View) {
         let Some(renderer) = self.renderer.as_mut().filter(|_| self.is_open) else { return };
+        if let Err(error) = renderer.determine_for(&self.scene, &view) {
+            self.notice = Some(crate::sentence(&error.into()));
+        }
         let follows = matches!(self.light.rewalk, Rewalk::Paths(_)) && !self.light.views.is_empty();
         let held = renderer.illumination().map(|i| i.settings());
         // Other changes of the light make it anew, and place it on that occasion.

@@ -93,7 +93,12 @@ impl Opening {
         };
         lit.geometry.belongs_to(scene)?;
         let Some(build) = &mut self.build else {
-            self.build = Some(VisibilityBuild::new(scene, &lit.geometry, &lit.lights, settings)?);
+            self.build = Some(VisibilityBuild::new(
+                (scene, &lit.geometry),
+                &lit.lights,
+                settings,
+                self.settings.needed_views(),
+            )?);
             return Ok(Stage::Slice);
         };
         if !build.is_done() {

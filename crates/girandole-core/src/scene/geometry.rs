@@ -346,6 +346,14 @@ impl Geometry {
         scene.materials[self.triangles[triangle as usize].material as usize].is_transparent()
     }
 
+    /// Whether the shading normals of a patch are that of its plane everywhere.
+    pub fn is_flat(&self, scene: &Scene, patch: &WorldPatch) -> bool {
+        let normal = |vertex: u32| self.normals[vertex as usize].normalize_or(patch.normal);
+        let of_plane = |vertex: &u32| normal(*vertex).dot(patch.normal) > 0.99999;
+        scene.materials[patch.material as usize].normal_texture.is_none()
+            && patch.triangles.clone().all(|t| self.triangles[t as usize].vertices.iter().all(of_plane))
+    }
+
     /// Whether there is no surface at a point of an alpha-masked triangle.
     pub fn is_cut_out(&self, scene: &Scene, triangle: u32, barycentric: Vec2) -> bool {
         let material = &scene.materials[self.triangles[triangle as usize].material as usize];

@@ -3,6 +3,9 @@
 use crate::tonemap::srgb_decode;
 use glam::{Affine2, Vec2, Vec3, Vec4};
 
+/// Roughness from which on light samples show all that is reflected, however few there are.
+const MIRROR_ROUGHNESS: f32 = 0.75;
+
 /// How a texture's bytes encode values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColorSpace {
@@ -178,6 +181,12 @@ impl Material {
     /// and the random walk passes them.
     pub fn is_transparent(&self) -> bool {
         self.blended || self.transmission > 0.0
+    }
+
+    /// Whether some of what it reflects is sharper than light samples can show, so that it takes mirrored rays.
+    pub fn is_smooth(&self) -> bool {
+        let reflects = self.specular > 0.0 || self.metallic > 0.0;
+        reflects && (self.roughness < MIRROR_ROUGHNESS || self.metallic_roughness_texture.is_some())
     }
 
     /// Every texture that the material uses.

@@ -117,6 +117,7 @@ fn known(tracer: &SceneTracer, database: &VisibilityDatabase, object: ObjectId) 
     let is_own = |leaf: &u32| match receivers.leaves[*leaf as usize].kind {
         LeafKind::Patch { grid, .. } => receivers.grids[grid as usize].object == object.0,
         LeafKind::Cluster { object: of } => of == object.0,
+        LeafKind::Undetermined => false,
     };
     let leaves: Vec<u32> = (0..receivers.leaves.len() as u32).filter(is_own).collect();
     let is_mover = |o: &&crate::scene::Object| o.dynamic && !o.removed;

@@ -7,7 +7,7 @@ use super::receivers::{Leaf, LeafKind, Node, PatchGrid, Receivers, Source, Trian
 use super::sources::{Root, Sources};
 use super::state_matrix::StateMatrix;
 use super::surfaces::Surfaces;
-use super::{VisibilitySettings, ids};
+use super::{LeafId, VisibilitySettings, ids};
 use crate::scene::{Geometry, NONE};
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
@@ -30,10 +30,15 @@ pub(super) struct End {
 }
 
 impl Assembly {
-    /// Without receivers.
-    pub fn new(surfaces: &Surfaces, geometry: &Geometry, lights: usize) -> Self {
+    /// Without receivers; or with the one leaf of all that is not determined.
+    pub fn new(surfaces: &Surfaces, geometry: &Geometry, lights: usize, has_undetermined: bool) -> Self {
         let mut result = Self { visibility: StateMatrix::new(lights), ..Self::default() };
         result.receivers.triangles = vec![TriangleReceiver::Leaf(NONE); geometry.triangles.len()];
+        if has_undetermined {
+            result.receivers.triangles.fill(TriangleReceiver::Leaf(0));
+            result.receivers.leaves.push(undetermined(surfaces));
+            result.receivers.ids.push(LeafId::Undetermined);
+        }
         for simple in 0..surfaces.patches.len() {
             result.receivers.grids.push(empty_grid(surfaces, simple));
         }
@@ -126,7 +131,7 @@ impl Assembly {
         self.visibility.append_rows(&taken.visibility, from.nodes - first.nodes..to.nodes - first.nodes);
     }
 
-    /// Appends receivers that were grown from these sources.
+    /// Appends receivers that were grown from these sources; the nodes of each root, with its position among theirs.
     pub fn append(
         &mut self,
         geometry: &Geometry,
@@ -134,23 +139,38 @@ impl Assembly {
         settings: &VisibilitySettings,
         sources: &Sources,
         grown: Grown,
-    ) {
+    ) -> Vec<(usize, Range<usize>)> {
         let first = self.receivers.leaves.len();
-        for simple in sources.patches() {
-            self.receivers.grids[simple as usize] = empty_grid(surfaces, simple as usize);
-            for triangle in surfaces.patches[simple as usize].triangles.clone() {
-                self.receivers.triangles[triangle as usize] = TriangleReceiver::Grid(simple);
+        let mut ranges = Vec::with_capacity(grown.roots.len());
+        for (index, nodes) in grown.roots {
+            let root = sources.root(index);
+            if let Root::Patch { simple, back: false } = root {
+                self.receivers.grids[simple as usize] = empty_grid(surfaces, simple as usize);
+                for triangle in surfaces.patches[simple as usize].triangles.clone() {
+                    self.receivers.triangles[triangle as usize] = TriangleReceiver::Grid(simple);
+                }
             }
-        }
-        for (root, nodes) in sources.roots().zip(grown.roots) {
+            let start = self.receivers.nodes.len();
             flatten(surfaces, &root, nodes, &mut self.receivers);
+            ranges.push((index, start..self.receivers.nodes.len()));
         }
         self.visibility.append(grown.visibility);
         let frame = |simple: u32| Frame::of(&surfaces.patches[simple as usize]);
         make_grids(settings, first, frame, &mut self.receivers);
         let ids = ids::identify(geometry, surfaces, &self.receivers, first);
         self.receivers.ids.extend(ids);
+        ranges
     }
+}
+
+/// The leaf of all that is not determined.
+fn undetermined(surfaces: &Surfaces) -> Leaf {
+    let bounds = (0..surfaces.blocker_count()).map(|surface| surfaces.blocker_box(surface));
+    let (low, high) =
+        bounds.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (l, h)| (low.min(l), high.max(h)));
+    let (center, radius) = ((low + high) * 0.5, (high - low).length() * 0.5);
+    let [center, radius] = [center, DVec3::splat(radius * (1.0 + 1e-6))].map(|v| v.as_vec3());
+    Leaf { node: NONE, kind: LeafKind::Undetermined, center, radius: radius.x, area: 0.0 }
 }
 
 /// The grid of a simple patch that has no leaves yet.

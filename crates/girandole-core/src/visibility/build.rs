@@ -6,13 +6,14 @@ use super::database::{MOST_LIGHTS, is_dynamic};
 use super::growth::{Growth, Soil};
 use super::light_points::LightPoint;
 use super::movers::Movers;
+use super::needed::{Mirrors, Needs, local};
 use super::node_visibility::SceneContext;
 use super::sources::Sources;
 use super::surfaces::Surfaces;
-use super::{VisibilityDatabase, VisibilitySettings};
+use super::{State, VisibilityDatabase, VisibilitySettings};
 use crate::generation::Generation;
 use crate::lights::LightSet;
-use crate::scene::{Geometry, Scene};
+use crate::scene::{Geometry, Scene, View};
 use crate::{Error, Result};
 
 /// A [`VisibilityDatabase`] in the making: what does not fit between two frames is made in slices of work. What is made does not
@@ -23,6 +24,9 @@ pub struct VisibilityBuild {
     lights: Vec<LightPoint>,
     groups: BlockerTree,
     sources: Sources,
+    mirrors: Mirrors,
+    /// By root of the sources, whether it is to be determined.
+    chosen: Vec<bool>,
     threshold: f64,
     growth: Growth,
     of_geometry: Generation,
@@ -30,15 +34,15 @@ pub struct VisibilityBuild {
 }
 
 impl VisibilityBuild {
-    /// Begins it.
+    /// Begins it, for some views: see [`VisibilityDatabase::build_for`].
     ///
     /// # Errors
     /// As [`VisibilityDatabase::build`].
     pub fn new(
-        scene: &Scene,
-        geometry: &Geometry,
+        (scene, geometry): (&Scene, &Geometry),
         lights: &LightSet,
         settings: &VisibilitySettings,
+        views: &[View],
     ) -> Result<Self> {
         geometry.belongs_to(scene)?;
         lights.belongs_to(geometry)?;
@@ -58,10 +62,15 @@ impl VisibilityBuild {
         if area == 0.0 {
             area = Sources::of(&surfaces, |_| true).area(&surfaces);
         }
+        let mirrors = Mirrors::of(scene, geometry, &surfaces);
+        let needs = Needs { surfaces: &surfaces, groups: &groups, sources: &sources, mirrors: &mirrors };
+        let chosen = needs.of(&local(views, geometry));
         Ok(Self {
             settings: *settings,
             threshold: area * points.len() as f64 / f64::from(settings.split).max(1e-30),
-            growth: Growth::new(&sources, None),
+            growth: Growth::new(&sources, &chosen, None),
+            mirrors,
+            chosen,
             surfaces,
             lights: points,
             groups,
@@ -73,12 +82,12 @@ impl VisibilityBuild {
 
     /// The share that is done, 0 to 1.
     pub fn progress(&self) -> f32 {
-        self.growth.progress(&self.sources)
+        self.growth.progress()
     }
 
     /// Whether all is done but the [end](Self::end).
     pub fn is_done(&self) -> bool {
-        self.growth.is_done(&self.sources)
+        self.growth.is_done()
     }
 
     /// Goes on by a slice: so many groups of up to 16 patches, or meshes, on all cores.
@@ -99,17 +108,24 @@ impl VisibilityBuild {
         while !self.is_done() {
             self.step(usize::MAX);
         }
-        let Self { settings, surfaces, lights, groups, sources, threshold, growth, .. } = self;
-        let mut assembly = Assembly::new(&surfaces, geometry, lights.len());
+        let Self { settings, surfaces, lights, groups, sources, mirrors, chosen, threshold, growth, .. } =
+            self;
+        let mut assembly = Assembly::new(&surfaces, geometry, lights.len(), chosen.contains(&false));
         let grown = growth.end(lights.len());
         let tests = grown.tests;
-        assembly.append(geometry, &surfaces, &settings, &sources, grown);
+        let mut static_roots = vec![None; chosen.len()];
+        for (root, nodes) in assembly.append(geometry, &surfaces, &settings, &sources, grown) {
+            static_roots[root] = Some(nodes);
+        }
         let mut result = VisibilityDatabase {
+            undetermined: vec![State::Partial; lights.len()],
             settings,
             surfaces,
             lights,
             groups,
             sources,
+            static_roots,
+            mirrors,
             segments: Vec::new(),
             still: assembly.end(),
             assembly,

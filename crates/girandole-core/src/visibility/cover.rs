@@ -4,11 +4,12 @@
 //! is cut off: what is within the planes through the apex and the polygon's edges, and beyond its own plane. Of a receiver that is a
 //! cluster, the faces of its box are cut. Pieces narrower than a seam count for nothing.
 
+use super::blockers::BlockerTree;
 use super::database::VisibilityDatabase;
 use super::primitives::{Tolerance, area_vector, clip};
 use super::pyramid::{Containment, Facing, Pyramid};
 use super::shapes::{Apex, Shape};
-use super::surfaces::SimplePatch;
+use super::surfaces::{SimplePatch, Surfaces};
 use crate::scene::NONE;
 use glam::DVec3;
 
@@ -20,7 +21,10 @@ const MOST_PIECES: usize = 96;
 const SEAM: f64 = 0.25;
 
 /// Buffers of one thread.
-pub(super) struct Cutter {
+pub(super) struct Cutter<'a> {
+    surfaces: &'a Surfaces,
+    /// Over static blockers.
+    groups: &'a BlockerTree,
     pyramid: Pyramid,
     open: Vec<u32>,
     /// Polygons, by how large they seem.
@@ -34,13 +38,16 @@ impl VisibilityDatabase {
     /// Whether static polygons together hide all of a leaf from a light. States say so only where one of them does.
     pub fn is_covered(&self, leaf: u32, light: u32) -> bool {
         let point = &self.lights[light as usize];
-        Cutter::new().hides(self, &point.apex, leaf, |blocker, _| blocker != point.own)
+        let hides = |blocker, _: &SimplePatch| blocker != point.own;
+        self.leaf_shape(leaf).is_some_and(|shape| self.cutter().hides(&point.apex, shape, hides))
     }
 }
 
-impl Cutter {
-    pub fn new() -> Self {
+impl<'a> Cutter<'a> {
+    pub fn new(surfaces: &'a Surfaces, groups: &'a BlockerTree) -> Self {
         Self {
+            surfaces,
+            groups,
             pyramid: Pyramid::new(),
             open: Vec::new(),
             polygons: Vec::new(),
@@ -50,41 +57,32 @@ impl Cutter {
         }
     }
 
-    /// Whether static polygons that are accepted hide all of a leaf from an apex.
-    pub fn hides(
-        &mut self,
-        database: &VisibilityDatabase,
-        apex: &Apex,
-        leaf: u32,
-        accept: impl Fn(u32, &SimplePatch) -> bool,
-    ) -> bool {
-        let receivers = database.receivers();
-        let shape = receivers.shape(&database.surfaces, receivers.leaves[leaf as usize].node);
-        let tolerance = shape.tolerance(&database.surfaces.tolerance);
+    /// Whether static polygons that are accepted hide all of a receiver from an apex.
+    pub fn hides(&mut self, apex: &Apex, shape: Shape, accept: impl Fn(u32, &SimplePatch) -> bool) -> bool {
+        let tolerance = shape.tolerance(&self.surfaces.tolerance);
         if self.pyramid.facing(apex, shape, &tolerance) == Facing::None {
             return true;
         }
         // Most of what is seen is so at its middle.
         let faces = faces(shape, apex, tolerance.side);
-        let is_hidden = |face: &Vec<DVec3>| self.blocks(database, apex, middle(face), &tolerance, &accept);
+        let is_hidden = |face: &Vec<DVec3>| self.blocks(apex, middle(face), &tolerance, &accept);
         if faces.is_empty() || !faces.iter().all(is_hidden) {
             return false;
         }
         self.pyramid.set(apex, shape, &tolerance);
-        self.find(database, apex, accept);
-        faces.into_iter().all(|face| self.covers(database, apex, face, &tolerance))
+        self.find(apex, accept);
+        faces.into_iter().all(|face| self.covers(apex, face, &tolerance))
     }
 
     /// Whether some polygon lies between an apex and a point.
     fn blocks(
         &mut self,
-        database: &VisibilityDatabase,
         apex: &Apex,
         point: DVec3,
         tolerance: &Tolerance,
         accept: impl Fn(u32, &SimplePatch) -> bool,
     ) -> bool {
-        let (groups, surfaces) = (&database.groups, &database.surfaces);
+        let (groups, surfaces) = (self.groups, self.surfaces);
         let inverse = apex.towards(point).recip();
         let end = if apex.finite { 1.0 } else { f64::INFINITY };
         self.open.clear();
@@ -114,13 +112,8 @@ impl Cutter {
     }
 
     /// Finds the polygons between an apex and a receiver, those that seem largest first.
-    fn find(
-        &mut self,
-        database: &VisibilityDatabase,
-        apex: &Apex,
-        accept: impl Fn(u32, &SimplePatch) -> bool,
-    ) {
-        let (groups, surfaces) = (&database.groups, &database.surfaces);
+    fn find(&mut self, apex: &Apex, accept: impl Fn(u32, &SimplePatch) -> bool) {
+        let (groups, surfaces) = (self.groups, self.surfaces);
         self.polygons.clear();
         self.open.clear();
         self.open.extend((!groups.is_empty()).then_some(0));
@@ -150,19 +143,13 @@ impl Cutter {
     }
 
     /// Whether the polygons that were found hide all of a convex polygon.
-    fn covers(
-        &mut self,
-        database: &VisibilityDatabase,
-        apex: &Apex,
-        face: Vec<DVec3>,
-        tolerance: &Tolerance,
-    ) -> bool {
-        let Self { polygons, pieces, next, spare, .. } = self;
+    fn covers(&mut self, apex: &Apex, face: Vec<DVec3>, tolerance: &Tolerance) -> bool {
+        let Self { surfaces, polygons, pieces, next, spare, .. } = self;
         let seam = SEAM * tolerance.side;
         pieces.clear();
         pieces.push(face);
         for (_, index) in polygons.iter() {
-            let patch = &database.surfaces.patches[*index as usize];
+            let patch = &surfaces.patches[*index as usize];
             next.clear();
             for piece in pieces.drain(..) {
                 cut(piece, patch, apex, tolerance, spare, |rest| {

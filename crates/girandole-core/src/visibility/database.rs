@@ -4,10 +4,13 @@ use super::assembly::{Assembly, End};
 use super::blockers::{Blocker, BlockerTree};
 use super::build::VisibilityBuild;
 use super::cells::CellVisibility;
+use super::cover::Cutter;
 use super::light_points::LightPoint;
 use super::movers::Movers;
+use super::needed::Mirrors;
 use super::pyramid::Tests;
 use super::receivers::{Receivers, Source};
+use super::shapes::Shape;
 use super::sources::Sources;
 use super::state_matrix::StateMatrix;
 use super::surfaces::Surfaces;
@@ -15,7 +18,8 @@ use super::{LeafId, State, VisibilitySettings};
 use crate::Result;
 use crate::generation::Generation;
 use crate::lights::LightSet;
-use crate::scene::{Geometry, NONE, ObjectId, Scene};
+use crate::scene::{Geometry, NONE, ObjectId, Scene, View};
+use std::ops::Range;
 
 /// With more lights visibility is not determined: a database holds five bytes for each node and light, and ten where something
 /// moves.
@@ -31,6 +35,11 @@ pub struct VisibilityDatabase {
     pub(super) groups: BlockerTree,
     /// What static receivers are made of.
     pub(super) sources: Sources,
+    /// By their roots, the nodes of those that are determined.
+    pub(super) static_roots: Vec<Option<Range<usize>>>,
+    pub(super) mirrors: Mirrors,
+    /// Of the leaf of all that is not determined.
+    pub(super) undetermined: Vec<State>,
     /// Dynamic ones, in the order of objects.
     pub(super) segments: Vec<Segment>,
     /// With the visibility of each node that static blockers leave.
@@ -80,7 +89,7 @@ pub struct Counts {
 
 impl VisibilityDatabase {
     /// Builds everything from scratch: the hierarchy from the lights and static blockers, then the visibility with dynamic
-    /// blockers.
+    /// blockers; of all static surfaces.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) where there are more than [`MOST_LIGHTS`] lights, or geometry or lights are not this scene's.
@@ -90,11 +99,22 @@ impl VisibilityDatabase {
         lights: &LightSet,
         settings: &VisibilitySettings,
     ) -> Result<Self> {
-        let mut build = VisibilityBuild::new(scene, geometry, lights, settings)?;
-        while !build.is_done() {
-            build.step(usize::MAX);
-        }
-        build.end(scene, geometry)
+        Self::build_for(scene, geometry, lights, settings, &[])
+    }
+
+    /// As [`VisibilityDatabase::build`], but of those static surfaces alone that some views need, whichever way they look, and those
+    /// that mirrors show them; none = of all. The leaf of others is [`LeafKind::Undetermined`](super::LeafKind::Undetermined).
+    ///
+    /// # Errors
+    /// As [`VisibilityDatabase::build`].
+    pub fn build_for(
+        scene: &Scene,
+        geometry: &Geometry,
+        lights: &LightSet,
+        settings: &VisibilitySettings,
+        views: &[View],
+    ) -> Result<Self> {
+        VisibilityBuild::new((scene, geometry), lights, settings, views)?.end(scene, geometry)
     }
 
     /// Where the leaves of dynamic objects begin in [`Receivers::leaves`]; before are those of static ones.
@@ -141,12 +161,30 @@ impl VisibilityDatabase {
 
     /// The states of a leaf, one for each light.
     pub fn leaf_states(&self, leaf: u32) -> &[State] {
-        self.states().row(self.assembly.receivers.leaves[leaf as usize].node as usize)
+        self.states_in(self.states(), leaf)
     }
 
     /// By light, the state of a leaf that static blockers leave, whatever dynamic ones do.
     pub fn standing_states(&self, leaf: u32) -> &[State] {
-        self.assembly.visibility.row(self.assembly.receivers.leaves[leaf as usize].node as usize)
+        self.states_in(&self.assembly.visibility, leaf)
+    }
+
+    fn states_in<'a>(&'a self, states: &'a StateMatrix, leaf: u32) -> &'a [State] {
+        match self.assembly.receivers.leaves[leaf as usize].node {
+            NONE => &self.undetermined,
+            node => states.row(node as usize),
+        }
+    }
+
+    /// A leaf's shape, but of what is not determined.
+    pub(super) fn leaf_shape(&self, leaf: u32) -> Option<Shape<'_>> {
+        let node = self.assembly.receivers.leaves[leaf as usize].node;
+        (node != NONE).then(|| self.assembly.receivers.shape(&self.surfaces, node))
+    }
+
+    /// What finds what static polygons hide.
+    pub(super) fn cutter(&self) -> Cutter<'_> {
+        Cutter::new(&self.surfaces, &self.groups)
     }
 
     /// The blockers that decide the state of a node and a light, full (`true`) or partial: of static objects the one blocker
@@ -200,18 +238,20 @@ impl VisibilityDatabase {
         self.dynamic.as_ref().unwrap_or(&self.assembly.visibility)
     }
 
-    /// The numbers of nodes, leaves, pairs by state, blockers and tests.
+    /// The numbers of nodes, leaves, pairs by state, blockers and tests, of all that is determined.
     pub fn counts(&self) -> Counts {
+        let first = usize::from(self.has_undetermined_leaf());
+        let leaves = self.assembly.receivers.leaves.len() - first;
         let mut counts = Counts {
             nodes: self.assembly.receivers.nodes.len(),
-            leaves: self.assembly.receivers.leaves.len(),
-            pairs: self.assembly.receivers.leaves.len() * self.lights.len(),
+            leaves,
+            pairs: leaves * self.lights.len(),
             blockers: self.assembly.visibility.blockers()
                 + self.dynamic.as_ref().map_or(0, StateMatrix::blockers),
             tests: self.tests,
             ..Counts::default()
         };
-        for (index, leaf) in self.assembly.receivers.leaves.iter().enumerate() {
+        for (index, leaf) in self.assembly.receivers.leaves.iter().enumerate().skip(first) {
             for &state in self.leaf_states(index as u32) {
                 counts.by_state[state as usize] += 1;
                 counts.area_shares[state as usize] += f64::from(leaf.area);

@@ -66,7 +66,7 @@ impl CoverPass<'_> {
     /// Tests all nodes, each against what its parent's tests left: the states with these blockers too, and those of them that
     /// decide.
     fn run(&self) -> (StateMatrix, Tests) {
-        let roots = self.receivers.roots();
+        let roots = self.receivers.roots(0);
         let (mut result, mut tests) = (StateMatrix::new(self.context.lights.len()), Tests::default());
         for (part, of_part) in map(&roots, |range| self.run_root(range.clone())) {
             result.append(part);

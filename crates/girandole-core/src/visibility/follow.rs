@@ -9,6 +9,7 @@ use super::growth::{Grown, Soil};
 use super::held::HeldPass;
 use super::light_points::LightPoint;
 use super::movers::Movers;
+use super::needed::local;
 use super::node_visibility::{NodeVisibility, SceneContext};
 use super::pyramid::Tests;
 use super::sources::Sources;
@@ -17,7 +18,7 @@ use super::surfaces::Surfaces;
 use crate::Result;
 use crate::lights::{LightChanges, LightSet};
 use crate::parallel::map;
-use crate::scene::{Geometry, Scene};
+use crate::scene::{Geometry, Scene, View};
 use std::sync::Arc;
 
 impl VisibilityDatabase {
@@ -95,6 +96,40 @@ impl VisibilityDatabase {
         Ok(result)
     }
 
+    /// For each static root, whether these views need it and it is not determined.
+    fn missing(&self, geometry: &Geometry, views: &[View]) -> Vec<bool> {
+        let needed = self.needs().of(&local(views, geometry)).into_iter();
+        needed.zip(&self.static_roots).map(|(is_needed, root)| is_needed && root.is_none()).collect()
+    }
+
+    /// Whether these views need what is not determined.
+    pub(crate) fn lacks(&self, geometry: &Geometry, views: &[View]) -> bool {
+        self.static_roots.contains(&None) && self.missing(geometry, views).contains(&true)
+    }
+
+    /// Determines what these views need besides what is determined.
+    pub(crate) fn determine_for(&mut self, geometry: &Geometry, views: &[View]) {
+        let missing = self.missing(geometry, views);
+        let Self { surfaces, settings, sources, .. } = self;
+        let context = SceneContext { surfaces, lights: &self.lights, blockers: &self.groups };
+        let soil = Soil { context: &context, settings, threshold: self.threshold };
+        let grown = Grown::new(&soil, sources, &missing, None);
+        let (first, tests) = (self.still, grown.tests);
+        let taken = self.assembly.split_off(first);
+        for (root, nodes) in self.assembly.append(geometry, surfaces, settings, sources, grown) {
+            self.static_roots[root] = Some(nodes);
+        }
+        (self.still, self.tests) = (self.assembly.end(), tests);
+        let mut from = first;
+        for segment in &mut self.segments {
+            let to = segment.end;
+            self.assembly.append_held(surfaces, &segment.sources, &taken, [first, from, to]);
+            segment.end = self.assembly.end();
+            from = to;
+        }
+        self.pass_dynamic();
+    }
+
     /// Puts the receivers on dynamic objects after the static ones: those on objects that moved are made anew, the others are
     /// held.
     pub(super) fn lay_dynamic(&mut self, geometry: &Geometry, objects: &[u32], has_moved: &[bool]) {
@@ -109,7 +144,8 @@ impl VisibilityDatabase {
                 let above = cell.as_ref().map(|cell| cell.within(&context, &sources));
                 let (above, of_ball) = above.unzip();
                 let soil = Soil { context: &context, settings, threshold };
-                let mut grown = Grown::new(&soil, &sources, above.map(Arc::new));
+                let mut grown =
+                    Grown::new(&soil, &sources, &vec![true; sources.roots().len()], above.map(Arc::new));
                 grown.tests += of_cell;
                 grown.tests += of_ball.unwrap_or_default();
                 (sources, cell, grown)
@@ -147,6 +183,11 @@ impl VisibilityDatabase {
     /// Determines what dynamic objects block.
     pub(super) fn block_dynamic(&mut self, scene: &Scene) {
         self.movers = Movers::of(&self.surfaces, |object| is_dynamic(scene, object));
+        self.pass_dynamic();
+    }
+
+    /// Determines it for all receivers, by the dynamic blockers that are there.
+    fn pass_dynamic(&mut self) {
         let before = self.dynamic.take().unwrap_or_default();
         if !self.movers.is_empty() {
             let (states, tests) = self.dynamic_pass(&self.lights, &self.assembly.visibility).run(before);
@@ -176,20 +217,19 @@ impl VisibilityDatabase {
             }
             of_cells.push(found.map(|(_, above, _)| above));
         }
-        let roots = self.assembly.receivers.roots();
-        let (still, mut rest) = roots.split_at(self.sources.roots().len());
-        let mut held = vec![(&self.sources, still, None)];
+        let of_segments = self.assembly.receivers.roots(self.still.nodes);
+        let mut rest = of_segments.into_iter().map(Some);
+        let mut held = vec![(&self.sources, self.static_roots.clone(), None)];
         for (Segment { object, sources, .. }, above) in self.segments.iter().zip(of_cells) {
-            let (own, others) = rest.split_at(sources.roots().len());
-            rest = others;
+            let own: Vec<_> = rest.by_ref().take(sources.roots().len()).collect();
             if !has_moved[*object as usize] {
                 held.push((sources, own, above));
             }
         }
-        let columns = map(&held, |(sources, roots, above)| pass.run((sources, roots), above.clone()));
-        for ((_, roots, _), (columns, tests)) in held.iter().zip(columns) {
-            if let Some(first) = roots.first() {
-                self.assembly.visibility.set_columns(first.start, lights, &columns);
+        let found = map(&held, |(sources, roots, above)| pass.run((sources, roots), above.clone()));
+        for (columns, tests) in found {
+            for (first, columns) in columns {
+                self.assembly.visibility.set_columns(first, lights, &columns);
             }
             self.tests += tests;
         }

@@ -85,24 +85,19 @@ impl ReceiverGroups {
         Self { nodes, order }
     }
 
-    /// What `build` makes of each side, given the visibility of its group, which starts from what is `above` all; sides in any
-    /// order. And the groups' tests.
-    pub fn descend<T: Send>(
-        &self,
-        (context, above): (&SceneContext, Option<Arc<NodeVisibility>>),
-        build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
-    ) -> (Vec<(u32, T)>, Tests) {
-        let mut descent = Descent::new(self, above);
-        while !descent.is_done() {
-            descent.step(self, (context, usize::MAX), build);
-        }
-        (descent.parts, descent.tests)
+    /// The chosen ones of a group's members.
+    fn members<'a>(&'a self, index: u32, chosen: &'a [bool]) -> impl Iterator<Item = u32> + 'a {
+        let range = &self.nodes[index as usize].bounds.range;
+        let members = &self.order[range.start as usize..range.end as usize];
+        members.iter().copied().filter(|&member| chosen[member as usize])
     }
 }
 
-/// What is made of sides, group by group: a part of the tree at a time.
+/// What is made of chosen sides, group by group: a part of the tree at a time.
 #[derive(Clone, Debug)]
 pub(super) struct Descent<T> {
+    /// By side.
+    chosen: Vec<bool>,
     /// Groups that are next, with the visibility of the group above.
     open: Vec<(u32, Option<Arc<NodeVisibility>>)>,
     /// Of sides, in any order.
@@ -118,9 +113,10 @@ struct Visited<T> {
 }
 
 impl<T: Send> Descent<T> {
-    pub fn new(groups: &ReceiverGroups, above: Option<Arc<NodeVisibility>>) -> Self {
-        let root = (!groups.nodes.is_empty()).then_some((0, above));
-        Self { open: root.into_iter().collect(), parts: Vec::new(), tests: Tests::default() }
+    /// Of sides that are chosen, given what is known of all of them before.
+    pub fn new(chosen: Vec<bool>, above: Option<Arc<NodeVisibility>>) -> Self {
+        let root = chosen.contains(&true).then_some((0, above));
+        Self { chosen, open: root.into_iter().collect(), parts: Vec::new(), tests: Tests::default() }
     }
 
     pub fn is_done(&self) -> bool {
@@ -134,10 +130,12 @@ impl<T: Send> Descent<T> {
         (context, most): (&SceneContext, usize),
         build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
     ) {
-        let next = self.open.split_off(self.open.len().saturating_sub(most));
-        for Visited { below, parts, tests } in
-            map(&next, |(index, above)| groups.visit(*index, above.as_deref(), context, build))
-        {
+        let Self { chosen, open, .. } = self;
+        let next = open.split_off(open.len().saturating_sub(most));
+        let visit = |(index, above): &(u32, Option<Arc<NodeVisibility>>)| {
+            groups.visit(*index, (above.as_deref(), chosen), context, build)
+        };
+        for Visited { below, parts, tests } in map(&next, visit) {
             self.open.extend(below);
             self.parts.extend(parts);
             self.tests += tests;
@@ -149,7 +147,7 @@ impl ReceiverGroups {
     fn visit<T: Send>(
         &self,
         index: u32,
-        above: Option<&NodeVisibility>,
+        (above, chosen): (Option<&NodeVisibility>, &[bool]),
         context: &SceneContext,
         build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
     ) -> Visited<T> {
@@ -158,14 +156,16 @@ impl ReceiverGroups {
         let node = NodeContext { is_root: true, ..NodeContext::default() };
         let visibility = context.visibility_by_groups(Shape::Group(group), node, above, &mut workspace);
         let tests = workspace.scratch.tests;
-        let Cluster { children, ref range, .. } = group.bounds;
+        let children = group.bounds.children;
         if children[0] == NONE {
-            let members = &self.order[range.start as usize..range.end as usize];
-            let parts = map(members, |&member| (member, build(member, &visibility)));
+            let members: Vec<u32> = self.members(index, chosen).collect();
+            let parts = map(&members, |&member| (member, build(member, &visibility)));
             return Visited { below: Vec::new(), parts, tests };
         }
         let visibility = Some(Arc::new(visibility));
-        Visited { below: children.map(|child| (child, visibility.clone())).into(), parts: Vec::new(), tests }
+        let has_chosen = |child: &u32| self.members(*child, chosen).next().is_some();
+        let below = children.into_iter().filter(has_chosen).map(|child| (child, visibility.clone()));
+        Visited { below: below.collect(), parts: Vec::new(), tests }
     }
 }
 

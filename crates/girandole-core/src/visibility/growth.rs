@@ -13,7 +13,8 @@ use std::sync::Arc;
 /// Subtrees of roots, and the tests made to grow them.
 #[derive(Default)]
 pub(super) struct Grown {
-    pub roots: Vec<Vec<NodeBuilder>>,
+    /// With their positions among the sources' roots.
+    pub roots: Vec<(usize, Vec<NodeBuilder>)>,
     /// Of their nodes, root by root, each as [`breadth_first`] has them.
     pub visibility: StateMatrix,
     pub tests: Tests,
@@ -27,39 +28,47 @@ pub(super) struct Soil<'a> {
     pub threshold: f64,
 }
 
-/// Subtrees that are being grown.
+/// Subtrees of chosen roots that are being grown.
 pub(super) struct Growth {
-    patches: Option<Descent<Subtree>>,
+    /// How many.
+    count: usize,
+    patches: Descent<Subtree>,
     /// What is known of all of them before.
     above: Option<Arc<NodeVisibility>>,
-    meshes: Vec<Subtree>,
+    /// Positions among the sources' roots.
+    meshes: Vec<usize>,
+    of_meshes: Vec<Subtree>,
 }
 
 type Subtree = (Vec<NodeBuilder>, Tests);
 
 impl Growth {
-    pub fn new(sources: &Sources, above: Option<Arc<NodeVisibility>>) -> Self {
-        let patches = sources.groups().map(|groups| Descent::new(groups, above.clone()));
-        Self { patches, above, meshes: Vec::new() }
+    /// Of the roots that are chosen, given what is known of all of them before.
+    pub fn new(sources: &Sources, chosen: &[bool], above: Option<Arc<NodeVisibility>>) -> Self {
+        let (sides, meshes) = chosen.split_at(sources.sides().len());
+        Self {
+            count: chosen.iter().filter(|is| **is).count(),
+            patches: Descent::new(sides.to_vec(), above.clone()),
+            above,
+            meshes: (sides.len()..chosen.len()).filter(|&root| meshes[root - sides.len()]).collect(),
+            of_meshes: Vec::new(),
+        }
     }
 
     /// The share of the surfaces that are done.
-    pub fn progress(&self, sources: &Sources) -> f32 {
-        let done = self.patches.as_ref().map_or(0, |patches| patches.parts.len()) + self.meshes.len();
-        done as f32 / sources.roots().len().max(1) as f32
+    pub fn progress(&self) -> f32 {
+        (self.patches.parts.len() + self.of_meshes.len()) as f32 / self.count.max(1) as f32
     }
 
-    pub fn is_done(&self, sources: &Sources) -> bool {
-        self.patches.as_ref().is_none_or(Descent::is_done) && self.meshes.len() == sources.meshes().len()
+    pub fn is_done(&self) -> bool {
+        self.patches.is_done() && self.of_meshes.len() == self.meshes.len()
     }
 
     /// Goes on with so many groups of patches, or meshes, on all cores.
     pub fn step(&mut self, soil: &Soil, sources: &Sources, most: usize) {
         let Soil { context, settings, threshold } = *soil;
-        if let (Some(descent), Some(groups)) = (&mut self.patches, sources.groups())
-            && !descent.is_done()
-        {
-            descent.step(groups, (context, most), &|side: u32, group_visibility: &NodeVisibility| {
+        if let Some(groups) = sources.groups().filter(|_| !self.patches.is_done()) {
+            self.patches.step(groups, (context, most), &|side: u32, group_visibility: &NodeVisibility| {
                 let (simple, back) = sources.sides()[side as usize];
                 let mut workspace = Workspace::new();
                 let frame = Frame::of(&context.surfaces.patches[simple as usize]);
@@ -68,9 +77,10 @@ impl Growth {
             });
             return;
         }
-        let rest = &sources.meshes()[self.meshes.len()..];
-        self.meshes.extend(map(&rest[..most.min(rest.len())], |&index| {
+        let rest = &self.meshes[self.of_meshes.len()..];
+        self.of_meshes.extend(map(&rest[..most.min(rest.len())], |&root| {
             let mut workspace = Workspace::new();
+            let index = sources.meshes()[root - sources.sides().len()];
             let mesh = (index, self.above.as_deref(), sources.one_mesh().is_some());
             let nodes = mesh_nodes(context, mesh, settings.cluster_triangles.max(1), &mut workspace);
             (nodes, workspace.scratch.tests)
@@ -80,14 +90,15 @@ impl Growth {
     /// What has grown for so many lights, in the order of the sources' roots.
     pub fn end(self, lights: usize) -> Grown {
         let mut visibility = StateMatrix::new(lights);
-        let (mut parts, mut tests) = self.patches.map_or_else(Default::default, |d| (d.parts, d.tests));
+        let Descent { mut parts, mut tests, .. } = self.patches;
         parts.sort_unstable_by_key(|(side, _)| *side);
-        let mut roots = Vec::with_capacity(parts.len() + self.meshes.len());
-        for (mut nodes, of_root) in parts.into_iter().map(|(_, part)| part).chain(self.meshes) {
+        let mut roots = Vec::with_capacity(self.count);
+        let of_patches = parts.into_iter().map(|(side, part)| (side as usize, part));
+        for (root, (mut nodes, of_root)) in of_patches.chain(self.meshes.into_iter().zip(self.of_meshes)) {
             for (node, _) in breadth_first(&nodes) {
                 visibility.push(&std::mem::take(&mut nodes[node].visibility));
             }
-            roots.push(nodes);
+            roots.push((root, nodes));
             tests += of_root;
         }
         Grown { roots, visibility, tests }
@@ -106,10 +117,10 @@ pub(super) fn breadth_first(nodes: &[NodeBuilder]) -> Vec<(usize, Option<usize>)
 }
 
 impl Grown {
-    /// All at once, given what is known of all of them before.
-    pub fn new(soil: &Soil, sources: &Sources, above: Option<Arc<NodeVisibility>>) -> Self {
-        let mut growth = Growth::new(sources, above);
-        while !growth.is_done(sources) {
+    /// Those that are chosen at once, given what is known of all of them before.
+    pub fn new(soil: &Soil, sources: &Sources, chosen: &[bool], above: Option<Arc<NodeVisibility>>) -> Self {
+        let mut growth = Growth::new(sources, chosen, above);
+        while !growth.is_done() {
             growth.step(soil, sources, usize::MAX);
         }
         growth.end(soil.context.lights.len())

@@ -1,5 +1,6 @@
 //! Visibility on a hierarchy of receivers that is there already.
 
+use super::groups::Descent;
 use super::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspace, parent_corners};
 use super::pyramid::Tests;
 use super::receivers::{Node, Receivers};
@@ -18,24 +19,31 @@ pub(super) struct HeldPass<'a> {
 }
 
 impl HeldPass<'_> {
-    /// Tests the nodes of these roots, which are those of the sources, given what is known of all of them before.
+    /// Tests the nodes of the roots of these sources, where they have some, given what is known of all of them before: for each root
+    /// its first node, and the states.
     pub fn run(
         &self,
-        (sources, roots): (&Sources, &[Range<usize>]),
+        (sources, roots): (&Sources, &[Option<Range<usize>>]),
         above: Option<Arc<NodeVisibility>>,
-    ) -> (StateMatrix, Tests) {
-        let of_side =
-            |side: u32, group: &_| self.run_root(roots[side as usize].clone(), (Some(group), false));
+    ) -> (Vec<(usize, StateMatrix)>, Tests) {
+        let (sides, meshes) = roots.split_at(sources.sides().len());
+        let mut descent = Descent::new(sides.iter().map(Option::is_some).collect(), above.clone());
+        let of_side = |side: u32, group: &_| {
+            let range = sides[side as usize].clone().unwrap_or_default();
+            (range.start, self.run_root(range, (Some(group), false)))
+        };
+        while let Some(groups) = sources.groups().filter(|_| !descent.is_done()) {
+            descent.step(groups, (self.context, usize::MAX), &of_side);
+        }
+        // Meshes, each by itself.
         let is_all = sources.one_mesh().is_some();
-        let (mut parts, mut tests) = sources.descend((self.context, above.clone()), &of_side);
-        // Of the roots that are left, which are meshes, each is by itself.
-        parts.extend(map(&roots[parts.len()..], |range| {
-            self.run_root(range.clone(), (above.as_deref(), is_all))
-        }));
-        let mut result = StateMatrix::new(self.context.lights.len());
-        for (part, of_part) in parts {
-            result.append(part);
-            tests += of_part;
+        let meshes: Vec<Range<usize>> = meshes.iter().flatten().cloned().collect();
+        let of_meshes =
+            map(&meshes, |range| (range.start, self.run_root(range.clone(), (above.as_deref(), is_all))));
+        let (mut result, mut tests) = (Vec::new(), descent.tests);
+        for (first, (states, of_root)) in descent.parts.into_iter().map(|(_, part)| part).chain(of_meshes) {
+            result.push((first, states));
+            tests += of_root;
         }
         (result, tests)
     }

@@ -62,6 +62,11 @@ impl Frame {
         Self { origin: corners[0] + u * u0 + v * v0, sides: [u * (u1 - u0), v * (v1 - v0)] }
     }
 
+    /// All of its corners.
+    pub fn around(&self) -> [DVec3; 4] {
+        self.corners([0, 0, 1, 1], 1.0)
+    }
+
     fn corners(&self, cells: [u32; 4], finest: f64) -> [DVec3; 4] {
         let [u0, v0, u1, v1] = cells.map(|x| f64::from(x) / finest);
         let at = |u: f64, v: f64| self.origin + self.sides[0] * u + self.sides[1] * v;

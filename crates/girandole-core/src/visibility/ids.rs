@@ -30,6 +30,8 @@ pub enum LeafId {
         /// Which node of the tree over the object's triangles, the root being 0, parents before children.
         cluster: u32,
     },
+    /// All surfaces for which visibility was not determined.
+    Undetermined,
 }
 
 /// An id for each leaf from `first` on.
@@ -39,8 +41,12 @@ pub(super) fn identify(
     receivers: &Receivers,
     first: usize,
 ) -> Vec<LeafId> {
-    let identify = |leaf: &super::Leaf| match (leaf.kind, &receivers.nodes[leaf.node as usize].source) {
-        (LeafKind::Patch { grid, back, cells }, _) => {
+    let cluster_of = |node: u32| match receivers.nodes.get(node as usize).map(|node| &node.source) {
+        Some(Source::Cluster { cluster, .. }) => *cluster,
+        _ => NONE,
+    };
+    let identify = |leaf: &super::Leaf| match leaf.kind {
+        LeafKind::Patch { grid, back, cells } => {
             let of = &receivers.grids[grid as usize];
             let range = &geometry.objects[of.object as usize];
             let patch = match of.patch {
@@ -51,10 +57,8 @@ pub(super) fn identify(
             let cells = std::array::from_fn(|i| (cells[i] * (FINEST / size[i])) as u16);
             LeafId::Patch { object: of.object, patch, back, cells }
         }
-        (LeafKind::Cluster { object }, Source::Cluster { cluster, .. }) => {
-            LeafId::Cluster { object, cluster: *cluster }
-        }
-        (LeafKind::Cluster { object }, Source::Patch { .. }) => LeafId::Cluster { object, cluster: NONE },
+        LeafKind::Cluster { object } => LeafId::Cluster { object, cluster: cluster_of(leaf.node) },
+        LeafKind::Undetermined => LeafId::Undetermined,
     };
     receivers.leaves[first..].iter().map(identify).collect()
 }

@@ -31,12 +31,13 @@ impl VisibilityDatabase {
     /// The joints of a leaf that is a part of a static patch; none of others, which are clusters of triangles or may move. What ends on a leaf, as
     /// a leg of a table, is none.
     pub fn joints(&self, leaf: u32) -> Vec<Joint> {
-        let (receivers, surfaces, groups) = (self.receivers(), &self.surfaces, &self.groups);
+        let (surfaces, groups) = (&self.surfaces, &self.groups);
         if leaf >= self.first_dynamic_leaf() {
             return Vec::new();
         }
-        let shape = receivers.shape(surfaces, receivers.leaves[leaf as usize].node);
-        let Shape::Patch { corners, normal, offset, .. } = shape else { return Vec::new() };
+        let Some(shape @ Shape::Patch { corners, normal, offset, .. }) = self.leaf_shape(leaf) else {
+            return Vec::new();
+        };
         let tolerance = shape.tolerance(&surfaces.tolerance);
         let near = tolerance.side;
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;

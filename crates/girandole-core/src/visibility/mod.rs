@@ -73,6 +73,7 @@ mod ids;
 mod joints;
 mod light_points;
 mod movers;
+mod needed;
 mod node_visibility;
 mod primitives;
 mod pyramid;

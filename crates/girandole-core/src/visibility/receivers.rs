@@ -48,12 +48,15 @@ pub enum LeafKind {
         /// Index into the scene's objects.
         object: u32,
     },
+    /// All static surfaces for which visibility was not determined, since no view needs it: each light may be hidden from any of
+    /// their points.
+    Undetermined,
 }
 
 /// A node without children.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Leaf {
-    /// Index into [`Receivers::nodes`].
+    /// Index into [`Receivers::nodes`]; [`NONE`] for [`LeafKind::Undetermined`].
     pub node: u32,
     /// Patch or mesh.
     pub kind: LeafKind,
@@ -149,10 +152,10 @@ impl Receivers {
         self.node_corners(node).iter().map(|c| c.as_vec3()).collect()
     }
 
-    /// The nodes of each root.
-    pub(crate) fn roots(&self) -> Vec<Range<usize>> {
+    /// The nodes of each root, from a node on.
+    pub(crate) fn roots(&self, first: usize) -> Vec<Range<usize>> {
         let mut starts: Vec<usize> =
-            (0..self.nodes.len()).filter(|&i| self.nodes[i].parent == NONE).collect();
+            (first..self.nodes.len()).filter(|&i| self.nodes[i].parent == NONE).collect();
         starts.push(self.nodes.len());
         starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
     }

@@ -1,12 +1,11 @@
 //! Which receivers a camera may see.
 
-use super::cover::Cutter;
 use super::database::VisibilityDatabase;
 use super::primitives::clip;
 use super::shapes::Apex;
 use super::surfaces::SimplePatch;
 use crate::parallel::map;
-use crate::scene::{ClipDepth, LocalView};
+use crate::scene::{ClipDepth, LocalView, NONE};
 use glam::{Vec2, Vec3};
 
 /// Leaves that one thread looks at.
@@ -14,7 +13,8 @@ const LEAVES: usize = 32;
 
 impl VisibilityDatabase {
     /// For each leaf, whether a view may show some of it: not where it lies outside of the view's pyramid, faces away, or static polygons
-    /// hide all of it. Polygons that a view may cut off hide nothing from it, and none does from parallel views.
+    /// hide all of it. Polygons that a view may cut off hide nothing from it, and none does from parallel views. Of
+    /// [`LeafKind::Undetermined`](super::LeafKind::Undetermined) some is seen where the view needs a surface that is not determined.
     pub fn seen_leaves(&self, view: &LocalView) -> Vec<bool> {
         let leaves = &self.receivers().leaves;
         let mut seen: Vec<bool> = leaves.iter().map(|leaf| meets(view, leaf.center, leaf.radius)).collect();
@@ -27,13 +27,18 @@ impl VisibilityDatabase {
         let candidates: Vec<u32> = (0..leaves.len() as u32).filter(|leaf| seen[*leaf as usize]).collect();
         let chunks: Vec<&[u32]> = candidates.chunks(LEAVES).collect();
         let are_seen = |leaves: &&[u32]| {
-            let mut cutter = Cutter::new();
+            let mut cutter = self.cutter();
             let hides = |_: u32, patch: &SimplePatch| hides(patch, &eye, cut);
-            leaves.iter().map(|leaf| !cutter.hides(self, &eye, *leaf, hides)).collect::<Vec<bool>>()
+            let mut is_seen =
+                |leaf: &u32| self.leaf_shape(*leaf).is_none_or(|shape| !cutter.hides(&eye, shape, hides));
+            leaves.iter().map(&mut is_seen).collect::<Vec<bool>>()
         };
         let found = map(&chunks, are_seen);
         for (&leaf, is_seen) in candidates.iter().zip(found.into_iter().flatten()) {
             seen[leaf as usize] = is_seen;
+        }
+        if self.has_undetermined_leaf() {
+            seen[0] = self.needed_leaves(view)[0];
         }
         seen
     }
@@ -42,7 +47,8 @@ impl VisibilityDatabase {
     /// shows nothing.
     pub fn seen_polygon(&self, leaf: u32, view: &LocalView) -> Option<Vec<Vec3>> {
         let receivers = self.receivers();
-        let corners = receivers.node_corners(receivers.leaves[leaf as usize].node);
+        let node = receivers.leaves[leaf as usize].node;
+        let corners = if node == NONE { &[][..] } else { receivers.node_corners(node) };
         if corners.is_empty() {
             return None;
         }
@@ -67,13 +73,13 @@ fn half_about_axis(view: &LocalView) -> Vec2 {
 }
 
 /// Whether a polygon hides what is behind it: not from behind if it has one side, nor if it may be cut off.
-fn hides(patch: &SimplePatch, eye: &Apex, cut: f64) -> bool {
+pub(super) fn hides(patch: &SimplePatch, eye: &Apex, cut: f64) -> bool {
     let height = patch.normal.dot(eye.position) - patch.offset;
     height > cut || patch.double_sided && height < -cut
 }
 
 /// How far from the eye the near plane of a view in perspective may cut off what it shows, metres.
-fn cut_off(view: &LocalView) -> f64 {
+pub(super) fn cut_off(view: &LocalView) -> f64 {
     let of_depth = |depth: ClipDepth| depth.factor / (f32::from(u8::from(depth.factor > 0.0)) - depth.offset);
     let near = view.depth.map_or(view.clip.near, of_depth);
     let half = half_about_axis(view);

@@ -71,7 +71,7 @@ impl ShadePass<'_> {
     /// All of them, and the tests made.
     pub fn run(&self) -> (Shades, Tests) {
         let (mut own, mut roots) = (Vec::new(), Vec::new());
-        for root in self.receivers.roots() {
+        for root in self.receivers.roots(0) {
             match self.shades_itself(&root) {
                 Some(blocker) => own.push((root, blocker)),
                 None => roots.push(root),
@@ -94,7 +94,7 @@ impl ShadePass<'_> {
     /// By blocker, the root of the receivers on it, or [`NONE`].
     fn roots_of_blockers(&self) -> Vec<u32> {
         let mut result = vec![NONE; self.movers.others.len()];
-        for root in self.receivers.roots() {
+        for root in self.receivers.roots(0) {
             if let Some(index) = self.blocker_of(root.start as u32) {
                 result[index] = root.start as u32;
             }

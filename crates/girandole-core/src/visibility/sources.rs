@@ -1,12 +1,10 @@
 //! Surfaces that become receivers together: all static ones, and those of each dynamic object.
 
 use super::groups::{PatchSide, ReceiverGroups};
-use super::node_visibility::{NodeVisibility, SceneContext};
-use super::pyramid::Tests;
 use super::surfaces::Surfaces;
-use std::sync::Arc;
 
 /// What a tree of receivers is of.
+#[derive(Clone, Debug)]
 pub(super) enum Root {
     Patch { simple: u32, back: bool },
     Mesh(u32),
@@ -58,11 +56,15 @@ impl Sources {
 
     /// The roots of their receivers, in order.
     pub fn roots(&self) -> impl ExactSizeIterator<Item = Root> + '_ {
-        let count = self.sides.len();
-        (0..count + self.meshes.len()).map(move |i| match self.sides.get(i) {
+        (0..self.sides.len() + self.meshes.len()).map(|index| self.root(index))
+    }
+
+    /// One of them.
+    pub fn root(&self, index: usize) -> Root {
+        match self.sides.get(index) {
             Some(&(simple, back)) => Root::Patch { simple, back },
-            None => Root::Mesh(self.meshes[i - count]),
-        })
+            None => Root::Mesh(self.meshes[index - self.sides.len()]),
+        }
     }
 
     /// The patches.
@@ -91,19 +93,6 @@ impl Sources {
     /// Their groups, if there are any.
     pub fn groups(&self) -> Option<&ReceiverGroups> {
         self.groups.as_ref()
-    }
-
-    /// What `build` makes of each side of a patch, by its position among the roots, given the visibility of its group, which
-    /// starts from what is `above` all; and the groups' tests.
-    pub fn descend<T: Send>(
-        &self,
-        (context, above): (&SceneContext, Option<Arc<NodeVisibility>>),
-        build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
-    ) -> (Vec<T>, Tests) {
-        let found = self.groups.as_ref().map(|groups| groups.descend((context, above), build));
-        let (mut parts, tests) = found.unwrap_or_default();
-        parts.sort_unstable_by_key(|(side, _)| *side);
-        (parts.into_iter().map(|(_, part)| part).collect(), tests)
     }
 
     /// Area of the patches, both sides of those that have two, m².

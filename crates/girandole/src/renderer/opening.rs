@@ -1,9 +1,9 @@
-//! Scenes that are opened in slices, and lit by more and more of their samples.
+//! Scenes that are opened in slices, lit by more and more of their samples, and shown from one view after the other.
 
 use super::{Renderer, hold, nothing_loaded};
 use crate::{Error, Result};
 use girandole_core::illumination::Illumination;
-use girandole_core::scene::{Scene, SceneChanges};
+use girandole_core::scene::{Scene, SceneChanges, View};
 use girandole_core::visibility::VisibilityDatabase;
 
 impl Renderer {
@@ -46,6 +46,67 @@ impl Renderer {
         hold(&mut self.scene, None);
         illumination.light(scene, most)?;
         self.relight(scene, illumination)
+    }
+
+    /// Places the light samples of the scene that is open for other views, all alike (none = by power): the next frame is, bit
+    /// for bit, that of a renderer that opens the scene with these views. Everything that depends on them is made anew. Samples
+    /// that follow [a few paths a frame](girandole_core::illumination::Rewalk::Paths) go over little by little, with the updates
+    /// that come.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] before [`Renderer::open`] and where the scene has changed since (nothing changes then); otherwise as
+    /// for [`Renderer::open`], and the scene has to be opened again.
+    pub fn place_for(&mut self, scene: &Scene, views: &[View]) -> Result<()> {
+        self.place_on_way(scene, views, &[])
+    }
+
+    /// Places the light samples as [`Renderer::place_for`] does, and where they follow a few paths a frame also for the views
+    /// [to come](Illumination::place_on_way).
+    ///
+    /// # Errors
+    /// As [`Renderer::place_for`].
+    pub fn place_on_way(&mut self, scene: &Scene, views: &[View], to_come: &[View]) -> Result<()> {
+        let Some(illumination) = &mut self.illumination else {
+            return Err(Error::invalid("open a scene before placing its light samples"));
+        };
+        let lights = illumination.lights().generation();
+        let leaves = |of: &Illumination| of.visibility().map(|database| database.receivers().leaves.len());
+        let before = leaves(illumination);
+        hold(&mut self.scene, None);
+        let placed = illumination.place_on_way(scene, views, to_come);
+        hold(&mut self.scene, illumination.visibility());
+        placed?;
+        let is_same_light = illumination.lights().generation() == lights;
+        if is_same_light && leaves(illumination) == before {
+            return Ok(());
+        }
+        let illumination = self.illumination.take().ok_or_else(nothing_loaded)?;
+        if is_same_light {
+            self.relight(scene, illumination)
+        } else {
+            self.load_illumination(scene, illumination)
+        }
+    }
+
+    /// Determines the visibility of what a view needs and no view before needed: views that light samples are not placed for are so
+    /// as fast as the others. Without it their pictures are right, too, but all that is in them is looked up in shadow maps.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] before [`Renderer::open`] and where the scene has changed since; [`Error::TooLarge`] beyond the device's
+    /// limits.
+    pub fn determine_for(&mut self, scene: &Scene, view: &View) -> Result<()> {
+        let Some(mut illumination) = self.illumination.take() else {
+            return Err(Error::invalid("open a scene before its visibility"));
+        };
+        hold(&mut self.scene, None);
+        let is_more = illumination.determine_for(std::slice::from_ref(view));
+        hold(&mut self.scene, illumination.visibility());
+        if is_more {
+            self.restart(None);
+            return self.relight(scene, illumination);
+        }
+        self.illumination = Some(illumination);
+        Ok(())
     }
 
     /// Takes samples that are where they were, as bright as they may be.

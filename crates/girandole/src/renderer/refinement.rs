@@ -116,7 +116,8 @@ impl Renderer {
                 let set = self.refinement.sets();
                 let lights = LightSet::sample_set(scene, geometry, &light.lights, &light.views, set)?;
                 let determined = light.visibility.as_ref();
-                let build = determined.map(|wanted| VisibilityBuild::new(scene, geometry, &lights, wanted));
+                let begin = |wanted| VisibilityBuild::new((scene, geometry), &lights, wanted, &[*view]);
+                let build = determined.map(begin);
                 self.refinement.next = Some(NextSet { lights, build: build.transpose()?, visibility: None });
                 return Ok(false);
             }

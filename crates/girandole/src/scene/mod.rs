@@ -7,7 +7,6 @@ pub(crate) mod light_source;
 pub(crate) mod lights;
 pub(crate) mod previous_transforms;
 pub(crate) mod receivers;
-pub(crate) mod smooth;
 pub(crate) mod surface_ids;
 pub(crate) mod transfer;
 pub(crate) mod transparent;

@@ -3,7 +3,7 @@
 use crate::shader_constants::{CURVED, SHINY};
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::Vec3;
-use girandole_core::scene::{Geometry, Scene, Triangle, WorldPatch};
+use girandole_core::scene::{Geometry, Scene, Triangle};
 use std::collections::HashMap;
 
 /// What tells surfaces apart.
@@ -51,7 +51,7 @@ fn planes(scene: &Scene, geometry: &Geometry) -> Vec<Option<u32>> {
         .patches
         .iter()
         .map(|patch| {
-            if !is_flat(scene, geometry, patch) {
+            if !geometry.is_flat(scene, patch) {
                 return None;
             }
             let distance = patch.normal.dot(patch.outline[0]);
@@ -70,17 +70,6 @@ fn planes(scene: &Scene, geometry: &Geometry) -> Vec<Option<u32>> {
             }))
         })
         .collect()
-}
-
-/// Whether the shading normals of a patch are that of its plane everywhere.
-pub(crate) fn is_flat(scene: &Scene, geometry: &Geometry, patch: &WorldPatch) -> bool {
-    scene.materials[patch.material as usize].normal_texture.is_none()
-        && patch.triangles.clone().all(|t| {
-            geometry.triangles[t as usize]
-                .vertices
-                .iter()
-                .all(|&v| geometry.normals[v as usize].normalize_or(patch.normal).dot(patch.normal) > 0.99999)
-        })
 }
 
 fn surface(scene: &Scene, triangle: &Triangle, plane: Option<u32>) -> Surface {

@@ -1,15 +1,84 @@
-//! A scene that is opened slice by slice, and lit by more and more of its samples.
+//! A scene that is opened slice by slice, lit by more and more of its samples, and determined for one view after the other.
 
-use super::common::{Context, Test};
+use super::common::{Context, Test, camera, lamp, mean, room};
+use girandole::core::glam::{Quat, Vec3, vec3};
 use girandole::core::illumination::{Illumination, IlluminationSettings, Opening, Rewalk, Stage};
 use girandole::core::lights::LightSettings;
-use girandole::core::scene::{View, builtin};
+use girandole::core::scene::{Material, Mesh, Scene, Transform, View, builtin};
+use girandole::core::visibility::{LeafKind, VisibilityDatabase, VisibilitySettings};
 use girandole::{Mode, RenderSettings, RendererOptions};
 
 const SIZE: [u32; 2] = [96, 72];
 
 pub fn tests() -> Vec<Test> {
-    vec![("a_picture_grows_from_few_samples_to_all", grows)]
+    vec![
+        ("a_picture_grows_from_few_samples_to_all", grows),
+        ("rooms_that_no_view_needs_are_not_determined_and_change_no_picture", rooms),
+    ]
+}
+
+/// Two closed rooms with a box and a lamp in each, and a camera.
+fn two_rooms() -> Scene {
+    let mut scene = Scene::default();
+    let white = scene.add_material(Material::default());
+    for x in [0.0, 5.0] {
+        room(&mut scene, vec3(4.0, 3.0, 4.0), white, None);
+        let shell = scene.objects.last().expect("it was added").node;
+        scene.set_transform(shell, Transform::translation(Vec3::X * x)).expect("a node");
+        let mut cube = Mesh::default();
+        cube.add_box(vec3(-0.5, 0.0, -0.5), vec3(0.5, 0.8, 0.5), white);
+        scene.add_object("box", cube, Transform::translation(vec3(x - 0.6, 0.0, -0.7)));
+        lamp(&mut scene, 0.6, 5.0, Quat::IDENTITY, vec3(x + 0.5, 2.9, 0.0));
+        camera(&mut scene, vec3(x + 1.6, 1.6, 1.7), vec3(x - 0.5, 0.6, -0.5), 1.0);
+    }
+    scene
+}
+
+fn rooms(context: &Context) {
+    let scene = two_rooms();
+    let [here, there] = [0, 1].map(|index| View::new(&scene, &scene.cameras[index], 4.0 / 3.0));
+    let lights = LightSettings { count: 80, candidates: 2, ..LightSettings::default() };
+    let settings = IlluminationSettings { lights, views: vec![here], ..IlluminationSettings::default() };
+    let options = RendererOptions { map_size: Some(64), ..Default::default() };
+    let full = RenderSettings::default();
+    let naive = RenderSettings { mode: Mode::Naive, ..full };
+
+    let lit = Illumination::new(&scene, &settings).expect("opens");
+    let (geometry, lights) = (lit.geometry(), lit.lights());
+    let mut of_all = context.renderer(options);
+    of_all.load(&scene, geometry, lights).expect("load");
+    let all = VisibilityDatabase::build(&scene, geometry, lights, &VisibilitySettings::default());
+    of_all.load_visibility(&scene, geometry, lights, all.expect("visibility")).expect("visibility");
+    let mut renderer = context.renderer(options);
+    renderer.open(&scene, &settings).expect("open");
+    let has_rest = |renderer: &girandole::Renderer| {
+        let database = renderer.illumination().and_then(Illumination::visibility).expect("visibility");
+        database.receivers().leaves[0].kind == LeafKind::Undetermined
+    };
+    assert!(has_rest(&renderer), "the other room is left out");
+    let mut of_both =
+        |view: &View| [&mut renderer, &mut of_all].map(|renderer| context.frame(renderer, view, SIZE, &full));
+    let [of_here, of_all_here] = of_both(&here);
+    assert!(of_here == of_all_here, "where one looks nothing is another one");
+    // Before it is determined, the other room is lit by all lights through their maps.
+    let [before, _] = of_both(&there);
+    let exact = context.frame(&mut renderer, &there, SIZE, &naive);
+    let difference = |picture: &girandole::core::image::Image| {
+        let pairs = picture.pixels.iter().zip(&exact.pixels);
+        pairs.map(|(a, b)| (*a - *b).abs().max_element()).sum::<f32>()
+            / exact.pixels.len() as f32
+            / mean(&exact)
+    };
+    assert!(difference(&before) < 0.01, "{}", difference(&before));
+    renderer.determine_for(&scene, &there).expect("it is open");
+    let mut of_both =
+        |view: &View| [&mut renderer, &mut of_all].map(|renderer| context.frame(renderer, view, SIZE, &full));
+    for view in [&there, &here] {
+        let [determined, of_all] = of_both(view);
+        assert!(determined == of_all, "what was determined later is as what was at once");
+    }
+    // The control: it was another picture, if little.
+    assert!(before != of_both(&there)[0]);
 }
 
 fn grows(context: &Context) {

@@ -19,6 +19,7 @@ fn by_id(database: &VisibilityDatabase) -> BTreeMap<LeafId, (Vec3, f32, f32)> {
 fn object_of(id: LeafId) -> u32 {
     match id {
         LeafId::Patch { object, .. } | LeafId::Cluster { object, .. } => object,
+        LeafId::Undetermined => NONE,
     }
 }
 
@@ -41,6 +42,7 @@ fn ids_survive_other_objects_and_lights() {
         for (leaf, id) in database.receivers().leaves.iter().zip(database.receivers().ids()) {
             match leaf.kind {
                 LeafKind::Cluster { object } => assert_eq!(object_of(*id), object),
+                LeafKind::Undetermined => panic!("all is determined"),
                 LeafKind::Patch { grid, .. } => {
                     assert_eq!(object_of(*id), database.receivers().grids[grid as usize].object);
                 }

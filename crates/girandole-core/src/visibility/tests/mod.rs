@@ -7,6 +7,7 @@ mod joints;
 mod lights;
 mod many;
 mod motion;
+mod needed;
 mod outliers;
 mod random;
 mod seen;

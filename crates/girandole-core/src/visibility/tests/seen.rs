@@ -5,7 +5,7 @@ use super::*;
 use crate::scene::{ClipPlanes, LocalView};
 
 /// A view of a right angle from an eye along a direction.
-fn looking(eye: Vec3, forward: Vec3) -> LocalView {
+pub fn looking(eye: Vec3, forward: Vec3) -> LocalView {
     let right = forward.any_orthonormal_vector();
     LocalView {
         eye,
@@ -21,7 +21,7 @@ fn looking(eye: Vec3, forward: Vec3) -> LocalView {
 }
 
 /// Adds walls that hide much, of one side and of two, each of them four polygons that leave a gap sometimes.
-fn add_walls(scene: &mut Scene, numbers: &mut Numbers) {
+pub fn add_walls(scene: &mut Scene, numbers: &mut Numbers) {
     for material in [0, 1, 1] {
         let (at, half, turn) = (numbers.vector(), 1.0 + 2.0 * numbers.unit(), numbers.rotation());
         let gap = if numbers.unit() < 0.3 { 0.02 } else { 0.0 };

@@ -5,7 +5,6 @@
 use super::exact_sum::ExactSum;
 use crate::records::LeafRecord;
 use crate::scene::previous_transforms::mover_of;
-use crate::scene::surface_ids::is_flat;
 use crate::shader_constants::{
     JOINTED, MAPPED_SHADOWED, MAPPED_UNSHADOWED, NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART, NONE, SHADOWED,
     SIDE, UNSHADOWED,
@@ -62,8 +61,11 @@ impl LeafPlace {
     pub fn of((scene, geometry): (&Scene, &Geometry), database: &VisibilityDatabase, leaf: usize) -> Self {
         let place = Self::of_geometry(geometry, database, leaf);
         let has_map = place.rectangle.is_some() && is_plain(scene, geometry, database, leaf);
-        let (LeafId::Patch { object, .. } | LeafId::Cluster { object, .. }) = place.id;
-        Self { has_map, mover: mover_of(scene, object as usize), ..place }
+        let mover = match place.id {
+            LeafId::Patch { object, .. } | LeafId::Cluster { object, .. } => mover_of(scene, object as usize),
+            LeafId::Undetermined => NONE,
+        };
+        Self { has_map, mover, ..place }
     }
 
     /// Without what the scene says.
@@ -380,5 +382,5 @@ fn is_plain(scene: &Scene, geometry: &Geometry, database: &VisibilityDatabase, l
     let LeafKind::Patch { grid, .. } = tree.leaves[leaf].kind else { return false };
     let Some(patch) = geometry.patches.get(tree.grids[grid as usize].patch as usize) else { return false };
     let material = &scene.materials[patch.material as usize];
-    is_flat(scene, geometry, patch) && material.specular == 0.0 && material.metallic == 0.0
+    geometry.is_flat(scene, patch) && material.specular == 0.0 && material.metallic == 0.0
 }

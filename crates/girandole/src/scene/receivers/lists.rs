@@ -25,10 +25,11 @@ impl Receivers {
             self.offsets.ranges_at as usize + room * self.offsets.batches as usize * LeafRange::WORDS;
         self.lists_at.clear();
         for leaf in 0..still {
-            for states in self.standing[self.row(leaf)].chunks(BATCH as usize) {
+            let row = self.row(leaf);
+            let standing = self.standing[row.clone()].chunks(BATCH as usize);
+            for (standing, kinds) in standing.zip(self.kinds[row].chunks(BATCH as usize)) {
                 self.lists_at.push(at as u32);
-                let entries = states.iter().filter(|state| **state != State::Full).count();
-                at += states.len().min(entries + entries / SPARE_SHARE + SPARE_ENTRIES);
+                at += room_for(standing, kinds);
             }
         }
         self.moving_at = at as u32;
@@ -125,7 +126,36 @@ impl Receivers {
     }
 }
 
+/// Room for the list of a static leaf and batch, whatever dynamic objects do: for what static ones leave of the lights, and for those
+/// that it holds though their places lie behind the leaf.
+fn room_for(standing: &[State], kinds: &[u8]) -> usize {
+    let left = standing.iter().filter(|state| **state != State::Full).count();
+    let behind = standing.iter().zip(kinds);
+    let behind =
+        behind.filter(|(state, kind)| **state == State::Full && u32::from(**kind) != NO_PART).count();
+    let entries = left + behind;
+    standing.len().min(entries + entries / SPARE_SHARE + SPARE_ENTRIES)
+}
+
 /// How many lights are in a list.
 fn entries(kinds: &[u8]) -> usize {
     kinds.iter().filter(|kind| u32::from(**kind) != NO_PART).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader_constants::{NEAR_SHADOWED, UNSHADOWED};
+
+    #[test]
+    fn lists_have_room_for_lights_whose_places_lie_behind_the_leaf() {
+        let standing: Vec<State> =
+            (0..100).map(|i| if i < 30 { State::Partial } else { State::Full }).collect();
+        let part = |i: u32| if i < 80 { NEAR_SHADOWED } else { NO_PART } as u8;
+        let kinds: Vec<u8> = (0..100).map(part).collect();
+        assert!(room_for(&standing, &kinds) >= entries(&kinds));
+        // Dynamic objects may take lights from a list, and give them back.
+        let fewer: Vec<u8> = (0..100).map(|i| if i < 10 { UNSHADOWED } else { NO_PART } as u8).collect();
+        assert!(room_for(&standing, &fewer) >= 30 + SPARE_ENTRIES);
+    }
 }

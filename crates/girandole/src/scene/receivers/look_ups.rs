@@ -6,9 +6,7 @@ use crate::maps::layout::coarseness;
 use crate::parallel::in_order;
 use crate::shader_constants::{JOINTED, MAPPED_SHADOWED, NEAR_SHADOWED, SHADOWED};
 use girandole_core::glam::{Vec2, Vec3};
-use girandole_core::scene::{LocalView, NONE};
-use girandole_core::visibility::{LeafKind, PatchGrid, Receivers as ReceiverTree};
-use std::collections::HashSet;
+use girandole_core::scene::LocalView;
 use std::f32::consts::FRAC_1_SQRT_2;
 
 /// Pixels from the bottom to the top of the pictures that maps are made for, whatever their size: so views of several sizes share them.
@@ -25,45 +23,17 @@ impl Receivers {
         self.database.as_ref().map_or_else(all, |database| database.seen_leaves(view))
     }
 
-    /// Whether one of the leaves that may be seen is smooth, as `is_smooth` says of a patch, or, where it is part of none, of an object.
-    pub fn has_mirrors(&self, seen: &[bool], is_smooth: impl Fn((u32, u32)) -> bool) -> bool {
+    /// Whether one of the leaves that may be seen is smooth.
+    pub fn has_mirrors(&self, seen: &[bool]) -> bool {
         let Some(database) = &self.database else { return true };
-        let tree = database.receivers();
-        (0..seen.len()).any(|leaf| seen[leaf] && is_smooth(surface_of(tree, leaf)))
+        (0..seen.len()).any(|leaf| seen[leaf] && database.is_mirror(leaf as u32))
     }
 
-    /// Leaves that may be seen, and those that mirrors among them may show: all that lies in front of a smooth leaf that is flat and
-    /// single-sided, and everything where another one is seen. `is_smooth` says it of a patch, or, where it is part of none, of an object.
-    pub fn in_mirrors(&self, mut seen: Vec<bool>, is_smooth: impl Fn((u32, u32)) -> bool) -> Vec<bool> {
+    /// Leaves that may be seen, and those that mirrors may show a view.
+    pub fn in_mirrors(&self, mut seen: Vec<bool>, view: &LocalView) -> Vec<bool> {
         let Some(database) = &self.database else { return seen };
-        let tree = database.receivers();
-        let plane = |leaf: usize| match tree.leaves[leaf].kind {
-            LeafKind::Patch { grid, .. } if tree.grids[grid as usize].back == NONE => {
-                plane_of(&tree.polygon(tree.leaves[leaf].node))
-            }
-            _ => None,
-        };
-        let mirror = |leaf: usize| is_smooth(surface_of(tree, leaf)).then(|| plane(leaf));
-        let mut waiting: Vec<usize> = (0..seen.len()).filter(|&leaf| seen[leaf]).collect();
-        let mut hidden: Vec<usize> = (0..seen.len()).filter(|&leaf| !seen[leaf]).collect();
-        let mut known = HashSet::new();
-        while let Some(plane) = waiting.pop().map(mirror) {
-            let Some(plane) = plane.filter(|_| !hidden.is_empty()) else { continue };
-            // Leaves of one plane show the same.
-            if !known
-                .insert(plane.map(|(normal, distance)| (normal.extend(distance) * 1e4).round().as_i64vec4()))
-            {
-                continue;
-            }
-            let shows = |leaf: &usize| {
-                let (center, radius) = self.bounds[*leaf];
-                plane.is_none_or(|(normal, distance)| normal.dot(center) + radius > distance)
-            };
-            let (found, rest): (Vec<usize>, Vec<usize>) = hidden.into_iter().partition(shows);
-            found.iter().for_each(|&leaf| seen[leaf] = true);
-            hidden = rest;
-            // They may be mirrors themselves.
-            waiting.extend(found);
+        for (seen, is_needed) in seen.iter_mut().zip(database.needed_leaves(view)) {
+            *seen |= is_needed;
         }
         seen
     }
@@ -176,25 +146,6 @@ fn extent(light: &Light, (center, radius): (Vec3, f32)) -> f32 {
     match light.is_parallel() {
         true => light.shown_width(center) * if light.has_large_map() { many / one } else { 1.0 },
         false => TEXEL_WIDTH * (center.distance(light.position) + radius),
-    }
-}
-
-/// The plane of a flat leaf, on the side that it faces; none where it has no area to speak of.
-fn plane_of(polygon: &[Vec3]) -> Option<(Vec3, f32)> {
-    let first = *polygon.first()?;
-    let sum: Vec3 = polygon.windows(2).map(|edge| (edge[0] - first).cross(edge[1] - first)).sum();
-    let normal = sum.try_normalize()?;
-    Some((normal, normal.dot(first)))
-}
-
-/// The patch that a leaf is a part of, or [`NONE`], and the object.
-fn surface_of(tree: &ReceiverTree, leaf: usize) -> (u32, u32) {
-    match tree.leaves[leaf].kind {
-        LeafKind::Cluster { object } => (NONE, object),
-        LeafKind::Patch { grid, .. } => {
-            let PatchGrid { patch, object, .. } = tree.grids[grid as usize];
-            (patch, object)
-        }
     }
 }
 
