@@ -81,6 +81,8 @@ pub struct Illumination {
     /// What the last change of them was.
     changes: LightChanges,
     visibility: Option<Arc<VisibilityDatabase>>,
+    /// The views that visibility was last determined for, since anything moved.
+    served: Vec<View>,
     /// What was sampled last, and where things were then: held samples are moved from there, however they got where they are.
     sampled: (LightSet, Placement),
     /// What samples follow the scene by, where some paths a frame are walked again.
@@ -119,7 +121,8 @@ impl Illumination {
         let sampled = (lights.clone(), Placement::of(scene, &geometry));
         let settings = settings.clone();
         let changes = LightChanges::everything();
-        Ok(Self { settings, geometry, lights, changes, visibility: None, sampled, walk, most_lit: None })
+        let (visibility, served) = (None, Vec::new());
+        Ok(Self { settings, geometry, lights, changes, visibility, served, sampled, walk, most_lit: None })
     }
 
     /// Lights so many of the samples alone, for the same light in the mean ([`LightSet::prefix`]); `None` = all. What is not lit
@@ -240,11 +243,9 @@ impl Illumination {
             self.geometry = geometry;
         }
         // Mirrors may have moved.
-        if let Some(database) = &mut self.visibility
-            && database.lacks(&self.geometry, self.settings.needed_views())
-        {
-            Arc::make_mut(database).determine_for(&self.geometry, self.settings.needed_views());
-        }
+        self.served.clear();
+        let views = self.settings.needed_views().to_vec();
+        self.add_missing(&views);
         Ok(())
     }
 
@@ -282,12 +283,26 @@ impl Illumination {
     /// Determines the visibility of what these views need and no view before needed: receivers that were there stay as they are. Whether
     /// there was any.
     pub fn determine_for(&mut self, views: &[View]) -> bool {
-        let Self { geometry, visibility, .. } = self;
+        let is_more = self.add_missing(views);
+        if is_more {
+            self.changes = LightChanges::default();
+        }
+        is_more
+    }
+
+    fn add_missing(&mut self, views: &[View]) -> bool {
+        let Self { geometry, visibility, served, .. } = self;
+        // Which way one looks makes no difference.
+        let is_there =
+            |(a, b): (&View, &View)| *a == View { right: a.right, up: a.up, forward: a.forward, ..*b };
+        if !views.is_empty() && views.len() == served.len() && views.iter().zip(&*served).all(is_there) {
+            return false;
+        }
+        *served = views.to_vec();
         let Some(database) = visibility.as_mut().filter(|database| database.lacks(geometry, views)) else {
             return false;
         };
         Arc::make_mut(database).determine_for(geometry, views);
-        self.changes = LightChanges::default();
         true
     }
 

@@ -388,10 +388,8 @@ impl Resident {
             let leaves = vec![true; leaves as usize];
             return Seen { view, leaves, has_mirrors: true, spans: regular, suns };
         };
-        let in_view = receivers.in_view(of);
-        let has_mirrors = *mirrors && receivers.has_mirrors(&in_view);
         // What is behind the camera may be seen in a mirror.
-        let leaves = if has_mirrors { receivers.in_mirrors(in_view, of) } else { in_view };
+        let (leaves, has_mirrors) = receivers.shown(of, *mirrors);
         let suns = receivers.suns(&leaves, (of, has_mirrors), *lists);
         let mut texels = receivers.look_ups(&leaves, of, &suns);
         if !lists {

@@ -119,6 +119,7 @@ impl Illumination {
         let (sampled, _) = &self.sampled;
         database.belongs_to(&self.geometry, sampled)?;
         self.visibility = Some(Arc::from(database));
+        self.served.clear();
         self.changes = LightChanges::default();
         if self.most_lit.is_some() {
             let all = sampled.clone();

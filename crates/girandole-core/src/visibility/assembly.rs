@@ -33,9 +33,9 @@ impl Assembly {
     /// Without receivers; or with the one leaf of all that is not determined.
     pub fn new(surfaces: &Surfaces, geometry: &Geometry, lights: usize, has_undetermined: bool) -> Self {
         let mut result = Self { visibility: StateMatrix::new(lights), ..Self::default() };
-        result.receivers.triangles = vec![TriangleReceiver::Leaf(NONE); geometry.triangles.len()];
+        let leaf = if has_undetermined { 0 } else { NONE };
+        result.receivers.triangles = vec![TriangleReceiver::Leaf(leaf); geometry.triangles.len()];
         if has_undetermined {
-            result.receivers.triangles.fill(TriangleReceiver::Leaf(0));
             result.receivers.leaves.push(undetermined(surfaces));
             result.receivers.ids.push(LeafId::Undetermined);
         }
@@ -168,9 +168,14 @@ fn undetermined(surfaces: &Surfaces) -> Leaf {
     let bounds = (0..surfaces.blocker_count()).map(|surface| surfaces.blocker_box(surface));
     let (low, high) =
         bounds.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (l, h)| (low.min(l), high.max(h)));
-    let (center, radius) = ((low + high) * 0.5, (high - low).length() * 0.5);
-    let [center, radius] = [center, DVec3::splat(radius * (1.0 + 1e-6))].map(|v| v.as_vec3());
-    Leaf { node: NONE, kind: LeafKind::Undetermined, center, radius: radius.x, area: 0.0 }
+    let radius = ((high - low).length() * 0.5 * (1.0 + 1e-6)) as f32;
+    Leaf {
+        node: NONE,
+        kind: LeafKind::Undetermined,
+        center: ((low + high) * 0.5).as_vec3(),
+        radius,
+        area: 0.0,
+    }
 }
 
 /// The grid of a simple patch that has no leaves yet.

@@ -42,6 +42,7 @@ impl VisibilityDatabase {
         {
             return false;
         }
+        self.mirrors.follow(scene, geometry, &self.surfaces);
         let points = LightPoint::of(lights.samples(), &self.surfaces, &self.groups);
         let changed = changes.moved();
         self.lights = points;

@@ -13,15 +13,13 @@ use super::shapes::{Apex, MAX_CORNERS, Shape};
 use super::sources::{Root, Sources};
 use super::surfaces::{MeshPart, SimplePatch, Surfaces};
 use crate::parallel::map;
-use crate::scene::{Geometry, LocalView, NONE, Scene, View};
+use crate::scene::{Geometry, LocalView, Material, NONE, Scene, View};
 use glam::DVec3;
 
 /// Roots that one thread looks at.
 const ROOTS: usize = 32;
-/// Eyes and their mirror images that are looked from, at most: with more everything is needed.
-const MOST_EYES: usize = 64;
-/// Mirrors that show one another.
-const MOST_MIRRORS: u32 = 2;
+/// Eyes and their mirror images, in mirrors that show one another too, that are looked from at most: with more everything is needed.
+const MOST_EYES: usize = 16;
 
 /// What a root's surface mirrors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,33 +37,28 @@ struct Eye {
     cut: f64,
     /// The plane that it looks through, as normal and offset: what lies behind it is not seen.
     window: Option<(DVec3, f64)>,
-    /// How often it may be mirrored.
-    mirrors: u32,
 }
 
 impl Eye {
     fn of(view: &LocalView) -> Self {
         // Without a normal nothing is behind it.
         let apex = Apex { position: view.eye.as_dvec3(), normal: DVec3::ZERO, finite: true };
-        Self { apex, cut: cut_off(view), window: None, mirrors: MOST_MIRRORS }
+        Self { apex, cut: cut_off(view), window: None }
     }
 
     fn mirrored(&self, plane: (DVec3, f64)) -> Self {
         let (normal, offset) = plane;
         let height = normal.dot(self.apex.position) - offset;
         let position = self.apex.position - normal * (2.0 * height);
-        Self {
-            apex: Apex { position, ..self.apex },
-            cut: 0.0,
-            window: Some(plane),
-            mirrors: self.mirrors - 1,
-        }
+        Self { apex: Apex { position, ..self.apex }, cut: 0.0, window: Some(plane) }
     }
 }
 
 /// What a scene's surfaces mirror.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Mirrors {
+    /// By material, whether it is smooth.
+    materials: Vec<bool>,
     /// By simple patch.
     patches: Vec<Mirror>,
     /// By mesh.
@@ -76,9 +69,8 @@ pub(super) struct Mirrors {
 
 impl Mirrors {
     pub fn of(scene: &Scene, geometry: &Geometry, surfaces: &Surfaces) -> Self {
-        let is_smooth = |triangle: u32| {
-            scene.materials[geometry.triangles[triangle as usize].material as usize].is_smooth()
-        };
+        let materials = smooth_materials(scene);
+        let is_smooth = |triangle: u32| materials[geometry.triangles[triangle as usize].material as usize];
         let of_patch = |patch: &SimplePatch| match geometry.patches.get(patch.patch as usize) {
             _ if !is_smooth(patch.triangles.start) => Mirror::No,
             Some(of) if geometry.is_flat(scene, of) && !patch.double_sided => Mirror::Flat,
@@ -92,6 +84,7 @@ impl Mirrors {
             patches: surfaces.patches.iter().map(of_patch).collect(),
             meshes: surfaces.meshes.iter().map(of_mesh).collect(),
             curved: Vec::new(),
+            materials,
         };
         let patches = surfaces.patches.iter().zip(0..).flat_map(|(patch, simple)| {
             let sides = if patch.double_sided { [false, true].as_slice() } else { &[false] };
@@ -108,12 +101,28 @@ impl Mirrors {
         result
     }
 
+    /// Follows materials that may be rougher or smoother, of surfaces that are the same.
+    pub fn follow(&mut self, scene: &Scene, geometry: &Geometry, surfaces: &Surfaces) {
+        if self.materials != smooth_materials(scene) {
+            *self = Self::of(scene, geometry, surfaces);
+        }
+    }
+
+    /// Whether anything is smooth.
+    fn are_there(&self) -> bool {
+        self.patches.iter().chain(&self.meshes).any(|kind| *kind != Mirror::No)
+    }
+
     fn of_root(&self, root: &Root) -> Mirror {
         match *root {
             Root::Patch { simple, .. } => self.patches[simple as usize],
             Root::Mesh(mesh) => self.meshes[mesh as usize],
         }
     }
+}
+
+fn smooth_materials(scene: &Scene) -> Vec<bool> {
+    scene.materials.iter().map(Material::is_smooth).collect()
 }
 
 /// What decides which static receivers a view needs.
@@ -127,31 +136,9 @@ pub(super) struct Needs<'a> {
 impl Needs<'_> {
     /// For each root, whether a view needs it; all are where there is no view.
     pub fn of(&self, views: &[LocalView]) -> Vec<bool> {
-        let roots = self.sources.roots().len();
-        let all = || vec![true; roots];
-        if views.is_empty() || views.iter().any(|view| view.orthographic) {
-            return all();
-        }
-        let mut needed = vec![false; roots];
-        let mut open: Vec<Eye> = views.iter().map(Eye::of).collect();
-        let mut count = open.len();
-        while let Some(eye) = open.pop() {
-            let mut planes: Vec<(DVec3, f64)> = Vec::new();
-            if eye.mirrors > 0 && self.sees_curved_mirror(&eye) {
-                return all();
-            }
-            for index in self.seen(&eye) {
-                needed[index] = true;
-                let root = self.sources.root(index);
-                if eye.mirrors > 0 && self.mirrors.of_root(&root) == Mirror::Flat {
-                    self.add_plane(&root, &mut planes);
-                }
-            }
-            count += planes.len();
-            if count > MOST_EYES {
-                return all();
-            }
-            open.extend(planes.into_iter().map(|plane| eye.mirrored(plane)));
+        let mut needed = vec![views.is_empty(); self.sources.roots().len()];
+        if !views.iter().all(|view| self.add(view, &mut needed)) {
+            needed.fill(true);
         }
         // Both sides of a patch share a grid.
         for (index, root) in self.sources.roots().enumerate() {
@@ -161,6 +148,30 @@ impl Needs<'_> {
             }
         }
         needed
+    }
+
+    /// Adds what one view needs; `false` where that is everything.
+    fn add(&self, view: &LocalView, needed: &mut [bool]) -> bool {
+        let (mut open, mut count) = (vec![Eye::of(view)], 1);
+        while let Some(eye) = open.pop() {
+            if view.orthographic || self.sees_curved_mirror(&eye) {
+                return false;
+            }
+            let mut planes: Vec<(DVec3, f64)> = Vec::new();
+            for index in self.seen(&eye) {
+                needed[index] = true;
+                let root = self.sources.root(index);
+                if self.mirrors.of_root(&root) == Mirror::Flat {
+                    self.add_plane(&root, &mut planes);
+                }
+            }
+            count += planes.len();
+            if count > MOST_EYES {
+                return false;
+            }
+            open.extend(planes.into_iter().map(|plane| eye.mirrored(plane)));
+        }
+        true
     }
 
     fn add_plane(&self, root: &Root, planes: &mut Vec<(DVec3, f64)>) {
@@ -231,9 +242,28 @@ impl Needs<'_> {
 }
 
 impl VisibilityDatabase {
+    /// For each leaf, whether a view may show it, itself ([`VisibilityDatabase::seen_leaves`]) or, if mirrors are asked for, in mirrors; and
+    /// whether there are mirrors among those that it shows itself. Of [`LeafKind::Undetermined`](super::LeafKind::Undetermined)
+    /// some is shown where the view needs a surface that is not determined.
+    pub fn shown_leaves(&self, view: &LocalView, mirrors: bool) -> (Vec<bool>, bool) {
+        let mut shown = self.seen_leaves(view);
+        let needed = || self.needed_leaves(view);
+        let mut known = None;
+        if self.has_undetermined_leaf() {
+            shown[0] = known.get_or_insert_with(needed)[0];
+        }
+        let has_mirrors = mirrors && (0..shown.len()).any(|leaf| shown[leaf] && self.is_mirror(leaf as u32));
+        if has_mirrors {
+            for (shown, is_needed) in shown.iter_mut().zip(known.get_or_insert_with(needed)) {
+                *shown |= *is_needed;
+            }
+        }
+        (shown, has_mirrors)
+    }
+
     /// For each leaf, whether it is a part of a static surface that a view needs, in mirrors too, or of a dynamic one; of
     /// [`LeafKind::Undetermined`](super::LeafKind::Undetermined), whether the view needs some surface that is not determined.
-    pub fn needed_leaves(&self, view: &LocalView) -> Vec<bool> {
+    fn needed_leaves(&self, view: &LocalView) -> Vec<bool> {
         let needed = self.needs().of(std::slice::from_ref(view));
         let receivers = self.receivers();
         let mut leaves = vec![true; receivers.leaves.len()];
@@ -251,14 +281,15 @@ impl VisibilityDatabase {
         leaves
     }
 
-    /// Whether a leaf is smooth enough for mirrored rays: what it reflects is sharper than light samples can show.
+    /// Whether a leaf is smooth enough for mirrored rays: what it reflects is sharper than light samples can show. What is not
+    /// determined is where anything is.
     pub fn is_mirror(&self, leaf: u32) -> bool {
         let receivers = self.receivers();
         let kind = match receivers.nodes.get(receivers.leaves[leaf as usize].node as usize).map(|n| &n.source)
         {
             Some(Source::Patch { simple, .. }) => self.mirrors.patches[*simple as usize],
             Some(Source::Cluster { mesh, .. }) => self.mirrors.meshes[*mesh as usize],
-            None => Mirror::No,
+            None => return self.mirrors.are_there(),
         };
         kind != Mirror::No
     }

@@ -13,8 +13,8 @@ const LEAVES: usize = 32;
 
 impl VisibilityDatabase {
     /// For each leaf, whether a view may show some of it: not where it lies outside of the view's pyramid, faces away, or static polygons
-    /// hide all of it. Polygons that a view may cut off hide nothing from it, and none does from parallel views. Of
-    /// [`LeafKind::Undetermined`](super::LeafKind::Undetermined) some is seen where the view needs a surface that is not determined.
+    /// hide all of it. Polygons that a view may cut off hide nothing from it, and none does from parallel views. What is not
+    /// determined counts as seen.
     pub fn seen_leaves(&self, view: &LocalView) -> Vec<bool> {
         let leaves = &self.receivers().leaves;
         let mut seen: Vec<bool> = leaves.iter().map(|leaf| meets(view, leaf.center, leaf.radius)).collect();
@@ -36,9 +36,6 @@ impl VisibilityDatabase {
         let found = map(&chunks, are_seen);
         for (&leaf, is_seen) in candidates.iter().zip(found.into_iter().flatten()) {
             seen[leaf as usize] = is_seen;
-        }
-        if self.has_undetermined_leaf() {
-            seen[0] = self.needed_leaves(view)[0];
         }
         seen
     }

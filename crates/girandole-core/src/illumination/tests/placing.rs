@@ -1,6 +1,7 @@
 //! Light samples are placed for views, and for those to come.
 
 use super::*;
+use crate::scene::Shades;
 
 #[test]
 fn placing_for_a_view_is_deriving_for_it() {
@@ -60,4 +61,29 @@ fn samples_wait_in_rooms_that_will_be_seen() {
     assert!(same.lights().samples() == seen.lights().samples() && seen.is_settled());
     let opened = Illumination::new(&scene, &settings).expect("there is light");
     assert!(seen.lights().samples() == opened.lights().samples());
+}
+
+#[test]
+fn what_is_smooth_enough_for_mirrored_rays_follows_the_materials() {
+    let mut scene = builtin::build("gap", MovingObject::None).expect("a room");
+    for material in &mut scene.materials {
+        (material.specular, material.roughness) = (0.5, 0.9);
+    }
+    let view = View::new(&scene, &scene.cameras[0], 1.3);
+    let settings = IlluminationSettings { views: vec![view], rewalk: Rewalk::Off, ..settings() };
+    let mut held = Illumination::new(&scene, &settings).expect("there is light");
+    let mirrors = |of: &Illumination| -> Vec<u32> {
+        let database = of.visibility().expect("it was asked for");
+        (0..database.receivers().leaves.len() as u32).filter(|leaf| database.is_mirror(*leaf)).collect()
+    };
+    assert!(mirrors(&held).is_empty());
+    for material in 0..scene.materials.len() as u32 {
+        let shades = Shades { roughness: 0.1, ..scene.materials[material as usize].shades() };
+        scene.set_shades(material, shades).expect("a material");
+    }
+    let changes = scene.take_changes();
+    assert!(changes.is_motion(), "visibility is not made anew");
+    held.update(&scene, &changes).expect("they follow");
+    let database = held.visibility().expect("it was asked for");
+    assert_eq!(mirrors(&held).len(), database.receivers().leaves.len());
 }

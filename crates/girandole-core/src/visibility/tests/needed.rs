@@ -32,6 +32,8 @@ fn states(database: &VisibilityDatabase) -> HashMap<LeafId, Vec<State>> {
 struct Hits {
     all: usize,
     mirrored: usize,
+    /// Of those, more than twice.
+    deep: usize,
     undetermined: usize,
 }
 
@@ -44,16 +46,17 @@ impl Hits {
         numbers: &mut Numbers,
     ) {
         let geometry = tracer.geometry();
-        for _ in 0..100 {
+        for _ in 0..200 {
             let mut origin = view.relative_to(geometry.origin).eye;
             let mut direction = numbers.vector().normalize();
-            for mirrors in 0..3 {
+            for mirrors in 0..9 {
                 let Some(hit) = tracer.closest_visible(origin, direction) else { break };
                 let (at, normal) = (origin + direction * hit.t, geometry.normal(hit.triangle));
                 let leaf = database.receivers().leaf_at(hit.triangle, at, normal.dot(direction) < 0.0);
                 let Some(leaf) = leaf else { break };
                 self.all += 1;
                 self.mirrored += usize::from(mirrors > 0);
+                self.deep += usize::from(mirrors > 2);
                 self.undetermined +=
                     usize::from(database.receivers().leaves[leaf as usize].kind == LeafKind::Undetermined);
                 if !database.is_mirror(leaf) {
@@ -78,9 +81,11 @@ fn what_a_view_needs_is_determined_and_nothing_is_another_one_for_it() {
         if room % 2 == 0 {
             let mirror =
                 scene.add_material(Material { specular: 1.0, roughness: 0.1, ..Material::default() });
-            for _ in 0..2 {
-                let (turn, at) = (numbers.rotation(), numbers.vector());
-                let corners = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)];
+            // Two that face each other, more or less.
+            let turn = numbers.rotation();
+            for turn in [turn, turn * Quat::from_rotation_x(std::f32::consts::PI)] {
+                let at = turn * vec3(0.0, 0.0, -0.7) + 0.3 * numbers.vector();
+                let corners = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
                 add(&mut scene, polygon(&corners.map(|(x, y)| at + turn * vec3(x, y, 0.0)), mirror));
             }
         }
@@ -113,6 +118,7 @@ fn what_a_view_needs_is_determined_and_nothing_is_another_one_for_it() {
     }
     assert_eq!(needed.undetermined, 0, "of {}", needed.all);
     // The control: enough is left out, and missed where another view looks.
-    assert!(8 * left_out > leaves && needed.mirrored > 200, "{left_out} of {leaves}, {}", needed.mirrored);
+    assert!(8 * left_out > leaves, "{left_out} of {leaves}");
+    assert!(needed.mirrored > 200 && needed.deep > 40, "{} {}", needed.mirrored, needed.deep);
     assert!(elsewhere.undetermined > 100, "{} of {}", elsewhere.undetermined, elsewhere.all);
 }

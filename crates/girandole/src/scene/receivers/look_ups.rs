@@ -17,25 +17,10 @@ const PIXELS_PER_TEXEL: [f32; 2] = [8.0, 2.0];
 const TEXEL_WIDTH: f32 = 2.506_628_3;
 
 impl Receivers {
-    /// For each leaf, whether a view may show it.
-    pub fn in_view(&self, view: &LocalView) -> Vec<bool> {
-        let all = || vec![true; self.leaves as usize];
-        self.database.as_ref().map_or_else(all, |database| database.seen_leaves(view))
-    }
-
-    /// Whether one of the leaves that may be seen is smooth.
-    pub fn has_mirrors(&self, seen: &[bool]) -> bool {
-        let Some(database) = &self.database else { return true };
-        (0..seen.len()).any(|leaf| seen[leaf] && database.is_mirror(leaf as u32))
-    }
-
-    /// Leaves that may be seen, and those that mirrors may show a view.
-    pub fn in_mirrors(&self, mut seen: Vec<bool>, view: &LocalView) -> Vec<bool> {
-        let Some(database) = &self.database else { return seen };
-        for (seen, is_needed) in seen.iter_mut().zip(database.needed_leaves(view)) {
-            *seen |= is_needed;
-        }
-        seen
+    /// For each leaf, whether a view may show it, in mirrors too if they are asked for; and whether it shows mirrors.
+    pub fn shown(&self, view: &LocalView, mirrors: bool) -> (Vec<bool>, bool) {
+        let all = || (vec![true; self.leaves as usize], mirrors);
+        self.database.as_ref().map_or_else(all, |database| database.shown_leaves(view, mirrors))
     }
 
     /// Directional lights, each with a map that shows no more than it takes for what a view shows of leaves that look it up, or of all of
