@@ -1,8 +1,10 @@
 //! The command line: options and their ranges.
 
 mod command_line;
+mod farm;
 mod measures;
 mod motion;
+mod piece;
 mod scene;
 mod settings;
 mod transfer;
@@ -14,8 +16,11 @@ use girandole_core::tonemap::Exposure;
 use std::path::PathBuf;
 use values::*;
 
+pub use command_line::shown;
+pub use farm::{Farm, JoinArgs, SubmitArgs};
 pub use measures::{BenchArgs, CompareArgs};
 pub use motion::{Frames, MotionArgs, RewalkArg, UpdatesArg};
+pub use piece::{PieceArgs, parse_sets};
 pub use scene::{BackgroundArg, EnvironmentArg, LightArg, LoadArgs, SceneArgs, ViewArg};
 pub use transfer::TransferArgs;
 pub use values::{
@@ -53,6 +58,10 @@ pub enum Command {
     View(Box<ViewArgs>),
     /// Renders a picture of a scene
     Render(Box<RenderArgs>),
+    /// Puts parts of a picture together that --region and --sets of `render` left
+    Join(JoinArgs),
+    /// Hands the pieces of a sequence or of a picture to a cluster: Slurm, or whatever takes Open Job Descriptions
+    Submit(Box<SubmitArgs>),
     /// Compares two pictures: energy, relMSE, RMSE, FLIP, worst pixel
     Compare(CompareArgs),
     /// Lists the adapters and what they support, what a scene holds, or what a picture was made by
@@ -164,6 +173,8 @@ Examples:
   girandole render table --view 0,1.7,2,0,0.8,0,0,1,0,60 --edits moved.json -o moved.png
   girandole render table --object bunny.ply --transfer grid -o bunny.png
   girandole render pillars --frames 0..239 --exposure 0.5 -o pillars.####.png
+  girandole render pillars --frames 0..239 --part 3/8 -o pillars.####.exr
+  girandole render table --region 512,0,512,384 -o right.exr
 
 Edits are a list such as {\"version\": 1, \"edits\": [{\"set_time\": {\"seconds\": 1.5}}]}; docs/reference.md shows one of each kind.";
 
@@ -198,6 +209,9 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub motion: MotionArgs,
+
+    #[command(flatten)]
+    pub piece: PieceArgs,
 
     #[command(flatten)]
     pub transfer: TransferArgs,

@@ -34,9 +34,13 @@ mod export;
 #[cfg(not(target_arch = "wasm32"))]
 mod info;
 #[cfg(not(target_arch = "wasm32"))]
+mod join;
+#[cfg(not(target_arch = "wasm32"))]
 mod render;
 #[cfg(not(target_arch = "wasm32"))]
 mod sequence;
+#[cfg(not(target_arch = "wasm32"))]
+mod submit;
 
 #[cfg(target_arch = "wasm32")]
 fn main() {
@@ -67,6 +71,8 @@ fn main() -> std::process::ExitCode {
         None => main_job(),
         Some(args::Command::View(args)) => window::run(*args),
         Some(args::Command::Render(args)) => render::run(*args),
+        Some(args::Command::Join(args)) => join::run(&args),
+        Some(args::Command::Submit(args)) => submit::run(&args),
         Some(args::Command::Compare(args)) => compare::run(&args),
         Some(args::Command::Info(args)) => info::run(&args),
         Some(args::Command::Bench(args)) => bench::run(&args),

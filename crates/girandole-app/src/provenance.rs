@@ -5,14 +5,17 @@ use crate::args::{Engine, RenderArgs, RewalkArg, UpdatesArg};
 use crate::scene;
 use anyhow::Result;
 use girandole_core::scene::{Scene, View};
-use girandole_reference::Provenance;
+use girandole_reference::{Difference, Provenance, image_file};
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// What is named first where two pictures differ.
 pub const FIRST: [&str; 5] = ["version", "scene", "size", "engine", "view"];
+/// What parts of one picture differ by.
+pub const OF_PARTS: [&str; 2] = ["region", "sets"];
 
 /// Options that change no picture, or that the scene's content, the view and the engine tell more exactly.
-const LEFT_OUT: [&str; 17] = [
+const LEFT_OUT: [&str; 18] = [
     "--output",
     "--size",
     "--camera",
@@ -27,6 +30,7 @@ const LEFT_OUT: [&str; 17] = [
     "--time",
     "--frames",
     "--fps",
+    "--part",
     "--engine",
     "--adapter",
     "--stats",
@@ -132,6 +136,56 @@ impl<'a> Maker<'a> {
             made_by.set("frame", frame);
         }
         Ok(made_by)
+    }
+}
+
+/// What is at a picture's place.
+pub enum There {
+    Nothing,
+    /// The picture.
+    Picture,
+    /// A file that is not it, and why.
+    Other(String),
+    Folder,
+}
+
+/// Whether a picture is there that was made by this, or something else.
+pub fn there(path: &Path, made_by: &Provenance) -> There {
+    match path.metadata() {
+        Err(e) if e.kind() == ErrorKind::NotFound => return There::Nothing,
+        Ok(file) if file.is_dir() => return There::Folder,
+        Ok(file) if file.len() == 0 => return There::Other("it is empty".into()),
+        _ => {}
+    }
+    let others = match Provenance::read(path) {
+        Ok(Some(others)) => others,
+        Ok(None) => return There::Other("it does not say what it was made by".into()),
+        Err(error) => return There::Other(error.to_string()),
+    };
+    if let Some(difference) = made_by.difference(&others, &FIRST) {
+        return There::Other(what_differs(&difference));
+    }
+    match image_file::read(path) {
+        Ok(_) => There::Picture,
+        Err(error) => There::Other(error.to_string()),
+    }
+}
+
+/// As a part of a sentence about a file.
+pub fn what_differs(difference: &Difference) -> String {
+    let Difference { key, here, there } = difference;
+    let value = |value: &Option<String>| value.clone().unwrap_or_default();
+    let (here, there) = (value(here), value(there));
+    match key.as_str() {
+        "version" => format!("it was made by version {there} instead of {here}"),
+        "scene" => "it shows another scene, or this one as it was before a change".into(),
+        "size" => format!("it has {there} pixels instead of {here}"),
+        "engine" => format!("it was made by --engine {there} instead of {here}"),
+        "view" => "it shows another view".into(),
+        "moment" | "frame" => "it shows another moment".into(),
+        _ if there.is_empty() => format!("it was made without --{key} {here}"),
+        _ if here.is_empty() => format!("it was made with --{key} {there}"),
+        _ => format!("it was made with --{key} {there} instead of {here}"),
     }
 }
 

@@ -1,19 +1,22 @@
 //! `girandole render`, also the default without a command.
 
 use crate::args::{
-    BackgroundArg, Bounces, Engine, Frames, Mode, RenderArgs, RewalkArg, ShadingArg, Switch, UpdatesArg,
+    BackgroundArg, Bounces, Engine, Frames, Mode, PieceArgs, RenderArgs, RewalkArg, ShadingArg, Switch,
+    UpdatesArg,
 };
 use crate::engine::{self, Job, Ready};
 use crate::output::{self, Stats, say};
 use crate::picture::{self, Shown};
-use crate::provenance::Maker;
+use crate::provenance::{Maker, There, there};
 use crate::{scene, sequence, transfer};
 use anyhow::{Result, bail};
-use girandole_core::image::Image;
+use girandole_core::files::Claim;
+use girandole_core::image::{Image, Region};
 use girandole_core::lights::{Clamp, LightSet, MAX_BOUNCES};
 use girandole_core::scene::{Geometry, Scene, View};
+use girandole_core::tonemap::Exposure;
 use girandole_core::trace::SceneTracer;
-use girandole_reference::{Provenance, coverage};
+use girandole_reference::{Provenance, coverage, image_file};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -33,7 +36,7 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
 }
 
 /// Refuses impossible combinations of options before the work.
-fn check(args: &RenderArgs) -> Result<()> {
+pub fn check(args: &RenderArgs) -> Result<()> {
     output::check_writable(&args.output, &["exr", "png"])?;
     if let Some(frames) = args.motion.frames {
         if Frames::file(&args.output, frames.last).is_none() {
@@ -49,6 +52,7 @@ fn check(args: &RenderArgs) -> Result<()> {
             bail!("--stats belongs to single pictures; leave it or --frames out");
         }
     }
+    check_piece(args)?;
     if args.motion.updates != UpdatesArg::All {
         if matches!(args.engine, Engine::Cpu | Engine::Path) {
             bail!("--updates belongs to --engine gpu; leave one of them out");
@@ -101,6 +105,47 @@ fn check(args: &RenderArgs) -> Result<()> {
     Ok(())
 }
 
+/// Refuses impossible pieces of pictures.
+fn check_piece(args: &RenderArgs) -> Result<()> {
+    let PieceArgs { region, sets, part: _ } = args.piece;
+    let is_png = !args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    if let Some(region) = region {
+        if !region.is_in(args.size) {
+            let [width, height] = args.size;
+            bail!("--region {region} does not lie in the picture, which has {width}×{height} pixels");
+        }
+        if matches!(args.engine, Engine::Cpu | Engine::Path) {
+            bail!("--region belongs to --engine gpu; leave one of them out");
+        }
+        if args.debug.is_some() {
+            bail!("--debug shows whole pictures; leave --region out");
+        }
+        if is_png && args.exposure == Exposure::Auto {
+            bail!("a part has no exposure of its own; save it as .exr, or give --exposure a number of stops");
+        }
+    }
+    match sets {
+        Some([_, last]) if last >= args.refine => bail!(
+            "--sets ends at {last}, but --refine {} has the sets 0 to {}; give --refine the number of all sets",
+            args.refine,
+            args.refine - 1
+        ),
+        Some(_) if is_png => bail!("--sets keeps sums, which a .png cannot hold; save them as .exr"),
+        _ => Ok(()),
+    }
+}
+
+/// Whether an engine that was chosen since can do what is asked for.
+pub fn check_engine(args: &RenderArgs, engine: &Ready) -> Result<()> {
+    let asked = [(args.refine > 1, "--refine"), (args.piece.region.is_some(), "--region")];
+    match asked.into_iter().find(|(is_asked, _)| *is_asked) {
+        Some((_, option)) if !matches!(engine, Ready::Gpu(_)) => {
+            bail!("{option} belongs to --engine gpu, and there is no adapter; leave it out")
+        }
+        _ => Ok(()),
+    }
+}
+
 fn render(mut args: RenderArgs) -> Result<ExitCode> {
     // The scene, and beside it the engine.
     let start = Instant::now();
@@ -118,10 +163,14 @@ fn render(mut args: RenderArgs) -> Result<ExitCode> {
     let view = scene::view(&scene, &args.seen, args.camera.as_deref(), args.size)?;
     let transfers = transfer::load(&scene, &args.transfer)?;
     let (mut engine, advice) = engine?;
-    if args.refine > 1 && !matches!(engine, Ready::Gpu(_)) {
-        bail!("--refine belongs to --engine gpu, and there is no adapter; leave it out");
-    }
+    check_engine(&args, &engine)?;
     args.aa.get_or_insert(engine.anti_aliasing(&args));
+    let made_by = Maker::new(&args, engine.kind(), &scene, &args.output)?.still(&scene, None)?;
+    let claim = args.piece.is_partial().then(|| Claim::wait(&args.output, &made_by.to_json())).transpose()?;
+    if claim.is_some() && matches!(there(&args.output, &made_by), There::Picture) {
+        say(&format!("{} was there", args.output.display()));
+        return Ok(ExitCode::SUCCESS);
+    }
     engine.compile_for(&scene, &geometry, &args)?;
     let scene_ms = milliseconds(start);
 
@@ -155,16 +204,24 @@ fn render(mut args: RenderArgs) -> Result<ExitCode> {
     };
     let (name, adapter) = (engine.name(), engine.adapter());
     let picture = engine.render(&job)?;
-    let made_by = Maker::new(&args, engine.kind(), &scene, &args.output)?.still(&scene, None)?;
-    let ev = write_shown(&args, &args.output, (&scene, &view, &made_by), &picture.radiance)?;
+    let ev = match picture.sum.filter(|_| args.piece.sets.is_some()) {
+        Some(sum) => {
+            let covered = coverage_of(&args, &scene, &view);
+            image_file::write_sum(&args.output, &sum, covered.as_deref(), &made_by)?;
+            0.0
+        }
+        None => write_shown(&args, &args.output, (&scene, &view, &made_by), &picture.radiance)?,
+    };
 
     // Statistics and messages.
-    let [width, height] = args.size;
+    let [width, height] = args.piece.region.map_or(args.size, |region| region.size);
     let by = match (by_samples, picture.stats.get("estimated_rel_mse").and_then(|error| error.as_f64())) {
         (false, _) => format!("{} paths a pixel", args.paths),
         (true, None) => format!("{} light samples ({} direct)", lights.len(), lights.direct),
         (true, Some(error)) => {
-            format!("{} sets of {} light samples (estimated relMSE {error:.1e})", args.refine, lights.len())
+            let [first, last] = args.piece.sets.unwrap_or([0, args.refine - 1]);
+            let sets = last - first + 1;
+            format!("{sets} sets of {} light samples (estimated relMSE {error:.1e})", lights.len())
         }
     };
     say(&format!(
@@ -230,13 +287,21 @@ pub fn write_shown(
     radiance: &Image,
 ) -> Result<f32> {
     let shown = Shown::new(args.exposure, args.tonemap.into(), args.debug.map(Into::into));
-    let coverage = (args.seen.load.background == BackgroundArg::Transparent).then(|| {
-        // Averaged pictures have samples everywhere in a pixel.
-        let is_averaged = args.refine > 1 || args.engine == Engine::Path;
-        let samples = if is_averaged { 4 } else { args.aa.unwrap_or_default().samples_per_axis() };
-        coverage(&SceneTracer::new(scene, &Geometry::new(scene)), view, args.size, samples)
-    });
-    picture::write(path, (radiance, coverage.as_deref()), shown, made_by)
+    let covered = coverage_of(args, scene, view);
+    picture::write(path, (radiance, covered.as_deref()), shown, made_by)
+}
+
+/// The share of each pixel that is covered, where the background is transparent.
+fn coverage_of(args: &RenderArgs, scene: &Scene, view: &View) -> Option<Vec<f32>> {
+    if args.seen.load.background != BackgroundArg::Transparent {
+        return None;
+    }
+    // Averaged pictures have samples everywhere in a pixel.
+    let is_averaged = args.refine > 1 || args.engine == Engine::Path;
+    let samples = if is_averaged { 4 } else { args.aa.unwrap_or_default().samples_per_axis() };
+    let whole = coverage(&SceneTracer::new(scene, &Geometry::new(scene)), view, args.size, samples);
+    let region = args.piece.region.unwrap_or(Region::whole(args.size));
+    Some(region.rows(args.size[0]).flat_map(|row| &whole[row]).copied().collect())
 }
 
 fn milliseconds(since: Instant) -> f64 {

@@ -7,7 +7,7 @@ use crate::args::{Frames, RenderArgs, RewalkArg, UpdatesArg};
 use crate::engine::Ready;
 use crate::output::{self, Progress, Stats, say};
 use crate::provenance::Maker;
-use crate::render::write_shown;
+use crate::render::{check_engine, write_shown};
 use crate::transfer;
 use anyhow::Result;
 use girandole_core::scene::{Scene, View};
@@ -23,11 +23,13 @@ const FRAMES_BETWEEN: u32 = 10;
 /// Renders those frames that are not there yet.
 pub fn render(mut args: RenderArgs, mut scene: Scene, frames: Frames) -> Result<ExitCode> {
     let mut engine = Ready::choose(&args)?;
+    check_engine(&args, &engine)?;
     args.aa.get_or_insert(engine.anti_aliasing(&args));
     let args = &args;
     let maker = Maker::new(args, engine.kind(), &scene, &args.output)?;
     let missing = kept::missing(args, (&scene, &maker), frames)?;
-    let kept = frames.count() - missing.len();
+    let asked_for = frames.iter().filter(|&number| args.piece.has(frames, number)).count();
+    let kept = asked_for - missing.len();
     let transfers = transfer::load(&scene, &args.transfer)?;
     let mut way = Way::new(&scene, args);
     let mut light = Light::new(&mut scene, &mut engine, &transfers, (args, &way.ahead_of(0)?))?;
@@ -77,8 +79,7 @@ pub fn render(mut args: RenderArgs, mut scene: Scene, frames: Frames) -> Result<
         n => format!(", {} a frame", output::duration(total_ms / n as f64)),
     };
     say(&format!(
-        "wrote {written} of {} frames{there}{others} to {} ({width}×{height}): {}{time}{staleness} on {} ({} engine)",
-        frames.count(),
+        "wrote {written} of {asked_for} frames{there}{others} to {} ({width}×{height}): {}{time}{staleness} on {} ({} engine)",
         args.output.display(),
         args.scene,
         engine.adapter(),

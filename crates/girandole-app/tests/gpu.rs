@@ -12,10 +12,12 @@ type Check = fn(&Path) -> Result<(), Failed>;
 
 fn main() {
     let has_adapter = girandole(Path::new("."), "info --require-adapter").status.success();
-    let checks: [(&str, Check); 12] = [
+    let checks: [(&str, Check); 14] = [
         ("same_command_same_bytes", same_command_same_bytes),
         ("the_command_in_the_statistics_makes_the_same_picture", same_picture_by_its_command),
         ("refined_pictures_repeat_and_are_better", refined_pictures),
+        ("parts_join_to_the_bytes_of_the_whole", parts_join),
+        ("parts_of_no_picture_are_refused", no_parts),
         ("agrees_with_traced_shadows", agrees_with_traced_shadows),
         ("statistics_name_passes_and_counts", statistics_name_passes_and_counts),
         ("little_memory_gives_a_picture_and_a_sentence", little_memory_gives_a_picture_and_a_sentence),
@@ -143,6 +145,76 @@ fn refined_pictures(directory: &Path) -> Result<(), Failed> {
     succeed(directory, "compare path.exr many.exr --max-rel-mse 0.006 --max-energy-error 0.03")?;
     let far = girandole(directory, "compare path.exr one.exr --max-rel-mse 0.006");
     ensure(far.status.code() == Some(1), "a picture of one set passes for a refined one")
+}
+
+fn parts_join(directory: &Path) -> Result<(), Failed> {
+    let read = |name: &str| std::fs::read(directory.join(name));
+    let render = |more: &str| succeed(directory, &format!("{SMALL} {more}"));
+    let regions = ["0,0,50,40", "50,0,46,40", "0,40,96,32"];
+    // Pixels, with alpha.
+    let transparent = "--background transparent --view 0,1.7,6,0,0.8,0,0,1,0,60";
+    render(&format!("{transparent} -o whole.exr"))?;
+    for (index, region) in regions.iter().enumerate() {
+        render(&format!("{transparent} --region {region} -o r{index}.exr"))?;
+    }
+    succeed(directory, "join r2.exr r0.exr r1.exr -o joined.exr")?;
+    ensure(read("joined.exr")? == read("whole.exr")?, "joined pixels are others")?;
+    render(&format!("{transparent} -o whole.png"))?;
+    succeed(directory, "join r0.exr r1.exr r2.exr -o joined.png")?;
+    ensure(read("joined.png")? == read("whole.png")?, "joined pixels are shown otherwise")?;
+    // Light sets, and both.
+    render("--refine 5 -o whole.exr")?;
+    render("--refine 5 --sets 0..1 -o a.exr")?;
+    render("--refine 5 --sets 2..4 -o b.exr")?;
+    succeed(directory, "join b.exr a.exr -o joined.exr")?;
+    ensure(read("joined.exr")? == read("whole.exr")?, "joined light sets are others")?;
+    ensure(differ(&read("a.exr")?, &read("whole.exr")?), "some light sets are all of them")?;
+    for (index, region) in regions.iter().enumerate() {
+        for (name, sets) in [("a", "0..2"), ("b", "3..4")] {
+            render(&format!("--refine 5 --sets {sets} --region {region} -o {name}{index}.exr"))?;
+        }
+    }
+    succeed(directory, "join a0.exr a1.exr a2.exr b0.exr b1.exr b2.exr -o joined.exr")?;
+    ensure(read("joined.exr")? == read("whole.exr")?, "joined pixels of light sets are others")?;
+    // A piece that is there is not made again.
+    let made = directory.join("b2.exr").metadata()?.modified()?;
+    let said = render(&format!("--refine 5 --sets 3..4 --region {} -o b2.exr", regions[2]))?;
+    ensure(String::from_utf8_lossy(&said.stderr).contains("b2.exr was there"), "it is made again")?;
+    ensure(made == directory.join("b2.exr").metadata()?.modified()?, "it is written again")
+}
+
+fn no_parts(directory: &Path) -> Result<(), Failed> {
+    let render = |more: &str| succeed(directory, &format!("{SMALL} {more}"));
+    render("--refine 4 --sets 0..1 -o a.exr")?;
+    render("--refine 4 --sets 2..3 -o b.exr")?;
+    render("--refine 4 --sets 2..3 --seed 1 -o seed.exr")?;
+    render("--refine 4 --sets 1..3 -o more.exr")?;
+    render("--refine 4 --region 0,0,96,30 -o top.exr")?;
+    render("--refine 4 --region 0,40,40,32 -o low.exr")?;
+    render("--refine 4 --region 0,20,96,30 -o middle.exr")?;
+    render("-o whole.exr")?;
+    let bytes = std::fs::read(directory.join("b.exr"))?;
+    std::fs::write(directory.join("cut.exr"), &bytes[..bytes.len() / 2])?;
+    std::fs::write(directory.join("out.exr"), "it stays")?;
+    for (parts, says) in [
+        ("a.exr", "light sets 2..3"),
+        ("b.exr", "light sets 0..1"),
+        ("a.exr seed.exr", "without --seed"),
+        ("a.exr more.exr", "the same pixels of the same light sets"),
+        ("a.exr b.exr b.exr", "the same pixels of the same light sets"),
+        ("top.exr", "the pixels 0,30,96,42 are missing"),
+        ("top.exr low.exr", "the pixels 0,30,96,10 are missing"),
+        ("top.exr middle.exr low.exr", "are in another part"),
+        ("whole.exr", "is a whole picture"),
+        ("a.exr cut.exr", "cut.exr"),
+    ] {
+        let output = girandole(directory, &format!("join {parts} -o out.exr"));
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let is_refused = output.status.code() == Some(2) && said.lines().count() == 1 && said.contains(says);
+        ensure(is_refused, &format!("{parts}: {said}"))?;
+        ensure(std::fs::read(directory.join("out.exr"))? == b"it stays", "it is overwritten")?;
+    }
+    Ok(())
 }
 
 fn agrees_with_traced_shadows(directory: &Path) -> Result<(), Failed> {

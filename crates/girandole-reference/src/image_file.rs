@@ -3,6 +3,7 @@
 mod canvas;
 mod hdr;
 mod open_exr;
+mod part;
 
 use crate::provenance::{self, Provenance};
 use canvas::Canvas;
@@ -13,6 +14,8 @@ use girandole_core::tonemap::srgb_decode;
 use girandole_core::{Error, Result, files};
 use std::io::Cursor;
 use std::path::Path;
+
+pub use part::{Part, read_part, write_sum};
 
 /// Largest number of pixels of light from all directions that a file's header may claim; of so many, means are kept.
 const MAX_PIXELS: usize = 1 << 28;
@@ -114,6 +117,17 @@ pub fn write_exr_with(
     coverage: Option<&[f32]>,
     made_by: Option<&Provenance>,
 ) -> Result<()> {
+    write_channels(path, image, coverage, Vec::new(), made_by)
+}
+
+/// The same with more channels, of as many pixels.
+fn write_channels(
+    path: &Path,
+    image: &Image,
+    coverage: Option<&[f32]>,
+    more: Vec<AnyChannel<FlatSamples>>,
+    made_by: Option<&Provenance>,
+) -> Result<()> {
     check_size(image.width, image.height, image.pixels.len(), 1)?;
     let channel = |name: &str, samples: Vec<f32>| AnyChannel::new(name, FlatSamples::F32(samples));
     let of_pixels = |axis: usize| image.pixels.iter().map(|p| p[axis]).collect();
@@ -123,6 +137,7 @@ pub fn write_exr_with(
         check_size(image.width, image.height, coverage.len(), 1)?;
         channels.push(channel("A", coverage.to_vec()));
     }
+    channels.extend(more);
     let size = (image.width as usize, image.height as usize);
     let mut file = exr::image::Image::from_channels(size, AnyChannels::sort(channels));
     file.attributes.chromaticities = Some(chromaticities());

@@ -10,6 +10,7 @@ pub mod metrics;
 mod oracle;
 mod path;
 mod provenance;
+mod sum;
 mod tiles;
 
 pub use coverage::coverage;
@@ -22,3 +23,4 @@ pub use path::{
     path_trace_through,
 };
 pub use provenance::{Difference, Provenance};
+pub use sum::PictureSum;

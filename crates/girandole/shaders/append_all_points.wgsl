@@ -11,6 +11,7 @@
 fn append_all_points(@builtin(global_invocation_id) invocation: vec3u) {
   if any(invocation.xy >= grid_size(frame.step)) { return; }
   let at = pixel_of_point(invocation.xy, frame.step);
+  if !is_drawn(at.x) { return; }
   let surface_id = textureLoad(surface_ids, at + vec2u(0u, frame.band.x), 0).x;
   if surface_id != 0u { append_point(at); } else { textureStore(fine_irradiance, invocation.xy, vec4f(0.0)); }
 }

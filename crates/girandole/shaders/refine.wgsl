@@ -96,6 +96,7 @@ fn refine(@builtin(global_invocation_id) invocation: vec3u) {
   let is_last = invocation.xy == coarse - 1u;
   let corner = select(2u * invocation.xy, fine - 1u, is_last);
   let at = pixel_of_point(invocation.xy, 2u * frame.step);
+  if !is_drawn(at.x) { return; }
   let middle = at + frame.step;
   // Where the grids end there may be no point between the last two points.
   var exists = !is_last & (middle < last_point());

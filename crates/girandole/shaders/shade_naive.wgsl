@@ -11,7 +11,7 @@
 
 fn begin(pixel: vec2u) -> PointSums {
   var sums: PointSums;
-  let inside = pixel.x < frame.size.x && pixel.y < frame.band.y;
+  let inside = pixel.x < frame.size.x && is_drawn(pixel.x) && pixel.y < frame.band.y;
   let id = select(0u, textureLoad(triangle_ids, min(pixel, frame.size - 1u), 0).x, inside);
   sums.is_surface = id > 0u;
   if !sums.is_surface { return sums; }

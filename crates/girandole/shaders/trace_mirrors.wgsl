@@ -11,7 +11,7 @@
 @compute @workgroup_size(TILE, TILE)
 fn trace_mirrors(@builtin(global_invocation_id) invocation: vec3u) {
   let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
-  if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
+  if pixel.x >= frame.size.x || !is_drawn(pixel.x) || pixel.y >= frame.band.y { return; }
   let at = mirror_image_at(pixel);
   let id = textureLoad(triangle_ids, pixel, 0).x;
   var origin = vec3f(0.0);

@@ -21,6 +21,17 @@ pub(crate) fn check(
         let what = format!("a picture of {} × {} pixels is not possible here", size[0], size[1]);
         return Err(Error::too_large(what, Remedy::PictureSize { to: largest }));
     }
+    if let Some(region) = settings.region
+        && !region.is_in(size)
+    {
+        return Err(Error::invalid(format!(
+            "the part {region} does not lie in a picture of {} × {} pixels",
+            size[0], size[1]
+        )));
+    }
+    if settings.region.is_some() && settings.debug.is_some() {
+        return Err(Error::invalid("a debug view has no parts; leave the part out"));
+    }
     if !(1..=16).contains(&settings.samples_per_axis) {
         return Err(Error::invalid(format!(
             "{} samples per axis are not possible; take 1 to 16",

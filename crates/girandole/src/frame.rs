@@ -397,6 +397,7 @@ fn frame_uniform(
             _ => mirror_solid_angle(scene.lights.count() as usize),
         },
         ray_offset: scene.detail * RAY_OFFSET,
+        columns: targets.drawn.columns(),
         ..Frame::default()
     }
 }

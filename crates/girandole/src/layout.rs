@@ -51,7 +51,7 @@ pub(crate) struct Frame {
     pub writes_radiance: u32,
     pub mirror_solid_angle: f32,
     pub ray_offset: f32,
-    pub padding_c: u32,
+    pub columns: u32,
 }
 
 /// `CallersRay` in `trace_rays.wgsl`.

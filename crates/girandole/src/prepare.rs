@@ -29,7 +29,7 @@ use crate::passes::transfer::Transfer;
 use crate::passes::visibility_buffer::VisibilityBuffer;
 use crate::points::lists::PointLists;
 use crate::points::multipass_plan::{MultipassKey, MultipassPlan};
-use crate::points::targets::Targets;
+use crate::points::targets::{Drawn, Targets};
 use crate::rays::RayHierarchies;
 use crate::resident::{Resident, SceneFeatures};
 use crate::scene::light_maps::LightMapChanges;
@@ -295,6 +295,7 @@ pub(crate) fn allocate(
         *targets = None;
     }
     let targets = targets.get_or_insert_with(|| Targets::new(device, size));
+    targets.drawn = Drawn::new(size, settings.region, scene.mirrors(settings) > 0);
     let in_view = scene.see(Some((view, settings))).leaves.clone();
     if settings.mode == Mode::Naive {
         return Ok(());

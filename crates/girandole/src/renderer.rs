@@ -30,6 +30,7 @@ use crate::settings::{MapUpdates, RenderSettings, RendererOptions, Target};
 use crate::tier::{Kernels, Tier};
 use crate::{Error, Remedy, Result};
 use girandole_core::illumination::{Illumination, IlluminationSettings};
+use girandole_core::image::Region;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, LocalView, Scene, SceneChanges, View};
 use girandole_core::tonemap::Exposure;
@@ -335,6 +336,9 @@ impl Renderer {
         settings: &RenderSettings,
     ) -> Result<()> {
         target.check(self.context.device.features())?;
+        if settings.region.is_some() {
+            return Err(no_part());
+        }
         check_display(settings.exposure, target.format)?;
         self.restart(None);
         self.frame(Some(encoder), view, target.size, settings, Some(target))
@@ -403,6 +407,9 @@ impl Renderer {
         format: wgpu::TextureFormat,
     ) -> Result<()> {
         let targets = self.targets.as_ref().ok_or_else(nothing_rendered)?;
+        if targets.drawn.region != Region::whole(targets.size) {
+            return Err(no_part());
+        }
         check_display(settings.exposure, format)?;
         let Context { device, queue, shared, timers, .. } = &self.context;
         let mut recorder = Recorder::submitting(device, queue, &shared.frame, timers);
@@ -440,6 +447,10 @@ fn hold(resident: &mut Option<Resident>, database: Option<&Arc<VisibilityDatabas
 
 fn nothing_loaded() -> Error {
     Error::invalid("load a scene before rendering")
+}
+
+fn no_part() -> Error {
+    Error::invalid("a part of a picture is not shown; read its radiance back, or render the whole")
 }
 
 fn nothing_rendered() -> Error {

@@ -1,6 +1,7 @@
 //! What can be chosen: once for a renderer ([`RendererOptions`]), or for each frame ([`RenderSettings`]).
 
 use crate::tier::Tier;
+use girandole_core::image::Region;
 use girandole_core::lights::Clamp;
 use girandole_core::tonemap::{Exposure, Tonemap};
 
@@ -162,6 +163,9 @@ pub struct RenderSettings {
     pub exposure: Exposure,
     /// Tone curve. Default AgX.
     pub tonemap: Tonemap,
+    /// The part of the picture that is drawn: to the bit what the whole has there, for [`Renderer::radiance`](crate::Renderer::radiance)
+    /// alone. Default all of it.
+    pub region: Option<Region>,
 }
 
 impl RenderSettings {
@@ -209,6 +213,7 @@ impl Default for RenderSettings {
             updates: MapUpdates::default(),
             exposure: Exposure::Auto,
             tonemap: Tonemap::Agx,
+            region: None,
         }
     }
 }

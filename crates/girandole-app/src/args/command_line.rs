@@ -1,6 +1,6 @@
 //! The call of the program that has given options: the way back from [`RenderArgs`] to a command line.
 
-use super::{Cli, Command, LightArgs, MotionArgs, QualityArgs, RenderArgs, SceneArgs, ViewArgs};
+use super::{Cli, Command, LightArgs, MotionArgs, QualityArgs, RenderArgs, SceneArgs, ToneCurve, ViewArgs};
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use girandole_core::lights::LightSettings;
@@ -65,7 +65,9 @@ impl RenderArgs {
 
     /// All options that have values in the order of the help text; the scene is none.
     pub fn choices(&self) -> Result<Vec<Choice>> {
-        let Self { scene: _, output, size, camera, object, seen, motion, lights, mode, quality, .. } = self;
+        let Self {
+            scene: _, output, size, camera, object, seen, motion, piece, lights, mode, quality, ..
+        } = self;
         let Self { debug, engine, paths, adapter, exposure, tonemap, aa, refine, stats, .. } = self;
         let SceneArgs { view, edits, load } = seen;
         let mut choices = vec![
@@ -78,6 +80,7 @@ impl RenderArgs {
         ];
         choices.extend(load.choices()?);
         choices.extend(motion.choices());
+        choices.extend(piece.choices());
         choices.extend(self.transfer.choices());
         choices.extend(lights.choices());
         choices.push(("--mode", value_name(mode)));
@@ -87,14 +90,9 @@ impl RenderArgs {
             ("--engine", value_name(engine)),
             ("--paths", text(paths)),
             ("--adapter", adapter.clone()),
-            (
-                "--exposure",
-                match exposure {
-                    Exposure::Auto => text("auto"),
-                    Exposure::Ev(ev) => text(ev),
-                },
-            ),
-            ("--tonemap", value_name(tonemap)),
+        ]);
+        choices.extend(shown(*exposure, tonemap));
+        choices.extend([
             ("--aa", aa.as_ref().and_then(value_name)),
             ("--refine", text(refine)),
             ("--stats", stats.as_deref().map(file_name).transpose()?),
@@ -151,6 +149,18 @@ impl QualityArgs {
     }
 }
 
+/// How a picture is shown, by option.
+pub fn shown(exposure: Exposure, tonemap: &ToneCurve) -> [Choice; 2] {
+    [("--exposure", stops(exposure)), ("--tonemap", value_name(tonemap))]
+}
+
+fn stops(exposure: Exposure) -> Option<String> {
+    match exposure {
+        Exposure::Auto => text("auto"),
+        Exposure::Ev(ev) => text(ev),
+    }
+}
+
 pub(super) fn text(value: impl ToString) -> Option<String> {
     Some(value.to_string())
 }
@@ -180,7 +190,9 @@ mod tests {
     }
 
     /// Options with other values than their own.
-    const OPTIONS: [(&str, &[&str]); 37] = [
+    const OPTIONS: [(&str, &[&str]); 39] = [
+        ("--region", &["0,0,1,1", "8191,5,1,3"]),
+        ("--sets", &["0..0", "3..17"]),
         ("--size", &["8x6", "8192x1"]),
         ("--lights", &["1", "1048576"]),
         ("--direct", &["0", "0.1", "1"]),
@@ -233,7 +245,8 @@ mod tests {
         ("--background", &["transparent"]),
         ("--light", &["none", "studio"]),
     ];
-    const MOTION: [(&str, &[&str]); 5] = [
+    const MOTION: [(&str, &[&str]); 6] = [
+        ("--part", &["1/1", "3/8"]),
         ("--fps", &["24", "29.97"]),
         ("--rewalk", &["1", "200", "all"]),
         ("--fade", &["0", "1000"]),

@@ -26,6 +26,19 @@ pub struct SceneArgs {
     pub load: LoadArgs,
 }
 
+impl SceneArgs {
+    /// Names its files whatever the current folder is.
+    pub fn make_absolute(&mut self) -> std::io::Result<()> {
+        if let Some(file) = &mut self.edits {
+            *file = std::path::absolute(&*file)?;
+        }
+        if let Some(EnvironmentArg::File(file)) = &mut self.load.environment {
+            *file = std::path::absolute(&*file)?;
+        }
+        Ok(())
+    }
+}
+
 /// Options of how a scene is loaded.
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct LoadArgs {

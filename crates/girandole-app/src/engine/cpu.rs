@@ -34,7 +34,8 @@ pub fn render(job: &Job) -> Result<Picture> {
     } else {
         oracle_with_transfer(&tracer, job.lights, &transferred, view, size, &settings, &set)
     };
-    Ok(Picture { radiance, frame_ms: start.elapsed().as_secs_f64() * 1e3, stats: Stats::new() })
+    let frame_ms = start.elapsed().as_secs_f64() * 1e3;
+    Ok(Picture { radiance, frame_ms, stats: Stats::new(), sum: None })
 }
 
 /// The share of the picture's energy that clamping the geometric factor loses, estimated on a coarse grid of pixels from a few

@@ -169,7 +169,7 @@ impl Device {
             stats.insert(key.into(), value.into());
         }
         let radiance = self.gpu.block_on(radiance)??;
-        Ok(Picture { radiance, frame_ms: shadow_maps_ms + shading_ms, stats })
+        Ok(Picture { radiance, frame_ms: shadow_maps_ms + shading_ms, stats, sum: None })
     }
 
     /// Says once that shadow maps are much smaller than they would be with more memory.
@@ -308,6 +308,7 @@ pub(super) fn picture_settings(args: &args::RenderArgs) -> RenderSettings {
         exposure: args.exposure,
         tonemap: args.tonemap.into(),
         debug: args.debug.map(Into::into),
+        region: args.piece.region,
         updates: MapUpdates { most: Some(0), ..MapUpdates::default() },
         ..args.quality.settings(args.mode, args.quality.clamp.0, args.aa.unwrap_or_default())
     }

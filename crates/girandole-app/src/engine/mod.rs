@@ -17,6 +17,7 @@ use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, Scene, View};
 use girandole_core::visibility::VisibilityDatabase;
+use girandole_reference::PictureSum;
 use std::sync::Arc;
 
 /// The inputs of an engine.
@@ -47,6 +48,8 @@ pub struct Picture {
     pub frame_ms: f64,
     /// The engine's own statistics.
     pub stats: Stats,
+    /// Of the light sets that it is the mean of.
+    pub sum: Option<PictureSum>,
 }
 
 /// An engine, ready to render.

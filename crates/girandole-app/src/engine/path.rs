@@ -26,5 +26,5 @@ pub fn render(job: &Job) -> Picture {
     stats.insert("paths_per_pixel".into(), job.args.paths.into());
     stats.insert("pixel_standard_error".into(), variance.sqrt().into());
     stats.insert("mean_standard_error".into(), (variance / values).sqrt().into());
-    Picture { radiance: estimate.mean, frame_ms, stats }
+    Picture { radiance: estimate.mean, frame_ms, stats, sum: None }
 }

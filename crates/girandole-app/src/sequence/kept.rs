@@ -2,14 +2,13 @@
 
 use crate::args::{Frames, RenderArgs};
 use crate::output::say;
-use crate::provenance::{FIRST, Maker};
+use crate::provenance::{FIRST, Maker, There, there, what_differs};
 use anyhow::{Context, Result, bail};
 use girandole_core::files::{Claim, Claimed, folder_of};
 use girandole_core::scene::Scene;
-use girandole_reference::{Difference, Provenance, image_file};
+use girandole_reference::Provenance;
 use rayon::prelude::*;
 use std::collections::{BTreeSet, VecDeque};
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// A frame and its file.
@@ -19,58 +18,29 @@ pub struct Frame {
     pub made_by: Provenance,
 }
 
-/// What is at a frame's place.
-enum There {
-    Nothing,
-    /// The frame.
-    Frame,
-    /// A file that is not it, and why.
-    Other(String),
-    Folder,
-}
-
 impl Frame {
     fn new(number: u32, pattern: &Path, (scene, maker): (&Scene, &Maker)) -> Result<Self> {
         let path = Frames::file(pattern, number).context("the name has no run of # for the number")?;
         Ok(Self { number, path, made_by: maker.frame(scene, number)? })
     }
-
-    fn there(&self) -> There {
-        match self.path.metadata() {
-            Err(e) if e.kind() == ErrorKind::NotFound => return There::Nothing,
-            Ok(file) if file.is_dir() => return There::Folder,
-            Ok(file) if file.len() == 0 => return There::Other("it is empty".into()),
-            _ => {}
-        }
-        let made_by = match Provenance::read(&self.path) {
-            Ok(Some(made_by)) => made_by,
-            Ok(None) => return There::Other("it does not say what it was made by".into()),
-            Err(error) => return There::Other(error.to_string()),
-        };
-        if let Some(difference) = self.made_by.difference(&made_by, &FIRST) {
-            return There::Other(what_differs(&difference));
-        }
-        match image_file::read(&self.path) {
-            Ok(_) => There::Frame,
-            Err(error) => There::Other(error.to_string()),
-        }
-    }
 }
 
 /// The numbers of those frames that have to be rendered, where nothing of the sequence's names is of something else.
 pub fn missing(args: &RenderArgs, made: (&Scene, &Maker), frames: Frames) -> Result<Vec<u32>> {
+    let is_ours = |number: &u32| args.piece.has(frames, *number);
     let look = |&number: &u32| {
         let frame = Frame::new(number, &args.output, made)?;
-        let there = frame.there();
+        let there = there(&frame.path, &frame.made_by);
         Ok((frame, there))
     };
-    let found = numbers_there(&args.output)?.par_iter().map(look).collect::<Result<Vec<_>>>()?;
+    let there = numbers_there(&args.output)?;
+    let found = there.par_iter().filter(|number| is_ours(number)).map(look).collect::<Result<Vec<_>>>()?;
     let is_asked_for = |frame: &Frame| (frames.first..=frames.last).contains(&frame.number);
     let mut kept = BTreeSet::new();
     let mut others = Vec::new();
     for (frame, there) in &found {
         match there {
-            There::Frame => drop(kept.insert(frame.number)),
+            There::Picture => drop(kept.insert(frame.number)),
             There::Folder if is_asked_for(frame) => return refuse_folder(frame),
             There::Other(why) if !(args.motion.overwrite && is_asked_for(frame)) => others.push((frame, why)),
             _ => {}
@@ -87,13 +57,13 @@ pub fn missing(args: &RenderArgs, made: (&Scene, &Maker), frames: Frames) -> Res
         }
         say(&format!("warning: {what}; it is beyond the frames {frames}, and stays as it is"));
     }
-    Ok(frames.iter().filter(|number| !kept.contains(number)).collect())
+    Ok(frames.iter().filter(|number| is_ours(number) && !kept.contains(number)).collect())
 }
 
 /// Whether a frame is there by now; what else is there may be replaced or not.
 pub fn is_there(frame: &Frame, overwrite: bool) -> Result<bool> {
-    match frame.there() {
-        There::Frame => Ok(true),
+    match there(&frame.path, &frame.made_by) {
+        There::Picture => Ok(true),
         There::Folder => refuse_folder(frame),
         There::Other(why) if !overwrite => {
             bail!(
@@ -120,24 +90,6 @@ fn numbers_there(pattern: &Path) -> Result<Vec<u32>> {
     let mut numbers: Vec<u32> = entries.filter_map(number).collect();
     numbers.sort_unstable();
     Ok(numbers)
-}
-
-/// As a part of a sentence about a file.
-fn what_differs(difference: &Difference) -> String {
-    let Difference { key, here, there } = difference;
-    let value = |value: &Option<String>| value.clone().unwrap_or_default();
-    let (here, there) = (value(here), value(there));
-    match key.as_str() {
-        "version" => format!("it was made by version {there} instead of {here}"),
-        "scene" => "it shows another scene, or this one as it was before a change".into(),
-        "size" => format!("it has {there} pixels instead of {here}"),
-        "engine" => format!("it was made by --engine {there} instead of {here}"),
-        "view" => "it shows another view".into(),
-        "moment" | "frame" => "it shows another moment".into(),
-        _ if there.is_empty() => format!("it was made without --{key} {here}"),
-        _ if here.is_empty() => format!("it was made with --{key} {there}"),
-        _ => format!("it was made with --{key} {there} instead of {here}"),
-    }
 }
 
 /// Frames that are claimed one after the other: first those that no other process renders.

@@ -8,6 +8,7 @@ mod help;
 mod info;
 #[cfg(target_os = "linux")]
 mod interrupts;
+mod pieces;
 #[path = "../shared/pixels.rs"]
 mod pixels;
 mod refusals;

@@ -35,7 +35,7 @@ struct Frame {
   writes_radiance: u32, // whether points are the picture's pixels, and their radiance is stored
   mirror_solid_angle: f32, // of light samples, mean, sr: what is sharper is found by mirrored rays; 0 = no such rays
   ray_offset: f32, // how far rays start off surfaces at least, metres
-  padding_c: u32,
+  columns: u32, // the first one that is drawn, and one past the last in the upper half
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -50,6 +50,9 @@ fn pixel_ray(at: vec2f) -> PixelRay {
   let is_parallel = frame.orthographic != 0u;
   return PixelRay(frame.eye + select(vec3f(0.0), shift, is_parallel), frame.forward + select(shift, vec3f(0.0), is_parallel));
 }
+
+// Whether a column is drawn, or is the one next to those on the right, where points of grids lie.
+fn is_drawn(column: u32) -> bool { return column >= (frame.columns & 0xffffu) && column <= frame.columns >> 16u; }
 
 // Index of a pixel in the band's buffers.
 fn band_index(pixel: vec2u) -> u32 {

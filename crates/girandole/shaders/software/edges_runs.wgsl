@@ -5,7 +5,7 @@
 fn interpolate_edges(@builtin(global_invocation_id) invocation: vec3u) {
   let last = last_point();
   let start = vec2u(EDGE_RUN * invocation.x, invocation.y);
-  if start.x > last.x || !has_row(start.y) { return; }
+  if start.x > last.x || !is_drawn(start.x) || !has_row(start.y) { return; }
   let side = side_of(shift_of_sample());
   var diffuse = NO_DIFFUSE_MATERIAL;
   var unresolved = 0u; // a bit each
@@ -26,7 +26,7 @@ fn interpolate_edges(@builtin(global_invocation_id) invocation: vec3u) {
 @compute @workgroup_size(WORKGROUP)
 fn resolve_first_samples(@builtin(global_invocation_id) invocation: vec3u) {
   let start = vec2u(EDGE_RUN * invocation.x, invocation.y);
-  if start.x >= frame.size.x || !has_row(start.y) { return; }
+  if start.x >= frame.size.x || !is_drawn(start.x) || !has_row(start.y) { return; }
   var diffuse = NO_DIFFUSE_MATERIAL;
   for (var x = start.x; x < min(start.x + EDGE_RUN, frame.size.x); x++) {
     resolve_first_sample(vec2u(x, start.y), &diffuse);

@@ -1,5 +1,6 @@
 //! Textures and buffers that depend on the picture's size alone; resizing makes only these anew.
 
+use girandole_core::image::Region;
 use std::sync::OnceLock;
 
 /// Pixels whose sums are held at once: 48 MiB of them.
@@ -28,9 +29,45 @@ pub(crate) struct GridView<'a> {
     pub directional: &'a wgpu::TextureView,
 }
 
+/// The part of a picture that is asked for, and what is drawn of it: all that the part depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Drawn {
+    pub region: Region,
+    /// First column and one past the last, and the same of rows, whole cells of the coarsest grid.
+    ranges: [[u32; 2]; 2],
+}
+
+/// Pixels from one that is interpolated to those that it depends on, at most: two points away on each grid, and one pixel beyond for
+/// further samples.
+const REACH: u32 = 32;
+/// The same where mirror images are blurred (`put_mirrors.wgsl`).
+const MIRROR_REACH: u32 = 96;
+
+impl Drawn {
+    /// Of a picture of so many pixels, with mirror images or without.
+    pub fn new(size: [u32; 2], region: Option<Region>, mirrors: bool) -> Self {
+        let region = region.unwrap_or(Region::whole(size));
+        let reach = REACH + if mirrors { MIRROR_REACH } else { 0 };
+        let range = |axis: usize| {
+            let first = region.first[axis].saturating_sub(reach) / COARSEST * COARSEST;
+            let end = region.first[axis] + region.size[axis] + reach;
+            [first, end.next_multiple_of(COARSEST).min(size[axis])]
+        };
+        Self { region, ranges: [range(0), range(1)] }
+    }
+
+    /// As kernels have it.
+    pub fn columns(&self) -> u32 {
+        let [first, end] = self.ranges[0];
+        first | end << 16
+    }
+}
+
 /// What depends on the picture's size alone.
 pub(crate) struct Targets {
     pub size: [u32; 2],
+    /// By the last frame.
+    pub drawn: Drawn,
     pub band_rows: u32,
     pub triangle_ids: wgpu::TextureView,
     /// Surfaces and materials.
@@ -163,6 +200,7 @@ impl Targets {
         let pixels = u64::from(size[0]) * u64::from(band_rows + 1);
         Self {
             size,
+            drawn: Drawn::new(size, None, false),
             band_rows,
             triangle_ids: attachment("triangle ids", TRIANGLE_IDS),
             surface_ids: attachment("surface ids", SURFACE_IDS),
@@ -251,9 +289,20 @@ impl Targets {
         self.sample.view()
     }
 
-    /// First and last-but-one row of each band.
+    /// First and last-but-one row of each band that is drawn. Where a band of the whole picture ends, so does one of a part.
     pub fn bands(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+        self.bands_of(self.drawn.ranges[1])
+    }
+
+    /// First and last-but-one row of what the bands have of the part that is asked for.
+    pub fn bands_of_region(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let Region { first: [_, first], size: [_, rows] } = self.drawn.region;
+        self.bands_of([first, first + rows])
+    }
+
+    fn bands_of(&self, [from, to]: [u32; 2]) -> impl Iterator<Item = [u32; 2]> + use<> {
         let (rows, height) = (self.band_rows, self.size[1]);
-        (0..height).step_by(rows as usize).map(move |first| [first, (first + rows).min(height)])
+        let all = (0..height).step_by(rows as usize).map(move |first| [first, (first + rows).min(height)]);
+        all.map(move |[first, end]| [first.max(from), end.min(to)]).filter(|[first, end]| first < end)
     }
 }

@@ -9,7 +9,7 @@ use girandole_core::image::Image;
 use std::future::Future;
 
 impl Renderer {
-    /// Reads the last picture back: linear radiance. The future completes while the device is polled; it owns what it
+    /// Reads the last picture back, or the [part](crate::RenderSettings::region) that was drawn: linear radiance. The future completes while the device is polled; it owns what it
     /// needs. What was recorded into an encoder of the caller's has to be submitted before.
     ///
     /// # Errors
@@ -19,16 +19,17 @@ impl Renderer {
         let copy = self.targets.as_ref().map(|targets| {
             let mut encoder = device.create_command_encoder(&Default::default());
             // Bands keep each buffer small.
+            let region = targets.drawn.region;
             let copies: Vec<_> = targets
-                .bands()
+                .bands_of_region()
                 .map(|[first, end]| {
-                    let size = [targets.size[0], end - first];
-                    let origin = wgpu::Origin3d { x: 0, y: first, z: 0 };
+                    let size = [region.size[0], end - first];
+                    let origin = wgpu::Origin3d { x: region.first[0], y: first, z: 0 };
                     TextureCopy::record(device, &mut encoder, &targets.picture, origin, size, 8)
                 })
                 .collect();
             queue.submit([encoder.finish()]);
-            (targets.size, copies)
+            (region.size, copies)
         });
         async move {
             let (size, copies) = copy.ok_or_else(nothing_rendered)?;

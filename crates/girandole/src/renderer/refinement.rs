@@ -104,6 +104,9 @@ impl Renderer {
         if settings.debug.is_some() {
             return Err(Error::invalid("a debug view cannot be refined; show the picture"));
         }
+        if settings.region.is_some() {
+            return Err(Error::invalid("a part of a picture is not refined; render its sets one by one"));
+        }
         let picture = Picture { view: *view, size, settings: settings.of_radiance() };
         if self.refinement.picture != Some(picture) || self.stale().maps > 0 {
             self.render(view, size, settings)?;
@@ -134,6 +137,38 @@ impl Renderer {
         }
         self.refinement.next = Some(next);
         Ok(false)
+    }
+
+    /// Renders the picture of one light set alone, of those that [`Renderer::refine`] averages: set 0 is that of [`Renderer::render`].
+    /// Whoever adds them up can share the work with others. It depends on no other set.
+    ///
+    /// # Errors
+    /// As for [`Renderer::refine`], which begins anew afterwards.
+    pub fn render_set(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        size: [u32; 2],
+        settings: &RenderSettings,
+        set: u32,
+    ) -> Result<()> {
+        let illumination = self.illumination.as_ref().ok_or_else(not_open)?;
+        let (geometry, light) = (illumination.geometry(), illumination.settings());
+        geometry.belongs_to(scene)?;
+        if set == 0 {
+            return self.render(view, size, settings);
+        }
+        let lights = LightSet::sample_set(scene, geometry, &light.lights, &light.views, set)?;
+        let determined = light.visibility.as_ref();
+        let build = determined.map(|wanted| {
+            VisibilityBuild::new((scene, geometry), &lights, wanted, &[*view])?.end(scene, geometry)
+        });
+        let next = NextSet { build: None, visibility: build.transpose()?.map(Arc::new), lights };
+        // What is set aside stays there until set 0 comes back.
+        self.refinement = Refinement { set_aside: self.refinement.set_aside.take(), ..Refinement::default() };
+        self.light_with(scene, &next)?;
+        let picture = Picture { view: *view, size, settings: *settings };
+        self.frame(None, &jittered(&picture, set), size, &settings.of_set(set), None)
     }
 
     /// How many light sets are averaged in the last picture: 1 unless it was [refined](Renderer::refine), 0 without a picture of

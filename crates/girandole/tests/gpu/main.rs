@@ -20,6 +20,7 @@ mod rays;
 mod recording;
 mod refinement;
 mod reflections;
+mod regions;
 mod rooms;
 mod selected;
 mod shadings;
@@ -71,6 +72,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         recording::tests(),
         refinement::tests(),
         reflections::tests(),
+        regions::tests(),
         rooms::tests(),
         selected::tests(),
         shadings::tests(),

@@ -10,7 +10,7 @@ use girandole::core::scene::{Geometry, Material, PunctualKind, PunctualLight, Sc
 use girandole::core::tonemap::Exposure;
 use girandole::{DebugView, RenderSettings, Renderer, RendererOptions};
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
-use girandole_reference::{Estimate, PathSettings, path_trace};
+use girandole_reference::{Estimate, PathSettings, PictureSum, path_trace};
 use std::sync::OnceLock;
 
 pub fn tests() -> Vec<Test> {
@@ -19,6 +19,7 @@ pub fn tests() -> Vec<Test> {
         ("refined_pictures_repeat_and_begin_anew", repeats),
         ("refined_pictures_are_refused_with_a_sentence", refuses),
         ("turned_shadow_maps_show_the_same", turned),
+        ("sets_alone_are_those_that_are_averaged", alone),
     ]
 }
 
@@ -74,6 +75,32 @@ impl Room {
 
 fn against(reference: &Image, picture: &Image) -> Comparison {
     compare(reference, picture, &CompareOptions::default()).expect("comparable")
+}
+
+fn alone(context: &Context) {
+    let room = Room::new();
+    let mut renderer = room.opened(context);
+    let settings = RenderSettings::default();
+    let mut set = |set| {
+        renderer.render_set(&room.scene, &room.view, SIZE, &settings, set).expect("a set");
+        context.wait(renderer.radiance()).expect("radiance")
+    };
+    let forth: Vec<Image> = (0..4).map(&mut set).collect();
+    assert!([3, 1, 0, 2].into_iter().all(|index| set(index as u32) == forth[index]), "order counts");
+    assert!((1..4).all(|index| forth[index] != forth[index - 1]), "the control: sets differ");
+    let mut sum = PictureSum::new(SIZE[0], SIZE[1]);
+    assert!(forth.iter().all(|picture| sum.add(picture)));
+    // Averages are stored as pictures are, with 18 bits.
+    let averaged = room.refine(context, &mut renderer, 4);
+    let worst = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element() / a.max_element().max(1e-3);
+    let mean = sum.mean();
+    let worst = averaged.pixels.iter().zip(&mean.pixels).map(worst).fold(0.0, f32::max);
+    assert!(worst < 1e-5, "{worst}");
+    let estimated = context.wait(renderer.refined_error()).expect("an error").expect("of four");
+    let found = sum.relative_error().expect("of four");
+    assert!((estimated - found).abs() < 1e-3 * found, "{estimated} {found}");
+    assert!(found > 1e-6, "the control: sets differ");
+    assert!(averaged != forth[0], "the control: an average is no set");
 }
 
 fn converges(context: &Context) {

@@ -1,0 +1,108 @@
+//! Parts of pictures: to the bit what the whole has there, and for less.
+
+use crate::common::{Context, Stage, Test, with_object};
+use girandole::core::image::{Image, Region};
+use girandole::core::lights::LightSettings;
+use girandole::core::scene::builtin::MovingObject;
+use girandole::{DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading};
+
+pub fn tests() -> Vec<Test> {
+    vec![
+        ("parts_of_pictures_are_those_of_the_whole", parts),
+        ("parts_across_bands_are_those_of_the_whole", across_bands),
+        ("parts_that_cannot_be_are_refused", refused),
+    ]
+}
+
+const SIZE: [u32; 2] = [480, 360];
+
+/// The pixels of a region.
+fn cut(whole: &Image, region: Region) -> Vec<[u32; 3]> {
+    let bits = |row| whole.pixels[row].iter().map(|p| p.to_array().map(f32::to_bits)).collect::<Vec<_>>();
+    region.rows(whole.width).flat_map(bits).collect()
+}
+
+fn points(context: &Context, renderer: &Renderer) -> u64 {
+    context.wait(renderer.stats()).expect("stats").points.iter().sum()
+}
+
+fn parts(context: &Context) {
+    let regions = [
+        Region { first: [203, 151], size: [61, 47] },
+        Region { first: [0, 0], size: [40, 33] },
+        Region { first: [433, 327], size: [47, 33] },
+        Region { first: [300, 10], size: [1, 1] },
+    ];
+    let full = RenderSettings::default();
+    let passes = Shading::Multipass { lights_per_pass: 8 };
+    let twice = RenderSettings { samples_per_axis: 2, ..full };
+    for (name, settings) in [
+        ("table", full),
+        ("table", RenderSettings { mode: Mode::Naive, ..full }),
+        ("table", twice),
+        ("table", RenderSettings { shading: passes, ..full }),
+        ("pillars", RenderSettings { mode: Mode::LowResolution, samples_per_axis: 3, ..full }),
+        ("mirrors", full),
+        ("living-room", twice),
+    ] {
+        let stage = Stage::builtin(name, 24);
+        let mut renderer =
+            context.loaded(&stage, RendererOptions { map_size: Some(64), ..Default::default() });
+        let view = stage.view(0, SIZE);
+        let whole = context.frame(&mut renderer, &view, SIZE, &settings);
+        let all = points(context, &renderer);
+        for region in regions {
+            // What is left of another picture is not taken for this one's.
+            let mut other = view;
+            other.center.x += 0.3;
+            context.frame(&mut renderer, &other, SIZE, &settings);
+            let part = RenderSettings { region: Some(region), ..settings };
+            let found = context.frame(&mut renderer, &view, SIZE, &part);
+            assert_eq!([found.width, found.height], region.size);
+            let expected = cut(&whole, region);
+            let wrong = cut(&found, Region::whole(region.size)).iter().zip(&expected).filter(|(a, b)| a != b);
+            assert_eq!(wrong.count(), 0, "{name} {settings:?} {region}");
+            if settings.mode == Mode::Full && name != "mirrors" {
+                let some = points(context, &renderer);
+                assert!(some * 2 < all, "{name} {region}: {some} of {all} points are shaded");
+            }
+        }
+    }
+}
+
+fn across_bands(context: &Context) {
+    // Bands of 128 rows.
+    let size = [8000, 160];
+    let settings = LightSettings { count: 8, ..LightSettings::default() };
+    let stage = Stage::new(with_object("pillars", MovingObject::Torus), &settings);
+    let mut renderer = context.loaded(&stage, RendererOptions { map_size: Some(64), ..Default::default() });
+    let view = stage.view(0, size);
+    for samples_per_axis in [1, 2] {
+        let settings = RenderSettings { samples_per_axis, ..RenderSettings::default() };
+        let whole = context.frame(&mut renderer, &view, size, &settings);
+        for region in [[3000, 90, 120, 60], [3990, 128, 9, 32], [4100, 100, 31, 28]] {
+            let [x, y, width, height] = region;
+            let region = Region { first: [x, y], size: [width, height] };
+            let part = RenderSettings { region: Some(region), ..settings };
+            let found = context.frame(&mut renderer, &view, size, &part);
+            let is_same = cut(&found, Region::whole(region.size)) == cut(&whole, region);
+            assert!(is_same, "{samples_per_axis} {region}");
+        }
+    }
+}
+
+fn refused(context: &Context) {
+    let stage = Stage::builtin("table", 4);
+    let mut renderer = context.loaded(&stage, RendererOptions { map_size: Some(64), ..Default::default() });
+    let view = stage.view(0, SIZE);
+    let part = |first, size| RenderSettings { region: Some(Region { first, size }), ..Default::default() };
+    for (settings, says) in [
+        (part([479, 0], [2, 1]), "does not lie in a picture"),
+        (part([0, 0], [0, 1]), "does not lie in a picture"),
+        (RenderSettings { debug: Some(DebugView::Receivers), ..part([0, 0], [8, 8]) }, "leave the part out"),
+    ] {
+        let error = renderer.render(&view, SIZE, &settings).expect_err("no part").to_string();
+        assert!(error.contains(says), "{error}");
+    }
+    renderer.render(&view, SIZE, &part([8, 8], [8, 8])).expect("a part");
+}
