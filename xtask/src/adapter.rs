@@ -1,5 +1,6 @@
 //! Makes sure that there is an adapter: Mesa's software Vulkan device where there is no GPU.
 
+use crate::apt;
 use anyhow::{Context, Result, bail};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -11,10 +12,9 @@ pub fn ensure(girandole: &Path) -> Result<()> {
     if exists(girandole)? {
         return Ok(());
     }
-    let Some(prefix) = apt_prefix() else { bail!("{}", advice()) };
-    eprintln!("no graphics adapter found: installing {PACKAGE}");
-    apt(&prefix, &["update"])?;
-    apt(&prefix, &["install", "-y", PACKAGE])?;
+    if !apt::install(PACKAGE, "no graphics adapter found").with_context(advice)? {
+        bail!("{}", advice());
+    }
     if !exists(girandole)? {
         bail!("{PACKAGE} is installed, but still no graphics adapter is found; see `girandole info`");
     }
@@ -34,42 +34,6 @@ fn exists(girandole: &Path) -> Result<bool> {
         Some(1) => Ok(false),
         _ => bail!("{} info failed: {status}", girandole.display()),
     }
-}
-
-/// The prefix with which apt-get may install; `None` if there is no apt or a password would be needed.
-fn apt_prefix() -> Option<Vec<&'static str>> {
-    if !succeeds("apt-get", &["--version"]) {
-        return None;
-    }
-    let user = Command::new("id").arg("-u").output().ok()?;
-    if user.stdout.trim_ascii() == b"0" {
-        Some(vec![])
-    } else {
-        succeeds("sudo", &["-n", "true"]).then(|| vec!["sudo", "-n"])
-    }
-}
-
-fn succeeds(program: &str, arguments: &[&str]) -> bool {
-    Command::new(program)
-        .args(arguments)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status()
-        .is_ok_and(|s| s.success())
-}
-
-fn apt(prefix: &[&str], arguments: &[&str]) -> Result<()> {
-    let words: Vec<&str> = prefix
-        .iter()
-        .copied()
-        .chain(["env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-q"])
-        .chain(arguments.iter().copied())
-        .collect();
-    let status = Command::new(words[0]).args(&words[1..]).status().context("cannot run apt-get")?;
-    if !status.success() {
-        bail!("apt-get {} failed; {}", arguments.join(" "), advice());
-    }
-    Ok(())
 }
 
 fn advice() -> String {

@@ -1,10 +1,12 @@
 //! Development tasks: `cargo xtask --help`.
 
 mod adapter;
+mod apt;
 mod check_web;
 mod gallery;
 mod swiftshader;
 mod test;
+mod test_farm;
 mod test_window;
 mod truth;
 
@@ -36,6 +38,8 @@ enum Task {
     CheckWeb,
     /// Drives the window by keys and mouse under Xvfb; needs Xvfb, xdotool and a graphics adapter
     TestWindow,
+    /// Renders on a farm of two Slurm workers, of which one dies, and by Open Job Description; needs slurm-wlm
+    TestFarm(test_farm::Arguments),
     /// Renders every glTF file below a folder beside the path tracer, to one HTML page
     #[command(disable_help_flag = true)]
     Gallery {
@@ -53,6 +57,7 @@ fn main() -> ExitCode {
         Task::Test { adapter: Some(adapter), arguments } => test::run_on(adapter, &arguments),
         Task::CheckWeb => check_web::run(),
         Task::TestWindow => test_window::run(),
+        Task::TestFarm(arguments) => test_farm::run(&arguments),
         Task::Gallery { arguments } => gallery::run(&arguments),
         Task::Truth(arguments) => truth::run(&arguments),
     };
