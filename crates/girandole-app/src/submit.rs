@@ -28,10 +28,7 @@ pub fn run(args: &SubmitArgs) -> Result<ExitCode> {
     }
     let mut needs = match args.print || args.dry_run {
         true => Needs::estimated(&render),
-        false => {
-            make_folder(&folder)?;
-            Needs::measured(&render, &pieces, &folder)?
-        }
+        false => Needs::measured(&render, &pieces, &folder)?,
     };
     needs.cores = args.cores.unwrap_or(needs.cores);
     let job = scripts::Job { program: program()?, render: &render, pieces: &pieces, folder: &folder, needs };

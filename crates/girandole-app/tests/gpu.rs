@@ -199,7 +199,7 @@ fn no_parts(directory: &Path) -> Result<(), Failed> {
     for (parts, says) in [
         ("a.exr", "light sets 2..3"),
         ("b.exr", "light sets 0..1"),
-        ("a.exr seed.exr", "without --seed"),
+        ("a.exr seed.exr", "with --seed 1 instead of 0"),
         ("a.exr more.exr", "the same pixels of the same light sets"),
         ("a.exr b.exr b.exr", "the same pixels of the same light sets"),
         ("top.exr", "the pixels 0,30,96,42 are missing"),

@@ -32,13 +32,14 @@ impl Needs {
         Self { memory_mib: (mib * ROOM) as u64, cores: 1 }
     }
 
-    /// By the first frame, which is rendered here and stays, or by the first light set of the first region.
+    /// By the first frame, which is rendered here and stays, or by the first light set of the first region. What is kept for all is
+    /// kept in the folder.
     ///
     /// # Errors
     /// Where that cannot be rendered.
     pub fn measured(render: &RenderArgs, pieces: &Pieces, folder: &Path) -> Result<Self> {
         let mut first = render.clone();
-        let trial = tempfile::tempdir_in(folder).context("nothing can be written to the folder")?;
+        let trial = tempfile::tempdir().context("there is no temporary folder")?;
         match pieces {
             Pieces::Sequence(_) => {
                 let frame = render.motion.frames.map(|frames| Frames { last: frames.first, ..frames });
@@ -54,7 +55,12 @@ impl Needs {
         let _progress = Progress::spinner("rendering a first piece, to see what workers need");
         let start = Instant::now();
         let mut command = Command::new(super::program()?);
-        let child = command.args(&words[1..]).stdin(Stdio::null()).stderr(Stdio::piped()).spawn();
+        let child = command
+            .args(&words[1..])
+            .env("XDG_CACHE_HOME", folder.join("cache"))
+            .stdin(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn();
         let (used, said) = watch(child.context("this program cannot be run")?)?;
         let seconds = start.elapsed().as_secs_f64();
         let Some(Used { peak_mib, busy_seconds }) = used else { return Ok(Self::estimated(render)) };
