@@ -191,8 +191,8 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "OUT.{exr,png}", default_value = "girandole.png")]
     pub output: PathBuf,
 
-    /// Pixels in x and y, each from 1 to 8192
-    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = parse_size, allow_hyphen_values = true)]
+    /// Pixels in x and y, each from 1 to 65536; pictures of more than 8192 are drawn in several windows (engine gpu)
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = parse_picture_size, allow_hyphen_values = true)]
     pub size: [u32; 2],
 
     /// A camera of the scene, by name or index; the first if not given

@@ -2,7 +2,7 @@
 
 use crate::args::{JoinArgs, parse_sets, shown};
 use crate::output::{self, say};
-use crate::picture::{self, Shown};
+use crate::picture::{self, MOST_PIXELS, Shown};
 use crate::provenance::{FIRST, OF_PARTS, what_differs};
 use anyhow::{Context, Result, bail};
 use girandole_core::glam::Vec3;
@@ -49,7 +49,15 @@ impl Whole {
             let (width, height) = size.split_once('x')?;
             Some([width.parse().ok()?, height.parse().ok()?])
         });
-        size.context("the parts do not say how many pixels the picture has")
+        let size = size.context("the parts do not say how many pixels the picture has")?;
+        if size.map(u64::from).iter().product::<u64>() > MOST_PIXELS {
+            bail!(
+                "a picture of {}×{} pixels is too large to be joined; use its parts as they are",
+                size[0],
+                size[1]
+            );
+        }
+        Ok(size)
     }
 
     /// How many light sets it is the mean of.

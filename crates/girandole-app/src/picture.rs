@@ -9,6 +9,9 @@ use girandole_reference::Provenance;
 use girandole_reference::image_file::{self, Pixels};
 use std::path::Path;
 
+/// Pixels that a picture, or a part that is rendered alone, may have: 3 GiB of them.
+pub const MOST_PIXELS: u64 = 1 << 28;
+
 /// How radiance becomes what is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown {

@@ -6,7 +6,7 @@ use crate::args::{
 };
 use crate::engine::{self, Job, Ready};
 use crate::output::{self, Stats, say};
-use crate::picture::{self, Shown};
+use crate::picture::{self, MOST_PIXELS, Shown};
 use crate::provenance::{Maker, There, there};
 use crate::{scene, sequence, transfer};
 use anyhow::{Result, bail};
@@ -124,6 +124,23 @@ fn check_piece(args: &RenderArgs) -> Result<()> {
             bail!("a part has no exposure of its own; save it as .exr, or give --exposure a number of stops");
         }
     }
+    let [width, height] = region.map_or(args.size, |region| region.size);
+    if u64::from(width) * u64::from(height) > MOST_PIXELS {
+        bail!("{width}×{height} pixels are too many at once; render parts of the picture, each a --region");
+    }
+    if is_in_windows(args) {
+        if matches!(args.engine, Engine::Cpu | Engine::Path) {
+            bail!("pictures of more than 8192 pixels a side belong to --engine gpu; give a smaller --size");
+        }
+        if args.debug.is_some() {
+            bail!("--debug shows pictures of 8192 pixels a side at most; give a smaller --size");
+        }
+        if args.motion.updates != UpdatesArg::All {
+            bail!(
+                "--updates counts shadow maps of pictures of 8192 pixels a side at most; give a smaller --size"
+            );
+        }
+    }
     match sets {
         Some([_, last]) if last >= args.refine => bail!(
             "--sets ends at {last}, but --refine {} has the sets 0 to {}; give --refine the number of all sets",
@@ -135,9 +152,18 @@ fn check_piece(args: &RenderArgs) -> Result<()> {
     }
 }
 
+/// Whether the picture is larger than what is drawn at once.
+fn is_in_windows(args: &RenderArgs) -> bool {
+    args.size.iter().any(|&side| side > 8192)
+}
+
 /// Whether an engine that was chosen since can do what is asked for.
 pub fn check_engine(args: &RenderArgs, engine: &Ready) -> Result<()> {
-    let asked = [(args.refine > 1, "--refine"), (args.piece.region.is_some(), "--region")];
+    let asked = [
+        (args.refine > 1, "--refine"),
+        (args.piece.region.is_some(), "--region"),
+        (is_in_windows(args), "a --size beyond 8192"),
+    ];
     match asked.into_iter().find(|(is_asked, _)| *is_asked) {
         Some((_, option)) if !matches!(engine, Ready::Gpu(_)) => {
             bail!("{option} belongs to --engine gpu, and there is no adapter; leave it out")
@@ -178,7 +204,11 @@ fn render(mut args: RenderArgs) -> Result<ExitCode> {
     let start = Instant::now();
     let by_samples = args.engine != Engine::Path;
     let lights = if by_samples {
-        LightSet::sample_for(&scene, &geometry, &args.light_settings(), args.lights.placement.views(&[view]))?
+        engine::sample(
+            (&scene, &geometry),
+            (&args.light_settings(), args.lights.placement.views(&[view])),
+            &args,
+        )?
     } else {
         LightSet::from_samples(&geometry, Vec::new())
     };
@@ -299,9 +329,8 @@ fn coverage_of(args: &RenderArgs, scene: &Scene, view: &View) -> Option<Vec<f32>
     // Averaged pictures have samples everywhere in a pixel.
     let is_averaged = args.refine > 1 || args.engine == Engine::Path;
     let samples = if is_averaged { 4 } else { args.aa.unwrap_or_default().samples_per_axis() };
-    let whole = coverage(&SceneTracer::new(scene, &Geometry::new(scene)), view, args.size, samples);
-    let region = args.piece.region.unwrap_or(Region::whole(args.size));
-    Some(region.rows(args.size[0]).flat_map(|row| &whole[row]).copied().collect())
+    let part = args.piece.region.unwrap_or(Region::whole(args.size));
+    Some(coverage(&SceneTracer::new(scene, &Geometry::new(scene)), view, (args.size, part), samples))
 }
 
 fn milliseconds(since: Instant) -> f64 {

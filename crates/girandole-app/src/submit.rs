@@ -26,7 +26,7 @@ pub fn run(args: &SubmitArgs) -> Result<ExitCode> {
             "there is no sbatch: install Slurm (on Debian and Ubuntu the package slurm-wlm), or see what it would get with --print"
         );
     }
-    let mut needs = match args.print || args.dry_run {
+    let mut needs = match args.print || args.dry_run || args.estimate {
         true => Needs::estimated(&render),
         false => Needs::measured(&render, &pieces, &folder)?,
     };

@@ -52,7 +52,7 @@ pub fn of_object(
 ) -> Result<Transferred> {
     let name = &scene.objects[object.index()].name;
     let settings = args.settings();
-    let folder = folder();
+    let folder = cache("transfer");
     let (transfer, cached) = match &folder {
         Some(folder) => transfer::cached(scene, object, &settings, folder, done),
         None => ObjectTransfer::simulate(scene, object, &settings, done).map(|t| (t, Cached::Computed)),
@@ -90,15 +90,15 @@ pub fn light_by(renderer: &mut Renderer, scene: &Scene, transfers: &[Transferred
     Ok(())
 }
 
-/// Where transfer is kept from call to call.
+/// Where something is kept from call to call.
 #[cfg(not(target_arch = "wasm32"))]
-fn folder() -> Option<PathBuf> {
-    Some(dirs::cache_dir()?.join("girandole").join("transfer"))
+pub fn cache(what: &str) -> Option<PathBuf> {
+    Some(dirs::cache_dir()?.join("girandole").join(what))
 }
 
 /// Browsers have no folders.
 #[cfg(target_arch = "wasm32")]
-fn folder() -> Option<PathBuf> {
+fn cache(_what: &str) -> Option<PathBuf> {
     None
 }
 

@@ -12,12 +12,13 @@ type Check = fn(&Path) -> Result<(), Failed>;
 
 fn main() {
     let has_adapter = girandole(Path::new("."), "info --require-adapter").status.success();
-    let checks: [(&str, Check); 14] = [
+    let checks: [(&str, Check); 15] = [
         ("same_command_same_bytes", same_command_same_bytes),
         ("the_command_in_the_statistics_makes_the_same_picture", same_picture_by_its_command),
         ("refined_pictures_repeat_and_are_better", refined_pictures),
         ("parts_join_to_the_bytes_of_the_whole", parts_join),
         ("parts_of_no_picture_are_refused", no_parts),
+        ("pictures_larger_than_the_devices_are_drawn_in_windows", windows),
         ("agrees_with_traced_shadows", agrees_with_traced_shadows),
         ("statistics_name_passes_and_counts", statistics_name_passes_and_counts),
         ("little_memory_gives_a_picture_and_a_sentence", little_memory_gives_a_picture_and_a_sentence),
@@ -180,7 +181,43 @@ fn parts_join(directory: &Path) -> Result<(), Failed> {
     let made = directory.join("b2.exr").metadata()?.modified()?;
     let said = render(&format!("--refine 5 --sets 3..4 --region {} -o b2.exr", regions[2]))?;
     ensure(String::from_utf8_lossy(&said.stderr).contains("b2.exr was there"), "it is made again")?;
-    ensure(made == directory.join("b2.exr").metadata()?.modified()?, "it is written again")
+    ensure(made == directory.join("b2.exr").metadata()?.modified()?, "it is written again")?;
+    // Light is sampled once for all pieces: with and without sets, and with transparency seen from elsewhere.
+    let kept = std::fs::read_dir(directory.join("cache/girandole/lights"))?.count();
+    ensure(kept == 1, &format!("light is sampled {kept} times"))
+}
+
+fn windows(directory: &Path) -> Result<(), Failed> {
+    // The windows meet at column 4500.
+    let large = "render pillars --size 9000x24 --lights 12 --engine gpu --map-size 64";
+    succeed(directory, &format!("{large} -o whole.exr"))?;
+    for (region, name) in [("0,0,4400,24", "a"), ("4400,0,200,24", "b"), ("4600,0,4400,24", "c")] {
+        succeed(directory, &format!("{large} --region {region} -o {name}.exr"))?;
+    }
+    succeed(directory, "join a.exr b.exr c.exr -o joined.exr")?;
+    let read = |name: &str| std::fs::read(directory.join(name));
+    ensure(read("joined.exr")? == read("whole.exr")?, "parts of windows are others")?;
+    let refined = format!("{large} --refine 2");
+    succeed(directory, &format!("{refined} --region 4400,0,200,24 -o middle.exr"))?;
+    for set in ["0..0", "1..1"] {
+        succeed(directory, &format!("{refined} --region 4400,0,200,24 --sets {set} -o {}.exr", &set[..1]))?;
+    }
+    // It is the picture that a smaller one shows, and nothing is seen of where the windows meet.
+    let small = "render pillars --size 2250x6 --lights 12 --engine gpu --map-size 64 --aa 4";
+    succeed(directory, &format!("{small} -o small.exr"))?;
+    let whole = girandole_reference::image_file::read(&directory.join("whole.exr"))?;
+    let small = girandole_reference::image_file::read(&directory.join("small.exr"))?;
+    let at = |x: usize, y: usize| whole.pixels[y * 9000 + x].y;
+    let mean_of = |x: usize, y: usize| (0..16).map(|i| at(4 * x + i % 4, 4 * y + i / 4)).sum::<f32>() / 16.0;
+    let error = |i: usize| {
+        let expected = small.pixels[i].y;
+        (mean_of(i % 2250, i / 2250) - expected).abs() / expected.max(0.05)
+    };
+    let mean = (0..2250 * 6).map(error).sum::<f32>() / 13500.0;
+    let step = |x: usize| (0..24).map(|y| (at(x, y) - at(x - 1, y)).abs()).sum::<f32>() / 24.0;
+    let beside = (4490..4511).filter(|&x| x != 4500).map(step).sum::<f32>() / 20.0;
+    let said = format!("another picture: {mean}, {} where windows meet, {beside} beside", step(4500));
+    ensure(mean < 0.01 && step(4500) < 2.0 * beside + 1e-4, &said)
 }
 
 fn no_parts(directory: &Path) -> Result<(), Failed> {

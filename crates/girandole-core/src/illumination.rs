@@ -98,12 +98,35 @@ impl Illumination {
     /// [`Error::Invalid`] where a setting is out of range, the scene has no light, or visibility is asked for with more
     /// than [`MOST_LIGHTS`](crate::visibility::MOST_LIGHTS) light samples.
     pub fn new(scene: &Scene, settings: &IlluminationSettings) -> Result<Self> {
-        let mut opened = Self::without_visibility(scene, settings)?;
+        Self::without_visibility(scene, settings)?.with_visibility(scene)
+    }
+
+    /// The same with light samples of this scene as it stands that [`LightSet::sample_for`] gave for these settings: what
+    /// [`Illumination::new`] makes, without sampling.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the samples are of another scene, or follow paths ([`Rewalk::Paths`]), and as [`Illumination::new`].
+    pub fn with_lights(
+        scene: &Scene,
+        settings: &IlluminationSettings,
+        (geometry, lights): (Geometry, LightSet),
+    ) -> Result<Self> {
+        geometry.belongs_to(scene)?;
+        lights.belongs_to(&geometry)?;
+        if matches!(settings.rewalk, Rewalk::Paths(_)) {
+            let sentence = "light samples that follow paths are sampled with them; leave the samples out";
+            return Err(Error::Invalid(sentence.into()));
+        }
+        Self::of_lights(scene, settings, geometry, (lights, None)).with_visibility(scene)
+    }
+
+    fn with_visibility(mut self, scene: &Scene) -> Result<Self> {
+        let Self { settings, geometry, lights, .. } = &self;
         let build = |s: &VisibilitySettings| {
-            VisibilityDatabase::build_for(scene, &opened.geometry, &opened.lights, s, settings.needed_views())
+            VisibilityDatabase::build_for(scene, geometry, lights, s, settings.needed_views())
         };
-        opened.visibility = settings.visibility.as_ref().map(build).transpose()?.map(Arc::new);
-        Ok(opened)
+        self.visibility = settings.visibility.as_ref().map(build).transpose()?.map(Arc::new);
+        Ok(self)
     }
 
     /// Its geometry and light samples alone.
@@ -118,11 +141,20 @@ impl Illumination {
             },
             _ => (None, LightSet::sample_for(scene, &geometry, lights, views)?),
         };
+        Ok(Self::of_lights(scene, settings, geometry, (lights, walk)))
+    }
+
+    fn of_lights(
+        scene: &Scene,
+        settings: &IlluminationSettings,
+        geometry: Geometry,
+        (lights, walk): (LightSet, Option<Box<IncrementalWalk>>),
+    ) -> Self {
         let sampled = (lights.clone(), Placement::of(scene, &geometry));
         let settings = settings.clone();
         let changes = LightChanges::everything();
         let (visibility, served) = (None, Vec::new());
-        Ok(Self { settings, geometry, lights, changes, visibility, served, sampled, walk, most_lit: None })
+        Self { settings, geometry, lights, changes, visibility, served, sampled, walk, most_lit: None }
     }
 
     /// Lights so many of the samples alone, for the same light in the mean ([`LightSet::prefix`]); `None` = all. What is not lit

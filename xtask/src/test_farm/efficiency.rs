@@ -11,7 +11,7 @@ const BOUND: f64 = 1.8;
 /// Times a sequence by one process and by two workers, their start included, each with a core of its own.
 pub fn run(setting: &Setting, frames: u32) -> Result<String> {
     let numbers = format!("0..{}", frames - 1);
-    let options = ["pillars", "--size", "640x480", "--lights", "64", "--frames", &numbers, "-o", FRAME_NAMES];
+    let options = ["pillars", "--size", "640x480", "--frames", &numbers, "-o", FRAME_NAMES];
     let alone = setting.work("alone")?;
     let start = Instant::now();
     let mut command = setting.command("taskset");
@@ -24,7 +24,7 @@ pub fn run(setting: &Setting, frames: u32) -> Result<String> {
     let mut farm = Farm::without_workers(setting, "third-farm", Cores::OneEach)?;
     let start = Instant::now();
     farm.start_workers()?;
-    let options = [&options[..], &["--pieces", "2"]].concat();
+    let options = [&options[..], &["--pieces", "2", "--estimate"]].concat();
     for job in jobs::submit(&farm, setting, &together, &options)? {
         jobs::wait(&farm, &job, &together.join("girandole-farm"))?;
     }

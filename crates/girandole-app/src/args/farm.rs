@@ -73,7 +73,11 @@ pub struct SubmitArgs {
     #[arg(long, value_name = "OPTION", allow_hyphen_values = true, help_heading = SUBMIT)]
     pub sbatch: Vec<String>,
 
-    /// Writes the scripts by an estimate: renders nothing first, submits nothing
+    /// Asks for what an estimate says, and renders no piece here first
+    #[arg(long, help_heading = SUBMIT)]
+    pub estimate: bool,
+
+    /// Writes the scripts by an estimate, and submits nothing
     #[arg(long, help_heading = SUBMIT)]
     pub dry_run: bool,
 

@@ -276,6 +276,15 @@ pub(super) fn parse_size(text: &str) -> Parsed<[u32; 2]> {
     }
 }
 
+/// Sides of pictures that may be drawn window by window.
+pub(super) fn parse_picture_size(text: &str) -> Parsed<[u32; 2]> {
+    match text.split_once(['x', 'X', '×']).map(|(w, h)| [w, h].map(str::parse)) {
+        Some([Ok(w @ 1..=65_536), Ok(h @ 1..=65_536)]) => Ok([w, h]),
+        Some([Ok(_), Ok(_)]) => Err("each side must be from 1 to 65536 pixels".into()),
+        _ => Err("give width and height in pixels as in 1024x768".into()),
+    }
+}
+
 pub(super) fn parse_finite(text: &str) -> Parsed<f32> {
     text.parse::<f32>().ok().filter(|x| x.is_finite()).ok_or_else(|| "give a number".into())
 }

@@ -1,5 +1,6 @@
 //! The renderer on wgpu, without a window.
 
+use super::windows::Window;
 use super::{Job, Picture};
 use crate::args;
 use crate::output::{Progress, Stats, say};
@@ -8,6 +9,7 @@ use anyhow::{Result, anyhow};
 use girandole::wgpu;
 use girandole::{FrameStats, Gpu, MapUpdates, RenderSettings, Renderer};
 use girandole_core::illumination::IlluminationSettings;
+use girandole_core::image::{Image, Region};
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, Scene, SceneChanges, View};
 use girandole_core::visibility::{MOST_LIGHTS, VisibilityDatabase, VisibilitySettings};
@@ -93,7 +95,8 @@ impl Device {
     ) -> Result<()> {
         let renderer = renderer(&self.gpu, &mut self.renderer, args)?;
         light_by(renderer, scene, &[])?;
-        let opened = renderer.open(scene, light);
+        let illumination = super::illumination(scene, light, args);
+        let opened = illumination.map_err(girandole::Error::from).and_then(|i| renderer.open_with(scene, i));
         opened.map_err(|error| too_many(error.into(), light.lights.count as usize))?;
         light_by(renderer, scene, transfers)
     }
@@ -126,10 +129,28 @@ impl Device {
 
     /// A picture of what was loaded or opened.
     pub fn picture(&mut self, view: &View, args: &args::RenderArgs) -> Result<Picture> {
-        let settings = picture_settings(args);
+        let windows = Window::all(args.size, args.piece.region);
+        if let [window] = &windows[..] {
+            return self.picture_in(window, view, args);
+        }
+        let asked = args.piece.region.unwrap_or(Region::whole(args.size));
+        let mut radiance = Image::new(asked.size[0], asked.size[1]);
+        let (mut frame_ms, mut stats) = (0.0, Stats::new());
+        for window in &windows {
+            let drawn = self.picture_in(window, view, args)?;
+            window.put(&drawn.radiance, asked, &mut radiance);
+            (frame_ms, stats) = (frame_ms + drawn.frame_ms, drawn.stats);
+        }
+        Ok(Picture { radiance, frame_ms, stats, sum: None })
+    }
+
+    /// What a window has of it; `view` is that of all.
+    fn picture_in(&mut self, window: &Window, view: &View, args: &args::RenderArgs) -> Result<Picture> {
+        let settings = RenderSettings { region: window.part(), ..picture_settings(args) };
+        let (view, size) = (&window.view(view, args.size), window.size());
         // The parts of a frame, in wall-clock time around submit and wait. First what is left to compile.
         let start = Instant::now();
-        self.opened()?.rehearse(view, args.size, &settings)?;
+        self.opened()?.rehearse(view, size, &settings)?;
         self.wait()?;
         let compilation_ms = milliseconds(start);
         let start = Instant::now();
@@ -146,11 +167,11 @@ impl Device {
             self.ms_per_map = Some(self.ms_per_map.map_or(now, |before| (before + now) * 0.5));
         }
         let start = Instant::now();
-        self.opened()?.render(view, args.size, &settings)?;
+        self.opened()?.render(view, size, &settings)?;
         self.gpu.wait()?;
         let shading_ms = milliseconds(start);
 
-        let pixels = u64::from(args.size[0]) * u64::from(args.size[1]);
+        let pixels = size.map(u64::from).iter().product();
         let (frame, radiance) = (self.opened()?.stats(), self.opened()?.radiance());
         let mut stats = statistics(&self.gpu.block_on(frame)??, pixels);
         for (pass, ms) in maps.gpu_ms {
@@ -308,7 +329,6 @@ pub(super) fn picture_settings(args: &args::RenderArgs) -> RenderSettings {
         exposure: args.exposure,
         tonemap: args.tonemap.into(),
         debug: args.debug.map(Into::into),
-        region: args.piece.region,
         updates: MapUpdates { most: Some(0), ..MapUpdates::default() },
         ..args.quality.settings(args.mode, args.quality.clamp.0, args.aa.unwrap_or_default())
     }

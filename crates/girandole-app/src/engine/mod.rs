@@ -5,16 +5,18 @@ pub mod gpu;
 pub mod moving;
 mod path;
 mod refine;
+mod windows;
 
 pub use cpu::energy_lost_by_clamp;
 
 use crate::advice::sentence;
-use crate::args::{AntiAliasing, Engine, Mode, RenderArgs};
+use crate::args::{AntiAliasing, Engine, Mode, PieceArgs, RenderArgs};
 use crate::output::{Stats, say};
-use crate::transfer::Transferred;
+use crate::transfer::{Transferred, cache};
 use anyhow::Result;
+use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
 use girandole_core::image::Image;
-use girandole_core::lights::{Clamp, LightSet};
+use girandole_core::lights::{Clamp, LightSet, LightSettings};
 use girandole_core::scene::{Geometry, Scene, View};
 use girandole_core::visibility::VisibilityDatabase;
 use girandole_reference::PictureSum;
@@ -50,6 +52,32 @@ pub struct Picture {
     pub stats: Stats,
     /// Of the light sets that it is the mean of.
     pub sum: Option<PictureSum>,
+}
+
+/// What lights a scene, see [`sample`].
+pub fn illumination(
+    scene: &Scene,
+    settings: &IlluminationSettings,
+    args: &RenderArgs,
+) -> girandole_core::Result<Illumination> {
+    if args.piece == PieceArgs::default() || matches!(settings.rewalk, Rewalk::Paths(_)) {
+        return Illumination::new(scene, settings);
+    }
+    let geometry = Geometry::new(scene);
+    let lights = sample((scene, &geometry), (&settings.lights, &settings.views), args)?;
+    Illumination::with_lights(scene, settings, (geometry, lights))
+}
+
+/// Light samples for some views; where others render pieces of the same, they are kept for them.
+pub fn sample(
+    (scene, geometry): (&Scene, &Geometry),
+    (settings, views): (&LightSettings, &[View]),
+    args: &RenderArgs,
+) -> girandole_core::Result<LightSet> {
+    match cache("lights").filter(|_| args.piece != PieceArgs::default()) {
+        Some(folder) => LightSet::sample_once(scene, geometry, settings, views, &folder),
+        None => LightSet::sample_for(scene, geometry, settings, views),
+    }
 }
 
 /// An engine, ready to render.

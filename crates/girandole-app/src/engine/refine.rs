@@ -1,11 +1,14 @@
 //! `girandole render --refine`: the pictures of many light sets, averaged.
 
 use super::gpu::{Device, milliseconds, picture_settings, statistics};
+use super::windows::Window;
 use super::{Job, Picture};
 use crate::args::Mode;
 use crate::output::Progress;
 use anyhow::Result;
+use girandole::RenderSettings;
 use girandole_core::illumination::IlluminationSettings;
+use girandole_core::image::{Image, Region};
 use girandole_core::visibility::VisibilitySettings;
 use girandole_reference::PictureSum;
 use std::time::Instant;
@@ -25,9 +28,8 @@ impl Device {
         self.open_scene(job.scene, &light, job.transfers, args)?;
         self.wait()?;
         let setup_ms = milliseconds(start);
-        let settings = picture_settings(args);
-        let [width, height] = settings.region.map_or(args.size, |region| region.size);
-        let mut sum = PictureSum::new(width, height);
+        let asked = args.piece.region.unwrap_or(Region::whole(args.size));
+        let mut sum = PictureSum::new(asked.size[0], asked.size[1]);
         let mut stats = None;
         let [first, last] = args.piece.sets.unwrap_or([0, args.refine - 1]);
         for set in first..=last {
@@ -37,9 +39,7 @@ impl Device {
                 stats = Some(picture.stats);
                 picture.radiance
             } else {
-                self.opened()?.render_set(job.scene, &job.view, args.size, &settings, set)?;
-                let radiance = self.opened()?.radiance();
-                self.block_on(radiance)?
+                self.set(job, set, asked)?
             };
             sum.add(&radiance);
             progress.set((set - first + 1) as f32 / (last - first + 1) as f32);
@@ -55,5 +55,18 @@ impl Device {
         stats.insert("setup_ms".into(), setup_ms.into());
         stats.insert("estimated_rel_mse".into(), sum.relative_error().into());
         Ok(Picture { radiance: sum.mean(), frame_ms: milliseconds(start), stats, sum: Some(sum) })
+    }
+    /// One light set, but for the first.
+    fn set(&mut self, job: &Job, set: u32, asked: Region) -> Result<Image> {
+        let args = job.args;
+        let mut picture = Image::new(asked.size[0], asked.size[1]);
+        for window in Window::all(args.size, args.piece.region) {
+            let settings = RenderSettings { region: window.part(), ..picture_settings(args) };
+            let view = window.view(&job.view, args.size);
+            self.opened()?.render_set(job.scene, &view, window.size(), &settings, set)?;
+            let radiance = self.opened()?.radiance();
+            window.put(&self.block_on(radiance)?, asked, &mut picture);
+        }
+        Ok(picture)
     }
 }

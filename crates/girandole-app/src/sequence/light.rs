@@ -2,7 +2,7 @@
 
 use super::view;
 use crate::args::{Mode, RenderArgs, RewalkArg};
-use crate::engine::{Job, Picture, Ready};
+use crate::engine::{Job, Picture, Ready, illumination};
 use crate::transfer::Transferred;
 use anyhow::Result;
 use girandole_core::illumination::{Illumination, IlluminationSettings};
@@ -66,7 +66,7 @@ impl Light {
             Ready::Gpu(device) => {
                 device.open_scene(scene, &settings, transfers, args).map(|()| Self::OnDevice)
             }
-            _ => Ok(Self::Following(Box::new(Illumination::new(scene, &settings)?))),
+            _ => Ok(Self::Following(Box::new(illumination(scene, &settings, args)?))),
         }
     }
 

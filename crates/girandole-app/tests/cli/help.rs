@@ -6,7 +6,12 @@ use crate::{Girandole, stdout};
 fn help_names_every_option() {
     let girandole = Girandole::new();
     for (command, words) in [
-        ("--help", "view render compare info bench export --help --version Examples"),
+        ("--help", "view render join submit compare info bench export --help --version Examples"),
+        ("join", "PART exr --output -o --exposure --tonemap Examples"),
+        (
+            "submit",
+            "slurm openjd SCENE --pieces --regions --folder --cores --sbatch --estimate --dry-run --print --frames --refine Examples",
+        ),
         (
             "view",
             "SCENE --output -o --size --camera --object --lights --direct --placement --bounces --seed --termination --clamp \
@@ -18,7 +23,7 @@ fn help_names_every_option() {
             "SCENE --output -o --size --camera --view EYE TARGET UP FOV --edits --environment sky --environment-strength --environment-rotation --light auto none studio --up --object --lights --direct --placement view scene --bounces --seed --termination --clamp \
              --shadow-map octahedral parabolic cube --map-size --pcf --memory --mode full vd-lp vd naive --light-maps on off \
              --shading fused multipass --lights-per-pass --tolerance --debug receivers states levels atlas --engine auto \
-             gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats --time --frames --overwrite --fps --rewalk off N all --refine --fade --updates --max-map-age Examples area-lights table \
+             gpu cpu path --paths --adapter --exposure --tonemap agx aces none --aa --stats --time --frames --overwrite --fps --rewalk off N all --refine --sets --region --part --fade --updates --max-map-age Examples area-lights table \
              living-room pillars block gap mirrors mirror-corridor blinds moulding shelf hall torus teapot balloon 1024x768",
         ),
         (

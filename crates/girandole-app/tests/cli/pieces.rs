@@ -51,7 +51,7 @@ fn scripts_of_slurm_render_the_pieces() {
         assert!(script.contains(expected), "{expected}: {script}");
     }
     assert!(girandole.files().is_empty(), "nothing is written");
-    // What a worker does.
+    // What a worker does: light is sampled once for all.
     std::fs::write(girandole.path().join("job.sh"), &script).unwrap();
     for task in ["1", "3"] {
         let mut worker = Command::new("sh");
@@ -59,7 +59,7 @@ fn scripts_of_slurm_render_the_pieces() {
         let output = worker.output().unwrap();
         assert!(output.status.success(), "{}", stderr(&output));
     }
-    assert_eq!(girandole.files(), ["f.3.exr", "f.5.exr", "f.7.exr", "job.sh"]);
+    assert_eq!(girandole.files(), ["a folder", "f.3.exr", "f.5.exr", "f.7.exr", "job.sh"]);
     let more = printed(&girandole, &[&["slurm"], &render[..], &["--sbatch=--time=60"]].concat());
     assert!(more.contains("#SBATCH --time=60\n") && more.contains("#SBATCH --array=1-6\n"), "{more}");
 }

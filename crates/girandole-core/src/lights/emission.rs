@@ -7,6 +7,7 @@ use glam::Vec3;
 
 /// What emits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "import", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Emission {
     /// Surfaces of a material.
     Material(u32),

@@ -6,6 +6,8 @@ mod changes;
 mod direct;
 mod emission;
 mod emitters;
+#[cfg(feature = "import")]
+mod file;
 mod geometric_factor;
 mod guide;
 mod ids;
@@ -54,6 +56,7 @@ use glam::Vec3;
 
 /// How a light sample's intensity depends on direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "import", derive(serde::Serialize, serde::Deserialize))]
 pub enum Profile {
     /// Falls with the cosine to the normal: light from or by way of a surface.
     Cosine,
@@ -88,6 +91,7 @@ impl Profile {
 
 /// Where a light sample comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "import", derive(serde::Serialize, serde::Deserialize))]
 pub enum SampleOrigin {
     /// On an emitting triangle.
     Emitter {
@@ -121,6 +125,7 @@ pub enum SampleOrigin {
 
 /// An oriented point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "import", derive(serde::Serialize, serde::Deserialize))]
 pub struct LightSample {
     /// Position relative to the geometry's origin, offset from the surface like a ray origin.
     pub position: Vec3,

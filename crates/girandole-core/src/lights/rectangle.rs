@@ -15,6 +15,7 @@ use std::f32::consts::{FRAC_PI_2, PI};
 
 /// A rectangle in space, seen from the side of its half axes' cross product.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "import", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rectangle {
     /// Its centre, relative to the geometry's origin.
     pub center: Vec3,

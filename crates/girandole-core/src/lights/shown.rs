@@ -22,6 +22,7 @@ const KEPT: f32 = 0.8;
 
 /// A sphere in the scene, and one with the same centre that shows most of what is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "import", derive(serde::Serialize, serde::Deserialize))]
 pub struct BoundingSphere {
     /// Relative to the geometry's origin.
     pub center: Vec3,

@@ -2,7 +2,7 @@
 
 use crate::common::{Stage, look, trace};
 use girandole_core::glam::Vec3;
-use girandole_core::image::Image;
+use girandole_core::image::{Image, Region};
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::{ClipPlanes, Material, PunctualKind, View};
 use girandole_core::trace::SceneTracer;
@@ -87,7 +87,8 @@ fn nothing_is_seen_beyond_a_far_plane() {
         assert!(*a == Vec3::ZERO || (*a - *b).abs().max_element() < 1e-4 * b.max_element(), "{a} {b}");
     }
     let geometry = stage.geometry();
-    let covered = coverage(&SceneTracer::new(&stage.scene, &geometry), &to(2.0), SIZE, 1);
+    let covered =
+        coverage(&SceneTracer::new(&stage.scene, &geometry), &to(2.0), (SIZE, Region::whole(SIZE)), 1);
     let is_covered = |(share, pixel): (&f32, &Vec3)| (*share == 1.0) == (*pixel != Vec3::ZERO);
     assert!(covered.iter().zip(&few.pixels).all(is_covered));
     assert_eq!(seen(&by_paths(&stage, &to(1.0))), 0);

@@ -2,7 +2,7 @@
 
 use crate::common::{Stage, assert_constant, constant, look, trace};
 use girandole_core::glam::Vec3;
-use girandole_core::image::Image;
+use girandole_core::image::{Image, Region};
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Environment, Material, PunctualKind, View};
 use girandole_core::trace::SceneTracer;
@@ -130,11 +130,13 @@ fn coverage_is_what_is_kept_back() {
     let geometry = stage.geometry();
     let tracer = SceneTracer::new(&stage.scene, &geometry);
     let view = View { orthographic: true, ..look(Vec3::Z * 5.0, Vec3::ZERO, 2.0) };
-    let found = coverage(&tracer, &view, [4, 1], 2);
+    let found = coverage(&tracer, &view, ([4, 1], Region::whole([4, 1])), 2);
+    let part = Region { first: [1, 0], size: [2, 1] };
+    assert_eq!(coverage(&tracer, &view, ([4, 1], part), 2), found[1..3]);
     let expected = [1.0, 0.5, 1.0 - 0.5 * 0.6, 0.0];
     assert!(found.iter().zip(expected).all(|(f, e)| (f - e).abs() < 1e-5), "{found:?}");
     // A pixel of everything.
-    let whole = coverage(&tracer, &view, [1, 1], 4);
+    let whole = coverage(&tracer, &view, ([1, 1], Region::whole([1, 1])), 4);
     assert!((whole[0] - expected.iter().sum::<f32>() / 4.0).abs() < 1e-5, "{whole:?}");
 }
 
