@@ -66,7 +66,7 @@ impl std::fmt::Display for Part {
 }
 
 fn parse_part(text: &str) -> Result<Part, String> {
-    let numbers = text.split_once('/').and_then(|(index, count)| Some([index, count].map(str::parse::<u32>)));
+    let numbers = text.split_once('/').map(|(index, count)| [index, count].map(str::parse::<u32>));
     match numbers {
         Some([Ok(index), Ok(count)]) if (1..=count).contains(&index) => Ok(Part { index, count }),
         Some([Ok(_), Ok(_)]) => Err("pieces are counted from 1, and none is after the last".into()),
