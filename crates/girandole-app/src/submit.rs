@@ -20,6 +20,7 @@ pub fn run(args: &SubmitArgs) -> Result<ExitCode> {
     check(&render)?;
     let folder = std::path::absolute(&args.folder).context("there is no current folder")?;
     let pieces = Pieces::new(&render, args.pieces, args.regions)?;
+    render::check(&pieces.first(&render))?;
     let submits = args.to == Farm::Slurm && !args.print && !args.dry_run;
     if submits && !is_installed("sbatch") {
         bail!(

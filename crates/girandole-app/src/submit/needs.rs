@@ -1,7 +1,7 @@
 //! What a worker needs: measured where a piece is rendered here first, else estimated.
 
 use super::pieces::Pieces;
-use crate::args::{Frames, RenderArgs};
+use crate::args::RenderArgs;
 use crate::output::{Progress, say};
 use anyhow::{Context, Result, bail};
 use std::path::Path;
@@ -38,18 +38,10 @@ impl Needs {
     /// # Errors
     /// Where that cannot be rendered.
     pub fn measured(render: &RenderArgs, pieces: &Pieces, folder: &Path) -> Result<Self> {
-        let mut first = render.clone();
+        let mut first = pieces.first(render);
         let trial = tempfile::tempdir().context("there is no temporary folder")?;
-        match pieces {
-            Pieces::Sequence(_) => {
-                let frame = render.motion.frames.map(|frames| Frames { last: frames.first, ..frames });
-                first.motion.frames = frame;
-            }
-            Pieces::Still { sets, regions } => {
-                first.output = trial.path().join("first.exr");
-                first.piece.sets = sets.map(|_| [0, 0]);
-                first.piece.region = regions.as_ref().and_then(|regions| regions.first().copied());
-            }
+        if matches!(pieces, Pieces::Still { .. }) {
+            first.output = trial.path().join("first.exr");
         }
         let words = shlex::split(&first.command_line()?).context("the options cannot be written down")?;
         let _progress = Progress::spinner("rendering a first piece, to see what workers need");

@@ -1,6 +1,6 @@
 //! What the pieces of a sequence or of a picture are.
 
-use crate::args::RenderArgs;
+use crate::args::{Frames, RenderArgs};
 use anyhow::{Result, bail};
 use girandole_core::image::Region;
 
@@ -39,6 +39,23 @@ impl Pieces {
             bail!("this is one piece; give --frames, --refine or --regions, or take `girandole render`");
         }
         Ok(Self::Still { sets, regions })
+    }
+
+    /// The options of a first piece: the first frame, or the first light set of the first region.
+    pub fn first(&self, render: &RenderArgs) -> RenderArgs {
+        let mut first = render.clone();
+        match self {
+            Self::Sequence(_) => {
+                let frames = render.motion.frames;
+                first.motion.frames = frames.map(|frames| Frames { last: frames.first, ..frames });
+            }
+            Self::Still { sets, regions } => {
+                first.output = render.output.with_extension("exr");
+                first.piece.sets = sets.map(|_| [0, 0]);
+                first.piece.region = regions.as_ref().and_then(|regions| regions.first().copied());
+            }
+        }
+        first
     }
 
     /// How many there are.

@@ -119,6 +119,7 @@ fn bad_arguments() {
         ("submit slurm table --frames 0..3 -o f#.exr --part 1/2", "--part"),
         ("submit slurm table --frames 0..3 -o f#.exr --regions 2x2", "--regions"),
         ("submit openjd table --refine 4 --sets 0..1 -o s.exr", "--sets"),
+        ("submit openjd table --engine cpu --regions 2x2 --print -o s.exr", "--engine gpu"),
         ("submit openjd nowhere.glb --refine 4 -o s.exr", "nowhere.glb"),
         ("render table --refine 4 --engine cpu", "--refine"),
         ("render table --refine 4 --engine path", "--refine"),

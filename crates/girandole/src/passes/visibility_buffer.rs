@@ -6,6 +6,7 @@ use crate::device::kernel::{Binding, Draw, RenderKernel, Shared, buffer, texture
 use crate::device::recorder::Recorder;
 use crate::points::targets::{DEPTH, LayerTargets, SURFACE_IDS, TRIANGLE_IDS};
 use crate::shaders;
+use girandole_core::image::Region;
 use std::ops::Range;
 
 pub(crate) struct VisibilityBuffer {
@@ -169,6 +170,9 @@ fn rasterise<'a>(
         occlusion_query_set: None,
         multiview_mask: None,
     });
+    if let Some(Region { first: [x, y], size: [width, height] }) = targets.drawn.rasterised(targets.size) {
+        pass.set_scissor_rect(x, y, width, height);
+    }
     for ((kernel, vertices, _), group) in drawn().zip(&groups) {
         kernel.set(&mut pass, (Some(&uniform), Some(&scene.group)), group);
         let end = if is_rehearsal { vertices.start + 3 } else { vertices.end };

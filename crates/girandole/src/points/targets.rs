@@ -56,6 +56,13 @@ impl Drawn {
         Self { region, ranges: [range(0), range(1)] }
     }
 
+    /// The pixels that are rasterised: with the column and the row that points of grids lie on beyond it. None where that is all.
+    pub fn rasterised(&self, size: [u32; 2]) -> Option<Region> {
+        let [first, end] = [0, 1].map(|end| [self.ranges[0][end], self.ranges[1][end]]);
+        let all = Region { first, size: [0, 1].map(|axis| (end[axis] + 1).min(size[axis]) - first[axis]) };
+        (all != Region::whole(size)).then_some(all)
+    }
+
     /// As kernels have it.
     pub fn columns(&self) -> u32 {
         let [first, end] = self.ranges[0];
