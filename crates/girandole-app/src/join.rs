@@ -5,7 +5,6 @@ use crate::output::{self, say};
 use crate::picture::{self, MOST_PIXELS, Shown};
 use crate::provenance::{FIRST, OF_PARTS, what_differs};
 use anyhow::{Context, Result, bail};
-use girandole_core::glam::Vec3;
 use girandole_core::image::{Image, Region};
 use girandole_reference::image_file::{self, Part};
 use girandole_reference::{PictureSum, Provenance};
@@ -62,7 +61,7 @@ impl Whole {
 
     /// How many light sets it is the mean of.
     fn sets(&self) -> u32 {
-        self.made_by.0.get("refine").and_then(|sets| sets.parse().ok()).unwrap_or(1)
+        self.made_by.0.get("refine").and_then(|sets| sets.parse().ok()).unwrap_or(1).max(1)
     }
 }
 
@@ -100,8 +99,12 @@ fn find(paths: &[PathBuf]) -> Result<(Whole, Vec<PartFile>)> {
         };
         let region = region.filter(|region| region.is_in(of_all.size().unwrap_or_default()));
         let region = region.with_context(|| format!("{name} does not say which pixels it has"))?;
-        let sets = sets.map(|sets| parse_sets(&sets)).transpose();
-        let Ok(sets) = sets else { bail!("{name} does not say which light sets it has") };
+        let has_them = |[_, last]: &[u32; 2]| *last < of_all.sets();
+        let sets = sets.map(|sets| parse_sets(&sets).ok().filter(has_them));
+        if sets == Some(None) {
+            bail!("{name} does not say which light sets it has");
+        }
+        let sets = sets.flatten();
         parts.push(PartFile { path: path.clone(), region, sets });
     }
     let whole = whole.context("there are no parts")?;
@@ -181,21 +184,13 @@ impl Joined {
                 None => plain = Some(part.image),
             }
         }
-        self.place(region, &plain.unwrap_or_else(|| sum.mean()).pixels);
+        let Image { width, pixels, .. } = &mut self.image;
+        region.put(&plain.unwrap_or_else(|| sum.mean()).pixels, pixels, *width);
         if let Some(coverage) = coverage {
-            let (width, pixels) = (self.image.width, self.image.pixels.len());
-            let all = self.coverage.get_or_insert_with(|| vec![0.0; pixels]);
-            for (row, values) in region.rows(width).zip(coverage.chunks(region.size[0] as usize)) {
-                all[row].copy_from_slice(values);
-            }
+            let all = self.coverage.get_or_insert_with(|| vec![0.0; pixels.len()]);
+            region.put(&coverage, all, *width);
         }
         Ok(())
-    }
-
-    fn place(&mut self, region: Region, pixels: &[Vec3]) {
-        for (row, values) in region.rows(self.image.width).zip(pixels.chunks(region.size[0] as usize)) {
-            self.image.pixels[row].copy_from_slice(values);
-        }
     }
 }
 

@@ -4,7 +4,7 @@ use crate::args::{
     BackgroundArg, Bounces, Engine, Frames, Mode, PieceArgs, RenderArgs, RewalkArg, ShadingArg, Switch,
     UpdatesArg,
 };
-use crate::engine::{self, Job, Ready};
+use crate::engine::{self, Job, Ready, Window};
 use crate::output::{self, Stats, say};
 use crate::picture::{self, MOST_PIXELS, Shown};
 use crate::provenance::{Maker, There, there};
@@ -128,7 +128,7 @@ fn check_piece(args: &RenderArgs) -> Result<()> {
     if u64::from(width) * u64::from(height) > MOST_PIXELS {
         bail!("{width}×{height} pixels are too many at once; render parts of the picture, each a --region");
     }
-    if is_in_windows(args) {
+    if Window::are_several(args.size) {
         if matches!(args.engine, Engine::Cpu | Engine::Path) {
             bail!("pictures of more than 8192 pixels a side belong to --engine gpu; give a smaller --size");
         }
@@ -152,17 +152,12 @@ fn check_piece(args: &RenderArgs) -> Result<()> {
     }
 }
 
-/// Whether the picture is larger than what is drawn at once.
-fn is_in_windows(args: &RenderArgs) -> bool {
-    args.size.iter().any(|&side| side > 8192)
-}
-
 /// Whether an engine that was chosen since can do what is asked for.
 pub fn check_engine(args: &RenderArgs, engine: &Ready) -> Result<()> {
     let asked = [
         (args.refine > 1, "--refine"),
         (args.piece.region.is_some(), "--region"),
-        (is_in_windows(args), "a --size beyond 8192"),
+        (Window::are_several(args.size), "a --size beyond 8192"),
     ];
     match asked.into_iter().find(|(is_asked, _)| *is_asked) {
         Some((_, option)) if !matches!(engine, Ready::Gpu(_)) => {

@@ -198,10 +198,16 @@ fn windows(directory: &Path) -> Result<(), Failed> {
     let read = |name: &str| std::fs::read(directory.join(name));
     ensure(read("joined.exr")? == read("whole.exr")?, "parts of windows are others")?;
     let refined = format!("{large} --refine 2");
-    succeed(directory, &format!("{refined} --region 4400,0,200,24 -o middle.exr"))?;
-    for set in ["0..0", "1..1"] {
-        succeed(directory, &format!("{refined} --region 4400,0,200,24 --sets {set} -o {}.exr", &set[..1]))?;
+    succeed(directory, &format!("{refined} -o refined.exr"))?;
+    for (index, region) in ["0,0,4400,24", "4400,0,4600,24"].into_iter().enumerate() {
+        for set in ["0..0", "1..1"] {
+            let part = format!("--region {region} --sets {set} -o p{index}-{}.exr", &set[..1]);
+            succeed(directory, &format!("{refined} {part}"))?;
+        }
     }
+    succeed(directory, "join p0-0.exr p0-1.exr p1-0.exr p1-1.exr -o joined.exr")?;
+    ensure(read("joined.exr")? == read("refined.exr")?, "light sets in windows are others")?;
+    ensure(differ(&read("joined.exr")?, &read("whole.exr")?), "a second light set changes nothing")?;
     // It is the picture that a smaller one shows, and nothing is seen of where the windows meet.
     let small = "render pillars --size 2250x6 --lights 12 --engine gpu --map-size 64 --aa 4";
     succeed(directory, &format!("{small} -o small.exr"))?;

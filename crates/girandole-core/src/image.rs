@@ -60,6 +60,13 @@ impl Region {
             start..start + columns as usize
         })
     }
+
+    /// Puts what its pixels hold, row by row, where it lies in a picture of this width.
+    pub fn put<T: Copy>(&self, values: &[T], picture: &mut [T], width: u32) {
+        for (row, values) in self.rows(width).zip(values.chunks(self.size[0].max(1) as usize)) {
+            picture[row].copy_from_slice(values);
+        }
+    }
 }
 
 /// `X,Y,WIDTH,HEIGHT`.
@@ -114,6 +121,10 @@ mod tests {
         assert!(!region([u32::MAX, 0], [2, 1]).is_in([u32::MAX, 1]) && !region([0, 0], [0, 1]).is_in([8, 8]));
         let rows: Vec<_> = region([2, 1], [3, 2]).rows(8).collect();
         assert_eq!(rows, [10..13, 18..21]);
+        let mut picture = [0; 24];
+        region([2, 1], [3, 2]).put(&[1, 2, 3, 4, 5, 6], &mut picture, 8);
+        assert_eq!((&picture[9..14], &picture[17..22]), (&[0, 1, 2, 3, 0][..], &[0, 4, 5, 6, 0][..]));
+        assert_eq!(picture.iter().sum::<i32>(), 21);
         assert_eq!(Region::whole([4, 2]).rows(4).collect::<Vec<_>>(), [0..4, 4..8]);
     }
 }

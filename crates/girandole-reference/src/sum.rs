@@ -52,7 +52,8 @@ impl PictureSum {
             for channel in 0..3 {
                 let step = mean(of_other[channel], b) - mean(sum[channel], a);
                 deviation[channel] += more[channel] + step * step * between;
-                sum[channel] += of_other[channel];
+                // What no picture holds, but a broken file may, comes around.
+                sum[channel] = sum[channel].wrapping_add(of_other[channel]);
             }
         }
         self.count += other.count;

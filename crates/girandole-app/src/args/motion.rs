@@ -207,9 +207,13 @@ pub fn parse_numbered_updates(text: &str) -> Result<UpdatesArg, String> {
 
 const MOST_FRAMES: u32 = 1_000_000;
 
+/// `A..B`, in any order.
+pub(super) fn parse_ends(text: &str) -> Option<[u32; 2]> {
+    text.split_once("..").and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]))
+}
+
 fn parse_frames(text: &str) -> Result<Frames, String> {
-    let ends = text.split_once("..").and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
-    match ends {
+    match parse_ends(text) {
         Some([first, last]) if first <= last && last < MOST_FRAMES => Ok(Frames { first, last }),
         Some(_) => Err(format!("the first must not be after the last, and both below {MOST_FRAMES}")),
         None => Err("give the first and the last frame as in 0..239".into()),

@@ -2,6 +2,7 @@
 
 use super::Frames;
 use super::command_line::Choice;
+use super::motion::parse_ends;
 use clap::Args;
 use girandole_core::image::Region;
 
@@ -80,8 +81,7 @@ fn parse_region(text: &str) -> Result<Region, String> {
 
 /// Two ends, both included.
 pub fn parse_sets(text: &str) -> Result<[u32; 2], String> {
-    let ends = text.split_once("..").and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
-    match ends {
+    match parse_ends(text) {
         Some(ends @ [first, last]) if first <= last => Ok(ends),
         Some(_) => Err("the first must not be after the last".into()),
         None => Err("give the first and the last light set as in 0..15".into()),

@@ -268,20 +268,20 @@ impl std::fmt::Display for DebugView {
 type Parsed<T> = Result<T, String>;
 
 pub(super) fn parse_size(text: &str) -> Parsed<[u32; 2]> {
-    let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
-    match sides {
-        Some(size @ [1..=8192, 1..=8192]) => Ok(size),
-        Some(_) => Err("each side must be from 1 to 8192 pixels".into()),
-        None => Err("give width and height in pixels as in 1024x768".into()),
-    }
+    parse_sides(text, 8192)
 }
 
 /// Sides of pictures that may be drawn window by window.
 pub(super) fn parse_picture_size(text: &str) -> Parsed<[u32; 2]> {
-    match text.split_once(['x', 'X', '×']).map(|(w, h)| [w, h].map(str::parse)) {
-        Some([Ok(w @ 1..=65_536), Ok(h @ 1..=65_536)]) => Ok([w, h]),
-        Some([Ok(_), Ok(_)]) => Err("each side must be from 1 to 65536 pixels".into()),
-        _ => Err("give width and height in pixels as in 1024x768".into()),
+    parse_sides(text, 65_536)
+}
+
+fn parse_sides(text: &str, most: u32) -> Parsed<[u32; 2]> {
+    let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match sides {
+        Some(size) if size.iter().all(|side| (1..=most).contains(side)) => Ok(size),
+        Some(_) => Err(format!("each side must be from 1 to {most} pixels")),
+        None => Err("give width and height in pixels as in 1024x768".into()),
     }
 }
 

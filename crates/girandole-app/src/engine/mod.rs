@@ -8,6 +8,7 @@ mod refine;
 mod windows;
 
 pub use cpu::energy_lost_by_clamp;
+pub use windows::Window;
 
 use crate::advice::sentence;
 use crate::args::{AntiAliasing, Engine, Mode, PieceArgs, RenderArgs};

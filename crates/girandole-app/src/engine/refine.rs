@@ -56,6 +56,7 @@ impl Device {
         stats.insert("estimated_rel_mse".into(), sum.relative_error().into());
         Ok(Picture { radiance: sum.mean(), frame_ms: milliseconds(start), stats, sum: Some(sum) })
     }
+
     /// One light set, but for the first.
     fn set(&mut self, job: &Job, set: u32, asked: Region) -> Result<Image> {
         let args = job.args;

@@ -17,10 +17,15 @@ pub struct Window {
 }
 
 impl Window {
+    /// Whether a picture is larger than what is drawn at once.
+    pub fn are_several(size: [u32; 2]) -> bool {
+        size.iter().any(|&side| side > MOST)
+    }
+
     /// Those that have some of the pixels that are asked for; one, where the picture is no larger. Where they lie does not depend on
     /// what is asked for, so that pixels do not.
     pub fn all(size: [u32; 2], asked: Option<Region>) -> Vec<Self> {
-        if size.iter().all(|&side| side <= MOST) {
+        if !Self::are_several(size) {
             return vec![Self { rect: Region::whole(size), part: asked }];
         }
         let wanted = asked.unwrap_or(Region::whole(size));
@@ -77,10 +82,7 @@ impl Window {
     pub fn put(&self, drawn: &Image, asked: Region, picture: &mut Image) {
         let part = self.part.unwrap_or(Region::whole(self.rect.size));
         let first = [0, 1].map(|axis| self.rect.first[axis] + part.first[axis] - asked.first[axis]);
-        let rows = Region { first, size: part.size }.rows(picture.width);
-        for (row, pixels) in rows.zip(drawn.pixels.chunks(part.size[0] as usize)) {
-            picture.pixels[row].copy_from_slice(pixels);
-        }
+        Region { first, size: part.size }.put(&drawn.pixels, &mut picture.pixels, picture.width);
     }
 }
 

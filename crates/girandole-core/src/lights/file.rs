@@ -139,6 +139,11 @@ mod tests {
             assert!(once() == first);
             assert_eq!(std::fs::read(&path).expect("bytes"), bytes);
         }
+        // The control: it is what the file says.
+        assert!(first.warnings.is_empty());
+        let told = text.replacen("\"warnings\":[]", "\"warnings\":[\"read\"]", 1);
+        std::fs::write(&path, told).expect("it is written");
+        assert_eq!(once().warnings, ["read"]);
         // No folder at all: nothing is kept.
         let file = folder.path().join("no folder");
         std::fs::write(&file, "").expect("it is written");

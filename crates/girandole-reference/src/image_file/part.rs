@@ -80,7 +80,7 @@ struct Channels(BTreeMap<String, FlatSamples>);
 
 impl Channels {
     fn part(&self, [width, height]: [u32; 2], count: Option<u32>) -> std::result::Result<Part, String> {
-        let [r, g, b] = self.triple(|color| self.floats(color))?;
+        let [r, g, b] = [self.floats("R")?, self.floats("G")?, self.floats("B")?];
         let pixels = (0..r.len()).map(|i| Vec3::new(r[i], g[i], b[i])).collect();
         let coverage = self.0.contains_key("A").then(|| self.floats("A")).transpose()?;
         let sum = count.map(|count| self.sum([width, height], count)).transpose()?;
@@ -102,13 +102,6 @@ impl Channels {
             }
         }
         Ok(sum)
-    }
-
-    fn triple<'a>(
-        &'a self,
-        of: impl Fn(&str) -> std::result::Result<&'a [f32], String>,
-    ) -> std::result::Result<[&'a [f32]; 3], String> {
-        Ok([of(COLORS[0])?, of(COLORS[1])?, of(COLORS[2])?])
     }
 
     fn floats(&self, name: &str) -> std::result::Result<&[f32], String> {

@@ -64,6 +64,8 @@ fn parts(context: &Context) {
             let found = cut(&found, Region::whole(region.size));
             let wrong = found.iter().zip(&expected).filter(|(a, b)| a != b).count();
             assert_eq!(wrong, 0, "{name} {settings:?} {region}");
+            let beside = Region { first: region.first.map(|at| at / 2), ..region };
+            assert_ne!(cut(&whole, beside), expected, "the control: another part is another one");
             if settings.mode == Mode::Full && name == "table" {
                 let some = points(context, &renderer);
                 assert!(some * 2 < all, "{name} {region}: {some} of {all} points are shaded");
