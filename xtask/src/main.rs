@@ -79,11 +79,11 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
 }
 
-/// Path of the program `girandole` of a profile, beside this one's.
-fn girandole(profile: &str) -> std::io::Result<PathBuf> {
+/// Path of a program of the workspace that was built with a profile, beside this one's.
+fn built(profile: &str, program: &str) -> std::io::Result<PathBuf> {
     let mut path = std::env::current_exe()?;
     path.pop();
     path.set_file_name(profile);
-    path.push(format!("girandole{}", std::env::consts::EXE_SUFFIX));
+    path.push(format!("{program}{}", std::env::consts::EXE_SUFFIX));
     Ok(path)
 }

@@ -1,6 +1,6 @@
 //! `cargo xtask test`: every test of the workspace, on a GPU or on the software one.
 
-use crate::{adapter, cargo, girandole, swiftshader};
+use crate::{adapter, built, cargo, swiftshader};
 use anyhow::{Result, bail};
 use std::process::ExitCode;
 
@@ -15,7 +15,7 @@ pub fn run(arguments: &[String]) -> Result<ExitCode> {
     if !cargo().args(["test", "--workspace", "--locked", "--no-run"]).status()?.success() {
         bail!("the workspace does not build");
     }
-    adapter::ensure(&girandole("debug")?)?;
+    adapter::ensure(&built("debug", "girandole")?)?;
     let status = cargo().args(["test", "--workspace", "--locked"]).args(arguments).status()?;
     Ok(if status.success() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

@@ -8,7 +8,7 @@ mod processes;
 mod sequence;
 mod still;
 
-use crate::{adapter, apt, cargo, girandole};
+use crate::{adapter, apt, built, cargo};
 use anyhow::{Context, Result, bail, ensure};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ const OF_SLURM: [&str; 6] = ["SLURM", "SBATCH_", "SCONTROL_", "SINFO_", "SQUEUE_
 /// Options of `cargo xtask test-farm`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Also asks that two workers with a core each are 1.8 times as fast as one, which takes minutes
+    /// Asks instead that two workers with a core each are 1.8 times as fast as one, which takes minutes
     #[arg(long)]
     efficiency: bool,
     /// Frames that --efficiency renders
@@ -57,16 +57,17 @@ type Check<'a> = (&'a str, Box<dyn Fn(&Setting) -> Result<String>>);
 /// Runs all checks, and says how many passed.
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let setting = Setting::new(arguments.program.as_deref())?;
-    let mut checks: Vec<Check> = vec![
-        ("a sequence on Slurm", Box::new(sequence::run)),
-        ("a still on Slurm", Box::new(still::run)),
-        ("a sequence by Open Job Description", Box::new(openjd::sequence)),
-        ("a still by Open Job Description", Box::new(openjd::still)),
-    ];
-    if arguments.efficiency {
-        let frames = arguments.frames;
-        checks.push(("efficiency", Box::new(move |setting| efficiency::run(setting, frames))));
-    }
+    let frames = arguments.frames;
+    let checks: Vec<Check> = if arguments.efficiency {
+        vec![("efficiency", Box::new(move |setting| efficiency::run(setting, frames)))]
+    } else {
+        vec![
+            ("a sequence on Slurm", Box::new(sequence::run)),
+            ("a still on Slurm", Box::new(still::run)),
+            ("a sequence by Open Job Description", Box::new(openjd::sequence)),
+            ("a still by Open Job Description", Box::new(openjd::still)),
+        ]
+    };
     let mut failed = Vec::new();
     for (name, check) in &checks {
         eprintln!("{name} …");
@@ -98,7 +99,7 @@ impl Setting {
                 {
                     bail!("the program does not build");
                 }
-                girandole("release")?
+                built("release", "girandole")?
             }
         };
         let folder = tempfile::Builder::new().prefix("test-farm-").tempdir()?;

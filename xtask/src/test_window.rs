@@ -3,7 +3,7 @@
 mod editing;
 mod files;
 
-use crate::{cargo, girandole};
+use crate::{built, cargo};
 use anyhow::{Context, Result, bail, ensure};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub fn run() -> Result<ExitCode> {
     if !cargo().args(["build", "--locked", "-p", "girandole-app"]).status()?.success() {
         bail!("the program does not build");
     }
-    let program = girandole("debug")?;
+    let program = built("debug", "girandole")?;
     let display = Display::with_screen("1600x1000x24")?;
     files::run(&program, &display).context("files")?;
     let session = Session::start(&program, &display, "pillars")?;

@@ -9,7 +9,7 @@
 
 mod real;
 
-use crate::{cargo, girandole, root};
+use crate::{built, cargo, root};
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -88,7 +88,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if !cargo().args(["build", "--release", "--locked", "--bin", "girandole"]).status()?.success() {
         bail!("the program does not build");
     }
-    let bench = Bench { arguments, program: girandole("release")?, truth, scratch: tempfile::tempdir()? };
+    let bench =
+        Bench { arguments, program: built("release", "girandole")?, truth, scratch: tempfile::tempdir()? };
     let misses = if arguments.real.is_some() { bench.real_rooms()? } else { bench.own_scenes()? };
     for miss in &misses {
         println!("beyond its bound: {miss}");

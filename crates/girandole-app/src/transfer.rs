@@ -90,10 +90,15 @@ pub fn light_by(renderer: &mut Renderer, scene: &Scene, transfers: &[Transferred
     Ok(())
 }
 
+/// Variable that names the folder of what is kept from call to call, in place of one in the user's cache folder.
+#[cfg(not(target_arch = "wasm32"))]
+pub const CACHE: &str = "GIRANDOLE_CACHE";
+
 /// Where something is kept from call to call.
 #[cfg(not(target_arch = "wasm32"))]
 pub fn cache(what: &str) -> Option<PathBuf> {
-    Some(dirs::cache_dir()?.join("girandole").join(what))
+    let named = std::env::var_os(CACHE).filter(|folder| !folder.is_empty()).map(PathBuf::from);
+    Some(named.or_else(|| Some(dirs::cache_dir()?.join("girandole")))?.join(what))
 }
 
 /// Browsers have no folders.

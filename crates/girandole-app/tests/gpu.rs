@@ -43,7 +43,7 @@ fn girandole(directory: &Path, arguments: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_girandole"))
         .args(arguments.split_whitespace())
         .current_dir(directory)
-        .env("XDG_CACHE_HOME", directory.join("cache"))
+        .env("GIRANDOLE_CACHE", directory.join("cache"))
         .output()
         .unwrap_or_else(|e| panic!("the program does not start: {e}"))
 }
@@ -75,7 +75,7 @@ fn transfer_is_kept(directory: &Path) -> Result<(), Failed> {
         ensure(stats[key].as_f64().is_some_and(|value| value > 0.0), key)?;
     }
     ensure(differ(&render("--transfer centre")?.0, &grid), "the grid changes nothing")?;
-    let kept = directory.join("cache/girandole/transfer");
+    let kept = directory.join("cache/transfer");
     let files: Vec<_> = std::fs::read_dir(&kept)?.collect::<Result<_, _>>()?;
     ensure(files.len() == 1, "where light is gathered makes no other transfer")?;
     std::fs::write(files[0].path(), b"GIRTRANS and nothing else")?;
@@ -183,7 +183,7 @@ fn parts_join(directory: &Path) -> Result<(), Failed> {
     ensure(String::from_utf8_lossy(&said.stderr).contains("b2.exr was there"), "it is made again")?;
     ensure(made == directory.join("b2.exr").metadata()?.modified()?, "it is written again")?;
     // Light is sampled once for all pieces of a view, and there were two.
-    let kept = std::fs::read_dir(directory.join("cache/girandole/lights"))?.count();
+    let kept = std::fs::read_dir(directory.join("cache/lights"))?.count();
     ensure(kept == 2, &format!("light is sampled {kept} times"))
 }
 

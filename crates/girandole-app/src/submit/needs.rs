@@ -3,6 +3,7 @@
 use super::pieces::Pieces;
 use crate::args::RenderArgs;
 use crate::output::{Progress, say};
+use crate::transfer::CACHE;
 use anyhow::{Context, Result, bail};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -49,7 +50,7 @@ impl Needs {
         let mut command = Command::new(super::program()?);
         let child = command
             .args(&words[1..])
-            .env("XDG_CACHE_HOME", folder.join("cache"))
+            .env(CACHE, folder.join("cache"))
             .stdin(Stdio::null())
             .stderr(Stdio::piped())
             .spawn();

@@ -3,6 +3,7 @@
 use super::needs::Needs;
 use super::pieces::Pieces;
 use crate::args::{RenderArgs, shown};
+use crate::transfer::CACHE;
 use anyhow::{Context, Result};
 use girandole_core::image::Region;
 use serde_json::{Value, json};
@@ -32,7 +33,7 @@ impl Job<'_> {
             head.extend(more.iter().chain(options).cloned());
             let directives: String = head.iter().map(|option| format!("#SBATCH {option}\n")).collect();
             // Of the log's name Slurm takes the quotes off.
-            Ok(format!("#!/bin/sh\n{directives}export XDG_CACHE_HOME={folder}/cache\n"))
+            Ok(format!("#!/bin/sh\n{directives}export {CACHE}={folder}/cache\n"))
         };
         let log = |name: &str| -> Result<String> {
             Ok(format!(
@@ -56,7 +57,7 @@ impl Job<'_> {
     /// A template of the Open Job Description (2023-09).
     pub fn openjd(&self) -> Result<String> {
         let Needs { memory_mib, cores } = self.needs;
-        let cache = format!("#!/bin/sh\nexport XDG_CACHE_HOME={}/cache\n", word(self.folder)?);
+        let cache = format!("#!/bin/sh\nexport {CACHE}={}/cache\n", word(self.folder)?);
         let step = |name: &str, text: String| {
             json!({
                 "name": name,
