@@ -11,6 +11,7 @@ use anyhow::{Context, Result, bail};
 use girandole_core::files;
 use needs::Needs;
 use pieces::Pieces;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
@@ -22,10 +23,8 @@ pub fn run(args: &SubmitArgs) -> Result<ExitCode> {
     let pieces = Pieces::new(&render, args.pieces, args.regions)?;
     render::check(&pieces.first(&render))?;
     let submits = args.to == Farm::Slurm && !args.print && !args.dry_run;
-    if submits && !is_installed("sbatch") {
-        bail!(
-            "there is no sbatch: install Slurm (on Debian and Ubuntu the package slurm-wlm), or see what it would get with --print"
-        );
+    if submits {
+        check_sbatch()?;
     }
     let mut needs = match args.print || args.dry_run || args.estimate {
         true => Needs::estimated(&render),
@@ -100,9 +99,23 @@ fn program() -> Result<PathBuf> {
     std::env::current_exe().context("where this program is, is unknown")
 }
 
-fn is_installed(program: &str) -> bool {
-    let found = Command::new(program).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
-    found.is_ok_and(|status| status.success())
+/// Before anything is rendered or written.
+fn check_sbatch() -> Result<()> {
+    let answer = match Command::new("sbatch").arg("--version").stdin(Stdio::null()).output() {
+        Ok(answer) => answer,
+        Err(error) if error.kind() == ErrorKind::NotFound => bail!(
+            "there is no sbatch: install Slurm (on Debian and Ubuntu the package slurm-wlm), or see what it would get with --print"
+        ),
+        Err(error) => return Err(error).context("sbatch cannot be run"),
+    };
+    let said = String::from_utf8_lossy(&answer.stderr);
+    if !answer.status.success() {
+        let last = said.trim().lines().last().unwrap_or("it does not say why");
+        bail!(
+            "sbatch is there, but does not work: {last}; set Slurm up on this machine, or see what it would get with --print"
+        );
+    }
+    Ok(())
 }
 
 /// Submits scripts, the second to run when the first is done. The jobs' numbers.

@@ -133,3 +133,28 @@ fn what_is_handed_over_is_measured_first() {
     let said = stderr(&girandole.succeed(&[&SMALL[..], &SEQUENCE].concat()));
     assert!(said.contains("wrote 5 of 6 frames, 1 were there"), "{said}");
 }
+
+#[cfg(unix)]
+#[test]
+fn a_slurm_that_does_not_work_is_said_before_anything_is_rendered() {
+    use std::os::unix::fs::PermissionsExt;
+    let girandole = Girandole::new();
+    let tools = tempfile::tempdir().unwrap();
+    let submit = |expected: &str| {
+        let arguments = [&["submit", "slurm"], &SMALL[1..], &SEQUENCE].concat();
+        let output = girandole.command(&arguments).env("PATH", tools.path()).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        let said = stderr(&output);
+        assert!(said.contains(expected) && said.lines().count() == 1, "{said}");
+        assert!(girandole.files().is_empty());
+    };
+    submit("there is no sbatch: install Slurm");
+    let sbatch = tools.path().join("sbatch");
+    std::fs::write(
+        &sbatch,
+        "#!/bin/sh\necho 'sbatch: error: first' >&2\necho 'sbatch: fatal: no controller' >&2\nexit 1\n",
+    )
+    .unwrap();
+    std::fs::set_permissions(&sbatch, std::fs::Permissions::from_mode(0o755)).unwrap();
+    submit("does not work: sbatch: fatal: no controller");
+}
