@@ -3,6 +3,7 @@
 mod adapter;
 mod apt;
 mod check_web;
+mod figures;
 mod gallery;
 mod swiftshader;
 mod test;
@@ -40,6 +41,13 @@ enum Task {
     TestWindow,
     /// Renders on a farm of two Slurm workers, of which one dies, and by Open Job Description; needs slurm-wlm
     TestFarm(test_farm::Arguments),
+    /// Makes the figures of the thesis, and of what was added to it, as one HTML page
+    #[command(disable_help_flag = true)]
+    Figures {
+        /// `--help` lists them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
     /// Renders every glTF file below a folder beside the path tracer, to one HTML page
     #[command(disable_help_flag = true)]
     Gallery {
@@ -58,6 +66,7 @@ fn main() -> ExitCode {
         Task::CheckWeb => check_web::run(),
         Task::TestWindow => test_window::run(),
         Task::TestFarm(arguments) => test_farm::run(&arguments),
+        Task::Figures { arguments } => figures::run(&arguments),
         Task::Gallery { arguments } => gallery::run(&arguments),
         Task::Truth(arguments) => truth::run(&arguments),
     };

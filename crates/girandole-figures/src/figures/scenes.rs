@@ -1,0 +1,35 @@
+//! Figure 5-1: the views that are timed.
+
+use super::Figure;
+use crate::bench::Bench;
+use crate::report::{Outcome, Picture, Verdict};
+use anyhow::Result;
+use girandole::core::lights::LightSettings;
+use girandole::{RenderSettings, RendererOptions};
+
+/// The rooms whose frames are timed, and the views of them.
+pub const ROOMS: [&str; 3] = ["area-lights", "table", "pillars"];
+
+pub const FIGURE: Figure = Figure {
+    id: "5-1",
+    title: "The views that are timed",
+    thesis: "A room with two large area lights, a room with a table, and a room with four pillars, by 300 light samples.",
+    run,
+};
+
+fn run(bench: &Bench) -> Result<Outcome> {
+    let mut outcome = Outcome::default();
+    let lights = LightSettings { count: bench.of([16, 300, 300]), ..LightSettings::default() };
+    for room in ROOMS {
+        let scene = bench.room(room)?;
+        let mut stage = bench.stage(&scene, RendererOptions::default(), &lights)?;
+        let picture = stage.picture(&RenderSettings::default())?;
+        let what = format!("{room}, {} light samples", stage.lights());
+        outcome.pictures.push(Picture::new(room, &what, &picture));
+    }
+    outcome.seen =
+        "The three rooms, modelled from the thesis's text, as they are timed in the figures that follow."
+            .into();
+    outcome.verdict = Verdict::Agrees;
+    Ok(outcome)
+}

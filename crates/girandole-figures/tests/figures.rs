@@ -1,0 +1,74 @@
+//! Runs every figure at toy scale, so that none rots; needs a graphics adapter.
+
+use girandole_figures::bench::{Bench, Scale};
+use girandole_figures::figures::FIGURES;
+use girandole_figures::report::{Outcome, Report, Verdict};
+use std::collections::BTreeSet;
+
+/// What has to be the same in each run: all but times, and sentences and plots that tell them.
+fn repeatable(outcome: &Outcome) -> Vec<String> {
+    let pictures = outcome.pictures.iter().map(|p| format!("{} {} {:?}", p.name, p.caption, p.rgb));
+    let cells = outcome.tables.iter().flat_map(|table| {
+        let is_time = |column: &String| column.ends_with(" ms") || column.ends_with(" s");
+        let columns = (0..table.columns.len()).filter(move |&i| !is_time(&table.columns[i]));
+        columns.map(move |i| {
+            let cells = table.rows.iter().map(|row| row[i].as_str()).collect::<Vec<_>>().join(" ");
+            format!("{} {}: {cells}", table.name, table.columns[i])
+        })
+    });
+    pictures.chain(cells).collect()
+}
+
+/// Of files, each once.
+fn names(outcome: &Outcome) -> Vec<&str> {
+    let plots = outcome.plots.iter().map(|plot| plot.name.as_str());
+    let pictures = outcome.pictures.iter().map(|picture| picture.name.as_str());
+    plots.chain(pictures).chain(outcome.tables.iter().map(|table| table.name.as_str())).collect()
+}
+
+#[test]
+fn every_figure_is_made_and_the_same_twice() {
+    let folder = tempfile::tempdir().unwrap();
+    let bench = Bench::new(None, Scale::Toy).unwrap();
+    let mut report = Report::new(folder.path(), Vec::new()).unwrap();
+    for figure in &FIGURES {
+        let outcome = (figure.run)(&bench);
+        let again = (figure.run)(&bench).unwrap();
+        report.add(figure, &outcome, 0.0).unwrap();
+        let outcome = outcome.unwrap();
+        let id = figure.id;
+        assert!(repeatable(&outcome) == repeatable(&again), "{id} is another one the second time");
+        let names = names(&outcome);
+        assert!(!names.is_empty(), "{id} shows nothing");
+        assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len(), "{id} gives two files one name");
+        for (what, words) in [("seen", &outcome.seen), ("settings", &outcome.settings)] {
+            assert!(!words.is_empty(), "{id} does not say its {what}");
+        }
+        if let Verdict::Differs(why) = &outcome.verdict {
+            assert!(!why.is_empty(), "{id} differs, and does not say why");
+        }
+        for table in &outcome.tables {
+            let is_full = table.rows.iter().all(|row| row.len() == table.columns.len());
+            assert!(is_full && !table.rows.is_empty(), "the table {} of {id} has gaps", table.name);
+        }
+    }
+    let page = std::fs::read_to_string(report.path()).unwrap();
+    for figure in &FIGURES {
+        assert!(
+            page.contains(&format!("<section id=\"{}\">", figure.id)),
+            "{} is not on the page",
+            figure.id
+        );
+    }
+    let links: Vec<&str> = page.split("src=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+    assert!(links.len() >= FIGURES.len());
+    for link in links {
+        assert!(folder.path().join(link).metadata().unwrap().len() > 100, "{link} is empty");
+    }
+}
+
+#[test]
+fn figures_have_names_of_their_own() {
+    let ids: BTreeSet<&str> = FIGURES.iter().map(|figure| figure.id).collect();
+    assert_eq!(ids.len(), FIGURES.len());
+}
