@@ -31,6 +31,9 @@ const BOUNCES: u32 = 4;
 /// Of the worst pixels, as in `cargo xtask truth`.
 const TRIM: f32 = 0.001;
 
+/// One number of a comparison.
+type Metric = fn(&Comparison) -> f64;
+
 /// A scene with its truth.
 struct Subject {
     name: String,
@@ -218,7 +221,7 @@ fn tell(outcome: &mut Outcome, subject: &Subject, all: &[Series]) -> String {
         }
     }
     outcome.tables.push(table);
-    let metrics: [(&str, &str, fn(&Comparison) -> f64); 2] =
+    let metrics: [(&str, &str, Metric); 2] =
         [("relMSE", "relmse", |error| error.rel_mse), ("FLIP", "flip", |error| error.flip)];
     for (metric, file, value) in metrics {
         let title = format!("{name}: {metric}");

@@ -96,9 +96,9 @@ impl Surfaces {
     pub fn interpolate(&self, full: &Image, spacing: u32, edges: &[bool]) -> Interpolated {
         let light: Vec<Option<Vec3>> = (0..full.pixels.len()).map(|i| self.irradiance(i, full)).collect();
         let mut result = Interpolated { picture: full.clone(), pixels: vec![false; full.pixels.len()] };
-        for pixel in 0..full.pixels.len() {
+        for (pixel, &is_edge) in edges.iter().enumerate() {
             let at = [pixel as u32 % self.size[0], pixel as u32 / self.size[0]];
-            let is_shaded = edges[pixel] || at.iter().all(|x| x % spacing == 0);
+            let is_shaded = is_edge || at.iter().all(|x| x % spacing == 0);
             let Some((point, light)) = self.points[pixel]
                 .filter(|_| !is_shaded)
                 .and_then(|point| Some((point, self.between(&light, at, spacing)?)))

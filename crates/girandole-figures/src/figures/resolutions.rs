@@ -18,7 +18,7 @@ pub const FIGURE: Figure = Figure {
     title: "Resolution of shadow maps, and number of lights",
     thesis: "Higher map resolutions result in less aliasing and a more accurate shadow shape. Higher sample counts reduce \
              aliasing but do not improve the shadow's shape. Percentage-closer filtering could soften the edges.",
-    run: run,
+    run,
 };
 
 /// Errors of a cell of figure 5-8.

@@ -24,7 +24,7 @@ pub const FIGURE: Figure = Figure {
     title: "Shadows by direct light, on a plain and on a textured floor",
     thesis: "By 25, 50 and 100 direct samples with maps of 512 × 512 texels, the shadow's steps are less perceptible on a \
              textured floor than on a plain one.",
-    run: run,
+    run,
 };
 
 /// Where the object is and how large, and from where its shadow is looked at.

@@ -22,7 +22,7 @@ pub const FIGURE: Figure = Figure {
     title: "A silhouette where an object comes too close to a light sample",
     thesis: "An object close to a sample on the floor casts a large silhouette on the wall, which the light from around the object \
              would hide; only thousands of samples would help.",
-    run: run,
+    run,
 };
 
 /// A silhouette is seen where it takes this share of the light.
@@ -245,7 +245,7 @@ fn tell_silhouettes(outcome: &mut Outcome, all: &[Measured], noise: f64) {
         number(noise, 5)
     );
     let few = &all[0];
-    let most = all.iter().filter(|m| m.variant.of_thesis).last().unwrap_or(few);
+    let most = all.iter().filter(|m| m.variant.of_thesis).next_back().unwrap_or(few);
     outcome.verdict = verdict([
         (
             few.own[0] > SEEN,

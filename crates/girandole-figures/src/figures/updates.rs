@@ -38,6 +38,9 @@ pub const SHARES: Figure = Figure {
 /// Where it moves.
 const ROOMS: [&str; 2] = ["table", "pillars"];
 
+/// A part of what a frame takes.
+type Value = fn(&FrameCost) -> f64;
+
 /// What one mover does in one room.
 struct Case {
     name: String,
@@ -52,7 +55,7 @@ struct Case {
 
 impl Case {
     /// Points over the number of maps that were drawn, which is at most the number asked for.
-    fn points(&self, value: fn(&FrameCost) -> f64) -> Vec<[f64; 2]> {
+    fn points(&self, value: Value) -> Vec<[f64; 2]> {
         self.costs.iter().map(|cost| [cost.drawn, value(cost)]).collect()
     }
 
@@ -153,7 +156,7 @@ fn settings(bench: &Bench, also: &str) -> String {
     )
 }
 
-fn table(bench: &Bench, cases: &[Case], time: &str, value: fn(&FrameCost) -> f64) -> Table {
+fn table(bench: &Bench, cases: &[Case], time: &str, value: Value) -> Table {
     let caption = format!("{time}; for each mover and room");
     let columns = ["mover and room", "at most", "maps drawn", "texels a map", "maps left stale", "time ms"];
     let mut table = Table::new("times", &caption, &columns);
@@ -168,7 +171,7 @@ fn table(bench: &Bench, cases: &[Case], time: &str, value: fn(&FrameCost) -> f64
 }
 
 /// The line through a case's times, in words, and whether it is one.
-fn line(case: &Case, value: fn(&FrameCost) -> f64) -> (Line, String) {
+fn line(case: &Case, value: Value) -> (Line, String) {
     let line = Line::through(&case.points(value));
     let words = format!(
         "{}: {} ms and {} ms a map (R² {:.3}, up to {} maps)",
@@ -281,7 +284,7 @@ fn run_shares(bench: &Bench) -> Result<Outcome> {
     for plot in [&mut parts, &mut shares] {
         plot.is_stacked = true;
     }
-    let values: [(&str, fn(&FrameCost) -> f64); 3] = [
+    let values: [(&str, Value); 3] = [
         ("the rest", |cost| cost.rest),
         ("visibility", |cost| cost.visibility),
         ("shadow maps", |cost| cost.maps),
