@@ -134,7 +134,7 @@ fn tell_gap(outcome: &mut Outcome, all: &[Measured], noise: f64) {
     };
     let seen: Vec<String> = all.iter().map(sentence).collect();
     let few = &all[0];
-    let most = all.iter().filter(|m| m.variant.of_thesis).next_back().unwrap_or(few);
+    let most = all.iter().rfind(|m| m.variant.of_thesis).unwrap_or(few);
     let ours = all.iter().find(|m| m.variant.for_view).unwrap_or(few);
     outcome.seen = format!(
         "{} With as many samples, ours have relMSE {} times the thesis's. The truth's own noise is relMSE {}, which was taken off, and is \

@@ -245,7 +245,7 @@ fn tell_silhouettes(outcome: &mut Outcome, all: &[Measured], noise: f64) {
         number(noise, 5)
     );
     let few = &all[0];
-    let most = all.iter().filter(|m| m.variant.of_thesis).next_back().unwrap_or(few);
+    let most = all.iter().rfind(|m| m.variant.of_thesis).unwrap_or(few);
     outcome.verdict = verdict([
         (
             few.own[0] > SEEN,
