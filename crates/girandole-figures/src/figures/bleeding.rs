@@ -128,7 +128,7 @@ fn run(bench: &Bench) -> Result<Outcome> {
 }
 
 fn paths(bench: &Bench) -> u32 {
-    bench.of([2, 64, 512])
+    bench.of([2, 64, 96])
 }
 
 fn lights(bench: &Bench) -> u32 {

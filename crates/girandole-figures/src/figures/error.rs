@@ -212,7 +212,7 @@ fn tell(outcome: &mut Outcome, subject: &Subject, all: &[Series]) -> String {
     let name = &subject.name;
     let columns =
         ["method", "samples or paths", "relMSE", "FLIP", "energy", "from scratch s", "frame alone s"];
-    let mut table = Table::new(name, &format!("{name}: errors and times"), &columns);
+    let mut table = Table::new(&format!("{name}-errors"), &format!("{name}: errors and times"), &columns);
     for Series { name, points } in all {
         for Point { count, seconds, frame, error } in points {
             let frame = frame.map_or_else(|| "–".into(), |frame| number(frame, 4));
@@ -240,7 +240,7 @@ fn tell(outcome: &mut Outcome, subject: &Subject, all: &[Series]) -> String {
     }
     let ev = Exposure::Auto.ev(&subject.truth);
     outcome.pictures.push(Picture::exposed(
-        name,
+        &format!("{name}-truth"),
         &format!("{name}: truth, {}", subject.made),
         &subject.truth,
         ev,

@@ -62,7 +62,7 @@ fn gap_variants(bench: &Bench) -> Vec<Variant> {
 fn run(bench: &Bench) -> Result<Outcome> {
     let (object, name) = bench.bunny()?;
     let scene = builtin::build("gap", object)?;
-    let (size, paths) = (extent(bench), bench.of([4, 128, 512]));
+    let (size, paths) = (extent(bench), bench.of([4, 128, 256]));
     let view = first_view(&scene, size)?;
     let truth = Truth::new(&scene, (view, size), paths);
     let ev = Exposure::Auto.ev(&truth.image);

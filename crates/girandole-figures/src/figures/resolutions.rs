@@ -44,7 +44,7 @@ struct Row {
 fn run(bench: &Bench) -> Result<Outcome> {
     let counts = bench.of([&[4, 8][..], &[25, 50, 100], &[25, 50, 100]]);
     let sizes = bench.of([&[64, 128][..], &[64, 128, 256, 512], &[64, 128, 256, 512]]);
-    let (size, many) = (bench.of([[64, 48], [200, 150], [256, 192]]), bench.of([64, 1024, 4096]));
+    let (size, many) = (bench.of([[64, 48], [200, 150], [256, 192]]), bench.of([64, 1024, 2048]));
     let (scene, object) = scene(bench)?;
     let shown = (looking(EYE, TARGET, DEGREES, size)?, size);
     let truth = traced(&scene, shown, many)?;
@@ -149,7 +149,7 @@ fn tell_maps(outcome: &mut Outcome, rows: &[Row]) {
     }
     outcome.tables.push(table);
     let mut plot = Plot::logarithmic(
-        "errors",
+        "resolution",
         "Without a filter; shape: to the same samples, traced",
         "texels across a map",
         "FLIP",

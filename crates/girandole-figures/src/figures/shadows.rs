@@ -174,7 +174,7 @@ struct Banding {
 
 fn run(bench: &Bench) -> Result<Outcome> {
     let counts = bench.of([&[8, 16][..], &[25, 50, 100], &[25, 50, 100]]);
-    let (size, many) = (bench.of([[64, 48], [240, 180], [400, 300]]), bench.of([64, 1024, 4096]));
+    let (size, many) = (bench.of([[64, 48], [240, 180], [320, 240]]), bench.of([64, 1024, 2048]));
     let map_size = bench.of([64, 512, 512]);
     let (plain, object) = scene(bench)?;
     let stone = textured(plain.clone())?;
@@ -219,7 +219,7 @@ fn run(bench: &Bench) -> Result<Outcome> {
 /// The table, the plot, what is seen, and the verdict.
 fn tell_banding(outcome: &mut Outcome, banding: &[Banding]) {
     let mut table = Table::new(
-        "banding",
+        "errors",
         "Errors to the truth, whole pictures",
         &["lights", "FLIP, plain", "FLIP, stone", "1 − SSIM, plain", "1 − SSIM, stone", "relMSE, plain"],
     );

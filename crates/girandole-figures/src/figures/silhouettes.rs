@@ -177,7 +177,7 @@ impl Subject<'_> {
 fn run(bench: &Bench) -> Result<Outcome> {
     let (object, name) = bench.bunny()?;
     let room = builtin::build("pillars", object)?;
-    let (size, paths) = (extent(bench), bench.of([4, 128, 256]));
+    let (size, paths) = (extent(bench), bench.of([4, 128, 192]));
     let view = looking(EYE, TARGET, DEGREES, size)?;
     let mut outcome = Outcome::default();
     let mut errors = table(&["silhouette, largest %", "silhouette, mean %"]);

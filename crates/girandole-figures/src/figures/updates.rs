@@ -254,9 +254,7 @@ fn run_maps(bench: &Bench) -> Result<Outcome> {
             cases[torus].name,
             two(vertices)
         );
-        let why = format!(
-            "{words} Our maps are ray cast: a texel's ray meets few of a mover's triangles, however many there are."
-        );
+        let why = format!("{words} Our maps are ray cast, not drawn vertex by vertex.");
         claims.push(((0.75..1.33).contains(&(slope / vertices)), why));
         seen.push(words);
     }
@@ -296,7 +294,7 @@ fn run_shares(bench: &Bench) -> Result<Outcome> {
     }
     let columns =
         ["at most", "maps drawn", "visibility ms", "maps ms", "rest ms", "all ms", "% maps of the ms"];
-    let mut table = Table::new("parts", "Means of frames", &columns);
+    let mut table = Table::new("part-times", "Means of frames", &columns);
     let share = |cost: &FrameCost| 100.0 * cost.maps / cost.total();
     for (most, cost) in counts(bench).iter().zip(&case.costs) {
         let times = [cost.visibility, cost.maps, cost.rest, cost.total(), share(cost)];
