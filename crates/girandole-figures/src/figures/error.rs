@@ -21,8 +21,8 @@ use std::time::Instant;
 pub const FIGURE: Figure = Figure {
     id: "error",
     title: "Error against time",
-    thesis: "How long does a picture of an error take, from scratch: by light samples with and without the thesis's optimisations, \
-             and by path tracing?",
+    thesis: "How long does a picture of an error take, from scratch: by light samples with and without the thesis's \
+        optimisations, and by path tracing?",
     run,
 };
 
@@ -134,10 +134,11 @@ fn settings(subjects: &[Subject]) -> String {
     });
     let truths: Vec<String> = truths.collect();
     format!(
-        "{}. {BOUNCES} bounces. Light samples: seed 0, placed for the view, from the loaded scene by sampling, visibility (full alone) and \
-         shadow maps to the picture, one run after one that is not counted; the frame alone is a median of three. Paths: one a pixel after \
-         the other, the hierarchy's build included. Mitsuba: rendering alone, without loading and building. relMSE without the worst \
-         0.1 % of pixels.",
+        "{}. {BOUNCES} bounces. Light samples: seed 0, placed for the view, from the loaded scene by sampling, \
+         visibility (full alone) and shadow maps to the picture, one run after one that is not counted; the frame \
+         alone is a median of three; maps of 512 texels up to 64 lights, of 256 above, less where 256 MiB do not hold \
+         them. Paths: one a pixel after the other, the hierarchy's build included. Mitsuba: rendering alone, without \
+         loading and building. relMSE without the worst 0.1 % of pixels.",
         truths.join("; ")
     )
 }

@@ -15,8 +15,8 @@ use girandole::core::trace::SceneTracer;
 pub const FIGURE: Figure = Figure {
     id: "6-1",
     title: "Too few light samples through a gap",
-    thesis: "Behind a narrow gap few of some hundred samples light anything, and not from all directions that light comes from: \
-             the shadows of each are seen.",
+    thesis: "Behind a narrow gap few of some hundred samples light anything, and not from all directions that light \
+        comes from: the shadows of each are seen.",
     run,
 };
 
@@ -90,8 +90,9 @@ fn run(bench: &Bench) -> Result<Outcome> {
     outcome.tables.push(errors);
     tell_gap(&mut outcome, &all, truth.noise);
     outcome.settings = format!(
-        "gap with the {name}, {} × {} pixels, {BOUNCES} bounces, seed 0, mode VD; the thesis's samples: one candidate each, 1 in 12 on \
-         the light, no view. relMSE without the worst 0.1 % of pixels. Truth: {paths} paths a pixel.",
+        "gap with the {name}, {} × {} pixels, {BOUNCES} bounces, seed 0, mode VD; the thesis's samples: one candidate \
+         each, 1 in 12 on the light, no view. relMSE without the worst 0.1 % of pixels. Truth: {paths} paths a \
+         pixel.",
         size[0], size[1]
     );
     Ok(outcome)
@@ -105,7 +106,8 @@ pub(super) fn label(variant: &Variant) -> String {
     }
 }
 
-/// How many samples lie in the dark half; how many light a point that is seen of it, in the mean; how many equal ones these are worth.
+/// How many samples lie in the dark half; how many light a point that is seen of it, in the mean; how many equal ones
+/// these are worth.
 fn through(scene: &Scene, view: &View, variant: &Variant) -> Result<[f64; 3]> {
     let illumination = variant.illumination(scene, view)?;
     let geometry = illumination.geometry();
@@ -122,7 +124,8 @@ fn through(scene: &Scene, view: &View, variant: &Variant) -> Result<[f64; 3]> {
 fn tell_gap(outcome: &mut Outcome, all: &[Measured], noise: f64) {
     let sentence = |m: &Measured| {
         format!(
-            "{}: {} of {} samples lie in the dark half, {} light a point of it and are worth {} equal ones; relMSE {}, FLIP {}.",
+            "{}: {} of {} samples lie in the dark half, {} light a point of it and are worth {} equal ones; relMSE {}, \
+             FLIP {}.",
             label(&m.variant),
             number(m.own[0], 0),
             m.lights,
@@ -137,8 +140,8 @@ fn tell_gap(outcome: &mut Outcome, all: &[Measured], noise: f64) {
     let most = all.iter().rfind(|m| m.variant.of_thesis).unwrap_or(few);
     let ours = all.iter().find(|m| m.variant.for_view).unwrap_or(few);
     outcome.seen = format!(
-        "{} With as many samples, ours have relMSE {} times the thesis's. The truth's own noise is relMSE {}, which was taken off, and is \
-         part of FLIP.",
+        "{} With as many samples, ours have relMSE {} times the thesis's. The truth's own noise is relMSE {}, which \
+         was taken off, and is part of FLIP.",
         seen.join(" "),
         number(ours.error.rel_mse / few.error.rel_mse.max(1e-9), 3),
         number(noise, 4)

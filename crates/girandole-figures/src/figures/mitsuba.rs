@@ -29,8 +29,8 @@ pub fn version() -> Option<String> {
     (output.status.success() && !version.is_empty()).then_some(version)
 }
 
-/// Pictures of a scene with Lambertian surfaces and emitters, by paths of at most so many segments: one for each number of
-/// samples a pixel.
+/// Pictures of a scene with Lambertian surfaces and emitters, by paths of at most so many segments: one for each
+/// number of samples a pixel.
 ///
 /// # Errors
 /// Where the scene has what is not translated, a file cannot be written, or Mitsuba fails.

@@ -16,8 +16,8 @@ use girandole_reference::metrics::Comparison;
 pub const FIGURE: Figure = Figure {
     id: "5-8",
     title: "Resolution of shadow maps, and number of lights",
-    thesis: "Higher map resolutions result in less aliasing and a more accurate shadow shape. Higher sample counts reduce \
-             aliasing but do not improve the shadow's shape. Percentage-closer filtering could soften the edges.",
+    thesis: "Higher map resolutions result in less aliasing and a more accurate shadow shape. Higher sample counts \
+        reduce aliasing but do not improve the shadow's shape. Percentage-closer filtering could soften the edges.",
     run,
 };
 
@@ -44,7 +44,7 @@ struct Row {
 fn run(bench: &Bench) -> Result<Outcome> {
     let counts = bench.of([&[4, 8][..], &[25, 50, 100], &[25, 50, 100]]);
     let sizes = bench.of([&[64, 128][..], &[64, 128, 256, 512], &[64, 128, 256, 512]]);
-    let (size, many) = (bench.of([[64, 48], [200, 150], [256, 192]]), bench.of([64, 1024, 2048]));
+    let (size, many) = (bench.of([[64, 48], [200, 150], [256, 192]]), bench.of([64, 1024, 4096]));
     let (scene, object) = scene(bench)?;
     let shown = (looking(EYE, TARGET, DEGREES, size)?, size);
     let truth = traced(&scene, shown, many)?;
@@ -73,9 +73,9 @@ fn run(bench: &Bench) -> Result<Outcome> {
     ));
     tell_maps(&mut outcome, &rows);
     outcome.settings = format!(
-        "table with the {object} over its floor, {} × {} pixels each; direct light alone, samples by power, seed 0; mode VD. \
-         Truth: {many} samples, traced. The error of shape is that to the same samples with traced visibility, that of sampling is \
-         theirs to the truth.",
+        "table with the {object} over its floor, {} × {} pixels each; direct light alone, samples by power, seed 0; \
+         mode VD. Truth: {many} samples, traced. The error of shape is that to the same samples with traced \
+         visibility, that of sampling is theirs to the truth.",
         size[0], size[1]
     );
     Ok(outcome)
@@ -197,8 +197,8 @@ fn reduces(rows: &[Row]) -> (bool, String) {
     )
 }
 
-/// Whether the error of shape is nearer to staying, from the fewest to the most lights, than to what errors that are independent
-/// from light to light would become.
+/// Whether the error of shape is nearer to staying, from the fewest to the most lights, than to what errors that are
+/// independent from light to light would become.
 fn keeps(rows: &[Row]) -> (bool, String) {
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return (false, String::new()) };
     let independent = (f64::from(first.lights) / f64::from(last.lights)).sqrt();
@@ -206,8 +206,8 @@ fn keeps(rows: &[Row]) -> (bool, String) {
     let sampling = last.aliasing.flip / first.aliasing.flip;
     let each: Vec<String> = kept.iter().map(|&share| two(share)).collect();
     let sentence = format!(
-        "From {} to {} lights FLIP of shape becomes {} times what it was, in the order of the maps, and FLIP of sampling {} times; errors \
-         independent from light to light would become {} times.",
+        "From {} to {} lights FLIP of shape becomes {} times what it was, in the order of the maps, and FLIP of \
+         sampling {} times; errors independent from light to light would become {} times.",
         first.lights,
         last.lights,
         each.join(", "),

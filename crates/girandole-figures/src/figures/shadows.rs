@@ -3,7 +3,8 @@
 use super::Figure;
 use super::fit::{two, verdict};
 use super::structure::dissimilarity;
-use super::views::{looking, put};
+use super::variants::stand;
+use super::views::looking;
 use crate::bench::{Bench, moving_object};
 use crate::report::{Outcome, Picture, Plot, Scaling, Table, number};
 use anyhow::{Context, Result};
@@ -22,8 +23,8 @@ use girandole_reference::{OracleSettings, oracle};
 pub const FIGURE: Figure = Figure {
     id: "5-7",
     title: "Shadows by direct light, on a plain and on a textured floor",
-    thesis: "By 25, 50 and 100 direct samples with maps of 512 × 512 texels, the shadow's steps are less perceptible on a \
-             textured floor than on a plain one.",
+    thesis: "By 25, 50 and 100 direct samples with maps of 512 × 512 texels, the shadow's steps are less perceptible \
+        on a textured floor than on a plain one.",
     run,
 };
 
@@ -42,7 +43,7 @@ pub(super) fn scene(bench: &Bench) -> Result<(Scene, &'static str)> {
     let (object, name) = bench.bunny()?;
     let mut scene = builtin::build("table", object)?;
     let object = moving_object(&scene)?;
-    put(&mut scene, object, EXTENT, FOOT);
+    stand(&mut scene, object, EXTENT, FOOT);
     Ok((scene, name))
 }
 
@@ -174,7 +175,7 @@ struct Banding {
 
 fn run(bench: &Bench) -> Result<Outcome> {
     let counts = bench.of([&[8, 16][..], &[25, 50, 100], &[25, 50, 100]]);
-    let (size, many) = (bench.of([[64, 48], [240, 180], [320, 240]]), bench.of([64, 1024, 2048]));
+    let (size, many) = (bench.of([[64, 48], [240, 180], [320, 240]]), bench.of([64, 1024, 4096]));
     let map_size = bench.of([64, 512, 512]);
     let (plain, object) = scene(bench)?;
     let stone = textured(plain.clone())?;
@@ -208,9 +209,9 @@ fn run(bench: &Bench) -> Result<Outcome> {
     }
     tell_banding(&mut outcome, &banding);
     outcome.settings = format!(
-        "table with the {object} over its floor, {} × {} pixels; direct light alone, {counts:?} samples by power, seed 0; maps \
-         of {map_size} texels without filter; mode VD. Truth: {many} samples, traced. Stone: {TEXELS} × {TEXELS} texels, \
-         {} times along the room and {} times across, in the mean as bright as the plain floor.",
+        "table with the {object} over its floor, {} × {} pixels; direct light alone, {counts:?} samples by power, seed \
+         0; maps of {map_size} texels without filter; mode VD. Truth: {many} samples, traced. Stone: {TEXELS} × \
+         {TEXELS} texels, {} times along the room and {} times across, in the mean as bright as the plain floor.",
         size[0], size[1], REPEATS.y, REPEATS.x
     );
     Ok(outcome)
@@ -259,8 +260,8 @@ fn tell_banding(outcome: &mut Outcome, banding: &[Banding]) {
         seen.push(sentence);
     }
     outcome.seen = format!(
-        "{} FLIP knows no masking, and sees the steps on stone almost as well; by structural similarity, which weighs a difference \
-         against the contrast about it, stone hides them.",
+        "{} FLIP knows no masking, and sees the steps on stone almost as well; by structural similarity, which weighs \
+         a difference against the contrast about it, stone hides them.",
         seen.join(" ")
     );
     outcome.verdict = verdict(claims);

@@ -3,8 +3,8 @@
 use super::Figure;
 use super::failures::{Measured, extent, label, shown};
 use super::fit::verdict;
-use super::variants::{BOUNCES, Contributions, Truth, Variant, points, row, table};
-use super::views::{looking, put};
+use super::variants::{BOUNCES, Contributions, Truth, Variant, points, row, stand, table};
+use super::views::looking;
 use crate::bench::{Bench, median, moving_object};
 use crate::report::{Outcome, Picture, Table, magnified, number};
 use anyhow::{Context, Result};
@@ -20,8 +20,8 @@ use girandole::{DebugView, RenderSettings, RendererOptions};
 pub const FIGURE: Figure = Figure {
     id: "6-2",
     title: "A silhouette where an object comes too close to a light sample",
-    thesis: "An object close to a sample on the floor casts a large silhouette on the wall, which the light from around the object \
-             would hide; only thousands of samples would help.",
+    thesis: "An object close to a sample on the floor casts a large silhouette on the wall, which the light from \
+        around the object would hide; only thousands of samples would help.",
     run,
 };
 
@@ -37,7 +37,7 @@ const WANTED: DVec3 = DVec3::new(3.35, 0.0, 0.0);
 const CORNER: DVec3 = DVec3::new(-3.0, 0.001, 2.6);
 /// The wall's x, the object's extent, and how far from the sample towards the wall it stands, metres.
 const FAR_WALL: f32 = 3.999;
-const EXTENT: f64 = 0.34;
+const EXTENT: f64 = 0.2;
 const DISTANCE: f64 = 0.24;
 
 /// Which of the variants is ours with as many samples as the thesis's.
@@ -75,14 +75,15 @@ fn sample_on_floor(illumination: &Illumination) -> Result<DVec3> {
     places.min_by(|a, b| distance(a).total_cmp(&distance(b))).context("there is no light sample")
 }
 
-/// `pillars` with the object between a sample of this variant and the wall, whose samples stay where they are; and its light.
+/// `pillars` with the object between a sample of this variant and the wall, whose samples stay where they are; and its
+/// light.
 fn before_sample(mut scene: Scene, view: &View, variant: &Variant) -> Result<(Scene, Illumination)> {
     let object = moving_object(&scene)?;
-    put(&mut scene, object, EXTENT, CORNER);
+    stand(&mut scene, object, EXTENT, CORNER);
     let mut illumination = variant.illumination(&scene, view)?;
     let sample = sample_on_floor(&illumination)?;
     let mut moved = scene.clone();
-    put(&mut moved, object, EXTENT, DVec3::new(sample.x + DISTANCE, 0.001, sample.z));
+    stand(&mut moved, object, EXTENT, DVec3::new(sample.x + DISTANCE, 0.001, sample.z));
     let node = scene.objects[object.index()].node;
     scene.take_changes();
     scene.set_transform(node, moved.nodes[node].local)?;
@@ -91,8 +92,8 @@ fn before_sample(mut scene: Scene, view: &View, variant: &Variant) -> Result<(Sc
     Ok((scene, illumination))
 }
 
-/// The largest share of a wall point's light that a single sample would add were the object not there, and the mean over the points
-/// that any is hidden from.
+/// The largest share of a wall point's light that a single sample would add were the object not there, and the mean
+/// over the points that any is hidden from.
 fn depths(scene: &Scene, illumination: &Illumination, view: &View, clamp: Clamp) -> Result<[f64; 2]> {
     let geometry = illumination.geometry();
     let tracer = SceneTracer::new(scene, geometry);
@@ -116,7 +117,8 @@ fn depths(scene: &Scene, illumination: &Illumination, view: &View, clamp: Clamp)
 /// How many times its contrast a picture is shown with.
 const CONTRAST: f32 = 2.5;
 
-/// Luminance as its distance from the median of the upper half, where the wall is, grey; so that faint silhouettes are seen.
+/// Luminance as its distance from the median of the upper half, where the wall is, grey; so that faint silhouettes are
+/// seen.
 fn contrast(bench: &Bench, name: &str, caption: &str, image: &Image) -> Picture {
     let wall = &image.pixels[..image.pixels.len() / 2];
     let middle = median(wall.iter().map(|&p| f64::from(luminance(p))).collect()).max(1e-9) as f32;
@@ -206,10 +208,10 @@ fn run(bench: &Bench) -> Result<Outcome> {
     outcome.tables.push(errors);
     tell_silhouettes(&mut outcome, &all, by_thesis.truth.noise);
     outcome.settings = format!(
-        "pillars with the {name}, {EXTENT} m, {DISTANCE} m from a sample on the floor towards the wall; {} × {} pixels, {BOUNCES} \
-         bounces, seed 0, mode VD; the thesis's samples: one candidate each, 1 in 12 on the light, no view. relMSE without the worst \
-         0.1 % of pixels. Truth: {paths} paths a pixel. A silhouette's share: of the light of a point of the wall were the object not \
-         there, what comes from the one sample that it hides.",
+        "pillars with the {name}, {EXTENT} m, {DISTANCE} m from a sample on the floor towards the wall; {} × {} \
+         pixels, {BOUNCES} bounces, seed 0, mode VD; the thesis's samples: one candidate each, 1 in 12 on the light, \
+         no view. relMSE without the worst 0.1 % of pixels. Truth: {paths} paths a pixel. A silhouette's share: of the \
+         light of a point of the wall were the object not there, what comes from the one sample that it hides.",
         size[0], size[1]
     );
     Ok(outcome)
@@ -240,7 +242,8 @@ fn tell_silhouettes(outcome: &mut Outcome, all: &[Measured], noise: f64) {
     };
     let seen: Vec<String> = all.iter().map(sentence).collect();
     outcome.seen = format!(
-        "{} The last is with the object before one of our own samples. The truth's own noise is relMSE {}, which was taken off, and is part of FLIP.",
+        "{} The last is with the object before one of our own samples. The truth's own noise is relMSE {}, which was \
+         taken off, and is part of FLIP.",
         seen.join(" "),
         number(noise, 5)
     );

@@ -1,4 +1,5 @@
-//! How much of a picture's structure is another one, as structural similarity sees it: details hide what is weaker than they are.
+//! How much of a picture's structure is another one, as structural similarity sees it: details hide what is weaker
+//! than they are.
 
 use girandole::core::image::{Image, luminance};
 use girandole::core::tonemap::srgb_encode;
@@ -9,8 +10,9 @@ const STEP: usize = 4;
 /// The constants of Wang et al.
 const STABILISERS: [f64; 2] = [0.01 * 0.01, 0.03 * 0.03];
 
-/// 1 − the mean structural similarity (Wang, Bovik, Sheikh and Simoncelli 2004) of luminance in windows of 8 × 8 pixels, both
-/// pictures exposed so that 95 % of the reference is below 0.8, as sRGB. Unlike FLIP it divides by the reference's own contrast.
+/// 1 − the mean structural similarity (Wang, Bovik, Sheikh and Simoncelli 2004) of luminance in windows of 8 × 8
+/// pixels, both pictures exposed so that 95 % of the reference is below 0.8, as sRGB. Unlike FLIP it divides by the
+/// reference's own contrast.
 pub fn dissimilarity(reference: &Image, test: &Image) -> f64 {
     let mut brightness: Vec<f32> = reference.pixels.iter().map(|&p| luminance(p)).collect();
     brightness.sort_by(f32::total_cmp);
