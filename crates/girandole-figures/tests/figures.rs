@@ -19,11 +19,11 @@ fn repeatable(outcome: &Outcome) -> Vec<String> {
     pictures.chain(cells).collect()
 }
 
-/// Of files, each once.
-fn names(outcome: &Outcome) -> Vec<&str> {
-    let plots = outcome.plots.iter().map(|plot| plot.name.as_str());
-    let pictures = outcome.pictures.iter().map(|picture| picture.name.as_str());
-    plots.chain(pictures).chain(outcome.tables.iter().map(|table| table.name.as_str())).collect()
+/// The files of an experiment.
+fn files(outcome: &Outcome) -> Vec<String> {
+    let plots = outcome.plots.iter().map(|plot| format!("{}.svg", plot.name));
+    let pictures = outcome.pictures.iter().map(|picture| format!("{}.png", picture.name));
+    plots.chain(pictures).chain(outcome.tables.iter().map(|table| format!("{}.csv", table.name))).collect()
 }
 
 #[test]
@@ -38,9 +38,11 @@ fn every_figure_is_made_and_the_same_twice() {
         let outcome = outcome.unwrap();
         let id = figure.id;
         assert!(repeatable(&outcome) == repeatable(&again), "{id} is another one the second time");
-        let names = names(&outcome);
-        assert!(!names.is_empty(), "{id} shows nothing");
-        assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len(), "{id} gives two files one name");
+        let mut files = files(&outcome);
+        assert!(!files.is_empty(), "{id} shows nothing");
+        files.sort();
+        let twice = files.windows(2).find(|pair| pair[0] == pair[1]);
+        assert_eq!(twice, None, "{id} gives two files one name");
         for (what, words) in [("seen", &outcome.seen), ("settings", &outcome.settings)] {
             assert!(!words.is_empty(), "{id} does not say its {what}");
         }
@@ -68,7 +70,13 @@ fn every_figure_is_made_and_the_same_twice() {
 }
 
 #[test]
-fn figures_have_names_of_their_own() {
+fn figures_have_names_of_their_own_in_the_thesiss_order() {
     let ids: BTreeSet<&str> = FIGURES.iter().map(|figure| figure.id).collect();
     assert_eq!(ids.len(), FIGURES.len());
+    let number = |id: &str| -> Option<[u32; 2]> {
+        let (chapter, figure) = id.split_once('-')?;
+        Some([chapter.parse().ok()?, figure.parse().ok()?])
+    };
+    let numbers = FIGURES.map(|figure| number(figure.id).unwrap_or([u32::MAX; 2]));
+    assert!(numbers.is_sorted(), "{numbers:?}");
 }

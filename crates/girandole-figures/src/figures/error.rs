@@ -105,7 +105,7 @@ fn run(bench: &Bench) -> Result<Outcome> {
     if subjects.is_empty() {
         subjects.push(Subject::built_in(bench)?);
     }
-    let mut outcome = Outcome { verdict: Verdict::Ours, ..Outcome::default() };
+    let mut outcome = Outcome { verdict: Verdict::Shown, ..Outcome::default() };
     let mut seen = Vec::new();
     let version = mitsuba::version();
     for subject in &subjects {

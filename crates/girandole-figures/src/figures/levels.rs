@@ -54,7 +54,7 @@ impl Level {
 }
 
 fn run(bench: &Bench) -> Result<Outcome> {
-    let mut outcome = Outcome { verdict: Verdict::Ours, ..Outcome::default() };
+    let mut outcome = Outcome { verdict: Verdict::Shown, ..Outcome::default() };
     let mut table = Table::new(
         "levels",
         "By tolerance, compared with the picture that is shaded at every pixel",

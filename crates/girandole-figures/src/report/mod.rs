@@ -18,8 +18,8 @@ pub enum Verdict {
     Agrees,
     /// It is not, for this reason, that a measurement bears out.
     Differs(String),
-    /// The thesis has no such figure.
-    Ours,
+    /// The thesis claims nothing that could be compared.
+    Shown,
 }
 
 /// What an experiment gives.

@@ -76,7 +76,7 @@ impl Report {
                 let _ = writeln!(html, "<p class=differs><b>It differs:</b> {}</p>", escape(why));
                 "differs"
             }
-            Verdict::Ours => "ours",
+            Verdict::Shown => "shown",
         }
     }
 
