@@ -2,20 +2,20 @@
 
 use super::Figure;
 use super::mitsuba;
-use crate::bench::{Bench, first_view, shared_file};
+use super::subjects::{BOUNCES, Subject};
+use crate::bench::Bench;
 use crate::report::{Outcome, Picture, Plot, Table, Verdict, number};
 use anyhow::{Context, Result};
 use girandole::core::illumination::{Illumination, IlluminationSettings, Rewalk};
 use girandole::core::image::Image;
 use girandole::core::lights::LightSettings;
-use girandole::core::scene::{Geometry, Scene, View};
+use girandole::core::scene::Geometry;
 use girandole::core::tonemap::Exposure;
 use girandole::core::trace::SceneTracer;
 use girandole::core::visibility::VisibilitySettings;
 use girandole::{Mode, RenderSettings, RendererOptions};
-use girandole_reference::image_file::read;
-use girandole_reference::metrics::{CompareOptions, Comparison, compare};
-use girandole_reference::{PathSettings, ProgressivePathTracer, path_trace};
+use girandole_reference::metrics::Comparison;
+use girandole_reference::{PathSettings, ProgressivePathTracer};
 use std::time::Instant;
 
 pub const FIGURE: Figure = Figure {
@@ -26,58 +26,8 @@ pub const FIGURE: Figure = Figure {
     run,
 };
 
-/// Bounces of light: the pictures that an independent renderer made have at most two segments more.
-const BOUNCES: u32 = 4;
-/// Of the worst pixels, as in `cargo xtask truth`.
-const TRIM: f32 = 0.001;
-
 /// One number of a comparison.
 type Metric = fn(&Comparison) -> f64;
-
-/// A scene with its truth.
-struct Subject {
-    name: String,
-    scene: Scene,
-    view: View,
-    size: [u32; 2],
-    truth: Image,
-    options: CompareOptions,
-    /// What the truth is.
-    made: String,
-}
-
-impl Subject {
-    /// One of the shared folder's, where it is there.
-    fn shared(bench: &Bench, name: &str) -> Result<Option<Self>> {
-        let file = |file: &str| shared_file(bench.shared.as_deref(), &format!("truth/{name}/{file}"));
-        let picture = format!("256x192/d{}.exr", BOUNCES + 2);
-        let files = (file("scene.glb"), file(&picture), file("256x192/mask.exr"));
-        let (Some(scene), Some(picture), Some(mask)) = files else { return Ok(None) };
-        let (scene, truth, mask) = (Scene::load(&scene)?, read(&picture)?, read(&mask)?);
-        let size = [truth.width, truth.height];
-        let view = first_view(&scene, size)?;
-        let options = CompareOptions { mask: Some(mask), keep_edges: false, trim: TRIM };
-        let made = "Mitsuba 3.9.1, without emitters and edges".into();
-        Ok(Some(Self { name: name.into(), scene, view, size, truth, options, made }))
-    }
-
-    /// A room that is built in, by our own path tracer with another seed.
-    fn built_in(bench: &Bench) -> Result<Self> {
-        let scene = bench.room("pillars")?;
-        let (size, paths) = (bench.of([[48, 36], [160, 120], [256, 192]]), bench.of([8, 512, 1024]));
-        let view = first_view(&scene, size)?;
-        let geometry = Geometry::new(&scene);
-        let settings = PathSettings { paths, bounces: Some(BOUNCES), seed: 1 };
-        let truth = path_trace(&SceneTracer::new(&scene, &geometry), &view, size, &settings, &|_| ()).mean;
-        let options = CompareOptions { trim: TRIM, ..CompareOptions::default() };
-        let made = format!("our path tracer, {paths} paths a pixel");
-        Ok(Self { name: "pillars".into(), scene, view, size, truth, options, made })
-    }
-
-    fn error(&self, image: &Image) -> Result<Comparison> {
-        Ok(compare(&self.truth, image, &self.options)?)
-    }
-}
 
 /// A picture: what it took and how far off it is.
 struct Point {
@@ -97,14 +47,7 @@ struct Series {
 }
 
 fn run(bench: &Bench) -> Result<Outcome> {
-    let names = bench.of([&[][..], &["table"], &["table", "cornell"]]);
-    let mut subjects = Vec::new();
-    for name in names {
-        subjects.extend(Subject::shared(bench, name)?);
-    }
-    if subjects.is_empty() {
-        subjects.push(Subject::built_in(bench)?);
-    }
+    let subjects = Subject::all(bench)?;
     let mut outcome = Outcome { verdict: Verdict::Shown, ..Outcome::default() };
     let mut seen = Vec::new();
     let version = mitsuba::version();
@@ -114,13 +57,19 @@ fn run(bench: &Bench) -> Result<Outcome> {
             samples(bench, subject, ("full", Mode::Full))?,
             paths(bench, subject)?,
         ];
-        if let Some(version) = &version {
+        if let Some(version) = version.as_ref().filter(|_| !subject.is_real) {
             all.push(by_mitsuba(bench, subject, version)?);
         }
         seen.push(tell(&mut outcome, subject, &all));
     }
     if version.is_none() {
         seen.push("Mitsuba was not run: python3 cannot import it.".into());
+    }
+    if subjects.iter().any(|subject| subject.is_real) {
+        seen.push(
+            "Rooms that people made have materials that are not translated for Mitsuba; it made their truth."
+                .into(),
+        );
     }
     outcome.seen = seen.join(" ");
     outcome.settings = settings(&subjects);
@@ -145,8 +94,8 @@ fn settings(subjects: &[Subject]) -> String {
 
 /// By more and more light samples.
 fn samples(bench: &Bench, subject: &Subject, (name, mode): (&str, Mode)) -> Result<Series> {
-    let counts =
-        bench.of([&[4, 16][..], &[16, 64, 256, 1024], &[16, 32, 64, 128, 256, 512, 1024, 2048, 4096]]);
+    let all = bench.of([&[4, 16][..], &[16, 64, 256, 1024], &[16, 32, 64, 128, 256, 512, 1024, 2048, 4096]]);
+    let counts = if subject.is_real { &[64, 256, 1024] } else { all };
     let settings = RenderSettings { mode, ..RenderSettings::default() };
     let illumination = |count| -> Result<Illumination> {
         let light = IlluminationSettings {
@@ -176,7 +125,7 @@ fn samples(bench: &Bench, subject: &Subject, (name, mode): (&str, Mode)) -> Resu
 
 /// By more and more paths a pixel.
 fn paths(bench: &Bench, subject: &Subject) -> Result<Series> {
-    let most: u32 = bench.of([2, 64, 256]);
+    let most: u32 = bench.of([2, 64, if subject.is_real { 32 } else { 256 }]);
     let start = Instant::now();
     let geometry = Geometry::new(&subject.scene);
     let tracer = SceneTracer::new(&subject.scene, &geometry);

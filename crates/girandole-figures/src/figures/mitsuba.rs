@@ -41,13 +41,10 @@ pub fn render(
     segments: u32,
     counts: &[u32],
 ) -> Result<Rendered> {
-    let folder = std::env::temp_dir().join(format!("girandole-figures-{}", std::process::id()));
-    std::fs::create_dir_all(&folder)?;
-    let rendered = write_scene(&folder, scene, (view, size), segments)
-        .and_then(|()| run(&folder, counts))
-        .map(|(variant, pictures)| Rendered { name: format!("Mitsuba {version}, {variant}"), pictures });
-    std::fs::remove_dir_all(&folder)?;
-    rendered
+    let folder = tempfile::tempdir()?;
+    write_scene(folder.path(), scene, (view, size), segments)?;
+    let (variant, pictures) = run(folder.path(), counts)?;
+    Ok(Rendered { name: format!("Mitsuba {version}, {variant}"), pictures })
 }
 
 type Pictures = Vec<(u32, f64, Image)>;

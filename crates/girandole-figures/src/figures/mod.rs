@@ -25,6 +25,7 @@ mod shadows;
 mod silhouettes;
 mod staleness;
 mod structure;
+mod subjects;
 mod swarm;
 mod transfer;
 mod updates;
