@@ -1,7 +1,7 @@
 //! Runs every figure at toy scale, so that none rots; needs a graphics adapter.
 
 use girandole_figures::bench::{Bench, Scale};
-use girandole_figures::figures::FIGURES;
+use girandole_figures::figures::{FIGURES, Figure};
 use girandole_figures::report::{Outcome, Report, Verdict};
 use std::collections::BTreeSet;
 
@@ -66,6 +66,25 @@ fn every_figure_is_made_and_the_same_twice() {
     assert!(links.len() >= FIGURES.len());
     for link in links {
         assert!(folder.path().join(link).metadata().unwrap().len() > 100, "{link} is empty");
+    }
+}
+
+#[test]
+fn a_figure_that_fails_is_named_on_the_page_and_the_rest_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut report = Report::new(folder.path(), Vec::new()).unwrap();
+    let figure = |id| Figure { id, title: "t", thesis: "?", run: |_| Ok(Outcome::default()) };
+    report.add(&figure("9-1"), &Err(anyhow::anyhow!("no <lamp>").context("opening")), 0.0).unwrap();
+    report.add(&figure("9-2"), &Ok(Outcome { seen: "light".into(), ..Outcome::default() }), 0.0).unwrap();
+    let page = std::fs::read_to_string(report.path()).unwrap();
+    for words in [
+        "<section id=\"9-1\">",
+        "<b>Failed:</b> opening: no &lt;lamp&gt;",
+        "<a href=\"#9-1\">9-1</a> <span class=failed>failed</span>",
+        "<section id=\"9-2\">",
+        "<b>Seen:</b> light",
+    ] {
+        assert!(page.contains(words), "{words} is not on {page}");
     }
 }
 
