@@ -2,6 +2,7 @@
 
 use crate::advice;
 use crate::args::{BackgroundArg, EnvironmentArg, LightArg, LoadArgs, SceneArgs};
+#[cfg(not(target_arch = "wasm32"))]
 use crate::output::Progress;
 use anyhow::{Context, Result, bail};
 use girandole_core::Error;
@@ -94,9 +95,8 @@ pub fn environment(args: &LoadArgs) -> Result<(Option<Environment>, Vec<String>)
             turbidity: *turbidity,
         })?,
         Some(EnvironmentArg::File(path)) => {
-            let bar = Progress::bar(&format!("{}", path.file_name().unwrap_or_default().display()));
-            // Then it is gone through once more, for what is sampled and for what is reflected.
-            let (image, said) = image_file::read_environment(path, &|done| bar.set(done * 0.8))?;
+            let progress = progress(path);
+            let (image, said) = image_file::read_environment(path, &progress)?;
             notes = said;
             Environment::new(image).with_context(|| path.display().to_string())?
         }
@@ -105,6 +105,18 @@ pub fn environment(args: &LoadArgs) -> Result<(Option<Environment>, Vec<String>)
     let rotation = args.environment_rotation.unwrap_or(0.0).to_radians();
     let visible = args.background == BackgroundArg::Environment;
     Ok((Some(Environment { strength, rotation, visible, ..environment }), notes))
+}
+
+/// Shows how far reading a file is. Then it is gone through once more, for what is sampled and for what is reflected.
+#[cfg(not(target_arch = "wasm32"))]
+fn progress(path: &Path) -> impl Fn(f32) + use<> {
+    let bar = Progress::bar(&format!("{}", path.file_name().unwrap_or_default().display()));
+    move |done| bar.set(done * 0.8)
+}
+
+#[cfg(target_arch = "wasm32")]
+fn progress(_: &Path) -> impl Fn(f32) + use<> {
+    |_| ()
 }
 
 fn moving_object(name: &str, up: Option<UpAxis>) -> Result<MovingObject> {

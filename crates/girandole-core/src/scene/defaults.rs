@@ -1,6 +1,8 @@
 //! A camera for scenes that have none.
 
-use super::{Camera, ClipPlanes, Geometry, NONE, Projection, Scene, Transform, View};
+use super::{Camera, Geometry, NONE, Projection, Scene, Transform};
+#[cfg(feature = "import")]
+use super::{ClipPlanes, View};
 use crate::math::{sequence, warp};
 use crate::trace::SceneTracer;
 use glam::Vec3;

@@ -1,7 +1,9 @@
 //! +Y is up; files are not always right about that.
 
 use super::{Mesh, Node, Scene, Transform};
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+#[cfg(feature = "import")]
+use glam::DVec3;
+use glam::{DAffine3, DMat3, Vec3};
 
 /// How a warning ends that a file likely has another [axis](UpAxis) up.
 pub const LIKELY_Z_UP: &str = "its z axis likely points up";

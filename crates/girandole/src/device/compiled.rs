@@ -1,6 +1,7 @@
 //! What was compiled for a device, and what is to be: kernels are made by threads of their own in the order in which they are asked for,
 //! or by whoever needs one first.
 
+#[cfg(feature = "parallel")]
 use super::crew::Crew;
 use super::kernel::{ComputeRecipe, RenderRecipe};
 use super::module::LazyModule;
@@ -52,6 +53,7 @@ pub(crate) struct Compiled(Arc<Shop>);
 struct Shop {
     memory: Mutex<Memory>,
     log: Arc<Mutex<Log>>,
+    #[cfg(feature = "parallel")]
     crew: Crew,
 }
 

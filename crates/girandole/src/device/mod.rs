@@ -3,6 +3,8 @@
 pub(crate) mod buffers;
 pub(crate) mod compiled;
 pub(crate) mod context;
+/// In browsers there are none: what belongs to a device cannot be shared between threads there.
+#[cfg(feature = "parallel")]
 mod crew;
 mod gpu;
 pub(crate) mod kernel;
