@@ -70,7 +70,7 @@ fn every_figure_is_made_and_the_same_twice() {
 }
 
 #[test]
-fn a_figure_that_fails_is_named_on_the_page_and_the_rest_go_on() {
+fn a_figure_that_fails_is_named_on_the_page_beside_the_rest() {
     let folder = tempfile::tempdir().unwrap();
     let mut report = Report::new(folder.path(), Vec::new()).unwrap();
     let figure = |id| Figure { id, title: "t", thesis: "?", run: |_| Ok(Outcome::default()) };

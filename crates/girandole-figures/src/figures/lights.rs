@@ -45,6 +45,7 @@ struct Curves {
     looked_up: u64,
 }
 
+/// Times frames with all of these settings, for each number of lights.
 fn curves(
     bench: &Bench,
     scene: &Scene,
@@ -215,8 +216,7 @@ impl Kind {
                 self.ratio([0, 1], 0) > 1.0,
                 format!(
                     "By {name} light, with the fewest lights naive takes {} times as long as VD, which pays from {} \
-                     lights on: a frame by VD takes {} ms before any light, as each point finds its receiver and \
-                     its lists, and one by naive {}.",
+                     lights on: by their lines, a frame by VD takes {} ms before any light, and one by naive {}.",
                     two(self.ratio([0, 1], 0)),
                     pays.map_or_else(|| "no number of".into(), |i| number(self.curves[0][i][0], 0)),
                     two(Line::through(&self.curves[1]).intercept),

@@ -3,8 +3,7 @@
 use super::Figure;
 use super::fit::{two, verdict};
 use super::structure::dissimilarity;
-use super::variants::stand;
-use super::views::looking;
+use super::views::{looking, stand};
 use crate::bench::{Bench, moving_object};
 use crate::report::{Outcome, Picture, Plot, Scaling, Table, number};
 use anyhow::{Context, Result};

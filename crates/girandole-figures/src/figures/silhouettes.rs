@@ -3,8 +3,8 @@
 use super::Figure;
 use super::failures::{Measured, extent, label, shown};
 use super::fit::verdict;
-use super::variants::{BOUNCES, Contributions, Truth, Variant, points, row, stand, table};
-use super::views::looking;
+use super::variants::{BOUNCES, Contributions, Truth, Variant, points, row, table};
+use super::views::{looking, stand};
 use crate::bench::{Bench, median, moving_object};
 use crate::report::{Outcome, Picture, Table, magnified, number};
 use anyhow::{Context, Result};

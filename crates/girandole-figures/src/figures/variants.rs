@@ -1,15 +1,14 @@
 //! Light samples of several makes in one view, and how far their pictures are from a path tracer's.
 
-use super::views::put;
 use crate::bench::{Bench, Stage};
 use crate::report::{Table, number};
 use anyhow::Result;
 use girandole::core::brdf::Surface;
-use girandole::core::glam::{DVec3, Vec2, Vec3};
+use girandole::core::glam::{Vec2, Vec3};
 use girandole::core::illumination::{Illumination, IlluminationSettings, Rewalk};
 use girandole::core::image::{Image, luminance};
 use girandole::core::lights::{Clamp, LightSample, LightSettings};
-use girandole::core::scene::{Geometry, ObjectId, Scene, View};
+use girandole::core::scene::{Geometry, Scene, View};
 use girandole::core::trace::SceneTracer;
 use girandole::{Mode, RenderSettings, RendererOptions};
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
@@ -204,16 +203,6 @@ pub struct Error {
     pub flip: f64,
     /// Mean over the truth's.
     pub energy: f64,
-}
-
-/// Puts an object on a root node elsewhere: its largest extent becomes `size` metres, and it stands at `foot`.
-pub fn stand(scene: &mut Scene, object: ObjectId, size: f64, foot: DVec3) {
-    put(scene, object, size, foot);
-    let geometry = Geometry::new(scene);
-    let vertices = geometry.objects[object.index()].vertices.clone();
-    let heights = vertices.map(|vertex| f64::from(geometry.positions[vertex as usize].y) + geometry.origin.y);
-    let low = heights.fold(f64::INFINITY, f64::min);
-    put(scene, object, size, foot + DVec3::Y * (foot.y - low));
 }
 
 /// A table of variants; each figure has columns of its own.

@@ -126,3 +126,13 @@ pub fn put(scene: &mut Scene, object: ObjectId, size: f64, place: DVec3) {
     node.local = Transform::Affine(DAffine3 { matrix3: matrix3 * scale, translation });
     scene.touch();
 }
+
+/// Puts an object on a root node elsewhere: its largest extent becomes `size` metres, and it stands at `foot`.
+pub fn stand(scene: &mut Scene, object: ObjectId, size: f64, foot: DVec3) {
+    put(scene, object, size, foot);
+    let geometry = Geometry::new(scene);
+    let vertices = geometry.objects[object.index()].vertices.clone();
+    let heights = vertices.map(|vertex| f64::from(geometry.positions[vertex as usize].y) + geometry.origin.y);
+    let low = heights.fold(f64::INFINITY, f64::min);
+    put(scene, object, size, foot + DVec3::Y * (foot.y - low));
+}
