@@ -5,6 +5,8 @@ mod farm;
 mod measures;
 mod motion;
 mod piece;
+#[cfg(any(test, target_arch = "wasm32"))]
+mod query;
 mod scene;
 mod settings;
 mod transfer;
@@ -21,6 +23,8 @@ pub use farm::{Farm, JoinArgs, SubmitArgs};
 pub use measures::{BenchArgs, CompareArgs};
 pub use motion::{Frames, MotionArgs, RewalkArg, UpdatesArg};
 pub use piece::{PieceArgs, parse_sets};
+#[cfg(target_arch = "wasm32")]
+pub use query::edits_in_address;
 pub use scene::{BackgroundArg, EnvironmentArg, LightArg, LoadArgs, SceneArgs, ViewArg};
 pub use transfer::TransferArgs;
 pub use values::{

@@ -15,12 +15,16 @@
 
 mod advice;
 mod args;
+mod export;
 mod output;
 mod picture;
 mod provenance;
 mod scene;
 mod transfer;
 mod window;
+
+#[cfg(target_arch = "wasm32")]
+mod page;
 
 // Browsers have the window alone.
 #[cfg(not(target_arch = "wasm32"))]
@@ -29,8 +33,6 @@ mod bench;
 mod compare;
 #[cfg(not(target_arch = "wasm32"))]
 mod engine;
-#[cfg(not(target_arch = "wasm32"))]
-mod export;
 #[cfg(not(target_arch = "wasm32"))]
 mod info;
 #[cfg(not(target_arch = "wasm32"))]
@@ -44,9 +46,7 @@ mod submit;
 
 #[cfg(target_arch = "wasm32")]
 fn main() {
-    if let Err(error) = args::ViewArgs::defaults().and_then(window::run) {
-        output::error(&sentence(&error));
-    }
+    page::start();
 }
 
 #[cfg(not(target_arch = "wasm32"))]

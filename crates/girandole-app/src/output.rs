@@ -17,8 +17,11 @@ pub use progress::Progress;
 /// Flat statistics, sorted by key.
 pub type Stats = Map<String, Value>;
 
-/// Prints a message. A closed stream is no error.
+/// Prints a message, in browsers in the console. A closed stream is no error.
 pub fn say(sentence: &str) {
+    #[cfg(target_arch = "wasm32")]
+    return crate::page::say(sentence);
+    #[cfg(not(target_arch = "wasm32"))]
     let _ = writeln!(io::stderr(), "{}", harmless(sentence));
 }
 
@@ -48,12 +51,17 @@ pub fn command_line_error(problem: &clap::Error) -> ExitCode {
         let _ = problem.print();
         return ExitCode::SUCCESS;
     }
+    error(&format!("{}; see girandole --help", refusal(problem)));
+    ExitCode::from(2)
+}
+
+/// What is wrong with options, as one sentence without its full stop.
+pub fn refusal(problem: &clap::Error) -> String {
     let text = problem.render().to_string();
     let before_usage = text.split("\n\nUsage:").next().unwrap_or_default();
     let before_hint = before_usage.split("\n\nFor more information").next().unwrap_or_default();
     let sentence = before_hint.strip_prefix("error: ").unwrap_or(before_hint).replace("\n\n", "; ");
-    error(&format!("{}; see girandole --help", sentence.trim().trim_end_matches('.')));
-    ExitCode::from(2)
+    sentence.trim().trim_end_matches('.').to_owned()
 }
 
 /// Checks before the work whether a file with one of these extensions can be written.
@@ -62,6 +70,10 @@ pub fn check_writable(path: &Path, extensions: &[&str]) -> Result<()> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     if !extensions.contains(&extension.as_str()) {
         bail!("cannot write {name}: its name must end in .{}", extensions.join(" or ."));
+    }
+    // What browsers write is a download.
+    if cfg!(target_arch = "wasm32") {
+        return Ok(());
     }
     if path.is_dir() {
         bail!("cannot write {name}: it is a directory");

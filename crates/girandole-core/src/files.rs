@@ -1,13 +1,19 @@
 //! Files, read whole and written whole or not at all.
 
 mod claim;
+#[cfg(any(test, target_family = "wasm"))]
+mod held;
 
 pub use claim::{Claim, Claimed};
+#[cfg(target_family = "wasm")]
+pub use held::{gather, hold, release, take_written};
 
 use crate::{Error, Result};
+#[cfg(not(target_family = "wasm"))]
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+#[cfg(not(target_family = "wasm"))]
 use tempfile::NamedTempFile;
 
 /// Files that are there under their temporary names, and claims. Who holds it may make such files, name them, and
@@ -18,27 +24,52 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Reads a file. Pipes and devices, which may have no end, are refused.
+/// Reads a file. Pipes and devices, which may have no end, are refused. In browsers it is one that is held.
 ///
 /// # Errors
 /// [`Error::Read`].
 pub fn read(path: &Path) -> Result<Vec<u8>> {
-    let read = || {
-        let kind = std::fs::metadata(path)?;
-        if !kind.is_file() && !kind.is_dir() {
-            return Err(std::io::Error::other("it is a pipe or a device, not a file"));
-        }
-        std::fs::read(path)
-    };
-    read().map_err(|source| Error::Read { path: path.into(), source })
+    bytes(path).map_err(|source| Error::Read { path: path.into(), source })
+}
+
+#[cfg(not(target_family = "wasm"))]
+pub(crate) fn bytes(path: &Path) -> std::io::Result<Vec<u8>> {
+    let kind = std::fs::metadata(path)?;
+    if !kind.is_file() && !kind.is_dir() {
+        return Err(std::io::Error::other("it is a pipe or a device, not a file"));
+    }
+    std::fs::read(path)
+}
+
+#[cfg(target_family = "wasm")]
+pub(crate) fn bytes(path: &Path) -> std::io::Result<Vec<u8>> {
+    held::read(path)
+}
+
+/// Whether there is such a file.
+pub(crate) fn is_file(path: &Path) -> bool {
+    #[cfg(target_family = "wasm")]
+    return held::is_file(path);
+    #[cfg(not(target_family = "wasm"))]
+    path.is_file()
 }
 
 /// Writes a file under another name in its folder, then gives it its name. If anything goes wrong, what was there
-/// stays. A link stays one: what it leads to is written; and a file that was there keeps its permissions.
+/// stays. A link stays one: what it leads to is written; and a file that was there keeps its permissions. In browsers it waits to be
+/// taken by the page.
 ///
 /// # Errors
 /// [`Error::Write`].
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    #[cfg(target_family = "wasm")]
+    held::write(path, bytes);
+    #[cfg(not(target_family = "wasm"))]
+    write_whole(path, bytes)?;
+    Ok(())
+}
+
+#[cfg(not(target_family = "wasm"))]
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let target = destination(path);
     let write = || {
         let mut file = temporary(folder_of(&target))?;
@@ -53,6 +84,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 /// A file with a name of its own, which is removed unless it gets another one.
+#[cfg(not(target_family = "wasm"))]
 fn temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".girandole.").suffix(".part");
@@ -65,6 +97,7 @@ fn temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
     Ok(file)
 }
 
+#[cfg(not(target_family = "wasm"))]
 fn fill(file: &mut NamedTempFile, target: &Path, bytes: &[u8]) -> std::io::Result<()> {
     if let Ok(replaced) = std::fs::metadata(target) {
         file.as_file().set_permissions(replaced.permissions())?;

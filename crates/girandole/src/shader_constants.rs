@@ -94,9 +94,10 @@ pub(crate) const ACES: u32 = 1;
 pub(crate) const NO_CURVE: u32 = 2;
 /// Bins of the histogram of luminance.
 pub(crate) const HISTOGRAM_BINS: u32 = 256;
-/// In place of a bound on the geometric factor: that of each light; none.
+/// In place of a bound on the geometric factor: that of each light; none. The largest number of all, in decimals, is one too large for
+/// compilers that read more digits than it has.
 pub(crate) const OWN_CLAMP: f32 = 0.0;
-pub(crate) const MAX_CLAMP: f32 = f32::MAX;
+pub(crate) const MAX_CLAMP: f32 = 3.4e38;
 /// In place of an index: none.
 pub(crate) const NONE: u32 = girandole_core::scene::NONE;
 

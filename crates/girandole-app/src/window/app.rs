@@ -2,7 +2,6 @@
 
 use super::clock::{Duration, Instant, milliseconds};
 use super::command;
-#[cfg(not(target_arch = "wasm32"))]
 use super::files::Files;
 use super::frame_log::FrameLog;
 use super::frames::{FrameTimes, Frames};
@@ -33,7 +32,6 @@ const POLL: Duration = Duration::from_millis(4);
 const PROGRESS: Duration = Duration::from_millis(100);
 
 /// How often a dialog of the system's is looked for.
-#[cfg(not(target_arch = "wasm32"))]
 const DIALOG: Duration = Duration::from_millis(50);
 
 /// What is made between two frames takes as long, or a little longer.
@@ -51,7 +49,6 @@ pub struct State {
     pub memory: egui::Memory,
     /// What is being opened.
     pub opener: Opener,
-    #[cfg(not(target_arch = "wasm32"))]
     pub files: Files,
 }
 
@@ -68,7 +65,6 @@ pub struct App {
     log: FrameLog,
     shots: Shots,
     opener: Opener,
-    #[cfg(not(target_arch = "wasm32"))]
     files: Files,
     /// Whether the last frame said that light is being made.
     says_progress: bool,
@@ -77,13 +73,14 @@ pub struct App {
     last_frame: Instant,
     /// When a frame is due though nothing happens.
     due: Option<Instant>,
+    /// The picture that the page's address shows.
+    #[cfg(target_arch = "wasm32")]
+    addressed: (u64, u32),
 }
 
 impl App {
     pub fn new(window: Arc<Window>, (surface, gpu): (WindowSurface, Gpu), state: State) -> Self {
-        let State { session, tools, log, memory, opener, .. } = state;
-        #[cfg(not(target_arch = "wasm32"))]
-        let files = state.files;
+        let State { session, tools, log, memory, opener, files } = state;
         let gui = Gui::new(&window, &gpu, &surface, memory);
         let now = Instant::now();
         Self {
@@ -98,33 +95,24 @@ impl App {
             log,
             shots: Shots::default(),
             opener,
-            #[cfg(not(target_arch = "wasm32"))]
             files,
             says_progress: false,
             named: String::new(),
             last_frame: now,
             due: Some(now),
+            #[cfg(target_arch = "wasm32")]
+            addressed: (0, 0),
         }
     }
 
     /// What is left where the device was lost: all but what was on it.
     pub fn rescue(self) -> State {
-        let Self { mut session, mut tools, log, gui, shots, opener, .. } = self;
-        #[cfg(not(target_arch = "wasm32"))]
-        let files = self.files;
+        let Self { mut session, mut tools, log, gui, shots, opener, files, .. } = self;
         session.forget_device();
         tools.truth.begin_anew();
         // Pictures on their way are lost, but not that they were asked for.
         tools.saves |= shots.is_waiting();
-        State {
-            session,
-            tools,
-            log,
-            memory: gui.memory(),
-            opener,
-            #[cfg(not(target_arch = "wasm32"))]
-            files,
-        }
+        State { session, tools, log, memory: gui.memory(), opener, files }
     }
 
     pub fn window(&self) -> Arc<Window> {
@@ -175,6 +163,8 @@ impl App {
 
     /// Takes what has come back from the device, and asks for a frame if one is due. Returns when to be called again.
     pub fn poll(&mut self) -> Result<Option<Instant>> {
+        #[cfg(target_arch = "wasm32")]
+        crate::page::save_written();
         self.gpu.poll()?;
         let now = Instant::now();
         let (mut is_there, times) = self.frames.collect();
@@ -199,7 +189,6 @@ impl App {
             || self.session.refinement.is_waiting()
             || self.session.transfers.progress().is_some();
         let poll = waits.then(|| now + POLL);
-        #[cfg(not(target_arch = "wasm32"))]
         if self.files.is_waiting() {
             // Whoever chooses a file takes his time.
             self.due = Some(self.due.map_or(now + DIALOG, |due| due.min(now + DIALOG)));
@@ -228,12 +217,10 @@ impl App {
         match opened {
             Ok(Opened::First(first)) => {
                 session.begin(*first, tools.picture_size);
-                #[cfg(not(target_arch = "wasm32"))]
                 self.files.shows(Path::new(&session.source.scene), None);
             }
             Ok(Opened::Scene(another)) => {
                 tools.select(None);
-                #[cfg(not(target_arch = "wasm32"))]
                 self.files.shows(Path::new(&another.source.scene), another.edits_file.clone());
                 session.change_scene(*another, tools.picture_size);
             }
@@ -254,9 +241,7 @@ impl App {
     /// What is being waited for.
     fn waits(&self) -> Vec<Wait> {
         let waits = self.opener.wait().into_iter();
-        #[cfg(not(target_arch = "wasm32"))]
-        let waits = waits.chain(self.files.wait());
-        waits.chain(self.session.wait()).collect()
+        waits.chain(self.files.wait()).chain(self.session.wait()).collect()
     }
 
     /// Ends a wait that nobody wants any more. The first scene is all that there is to wait for.
@@ -301,6 +286,8 @@ impl App {
         tools.truth.step(session, tools.picture_size, self.gui.context());
         self.frames.ask(self.session.renderer(), self.session.is_hurried());
         self.save();
+        #[cfg(target_arch = "wasm32")]
+        self.follow_address();
         // The panel is painted over the picture.
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let target = self.target.as_ref();
@@ -308,24 +295,20 @@ impl App {
         self.window.pre_present_notify();
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.queue.present(surface);
+        #[cfg(target_arch = "wasm32")]
+        crate::page::ready();
         Ok(())
     }
 
     /// Lays the panel out and lets it act.
     fn lay_out(&mut self) -> GuiFrame {
-        let Self { session, tools, frames, gui, window, .. } = self;
-        #[cfg(not(target_arch = "wasm32"))]
-        {
-            let Self { files, opener, .. } = self;
-            tools.recent = files.recent.scenes().to_vec();
-            tools.has_dialog = files.has_own_dialog();
-            gui.run(window, |ui| {
-                layout::show(ui, session, tools, frames);
-                files.act((ui, window), (session, tools), opener);
-            })
-        }
-        #[cfg(target_arch = "wasm32")]
-        gui.run(window, |ui| layout::show(ui, session, tools, frames))
+        let Self { session, tools, frames, gui, window, files, opener, .. } = self;
+        tools.recent = files.recent().to_vec();
+        tools.has_dialog = files.has_own_dialog();
+        gui.run(window, |ui| {
+            layout::show(ui, session, tools, frames);
+            files.act((ui, window), (session, tools), opener);
+        })
     }
 
     /// Calls the window by its scene.
@@ -338,14 +321,13 @@ impl App {
     }
 
     fn take_dropped_files(&mut self) {
-        for file in self.gui.take_dropped_files() {
+        let dropped = self.gui.take_dropped_files();
+        #[cfg(target_arch = "wasm32")]
+        let dropped = dropped.into_iter().chain(crate::page::take_dropped());
+        for path in dropped {
             // Before there is a scene nothing can be put into it.
-            #[cfg(not(target_arch = "wasm32"))]
-            if self.session.is_blank {
-                self.opener.open(Path::new(file.path()));
-                continue;
-            }
-            self.opener.drop(&file, self.gui.has_shift());
+            let inserts = !self.session.is_blank && self.gui.has_shift();
+            self.opener.drop(&path, inserts, &self.session);
         }
     }
 
@@ -426,6 +408,23 @@ impl App {
         self.frames.submitted(&self.gpu.queue, times);
     }
 
+    /// Keeps the address of the page to what is seen, once that rests.
+    #[cfg(target_arch = "wasm32")]
+    fn follow_address(&mut self) {
+        let shown = self.session.picture_number();
+        if self.addressed == shown
+            || !self.session.is_done()
+            || self.session.is_moving()
+            || self.gui.is_in_use()
+        {
+            return;
+        }
+        self.addressed = shown;
+        if let Ok(address) = command::address(&self.session, self.tools.picture_size) {
+            crate::page::set_address(&address);
+        }
+    }
+
     /// Saves the picture, if that was asked for and it is the one that is wanted; and says what call renders it.
     fn save(&mut self) {
         let size = self.tools.picture_size;
@@ -448,9 +447,16 @@ impl App {
 
     fn copy_command(&mut self) {
         let output = (self.tools.picture_size, Path::new(&self.tools.file));
+        // In browsers it is a link that is copied.
+        #[cfg(target_arch = "wasm32")]
+        let line =
+            command::address(&self.session, output.0).map(|address| crate::page::set_address(&address));
+        #[cfg(not(target_arch = "wasm32"))]
         let line = command::line(&self.session, output, self.tools.adapter.as_deref());
         self.session.attempt(|session| {
             let line = line?;
+            #[cfg(target_arch = "wasm32")]
+            crate::page::copy(&line);
             say(&line);
             session.notice = Some(format!("copied: {line}"));
             self.gui.copy(line);

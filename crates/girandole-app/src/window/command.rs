@@ -14,6 +14,16 @@ pub fn line(session: &Session, (size, output): ([u32; 2], &Path), adapter: Optio
     args.command_line()
 }
 
+/// The part of an address that shows the same in a browser: options, and the edits behind a `#`, which no server is told.
+#[cfg(target_arch = "wasm32")]
+pub fn address(session: &Session, size: [u32; 2]) -> Result<String> {
+    let mut query = arguments(session, (size, Path::new("girandole.png")), None)?.query()?;
+    if !session.edits.0.is_empty() {
+        query = format!("{query}#{}", crate::args::edits_in_address(&session.edits.to_json()?));
+    }
+    Ok(query)
+}
+
 /// The options of that call, without the edits.
 pub fn arguments(
     session: &Session,

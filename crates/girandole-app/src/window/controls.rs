@@ -5,7 +5,7 @@ use super::gizmo::{self, Under};
 use super::selection::Selected;
 use super::session::Session;
 use super::tools::Tools;
-use super::{keys, outline};
+use super::{keys, outline, touch};
 use egui::{PointerButton, Rect, Response, Ui};
 use girandole::DebugView;
 use girandole_core::glam::{DVec3, Vec2, Vec3};
@@ -33,10 +33,11 @@ pub fn act(ui: &Ui, response: &Response, session: &mut Session, tools: &mut Tool
     if response.drag_started() {
         (tools.is_cancelled, tools.eye_before) = (false, Some(session.eye));
     }
+    let stick = touch::stick(ui, response.rect);
     if keys::are_free(ui, tools) {
         keys::act(ui, session, tools);
         if session.view(tools.picture_size) == view {
-            next = moved(&next, walk(ui, session, tools));
+            next = moved(&next, walk(ui, stick, (session, tools)));
         } else {
             next = session.view(tools.picture_size);
         }
@@ -106,9 +107,10 @@ pub fn let_go(session: &mut Session, tools: &mut Tools) {
     tools.is_cancelled = true;
 }
 
-/// How far the keys that are down lead in this frame, in metres to the right, up and ahead.
-fn walk(ui: &Ui, session: &Session, tools: &mut Tools) -> Vec3 {
+/// How far the keys that are down, and the stick, lead in this frame, in metres to the right, up and ahead.
+fn walk(ui: &Ui, stick: Vec3, (session, tools): (&Session, &mut Tools)) -> Vec3 {
     let (by, is_fast) = keys::walked(ui, &mut tools.walk);
+    let by = by + stick;
     if by == Vec3::ZERO {
         return Vec3::ZERO;
     }
@@ -126,6 +128,9 @@ fn drag(ui: &Ui, response: &Response, (session, tools): (&Session, &mut Tools), 
         && let Some(at) = response.interact_pointer_pos()
     {
         tools.pivot = Some(pivot(session, tools, view, place(response.rect, at)));
+    }
+    if let Some(led) = touch::pinched(ui, response.rect, view, tools.pivot) {
+        return led;
     }
     if response.dragged_by(PointerButton::Primary) {
         return turned(view, right, up);

@@ -3,9 +3,9 @@
 use super::app::{App, State};
 use super::budget::Budget;
 use super::clock::{Duration, Instant};
-#[cfg(not(target_arch = "wasm32"))]
 use super::files::Files;
 use super::frame_log::FrameLog;
+#[cfg(not(target_arch = "wasm32"))]
 use super::layout;
 use super::opening::Opener;
 use super::pending::{self, Pending};
@@ -19,7 +19,9 @@ use girandole::{Error, Gpu};
 use std::path::Path;
 use std::sync::Arc;
 use winit::application::ApplicationHandler;
+#[cfg(not(target_arch = "wasm32"))]
 use winit::dpi::PhysicalSize;
+use winit::error::OsError;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
@@ -69,7 +71,6 @@ impl Handler {
                 let args = args.clone();
                 move || super::first(&args)
             }),
-            #[cfg(not(target_arch = "wasm32"))]
             files: Files::new(args.seen.edits.clone(), args.own_dialogs),
         };
         Self { started, args, state: Some(state), opening: None, app: None, lost: None, result: Ok(()) }
@@ -82,20 +83,33 @@ impl Handler {
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<()> {
         let Some(state) = self.state.take() else { return Ok(()) };
+        let window = Arc::new(self.window(event_loop).context("the window cannot be opened")?);
+        self.open_device(window, state);
+        Ok(())
+    }
+
+    /// A window that fills the page.
+    #[cfg(target_arch = "wasm32")]
+    fn window(&self, event_loop: &ActiveEventLoop) -> Result<Window, OsError> {
+        use winit::platform::web::WindowAttributesExtWebSys;
+        let attributes = Window::default_attributes().with_canvas(crate::page::canvas());
+        event_loop.create_window(attributes)
+    }
+
+    /// A window with room for a picture of the size that was asked for.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn window(&self, event_loop: &ActiveEventLoop) -> Result<Window, OsError> {
         let monitor = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
         let (screen, scale) = monitor.map_or((None, 1.0), |m| (Some(m.size().into()), m.scale_factor()));
         let attributes = Window::default_attributes()
             .with_title("Girandole")
             .with_inner_size(physical(layout::window_size(self.args.size, screen, scale)));
-        #[cfg(target_arch = "wasm32")]
-        let attributes = winit::platform::web::WindowAttributesExtWebSys::with_append(attributes, true);
-        let window = Arc::new(event_loop.create_window(attributes).context("the window cannot be opened")?);
+        let window = event_loop.create_window(attributes)?;
         // Panel and bar are as many pixels large as the display says that the window came to.
         let screen = window.current_monitor().map(|monitor| monitor.size().into()).or(screen);
         let size = layout::window_size(self.args.size, screen, window.scale_factor());
         let _ = window.request_inner_size(physical(size));
-        self.open_device(window, state);
-        Ok(())
+        Ok(window)
     }
 
     fn open_device(&mut self, window: Arc<Window>, state: State) {
@@ -158,6 +172,8 @@ impl Handler {
     fn check<T>(&mut self, event_loop: &ActiveEventLoop, result: Result<T>) -> Option<T> {
         result
             .map_err(|error| {
+                #[cfg(target_arch = "wasm32")]
+                crate::page::fail(&error);
                 self.result = Err(error);
                 event_loop.exit();
             })
@@ -165,6 +181,7 @@ impl Handler {
     }
 }
 
+#[cfg(not(target_arch = "wasm32"))]
 fn physical([width, height]: [u32; 2]) -> PhysicalSize<u32> {
     PhysicalSize::new(width, height)
 }

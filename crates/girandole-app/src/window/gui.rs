@@ -5,6 +5,7 @@ use super::surface::WindowSurface;
 use super::target::PictureTarget;
 use egui_wgpu::ScreenDescriptor;
 use girandole::{Gpu, wgpu};
+use std::path::PathBuf;
 use winit::event::WindowEvent;
 use winit::window::Window;
 
@@ -83,8 +84,8 @@ impl Gui {
     }
 
     /// Files that were dropped on the window in the last frame.
-    pub fn take_dropped_files(&self) -> Vec<egui::DroppedFileHandle> {
-        self.context.input(|input| input.raw.dropped_files.clone())
+    pub fn take_dropped_files(&self) -> Vec<PathBuf> {
+        self.context.input(|input| input.raw.dropped_files.iter().map(|file| file.path().into()).collect())
     }
 
     /// Whether Shift is down.

@@ -220,7 +220,7 @@ fn perform(action: Action, session: &mut Session, tools: &mut Tools) {
         Action::CopyCommand => tools.copies = true,
         Action::NextTruth => tools.truth.against = tools.truth.against.next(),
         Action::NextDebugView => session.next_debug_view(),
-        Action::TogglePanel => tools.shows_panel = !tools.shows_panel,
+        Action::TogglePanel => tools.panel = Some(!tools.shows_panel),
         Action::LetGo if tools.shows_keys => tools.shows_keys = false,
         Action::LetGo => controls::let_go(session, tools),
         Action::Undo
@@ -229,24 +229,16 @@ fn perform(action: Action, session: &mut Session, tools: &mut Tools) {
         | Action::Duplicate
         | Action::Add(_)
         | Action::Switch => edit(action, session, tools),
-        Action::Open => ask(tools, Ask::Choose(Purpose::OpenScene)),
-        Action::SaveEdits => ask(tools, Ask::SaveEdits),
-        Action::SaveEditsAs => ask(tools, Ask::Choose(Purpose::SaveEdits)),
-        Action::LoadEdits => ask(tools, Ask::Choose(Purpose::LoadEdits)),
-        Action::Export => ask(tools, Ask::Choose(Purpose::ExportScene)),
+        Action::Open => tools.asks = Some(Ask::Choose(Purpose::OpenScene)),
+        Action::SaveEdits => tools.asks = Some(Ask::SaveEdits),
+        Action::SaveEditsAs => tools.asks = Some(Ask::Choose(Purpose::SaveEdits)),
+        Action::LoadEdits => tools.asks = Some(Ask::Choose(Purpose::LoadEdits)),
+        Action::Export => tools.asks = Some(Ask::Choose(Purpose::ExportScene)),
         Action::Quit => tools.quits = true,
     }
 }
 
-/// Browsers have no files to choose from.
-fn ask(tools: &mut Tools, ask: Ask) {
-    if cfg!(not(target_arch = "wasm32")) {
-        tools.asks = Some(ask);
-    }
-}
-
 /// Whether what was typed is to be taken.
-#[cfg(not(target_arch = "wasm32"))]
 pub fn accepts(ui: &Ui) -> bool {
     ui.input(|input| input.key_pressed(Key::Enter))
 }

@@ -41,6 +41,7 @@ pub fn show(ui: &mut Ui, session: &mut Session, tools: &mut Tools, frames: &mut 
         tools.messages.say(sentence, Instant::now());
     }
     egui::Panel::bottom("bar").exact_size(BAR_HEIGHT).resizable(false).show(ui, |ui| bar(ui, session, tools));
+    tools.shows_panel = tools.panel.unwrap_or(ui.max_rect().width() >= 2.0 * PANEL_WIDTH);
     if tools.shows_panel {
         egui::Panel::right("panel")
             .exact_size(PANEL_WIDTH)
@@ -108,6 +109,10 @@ fn bar(ui: &mut Ui, session: &mut Session, tools: &mut Tools) {
             progress(ui, session, share, doing);
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let panel = if tools.shows_panel { "Hide panel" } else { "Panel" };
+            if ui.small_button(panel).on_hover_text("All settings (H)").clicked() {
+                tools.panel = Some(!tools.shows_panel);
+            }
             if ui.small_button("F1 keys").on_hover_text("Shows what keys and the mouse do").clicked() {
                 tools.shows_keys = !tools.shows_keys;
             }

@@ -7,6 +7,7 @@
 //! | `app.rs` | one frame after the other: the session, the panel, the surface |
 //! | `refine.rs` | what goes on while everything is at rest |
 //! | `layout.rs`, `panel/`, `controls.rs` | what is where, what it edits, what hands do to the picture |
+//! | `touch.rs` | what fingers do to it |
 //! | `keys.rs`, `messages.rs` | what keys do, in one table; what is to be known, one sentence at a time |
 //! | `camera.rs` | where one looks from |
 //! | `picking.rs`, `selection.rs`, `outline.rs`, `gizmo.rs` | what is picked, what is done to it, its outline, handles |
@@ -18,7 +19,7 @@
 //! | `truth.rs` | the truth beside the picture |
 //! | `opening.rs`, `files/`, `waits.rs` | what is opened beside; dialogs and recent files; what is being waited for |
 //! | `frame_log.rs` | times of all frames |
-//! | `frames.rs`, `shot.rs`, `drop.rs`, `pending.rs` | what comes back later: times, pictures, files |
+//! | `frames.rs`, `shot.rs`, `pending.rs` | what comes back later: times, pictures |
 //!
 //! Nothing here waits: what takes long is said first, and what comes back from the device is looked for between frames.
 
@@ -29,7 +30,6 @@ mod camera;
 mod clock;
 mod command;
 mod controls;
-mod drop;
 mod event_loop;
 mod files;
 mod frame_log;
@@ -55,6 +55,7 @@ mod shot;
 mod surface;
 mod target;
 mod tools;
+mod touch;
 mod truth;
 mod waits;
 
@@ -78,6 +79,7 @@ use winit::event_loop::EventLoop;
 const UPDATES: u32 = 100;
 
 /// Opens a window by the options of the command line.
+#[cfg(not(target_arch = "wasm32"))]
 pub fn run(args: ViewArgs) -> Result<ExitCode> {
     let started = Instant::now();
     if !has_display() {
@@ -91,6 +93,21 @@ pub fn run(args: ViewArgs) -> Result<ExitCode> {
     let mut handler = Handler::new(started, args);
     event_loop.run_app(&mut handler).context("the window failed")?;
     handler.result().map(|()| ExitCode::SUCCESS)
+}
+
+/// Opens a window that fills the page, by the options of its address, and returns at once.
+#[cfg(target_arch = "wasm32")]
+pub fn run(args: ViewArgs) -> Result<()> {
+    use winit::platform::web::EventLoopExtWebSys;
+    let handler = Handler::new(Instant::now(), args);
+    EventLoop::new().context("this page has no window")?.spawn_app(handler);
+    Ok(())
+}
+
+/// Of files that were dropped together, the one that the others belong to.
+#[cfg(target_arch = "wasm32")]
+pub fn main_file(files: &[std::path::PathBuf]) -> Option<std::path::PathBuf> {
+    files::Purpose::OpenScene.first(files)
 }
 
 /// What the options say, before there is a scene.

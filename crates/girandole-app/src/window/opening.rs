@@ -5,9 +5,10 @@ use super::clock::Instant;
 use super::pending::{self, Pending};
 use super::session::{Session, Source, Start};
 use super::waits::{Wait, What};
+use crate::args::{EnvironmentArg, SceneArgs};
 use crate::transfer::Transferred;
 use anyhow::Result;
-use girandole_core::scene::{Edits, Mesh, Scene};
+use girandole_core::scene::{Edits, Mesh, Scene, load_model};
 use std::path::{Path, PathBuf};
 
 /// What has come of it.
@@ -42,6 +43,14 @@ pub struct Another {
     pub keeps_eye: bool,
 }
 
+/// What is changed in a scene once it is loaded.
+enum Changes {
+    None,
+    /// What a file says.
+    In(PathBuf),
+    These(Edits),
+}
+
 /// Opens one thing at a time; a later one takes its place.
 #[derive(Default)]
 pub struct Opener(Option<Job>);
@@ -55,7 +64,7 @@ struct Job {
 
 impl Opener {
     /// With the scene of the command line.
-    pub fn first(name: &str, open: impl FnOnce() -> Result<First> + Send + 'static) -> Self {
+    pub fn first(name: &str, mut open: impl FnMut() -> Result<First> + Send + 'static) -> Self {
         let mut opener = Self::default();
         opener.begin("Opening", name, pending::beside(move || Ok(Opened::First(Box::new(open()?)))));
         opener.0.iter_mut().for_each(|job| job.is_first = true);
@@ -92,35 +101,49 @@ impl Opener {
     }
 }
 
-/// By their paths, where there are any.
-#[cfg(not(target_arch = "wasm32"))]
 impl Opener {
-    /// A file that was dropped: a scene, or an object; with Shift an object though it could be a scene.
-    pub fn drop(&mut self, file: &egui::DroppedFileHandle, inserts: bool) {
-        let path = PathBuf::from(file.path());
-        if inserts || super::drop::is_model(&path) { self.add(&path) } else { self.open(&path) }
+    /// A file that was dropped: a scene, or an object, with Shift an object though it could be a scene; or a picture of all that is
+    /// around the scene that is shown.
+    pub fn drop(&mut self, path: &Path, inserts: bool, session: &Session) {
+        let is_of = |kinds: &[&str]| {
+            path.extension().is_some_and(|e| kinds.iter().any(|kind| e.eq_ignore_ascii_case(kind)))
+        };
+        if is_of(&["hdr", "exr"]) && !session.is_blank {
+            let mut source = session.source.clone();
+            source.load.environment = Some(EnvironmentArg::File(path.into()));
+            self.load(source, Changes::These(session.edits.clone()), true);
+        } else if inserts || is_of(&["ply", "obj"]) && !session.is_blank {
+            self.add(path);
+        } else {
+            self.open(path);
+        }
     }
 
     /// A scene, or a model as one.
     pub fn open(&mut self, path: &Path) {
         let source = Source { scene: path.to_string_lossy().into_owned(), ..Source::default() };
-        self.load(source, None, false);
+        self.load(source, Changes::None, false);
     }
 
     /// The scene that is shown, as it is in its file, with other edits.
     pub fn load_edits(&mut self, path: &Path, session: &Session) {
-        self.load(session.source.clone(), Some(path.into()), true);
+        self.load(session.source.clone(), Changes::In(path.into()), true);
     }
 
-    fn load(&mut self, source: Source, edits_file: Option<PathBuf>, keeps_eye: bool) {
-        use crate::args::SceneArgs;
+    fn load(&mut self, source: Source, changes: Changes, keeps_eye: bool) {
         let name = source.scene.clone();
         let load = move || {
+            let edits_file = if let Changes::In(file) = &changes { Some(file.clone()) } else { None };
             let seen =
                 SceneArgs { edits: edits_file.clone(), load: source.load.clone(), ..SceneArgs::default() };
-            let (mut scene, edits) =
+            let (mut scene, mut edits) =
                 crate::scene::load_edited(&source.scene, source.object.as_deref(), &seen)?;
+            if let Changes::These(these) = &changes {
+                these.apply(&mut scene, &load_model)?;
+                edits.clone_from(these);
+            }
             scene.open();
+            let source = source.clone();
             Ok(Opened::Scene(Box::new(Another { source, scene, edits, edits_file, keeps_eye })))
         };
         self.begin("Opening", &name, pending::beside(load));
@@ -130,8 +153,8 @@ impl Opener {
     pub fn add(&mut self, path: &Path) {
         let file = path.to_owned();
         let load = move || {
-            let mesh = girandole_core::scene::load_model(&file)?;
-            Ok(Opened::Model(file, Box::new(mesh)))
+            let mesh = load_model(&file)?;
+            Ok(Opened::Model(file.clone(), Box::new(mesh)))
         };
         self.begin("Reading", &path.to_string_lossy(), pending::beside(load));
     }
@@ -141,28 +164,6 @@ impl Opener {
         let (scene, file) = (session.scene.clone(), path.to_owned());
         let export = move || Ok(Opened::Written(crate::export::write(&scene, &file)?));
         self.begin("Writing", &path.to_string_lossy(), pending::beside(export));
-    }
-}
-
-/// Browsers know no paths, but bytes.
-#[cfg(target_arch = "wasm32")]
-impl Opener {
-    /// A file that was dropped, as above.
-    pub fn drop(&mut self, file: &egui::DroppedFileHandle, inserts: bool) {
-        let (file, path) = (file.clone(), PathBuf::from(file.path()));
-        let name = path.to_string_lossy().into_owned();
-        let result = async move {
-            let bytes = file.bytes_async().await.map_err(|error| anyhow::anyhow!("{error}"))?;
-            if inserts || super::drop::is_model(&path) {
-                let mesh = super::drop::model(&path, &bytes)?;
-                return Ok(Opened::Model(path, Box::new(mesh)));
-            }
-            let scene = super::drop::scene(&path, &bytes)?;
-            let source = Source { scene: path.to_string_lossy().into_owned(), ..Source::default() };
-            let edits = Edits::default();
-            Ok(Opened::Scene(Box::new(Another { source, scene, edits, edits_file: None, keeps_eye: false })))
-        };
-        self.begin("Opening", &name, Pending::new(result));
     }
 }
 

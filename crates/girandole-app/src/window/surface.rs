@@ -25,7 +25,8 @@ impl WindowSurface {
             .context("the adapter cannot show pictures in a window; choose another one with --adapter")?;
         let wgpu::SurfaceCapabilities { formats, usages, present_modes, .. } =
             surface.get_capabilities(&gpu.adapter);
-        if !usages.contains(wgpu::TextureUsages::COPY_DST) {
+        // Canvases can be copied to, whatever is said of them.
+        if !usages.contains(wgpu::TextureUsages::COPY_DST) && cfg!(not(target_arch = "wasm32")) {
             bail!("the adapter cannot copy pictures to a window; choose another one with --adapter");
         }
         config.usage |= wgpu::TextureUsages::COPY_DST;

@@ -15,6 +15,9 @@ use std::path::PathBuf;
 
 /// State of the panel and of what hands do to the picture.
 pub struct Tools {
+    /// Whether the panel is wanted; `None` = where there is room.
+    pub panel: Option<bool>,
+    /// Whether it is there.
     pub shows_panel: bool,
     /// Whether the sheet of all keys is shown.
     pub shows_keys: bool,
@@ -77,6 +80,7 @@ pub struct Tools {
 impl Tools {
     pub fn new(file: PathBuf, picture_size: [u32; 2], adapter: Option<String>) -> Self {
         Self {
+            panel: None,
             shows_panel: true,
             shows_keys: false,
             has_dialog: false,

@@ -147,7 +147,11 @@ impl Chooser {
 fn expanded(text: &str) -> PathBuf {
     let text = text.trim();
     let rest = text.strip_prefix('~').filter(|rest| rest.is_empty() || rest.starts_with(['/', '\\']));
-    let path = match (rest, dirs::home_dir()) {
+    #[cfg(target_arch = "wasm32")]
+    let home: Option<PathBuf> = None;
+    #[cfg(not(target_arch = "wasm32"))]
+    let home = dirs::home_dir();
+    let path = match (rest, home) {
         (Some(rest), Some(home)) => home.join(rest.trim_start_matches(['/', '\\'])),
         _ => PathBuf::from(text),
     };

@@ -20,7 +20,7 @@ pub struct Files {
     dialog: Option<Dialog>,
     /// When that was opened.
     asked: Option<Instant>,
-    pub recent: Recent,
+    recent: Recent,
     /// Where the edits of the scene that is shown were saved or loaded.
     edits: Option<PathBuf>,
     /// Whether dialogs are always our own.
@@ -30,6 +30,11 @@ pub struct Files {
 impl Files {
     pub fn new(edits: Option<PathBuf>, own_dialogs: bool) -> Self {
         Self { dialog: None, asked: None, recent: Recent::load(), edits, own_dialogs }
+    }
+
+    /// Scenes that were opened last.
+    pub fn recent(&self) -> &[PathBuf] {
+        self.recent.scenes()
     }
 
     /// Whether a dialog of the system's is open, and has to be looked for.

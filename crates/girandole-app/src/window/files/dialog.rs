@@ -27,7 +27,7 @@ enum Kind {
 impl Dialog {
     /// Asks for a file, first for this one; by a dialog of our own where that is wanted.
     pub fn open(purpose: Purpose, start: PathBuf, window: &Arc<Window>, own: bool) -> Self {
-        let kind = if own {
+        let kind = if own && cfg!(not(target_arch = "wasm32")) {
             Kind::Own(Chooser::new(purpose, &start))
         } else {
             Kind::System { asked: Instant::now(), chosen: Some(ask_system(purpose, &start, window)) }
@@ -51,7 +51,7 @@ impl Dialog {
             Kind::Own(chooser) => chooser.show(ui),
             Kind::System { asked, chosen } => match pending::take(chosen)? {
                 Some(path) => Some(Done::Chosen(path)),
-                None if asked.elapsed() < AT_ONCE => {
+                None if asked.elapsed() < AT_ONCE && cfg!(not(target_arch = "wasm32")) => {
                     self.type_instead();
                     ui.ctx().request_repaint();
                     None
@@ -62,7 +62,26 @@ impl Dialog {
     }
 }
 
+/// The browser's dialog: what a scene refers to is chosen together with it. What is written goes where the browser puts downloads.
+#[cfg(target_arch = "wasm32")]
+fn ask_system(purpose: Purpose, start: &Path, _: &Arc<Window>) -> Pending<Option<PathBuf>> {
+    if purpose.saves() {
+        return Pending::new(std::future::ready(start.file_name().map(PathBuf::from)));
+    }
+    let chosen = rfd::AsyncFileDialog::new().set_title(purpose.title()).pick_files();
+    Pending::new(async move {
+        let mut names = Vec::new();
+        for file in chosen.await? {
+            let name = PathBuf::from(file.file_name());
+            girandole_core::files::hold(&name, file.read().await);
+            names.push(name);
+        }
+        purpose.first(&names)
+    })
+}
+
 /// The system's dialog. On Linux that is the desktop's portal by libdbus, which is looked for when the program runs, or zenity.
+#[cfg(not(target_arch = "wasm32"))]
 fn ask_system(purpose: Purpose, start: &Path, window: &Arc<Window>) -> Pending<Option<PathBuf>> {
     let (kind, extensions) = purpose.kind();
     let mut dialog = rfd::AsyncFileDialog::new()

@@ -50,4 +50,26 @@ impl Purpose {
             Self::ExportScene => ("glTF", &["glb"]),
         }
     }
+
+    /// The first of some files that is of that kind, else the first of all.
+    #[cfg(any(test, target_arch = "wasm32"))]
+    pub fn first(self, files: &[PathBuf]) -> Option<PathBuf> {
+        let is_kind = |path: &&PathBuf| {
+            path.extension().is_some_and(|e| self.kind().1.iter().any(|kind| e.eq_ignore_ascii_case(kind)))
+        };
+        files.iter().find(is_kind).or(files.first()).cloned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scene_is_found_among_the_files_that_it_refers_to() {
+        let files = ["wood.png", "room.bin", "Room.GLTF"].map(PathBuf::from);
+        assert_eq!(Purpose::OpenScene.first(&files), Some(files[2].clone()));
+        assert_eq!(Purpose::LoadEdits.first(&files), Some(files[0].clone()), "to be told that it is not one");
+        assert_eq!(Purpose::OpenScene.first(&[]), None);
+    }
 }

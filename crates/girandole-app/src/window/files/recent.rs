@@ -20,7 +20,11 @@ pub struct Recent {
 impl Recent {
     /// Those of this user.
     pub fn load() -> Self {
-        Self::at(dirs::config_dir().map(|folder| folder.join("girandole/recent.json")))
+        #[cfg(target_arch = "wasm32")]
+        let folder: Option<PathBuf> = None;
+        #[cfg(not(target_arch = "wasm32"))]
+        let folder = dirs::config_dir();
+        Self::at(folder.map(|folder| folder.join("girandole/recent.json")))
     }
 
     fn at(file: Option<PathBuf>) -> Self {

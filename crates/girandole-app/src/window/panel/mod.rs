@@ -2,7 +2,6 @@
 
 mod camera;
 mod environment;
-#[cfg(not(target_arch = "wasm32"))]
 mod files;
 mod lamps;
 mod light;
@@ -28,7 +27,6 @@ pub fn show(ui: &mut Ui, session: &mut Session, tools: &mut Tools, frames: &mut 
         ui.add_space(4.0);
         ui.heading(if session.scene.name.is_empty() { "scene" } else { &session.scene.name });
         statistics::rate(ui, frames);
-        #[cfg(not(target_arch = "wasm32"))]
         files::show(ui, session, tools);
         objects::history(ui, session, tools);
         picture::preset(ui, session, tools.picture_size);

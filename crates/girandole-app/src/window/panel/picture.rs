@@ -252,6 +252,13 @@ pub fn save(ui: &mut Ui, tools: &mut Tools) {
         );
         tools.saves |= ui.button("Save").on_hover_text("Saves the picture (F12)").clicked();
     });
+    if cfg!(target_arch = "wasm32") {
+        let link = ui
+            .button("Copy link")
+            .on_hover_text("Copies the address of a page that shows this picture (F9).");
+        tools.copies |= link.clicked();
+        return;
+    }
     tools.copies |= ui
         .button("Copy command line")
         .on_hover_text(

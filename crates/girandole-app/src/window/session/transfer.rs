@@ -54,7 +54,7 @@ impl Transfers {
         &mut self,
         object: ObjectId,
         gathering: Gathering,
-        make: impl FnOnce(&(dyn Fn(f32) + Sync)) -> Result<Transferred> + Send + 'static,
+        make: impl Fn(&(dyn Fn(f32) + Sync)) -> Result<Transferred> + Send + 'static,
     ) {
         let share = Arc::new(AtomicU32::new(0));
         let done = share.clone();

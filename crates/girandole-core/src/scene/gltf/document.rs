@@ -3,6 +3,7 @@
 use super::Parsed;
 use super::budget::Budget;
 use super::compression::{Compressed, Elements};
+use crate::files;
 use base64::Engine;
 use gltf::json::{self, Asset, Root, Value};
 use std::borrow::Cow;
@@ -142,11 +143,10 @@ impl<'a> Document<'a> {
             return Err(format!("has the absolute path `{shown}`; name the file relative to the glTF file"));
         }
         let path = base.join(relative);
-        // Devices and pipes have no end.
         if path.exists() && !path.is_file() {
             return Err(format!("is `{shown}`, which is not a file"));
         }
-        let bytes = std::fs::read(&path).map_err(|e| {
+        let bytes = files::bytes(&path).map_err(|e| {
             format!("is in the file `{shown}`, which cannot be read ({e}); put it beside the glTF file")
         })?;
         self.budget.grow(bytes.len());

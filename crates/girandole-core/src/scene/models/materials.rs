@@ -2,6 +2,7 @@
 
 use super::mtl::{self, Map, Mtl};
 use super::{Parsed, named};
+use crate::files;
 use crate::scene::gltf::{MAX_TEXELS, decode_picture};
 use crate::scene::{ColorSpace, Filter, Material, NormalTexture, Scene, Texture, TextureRef, Wrap};
 use glam::Vec3;
@@ -244,7 +245,7 @@ impl<'s> Materials<'s> {
         let is_inside =
             !relative.components().any(|c| matches!(c, Component::Prefix(_) | Component::RootDir));
         let whole = folder.join(&relative);
-        if is_inside && whole.is_file() {
+        if is_inside && files::is_file(&whole) {
             return Ok(whole);
         }
         let last = relative.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
@@ -308,5 +309,5 @@ fn is_normal_map(texture: &Texture) -> bool {
 
 /// The bytes of a file beside the model.
 fn read(path: &Path) -> Parsed<Vec<u8>> {
-    std::fs::read(path).map_err(|error| format!("cannot be read ({error})"))
+    files::bytes(path).map_err(|error| format!("cannot be read ({error})"))
 }

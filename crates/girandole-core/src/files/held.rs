@@ -1,0 +1,139 @@
+//! Files of programs without a file system: what a web page was given, by its name, and what is written for it to take.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{Error, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The bytes of each file, or why it cannot be had.
+type Files = BTreeMap<PathBuf, Result<Vec<u8>, String>>;
+
+#[derive(Default)]
+struct State {
+    held: Files,
+    /// What was looked for in vain.
+    missing: BTreeSet<PathBuf>,
+    written: Vec<(PathBuf, Vec<u8>)>,
+}
+
+static STATE: Mutex<State> =
+    Mutex::new(State { held: BTreeMap::new(), missing: BTreeSet::new(), written: Vec::new() });
+
+fn state() -> MutexGuard<'static, State> {
+    STATE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Holds a file. Another one of that name leaves.
+pub fn hold(path: &Path, bytes: Vec<u8>) {
+    state().held.insert(path.into(), Ok(bytes));
+}
+
+/// Lets all of them go.
+pub fn release() {
+    state().held.clear();
+}
+
+/// Does something that reads files, and does it again as long as it lacks some that can be fetched.
+pub async fn gather<T>(
+    mut act: impl FnMut() -> T,
+    fetch: impl AsyncFn(&Path) -> Result<Vec<u8>, String>,
+) -> T {
+    loop {
+        state().missing.clear();
+        let done = act();
+        let missing = std::mem::take(&mut state().missing);
+        if missing.is_empty() {
+            return done;
+        }
+        for path in missing {
+            let fetched = fetch(&path).await;
+            state().held.insert(path, fetched);
+        }
+    }
+}
+
+/// What was written since this was last asked, in order.
+pub fn take_written() -> Vec<(PathBuf, Vec<u8>)> {
+    std::mem::take(&mut state().written)
+}
+
+pub(super) fn write(path: &Path, bytes: &[u8]) {
+    state().written.push((path.into(), bytes.into()));
+}
+
+pub(super) fn read(path: &Path) -> std::io::Result<Vec<u8>> {
+    let mut state = state();
+    match find(&state.held, path) {
+        Some(Ok(bytes)) => Ok(bytes.clone()),
+        Some(Err(why)) => Err(Error::other(why.clone())),
+        None => {
+            state.missing.insert(path.into());
+            Err(Error::new(ErrorKind::NotFound, "it is not there"))
+        }
+    }
+}
+
+pub(super) fn is_file(path: &Path) -> bool {
+    let mut state = state();
+    let found = find(&state.held, path).map(Result::is_ok);
+    if found.is_none() {
+        state.missing.insert(path.into());
+    }
+    found.unwrap_or(false)
+}
+
+/// By its path, else by its last name where one file alone has it: files that are chosen one by one come without folders.
+fn find<'h>(held: &'h Files, path: &Path) -> Option<&'h Result<Vec<u8>, String>> {
+    let has_name = |held: &Path| match (held.file_name(), path.file_name()) {
+        (Some(a), Some(b)) => a.eq_ignore_ascii_case(b),
+        _ => false,
+    };
+    held.get(path).or_else(|| {
+        let mut same = held.iter().filter(|(path, bytes)| bytes.is_ok() && has_name(path));
+        same.next().filter(|_| same.next().is_none()).map(|(_, bytes)| bytes)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_found_by_path_and_by_name_where_that_is_clear() {
+        let held: Files =
+            [("room/a.png", 1), ("room/b/wood.png", 2), ("room/c/wood.png", 3), ("Stone.PNG", 4)]
+                .map(|(path, byte)| (path.into(), Ok(vec![byte])))
+                .into();
+        let found = |path: &str| find(&held, Path::new(path)).map(|bytes| bytes.as_ref().expect("bytes")[0]);
+        assert_eq!(found("room/c/wood.png"), Some(3));
+        assert_eq!(found("textures/stone.png"), Some(4), "in capitals or not");
+        assert_eq!(found("other/a.png"), Some(1));
+        assert_eq!(found("wood.png"), None, "there are two");
+        assert_eq!(found("nowhere.png"), None);
+    }
+
+    #[test]
+    fn what_is_missing_is_fetched_and_what_is_written_is_taken() {
+        use std::task::{Context, Poll, Waker};
+        // A scene that refers to a list, which refers to two files, of which one is nowhere.
+        let act = || {
+            let list = read(Path::new("at/list"))?;
+            let names = String::from_utf8(list).expect("names");
+            Ok(names.split(' ').map(|name| read(&Path::new("at").join(name)).is_ok()).collect::<Vec<_>>())
+        };
+        let fetch = async |path: &Path| match path.to_str() {
+            Some("at/list") => Ok(b"one two".to_vec()),
+            Some("at/one") => Ok(vec![1]),
+            _ => Err("the server says 404".to_owned()),
+        };
+        let gathered = std::pin::pin!(gather(act, fetch)).poll(&mut Context::from_waker(Waker::noop()));
+        let Poll::Ready(Ok::<_, Error>(there)) = gathered else { panic!("nothing waits") };
+        assert_eq!(there, [true, false]);
+        assert_eq!(read(Path::new("at/two")).expect_err("nowhere").to_string(), "the server says 404");
+        assert!(is_file(Path::new("at/one")) && !is_file(Path::new("at/two")));
+        release();
+        write(Path::new("a.png"), &[1]);
+        assert_eq!(take_written(), [(PathBuf::from("a.png"), vec![1])]);
+        assert!(take_written().is_empty());
+    }
+}
