@@ -2,7 +2,6 @@
 
 mod adapter;
 mod apt;
-mod check_web;
 mod figures;
 mod gallery;
 mod swiftshader;
@@ -10,6 +9,7 @@ mod test;
 mod test_farm;
 mod test_window;
 mod truth;
+mod web;
 
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
@@ -35,8 +35,20 @@ enum Task {
         #[arg(last = true)]
         arguments: Vec<String>,
     },
-    /// Checks that the window compiles for browsers; needs the target wasm32-unknown-unknown
-    CheckWeb,
+    /// Builds the window as a page, and the component as a package, for browsers; `--serve` serves them
+    #[command(disable_help_flag = true)]
+    Web {
+        /// `--help` lists them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
+    /// Tests them in Chromium, with WebGPU on the processor; needs chromium
+    #[command(disable_help_flag = true)]
+    TestWeb {
+        /// `--help` lists them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
     /// Drives the window by keys and mouse under Xvfb; needs Xvfb, xdotool and a graphics adapter
     TestWindow,
     /// Renders on a farm of two Slurm workers, of which one dies, and by Open Job Description; needs slurm-wlm
@@ -63,7 +75,8 @@ fn main() -> ExitCode {
     let result = match Cli::parse().task {
         Task::Test { adapter: None, arguments } => test::run(&arguments),
         Task::Test { adapter: Some(adapter), arguments } => test::run_on(adapter, &arguments),
-        Task::CheckWeb => check_web::run(),
+        Task::Web { arguments } => web::run("web", &arguments),
+        Task::TestWeb { arguments } => web::run("test-web", &arguments),
         Task::TestWindow => test_window::run(),
         Task::TestFarm(arguments) => test_farm::run(&arguments),
         Task::Figures { arguments } => figures::run(&arguments),
