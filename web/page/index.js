@@ -31,6 +31,7 @@ globalThis.page = {
     const address = new URL(location.href);
     [address.search, address.hash = ""] = query.split("#");
     history.replaceState(null, "", address);
+    performance.mark("settled");
     return address.href;
   },
   async fetch(address) {

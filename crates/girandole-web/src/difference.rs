@@ -40,6 +40,25 @@ impl Picture {
         Ok(Self { size: [info.width, info.height], pixels })
     }
 
+    /// The top left corner of so many pixels, if it has them.
+    pub fn cut(&self, [width, height]: [u32; 2]) -> Option<Self> {
+        if width > self.size[0] || height > self.size[1] {
+            return None;
+        }
+        let rows = self.pixels.chunks_exact(self.size[0] as usize).take(height as usize);
+        let pixels = rows.flat_map(|row| &row[..width as usize]).copied().collect();
+        Some(Self { size: [width, height], pixels })
+    }
+
+    /// As a PNG file.
+    pub fn encode(&self) -> Result<Vec<u8>> {
+        let mut file = Vec::new();
+        let mut encoder = png::Encoder::new(&mut file, self.size[0], self.size[1]);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.write_header()?.write_image_data(self.pixels.as_flattened())?;
+        Ok(file)
+    }
+
     /// A pixel, if it is in the picture.
     pub fn pixel(&self, [x, y]: [u32; 2]) -> Option<[u8; 3]> {
         let [width, height] = self.size;

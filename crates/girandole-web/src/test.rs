@@ -1,7 +1,7 @@
 //! `cargo xtask test-web`: builds for browsers, and runs checks in one.
 
 use crate::browser::{Browser, Options, Tab, View, WebGpu};
-use crate::checks::{self, CHECKS};
+use crate::checks;
 use crate::package::{self, Part, Speed};
 use crate::serve::{Server, Site};
 use anyhow::{Context, Result, bail};
@@ -47,6 +47,10 @@ pub struct Bench {
     pub server: Server,
     /// For files, of this run alone.
     pub folder: TempDir,
+    /// The native program, which pictures are compared with.
+    pub program: PathBuf,
+    /// Where pictures are left to be looked at.
+    pictures: PathBuf,
     browser: OnceCell<Browser>,
     no_adapter: OnceCell<Browser>,
     no_webgpu: OnceCell<Browser>,
@@ -59,6 +63,9 @@ impl Bench {
         Ok(Self {
             server: Server::start(site, 0)?,
             folder: tempfile::tempdir().context("there is no temporary folder")?,
+            program: std::env::current_exe()?
+                .with_file_name(format!("girandole{}", std::env::consts::EXE_SUFFIX)),
+            pictures: built.join("pictures"),
             browser: OnceCell::new(),
             no_adapter: OnceCell::new(),
             no_webgpu: OnceCell::new(),
@@ -90,6 +97,15 @@ impl Bench {
         let path = self.folder.path().join(name);
         std::fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
         Ok(path)
+    }
+
+    /// Leaves a picture to be looked at; the same bytes.
+    pub fn keep(&self, name: &str, png: Vec<u8>) -> Result<Vec<u8>> {
+        let path = self.pictures.join(name);
+        std::fs::create_dir_all(&self.pictures)
+            .and_then(|()| std::fs::write(&path, &png))
+            .with_context(|| format!("cannot write {}", path.display()))?;
+        Ok(png)
     }
 
     /// Trouble in all tabs since the last time.
@@ -173,12 +189,12 @@ fn outcome(result: Result<()>, troubles: Result<Vec<String>>) -> Result<()> {
 
 fn chosen(names: &[String]) -> Result<Vec<&'static Check>> {
     for name in names {
-        if !CHECKS.iter().any(|check| check.name.contains(name)) {
+        if !checks::all().any(|check| check.name.contains(name)) {
             bail!("no check's name contains `{name}`; --list lists them");
         }
     }
     let is_chosen = |check: &&Check| names.is_empty() || names.iter().any(|name| check.name.contains(name));
-    Ok(CHECKS.iter().filter(is_chosen).collect())
+    Ok(checks::all().filter(is_chosen).collect())
 }
 
 #[cfg(test)]
@@ -192,7 +208,7 @@ mod tests {
             let parts: Vec<String> = parts.iter().map(ToString::to_string).collect();
             chosen(&parts).expect("checks").iter().map(|check| check.name).collect()
         };
-        assert_eq!(names(&[]).len(), CHECKS.len());
+        assert_eq!(names(&[]).len(), checks::all().count());
         assert!(names(&["driver/"]).iter().all(|name| name.starts_with("driver/")));
         assert!(!names(&["driver/"]).is_empty());
         assert!(chosen(&["no such check".into()]).is_err());
@@ -200,8 +216,8 @@ mod tests {
 
     #[test]
     fn names_of_checks_differ() {
-        let names: std::collections::BTreeSet<_> = CHECKS.iter().map(|check| check.name).collect();
-        assert_eq!(names.len(), CHECKS.len());
+        let names: std::collections::BTreeSet<_> = checks::all().map(|check| check.name).collect();
+        assert_eq!(names.len(), checks::all().count());
     }
 
     #[test]

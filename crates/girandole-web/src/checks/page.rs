@@ -1,0 +1,88 @@
+//! The page: the window of the program, in a browser.
+
+use super::native;
+use crate::browser::{Tab, View, WebGpu};
+use crate::difference::{Picture, difference};
+use crate::package::Part;
+use crate::test::{Bench, Check};
+use anyhow::{Context, Result, ensure};
+use std::time::Duration;
+
+/// All of them.
+pub const CHECKS: &[Check] = &[
+    Check { name: "page/naive-is-the-native-picture", needs: &[Part::Page], run: naive },
+    Check { name: "page/full-is-the-native-picture", needs: &[Part::Page], run: full },
+    Check { name: "page/says-that-webgpu-is-missing", needs: &[Part::Page], run: missing },
+    Check { name: "page/says-what-its-address-asks-for-in-vain", needs: &[Part::Page], run: refused },
+];
+
+/// Of the picture in it: the panel is folded where there is so little room, and the bar is below.
+const PICTURE: [u32; 2] = [384, 256];
+const BAR: u32 = 26;
+/// Software compiles a pipeline in seconds.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+fn view() -> View {
+    View { size: [PICTURE[0], PICTURE[1] + BAR], ..View::default() }
+}
+
+fn naive(bench: &Bench) -> Result<()> {
+    is_native(bench, &["pillars", "--lights", "16", "--mode", "naive"], "scene=pillars&lights=16&mode=naive")
+}
+
+fn full(bench: &Bench) -> Result<()> {
+    is_native(bench, &["pillars", "--lights", "64"], "scene=pillars&lights=64")
+}
+
+/// Whether the page at this address shows the picture that these options render.
+fn is_native(bench: &Bench, options: &[&str], query: &str) -> Result<()> {
+    let tab = bench.open(&format!("?{query}"), &view())?;
+    settled(&tab)?;
+    let shown = bench.keep(&format!("{}.png", query.replace(['&', '='], "-")), tab.screenshot()?)?;
+    let found = difference(&picture(&shown)?, &native(bench, options, PICTURE)?)?;
+    ensure!(found.mean < 0.1 && found.share_beyond_2 < 0.002, "the picture is another one: {found:?}");
+    Ok(())
+}
+
+/// Waits until the page has its last picture.
+fn settled(tab: &Tab<'_>) -> Result<()> {
+    let is_settled = "performance.getEntriesByName('settled').length > 0 || document.querySelector('#cover.failed') != null";
+    tab.wait_until(is_settled, PATIENCE)?;
+    let failure = tab.evaluate("document.querySelector('#cover.failed')?.textContent ?? ''")?;
+    let failure = failure.as_str().unwrap_or_default();
+    ensure!(failure.is_empty(), "the page says: {}", failure.trim());
+    Ok(())
+}
+
+/// The picture in a screenshot of the page.
+fn picture(screenshot: &[u8]) -> Result<Vec<u8>> {
+    Picture::decode(screenshot)?.cut(PICTURE).context("the screenshot is too small")?.encode()
+}
+
+fn missing(bench: &Bench) -> Result<()> {
+    for (webgpu, word) in [(WebGpu::Missing, "no WebGPU"), (WebGpu::NoAdapter, "no GPU")] {
+        let tab = bench.open_with(webgpu, "", &View::default())?;
+        says(&tab, word)?;
+        let image = "document.querySelector('#cover img').naturalWidth > 100";
+        tab.wait_until(image, Duration::from_secs(10))?;
+        bench.keep(&format!("{}.png", word.replace(' ', "-")), tab.screenshot()?)?;
+    }
+    Ok(())
+}
+
+fn refused(bench: &Bench) -> Result<()> {
+    let tab = bench.open("?lights=many", &View::default())?;
+    says(&tab, "many")?;
+    let tab = bench.open("?scene=nowhere.glb", &View::default())?;
+    says(&tab, "404")
+}
+
+/// Whether the page shows a sentence with this word in place of the picture; that is in the console, too.
+fn says(tab: &Tab<'_>, word: &str) -> Result<()> {
+    tab.wait_until("document.querySelector('#cover.failed') != null", PATIENCE)?;
+    let said = tab.evaluate("document.querySelector('#said').textContent")?;
+    let said = said.as_str().unwrap_or_default();
+    ensure!(said.contains(word), "the page says: {said}");
+    tab.take_troubles()?;
+    Ok(())
+}
