@@ -1,14 +1,15 @@
 //! Builds what browsers load: the page (the program's window) and the package (the component).
 
 mod files;
+mod shrink;
 
 use crate::sizes;
-use crate::toolchain::{TARGET, Toolchain, path_folders};
+use crate::toolchain::{TARGET, Toolchain};
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use wasm_bindgen_cli_support::Bindgen;
 
 /// What is built.
@@ -93,7 +94,7 @@ pub fn build(parts: &[Part], speed: Speed, output: &Path) -> Result<()> {
         files::copy(&crate::root().join(fixed), &folder)?;
         bind(&compiled, *part, &folder)?;
         if speed == Speed::Full {
-            shrink(&folder.join(format!("{}_bg.wasm", part.stem())))?;
+            shrink::shrink(&folder.join(format!("{}_bg.wasm", part.stem())))?;
         }
         if *part == Part::Package {
             files::fill_in_version(&folder.join("package.json"), env!("CARGO_PKG_VERSION"))?;
@@ -152,40 +153,6 @@ fn bind(compiled: &Path, part: Part, folder: &Path) -> Result<()> {
     // Types of the WebAssembly file's own functions, which nobody calls.
     files::remove_if_there(&folder.join(format!("{}_bg.wasm.d.ts", part.stem())))
 }
-
-/// Makes a file smaller by Binaryen's `wasm-opt`, if that is installed.
-fn shrink(file: &Path) -> Result<()> {
-    let name = format!("wasm-opt{}", std::env::consts::EXE_SUFFIX);
-    let Some(program) =
-        path_folders().into_iter().map(|folder| folder.join(&name)).find(|file| file.is_file())
-    else {
-        eprintln!("wasm-opt is not installed (Debian package binaryen): files are larger without it");
-        return Ok(());
-    };
-    let smaller = file.with_extension("smaller");
-    let status = Command::new(&program)
-        .arg("-Os")
-        .args(FEATURES)
-        .arg(file)
-        .arg("-o")
-        .arg(&smaller)
-        .status()
-        .with_context(|| format!("{} does not start", program.display()))?;
-    if !status.success() {
-        bail!("{} fails; install a newer Binaryen, or remove it from PATH", program.display());
-    }
-    std::fs::rename(&smaller, file).with_context(|| format!("cannot replace {}", file.display()))
-}
-
-/// What Rust's compiler uses of WebAssembly on this target, and wasm-bindgen with it.
-const FEATURES: [&str; 6] = [
-    "--enable-bulk-memory",
-    "--enable-multivalue",
-    "--enable-mutable-globals",
-    "--enable-nontrapping-float-to-int",
-    "--enable-reference-types",
-    "--enable-sign-ext",
-];
 
 #[cfg(test)]
 mod tests {
