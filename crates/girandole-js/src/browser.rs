@@ -4,7 +4,10 @@ use crate::{Camera, Lit, Settings};
 use girandole::core::files;
 use girandole::core::scene::{Scene, builtin};
 use girandole::{Gpu, wgpu};
-use js_sys::{Promise, Uint8Array};
+use js_sys::{JSON, Promise, Uint8Array};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
 use std::cell::RefCell;
 use std::path::Path;
 use std::rc::Rc;
@@ -121,7 +124,7 @@ impl Girandole {
 
     /// Chooses settings; the next calls of `render` follow them.
     pub fn set(&self, settings: JsSettings) -> Result<(), JsError> {
-        let settings: Settings = serde_wasm_bindgen::from_value(settings.into())?;
+        let settings: Settings = given(&settings)?;
         self.0.borrow_mut().lit.set(&settings);
         Ok(())
     }
@@ -129,12 +132,15 @@ impl Girandole {
     /// Where one looks from; undefined before a scene is there.
     #[wasm_bindgen(getter, unchecked_return_type = "Camera | undefined")]
     pub fn camera(&self) -> Result<JsValue, JsError> {
-        Ok(serde_wasm_bindgen::to_value(&self.0.borrow().lit.camera())?)
+        match self.0.borrow().lit.camera() {
+            Some(camera) => told(&camera),
+            None => Ok(JsValue::UNDEFINED),
+        }
     }
 
     #[wasm_bindgen(setter)]
     pub fn set_camera(&self, camera: JsCamera) -> Result<(), JsError> {
-        let camera: Camera = serde_wasm_bindgen::from_value(camera.into())?;
+        let camera: Camera = given(&camera)?;
         Ok(self.0.borrow_mut().lit.look_from(&camera)?)
     }
 
@@ -152,7 +158,7 @@ impl Girandole {
     /// What is known of the scene and its light.
     pub fn stats(&self) -> Result<JsStats, JsError> {
         let stats = self.0.borrow().lit.stats();
-        Ok(serde_wasm_bindgen::to_value(&stats)?.unchecked_into())
+        Ok(told(&stats)?.unchecked_into())
     }
 }
 
@@ -188,6 +194,22 @@ impl State {
         }
         Ok(is_more)
     }
+}
+
+/// What JavaScript gave. What is no number there is none here, and not left out.
+fn given<T: DeserializeOwned>(value: &JsValue) -> Result<T, JsError> {
+    let text = JSON::stringify(value).ok().and_then(|text| text.as_string()).unwrap_or_default();
+    let value: Value = serde_json::from_str(&text)?;
+    let nothing = value.as_object().into_iter().flatten().find(|(_, value)| value.is_null());
+    if let Some((name, _)) = nothing {
+        return Err(JsError::new(&format!("`{name}` is no number; leave it out or give one")));
+    }
+    Ok(serde_json::from_value(value)?)
+}
+
+/// The same for JavaScript.
+fn told(value: &impl Serialize) -> Result<JsValue, JsError> {
+    JSON::parse(&serde_json::to_string(value)?).map_err(|error| JsError::new(&format!("{error:?}")))
 }
 
 /// Milliseconds of the page's clock.

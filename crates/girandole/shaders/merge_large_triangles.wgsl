@@ -11,7 +11,7 @@ const WORDS = (MAP_KEPT + 31u) / 32u;
 // Set-ups of triangles.
 var<workgroup> kept: array<SetUp, MAP_KEPT>;
 // Listed triangles that are looked at between two barriers.
-const SCANNED = 512u;
+const SCANNED = 384u;
 // Of those, where the ones are whose boxes touch the workgroup's blocks.
 var<workgroup> found: array<u32, SCANNED>;
 var<workgroup> found_count: atomic<u32>;

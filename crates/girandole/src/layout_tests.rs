@@ -190,7 +190,8 @@ fn records_are_read_where_they_are_written() {
 }
 
 /// Storage buffers and storage textures of each entry point, as pipelines count them: all that its module binds. The
-/// defaults of WebGPU are 8 and 4.
+/// defaults of WebGPU are 8 and 4. What a workgroup shares is 16384 bytes at most, each variable rounded up to 16: browsers count so, and
+/// native devices do not ask.
 #[test]
 fn every_pass_stays_within_default_limits() {
     let counts = |source: &shaders::Source, kernels: &Kernels| {
@@ -214,11 +215,25 @@ fn every_pass_stays_within_default_limits() {
             assert!(buffers <= most, "{}: {buffers} storage buffers", source.name);
             assert!(textures <= 4, "{}: {textures} storage textures", source.name);
             assert!(sampled <= 16, "{}: {sampled} textures", source.name);
+            let shared = shared_bytes(&parsed(source, &kernels));
+            assert!(shared <= 16384, "{}: workgroups share {shared} bytes", source.name);
         }
     }
     // The control: lights in storage are counted.
     let [with, without, ..] = Kernels::ALL.map(|kernels| counts(&shaders::SHADE_POINTS, &kernels).0);
     assert_eq!(without + 1, with);
+    // And so is what is shared: set-ups of triangles, what was found, blocks with two masks each.
+    let merge = shared_bytes(&parsed(&shaders::MERGE_LARGE_TRIANGLES, &Kernels::ALL[0]));
+    assert_eq!(merge, 128 * 96 + 384 * 4 + 16 + 64 * 4 * 2 * 4 + 64 * 4 + 16);
+}
+
+/// What the workgroups of a module share.
+fn shared_bytes(module: &naga::Module) -> u32 {
+    let mut layouter = naga::proc::Layouter::default();
+    layouter.update(module.to_ctx()).expect("layouts");
+    let variables = module.global_variables.iter().map(|(_, variable)| variable);
+    let shared = variables.filter(|variable| variable.space == naga::AddressSpace::WorkGroup);
+    shared.map(|variable| layouter[variable.ty].size.next_multiple_of(16)).sum()
 }
 
 pub(crate) fn noop(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {

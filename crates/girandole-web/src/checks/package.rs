@@ -24,17 +24,21 @@ const SIZE: [u32; 2] = [384, 256];
 const PATIENCE: Duration = Duration::from_secs(300);
 
 fn naive(bench: &Bench) -> Result<()> {
-    is_native(bench, &["pillars", "--lights", "16", "--mode", "naive"], json!({ "lights": 16, "mode": "naive" }))
+    is_native(
+        bench,
+        &["pillars", "--lights", "16", "--mode", "naive", "--aa", "off"],
+        json!({ "lights": 16, "mode": "naive" }),
+    )
 }
 
 fn full(bench: &Bench) -> Result<()> {
-    is_native(bench, &["pillars", "--lights", "64"], json!({ "lights": 64 }))
+    is_native(bench, &["pillars", "--lights", "64", "--aa", "off"], json!({ "lights": 64 }))
 }
 
 fn is_native(bench: &Bench, options: &[&str], settings: serde_json::Value) -> Result<()> {
     let tab = bench.open(PAGE.0, &View::default())?;
     let shown = shown(&tab, "pillars", &settings)?;
-    let shown = bench.keep(&format!("package-{}.png", options.join("")), shown)?;
+    let shown = bench.keep(&format!("package{}.png", options.join("-").replace("--", "-")), shown)?;
     let found = difference(&shown, &native(bench, options, SIZE)?)?;
     ensure!(found.mean < 0.1 && found.share_beyond_2 < 0.002, "the picture is another one: {found:?}");
     let stats = tab.evaluate("stats()")?;
@@ -54,10 +58,12 @@ fn refusals(bench: &Bench) -> Result<()> {
     for (expression, word) in [
         ("shown('pillars', { lights: -1 })", "-1"),
         ("shown('pillars', { colour: 1 })", "colour"),
+        ("shown('pillars', { exposure: NaN })", "exposure"),
         ("shown('nowhere.glb', {})", "404"),
         ("shown('pillars', { mapSize: 7 })", "map"),
     ] {
-        let error = tab.evaluate_within(expression, PATIENCE).err().context(expression)?;
+        let error = tab.evaluate_within(expression, PATIENCE).err();
+        let error = error.with_context(|| format!("{expression} is taken"))?;
         ensure!(format!("{error:#}").contains(word), "{expression}: {error:#}");
     }
     // The server's answer is in the console, too.

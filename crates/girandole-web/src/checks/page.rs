@@ -27,11 +27,15 @@ fn view() -> View {
 }
 
 fn naive(bench: &Bench) -> Result<()> {
-    is_native(bench, &["pillars", "--lights", "16", "--mode", "naive"], "scene=pillars&lights=16&mode=naive")
+    is_native(
+        bench,
+        &["pillars", "--lights", "16", "--mode", "naive", "--aa", "off"],
+        "scene=pillars&lights=16&mode=naive",
+    )
 }
 
 fn full(bench: &Bench) -> Result<()> {
-    is_native(bench, &["pillars", "--lights", "64"], "scene=pillars&lights=64")
+    is_native(bench, &["pillars", "--lights", "64", "--aa", "off"], "scene=pillars&lights=64")
 }
 
 /// Whether the page at this address shows the picture that these options render.
@@ -48,7 +52,7 @@ fn is_native(bench: &Bench, options: &[&str], query: &str) -> Result<()> {
 fn settled(tab: &Tab<'_>) -> Result<()> {
     let is_settled = "performance.getEntriesByName('settled').length > 0 || document.querySelector('#cover.failed') != null";
     tab.wait_until(is_settled, PATIENCE)?;
-    let failure = tab.evaluate("document.querySelector('#cover.failed')?.textContent ?? ''")?;
+    let failure = tab.evaluate("document.querySelector('#cover.failed #said')?.textContent ?? ''")?;
     let failure = failure.as_str().unwrap_or_default();
     ensure!(failure.is_empty(), "the page says: {}", failure.trim());
     Ok(())

@@ -48,7 +48,7 @@ fn part_at(index: u32) -> MapPart {
 
 // A triangle from a light: the planes through its edges, and its depth, by direction; the texels that it may cover; whether it is
 // seen other than edge-on. `room` is how far outside of the planes what it covers may lie.
-struct SetUp { a: vec3f, b: vec3f, c: vec3f, n: vec3f, room: vec3f, first: vec2i, end: vec2i, is_seen: bool }
+struct SetUp { a: vec3f, is_seen: bool, b: vec3f, c: vec3f, n: vec3f, room: vec3f, first: vec2i, end: vec2i }
 
 // Directions of four centres in a row.
 struct Directions { x: vec4f, y: vec4f, z: vec4f }
