@@ -8,7 +8,9 @@ use anyhow::{Result, anyhow};
 use girandole_core::files;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use wasm_bindgen::prelude::*;
+use winit::window::Window;
 
 #[wasm_bindgen]
 extern "C" {
@@ -44,6 +46,9 @@ pub fn canvas() -> Option<web_sys::HtmlCanvasElement> {
 
 thread_local! {
     static DROPPED: RefCell<Vec<PathBuf>> = const { RefCell::new(Vec::new()) };
+    static SCENE: RefCell<Option<PathBuf>> = const { RefCell::new(None) };
+    /// Whom to tell.
+    static WINDOW: RefCell<Option<Arc<Window>>> = const { RefCell::new(None) };
 }
 
 /// Opens the window by the options of the address.
@@ -82,12 +87,27 @@ pub fn hold(path: String, bytes: Vec<u8>) {
 pub fn dropped(paths: Vec<String>) {
     let paths: Vec<PathBuf> = paths.into_iter().map(PathBuf::from).collect();
     let main = window::main_file(&paths);
-    DROPPED.with_borrow_mut(|dropped| dropped.extend(main));
+    if paths.len() > 1 {
+        SCENE.set(main);
+    } else {
+        DROPPED.with_borrow_mut(|dropped| dropped.extend(main));
+    }
+    WINDOW.with_borrow(|window| window.iter().for_each(|window| window.request_redraw()));
+}
+
+/// Has a window drawn once files are there.
+pub fn tell(window: Arc<Window>) {
+    WINDOW.set(Some(window));
 }
 
 /// What was dropped since this was last asked.
 pub fn take_dropped() -> Vec<PathBuf> {
     DROPPED.take()
+}
+
+/// Of files that were dropped together, the scene that the others belong to.
+pub fn take_dropped_scene() -> Option<PathBuf> {
+    SCENE.take()
 }
 
 /// Saves what was written since.

@@ -6,6 +6,8 @@ mod settings;
 
 #[cfg(target_arch = "wasm32")]
 mod browser;
+#[cfg(test)]
+mod tests;
 
 pub use lit::{Lit, Stats};
 pub use settings::{Camera, Settings};

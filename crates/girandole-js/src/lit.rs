@@ -169,11 +169,8 @@ impl Lit {
     /// Begins to make light where it is other light that is asked for.
     fn begin(&mut self, view: View) {
         let visibility = (self.chosen.render.mode != Mode::Naive).then(VisibilitySettings::default);
-        let asked = |views: Vec<View>| IlluminationSettings {
-            visibility: visibility.clone(),
-            views,
-            ..self.chosen.light.clone()
-        };
+        let asked =
+            |views: Vec<View>| IlluminationSettings { visibility, views, ..self.chosen.light.clone() };
         if self.opened.as_ref().is_none_or(|opened| *opened != asked(opened.views.clone())) {
             let asked = asked(vec![view]);
             self.opening = Some(Opening::new(asked.clone()));
@@ -190,16 +187,19 @@ impl Lit {
         match opening.step(scene)? {
             Stage::Slice => return Ok(()),
             Stage::Lights(mut illumination) => {
-                illumination.light(scene, Some(FIRST))?;
+                self.lit = Some(FIRST).filter(|first| *first < illumination.lights().len());
+                illumination.light(scene, self.lit)?;
                 renderer.open_with(scene, *illumination)?;
-                self.lit = Some(FIRST);
                 self.drawn = None;
                 return Ok(());
             }
-            Stage::Visibility(database) => renderer.set_visibility(scene, database)?,
+            Stage::Visibility(database) => {
+                renderer.set_visibility(scene, database)?;
+                self.drawn = None;
+            }
             Stage::Done => {}
         }
-        (self.opening, self.drawn) = (None, None);
+        self.opening = None;
         Ok(())
     }
 

@@ -82,6 +82,8 @@ impl App {
     pub fn new(window: Arc<Window>, (surface, gpu): (WindowSurface, Gpu), state: State) -> Self {
         let State { session, tools, log, memory, opener, files } = state;
         let gui = Gui::new(&window, &gpu, &surface, memory);
+        let woken = window.clone();
+        gpu.on_loss(move || woken.request_redraw());
         let now = Instant::now();
         Self {
             window,
@@ -329,6 +331,8 @@ impl App {
             let inserts = !self.session.is_blank && self.gui.has_shift();
             self.opener.drop(&path, inserts, &self.session);
         }
+        #[cfg(target_arch = "wasm32")]
+        crate::page::take_dropped_scene().iter().for_each(|path| self.opener.open(path));
     }
 
     /// Makes the target as large as the picture.
@@ -411,16 +415,14 @@ impl App {
     /// Keeps the address of the page to what is seen, once that rests.
     #[cfg(target_arch = "wasm32")]
     fn follow_address(&mut self) {
-        let shown = self.session.picture_number();
-        if self.addressed == shown
-            || !self.session.is_done()
-            || self.session.is_moving()
-            || self.gui.is_in_use()
-        {
+        let Self { session, tools, .. } = self;
+        let (shown, size) = (session.picture_number(), tools.picture_size);
+        let is_last = session.is_done() && !session.wants_picture(size) && session.rests_in(size).is_none();
+        if self.addressed == shown || !is_last || session.is_moving() || self.gui.is_in_use() {
             return;
         }
         self.addressed = shown;
-        if let Ok(address) = command::address(&self.session, self.tools.picture_size) {
+        if let Ok(address) = command::address(session, size) {
             crate::page::set_address(&address);
         }
     }

@@ -84,6 +84,8 @@ impl Handler {
     fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<()> {
         let Some(state) = self.state.take() else { return Ok(()) };
         let window = Arc::new(self.window(event_loop).context("the window cannot be opened")?);
+        #[cfg(target_arch = "wasm32")]
+        crate::page::tell(window.clone());
         self.open_device(window, state);
         Ok(())
     }

@@ -6,7 +6,7 @@ use super::target::PictureTarget;
 use egui_wgpu::ScreenDescriptor;
 use girandole::{Gpu, wgpu};
 use std::path::PathBuf;
-use winit::event::WindowEvent;
+use winit::event::{DeviceId, Touch, WindowEvent};
 use winit::window::Window;
 
 const TEXT: egui::Color32 = egui::Color32::from_gray(190);
@@ -51,7 +51,14 @@ impl Gui {
 
     /// Takes an event of the window. Returns whether a frame is due.
     pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
-        self.state.on_window_event(window, event).repaint
+        let one_device = match event {
+            // Browsers tell a device for each finger; egui knows hands by their device.
+            WindowEvent::Touch(touch) => {
+                Some(WindowEvent::Touch(Touch { device_id: DeviceId::dummy(), ..*touch }))
+            }
+            _ => None,
+        };
+        self.state.on_window_event(window, one_device.as_ref().unwrap_or(event)).repaint
     }
 
     /// Lays a frame out and lets it act.

@@ -131,7 +131,10 @@ mod tests {
         assert_eq!(there, [true, false]);
         assert_eq!(read(Path::new("at/two")).expect_err("nowhere").to_string(), "the server says 404");
         assert!(is_file(Path::new("at/one")) && !is_file(Path::new("at/two")));
+        hold(Path::new("at/two"), vec![2]);
+        assert!(is_file(Path::new("at/two")));
         release();
+        assert!(!is_file(Path::new("at/two")));
         write(Path::new("a.png"), &[1]);
         assert_eq!(take_written(), [(PathBuf::from("a.png"), vec![1])]);
         assert!(take_written().is_empty());

@@ -1,6 +1,7 @@
 //! What must be so in a browser.
 
 mod driver;
+mod hands;
 mod package;
 mod page;
 
@@ -11,7 +12,7 @@ use std::process::Command;
 
 /// All of them, in the order in which they run.
 pub fn all() -> impl Iterator<Item = &'static Check> {
-    [driver::CHECKS, package::CHECKS, page::CHECKS].into_iter().flatten()
+    [driver::CHECKS, package::CHECKS, page::CHECKS, hands::CHECKS].into_iter().flatten()
 }
 
 /// The site with the pages that checks bring along.
@@ -23,9 +24,16 @@ pub fn pages(site: Site) -> Site {
 /// The picture that the program renders by these options.
 fn native(bench: &Bench, options: &[&str], [width, height]: [u32; 2]) -> Result<Vec<u8>> {
     let path = bench.folder.path().join("native.png");
-    let mut command = Command::new(&bench.program);
-    command.arg("render").args(options).args(["--size", &format!("{width}x{height}"), "-o"]).arg(&path);
-    let output = command.output().with_context(|| format!("{} does not start", bench.program.display()))?;
-    ensure!(output.status.success(), "{command:?} fails: {}", String::from_utf8_lossy(&output.stderr));
+    let (size, file) = (format!("{width}x{height}"), path.to_string_lossy());
+    render(bench, &[&["render"], options, &["--size", &size, "-o", &file]].concat())?;
     std::fs::read(&path).context("there is no native picture")
+}
+
+/// Has the program do something.
+fn render(bench: &Bench, arguments: &[&str]) -> Result<()> {
+    let mut command = Command::new(&bench.program);
+    let output = command.args(arguments).output();
+    let output = output.with_context(|| format!("{} does not start", bench.program.display()))?;
+    ensure!(output.status.success(), "{command:?} fails: {}", String::from_utf8_lossy(&output.stderr));
+    Ok(())
 }

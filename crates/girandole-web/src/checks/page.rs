@@ -17,12 +17,13 @@ pub const CHECKS: &[Check] = &[
 ];
 
 /// Of the picture in it: the panel is folded where there is so little room, and the bar is below.
-const PICTURE: [u32; 2] = [384, 256];
+pub const PICTURE: [u32; 2] = [384, 256];
 const BAR: u32 = 26;
 /// Software compiles a pipeline in seconds.
-const PATIENCE: Duration = Duration::from_secs(300);
+pub const PATIENCE: Duration = Duration::from_secs(90);
 
-fn view() -> View {
+/// The page as large as that takes.
+pub fn view() -> View {
     View { size: [PICTURE[0], PICTURE[1] + BAR], ..View::default() }
 }
 
@@ -49,7 +50,7 @@ fn is_native(bench: &Bench, options: &[&str], query: &str) -> Result<()> {
 }
 
 /// Waits until the page has its last picture.
-fn settled(tab: &Tab<'_>) -> Result<()> {
+pub fn settled(tab: &Tab<'_>) -> Result<()> {
     let is_settled = "performance.getEntriesByName('settled').length > 0 || document.querySelector('#cover.failed') != null";
     tab.wait_until(is_settled, PATIENCE)?;
     let failure = tab.evaluate("document.querySelector('#cover.failed #said')?.textContent ?? ''")?;
@@ -58,8 +59,15 @@ fn settled(tab: &Tab<'_>) -> Result<()> {
     Ok(())
 }
 
+/// The same after something was done to it.
+pub fn settles_again(tab: &Tab<'_>, done: impl FnOnce() -> Result<()>) -> Result<()> {
+    tab.evaluate("performance.clearMarks('settled')")?;
+    done()?;
+    settled(tab)
+}
+
 /// The picture in a screenshot of the page.
-fn picture(screenshot: &[u8]) -> Result<Vec<u8>> {
+pub fn picture(screenshot: &[u8]) -> Result<Vec<u8>> {
     Picture::decode(screenshot)?.cut(PICTURE).context("the screenshot is too small")?.encode()
 }
 

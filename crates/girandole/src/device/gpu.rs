@@ -125,6 +125,16 @@ struct Failures {
     error: OnceLock<String>,
     /// Why the device was lost.
     lost: OnceLock<String>,
+    /// What is called then.
+    on_loss: OnceLock<OnLoss>,
+}
+
+struct OnLoss(Box<dyn Fn() + Send + Sync>);
+
+impl std::fmt::Debug for OnLoss {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("OnLoss")
+    }
 }
 
 impl Gpu {
@@ -202,6 +212,7 @@ impl Gpu {
                 "" => "the device was lost".into(),
                 why => format!("the device was lost: {why}"),
             });
+            held.on_loss.get().into_iter().for_each(|on_loss| (on_loss.0)());
         });
         Ok(Self { adapter, device, queue, info, failures })
     }
@@ -227,6 +238,11 @@ impl Gpu {
     /// Whether the device was lost: nothing works on it any more, but another one may be opened.
     pub fn is_lost(&self) -> bool {
         self.failures.lost.get().is_some()
+    }
+
+    /// Has something called once the device is lost, such as what wakes a program that waits for events. The first one counts.
+    pub fn on_loss(&self, call: impl Fn() + Send + Sync + 'static) {
+        let _ = self.failures.on_loss.set(OnLoss(Box::new(call)));
     }
 
     fn failure(&self) -> Result<()> {
