@@ -1,4 +1,4 @@
-//! Girandole's renderer as a component for web pages. [`lit`] is what it does with a device; `browser.rs` is the class that JavaScript
+//! Girandole's renderer as a component for web pages. [`Lit`] is what it does with a device; `browser.rs` is the class that JavaScript
 //! sees, there in browsers alone.
 
 mod lit;

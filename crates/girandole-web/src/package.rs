@@ -30,6 +30,9 @@ pub enum Speed {
     Quick,
 }
 
+/// What the page shows where it cannot draw, and its name there.
+const PREVIEW: (&str, &str) = ("docs/window.jpg", "preview.jpg");
+
 impl Part {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Page, Self::Package];
@@ -92,6 +95,11 @@ pub fn build(parts: &[Part], speed: Speed, output: &Path) -> Result<()> {
         let folder = stage.path().join(folder);
         let compiled = compile(&toolchain, *part, speed)?;
         files::copy(&crate::root().join(fixed), &folder)?;
+        if *part == Part::Page {
+            let picture = crate::root().join(PREVIEW.0);
+            std::fs::copy(&picture, folder.join(PREVIEW.1))
+                .with_context(|| format!("cannot copy {}", picture.display()))?;
+        }
         bind(&compiled, *part, &folder)?;
         if speed == Speed::Full {
             shrink::shrink(&folder.join(format!("{}_bg.wasm", part.stem())))?;
