@@ -84,7 +84,10 @@ mod tests {
                 Vec3::new(by.dot(view.right), by.dot(view.up), by.dot(view.forward))
             })
         };
-        assert_eq!(led(0.0, vec![finger(1, TouchPhase::Start, 150.0, 200.0)]), None, "one finger");
+        // The first finger is the pointer, too.
+        let first =
+            vec![Event::PointerMoved(egui::pos2(150.0, 200.0)), finger(1, TouchPhase::Start, 150.0, 200.0)];
+        assert_eq!(led(0.0, first), None, "one finger");
         let still = led(0.1, vec![finger(2, TouchPhase::Start, 250.0, 200.0)]).expect("two fingers");
         assert!(still.length() < 1e-6, "{still}");
         let apart =
