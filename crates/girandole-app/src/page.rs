@@ -1,6 +1,6 @@
 //! The web page around the window: options from its address, files that were dropped on it, downloads, and what it says.
 //!
-//! `web/page/index.html` has the other side: the object `page`, and calls of what is exported here.
+//! `web/page/index.js` has the other side: the object `page`, and calls of what is exported here.
 
 use crate::args::ViewArgs;
 use crate::{output, window};
@@ -45,8 +45,8 @@ pub fn canvas() -> Option<web_sys::HtmlCanvasElement> {
 }
 
 thread_local! {
-    static DROPPED: RefCell<Vec<PathBuf>> = const { RefCell::new(Vec::new()) };
-    static SCENE: RefCell<Option<PathBuf>> = const { RefCell::new(None) };
+    /// What was dropped, and whether other files belong to it.
+    static DROPPED: RefCell<Vec<(PathBuf, bool)>> = const { RefCell::new(Vec::new()) };
     /// Whom to tell.
     static WINDOW: RefCell<Option<Arc<Window>>> = const { RefCell::new(None) };
 }
@@ -86,12 +86,8 @@ pub fn hold(path: String, bytes: Vec<u8>) {
 #[wasm_bindgen]
 pub fn dropped(paths: Vec<String>) {
     let paths: Vec<PathBuf> = paths.into_iter().map(PathBuf::from).collect();
-    let main = window::main_file(&paths);
-    if paths.len() > 1 {
-        SCENE.set(main);
-    } else {
-        DROPPED.with_borrow_mut(|dropped| dropped.extend(main));
-    }
+    let main = window::main_file(&paths).map(|main| (main, paths.len() > 1));
+    DROPPED.with_borrow_mut(|dropped| dropped.extend(main));
     WINDOW.with_borrow(|window| window.iter().for_each(|window| window.request_redraw()));
 }
 
@@ -100,14 +96,9 @@ pub fn tell(window: Arc<Window>) {
     WINDOW.set(Some(window));
 }
 
-/// What was dropped since this was last asked.
-pub fn take_dropped() -> Vec<PathBuf> {
+/// What was dropped since this was last asked, and whether other files belong to it.
+pub fn take_dropped() -> Vec<(PathBuf, bool)> {
     DROPPED.take()
-}
-
-/// Of files that were dropped together, the scene that the others belong to.
-pub fn take_dropped_scene() -> Option<PathBuf> {
-    SCENE.take()
 }
 
 /// Saves what was written since.

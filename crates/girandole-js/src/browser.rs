@@ -218,19 +218,23 @@ fn now() -> f64 {
 }
 
 async fn scene(source: JsValue) -> Result<Scene, JsError> {
-    let name = match source.as_string() {
+    let (name, bytes) = match source.as_string() {
         Some(name) if builtin::NAMES.contains(&name.as_str()) => {
             return Ok(builtin::build(&name, builtin::default_object(&name))?);
         }
-        Some(address) => address,
+        Some(address) => (address, None),
         None => {
             let bytes = Uint8Array::new(&source).to_vec();
-            let name = format!("scene.{}", kind(&bytes));
-            files::hold(Path::new(&name), bytes);
-            name
+            (format!("scene.{}", kind(&bytes)), Some(bytes))
         }
     };
-    let scene = files::gather(|| Scene::load(Path::new(&name)), fetch).await;
+    let path = Path::new(&name);
+    let load = || {
+        // Each time: another scene of that name may have been loaded meanwhile.
+        bytes.iter().for_each(|bytes| files::hold(path, bytes.clone()));
+        Scene::load(path)
+    };
+    let scene = files::gather(load, fetch).await;
     files::release();
     Ok(scene?)
 }

@@ -144,7 +144,11 @@ impl Lit {
         self.ensure_renderer()?;
         self.begin(view);
         while self.opening.is_some() {
-            self.make_slice()?;
+            if let Err(error) = self.make_slice() {
+                // It begins anew, to say the same again.
+                self.forget_light();
+                return Err(error);
+            }
             if !has_time() {
                 break;
             }

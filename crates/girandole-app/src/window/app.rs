@@ -82,8 +82,8 @@ impl App {
     pub fn new(window: Arc<Window>, (surface, gpu): (WindowSurface, Gpu), state: State) -> Self {
         let State { session, tools, log, memory, opener, files } = state;
         let gui = Gui::new(&window, &gpu, &surface, memory);
-        let woken = window.clone();
-        gpu.on_loss(move || woken.request_redraw());
+        let woken = Arc::downgrade(&window);
+        gpu.on_loss(move || woken.upgrade().iter().for_each(|window| window.request_redraw()));
         let now = Instant::now();
         Self {
             window,
@@ -323,16 +323,17 @@ impl App {
     }
 
     fn take_dropped_files(&mut self) {
-        let dropped = self.gui.take_dropped_files();
+        let dropped = self.gui.take_dropped_files().into_iter().map(|path| (path, false));
         #[cfg(target_arch = "wasm32")]
-        let dropped = dropped.into_iter().chain(crate::page::take_dropped());
-        for path in dropped {
-            // Before there is a scene nothing can be put into it.
-            let inserts = !self.session.is_blank && self.gui.has_shift();
-            self.opener.drop(&path, inserts, &self.session);
+        let dropped = dropped.chain(crate::page::take_dropped());
+        for (path, has_others) in dropped {
+            // A model that brings its materials is to be seen with them. Before there is a scene nothing can be put into it.
+            if has_others || self.session.is_blank {
+                self.opener.open(&path);
+            } else {
+                self.opener.drop(&path, self.gui.has_shift(), &self.session);
+            }
         }
-        #[cfg(target_arch = "wasm32")]
-        crate::page::take_dropped_scene().iter().for_each(|path| self.opener.open(path));
     }
 
     /// Makes the target as large as the picture.

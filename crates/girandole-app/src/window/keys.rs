@@ -120,7 +120,8 @@ pub const HELD: [(&str, &str); 14] = [
     ("Enter", "takes what was typed into a dialog or a field of the panel"),
     (
         "Drop a file",
-        "shows a .glb or .gltf scene, adds a .ply or .obj model; with Shift, a scene is added as an object",
+        "shows a .glb or .gltf scene, adds a .ply or .obj model, puts an .hdr or .exr picture all around; with Shift, a scene is added as an \
+         object",
     ),
 ];
 

@@ -108,11 +108,11 @@ impl Opener {
         let is_of = |kinds: &[&str]| {
             path.extension().is_some_and(|e| kinds.iter().any(|kind| e.eq_ignore_ascii_case(kind)))
         };
-        if is_of(&["hdr", "exr"]) && !session.is_blank {
+        if is_of(&["hdr", "exr"]) {
             let mut source = session.source.clone();
             source.load.environment = Some(EnvironmentArg::File(path.into()));
             self.load(source, Changes::These(session.edits.clone()), true);
-        } else if inserts || is_of(&["ply", "obj"]) && !session.is_blank {
+        } else if inserts || is_of(&["ply", "obj"]) {
             self.add(path);
         } else {
             self.open(path);
@@ -214,6 +214,7 @@ mod tests {
     use super::super::session::tests::{SIZE, session};
     use super::*;
     use girandole::DebugView;
+    use girandole_core::scene::Edit;
     use girandole_core::scene::builtin::{self, MovingObject};
 
     fn room(name: &str) -> Scene {
@@ -263,6 +264,31 @@ mod tests {
             session.eye == eye
         };
         assert!(another(true) && !another(false));
+    }
+
+    #[test]
+    fn a_picture_that_is_dropped_is_all_around_and_changes_stay() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let sky = folder.path().join("sky.hdr");
+        std::fs::write(&sky, b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x81")
+            .expect("written");
+        let mut session = session();
+        session.source = Source { scene: "table".into(), ..Source::default() };
+        session.edits = Edits(vec![Edit::SetTime { seconds: 1.5 }]);
+        let mut opener = Opener::default();
+        opener.drop(&sky, false, &session);
+        let (Ok(Opened::Scene(another)), false) = taken(&mut opener) else { panic!("no scene comes of it") };
+        assert!(another.scene.environment.is_some() && another.keeps_eye);
+        assert_eq!(another.source.load.environment, Some(EnvironmentArg::File(sky)));
+        assert_eq!(another.edits, session.edits);
+        for (name, inserts, doing) in [
+            ("a.OBJ", false, "Reading a.OBJ"),
+            ("a.glb", false, "Opening a.glb"),
+            ("a.glb", true, "Reading a.glb"),
+        ] {
+            opener.drop(&folder.path().join(name), inserts, &session);
+            assert_eq!(opener.wait().expect("it is waited for").text, doing);
+        }
     }
 
     #[test]

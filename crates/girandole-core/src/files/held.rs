@@ -8,7 +8,6 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// The bytes of each file, or why it cannot be had.
 type Files = BTreeMap<PathBuf, Result<Vec<u8>, String>>;
 
-#[derive(Default)]
 struct State {
     held: Files,
     /// What was looked for in vain.

@@ -38,17 +38,18 @@ impl Log {
         let kind = event["type"].as_str().unwrap_or_default();
         let words: Vec<String> = event["args"].as_array().into_iter().flatten().map(value).collect();
         let text = words.join(" ");
-        self.message(kind, &text, matches!(kind, "error" | "warning" | "assert") && text != NO_ADAPTER);
+        self.message(kind, &text, matches!(kind, "error" | "warning" | "assert"));
     }
 
     fn entry(&mut self, entry: &Value) {
         let level = entry["level"].as_str().unwrap_or_default();
         let text = entry["text"].as_str().unwrap_or_default();
+        let is_trouble = matches!(level, "error" | "warning") && text != NO_ADAPTER;
         let text = match entry["url"].as_str() {
             Some(url) if !url.is_empty() => format!("{text} ({url})"),
             _ => text.to_string(),
         };
-        self.message(level, &text, matches!(level, "error" | "warning") && text != NO_ADAPTER);
+        self.message(level, &text, is_trouble);
     }
 
     fn message(&mut self, kind: &str, text: &str, trouble: bool) {
@@ -106,7 +107,10 @@ mod tests {
             &console("log", &json!([{ "type": "string", "value": "hello" }])),
         );
         log.add("Log.entryAdded", &json!({ "entry": { "level": "info", "text": "news" } }));
-        log.add("Log.entryAdded", &json!({ "entry": { "level": "warning", "text": NO_ADAPTER } }));
+        log.add(
+            "Log.entryAdded",
+            &json!({ "entry": { "level": "warning", "text": NO_ADAPTER, "url": "http://a/b" } }),
+        );
         assert!(log.troubles.is_empty());
         log.add("Runtime.consoleAPICalled", &console("warning", &json!([{ "value": 1 }, { "value": "b" }])));
         log.add("Runtime.consoleAPICalled", &console("error", &json!([{ "description": "Error: bad" }])));
