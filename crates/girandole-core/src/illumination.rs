@@ -3,6 +3,7 @@
 use crate::generation::Generation;
 use crate::lights::{IncrementalWalk, LightChanges, LightSet, LightSettings, Pace, Placement, WaitingPaths};
 use crate::scene::{Geometry, Scene, SceneChanges, View};
+use crate::slices::{complete, pause};
 use crate::visibility::{VisibilityDatabase, VisibilitySettings};
 use crate::{Error, Result};
 use std::sync::Arc;
@@ -98,7 +99,7 @@ impl Illumination {
     /// [`Error::Invalid`] where a setting is out of range, the scene has no light, or visibility is asked for with more
     /// than [`MOST_LIGHTS`](crate::visibility::MOST_LIGHTS) light samples.
     pub fn new(scene: &Scene, settings: &IlluminationSettings) -> Result<Self> {
-        Self::without_visibility(scene, settings)?.with_visibility(scene)
+        complete(Self::without_visibility(scene, settings))?.with_visibility(scene)
     }
 
     /// The same with light samples of this scene as it stands that [`LightSet::sample_for`] gave for these settings: what
@@ -130,16 +131,19 @@ impl Illumination {
     }
 
     /// Its geometry and light samples alone.
-    fn without_visibility(scene: &Scene, settings: &IlluminationSettings) -> Result<Self> {
+    async fn without_visibility(scene: &Scene, settings: &IlluminationSettings) -> Result<Self> {
         let geometry = Geometry::new(scene);
+        pause().await;
         let IlluminationSettings { lights, views, .. } = settings;
         let (walk, lights) = match settings.rewalk {
-            Rewalk::Paths(pace) => match IncrementalWalk::new(scene, &geometry, lights, views, pace) {
+            Rewalk::Paths(pace) => match IncrementalWalk::new(scene, &geometry, lights, views, pace).await {
                 Ok((walk, lights)) => (Some(Box::new(walk)), lights),
-                Err(_) if lights.dark => (None, LightSet::sample_for(scene, &geometry, lights, views)?),
+                Err(_) if lights.dark => {
+                    (None, LightSet::sample_as(scene, &geometry, lights, views, true).await?)
+                }
                 Err(error) => return Err(error),
             },
-            _ => (None, LightSet::sample_for(scene, &geometry, lights, views)?),
+            _ => (None, LightSet::sample_as(scene, &geometry, lights, views, true).await?),
         };
         Ok(Self::of_lights(scene, settings, geometry, (lights, walk)))
     }

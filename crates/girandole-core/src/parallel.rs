@@ -1,5 +1,7 @@
 //! Work on all cores, the results in order whatever the number of threads. Without the feature `parallel`, on one.
 
+use crate::slices::pause;
+
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
@@ -15,6 +17,22 @@ pub(crate) fn in_order<T: Send>(count: usize, f: impl Fn(usize) -> T + Sync + Se
     }
     #[cfg(not(feature = "parallel"))]
     (0..count).map(f).collect()
+}
+
+/// The same in slices of so many, each on all cores.
+pub(crate) async fn in_slices<T: Send>(
+    count: usize,
+    slice: usize,
+    f: impl Fn(usize) -> T + Sync + Send,
+) -> Vec<T> {
+    let mut result = Vec::with_capacity(count);
+    for first in (0..count).step_by(slice) {
+        if first > 0 {
+            pause().await;
+        }
+        result.extend(in_order(slice.min(count - first), |i| f(first + i)));
+    }
+    result
 }
 
 /// One result for each item: a few large pieces of work.

@@ -6,6 +6,7 @@ use girandole::core::scene::{Scene, View, Viewpoint};
 use girandole::core::visibility::VisibilitySettings;
 use girandole::{Error, Mode, RenderSettings, Renderer, Result, Target, wgpu};
 use serde::Serialize;
+use std::sync::Arc;
 
 /// Samples that a picture is begun with.
 const FIRST: usize = 16;
@@ -18,7 +19,7 @@ pub struct Lit {
     device: wgpu::Device,
     queue: wgpu::Queue,
     chosen: Chosen,
-    scene: Option<Scene>,
+    scene: Option<Arc<Scene>>,
     eye: Option<Viewpoint>,
     renderer: Option<Renderer>,
     /// Whether the renderer has the scene, and what its light was asked to be.
@@ -76,7 +77,7 @@ impl Lit {
         scene.ensure_camera();
         scene.take_changes();
         self.eye = None;
-        self.scene = Some(scene);
+        self.scene = Some(Arc::new(scene));
         self.forget_light();
     }
 

@@ -23,8 +23,9 @@ use girandole::{Mode, RenderSettings, Renderer, RendererOptions};
 use girandole_core::Generation;
 use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
 use girandole_core::image::Image;
-use girandole_core::scene::{Edits, Geometry, Scene, View};
+use girandole_core::scene::{Edits, Geometry, Scene, SceneChanges, View};
 use girandole_core::trace::{HeldHierarchies, SceneTracer};
+use std::sync::Arc;
 
 mod clip;
 mod compiling;
@@ -99,8 +100,8 @@ pub struct Start {
 /// A scene that is shown.
 pub struct Session {
     pub source: Source,
-    /// What is shown; [`Session::edit`] changes it.
-    pub scene: Scene,
+    /// What is shown; [`Session::edit`] changes it. Light that is being sampled holds it, too.
+    pub scene: Arc<Scene>,
     /// What led from the source to the scene.
     pub edits: Edits,
     pub eye: Eye,
@@ -143,7 +144,7 @@ impl Session {
         let notice = scene.warnings.first().cloned();
         Self {
             source,
-            scene,
+            scene: Arc::new(scene),
             edits,
             eye,
             playback: Playback::default(),
@@ -174,7 +175,7 @@ impl Session {
     pub fn replace_scene(&mut self, source: Source, scene: Scene, size: [u32; 2]) {
         self.notice = scene.warnings.first().cloned();
         self.source = source;
-        self.scene = scene;
+        self.scene = Arc::new(scene);
         self.edits = Edits::default();
         self.transfers.clear();
         self.history = History::default();
@@ -229,8 +230,11 @@ impl Session {
     pub fn follow(&mut self, size: [u32; 2]) {
         let view = self.view(size);
         let Some(renderer) = self.renderer.as_mut().filter(|_| self.is_open) else { return };
-        let changes = self.scene.take_changes();
-        let has_changed = !changes.is_empty();
+        let has_changed = self.scene.has_changed();
+        let changes = match has_changed {
+            true => Arc::make_mut(&mut self.scene).take_changes(),
+            false => SceneChanges::none(self.scene.generation()),
+        };
         let settled = renderer.illumination().is_none_or(|i| i.is_settled());
         if !(changes.is_empty() && settled) {
             self.shown = None;
@@ -443,7 +447,7 @@ impl Session {
     /// What draws, with what it draws.
     pub(super) fn renderer_and_scene(&mut self) -> Option<(&mut Renderer, &Scene)> {
         let Self { renderer, scene, .. } = self;
-        renderer.as_mut().filter(|_| self.is_open).map(|renderer| (renderer, &*scene))
+        renderer.as_mut().filter(|_| self.is_open).map(|renderer| (renderer, &**scene))
     }
 
     /// What draws, to be timed or not.

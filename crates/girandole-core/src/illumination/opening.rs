@@ -2,23 +2,23 @@
 
 use super::{Illumination, IlluminationSettings};
 use crate::Result;
+use crate::generation::Generation;
 use crate::lights::LightChanges;
 use crate::scene::Scene;
-use crate::visibility::{VisibilityBuild, VisibilityDatabase};
+use crate::slices::Slices;
+use crate::visibility::{VisibilityBuild, VisibilityDatabase, VisibilitySettings};
 use std::sync::Arc;
 
-/// Groups of patches, or meshes, of one slice.
-const SLICE: usize = 8;
-
 /// An [`Illumination`] in the making: what does not fit between two frames is made in slices of work, on all cores, some
-/// milliseconds each as a rule. The first slice samples the light; with that the naive mode has a picture. The others determine
+/// milliseconds each as a rule. The first ones sample the light; with that the naive mode has a picture. The others determine
 /// visibility. The library reads no clock: whoever calls makes as many slices as there is time for. Dropping it gives it up.
 ///
 /// ```
 /// use girandole_core::illumination::{Illumination, IlluminationSettings, Opening, Stage};
 /// use girandole_core::scene::builtin;
+/// use std::sync::Arc;
 ///
-/// let scene = builtin::build("block", builtin::MovingObject::None)?;
+/// let scene = Arc::new(builtin::build("block", builtin::MovingObject::None)?);
 /// let settings = IlluminationSettings::default();
 /// let mut opening = Opening::new(settings.clone());
 /// let mut opened: Option<Illumination> = None;
@@ -38,10 +38,15 @@ const SLICE: usize = 8;
 /// ```
 pub struct Opening {
     settings: IlluminationSettings,
-    has_lights: bool,
-    build: Option<VisibilityBuild>,
+    state: State,
+}
+
+enum State {
+    New,
+    Sampling(Generation, Slices<Result<Illumination>>),
     /// What visibility is determined for, and is compared with.
-    lit: Option<Box<Illumination>>,
+    Lit(Box<Illumination>, Option<Box<VisibilityBuild>>),
+    Done,
 }
 
 /// What a slice of an [`Opening`] leads to.
@@ -59,7 +64,7 @@ pub enum Stage {
 impl Opening {
     /// Begins it.
     pub fn new(settings: IlluminationSettings) -> Self {
-        Self { settings, has_lights: false, build: None, lit: None }
+        Self { settings, state: State::New }
     }
 
     /// What is asked for.
@@ -69,45 +74,62 @@ impl Opening {
 
     /// The share that is done, 0 to 1.
     pub fn progress(&self) -> f32 {
-        match &self.build {
-            Some(build) => build.progress(),
-            None if self.has_lights && self.lit.is_none() => 1.0,
-            None => 0.0,
+        match &self.state {
+            State::New | State::Sampling(..) | State::Lit(_, None) => 0.0,
+            State::Lit(_, Some(build)) => build.progress(),
+            State::Done => 1.0,
         }
     }
 
-    /// Goes on by a slice.
+    /// Goes on by a slice. The scene is held until its light is sampled.
     ///
     /// # Errors
     /// As [`Illumination::new`]; and [`Error::Invalid`](crate::Error::Invalid) where the scene has changed since the first one:
     /// then begin anew.
-    pub fn step(&mut self, scene: &Scene) -> Result<Stage> {
-        if !self.has_lights {
-            let lit = Illumination::without_visibility(scene, &self.settings)?;
-            self.has_lights = true;
-            self.lit = self.settings.visibility.is_some().then(|| Box::new(lit.clone()));
-            return Ok(Stage::Lights(Box::new(lit)));
+    pub fn step(&mut self, scene: &Arc<Scene>) -> Result<Stage> {
+        match &mut self.state {
+            State::New => {
+                let (held, settings) = (scene.clone(), self.settings.clone());
+                let sampling = async move { Illumination::without_visibility(&held, &settings).await };
+                self.state = State::Sampling(scene.generation(), Slices::new(sampling));
+                Ok(Stage::Slice)
+            }
+            State::Sampling(of, sampling) => {
+                of.expect(scene.generation(), "the scene has changed while it was opened; begin anew")?;
+                let Some(lit) = sampling.step() else { return Ok(Stage::Slice) };
+                let lit = Box::new(lit?);
+                let has_more = self.settings.visibility.is_some();
+                self.state = if has_more { State::Lit(lit.clone(), None) } else { State::Done };
+                Ok(Stage::Lights(lit))
+            }
+            State::Lit(lit, build) => {
+                lit.geometry.belongs_to(scene)?;
+                match build {
+                    Some(build) if !build.is_done() => build.step(),
+                    Some(_) => return self.end(scene),
+                    None => *build = begin(scene, lit)?,
+                }
+                Ok(Stage::Slice)
+            }
+            State::Done => Ok(Stage::Done),
         }
-        let (Some(lit), Some(settings)) = (&self.lit, &self.settings.visibility) else {
-            return Ok(Stage::Done);
-        };
-        lit.geometry.belongs_to(scene)?;
-        let Some(build) = &mut self.build else {
-            self.build = Some(VisibilityBuild::new(
-                (scene, &lit.geometry),
-                &lit.lights,
-                settings,
-                self.settings.needed_views(),
-            )?);
-            return Ok(Stage::Slice);
-        };
-        if !build.is_done() {
-            build.step(SLICE);
-            return Ok(Stage::Slice);
-        }
-        let Some((build, lit)) = self.build.take().zip(self.lit.take()) else { return Ok(Stage::Done) };
-        Ok(Stage::Visibility(Box::new(build.end(scene, &lit.geometry)?)))
     }
+
+    fn end(&mut self, scene: &Scene) -> Result<Stage> {
+        match std::mem::replace(&mut self.state, State::Done) {
+            State::Lit(lit, Some(build)) => Ok(Stage::Visibility(Box::new(build.end(scene, &lit.geometry)?))),
+            _ => Ok(Stage::Done),
+        }
+    }
+}
+
+/// Begins the visibility that is asked for.
+fn begin(scene: &Scene, lit: &Illumination) -> Result<Option<Box<VisibilityBuild>>> {
+    let begin = |settings: &VisibilitySettings| {
+        let views = lit.settings.needed_views();
+        VisibilityBuild::new((scene, &lit.geometry), &lit.lights, settings, views).map(Box::new)
+    };
+    lit.settings.visibility.as_ref().map(begin).transpose()
 }
 
 impl Illumination {

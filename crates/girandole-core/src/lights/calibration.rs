@@ -18,7 +18,7 @@ use super::importance::{Place, halve, light_at, place};
 use super::resample::Chosen;
 use super::sampling::Sampling;
 use super::view_points::ViewPoint;
-use crate::parallel::in_order;
+use crate::parallel::in_slices;
 use crate::trace::SceneTracer;
 use glam::Vec3;
 
@@ -26,13 +26,15 @@ use glam::Vec3;
 const REGIONS: [usize; 2] = [64, 16];
 /// Pairs of samples and points at most: fewer points where there are more samples.
 const MOST_PAIRS: usize = 1 << 18;
+/// Samples of a slice.
+const SLICE: usize = 8;
 /// Share of the mean brightness of all regions that is added to that of each: what is dark need not be right by as little.
 const DARK: f64 = 0.1;
 /// The least and the largest gain.
 const GAINS: [f64; 2] = [0.25, 4.0];
 
 /// Gives samples their gains.
-pub(super) fn calibrate(tracer: &SceneTracer, sampling: &Sampling, chosen: &mut [Chosen]) {
+pub(super) async fn calibrate(tracer: &SceneTracer<'_>, sampling: &Sampling, chosen: &mut [Chosen]) {
     let Some(brightness) = &sampling.importance.of_points else { return };
     let count = sampling.points.len().min(MOST_PAIRS / chosen.len().max(1));
     let points = &sampling.points[..count];
@@ -40,12 +42,13 @@ pub(super) fn calibrate(tracer: &SceneTracer, sampling: &Sampling, chosen: &mut 
         let regions = regions(points, count, sampling.normal_scale);
         let members: Vec<usize> =
             (0..chosen.len()).filter(|&i| Kind::of(&chosen[i].sample) == Some(kind)).collect();
-        let brought: Vec<Vec<Vec3>> = in_order(members.len(), |i| {
+        let brought: Vec<Vec<Vec3>> = in_slices(members.len(), SLICE, |i| {
             let sample = &chosen[members[i]].sample;
             let bound = sampling.importance.bound_at(place(sample, sampling.normal_scale));
             let at = |&point: &u32| light_at(tracer, &points[point as usize], sample, bound);
             regions.iter().map(|region| region.iter().map(at).sum()).collect()
-        });
+        })
+        .await;
         let measured = |of: fn(&Measured) -> Vec3| -> Vec<Vec3> {
             let of_region = |region: &Vec<u32>| region.iter().map(|&point| of(&light[point as usize])).sum();
             regions.iter().map(of_region).collect()
@@ -147,6 +150,7 @@ mod tests {
     use crate::lights::{LightSet, LightSettings};
     use crate::math::sequence;
     use crate::scene::Geometry;
+    use crate::slices::complete;
 
     #[test]
     fn gains_bring_what_is_missing_as_far_as_it_is_known() {
@@ -192,7 +196,7 @@ mod tests {
         let geometry = Geometry::new(&scene);
         let settings = LightSettings { count: 64, ..LightSettings::default() };
         let sampled = |settings, is_calibrated| {
-            LightSet::sample_as(&scene, &geometry, settings, &[view], is_calibrated).expect("light")
+            complete(LightSet::sample_as(&scene, &geometry, settings, &[view], is_calibrated)).expect("light")
         };
         let set = sampled(&settings, true);
         for (sample, shares) in set.samples.iter().zip(&set.shares) {
@@ -228,8 +232,9 @@ mod tests {
         let brightness = |count, seeds: u32, is_calibrated| -> Vec<Vec<f64>> {
             let of = |seed| {
                 let settings = LightSettings { count, seed, ..LightSettings::default() };
-                let set = LightSet::sample_as(&scene, &geometry, &settings, &[view], is_calibrated);
-                let set = set.expect("light");
+                let views = [view];
+                let set = LightSet::sample_as(&scene, &geometry, &settings, &views, is_calibrated);
+                let set = complete(set).expect("light");
                 let at = |point: u32| {
                     let light =
                         |sample| light_at(&tracer, &points[point as usize], sample, 1.0).element_sum();

@@ -23,7 +23,7 @@ use super::source_tree::SourceTree;
 use super::view_points::ViewPoint;
 use crate::image::luminance;
 use crate::math::{sequence, warp};
-use crate::parallel::in_order;
+use crate::parallel::in_slices;
 use crate::scene::{Environment, Geometry};
 use crate::trace::SceneTracer;
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
@@ -54,6 +54,8 @@ const STEPS: u32 = 16;
 const CLOSE: f64 = 1e-3;
 /// How much the middle of the scene counts beside all rays.
 const MIDDLE: f64 = 1e-4;
+/// Points of a slice.
+const SLICE: usize = 256;
 
 /// What guides the sampling of light from infinitely far away.
 #[derive(Clone, Debug, Default)]
@@ -108,8 +110,8 @@ enum Towards {
 
 impl Guides {
     /// For what is seen at these points; none without an environment.
-    pub fn new(
-        tracer: &SceneTracer,
+    pub async fn new(
+        tracer: &SceneTracer<'_>,
         settings: &LightSettings,
         points: &[ViewPoint],
         groups: &[Vec<Source>],
@@ -130,8 +132,10 @@ impl Guides {
             return Self::default();
         }
         let sky = Sky::new(environment, [&distant, &suns]);
-        let (of_sun, of_sky): (Vec<Escape>, Vec<Escape>) =
-            escapes(tracer, settings, points, &sky).into_iter().partition(|e| e.towards == Towards::Sun);
+        let (of_sun, of_sky): (Vec<Escape>, Vec<Escape>) = escapes(tracer, settings, points, &sky)
+            .await
+            .into_iter()
+            .partition(|e| e.towards == Towards::Sun);
         let (direct, reflected): (Vec<Escape>, Vec<Escape>) =
             of_sky.into_iter().partition(|escape| escape.bounces == 0);
         let mut result = Self::default();
@@ -333,7 +337,12 @@ fn near(
 }
 
 /// Rays from what is seen to what is infinitely far away, in order, whatever the number of threads; none outdoors.
-fn escapes(tracer: &SceneTracer, settings: &LightSettings, points: &[ViewPoint], sky: &Sky) -> Vec<Escape> {
+async fn escapes(
+    tracer: &SceneTracer<'_>,
+    settings: &LightSettings,
+    points: &[ViewPoint],
+    sky: &Sky<'_>,
+) -> Vec<Escape> {
     let mut found: Vec<Escape> = Vec::new();
     let mut rays = 0;
     for round in 0.. {
@@ -352,7 +361,7 @@ fn escapes(tracer: &SceneTracer, settings: &LightSettings, points: &[ViewPoint],
             let traced = path((tracer, sky), settings, &points[i], random, &mut found);
             (traced, found)
         };
-        for (traced, escapes) in in_order(points.len(), path) {
+        for (traced, escapes) in in_slices(points.len(), SLICE, path).await {
             rays += traced;
             found.extend(escapes);
         }

@@ -20,7 +20,8 @@ use super::view_points::ViewPoint;
 use super::{Clamp, LightSample, Profile, punctual};
 use crate::brdf::Surface;
 use crate::math::{sequence, warp};
-use crate::parallel::in_order;
+use crate::parallel::{in_order, in_slices};
+use crate::slices::pause;
 use crate::trace::SceneTracer;
 use glam::{DVec3, Vec2, Vec3};
 
@@ -52,6 +53,8 @@ pub(super) const ELSEWHERE: f32 = 100.0;
 
 /// Rays that measure how far light goes.
 const FREE_PATH_RAYS: usize = 256;
+/// Pairs of a slice.
+const SLICE: usize = 1 << 13;
 
 /// The power of a candidate: W/sr of its brightest channel; of parallel light, as much as a light at its position needs for the
 /// same in the middle of the scene. It is always a number, so that light without one comes to the picture, which is refused.
@@ -172,8 +175,8 @@ impl Importance {
 
 /// What candidates at these [places](place) bring to these points; all alike if there are none, or no light reaches them. Whether those
 /// of an environment's light are [guided](super::guide).
-pub(super) fn measure(
-    tracer: &SceneTracer,
+pub(super) async fn measure(
+    tracer: &SceneTracer<'_>,
     points: &[ViewPoint],
     candidates: &[LightSample],
     places: &[Place],
@@ -199,10 +202,13 @@ pub(super) fn measure(
     let run_bounds: Vec<f32> = runs.iter().map(|run| bound(candidates, &power, run)).collect();
     let bounds: Vec<f32> =
         runs.iter().zip(&run_bounds).flat_map(|(run, &bound)| vec![bound; run.len()]).collect();
-    let pairs = in_order(order.len() * tested, |i| {
+    pause().await;
+    let pairs = in_slices(order.len() * tested, SLICE, |i| {
         let (at, point) = (i / tested, &points[i % points.len()]);
         reflected(tracer, point, &candidates[order[at] as usize], bounds[at])
-    });
+    })
+    .await;
+    pause().await;
     result.of_points = is_guided.then(|| {
         // Each pair stands for as many as a candidate could have been tested by.
         let stands_for = points.len() as f64 / tested as f64;
@@ -469,6 +475,7 @@ mod tests {
     use crate::lights::view_points::{POINTS, view_points};
     use crate::lights::{LightSet, LightSettings};
     use crate::scene::{Geometry, View, builtin};
+    use crate::slices::complete;
 
     #[test]
     fn brightness_is_the_mean_over_channels() {
@@ -482,7 +489,7 @@ mod tests {
             let of = |s: &LightSample| LightSample { intensity: s.intensity.max_element() * colour, ..*s };
             let samples: Vec<LightSample> = set.samples().iter().map(of).collect();
             let places: Vec<Place> = samples.iter().map(|s| place(s, 1.0)).collect();
-            measure(&tracer, &points, &samples, &places, false).brightness
+            complete(measure(&tracer, &points, &samples, &places, false)).brightness
         };
         let gray = brightness(Vec3::ONE);
         assert!(gray > 0.0);

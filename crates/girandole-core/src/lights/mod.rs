@@ -50,6 +50,7 @@ use self::resample::{Candidates, Chosen, resample};
 use self::sampling::Sampling;
 use crate::generation::Generation;
 use crate::scene::{Geometry, Scene, View};
+use crate::slices::{complete, pause};
 use crate::trace::SceneTracer;
 use crate::{Error, Result};
 use glam::Vec3;
@@ -341,11 +342,11 @@ impl LightSet {
         settings: &LightSettings,
         views: &[View],
     ) -> Result<Self> {
-        Self::sample_as(scene, geometry, settings, views, true)
+        complete(Self::sample_as(scene, geometry, settings, views, true))
     }
 
     /// The same, calibrated or not: the mean of many sets is the right light without that.
-    fn sample_as(
+    pub(crate) async fn sample_as(
         scene: &Scene,
         geometry: &Geometry,
         settings: &LightSettings,
@@ -355,16 +356,19 @@ impl LightSet {
         settings.validate()?;
         geometry.belongs_to(scene)?;
         let tracer = SceneTracer::new(scene, geometry);
-        let mut sampling = Sampling::new(&tracer, settings, views);
+        let mut sampling = Sampling::new(&tracer, settings, views).await;
         let (samples, sources) = sampling.candidates(geometry);
         let weights = sampling.importance.weights(&samples);
         let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
         let wanted = (sampling.wanted, &sampling.importance);
+        pause().await;
         let (mut chosen, warning) = resample(candidates, wanted, sampling.normal_scale, sampling.seed);
         sampling.warnings.extend(warning);
         if is_calibrated {
-            calibration::calibrate(&tracer, &sampling, &mut chosen);
+            pause().await;
+            calibration::calibrate(&tracer, &sampling, &mut chosen).await;
         }
+        pause().await;
         let mut set = Self::from_chosen(geometry, sampling.given(geometry).chain(chosen));
         sampling.shown.fit(&mut set.samples);
         spread::spread(&tracer, &mut set.samples);

@@ -29,6 +29,7 @@ use super::{LightSample, LightSet, LightSettings, emitters, punctual, source_tre
 use crate::Result;
 use crate::math::sequence;
 use crate::scene::{Geometry, Scene, View};
+use crate::slices::{complete, pause};
 use crate::trace::{HeldHierarchies, ray_offset_distance};
 use crate::visibility::MOST_LIGHTS;
 use glam::Vec3;
@@ -130,7 +131,7 @@ impl IncrementalWalk {
     ///
     /// # Errors
     /// As [`LightSet::sample_for`].
-    pub fn new(
+    pub async fn new(
         scene: &Scene,
         geometry: &Geometry,
         settings: &LightSettings,
@@ -140,7 +141,8 @@ impl IncrementalWalk {
         settings.validate()?;
         geometry.belongs_to(scene)?;
         let mut hierarchies = HeldHierarchies::default();
-        let mut sampling = Sampling::new(&hierarchies.tracer(scene, geometry), settings, views);
+        let mut sampling = Sampling::new(&hierarchies.tracer(scene, geometry), settings, views).await;
+        pause().await;
         let (samples, _) = sampling.candidates(geometry);
         let places: Vec<Place> = samples.iter().map(|s| place(s, sampling.normal_scale)).collect();
         let weigh = |(s, at): (&LightSample, &Place)| power(s) * sampling.importance.relative_at(*at);
@@ -322,7 +324,7 @@ impl IncrementalWalk {
             seed: self.sampling.walk_seed,
         };
         let indices = waiting.iter().map(|&(_, i)| self.sampling.walked.paths[i].index).collect();
-        let (again, more) = (walk.paths(indices), walk.paths(more));
+        let (again, more) = (complete(walk.paths(indices)), complete(walk.paths(more)));
         for (path, (_, i)) in again.into_iter().zip(waiting) {
             self.paths[i] = (self.know(geometry, &path), None);
             self.sampling.walked.paths[i] = path;

@@ -11,6 +11,7 @@ use super::{
 };
 use crate::math::sequence;
 use crate::scene::{Geometry, View};
+use crate::slices::pause;
 use crate::trace::SceneTracer;
 
 /// Share of the candidates that lie on emitters.
@@ -56,6 +57,27 @@ fn part(settings: &LightSettings, share: f32) -> u32 {
     part.max(u32::from(share > 0.0)).min(settings.count)
 }
 
+/// What candidates are weighed by.
+struct Scales<'a> {
+    tracer: &'a SceneTracer<'a>,
+    points: &'a [ViewPoint],
+    is_guided: bool,
+}
+
+impl Scales<'_> {
+    /// What candidates bring, and the [scale](importance::place) of their normals.
+    async fn measure(&self, candidates: &[LightSample]) -> (Importance, f32) {
+        let Self { tracer, points, is_guided } = *self;
+        let normal_scale = importance::NORMAL_SCALE * importance::free_path(tracer, candidates);
+        let places: Vec<_> = candidates.iter().map(|c| importance::place(c, normal_scale)).collect();
+        (importance::measure(tracer, points, candidates, &places, is_guided).await, normal_scale)
+    }
+
+    async fn weigh(&self, candidates: &[LightSample]) -> Vec<f64> {
+        if candidates.is_empty() { Vec::new() } else { self.measure(candidates).await.0.weights(candidates) }
+    }
+}
+
 /// What light samples are made of.
 #[derive(Clone, Debug)]
 pub(super) struct Sampling {
@@ -93,7 +115,7 @@ pub(super) struct Sampling {
 
 impl Sampling {
     /// For what `views` see; none = by power. The settings are in range.
-    pub fn new(tracer: &SceneTracer, settings: &LightSettings, views: &[View]) -> Self {
+    pub async fn new(tracer: &SceneTracer<'_>, settings: &LightSettings, views: &[View]) -> Self {
         let (scene, geometry) = (tracer.scene(), tracer.geometry());
         let emissions = Emissions::of(scene);
         let groups = emitters::groups(scene, geometry, &emissions);
@@ -115,22 +137,17 @@ impl Sampling {
             }
         };
         let shown = if scene.environment.is_some() {
-            BoundingSphere::seen(tracer, views)
+            BoundingSphere::seen(tracer, views).await
         } else {
             BoundingSphere::of_scene(geometry)
         };
         let points = view_points(tracer, views, POINTS);
         let trees = emitters::trees(&groups, &sources);
-        let guides = Guides::new(tracer, settings, &points, &groups, &trees);
+        let guides = Guides::new(tracer, settings, &points, &groups, &trees).await;
         let is_guided = !guides.is_empty();
         let per_sample = settings.candidates.saturating_mul(if is_guided { GUIDED_CANDIDATES } else { 1 });
         let per_sample = per_sample.min(MAX_LIGHTS / settings.count).max(1);
-        let measure = |candidates: &[LightSample]| {
-            let normal_scale = importance::NORMAL_SCALE * importance::free_path(tracer, candidates);
-            let places: Vec<_> = candidates.iter().map(|c| importance::place(c, normal_scale)).collect();
-            (importance::measure(tracer, &points, candidates, &places, is_guided), normal_scale)
-        };
-        let weigh = |candidates: &[LightSample]| measure(candidates).0.weights(candidates);
+        let scales = Scales { tracer, points: &points, is_guided };
 
         // What the walk leaves.
         let walk_seed = sequence::hash(settings.seed ^ 0x7f4a_7c15);
@@ -145,8 +162,10 @@ impl Sampling {
                 settings,
                 seed: walk_seed,
             };
-            let found = pilot.insert(Pilot::new(&walk, [numbers.walked, per_sample]));
-            walked = walk::walk_as_found(&walk, found, weigh);
+            let found = pilot.insert(Pilot::new(&walk, [numbers.walked, per_sample]).await);
+            let weights = scales.weigh(&found.deposits).await;
+            walked = walk::walk_as_found(&walk, found, &weights).await;
+            pause().await;
             warnings.extend(exhausted(&walked, &numbers, !groups.is_empty()));
         }
 
@@ -162,7 +181,8 @@ impl Sampling {
             // The pilot has a seed of its own: how many candidates there are must not depend on them.
             let weights = sun::limited_candidates(&groups, power.clone());
             emitter_pilot = on_emitters(&weights, count / 8, sequence::hash(emitter_seed));
-            let weights = direct::worth(&power, &emitter_pilot, &weigh(&emitter_pilot.concat()));
+            let found = scales.weigh(&emitter_pilot.concat()).await;
+            let weights = direct::worth(&power, &emitter_pilot, &found);
             let weights = sun::limited_candidates(&groups, weights);
             direct.extend(on_emitters(&weights, count, emitter_seed).into_iter().flatten());
             settings.count
@@ -200,7 +220,7 @@ impl Sampling {
         };
         let candidates = result.candidates(geometry).0;
         result.wanted = wanted.min(candidates.len() as u32);
-        (result.importance, result.normal_scale) = measure(&candidates);
+        (result.importance, result.normal_scale) = scales.measure(&candidates).await;
         result.points = points;
         result
     }

@@ -12,6 +12,7 @@ use super::{LightSample, LightSet, LightSettings, Profile, Rectangle};
 use crate::Result;
 use crate::math::sequence::hash;
 use crate::scene::{Geometry, Scene, View};
+use crate::slices::complete;
 use glam::Vec3;
 
 /// A side of a rectangle has as many parts as this power of the number of sets. With 0.35 relMSE at 64 sets is a
@@ -40,7 +41,7 @@ impl LightSet {
         views: &[View],
         set: u32,
     ) -> Result<Self> {
-        let mut lights = Self::sample_as(scene, geometry, &settings.of_set(set), views, set == 0)?;
+        let mut lights = complete(Self::sample_as(scene, geometry, &settings.of_set(set), views, set == 0))?;
         let parts = parts(set);
         lights.set = set;
         for sample in &mut lights.samples {

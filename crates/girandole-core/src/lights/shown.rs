@@ -1,13 +1,17 @@
 //! What shadow maps of an environment's light show: what views see, in maps of ordinary size.
 
 use super::{LightSample, Profile};
+use crate::parallel::in_slices;
 use crate::scene::{Geometry, View};
+use crate::slices::complete;
 use crate::trace::SceneTracer;
 use glam::{Vec2, Vec3};
 
 /// Rays that look for what is seen, of all views and of each at least.
 const RAYS: u32 = 4096;
 const LEAST_RAYS: u32 = 64;
+/// Of a slice.
+const SLICE: usize = 1024;
 /// What is seen may be larger by this factor before others are made.
 const MARGIN: f32 = 1.25;
 /// Maps stay as they are until they are larger than what is seen by this factor.
@@ -40,8 +44,8 @@ impl BoundingSphere {
     }
 
     /// About what views see, and a little more; all of the scene for no views.
-    pub(super) fn seen(tracer: &SceneTracer, views: &[View]) -> Self {
-        Self::about(tracer.geometry(), &seen(tracer, views))
+    pub(super) async fn seen(tracer: &SceneTracer<'_>, views: &[View]) -> Self {
+        Self::about(tracer.geometry(), &seen(tracer, views).await)
     }
 
     /// About points.
@@ -69,7 +73,7 @@ impl BoundingSphere {
 
     /// The same for other views, as long as it shows all of what they see without wasting much.
     pub(super) fn or_seen(self, tracer: &SceneTracer, views: &[View]) -> Self {
-        let seen = seen(tracer, views);
+        let seen = complete(seen(tracer, views));
         let next = Self::about(tracer.geometry(), &seen);
         let apart = self.center.distance(next.center);
         let suffices = |held: f32, next: f32| apart + next / MARGIN <= held && held <= TOO_LARGE * next;
@@ -90,22 +94,22 @@ impl BoundingSphere {
 }
 
 /// Points that views see, evenly over their pictures.
-fn seen(tracer: &SceneTracer, views: &[View]) -> Vec<Vec3> {
+async fn seen(tracer: &SceneTracer<'_>, views: &[View]) -> Vec<Vec3> {
     let count = (RAYS / views.len().max(1) as u32).max(LEAST_RAYS);
     let side = f64::from(count).sqrt() as u32;
     let origin = tracer.geometry().origin;
-    let of_view = |view: &View| {
-        let view = view.relative_to(origin);
+    let mut result = Vec::new();
+    for view in views.iter().map(|view| view.relative_to(origin)) {
         let at = |i: u32| Vec2::new((i % side) as f32, (i / side) as f32) / (side - 1) as f32;
-        let hit = |i| {
-            let (eye, direction) = view.ray(2.0 * at(i) - 1.0);
+        let hit = |i: usize| {
+            let (eye, direction) = view.ray(2.0 * at(i as u32) - 1.0);
             tracer
                 .closest_visible_within(eye, direction, view.clip.reach())
                 .map(|hit| eye + direction * hit.t)
         };
-        (0..side * side).filter_map(hit).collect::<Vec<_>>()
-    };
-    views.iter().flat_map(of_view).collect()
+        result.extend(in_slices((side * side) as usize, SLICE, hit).await.into_iter().flatten());
+    }
+    result
 }
 
 /// The middle of most of these points, axis by axis.
@@ -127,6 +131,10 @@ mod tests {
     use crate::scene::{Environment, FieldOfView, Material, Mesh, Scene, Transform, Viewpoint};
     use glam::DVec3;
 
+    fn seen_by(tracer: &SceneTracer, views: &[View]) -> BoundingSphere {
+        complete(BoundingSphere::seen(tracer, views))
+    }
+
     /// A view of a room from one side of it, and the room with another one far away.
     fn rooms() -> (Scene, View) {
         let mut scene = builtin::build("table", MovingObject::None).expect("a room");
@@ -144,8 +152,8 @@ mod tests {
         let geometry = Geometry::new(&scene);
         let tracer = SceneTracer::new(&scene, &geometry);
         let all = BoundingSphere::of_scene(&geometry);
-        assert_eq!(BoundingSphere::seen(&tracer, &[]), all);
-        let shown = BoundingSphere::seen(&tracer, &[view]);
+        assert_eq!(seen_by(&tracer, &[]), all);
+        let shown = seen_by(&tracer, &[view]);
         assert!(shown.radius < 0.4 * all.radius, "{shown:?} of {all:?}");
         // Between the rays that looked for it, too.
         let local = view.relative_to(geometry.origin);
@@ -164,7 +172,7 @@ mod tests {
             clip: Default::default(),
         };
         let away = away.view(1.0).expect("a view");
-        let both = BoundingSphere::seen(&tracer, &[view, away]);
+        let both = seen_by(&tracer, &[view, away]);
         assert!(both.radius > 2.0 * shown.radius, "{both:?}");
         // It stays while it suffices.
         let turned = View { forward: (view.forward + view.right * 0.05).normalize(), ..view };
@@ -200,7 +208,7 @@ mod tests {
             let geometry = Geometry::new(&scene);
             let tracer = SceneTracer::new(&scene, &geometry);
             let views = [ahead.view(1.0).expect("a view")];
-            held.map_or_else(|| BoundingSphere::seen(&tracer, &views), |held| held.or_seen(&tracer, &views))
+            held.map_or_else(|| seen_by(&tracer, &views), |held| held.or_seen(&tracer, &views))
         };
         let cored = seen(0.05, None);
         assert!(cored.core > 1.4 && cored.core < 3.0 && cored.radius > 100.0, "{cored:?}");

@@ -24,7 +24,7 @@ use super::scattering::{Scattering, cosine_weighted};
 use super::source_tree::SourceTree;
 use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
 use crate::math::{sequence, warp};
-use crate::parallel::in_order;
+use crate::parallel::in_slices;
 use crate::scene::PunctualKind;
 use crate::trace::{SceneTracer, ray_offset_distance};
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
@@ -39,6 +39,8 @@ const PILOT_DEPOSITS: usize = 256;
 const PILOT_SHARE: f64 = 0.125;
 /// Paths after which the pilot gives up.
 const PILOT_PATHS: u32 = 1 << 16;
+/// Paths of a slice.
+const SLICE: usize = 512;
 
 /// The result of the walk.
 #[derive(Clone, Debug, Default)]
@@ -103,7 +105,7 @@ pub(super) struct Pilot {
 
 impl Pilot {
     /// With a seed of its own.
-    pub fn new(walk: &Walk, wanted: [u32; 2]) -> Self {
+    pub async fn new(walk: &Walk<'_>, wanted: [u32; 2]) -> Self {
         let walk = Walk { seed: sequence::hash(walk.seed), ..*walk };
         let power: Vec<f64> = walk.emitters.iter().map(SourceTree::power).collect();
         let mut result = Self { deposits: Vec::new(), counts: vec![0; power.len()], power, wanted };
@@ -111,7 +113,7 @@ impl Pilot {
         let mut paths = 256;
         while result.deposits.len() < enough && result.walked() < PILOT_PATHS {
             let more = allocate(&result.power, paths.max(walk.emitters.len() as u32));
-            let left = walk.range(&result.counts, &more);
+            let left = walk.range(&result.counts, &more).await;
             result.deposits.extend(left.into_iter().flat_map(|path| path.deposits));
             result.counts.iter_mut().zip(&more).for_each(|(count, more)| *count += more);
             paths *= 2;
@@ -160,20 +162,16 @@ fn emitter_of(deposit: &LightSample, emitters: usize) -> usize {
 }
 
 /// Walks as many paths from each emitter as a pilot finds to be worth it, by the weights of its deposits.
-pub(super) fn walk_as_found(
-    with: &Walk,
-    pilot: &Pilot,
-    weigh: impl Fn(&[LightSample]) -> Vec<f64>,
-) -> Walked {
+pub(super) async fn walk_as_found(with: &Walk<'_>, pilot: &Pilot, weights: &[f64]) -> Walked {
     if pilot.deposits.is_empty() {
         return Walked { walked: pilot.walked(), exhausted: true, ..Walked::default() };
     }
-    walk(with, pilot, pilot.counts(&weigh(&pilot.deposits)))
+    walk(with, pilot, pilot.counts(weights)).await
 }
 
 /// Walks so many paths from each emitter, as the pilot says.
-pub(super) fn walk(walk: &Walk, pilot: &Pilot, counts: Vec<u32>) -> Walked {
-    let paths = walk.range(&vec![0; counts.len()], &counts);
+pub(super) async fn walk(walk: &Walk<'_>, pilot: &Pilot, counts: Vec<u32>) -> Walked {
+    let paths = walk.range(&vec![0; counts.len()], &counts).await;
     let mut result = Walked { paths, walked: counts.iter().sum(), counts, exhausted: false };
     let found = result.deposits();
     result.exhausted = found == 0 || result.walked >= pilot.most() && found < pilot.wanted[0];
@@ -209,17 +207,17 @@ impl Path {
 
 impl Walk<'_> {
     /// So many paths of each emitter from its `first` on, in order, whatever the number of threads.
-    fn range(&self, first: &[u32], counts: &[u32]) -> Vec<Path> {
+    async fn range(&self, first: &[u32], counts: &[u32]) -> Vec<Path> {
         let all = self.emitters.len() as u32;
         let of = |(emitter, (&first, &count)): (u32, (&u32, &u32))| {
             (first..first + count).map(move |index| index * all + emitter)
         };
-        self.paths((0..).zip(first.iter().zip(counts)).flat_map(of).collect())
+        self.paths((0..).zip(first.iter().zip(counts)).flat_map(of).collect()).await
     }
 
     /// These paths, in order, whatever the number of threads.
-    pub fn paths(&self, paths: Vec<u32>) -> Vec<Path> {
-        in_order(paths.len(), |i| self.path(paths[i]))
+    pub async fn paths(&self, paths: Vec<u32>) -> Vec<Path> {
+        in_slices(paths.len(), SLICE, |i| self.path(paths[i])).await
     }
 
     /// The source that a path starts from, the point of it, and how light from infinitely far away starts.

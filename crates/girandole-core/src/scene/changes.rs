@@ -181,6 +181,11 @@ impl Scene {
         }
     }
 
+    /// Whether anything changed since then.
+    pub fn has_changed(&self) -> bool {
+        !self.record.pending.is_empty()
+    }
+
     /// What changed since changes were last taken, or since the scene was made.
     pub fn take_changes(&mut self) -> SceneChanges {
         std::mem::replace(&mut self.record.pending, SceneChanges::none(self.record.generation))

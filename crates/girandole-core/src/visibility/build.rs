@@ -16,6 +16,9 @@ use crate::lights::LightSet;
 use crate::scene::{Geometry, Scene, View};
 use crate::{Error, Result};
 
+/// Patches, or meshes, of one slice.
+const SLICE: usize = if cfg!(feature = "parallel") { 64 } else { 1 };
+
 /// A [`VisibilityDatabase`] in the making: what does not fit between two frames is made in slices of work. What is made does not
 /// depend on how it is sliced. Dropping it gives it up.
 pub struct VisibilityBuild {
@@ -90,11 +93,15 @@ impl VisibilityBuild {
         self.growth.is_done()
     }
 
-    /// Goes on by a slice: so many groups of up to 16 patches, or meshes, on all cores.
-    pub fn step(&mut self, most: usize) {
+    /// Goes on by a slice, some milliseconds on all cores.
+    pub fn step(&mut self) {
+        self.grow(SLICE);
+    }
+
+    fn grow(&mut self, most: usize) {
         let context = SceneContext { surfaces: &self.surfaces, lights: &self.lights, blockers: &self.groups };
         let soil = Soil { context: &context, settings: &self.settings, threshold: self.threshold };
-        self.growth.step(&soil, &self.sources, most.max(1));
+        self.growth.step(&soil, &self.sources, most);
     }
 
     /// Puts it together, and determines what dynamic objects block. What was left is done now.
@@ -106,7 +113,7 @@ impl VisibilityBuild {
         let sentence = "this visibility was begun for another version of the scene; begin anew";
         self.of_geometry.expect(geometry.generation(), sentence)?;
         while !self.is_done() {
-            self.step(usize::MAX);
+            self.grow(usize::MAX);
         }
         let Self { settings, surfaces, lights, groups, sources, mirrors, chosen, threshold, growth, .. } =
             self;

@@ -128,7 +128,7 @@ impl<T: Send> Descent<T> {
         &mut self,
         groups: &ReceiverGroups,
         (context, most): (&SceneContext, usize),
-        build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
+        build: &(impl Fn(u32, &Arc<NodeVisibility>) -> T + Sync + Send),
     ) {
         let Self { chosen, open, .. } = self;
         let next = open.split_off(open.len().saturating_sub(most));
@@ -149,12 +149,13 @@ impl ReceiverGroups {
         index: u32,
         (above, chosen): (Option<&NodeVisibility>, &[bool]),
         context: &SceneContext,
-        build: &(impl Fn(u32, &NodeVisibility) -> T + Sync + Send),
+        build: &(impl Fn(u32, &Arc<NodeVisibility>) -> T + Sync + Send),
     ) -> Visited<T> {
         let group = &self.nodes[index as usize];
         let mut workspace = Workspace::new();
         let node = NodeContext { is_root: true, ..NodeContext::default() };
-        let visibility = context.visibility_by_groups(Shape::Group(group), node, above, &mut workspace);
+        let visibility =
+            Arc::new(context.visibility_by_groups(Shape::Group(group), node, above, &mut workspace));
         let tests = workspace.scratch.tests;
         let children = group.bounds.children;
         if children[0] == NONE {
@@ -162,9 +163,8 @@ impl ReceiverGroups {
             let parts = map(&members, |&member| (member, build(member, &visibility)));
             return Visited { below: Vec::new(), parts, tests };
         }
-        let visibility = Some(Arc::new(visibility));
         let has_chosen = |child: &u32| self.members(*child, chosen).next().is_some();
-        let below = children.into_iter().filter(has_chosen).map(|child| (child, visibility.clone()));
+        let below = children.into_iter().filter(has_chosen).map(|child| (child, Some(visibility.clone())));
         Visited { below: below.collect(), parts: Vec::new(), tests }
     }
 }

@@ -2,13 +2,17 @@
 
 use super::VisibilitySettings;
 use super::groups::Descent;
-use super::hierarchy::{Frame, NodeBuilder, PatchRoot, mesh_nodes};
-use super::node_visibility::{NodeVisibility, SceneContext, Workspace};
+use super::hierarchy::{Frame, MeshRoot, NodeBuilder, PatchRoot, Subtree};
+use super::node_visibility::{NodeVisibility, SceneContext};
 use super::pyramid::Tests;
 use super::sources::Sources;
 use super::state_matrix::StateMatrix;
-use crate::parallel::map;
+use crate::parallel::for_each;
+use std::collections::VecDeque;
 use std::sync::Arc;
+
+/// Pairs of nodes and lights that a step tests of each subtree, at most: some milliseconds.
+const PAIRS: usize = 1 << 12;
 
 /// Subtrees of roots, and the tests made to grow them.
 #[derive(Default)]
@@ -32,15 +36,23 @@ pub(super) struct Soil<'a> {
 pub(super) struct Growth {
     /// How many.
     count: usize,
-    patches: Descent<Subtree>,
+    patches: Descent<Arc<NodeVisibility>>,
     /// What is known of all of them before.
     above: Option<Arc<NodeVisibility>>,
-    /// Positions among the sources' roots.
-    meshes: Vec<usize>,
-    of_meshes: Vec<Subtree>,
+    /// Meshes that are not begun.
+    meshes: VecDeque<usize>,
+    begun: Vec<Begun>,
+    done: Vec<(usize, Subtree)>,
 }
 
-type Subtree = (Vec<NodeBuilder>, Tests);
+/// A subtree in the making.
+struct Begun {
+    /// Its position among the sources' roots.
+    root: usize,
+    /// What is known of it before.
+    above: Option<Arc<NodeVisibility>>,
+    subtree: Subtree,
+}
 
 impl Growth {
     /// Of the roots that are chosen, given what is known of all of them before.
@@ -51,50 +63,48 @@ impl Growth {
             patches: Descent::new(sides.to_vec(), above.clone()),
             above,
             meshes: (sides.len()..chosen.len()).filter(|&root| meshes[root - sides.len()]).collect(),
-            of_meshes: Vec::new(),
+            begun: Vec::new(),
+            done: Vec::new(),
         }
     }
 
     /// The share of the surfaces that are done.
     pub fn progress(&self) -> f32 {
-        (self.patches.parts.len() + self.of_meshes.len()) as f32 / self.count.max(1) as f32
+        self.done.len() as f32 / self.count.max(1) as f32
     }
 
     pub fn is_done(&self) -> bool {
-        self.patches.is_done() && self.of_meshes.len() == self.meshes.len()
+        self.patches.is_done() && self.meshes.is_empty() && self.begun.is_empty()
     }
 
-    /// Goes on with so many groups of patches, or meshes, on all cores.
+    /// Goes on with so many subtrees, or groups of patches, on all cores: with a part of each, unless with all.
     pub fn step(&mut self, soil: &Soil, sources: &Sources, most: usize) {
-        let Soil { context, settings, threshold } = *soil;
-        if let Some(groups) = sources.groups().filter(|_| !self.patches.is_done()) {
-            self.patches.step(groups, (context, most), &|side: u32, group_visibility: &NodeVisibility| {
-                let (simple, back) = sources.sides()[side as usize];
-                let mut workspace = Workspace::new();
-                let frame = Frame::of(&context.surfaces.patches[simple as usize]);
-                let root = PatchRoot { context, settings, simple, back, group_visibility, frame, threshold };
-                (root.build(&mut workspace), workspace.scratch.tests)
-            });
-            return;
+        let context = soil.context;
+        if self.begun.is_empty() {
+            if let Some(groups) = sources.groups().filter(|_| !self.patches.is_done()) {
+                self.patches.step(groups, (context, most), &|_, group| group.clone());
+                let of_sides = self.patches.parts.drain(..).map(|(side, group)| (side as usize, Some(group)));
+                self.begun.extend(of_sides.map(|(root, above)| Begun::new(root, above)));
+                return;
+            }
+            let meshes = self.meshes.drain(..most.min(self.meshes.len()));
+            self.begun.extend(meshes.map(|root| Begun::new(root, self.above.clone())));
         }
-        let rest = &self.meshes[self.of_meshes.len()..];
-        self.of_meshes.extend(map(&rest[..most.min(rest.len())], |&root| {
-            let mut workspace = Workspace::new();
-            let index = sources.meshes()[root - sources.sides().len()];
-            let mesh = (index, self.above.as_deref(), sources.one_mesh().is_some());
-            let nodes = mesh_nodes(context, mesh, settings.cluster_triangles.max(1), &mut workspace);
-            (nodes, workspace.scratch.tests)
-        }));
+        let nodes = if most == usize::MAX { most } else { (PAIRS / context.lights.len().max(1)).max(1) };
+        // The last ones first: few are begun at a time.
+        let next = self.begun.len().saturating_sub(most);
+        for_each(self.begun[next..].iter_mut().collect(), |begun| begun.grow(soil, sources, nodes));
+        let done = self.begun.extract_if(next.., |begun| begun.subtree.is_done());
+        self.done.extend(done.map(|begun| (begun.root, begun.subtree)));
     }
 
     /// What has grown for so many lights, in the order of the sources' roots.
     pub fn end(self, lights: usize) -> Grown {
         let mut visibility = StateMatrix::new(lights);
-        let Descent { mut parts, mut tests, .. } = self.patches;
-        parts.sort_unstable_by_key(|(side, _)| *side);
+        let Self { mut done, patches: Descent { mut tests, .. }, .. } = self;
+        done.sort_unstable_by_key(|(root, _)| *root);
         let mut roots = Vec::with_capacity(self.count);
-        let of_patches = parts.into_iter().map(|(side, part)| (side as usize, part));
-        for (root, (mut nodes, of_root)) in of_patches.chain(self.meshes.into_iter().zip(self.of_meshes)) {
+        for (root, Subtree { mut nodes, tests: of_root, .. }) in done {
             for (node, _) in breadth_first(&nodes) {
                 visibility.push(&std::mem::take(&mut nodes[node].visibility));
             }
@@ -102,6 +112,31 @@ impl Growth {
             tests += of_root;
         }
         Grown { roots, visibility, tests }
+    }
+}
+
+impl Begun {
+    fn new(root: usize, above: Option<Arc<NodeVisibility>>) -> Self {
+        Self { root, above, subtree: Subtree::default() }
+    }
+
+    /// Goes on with so many nodes at most.
+    fn grow(&mut self, soil: &Soil, sources: &Sources, most: usize) {
+        let Soil { context, settings, threshold } = *soil;
+        let Self { root, above, subtree } = self;
+        match (sources.sides().get(*root), above) {
+            (Some(&(simple, back)), Some(group_visibility)) => {
+                let frame = Frame::of(&context.surfaces.patches[simple as usize]);
+                PatchRoot { context, settings, simple, back, group_visibility, frame, threshold }
+                    .grow(subtree, most);
+            }
+            (_, above) => {
+                let mesh = sources.meshes()[*root - sources.sides().len()];
+                let (above, is_all) = (above.as_deref(), sources.one_mesh().is_some());
+                let triangles = settings.cluster_triangles.max(1);
+                MeshRoot { context, mesh, above, is_all, triangles }.grow(subtree, most);
+            }
+        }
     }
 }
 

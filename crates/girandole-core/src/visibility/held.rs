@@ -28,7 +28,7 @@ impl HeldPass<'_> {
     ) -> (Vec<(usize, StateMatrix)>, Tests) {
         let (sides, meshes) = roots.split_at(sources.sides().len());
         let mut descent = Descent::new(sides.iter().map(Option::is_some).collect(), above.clone());
-        let of_side = |side: u32, group: &_| {
+        let of_side = |side: u32, group: &Arc<NodeVisibility>| {
             let range = sides[side as usize].clone().unwrap_or_default();
             (range.start, self.run_root(range, (Some(group), false)))
         };

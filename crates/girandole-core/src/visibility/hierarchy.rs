@@ -3,6 +3,7 @@
 use super::clusters::Cluster;
 use super::node_visibility::{NodeContext, NodeVisibility, SceneContext, Workspace, parent_corners};
 use super::primitives::{area_vector, clip};
+use super::pyramid::Tests;
 use super::receivers::{cluster_of, patch_shape};
 use super::shapes::{MAX_CORNERS, Shape};
 use super::surfaces::SimplePatch;
@@ -154,14 +155,17 @@ impl PatchRoot<'_> {
         Some([half(-1.0, 2)?, half(1.0, 0)?])
     }
 
-    /// Splits for as long as that reduces the cost, then undoes splits that did not.
-    pub fn build(&self, workspace: &mut Workspace) -> Vec<NodeBuilder> {
+    /// Splits so many nodes of its subtree at most, for as long as that reduces the cost; then undoes splits that did not.
+    pub fn grow(&self, subtree: &mut Subtree, most: usize) {
         let patch = &self.context.surfaces.patches[self.simple as usize];
         let finest = self.finest();
-        let root = self.node([0, 0, finest, finest], patch.corners.clone(), [0; 2], None, workspace);
-        let mut nodes = grow(root, |node| self.split(node, workspace));
-        self.collapse(&mut nodes);
-        nodes
+        let root = |workspace: &mut Workspace| {
+            self.node([0, 0, finest, finest], patch.corners.clone(), [0; 2], None, workspace)
+        };
+        subtree.grow(most, root, |node, workspace| self.split(node, workspace));
+        if subtree.is_done() {
+            self.collapse(&mut subtree.nodes);
+        }
     }
 
     /// The node's halves, unless it is cheap or its look-ahead is used up.
@@ -212,55 +216,99 @@ fn cost(node: &NodeBuilder) -> f64 {
     node.area * node.visibility.states.iter().filter(|&&s| s == State::Partial).count() as f64
 }
 
-/// A mesh's clusters down to those of at most so many triangles, given what is known before of what it is in, or of just it.
-pub(crate) fn mesh_nodes(
-    context: &SceneContext,
-    (mesh, above, is_all): (u32, Option<&NodeVisibility>, bool),
-    triangles: u32,
-    workspace: &mut Workspace,
-) -> Vec<NodeBuilder> {
-    let is_leaf =
-        |cluster: &Cluster| cluster.range.len() <= triangles as usize || cluster.children[0] == NONE;
-    let mut node = |index: u32, parent: Option<&NodeVisibility>| {
-        let cluster = cluster_of(context.surfaces, mesh, index);
-        let (is_leaf, is_root) = (is_leaf(cluster), index == 0 && above.is_some());
-        let is_known = is_root && is_all;
-        let node = NodeContext { own_mesh: Some(mesh), is_leaf, is_root, is_known, ..NodeContext::default() };
+/// Builds the subtree of a mesh: its clusters down to those of so many triangles at most.
+pub(crate) struct MeshRoot<'a> {
+    pub context: &'a SceneContext<'a>,
+    pub mesh: u32,
+    /// What is known before of what it is in, or of just it.
+    pub above: Option<&'a NodeVisibility>,
+    pub is_all: bool,
+    pub triangles: u32,
+}
+
+impl MeshRoot<'_> {
+    /// Splits so many nodes of its subtree at most.
+    pub fn grow(&self, subtree: &mut Subtree, most: usize) {
+        let root = |workspace: &mut Workspace| self.node(0, self.above, workspace);
+        subtree.grow(most, root, |parent, workspace| {
+            let cluster = self.cluster(parent.cluster);
+            (!self.is_leaf(cluster))
+                .then(|| cluster.children.map(|child| self.node(child, Some(&parent.visibility), workspace)))
+        });
+    }
+
+    fn cluster(&self, index: u32) -> &Cluster {
+        cluster_of(self.context.surfaces, self.mesh, index)
+    }
+
+    fn is_leaf(&self, cluster: &Cluster) -> bool {
+        cluster.range.len() <= self.triangles as usize || cluster.children[0] == NONE
+    }
+
+    fn node(&self, index: u32, parent: Option<&NodeVisibility>, workspace: &mut Workspace) -> NodeBuilder {
+        let cluster = self.cluster(index);
+        let is_root = index == 0 && self.above.is_some();
+        let node = NodeContext {
+            own_mesh: Some(self.mesh),
+            is_leaf: self.is_leaf(cluster),
+            is_root,
+            is_known: is_root && self.is_all,
+            ..NodeContext::default()
+        };
         NodeBuilder {
             cells: [0; 4],
             corners: Vec::new(),
             cluster: index,
             area: cluster.area,
-            visibility: context.visibility_by_groups(Shape::Cluster(cluster), node, parent, workspace),
+            visibility: self.context.visibility_by_groups(Shape::Cluster(cluster), node, parent, workspace),
             children: None,
             outline: Vec::new(),
             depth: [0; 2],
             look_ahead: 0,
         }
-    };
-    grow(node(0, above), |parent| {
-        let cluster = cluster_of(context.surfaces, mesh, parent.cluster);
-        (!is_leaf(cluster)).then(|| cluster.children.map(|child| node(child, Some(&parent.visibility))))
-    })
+    }
 }
 
-/// Splits a node and its descendants until `split` returns none, and compacts each node's visibility once its children
-/// are built.
-fn grow(
-    root: NodeBuilder,
-    mut split: impl FnMut(&NodeBuilder) -> Option<[NodeBuilder; 2]>,
-) -> Vec<NodeBuilder> {
-    let mut nodes = vec![root];
-    let mut open = vec![0];
-    while let Some(index) = open.pop() {
-        let children = split(&nodes[index]);
-        nodes[index].visibility.compact();
-        if let Some(children) = children {
-            let indices = [nodes.len(), nodes.len() + 1];
-            nodes[index].children = Some(indices);
-            nodes.extend(children);
-            open.extend(indices);
-        }
+/// A subtree, whole or in the making.
+#[derive(Default)]
+pub(crate) struct Subtree {
+    pub nodes: Vec<NodeBuilder>,
+    /// Nodes that are to be split.
+    open: Vec<usize>,
+    /// Made to grow it.
+    pub tests: Tests,
+}
+
+impl Subtree {
+    pub fn is_done(&self) -> bool {
+        !self.nodes.is_empty() && self.open.is_empty()
     }
-    nodes
+
+    /// Splits so many nodes at most until `split` returns none, from the root on, and compacts each node's visibility once its
+    /// children are built.
+    fn grow(
+        &mut self,
+        most: usize,
+        root: impl FnOnce(&mut Workspace) -> NodeBuilder,
+        mut split: impl FnMut(&NodeBuilder, &mut Workspace) -> Option<[NodeBuilder; 2]>,
+    ) {
+        let mut workspace = Workspace::new();
+        let Self { nodes, open, tests } = self;
+        if nodes.is_empty() {
+            nodes.push(root(&mut workspace));
+            open.push(0);
+        }
+        for _ in 0..most {
+            let Some(index) = open.pop() else { break };
+            let children = split(&nodes[index], &mut workspace);
+            nodes[index].visibility.compact();
+            if let Some(children) = children {
+                let indices = [nodes.len(), nodes.len() + 1];
+                nodes[index].children = Some(indices);
+                nodes.extend(children);
+                open.extend(indices);
+            }
+        }
+        *tests += workspace.scratch.tests;
+    }
 }

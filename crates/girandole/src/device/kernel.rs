@@ -6,8 +6,9 @@
 use super::compiled::{Compiled, Lazy, Recipe};
 #[cfg(feature = "parallel")]
 use super::crew::Crew;
-use super::module::{LazyModule, Module, binding_type};
+use super::module::{LazyModule, Module};
 use super::recorder::Recorder;
+use super::reflection::Reflection;
 use crate::layout::Frame;
 use crate::shader_constants::{TILE, WORKGROUP};
 use crate::shaders::{self, Source};
@@ -87,17 +88,7 @@ impl Shared {
             }],
         });
         // Whatever an entry point uses of it, all passes share one group of the whole scene.
-        let ir = naga::front::wgsl::parse_str(&shaders::SCENE.concatenated(&kernels)).unwrap_or_default();
-        let bindings = ir
-            .global_variables
-            .iter()
-            .filter_map(|(_, global)| {
-                let binding = global.binding.filter(|b| b.group == 1)?.binding;
-                let ty = binding_type(&ir, global)?;
-                let entry = wgpu::BindGroupLayoutEntry { binding, visibility: all, ty, count: None };
-                Some((global.name.clone()?, entry))
-            })
-            .collect();
+        let bindings = Reflection::of(&shaders::SCENE.concatenated(&kernels)).group(1, all);
         Self { kernels, frame, scene: GroupLayout::new(device, "scene", bindings).into(), compiled }
     }
 }
@@ -139,9 +130,9 @@ struct PipelineGroups {
 impl PipelineGroups {
     fn new(of: &Ingredients, module: &Module, entries: &[&str]) -> Self {
         let (device, name) = (&of.device, of.module.name);
-        let uses_frame = !module.bindings(0, entries).is_empty();
-        let uses_scene = !module.bindings(1, entries).is_empty();
-        let pass = GroupLayout::new(device, name, module.bindings(2, entries));
+        let uses_frame = !module.reflection.bindings(0, entries).is_empty();
+        let uses_scene = !module.reflection.bindings(1, entries).is_empty();
+        let pass = GroupLayout::new(device, name, module.reflection.bindings(2, entries));
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(name),
             bind_group_layouts: &[

@@ -13,6 +13,7 @@ pub(crate) mod mirror;
 mod module;
 pub(crate) mod readback;
 pub(crate) mod recorder;
+mod reflection;
 pub(crate) mod timers;
 
 pub use gpu::{AdapterReport, Gpu, WANTED_FEATURES, adapters, instance, wanted_limits};

@@ -23,9 +23,6 @@ use std::sync::Arc;
 /// Distances of the rays of one set from those of the one before, pixels (the R2 sequence: Roberts 2018).
 const JITTER: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 
-/// Groups of patches, or meshes, whose visibility one call determines.
-const SLICE: usize = 8;
-
 /// What a picture shows and how.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Picture {
@@ -132,7 +129,7 @@ impl Renderer {
         if build.is_done() {
             next.visibility = Some(Arc::new(build.end(scene, geometry)?));
         } else {
-            build.step(SLICE);
+            build.step();
             next.build = Some(build);
         }
         self.refinement.next = Some(next);

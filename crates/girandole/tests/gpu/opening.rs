@@ -7,6 +7,7 @@ use girandole::core::lights::LightSettings;
 use girandole::core::scene::{Material, Mesh, Scene, Transform, View, builtin};
 use girandole::core::visibility::{LeafKind, VisibilityDatabase, VisibilitySettings};
 use girandole::{Mode, RenderSettings, RendererOptions};
+use std::sync::Arc;
 
 const SIZE: [u32; 2] = [96, 72];
 
@@ -91,7 +92,7 @@ fn rooms(context: &Context) {
 }
 
 fn grows(context: &Context) {
-    let scene = builtin::build("table", builtin::MovingObject::Torus).expect("a room");
+    let scene = Arc::new(builtin::build("table", builtin::MovingObject::Torus).expect("a room"));
     let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
     let lights = LightSettings { count: 150, candidates: 2, ..LightSettings::default() };
     let settings = IlluminationSettings { lights, rewalk: Rewalk::Off, ..IlluminationSettings::default() };

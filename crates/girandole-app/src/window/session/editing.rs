@@ -5,6 +5,7 @@ use super::{Session, Source};
 use crate::args::{BackgroundArg, LoadArgs};
 use anyhow::Result;
 use girandole_core::scene::{Edit, ReadModel, load_model};
+use std::sync::Arc;
 
 impl Session {
     /// Puts everything where it is at a moment.
@@ -28,7 +29,7 @@ impl Session {
         let Some(first) = edits.first() else { return };
         self.history.begin(first, &self.scene, &self.edits, &self.source.load);
         for edit in edits {
-            let refused = self.edits.record(edit, &mut self.scene, read_model).err();
+            let refused = self.edits.record(edit, Arc::make_mut(&mut self.scene), read_model).err();
             if let Some(error) = refused {
                 return self.notice = Some(crate::sentence(&error.into()));
             }
@@ -79,7 +80,7 @@ impl Session {
         }
         let Self { scene, edits, source, .. } = self;
         if let Some(Entry::Scene(mut step)) = self.history.last(scene, edits, &source.load) {
-            step.exchange(&mut self.scene, &mut self.edits);
+            step.exchange(Arc::make_mut(&mut self.scene), &mut self.edits);
             self.was_exchanged();
         }
     }
@@ -87,7 +88,7 @@ impl Session {
     fn exchange(&mut self, entry: Entry, undone: bool) {
         match entry {
             Entry::Scene(mut step) => {
-                step.exchange(&mut self.scene, &mut self.edits);
+                step.exchange(Arc::make_mut(&mut self.scene), &mut self.edits);
                 self.history.keep(Entry::Scene(step), undone);
                 self.was_exchanged();
             }
@@ -136,14 +137,16 @@ impl Session {
             let is_same = before.environment == load.environment
                 && before.environment_strength == load.environment_strength
                 && before.environment_rotation == load.environment_rotation;
-            self.scene.environment = if is_same { environment } else { crate::scene::environment(load)?.0 };
-            self.scene.touch();
+            let environment = if is_same { environment } else { crate::scene::environment(load)?.0 };
+            let scene = Arc::make_mut(&mut self.scene);
+            scene.environment = environment;
+            scene.touch();
         } else {
             // Other light may have been added where there was no environment, and a ground.
             let mut scene = crate::scene::load(&source.scene, source.object.as_deref(), load)?;
             self.edits.apply(&mut scene, &load_model)?;
             scene.open();
-            self.scene = scene;
+            self.scene = Arc::new(scene);
         }
         self.source = source;
         (self.is_open, self.making) = (false, None);

@@ -9,6 +9,7 @@ use anyhow::Result;
 use girandole::{MapUpdates, RenderSettings, Renderer, wgpu};
 use girandole_core::Generation;
 use girandole_core::illumination::{Illumination, Opening, Stage};
+use std::sync::Arc;
 
 /// Samples that a picture is begun with.
 const FIRST: usize = 16;
@@ -180,7 +181,7 @@ impl Session {
             Stage::Lights(mut illumination) => {
                 self.notice = illumination.lights().warnings.first().cloned();
                 illumination.light(&self.scene, Some(FIRST))?;
-                self.scene.take_changes();
+                Arc::make_mut(&mut self.scene).take_changes();
                 renderer.open_with(&self.scene, *illumination)?;
                 (self.is_open, self.is_outdated, self.shown) = (true, false, None);
             }
@@ -191,7 +192,7 @@ impl Session {
                         self.notice = illumination.lights().warnings.first().cloned();
                         illumination.set_visibility(&self.scene, database)?;
                         illumination.light(&self.scene, Some(1))?;
-                        self.scene.take_changes();
+                        Arc::make_mut(&mut self.scene).take_changes();
                         renderer.open_with(&self.scene, *illumination)?;
                         making.lit = Some(0);
                     }

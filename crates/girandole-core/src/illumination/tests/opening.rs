@@ -4,7 +4,11 @@ use super::super::{Opening, Stage};
 use super::*;
 
 /// Opens a scene slice by slice; returns how many there were.
-fn in_slices(scene: &Scene, settings: &IlluminationSettings, most: Option<usize>) -> (Illumination, usize) {
+fn in_slices(
+    scene: &Arc<Scene>,
+    settings: &IlluminationSettings,
+    most: Option<usize>,
+) -> (Illumination, usize) {
     let (mut opening, mut opened, mut slices) = (Opening::new(settings.clone()), None, 0);
     let mut before = 0.0;
     loop {
@@ -29,7 +33,7 @@ fn in_slices(scene: &Scene, settings: &IlluminationSettings, most: Option<usize>
 #[test]
 fn slices_lead_to_the_same() {
     for name in ["pillars", "gap"] {
-        let scene = builtin::build(name, MovingObject::Torus).expect("a room");
+        let scene = Arc::new(builtin::build(name, MovingObject::Torus).expect("a room"));
         let settings = IlluminationSettings { rewalk: Rewalk::Off, ..settings() };
         let whole = Illumination::new(&scene, &settings).expect("opens");
         let (opened, slices) = in_slices(&scene, &settings, None);
@@ -42,16 +46,21 @@ fn slices_lead_to_the_same() {
 
 #[test]
 fn slices_of_another_version_are_refused() {
-    let mut scene = builtin::build("gap", MovingObject::Torus).expect("a room");
-    let mut opening = Opening::new(settings());
-    opening.step(&scene).expect("lights");
-    scene.set_time(1.0).expect("a moment");
-    assert!(opening.step(&scene).is_err());
+    let scene = Arc::new(builtin::build("gap", MovingObject::Torus).expect("a room"));
+    let mut changed = scene.clone();
+    Arc::make_mut(&mut changed).set_time(1.0).expect("a moment");
+    // While light is sampled, and after.
+    for sampled in [false, true] {
+        let mut opening = Opening::new(settings());
+        while !matches!(opening.step(&scene).expect("a slice"), Stage::Lights(_)) && sampled {}
+        assert!(opening.step(&changed).is_err());
+        assert!(opening.step(&scene).is_ok(), "the control");
+    }
 }
 
 #[test]
 fn few_lit_samples_have_the_visibility_of_all_and_become_all() {
-    let mut scene = builtin::build("pillars", MovingObject::Torus).expect("a room");
+    let mut scene = Arc::new(builtin::build("pillars", MovingObject::Torus).expect("a room"));
     let settings = IlluminationSettings { rewalk: Rewalk::Off, ..settings() };
     let (mut few, _) = in_slices(&scene, &settings, Some(4));
     let lit = |of: &Illumination| of.lights().samples().iter().filter(|s| s.intensity != Vec3::ZERO).count();
@@ -59,8 +68,9 @@ fn few_lit_samples_have_the_visibility_of_all_and_become_all() {
     assert_eq!((lit(&few), lit(&all)), (4, all.lights().len()));
     assert_eq!(contents(&few).1, contents(&all).1);
     // They stay as few while things move.
-    scene.set_time(1.5).expect("a moment");
-    let changes = scene.take_changes();
+    let moving = Arc::make_mut(&mut scene);
+    moving.set_time(1.5).expect("a moment");
+    let changes = moving.take_changes();
     few.update(&scene, &changes).expect("update");
     all.update(&scene, &changes).expect("update");
     assert_eq!(lit(&few), 4);

@@ -5,6 +5,7 @@ use crate::lights::view_points::{POINTS, view_points};
 use crate::lights::walk::Walk;
 use crate::lights::{LightSample, direct, emitters};
 use crate::scene::{Material, Mesh, Scene, Sky, Transform, View};
+use crate::slices::complete;
 use glam::vec3;
 
 /// Brighter above, and to one side.
@@ -61,7 +62,7 @@ fn with_guides(
     let groups = emitters::groups(&scene, &geometry, &Emissions::of(&scene));
     let trees = emitters::trees(&groups, &[]);
     let points = view_points(&tracer, &[view], POINTS);
-    let guides = Guides::new(&tracer, &LightSettings::default(), &points, &groups, &trees);
+    let guides = complete(Guides::new(&tracer, &LightSettings::default(), &points, &groups, &trees));
     assert!(guides.directions.len() == 1 && guides.starts.len() == trees.len());
     check(&tracer, &groups, &trees, [&guides, &Guides::default()]);
 }
@@ -143,7 +144,7 @@ fn mean_inside(
             settings: &LightSettings { bounces: 3, ..LightSettings::default() },
             seed,
         };
-        let walked = walk.paths(paths.clone());
+        let walked = complete(walk.paths(paths.clone()));
         let inside = walked.iter().flat_map(|path| &path.deposits).filter(is_inside);
         flux(inside) / paths.len() as f64
     })

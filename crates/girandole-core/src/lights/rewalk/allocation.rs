@@ -8,6 +8,7 @@ use crate::lights::view_points::{self, POINTS, view_points};
 use crate::lights::walk::Path;
 use crate::lights::{LightSample, emitters};
 use crate::scene::{Geometry, Scene, View};
+use crate::slices::complete;
 
 /// Numbers of candidates stay as they are unless they should be more or fewer by this factor.
 const FACTOR: f64 = 2.0;
@@ -74,13 +75,13 @@ impl IncrementalWalk {
         );
         let is_guided = !self.sampling.guides.is_empty();
         self.sampling.importance =
-            importance::measure(&tracer, &points, &samples, &self.known().0, is_guided);
+            complete(importance::measure(&tracer, &points, &samples, &self.known().0, is_guided));
         self.strata.look_at(self.sampling.importance.seen);
         self.is_balanced = false;
         // What pilots left is weighed by itself: where candidates are few, these say little of places.
         let weigh = |samples: &[LightSample]| {
             let places: Vec<_> = samples.iter().map(|s| place(s, self.sampling.normal_scale)).collect();
-            importance::measure(&tracer, &points, samples, &places, is_guided).weights(samples)
+            complete(importance::measure(&tracer, &points, samples, &places, is_guided)).weights(samples)
         };
         let on_emitters = weigh(&self.sampling.emitter_pilot.concat());
         // Pilots have seeds of their own: how many candidates there are must not depend on them.

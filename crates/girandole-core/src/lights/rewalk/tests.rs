@@ -33,7 +33,7 @@ fn pose(scene: &mut Scene, frame: u32, lamp_too: bool) {
 }
 
 fn opened(scene: &Scene, settings: &LightSettings, pace: Pace) -> (IncrementalWalk, LightSet) {
-    IncrementalWalk::new(scene, &Geometry::new(scene), settings, &[], pace).expect("there is light")
+    complete(IncrementalWalk::new(scene, &Geometry::new(scene), settings, &[], pace)).expect("there is light")
 }
 
 /// The light set after some frames of motion.
@@ -70,7 +70,7 @@ fn wrong_paths(scene: &Scene, walk: &IncrementalWalk) -> usize {
         settings: &walk.settings,
         seed,
     };
-    let fresh = fresh.paths(walked.paths.iter().map(|path| path.index).collect());
+    let fresh = complete(fresh.paths(walked.paths.iter().map(|path| path.index).collect()));
     let differ = |(fresh, held): (Path, &Path)| fresh.deposits != held.deposits;
     fresh.into_iter().zip(&walked.paths).map(differ).filter(|differ| *differ).count()
 }
@@ -135,8 +135,9 @@ fn light_is_kept_in_the_mean_as_the_view_moves() {
         flux(set.samples())
     });
     let first = |seed: u32| {
-        let opened = IncrementalWalk::new(&scene, &geometry, &settings(40, seed), &views[..1], ALL);
-        opened.expect("there is light")
+        let settings = settings(40, seed);
+        let opened = IncrementalWalk::new(&scene, &geometry, &settings, &views[..1], ALL);
+        complete(opened).expect("there is light")
     };
     let (mean, own) = over_seeds(60, |seed| {
         let (mut walk, mut set) = first(seed);

@@ -68,7 +68,8 @@ fn paths_go_on_by_the_lobe() {
         let (scene, geometry) = cavity(metal(Vec3::ONE, roughness));
         let settings = LightSettings { direct_share: None, ..settings(2, 3) };
         let (mut count, mut sum) = (0, 0.0);
-        let sampling = Sampling::new(&SceneTracer::new(&scene, &geometry), &settings, &[]);
+        let tracer = SceneTracer::new(&scene, &geometry);
+        let sampling = complete(Sampling::new(&tracer, &settings, &[]));
         for path in &sampling.walked.paths {
             if let [first, second] = &path.deposits[..] {
                 count += 1;

@@ -141,7 +141,8 @@ fn the_sun_keeps_its_strata_while_things_move() {
     let settings = LightSettings { count: 120, bounces: 2, ..Default::default() };
     let geometry = Geometry::new(&scene);
     let pace = Pace { paths: 200, fade: 2 };
-    let (mut walk, first) = IncrementalWalk::new(&scene, &geometry, &settings, &[view], pace).unwrap();
+    let opened = complete(IncrementalWalk::new(&scene, &geometry, &settings, &[view], pace));
+    let (mut walk, first) = opened.unwrap();
     let lit = |set: &LightSet| suns(set).iter().filter(|s| s.intensity != Vec3::ZERO).count();
     let before = lit(&first);
     assert!((2..=12).contains(&before), "{before}");

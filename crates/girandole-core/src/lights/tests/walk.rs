@@ -72,8 +72,9 @@ fn a_closed_room_holds_the_geometric_series_of_light() {
                         settings: &settings,
                         seed,
                     };
-                    let pilot = Pilot::new(&paths, [count, 1]);
-                    let left = walk(&paths, &pilot, pilot.counts(&power(&pilot.deposits)));
+                    let pilot = complete(Pilot::new(&paths, [count, 1]));
+                    let counts = pilot.counts(&power(&pilot.deposits));
+                    let left = complete(walk(&paths, &pilot, counts));
                     let deposits: Vec<LightSample> =
                         left.paths.into_iter().flat_map(|path| path.deposits).collect();
                     flux(&deposits) / deposits.len() as f64
