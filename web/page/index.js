@@ -114,6 +114,7 @@ async function start() {
   }
   const program = await import("./page.js");
   const module = await bytes("page_bg.wasm");
+  performance.mark("loaded");
   share.removeAttribute("value");
   said.textContent = "Opening the device";
   await program.default({ module_or_path: module });

@@ -76,6 +76,12 @@ pub enum Command {
     Export(ExportArgs),
 }
 
+/// The options of one command, from the words after its name.
+fn parse<T: Args>(name: &'static str, words: &[String]) -> clap::error::Result<T> {
+    let command = T::augment_args(clap::Command::new(name).no_binary_name(true));
+    T::from_arg_matches(&command.try_get_matches_from(words)?)
+}
+
 const VIEW_EXAMPLES: &str = "\
 Examples:
   girandole view
@@ -380,6 +386,10 @@ pub struct InfoArgs {
     /// Exits with code 1 where no adapter can run the gpu engine
     #[arg(long)]
     pub require_adapter: bool,
+
+    /// Prints instead every shader that can be put together: JSON, pairs of name and WGSL
+    #[arg(long, exclusive = true)]
+    pub shaders: bool,
 }
 
 const EXPORT_EXAMPLES: &str = "\

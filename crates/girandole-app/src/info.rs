@@ -14,6 +14,10 @@ use std::process::ExitCode;
 
 /// Prints the adapters, and the scene if one is given; of a picture, what it was made by.
 pub fn run(args: &InfoArgs) -> Result<ExitCode> {
+    if args.shaders {
+        output::data(&serde_json::to_string(&girandole::shaders())?)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     if let Some(path) = args.scene.as_deref().map(Path::new).filter(|path| is_picture(path)) {
         output::data(&about_picture(path)?)?;
         return Ok(ExitCode::SUCCESS);

@@ -75,6 +75,7 @@ mod order_test;
 pub use device::compiled::{Compilation, CompiledKernel};
 pub use device::{AdapterReport, Gpu, WANTED_FEATURES, adapters, instance, wanted_limits};
 pub use error::{Error, Remedy, Result};
+pub use shaders::shaders;
 pub use tier::Tier;
 
 pub use maps::cache::StaleCounts;

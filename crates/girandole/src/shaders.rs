@@ -4,6 +4,7 @@
 use crate::records::RECORDS;
 use crate::shader_constants;
 use crate::tier::Kernels;
+use std::collections::BTreeSet;
 
 macro_rules! lib {
     ($folder:literal, $($name:ident),* $(,)?) => {
@@ -103,167 +104,169 @@ pub(crate) struct Source {
     /// Files of the library; `atlas`, `lights`, `branch`, `loads`, `ray_stack`, `ray_texels` and `workgroups`, of which a device's tier chooses the variant;
     /// records, as `name_at` to read and `set_name` to write them.
     pub uses: &'static [&'static str],
-    /// First line where an extension must be enabled.
-    pub enable: &'static str,
 }
 
 macro_rules! sources {
-    ($($constant:ident = $($folder:literal /)? $name:ident $enable:literal [$($used:ident)*];)*) => {
+    ($($constant:ident = $($folder:literal /)? $name:ident [$($used:ident)*];)*) => {
         $(pub(crate) const $constant: Source = Source {
             name: stringify!($name),
             text: include_str!(concat!("../shaders/", $($folder, "/",)? stringify!($name), ".wgsl")),
             uses: &[$(stringify!($used)),*],
-            enable: $enable,
         };)*
 
-        /// All passes, for the tests that need no GPU.
-        #[cfg(test)]
+        /// All passes.
         pub(crate) const ALL: &[&Source] = &[$(&$constant),*];
     };
 }
 
 sources! {
-    VISIBILITY_BUFFER = visibility_buffer "" [frame scene texture texture_entry_at];
-    SHADE_NAIVE = shade_naive "" [
+    VISIBILITY_BUFFER = visibility_buffer [frame scene texture texture_entry_at];
+    SHADE_NAIVE = shade_naive [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights_uniform maps octahedral
         parameterisation atlas parallel_map shadow rectangle mirror_share environment_share point_sums
     ];
-    APPEND_ALL_POINTS = append_all_points "" [
+    APPEND_ALL_POINTS = append_all_points [
         frame scene texture texture_entry_at surface hit buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point
         append_point
     ];
-    REFINE = refine "" [frame scene brdf grid candidates_atomic diffuse_material packed workgroups];
-    TEST_CANDIDATES = test_candidates "" [
+    REFINE = refine [frame scene brdf grid candidates_atomic diffuse_material packed workgroups];
+    TEST_CANDIDATES = test_candidates [
         frame scene texture texture_entry_at surface hit brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
         packed branch shade_list set_shade_point append_point candidates test_candidate
     ];
-    TEST_CANDIDATES_PERSISTENT = "software" / test_candidates_persistent "" [
+    TEST_CANDIDATES_PERSISTENT = "software" / test_candidates_persistent [
         frame scene texture texture_entry_at surface hit brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
         packed branch shade_list set_shade_point append_point candidates test_candidate workgroups_persistent
     ];
-    EDGES = edges "" [
+    EDGES = edges [
         frame scene brdf grid diffuse_material packed samples branch blend candidates_atomic edge_sample
     ];
-    EDGES_RUNS = "software" / edges_runs "" [
+    EDGES_RUNS = "software" / edges_runs [
         frame scene brdf grid diffuse_material packed samples branch blend candidates_atomic edge_sample
     ];
-    EDGE_FALLBACK = edge_fallback "" [
+    EDGE_FALLBACK = edge_fallback [
         frame scene texture texture_entry_at surface hit brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
         packed samples branch blend shade_list set_shade_point append_point candidates
     ];
-    PREFIX_SUM = prefix_sum "" [
+    PREFIX_SUM = prefix_sum [
         frame buffer_offsets shade_list point_queue candidates prefix_scan workgroups
     ];
-    SCATTER_POINTS = scatter_points "" [buffer_offsets shade_list shade_point_at point_queue];
-    SHADE_POINTS = shade_points "" [
+    SCATTER_POINTS = scatter_points [buffer_offsets shade_list shade_point_at point_queue];
+    SHADE_POINTS = shade_points [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
         atlas parallel_map shadow rectangle transforms_current mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
-    SHADE_POINTS_PREVIOUS = shade_points "" [
+    SHADE_POINTS_PREVIOUS = shade_points [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
         atlas parallel_map shadow rectangle previous_transform transforms_previous sums_previous mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue shade_chunk
     ];
-    SHADE_POINTS_PERSISTENT = "software" / shade_points_persistent "" [
+    SHADE_POINTS_PERSISTENT = "software" / shade_points_persistent [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
         atlas parallel_map shadow rectangle transforms_current mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
-    SHADE_POINTS_PREVIOUS_PERSISTENT = "software" / shade_points_persistent "" [
+    SHADE_POINTS_PREVIOUS_PERSISTENT = "software" / shade_points_persistent [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
         atlas parallel_map shadow rectangle previous_transform transforms_previous sums_previous mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
         diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
-    INCIDENT_LIGHT = incident_light "" [
+    INCIDENT_LIGHT = incident_light [
         frame light lights maps octahedral parameterisation atlas parallel_map shadow previous_transform brdf rectangle branch harmonics transfer_object
     ];
-    TRANSFER_VERTICES = transfer_vertices "" [scene branch transfer_object vertex_range];
-    TRANSFER = transfer "" [
+    TRANSFER_VERTICES = transfer_vertices [scene branch transfer_object vertex_range];
+    TRANSFER = transfer [
         frame scene texture texture_entry_at surface hit brdf grid diffuse_material packed samples branch vertex_range
     ];
-    MULTIPASS = multipass "" [
+    MULTIPASS = multipass [
         frame scene texture texture_entry_at surface hit reflection brdf color light maps octahedral parameterisation atlas
         parallel_map shadow rectangle mirror_share environment_share point_sums buffer_offsets grid point_queue multipass_params element_at member_at
     ];
-    MULTIPASS_ARGUMENTS = multipass_arguments "" [
+    MULTIPASS_ARGUMENTS = multipass_arguments [
         buffer_offsets point_queue multipass_params element_at set_element member_at set_member prefix_scan
     ];
-    MULTIPASS_COLLECT = multipass_collect "" [
+    MULTIPASS_COLLECT = multipass_collect [
         frame scene texture texture_entry_at surface hit reflection brdf color light mirror_share environment_share buffer_offsets
         point_queue light_lists leaf_record_at leaf_range_at light_map
     ];
-    LIGHT_MAPS = light_maps "" [frame light buffer_offsets light_lists leaf_record_at leaf_range_at];
-    LAYERS = layers "" [
+    LIGHT_MAPS = light_maps [frame light buffer_offsets light_lists leaf_record_at leaf_range_at];
+    LAYERS = layers [
         frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed no_reflected_environment
     ];
-    LAYERS_REFLECTING = layers "" [
+    LAYERS_REFLECTING = layers [
         frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed environment_place
         reflected_environment
     ];
-    RESOLVE = resolve "" [
+    RESOLVE = resolve [
         frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed samples branch
         no_reflected_environment
     ];
-    RESOLVE_REFLECTING = resolve "" [
+    RESOLVE_REFLECTING = resolve [
         frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed samples branch
         environment_place reflected_environment
     ];
-    SMALL_MAP_TRIANGLES = small_map_triangles "" [parallel_map map_parts map_set_up map_opaque map_lists map_texels];
-    SMALL_MAP_TRIANGLES_MASKED = small_map_triangles "" [
+    SMALL_MAP_TRIANGLES = small_map_triangles [parallel_map map_parts map_set_up map_opaque map_lists map_texels];
+    SMALL_MAP_TRIANGLES_MASKED = small_map_triangles [
         frame scene texture texture_entry_at parallel_map map_parts map_set_up alpha_mask map_masked map_lists map_texels
     ];
-    LARGE_MAP_TRIANGLES = large_map_triangles "" [parallel_map map_parts map_set_up map_opaque map_lists map_texels];
-    LARGE_MAP_TRIANGLES_MASKED = large_map_triangles "" [
+    LARGE_MAP_TRIANGLES = large_map_triangles [parallel_map map_parts map_set_up map_opaque map_lists map_texels];
+    LARGE_MAP_TRIANGLES_MASKED = large_map_triangles [
         frame scene texture texture_entry_at parallel_map map_parts map_set_up alpha_mask map_masked map_lists map_texels
     ];
-    MERGE_LARGE_TRIANGLES = merge_large_triangles "" [parallel_map map_parts map_set_up map_opaque map_lists];
-    MERGE_LARGE_TRIANGLES_MASKED = merge_large_triangles "" [
+    MERGE_LARGE_TRIANGLES = merge_large_triangles [parallel_map map_parts map_set_up map_opaque map_lists];
+    MERGE_LARGE_TRIANGLES_MASKED = merge_large_triangles [
         frame scene texture texture_entry_at parallel_map map_parts map_set_up alpha_mask map_masked map_lists
     ];
-    TRACE_RAYS = trace_rays "" [scene texture texture_entry_at alpha_mask ray_stack ray_texels rays];
-    EXPOSURE = exposure "" [packed color];
-    CALLER_DEPTH = caller_depth "" [frame];
-    AVERAGE = average "" [frame packed];
-    BACKGROUND = background "" [frame packed environment_place environment];
-    TONEMAP = tonemap "" [tonemap packed];
-    STALE_ERROR = stale_error "" [
+    TRACE_RAYS = trace_rays [scene texture texture_entry_at alpha_mask ray_stack ray_texels rays];
+    EXPOSURE = exposure [packed color];
+    CALLER_DEPTH = caller_depth [frame];
+    AVERAGE = average [frame packed];
+    BACKGROUND = background [frame packed environment_place environment];
+    TONEMAP = tonemap [tonemap packed];
+    STALE_ERROR = stale_error [
         frame scene texture texture_entry_at surface hit reflection brdf color light maps octahedral parameterisation atlas
         parallel_map shadow rectangle previous_transform transforms_previous mirror_share environment_share point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
         stale_part_at occluder_box_at blockers
     ];
-    DEBUG_LEAVES = debug_leaves "" [
+    DEBUG_LEAVES = debug_leaves [
         frame scene texture texture_entry_at surface hit buffer_offsets receiver receiver_grid_at packed
     ];
-    DEBUG_LEVELS = debug_levels "" [frame packed];
-    DEBUG_LIGHT_MAPS = debug_light_maps "" [
+    DEBUG_LEVELS = debug_levels [frame packed];
+    DEBUG_LIGHT_MAPS = debug_light_maps [
         frame scene texture texture_entry_at surface hit buffer_offsets receiver receiver_grid_at light_lists leaf_record_at
         leaf_range_at light_map packed
     ];
-    DEBUG_LIGHTS = debug_lights "" [frame scene texture texture_entry_at surface hit light packed];
-    DEBUG_ATLAS = debug_atlas "" [frame light maps atlas packed];
-    TRACE_MIRRORS = trace_mirrors "" [
+    DEBUG_LIGHTS = debug_lights [frame scene texture texture_entry_at surface hit light packed];
+    DEBUG_ATLAS = debug_atlas [frame light maps atlas packed];
+    TRACE_MIRRORS = trace_mirrors [
         frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack ray_texels rays direction mirror_share mirror_image
         no_reflected_environment
     ];
-    TRACE_MIRRORS_REFLECTING = trace_mirrors "" [
+    TRACE_MIRRORS_REFLECTING = trace_mirrors [
         frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack ray_texels rays direction mirror_share mirror_image
         environment_place reflected_environment
     ];
-    ADD_MIRRORED = add_mirrored "" [
+    ADD_MIRRORED = add_mirrored [
         frame scene texture texture_entry_at surface hit reflection brdf diffuse_material mirror_image no_reflected_environment
     ];
-    ADD_MIRRORED_REFLECTING = add_mirrored "" [
+    ADD_MIRRORED_REFLECTING = add_mirrored [
         frame scene texture texture_entry_at surface hit reflection brdf diffuse_material mirror_image environment_place
         reflected_environment
     ];
-    PUT_MIRRORS = put_mirrors "" [
+    PUT_MIRRORS = put_mirrors [
         frame scene texture texture_entry_at surface hit reflection brdf packed mirror_share mirror_image
     ];
 }
 
+/// Name and WGSL of every module that can be put together, for whichever device: for compilers to be tried with.
+pub fn shaders() -> BTreeSet<(&'static str, String)> {
+    let of = |kernels: Kernels| ALL.iter().map(move |source| (source.name, source.concatenated(&kernels)));
+    Kernels::ALL.into_iter().flat_map(of).collect()
+}
+
 /// Group 1 by itself.
-pub(crate) const SCENE: Source = Source { name: "scene", text: "", uses: &["scene"], enable: "" };
+pub(crate) const SCENE: Source = Source { name: "scene", text: "", uses: &["scene"] };
 
 /// The shading of points on a device; `then`: where shadows on dynamic objects are looked up where these were.
 pub(crate) fn shade_points(kernels: &Kernels, then: bool) -> &'static Source {
@@ -323,7 +326,7 @@ pub(crate) fn exists(used: &'static str, kernels: &Kernels) -> bool {
 impl Source {
     /// The whole text.
     pub fn concatenated(&self, kernels: &Kernels) -> String {
-        let mut text = self.enable.to_owned() + &shader_constants::declarations();
+        let mut text = shader_constants::declarations();
         for record in &RECORDS {
             let reads = self.uses.contains(&format!("{}_at", record.snake).as_str());
             let writes = self.uses.contains(&format!("set_{}", record.snake).as_str());

@@ -50,10 +50,11 @@ impl Kernels {
     }
 
     /// All that there are.
-    #[cfg(test)]
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 6] = [
         Self { tier: Tier::Gpu, lights_in_storage: true, mirrored: false },
         Self { tier: Tier::Gpu, lights_in_storage: false, mirrored: false },
+        Self { tier: Tier::Gpu, lights_in_storage: true, mirrored: true },
+        Self { tier: Tier::Gpu, lights_in_storage: false, mirrored: true },
         Self { tier: Tier::Software, lights_in_storage: false, mirrored: false },
         Self { tier: Tier::Software, lights_in_storage: false, mirrored: true },
     ];

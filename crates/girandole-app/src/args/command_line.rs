@@ -1,8 +1,8 @@
 //! The call of the program that has given options: the way back from [`RenderArgs`] to a command line.
 
-use super::{Cli, Command, LightArgs, MotionArgs, QualityArgs, RenderArgs, SceneArgs, ToneCurve, ViewArgs};
-use anyhow::{Context, Result, bail};
-use clap::{Parser, ValueEnum};
+use super::{LightArgs, MotionArgs, QualityArgs, RenderArgs, SceneArgs, ToneCurve, ViewArgs, parse};
+use anyhow::{Context, Result};
+use clap::ValueEnum;
 use girandole_core::lights::LightSettings;
 use girandole_core::tonemap::Exposure;
 use std::path::Path;
@@ -13,20 +13,14 @@ pub type Choice = (&'static str, Option<String>);
 impl ViewArgs {
     /// Those of `girandole view` without options.
     pub fn defaults() -> Result<Self> {
-        match Cli::try_parse_from(["girandole", "view"])?.command {
-            Some(Command::View(args)) => Ok(*args),
-            _ => bail!("`girandole view` opens a window"),
-        }
+        Ok(parse("view", &[])?)
     }
 }
 
 impl RenderArgs {
     /// Those of `girandole render` without options.
     pub fn defaults() -> Result<Self> {
-        match Cli::try_parse_from(["girandole", "render"])?.command {
-            Some(Command::Render(args)) => Ok(*args),
-            _ => bail!("`girandole render` renders"),
-        }
+        Ok(parse("render", &[])?)
     }
 
     /// How light is sampled: edits may have switched all of it off.
@@ -177,12 +171,14 @@ pub(super) fn file_name(path: &Path) -> Result<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Cli, Command};
     use super::*;
-    use clap::CommandFactory;
+    use anyhow::bail;
+    use clap::{CommandFactory, Parser};
     use proptest::prelude::*;
     use proptest::sample::{select, subsequence};
 
-    fn parse(words: &[String]) -> Result<RenderArgs> {
+    fn called(words: &[String]) -> Result<RenderArgs> {
         match Cli::try_parse_from(words)?.command {
             Some(Command::Render(args)) => Ok(*args),
             other => bail!("{words:?} is {other:?}"),
@@ -304,10 +300,10 @@ mod tests {
             let mut words = vec!["girandole".to_owned(), "render".into(), format!("--output={output}")];
             words.extend(options.into_iter().chain(camera).chain(motion).chain(load));
             words.extend(["--".into(), scene]);
-            let args = parse(&words).map_err(|e| TestCaseError::fail(e.to_string()))?;
+            let args = called(&words).map_err(|e| TestCaseError::fail(e.to_string()))?;
             let line = args.command_line().map_err(|e| TestCaseError::fail(e.to_string()))?;
             let split = shlex::split(&line).ok_or_else(|| TestCaseError::fail("not quoted"))?;
-            let again = parse(&split).map_err(|e| TestCaseError::fail(format!("{line}: {e}")))?;
+            let again = called(&split).map_err(|e| TestCaseError::fail(format!("{line}: {e}")))?;
             prop_assert_eq!(args, again, "{}", line);
             prop_assert!(split.len() <= 2 * words.len());
         }

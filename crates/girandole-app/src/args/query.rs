@@ -1,8 +1,8 @@
 //! Options in the address of a web page: `?scene=table&lights=1024` is `girandole view table --lights 1024`.
 
-use super::{Cli, Command, RenderArgs, ViewArgs};
-use anyhow::{Context, Result, bail};
-use clap::{CommandFactory, Parser};
+use super::{RenderArgs, ViewArgs, parse};
+use anyhow::{Context, Result};
+use clap::Args;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 use std::path::Path;
 
@@ -32,7 +32,7 @@ impl ViewArgs {
     /// # Errors
     /// Where it is no Unicode, and for what `girandole view` refuses.
     pub fn from_address(query: &str, hold: impl Fn(&Path, Vec<u8>)) -> Result<Self> {
-        let mut words = vec!["girandole".to_owned(), "view".to_owned()];
+        let mut words = Vec::new();
         let mut scene = None;
         for pair in query.trim_start_matches('?').split(['&', '#']).filter(|pair| !pair.is_empty()) {
             let (name, value) = pair.split_once('=').unwrap_or((pair, ""));
@@ -47,10 +47,7 @@ impl ViewArgs {
             }
         }
         words.extend(scene.into_iter().flat_map(|scene| ["--".into(), scene]));
-        match Cli::try_parse_from(words)?.command {
-            Some(Command::View(args)) => Ok(*args),
-            _ => bail!("`girandole view` opens a window"),
-        }
+        Ok(parse("view", &words)?)
     }
 }
 
@@ -60,8 +57,7 @@ impl RenderArgs {
     /// # Errors
     /// Where a file's name is no Unicode.
     pub fn query(&self) -> Result<String> {
-        let command = Cli::command();
-        let view = command.find_subcommand("view").context("there is no window")?;
+        let view = ViewArgs::augment_args(clap::Command::new("view"));
         let is_known = |name: &str| {
             let long = name.trim_start_matches('-');
             !LEFT_OUT.contains(&name) && view.get_arguments().any(|option| option.get_long() == Some(long))
@@ -96,7 +92,9 @@ fn decoded(text: &str) -> Result<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Cli, Command};
     use super::*;
+    use clap::Parser;
 
     fn from_address(address: &str) -> Result<ViewArgs> {
         ViewArgs::from_address(address, |_, _| panic!("it holds no edits"))

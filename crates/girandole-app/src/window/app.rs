@@ -281,9 +281,14 @@ impl App {
         self.cancel();
         self.allocate_target();
         self.session.rest(elapsed.as_secs_f64(), self.tools.picture_size);
-        self.make();
+        let is_in_time = self.make();
         self.schedule(&gui);
-        self.draw(panel);
+        if is_in_time {
+            self.draw(panel);
+        } else {
+            // One thing at a time: the picture comes with the next frame.
+            self.window.request_redraw();
+        }
         let Self { session, tools, .. } = self;
         tools.truth.step(session, tools.picture_size, self.gui.context());
         self.frames.ask(self.session.renderer(), self.session.is_hurried());
@@ -348,16 +353,17 @@ impl App {
     }
 
     /// Makes a slice of light, once the frame that says so was shown. Nothing is made anew while a control is being dragged or typed
-    /// into.
-    fn make(&mut self) {
+    /// into. Whether that took no longer than it should.
+    fn make(&mut self) -> bool {
         let said = std::mem::replace(&mut self.says_progress, self.session.is_making());
         if !said || !self.session.is_making() || self.gui.is_in_use() || self.frames.is_busy() {
-            return;
+            return true;
         }
         let until = Instant::now() + SLICE;
         if self.session.make((&self.gpu.device, &self.gpu.queue), until) {
             self.frames.submitted_work(&self.gpu.queue);
         }
+        Instant::now() < until + SLICE
     }
 
     /// Finds out when the next frame is due.

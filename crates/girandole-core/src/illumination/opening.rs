@@ -46,6 +46,7 @@ enum State {
     Sampling(Generation, Slices<Result<Illumination>>),
     /// What visibility is determined for, and is compared with.
     Lit(Box<Illumination>, Option<Box<VisibilityBuild>>),
+    Determined(Box<VisibilityDatabase>),
     Done,
 }
 
@@ -77,7 +78,7 @@ impl Opening {
         match &self.state {
             State::New | State::Sampling(..) | State::Lit(_, None) => 0.0,
             State::Lit(_, Some(build)) => build.progress(),
-            State::Done => 1.0,
+            State::Determined(_) | State::Done => 1.0,
         }
     }
 
@@ -87,16 +88,19 @@ impl Opening {
     /// As [`Illumination::new`]; and [`Error::Invalid`](crate::Error::Invalid) where the scene has changed since the first one:
     /// then begin anew.
     pub fn step(&mut self, scene: &Arc<Scene>) -> Result<Stage> {
-        match &mut self.state {
+        match std::mem::replace(&mut self.state, State::Done) {
             State::New => {
                 let (held, settings) = (scene.clone(), self.settings.clone());
                 let sampling = async move { Illumination::without_visibility(&held, &settings).await };
                 self.state = State::Sampling(scene.generation(), Slices::new(sampling));
                 Ok(Stage::Slice)
             }
-            State::Sampling(of, sampling) => {
+            State::Sampling(of, mut sampling) => {
                 of.expect(scene.generation(), "the scene has changed while it was opened; begin anew")?;
-                let Some(lit) = sampling.step() else { return Ok(Stage::Slice) };
+                let Some(lit) = sampling.step() else {
+                    self.state = State::Sampling(of, sampling);
+                    return Ok(Stage::Slice);
+                };
                 let lit = Box::new(lit?);
                 let has_more = self.settings.visibility.is_some();
                 self.state = if has_more { State::Lit(lit.clone(), None) } else { State::Done };
@@ -104,21 +108,23 @@ impl Opening {
             }
             State::Lit(lit, build) => {
                 lit.geometry.belongs_to(scene)?;
-                match build {
-                    Some(build) if !build.is_done() => build.step(),
-                    Some(_) => return self.end(scene),
-                    None => *build = begin(scene, lit)?,
-                }
+                self.state = match build {
+                    Some(build) if build.is_done() => {
+                        State::Determined(Box::new(build.end(scene, &lit.geometry)?))
+                    }
+                    Some(mut build) => {
+                        build.step();
+                        State::Lit(lit, Some(build))
+                    }
+                    None => {
+                        let build = begin(scene, &lit)?;
+                        State::Lit(lit, build)
+                    }
+                };
                 Ok(Stage::Slice)
             }
+            State::Determined(database) => Ok(Stage::Visibility(database)),
             State::Done => Ok(Stage::Done),
-        }
-    }
-
-    fn end(&mut self, scene: &Scene) -> Result<Stage> {
-        match std::mem::replace(&mut self.state, State::Done) {
-            State::Lit(lit, Some(build)) => Ok(Stage::Visibility(Box::new(build.end(scene, &lit.geometry)?))),
-            _ => Ok(Stage::Done),
         }
     }
 }

@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Pairs of nodes and lights that a step tests of each subtree, at most: some milliseconds.
-const PAIRS: usize = 1 << 12;
+const PAIRS: usize = 1 << 10;
 
 /// Subtrees of roots, and the tests made to grow them.
 #[derive(Default)]

@@ -24,7 +24,7 @@ pub const CHECKS: &[Check] = &[
 ];
 
 const CANVAS: &str = "driver/canvas.html";
-const EVENTS: &str = "driver/events.html";
+pub const EVENTS: &str = "driver/events.html";
 /// What the canvas is cleared to, in linear steps of 1/255.
 const COLOR: [u8; 3] = [51, 102, 204];
 const SOON: Duration = Duration::from_secs(10);

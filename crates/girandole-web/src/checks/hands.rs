@@ -1,7 +1,7 @@
 //! What people do to the page: look, walk, pinch, drop files, come back by a link.
 
 use super::page::{self, PATIENCE, settled, settles_again};
-use super::{native, render};
+use super::{called, native};
 use crate::browser::{Button, Key, Tab, View};
 use crate::difference::{Picture, difference};
 use crate::package::Part;
@@ -129,7 +129,7 @@ fn eye_and_target(tab: &Tab<'_>) -> Result<Option<Vec<f64>>> {
 
 fn files(bench: &Bench) -> Result<()> {
     let room = bench.folder.path().join("gap.glb");
-    render(bench, &["export", "gap", "-o", &room.to_string_lossy()])?;
+    called(bench, &["export", "gap", "-o", &room.to_string_lossy()])?;
     let tab = bench.open(QUICK, &page::view())?;
     settled(&tab)?;
     settles_again(&tab, || tab.drop_files([100.0, 100.0], &[&room]))?;

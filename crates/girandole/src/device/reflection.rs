@@ -1,13 +1,13 @@
 //! What a shader module binds, and which of its entry points use it, read from its text: quickly, and in browsers without a compiler of
 //! our own. It knows the WGSL that we write; a test holds it to what naga says of every module.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What a module binds.
 pub(super) struct Reflection {
     variables: Vec<Variable>,
     /// Names of variables and functions in each function, and the stage of entry points.
-    functions: HashMap<String, (Vec<String>, Option<wgpu::ShaderStages>)>,
+    functions: BTreeMap<String, (Vec<String>, Option<wgpu::ShaderStages>)>,
 }
 
 struct Variable {
@@ -21,7 +21,8 @@ impl Reflection {
     /// Of a module's text.
     pub fn of(text: &str) -> Self {
         let tokens: Vec<&str> = Tokens(text).collect();
-        let mut result = Self { variables: Vec::new(), functions: HashMap::new() };
+        let mut variables: Vec<Variable> = Vec::new();
+        let mut functions: Vec<(&str, BTreeSet<&str>, Option<wgpu::ShaderStages>)> = Vec::new();
         let mut attributes: Vec<&[&str]> = Vec::new();
         let mut rest = &tokens[..];
         while let Some((&first, after)) = rest.split_first() {
@@ -35,12 +36,12 @@ impl Reflection {
             rest = next;
             match first {
                 "@" => attributes.push(&item[1..]),
-                "var" => result.variables.extend(Variable::of(item, &attributes)),
+                "var" => variables.extend(Variable::of(item, &attributes)),
                 "fn" => {
                     let names = item[2..].iter().zip(&item[1..]);
                     let names = names.filter(|(name, before)| is_word(name) && **before != ".");
-                    let names = names.map(|(name, _)| name.to_string()).collect();
-                    result.functions.insert(item[1].to_string(), (names, stage(&attributes)));
+                    let names: BTreeSet<&str> = names.map(|(name, _)| *name).collect();
+                    functions.push((item[1], names, stage(&attributes)));
                 }
                 _ => {}
             }
@@ -48,7 +49,14 @@ impl Reflection {
                 attributes.clear();
             }
         }
-        result
+        let of_functions = functions.iter().map(|(name, ..)| name.to_string());
+        let known: BTreeSet<String> =
+            of_functions.chain(variables.iter().map(|variable| variable.name.clone())).collect();
+        let functions = functions.into_iter().map(|(name, names, stage)| {
+            let names = names.into_iter().filter(|name| known.contains(*name)).map(str::to_owned).collect();
+            (name.to_owned(), (names, stage))
+        });
+        Self { functions: functions.collect(), variables }
     }
 
     /// The bindings of a group that any of these entry points uses.
@@ -69,20 +77,15 @@ impl Reflection {
     }
 
     /// An entry point's stage, and all names in it and in what it calls.
-    fn used<'a>(&'a self, entry: &'a str) -> (wgpu::ShaderStages, Vec<&'a str>) {
-        let mut names: Vec<&str> = Vec::new();
+    fn used<'a>(&'a self, entry: &'a str) -> (wgpu::ShaderStages, BTreeSet<&'a str>) {
+        let mut names = BTreeSet::new();
         let mut open: Vec<&str> = vec![entry];
         while let Some(name) = open.pop() {
-            if names.contains(&name) {
-                continue;
+            if names.insert(name)
+                && let Some((called, _)) = self.functions.get(name)
+            {
+                open.extend(called.iter().map(String::as_str));
             }
-            let is_known = |name: &&str| {
-                self.functions.contains_key(*name) || self.variables.iter().any(|v| v.name == *name)
-            };
-            if let Some((called, _)) = self.functions.get(name) {
-                open.extend(called.iter().map(String::as_str).filter(is_known));
-            }
-            names.push(name);
         }
         let stage = self.functions.get(entry).and_then(|(_, stage)| *stage);
         (stage.unwrap_or(wgpu::ShaderStages::NONE), names)
