@@ -1,7 +1,7 @@
 //! What people do to the page: look, walk, pinch, drop files, come back by a link.
 
-use super::page::{self, PATIENCE, settled, settles_again};
-use super::{called, native};
+use super::called;
+use super::page::{self, PATIENCE, is_shown, settled, settles_again};
 use crate::browser::{Button, Key, Tab, View};
 use crate::difference::{Picture, difference};
 use crate::package::Part;
@@ -133,20 +133,15 @@ fn files(bench: &Bench) -> Result<()> {
     let tab = bench.open(QUICK, &page::view())?;
     settled(&tab)?;
     settles_again(&tab, || tab.drop_files([100.0, 100.0], &[&room]))?;
-    let shown = bench.keep("dropped-gap.png", tab.screenshot()?)?;
-    let options = [&room.to_string_lossy(), "--lights", "16", "--mode", "naive", "--aa", "off"];
-    let found = difference(&page::picture(&shown)?, &native(bench, &options, page::PICTURE)?)?;
-    ensure!(found.mean < 0.1 && found.share_beyond_2 < 0.002, "the file shows another picture: {found:?}");
+    let options = ["--lights", "16", "--mode", "naive", "--aa", "off"];
+    is_shown(bench, &tab, &[&[&*room.to_string_lossy()], &options[..]].concat())?;
 
     let model = bench.file("board.obj", BOARD)?;
     let materials = bench.file("board.mtl", "newmtl board\nKd 1 1 1\nmap_Kd board.png\n")?;
     let texture = Picture { size: [2, 1], pixels: vec![[200, 20, 20], [20, 20, 200]] };
     let texture = bench.file("board.png", texture.encode()?)?;
     settles_again(&tab, || tab.drop_files([100.0, 100.0], &[&texture, &materials, &model]))?;
-    let shown = page::picture(&bench.keep("dropped-board.png", tab.screenshot()?)?)?;
-    let options = [&model.to_string_lossy(), "--lights", "16", "--mode", "naive", "--aa", "off"];
-    let found = difference(&shown, &native(bench, &options, page::PICTURE)?)?;
-    ensure!(found.mean < 0.1 && found.share_beyond_2 < 0.002, "the model shows another picture: {found:?}");
+    let shown = is_shown(bench, &tab, &[&[&*model.to_string_lossy()], &options[..]].concat())?;
     let of_texture = |[r, g, b]: &&[u8; 3]| r.abs_diff(*b) > 40 && g < r.max(b);
     let count = Picture::decode(&shown)?.pixels.iter().filter(of_texture).count();
     ensure!(count > 500, "{count} pixels have the texture's colours");

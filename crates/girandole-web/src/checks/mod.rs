@@ -4,6 +4,7 @@ mod driver;
 mod hands;
 mod package;
 mod page;
+mod settings;
 mod shaders;
 mod time;
 
@@ -14,9 +15,17 @@ use std::process::Command;
 
 /// All of them, in the order in which they run.
 pub fn all() -> impl Iterator<Item = &'static Check> {
-    [driver::CHECKS, shaders::CHECKS, package::CHECKS, page::CHECKS, hands::CHECKS, time::CHECKS]
-        .into_iter()
-        .flatten()
+    [
+        driver::CHECKS,
+        shaders::CHECKS,
+        package::CHECKS,
+        page::CHECKS,
+        settings::CHECKS,
+        hands::CHECKS,
+        time::CHECKS,
+    ]
+    .into_iter()
+    .flatten()
 }
 
 /// The site with the pages that checks bring along.

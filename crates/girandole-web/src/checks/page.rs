@@ -28,25 +28,30 @@ pub fn view() -> View {
 }
 
 fn naive(bench: &Bench) -> Result<()> {
-    is_native(
-        bench,
-        &["pillars", "--lights", "16", "--mode", "naive", "--aa", "off"],
-        "scene=pillars&lights=16&mode=naive",
-    )
+    is_native(bench, "pillars", &["--lights", "16", "--mode", "naive"])
 }
 
 fn full(bench: &Bench) -> Result<()> {
-    is_native(bench, &["pillars", "--lights", "64", "--aa", "off"], "scene=pillars&lights=64")
+    is_native(bench, "pillars", &["--lights", "64"])
 }
 
-/// Whether the page at this address shows the picture that these options render.
-fn is_native(bench: &Bench, options: &[&str], query: &str) -> Result<()> {
-    let tab = bench.open(&format!("?{query}"), &view())?;
+/// Whether the page at the address with these options shows the picture that they render, each a name and a value.
+pub fn is_native(bench: &Bench, scene: &str, options: &[&str]) -> Result<()> {
+    let pairs = options.chunks(2).map(|pair| format!("&{}={}", pair[0].trim_start_matches('-'), pair[1]));
+    let tab = bench.open(&format!("?scene={scene}{}", pairs.collect::<String>()), &view())?;
     settled(&tab)?;
-    let shown = bench.keep(&format!("{}.png", query.replace(['&', '='], "-")), tab.screenshot()?)?;
-    let found = difference(&picture(&shown)?, &native(bench, options, PICTURE)?)?;
-    ensure!(found.mean < 0.1 && found.share_beyond_2 < 0.002, "the picture is another one: {found:?}");
+    let defaults = if options.contains(&"--aa") { &[][..] } else { &["--aa", "off"] };
+    is_shown(bench, &tab, &[&[scene], options, defaults].concat())?;
     Ok(())
+}
+
+/// Whether a page shows the picture that the program renders by these arguments; the picture.
+pub fn is_shown(bench: &Bench, tab: &Tab<'_>, arguments: &[&str]) -> Result<Vec<u8>> {
+    let name = arguments.join("").replace("--", "-").replace(['/', '.'], "_");
+    let shown = picture(&bench.keep(&format!("{name}.png"), tab.screenshot()?)?)?;
+    let found = difference(&shown, &native(bench, arguments, PICTURE)?)?;
+    ensure!(found.mean < 0.1 && found.share_beyond_2 < 0.002, "the picture is another one: {found:?}");
+    Ok(shown)
 }
 
 /// Waits until the page has its last picture.
