@@ -9,6 +9,7 @@ use girandole_core::Error;
 use girandole_core::glam::Vec3;
 use girandole_core::scene::builtin::{self, MovingObject};
 use girandole_core::scene::{Edits, Environment, LoadOptions, Scene, Sky, UpAxis, View, load_model};
+use girandole_core::slices::complete;
 use girandole_reference::image_file;
 use std::path::Path;
 
@@ -19,6 +20,11 @@ const FILES: [&str; 4] = ["glb", "gltf", "obj", "ply"];
 
 /// A built-in room with its moving object, or a file.
 pub fn load(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> {
+    complete(load_in_slices(name, object, load))
+}
+
+/// The same with pauses.
+async fn load_in_slices(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> {
     let (environment, notes) = environment(load)?;
     let mut scene = if extension(name).is_some_and(|e| FILES.contains(&e.as_str())) {
         if object.is_some() {
@@ -28,7 +34,7 @@ pub fn load(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> 
         let ground = load.background == BackgroundArg::Environment;
         let (light, up) = (load.light.into(), load.up.map(Into::into));
         let options = LoadOptions { environment, light, up, scale: load.scale, ground };
-        let mut scene = Scene::load_with(Path::new(name), options)?;
+        let mut scene = Scene::load_in_slices(Path::new(name), options).await?;
         scene.warnings.iter_mut().for_each(advice::add_to_warning);
         scene
     } else if builtin::NAMES.contains(&name) {
@@ -64,7 +70,16 @@ pub fn load(name: &str, object: Option<&str>, load: &LoadArgs) -> Result<Scene> 
 
 /// The same, with what a file says was changed in it.
 pub fn load_edited(name: &str, object: Option<&str>, seen: &SceneArgs) -> Result<(Scene, Edits)> {
-    let mut scene = load(name, object, &seen.load)?;
+    complete(load_edited_in_slices(name, object, seen))
+}
+
+/// The same with pauses.
+pub async fn load_edited_in_slices(
+    name: &str,
+    object: Option<&str>,
+    seen: &SceneArgs,
+) -> Result<(Scene, Edits)> {
+    let mut scene = load_in_slices(name, object, &seen.load).await?;
     let Some(file) = seen.edits.as_deref() else { return Ok((scene, Edits::default())) };
     let mut edits = Edits::load(file)?;
     edits.place_models(file.parent().unwrap_or(Path::new("")));

@@ -15,7 +15,7 @@ pub mod lights;
 pub mod math;
 mod parallel;
 pub mod scene;
-mod slices;
+pub mod slices;
 pub mod tonemap;
 pub mod trace;
 pub mod transfer;

@@ -1,14 +1,15 @@
-//! Work in slices: futures that return to whoever polls them every few milliseconds, so that a window can draw meanwhile. Nothing wakes
-//! them, no clock is read: who polls goes on as long as there is time.
+//! Work in slices: futures that return to whoever polls them every few milliseconds, so that a window can draw meanwhile. They wait for
+//! nothing, and read no clock: who polls goes on as long as there is time.
 
 use std::future::poll_fn;
 use std::pin::{Pin, pin};
 use std::task::{Context, Poll, Waker};
 
 /// Work that can be left and gone on with.
-pub(crate) struct Slices<T>(Pin<Box<dyn Future<Output = T> + Send>>);
+pub struct Slices<T>(Pin<Box<dyn Future<Output = T> + Send>>);
 
 impl<T> Slices<T> {
+    /// Begins nothing yet.
     pub fn new(work: impl Future<Output = T> + Send + 'static) -> Self {
         Self(Box::pin(work))
     }
@@ -23,17 +24,20 @@ impl<T> Slices<T> {
 }
 
 /// The end of a slice.
-pub(crate) async fn pause() {
+pub async fn pause() {
     let mut is_over = false;
-    poll_fn(|_| match std::mem::replace(&mut is_over, true) {
-        true => Poll::Ready(()),
-        false => Poll::Pending,
+    poll_fn(|context| {
+        if std::mem::replace(&mut is_over, true) {
+            return Poll::Ready(());
+        }
+        context.waker().wake_by_ref();
+        Poll::Pending
     })
     .await
 }
 
 /// All slices at once.
-pub(crate) fn complete<T>(work: impl Future<Output = T>) -> T {
+pub fn complete<T>(work: impl Future<Output = T>) -> T {
     let mut work = pin!(work);
     loop {
         if let Poll::Ready(result) = work.as_mut().poll(&mut Context::from_waker(Waker::noop())) {

@@ -15,6 +15,7 @@ pub use hierarchy::HeldHierarchies;
 pub use wide::{WideHierarchy, WideNode};
 
 use crate::scene::{Geometry, NONE, ObjectId, Scene};
+use crate::slices::complete;
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3A};
 use hierarchy::{Hierarchy, MARGIN};
 use obvhs::BvhBuildParams;
@@ -157,7 +158,12 @@ impl Traversal {
 impl<'a> SceneTracer<'a> {
     /// Builds the hierarchy over all triangles.
     pub fn new(scene: &'a Scene, geometry: &'a Geometry) -> Self {
-        Self::with_build(scene, geometry, &BvhBuildParams::medium_build())
+        complete(Self::in_slices(scene, geometry))
+    }
+
+    /// The same with pauses.
+    pub(crate) async fn in_slices(scene: &'a Scene, geometry: &'a Geometry) -> Self {
+        Self::with_build(scene, geometry, &BvhBuildParams::medium_build()).await
     }
 
     /// Builds the hierarchy over all triangles but those of one object: rays do not see it.
@@ -166,19 +172,21 @@ impl<'a> SceneTracer<'a> {
         let others = (0..geometry.triangles.len() as u32)
             .filter(|t| !own.contains(t) && !geometry.is_transparent(scene, *t));
         let build = BvhBuildParams::medium_build();
-        Self::over(scene, geometry, &[Arc::new(Hierarchy::new(scene, geometry, others.collect(), &build))])
+        let hierarchy = complete(Hierarchy::new(scene, geometry, others.collect(), &build));
+        Self::over(scene, geometry, &[Arc::new(hierarchy)])
     }
 
     /// Over what lets light through, too: where surfaces are, whatever they look like.
     pub(crate) fn of_all_surfaces(scene: &'a Scene, geometry: &'a Geometry) -> Self {
         let all = (0..geometry.triangles.len() as u32).collect();
-        let hierarchy = Hierarchy::new(scene, geometry, all, &BvhBuildParams::medium_build());
+        let hierarchy = complete(Hierarchy::new(scene, geometry, all, &BvhBuildParams::medium_build()));
         Self::over(scene, geometry, &[Arc::new(hierarchy)])
     }
 
-    fn with_build(scene: &'a Scene, geometry: &'a Geometry, build: &BvhBuildParams) -> Self {
+    async fn with_build(scene: &'a Scene, geometry: &'a Geometry, build: &BvhBuildParams) -> Self {
         let all = (0..geometry.triangles.len() as u32).filter(|&t| !geometry.is_transparent(scene, t));
-        Self::over(scene, geometry, &[Arc::new(Hierarchy::new(scene, geometry, all.collect(), build))])
+        let hierarchy = Hierarchy::new(scene, geometry, all.collect(), build).await;
+        Self::over(scene, geometry, &[Arc::new(hierarchy)])
     }
 
     /// With these hierarchies over all triangles that block.
@@ -263,7 +271,7 @@ impl<'a> SceneTracer<'a> {
         let hierarchy = self.transparent.get_or_init(|| {
             let all = 0..geometry.triangles.len() as u32;
             let transparent = all.filter(|&t| geometry.is_transparent(scene, t)).collect();
-            Hierarchy::new(scene, geometry, transparent, &BvhBuildParams::medium_build())
+            complete(Hierarchy::new(scene, geometry, transparent, &BvhBuildParams::medium_build()))
         });
         if hierarchy.is_empty() {
             return Vec::new();

@@ -2,14 +2,15 @@
 
 use crate::{Camera, Lit, Settings};
 use girandole::core::files;
-use girandole::core::scene::{Scene, builtin};
+use girandole::core::scene::{LoadOptions, Scene, builtin};
+use girandole::core::slices::Slices;
 use girandole::{Gpu, wgpu};
 use js_sys::{JSON, Promise, Uint8Array};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::cell::RefCell;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, future_to_promise};
@@ -228,15 +229,34 @@ async fn scene(source: JsValue) -> Result<Scene, JsError> {
             (format!("scene.{}", kind(&bytes)), Some(bytes))
         }
     };
-    let path = Path::new(&name);
-    let load = || {
+    let path = PathBuf::from(name);
+    let load = async || {
         // Each time: another scene of that name may have been loaded meanwhile.
-        bytes.iter().for_each(|bytes| files::hold(path, bytes.clone()));
-        Scene::load(path)
+        bytes.iter().for_each(|bytes| files::hold(&path, bytes.clone()));
+        let path = path.clone();
+        let mut loading =
+            Slices::new(async move { Scene::load_in_slices(&path, LoadOptions::default()).await });
+        loop {
+            if let Some(scene) = loading.step() {
+                break scene;
+            }
+            let_go().await;
+        }
     };
     let scene = files::gather(load, fetch).await;
     files::release();
     Ok(scene?)
+}
+
+/// Lets the browser do what waits.
+async fn let_go() {
+    let promise = Promise::new(&mut |resolve, _| {
+        if let Some(window) = web_sys::window() {
+            // Without a time there is nothing to be refused.
+            let _ = window.set_timeout_with_callback(&resolve);
+        }
+    });
+    let _ = JsFuture::from(promise).await;
 }
 
 /// What bytes are of, as the end of a file's name.

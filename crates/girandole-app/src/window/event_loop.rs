@@ -69,7 +69,7 @@ impl Handler {
             memory: egui::Memory::default(),
             opener: Opener::first(&args.scene, {
                 let args = args.clone();
-                move || super::first(&args)
+                async move || super::first(&args).await
             }),
             files: Files::new(args.seen.edits.clone(), args.own_dialogs),
         };

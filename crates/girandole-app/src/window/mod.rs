@@ -147,12 +147,13 @@ fn start(args: &ViewArgs) -> Start {
 }
 
 /// Opens the scene that the options name.
-fn first(args: &ViewArgs) -> Result<First> {
+async fn first(args: &ViewArgs) -> Result<First> {
     // Browsers cannot sleep.
     if let Some(seconds) = args.slow_opening {
         std::thread::sleep(Duration::from_secs(seconds));
     }
-    let (mut scene, edits) = scene::load_edited(&args.scene, args.object.as_deref(), &args.seen)?;
+    let (mut scene, edits) =
+        scene::load_edited_in_slices(&args.scene, args.object.as_deref(), &args.seen).await?;
     scene.open();
     let transferred = transfer::load(&scene, &args.transfer)?;
     let named = scene.camera(args.camera.as_deref().unwrap_or("0"))?;

@@ -64,9 +64,13 @@ struct Job {
 
 impl Opener {
     /// With the scene of the command line.
-    pub fn first(name: &str, mut open: impl FnMut() -> Result<First> + Send + 'static) -> Self {
+    pub fn first(name: &str, mut open: impl AsyncFnMut() -> Result<First> + Send + 'static) -> Self {
         let mut opener = Self::default();
-        opener.begin("Opening", name, pending::beside(move || Ok(Opened::First(Box::new(open()?)))));
+        opener.begin(
+            "Opening",
+            name,
+            pending::beside(async move || Ok(Opened::First(Box::new(open().await?)))),
+        );
         opener.0.iter_mut().for_each(|job| job.is_first = true);
         opener
     }
@@ -132,12 +136,12 @@ impl Opener {
 
     fn load(&mut self, source: Source, changes: Changes, keeps_eye: bool) {
         let name = source.scene.clone();
-        let load = move || {
+        let load = async move || {
             let edits_file = if let Changes::In(file) = &changes { Some(file.clone()) } else { None };
             let seen =
                 SceneArgs { edits: edits_file.clone(), load: source.load.clone(), ..SceneArgs::default() };
             let (mut scene, mut edits) =
-                crate::scene::load_edited(&source.scene, source.object.as_deref(), &seen)?;
+                crate::scene::load_edited_in_slices(&source.scene, source.object.as_deref(), &seen).await?;
             if let Changes::These(these) = &changes {
                 these.apply(&mut scene, &load_model)?;
                 edits.clone_from(these);
@@ -152,7 +156,7 @@ impl Opener {
     /// A model, to be put into the scene that is shown.
     pub fn add(&mut self, path: &Path) {
         let file = path.to_owned();
-        let load = move || {
+        let load = async move || {
             let mesh = load_model(&file)?;
             Ok(Opened::Model(file.clone(), Box::new(mesh)))
         };
@@ -162,7 +166,7 @@ impl Opener {
     /// Writes the scene as it stands.
     pub fn export(&mut self, path: &Path, session: &Session) {
         let (scene, file) = (session.scene.clone(), path.to_owned());
-        let export = move || Ok(Opened::Written(crate::export::write(&scene, &file)?));
+        let export = async move || Ok(Opened::Written(crate::export::write(&scene, &file)?));
         self.begin("Writing", &path.to_string_lossy(), pending::beside(export));
     }
 }
@@ -293,7 +297,7 @@ mod tests {
 
     #[test]
     fn one_thing_is_opened_at_a_time() {
-        let first = || {
+        let first = async || {
             let scene = room("gap");
             Ok(First { scene, edits: Edits::default(), transferred: Vec::new(), eye: Eye::Camera(0) })
         };

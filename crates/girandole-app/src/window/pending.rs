@@ -1,5 +1,9 @@
 //! What is on its way back from the device.
 
+#[cfg(not(target_arch = "wasm32"))]
+use girandole_core::slices::complete;
+#[cfg(target_arch = "wasm32")]
+use girandole_core::slices::pause;
 use std::future::Future;
 use std::pin::Pin;
 use std::task::{Context, Poll, Waker};
@@ -28,34 +32,23 @@ pub fn take<T>(slot: &mut Option<Pending<T>>) -> Option<T> {
     Some(value)
 }
 
-/// The result of a function that is called on a thread of its own. In browsers it is called between two frames, and again once files
-/// are there that it lacks.
-pub fn beside<T: Send + 'static>(f: impl FnMut() -> T + Send + 'static) -> Pending<T> {
+/// The result of a function that is called on a thread of its own. In browsers it is called between frames, a slice after each, and again
+/// once files are there that it lacks.
+pub fn beside<T: Send + 'static>(f: impl AsyncFnMut() -> T + Send + 'static) -> Pending<T> {
     #[cfg(target_arch = "wasm32")]
     let result = async move {
-        next_frame().await;
+        pause().await;
         girandole_core::files::gather(f, crate::page::fetch).await
     };
     #[cfg(not(target_arch = "wasm32"))]
     let result = {
         let mut f = f;
         let (sender, receiver) = std::sync::mpsc::channel();
-        std::thread::spawn(move || sender.send(f()));
+        std::thread::spawn(move || sender.send(complete(f())));
         std::future::poll_fn(move |_| match receiver.try_recv() {
             Ok(value) => std::task::Poll::Ready(value),
             Err(_) => std::task::Poll::Pending,
         })
     };
     Pending::new(result)
-}
-
-/// Until a pending future is looked at again.
-#[cfg(target_arch = "wasm32")]
-async fn next_frame() {
-    let mut is_first = true;
-    std::future::poll_fn(|_| match std::mem::replace(&mut is_first, false) {
-        true => Poll::Pending,
-        false => Poll::Ready(()),
-    })
-    .await;
 }

@@ -224,7 +224,7 @@ impl Truth {
             let (ours, truth) = (ours.clone(), truth.clone());
             self.compared = Some(Instant::now());
             self.comparing =
-                Some(pending::beside(move || compare(&truth, &ours, &CompareOptions::default()).ok()));
+                Some(pending::beside(async move || compare(&truth, &ours, &CompareOptions::default()).ok()));
         }
     }
 

@@ -1,8 +1,10 @@
 //! Files of programs without a file system: what a web page was given, by its name, and what is written for it to take.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::future::poll_fn;
 use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
+use std::pin::pin;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The bytes of each file, or why it cannot be had.
@@ -34,13 +36,20 @@ pub fn release() {
 
 /// Does something that reads files, and does it again as long as it lacks some that can be fetched.
 pub async fn gather<T>(
-    mut act: impl FnMut() -> T,
+    mut act: impl AsyncFnMut() -> T,
     fetch: impl AsyncFn(&Path) -> Result<Vec<u8>, String>,
 ) -> T {
     loop {
-        state().missing.clear();
-        let done = act();
-        let missing = std::mem::take(&mut state().missing);
+        let mut missing = BTreeSet::new();
+        let mut acting = pin!(act());
+        // Others may act between its slices.
+        let done = poll_fn(|context| {
+            std::mem::swap(&mut state().missing, &mut missing);
+            let polled = acting.as_mut().poll(context);
+            std::mem::swap(&mut state().missing, &mut missing);
+            polled
+        })
+        .await;
         if missing.is_empty() {
             return done;
         }
@@ -115,7 +124,7 @@ mod tests {
     fn what_is_missing_is_fetched_and_what_is_written_is_taken() {
         use std::task::{Context, Poll, Waker};
         // A scene that refers to a list, which refers to two files, of which one is nowhere.
-        let act = || {
+        let act = async || {
             let list = read(Path::new("at/list"))?;
             let names = String::from_utf8(list).expect("names");
             Ok(names.split(' ').map(|name| read(&Path::new("at").join(name)).is_ok()).collect::<Vec<_>>())

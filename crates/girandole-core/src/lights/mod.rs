@@ -355,8 +355,18 @@ impl LightSet {
     ) -> Result<Self> {
         settings.validate()?;
         geometry.belongs_to(scene)?;
-        let tracer = SceneTracer::new(scene, geometry);
-        let mut sampling = Sampling::new(&tracer, settings, views).await;
+        Self::sample_by(&SceneTracer::in_slices(scene, geometry).await, settings, views, is_calibrated).await
+    }
+
+    /// The same by a tracer that is there. The settings are in range.
+    pub(crate) async fn sample_by(
+        tracer: &SceneTracer<'_>,
+        settings: &LightSettings,
+        views: &[View],
+        is_calibrated: bool,
+    ) -> Result<Self> {
+        let (scene, geometry) = (tracer.scene(), tracer.geometry());
+        let mut sampling = Sampling::new(tracer, settings, views).await;
         let (samples, sources) = sampling.candidates(geometry);
         let weights = sampling.importance.weights(&samples);
         let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
@@ -366,12 +376,12 @@ impl LightSet {
         sampling.warnings.extend(warning);
         if is_calibrated {
             pause().await;
-            calibration::calibrate(&tracer, &sampling, &mut chosen).await;
+            calibration::calibrate(tracer, &sampling, &mut chosen).await;
         }
         pause().await;
         let mut set = Self::from_chosen(geometry, sampling.given(geometry).chain(chosen));
         sampling.shown.fit(&mut set.samples);
-        spread::spread(&tracer, &mut set.samples);
+        spread::spread(tracer, &mut set.samples);
         if set.is_empty() {
             let error = no_light(scene, geometry);
             return if settings.dark { Self::dark(geometry, &error).ok_or(error) } else { Err(error) };

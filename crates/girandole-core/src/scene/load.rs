@@ -1,6 +1,7 @@
 //! Scenes from files of any supported kind.
 
 use super::{DefaultLight, Environment, Scene, UpAxis, gltf, models};
+use crate::slices::{complete, pause};
 use crate::{Error, Result};
 use std::path::Path;
 use std::sync::Arc;
@@ -46,6 +47,14 @@ impl Scene {
     /// # Errors
     /// As [`Scene::load`]; [`Error::Invalid`] for a scale that is none.
     pub fn load_with(path: &Path, options: LoadOptions) -> Result<Self> {
+        complete(Self::load_in_slices(path, options))
+    }
+
+    /// The same for whoever has something else to do meanwhile: the future pauses between [slices](crate::slices) of work.
+    ///
+    /// # Errors
+    /// As [`Scene::load_with`].
+    pub async fn load_in_slices(path: &Path, options: LoadOptions) -> Result<Self> {
         let kind = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
         let mut scene = match kind.as_str() {
             "glb" | "gltf" => gltf::load_gltf(path)?,
@@ -71,10 +80,12 @@ impl Scene {
         scene.doubt_clip_planes();
         let has_environment = options.environment.is_some();
         scene.environment = options.environment.or(scene.environment);
+        pause().await;
         scene.ensure_camera();
+        pause().await;
         let without = scene.environment.as_ref().map(|environment| environment.map.clone());
         match options.light {
-            DefaultLight::Auto if !has_environment => scene.ensure_light(),
+            DefaultLight::Auto if !has_environment => scene.ensure_light_in_slices().await,
             DefaultLight::Studio => scene.add_studio(),
             DefaultLight::Auto | DefaultLight::None => {}
         }

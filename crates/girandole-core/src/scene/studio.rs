@@ -9,6 +9,7 @@ use super::{
 };
 use crate::image::Image;
 use crate::lights::{LightSet, LightSettings, share_reached};
+use crate::slices::{complete, pause};
 use crate::trace::SceneTracer;
 use glam::{DVec3, Vec2, Vec3};
 
@@ -85,6 +86,11 @@ impl Scene {
     /// neither would reach it, as under a dome or in a shade, it is a lamp elsewhere. If that camera sees nothing but backs, which are
     /// not drawn, all of it is shown from both sides. What does not reflect needs no light.
     pub fn ensure_light(&mut self) {
+        complete(self.ensure_light_in_slices());
+    }
+
+    /// The same with pauses.
+    pub(super) async fn ensure_light_in_slices(&mut self) {
         let mut geometry = Geometry::new(self);
         if self.shows_backs_alone(&geometry) {
             self.warn(format!(
@@ -99,11 +105,14 @@ impl Scene {
         if !used.is_empty() && used.iter().all(|material| material.unlit) {
             return;
         }
-        let what = match self.reached(&geometry) {
+        let reached = self.reached(&geometry).await;
+        let is_little = reached.is_some_and(|share| share < LEAST_REACHED);
+        let is_outside = is_little && self.is_seen_from_outside(&geometry).await;
+        let what = match reached {
             None if self.shines() => format!("what emits in `{}` has no area, or is cut away", self.name),
             None => format!("`{}` has no light", self.name),
             // What is black from outside is meant to be.
-            Some(share) if share < LEAST_REACHED && self.is_seen_from_outside(&geometry) => {
+            Some(share) if is_outside => {
                 self.warn(format!(
                     "the light of `{}` reaches {:.0} % of what is seen, as the first camera is outside of the room that it lights",
                     self.name,
@@ -111,8 +120,8 @@ impl Scene {
                 ));
                 return;
             }
-            Some(share) if share < LEAST_REACHED => {
-                let turned = self.is_lit_by_backs(&geometry);
+            Some(share) if is_little => {
+                let turned = self.is_lit_by_backs(&geometry).await;
                 let why = if turned { ", as what emits turns its back to it" } else { "" };
                 format!("the light of `{}` reaches {:.0} % of what is seen{why}", self.name, share * 100.0)
             }
@@ -149,25 +158,27 @@ impl Scene {
     }
 
     /// Which share of what the first camera sees the scene's own light reaches; `None` where there is none.
-    fn reached(&self, geometry: &Geometry) -> Option<f32> {
+    async fn reached(&self, geometry: &Geometry) -> Option<f32> {
         if !self.shines() {
             return None;
         }
         match self.cameras.first() {
-            Some(camera) => self.reached_in(geometry, &View::new(self, camera, ASPECT)),
+            Some(camera) => self.reached_in(geometry, &View::new(self, camera, ASPECT)).await,
             None => Some(1.0),
         }
     }
 
     /// The same of what a view sees.
-    fn reached_in(&self, geometry: &Geometry, view: &View) -> Option<f32> {
+    async fn reached_in(&self, geometry: &Geometry, view: &View) -> Option<f32> {
         let settings = LightSettings { count: SAMPLES, candidates: 4, ..LightSettings::default() };
-        let lights = LightSet::sample(self, geometry, &settings).ok()?;
-        Some(share_reached(&SceneTracer::new(self, geometry), view, lights.samples()))
+        let tracer = SceneTracer::in_slices(self, geometry).await;
+        let lights = LightSet::sample_by(&tracer, &settings, &[], true).await.ok()?;
+        pause().await;
+        Some(share_reached(&tracer, view, lights.samples()))
     }
 
     /// Whether the first camera looks from outside at a closed room that the scene's own light does light, without cutting it open.
-    fn is_seen_from_outside(&self, geometry: &Geometry) -> bool {
+    async fn is_seen_from_outside(&self, geometry: &Geometry) -> bool {
         let tracer = SceneTracer::of_all_surfaces(self, geometry);
         let (Some(camera), Some(point)) = (self.cameras.first(), inside(&tracer)) else { return false };
         let eye = View::new(self, camera, ASPECT).relative_to(geometry.origin).ray(Vec2::ZERO).0;
@@ -180,18 +191,21 @@ impl Scene {
             let clip = ClipPlanes::NONE;
             Viewpoint { eye, target: eye + along, up: DVec3::Y, field, clip }.view(1.0).ok()
         });
-        let is_lit =
-            |view: View| self.reached_in(geometry, &view).is_some_and(|share| share >= LEAST_REACHED);
-        views.into_iter().flatten().any(is_lit)
+        for view in views.into_iter().flatten() {
+            if self.reached_in(geometry, &view).await.is_some_and(|share| share >= LEAST_REACHED) {
+                return true;
+            }
+        }
+        false
     }
 
     /// Whether the scene's own light would reach what is seen if what emits did so from both sides.
-    fn is_lit_by_backs(&self, geometry: &Geometry) -> bool {
+    async fn is_lit_by_backs(&self, geometry: &Geometry) -> bool {
         let mut turned = self.clone();
         for material in turned.materials.iter_mut().filter(|material| material.emits()) {
             material.double_sided = true;
         }
-        turned.reached(geometry).is_some_and(|share| share >= LEAST_REACHED)
+        turned.reached(geometry).await.is_some_and(|share| share >= LEAST_REACHED)
     }
 
     /// Whether anything is to emit, of whatever size.

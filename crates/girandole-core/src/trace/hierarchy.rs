@@ -3,6 +3,7 @@
 use super::SceneTracer;
 use crate::generation::Generation;
 use crate::scene::{Geometry, ObjectRange, Scene};
+use crate::slices::{complete, pause};
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -35,9 +36,14 @@ pub(super) struct Leaf {
 
 impl Hierarchy {
     /// Over these triangles.
-    pub fn new(scene: &Scene, geometry: &Geometry, triangles: Vec<u32>, build: &BvhBuildParams) -> Self {
+    pub async fn new(
+        scene: &Scene,
+        geometry: &Geometry,
+        triangles: Vec<u32>,
+        build: &BvhBuildParams,
+    ) -> Self {
         let boxes = boxes(geometry, &triangles);
-        let bvh = if boxes.is_empty() { CwBvh::default() } else { tree(&boxes, build) };
+        let bvh = if boxes.is_empty() { CwBvh::default() } else { tree(&boxes, build).await };
         let leaves = bvh
             .primitive_indices
             .iter()
@@ -111,7 +117,8 @@ impl HeldHierarchies {
                     && !geometry.is_transparent(scene, *t)
             };
             let triangles = (0..geometry.triangles.len() as u32).filter(is_one).collect();
-            Arc::new(Hierarchy::new(scene, geometry, triangles, &BvhBuildParams::medium_build()))
+            let build = BvhBuildParams::medium_build();
+            Arc::new(complete(Hierarchy::new(scene, geometry, triangles, &build)))
         };
         let generation = geometry.generation();
         let held = match self.0.take().filter(|held| held.key == key) {
@@ -143,19 +150,22 @@ pub(super) fn boxes(geometry: &Geometry, triangles: &[u32]) -> Vec<Aabb> {
     triangles.iter().map(bounds).collect()
 }
 
-fn tree(boxes: &[Aabb], build: &BvhBuildParams) -> CwBvh {
-    let bvh = wide(boxes, build);
+async fn tree(boxes: &[Aabb], build: &BvhBuildParams) -> CwBvh {
+    let bvh = wide(boxes, build).await;
     // `obvhs` would panic where it is too deep.
     if depth(&bvh) < MAX_DEPTH { bvh } else { balanced_wide(boxes, build) }
 }
 
 /// A hierarchy as `obvhs` makes it in `build_cwbvh`, but where that would take for ever.
-pub(super) fn wide(boxes: &[Aabb], build: &BvhBuildParams) -> CwBvh {
+pub(super) async fn wide(boxes: &[Aabb], build: &BvhBuildParams) -> CwBvh {
     if has_long_chains(boxes, build) {
         return balanced_wide(boxes, build);
     }
+    pause().await;
     let mut binary = clustered(boxes, build);
+    pause().await;
     ReinsertionOptimizer::default().run(&mut binary, build.reinsertion_batch_ratio, None);
+    pause().await;
     converted(&binary, build)
 }
 

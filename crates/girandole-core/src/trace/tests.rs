@@ -241,7 +241,7 @@ fn the_hierarchy_does_not_matter() {
     let geometry = Geometry::new(&scene);
     assert_eq!(geometry.triangles.len(), 400);
     let builds = [BvhBuildParams::fastest_build(), BvhBuildParams::very_slow_build()];
-    let [fast, slow] = builds.map(|b| SceneTracer::with_build(&scene, &geometry, &b));
+    let [fast, slow] = builds.map(|b| complete(SceneTracer::with_build(&scene, &geometry, &b)));
     let mut hits = 0;
     for _ in 0..3000 {
         let (origin, direction) = (numbers.vector() * 2.0, numbers.vector());

@@ -1,6 +1,7 @@
 //! Hierarchies as kernels of the renderer walk them: eight children a node, boxes in bytes (Ylitie, Karras and Laine 2017, section 3).
 
 use super::hierarchy::{balanced_wide, depth, wide};
+use crate::slices::complete;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use obvhs::BvhBuildParams;
@@ -44,7 +45,7 @@ impl WideHierarchy {
             return Some(Self::default());
         }
         let build = BvhBuildParams::medium_build();
-        let mut tree = wide(&boxes, &build);
+        let mut tree = complete(wide(&boxes, &build));
         if depth(&tree) > levels {
             tree = balanced_wide(&boxes, &build);
         }

@@ -59,7 +59,7 @@ impl Transfers {
         let share = Arc::new(AtomicU32::new(0));
         let done = share.clone();
         let result =
-            pending::beside(move || make(&|share: f32| done.store(share.to_bits(), Ordering::Relaxed)));
+            pending::beside(async move || make(&|share: f32| done.store(share.to_bits(), Ordering::Relaxed)));
         self.simulated.push(Simulated { object, gathering, share, result });
     }
 
