@@ -31,7 +31,8 @@ fn transfer(bench: &Bench) -> Result<()> {
 }
 
 fn sky(bench: &Bench) -> Result<()> {
-    is_native(bench, "living-room", &["--lights", "32", "--environment", "sky"])
+    let scene = board(bench)?;
+    is_native(bench, &scene, &["--lights", "32", "--environment", "sky"])
 }
 
 /// A red sky above a dim ground.

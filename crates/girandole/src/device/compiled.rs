@@ -11,8 +11,7 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-#[cfg(not(target_family = "wasm"))]
-use std::time::Instant;
+use web_time::Instant;
 
 /// How far the kernels are that frames were prepared to use.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -172,7 +171,7 @@ impl<R: Recipe> Lazy<R> {
             return made;
         }
         self.count();
-        let start = clock();
+        let start = Instant::now();
         let _turn = locked(&self.making);
         let made = self.made.get_or_init(|| self.make());
         let mut log = locked(&self.log);
@@ -196,7 +195,7 @@ impl<R: Recipe> Lazy<R> {
         let filters =
             [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory];
         let scopes = filters.map(|filter| self.recipe.device().push_error_scope(filter));
-        let start = clock();
+        let start = Instant::now();
         let made = self.recipe.make();
         let mut is_right = true;
         for scope in scopes.into_iter().rev() {
@@ -216,7 +215,7 @@ impl<R: Recipe> Lazy<R> {
     }
 
     fn make(&self) -> R::Made {
-        let start = clock();
+        let start = Instant::now();
         let made = self.recipe.make();
         self.note(milliseconds(start));
         made
@@ -239,20 +238,6 @@ impl<R: Recipe> Lazy<R> {
     }
 }
 
-#[cfg(not(target_family = "wasm"))]
-fn clock() -> Instant {
-    Instant::now()
-}
-
-#[cfg(not(target_family = "wasm"))]
 fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
-}
-
-#[cfg(target_family = "wasm")]
-fn clock() {}
-
-#[cfg(target_family = "wasm")]
-fn milliseconds(_: ()) -> f64 {
-    0.0
 }

@@ -19,7 +19,7 @@ use girandole_core::transfer::{
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
-use std::time::Instant;
+use web_time::Instant;
 
 /// By how much the box that stands for an object in shadow maps is larger than it: texels are not infinitely small.
 const MARGIN: f32 = 0.02;
