@@ -59,7 +59,7 @@ pub struct Bench {
 impl Bench {
     /// On a folder that was built.
     pub fn new(built: &Path) -> Result<Self> {
-        let site = checks::pages(Site::folder(built));
+        let site = checks::pages(Site::folder(built))?;
         Ok(Self {
             server: Server::start(site, 0)?,
             folder: tempfile::tempdir().context("there is no temporary folder")?,

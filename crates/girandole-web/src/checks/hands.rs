@@ -1,7 +1,7 @@
 //! What people do to the page: look, walk, pinch, drop files, come back by a link.
 
-use super::called;
 use super::page::{self, PATIENCE, is_shown, settled, settles_again};
+use super::{board, called};
 use crate::browser::{Button, Key, Tab, View};
 use crate::difference::{Picture, difference};
 use crate::package::Part;
@@ -136,10 +136,9 @@ fn files(bench: &Bench) -> Result<()> {
     let options = ["--lights", "16", "--mode", "naive", "--aa", "off"];
     is_shown(bench, &tab, &[&[&*room.to_string_lossy()], &options[..]].concat())?;
 
-    let model = bench.file("board.obj", BOARD)?;
-    let materials = bench.file("board.mtl", "newmtl board\nKd 1 1 1\nmap_Kd board.png\n")?;
-    let texture = Picture { size: [2, 1], pixels: vec![[200, 20, 20], [20, 20, 200]] };
-    let texture = bench.file("board.png", texture.encode()?)?;
+    let files = board::files()?.map(|(name, bytes)| bench.file(name, bytes));
+    let [model, materials, texture] = files;
+    let (model, materials, texture) = (model?, materials?, texture?);
     settles_again(&tab, || tab.drop_files([100.0, 100.0], &[&texture, &materials, &model]))?;
     let shown = is_shown(bench, &tab, &[&[&*model.to_string_lossy()], &options[..]].concat())?;
     let of_texture = |[r, g, b]: &&[u8; 3]| r.abs_diff(*b) > 40 && g < r.max(b);
@@ -147,8 +146,6 @@ fn files(bench: &Bench) -> Result<()> {
     ensure!(count > 500, "{count} pixels have the texture's colours");
     Ok(())
 }
-
-const BOARD: &str = "mtllib board.mtl\nv -1 0 0\nv 1 0 0\nv 1 2 0\nv -1 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl board\nf 1/1 2/2 3/3 4/4\n";
 
 fn downloads(bench: &Bench) -> Result<()> {
     let tab = bench.open(QUICK, &page::view())?;

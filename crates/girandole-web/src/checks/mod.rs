@@ -1,5 +1,6 @@
 //! What must be so in a browser.
 
+mod board;
 mod driver;
 mod hands;
 mod package;
@@ -29,9 +30,9 @@ pub fn all() -> impl Iterator<Item = &'static Check> {
 }
 
 /// The site with the pages that checks bring along.
-pub fn pages(site: Site) -> Site {
+pub fn pages(site: Site) -> Result<Site> {
     let (path, text) = package::PAGE;
-    time::pages(driver::pages(site)).with(path, text)
+    Ok(board::pages(time::pages(driver::pages(site)))?.with(path, text))
 }
 
 /// The picture that the program renders by these options.

@@ -1,7 +1,9 @@
 //! The page shows what the program renders, whatever it is set to.
 
-use super::page::{is_native, is_shown, settled, settles_again, view};
+use super::board::{self, ADDRESS};
+use super::page::{is_native, is_shown, picture, settled, settles_again, view};
 use crate::browser::View;
+use crate::difference::difference;
 use crate::package::Part;
 use crate::test::{Bench, Check};
 use anyhow::{Result, ensure};
@@ -31,8 +33,11 @@ fn transfer(bench: &Bench) -> Result<()> {
 }
 
 fn sky(bench: &Bench) -> Result<()> {
-    let scene = board(bench)?;
-    is_native(bench, &scene, &["--lights", "32", "--environment", "sky"])
+    let tab = bench.open(&format!("?scene={ADDRESS}&lights=32&environment=sky"), &view())?;
+    settled(&tab)?;
+    let scene = native_board(bench)?;
+    is_shown(bench, &tab, &[&scene, "--lights", "32", "--environment", "sky", "--aa", "off"])?;
+    Ok(())
 }
 
 /// A red sky above a dim ground.
@@ -40,15 +45,23 @@ fn dropped(bench: &Bench) -> Result<()> {
     let pixels = [[200, 40, 40, 130], [20, 20, 20, 128]].map(|pixel: [u8; 4]| [pixel; 4].concat()).concat();
     let file = [b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n", &pixels[..]].concat();
     let file = bench.file("red.hdr", file)?;
-    let tab = bench.open("?scene=living-room&lights=32", &view())?;
+    let tab = bench.open(&format!("?scene={ADDRESS}&lights=32"), &view())?;
     settled(&tab)?;
     let before = tab.screenshot()?;
     settles_again(&tab, || tab.drop_files([100.0, 100.0], &[&file]))?;
-    let options = ["--lights", "32", "--environment", &file.to_string_lossy(), "--aa", "off"];
-    let shown = is_shown(bench, &tab, &[&["living-room"], &options[..]].concat())?;
-    let found = crate::difference::difference(&super::page::picture(&before)?, &shown)?;
+    let (scene, file) = (native_board(bench)?, file.to_string_lossy());
+    let shown = is_shown(bench, &tab, &[&scene, "--lights", "32", "--environment", &file, "--aa", "off"])?;
+    let found = difference(&picture(&before)?, &shown)?;
     ensure!(found.mean > 1.0, "the control: the environment changes nothing, {found:?}");
     Ok(())
+}
+
+/// The board as a file for the program.
+fn native_board(bench: &Bench) -> Result<String> {
+    for (name, bytes) in board::files()? {
+        bench.file(name, bytes)?;
+    }
+    Ok(bench.folder.path().join("board.obj").to_string_lossy().into_owned())
 }
 
 fn resized(bench: &Bench) -> Result<()> {
