@@ -67,12 +67,14 @@ impl Scene {
                 });
             }
         };
+        pause().await;
         scene.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         match options.up {
             Some(up) => scene.turn_up(up),
             None if matches!(kind.as_str(), "ply" | "obj") => scene.doubt_up(),
             None => {}
         }
+        pause().await;
         match options.scale {
             Some(factor) => scene.scale(factor)?,
             None => scene.doubt_units(),
