@@ -19,18 +19,26 @@ pub(crate) fn in_order<T: Send>(count: usize, f: impl Fn(usize) -> T + Sync + Se
     (0..count).map(f).collect()
 }
 
-/// The same in slices of so many, each on all cores.
+/// The same in slices: of so many on each core.
 pub(crate) async fn in_slices<T: Send>(
     count: usize,
-    slice: usize,
+    each: usize,
     f: impl Fn(usize) -> T + Sync + Send,
 ) -> Vec<T> {
+    #[cfg(feature = "parallel")]
+    let slice = each * rayon::current_num_threads();
+    #[cfg(not(feature = "parallel"))]
+    let slice = each;
     let mut result = Vec::with_capacity(count);
     for first in (0..count).step_by(slice) {
         if first > 0 {
             pause().await;
         }
-        result.extend(in_order(slice.min(count - first), |i| f(first + i)));
+        let slice = first..count.min(first + slice);
+        #[cfg(feature = "parallel")]
+        result.par_extend(slice.into_par_iter().with_min_len(LEAST.min(each / 4)).map(&f));
+        #[cfg(not(feature = "parallel"))]
+        result.extend(slice.map(&f));
     }
     result
 }

@@ -181,7 +181,7 @@ impl Scene {
         }
     }
 
-    /// Whether anything changed since then.
+    /// Whether anything changed since changes were last taken, or since the scene was made.
     pub fn has_changed(&self) -> bool {
         !self.record.pending.is_empty()
     }
