@@ -235,7 +235,11 @@ impl Lit {
         let Some(renderer) = &mut self.renderer else { return Ok(false) };
         let Some(light) = renderer.illumination() else { return Ok(false) };
         let mut settings = self.chosen.render;
-        if light.visibility().is_none() && settings.mode != Mode::Naive {
+        if self.opening.as_ref().is_some_and(|opening| opening.settings() != light.settings()) {
+            // The last picture, if it is of this scene, until there is other light.
+            let Some(drawn) = &self.drawn else { return Ok(false) };
+            settings = drawn.settings;
+        } else if light.visibility().is_none() && settings.mode != Mode::Naive {
             // What mirrors show needs more kernels.
             settings = RenderSettings { mode: Mode::Naive, mirrors: 0, ..settings };
         }

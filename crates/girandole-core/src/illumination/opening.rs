@@ -90,6 +90,7 @@ impl Opening {
     pub fn step(&mut self, scene: &Arc<Scene>) -> Result<Stage> {
         match std::mem::replace(&mut self.state, State::Done) {
             State::New => {
+                self.settings.lights.validate()?;
                 let (held, settings) = (scene.clone(), self.settings.clone());
                 let sampling = async move { Illumination::without_visibility(&held, &settings).await };
                 self.state = State::Sampling(scene.generation(), Slices::new(sampling));

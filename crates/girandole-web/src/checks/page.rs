@@ -50,7 +50,13 @@ pub fn is_shown(bench: &Bench, tab: &Tab<'_>, arguments: &[&str]) -> Result<Vec<
     let name = arguments.join("").replace("--", "-").replace(['/', '.'], "_");
     let shown = picture(&bench.keep(&format!("{name}.png"), tab.screenshot()?)?)?;
     let found = difference(&shown, &native(bench, arguments, PICTURE)?)?;
-    ensure!(found.mean < 0.1 && found.share_beyond_2 < 0.002, "the picture is another one: {found:?}");
+    let pixels =
+        "[document.querySelector('canvas').width, document.querySelector('canvas').height].join(' x ')";
+    ensure!(
+        found.mean < 0.1 && found.share_beyond_2 < 0.002,
+        "the picture is another one: {found:?}; the canvas has {} pixels",
+        tab.evaluate(pixels)?
+    );
     Ok(shown)
 }
 
