@@ -120,6 +120,37 @@ mod tests {
         assert_eq!(found("nowhere.png"), None);
     }
 
+    /// Called by the test that has the files to itself.
+    fn who_acts_meanwhile_has_other_files_missing() {
+        use crate::slices::pause;
+        use std::task::{Context, Poll, Waker};
+        let act = |name: &'static str| {
+            async move || {
+                let is_there = read(Path::new(name)).is_ok();
+                pause().await;
+                is_there
+            }
+        };
+        let fetch = async |path: &Path| Ok(path.to_string_lossy().as_bytes().to_vec());
+        let mut one = std::pin::pin!(gather(act("beside/one"), fetch));
+        let mut two = std::pin::pin!(gather(act("beside/two"), fetch));
+        let mut context = Context::from_waker(Waker::noop());
+        let mut done = [None; 2];
+        for _ in 0..4 {
+            if done[0].is_none()
+                && let Poll::Ready(is_there) = one.as_mut().poll(&mut context)
+            {
+                done[0] = Some(is_there);
+            }
+            if done[1].is_none()
+                && let Poll::Ready(is_there) = two.as_mut().poll(&mut context)
+            {
+                done[1] = Some(is_there);
+            }
+        }
+        assert_eq!(done, [Some(true); 2]);
+    }
+
     #[test]
     fn what_is_missing_is_fetched_and_what_is_written_is_taken() {
         use std::task::{Context, Poll, Waker};
@@ -146,5 +177,6 @@ mod tests {
         write(Path::new("a.png"), &[1]);
         assert_eq!(take_written(), [(PathBuf::from("a.png"), vec![1])]);
         assert!(take_written().is_empty());
+        who_acts_meanwhile_has_other_files_missing();
     }
 }
