@@ -10,7 +10,7 @@ use super::texture::check_size;
 use basisu::basislz::decoder::BitwiseDecoder;
 use basisu::basislz::etc1s::Etc1sTranscoder;
 use basisu::basislz::huffman::HuffmanDecodingTable;
-use basisu::dispatch::{target, transcode_etc1s, transcode_uastc};
+use basisu::uastc::unpack::unpack_uastc;
 use ruzstd::io::Read;
 
 /// What such files begin with.
@@ -73,7 +73,7 @@ pub(super) fn decode(bytes: &[u8], texels: usize, budget: &Budget) -> Parsed<Pic
     } else {
         let blocks = header.uastc(level).ok_or_else(|| lies("picture is not as large as its header says"))?;
         result.resize(count, [0; 4]);
-        header.decode_uastc(&blocks, result.as_flattened_mut())
+        header.decode_uastc(&blocks, &mut result)
     };
     decoded.ok_or_else(|| lies("picture is broken"))?;
     budget.give_back(count, DECODED_TEXEL);
@@ -197,9 +197,19 @@ impl<'a> Header<'a> {
         (stream.read(&mut [0]).ok()? == 0).then_some(blocks.into())
     }
 
-    fn decode_uastc(&self, blocks: &[u8], out: &mut [u8]) -> Option<()> {
-        let ([across, down], [width, height]) = (self.blocks(), self.size);
-        transcode_uastc(blocks, self.has_alpha, across, down, width, height, target::RGBA32, 0, out)
+    fn decode_uastc(&self, blocks: &[u8], out: &mut [[u8; 4]]) -> Option<()> {
+        let [width, height] = self.size.map(|side| side as usize);
+        let (blocks, _) = blocks.as_chunks();
+        for (i, block) in blocks.iter().enumerate() {
+            let texels = unpack_uastc(block, false)?;
+            let [x, y] = [i % width.div_ceil(4), i / width.div_ceil(4)].map(|at| 4 * at);
+            let columns = x..width.min(x + 4);
+            for (row, texels) in (y..height.min(y + 4)).zip(texels.chunks_exact(4)) {
+                let line = &mut out[row * width..][columns.clone()];
+                line.iter_mut().zip(texels).for_each(|(texel, color)| *texel = color.c);
+            }
+        }
+        Some(())
     }
 }
 
@@ -293,8 +303,14 @@ impl<'a> Etc1s<'a> {
 
     fn decode(&self, header: &Header, out: &mut [u8]) -> Option<()> {
         let ([across, down], [width, height]) = (header.blocks(), header.size);
-        let (books, color, alpha) = (&self.books, self.color, self.alpha);
-        transcode_etc1s(books, color, alpha, across, down, width, height, target::RGBA32, 0, None, out)
+        let (books, color) = (&self.books, self.color);
+        // Not by the decoder's `dispatch`, which has the tables of all other targets: 270 KB of a page, by gzip.
+        match self.alpha {
+            Some(alpha) => {
+                books.transcode_image_rgba32(color, alpha, across, down, width, height, None, out)
+            }
+            None => books.transcode_slice_rgba32(color, across, down, width, height, None, out),
+        }
     }
 }
 
