@@ -75,8 +75,8 @@ fn main() -> ExitCode {
     let result = match Cli::parse().task {
         Task::Test { adapter: None, arguments } => test::run(&arguments),
         Task::Test { adapter: Some(adapter), arguments } => test::run_on(adapter, &arguments),
-        Task::Web { arguments } => web::run("web", &arguments),
-        Task::TestWeb { arguments } => web::run("test-web", &arguments),
+        Task::Web { arguments } => web::build(&arguments),
+        Task::TestWeb { arguments } => web::test(&arguments),
         Task::TestWindow => test_window::run(),
         Task::TestFarm(arguments) => test_farm::run(&arguments),
         Task::Figures { arguments } => figures::run(&arguments),

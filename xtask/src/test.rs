@@ -1,6 +1,6 @@
 //! `cargo xtask test`: every test of the workspace, on a GPU or on the software one.
 
-use crate::{adapter, built, cargo, swiftshader};
+use crate::{adapter, built, cargo, swiftshader, web};
 use anyhow::{Result, bail};
 use std::process::ExitCode;
 
@@ -10,12 +10,16 @@ pub enum Adapter {
     Swiftshader,
 }
 
-/// Builds, makes sure of an adapter, tests. The test runner's summary is the last line that is printed.
+/// Builds, makes sure of an adapter, tests; of browsers a little, if there is one. The test runner's summary is the last line that is
+/// printed.
 pub fn run(arguments: &[String]) -> Result<ExitCode> {
     if !cargo().args(["test", "--workspace", "--locked", "--no-run"]).status()?.success() {
         bail!("the workspace does not build");
     }
     adapter::ensure(&built("debug", "girandole")?)?;
+    if arguments.is_empty() {
+        web::test_smallest()?;
+    }
     let status = cargo().args(["test", "--workspace", "--locked"]).args(arguments).status()?;
     Ok(if status.success() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

@@ -1,9 +1,10 @@
 //! `cargo xtask test-web`: builds for browsers, and runs checks in one.
 
-use crate::browser::{Browser, Options, Tab, View, WebGpu};
+use crate::browser::{self, Browser, Options, Tab, View, WebGpu};
 use crate::checks;
 use crate::package::{self, Part, Speed};
 use crate::serve::{Server, Site};
+use crate::toolchain::Toolchain;
 use anyhow::{Context, Result, bail};
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -26,6 +27,9 @@ pub struct Arguments {
     /// Folder of the build
     #[arg(short, long, value_name = "FOLDER", default_value = "target/web-test")]
     output: PathBuf,
+    /// Says so and passes where there is no browser, or no compiler for browsers
+    #[arg(long)]
+    if_possible: bool,
     /// Lists the checks, and runs none
     #[arg(long)]
     list: bool,
@@ -52,6 +56,7 @@ pub struct Bench {
     /// Where pictures are left to be looked at.
     pictures: PathBuf,
     browser: OnceCell<Browser>,
+    dense: OnceCell<Browser>,
     no_adapter: OnceCell<Browser>,
     no_webgpu: OnceCell<Browser>,
 }
@@ -67,6 +72,7 @@ impl Bench {
                 .with_file_name(format!("girandole{}", std::env::consts::EXE_SUFFIX)),
             pictures: built.join("pictures"),
             browser: OnceCell::new(),
+            dense: OnceCell::new(),
             no_adapter: OnceCell::new(),
             no_webgpu: OnceCell::new(),
         })
@@ -88,8 +94,14 @@ impl Bench {
         started(cell, &options)?.open(&format!("{}{path}", self.server.address()), view)
     }
 
-    fn browsers(&self) -> [&OnceCell<Browser>; 3] {
-        [&self.browser, &self.no_adapter, &self.no_webgpu]
+    /// A tab at a path of the server, on a screen of the view's density.
+    pub fn open_dense(&self, path: &str, view: &View) -> Result<Tab<'_>> {
+        let options = Options { pixel_ratio: Some(view.pixel_ratio), ..Options::default() };
+        started(&self.dense, &options)?.open(&format!("{}{path}", self.server.address()), view)
+    }
+
+    fn browsers(&self) -> [&OnceCell<Browser>; 4] {
+        [&self.browser, &self.dense, &self.no_adapter, &self.no_webgpu]
     }
 
     /// Writes a file for a check; its path.
@@ -120,6 +132,7 @@ impl Bench {
     /// Ends the browsers, of which a check may have left nothing good.
     fn restart(&mut self) {
         self.browser.take();
+        self.dense.take();
         self.no_adapter.take();
         self.no_webgpu.take();
     }
@@ -141,6 +154,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         for check in chosen {
             println!("{}", check.name);
         }
+        return Ok(ExitCode::SUCCESS);
+    }
+    if arguments.if_possible
+        && let Err(missing) = Toolchain::find().and_then(|_| browser::find())
+    {
+        let names: Vec<&str> = chosen.iter().map(|check| check.name).collect();
+        eprintln!("not run: {}, as {missing:#}", names.join(", "));
         return Ok(ExitCode::SUCCESS);
     }
     let needed = |part: &Part| chosen.iter().any(|check| check.needs.contains(part));

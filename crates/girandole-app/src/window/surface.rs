@@ -1,6 +1,6 @@
 //! The window's surface: as large as the window, gone while it is hidden, made again where it is lost.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use girandole::{Gpu, wgpu};
 use std::sync::Arc;
 use winit::window::Window;
@@ -20,14 +20,18 @@ impl WindowSurface {
         let surface = instance.create_surface(window.clone()).context("the window has no surface")?;
         let gpu = Gpu::for_surface(&instance, &surface, name.as_deref()).await?;
         let size = window.inner_size();
+        let unsupported = |what: &str| {
+            let adapter = gpu.adapter.get_info().name;
+            girandole::Error::Unsupported { adapter, what: what.into() }
+        };
         let mut config = surface
             .get_default_config(&gpu.adapter, size.width.max(1), size.height.max(1))
-            .context("the adapter cannot show pictures in a window; choose another one with --adapter")?;
+            .ok_or_else(|| unsupported("pictures in windows"))?;
         let wgpu::SurfaceCapabilities { formats, usages, present_modes, .. } =
             surface.get_capabilities(&gpu.adapter);
         // Canvases can be copied to, whatever is said of them.
         if !usages.contains(wgpu::TextureUsages::COPY_DST) && cfg!(not(target_arch = "wasm32")) {
-            bail!("the adapter cannot copy pictures to a window; choose another one with --adapter");
+            return Err(unsupported("copies of pictures to windows").into());
         }
         config.usage |= wgpu::TextureUsages::COPY_DST;
         config.format = formats.iter().copied().find(holds_srgb_values).unwrap_or(config.format);

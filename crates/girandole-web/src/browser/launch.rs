@@ -64,6 +64,7 @@ impl Process {
             .args(ALWAYS)
             .args(if options.webgpu == WebGpu::Software { &SOFTWARE_WEBGPU[..] } else { &NO_ADAPTER })
             .arg(format!("--window-size={width},{height}"))
+            .args(options.pixel_ratio.map(|ratio| format!("--force-device-scale-factor={ratio}")))
             .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
             .arg("about:blank")
             .stdin(Stdio::null())
@@ -122,7 +123,8 @@ impl Drop for Process {
     }
 }
 
-fn find() -> Result<PathBuf> {
+/// Where the browser is.
+pub fn find() -> Result<PathBuf> {
     let folders = path_folders();
     let paths = NAMES.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
     paths

@@ -9,6 +9,7 @@ mod log;
 mod tab;
 
 pub use input::{Button, Key};
+pub use launch::find;
 pub use tab::{Tab, View};
 
 use anyhow::{Context, Result};
@@ -27,6 +28,9 @@ pub struct Options {
     pub size: [u32; 2],
     /// What pages have of WebGPU.
     pub webgpu: WebGpu,
+    /// Pixels of its screen to one of the page, where that is not each [`View`]'s own: what a `ResizeObserver` is told of pixels
+    /// follows the screen alone.
+    pub pixel_ratio: Option<f64>,
 }
 
 /// What pages have of WebGPU.
@@ -42,14 +46,14 @@ pub enum WebGpu {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { size: [1280, 800], webgpu: WebGpu::Software }
+        Self { size: [1280, 800], webgpu: WebGpu::Software, pixel_ratio: None }
     }
 }
 
 /// A running Chromium, which ends when this is dropped.
 pub struct Browser {
     connection: RefCell<Connection>,
-    webgpu: WebGpu,
+    options: Options,
     // After the connection: that is closed first.
     process: launch::Process,
 }
@@ -59,7 +63,7 @@ impl Browser {
     pub fn start(options: &Options) -> Result<Self> {
         let process = launch::Process::start(options)?;
         let connection = RefCell::new(Connection::open(&process.address)?);
-        Ok(Self { connection, webgpu: options.webgpu, process })
+        Ok(Self { connection, options: *options, process })
     }
 
     /// Its name and version.

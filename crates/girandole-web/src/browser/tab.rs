@@ -56,7 +56,7 @@ impl<'a> Tab<'a> {
         for domain in ["Page", "Runtime", "Log", "Inspector", "DOM"] {
             tab.call(&format!("{domain}.enable"), json!({}))?;
         }
-        if browser.webgpu == WebGpu::Missing {
+        if browser.options.webgpu == WebGpu::Missing {
             // No option of Chromium does it.
             let source = json!({ "source": "delete Navigator.prototype.gpu" });
             tab.call("Page.addScriptToEvaluateOnNewDocument", source)?;
@@ -126,8 +126,10 @@ impl<'a> Tab<'a> {
     /// How the page is shown from now on.
     pub fn set_view(&self, view: &View) -> Result<()> {
         let [width, height] = view.size;
+        // 0 leaves the screen's.
+        let pixel_ratio = self.browser.options.pixel_ratio.map_or(view.pixel_ratio, |_| 0.0);
         let metrics = json!({
-            "width": width, "height": height, "deviceScaleFactor": view.pixel_ratio, "mobile": view.mobile,
+            "width": width, "height": height, "deviceScaleFactor": pixel_ratio, "mobile": view.mobile,
         });
         self.call("Emulation.setDeviceMetricsOverride", metrics)?;
         let touch = if view.mobile {

@@ -13,6 +13,7 @@ use std::time::Duration;
 /// All of them.
 pub const CHECKS: &[Check] = &[
     Check { name: "hands/desktop-and-phone", needs: &[Part::Page], run: sizes },
+    Check { name: "hands/the-panel-changes-lights", needs: &[Part::Page], run: panel },
     Check { name: "hands/links-show-the-same", needs: &[Part::Page], run: links },
     Check { name: "hands/fingers-look-and-pinch-and-walk", needs: &[Part::Page], run: fingers },
     Check { name: "hands/files-are-dropped", needs: &[Part::Page], run: files },
@@ -22,13 +23,21 @@ pub const CHECKS: &[Check] = &[
 
 /// A frame of a software device takes no longer, as a rule.
 const FRAME: Duration = Duration::from_millis(400);
+const DESKTOP: View = View { size: [1024, 640], pixel_ratio: 1.0, mobile: false };
+/// Of the panel there, where it says `Light samples`; and what is left of the panel, and above the bar.
+const KNOB: [f64; 2] = [864.0, 482.0];
+const BESIDE_PANEL: [u32; 2] = [700, 610];
 const QUICK: &str = "?scene=pillars&lights=16&mode=naive";
 
 fn sizes(bench: &Bench) -> Result<()> {
-    let desktop = View { size: [1024, 640], ..View::default() };
     let phone = View { size: [390, 700], pixel_ratio: 1.0, mobile: true };
-    for (name, view) in [("desktop", desktop), ("phone", phone)] {
-        let tab = bench.open(QUICK, &view)?;
+    let dense = View { size: [300, 440], pixel_ratio: 2.0, mobile: true };
+    let tabs = [
+        ("desktop", DESKTOP, bench.open(QUICK, &DESKTOP)?),
+        ("phone", phone, bench.open(QUICK, &phone)?),
+        ("dense-phone", dense, bench.open_dense(QUICK, &dense)?),
+    ];
+    for (name, view, tab) in tabs {
         settled(&tab)?;
         let pixels = view.size.map(|points| f64::from(points) * view.pixel_ratio);
         let canvas = tab
@@ -41,6 +50,36 @@ fn sizes(bench: &Bench) -> Result<()> {
         let colors: std::collections::BTreeSet<_> = Picture::decode(&shot)?.pixels.into_iter().collect();
         ensure!(colors.len() > 1000, "the {name} shows {} colours", colors.len());
     }
+    Ok(())
+}
+
+/// The knob of how many there are is drawn to the right.
+fn panel(bench: &Bench) -> Result<()> {
+    let tab = bench.open(QUICK, &DESKTOP)?;
+    settled(&tab)?;
+    let before = tab.screenshot()?;
+    settles_again(&tab, || {
+        tab.mouse_move(KNOB)?;
+        tab.mouse_press(KNOB, Button::Left)?;
+        std::thread::sleep(FRAME);
+        tab.mouse_move([KNOB[0] + 8.0, KNOB[1]])?;
+        std::thread::sleep(FRAME);
+        tab.mouse_release([KNOB[0] + 8.0, KNOB[1]], Button::Left)
+    })?;
+    let shown = bench.keep("more-lights.png", tab.screenshot()?)?;
+    let link = tab.evaluate("location.search")?;
+    let link = link.as_str().context("the page has no address")?;
+    let count = link.split(['?', '&']).find_map(|part| part.strip_prefix("lights=")?.parse::<u32>().ok());
+    ensure!(count.is_some_and(|count| count > 16 && count < 100), "after the knob was drawn: {link}");
+    let again = bench.open(link, &DESKTOP)?;
+    settled(&again)?;
+    let of_room = |screenshot: &[u8]| {
+        Picture::decode(screenshot)?.cut(BESIDE_PANEL).context("the screenshot is too small")?.encode()
+    };
+    let shown = of_room(&shown)?;
+    ensure!(difference(&of_room(&before)?, &shown)?.mean > 0.5, "more samples change nothing");
+    let found = difference(&shown, &of_room(&again.screenshot()?)?)?;
+    ensure!(found.max == 0, "the link shows another picture: {found:?}");
     Ok(())
 }
 

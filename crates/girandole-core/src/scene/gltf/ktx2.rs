@@ -306,9 +306,7 @@ impl<'a> Etc1s<'a> {
         let (books, color) = (&self.books, self.color);
         // Not by the decoder's `dispatch`, which has the tables of all other targets: 270 KB of a page, by gzip.
         match self.alpha {
-            Some(alpha) => {
-                books.transcode_image_rgba32(color, alpha, across, down, width, height, None, out)
-            }
+            Some(alpha) => books.transcode_image_rgba32(color, alpha, across, down, width, height, None, out),
             None => books.transcode_slice_rgba32(color, across, down, width, height, None, out),
         }
     }

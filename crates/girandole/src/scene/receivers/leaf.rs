@@ -20,7 +20,7 @@ const INTERPOLATION_ERROR: f32 = 5e-4;
 /// Sums of light maps have no more bits, in their units.
 const SUM_BITS: i32 = 62;
 
-/// How a light lies to a leaf.
+/// How a light lies to a leaf; the default where it is dark.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Relation {
     /// Whether the leaf's light map has room for it.
@@ -121,6 +121,9 @@ impl LeafPlace {
 
     /// How it lies to a light that static blockers leave in this state.
     fn relation(&self, light: &LightSample, standing: State) -> Relation {
+        if is_dark(light) {
+            return Relation::default();
+        }
         // Of parallel light, texels that look past a plane are asked in another way.
         let is_looked_up = standing == State::Partial && !light.profile.is_parallel();
         let is_jointed = is_looked_up && self.joints.iter().any(|joint| joint.is_between(light));
@@ -195,7 +198,10 @@ impl LeafLight {
             *relation = place.relation(light, *standing);
         }
         if let Some(map) = place.mapped() {
-            let visible = lights.iter().zip(standing).filter(|(_, state)| **state != State::Full);
+            let visible = lights
+                .iter()
+                .zip(standing)
+                .filter(|(light, state)| !is_dark(light) && **state != State::Full);
             result.received = visible.map(|(light, _)| map.received(light)).collect();
             result.fill(map, lights, relations);
         }
@@ -252,6 +258,9 @@ impl LeafLight {
     }
 
     fn decide(&mut self, map: &LeafRectangle, light: &LightSample, bound: f32, relation: &mut Relation) {
+        if is_dark(light) {
+            return;
+        }
         let error = map.error(light);
         relation.in_map = error <= bound;
         if relation.in_map {
@@ -302,6 +311,11 @@ impl Relation {
             (State::Partial, true, false) => MAPPED_SHADOWED,
         }
     }
+}
+
+/// Whether nothing comes from it: while a picture grows, that is so of most.
+pub(super) fn is_dark(light: &LightSample) -> bool {
+    light.intensity == Vec3::ZERO
 }
 
 /// A leaf patch in world space.

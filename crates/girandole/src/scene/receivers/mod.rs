@@ -17,7 +17,7 @@ mod leaf_tests;
 mod lists;
 mod look_ups;
 
-use self::leaf::{LeafLight, LeafPlace, Relation};
+use self::leaf::{LeafLight, LeafPlace, Relation, is_dark};
 use crate::device::mirror::Mirror;
 use crate::layout::{BufferOffsets, Light};
 use crate::records::{LeafRange, LeafRecord, ReceiverGrid};
@@ -211,7 +211,7 @@ impl Receivers {
         for light in lights {
             let pair = first + light;
             // What is dark is in none.
-            let part = match self.samples[light].intensity == Vec3::ZERO {
+            let part = match is_dark(&self.samples[light]) {
                 true => NO_PART,
                 false => self.relations[pair].part(self.states[pair]),
             };
