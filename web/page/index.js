@@ -34,16 +34,6 @@ globalThis.page = {
     performance.mark("settled");
     return address.href;
   },
-  async fetch(address) {
-    let response;
-    try {
-      response = await fetch(address);
-    } catch {
-      throw "it is not there, or its server does not let other pages have it";
-    }
-    if (!response.ok) throw `its server says ${response.status}`;
-    return new Uint8Array(await response.arrayBuffer());
-  },
 };
 
 // The program's bytes, with a bar that says how many of them are here.

@@ -32,9 +32,6 @@ extern "C" {
     /// Changes both, without loading anything. Returns the whole address.
     #[wasm_bindgen(js_namespace = page, js_name = setAddress)]
     pub fn set_address(query: &str) -> String;
-    /// The bytes of an address.
-    #[wasm_bindgen(js_namespace = page, js_name = fetch, catch)]
-    async fn fetch_bytes(address: &str) -> std::result::Result<JsValue, JsValue>;
     #[wasm_bindgen(js_namespace = console)]
     fn info(text: &str);
 }
@@ -106,11 +103,4 @@ pub fn save_written() {
     for (path, bytes) in files::take_written() {
         save(&path.file_name().unwrap_or_default().to_string_lossy(), &bytes);
     }
-}
-
-/// The bytes of a file that the page was not given: its name is an address, of the page's own folder if it has no other.
-pub async fn fetch(path: &Path) -> std::result::Result<Vec<u8>, String> {
-    let said = |error: JsValue| error.as_string().unwrap_or_else(|| format!("{error:?}"));
-    let bytes = fetch_bytes(&path.to_string_lossy()).await.map_err(said)?;
-    Ok(js_sys::Uint8Array::new(&bytes).to_vec())
 }

@@ -3,10 +3,14 @@
 mod claim;
 #[cfg(any(test, target_family = "wasm"))]
 mod held;
+#[cfg(any(test, target_family = "wasm"))]
+pub(crate) mod pictures;
 
 pub use claim::{Claim, Claimed};
 #[cfg(target_family = "wasm")]
 pub use held::{gather, hold, release, take_written};
+#[cfg(target_family = "wasm")]
+pub use pictures::Decoded;
 
 use crate::{Error, Result};
 #[cfg(not(target_family = "wasm"))]

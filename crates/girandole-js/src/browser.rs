@@ -10,11 +10,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::cell::RefCell;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, future_to_promise};
-use web_sys::{HtmlCanvasElement, Response};
+use web_sys::HtmlCanvasElement;
 
 /// What is made between two frames takes as long, or a little longer, milliseconds.
 const SLICE: f64 = 12.0;
@@ -243,7 +243,7 @@ async fn scene(source: JsValue) -> Result<Scene, JsError> {
             let_go().await;
         }
     };
-    let scene = files::gather(load, fetch).await;
+    let scene = girandole::browser::gather(load).await;
     files::release();
     Ok(scene?)
 }
@@ -268,17 +268,4 @@ fn kind(bytes: &[u8]) -> &'static str {
         () if first == Some(&b'{') => "gltf",
         () => "obj",
     }
-}
-
-/// The bytes at an address.
-async fn fetch(path: &Path) -> Result<Vec<u8>, String> {
-    let said = |error: JsValue| format!("{error:?}");
-    let window = web_sys::window().ok_or("there is no window to fetch with")?;
-    let request = window.fetch_with_str(&path.to_string_lossy());
-    let response: Response = JsFuture::from(request).await.map_err(said)?.unchecked_into();
-    if !response.ok() {
-        return Err(format!("the server says {}", response.status()));
-    }
-    let bytes = JsFuture::from(response.array_buffer().map_err(said)?).await.map_err(said)?;
-    Ok(Uint8Array::new(&bytes).to_vec())
 }

@@ -44,6 +44,8 @@
 pub use girandole_core as core;
 pub use wgpu;
 
+#[cfg(all(target_arch = "wasm32", feature = "webgpu"))]
+pub mod browser;
 mod checks;
 mod device;
 mod error;

@@ -1,14 +1,32 @@
 //! Shader sources. A pass names the `lib/` files and [records](crate::records) that it uses; WGSL's module scope has no
 //! order, so they are simply put together, after the [constants](crate::shader_constants).
 
+#[cfg(any(test, target_arch = "wasm32"))]
+mod terse;
+
 use crate::records::RECORDS;
 use crate::shader_constants;
 use crate::tier::Kernels;
 use std::collections::BTreeSet;
 
+/// The text of a file. Pages fetch it without what is for readers.
+macro_rules! text {
+    ($path:expr) => {{
+        const WHOLE: &str = include_str!($path);
+        #[cfg(not(target_arch = "wasm32"))]
+        const TEXT: &str = WHOLE;
+        #[cfg(target_arch = "wasm32")]
+        const TEXT: &str = {
+            const TERSE: [u8; terse::of::<0>(WHOLE).1] = terse::of(WHOLE).0;
+            terse::text(&TERSE)
+        };
+        TEXT
+    }};
+}
+
 macro_rules! lib {
     ($folder:literal, $($name:ident),* $(,)?) => {
-        &[$((stringify!($name), include_str!(concat!("../shaders/", $folder, "/", stringify!($name), ".wgsl")))),*]
+        &[$((stringify!($name), text!(concat!("../shaders/", $folder, "/", stringify!($name), ".wgsl")))),*]
     };
 }
 
@@ -110,7 +128,7 @@ macro_rules! sources {
     ($($constant:ident = $($folder:literal /)? $name:ident [$($used:ident)*];)*) => {
         $(pub(crate) const $constant: Source = Source {
             name: stringify!($name),
-            text: include_str!(concat!("../shaders/", $($folder, "/",)? stringify!($name), ".wgsl")),
+            text: text!(concat!("../shaders/", $($folder, "/",)? stringify!($name), ".wgsl")),
             uses: &[$(stringify!($used)),*],
         };)*
 

@@ -38,7 +38,7 @@ pub fn beside<T: Send + 'static>(f: impl AsyncFnMut() -> T + Send + 'static) -> 
     #[cfg(target_arch = "wasm32")]
     let result = async move {
         pause().await;
-        girandole_core::files::gather(f, crate::page::fetch).await
+        girandole::browser::gather(f).await
     };
     #[cfg(not(target_arch = "wasm32"))]
     let result = {

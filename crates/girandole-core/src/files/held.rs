@@ -1,5 +1,6 @@
 //! Files of programs without a file system: what a web page was given, by its name, and what is written for it to take.
 
+use super::pictures::{self, Decoded};
 use std::collections::{BTreeMap, BTreeSet};
 use std::future::poll_fn;
 use std::io::{Error, ErrorKind};
@@ -12,13 +13,23 @@ type Files = BTreeMap<PathBuf, Result<Vec<u8>, String>>;
 
 struct State {
     held: Files,
-    /// What was looked for in vain.
-    missing: BTreeSet<PathBuf>,
+    missing: Missing,
     written: Vec<(PathBuf, Vec<u8>)>,
 }
 
-static STATE: Mutex<State> =
-    Mutex::new(State { held: BTreeMap::new(), missing: BTreeSet::new(), written: Vec::new() });
+/// What was looked for in vain.
+#[derive(Default)]
+struct Missing {
+    files: BTreeSet<PathBuf>,
+    /// Pictures that are to be decoded.
+    pictures: BTreeMap<pictures::Key, Vec<u8>>,
+}
+
+static STATE: Mutex<State> = Mutex::new(State {
+    held: BTreeMap::new(),
+    missing: Missing { files: BTreeSet::new(), pictures: BTreeMap::new() },
+    written: Vec::new(),
+});
 
 fn state() -> MutexGuard<'static, State> {
     STATE.lock().unwrap_or_else(PoisonError::into_inner)
@@ -32,15 +43,17 @@ pub fn hold(path: &Path, bytes: Vec<u8>) {
 /// Lets all of them go.
 pub fn release() {
     state().held.clear();
+    pictures::release();
 }
 
-/// Does something that reads files, and does it again as long as it lacks some that can be fetched.
+/// Does something that reads files, and does it again as long as it lacks some that can be fetched, or pictures that can be decoded.
 pub async fn gather<T>(
     mut act: impl AsyncFnMut() -> T,
     fetch: impl AsyncFn(&Path) -> Result<Vec<u8>, String>,
+    decode: impl AsyncFn(&[u8]) -> Result<Decoded, String>,
 ) -> T {
     loop {
-        let mut missing = BTreeSet::new();
+        let mut missing = Missing::default();
         let mut acting = pin!(act());
         // Others may act between its slices.
         let done = poll_fn(|context| {
@@ -50,14 +63,22 @@ pub async fn gather<T>(
             polled
         })
         .await;
-        if missing.is_empty() {
+        if missing.files.is_empty() && missing.pictures.is_empty() {
             return done;
         }
-        for path in missing {
+        for path in missing.files {
             let fetched = fetch(&path).await;
             state().held.insert(path, fetched);
         }
+        for (key, bytes) in missing.pictures {
+            pictures::hold(key, decode(&bytes).await);
+        }
     }
+}
+
+/// Takes note that a picture is to be decoded.
+pub(super) fn ask_for_picture(key: pictures::Key, bytes: &[u8]) {
+    state().missing.pictures.insert(key, bytes.into());
 }
 
 /// What was written since this was last asked, in order.
@@ -75,7 +96,7 @@ pub(super) fn read(path: &Path) -> std::io::Result<Vec<u8>> {
         Some(Ok(bytes)) => Ok(bytes.clone()),
         Some(Err(why)) => Err(Error::other(why.clone())),
         None => {
-            state.missing.insert(path.into());
+            state.missing.files.insert(path.into());
             Err(Error::new(ErrorKind::NotFound, "it is not there"))
         }
     }
@@ -85,7 +106,7 @@ pub(super) fn is_file(path: &Path) -> bool {
     let mut state = state();
     let found = find(&state.held, path).map(Result::is_ok);
     if found.is_none() {
-        state.missing.insert(path.into());
+        state.missing.files.insert(path.into());
     }
     found.unwrap_or(false)
 }
@@ -120,6 +141,37 @@ mod tests {
         assert_eq!(found("nowhere.png"), None);
     }
 
+    async fn no_picture(_: &[u8]) -> Result<Decoded, String> {
+        Err("it is none".into())
+    }
+
+    /// Called by the test that has the files to itself. Two pictures, of which one is broken; each is decoded once.
+    fn pictures_are_decoded_once() {
+        use std::cell::Cell;
+        use std::task::{Context, Poll, Waker};
+        let act = async || [b"one", b"two"].map(|bytes| (pictures::size(bytes), pictures::texels(bytes)));
+        let fetch = async |_: &Path| Err("there are no files".to_owned());
+        let count = Cell::new(0);
+        let decode = async |bytes: &[u8]| {
+            count.set(count.get() + 1);
+            let texel = [bytes[0]; 4];
+            match bytes {
+                b"one" => Ok(Decoded { size: [1, 2], texels: Box::new(move || vec![texel; 2]) }),
+                _ => Err("it is broken".to_owned()),
+            }
+        };
+        for _ in 0..2 {
+            let gathered =
+                std::pin::pin!(gather(act, fetch, decode)).poll(&mut Context::from_waker(Waker::noop()));
+            let Poll::Ready([one, two]) = gathered else { panic!("nothing waits") };
+            assert_eq!(one, (Ok([1, 2]), Ok(vec![[b'o'; 4]; 2])));
+            assert_eq!(two, (Err("it is broken".into()), Err("it is broken".into())));
+            assert_eq!(count.get(), 2);
+        }
+        release();
+        assert!(!pictures::are_decoded(b"one"));
+    }
+
     /// Called by the test that has the files to itself.
     fn who_acts_meanwhile_has_other_files_missing() {
         use crate::slices::pause;
@@ -132,8 +184,8 @@ mod tests {
             }
         };
         let fetch = async |path: &Path| Ok(path.to_string_lossy().as_bytes().to_vec());
-        let mut one = std::pin::pin!(gather(act("beside/one"), fetch));
-        let mut two = std::pin::pin!(gather(act("beside/two"), fetch));
+        let mut one = std::pin::pin!(gather(act("beside/one"), fetch, no_picture));
+        let mut two = std::pin::pin!(gather(act("beside/two"), fetch, no_picture));
         let mut context = Context::from_waker(Waker::noop());
         let mut done = [None; 2];
         for _ in 0..4 {
@@ -165,7 +217,8 @@ mod tests {
             Some("at/one") => Ok(vec![1]),
             _ => Err("the server says 404".to_owned()),
         };
-        let gathered = std::pin::pin!(gather(act, fetch)).poll(&mut Context::from_waker(Waker::noop()));
+        let gathered =
+            std::pin::pin!(gather(act, fetch, no_picture)).poll(&mut Context::from_waker(Waker::noop()));
         let Poll::Ready(Ok::<_, Error>(there)) = gathered else { panic!("nothing waits") };
         assert_eq!(there, [true, false]);
         assert_eq!(read(Path::new("at/two")).expect_err("nowhere").to_string(), "the server says 404");
@@ -178,5 +231,6 @@ mod tests {
         assert_eq!(take_written(), [(PathBuf::from("a.png"), vec![1])]);
         assert!(take_written().is_empty());
         who_acts_meanwhile_has_other_files_missing();
+        pictures_are_decoded_once();
     }
 }

@@ -12,7 +12,6 @@ use gltf::json::image::MimeType;
 use gltf::json::texture::{Info, MagFilter, MinFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked::Valid;
 use gltf::json::{self, Image, Index};
-use image::ImageEncoder;
 
 impl Exporter<'_> {
     /// A use of a texture whose bytes are read in this way.
@@ -118,9 +117,9 @@ impl Exporter<'_> {
 
 fn png(texels: &[[u8; 4]], [width, height]: [u32; 2]) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
-    encoder
-        .write_image(texels.as_flattened(), width, height, image::ExtendedColorType::Rgba8)
-        .map_err(|error| Error::Invalid(format!("a texture cannot be written: {error}")))?;
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    let written = encoder.write_header().and_then(|mut png| png.write_image_data(texels.as_flattened()));
+    written.map_err(|error| Error::Invalid(format!("a texture cannot be written: {error}")))?;
     Ok(bytes)
 }

@@ -113,6 +113,27 @@ impl<'a> Document<'a> {
         Ok(View { bytes, stride })
     }
 
+    /// The bytes of a picture.
+    pub fn image(&self, image: &json::Image) -> Parsed<Cow<'_, [u8]>> {
+        match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => self.resource(uri),
+            (None, Some(view)) => Ok(Cow::Borrowed(self.view(view.value())?.bytes)),
+            (None, None) => Err("has neither a file nor data".into()),
+        }
+    }
+
+    /// Has the page decode all pictures. An error until it has.
+    #[cfg(target_family = "wasm")]
+    pub fn ask_for_pictures(&self) -> Parsed<()> {
+        let pictures = self.root.images.iter().filter_map(|image| self.image(image).ok());
+        let is_waiting =
+            |bytes: &Cow<[u8]>| !super::picture::is_ours(bytes) && !files::pictures::are_decoded(bytes);
+        match pictures.filter(is_waiting).count() {
+            0 => Ok(()),
+            waiting => Err(format!("it waits for {waiting} pictures to be decoded")),
+        }
+    }
+
     /// The bytes that a URI stands for: a `data:` URI, or a file beside the glTF file.
     pub fn resource(&self, uri: &str) -> Parsed<Cow<'a, [u8]>> {
         if let Some(data) = uri.strip_prefix("data:") {

@@ -6,7 +6,7 @@
 
 use super::Parsed;
 use super::budget::{Budget, DECODED_TEXEL};
-use super::texture::check_size;
+use super::picture::{Picture, check_size};
 use basisu::basislz::decoder::BitwiseDecoder;
 use basisu::basislz::etc1s::Etc1sTranscoder;
 use basisu::basislz::huffman::HuffmanDecodingTable;
@@ -43,9 +43,6 @@ const LONGEST_CODE: u32 = 16;
 /// The predictor that repeats the one before, and the run of selectors whose length follows.
 const REPEAT: u32 = 256;
 const LONG_RUN: u32 = 63;
-
-/// Size and texels of a picture.
-pub(super) type Picture = ([u32; 2], Vec<[u8; 4]>);
 
 /// Decodes the largest picture of a file.
 pub(super) fn decode(bytes: &[u8], texels: usize, budget: &Budget) -> Parsed<Picture> {

@@ -28,13 +28,14 @@ mod material_extensions;
 mod mesh;
 mod nodes;
 mod omissions;
+mod picture;
 mod tangents;
 mod texture;
 mod vertex_alpha;
 
 pub use animation::RESTING;
+pub(super) use picture::decode_alone as decode_picture;
 pub(super) use tangents::generate as generate_tangents;
-pub(super) use texture::decode_alone as decode_picture;
 
 use super::{Camera, Scene, View};
 use crate::{Error, Result};
@@ -131,6 +132,9 @@ struct Importer<'d> {
 
 fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
     let document = Document::parse(bytes, base)?;
+    // Before the rest is read in vain.
+    #[cfg(target_family = "wasm")]
+    document.ask_for_pictures()?;
     let mut importer = Importer {
         document: &document,
         scene: Scene::default(),

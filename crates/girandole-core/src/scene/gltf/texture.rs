@@ -1,16 +1,13 @@
 //! Images, textures and samplers.
 
-use super::budget::{Budget, DECODED_TEXEL, TEXEL};
+use super::budget::TEXEL;
 use super::document::{lookup, shorten};
-use super::ktx2::{self, Picture};
-use super::{Importer, MAX_TEXELS, MAX_TEXTURE_SIDE, Parsed};
+use super::{Importer, MAX_TEXELS, Parsed, picture};
 use crate::scene::{ColorSpace, Filter, Texture, TextureRef, Wrap};
 use glam::{Affine2, Mat2, Vec2};
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::texture::{MagFilter, MinFilter, WrappingMode};
 use gltf::json::validation::Checked;
-use std::borrow::Cow;
-use std::io::Cursor;
 
 /// Texture coordinates and the factors on them stay exact enough below this.
 pub(super) const MAX_COORDINATE: f32 = 1e9;
@@ -81,18 +78,12 @@ impl Importer<'_> {
     /// Size and texels of an image.
     pub(super) fn image(&mut self, source: usize) -> Parsed<([u32; 2], Vec<[u8; 4]>)> {
         let image = lookup(&self.document.root.images, source, "image")?;
-        let (shown, bytes) = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) if uri.starts_with("data:") => {
-                (format!("image {source}"), self.document.resource(uri))
-            }
-            (Some(uri), _) => (format!("texture `{}`", shorten(uri)), self.document.resource(uri)),
-            (None, Some(view)) => {
-                (format!("image {source}"), self.document.view(view.value()).map(|v| Cow::Borrowed(v.bytes)))
-            }
-            (None, None) => (format!("image {source}"), Err("has neither a file nor data".into())),
+        let shown = match &image.uri {
+            Some(uri) if !uri.starts_with("data:") => format!("texture `{}`", shorten(uri)),
+            _ => format!("image {source}"),
         };
-        let bytes = bytes.map_err(|e| format!("its {shown} {e}"))?;
-        let (size, texels) = decode(&bytes, MAX_TEXELS - self.texels, &self.document.budget)
+        let bytes = self.document.image(image).map_err(|e| format!("its {shown} {e}"))?;
+        let (size, texels) = picture::decode(&bytes, MAX_TEXELS - self.texels, &self.document.budget)
             .map_err(|e| format!("its {shown} {e}"))?;
         self.account_texels(texels.len())?;
         Ok((size, texels))
@@ -167,98 +158,4 @@ impl Importer<'_> {
         });
         Ok(Some((self.scene.textures.len() - 1) as u32))
     }
-}
-
-/// Decodes a picture that comes with no glTF file, as below.
-pub(in crate::scene) fn decode_alone(bytes: &[u8], texels: usize) -> Parsed<Picture> {
-    decode(bytes, texels, &Budget::new(bytes.len()))
-}
-
-/// Decodes a PNG, JPEG, WebP or Basis Universal picture to 8-bit RGBA; at most so many texels.
-fn decode(bytes: &[u8], texels: usize, budget: &Budget) -> Parsed<Picture> {
-    if bytes.starts_with(ktx2::IDENTIFIER) {
-        return ktx2::decode(bytes, texels, budget);
-    }
-    if bytes.starts_with(&[0xff, 0xd8]) && !has_end(bytes) {
-        return Err("is cut off; fetch or save it again".into());
-    }
-    // The header first: the size decides whether the rest is looked at.
-    let (width, height) = reader(bytes)?.into_dimensions().map_err(undecodable)?;
-    check_size([width, height], texels).map_err(|e| budget.refuse(e))?;
-    let count = width as usize * height as usize;
-    budget.take(count, DECODED_TEXEL)?;
-    let pixels = decode_sized(bytes, [width, height]);
-    budget.give_back(count, DECODED_TEXEL);
-    Ok(([width, height], pixels?))
-}
-
-/// Decodes a picture of this size.
-fn decode_sized(bytes: &[u8], [width, height]: [u32; 2]) -> Parsed<Vec<[u8; 4]>> {
-    let mut limits = image::Limits::default();
-    limits.max_image_width = Some(MAX_TEXTURE_SIDE);
-    limits.max_image_height = Some(MAX_TEXTURE_SIDE);
-    limits.max_alloc = Some(1 << 30);
-    let mut reader = reader(bytes)?;
-    reader.limits(limits);
-    let pixels = reader.decode().map_err(undecodable)?.into_rgba8();
-    if pixels.dimensions() != (width, height) {
-        return Err("has no pixels; save it again".into());
-    }
-    Ok(pixels.as_raw().as_chunks().0.to_vec())
-}
-
-fn reader(bytes: &[u8]) -> Parsed<image::ImageReader<Cursor<&[u8]>>> {
-    let reader = image::ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    reader.map_err(|e| undecodable(image::ImageError::IoError(e)))
-}
-
-fn undecodable(error: image::ImageError) -> String {
-    format!("cannot be decoded ({error}); save it as PNG or JPEG again")
-}
-
-/// Whether the data of a JPEG, segment after segment, lead to the marker of its end.
-fn has_end(bytes: &[u8]) -> bool {
-    const START_OF_SCAN: u8 = 0xda;
-    const END: u8 = 0xd9;
-    let mut at = 2;
-    while let Some(&[0xff, marker]) = bytes.get(at..at + 2).and_then(|pair| pair.first_chunk()) {
-        match marker {
-            END => return true,
-            // Fill bytes, and markers alone.
-            0xff => at += 1,
-            0x01 | 0xd0..=0xd7 => at += 2,
-            _ => {
-                let Some(&length) = bytes.get(at + 2..at + 4).and_then(|pair| pair.first_chunk()) else {
-                    return false;
-                };
-                at += 2 + usize::from(u16::from_be_bytes(length)).max(2);
-                if marker == START_OF_SCAN {
-                    // Where a byte of 255 is no data.
-                    let rest = bytes.get(at..).unwrap_or_default();
-                    let next = |pair: &[u8]| pair[0] == 0xff && !matches!(pair[1], 0 | 0xd0..=0xd7);
-                    let Some(skipped) = rest.windows(2).position(next) else { return false };
-                    at += skipped;
-                }
-            }
-        }
-    }
-    false
-}
-
-/// That a picture is of a possible size, and of `budget` texels at most.
-pub(super) fn check_size([width, height]: [u32; 2], budget: usize) -> Parsed<()> {
-    if width == 0 || height == 0 {
-        return Err("has no pixels; save it again".into());
-    }
-    if width > MAX_TEXTURE_SIDE || height > MAX_TEXTURE_SIDE {
-        return Err(format!(
-            "is {width} × {height} pixels large; scale it down to {MAX_TEXTURE_SIDE} × {MAX_TEXTURE_SIDE} at most"
-        ));
-    }
-    if width as usize * height as usize > budget {
-        return Err(format!(
-            "and those before it have more than {MAX_TEXELS} pixels together; scale them down"
-        ));
-    }
-    Ok(())
 }

@@ -1,0 +1,59 @@
+//! Pictures that a web page decoded for a program in it.
+
+use super::held::ask_for_picture;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use xxhash_rust::xxh3::xxh3_128;
+
+/// What a picture is known by: its bytes' hash.
+pub(super) type Key = u128;
+
+/// A decoded picture, which stays with the page.
+pub struct Decoded {
+    /// Width and height, texels.
+    pub size: [u32; 2],
+    /// Copies its texels, row by row from the top: RGBA, not premultiplied.
+    pub texels: Box<dyn Fn() -> Vec<[u8; 4]>>,
+}
+
+thread_local! {
+    /// Those that are held, or why one cannot be decoded.
+    static HELD: RefCell<BTreeMap<Key, Result<Decoded, String>>> = const { RefCell::new(BTreeMap::new()) };
+}
+
+pub(super) fn hold(key: Key, decoded: Result<Decoded, String>) {
+    HELD.with_borrow_mut(|held| held.insert(key, decoded));
+}
+
+pub(super) fn release() {
+    HELD.take();
+}
+
+/// Whether the page has decoded it; asks for it where it has not.
+pub(crate) fn are_decoded(bytes: &[u8]) -> bool {
+    let key = xxh3_128(bytes);
+    let is_held = HELD.with_borrow(|held| held.contains_key(&key));
+    if !is_held {
+        ask_for_picture(key, bytes);
+    }
+    is_held
+}
+
+pub(crate) fn size(bytes: &[u8]) -> Result<[u32; 2], String> {
+    with(bytes, |decoded| decoded.size)
+}
+
+pub(crate) fn texels(bytes: &[u8]) -> Result<Vec<[u8; 4]>, String> {
+    with(bytes, |decoded| (decoded.texels)())
+}
+
+fn with<T>(bytes: &[u8], act: impl FnOnce(&Decoded) -> T) -> Result<T, String> {
+    if !are_decoded(bytes) {
+        return Err("it waits for that".into());
+    }
+    HELD.with_borrow(|held| match held.get(&xxh3_128(bytes)) {
+        Some(Ok(decoded)) => Ok(act(decoded)),
+        Some(Err(why)) => Err(why.clone()),
+        None => Err("it is gone".into()),
+    })
+}
