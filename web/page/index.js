@@ -11,8 +11,9 @@ globalThis.page = {
     said.textContent = sentence;
     console.error(sentence);
   },
-  ready() {
+  ready(hasPicture) {
     if (cover.className === "waits") cover.hidden = true;
+    if (hasPicture && !performance.getEntriesByName("pictured").length) performance.mark("pictured");
   },
   save(name, bytes) {
     const link = document.createElement("a");

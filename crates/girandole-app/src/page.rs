@@ -17,9 +17,9 @@ extern "C" {
     /// Shows a sentence in place of the picture: nothing goes on.
     #[wasm_bindgen(js_namespace = page, js_name = fail)]
     fn show_failure(sentence: &str);
-    /// A frame was shown.
+    /// A frame was shown, with a picture in it or without one yet.
     #[wasm_bindgen(js_namespace = page)]
-    pub fn ready();
+    pub fn ready(has_picture: bool);
     /// Saves a file as the browser does.
     #[wasm_bindgen(js_namespace = page)]
     fn save(name: &str, bytes: &[u8]);

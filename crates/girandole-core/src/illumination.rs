@@ -132,7 +132,7 @@ impl Illumination {
 
     /// Its geometry and light samples alone.
     async fn without_visibility(scene: &Scene, settings: &IlluminationSettings) -> Result<Self> {
-        let geometry = Geometry::new(scene);
+        let geometry = Geometry::in_slices(scene).await;
         pause().await;
         let IlluminationSettings { lights, views, .. } = settings;
         let (walk, lights) = match settings.rewalk {

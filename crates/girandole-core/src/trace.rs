@@ -15,7 +15,7 @@ pub use hierarchy::HeldHierarchies;
 pub use wide::{WideHierarchy, WideNode};
 
 use crate::scene::{Geometry, NONE, ObjectId, Scene};
-use crate::slices::complete;
+use crate::slices::{complete, pause};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3A};
 use hierarchy::{Hierarchy, MARGIN};
 use obvhs::BvhBuildParams;
@@ -186,6 +186,7 @@ impl<'a> SceneTracer<'a> {
     async fn with_build(scene: &'a Scene, geometry: &'a Geometry, build: &BvhBuildParams) -> Self {
         let all = (0..geometry.triangles.len() as u32).filter(|&t| !geometry.is_transparent(scene, t));
         let hierarchy = Hierarchy::new(scene, geometry, all.collect(), build).await;
+        pause().await;
         Self::over(scene, geometry, &[Arc::new(hierarchy)])
     }
 

@@ -303,7 +303,7 @@ impl App {
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.queue.present(surface);
         #[cfg(target_arch = "wasm32")]
-        crate::page::ready();
+        crate::page::ready(self.session.has_picture());
         Ok(())
     }
 

@@ -358,6 +358,12 @@ impl Session {
         self.playback.playing && self.scene.duration() > 0.0 || light.is_some_and(|l| !l.is_settled())
     }
 
+    /// Whether a picture was drawn.
+    #[cfg(target_arch = "wasm32")]
+    pub fn has_picture(&self) -> bool {
+        self.shown.is_some()
+    }
+
     /// Draws the picture where it is another one by now.
     pub fn draw(&mut self, target: &mut PictureTarget) {
         let picture = self.picture(target.size);

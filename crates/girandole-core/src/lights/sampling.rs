@@ -120,6 +120,7 @@ impl Sampling {
         let emissions = Emissions::of(scene);
         let groups = emitters::groups(scene, geometry, &emissions);
         let sources = emitters::punctual_sources(scene, geometry, &emissions);
+        pause().await;
         let mut direct = punctual::shining(scene, geometry);
         let mut warnings = Vec::new();
         let power: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
@@ -142,6 +143,7 @@ impl Sampling {
             BoundingSphere::of_scene(geometry)
         };
         let points = view_points(tracer, views, POINTS);
+        pause().await;
         let trees = emitters::trees(&groups, &sources);
         let guides = Guides::new(tracer, settings, &points, &groups, &trees).await;
         let is_guided = !guides.is_empty();

@@ -21,14 +21,20 @@ impl Scene {
     /// Adds a camera if the scene has none: one that sees all of it (in pictures at least as wide as high), or, in a
     /// closed room, one that looks through the room from where it sees farthest.
     pub fn ensure_camera(&mut self) {
+        if self.cameras.is_empty() {
+            self.ensure_camera_in(&Geometry::new(self));
+        }
+    }
+
+    /// The same, with its geometry.
+    pub(super) fn ensure_camera_in(&mut self, geometry: &Geometry) {
         if !self.cameras.is_empty() {
             return;
         }
-        let geometry = Geometry::new(self);
         let (min, max) = geometry.main_bounds();
         let center = (min + max) * 0.5;
         let radius = ((max - min).length() * 0.5).max(1e-3);
-        let tracer = SceneTracer::of_all_surfaces(self, &geometry);
+        let tracer = SceneTracer::of_all_surfaces(self, geometry);
         let (eye, target, yfov) = match inside(&tracer) {
             Some(point) => {
                 let (eye, target) = room_view(&tracer, point);
@@ -56,14 +62,13 @@ impl Scene {
 impl Scene {
     /// Takes the planes of cameras away that leave nothing of what they see, as those of files in other units do, and says so.
     #[cfg(feature = "import")]
-    pub(super) fn doubt_clip_planes(&mut self) {
-        let geometry = Geometry::new(self);
+    pub(super) fn doubt_clip_planes(&mut self, geometry: &Geometry) {
         let doubtful: Vec<usize> =
-            (0..self.cameras.len()).filter(|&i| cuts_into(self, &geometry, &self.cameras[i])).collect();
+            (0..self.cameras.len()).filter(|&i| cuts_into(self, geometry, &self.cameras[i])).collect();
         if doubtful.is_empty() {
             return;
         }
-        let tracer = SceneTracer::of_all_surfaces(self, &geometry);
+        let tracer = SceneTracer::of_all_surfaces(self, geometry);
         let cut: Vec<usize> = doubtful.into_iter().filter(|&i| cuts_all(&tracer, &self.cameras[i])).collect();
         for index in cut {
             let Camera { name, clip: ClipPlanes { near, far }, .. } = &self.cameras[index];

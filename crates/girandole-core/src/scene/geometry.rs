@@ -5,8 +5,12 @@ use super::{FrameOfReference, Mesh, NONE, Scene, coincident};
 use crate::Result;
 use crate::brdf::Surface;
 use crate::generation::Generation;
+use crate::slices::{complete, pause};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use std::ops::Range;
+
+/// Triangles that are flattened in a slice.
+const SLICE: usize = 4096;
 
 /// A triangle in world space, counter-clockwise seen from its front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,12 +92,23 @@ pub struct Geometry {
 impl Geometry {
     /// Flattens a scene, in the frame of reference that it was opened with, or would be.
     pub fn new(scene: &Scene) -> Self {
+        complete(Self::in_slices(scene))
+    }
+
+    /// The same for whoever has something else to do meanwhile: the future pauses between [slices](crate::slices) of work.
+    pub async fn in_slices(scene: &Scene) -> Self {
         let FrameOfReference { origin, bounds, scale, surface_extent, detail } = scene.frame_of_reference();
+        pause().await;
         let generation = scene.generation();
         let mut result =
             Self { origin, bounds, scale, surface_extent, detail, generation, ..Self::default() };
         let world_from_nodes = scene.world_from_nodes();
+        let mut last_pause = 0;
         for (index, object) in scene.objects.iter().enumerate() {
+            if result.triangles.len() > last_pause + SLICE {
+                last_pause = result.triangles.len();
+                pause().await;
+            }
             if object.removed {
                 result.objects.push(result.range_from([
                     result.positions.len(),
@@ -106,7 +121,9 @@ impl Geometry {
                 result.add_object(scene, index, &world_from_nodes[object.node]);
             }
         }
+        pause().await;
         coincident::drop_doubles(scene, &mut result);
+        pause().await;
         result.light_shifts = super::light_places::shifts(scene, &result);
         result
     }

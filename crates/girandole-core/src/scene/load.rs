@@ -1,6 +1,6 @@
 //! Scenes from files of any supported kind.
 
-use super::{DefaultLight, Environment, Scene, UpAxis, gltf, models};
+use super::{DefaultLight, Environment, Geometry, Scene, UpAxis, gltf, models};
 use crate::slices::{complete, pause};
 use crate::{Error, Result};
 use std::path::Path;
@@ -75,19 +75,23 @@ impl Scene {
             None => {}
         }
         pause().await;
-        match options.scale {
-            Some(factor) => scene.scale(factor)?,
-            None => scene.doubt_units(),
+        if let Some(factor) = options.scale {
+            scene.scale(factor)?;
         }
-        scene.doubt_clip_planes();
+        let geometry = Geometry::in_slices(&scene).await;
+        pause().await;
+        if options.scale.is_none() {
+            scene.doubt_units(&geometry);
+        }
+        scene.doubt_clip_planes(&geometry);
         let has_environment = options.environment.is_some();
         scene.environment = options.environment.or(scene.environment);
         pause().await;
-        scene.ensure_camera();
+        scene.ensure_camera_in(&geometry);
         pause().await;
         let without = scene.environment.as_ref().map(|environment| environment.map.clone());
         match options.light {
-            DefaultLight::Auto if !has_environment => scene.ensure_light_in_slices().await,
+            DefaultLight::Auto if !has_environment => scene.ensure_light_in_slices(geometry).await,
             DefaultLight::Studio => scene.add_studio(),
             DefaultLight::Auto | DefaultLight::None => {}
         }

@@ -86,19 +86,18 @@ impl Scene {
     /// neither would reach it, as under a dome or in a shade, it is a lamp elsewhere. If that camera sees nothing but backs, which are
     /// not drawn, all of it is shown from both sides. What does not reflect needs no light.
     pub fn ensure_light(&mut self) {
-        complete(self.ensure_light_in_slices());
+        complete(self.ensure_light_in_slices(Geometry::new(self)));
     }
 
     /// The same with pauses.
-    pub(super) async fn ensure_light_in_slices(&mut self) {
-        let mut geometry = Geometry::new(self);
+    pub(super) async fn ensure_light_in_slices(&mut self, mut geometry: Geometry) {
         if self.shows_backs_alone(&geometry) {
             self.warn(format!(
                 "what the first camera of `{}` looks at turns its back to it, which is not drawn: all is shown from both sides; turn its normals around",
                 self.name
             ));
             self.materials.iter_mut().for_each(|material| material.double_sided = true);
-            geometry = Geometry::new(self);
+            geometry = Geometry::in_slices(self).await;
         }
         let used: Vec<&Material> =
             geometry.triangles.iter().map(|t| &self.materials[t.material as usize]).collect();

@@ -1,5 +1,7 @@
 //! Lengths are metres; files are not always right about that.
 
+#[cfg(feature = "import")]
+use super::Geometry;
 use super::motion::Keyframes;
 use super::{ClipPlanes, Projection, Scene, Transform};
 use crate::{Error, Result};
@@ -49,15 +51,14 @@ impl Scene {
 
     /// Warns where lengths are hardly metres.
     #[cfg(feature = "import")]
-    pub(super) fn doubt_units(&mut self) {
+    pub(super) fn doubt_units(&mut self, geometry: &Geometry) {
         // Rooms of this height, metres, and other scenes of this size are hardly meant to be so, nor smaller ones than that.
         const HIGHEST_ROOM: f32 = 60.0;
         const LARGEST: f32 = 1e4;
         const SMALLEST: f32 = 0.005;
-        let geometry = super::Geometry::new(self);
         let (low, high) = geometry.main_bounds();
         let (size, height) = ((high - low).length(), high.y - low.y);
-        let tracer = || crate::trace::SceneTracer::of_all_surfaces(self, &geometry);
+        let tracer = || crate::trace::SceneTracer::of_all_surfaces(self, geometry);
         let is_room = || super::defaults::inside(&tracer()).is_some();
         let what = if height > HIGHEST_ROOM && is_room() {
             format!("`{}` is a room {height:.0} m high", self.name)
@@ -111,7 +112,7 @@ mod tests {
         for (factor, is_said) in [(1.0, false), (100.0, true), (1e-5, true), (0.1, false)] {
             let mut scene = builtin::build("table", MovingObject::Torus).expect("a room");
             scene.scale(factor).expect("a factor");
-            scene.doubt_units();
+            scene.doubt_units(&Geometry::new(&scene));
             assert_eq!(
                 scene.warnings.iter().any(|w| w.ends_with(HARDLY_METRES)),
                 is_said,

@@ -141,6 +141,15 @@ impl<'a> Tab<'a> {
         Ok(())
     }
 
+    /// Seconds that a processor worked for the page's main thread, since its browser process began.
+    pub fn processor_seconds(&self) -> Result<f64> {
+        self.call("Performance.enable", json!({}))?;
+        let answer = self.call("Performance.getMetrics", json!({}))?;
+        let metrics = answer["metrics"].as_array().context("Chromium counts nothing")?;
+        let time = metrics.iter().find(|metric| metric["name"] == "ThreadTime");
+        time.and_then(|metric| metric["value"].as_f64()).context("Chromium does not count processor time")
+    }
+
     /// What is seen, as a PNG file.
     pub fn screenshot(&self) -> Result<Vec<u8>> {
         let answer = self.call("Page.captureScreenshot", json!({ "format": "png" }))?;

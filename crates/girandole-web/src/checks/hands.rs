@@ -180,8 +180,20 @@ fn files(bench: &Bench) -> Result<()> {
     let (model, materials, texture) = (model?, materials?, texture?);
     settles_again(&tab, || tab.drop_files([100.0, 100.0], &[&texture, &materials, &model]))?;
     let shown = is_shown(bench, &tab, &[&[&*model.to_string_lossy()], &options[..]].concat())?;
+    has_texture(&shown)?;
+
+    // With its picture in it.
+    let whole = bench.folder.path().join("board.glb");
+    called(bench, &["export", &model.to_string_lossy(), "-o", &whole.to_string_lossy()])?;
+    settles_again(&tab, || tab.drop_files([100.0, 100.0], &[&whole]))?;
+    let shown = is_shown(bench, &tab, &[&[&*whole.to_string_lossy()], &options[..]].concat())?;
+    has_texture(&shown)
+}
+
+/// Whether the board's texture is seen.
+fn has_texture(shown: &[u8]) -> Result<()> {
     let of_texture = |[r, g, b]: &&[u8; 3]| r.abs_diff(*b) > 40 && g < r.max(b);
-    let count = Picture::decode(&shown)?.pixels.iter().filter(of_texture).count();
+    let count = Picture::decode(shown)?.pixels.iter().filter(of_texture).count();
     ensure!(count > 500, "{count} pixels have the texture's colours");
     Ok(())
 }

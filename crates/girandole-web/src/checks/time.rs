@@ -1,6 +1,6 @@
 //! How long the page keeps a browser from anything else.
 
-use super::page::settled;
+use super::page::{PATIENCE, settled};
 use crate::browser::{Tab, View};
 use crate::package::Part;
 use crate::serve::Site;
@@ -10,12 +10,15 @@ use std::path::PathBuf;
 
 /// All of them.
 pub const CHECKS: &[Check] = &[
+    Check { name: "time/the-first-picture-takes-two-seconds", needs: &[Part::Page], run: first_picture },
     Check { name: "time/a-room-never-blocks-the-page", needs: &[Part::Page], run: room },
     Check { name: "time/a-building-never-blocks-the-page", needs: &[Part::Page], run: building },
 ];
 
 /// After the first second, milliseconds.
 const LONGEST: f64 = 100.0;
+/// Until the first picture of 16 samples, seconds of the main thread's work.
+const FIRST: f64 = 2.0;
 const BUILDING: &str = "test/building.glb";
 
 /// The site with the building, where that lies beside the workspace.
@@ -28,6 +31,20 @@ pub fn pages(site: Site) -> Site {
 
 fn beside() -> PathBuf {
     crate::root().join("../shared/truth/flats/scene.glb")
+}
+
+/// Of the processor: a software device takes many more to compile its kernels.
+fn first_picture(bench: &Bench) -> Result<()> {
+    let building = beside().exists().then_some(BUILDING);
+    for scene in [Some("pillars"), building].into_iter().flatten() {
+        let view = View { size: [384, 282], ..View::default() };
+        let tab = bench.open(&format!("?scene={scene}&lights=16"), &view)?;
+        tab.wait_until("performance.getEntriesByName('pictured').length > 0", PATIENCE)?;
+        let seconds = tab.processor_seconds()?;
+        ensure!(seconds < FIRST, "the first picture of {scene} took {seconds:.2} s");
+        eprintln!("  {scene}: {seconds:.2} s");
+    }
+    Ok(())
 }
 
 fn room(bench: &Bench) -> Result<()> {
