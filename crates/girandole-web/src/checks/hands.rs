@@ -66,6 +66,9 @@ fn panel(bench: &Bench) -> Result<()> {
         std::thread::sleep(FRAME);
         tab.mouse_release([KNOB[0] + 8.0, KNOB[1]], Button::Left)
     })?;
+    // Without the hint about what is under the pointer.
+    tab.mouse_move([20.0, f64::from(DESKTOP.size[1]) - 10.0])?;
+    std::thread::sleep(2 * FRAME);
     let shown = bench.keep("more-lights.png", tab.screenshot()?)?;
     let link = tab.evaluate("location.search")?;
     let link = link.as_str().context("the page has no address")?;

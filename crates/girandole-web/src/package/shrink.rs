@@ -29,7 +29,8 @@ pub fn shrink(file: &Path) -> Result<()> {
     };
     let smaller = file.with_extension("smaller");
     let status = Command::new(&program)
-        .arg("-Os")
+        // The second time finds more.
+        .args(["-Os", "-Os"])
         .args(FEATURES)
         .arg(file)
         .arg("-o")
