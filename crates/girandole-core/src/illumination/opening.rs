@@ -6,7 +6,7 @@ use crate::generation::Generation;
 use crate::lights::LightChanges;
 use crate::scene::Scene;
 use crate::slices::Slices;
-use crate::visibility::{VisibilityBuild, VisibilityDatabase, VisibilitySettings};
+use crate::visibility::{VisibilityBuild, VisibilityDatabase};
 use std::sync::Arc;
 
 /// An [`Illumination`] in the making: what does not fit between two frames is made in slices of work, on all cores, some
@@ -44,8 +44,11 @@ pub struct Opening {
 enum State {
     New,
     Sampling(Generation, Slices<Result<Illumination>>),
+    Sampled(Box<Illumination>),
     /// What visibility is determined for, and is compared with.
-    Lit(Box<Illumination>, Option<Box<VisibilityBuild>>),
+    Lit(Arc<Illumination>),
+    Beginning(Arc<Illumination>, Slices<Result<VisibilityBuild>>),
+    Determining(Arc<Illumination>, Box<VisibilityBuild>),
     Determined(Box<VisibilityDatabase>),
     Done,
 }
@@ -76,13 +79,13 @@ impl Opening {
     /// The share that is done, 0 to 1.
     pub fn progress(&self) -> f32 {
         match &self.state {
-            State::New | State::Sampling(..) | State::Lit(_, None) => 0.0,
-            State::Lit(_, Some(build)) => build.progress(),
+            State::Determining(_, build) => build.progress(),
             State::Determined(_) | State::Done => 1.0,
+            _ => 0.0,
         }
     }
 
-    /// Goes on by a slice. The scene is held until its light is sampled.
+    /// Goes on by a slice. The scene is held until visibility is begun.
     ///
     /// # Errors
     /// As [`Illumination::new`]; and [`Error::Invalid`](crate::Error::Invalid) where the scene has changed since the first one:
@@ -102,25 +105,36 @@ impl Opening {
                     self.state = State::Sampling(of, sampling);
                     return Ok(Stage::Slice);
                 };
-                let lit = Box::new(lit?);
+                self.state = State::Sampled(Box::new(lit?));
+                Ok(Stage::Slice)
+            }
+            State::Sampled(lit) => {
+                lit.geometry.belongs_to(scene)?;
                 let has_more = self.settings.visibility.is_some();
-                self.state = if has_more { State::Lit(lit.clone(), None) } else { State::Done };
+                self.state = if has_more { State::Lit(Arc::from(lit.clone())) } else { State::Done };
                 Ok(Stage::Lights(lit))
             }
-            State::Lit(lit, build) => {
+            State::Lit(lit) => {
+                let (held, of) = (scene.clone(), lit.clone());
+                let beginning = Slices::new(async move { of.begin_visibility(&held).await });
+                self.state = State::Beginning(lit, beginning);
+                Ok(Stage::Slice)
+            }
+            State::Beginning(lit, mut beginning) => {
                 lit.geometry.belongs_to(scene)?;
-                self.state = match build {
-                    Some(build) if build.is_done() => {
-                        State::Determined(Box::new(build.end(scene, &lit.geometry)?))
-                    }
-                    Some(mut build) => {
-                        build.step();
-                        State::Lit(lit, Some(build))
-                    }
-                    None => {
-                        let build = begin(scene, &lit)?;
-                        State::Lit(lit, build)
-                    }
+                self.state = match beginning.step() {
+                    Some(build) => State::Determining(lit, Box::new(build?)),
+                    None => State::Beginning(lit, beginning),
+                };
+                Ok(Stage::Slice)
+            }
+            State::Determining(lit, mut build) => {
+                lit.geometry.belongs_to(scene)?;
+                self.state = if build.is_done() {
+                    State::Determined(Box::new(build.end(scene, &lit.geometry)?))
+                } else {
+                    build.step();
+                    State::Determining(lit, build)
                 };
                 Ok(Stage::Slice)
             }
@@ -130,16 +144,13 @@ impl Opening {
     }
 }
 
-/// Begins the visibility that is asked for.
-fn begin(scene: &Scene, lit: &Illumination) -> Result<Option<Box<VisibilityBuild>>> {
-    let begin = |settings: &VisibilitySettings| {
-        let views = lit.settings.needed_views();
-        VisibilityBuild::new((scene, &lit.geometry), &lit.lights, settings, views).map(Box::new)
-    };
-    lit.settings.visibility.as_ref().map(begin).transpose()
-}
-
 impl Illumination {
+    async fn begin_visibility(&self, scene: &Scene) -> Result<VisibilityBuild> {
+        let Self { settings, geometry, lights, .. } = self;
+        let wanted = settings.visibility.unwrap_or_default();
+        VisibilityBuild::in_slices((scene, geometry), lights, &wanted, settings.needed_views()).await
+    }
+
     /// Takes the visibility that an [`Opening`] determined for it, whichever of its samples are lit by now.
     ///
     /// # Errors

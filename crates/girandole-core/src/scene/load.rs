@@ -57,7 +57,7 @@ impl Scene {
     pub async fn load_in_slices(path: &Path, options: LoadOptions) -> Result<Self> {
         let kind = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
         let mut scene = match kind.as_str() {
-            "glb" | "gltf" => gltf::load_gltf(path)?,
+            "glb" | "gltf" => gltf::load_gltf_in_slices(path).await?,
             "ply" | "obj" => models::load_scene(path)?,
             _ => {
                 return Err(Error::Unknown {

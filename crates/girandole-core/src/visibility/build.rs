@@ -14,6 +14,7 @@ use super::{State, VisibilityDatabase, VisibilitySettings};
 use crate::generation::Generation;
 use crate::lights::LightSet;
 use crate::scene::{Geometry, Scene, View};
+use crate::slices::{complete, pause};
 use crate::{Error, Result};
 
 /// Patches, or meshes, of one slice.
@@ -47,6 +48,19 @@ impl VisibilityBuild {
         settings: &VisibilitySettings,
         views: &[View],
     ) -> Result<Self> {
+        complete(Self::in_slices((scene, geometry), lights, settings, views))
+    }
+
+    /// The same for whoever has something else to do meanwhile: the future pauses between [slices](crate::slices) of work.
+    ///
+    /// # Errors
+    /// As [`VisibilityDatabase::build`].
+    pub async fn in_slices(
+        (scene, geometry): (&Scene, &Geometry),
+        lights: &LightSet,
+        settings: &VisibilitySettings,
+        views: &[View],
+    ) -> Result<Self> {
         geometry.belongs_to(scene)?;
         lights.belongs_to(geometry)?;
         if lights.len() > MOST_LIGHTS {
@@ -55,17 +69,21 @@ impl VisibilityBuild {
                 lights.len()
             )));
         }
-        let surfaces = Surfaces::new(scene, geometry, settings);
+        let surfaces = Surfaces::in_slices(scene, geometry, settings).await;
         let stands = |object: u32| !is_dynamic(scene, object);
         // The hierarchy, with the visibility that static blockers leave.
         let groups = BlockerTree::with_clusters(&surfaces, stands);
+        pause().await;
         let points = LightPoint::of(lights.samples(), &surfaces, &groups);
+        pause().await;
         let sources = Sources::of(&surfaces, stands);
+        pause().await;
         let mut area = sources.area(&surfaces);
         if area == 0.0 {
             area = Sources::of(&surfaces, |_| true).area(&surfaces);
         }
         let mirrors = Mirrors::of(scene, geometry, &surfaces);
+        pause().await;
         let needs = Needs { surfaces: &surfaces, groups: &groups, sources: &sources, mirrors: &mirrors };
         let chosen = needs.of(&local(views, geometry));
         Ok(Self {

@@ -3,11 +3,14 @@
 use super::VisibilitySettings;
 use super::clusters::ClusterTree;
 use super::primitives::{Tolerance, area_vector};
-use crate::parallel::map;
+use crate::parallel::{in_slices, map};
 use crate::scene::{Geometry, NONE, ObjectRange, Scene, WorldPatch};
+use crate::slices::{complete, pause};
 use glam::DVec3;
 use std::ops::Range;
 
+/// Objects whose meshes are looked at in a slice, on each core.
+const SLICE: usize = 64;
 /// Corners of a patch that is treated as a polygon, at most.
 const MAX_OUTLINE_CORNERS: usize = 64;
 /// Area of a triangle that is treated as a polygon, as a share of the square of [`Geometry::surface_extent`], at least.
@@ -68,9 +71,15 @@ pub(crate) struct Surfaces {
 
 impl Surfaces {
     pub fn new(scene: &Scene, geometry: &Geometry, settings: &VisibilitySettings) -> Self {
+        complete(Self::in_slices(scene, geometry, settings))
+    }
+
+    /// The same with pauses.
+    pub async fn in_slices(scene: &Scene, geometry: &Geometry, settings: &VisibilitySettings) -> Self {
         let finder = Finder::new(scene, geometry, settings);
         let mut patches: Vec<SimplePatch> =
             geometry.objects.iter().flat_map(|object| finder.patches(object)).collect();
+        pause().await;
         // The largest ones, in the geometry's order.
         if patches.len() > settings.most_patches as usize {
             patches.sort_by(|a, b| b.area.total_cmp(&a.area).then(a.triangles.start.cmp(&b.triangles.start)));
@@ -86,7 +95,12 @@ impl Surfaces {
                 (object, own)
             })
             .collect();
-        let meshes = map(&objects, |(object, patches)| finder.mesh(*object, patches));
+        let mesh = |index: usize| {
+            let (object, patches) = objects[index];
+            finder.mesh(object, patches)
+        };
+        let meshes = in_slices(objects.len(), SLICE, mesh).await;
+        pause().await;
         let meshes = meshes.into_iter().flatten().collect();
         let typical_extent = f64::from(geometry.surface_extent());
         Self { patches, meshes, tolerance: finder.tolerance, typical_extent }

@@ -53,6 +53,7 @@ impl<'a> Tab<'a> {
         let attached = call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }))?;
         let session = text(&attached["sessionId"])?;
         let tab = Self { browser, context, session, buttons: Cell::new(0), modifiers: Cell::new(0) };
+        tab.call("Performance.enable", json!({ "timeDomain": "threadTicks" }))?;
         for domain in ["Page", "Runtime", "Log", "Inspector", "DOM"] {
             tab.call(&format!("{domain}.enable"), json!({}))?;
         }
@@ -141,13 +142,13 @@ impl<'a> Tab<'a> {
         Ok(())
     }
 
-    /// Seconds that a processor worked for the page's main thread, since its browser process began.
+    /// Seconds that a processor worked on tasks of the page's main thread.
     pub fn processor_seconds(&self) -> Result<f64> {
-        self.call("Performance.enable", json!({}))?;
         let answer = self.call("Performance.getMetrics", json!({}))?;
         let metrics = answer["metrics"].as_array().context("Chromium counts nothing")?;
-        let time = metrics.iter().find(|metric| metric["name"] == "ThreadTime");
-        time.and_then(|metric| metric["value"].as_f64()).context("Chromium does not count processor time")
+        let time = metrics.iter().find(|metric| metric["name"] == "TaskDuration");
+        let time = time.and_then(|metric| metric["value"].as_f64()).filter(|seconds| *seconds > 0.0);
+        time.context("Chromium does not count processor time")
     }
 
     /// What is seen, as a PNG file.

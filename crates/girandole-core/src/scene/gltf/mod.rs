@@ -38,6 +38,7 @@ pub(super) use picture::decode_alone as decode_picture;
 pub(super) use tangents::generate as generate_tangents;
 
 use super::{Camera, Scene, View};
+use crate::slices::{complete, pause};
 use crate::{Error, Result};
 use document::Document;
 use glam::Vec3;
@@ -89,9 +90,14 @@ const SUPPORTED_EXTENSIONS: [&str; 19] = [
 /// # Errors
 /// [`Error::Read`] if the file cannot be read; [`Error::Broken`] if it, or a file that it refers to, is not usable.
 pub fn load_gltf(path: &Path) -> Result<Scene> {
+    complete(load_gltf_in_slices(path))
+}
+
+/// The same with pauses.
+pub(super) async fn load_gltf_in_slices(path: &Path) -> Result<Scene> {
     let bytes = crate::files::read(path)?;
     let base = path.parent().unwrap_or(Path::new(""));
-    import(&bytes, Some(base)).map_err(|reason| Error::Broken { path: path.into(), reason })
+    import(&bytes, Some(base)).await.map_err(|reason| Error::Broken { path: path.into(), reason })
 }
 
 /// Loads the default scene from the bytes of a `.glb` or `.gltf` file; `base` is the folder where the files lie that
@@ -100,7 +106,7 @@ pub fn load_gltf(path: &Path) -> Result<Scene> {
 /// # Errors
 /// [`Error::Broken`] if the data, or a file that it refers to, is not usable.
 pub fn load_gltf_slice(bytes: &[u8], base: Option<&Path>) -> Result<Scene> {
-    import(bytes, base).map_err(|reason| Error::Broken { path: "the glTF data".into(), reason })
+    complete(import(bytes, base)).map_err(|reason| Error::Broken { path: "the glTF data".into(), reason })
 }
 
 /// What an import has found so far.
@@ -130,8 +136,17 @@ struct Importer<'d> {
     texels: usize,
 }
 
-fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
+async fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
     let document = Document::parse(bytes, base)?;
+    pause().await;
+    let mut scene = read(document)?;
+    pause().await;
+    super::repair::mark_scene(&mut scene).map_err(|e| format!("it {e}"))?;
+    Ok(scene)
+}
+
+/// The scene of a document.
+fn read(document: Document) -> Parsed<Scene> {
     // Before the rest is read in vain.
     #[cfg(target_family = "wasm")]
     document.ask_for_pictures()?;
@@ -181,7 +196,6 @@ fn import(bytes: &[u8], base: Option<&Path>) -> Parsed<Scene> {
         scene.warn(format!("{name} is left out: its node is scaled to nothing"));
     }
     scene.cameras = cameras;
-    super::repair::mark_scene(&mut scene).map_err(|e| format!("it {e}"))?;
     Ok(scene)
 }
 
