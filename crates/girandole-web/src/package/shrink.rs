@@ -4,7 +4,7 @@ use crate::toolchain::path_folders;
 use anyhow::{Context, Result, bail};
 use std::path::Path;
 use std::process::Command;
-use walrus::{ExportItem, Module, ModuleConfig, RefType};
+use wasmparser::{ExternalKind, Parser, Payload, RefType, TypeRef};
 
 /// What Rust's compiler uses of WebAssembly on this target, and wasm-bindgen with it.
 const FEATURES: [&str; 6] = [
@@ -29,8 +29,7 @@ pub fn shrink(file: &Path) -> Result<()> {
     };
     let smaller = file.with_extension("smaller");
     let status = Command::new(&program)
-        // The second time finds more.
-        .args(["-Os", "-Os"])
+        .arg("-Os")
         .args(FEATURES)
         .arg(file)
         .arg("-o")
@@ -47,32 +46,62 @@ pub fn shrink(file: &Path) -> Result<()> {
 /// Binaryen before version 110 exports the first table whichever was meant (its issue 4711), and no page starts: the
 /// export is set right where it is wrong.
 fn mend(file: &Path) -> Result<()> {
-    let mut config = ModuleConfig::new();
-    config.generate_name_section(false).generate_producers_section(false);
-    let read = Module::from_file_with_config(file, &config);
-    let mut module = read.with_context(|| format!("{} is broken", file.display()))?;
-    if !mend_export(&mut module) {
-        return Ok(());
+    let mut bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
+    if mend_export(&mut bytes).with_context(|| format!("{} is broken", file.display()))? {
+        std::fs::write(file, bytes).with_context(|| format!("cannot write {}", file.display()))?;
     }
-    module.emit_wasm_file(file).with_context(|| format!("cannot write {}", file.display()))
+    Ok(())
 }
 
-/// Whether the export was wrong.
-fn mend_export(module: &mut Module) -> bool {
-    let right =
-        module.tables.iter().find(|table| table.element_ty == RefType::EXTERNREF).map(|table| table.id());
-    let export = module.exports.iter_mut().find(|export| export.name == EXTERNREFS);
-    let (Some(right), Some(export)) = (right, export) else { return false };
-    if matches!(export.item, ExportItem::Table(table) if table == right) {
-        return false;
+/// Whether the export was wrong. Nothing else of the file changes.
+fn mend_export(bytes: &mut [u8]) -> Result<bool> {
+    let (mut tables, mut export) = (Vec::new(), None);
+    for payload in Parser::new(0).parse_all(bytes) {
+        match payload? {
+            Payload::ImportSection(imports) => {
+                for import in imports.into_imports() {
+                    if let TypeRef::Table(table) = import?.ty {
+                        tables.push(table.element_type);
+                    }
+                }
+            }
+            Payload::TableSection(section) => {
+                for table in section {
+                    tables.push(table?.ty.element_type);
+                }
+            }
+            Payload::ExportSection(exports) => {
+                for item in exports.into_iter_with_offsets() {
+                    let (at, item) = item?;
+                    if item.kind == ExternalKind::Table && item.name == EXTERNREFS {
+                        // Behind the name, its length and the kind, which take a byte each.
+                        export = Some((at + item.name.len() + 2, item.index));
+                    }
+                }
+            }
+            _ => {}
+        }
     }
-    export.item = right.into();
-    true
+    let right = tables.iter().position(|table| *table == RefType::EXTERNREF);
+    let (Some(right), Some((at, index))) = (right, export) else { return Ok(false) };
+    if right == index as usize {
+        return Ok(false);
+    }
+    let byte = |index: usize| u8::try_from(index).ok().filter(|index| *index < 128);
+    let (Some(right), Some(wrong)) = (byte(right), byte(index as usize)) else {
+        bail!("it has more than 127 tables");
+    };
+    match bytes.get_mut(at) {
+        Some(place) if *place == wrong => *place = right,
+        _ => bail!("its exports are not where they should be"),
+    }
+    Ok(true)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use walrus::{ExportItem, Module, RefType};
 
     #[test]
     fn an_export_of_the_wrong_table_is_mended() {
@@ -80,12 +109,10 @@ mod tests {
         let functions = module.tables.add_local(false, 1, None, RefType::FUNCREF);
         let values = module.tables.add_local(false, 1, None, RefType::EXTERNREF);
         module.exports.add("functions", functions);
-        module.exports.add(EXTERNREFS, functions);
-        let folder = tempfile::tempdir().expect("a folder");
-        let file = folder.path().join("a.wasm");
-        module.emit_wasm_file(&file).expect("a file");
-        mend(&file).expect("mended");
-        let mut mended = Module::from_file(&file).expect("a module");
+        let wrong = module.exports.add(EXTERNREFS, functions);
+        let mut bytes = module.emit_wasm();
+        assert!(mend_export(&mut bytes).expect("a module"));
+        let mended = Module::from_buffer(&bytes).expect("a module");
         let types: Vec<_> = mended
             .exports
             .iter()
@@ -96,9 +123,10 @@ mod tests {
             .collect();
         assert!(types.contains(&("functions".into(), RefType::FUNCREF)), "{types:?}");
         assert!(types.contains(&(EXTERNREFS.into(), RefType::EXTERNREF)), "{types:?}");
-        assert!(!mend_export(&mut mended), "it is right now");
-        module.exports.remove(EXTERNREFS).expect("an export");
+        assert!(!mend_export(&mut bytes).expect("a module"), "it is right now");
+        module.exports.delete(wrong);
         module.exports.add(EXTERNREFS, values);
-        assert!(!mend_export(&mut module), "it was right");
+        assert!(!mend_export(&mut module.emit_wasm()).expect("a module"), "it was right");
+        assert!(mend_export(&mut bytes[..40].to_vec()).is_err(), "it is cut off");
     }
 }
