@@ -115,6 +115,7 @@ impl Opening {
                 Ok(Stage::Lights(lit))
             }
             State::Lit(lit) => {
+                lit.geometry.belongs_to(scene)?;
                 let (held, of) = (scene.clone(), lit.clone());
                 let beginning = Slices::new(async move { of.begin_visibility(&held).await });
                 self.state = State::Beginning(lit, beginning);
