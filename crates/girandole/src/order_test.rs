@@ -4,7 +4,8 @@ use std::collections::HashMap;
 use std::path::Path;
 
 /// From the ground up.
-const ROOMS: [&str; 22] = [
+const ROOMS: [&str; 23] = [
+    "browser",
     "error",
     "shader_constants",
     "tier",
