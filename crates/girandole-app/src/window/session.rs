@@ -262,9 +262,10 @@ impl Session {
         }
     }
 
-    /// Seconds until what is shown may have fresh light, if nothing moves; `None` where it has.
+    /// Seconds until what is shown may have fresh light, or all its pixels, if nothing moves; `None` where it has both.
     pub fn rests_in(&self, size: [u32; 2]) -> Option<f64> {
-        self.rest.left().filter(|_| self.fresh_at_rest && self.is_open && !self.is_fresh(size))
+        let waits = self.fresh_at_rest && !self.is_fresh(size) || self.is_hurried();
+        self.rest.left().filter(|_| self.is_open && waits)
     }
 
     /// Whether light was sampled for the scene as it stands and what is seen of it, as `girandole render` does.
