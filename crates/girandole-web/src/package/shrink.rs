@@ -16,6 +16,9 @@ const FEATURES: [&str; 6] = [
     "--enable-sign-ext",
 ];
 
+/// What makes it smaller, in this order: once more in another shape.
+const PASSES: [&str; 5] = ["-Os", "--flatten", "--rereloop", "-Oz", "-Oz"];
+
 /// The table of JavaScript's values, by the name that wasm-bindgen's code knows it by.
 const EXTERNREFS: &str = "__wbindgen_externrefs";
 
@@ -29,7 +32,7 @@ pub fn shrink(file: &Path) -> Result<()> {
     };
     let smaller = file.with_extension("smaller");
     let status = Command::new(&program)
-        .arg("-Os")
+        .args(PASSES)
         .args(FEATURES)
         .arg(file)
         .arg("-o")
