@@ -30,7 +30,7 @@ pub(super) fn release() {
 }
 
 /// Whether the page has decoded it; asks for it where it has not.
-pub(crate) fn are_decoded(bytes: &[u8]) -> bool {
+pub(crate) fn is_decoded(bytes: &[u8]) -> bool {
     let key = xxh3_128(bytes);
     let is_held = HELD.with_borrow(|held| held.contains_key(&key));
     if !is_held {
@@ -48,7 +48,7 @@ pub(crate) fn texels(bytes: &[u8]) -> Result<Vec<[u8; 4]>, String> {
 }
 
 fn with<T>(bytes: &[u8], act: impl FnOnce(&Decoded) -> T) -> Result<T, String> {
-    if !are_decoded(bytes) {
+    if !is_decoded(bytes) {
         return Err("it waits for that".into());
     }
     HELD.with_borrow(|held| match held.get(&xxh3_128(bytes)) {

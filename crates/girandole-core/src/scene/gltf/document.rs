@@ -127,7 +127,7 @@ impl<'a> Document<'a> {
     pub fn ask_for_pictures(&self) -> Parsed<()> {
         let pictures = self.root.images.iter().filter_map(|image| self.image(image).ok());
         let is_waiting =
-            |bytes: &Cow<[u8]>| !super::picture::is_ours(bytes) && !files::pictures::are_decoded(bytes);
+            |bytes: &Cow<[u8]>| !super::picture::is_ours(bytes) && !files::pictures::is_decoded(bytes);
         match pictures.filter(is_waiting).count() {
             0 => Ok(()),
             waiting => Err(format!("it waits for {waiting} pictures to be decoded")),
