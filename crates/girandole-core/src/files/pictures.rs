@@ -29,14 +29,9 @@ pub(super) fn release() {
     HELD.take();
 }
 
-/// Whether the page has decoded it; asks for it where it has not.
+/// Whether the page has decoded it, or tried; asks for it where it has not.
 pub(crate) fn is_decoded(bytes: &[u8]) -> bool {
-    let key = xxh3_128(bytes);
-    let is_held = HELD.with_borrow(|held| held.contains_key(&key));
-    if !is_held {
-        ask_for_picture(key, bytes);
-    }
-    is_held
+    held(bytes, |_| ()).is_some()
 }
 
 pub(crate) fn size(bytes: &[u8]) -> Result<[u32; 2], String> {
@@ -48,12 +43,15 @@ pub(crate) fn texels(bytes: &[u8]) -> Result<Vec<[u8; 4]>, String> {
 }
 
 fn with<T>(bytes: &[u8], act: impl FnOnce(&Decoded) -> T) -> Result<T, String> {
-    if !is_decoded(bytes) {
-        return Err("it waits for that".into());
+    let decoded = held(bytes, |decoded| decoded.as_ref().map(act).map_err(Clone::clone));
+    decoded.unwrap_or_else(|| Err("it waits for that".into()))
+}
+
+fn held<T>(bytes: &[u8], act: impl FnOnce(&Result<Decoded, String>) -> T) -> Option<T> {
+    let key = xxh3_128(bytes);
+    let result = HELD.with_borrow(|held| held.get(&key).map(act));
+    if result.is_none() {
+        ask_for_picture(key, bytes);
     }
-    HELD.with_borrow(|held| match held.get(&xxh3_128(bytes)) {
-        Some(Ok(decoded)) => Ok(act(decoded)),
-        Some(Err(why)) => Err(why.clone()),
-        None => Err("it is gone".into()),
-    })
+    result
 }

@@ -296,7 +296,6 @@ fn presets_are_found_by_their_settings_and_change_what_they_are_about() {
     }
 }
 
-/// Refines by the smallest slices until so many sets are averaged. Returns how many pictures there were.
 /// Light that was made sooner than rest has come does not leave a picture of lower resolution.
 #[test]
 fn a_hurried_picture_is_not_the_last_one() {
@@ -311,6 +310,7 @@ fn a_hurried_picture_is_not_the_last_one() {
     assert!(!session.is_hurried() && session.rests_in(SIZE).is_none());
 }
 
+/// Refines by the smallest slices until so many sets are averaged. Returns how many pictures there were.
 fn refine(session: &mut Session, target: &mut PictureTarget, sets: u32) -> usize {
     let mut pictures = 0;
     for _ in 0..10_000 {
