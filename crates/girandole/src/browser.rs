@@ -2,7 +2,7 @@
 
 use girandole_core::files::{self, Decoded};
 use js_sys::{Array, Promise, Uint8Array};
-use std::cell::OnceCell;
+use std::cell::RefCell;
 use std::path::Path;
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::*;
@@ -34,17 +34,12 @@ async fn fetch(address: &Path) -> Result<Vec<u8>, String> {
 
 /// A worker with the address of its program, started at the first picture.
 #[derive(Default)]
-struct Decoder(OnceCell<(Worker, String)>);
+struct Decoder(RefCell<Option<(Worker, String)>>);
 
 impl Decoder {
     async fn decode(&self, bytes: &[u8]) -> Result<Decoded, String> {
-        let (worker, _) = match self.0.get() {
-            Some(started) => started,
-            None => {
-                let started = start()?;
-                self.0.get_or_init(|| started)
-            }
-        };
+        let held = self.0.take();
+        let (worker, address) = held.map_or_else(start, Ok)?;
         worker.post_message(&Uint8Array::from(bytes)).map_err(said)?;
         let answer = Promise::new(&mut |resolve, reject| {
             let take = Closure::once_into_js(move |event: MessageEvent| {
@@ -54,7 +49,14 @@ impl Decoder {
             worker.set_onmessage(Some(take.unchecked_ref()));
             worker.set_onerror(Some(&reject));
         });
-        let answer = JsFuture::from(answer).await.map_err(said)?;
+        let answer = JsFuture::from(answer).await;
+        // One that failed, for want of permission for one, would not answer again.
+        if answer.is_ok() {
+            self.0.replace(Some((worker, address)));
+        } else {
+            end(&worker, &address);
+        }
+        let answer = answer.map_err(|_| "the page's worker failed; allow it `worker-src blob:`")?;
         if let Some(why) = answer.as_string() {
             return Err(why);
         }
@@ -73,12 +75,16 @@ impl Decoder {
 
 impl Drop for Decoder {
     fn drop(&mut self) {
-        if let Some((worker, address)) = self.0.get() {
-            worker.terminate();
-            // It was there, or nobody misses it.
-            let _ = Url::revoke_object_url(address);
+        if let Some((worker, address)) = self.0.take() {
+            end(&worker, &address);
         }
     }
+}
+
+fn end(worker: &Worker, address: &str) {
+    worker.terminate();
+    // It was there, or nobody misses it.
+    let _ = Url::revoke_object_url(address);
 }
 
 fn start() -> Result<(Worker, String), String> {
