@@ -127,7 +127,10 @@ impl Lit {
             return Ok(false);
         }
         let view = self.view(size)?;
-        self.make(view, has_time)?;
+        if self.make(view, has_time)? {
+            // One thing at a time: the picture comes with the next call.
+            return Ok(true);
+        }
         let is_drawn = self.draw((view, size, format), target)?;
         Ok(self.opening.is_some() || self.lit.is_some() || !is_drawn)
     }
@@ -141,20 +144,26 @@ impl Lit {
         })
     }
 
-    fn make(&mut self, view: View, has_time: impl Fn() -> bool) -> Result<()> {
+    /// Returns whether what was made, or is next, takes longer than a slice.
+    fn make(&mut self, view: View, has_time: impl Fn() -> bool) -> Result<bool> {
         self.ensure_renderer()?;
         self.begin(view);
+        let hands_over = |lit: &Self| lit.opening.as_ref().is_some_and(Opening::hands_over);
         while self.opening.is_some() {
+            let is_long = hands_over(self);
             if let Err(error) = self.make_slice() {
                 // It begins anew, to say the same again.
                 self.forget_light();
                 return Err(error);
             }
+            if is_long || hands_over(self) {
+                return Ok(true);
+            }
             if !has_time() {
                 break;
             }
         }
-        Ok(())
+        Ok(false)
     }
 
     fn ensure_renderer(&mut self) -> Result<()> {

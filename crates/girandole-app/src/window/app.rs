@@ -34,7 +34,7 @@ const PROGRESS: Duration = Duration::from_millis(100);
 /// How often a dialog of the system's is looked for.
 const DIALOG: Duration = Duration::from_millis(50);
 
-/// What is made between two frames takes as long, or a little longer.
+/// What is made in a frame takes as long, or a little longer.
 const SLICE: Duration = Duration::from_millis(15);
 
 /// When to try again where the surface is hidden or was made anew.
@@ -68,6 +68,8 @@ pub struct App {
     files: Files,
     /// Whether the last frame said that light is being made.
     says_progress: bool,
+    /// Whether light was made since a picture was drawn.
+    has_made: bool,
     /// What the window is called.
     named: String,
     last_frame: Instant,
@@ -99,6 +101,7 @@ impl App {
             opener,
             files,
             says_progress: false,
+            has_made: false,
             named: String::new(),
             last_frame: now,
             due: Some(now),
@@ -281,13 +284,13 @@ impl App {
         self.cancel();
         self.allocate_target();
         self.session.rest(elapsed.as_secs_f64(), self.tools.picture_size);
-        let is_in_time = self.make();
+        let has_made = self.make();
         self.schedule(&gui);
-        if is_in_time {
-            self.draw(panel);
-        } else {
+        if has_made {
             // One thing at a time: the picture comes with the next frame.
             self.window.request_redraw();
+        } else {
+            self.draw(panel);
         }
         let Self { session, tools, .. } = self;
         tools.truth.step(session, tools.picture_size, self.gui.context());
@@ -352,18 +355,23 @@ impl App {
         self.session.forget_picture();
     }
 
-    /// Makes a slice of light, once the frame that says so was shown. Nothing is made anew while a control is being dragged or typed
-    /// into. Whether that took no longer than it should.
+    /// Makes a slice of light, once the frame that says so was shown, unless it is time for a picture. Nothing is made anew while a
+    /// control is being dragged or typed into. Whether anything was made.
     fn make(&mut self) -> bool {
         let said = std::mem::replace(&mut self.says_progress, self.session.is_making());
         if !said || !self.session.is_making() || self.gui.is_in_use() || self.frames.is_busy() {
-            return true;
+            return false;
         }
-        let until = Instant::now() + SLICE;
-        if self.session.make((&self.gpu.device, &self.gpu.queue), until) {
+        let size = self.tools.picture_size;
+        let has_made = std::mem::take(&mut self.has_made);
+        if has_made && self.session.wants_picture(size) && self.session.is_compiled(size) {
+            return false;
+        }
+        if self.session.make((&self.gpu.device, &self.gpu.queue), Instant::now() + SLICE) {
             self.frames.submitted_work(&self.gpu.queue);
         }
-        Instant::now() < until + SLICE
+        self.has_made = true;
+        true
     }
 
     /// Finds out when the next frame is due.

@@ -85,6 +85,11 @@ impl Opening {
         }
     }
 
+    /// Whether the next slice hands light or visibility over: a renderer takes longer to load them than a slice takes.
+    pub fn hands_over(&self) -> bool {
+        matches!(self.state, State::Sampled(_) | State::Determined(_))
+    }
+
     /// Goes on by a slice. The scene is held until visibility is begun.
     ///
     /// # Errors

@@ -75,7 +75,9 @@ impl Session {
     pub fn progress(&self) -> Option<(f32, &'static str)> {
         let count = self.light.lights.count as f32;
         match &self.making {
-            Some(Making { lit: Some(lit), .. }) => Some((0.5 + 0.5 * *lit as f32 / count, "Shadow maps")),
+            Some(Making { lit: Some(lit), .. }) => {
+                Some(((0.5 + 0.5 * *lit as f32 / count).min(1.0), "Shadow maps"))
+            }
             Some(making) => Some((0.5 * making.opening.progress(), "Visibility")),
             None => match self.work().message() {
                 Some(message) => Some((0.0, message)),
@@ -166,8 +168,11 @@ impl Session {
             if making.lit.is_some() {
                 return self.add_maps();
             }
+            // What takes longer than a slice has its time for itself.
+            let is_long = making.opening.hands_over();
             self.make_slice()?;
-            if Instant::now() >= until {
+            let is_long = is_long || self.making.as_ref().is_some_and(|making| making.opening.hands_over());
+            if is_long || Instant::now() >= until {
                 return Ok(false);
             }
         }

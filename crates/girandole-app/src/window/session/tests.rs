@@ -349,3 +349,20 @@ fn what_rests_is_refined_until_something_changes() {
     session.refinement.on = false;
     assert_eq!((session.may_refine(SIZE), session.notice.clone()), (false, None));
 }
+
+/// However much time there is, neither goes together with anything else.
+#[test]
+fn what_a_renderer_loads_has_its_time_for_itself() {
+    let device = device();
+    let mut session = session();
+    let loaded: Vec<_> = (0..5)
+        .map(|_| {
+            let much = Instant::now() + std::time::Duration::from_secs(3600);
+            session.make((&device.0, &device.1), much);
+            assert!(session.progress().is_none_or(|(share, _)| share <= 1.0), "{:?}", session.progress());
+            session.illumination().map(|light| light.visibility().is_some())
+        })
+        .collect();
+    assert_eq!((session.is_making(), &session.notice), (false, &None));
+    assert_eq!(loaded, [None, Some(false), Some(false), Some(true), Some(true)]);
+}

@@ -15,7 +15,10 @@ fn in_slices(
         assert!(opening.progress() >= before, "{} after {before}", opening.progress());
         before = opening.progress();
         slices[1] += 1;
-        match (opening.step(scene).expect("a slice"), &mut opened) {
+        let is_at_hand = opening.hands_over();
+        let stage = opening.step(scene).expect("a slice");
+        assert_eq!(is_at_hand, matches!(stage, Stage::Lights(_) | Stage::Visibility(_)));
+        match (stage, &mut opened) {
             (Stage::Lights(mut illumination), none) => {
                 illumination.light(scene, most).expect("light");
                 *none = Some(*illumination);
