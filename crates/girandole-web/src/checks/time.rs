@@ -66,6 +66,7 @@ fn never_blocks(bench: &Bench, scene: &str) -> Result<()> {
     let tasks = long_tasks(&tab)?;
     let longest = tasks.iter().map(|(_, duration)| *duration).fold(0.0, f64::max);
     ensure!(longest <= LONGEST, "tasks of the page, begin and milliseconds: {tasks:?}");
+    eprintln!("  {scene}: {longest:.0} ms");
     are_seen(&tab)
 }
 
