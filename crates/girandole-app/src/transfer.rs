@@ -6,7 +6,7 @@ use crate::output::Progress;
 use crate::output::say;
 use anyhow::{Context, Result, bail};
 use girandole::Renderer;
-use girandole_core::scene::{ObjectId, Scene};
+use girandole_core::scene::{NodeId, Object, ObjectId, Scene};
 use girandole_core::transfer::{self, Cached, Gathering, ObjectTransfer};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -118,9 +118,9 @@ fn marked(scene: &Scene, names: &[String]) -> Result<Vec<ObjectId>> {
         known.truncate(20);
         bail!("there is no node `{name}`; those with objects are {}", known.join(", "));
     }
-    let is_named = |node: usize| names.contains(&scene.nodes[node].name);
-    let is_marked = |node: usize| if names.is_empty() { scene.nodes[node].transfer } else { is_named(node) };
-    let is_below = |mut node: usize| loop {
+    let is_named = |node: NodeId| names.contains(&scene.nodes[node].name);
+    let is_marked = |node: NodeId| if names.is_empty() { scene.nodes[node].transfer } else { is_named(node) };
+    let is_below = |mut node: NodeId| loop {
         if is_marked(node) {
             return true;
         }
@@ -129,12 +129,13 @@ fn marked(scene: &Scene, names: &[String]) -> Result<Vec<ObjectId>> {
             None => return false,
         }
     };
-    let present = || scene.objects.iter().enumerate().filter(|(_, object)| !object.removed);
-    let mut objects: Vec<ObjectId> =
-        present().filter(|(_, object)| is_below(object.node)).map(|(index, _)| index.into()).collect();
+    let of = |is_one: &dyn Fn(&Object) -> bool| -> Vec<ObjectId> {
+        scene.placed_objects().filter(|(_, object)| is_one(object)).map(|(id, _)| id).collect()
+    };
+    let mut objects = of(&|object| is_below(object.node));
     let is_builtin = girandole_core::scene::builtin::NAMES.contains(&scene.name.as_str());
     if objects.is_empty() && names.is_empty() && is_builtin {
-        objects = present().filter(|(_, object)| object.dynamic).map(|(index, _)| index.into()).collect();
+        objects = of(&|object| object.dynamic);
     }
     if objects.is_empty() {
         let where_from = if is_builtin {

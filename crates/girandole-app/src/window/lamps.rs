@@ -7,7 +7,9 @@ use super::tools::Tools;
 use girandole_core::Generation;
 use girandole_core::glam::{Quat, Vec3};
 use girandole_core::image::luminance;
-use girandole_core::scene::{Edit, Geometry, NamedIndex, PunctualKind, Scene, Shape, Transform, load_model};
+use girandole_core::scene::{
+    Edit, Geometry, LightId, NamedIndex, PunctualKind, Scene, Shape, Transform, load_model,
+};
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
@@ -31,7 +33,7 @@ pub enum Lamp {
     /// All surfaces of a material.
     Material(u32),
     /// A punctual light.
-    Light(usize),
+    Light(LightId),
 }
 
 /// How the strength of a lamp is said.
@@ -88,8 +90,7 @@ impl Lamp {
         let dimmed: BTreeSet<usize> = dimmed.collect();
         let shines = |&index: &usize| scene.materials[index].emits() || dimmed.contains(&index);
         let materials = (0..scene.materials.len()).filter(shines).map(|index| Self::Material(index as u32));
-        let is_there = |&index: &usize| !scene.is_light_removed(index);
-        materials.chain((0..scene.lights.len()).filter(is_there).map(Self::Light)).collect()
+        materials.chain(scene.placed_lights().map(|(id, _)| Self::Light(id))).collect()
     }
 
     /// Whether it is what is picked, or what that is made of.
@@ -108,7 +109,7 @@ impl Lamp {
     pub fn name(self, scene: &Scene) -> String {
         let (kind, index, name) = match self {
             Self::Material(index) => ("material", index as usize, &scene.materials[index as usize].name),
-            Self::Light(index) => ("light", index, &scene.lights[index].name),
+            Self::Light(id) => ("light", id.index(), &scene.lights[id].name),
         };
         if name.is_empty() { format!("{kind} {index}") } else { name.clone() }
     }
@@ -198,7 +199,7 @@ pub fn add(session: &mut Session, tools: &mut Tools, lamp: NewLamp) {
     let down = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
     let transform = Transform::rigid(down, place);
     let watts = flux(session, tools) / LUMEN_PER_WATT;
-    let (objects, lights) = (session.scene.objects.len(), session.scene.lights.len());
+    let (objects, lights) = (session.scene.objects.len(), session.scene.lights.len().into());
     let punctual = |name: &str, kind: PunctualKind| {
         let watts_per_steradian = watts / kind.solid_angle().unwrap_or(1.0);
         let intensity = Vec3::splat(watts_per_steradian as f32);
@@ -295,7 +296,7 @@ mod tests {
             assert_eq!(measured(Unit::Radiance), (brightest, kind));
         }
         // A point light of 1 W/sr is 4π W.
-        let point = Lamp::Light(session.scene.lights.len() - 2);
+        let point = Lamp::Light((session.scene.lights.len() - 2).into());
         tools.unit = Unit::Watt;
         assert!((point.measure(&session, &mut tools, Vec3::ONE).0 - 4.0 * PI).abs() < 1e-6);
         // What is switched off is still listed.

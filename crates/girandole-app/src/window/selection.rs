@@ -3,14 +3,16 @@
 use super::session::Session;
 use super::tools::Tools;
 use girandole_core::glam::{DAffine3, DVec3, Vec3};
-use girandole_core::scene::{Edit, NamedIndex, Object, ObjectId, PunctualLight, Transform, View, load_model};
+use girandole_core::scene::{
+    Edit, LightId, NamedIndex, NodeId, Object, ObjectId, PunctualLight, Transform, View, load_model,
+};
 
 /// Something that can be picked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Selected {
     Object(ObjectId),
-    /// A punctual light, by its index.
-    Light(usize),
+    /// A punctual light.
+    Light(LightId),
 }
 
 /// How much of the scene, along two axes, a wall, a floor or the ground has at least.
@@ -28,8 +30,8 @@ impl Selected {
 
     /// The light, where it is one that is there.
     pub fn light(self, session: &Session) -> Option<&PunctualLight> {
-        let Self::Light(index) = self else { return None };
-        session.scene.lights.get(index).filter(|_| !session.scene.is_light_removed(index))
+        let Self::Light(id) = self else { return None };
+        session.scene.lights.get(id.index()).filter(|_| !session.scene.is_light_removed(id))
     }
 
     /// Whether it is there.
@@ -38,7 +40,7 @@ impl Selected {
     }
 
     /// The node that it is on.
-    pub fn node(self, session: &Session) -> Option<usize> {
+    pub fn node(self, session: &Session) -> Option<NodeId> {
         let light = self.light(session).map(|light| light.node);
         self.object(session).map(|object| object.node).or(light)
     }
@@ -147,7 +149,7 @@ pub fn duplicate(session: &mut Session, tools: &mut Tools) {
     session.end_step();
     let copy = match selected {
         Selected::Object(_) => Selected::Object(objects.into()),
-        Selected::Light(_) => Selected::Light(lights),
+        Selected::Light(_) => Selected::Light(lights.into()),
     };
     if copy.is_there(session) {
         tools.select(Some(copy));

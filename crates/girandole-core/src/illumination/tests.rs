@@ -6,7 +6,7 @@ mod placing;
 use super::*;
 use crate::lights::{LightSample, SampleOrigin};
 use crate::scene::builtin::{self, MovingObject, shapes};
-use crate::scene::{Material, ObjectId, PunctualKind, PunctualLight, Transform};
+use crate::scene::{LightId, Material, ObjectId, PunctualKind, PunctualLight, Transform};
 use crate::visibility::State;
 use glam::{Quat, Vec3, vec3};
 use proptest::prelude::*;
@@ -63,8 +63,8 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
 }
 
 /// Objects that a room can do without.
-fn movable(scene: &Scene) -> Vec<usize> {
-    scene.placed_objects().filter(|(_, o)| o.dynamic || o.name == "new").map(|(i, _)| i).collect()
+fn movable(scene: &Scene) -> Vec<ObjectId> {
+    scene.placed_objects().filter(|(_, o)| o.dynamic || o.name == "new").map(|(id, _)| id).collect()
 }
 
 fn take(scene: &mut Scene, step: &Step) -> Result<()> {
@@ -354,7 +354,7 @@ fn lights_that_are_dimmed_keep_their_samples() {
         let mut dimmed = |scene: &mut Scene, factors: [Vec3; 3]| {
             scene.set_emission(lamp, lamp_emission * factors[0]).expect("an emission");
             scene.set_emission(glow, glow_emission * factors[1]).expect("an emission");
-            scene.set_intensity(0, intensity * factors[2]).expect("an intensity");
+            scene.set_intensity(LightId(0), intensity * factors[2]).expect("an intensity");
             follow(&mut held, scene);
             held.lights().clone()
         };

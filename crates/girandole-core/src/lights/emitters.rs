@@ -375,7 +375,7 @@ pub(super) fn punctual_sources(scene: &Scene, geometry: &Geometry, emissions: &E
             PunctualKind::Spot { inner, outer } => SpotCone::new(inner, outer).solid_angle(),
             PunctualKind::Directional => PI * f64::from(geometry.extent() * 0.5).powi(2),
         };
-        let center = (world_from_nodes[light.node].translation - geometry.origin).as_vec3();
+        let center = (world_from_nodes[light.node.index()].translation - geometry.origin).as_vec3();
         let weight = f64::from(luminance(emissions.of_punctual(index as u32))) * solid_angle;
         Source { kind: Kind::Punctual(index as u32), weight, center }
     });

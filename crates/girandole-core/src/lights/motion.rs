@@ -37,7 +37,7 @@ impl Placement {
             deformed: deformed.copied().collect(),
             origin: geometry.origin,
             objects: geometry.objects.clone(),
-            world_from_object: scene.objects.iter().map(|o| world_from_nodes[o.node]).collect(),
+            world_from_object: scene.objects.iter().map(|o| world_from_nodes[o.node.index()]).collect(),
             punctual: punctual::all(scene, geometry),
         }
     }

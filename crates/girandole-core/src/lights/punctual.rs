@@ -36,7 +36,7 @@ pub(super) fn all(scene: &Scene, geometry: &Geometry) -> Vec<LightSample> {
     let mut samples = Vec::new();
     let world_from_nodes = scene.world_from_nodes();
     for (light, index) in scene.lights.iter().zip(0..) {
-        let node = world_from_nodes[light.node];
+        let node = world_from_nodes[light.node.index()];
         let normal = node.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Y).as_vec3();
         let mut sample = LightSample {
             position: geometry.light_position(index as usize, &node),

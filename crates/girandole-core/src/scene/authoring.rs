@@ -3,8 +3,8 @@
 
 use super::changes::{check_light, insert, invalid};
 use super::{
-    Camera, Material, Node, Object, ObjectId, Projection, PunctualKind, PunctualLight, Scene, Transform,
-    Viewpoint,
+    Camera, LightId, Material, Node, Object, ObjectId, Projection, PunctualKind, PunctualLight, Scene,
+    Transform, Viewpoint,
 };
 use crate::Result;
 use crate::lights::SpotCone;
@@ -57,7 +57,7 @@ impl Scene {
     /// [`Scene::insert_object`].
     pub fn duplicate_object(&mut self, object: ObjectId, name: &str, local: Transform) -> Result<ObjectId> {
         let Some(original) = self.objects.get(object.index()).filter(|o| !o.removed).cloned() else {
-            return invalid(format!("there is no object {}; it may have been removed", object.0));
+            return invalid(format!("there is no object {object}; it may have been removed"));
         };
         if original.skin.is_some() {
             return invalid(format!(
@@ -70,7 +70,7 @@ impl Scene {
         self.place_object(node, name, original.mesh, true)
     }
 
-    /// Adds a punctual light on a root node of its own, and returns its index. It shines along the node's −Z.
+    /// Adds a punctual light on a root node of its own. It shines along the node's −Z.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) where intensity, cone or transform is none.
@@ -80,7 +80,7 @@ impl Scene {
         kind: PunctualKind,
         intensity: Vec3,
         local: Transform,
-    ) -> Result<usize> {
+    ) -> Result<LightId> {
         check_light(intensity)?;
         check_kind(kind)?;
         if !super::changes::is_near(&local.affine()) {
@@ -90,25 +90,30 @@ impl Scene {
         let node = self.add_node(name, local);
         self.lights.push(PunctualLight { name: name.into(), node, kind, intensity });
         self.note_everything();
-        Ok(self.lights.len() - 1)
+        Ok((self.lights.len() - 1).into())
     }
 
     /// Takes a punctual light away. Its slot stays, dark.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) where there is no such light.
-    pub fn remove_light(&mut self, light: usize) -> Result<()> {
-        if light >= self.lights.len() || self.is_light_removed(light) {
+    pub fn remove_light(&mut self, light: LightId) -> Result<()> {
+        if light.index() >= self.lights.len() || self.is_light_removed(light) {
             return invalid(format!("there is no light {light}; it may have been removed"));
         }
         self.set_intensity(light, Vec3::ZERO)?;
-        insert(&mut self.record.removed_lights, light as u32);
+        insert(&mut self.record.removed_lights, light);
         Ok(())
     }
 
     /// Whether [`Scene::remove_light`] took a punctual light away.
-    pub fn is_light_removed(&self, light: usize) -> bool {
-        self.record.removed_lights.binary_search(&(light as u32)).is_ok()
+    pub fn is_light_removed(&self, light: LightId) -> bool {
+        self.record.removed_lights.binary_search(&light).is_ok()
+    }
+
+    /// The punctual lights that are there.
+    pub fn placed_lights(&self) -> impl Iterator<Item = (LightId, &PunctualLight)> {
+        (0..).map(LightId).zip(&self.lights).filter(|(id, _)| !self.is_light_removed(*id))
     }
 
     /// Gives a spot another cone: half-angles, radians, within which its intensity is full, and at which it reaches
@@ -116,10 +121,10 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) where the light is no spot, or the cone none.
-    pub fn set_cone(&mut self, light: usize, inner: f32, outer: f32) -> Result<()> {
+    pub fn set_cone(&mut self, light: LightId, inner: f32, outer: f32) -> Result<()> {
         let kind = PunctualKind::Spot { inner, outer };
         check_kind(kind)?;
-        match self.lights.get_mut(light) {
+        match self.lights.get_mut(light.index()) {
             Some(found) if matches!(found.kind, PunctualKind::Spot { .. }) => {
                 if std::mem::replace(&mut found.kind, kind) != kind {
                     self.note_everything();
@@ -203,7 +208,7 @@ impl Scene {
         }
         self.open();
         self.nodes.push(node);
-        let node = self.nodes.len() - 1;
+        let node = (self.nodes.len() - 1).into();
         self.objects.push(Object { name: name.into(), node, mesh, skin: None, dynamic, removed: false });
         let added = ObjectId::from(self.objects.len() - 1);
         if let Err(error) = self.added_object(added) {

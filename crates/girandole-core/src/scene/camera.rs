@@ -1,5 +1,7 @@
 //! Cameras, as a scene holds them; a [`View`](super::View) is one in place.
 
+use super::NodeId;
+
 /// How a camera projects.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
@@ -51,8 +53,8 @@ impl Default for ClipPlanes {
 pub struct Camera {
     /// The name, as in the file; may be empty.
     pub name: String,
-    /// Index into the scene's nodes.
-    pub node: usize,
+    /// The node that it is on.
+    pub node: NodeId,
     /// How it projects.
     pub projection: Projection,
     /// What it cuts off.

@@ -2,27 +2,10 @@
 
 use super::frame_of_reference::Box3;
 use super::motion::Pose;
-use super::{FrameOfReference, MAX_EXTENT, Mesh, Node, Object, Scene, Transform};
+use super::{FrameOfReference, LightId, MAX_EXTENT, Mesh, Node, NodeId, Object, ObjectId, Scene, Transform};
 use crate::generation::Generation;
 use crate::{Error, Result};
 use glam::{DAffine3, Vec3};
-
-/// An object's identity: its index in [`Scene::objects`]. It is never used again for another one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ObjectId(pub u32);
-
-impl ObjectId {
-    /// The index in [`Scene::objects`] and [`Geometry::objects`](super::Geometry::objects).
-    pub fn index(self) -> usize {
-        self.0 as usize
-    }
-}
-
-impl From<usize> for ObjectId {
-    fn from(index: usize) -> Self {
-        Self(u32::try_from(index).unwrap_or(super::NONE))
-    }
-}
 
 /// What led from one version of a scene to another. Lists are sorted, and name each thing once.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,8 +24,8 @@ pub struct SceneChanges {
     pub removed: Vec<ObjectId>,
     /// Indices of materials whose emission changed, or whose factors did, and of new ones.
     pub materials: Vec<u32>,
-    /// Indices of punctual lights that moved, or whose intensity changed.
-    pub lights: Vec<u32>,
+    /// Punctual lights that moved, or whose intensity changed.
+    pub lights: Vec<LightId>,
     /// Whether some of these materials reflect otherwise.
     pub reflectance: bool,
     /// Whether the frame of reference is another one: all positions are, and all that depends on the scene's size.
@@ -143,7 +126,7 @@ pub(super) struct Record {
     /// Fixed once the scene is open.
     pub frame: Option<FrameOfReference>,
     /// Punctual lights that were taken away; ascending.
-    pub removed_lights: Vec<u32>,
+    pub removed_lights: Vec<LightId>,
     /// Since changes were last taken.
     pending: SceneChanges,
 }
@@ -196,7 +179,7 @@ impl Scene {
         self.open();
         self.record.pending.everything = true;
         let world_from_nodes = self.world_from_nodes();
-        let bounds = |object: &Object| self.world_bounds(object, &|node| world_from_nodes[node]);
+        let bounds = |object: &Object| self.world_bounds(object, &|node| world_from_nodes[node.index()]);
         let all: Vec<_> = self.placed_objects().map(|(i, o)| (i, bounds(o))).collect();
         self.keep_in_frame(&all);
         self.stamp();
@@ -207,7 +190,7 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Invalid`] where there is no such node, or the transform is not finite or leads farther than 10¹⁵ m away.
-    pub fn set_transform(&mut self, node: usize, local: Transform) -> Result<()> {
+    pub fn set_transform(&mut self, node: NodeId, local: Transform) -> Result<()> {
         self.set_poses(vec![Pose { node, local: Some(local), morph_weights: None }])
     }
 
@@ -221,17 +204,17 @@ impl Scene {
         }
         let (mut is_posed, mut is_morphed) = (vec![false; self.nodes.len()], vec![false; self.nodes.len()]);
         for pose in &poses {
-            is_posed[pose.node] |= pose.local.is_some();
-            is_morphed[pose.node] |= pose.morph_weights.is_some();
+            is_posed[pose.node.index()] |= pose.local.is_some();
+            is_morphed[pose.node.index()] |= pose.morph_weights.is_some();
         }
-        let moves = self.at_or_below(|node| is_posed[node]);
+        let moves = self.at_or_below(|node| is_posed[node.index()]);
         let is_moved = |object: &Object| {
             self.is_moved_by(object, &moves)
-                || is_morphed[object.node] && !self.meshes[object.mesh].morph_targets.is_empty()
+                || is_morphed[object.node.index()] && !self.meshes[object.mesh].morph_targets.is_empty()
         };
-        let objects: Vec<usize> =
-            self.placed_objects().filter(|(_, o)| is_moved(o)).map(|(i, _)| i).collect();
-        let lights: Vec<usize> = (0..self.lights.len()).filter(|&i| moves[self.lights[i].node]).collect();
+        let objects: Vec<ObjectId> =
+            self.placed_objects().filter(|(_, o)| is_moved(o)).map(|(id, _)| id).collect();
+        let lights = self.lights_of(&moves);
         let anything = !(objects.is_empty() && lights.is_empty());
         if anything {
             self.open();
@@ -239,8 +222,8 @@ impl Scene {
         self.swap_poses(&mut poses);
         // All nodes at once, where more than one is asked for.
         let world_from_nodes = (objects.len() + lights.len() > 1).then(|| self.world_from_nodes());
-        let world_from_node = |node: usize| match &world_from_nodes {
-            Some(all) => all[node],
+        let world_from_node = |node: NodeId| match &world_from_nodes {
+            Some(all) => all[node.index()],
             None => self.world_from_node(node),
         };
         let bounds = objects.iter().map(|&o| (o, self.world_bounds(&self.objects[o], &world_from_node)));
@@ -259,13 +242,13 @@ impl Scene {
         if anything {
             self.keep_in_frame(&bounds);
             for object in objects {
-                self.record.pending.note_moved(object.into());
+                self.record.pending.note_moved(object);
                 let was_dynamic = std::mem::replace(&mut self.objects[object].dynamic, true);
-                if !was_dynamic && self.record.pending.moved.binary_search(&object.into()).is_ok() {
-                    insert(&mut self.record.pending.made_dynamic, object.into());
+                if !was_dynamic && self.record.pending.moved.binary_search(&object).is_ok() {
+                    insert(&mut self.record.pending.made_dynamic, object);
                 }
             }
-            lights.into_iter().for_each(|l| insert(&mut self.record.pending.lights, l as u32));
+            lights.into_iter().for_each(|l| insert(&mut self.record.pending.lights, l));
             self.stamp();
         }
         Ok(())
@@ -273,7 +256,7 @@ impl Scene {
 
     fn check_pose(&self, pose: &Pose) -> Result<()> {
         let Pose { node, local, morph_weights } = pose;
-        if *node >= self.nodes.len() {
+        if node.index() >= self.nodes.len() {
             return invalid(format!("there is no node {node}; the scene has {}", self.nodes.len()));
         }
         if local.is_some_and(|local| !local.affine().is_finite()) {
@@ -331,16 +314,16 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Invalid`] where there is no such light, or a channel is negative or not finite.
-    pub fn set_intensity(&mut self, light: usize, intensity: Vec3) -> Result<()> {
+    pub fn set_intensity(&mut self, light: LightId, intensity: Vec3) -> Result<()> {
         let count = self.lights.len();
-        let Some(found) = self.lights.get_mut(light) else {
+        let Some(found) = self.lights.get_mut(light.index()) else {
             return invalid(format!("there is no light {light}; the scene has {count}"));
         };
         check_light(intensity)?;
         if found.intensity != intensity {
             found.intensity = intensity;
             self.open();
-            insert(&mut self.record.pending.lights, light as u32);
+            insert(&mut self.record.pending.lights, light);
             self.stamp();
         }
         Ok(())
@@ -370,7 +353,7 @@ impl Scene {
 
     /// Takes note of the last object, which is new; refuses one that is too far away.
     pub(super) fn added_object(&mut self, id: ObjectId) -> Result<()> {
-        let object = &self.objects[id.index()];
+        let object = &self.objects[id];
         let bounds = self.world_bounds(object, &|node| self.world_from_node(node));
         if !bounds.is_within(MAX_EXTENT) {
             return invalid(format!(
@@ -378,7 +361,7 @@ impl Scene {
                 object.name
             ));
         }
-        self.keep_in_frame(&[(id.index(), bounds)]);
+        self.keep_in_frame(&[(id, bounds)]);
         insert(&mut self.record.pending.added, id);
         self.stamp();
         Ok(())
@@ -390,10 +373,10 @@ impl Scene {
     /// [`Error::Invalid`] where there is no such object.
     pub fn remove_object(&mut self, object: ObjectId) -> Result<()> {
         if self.objects.get(object.index()).is_none_or(|o| o.removed) {
-            return invalid(format!("there is no object {}; it may have been removed", object.0));
+            return invalid(format!("there is no object {object}; it may have been removed"));
         }
         self.open();
-        self.objects[object.index()].removed = true;
+        self.objects[object].removed = true;
         self.record.pending.note_removed(object);
         self.stamp();
         Ok(())
@@ -408,15 +391,15 @@ impl Scene {
     }
 
     /// Takes note that nodes, materials and lights, as many as there were, have other places, shades and strengths.
-    pub(super) fn note_motion(&mut self, nodes: &[usize], materials: &[u32], lights: &[u32]) {
+    pub(super) fn note_motion(&mut self, nodes: &[NodeId], materials: &[u32], lights: &[LightId]) {
         let moves = self.at_or_below(|node| nodes.contains(&node));
-        let moved = |(_, object): &(usize, &Object)| {
+        let moved = |(_, object): &(ObjectId, &Object)| {
             self.is_moved_by(object, &moves)
                 || nodes.contains(&object.node) && !self.meshes[object.mesh].morph_targets.is_empty()
         };
-        let objects: Vec<ObjectId> = self.placed_objects().filter(moved).map(|(i, _)| i.into()).collect();
+        let objects: Vec<ObjectId> = self.placed_objects().filter(moved).map(|(id, _)| id).collect();
         let mut all_lights = lights.to_vec();
-        all_lights.extend((0..self.lights.len()).filter(|&l| moves[self.lights[l].node]).map(|l| l as u32));
+        all_lights.extend(self.lights_of(&moves));
         if objects.is_empty() && materials.is_empty() && all_lights.is_empty() {
             return;
         }
@@ -426,6 +409,12 @@ impl Scene {
         all_lights.into_iter().for_each(|l| insert(&mut pending.lights, l));
         pending.reflectance |= !materials.is_empty();
         self.stamp();
+    }
+
+    /// Punctual lights on these nodes.
+    fn lights_of(&self, nodes: &[bool]) -> Vec<LightId> {
+        let all = (0..).map(LightId).zip(&self.lights);
+        all.filter(|(_, light)| nodes[light.node.index()]).map(|(id, _)| id).collect()
     }
 
     /// Takes note that anything may be different.
@@ -442,11 +431,11 @@ impl Scene {
     }
 
     /// Makes another frame of reference if one of these objects, by their bounds, is not within it, with room for those.
-    fn keep_in_frame(&mut self, objects: &[(usize, Box3)]) {
+    fn keep_in_frame(&mut self, objects: &[(ObjectId, Box3)]) {
         let Some(frame) = self.record.frame else { return };
-        let left: Vec<usize> = objects.iter().filter(|(_, b)| !frame.holds(*b)).map(|(i, _)| *i).collect();
+        let left: Vec<ObjectId> = objects.iter().filter(|(_, b)| !frame.holds(*b)).map(|(i, _)| *i).collect();
         let Some(&first) = left.first() else { return };
-        let moves = |i: usize| self.objects[i].dynamic || left.contains(&i);
+        let moves = |id: ObjectId| self.objects[id].dynamic || left.contains(&id);
         self.record.frame = Some(FrameOfReference::with_movers(self, moves));
         self.record.pending.reopened = true;
         self.warn(format!(

@@ -5,7 +5,7 @@
 //! alone.
 
 use super::motion::Pose;
-use super::{Channel, Scene};
+use super::{Channel, NodeId, Scene};
 use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,7 +16,7 @@ const MOST_MOMENTS: usize = 512;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Clips {
     chosen: Option<usize>,
-    at_rest: BTreeMap<usize, Pose>,
+    at_rest: BTreeMap<NodeId, Pose>,
 }
 
 impl Scene {
@@ -72,7 +72,7 @@ impl Scene {
 
     /// The first animation, and those after it that drive nothing that those before drive.
     fn compatible_clips(&self) -> Vec<usize> {
-        let mut driven: BTreeSet<(usize, Option<usize>)> = BTreeSet::new();
+        let mut driven: BTreeSet<(NodeId, Option<usize>)> = BTreeSet::new();
         let mut result = Vec::new();
         for (index, animation) in self.animations.iter().enumerate() {
             let own: BTreeSet<_> = animation.channels.iter().map(|c| (c.node, c.part())).collect();
@@ -106,7 +106,7 @@ impl Scene {
     fn poses_of(&self, clips: &[usize], seconds: f64) -> Vec<Pose> {
         let duration = self.duration_of(clips);
         let seconds = if seconds > duration && duration > 0.0 { seconds % duration } else { seconds };
-        let mut poses: BTreeMap<usize, Pose> = BTreeMap::new();
+        let mut poses: BTreeMap<NodeId, Pose> = BTreeMap::new();
         for channel in self.channels(clips) {
             let node = channel.node;
             let pose = poses.entry(node).or_insert_with(|| Pose { node, local: None, morph_weights: None });
@@ -142,7 +142,7 @@ impl Scene {
 
     /// Remembers how nodes are that animations drive, before they first do.
     pub(super) fn remember_rest(&mut self) {
-        let driven: BTreeSet<usize> =
+        let driven: BTreeSet<NodeId> =
             self.animations.iter().flat_map(|a| &a.channels).map(|c| c.node).collect();
         for node in driven {
             let at = &self.nodes[node];

@@ -8,7 +8,7 @@
 //! What may move on its own is compared with itself alone: static objects with each other, and what the same animated node carries.
 //! What is deformed is left as it is.
 
-use super::{Geometry, Material, NONE, Scene};
+use super::{Geometry, Material, NONE, NodeId, Scene};
 use crate::parallel;
 use glam::Vec3;
 
@@ -56,14 +56,17 @@ fn doubles(scene: &Scene, geometry: &Geometry) -> Vec<u32> {
 fn groups(scene: &Scene) -> Vec<Option<u32>> {
     let mut is_posed = vec![false; scene.nodes.len()];
     for channel in scene.animations.iter().flat_map(|a| &a.channels) {
-        is_posed[channel.node] = true;
+        is_posed[channel.node.index()] = true;
     }
-    let movers =
-        scene.inherited(None, |above: &Option<usize>, node| if is_posed[node] { Some(node) } else { *above });
-    let group = |(index, object): (usize, &super::Object)| match (object.dynamic, movers[object.node]) {
+    let movers = scene.inherited(
+        None,
+        |above: &Option<NodeId>, node| if is_posed[node.index()] { Some(node) } else { *above },
+    );
+    let group = |(index, object): (usize, &super::Object)| match (object.dynamic, movers[object.node.index()])
+    {
         _ if scene.is_deformed(object) => None,
         (false, _) => Some(0),
-        (true, Some(node)) => Some(1 + node as u32),
+        (true, Some(node)) => Some(1 + node.0),
         (true, None) => Some(1 + (scene.nodes.len() + index) as u32),
     };
     scene.objects.iter().enumerate().map(group).collect()

@@ -16,15 +16,15 @@
 use super::frame_of_reference::Box3;
 use super::hierarchy::WorldFromNode;
 use super::motion::Pose;
-use super::{MAX_EXTENT, Mesh, Object, Scene};
+use super::{MAX_EXTENT, Mesh, NodeId, Object, ObjectId, Scene};
 use crate::Result;
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
 
 /// A joint of a [`Skin`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
-    /// Index into [`Scene::nodes`].
-    pub node: usize,
+    /// The node that it goes with.
+    pub node: NodeId,
     /// Joint from mesh at rest: the inverse bind matrix.
     pub inverse_bind: DAffine3,
 }
@@ -218,15 +218,15 @@ impl Scene {
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) where there is no such node, a weight is not finite, a mesh on the node has
     /// another number of morph targets, or the weights lead farther than 10¹⁵ m away.
-    pub fn set_morph_weights(&mut self, node: usize, weights: &[f32]) -> Result<()> {
+    pub fn set_morph_weights(&mut self, node: NodeId, weights: &[f32]) -> Result<()> {
         self.set_poses(vec![Pose { node, local: None, morph_weights: Some(weights.to_vec()) }])
     }
 
     /// Whether what an object looks like depends on where one of the nodes is that `moves` is true for.
     pub(super) fn is_moved_by(&self, object: &Object, moves: &[bool]) -> bool {
         match object.skin {
-            Some(skin) => self.skins[skin].joints.iter().any(|joint| moves[joint.node]),
-            None => moves[object.node],
+            Some(skin) => self.skins[skin].joints.iter().any(|joint| moves[joint.node.index()]),
+            None => moves[object.node.index()],
         }
     }
 
@@ -254,17 +254,18 @@ impl Scene {
     }
 
     /// Boxes that hold some objects in these poses of animations, with the objects' indices, but for those that lead too far away.
-    pub(super) fn reaches(&self, objects: &[usize], poses: &[Vec<Pose>]) -> Vec<(usize, Box3)> {
+    pub(super) fn reaches(&self, objects: &[ObjectId], poses: &[Vec<Pose>]) -> Vec<(ObjectId, Box3)> {
         let world_from_nodes = self.world_from_nodes();
         let extents = objects.iter().map(|&object| {
-            Extents::new(&Rig::new(self, &self.objects[object], &[], &|node| world_from_nodes[node]))
+            Extents::new(&Rig::new(self, &self.objects[object], &[], &|node| world_from_nodes[node.index()]))
         });
         let extents: Vec<Extents> = extents.collect();
         let mut reaches = Vec::new();
         for poses in poses.iter().filter(|_| !objects.is_empty()) {
             let world_from_nodes = self.world_from_posed_nodes(poses);
             for (&object, extents) in objects.iter().zip(&extents) {
-                let rig = Rig::new(self, &self.objects[object], poses, &|node| world_from_nodes[node]);
+                let rig =
+                    Rig::new(self, &self.objects[object], poses, &|node| world_from_nodes[node.index()]);
                 reaches.push((object, rig.reach(extents)));
             }
         }

@@ -4,7 +4,7 @@
 //! Contents count, and neither names nor files nor what was removed: a scene that was edited has the fingerprint
 //! of one that is loaded with the same edits. It tells mistakes apart, and is no defence against malice.
 
-use super::{Camera, Environment, Material, Mesh, PunctualLight, Scene, Skin, Texture};
+use super::{Camera, Environment, Material, Mesh, NodeId, PunctualLight, Scene, Skin, Texture};
 use crate::parallel;
 use bytemuck::NoUninit;
 use glam::DAffine3;
@@ -88,7 +88,7 @@ impl Scene {
             sum.record(&(object.mesh, object.skin.and_then(|s| self.skins.get(s)).map(inverse_binds)));
         }
         for light in &self.lights {
-            sum.record(&PunctualLight { name: String::new(), node: 0, ..light.clone() });
+            sum.record(&PunctualLight { name: String::new(), node: NodeId(0), ..light.clone() });
         }
         self.animations.iter().for_each(|animation| sum.record(&animation.channels));
         self.clip().iter().for_each(|clip| sum.record(clip));
@@ -101,18 +101,18 @@ impl Scene {
     pub fn placement(&self, seconds: Option<f64>) -> Fingerprint {
         let poses = seconds.map_or(Vec::new(), |seconds| self.poses(seconds));
         let places = self.world_from_posed_nodes(&poses);
-        let posed_weights = |node: usize| {
+        let posed_weights = |node: NodeId| {
             let pose = poses.binary_search_by_key(&node, |pose| pose.node).ok()?;
             poses[pose].morph_weights.as_ref()
         };
         let mut sum = Sum::default();
         for (_, object) in self.placed_objects() {
-            sum.place(&places[object.node]);
+            sum.place(&places[object.node.index()]);
             sum.items(posed_weights(object.node).unwrap_or(&self.nodes[object.node].morph_weights));
             let joints = object.skin.and_then(|s| self.skins.get(s)).into_iter().flat_map(|s| &s.joints);
-            joints.for_each(|joint| sum.place(&places[joint.node]));
+            joints.for_each(|joint| sum.place(&places[joint.node.index()]));
         }
-        self.lights.iter().for_each(|light| sum.place(&places[light.node]));
+        self.lights.iter().for_each(|light| sum.place(&places[light.node.index()]));
         sum.end()
     }
 
@@ -120,8 +120,8 @@ impl Scene {
     pub fn camera_placement(&self, camera: &Camera, seconds: Option<f64>) -> Fingerprint {
         let poses = seconds.map_or(Vec::new(), |seconds| self.poses(seconds));
         let mut sum = Sum::default();
-        sum.place(&self.world_from_posed_nodes(&poses)[camera.node]);
-        sum.record(&Camera { name: String::new(), node: 0, ..camera.clone() });
+        sum.place(&self.world_from_posed_nodes(&poses)[camera.node.index()]);
+        sum.record(&Camera { name: String::new(), node: NodeId(0), ..camera.clone() });
         sum.end()
     }
 }

@@ -24,7 +24,7 @@
 //! reach to the box.
 
 use super::hierarchy::WorldFromNode;
-use super::{MeshTriangle, Object, Scene};
+use super::{MeshTriangle, Object, ObjectId, Scene};
 use glam::{DVec3, Vec3};
 use std::cmp::Ordering;
 
@@ -74,20 +74,21 @@ impl Default for FrameOfReference {
 impl FrameOfReference {
     /// The frame of a scene as it stands.
     pub fn of(scene: &Scene) -> Self {
-        Self::with_movers(scene, |index| scene.objects[index].dynamic)
+        Self::with_movers(scene, |id| scene.objects[id].dynamic)
     }
 
     /// The frame of a scene in which these objects move.
-    pub(super) fn with_movers(scene: &Scene, moves: impl Fn(usize) -> bool) -> Self {
+    pub(super) fn with_movers(scene: &Scene, moves: impl Fn(ObjectId) -> bool) -> Self {
         let world_from_nodes = scene.world_from_nodes();
         let placed = scene.placed_objects();
-        let placed = placed.map(|(i, object)| Placed::new(scene, i, object, &|node| world_from_nodes[node]));
+        let placed =
+            placed.map(|(id, object)| Placed::new(scene, id, object, &|node| world_from_nodes[node.index()]));
         let placed: Vec<Placed> = placed.collect();
         let mut all = Box3::EMPTY;
         let mut still = Box3::EMPTY;
         for object in &placed {
             all = all.union(object.bounds);
-            if !moves(object.index) {
+            if !moves(object.id) {
                 still = still.union(object.bounds);
             }
         }
@@ -96,15 +97,16 @@ impl FrameOfReference {
         }
         let main = main_part(scene, &placed, all);
         let mut with_room = all;
-        let movers = placed.iter().filter(|o| moves(o.index));
+        let movers = placed.iter().filter(|o| moves(o.id));
         let is_animated = scene.animated_objects();
-        let animated: Vec<usize> = movers.clone().map(|o| o.index).filter(|&i| is_animated[i]).collect();
+        let animated: Vec<ObjectId> =
+            movers.clone().map(|o| o.id).filter(|id| is_animated[id.index()]).collect();
         let poses = scene.all_poses();
         let mut sizes = vec![0.0; scene.objects.len()];
-        movers.clone().for_each(|o| sizes[o.index] = o.bounds.size().length());
-        let places = movers.map(|o| (o.index, o.bounds)).chain(scene.reaches(&animated, &poses));
+        movers.clone().for_each(|o| sizes[o.id.index()] = o.bounds.size().length());
+        let places = movers.map(|o| (o.id, o.bounds)).chain(scene.reaches(&animated, &poses));
         for (object, place) in places.filter(|(_, place)| !still.contains(*place)) {
-            with_room = with_room.union(place.grown(sizes[object]));
+            with_room = with_room.union(place.grown(sizes[object.index()]));
         }
         let origin = (main.low + main.high) * 0.5;
         let relative = |b: Box3| ((b.low - origin).as_vec3(), (b.high - origin).as_vec3());
@@ -136,16 +138,16 @@ impl FrameOfReference {
 
 /// An object's finite positions in the world.
 struct Placed {
-    index: usize,
+    id: ObjectId,
     positions: Vec<DVec3>,
     bounds: Box3,
 }
 
 impl Placed {
-    fn new(scene: &Scene, index: usize, object: &Object, world_from_node: WorldFromNode) -> Self {
+    fn new(scene: &Scene, id: ObjectId, object: &Object, world_from_node: WorldFromNode) -> Self {
         let positions: Vec<DVec3> = scene.world_positions(object, world_from_node).collect();
         let bounds = positions.iter().filter(|p| p.is_finite()).fold(Box3::EMPTY, |b, p| b.with(*p));
-        Self { index, positions, bounds }
+        Self { id, positions, bounds }
     }
 
     fn corners(&self, triangle: &MeshTriangle) -> [DVec3; 3] {
@@ -248,7 +250,7 @@ fn core(scene: &Scene, objects: &[Placed], within: Box3) -> Box3 {
     let mut mass = vec![[0.0_f64; 3]; CELLS];
     let mut total = 0.0;
     for object in objects {
-        for triangle in &scene.meshes[scene.objects[object.index].mesh].triangles {
+        for triangle in &scene.meshes[scene.objects[object.id].mesh].triangles {
             let corners = object.corners(triangle);
             let height_squared = least_height_squared(corners);
             if height_squared == 0.0 {
@@ -290,7 +292,7 @@ fn core(scene: &Scene, objects: &[Placed], within: Box3) -> Box3 {
 
 /// A patch, or what of an object is on none.
 struct Surface {
-    object: usize,
+    object: ObjectId,
     bounds: Box3,
     /// Of their diagonal, metres.
     extent: f64,
@@ -302,9 +304,9 @@ struct Surface {
 fn surfaces(scene: &Scene, objects: &[Placed]) -> Vec<Surface> {
     let mut surfaces = Vec::new();
     for object in objects {
-        let mesh = &scene.meshes[scene.objects[object.index].mesh];
+        let mesh = &scene.meshes[scene.objects[object.id].mesh];
         let mut on_none = vec![true; mesh.triangles.len()];
-        let is_deformed = scene.is_deformed(&scene.objects[object.index]);
+        let is_deformed = scene.is_deformed(&scene.objects[object.id]);
         for patch in mesh.patches.iter().filter(|_| !is_deformed) {
             let range = patch.triangles.start as usize..patch.triangles.end as usize;
             on_none[range.clone()].fill(false);
@@ -356,5 +358,5 @@ fn surface(object: &Placed, triangles: &mut dyn Iterator<Item = &MeshTriangle>) 
         }
     }
     let extent = if bounds.is_empty() { 0.0 } else { bounds.size().length() };
-    (weight > 0.0).then_some(Surface { object: object.index, bounds, extent, weight })
+    (weight > 0.0).then_some(Surface { object: object.id, bounds, extent, weight })
 }

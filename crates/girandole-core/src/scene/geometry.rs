@@ -116,9 +116,9 @@ impl Geometry {
                     result.patches.len(),
                 ]));
             } else if scene.is_deformed(object) {
-                result.add_deformed(scene, index, &|node| world_from_nodes[node]);
+                result.add_deformed(scene, index, &|node| world_from_nodes[node.index()]);
             } else {
-                result.add_object(scene, index, &world_from_nodes[object.node]);
+                result.add_object(scene, index, &world_from_nodes[object.node.index()]);
             }
         }
         pause().await;

@@ -63,7 +63,7 @@ fn places(scene: &Scene, geometry: &Geometry) -> Vec<Place> {
     }
     let world_from_nodes = scene.world_from_nodes();
     let place = |(light, punctual): (usize, &super::PunctualLight)| {
-        let node = world_from_nodes.get(punctual.node)?;
+        let node = world_from_nodes.get(punctual.node.index())?;
         let position = (node.translation - geometry.origin).as_vec3();
         let forward = match punctual.kind {
             PunctualKind::Directional => return None,

@@ -44,6 +44,7 @@ mod geometry;
 pub mod gltf;
 mod ground;
 mod hierarchy;
+mod ids;
 mod light_places;
 #[cfg(feature = "import")]
 mod load;
@@ -67,7 +68,7 @@ mod viewpoint;
 
 pub use authoring::Shades;
 pub use camera::{Camera, ClipPlanes, Projection};
-pub use changes::{ObjectId, SceneChanges};
+pub use changes::SceneChanges;
 pub use deformation::{Joint, JointWeight, MorphTarget, Skin};
 #[cfg(feature = "import")]
 pub use edits::{Edit, Edits, NamedIndex, ReadModel, Shape};
@@ -79,6 +80,7 @@ pub use frame_of_reference::FrameOfReference;
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
 #[cfg(feature = "import")]
 pub use gltf::{load_gltf, load_gltf_slice};
+pub use ids::{LightId, NodeId, ObjectId};
 #[cfg(feature = "import")]
 pub use load::LoadOptions;
 pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
@@ -114,8 +116,8 @@ pub const NONE: u32 = u32::MAX;
 pub struct Node {
     /// The name, as in the file; may be empty.
     pub name: String,
-    /// Index of the parent node; `None` for a root.
-    pub parent: Option<usize>,
+    /// The parent node; `None` for a root.
+    pub parent: Option<NodeId>,
     /// Parent from node.
     pub local: Transform,
     /// How much each morph target of a mesh on the node counts; those that are missing do not.
@@ -130,8 +132,8 @@ pub struct Node {
 pub struct Object {
     /// The name, as in the file; may be empty.
     pub name: String,
-    /// Index into [`Scene::nodes`].
-    pub node: usize,
+    /// The node that it is on.
+    pub node: NodeId,
     /// Index into [`Scene::meshes`].
     pub mesh: usize,
     /// Index into [`Scene::skins`] of what bends the mesh. Then `node` does not move it.
@@ -165,8 +167,8 @@ pub enum PunctualKind {
 pub struct PunctualLight {
     /// The name, as in the file; may be empty.
     pub name: String,
-    /// Index into [`Scene::nodes`].
-    pub node: usize,
+    /// The node that it is on.
+    pub node: NodeId,
     /// Its shape.
     pub kind: PunctualKind,
     /// Radiant intensity, W/sr (directional: W/m²), linear RGB.
@@ -208,15 +210,15 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Adds a root node and returns its index.
-    pub fn add_node(&mut self, name: &str, local: Transform) -> usize {
+    /// Adds a root node.
+    pub fn add_node(&mut self, name: &str, local: Transform) -> NodeId {
         self.nodes.push(Node { name: name.into(), local, ..Node::default() });
-        self.nodes.len() - 1
+        (self.nodes.len() - 1).into()
     }
 
-    /// Adds a mesh on a root node of its own and returns the object's index. For building; in an open scene
+    /// Adds a mesh on a root node of its own. For building; in an open scene
     /// [`Scene::insert_object`] does so, and this counts as a change of everything.
-    pub fn add_object(&mut self, name: &str, mesh: Mesh, local: Transform) -> usize {
+    pub fn add_object(&mut self, name: &str, mesh: Mesh, local: Transform) -> ObjectId {
         let node = self.add_node(name, local);
         self.meshes.push(mesh);
         self.objects.push(Object {
@@ -230,7 +232,7 @@ impl Scene {
         if self.is_open() {
             self.touch();
         }
-        self.objects.len() - 1
+        (self.objects.len() - 1).into()
     }
 
     /// Adds a material and returns its index.
@@ -241,9 +243,9 @@ impl Scene {
         index
     }
 
-    /// The objects that are there, with their indices.
-    pub fn placed_objects(&self) -> impl Iterator<Item = (usize, &Object)> {
-        self.objects.iter().enumerate().filter(|(_, o)| !o.removed)
+    /// The objects that are there.
+    pub fn placed_objects(&self) -> impl Iterator<Item = (ObjectId, &Object)> {
+        (0..).map(ObjectId).zip(&self.objects).filter(|(_, o)| !o.removed)
     }
 
     /// The camera with this name, or at this index.

@@ -1,6 +1,6 @@
 //! Transforms, and how they change with time: glTF 2.0, §3.11 and appendix C.
 
-use super::Scene;
+use super::{NodeId, Scene};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3, Vec4};
 use std::ops::{Add, Mul};
@@ -108,8 +108,8 @@ pub enum Keyframes {
 /// One property of one node over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Index into the scene's nodes.
-    pub node: usize,
+    /// The node that moves.
+    pub node: NodeId,
     /// Seconds, ascending.
     pub times: Vec<f32>,
     /// Values at those times.
@@ -130,7 +130,7 @@ pub struct Animation {
 /// What animations make of a node at a moment.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Pose {
-    pub node: usize,
+    pub node: NodeId,
     /// `None` where it stays.
     pub local: Option<Transform>,
     /// `None` where they stay.
@@ -267,11 +267,11 @@ impl Scene {
         let (mut is_posed, mut is_morphed) = (vec![false; self.nodes.len()], vec![false; self.nodes.len()]);
         for channel in self.animations.iter().flat_map(|a| &a.channels) {
             match channel.part() {
-                Some(_) => is_posed[channel.node] = true,
-                None => is_morphed[channel.node] = true,
+                Some(_) => is_posed[channel.node.index()] = true,
+                None => is_morphed[channel.node.index()] = true,
             }
         }
-        let is_posed = self.at_or_below(|node| is_posed[node]);
-        self.objects.iter().map(|o| self.is_moved_by(o, &is_posed) || is_morphed[o.node]).collect()
+        let is_posed = self.at_or_below(|node| is_posed[node.index()]);
+        self.objects.iter().map(|o| self.is_moved_by(o, &is_posed) || is_morphed[o.node.index()]).collect()
     }
 }

@@ -109,11 +109,11 @@ pub(crate) fn mark_scene(scene: &mut Scene) -> Result<(), String> {
     let mut extents = vec![0.0_f64; scene.meshes.len()];
     for object in &scene.objects {
         if scene.is_deformed(object) {
-            let bounds = scene.world_bounds(object, &|node| world_from_nodes[node]);
+            let bounds = scene.world_bounds(object, &|node| world_from_nodes[node.index()]);
             (low, high) = (low.min(bounds.low), high.max(bounds.high));
             continue;
         }
-        let ((min, max), affine) = (bounds[object.mesh], world_from_nodes[object.node]);
+        let ((min, max), affine) = (bounds[object.mesh], world_from_nodes[object.node.index()]);
         let (mut own_low, mut own_high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for corner in 0..8 {
             let pick = |axis: usize| if corner >> axis & 1 == 0 { min[axis] } else { max[axis] };

@@ -22,7 +22,10 @@
 //! # Ok::<(), girandole_core::Error>(())
 //! ```
 
-use super::{Camera, Edit, Edits, FrameOfReference, Material, Mesh, Node, Object, PunctualLight, Scene};
+use super::{
+    Camera, Edit, Edits, FrameOfReference, LightId, Material, Mesh, Node, NodeId, Object, PunctualLight,
+    Scene,
+};
 
 /// What changes of an open scene can change, and the edits that led to it.
 #[derive(Clone, Debug)]
@@ -31,7 +34,7 @@ pub struct Snapshot {
     objects: Vec<Object>,
     materials: Vec<Material>,
     lights: Vec<PunctualLight>,
-    removed_lights: Vec<u32>,
+    removed_lights: Vec<LightId>,
     cameras: Vec<Camera>,
     meshes: usize,
     frame: Option<FrameOfReference>,
@@ -45,7 +48,7 @@ pub struct Step {
     objects: Difference<Object>,
     materials: Difference<Material>,
     lights: Difference<PunctualLight>,
-    removed_lights: Vec<u32>,
+    removed_lights: Vec<LightId>,
     cameras: Difference<Camera>,
     meshes: Difference<Mesh>,
     frame: Option<FrameOfReference>,
@@ -140,10 +143,10 @@ impl Step {
     /// that changes, as it does of any other change.
     pub fn exchange(&mut self, scene: &mut Scene, edits: &mut Edits) {
         let stays = self.keeps_all_but_motion(scene);
-        let moved: Vec<usize> = self.nodes.changed.iter().map(|(node, _)| *node).collect();
+        let moved: Vec<NodeId> = self.nodes.changed.iter().map(|(node, _)| (*node).into()).collect();
         let materials: Vec<u32> =
             self.materials.changed.iter().map(|(material, _)| *material as u32).collect();
-        let lights: Vec<u32> = self.lights.changed.iter().map(|(light, _)| *light as u32).collect();
+        let lights: Vec<LightId> = self.lights.changed.iter().map(|(light, _)| (*light).into()).collect();
         self.nodes.exchange(&mut scene.nodes);
         self.objects.exchange(&mut scene.objects);
         self.materials.exchange(&mut scene.materials);

@@ -34,7 +34,7 @@ impl Scene {
             }
         }
         let channels = self.animations.iter_mut().flat_map(|animation| &mut animation.channels);
-        for channel in channels.filter(|channel| is_root[channel.node]) {
+        for channel in channels.filter(|channel| is_root[channel.node.index()]) {
             if let Keyframes::Translation(values) | Keyframes::Scale(values) = &mut channel.keyframes {
                 values.iter_mut().for_each(|value| *value *= single);
             }

@@ -58,7 +58,7 @@ impl Scene {
         if up == UpAxis::Y {
             return;
         }
-        let all = self.nodes.len();
+        let all = self.nodes.len().into();
         let turn = Transform::Affine(DAffine3::from_mat3(up.rotation()));
         for root in self.nodes.iter_mut().filter(|node| node.parent.is_none()) {
             root.parent = Some(all);

@@ -242,7 +242,7 @@ fn what_is_turned_inside_out_is_sampled_anew() {
         let _ = scene.take_changes();
         let Transform::Parts { translation, rotation, .. } = scene.nodes[armature].local else { panic!() };
         let scaled = Transform::Parts { translation, rotation, scale: vec3(x, 1.0, 1.0) };
-        scene.set_transform(armature, scaled).expect("a place");
+        scene.set_transform(armature.into(), scaled).expect("a place");
         held.update(&scene, &scene.clone().take_changes()).expect("it follows");
         let fresh = Illumination::new(&scene, &settings).expect("there is light");
         assert_eq!(held.lights().samples() == fresh.lights().samples(), is_anew, "{x}");
@@ -318,21 +318,21 @@ fn what_bends_is_moved_by_joints_and_weights_alone() {
     scene.open();
     let _ = scene.take_changes();
     let before = Geometry::new(&scene);
-    scene.set_transform(bent, Transform::translation(Vec3::splat(3.0))).expect("a place");
+    scene.set_transform(bent.into(), Transform::translation(Vec3::splat(3.0))).expect("a place");
     assert!(scene.take_changes().is_empty() && Geometry::new(&scene).positions == before.positions);
     for node in [elbow, armature] {
-        scene.set_transform(node, Transform::translation(vec3(0.0, 0.5, 0.1))).expect("a place");
+        scene.set_transform(node.into(), Transform::translation(vec3(0.0, 0.5, 0.1))).expect("a place");
         assert_eq!(scene.take_changes().moved, [ObjectId::from(BENT)]);
     }
     let before = Geometry::new(&scene);
-    scene.set_morph_weights(bent, &[0.3, -0.2]).expect("weights");
+    scene.set_morph_weights(bent.into(), &[0.3, -0.2]).expect("weights");
     assert_eq!(scene.take_changes().moved, [ObjectId::from(BENT)]);
     assert_ne!(Geometry::new(&scene).positions, before.positions);
     let generation = scene.generation();
-    scene.set_morph_weights(bent, &[0.3, -0.2]).expect("weights");
+    scene.set_morph_weights(bent.into(), &[0.3, -0.2]).expect("weights");
     assert_eq!(scene.generation(), generation, "nothing changed");
     let mut refused = |node: usize, weights: &[f32], words: &str| {
-        let sentence = scene.set_morph_weights(node, weights).expect_err("not possible").to_string();
+        let sentence = scene.set_morph_weights(node.into(), weights).expect_err("not possible").to_string();
         assert!(sentence.contains(words) && !sentence.contains('\n'), "{sentence}");
     };
     refused(99, &[], "no node 99");

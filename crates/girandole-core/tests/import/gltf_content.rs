@@ -3,7 +3,7 @@
 use crate::builder::{File, some_of_everything};
 use girandole_core::glam::{Quat, Vec2, Vec3, Vec4};
 use girandole_core::scene::{
-    ClipPlanes, ColorSpace, Filter, Geometry, Interpolation, Keyframes, LoadOptions, Projection,
+    ClipPlanes, ColorSpace, Filter, Geometry, Interpolation, Keyframes, LoadOptions, NodeId, Projection,
     PunctualKind, Scene, Transform, Wrap, load_gltf_slice,
 };
 use serde_json::{Value, json};
@@ -23,25 +23,25 @@ fn nodes_objects_cameras_and_lights() {
     assert_eq!(scene.warnings, Vec::<String>::new());
     let names: Vec<&str> = scene.nodes.iter().map(|n| n.name.as_str()).collect();
     assert_eq!(names, ["root", "child", "", "", "lamp", ""]);
-    assert!(scene.nodes.iter().enumerate().all(|(i, n)| n.parent.is_none_or(|p| p < i)));
-    assert_eq!(scene.nodes[1].parent, Some(0));
+    assert!(scene.nodes.iter().enumerate().all(|(i, n)| n.parent.is_none_or(|p| p < i.into())));
+    assert_eq!(scene.nodes[1].parent, Some(NodeId(0)));
     assert_eq!(scene.meshes.len(), 1, "instances share their mesh");
-    let objects: Vec<_> = scene.objects.iter().map(|o| (o.node, o.mesh, o.dynamic)).collect();
+    let objects: Vec<_> = scene.objects.iter().map(|o| (o.node.0, o.mesh, o.dynamic)).collect();
     assert_eq!(objects, [(0, 0, true), (1, 0, true), (5, 0, false)], "what hangs on a mover moves");
     let marked: Vec<bool> = scene.nodes.iter().map(|n| n.transfer).collect();
     assert_eq!(marked, [true, false, false, false, false, false], "extras mark nodes for transfer");
     assert_eq!(scene.nodes[0].local, Transform::translation(Vec3::Y), "rotations are normalised");
     assert_eq!(
-        scene.world_from_node(1).transform_point3(Vec3::ONE.as_dvec3()).as_vec3(),
+        scene.world_from_node(NodeId(1)).transform_point3(Vec3::ONE.as_dvec3()).as_vec3(),
         Vec3::new(2.0, 3.0, -2.0)
     );
-    assert_eq!(scene.world_from_node(5).translation.as_vec3(), Vec3::new(5.0, 6.0, 7.0));
+    assert_eq!(scene.world_from_node(NodeId(5)).translation.as_vec3(), Vec3::new(5.0, 6.0, 7.0));
     assert_eq!(scene.cameras[0].name, "eye");
     assert_eq!(scene.cameras[0].projection, Projection::Perspective { yfov: 0.75 });
     assert_eq!(scene.cameras[1].projection, Projection::Orthographic { ymag: 1.5 });
     assert_eq!(scene.cameras[0].clip, ClipPlanes { near: 0.1, far: f32::INFINITY });
     assert_eq!(scene.cameras[1].clip, ClipPlanes { near: 0.1, far: 10.0 });
-    let lights: Vec<_> = scene.lights.iter().map(|l| (l.node, l.kind, l.intensity)).collect();
+    let lights: Vec<_> = scene.lights.iter().map(|l| (l.node.0, l.kind, l.intensity)).collect();
     assert_eq!(
         lights,
         [
@@ -88,7 +88,7 @@ fn animations() {
     let channels = &scene.animations[0].channels;
     assert_eq!(scene.animations[0].name, "turn");
     assert_eq!(channels[0].times, [0.0, 1.0, 2.5]);
-    assert_eq!((channels[0].node, channels[0].interpolation), (0, Interpolation::Step));
+    assert_eq!((channels[0].node.0, channels[0].interpolation), (0, Interpolation::Step));
     let Keyframes::Rotation(turns) = &channels[0].keyframes else { panic!("{:?}", channels[0]) };
     assert_eq!(turns[1], Quat::from_xyzw(0.0, 0.0, 1.0, 0.0));
     assert_eq!(channels[1].interpolation, Interpolation::CubicSpline);

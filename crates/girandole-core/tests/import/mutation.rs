@@ -85,7 +85,7 @@ fn use_all(scene: &Scene) {
         assert!(mesh.patches.iter().all(|p| p.triangles.end as usize <= mesh.triangles.len()));
     }
     for channel in scene.animations.iter().flat_map(|a| &a.channels) {
-        assert!(channel.node < scene.nodes.len() && !channel.times.is_empty());
+        assert!(channel.node.index() < scene.nodes.len() && !channel.times.is_empty());
     }
     assert!(
         scene
@@ -93,7 +93,7 @@ fn use_all(scene: &Scene) {
             .iter()
             .map(|c| c.node)
             .chain(scene.lights.iter().map(|l| l.node))
-            .all(|n| n < scene.nodes.len())
+            .all(|n| n.index() < scene.nodes.len())
     );
 }
 

@@ -2,7 +2,7 @@
 
 use crate::builder::{File, some_of_everything};
 use girandole_core::glam::{Quat, Vec3};
-use girandole_core::scene::{Scene, Transform, load_gltf_slice};
+use girandole_core::scene::{NodeId, Scene, Transform, load_gltf_slice};
 use serde_json::{Value, json};
 
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
@@ -43,7 +43,7 @@ fn instances_share_their_mesh() {
     assert_eq!((scene.meshes.len(), scene.objects.len()), (1, 2));
     let names: Vec<&str> = scene.objects.iter().map(|o| o.name.as_str()).collect();
     assert_eq!(names, ["lamp 0", "lamp 1"]);
-    assert!(scene.objects.iter().all(|o| scene.nodes[o.node].parent == Some(0) && o.mesh == 0));
+    assert!(scene.objects.iter().all(|o| scene.nodes[o.node].parent == Some(NodeId(0)) && o.mesh == 0));
     let at = |object: usize, p: Vec3| {
         scene.world_from_node(scene.objects[object].node).transform_point3(p.as_dvec3()).as_vec3()
     };

@@ -84,7 +84,7 @@ impl Punctual {
         let scene = tracer.scene();
         let world_from_nodes = scene.world_from_nodes();
         let in_world = |(index, light): (usize, &PunctualLight)| {
-            let affine = world_from_nodes[light.node];
+            let affine = world_from_nodes[light.node.index()];
             Self {
                 position: tracer.geometry().light_position(index, &affine),
                 forward: affine.transform_vector3(DVec3::NEG_Z).normalize_or_zero().as_vec3(),

@@ -5,7 +5,7 @@ use girandole_core::glam::{Quat, Vec3, vec3};
 use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
 use girandole_core::image::Image;
 use girandole_core::lights::{LightSet, LightSettings, Pace};
-use girandole_core::scene::{Geometry, Material, Mesh, Scene, Transform, View};
+use girandole_core::scene::{Geometry, Material, Mesh, NodeId, Scene, Transform, View};
 use girandole_core::trace::SceneTracer;
 use girandole_reference::metrics::{CompareOptions, compare};
 use girandole_reference::{OracleSettings, PathSettings, oracle, path_trace};
@@ -30,12 +30,11 @@ fn room() -> Stage {
 }
 
 /// Adds something that moves.
-fn add_mover(stage: &mut Stage, mesh: Mesh) -> usize {
-    let node = stage.scene.add_object("mover", mesh, Transform::IDENTITY);
-    let object = stage.scene.objects.last_mut().expect("it was added");
+fn add_mover(stage: &mut Stage, mesh: Mesh) -> NodeId {
+    let object = stage.scene.add_object("mover", mesh, Transform::IDENTITY);
+    let object = &mut stage.scene.objects[object];
     object.dynamic = true;
-    assert_eq!(object.node, node);
-    node
+    object.node
 }
 
 /// A lamp that moves from one side of the wall to the other.

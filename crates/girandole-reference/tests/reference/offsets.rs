@@ -135,7 +135,7 @@ fn a_room_is_the_same_far_away_and_at_any_size() {
         let mut scene = stage.scene.clone();
         let shift = Vec3::new(far, 0.1 * far, -far);
         let root = scene.add_node("site", Transform::translation(shift));
-        (0..root).for_each(|node| scene.nodes[node].parent = Some(root));
+        (0..root.index()).for_each(|node| scene.nodes[node].parent = Some(root));
         let view = View { eye: view().eye + shift.as_dvec3(), ..view() };
         let error = difference(&by_samples(&scene, &view), &expected);
         assert!(error < 1e-3, "{far} m away: {error}");
@@ -210,14 +210,14 @@ fn a_panel_in_the_plane_of_a_ceiling_is_seen_and_lights() {
             Vec3::new(30.0, -7.0, 12.0),
         );
         let root = stage.scene.add_node("turned", place);
-        (0..root).for_each(|node| stage.scene.nodes[node].parent = Some(root));
+        (0..root.index()).for_each(|node| stage.scene.nodes[node].parent = Some(root));
         stage.scene
     };
     let view = {
         let mut scene = turned(2.6);
         let node =
             scene.add_node("eye", Transform::looking_at(Vec3::new(0.2, 1.5, 2.3), Vec3::new(0.0, 2.0, -1.0)));
-        scene.nodes[node].parent = Some(node - 1);
+        scene.nodes[node].parent = Some((node.index() - 1).into());
         let place = scene.world_from_node(node);
         let axis = |v: Vec3| place.transform_vector3(v.as_dvec3()).as_vec3();
         View {

@@ -251,7 +251,7 @@ fn lit(place: DAffine3, lights: DAffine3) -> Vec<Vec3> {
     let object = (torus.into(), &transfer);
     light.add(&tracer, (&samples, None), object, grid, Clamp::Off).expect("a torus");
     let at = |t: u32| light.irradiance(&geometry, (t, true), Vec2::ZERO).expect("of the torus");
-    geometry.objects[torus].triangles.clone().map(at).collect()
+    geometry.objects[torus.index()].triangles.clone().map(at).collect()
 }
 
 #[test]

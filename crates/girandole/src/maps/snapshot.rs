@@ -21,7 +21,7 @@ impl Snapshot {
             if object.removed || scene.is_deformed(object) {
                 return DAffine3::IDENTITY;
             }
-            let world_from_object = world_from_nodes[object.node];
+            let world_from_object = world_from_nodes[object.node.index()];
             DAffine3 { translation: world_from_object.translation - geometry.origin, ..world_from_object }
         };
         Self { moment, places: scene.objects.iter().filter(|o| o.dynamic).map(place).collect() }

@@ -5,8 +5,8 @@ use girandole::core::image::Image;
 use girandole::core::lights::{Clamp, LightSet, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject, shapes};
 use girandole::core::scene::{
-    Camera, Geometry, LocalView, Material, Mesh, MorphTarget, Projection, PunctualKind, PunctualLight, Scene,
-    Transform, View,
+    Camera, Geometry, LocalView, Material, Mesh, MorphTarget, NodeId, Projection, PunctualKind,
+    PunctualLight, Scene, Transform, View,
 };
 use girandole::core::trace::SceneTracer;
 use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
@@ -191,7 +191,7 @@ pub fn mean(image: &Image) -> f32 {
 }
 
 /// A ball that bends: its node, which has one morph target.
-pub fn bending_ball(scene: &mut Scene, material: u32, at: Vec3) -> usize {
+pub fn bending_ball(scene: &mut Scene, material: u32, at: Vec3) -> NodeId {
     let mut ball = shapes::sphere(0.25, 16, 8, material);
     let shifts = ball.positions.iter().map(|p| *p * Vec3::new(0.3, -0.6, 0.8));
     ball.morph_targets = vec![MorphTarget { positions: shifts.collect(), normals: Vec::new() }];

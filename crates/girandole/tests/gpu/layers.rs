@@ -7,7 +7,8 @@ use girandole::core::glam::{Quat, Vec3};
 use girandole::core::lights::LightSettings;
 use girandole::core::scene::builtin::{self, MovingObject, shapes};
 use girandole::core::scene::{
-    ColorSpace, Environment, Filter, Material, Mesh, Scene, Texture, TextureRef, Transform, View, Wrap,
+    ColorSpace, Environment, Filter, Material, Mesh, ObjectId, Scene, Texture, TextureRef, Transform, View,
+    Wrap,
 };
 use girandole::{Mode, RenderSettings, RendererOptions, Shading};
 use girandole_reference::metrics::{CompareOptions, compare};
@@ -20,7 +21,7 @@ pub fn tests() -> Vec<Test> {
     ]
 }
 
-fn pane(scene: &mut Scene, material: Material, turn: f32, at: Vec3) -> usize {
+fn pane(scene: &mut Scene, material: Material, turn: f32, at: Vec3) -> ObjectId {
     let material = scene.add_material(material);
     let mut mesh = Mesh::default();
     let half = Vec3::new(0.6, 0.5, 0.0);

@@ -42,7 +42,7 @@ fn halves(thickness: Option<f32>, turn: Quat) -> Stage {
     camera(&mut scene, Vec3::new(2.8, 1.6, 2.2), Vec3::new(0.0, 1.0, -0.6), 1.2);
     camera(&mut scene, Vec3::new(-2.8, 1.6, 2.2), Vec3::new(0.0, 1.0, -0.6), 1.2);
     let turned = scene.add_node("turn", Transform::rigid(turn, Vec3::new(3.0, 7.0, -2.0)));
-    for node in 0..turned {
+    for node in 0..turned.index() {
         scene.nodes[node].parent = Some(turned);
     }
     Stage::new(scene, &LightSettings { count: 200, bounces: 3, ..Default::default() })

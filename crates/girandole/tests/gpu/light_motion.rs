@@ -5,7 +5,7 @@ use crate::motion::{SIZE, held, updated};
 use girandole::core::glam::{Quat, Vec3};
 use girandole::core::illumination::IlluminationSettings;
 use girandole::core::scene::builtin::shapes;
-use girandole::core::scene::{Material, Mesh, PunctualKind, PunctualLight, Scene, Transform, View};
+use girandole::core::scene::{LightId, Material, Mesh, PunctualKind, PunctualLight, Scene, Transform, View};
 use girandole::core::visibility::VisibilitySettings;
 use girandole::{FrameStats, MapUpdates, RenderSettings, Renderer, RendererOptions};
 
@@ -99,7 +99,7 @@ fn one_of_many(context: &Context) {
         }
         let intensity = scene.lights[3].intensity;
         for share in [0.3, 1.0] {
-            scene.set_intensity(3, intensity * share).expect("an intensity");
+            scene.set_intensity(LightId(3), intensity * share).expect("an intensity");
             let (after, counts) = step(&mut scene);
             is_little(&counts);
             assert_eq!(counts.maps_drawn, 0);
@@ -142,7 +142,7 @@ fn many_changes(context: &Context) {
                 let lamp = (random() * LAMPS as f32) as usize;
                 // Over four orders of magnitude, or dark.
                 let intensity = (10f32.powf(4.0 * random() - 3.0) - 1e-2).max(0.0);
-                scene.set_intensity(lamp, Vec3::splat(intensity)).expect("an intensity");
+                scene.set_intensity(lamp.into(), Vec3::splat(intensity)).expect("an intensity");
             }
             let at = Vec3::new(random() - 0.5, 0.5 + random(), random() - 0.5);
             let turn = Quat::from_rotation_x(6.0 * random());
@@ -171,7 +171,7 @@ fn dark(context: &Context) {
         (after, counts)
     };
     let (before, all) = step(&mut scene);
-    scene.set_intensity(4, Vec3::ZERO).expect("an intensity");
+    scene.set_intensity(LightId(4), Vec3::ZERO).expect("an intensity");
     let (without, counts) = step(&mut scene);
     assert!(without != before);
     let summed = |stats: &FrameStats| stats.pairs.evaluated() + stats.pairs.mapped;
@@ -188,12 +188,12 @@ fn dark(context: &Context) {
     let (after, counts) = step(&mut scene);
     assert!(after == without && counts.maps_drawn == 0 && counts.light_map_changes == 0, "{counts:?}");
     assert_eq!(counts.stale.maps, 0);
-    scene.set_intensity(4, lit).expect("an intensity");
+    scene.set_intensity(LightId(4), lit).expect("an intensity");
     let (_, counts) = step(&mut scene);
     assert!((1..=SIDES).contains(&counts.maps_drawn), "it is drawn where it is lit again");
     // All dark but one: a budget of none leaves that one's maps stale, and no others.
     for lamp in (0..LAMPS).filter(|&lamp| lamp != 4) {
-        scene.set_intensity(lamp, Vec3::ZERO).expect("an intensity");
+        scene.set_intensity(lamp.into(), Vec3::ZERO).expect("an intensity");
     }
     step(&mut scene);
     scene.set_transform(torus, Transform::translation(Vec3::new(0.4, 0.9, 0.1))).expect("a place");

@@ -6,7 +6,7 @@ use girandole::core::glam::{Quat, Vec3};
 use girandole::core::math::sequence;
 use girandole::core::scene::builtin::shapes;
 use girandole::core::scene::{
-    ColorSpace, Filter, Material, Mesh, Scene, Texture, TextureRef, Transform, View, Wrap,
+    ColorSpace, Filter, Material, Mesh, NodeId, Scene, Texture, TextureRef, Transform, View, Wrap,
 };
 use girandole::{MapUpdates, RenderSettings, RendererOptions};
 
@@ -76,7 +76,7 @@ fn refreshed(context: &Context) {
         let options = RendererOptions { map_size: Some(map_size), ..Default::default() };
         let [mut renderer, mut other] = [(), ()].map(|()| context.renderer(options));
         let mut scene = tori(0.0);
-        let nodes: Vec<usize> = scene.objects.iter().filter(|o| o.dynamic).map(|o| o.node).collect();
+        let nodes: Vec<NodeId> = scene.objects.iter().filter(|o| o.dynamic).map(|o| o.node).collect();
         scene.take_changes();
         renderer.open(&scene, &held(70, false)).expect("open");
         let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);

@@ -1,6 +1,7 @@
 use super::super::session::tests::{SIZE, session};
 use super::*;
 use egui::{Context, Event, Key, Modifiers, RawInput, Sense, pos2};
+use girandole_core::scene::LightId;
 
 /// A key that goes down or up.
 fn key(key: Key, pressed: bool, modifiers: Modifiers) -> Event {
@@ -76,7 +77,7 @@ fn several_keys_of_a_slow_frame_all_count_and_in_their_order() {
     assert_eq!(now, ["point lamp"]);
     hands.frame(press(&[redo, (Key::Delete, none), (Key::Delete, none)]), none);
     assert_eq!(hands.session.scene.lights.len(), 2);
-    assert!(!hands.session.scene.is_light_removed(1), "nothing is picked once it was gone");
+    assert!(!hands.session.scene.is_light_removed(LightId(1)), "nothing is picked once it was gone");
     // A panel is there, switched off, copied and taken away; then Ctrl Z brings all of it back, step by step.
     hands.frame(press(&[(Key::P, none), (Key::O, none), (Key::D, command)]), none);
     let scene = &hands.session.scene;

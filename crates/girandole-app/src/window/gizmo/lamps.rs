@@ -5,7 +5,7 @@ use crate::window::selection::Selected;
 use crate::window::session::Session;
 use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke};
 use girandole_core::glam::{DVec3, Vec3};
-use girandole_core::scene::{PunctualKind, View};
+use girandole_core::scene::{LightId, PunctualKind, PunctualLight, View};
 
 /// Radius of a mark, points; of those of many lamps.
 const RADIUS: f32 = 6.0;
@@ -18,7 +18,7 @@ const RAYS: u32 = 8;
 
 /// A lamp on the screen.
 pub struct Mark {
-    pub lamp: usize,
+    pub lamp: LightId,
     at: Pos2,
     radius: f32,
     color: Color32,
@@ -29,10 +29,8 @@ pub struct Mark {
 /// All that are before the eye and within the picture.
 pub fn marks(session: &Session, view: &View, rect: Rect) -> Vec<Mark> {
     let scene = &session.scene;
-    let there = (0..scene.lights.len()).filter(|&lamp| !scene.is_light_removed(lamp));
-    let radius = if there.clone().count() > MANY { SMALL } else { RADIUS };
-    let mark = |lamp: usize| {
-        let light = &scene.lights[lamp];
+    let radius = if scene.placed_lights().count() > MANY { SMALL } else { RADIUS };
+    let mark = |(lamp, light): (LightId, &PunctualLight)| {
         let world = scene.world_from_node(light.node);
         let center = world.translation;
         let at = screen(view, rect, center).filter(|at| rect.expand(radius).contains(*at))?;
@@ -54,7 +52,7 @@ pub fn marks(session: &Session, view: &View, rect: Rect) -> Vec<Mark> {
         let lines = ends.into_iter().filter_map(|end| screen(view, rect, end)).collect();
         Some(Mark { lamp, at, radius, color: color(light.intensity), lines })
     };
-    there.filter_map(mark).collect()
+    scene.placed_lights().filter_map(mark).collect()
 }
 
 /// How a lamp's mark looks: by its colour, grey where it is off.

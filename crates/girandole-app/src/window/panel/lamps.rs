@@ -7,7 +7,7 @@ use crate::window::session::Session;
 use crate::window::tools::Tools;
 use egui::{DragValue, ScrollArea, Slider, Ui};
 use girandole_core::glam::Vec3;
-use girandole_core::scene::{Edit, NamedIndex, PunctualKind};
+use girandole_core::scene::{Edit, LightId, NamedIndex, PunctualKind};
 
 /// What is offered as the brightest channel.
 const STRONGEST: f32 = 1e6;
@@ -59,7 +59,7 @@ pub fn show(ui: &mut Ui, session: &mut Session, tools: &mut Tools) {
     }
 }
 
-fn cone(ui: &mut Ui, session: &mut Session, index: usize) {
+fn cone(ui: &mut Ui, session: &mut Session, index: LightId) {
     let PunctualKind::Spot { inner, outer } = session.scene.lights[index].kind else { return };
     let (mut inside, mut outside) = (inner.to_degrees(), outer.to_degrees());
     row(ui, "Cone", "Half-angle at which the spot's light ends.", |ui| {

@@ -9,7 +9,7 @@ use crate::args::EnvironmentArg;
 use girandole_core::glam::Vec3;
 use girandole_core::illumination::Illumination;
 use girandole_core::scene::{
-    Edit, FieldOfView, Geometry, NamedIndex, PunctualKind, Shades, Shape, Transform, Viewpoint,
+    Edit, FieldOfView, Geometry, LightId, NamedIndex, PunctualKind, Shades, Shape, Transform, Viewpoint,
 };
 use girandole_reference::{OracleSettings, oracle};
 
@@ -99,7 +99,7 @@ fn change(session: &mut Session, tools: &mut Tools, dice: &mut Dice) {
         10 => {
             let lights = session.scene.lights.len();
             if lights > 0 {
-                tools.select(Some(Selected::Light(dice.below(lights))));
+                tools.select(Some(Selected::Light(dice.below(lights).into())));
                 if dice.below(2) == 0 { delete(session, tools) } else { duplicate(session, tools) }
             }
         }
@@ -312,7 +312,7 @@ fn a_spot_s_cone_is_an_edit_and_structure_is_not_deleted_by_accident() {
     let Drawn { mut session, .. } = drawn();
     let mut tools = Tools::new("shot.png".into(), SIZE, None);
     lamps::add(&mut session, &mut tools, lamps::NewLamp::Spot);
-    let light = NamedIndex::light(&session.scene, 0);
+    let light = NamedIndex::light(&session.scene, LightId(0));
     session.edit(Edit::SetCone { light, inner: 0.1, outer: 0.3 });
     assert_eq!(session.scene.lights[0].kind, PunctualKind::Spot { inner: 0.1, outer: 0.3 });
     session.follow(SIZE);

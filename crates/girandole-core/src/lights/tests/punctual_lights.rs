@@ -190,7 +190,7 @@ fn dark_ones_take_nothing_and_those_that_share_a_sample_are_dimmed_there() {
     let from = Placement::of(&scene, &geometry);
     let dimmed = |scene: &mut Scene, lights: &dyn Fn(usize) -> f32| {
         for (index, &lit) in lit.iter().enumerate() {
-            scene.set_intensity(index, lit * lights(index)).unwrap();
+            scene.set_intensity(index.into(), lit * lights(index)).unwrap();
         }
         let geometry = Geometry::new(scene);
         irradiance(set.moved(scene, &geometry, &from).unwrap().samples(), Vec3::Y)

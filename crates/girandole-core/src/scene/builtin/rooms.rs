@@ -2,7 +2,8 @@
 
 use super::{MovingObject, shapes, teapot};
 use crate::scene::{
-    Animation, Camera, Channel, Interpolation, Keyframes, Material, Mesh, Projection, Scene, Transform,
+    Animation, Camera, Channel, Interpolation, Keyframes, Material, Mesh, ObjectId, Projection, Scene,
+    Transform,
 };
 use crate::{Error, Result};
 use glam::{Quat, Vec3, vec3};
@@ -71,7 +72,7 @@ impl Room {
         )
     }
 
-    pub fn add(&mut self, name: &str, mesh: Mesh, at: Vec3) -> usize {
+    pub fn add(&mut self, name: &str, mesh: Mesh, at: Vec3) -> ObjectId {
         self.scene.add_object(name, Mesh { name: name.into(), ..mesh }, Transform::translation(at))
     }
 

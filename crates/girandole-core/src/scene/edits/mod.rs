@@ -30,7 +30,9 @@
 mod format;
 
 use super::builtin::{shapes, teapot};
-use super::{MAX_EXTENT, Material, Mesh, ObjectId, PunctualKind, Scene, Shades, Transform, Viewpoint};
+use super::{
+    LightId, MAX_EXTENT, Material, Mesh, NodeId, ObjectId, PunctualKind, Scene, Shades, Transform, Viewpoint,
+};
 use crate::{Error, Result};
 use format::{KindFormat, ShadesFormat, TransformFormat, ViewpointFormat};
 use glam::Vec3;
@@ -197,8 +199,8 @@ impl NamedIndex {
     }
 
     /// A node of the scene.
-    pub fn node(scene: &Scene, index: usize) -> Self {
-        Self::new(index, &scene.nodes, |node| &node.name)
+    pub fn node(scene: &Scene, node: NodeId) -> Self {
+        Self::new(node.index(), &scene.nodes, |node| &node.name)
     }
 
     /// A material of the scene.
@@ -207,8 +209,8 @@ impl NamedIndex {
     }
 
     /// A punctual light of the scene.
-    pub fn light(scene: &Scene, index: usize) -> Self {
-        Self::new(index, &scene.lights, |light| &light.name)
+    pub fn light(scene: &Scene, light: LightId) -> Self {
+        Self::new(light.index(), &scene.lights, |light| &light.name)
     }
 
     /// An object of the scene.
@@ -242,7 +244,7 @@ impl Edit {
     pub fn apply(&self, scene: &mut Scene, read_model: &ReadModel) -> Result<()> {
         match self {
             Self::SetTransform { node, transform } => {
-                scene.set_transform(node.find("node", &scene.nodes, |n| &n.name)?, *transform)
+                scene.set_transform(node.find("node", &scene.nodes, |n| &n.name)?.into(), *transform)
             }
             Self::SetEmission { material, emission } => {
                 scene.set_emission(find_material(material, scene)?, *emission)
@@ -299,8 +301,8 @@ fn find_object(object: &NamedIndex, scene: &Scene) -> Result<ObjectId> {
     object.find("object", &scene.objects, |o| &o.name).map(Into::into)
 }
 
-fn find_light(light: &NamedIndex, scene: &Scene) -> Result<usize> {
-    light.find("light", &scene.lights, |l| &l.name)
+fn find_light(light: &NamedIndex, scene: &Scene) -> Result<LightId> {
+    light.find("light", &scene.lights, |l| &l.name).map(Into::into)
 }
 
 fn find_material(material: &NamedIndex, scene: &Scene) -> Result<u32> {

@@ -15,7 +15,7 @@ impl Exporter<'_> {
             for channel in animation.channels.iter().filter(|channel| !channel.times.is_empty()) {
                 let (sampler, path) = self.sampler(channel);
                 let target = Target {
-                    node: Index::new(channel.node as u32),
+                    node: Index::new(channel.node.0),
                     path: Valid(path),
                     extensions: None,
                     extras: None,

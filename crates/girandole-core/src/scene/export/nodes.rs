@@ -25,7 +25,7 @@ impl Exporter<'_> {
         }
         for (child, node) in scene.nodes.iter().enumerate() {
             if let Some(parent) = node.parent {
-                let Some(above) = self.root.nodes.get_mut(parent) else {
+                let Some(above) = self.root.nodes.get_mut(parent.index()) else {
                     return Err(Error::Invalid(format!(
                         "node `{}` hangs on one that does not exist",
                         node.name
@@ -39,7 +39,7 @@ impl Exporter<'_> {
         }
         for (index, object) in scene.placed_objects() {
             let Some(mesh) = self.mesh(object.mesh) else { continue };
-            let node = self.free(object.node, &object.name, |node| node.mesh.is_none());
+            let node = self.free(object.node.index(), &object.name, |node| node.mesh.is_none());
             let weights = &scene.nodes[object.node].morph_weights;
             let targets = scene.meshes[object.mesh].morph_targets.len();
             let weight = |i: usize| weights.get(i).copied().unwrap_or(0.0);
@@ -54,12 +54,12 @@ impl Exporter<'_> {
             json.extras = extra(extras);
         }
         for camera in &scene.cameras {
-            let node = self.free(camera.node, &camera.name, |node| node.camera.is_none());
+            let node = self.free(camera.node.index(), &camera.name, |node| node.camera.is_none());
             let camera = self.root.push(camera_json(camera));
             self.root.nodes[node].camera = Some(camera);
         }
         for light in &scene.lights {
-            let node = self.free(light.node, &light.name, |node| node.extensions.is_none());
+            let node = self.free(light.node.index(), &light.name, |node| node.extensions.is_none());
             self.extensions.insert("KHR_lights_punctual");
             let light = Index::push(&mut self.lights, light_json(light));
             self.root.nodes[node].extensions = Some(json::extensions::scene::Node {
@@ -118,7 +118,7 @@ impl Exporter<'_> {
         let matrix = |affine| DMat4::from(affine).to_cols_array().map(|x| x as f32);
         let matrices: Vec<[f32; 16]> = skin.joints.iter().map(|joint| matrix(joint.inverse_bind)).collect();
         let matrices = self.buffers.floats(&mut self.root, &matrices, Type::Mat4, false);
-        let joints = skin.joints.iter().map(|joint| Index::new(joint.node as u32)).collect();
+        let joints = skin.joints.iter().map(|joint| Index::new(joint.node.0)).collect();
         self.root.push(json::Skin {
             inverse_bind_matrices: Some(matrices),
             joints,
@@ -134,7 +134,7 @@ impl Exporter<'_> {
 fn driven(scene: &crate::scene::Scene) -> Vec<bool> {
     let mut driven = vec![false; scene.nodes.len()];
     for channel in scene.animations.iter().flat_map(|animation| &animation.channels) {
-        driven[channel.node] = true;
+        driven[channel.node.index()] = true;
     }
     driven
 }

@@ -1,7 +1,7 @@
 //! Punctual lights (`KHR_lights_punctual`).
 
 use super::document::lookup;
-use super::{Importer, Parsed};
+use super::{Importer, NodeId, Parsed};
 use crate::scene::{PunctualKind, PunctualLight};
 use glam::Vec3;
 use gltf::json;
@@ -11,7 +11,7 @@ use std::f32::consts::FRAC_PI_2;
 
 impl Importer<'_> {
     /// The light on a node, if there is one; one that is broken is left out.
-    pub(super) fn read_light(&mut self, json: &json::Node, node: usize) -> Parsed<()> {
+    pub(super) fn read_light(&mut self, json: &json::Node, node: NodeId) -> Parsed<()> {
         let extension = json.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         let Some(index) = extension.map(|e| e.light.value()) else { return Ok(()) };
         let lights = self.document.root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
@@ -26,7 +26,7 @@ impl Importer<'_> {
         Ok(())
     }
 
-    fn light(&mut self, json: &Light, name: String, node: usize) -> Parsed<PunctualLight> {
+    fn light(&mut self, json: &Light, name: String, node: NodeId) -> Parsed<PunctualLight> {
         let intensity = Vec3::from(json.color) * json.intensity;
         if !(intensity.is_finite() && intensity.min_element() >= 0.0) {
             return Err(format!("it has an intensity of {intensity}; correct it"));

@@ -37,7 +37,7 @@ pub use animation::RESTING;
 pub(super) use picture::decode_alone as decode_picture;
 pub(super) use tangents::generate as generate_tangents;
 
-use super::{Camera, Scene, View};
+use super::{Camera, NodeId, Scene, View};
 use crate::slices::{complete, pause};
 use crate::{Error, Result};
 use document::Document;
@@ -126,7 +126,7 @@ struct Importer<'d> {
     /// Their texture.
     ramp: Option<u32>,
     /// Scene node by glTF node.
-    nodes: Vec<Option<usize>>,
+    nodes: Vec<Option<NodeId>>,
     /// Objects, and the glTF skins that they have.
     skinned: Vec<(usize, usize)>,
     /// What is broken.

@@ -1,7 +1,7 @@
 //! The node hierarchy of the default scene, with what its nodes carry: objects, cameras, and punctual lights (`lights`).
 
 use super::document::lookup;
-use super::{Importer, Parsed};
+use super::{Importer, NodeId, Parsed};
 use crate::scene::{Camera, ClipPlanes, Node, Object, Projection, Transform};
 use glam::{DAffine3, DMat4, Quat, Vec3};
 use gltf::json;
@@ -18,7 +18,7 @@ const MAX_DEPTH: usize = 4096;
 #[derive(Clone, Copy)]
 struct Pending {
     json: usize,
-    parent: Option<usize>,
+    parent: Option<NodeId>,
     depth: usize,
     dynamic: bool,
     /// Whether it or a node above it is.
@@ -71,7 +71,7 @@ impl Importer<'_> {
     }
 
     /// Reads a node itself; with what holds for all below it.
-    fn node(&mut self, pending: Pending) -> Parsed<(usize, Pending)> {
+    fn node(&mut self, pending: Pending) -> Parsed<(NodeId, Pending)> {
         let Pending { json: index, parent, depth, .. } = pending;
         let json = lookup(&self.document.root.nodes, index, "node")?;
         if self.nodes[index].is_some() {
@@ -86,7 +86,7 @@ impl Importer<'_> {
         let name = json.name.clone().unwrap_or_default();
         let transfer = has_extra(json, "transfer");
         self.scene.nodes.push(Node { name, parent, local, transfer, ..Node::default() });
-        let node = self.scene.nodes.len() - 1;
+        let node = (self.scene.nodes.len() - 1).into();
         self.nodes[index] = Some(node);
         let dynamic = pending.dynamic || has_extra(json, "dynamic");
         let visible =
@@ -96,7 +96,7 @@ impl Importer<'_> {
     }
 
     /// What a node carries. Where it is hidden, that is a camera at most.
-    fn contents(&mut self, json: &json::Node, node: usize, dynamic: bool, hidden: bool) -> Parsed<()> {
+    fn contents(&mut self, json: &json::Node, node: NodeId, dynamic: bool, hidden: bool) -> Parsed<()> {
         let root = &self.document.root;
         for name in json.extensions.iter().flat_map(|e| e.others.keys()) {
             self.meet_extension(name);
@@ -116,7 +116,7 @@ impl Importer<'_> {
         Ok(())
     }
 
-    fn camera(&mut self, camera: &json::Camera, node: usize) {
+    fn camera(&mut self, camera: &json::Camera, node: NodeId) {
         let name = camera.name.clone().filter(|n| !n.is_empty());
         let name = name.unwrap_or_else(|| self.scene.nodes[node].name.clone());
         match projection(camera) {
@@ -136,7 +136,7 @@ impl Importer<'_> {
     }
 
     /// The objects of a node with a mesh: one, or as many as there are instances.
-    fn mesh_objects(&mut self, json: &json::Node, index: usize, node: usize, dynamic: bool) -> Parsed<()> {
+    fn mesh_objects(&mut self, json: &json::Node, index: usize, node: NodeId, dynamic: bool) -> Parsed<()> {
         let read = self.mesh(index);
         let Some(mesh) = self.or_without("mesh", || index.to_string(), read)?.flatten() else {
             return Ok(());
@@ -165,12 +165,12 @@ impl Importer<'_> {
             let transfer = self.scene.nodes[node].transfer;
             let node = Node { name: name.clone(), parent: Some(node), local, morph_weights, transfer };
             self.scene.nodes.push(node);
-            self.object(name, self.scene.nodes.len() - 1, mesh, dynamic);
+            self.object(name, (self.scene.nodes.len() - 1).into(), mesh, dynamic);
         }
         Ok(())
     }
 
-    fn object(&mut self, name: String, node: usize, mesh: usize, dynamic: bool) {
+    fn object(&mut self, name: String, node: NodeId, mesh: usize, dynamic: bool) {
         self.scene.objects.push(Object { name, node, mesh, dynamic, removed: false, skin: None });
     }
 }

@@ -84,10 +84,10 @@ fn nodes_take_what_is_below_them_along() {
     });
     scene.set_transform(parent, Transform::translation(vec3(1.0, 0.0, 0.0))).unwrap();
     let changes = scene.take_changes();
-    assert_eq!((changes.moved, changes.lights), (ids(&[2]), vec![0]));
-    scene.set_intensity(0, Vec3::splat(2.0)).unwrap();
+    assert_eq!((changes.moved, changes.lights), (ids(&[2]), vec![LightId(0)]));
+    scene.set_intensity(LightId(0), Vec3::splat(2.0)).unwrap();
     let changes = scene.take_changes();
-    assert_eq!((changes.moved, changes.lights), (vec![], vec![0]));
+    assert_eq!((changes.moved, changes.lights), (vec![], vec![LightId(0)]));
     // Nothing is derived from a camera.
     scene.set_transform(eye, Transform::translation(vec3(0.0, 9.0, 0.0))).unwrap();
     assert!(scene.take_changes().is_empty());
@@ -166,7 +166,7 @@ fn what_is_not_possible_is_refused_and_changes_nothing() {
         rotation: glam::Quat::IDENTITY,
         scale: Vec3::splat(scale),
     };
-    refused(scene.set_transform(99, Transform::IDENTITY), "no node 99");
+    refused(scene.set_transform(NodeId(99), Transform::IDENTITY), "no node 99");
     refused(scene.set_transform(node, parts(vec3(f32::NAN, 0.0, 0.0), 1.0)), "not finite");
     refused(scene.set_transform(node, parts(Vec3::ZERO, f32::INFINITY)), "not finite");
     let unturned = Transform::Parts {
@@ -181,7 +181,7 @@ fn what_is_not_possible_is_refused_and_changes_nothing() {
     for light in [vec3(0.0, -0.1, 0.0), Vec3::NAN, vec3(0.0, 0.0, f32::INFINITY)] {
         refused(scene.set_emission(1, light), "0 up");
     }
-    refused(scene.set_intensity(0, Vec3::ONE), "no light 0");
+    refused(scene.set_intensity(LightId(0), Vec3::ONE), "no light 0");
     refused(scene.remove_object(ObjectId(2)), "no object 2");
     refused(scene.insert_object("", cube(2), Transform::IDENTITY, false), "material that does not exist");
     let mut broken = cube(0);

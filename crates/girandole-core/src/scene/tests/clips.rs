@@ -3,14 +3,14 @@
 use super::*;
 
 /// Moves a node along this axis by a metre in a second.
-fn moving(name: &str, node: usize, axis: Vec3) -> Animation {
+fn moving(name: &str, node: NodeId, axis: Vec3) -> Animation {
     let keyframes = Keyframes::Translation(vec![Vec3::ZERO, axis]);
     let channel = Channel { node, times: vec![0.0, 1.0], keyframes, interpolation: Interpolation::Linear };
     Animation { name: name.into(), channels: vec![channel] }
 }
 
 /// Two cubes, and four animations: of the first in two ways, of the second, and of both.
-fn cubes() -> (Scene, [usize; 2]) {
+fn cubes() -> (Scene, [NodeId; 2]) {
     let mut scene = room();
     let nodes = [scene.objects[1].node, scene.add_node("other", Transform::translation(Vec3::Z))];
     let mesh = scene.objects[1].mesh;
@@ -24,7 +24,7 @@ fn cubes() -> (Scene, [usize; 2]) {
     (scene, nodes)
 }
 
-fn places(scene: &Scene, nodes: [usize; 2]) -> [Vec3; 2] {
+fn places(scene: &Scene, nodes: [NodeId; 2]) -> [Vec3; 2] {
     nodes.map(|node| scene.world_from_node(node).translation.as_vec3())
 }
 

@@ -144,9 +144,9 @@ fn edits_are_the_scene_s_own_calls() {
     let by_edits = applied(&edits(), lit_room());
     let mut scene = lit_room();
     scene.set_time(1.3).expect("a time");
-    scene.set_transform(1, turned(0.1)).expect("a node");
+    scene.set_transform(NodeId(1), turned(0.1)).expect("a node");
     scene.set_emission(1, vec3(0.1, 2.0, 1e-7)).expect("a material");
-    scene.set_intensity(0, Vec3::splat(1.0 / 3.0)).expect("a light");
+    scene.set_intensity(LightId(0), Vec3::splat(1.0 / 3.0)).expect("a light");
     let Edit::InsertObject { transform, .. } = &edits().0[4] else { unreachable!() };
     let own = scene.add_material(Material { name: "ring \"1\"\n".into(), ..Material::default() });
     scene.insert_object("ring \"1\"\n", shapes::thesis_torus(own), *transform, true).expect("fits");
@@ -169,7 +169,7 @@ fn scenes_are_furnished_by_their_own_calls() {
     let spot = scene.insert_light("spot", kind, intensity, transform).expect("a light");
     scene.set_cone(spot, 0.2, 0.6).expect("a spot");
     scene.insert_light("bulb 2", PunctualKind::Point, Vec3::ONE, Transform::IDENTITY).expect("a light");
-    scene.remove_light(0).expect("a light");
+    scene.remove_light(LightId(0)).expect("a light");
     let own = scene.add_material(Material { name: "panel".into(), ..Material::default() });
     let Edit::InsertObject { transform, .. } = furnishings().0[6] else { unreachable!() };
     scene.insert_object("panel", shapes::panel(own), transform, true).expect("fits");
@@ -182,7 +182,7 @@ fn scenes_are_furnished_by_their_own_calls() {
         scene.set_camera(name, viewpoint).expect("a view");
     }
     assert_eq!(bits(&by_edits), bits(&scene));
-    assert!(scene.is_light_removed(0) && !scene.is_light_removed(1));
+    assert!(scene.is_light_removed(LightId(0)) && !scene.is_light_removed(LightId(1)));
     assert_eq!(scene.objects[4].mesh, scene.objects[2].mesh, "copies share their mesh");
     // A camera sees what the viewpoint does.
     for (camera, viewpoint) in [(0, viewpoints[2].1), (1, viewpoints[1].1)] {
@@ -240,7 +240,7 @@ fn a_step_back_changes_no_more_than_it_must() {
     let moved = back(Edit::SetTransform { node: named(1, "box"), transform: turned(0.1) });
     assert_eq!((moved.moved.as_slice(), moved.is_motion()), ([ObjectId(1)].as_slice(), true));
     let bulb = back(Edit::SetTransform { node: named(2, "bulb"), transform: turned(0.1) });
-    assert_eq!((bulb.lights.as_slice(), bulb.is_motion()), ([0].as_slice(), true));
+    assert_eq!((bulb.lights.as_slice(), bulb.is_motion()), ([LightId(0)].as_slice(), true));
     let lamp = back(Edit::SetEmission { material: named(1, "lamp"), emission: Vec3::ZERO });
     assert_eq!((lamp.materials.as_slice(), lamp.is_motion()), ([1].as_slice(), true));
     // What stood still is no longer dynamic, and what came goes.

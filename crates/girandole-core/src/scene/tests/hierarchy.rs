@@ -16,28 +16,28 @@ fn all_nodes_at_once_are_where_each_is() {
             scale: Vec3::splat(0.99),
         };
         let node = scene.add_node("", local);
-        scene.nodes[node].parent = (i % 13 > 0).then(|| node - i % 13 + (i % 13 - 1) / 2);
+        scene.nodes[node].parent = (i % 13 > 0).then(|| (i - i % 13 + (i % 13 - 1) / 2).into());
     }
     let all = scene.world_from_nodes();
     let above = |scene: &Scene, node: usize| {
         scene.nodes[node].parent.map_or(DAffine3::IDENTITY, |parent| scene.world_from_node(parent))
     };
     for (node, world) in all.iter().enumerate() {
-        assert_eq!(*world, scene.world_from_node(node));
+        assert_eq!(*world, scene.world_from_node(node.into()));
         assert_eq!(*world, above(&scene, node) * scene.nodes[node].local.affine());
     }
     // What is below a node that moves moves, and nothing else.
-    scene.set_transform(1, Transform::translation(Vec3::Y)).unwrap();
-    let moved: Vec<usize> = (0..60).filter(|&node| scene.world_from_node(node) != all[node]).collect();
-    let is_below: Vec<bool> = scene.at_or_below(|node| node == 1);
+    scene.set_transform(NodeId(1), Transform::translation(Vec3::Y)).unwrap();
+    let moved: Vec<usize> = (0..60).filter(|&node| scene.world_from_node(node.into()) != all[node]).collect();
+    let is_below: Vec<bool> = scene.at_or_below(|node| node == NodeId(1));
     assert_eq!(moved, (0..60).filter(|&node| is_below[node]).collect::<Vec<_>>());
     assert!(moved.len() > 5 && moved.iter().all(|node| (1..13).contains(node)), "{moved:?}");
-    assert!(scene.world_from_nodes().iter().enumerate().all(|(i, w)| *w == scene.world_from_node(i)));
+    assert!(scene.world_from_nodes().iter().enumerate().all(|(i, w)| *w == scene.world_from_node(i.into())));
     // Whatever their order: under a node that is added last.
     let last = scene.add_node("", Transform::translation(Vec3::X));
     (0..60).filter(|i| i % 13 == 0).for_each(|root| scene.nodes[root].parent = Some(last));
     let all = scene.world_from_nodes();
-    assert!(all.iter().enumerate().all(|(i, world)| *world == scene.world_from_node(i)));
+    assert!(all.iter().enumerate().all(|(i, world)| *world == scene.world_from_node(i.into())));
     assert!(scene.at_or_below(|node| node == last).iter().all(|is_below| *is_below));
 }
 
@@ -49,12 +49,12 @@ fn at_the_end_of(chain: usize) -> Scene {
     scene.meshes.push(shapes::cuboid(Vec3::ZERO, Vec3::ONE, material));
     for node in 0..4000 {
         scene.add_node("", Transform::translation(vec3(0.0, 1e-3, 0.0)));
-        scene.nodes[node].parent = (1..chain).contains(&node).then(|| node - 1);
+        scene.nodes[node].parent = (1..chain).contains(&node).then(|| (node - 1).into());
     }
     for i in 0..4000 {
         let node =
             scene.add_node("", Transform::translation(vec3((i % 64) as f32 * 2.0, 0.0, (i / 64) as f32)));
-        scene.nodes[node].parent = Some(chain - 1);
+        scene.nodes[node].parent = Some((chain - 1).into());
         scene.objects.push(Object {
             name: String::new(),
             node,
@@ -81,7 +81,7 @@ fn time(scene: &Scene) -> Duration {
         let mut scene = scene.clone();
         let start = Instant::now();
         scene.open();
-        scene.set_transform(0, Transform::translation(vec3(0.0, 2e-3, 0.0))).expect("it moves");
+        scene.set_transform(NodeId(0), Transform::translation(vec3(0.0, 2e-3, 0.0))).expect("it moves");
         let geometry = Geometry::new(&scene);
         let settings = LightSettings { count: 300, ..LightSettings::default() };
         LightSet::sample(&scene, &geometry, &settings).expect("light");

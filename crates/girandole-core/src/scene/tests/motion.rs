@@ -8,7 +8,7 @@ use glam::Quat;
 use std::f32::consts::FRAC_PI_2;
 
 /// A room with a box in it whose node these channels drive.
-fn animated(channels: &[(&[f32], Keyframes, Interpolation)]) -> (Scene, usize) {
+fn animated(channels: &[(&[f32], Keyframes, Interpolation)]) -> (Scene, NodeId) {
     let mut scene = room();
     let node = scene.objects[1].node;
     let channels = channels.iter().map(|(times, keyframes, interpolation)| Channel {
@@ -21,7 +21,7 @@ fn animated(channels: &[(&[f32], Keyframes, Interpolation)]) -> (Scene, usize) {
     (scene, node)
 }
 
-fn at(scene: &mut Scene, node: usize, seconds: f64) -> (Vec3, Quat, Vec3) {
+fn at(scene: &mut Scene, node: NodeId, seconds: f64) -> (Vec3, Quat, Vec3) {
     scene.set_time(seconds).expect("a moment");
     match scene.nodes[node].local {
         Transform::Parts { translation, rotation, scale } => (translation, rotation, scale),
@@ -126,7 +126,7 @@ fn what_moves_together_leaves_no_bounds_on_the_way() {
     let (mut scene, child) = animated(&[(&[0.0, 1.0], away(-1.0), Interpolation::Step)]);
     let parent = scene.add_node("parent", Transform::IDENTITY);
     // Parents come first.
-    scene.nodes.swap(child, parent);
+    scene.nodes.swap(child.index(), parent.index());
     scene.objects[1].node = parent;
     scene.nodes[parent].parent = Some(child);
     scene.animations[0].channels[0].node = parent;

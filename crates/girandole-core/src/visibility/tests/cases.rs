@@ -118,13 +118,14 @@ fn meshes_as_blockers_and_receivers() {
             .map(|(i, _)| database.leaf_states(i as u32)[0])
             .collect()
     };
-    assert!(states(hidden).len() > 3 && states(hidden).iter().all(|&s| s == State::Full));
+    assert!(states(hidden.index()).len() > 3 && states(hidden.index()).iter().all(|&s| s == State::Full));
     // It is convex, so that it does not shade itself.
-    let count = |state| states(lit).iter().filter(|&&s| s == state).count();
-    assert!(count(State::Unoccluded) > 0 && count(State::Full) > 0, "{:?}", states(lit));
+    let count = |state| states(lit.index()).iter().filter(|&&s| s == state).count();
+    assert!(count(State::Unoccluded) > 0 && count(State::Full) > 0, "{:?}", states(lit.index()));
     assert_eq!(count(State::Partial), 0);
     // Its blockers by name.
-    let mut upper = geometry.objects[hidden].triangles.clone().filter(|&t| geometry.normal(t).y > 0.9);
+    let mut upper =
+        geometry.objects[hidden.index()].triangles.clone().filter(|&t| geometry.normal(t).y > 0.9);
     let leaf = database.receivers().triangles[upper.next().expect("it is round") as usize];
     let super::super::TriangleReceiver::Leaf(leaf) = leaf else { panic!("{leaf:?}") };
     let node = database.receivers().leaves[leaf as usize].node;
@@ -135,7 +136,7 @@ fn meshes_as_blockers_and_receivers() {
         up.push(database.receivers().nodes[last as usize].parent);
     }
     let found: Vec<_> = up.iter().flat_map(|&n| database.blockers(n, 0)).collect();
-    let expected = Blocker::Patch(geometry.objects[board].patches.start);
+    let expected = Blocker::Patch(geometry.objects[board.index()].patches.start);
     assert!(found.contains(&(expected, true)), "{found:?}");
 }
 
@@ -172,7 +173,7 @@ fn the_walls_of_an_empty_room_block_nothing() {
         let geometry = Geometry::new(&scene);
         let database = build(&scene, &geometry, lights);
         assert!(database.counts().by_state[State::Partial as usize] > 100);
-        let patches = geometry.objects[object].patches.clone();
+        let patches = geometry.objects[object.index()].patches.clone();
         assert_eq!(patches.len(), 6);
         for node in 0..database.receivers().nodes.len() as u32 {
             for index in 0..200 {

@@ -51,11 +51,11 @@ fn ids_survive_other_objects_and_lights() {
         by_id(&database)
     };
     let before = make(&scene, 0);
-    assert!(before.keys().any(|id| object_of(*id) == lone as u32));
+    assert!(before.keys().any(|id| object_of(*id) == lone.0));
     // Another object moves: what is left of the hierarchy is the same surface; most of it is left.
     scene.set_transform(scene.objects[board].node, Transform::translation(vec3(-0.6, 0.9, 0.3))).unwrap();
     let after = make(&scene, 0);
-    let movers: Vec<u32> = scene.placed_objects().filter(|(_, o)| o.dynamic).map(|(i, _)| i as u32).collect();
+    let movers: Vec<u32> = scene.placed_objects().filter(|(_, o)| o.dynamic).map(|(i, _)| i.0).collect();
     let kept = |after: &BTreeMap<LeafId, _>| {
         before
             .iter()

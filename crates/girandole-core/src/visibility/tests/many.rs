@@ -20,7 +20,7 @@ fn furnished() -> Scene {
 }
 
 /// Small things of four kinds that are free to move: on the table, under it, and all about.
-fn add_small(scene: &mut Scene, count: usize, numbers: &mut Numbers) -> Vec<usize> {
+fn add_small(scene: &mut Scene, count: usize, numbers: &mut Numbers) -> Vec<ObjectId> {
     let mut cube = Mesh::default();
     cube.add_box(Vec3::splat(-0.025), Vec3::splat(0.025), 0);
     let leaf = polygon(&[vec3(-0.04, -0.02, 0.0), vec3(0.04, -0.02, 0.0), vec3(0.0, 0.04, 0.0)], 1);
@@ -54,10 +54,10 @@ fn many_small_movers_are_followed_as_from_scratch_and_block_what_rays_hit() {
         scene.take_changes();
         for step in 0..10 {
             // Most go a little way, some rest, and now and then a light is another one, of those on what moves too.
-            let moved: Vec<usize> = movers.iter().copied().filter(|_| numbers.unit() < 0.8).collect();
+            let moved: Vec<ObjectId> = movers.iter().copied().filter(|_| numbers.unit() < 0.8).collect();
             for &mover in &moved {
                 let rotation = (numbers.unit() < 0.5).then(|| numbers.rotation());
-                shift(&mut scene, mover, numbers.vector() * 0.04, rotation, Vec3::ONE);
+                shift(&mut scene, mover.index(), numbers.vector() * 0.04, rotation, Vec3::ONE);
             }
             if step % 3 == 1 {
                 let index = numbers.below(samples.len());
@@ -70,7 +70,7 @@ fn many_small_movers_are_followed_as_from_scratch_and_block_what_rays_hit() {
                 database.segments.iter().map(|s| s.cell.clone()).collect();
             let mut unmoved = database.clone();
             let changes = changes(&database, &lights);
-            let has_moved = |object: u32| moved.contains(&(object as usize));
+            let has_moved = |object: u32| moved.contains(&ObjectId(object));
             assert!(database.follow(&scene, &geometry, (&lights, &changes), has_moved));
             for (before, segment) in before.iter().zip(&database.segments) {
                 if let (Some(before), Some(after)) = (before, &segment.cell) {
@@ -105,8 +105,9 @@ fn receivers_on_movers_that_stay_in_their_cells_cost_a_few_tests_a_light() {
     let geometry = Geometry::new(&scene);
     let lights = random_lights(&scene, &geometry, &mut numbers, LIGHTS);
     let database = build(&scene, &geometry, lights);
-    let objects: Vec<u32> = movers.iter().map(|&mover| mover as u32).collect();
-    let has_moved: Vec<bool> = (0..scene.objects.len()).map(|object| movers.contains(&object)).collect();
+    let objects: Vec<u32> = movers.iter().map(|&mover| mover.0).collect();
+    let has_moved: Vec<bool> =
+        (0..scene.objects.len()).map(|object| movers.contains(&object.into())).collect();
     // The tests that receivers on them cost, with what is known of their cells and without.
     let tests = |is_kept: bool| {
         let mut of_all = database.clone();
@@ -133,7 +134,7 @@ fn what_is_hidden_from_a_light_blocks_nothing_of_it() {
         let mut scene = furnished();
         // On the table, under it, and all about, of the kinds that are meshes.
         let mover = add_small(&mut scene, seed as usize % 3 + 1, &mut numbers).pop().expect("one");
-        (0..mover).for_each(|other| scene.objects[other].dynamic = false);
+        (0..mover.index()).for_each(|other| scene.objects[other].dynamic = false);
         let geometry = Geometry::new(&scene);
         let samples = random_lights(&scene, &geometry, &mut numbers, 60);
         let database = build(&scene, &geometry, samples);

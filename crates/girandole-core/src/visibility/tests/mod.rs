@@ -16,7 +16,7 @@ mod transparency;
 use super::light_points::LightPoint;
 use super::{State, VisibilityDatabase, VisibilitySettings};
 use crate::lights::{Clamp, LightChanges, LightSample, LightSet, LightSettings, Profile, SampleOrigin};
-use crate::scene::{Geometry, Material, Mesh, NONE, Scene, Transform};
+use crate::scene::{Geometry, Material, Mesh, NONE, ObjectId, Scene, Transform};
 use crate::trace::SceneTracer;
 use glam::{Quat, Vec2, Vec3, vec3};
 
@@ -74,7 +74,7 @@ pub fn polygon(corners: &[Vec3], material: u32) -> Mesh {
     mesh
 }
 
-pub fn add(scene: &mut Scene, mesh: Mesh) -> usize {
+pub fn add(scene: &mut Scene, mesh: Mesh) -> ObjectId {
     scene.add_object("", mesh, Transform::IDENTITY)
 }
 
