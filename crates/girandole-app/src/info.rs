@@ -143,11 +143,11 @@ struct Emitter {
 fn emitters(scene: &Scene, geometry: &Geometry) -> Vec<Emitter> {
     let mut found: Vec<Option<Emitter>> = scene.materials.iter().map(|_| None).collect();
     for (i, triangle) in geometry.triangles.iter().enumerate() {
-        let material = &scene.materials[triangle.material as usize];
+        let material = &scene.materials[triangle.material];
         if !material.emits() {
             continue;
         }
-        let emitter = found[triangle.material as usize].get_or_insert_with(|| Emitter {
+        let emitter = found[triangle.material.index()].get_or_insert_with(|| Emitter {
             name: material.name.clone(),
             triangles: 0,
             area: 0.0,
@@ -165,7 +165,7 @@ fn emitters(scene: &Scene, geometry: &Geometry) -> Vec<Emitter> {
 /// The mean over a triangle: exact without a texture, from 64 points with one.
 fn mean_emission(scene: &Scene, geometry: &Geometry, triangle: u32) -> Vec3 {
     const SIDE: u32 = 8;
-    let material = &scene.materials[geometry.triangles[triangle as usize].material as usize];
+    let material = &scene.materials[geometry.triangles[triangle as usize].material];
     if material.emission_texture.is_none() {
         return material.emission;
     }

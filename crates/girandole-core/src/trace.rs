@@ -306,8 +306,7 @@ impl<'a> SceneTracer<'a> {
     /// Whether a camera in direction `direction` sees a triangle: the backs of single-sided surfaces are not there (glTF).
     pub fn is_visible(&self, triangle: u32, direction: Vec3) -> bool {
         let t = &self.geometry.triangles[triangle as usize];
-        self.scene.materials[t.material as usize].double_sided
-            || self.geometry.normal(triangle).dot(direction) < 0.0
+        self.scene.materials[t.material].double_sided || self.geometry.normal(triangle).dot(direction) < 0.0
     }
 
     /// Whether a surface lies strictly between two points, other than the triangles that they lie on ([`NONE`] for
@@ -340,7 +339,7 @@ impl<'a> SceneTracer<'a> {
                 })
         };
         if likely != NONE {
-            let material = self.geometry.triangles[likely as usize].material as usize;
+            let material = self.geometry.triangles[likely as usize].material.index();
             let masked = self.scene.materials[material].alpha_cutoff.is_some();
             if blocks(&self.geometry.corners(likely), likely, masked) {
                 return Some(likely);

@@ -84,8 +84,7 @@ fn load(path: &Path) -> Result<(), Failed> {
     for mesh in &scene.meshes {
         let count = mesh.positions.len();
         let lengths = [mesh.normals.len(), mesh.uvs.len().max(count), mesh.tangents.len().max(count)];
-        if lengths != [count; 3]
-            || mesh.triangles.iter().any(|t| t.material as usize >= scene.materials.len())
+        if lengths != [count; 3] || mesh.triangles.iter().any(|t| t.material.index() >= scene.materials.len())
         {
             return Err("vertex arrays of different lengths, or materials that do not exist".into());
         }

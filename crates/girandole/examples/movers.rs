@@ -10,7 +10,7 @@ use girandole::core::illumination::{Illumination, IlluminationSettings, Rewalk};
 use girandole::core::lights::LightSettings;
 use girandole::core::math::sequence;
 use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{Geometry, Mesh, Scene, Transform, View};
+use girandole::core::scene::{Geometry, MaterialId, Mesh, Scene, Transform, View};
 use girandole::core::visibility::VisibilityDatabase;
 use girandole::{Gpu, MapUpdates, RenderSettings, Renderer, RendererOptions};
 use std::time::Instant;
@@ -26,9 +26,9 @@ const STEP: f32 = 0.03;
 fn small(kind: &str) -> Mesh {
     let mut mesh = Mesh::default();
     match kind {
-        "box" => mesh.add_box(Vec3::splat(-0.03), Vec3::splat(0.03), 0),
-        "large" => mesh.add_box(Vec3::splat(-0.1), Vec3::splat(0.1), 0),
-        _ => return shapes::torus(0.05, 0.02, 12, 8, 0),
+        "box" => mesh.add_box(Vec3::splat(-0.03), Vec3::splat(0.03), MaterialId(0)),
+        "large" => mesh.add_box(Vec3::splat(-0.1), Vec3::splat(0.1), MaterialId(0)),
+        _ => return shapes::torus(0.05, 0.02, 12, 8, MaterialId(0)),
     }
     mesh
 }

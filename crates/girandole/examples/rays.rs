@@ -7,7 +7,7 @@
 use girandole::core::lights::{LightSet, LightSettings};
 use girandole::core::math::warp;
 use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{Geometry, Scene, Transform, View};
+use girandole::core::scene::{Geometry, MaterialId, Scene, Transform, View};
 use girandole::core::trace::{Hit, Ray, SceneTracer, ray_offset_distance};
 use girandole::core::{glam::Vec2, glam::Vec3};
 use girandole::{Gpu, Renderer, RendererOptions};
@@ -19,7 +19,7 @@ fn scene(name: &str) -> Result<Scene, Box<dyn std::error::Error>> {
         return Ok(builtin::build(name, MovingObject::Torus)?);
     }
     let mut scene = builtin::build("table", MovingObject::None)?;
-    let torus = shapes::torus(0.35, 0.14, 1000, 500, 0);
+    let torus = shapes::torus(0.35, 0.14, 1000, 500, MaterialId(0));
     scene.add_object("torus", torus, Transform::translation(Vec3::new(0.0, 1.2, 0.0)));
     Ok(scene)
 }

@@ -5,14 +5,14 @@
 use girandole::core::glam::Vec3;
 use girandole::core::lights::{LightSet, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{Geometry, Scene, Transform};
+use girandole::core::scene::{Geometry, MaterialId, Scene, Transform};
 use girandole::{Gpu, MapUpdates, Renderer, RendererOptions};
 use std::time::Instant;
 
 /// The table's room with a torus of 250 000 triangles.
 fn heavy() -> Result<Scene, Box<dyn std::error::Error>> {
     let mut scene = builtin::build("table", MovingObject::None)?;
-    let torus = shapes::torus(0.35, 0.14, 500, 250, 0);
+    let torus = shapes::torus(0.35, 0.14, 500, 250, MaterialId(0));
     scene.add_object("torus", torus, Transform::translation(Vec3::new(0.0, 1.2, 0.0)));
     Ok(scene)
 }

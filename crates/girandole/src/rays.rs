@@ -297,7 +297,7 @@ impl Shape {
         let triangle = |&at: &u32| {
             let ([a, b, c], index) = (self.corners(scene, geometry, at), self.triangles[at as usize]);
             let triangle = geometry.objects[self.object].triangles.start + index;
-            let material = &scene.materials[geometry.triangles[triangle as usize].material as usize];
+            let material = &scene.materials[geometry.triangles[triangle as usize].material];
             let flag = |is_set: bool, flag: u32| if is_set { flag } else { 0 };
             let flags = flag(material.emits(), RAY_EMITS) | flag(material.alpha_cutoff.is_some(), RAY_MASKED);
             RayTriangle { a, index, b, flags, c: c.extend(0.0) }

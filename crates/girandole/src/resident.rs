@@ -470,7 +470,7 @@ fn is_curved(scene: &Scene, geometry: &Geometry) -> bool {
     geometry.triangles.iter().any(|t| {
         let [a, b, c] = t.vertices.map(|v| geometry.normals[v as usize]);
         a.dot(b).min(b.dot(c)) < 0.99999
-            || scene.materials[t.material as usize].normal_texture.is_some()
+            || scene.materials[t.material].normal_texture.is_some()
             || t.patch == NONE
     })
 }

@@ -46,11 +46,12 @@ fn fitted(mesh: &Mesh, up: UpAxis, place: Vec3, extent: f32) -> Transform {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use girandole_core::scene::MaterialId;
     use girandole_core::scene::builtin::shapes;
 
     #[test]
     fn objects_of_any_unit_are_as_large_and_where_they_should_be() {
-        let mut mesh = shapes::thesis_torus(0);
+        let mut mesh = shapes::thesis_torus(MaterialId(0));
         let of_millimetres = mesh.positions.iter().map(|p| (*p + Vec3::new(3.0, 0.0, -1.0)) * 1000.0);
         mesh.positions = of_millimetres.collect();
         let place = Vec3::new(1.0, 2.0, 3.0);

@@ -8,7 +8,7 @@ use girandole_core::Generation;
 use girandole_core::glam::{Quat, Vec3};
 use girandole_core::image::luminance;
 use girandole_core::scene::{
-    Edit, Geometry, LightId, NamedIndex, PunctualKind, Scene, Shape, Transform, load_model,
+    Edit, Geometry, LightId, MaterialId, NamedIndex, PunctualKind, Scene, Shape, Transform, load_model,
 };
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -31,7 +31,7 @@ const CONE: [f32; 2] = [0.35, 0.55];
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lamp {
     /// All surfaces of a material.
-    Material(u32),
+    Material(MaterialId),
     /// A punctual light.
     Light(LightId),
 }
@@ -58,13 +58,13 @@ pub struct Areas {
 
 impl Areas {
     /// Of a material, as it was last drawn, m².
-    fn get(&mut self, session: &Session, material: u32) -> Option<f64> {
+    fn get(&mut self, session: &Session, material: MaterialId) -> Option<f64> {
         let geometry = session.illumination()?.geometry();
         if self.of != Some(geometry.generation()) {
             self.of = Some(geometry.generation());
             self.areas = areas(geometry, session.scene.materials.len());
         }
-        self.areas.get(material as usize).copied().filter(|area| *area > 0.0)
+        self.areas.get(material.index()).copied().filter(|area| *area > 0.0)
     }
 }
 
@@ -72,7 +72,7 @@ fn areas(geometry: &Geometry, materials: usize) -> Vec<f64> {
     let mut areas = vec![0.0; materials];
     for (index, triangle) in geometry.triangles.iter().enumerate() {
         let [a, b, c] = geometry.corners(index as u32).map(|p| p.as_dvec3());
-        if let Some(area) = areas.get_mut(triangle.material as usize) {
+        if let Some(area) = areas.get_mut(triangle.material.index()) {
             *area += (b - a).cross(c - a).length() * 0.5;
         }
     }
@@ -89,7 +89,7 @@ impl Lamp {
         });
         let dimmed: BTreeSet<usize> = dimmed.collect();
         let shines = |&index: &usize| scene.materials[index].emits() || dimmed.contains(&index);
-        let materials = (0..scene.materials.len()).filter(shines).map(|index| Self::Material(index as u32));
+        let materials = (0..scene.materials.len()).filter(shines).map(|index| Self::Material(index.into()));
         materials.chain(scene.placed_lights().map(|(id, _)| Self::Light(id))).collect()
     }
 
@@ -108,7 +108,7 @@ impl Lamp {
 
     pub fn name(self, scene: &Scene) -> String {
         let (kind, index, name) = match self {
-            Self::Material(index) => ("material", index as usize, &scene.materials[index as usize].name),
+            Self::Material(index) => ("material", index.index(), &scene.materials[index].name),
             Self::Light(id) => ("light", id.index(), &scene.lights[id].name),
         };
         if name.is_empty() { format!("{kind} {index}") } else { name.clone() }
@@ -117,7 +117,7 @@ impl Lamp {
     /// Its radiance or intensity.
     pub fn light(self, scene: &Scene) -> Vec3 {
         match self {
-            Self::Material(index) => scene.materials[index as usize].emission,
+            Self::Material(index) => scene.materials[index].emission,
             Self::Light(index) => scene.lights[index].intensity,
         }
     }
@@ -143,7 +143,7 @@ impl Lamp {
                 None => (Some(1.0), [" lx", " W/m²", " W/m²"]),
             },
             Self::Material(index) => {
-                let material = &session.scene.materials[index as usize];
+                let material = &session.scene.materials[index];
                 let is_even = material.emission_texture.is_none();
                 let sides = if material.double_sided { 2.0 } else { 1.0 };
                 let area = tools.areas.get(session, index).filter(|_| is_even);
@@ -282,7 +282,7 @@ mod tests {
             session.follow(SIZE);
             let added = match tools.selected {
                 Some(Selected::Light(index)) => Lamp::Light(index),
-                _ => Lamp::Material(session.scene.materials.len() as u32 - 1),
+                _ => Lamp::Material((session.scene.materials.len() - 1).into()),
             };
             let brightest = f64::from(added.light(&session.scene).max_element());
             let mut measured = |unit| {
@@ -302,8 +302,8 @@ mod tests {
         // What is switched off is still listed.
         let all = Lamp::all(&session).len();
         session.edit(point.shine(&session.scene, Vec3::ZERO));
-        let material = session.scene.materials.len() as u32 - 1;
-        session.edit(Lamp::Material(material).shine(&session.scene, Vec3::ZERO));
+        let material = session.scene.materials.len() - 1;
+        session.edit(Lamp::Material(material.into()).shine(&session.scene, Vec3::ZERO));
         assert_eq!(Lamp::all(&session).len(), all);
     }
 }

@@ -6,7 +6,7 @@ mod placing;
 use super::*;
 use crate::lights::{LightSample, SampleOrigin};
 use crate::scene::builtin::{self, MovingObject, shapes};
-use crate::scene::{LightId, Material, ObjectId, PunctualKind, PunctualLight, Transform};
+use crate::scene::{LightId, Material, MaterialId, ObjectId, PunctualKind, PunctualLight, Transform};
 use crate::visibility::State;
 use glam::{Quat, Vec3, vec3};
 use proptest::prelude::*;
@@ -80,8 +80,9 @@ fn take(scene: &mut Scene, step: &Step) -> Result<()> {
         },
         Step::Dim(which, light) => {
             // The room's own lamps stay on.
-            let own = |m: &u32| ["glow", "new"].contains(&scene.materials[*m as usize].name.as_str());
-            let others: Vec<u32> = (0..scene.materials.len() as u32).filter(own).collect();
+            let own = |m: &MaterialId| ["glow", "new"].contains(&scene.materials[*m].name.as_str());
+            let others: Vec<MaterialId> =
+                (0..scene.materials.len()).map(MaterialId::from).filter(own).collect();
             let which = others[which as usize % others.len()];
             scene.set_emission(which, Vec3::new(light, 1.0, 0.5))
         }
@@ -94,9 +95,7 @@ fn take(scene: &mut Scene, step: &Step) -> Result<()> {
             };
             scene.insert_object("new", mesh, Transform::translation(at), dynamic).map(|_| ())
         }
-        Step::Remove(which) => {
-            pick(which).map_or(Ok(()), |object| scene.remove_object(ObjectId::from(object)))
-        }
+        Step::Remove(which) => pick(which).map_or(Ok(()), |object| scene.remove_object(object)),
         Step::Touch(which) => {
             let material = which % scene.materials.len();
             scene.materials[material].base_color *= 0.9;
@@ -174,8 +173,8 @@ fn changes_that_do_not_follow_are_refused_and_change_nothing() {
     assert!(refused(&mut held, &scene, &two).contains("do not start"));
     // No light: nothing can be derived, and both batches come together once there is some.
     let all_dark = |scene: &mut Scene| {
-        for material in 0..scene.materials.len() as u32 {
-            scene.set_emission(material, Vec3::ZERO).expect("it is possible");
+        for material in 0..scene.materials.len() {
+            scene.set_emission(material.into(), Vec3::ZERO).expect("it is possible");
         }
         scene.take_changes()
     };
@@ -314,10 +313,10 @@ fn held_samples_do_not_depend_on_the_way() {
         assert_eq!(database.leaf_states(leaf), fresh.leaf_states(leaf));
     }
     // New lamps, objects and a new frame of reference make all anew.
-    let wall = scene.materials.iter().position(|m| !m.emits()).expect("a wall") as u32;
-    let glow = |scene: &mut Scene| scene.set_emission(wall, Vec3::splat(3.0));
+    let wall = scene.materials.iter().position(|m| !m.emits()).expect("a wall");
+    let glow = |scene: &mut Scene| scene.set_emission(wall.into(), Vec3::splat(3.0));
     let leave = |scene: &mut Scene| scene.set_transform(node, Transform::translation(vec3(40.0, 1.0, 0.0)));
-    let remove = |scene: &mut Scene| scene.remove_object(mover.into());
+    let remove = |scene: &mut Scene| scene.remove_object(mover);
     let squash = |scene: &mut Scene| {
         let flat = Transform::Affine(glam::DAffine3::from_scale(glam::DVec3::new(1.0, 0.0, 0.0)));
         scene.set_transform(node, flat)
@@ -338,8 +337,8 @@ fn lights_that_are_dimmed_keep_their_samples() {
     let mut scene = lit_room();
     let glow = scene.objects.iter().position(|o| o.name == "glow").expect("a lamp");
     let glow = scene.meshes[scene.objects[glow].mesh].triangles[0].material;
-    scene.materials[glow as usize].emission = vec3(300.0, 200.0, 100.0);
-    let lamp = (0..).find(|&m| m != glow && scene.materials[m as usize].emits()).expect("the room's");
+    scene.materials[glow].emission = vec3(300.0, 200.0, 100.0);
+    let lamp = (0..).map(MaterialId).find(|&m| m != glow && scene.materials[m].emits()).expect("the room's");
     let node = scene.add_node("bulb", Transform::translation(vec3(1.0, 1.0, 1.0)));
     let (kind, intensity) = (PunctualKind::Point, Vec3::splat(40.0));
     scene.lights.push(PunctualLight { name: "bulb".into(), node, kind, intensity });
@@ -349,8 +348,7 @@ fn lights_that_are_dimmed_keep_their_samples() {
         let settings = IlluminationSettings { lights, ..holding() };
         let mut held = Illumination::new(&scene, &settings).expect("there is light");
         let bright = held.lights().clone();
-        let (lamp_emission, glow_emission) =
-            (scene.materials[lamp as usize].emission, scene.materials[glow as usize].emission);
+        let (lamp_emission, glow_emission) = (scene.materials[lamp].emission, scene.materials[glow].emission);
         let mut dimmed = |scene: &mut Scene, factors: [Vec3; 3]| {
             scene.set_emission(lamp, lamp_emission * factors[0]).expect("an emission");
             scene.set_emission(glow, glow_emission * factors[1]).expect("an emission");

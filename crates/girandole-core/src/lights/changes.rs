@@ -1,6 +1,6 @@
 //! Which light samples changed: found where one set takes another's place, for all who derive something from them.
 
-use super::{LightId, LightSample, LightSet};
+use super::{LightSample, LightSet, SampleId};
 
 /// How a set of light samples differs from the one before, place by place. Lists are sorted, and name each place once.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -67,7 +67,7 @@ impl LightChanges {
     }
 
     /// The identities of the samples that changed, in the set after.
-    pub fn ids<'a>(&'a self, after: &'a LightSet) -> impl Iterator<Item = LightId> + 'a {
+    pub fn ids<'a>(&'a self, after: &'a LightSet) -> impl Iterator<Item = SampleId> + 'a {
         self.changed().into_iter().filter_map(|index| after.ids().get(index).copied())
     }
 }

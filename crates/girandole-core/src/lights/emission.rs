@@ -1,8 +1,8 @@
 //! Which emission a sample's light comes from in the end, so that it can be dimmed and coloured without another walk: light is
 //! linear in what is emitted, in each channel.
 
-use super::{LightSample, SampleOrigin};
-use crate::scene::{Geometry, Scene};
+use super::{LightId, LightSample, SampleOrigin};
+use crate::scene::{Geometry, MaterialId, Scene};
 use glam::Vec3;
 
 /// What emits.
@@ -10,9 +10,9 @@ use glam::Vec3;
 #[cfg_attr(feature = "import", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Emission {
     /// Surfaces of a material.
-    Material(u32),
+    Material(MaterialId),
     /// A punctual light.
-    Punctual(u32),
+    Punctual(LightId),
     /// What is infinitely far away.
     Environment,
 }
@@ -69,13 +69,13 @@ impl Emissions {
     }
 
     /// Of a material's surfaces, W/(sr·m²).
-    pub fn of_material(&self, material: u32) -> Vec3 {
-        self.materials[material as usize]
+    pub fn of_material(&self, material: MaterialId) -> Vec3 {
+        self.materials[material.index()]
     }
 
     /// Of a punctual light, W/sr (directional: W/m²).
-    pub fn of_punctual(&self, light: u32) -> Vec3 {
-        self.punctual[light as usize]
+    pub fn of_punctual(&self, light: LightId) -> Vec3 {
+        self.punctual[light.index()]
     }
 
     /// What the environment's map is multiplied by.

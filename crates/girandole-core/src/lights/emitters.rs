@@ -9,7 +9,7 @@ use super::emission::{Emission, Emissions};
 use super::punctual::SpotCone;
 use super::source_tree::SourceTree;
 use crate::image::luminance;
-use crate::scene::{Environment, Geometry, Material, NONE, PunctualKind, Scene};
+use crate::scene::{Environment, Geometry, LightId, Material, MaterialId, NONE, PunctualKind, Scene};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -35,7 +35,7 @@ pub(super) struct Source {
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Area(Area),
-    Punctual(u32),
+    Punctual(LightId),
     /// A cell of the environment.
     Distant(u32),
     /// A part of the environment's sun.
@@ -97,7 +97,7 @@ impl Source {
     }
 
     /// The punctual light, if it is one.
-    pub fn punctual(&self) -> Option<u32> {
+    pub fn punctual(&self) -> Option<LightId> {
         match self.kind {
             Kind::Punctual(light) => Some(light),
             Kind::Area(_) | Kind::Distant(_) | Kind::Sun(_) => None,
@@ -196,12 +196,12 @@ fn inside(barycentric: Vec2) -> f32 {
 /// The sources on emitting surfaces, one group for each side of an object's material, and last those of the environment and those of
 /// its sun.
 pub(super) fn groups(scene: &Scene, geometry: &Geometry, emissions: &Emissions) -> Vec<Vec<Source>> {
-    let mut groups: BTreeMap<(u32, u32, bool), Vec<Source>> = BTreeMap::new();
+    let mut groups: BTreeMap<(u32, MaterialId, bool), Vec<Source>> = BTreeMap::new();
     let coarser = coarser(scene, geometry, emissions);
     let mut index = 0;
     while index < geometry.triangles.len() as u32 {
         let triangle = geometry.triangles[index as usize];
-        let material = &scene.materials[triangle.material as usize];
+        let material = &scene.materials[triangle.material];
         let emission = emissions.of_material(triangle.material);
         if !is_light(emission) {
             index += 1;
@@ -287,7 +287,7 @@ fn is_textured(material: &Material) -> bool {
 fn coarser(scene: &Scene, geometry: &Geometry, emissions: &Emissions) -> f64 {
     let is_cut = |&triangle: &u32| {
         let material = geometry.triangles[triangle as usize].material;
-        is_textured(&scene.materials[material as usize]) && is_light(emissions.of_material(material))
+        is_textured(&scene.materials[material]) && is_light(emissions.of_material(material))
     };
     let triangles = (0..geometry.triangles.len() as u32).filter(is_cut);
     let parts: f64 = triangles.map(|triangle| cuts(scene, geometry, triangle).powi(2)).sum();
@@ -297,7 +297,7 @@ fn coarser(scene: &Scene, geometry: &Geometry, emissions: &Emissions) -> f64 {
 /// Into how many parts along a side a textured triangle is cut: about one part for 2×2 texels.
 fn cuts(scene: &Scene, geometry: &Geometry, triangle: u32) -> f64 {
     let index = geometry.triangles[triangle as usize].material;
-    let material = &scene.materials[index as usize];
+    let material = &scene.materials[index];
     let texels = [material.emission_texture, material.base_color_texture]
         .into_iter()
         .flatten()
@@ -376,8 +376,8 @@ pub(super) fn punctual_sources(scene: &Scene, geometry: &Geometry, emissions: &E
             PunctualKind::Directional => PI * f64::from(geometry.extent() * 0.5).powi(2),
         };
         let center = (world_from_nodes[light.node.index()].translation - geometry.origin).as_vec3();
-        let weight = f64::from(luminance(emissions.of_punctual(index as u32))) * solid_angle;
-        Source { kind: Kind::Punctual(index as u32), weight, center }
+        let weight = f64::from(luminance(emissions.of_punctual(index.into()))) * solid_angle;
+        Source { kind: Kind::Punctual(index.into()), weight, center }
     });
     sources.filter(|s| s.weight > 0.0 && s.weight.is_finite()).collect()
 }

@@ -1,17 +1,17 @@
 //! What tells light samples apart, from one sampling of a scene to the next.
 
-use super::{LightSample, SampleOrigin, punctual};
-use crate::scene::{Geometry, NONE};
+use super::{LightId, LightSample, SampleOrigin, punctual};
+use crate::scene::{Geometry, MaterialId, NONE};
 use rustc_hash::FxHashMap;
 
 /// A light sample's identity within its set. It says where the sample comes from, in terms that stay the same when the
 /// scene changes elsewhere: the same path of the random walk may end on another triangle, and is the same light then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum LightId {
+pub enum SampleId {
     /// A punctual light; a point light has two samples, an even one above and an odd one below.
     Punctual {
-        /// Index into the scene's lights.
-        light: u32,
+        /// The light.
+        light: LightId,
         /// Which of its samples: 0 or 1, unless one stands for more light than one sample should carry.
         index: u32,
     },
@@ -19,8 +19,8 @@ pub enum LightId {
     Emitter {
         /// Index into the scene's objects.
         object: u32,
-        /// Index into the scene's materials.
-        material: u32,
+        /// Its material.
+        material: MaterialId,
         /// Whether it shines from the back.
         back: bool,
         /// Which point of its sequence.
@@ -51,7 +51,7 @@ pub enum LightId {
 /// Which emitter's point or path's bounce a sample is, wherever that lies.
 pub(super) fn origin(sample: &LightSample) -> [u32; 3] {
     match sample.origin {
-        SampleOrigin::Punctual { light } => [0, light, punctual::side(sample)],
+        SampleOrigin::Punctual { light } => [0, light.0, punctual::side(sample)],
         SampleOrigin::Emitter { triangle, point } => [1, triangle, point],
         SampleOrigin::Bounce { path, bounce, .. } => [2, path, bounce],
         SampleOrigin::Environment { point, sun } => [3 + u32::from(sun), point, 0],
@@ -59,15 +59,15 @@ pub(super) fn origin(sample: &LightSample) -> [u32; 3] {
 }
 
 /// An id for each sample.
-pub(super) fn identify(geometry: &Geometry, samples: &[LightSample]) -> Vec<LightId> {
-    let mut counts: FxHashMap<LightId, u32> = FxHashMap::default();
+pub(super) fn identify(geometry: &Geometry, samples: &[LightSample]) -> Vec<SampleId> {
+    let mut counts: FxHashMap<SampleId, u32> = FxHashMap::default();
     let identify = |sample: &LightSample| {
         let mut id = first(geometry, sample);
         let count = counts.entry(id).or_default();
-        let (LightId::Punctual { index, .. }
-        | LightId::Emitter { index, .. }
-        | LightId::Environment { index, .. }
-        | LightId::Bounce { index, .. }) = &mut id;
+        let (SampleId::Punctual { index, .. }
+        | SampleId::Emitter { index, .. }
+        | SampleId::Environment { index, .. }
+        | SampleId::Bounce { index, .. }) = &mut id;
         // Of a punctual light's, every other one is on the same side.
         *index += *count * if sample.punctual().is_some() { 2 } else { 1 };
         *count += 1;
@@ -77,20 +77,22 @@ pub(super) fn identify(geometry: &Geometry, samples: &[LightSample]) -> Vec<Ligh
 }
 
 /// The id of the first sample of this origin.
-fn first(geometry: &Geometry, sample: &LightSample) -> LightId {
+fn first(geometry: &Geometry, sample: &LightSample) -> SampleId {
     match sample.origin {
-        SampleOrigin::Punctual { light } => LightId::Punctual { light, index: punctual::side(sample) },
-        SampleOrigin::Environment { point, sun } => LightId::Environment { point, sun, index: 0 },
-        SampleOrigin::Bounce { path, bounce, .. } => LightId::Bounce { path, bounce, index: 0 },
+        SampleOrigin::Punctual { light } => SampleId::Punctual { light, index: punctual::side(sample) },
+        SampleOrigin::Environment { point, sun } => SampleId::Environment { point, sun, index: 0 },
+        SampleOrigin::Bounce { path, bounce, .. } => SampleId::Bounce { path, bounce, index: 0 },
         SampleOrigin::Emitter { triangle, point } => match geometry.triangles.get(triangle as usize) {
-            Some(t) => LightId::Emitter {
+            Some(t) => SampleId::Emitter {
                 object: t.object,
                 material: t.material,
                 back: geometry.normal(triangle).dot(sample.normal) < 0.0,
                 point,
                 index: 0,
             },
-            None => LightId::Emitter { object: NONE, material: NONE, back: false, point, index: 0 },
+            None => {
+                SampleId::Emitter { object: NONE, material: MaterialId(NONE), back: false, point, index: 0 }
+            }
         },
     }
 }

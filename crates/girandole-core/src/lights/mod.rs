@@ -34,7 +34,7 @@ mod walk;
 
 pub use changes::LightChanges;
 pub use geometric_factor::Clamp;
-pub use ids::LightId;
+pub use ids::SampleId;
 pub(crate) use motion::Placement;
 pub(crate) use punctual::SpotCone;
 pub(crate) use reach::share_reached;
@@ -49,7 +49,7 @@ use self::emission::Shares;
 use self::resample::{Candidates, Chosen, resample};
 use self::sampling::Sampling;
 use crate::generation::Generation;
-use crate::scene::{Geometry, Scene, View};
+use crate::scene::{Geometry, LightId, Scene, View};
 use crate::slices::{complete, pause};
 use crate::trace::SceneTracer;
 use crate::{Error, Result};
@@ -103,8 +103,8 @@ pub enum SampleOrigin {
     },
     /// A punctual light of the scene.
     Punctual {
-        /// Index into the scene's lights.
-        light: u32,
+        /// The light.
+        light: LightId,
     },
     /// A direction of the scene's environment.
     Environment {
@@ -174,7 +174,7 @@ impl LightSample {
     }
 
     /// The punctual light that it is of.
-    pub(crate) fn punctual(&self) -> Option<u32> {
+    pub(crate) fn punctual(&self) -> Option<LightId> {
         match self.origin {
             SampleOrigin::Punctual { light } => Some(light),
             _ => None,
@@ -263,7 +263,7 @@ impl Default for LightSettings {
 #[derive(Clone, Debug)]
 pub struct LightSet {
     samples: Vec<LightSample>,
-    ids: Vec<LightId>,
+    ids: Vec<SampleId>,
     /// For each sample, where its light comes from; none where it is not known.
     shares: Vec<Shares>,
     /// How many of them are direct (punctual lights included).
@@ -437,7 +437,7 @@ impl LightSet {
     }
 
     /// Their identities, in the same order; no two are equal.
-    pub fn ids(&self) -> &[LightId] {
+    pub fn ids(&self) -> &[SampleId] {
         &self.ids
     }
 

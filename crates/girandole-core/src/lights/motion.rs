@@ -62,7 +62,7 @@ impl Placement {
         let mut moved = vec![false; self.emissions.punctual_lights()];
         for (before, after) in self.punctual.iter().zip(&to.punctual) {
             if let Some(light) = before.punctual() {
-                moved[light as usize] |= punctual::has_moved(before, after);
+                moved[light.index()] |= punctual::has_moved(before, after);
             }
         }
         moved

@@ -15,7 +15,7 @@ use super::emission::Shares;
 use super::importance::{ELSEWHERE, NORMAL_SCALE, Place, power};
 use super::resample::{Candidates, Chosen};
 use super::strata::{Apart, Cluster};
-use super::{LightSample, Profile, SampleOrigin};
+use super::{LightId, LightSample, Profile, SampleOrigin};
 use crate::scene::{Geometry, PunctualKind, Scene};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
@@ -35,15 +35,15 @@ const ROUGH: f64 = 0.05;
 pub(super) fn all(scene: &Scene, geometry: &Geometry) -> Vec<LightSample> {
     let mut samples = Vec::new();
     let world_from_nodes = scene.world_from_nodes();
-    for (light, index) in scene.lights.iter().zip(0..) {
+    for (id, light) in (0..).map(LightId).zip(&scene.lights) {
         let node = world_from_nodes[light.node.index()];
         let normal = node.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Y).as_vec3();
         let mut sample = LightSample {
-            position: geometry.light_position(index as usize, &node),
+            position: geometry.light_position(id, &node),
             normal,
             intensity: light.intensity,
             profile: Profile::Hemisphere,
-            origin: SampleOrigin::Punctual { light: index },
+            origin: SampleOrigin::Punctual { light: id },
             rectangle: None,
         };
         match light.kind {
@@ -80,7 +80,7 @@ pub(super) fn side(sample: &LightSample) -> u32 {
 }
 
 /// Which light, and which of its samples.
-pub(super) fn key(sample: &LightSample) -> Option<(u32, u32)> {
+pub(super) fn key(sample: &LightSample) -> Option<(LightId, u32)> {
     Some((sample.punctual()?, side(sample)))
 }
 

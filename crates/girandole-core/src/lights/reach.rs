@@ -34,8 +34,7 @@ pub(crate) fn share_reached(tracer: &SceneTracer, view: &View, samples: &[LightS
     order.sort_unstable_by(f32::total_cmp);
     let bright = order[order.len() - 1 - order.len() / 10];
     let (scene, geometry) = (tracer.scene(), tracer.geometry());
-    let emits =
-        |triangle: u32| scene.materials[geometry.triangles[triangle as usize].material as usize].emits();
+    let emits = |triangle: u32| scene.materials[geometry.triangles[triangle as usize].material].emits();
     let is_reached =
         |(&e, point): (&f32, &ViewPoint)| emits(point.triangle) || (e > 0.0 && e >= DIM * bright);
     let reached = irradiance.iter().zip(&points).filter(|pair| is_reached(*pair)).count();

@@ -81,7 +81,7 @@ fn own_random(candidate: &LightSample, seed: u32) -> f64 {
     let [a, b] = match candidate.origin {
         SampleOrigin::Emitter { triangle, point } => [triangle.wrapping_add(1 << 31), point],
         SampleOrigin::Bounce { path, bounce, .. } => [path, bounce],
-        SampleOrigin::Punctual { light } => [light, u32::MAX - 2 - punctual::side(candidate)],
+        SampleOrigin::Punctual { light } => [light.0, u32::MAX - 2 - punctual::side(candidate)],
         SampleOrigin::Environment { point, sun } => [point, u32::MAX - u32::from(sun)],
     };
     let low = sequence::hash(a ^ sequence::hash(b ^ seed));

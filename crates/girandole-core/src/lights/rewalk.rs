@@ -231,7 +231,7 @@ impl IncrementalWalk {
             self.moved = Some(self.frame);
             let is_moved = |source: &emitters::Source| match (source.triangle(), source.punctual()) {
                 (Some(triangle), _) => moved[geometry.triangles[triangle as usize].object as usize],
-                (_, Some(light)) => moved_lights[light as usize],
+                (_, Some(light)) => moved_lights[light.index()],
                 _ => false,
             };
             let moved_trees: Vec<bool> =

@@ -128,7 +128,7 @@ fn middle_of_most(points: &[Vec3]) -> Vec3 {
 mod tests {
     use super::*;
     use crate::scene::builtin::{self, MovingObject};
-    use crate::scene::{Environment, FieldOfView, Material, Mesh, Scene, Transform, Viewpoint};
+    use crate::scene::{Environment, FieldOfView, Material, MaterialId, Mesh, Scene, Transform, Viewpoint};
     use glam::DVec3;
 
     fn seen_by(tracer: &SceneTracer, views: &[View]) -> BoundingSphere {
@@ -190,7 +190,7 @@ mod tests {
                 let mut mesh = Mesh::default();
                 mesh.add_polygon(
                     &[(-size, -size), (x, -size), (x, size), (-size, size)].map(|(x, y)| Vec3::new(x, y, z)),
-                    0,
+                    MaterialId(0),
                 );
                 mesh
             };

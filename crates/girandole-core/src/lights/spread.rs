@@ -110,7 +110,7 @@ mod tests {
     use super::*;
     use crate::lights::{LightSet, LightSettings};
     use crate::scene::builtin::{self, MovingObject};
-    use crate::scene::{Geometry, Mesh, NONE, Transform};
+    use crate::scene::{Geometry, MaterialId, Mesh, NONE, Transform};
     use glam::Quat;
 
     #[test]
@@ -162,7 +162,7 @@ mod tests {
         let along = fitted.half_axes[0].normalize();
         // Two boards, 4 cm apart.
         let mut board = Mesh::default();
-        board.add_box(Vec3::new(0.02, -0.1, -1.0), Vec3::new(0.03, 0.5, 1.0), 0);
+        board.add_box(Vec3::new(0.02, -0.1, -1.0), Vec3::new(0.03, 0.5, 1.0), MaterialId(0));
         for side in [along, -along] {
             let place = sample.position + geometry.origin.as_vec3();
             let turn = Quat::from_rotation_arc(Vec3::X, side);

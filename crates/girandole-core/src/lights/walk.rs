@@ -335,9 +335,9 @@ impl Walk<'_> {
             });
         };
         let intensity = self.emissions.of_punctual(light);
-        let (index, light) = (light as usize, &scene.lights[light as usize]);
+        let (id, light) = (light, &scene.lights[light]);
         let node = self.world_from_nodes[light.node.index()];
-        let position = geometry.light_position(index, &node);
+        let position = geometry.light_position(id, &node);
         let forward = node.transform_vector3(DVec3::NEG_Z).normalize_or(DVec3::NEG_Y).as_vec3();
         let s = Vec2::new(self.at(path, 2), self.at(path, 3));
         let (origin, direction) = match light.kind {

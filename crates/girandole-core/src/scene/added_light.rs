@@ -86,7 +86,7 @@ fn is_in_view(scene: &Scene, geometry: &Geometry, view: &LocalView, triangle: u3
     let middle = geometry.corners(triangle).into_iter().sum::<Vec3>() / 3.0;
     let (ndc, distance) = view.project(middle);
     let direction = if view.orthographic { view.forward } else { middle - view.eye };
-    let material = &scene.materials[geometry.triangles[triangle as usize].material as usize];
+    let material = &scene.materials[geometry.triangles[triangle as usize].material];
     distance > view.clip.near
         && distance < view.clip.far
         && ndc.abs().max_element() <= 1.0

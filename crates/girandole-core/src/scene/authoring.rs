@@ -3,8 +3,8 @@
 
 use super::changes::{check_light, insert, invalid};
 use super::{
-    Camera, LightId, Material, Node, Object, ObjectId, Projection, PunctualKind, PunctualLight, Scene,
-    Transform, Viewpoint,
+    Camera, LightId, Material, MaterialId, Node, Object, ObjectId, Projection, PunctualKind, PunctualLight,
+    Scene, Transform, Viewpoint,
 };
 use crate::Result;
 use crate::lights::SpotCone;
@@ -140,22 +140,22 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error::Invalid) where there is no such material, or a number is not between 0 and 1.
-    pub fn set_shades(&mut self, material: u32, shades: Shades) -> Result<()> {
+    pub fn set_shades(&mut self, material: MaterialId, shades: Shades) -> Result<()> {
         let Shades { base_color, metallic, roughness, specular } = shades;
         let all = [base_color.to_array().as_slice(), &[metallic, roughness, specular]].concat();
         if !all.iter().all(|x| (0.0..=1.0).contains(x)) {
             return invalid("a material reflects between 0 and 1 of the light; correct its numbers".into());
         }
         let count = self.materials.len();
-        let Some(found) = self.materials.get_mut(material as usize) else {
+        let Some(found) = self.materials.get_mut(material.index()) else {
             return invalid(format!("there is no material {material}; the scene has {count}"));
         };
         let next = found.with_shades(shades);
         let before = std::mem::replace(found, next);
-        if self.materials[material as usize] == before {
+        if self.materials[material] == before {
             return Ok(());
         }
-        if self.materials[material as usize].is_like_but_for_shades(&before) {
+        if self.materials[material].is_like_but_for_shades(&before) {
             self.open();
             self.note_motion(&[], &[material], &[]);
         } else {

@@ -2,7 +2,9 @@
 
 use super::frame_of_reference::Box3;
 use super::motion::Pose;
-use super::{FrameOfReference, LightId, MAX_EXTENT, Mesh, Node, NodeId, Object, ObjectId, Scene, Transform};
+use super::{
+    FrameOfReference, LightId, MAX_EXTENT, MaterialId, Mesh, Node, NodeId, Object, ObjectId, Scene, Transform,
+};
 use crate::generation::Generation;
 use crate::{Error, Result};
 use glam::{DAffine3, Vec3};
@@ -22,8 +24,8 @@ pub struct SceneChanges {
     pub added: Vec<ObjectId>,
     /// Objects that were there before and are not after.
     pub removed: Vec<ObjectId>,
-    /// Indices of materials whose emission changed, or whose factors did, and of new ones.
-    pub materials: Vec<u32>,
+    /// Materials whose emission changed, or whose factors did, and new ones.
+    pub materials: Vec<MaterialId>,
     /// Punctual lights that moved, or whose intensity changed.
     pub lights: Vec<LightId>,
     /// Whether some of these materials reflect otherwise.
@@ -296,9 +298,9 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Invalid`] where there is no such material, or a channel is negative or not finite.
-    pub fn set_emission(&mut self, material: u32, emission: Vec3) -> Result<()> {
+    pub fn set_emission(&mut self, material: MaterialId, emission: Vec3) -> Result<()> {
         let count = self.materials.len();
-        let Some(found) = self.materials.get_mut(material as usize) else {
+        let Some(found) = self.materials.get_mut(material.index()) else {
             return invalid(format!("there is no material {material}; the scene has {count}"));
         };
         check_light(emission)?;
@@ -383,7 +385,7 @@ impl Scene {
     }
 
     /// Writes down that a material is new or another one, if anybody may have seen the scene without.
-    pub(super) fn material_changed(&mut self, material: u32) {
+    pub(super) fn material_changed(&mut self, material: MaterialId) {
         if self.is_open() {
             insert(&mut self.record.pending.materials, material);
             self.stamp();
@@ -391,7 +393,7 @@ impl Scene {
     }
 
     /// Takes note that nodes, materials and lights, as many as there were, have other places, shades and strengths.
-    pub(super) fn note_motion(&mut self, nodes: &[NodeId], materials: &[u32], lights: &[LightId]) {
+    pub(super) fn note_motion(&mut self, nodes: &[NodeId], materials: &[MaterialId], lights: &[LightId]) {
         let moves = self.at_or_below(|node| nodes.contains(&node));
         let moved = |(_, object): &(ObjectId, &Object)| {
             self.is_moved_by(object, &moves)

@@ -134,7 +134,7 @@ fn find(
         return;
     }
     let index = |triangle: u32| geometry.triangles[triangle as usize].material;
-    let material = |triangle: u32| &scene.materials[index(triangle) as usize];
+    let material = |triangle: u32| &scene.materials[index(triangle)];
     let mut kept: Vec<Kept> = Vec::new();
     for &triangle in triangles {
         let (place, turned) = place(geometry, triangle);

@@ -146,7 +146,7 @@ pub(super) fn is_enclosed(tracer: &SceneTracer<'_>, point: Vec3) -> bool {
         let material = geometry.triangles[hit.triangle as usize].material;
         if geometry.normal(hit.triangle).dot(direction) < 0.0 {
             fronts += 1;
-        } else if !scene.materials[material as usize].double_sided {
+        } else if !scene.materials[material].double_sided {
             return false;
         }
     }

@@ -4,7 +4,7 @@
 //! Contents count, and neither names nor files nor what was removed: a scene that was edited has the fingerprint
 //! of one that is loaded with the same edits. It tells mistakes apart, and is no defence against malice.
 
-use super::{Camera, Environment, Material, Mesh, NodeId, PunctualLight, Scene, Skin, Texture};
+use super::{Camera, Environment, Material, MaterialId, Mesh, NodeId, PunctualLight, Scene, Skin, Texture};
 use crate::parallel;
 use bytemuck::NoUninit;
 use glam::DAffine3;
@@ -69,9 +69,9 @@ impl Scene {
         let meshes: Vec<usize> = meshes.into_iter().collect();
         let of_meshes = parallel::map(&meshes, |&mesh| of_mesh(&self.meshes[mesh]));
         let triangles = meshes.iter().flat_map(|&mesh| &self.meshes[mesh].triangles);
-        let materials: BTreeSet<u32> = triangles.map(|t| t.material).collect();
-        let materials = materials.iter().filter_map(|&m| Some((m, self.materials.get(m as usize)?)));
-        let materials: Vec<(u32, &Material)> = materials.collect();
+        let materials: BTreeSet<MaterialId> = triangles.map(|t| t.material).collect();
+        let materials = materials.iter().filter_map(|&m| Some((m, self.materials.get(m.index())?)));
+        let materials: Vec<(MaterialId, &Material)> = materials.collect();
         let textures: BTreeSet<u32> =
             materials.iter().flat_map(|(_, m)| m.textures().map(|t| t.texture)).collect();
         let textures: Vec<u32> = textures.into_iter().collect();
@@ -135,7 +135,7 @@ fn of_mesh(mesh: &Mesh) -> Fingerprint {
     sum.items(&mesh.colors);
     for triangle in &mesh.triangles {
         let [a, b, c] = triangle.vertices;
-        sum.items(&[a, b, c, triangle.material]);
+        sum.items(&[a, b, c, triangle.material.0]);
     }
     for weight in &mesh.joint_weights {
         sum.items(&[weight.joint, weight.weight.to_bits()]);

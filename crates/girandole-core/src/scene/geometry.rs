@@ -1,7 +1,7 @@
 //! The scene flattened to world space: what rays, light samples and the renderer work on.
 
 use super::hierarchy::WorldFromNode;
-use super::{FrameOfReference, Mesh, NONE, Scene, coincident};
+use super::{FrameOfReference, LightId, MaterialId, Mesh, NONE, Scene, coincident};
 use crate::Result;
 use crate::brdf::Surface;
 use crate::generation::Generation;
@@ -19,8 +19,8 @@ pub struct Triangle {
     pub vertices: [u32; 3],
     /// Index into the scene's objects.
     pub object: u32,
-    /// Index into the scene's materials.
-    pub material: u32,
+    /// Its material.
+    pub material: MaterialId,
     /// Index into [`Geometry::patches`], or [`NONE`].
     pub patch: u32,
 }
@@ -30,8 +30,8 @@ pub struct Triangle {
 pub struct WorldPatch {
     /// Index into the scene's objects.
     pub object: u32,
-    /// Index into the scene's materials.
-    pub material: u32,
+    /// Its material.
+    pub material: MaterialId,
     /// Corners, counter-clockwise seen from the front.
     pub outline: Vec<Vec3>,
     /// Unit normal of the front side.
@@ -129,8 +129,8 @@ impl Geometry {
     }
 
     /// Where a punctual light on this node shines from, relative to the origin: where it is, or just beside the surface that it lies on.
-    pub fn light_position(&self, light: usize, world_from_node: &DAffine3) -> Vec3 {
-        let shift = self.light_shifts.get(light).copied().unwrap_or(Vec3::ZERO);
+    pub fn light_position(&self, light: LightId, world_from_node: &DAffine3) -> Vec3 {
+        let shift = self.light_shifts.get(light.index()).copied().unwrap_or(Vec3::ZERO);
         (world_from_node.translation - self.origin).as_vec3() + shift
     }
 
@@ -360,20 +360,20 @@ impl Geometry {
 
     /// Whether a triangle's material lets light through.
     pub fn is_transparent(&self, scene: &Scene, triangle: u32) -> bool {
-        scene.materials[self.triangles[triangle as usize].material as usize].is_transparent()
+        scene.materials[self.triangles[triangle as usize].material].is_transparent()
     }
 
     /// Whether the shading normals of a patch are that of its plane everywhere.
     pub fn is_flat(&self, scene: &Scene, patch: &WorldPatch) -> bool {
         let normal = |vertex: u32| self.normals[vertex as usize].normalize_or(patch.normal);
         let of_plane = |vertex: &u32| normal(*vertex).dot(patch.normal) > 0.99999;
-        scene.materials[patch.material as usize].normal_texture.is_none()
+        scene.materials[patch.material].normal_texture.is_none()
             && patch.triangles.clone().all(|t| self.triangles[t as usize].vertices.iter().all(of_plane))
     }
 
     /// Whether there is no surface at a point of an alpha-masked triangle.
     pub fn is_cut_out(&self, scene: &Scene, triangle: u32, barycentric: Vec2) -> bool {
-        let material = &scene.materials[self.triangles[triangle as usize].material as usize];
+        let material = &scene.materials[self.triangles[triangle as usize].material];
         let Some(cutoff) = material.alpha_cutoff else { return false };
         let texel =
             material.base_color_texture.map_or(1.0, |t| self.sample(scene, t, triangle, barycentric).w);
@@ -382,13 +382,13 @@ impl Geometry {
 
     /// Radiance that a triangle emits from its front at a point, W/(sr·m²).
     pub fn emission(&self, scene: &Scene, triangle: u32, barycentric: Vec2) -> Vec3 {
-        let material = &scene.materials[self.triangles[triangle as usize].material as usize];
+        let material = &scene.materials[self.triangles[triangle as usize].material];
         material.emission * self.emission_factor(scene, triangle, barycentric)
     }
 
     /// What the texture makes of that.
     pub(crate) fn emission_factor(&self, scene: &Scene, triangle: u32, barycentric: Vec2) -> Vec3 {
-        let material = &scene.materials[self.triangles[triangle as usize].material as usize];
+        let material = &scene.materials[self.triangles[triangle as usize].material];
         material
             .emission_texture
             .map_or(Vec3::ONE, |t| self.sample(scene, t, triangle, barycentric).truncate())
@@ -403,7 +403,7 @@ impl Geometry {
     /// the back, a double-sided one turns its normals around; a single-sided one is black and faces away.
     pub fn surface(&self, scene: &Scene, triangle: u32, barycentric: Vec2, wo: Vec3) -> Surface {
         let t = &self.triangles[triangle as usize];
-        let material = &scene.materials[t.material as usize];
+        let material = &scene.materials[t.material];
         let sample = |texture: Option<super::TextureRef>| {
             texture.map_or(Vec4::ONE, |x| self.sample(scene, x, triangle, barycentric))
         };
@@ -481,8 +481,7 @@ impl Geometry {
             let direction = (direction + Vec3::new(0.013, 0.007, 0.011)).normalize();
             tracer.closest_hit(point, direction, f32::INFINITY, NONE).is_some_and(|hit| {
                 let t = &self.triangles[hit.triangle as usize];
-                scene.materials[t.material as usize].double_sided
-                    || self.normal(hit.triangle).dot(direction) < 0.0
+                scene.materials[t.material].double_sided || self.normal(hit.triangle).dot(direction) < 0.0
             })
         })
     }

@@ -1,6 +1,6 @@
 //! What names the parts of a scene: indices into its lists that cannot be taken for each other.
 
-use super::{Node, Object, PunctualLight};
+use super::{Material, Node, Object, PunctualLight};
 use std::fmt;
 use std::ops::{Index, IndexMut};
 
@@ -8,6 +8,7 @@ macro_rules! id {
     ($(#[$doc:meta])* $name:ident of $item:ty) => {
         $(#[$doc])*
         #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "import", derive(serde::Serialize, serde::Deserialize))]
         pub struct $name(pub u32);
 
         impl $name {
@@ -53,13 +54,35 @@ macro_rules! id {
 }
 
 id! {
-    /// A node of the transform hierarchy: [`Scene::nodes`](super::Scene::nodes) takes it as an index.
+    /// A node of the transform hierarchy: [`Scene::nodes`](super::Scene::nodes) takes it as an index. An object is not the node that
+    /// it is on:
+    ///
+    /// ```compile_fail,E0308
+    /// # use girandole_core::scene::{Mesh, Scene, Transform};
+    /// let mut scene = Scene::default();
+    /// let object = scene.add_object("ball", Mesh::default(), Transform::IDENTITY);
+    /// scene.set_transform(object, Transform::IDENTITY)?;
+    /// # Ok::<(), girandole_core::Error>(())
+    /// ```
+    ///
+    /// ```
+    /// # use girandole_core::scene::{Mesh, Scene, Transform};
+    /// # let mut scene = Scene::default();
+    /// # let object = scene.add_object("ball", Mesh::default(), Transform::IDENTITY);
+    /// scene.set_transform(scene.objects[object].node, Transform::IDENTITY)?;
+    /// # Ok::<(), girandole_core::Error>(())
+    /// ```
     NodeId of Node
 }
 
 id! {
     /// An object: [`Scene::objects`](super::Scene::objects) takes it as an index. It is never used again for another one.
     ObjectId of Object
+}
+
+id! {
+    /// A material: [`Scene::materials`](super::Scene::materials) takes it as an index.
+    MaterialId of Material
 }
 
 id! {

@@ -46,7 +46,7 @@ pub(super) fn shifts(scene: &Scene, geometry: &Geometry) -> Vec<Vec3> {
         for place in places[first..].iter_mut().take_while(|place| place.position.x <= high.x) {
             let is_near = place.position.cmpge(low).all() && place.position.cmple(high).all();
             if is_near && touches(place.position, corners, place.distance) {
-                let double_sided = scene.materials[triangle.material as usize].double_sided;
+                let double_sided = scene.materials[triangle.material].double_sided;
                 place.add(geometry, geometry.normal(index), double_sided);
             }
         }

@@ -1,6 +1,6 @@
 //! Triangle meshes in object space, with their planar patches.
 
-use super::{JointWeight, MorphTarget};
+use super::{JointWeight, MaterialId, MorphTarget};
 use crate::{Error, Result};
 use glam::{Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
@@ -12,8 +12,8 @@ use std::ops::Range;
 pub struct MeshTriangle {
     /// Indices into the mesh's vertex arrays.
     pub vertices: [u32; 3],
-    /// Index into the scene's materials.
-    pub material: u32,
+    /// Its material.
+    pub material: MaterialId,
 }
 
 /// A planar, convex polygon of a mesh that consists of whole triangles of one material.
@@ -72,7 +72,7 @@ impl Mesh {
             "does not have tangents, texture coordinates or colours for all vertices"
         } else if !self.triangles.iter().all(|t| t.vertices.into_iter().all(is_known)) {
             "has a triangle with a vertex that does not exist"
-        } else if !self.triangles.iter().all(|t| (t.material as usize) < materials) {
+        } else if !self.triangles.iter().all(|t| (t.material.index()) < materials) {
             "has a triangle with a material that does not exist; add the material first"
         } else if !self.patches.iter().all(|p| {
             p.triangles.start <= p.triangles.end
@@ -99,7 +99,7 @@ impl Mesh {
 
     /// Adds a planar convex polygon as a patch, fanned from its first corner. Corners are counter-clockwise seen
     /// from the front. Call it before any triangle that belongs to no patch is added.
-    pub fn add_polygon(&mut self, corners: &[Vec3], material: u32) {
+    pub fn add_polygon(&mut self, corners: &[Vec3], material: MaterialId) {
         debug_assert_eq!(
             self.triangles.len(),
             self.patches.last().map_or(0, |p| p.triangles.end as usize),
@@ -128,7 +128,7 @@ impl Mesh {
     }
 
     /// Adds an axis-aligned box as six patches that face outwards.
-    pub fn add_box(&mut self, min: Vec3, max: Vec3, material: u32) {
+    pub fn add_box(&mut self, min: Vec3, max: Vec3, material: MaterialId) {
         let corner = |x: bool, y: bool, z: bool| {
             Vec3::new(
                 if x { max.x } else { min.x },

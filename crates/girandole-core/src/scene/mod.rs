@@ -80,7 +80,7 @@ pub use frame_of_reference::FrameOfReference;
 pub use geometry::{Geometry, ObjectRange, Triangle, WorldPatch};
 #[cfg(feature = "import")]
 pub use gltf::{load_gltf, load_gltf_slice};
-pub use ids::{LightId, NodeId, ObjectId};
+pub use ids::{LightId, MaterialId, NodeId, ObjectId};
 #[cfg(feature = "import")]
 pub use load::LoadOptions;
 pub use material::{ColorSpace, Filter, Material, NormalTexture, Texture, TextureRef, Wrap};
@@ -235,12 +235,12 @@ impl Scene {
         (self.objects.len() - 1).into()
     }
 
-    /// Adds a material and returns its index.
-    pub fn add_material(&mut self, material: Material) -> u32 {
+    /// Adds a material.
+    pub fn add_material(&mut self, material: Material) -> MaterialId {
         self.materials.push(material);
-        let index = (self.materials.len() - 1) as u32;
-        self.material_changed(index);
-        index
+        let id = (self.materials.len() - 1).into();
+        self.material_changed(id);
+        id
     }
 
     /// The objects that are there.

@@ -2,7 +2,7 @@
 
 use super::MAX_EXTENT;
 use super::mesh::{weld, weld_by};
-use super::{Mesh, Scene, mark_patches};
+use super::{MaterialId, Mesh, Scene, mark_patches};
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashSet;
 
@@ -70,7 +70,7 @@ pub(crate) fn drop_duplicates(mesh: &mut Mesh) -> usize {
     } else {
         weld_by(0..mesh.positions.len(), |&v| deformation_bits(mesh, v))
     };
-    let mut seen: FxHashSet<(u32, [u32; 3])> = FxHashSet::default();
+    let mut seen: FxHashSet<(MaterialId, [u32; 3])> = FxHashSet::default();
     seen.reserve(mesh.triangles.len());
     let before = mesh.triangles.len();
     mesh.triangles.retain(|t| {

@@ -23,8 +23,8 @@
 //! ```
 
 use super::{
-    Camera, Edit, Edits, FrameOfReference, LightId, Material, Mesh, Node, NodeId, Object, PunctualLight,
-    Scene,
+    Camera, Edit, Edits, FrameOfReference, LightId, Material, MaterialId, Mesh, Node, NodeId, Object,
+    PunctualLight, Scene,
 };
 
 /// What changes of an open scene can change, and the edits that led to it.
@@ -144,8 +144,8 @@ impl Step {
     pub fn exchange(&mut self, scene: &mut Scene, edits: &mut Edits) {
         let stays = self.keeps_all_but_motion(scene);
         let moved: Vec<NodeId> = self.nodes.changed.iter().map(|(node, _)| (*node).into()).collect();
-        let materials: Vec<u32> =
-            self.materials.changed.iter().map(|(material, _)| *material as u32).collect();
+        let materials: Vec<MaterialId> =
+            self.materials.changed.iter().map(|(material, _)| (*material).into()).collect();
         let lights: Vec<LightId> = self.lights.changed.iter().map(|(light, _)| (*light).into()).collect();
         self.nodes.exchange(&mut scene.nodes);
         self.objects.exchange(&mut scene.objects);

@@ -4,8 +4,8 @@ use super::added_light::AddedLight;
 use super::defaults::{inside, is_enclosed};
 use super::environment::pixel_direction;
 use super::{
-    ClipPlanes, Environment, FieldOfView, Geometry, Material, PunctualKind, PunctualLight, Scene, Transform,
-    View, Viewpoint,
+    ClipPlanes, Environment, FieldOfView, Geometry, Material, MaterialId, PunctualKind, PunctualLight, Scene,
+    Transform, View, Viewpoint,
 };
 use crate::image::Image;
 use crate::lights::{LightSet, LightSettings, share_reached};
@@ -99,8 +99,7 @@ impl Scene {
             self.materials.iter_mut().for_each(|material| material.double_sided = true);
             geometry = Geometry::in_slices(self).await;
         }
-        let used: Vec<&Material> =
-            geometry.triangles.iter().map(|t| &self.materials[t.material as usize]).collect();
+        let used: Vec<&Material> = geometry.triangles.iter().map(|t| &self.materials[t.material]).collect();
         if !used.is_empty() && used.iter().all(|material| material.unlit) {
             return;
         }
@@ -209,7 +208,7 @@ impl Scene {
 
     /// Whether anything is to emit, of whatever size.
     pub(crate) fn shines(&self) -> bool {
-        let emits = |material: u32| self.materials.get(material as usize).is_some_and(Material::emits);
+        let emits = |material: MaterialId| self.materials.get(material.index()).is_some_and(Material::emits);
         self.environment.as_ref().is_some_and(Environment::shines)
             || self.lights.iter().any(|l| l.intensity.max_element() > 0.0)
             || self

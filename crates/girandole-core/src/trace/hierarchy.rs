@@ -49,7 +49,7 @@ impl Hierarchy {
             .iter()
             .map(|&i| triangles[i as usize])
             .map(|triangle| {
-                let material = &scene.materials[geometry.triangles[triangle as usize].material as usize];
+                let material = &scene.materials[geometry.triangles[triangle as usize].material];
                 Leaf {
                     corners: geometry.corners(triangle),
                     triangle,

@@ -1,6 +1,8 @@
 use super::hierarchy::{MAX_DEPTH, boxes, clustered, depth, has_long_chains, is_long};
 use super::*;
-use crate::scene::{ColorSpace, Filter, Material, Mesh, MeshTriangle, Texture, TextureRef, Transform, Wrap};
+use crate::scene::{
+    ColorSpace, Filter, Material, MaterialId, Mesh, MeshTriangle, Texture, TextureRef, Transform, Wrap,
+};
 
 struct Numbers(u64);
 
@@ -30,7 +32,7 @@ fn add_triangle(mesh: &mut Mesh, corners: [Vec3; 3]) {
     let first = mesh.positions.len() as u32;
     mesh.positions.extend(corners);
     mesh.normals.extend([Vec3::Y; 3]);
-    mesh.triangles.push(MeshTriangle { vertices: [first, first + 1, first + 2], material: 0 });
+    mesh.triangles.push(MeshTriangle { vertices: [first, first + 1, first + 2], material: MaterialId(0) });
 }
 
 fn soup(numbers: &mut Numbers, count: usize, scale: f32) -> Mesh {
@@ -71,7 +73,7 @@ fn sphere(rings: u32, segments: u32) -> Mesh {
 
 fn closed_box() -> Mesh {
     let mut mesh = Mesh::default();
-    mesh.add_box(Vec3::new(-1.0, -0.7, -0.3), Vec3::new(0.9, 0.8, 0.6), 0);
+    mesh.add_box(Vec3::new(-1.0, -0.7, -0.3), Vec3::new(0.9, 0.8, 0.6), MaterialId(0));
     mesh
 }
 
@@ -146,7 +148,7 @@ fn axis_parallel_rays_in_boxes() {
         .map(|_| {
             let mut mesh = Mesh::default();
             let at = numbers.vector() * 4.0;
-            mesh.add_box(at, at + (numbers.vector() + 1.5) * 0.3, 0);
+            mesh.add_box(at, at + (numbers.vector() + 1.5) * 0.3, MaterialId(0));
             mesh
         })
         .collect();
@@ -217,8 +219,8 @@ fn near_walls_block() {
     // A wall 20 µm from the start of a ray 10 m long.
     let mut mesh = Mesh::default();
     let wall = |z: f32| [Vec3::new(-5.0, -5.0, z), Vec3::new(5.0, -5.0, z), Vec3::new(5.0, 5.0, z)];
-    mesh.add_polygon(&wall(2e-5), 0);
-    mesh.add_polygon(&wall(20.0), 0);
+    mesh.add_polygon(&wall(2e-5), MaterialId(0));
+    mesh.add_polygon(&wall(20.0), MaterialId(0));
     let (scene, geometry) = scene([mesh]);
     let tracer = SceneTracer::new(&scene, &geometry);
     let from = Vec3::new(1.0, -1.0, -geometry.origin.z as f32);
@@ -310,8 +312,8 @@ fn cameras_do_not_see_backs() {
     let square = |z: f32| {
         [Vec3::new(-1.0, -1.0, z), Vec3::new(1.0, -1.0, z), Vec3::new(1.0, 1.0, z), Vec3::new(-1.0, 1.0, z)]
     };
-    mesh.add_polygon(&square(-1.0), 0);
-    mesh.add_polygon(&square(1.0), 1);
+    mesh.add_polygon(&square(-1.0), MaterialId(0));
+    mesh.add_polygon(&square(1.0), MaterialId(1));
     let (scene, geometry) = scene([mesh]);
     let tracer = SceneTracer::new(&scene, &geometry);
     let seen = |from: f32| {
@@ -333,7 +335,7 @@ fn transparent_surfaces_are_met_in_order() {
     };
     let mut mesh = Mesh::default();
     for (z, material) in [(-2.0, 1), (2.0, 0), (1.0, 1), (0.0, 1)] {
-        mesh.add_polygon(&square(z), material);
+        mesh.add_polygon(&square(z), material.into());
     }
     let (mut scene, _) = scene([mesh]);
     scene.materials[1] = Material { blended: true, alpha: 0.5, ..Material::default() };
@@ -365,7 +367,7 @@ fn masks_cut_holes() {
         Vec3::new(1.0, 1.0, 0.0),
         Vec3::new(-1.0, 1.0, 0.0),
     ];
-    mesh.add_polygon(&square, 0);
+    mesh.add_polygon(&square, MaterialId(0));
     let (mut scene, geometry) = scene([mesh]);
     scene.textures.push(Texture {
         name: String::new(),

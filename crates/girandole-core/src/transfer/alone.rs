@@ -2,7 +2,7 @@
 
 use super::{bounds_of, invalid, orthogonal_part};
 use crate::Result;
-use crate::scene::{Geometry, Material, Mesh, Object, ObjectId, Scene, TextureRef, Transform};
+use crate::scene::{Geometry, Material, MaterialId, Mesh, Object, ObjectId, Scene, TextureRef, Transform};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use std::collections::BTreeMap;
 
@@ -41,7 +41,7 @@ impl Alone {
         }
         let stretch = orthogonal_part(linear).is_none().then_some(linear);
         let mut alone = Scene::default();
-        let mut materials: BTreeMap<u32, u32> = BTreeMap::new();
+        let mut materials: BTreeMap<MaterialId, MaterialId> = BTreeMap::new();
         let mut kept = Mesh {
             positions: mesh.positions.clone(),
             normals: mesh.normals.clone(),
@@ -49,14 +49,15 @@ impl Alone {
             ..Mesh::default()
         };
         for triangle in &mut kept.triangles {
-            let next = materials.len() as u32;
+            let next = materials.len().into();
             triangle.material = *materials.entry(triangle.material).or_insert(next);
         }
-        let mut used: Vec<(u32, u32)> = materials.into_iter().map(|(old, new)| (new, old)).collect();
+        let mut used: Vec<(MaterialId, MaterialId)> =
+            materials.into_iter().map(|(old, new)| (new, old)).collect();
         used.sort_unstable();
         let mut textures: BTreeMap<u32, u32> = BTreeMap::new();
         for (_, index) in used {
-            let material = &scene.materials[index as usize];
+            let material = &scene.materials[index];
             if material.is_transparent() {
                 return invalid(format!(
                     "object {} `{}` lets light through and cannot have transfer; shade it by shadow maps",
@@ -126,15 +127,15 @@ impl Alone {
     pub fn uniform_albedos(&self, geometry: &Geometry) -> Vec<Option<Vec3>> {
         let mut uniform: Vec<Option<Vec3>> = vec![None; self.scene.materials.len()];
         for (index, triangle) in (0..).zip(&geometry.triangles) {
-            let material = &self.scene.materials[triangle.material as usize];
+            let material = &self.scene.materials[triangle.material];
             let colored = material.vertex_colors && !geometry.colors.is_empty();
-            if uniform[triangle.material as usize].is_none()
+            if uniform[triangle.material.index()].is_none()
                 && !colored
                 && material.textures().next().is_none()
             {
                 let at = glam::Vec2::splat(1.0 / 3.0);
                 let surface = geometry.surface(&self.scene, index, at, geometry.normal(index));
-                uniform[triangle.material as usize] = Some(surface.albedo);
+                uniform[triangle.material.index()] = Some(surface.albedo);
             }
         }
         uniform

@@ -91,7 +91,7 @@ fn key(alone: &Alone, settings: &TransferSettings) -> u64 {
     }
     for triangle in &mesh.triangles {
         hasher.write(bytemuck::cast_slice(&triangle.vertices));
-        hasher.write_u32(triangle.material);
+        hasher.write_u32(triangle.material.0);
     }
     for texture in &alone.scene.textures {
         hasher.write(bytemuck::cast_slice(&texture.texels));

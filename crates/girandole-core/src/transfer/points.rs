@@ -42,7 +42,7 @@ pub(super) fn at_vertices(tracer: &SceneTracer, double_sided: &[bool], sides: us
             let (sum, triangles) = &mut inwards[vertex as usize];
             *sum += (middle - corner).normalize_or_zero();
             *triangles += 1;
-            has_back[vertex as usize] |= double_sided[triangle.material as usize];
+            has_back[vertex as usize] |= double_sided[triangle.material.index()];
         }
     }
     let point = |(side, vertex): (usize, usize)| {
@@ -74,7 +74,7 @@ pub(super) fn at_reflectors(
         let turned = if side == 1 { -1.0 } else { 1.0 };
         let surface = geometry.normal(triangle) * turned;
         let start = tracer.offset_ray_origin(geometry.point(triangle, at), surface);
-        let has_side = side == 0 || double_sided[geometry.triangles[triangle as usize].material as usize];
+        let has_side = side == 0 || double_sided[geometry.triangles[triangle as usize].material.index()];
         let normal = || geometry.surface(scene, triangle, at, surface).shading_normal;
         Point { start, normal: if has_side { normal() } else { Vec3::ZERO }, surface }
     };

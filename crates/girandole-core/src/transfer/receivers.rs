@@ -55,10 +55,10 @@ impl Object<'_> {
         let (geometry, scene) = (self.tracer.geometry(), self.tracer.scene());
         let triangle = &geometry.triangles[hit.triangle as usize];
         let from_back = geometry.normal(hit.triangle).dot(direction) > 0.0;
-        if from_back && !scene.materials[triangle.material as usize].double_sided {
+        if from_back && !scene.materials[triangle.material].double_sided {
             return None;
         }
-        let albedo = self.albedos[triangle.material as usize]
+        let albedo = self.albedos[triangle.material.index()]
             .unwrap_or_else(|| geometry.surface(scene, hit.triangle, hit.barycentric, -direction).albedo);
         let first = if from_back { self.reflectors.count() } else { 0 };
         (albedo != Vec3::ZERO).then(|| (albedo, first + self.reflectors.at(hit.triangle, hit.barycentric)))

@@ -73,12 +73,12 @@ mod tests {
     use super::*;
     use crate::math::sequence;
     use crate::scene::builtin::shapes;
-    use crate::scene::{Material, Scene, Transform};
+    use crate::scene::{Material, MaterialId, Scene, Transform};
 
     fn sphere() -> Geometry {
         let mut scene = Scene::default();
         scene.add_material(Material::default());
-        scene.add_object("", shapes::sphere(1.0, 12, 6, 0), Transform::IDENTITY);
+        scene.add_object("", shapes::sphere(1.0, 12, 6, MaterialId(0)), Transform::IDENTITY);
         Geometry::new(&scene)
     }
 

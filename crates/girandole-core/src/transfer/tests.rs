@@ -1,6 +1,6 @@
 use super::*;
 use crate::scene::builtin::shapes;
-use crate::scene::{Material, Mesh, Transform};
+use crate::scene::{Material, MaterialId, Mesh, Transform};
 
 use std::f32::consts::PI;
 
@@ -16,7 +16,7 @@ fn alone(mesh: Mesh, material: Material, local: Transform) -> Scene {
 }
 
 fn torus(albedo: Vec3, local: Transform) -> Scene {
-    alone(shapes::torus(0.36, 0.14, 24, 12, 0), Material::diffuse("", albedo), local)
+    alone(shapes::torus(0.36, 0.14, 24, 12, MaterialId(0)), Material::diffuse("", albedo), local)
 }
 
 fn few(bounces: u32) -> TransferSettings {

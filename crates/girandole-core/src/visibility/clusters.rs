@@ -60,7 +60,7 @@ impl ClusterTriangle {
             middle: a + b + c,
             normal: geometry.normal(triangle).as_dvec3(),
             area: f64::from(geometry.area(triangle)),
-            double_sided: scene.materials[material as usize].double_sided,
+            double_sided: scene.materials[material].double_sided,
         }
     }
 }

@@ -70,7 +70,7 @@ pub(super) struct Mirrors {
 impl Mirrors {
     pub fn of(scene: &Scene, geometry: &Geometry, surfaces: &Surfaces) -> Self {
         let materials = smooth_materials(scene);
-        let is_smooth = |triangle: u32| materials[geometry.triangles[triangle as usize].material as usize];
+        let is_smooth = |triangle: u32| materials[geometry.triangles[triangle as usize].material.index()];
         let of_patch = |patch: &SimplePatch| match geometry.patches.get(patch.patch as usize) {
             _ if !is_smooth(patch.triangles.start) => Mirror::No,
             Some(of) if geometry.is_flat(scene, of) && !patch.double_sided => Mirror::Flat,

@@ -285,7 +285,7 @@ impl SimplePatch {
         if !within || tilt > MAX_TILT || tilt.is_nan() {
             return None;
         }
-        let material = &scene.materials[material as usize];
+        let material = &scene.materials[material];
         Some(Self {
             patch,
             object,
@@ -314,7 +314,7 @@ fn is_convex(scene: &Scene, geometry: &Geometry, tree: &ClusterTree, tolerance: 
     tree.order.iter().zip(&tree.corners).all(|(&t, corners)| {
         let normal = geometry.normal(t).as_dvec3();
         let least = corners.iter().map(|c| normal.dot(*c)).fold(f64::INFINITY, f64::min);
-        let double_sided = scene.materials[geometry.triangles[t as usize].material as usize].double_sided;
+        let double_sided = scene.materials[geometry.triangles[t as usize].material].double_sided;
         !double_sided && tree.extends_beyond(normal, least + tolerance.ray_offset, &mut visits) == Some(false)
     })
 }

@@ -2,11 +2,11 @@
 
 use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::scene::{
-    Camera, ClipPlanes, Geometry, Material, Mesh, NONE, Projection, Scene, Transform, View,
+    Camera, ClipPlanes, Geometry, Material, MaterialId, Mesh, NONE, Projection, Scene, Transform, View,
 };
 use girandole_core::trace::SceneTracer;
 
-fn cuboid(low: Vec3, high: Vec3, material: u32) -> Mesh {
+fn cuboid(low: Vec3, high: Vec3, material: MaterialId) -> Mesh {
     let mut mesh = Mesh::default();
     mesh.add_box(low, high, material);
     mesh
@@ -70,7 +70,7 @@ fn a_lamp_in_a_shade_goes_elsewhere() {
     assert!(share_lit(&plain) > 0.9);
     // A shade about the place of that lamp, open towards the floor.
     let mut scene = room(true, false);
-    let mut shade = cuboid(Vec3::new(-0.1, 2.0, -0.1), Vec3::new(0.1, 2.9, 0.1), 0);
+    let mut shade = cuboid(Vec3::new(-0.1, 2.0, -0.1), Vec3::new(0.1, 2.9, 0.1), MaterialId(0));
     let is_low = |v: &u32| shade.positions[*v as usize].y < 2.1;
     let bottom = shade.patches.iter().position(|patch| patch.outline.iter().all(is_low)).expect("a bottom");
     let triangles = shade.patches[bottom].triangles.clone();
@@ -141,7 +141,7 @@ fn turned_normals_are_named() {
     );
     assert!(share_lit(&scene) > 0.6, "{}", share_lit(&scene));
     // The control: the panel's front.
-    right.materials[lamp as usize].double_sided = true;
+    right.materials[lamp].double_sided = true;
     right.ensure_light();
     assert!(right.warnings.is_empty() && right.lights.is_empty(), "{:?}", right.warnings);
 }
@@ -154,7 +154,7 @@ fn what_shows_its_backs_alone_is_shown_from_both_sides() {
     assert!(scene.materials[0].double_sided && share_lit(&scene) > 0.6, "{}", share_lit(&scene));
     // The control: a chair in front of the camera is enough to see something.
     let mut scene = room(false, false);
-    let chair = cuboid(Vec3::new(-1.0, 0.0, -1.0), Vec3::new(0.0, 1.0, 0.0), 0);
+    let chair = cuboid(Vec3::new(-1.0, 0.0, -1.0), Vec3::new(0.0, 1.0, 0.0), MaterialId(0));
     scene.add_object("chair", chair, Transform::IDENTITY);
     scene.ensure_light();
     assert!(
@@ -171,7 +171,7 @@ fn what_is_unlit_needs_no_light() {
     scene.ensure_light();
     assert!(scene.warnings.is_empty() && scene.lights.is_empty() && scene.environment.is_none());
     scene.add_material(Material::default());
-    scene.add_object("ball", cuboid(Vec3::ZERO, Vec3::ONE, 1), Transform::IDENTITY);
+    scene.add_object("ball", cuboid(Vec3::ZERO, Vec3::ONE, MaterialId(1)), Transform::IDENTITY);
     scene.ensure_light();
     assert!(!scene.warnings.is_empty(), "the control");
 }

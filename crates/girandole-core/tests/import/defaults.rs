@@ -2,8 +2,8 @@
 
 use girandole_core::glam::{DVec2, Vec2, Vec3};
 use girandole_core::scene::{
-    Camera, Environment, Geometry, LocalView, Material, Mesh, NONE, Projection, PunctualKind, Scene,
-    Transform, View,
+    Camera, Environment, Geometry, LocalView, Material, MaterialId, Mesh, NONE, Projection, PunctualKind,
+    Scene, Transform, View,
 };
 use girandole_core::trace::SceneTracer;
 
@@ -285,7 +285,7 @@ fn scenes_of_any_size_are_framed_and_lit() {
             mesh.normals.extend([Vec3::Z; 3]);
             mesh.triangles.push(girandole_core::scene::MeshTriangle {
                 vertices: [first, first + 1, first + 2],
-                material: 0,
+                material: MaterialId(0),
             });
         }
         let mut scene = Scene::default();

@@ -104,7 +104,7 @@ fn specular_is_on_unless_the_file_switches_it_off() {
     let scene = load(&file);
     assert_eq!([scene.materials[0].specular, scene.materials[1].specular], [1.0, 0.0]);
     // Primitives without a material have glTF's default one.
-    let default = &scene.materials[scene.meshes[0].triangles[0].material as usize];
+    let default = &scene.materials[scene.meshes[0].triangles[0].material];
     assert_eq!((default.specular, default.metallic, default.roughness), (1.0, 1.0, 1.0));
     assert_eq!(default.base_color, Vec3::ONE);
 }

@@ -3,7 +3,7 @@
 use crate::polygons::{case, obj};
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::scene::{
-    DefaultLight, Geometry, LIKELY_Z_UP, LoadOptions, Scene, UpAxis, load_model, load_model_slice,
+    DefaultLight, Geometry, LIKELY_Z_UP, LoadOptions, MaterialId, Scene, UpAxis, load_model, load_model_slice,
 };
 use std::path::Path;
 
@@ -109,7 +109,7 @@ fn materials_are_read() {
     assert_eq!(scene.materials[2].base_color, Vec3::ZERO);
     assert!(scene.materials.iter().all(|m| m.specular == 0.0 && !m.is_transparent()));
     let of = |material| scene.meshes[0].triangles.iter().filter(|t| t.material == material).count();
-    assert_eq!([of(0), of(1), of(2)], [4, 8, 2]);
+    assert_eq!([of(MaterialId(0)), of(MaterialId(1)), of(MaterialId(2))], [4, 8, 2]);
     assert_eq!(scene.warnings, [""; 0]);
     assert!(scene.environment.is_none() && scene.lights.is_empty(), "its lamp is enough");
 }

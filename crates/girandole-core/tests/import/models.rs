@@ -2,7 +2,7 @@
 
 use girandole_core::Error;
 use girandole_core::glam::{Vec2, Vec3};
-use girandole_core::scene::{Mesh, load_model_slice};
+use girandole_core::scene::{MaterialId, Mesh, load_model_slice};
 
 const PLY: &str = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
     element face 2\nproperty list uchar int vertex_indices\nend_header\n";
@@ -134,7 +134,7 @@ fn broken_models_are_refused() {
 fn a_gltf_scene_is_one_model() {
     let mesh = load_model_slice(&crate::builder::some_of_everything().glb(), "glb").expect("a model");
     assert_eq!((mesh.triangles.len(), mesh.positions.len(), mesh.uvs.len()), (6, 12, 12));
-    assert!(mesh.triangles.iter().all(|t| t.material == 0) && mesh.patches.is_empty());
+    assert!(mesh.triangles.iter().all(|t| t.material == MaterialId(0)) && mesh.patches.is_empty());
     // The second instance is twice as large, one metre up, and mirrored.
     assert!(mesh.positions[4..8].contains(&Vec3::new(2.0, 3.0, 0.0)), "{:?}", mesh.positions);
     assert_eq!(mesh.normals[4..8], [Vec3::NEG_Z; 4]);

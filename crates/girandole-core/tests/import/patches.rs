@@ -1,11 +1,11 @@
 //! Planar convex patches.
 
 use girandole_core::glam::{DVec3, Mat3, Quat, Vec3};
-use girandole_core::scene::{Mesh, MeshTriangle, mark_patches};
+use girandole_core::scene::{MaterialId, Mesh, MeshTriangle, mark_patches};
 use proptest::prelude::*;
 
 /// Triangles as they are, whatever their order and first corner.
-fn inventory(mesh: &Mesh) -> Vec<([u32; 3], u32)> {
+fn inventory(mesh: &Mesh) -> Vec<([u32; 3], MaterialId)> {
     let mut list: Vec<_> = mesh
         .triangles
         .iter()
@@ -110,8 +110,10 @@ fn grid(cells: &[Vec<u8>], xs: &[f32], ys: &[f32], place: Mat3, shift: Vec3) -> 
             }
             let corners = if cell & 2 == 0 { [[0, 1, 2], [0, 2, 3]] } else { [[0, 1, 3], [1, 2, 3]] };
             for c in corners {
-                mesh.triangles
-                    .push(MeshTriangle { vertices: c.map(|v| v + first), material: u32::from(cell >> 2) });
+                mesh.triangles.push(MeshTriangle {
+                    vertices: c.map(|v| v + first),
+                    material: MaterialId((cell >> 2).into()),
+                });
             }
         }
     }
@@ -152,7 +154,7 @@ fn an_l_and_a_ring_become_a_few_convex_patches() {
 #[test]
 fn boxes_have_six_patches_whatever_their_vertices() {
     let mut split = Mesh::default();
-    split.add_box(Vec3::splat(-1.0), Vec3::ONE, 3);
+    split.add_box(Vec3::splat(-1.0), Vec3::ONE, MaterialId(3));
     let expected = split.patches.clone();
     split.patches.clear();
     let after = marked(&split, 0.0);
@@ -177,7 +179,9 @@ fn materials_sizes_and_t_junctions_part_patches() {
     junction.positions.extend(big.positions);
     junction.normals.extend(big.normals);
     junction.triangles.extend(
-        big.triangles.iter().map(|t| MeshTriangle { vertices: t.vertices.map(|v| v + first), material: 0 }),
+        big.triangles
+            .iter()
+            .map(|t| MeshTriangle { vertices: t.vertices.map(|v| v + first), material: MaterialId(0) }),
     );
     assert_eq!(marked(&junction, 0.1).patches.len(), 2);
 }
@@ -191,7 +195,7 @@ fn two_sheets_back_to_back_stay_apart() {
         .iter()
         .map(|t| {
             let [a, b, c] = t.vertices.map(|v| v + count);
-            MeshTriangle { vertices: [a, c, b], material: 0 }
+            MeshTriangle { vertices: [a, c, b], material: MaterialId(0) }
         })
         .collect();
     mesh.positions.extend_from_within(..);
@@ -208,7 +212,7 @@ fn a_disc_is_one_patch_and_a_sphere_none() {
     for i in 0..n {
         let angle = i as f32 / n as f32 * std::f32::consts::TAU;
         disc.positions.push(Vec3::new(angle.cos(), angle.sin(), 0.0));
-        disc.triangles.push(MeshTriangle { vertices: [0, i + 1, (i + 1) % n + 1], material: 0 });
+        disc.triangles.push(MeshTriangle { vertices: [0, i + 1, (i + 1) % n + 1], material: MaterialId(0) });
     }
     disc.normals = vec![Vec3::Z; disc.positions.len()];
     assert_eq!(marked(&disc, 0.1).patches.len(), 1);
@@ -311,7 +315,7 @@ proptest! {
         let mut before = Mesh { positions: vec![Vec3::ZERO], ..Mesh::default() };
         for (i, (&a, r)) in (0..n).zip(angles.iter().zip(&radii)) {
             before.positions.push(turn * (Vec3::new(a.cos(), a.sin(), 0.0) * *r));
-            before.triangles.push(MeshTriangle { vertices: [0, i + 1, (i + 1) % n + 1], material: 0 });
+            before.triangles.push(MeshTriangle { vertices: [0, i + 1, (i + 1) % n + 1], material: MaterialId(0) });
         }
         before.normals = vec![turn * Vec3::Z; before.positions.len()];
         let mut after = before.clone();

@@ -159,7 +159,7 @@ impl Floor {
 
 /// Points just below what emits: corners and middles of so many by so many cells.
 fn lamp(scene: &Scene, geometry: &Geometry, cells: u32) -> Vec<Vec3> {
-    let emits = |t: &&girandole::core::scene::Triangle| scene.materials[t.material as usize].emits();
+    let emits = |t: &&girandole::core::scene::Triangle| scene.materials[t.material].emits();
     let triangles = geometry.triangles.iter().filter(emits);
     let on = |t: &girandole::core::scene::Triangle| -> Vec<Vec3> {
         let [a, b, c] = t.vertices.map(|v| geometry.positions[v as usize]);

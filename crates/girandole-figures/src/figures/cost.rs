@@ -9,8 +9,8 @@ use crate::report::{Outcome, Plot, Table, Verdict, number};
 use anyhow::Result;
 use girandole::core::illumination::{Illumination, IlluminationSettings, Rewalk};
 use girandole::core::lights::LightSettings;
-use girandole::core::scene::Scene;
 use girandole::core::scene::builtin::{self, MovingObject};
+use girandole::core::scene::{MaterialId, Scene};
 use girandole::{MapUpdates, Mode, RenderSettings, RendererOptions};
 use std::time::Instant;
 
@@ -179,7 +179,7 @@ fn triangles(bench: &Bench) -> Result<Law> {
     let segments = bench.of([&[3, 6][..], &[4, 12, 36], &[6, 12, 24, 48, 96]]);
     let at = format!("table with teapots of more and more triangles, {} lights", many_lights(bench));
     Law::measure(("triangles", at), OPENED, segments, |segments| {
-        let teapot = builtin::teapot(segments, 0);
+        let teapot = builtin::teapot(segments, MaterialId(0));
         let scene = builtin::build("table", MovingObject::Model(Box::new(teapot)))?;
         let (_, times) = opened(bench, &scene, many_lights(bench))?;
         let of_objects = scene.objects.iter().map(|object| scene.meshes[object.mesh].triangles.len());

@@ -11,7 +11,7 @@ use girandole::core::illumination::{Illumination, IlluminationSettings};
 use girandole::core::image::Image;
 use girandole::core::lights::{Clamp, LightSample, LightSettings};
 use girandole::core::scene::{
-    Camera, ClipPlanes, Geometry, Material, Mesh, MeshTriangle, NONE, Projection, PunctualKind,
+    Camera, ClipPlanes, Geometry, Material, MaterialId, Mesh, MeshTriangle, NONE, Projection, PunctualKind,
     PunctualLight, Scene, Transform, View,
 };
 use girandole::core::tonemap::{Exposure, Tonemap};
@@ -357,7 +357,7 @@ fn room(light: Place, squares: u32, height: f32) -> Scene {
 }
 
 /// A box's sides, seen from within.
-fn inwards(shell: &Mesh, material: u32) -> Mesh {
+fn inwards(shell: &Mesh, material: MaterialId) -> Mesh {
     let mut mesh = Mesh::default();
     for patch in &shell.patches {
         let corners: Vec<Vec3> =
@@ -368,7 +368,7 @@ fn inwards(shell: &Mesh, material: u32) -> Mesh {
 }
 
 /// A rectangle by its corner and sides, which faces right × up, as a grid of triangles.
-fn add_grid(mesh: &mut Mesh, [corner, right, up]: [Vec3; 3], squares: u32, material: u32) {
+fn add_grid(mesh: &mut Mesh, [corner, right, up]: [Vec3; 3], squares: u32, material: MaterialId) {
     let first = mesh.positions.len() as u32;
     let normal = right.cross(up).normalize_or_zero();
     let row = squares + 1;

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, ensure};
 use girandole::core::glam::Vec3;
 use girandole::core::image::Image;
-use girandole::core::scene::{Geometry, Scene, View};
+use girandole::core::scene::{Geometry, MaterialId, Scene, View};
 use girandole_reference::image_file::read_exr;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -95,7 +95,7 @@ fn write_scene(folder: &Path, scene: &Scene, (view, size): (&View, [u32; 2]), se
             "surfaces that are not Lambertian are not translated for Mitsuba"
         );
         let file = folder.join(format!("{index}.ply"));
-        if !write_triangles(&file, &geometry, index as u32)? {
+        if !write_triangles(&file, &geometry, index.into())? {
             continue;
         }
         let color = rgb("reflectance", material.base_color);
@@ -136,7 +136,7 @@ fn sensor(xml: &mut String, geometry: &Geometry, view: &View, size: [u32; 2]) {
 }
 
 /// Writes the triangles of a material; whether there are any.
-fn write_triangles(file: &Path, geometry: &Geometry, material: u32) -> Result<bool> {
+fn write_triangles(file: &Path, geometry: &Geometry, material: MaterialId) -> Result<bool> {
     let triangles: Vec<_> = geometry.triangles.iter().filter(|t| t.material == material).collect();
     let mut ply = format!("ply\nformat ascii 1.0\nelement vertex {}\n", 3 * triangles.len());
     for property in ["x", "y", "z", "nx", "ny", "nz"] {

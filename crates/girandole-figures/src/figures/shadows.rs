@@ -87,7 +87,7 @@ fn textured(mut scene: Scene) -> Result<Scene> {
     let material = scene.meshes[floor.mesh].triangles.first().context("the floor is empty")?.material;
     let index = scene.textures.len() as u32;
     scene.textures.push(texture);
-    let material = &mut scene.materials[material as usize];
+    let material = &mut scene.materials[material];
     material.base_color_texture =
         Some(TextureRef { transform: Affine2::from_scale(REPEATS), ..TextureRef::new(index) });
     material.base_color /= mean;

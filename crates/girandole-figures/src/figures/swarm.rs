@@ -4,7 +4,7 @@ use girandole::core::glam::{Vec3, vec3};
 use girandole::core::math::sequence;
 use girandole::core::scene::builtin::{self, MovingObject, shapes};
 use girandole::core::scene::{
-    Animation, Channel, Geometry, Interpolation, Keyframes, Mesh, Scene, Transform,
+    Animation, Channel, Geometry, Interpolation, Keyframes, MaterialId, Mesh, Scene, Transform,
 };
 
 const ROOM: &str = "block";
@@ -35,7 +35,7 @@ pub fn swarm(count: usize) -> girandole::core::Result<Scene> {
 }
 
 fn torus() -> Mesh {
-    shapes::torus(0.05, 0.02, 12, 8, 0)
+    shapes::torus(0.05, 0.02, 12, 8, MaterialId(0))
 }
 
 /// Places that are clear of what stands in the room.

@@ -204,7 +204,7 @@ fn without_own_shadows(subject: &Subject) -> Result<Image> {
         sh::clamped_cosine(normal, bands, &mut cosine);
         let irradiance: Vec3 = environment.iter().zip(&cosine).map(|(light, weight)| *light * *weight).sum();
         let material = geometry.triangles[point.triangle as usize].material;
-        *pixel = (irradiance * scene.materials[material as usize].base_color / PI).max(Vec3::ZERO);
+        *pixel = (irradiance * scene.materials[material].base_color / PI).max(Vec3::ZERO);
     }
     Ok(picture)
 }
@@ -290,7 +290,7 @@ fn sides(subject: &Subject) -> Result<[Vec<bool>; 2]> {
     let Subject { scene, object, points, within, light, .. } = subject;
     let geometry = light.geometry();
     let tracer = SceneTracer::without(scene, geometry, *object);
-    let emits = |t: &&girandole::core::scene::Triangle| scene.materials[t.material as usize].emits();
+    let emits = |t: &&girandole::core::scene::Triangle| scene.materials[t.material].emits();
     let lamp: Vec<[Vec3; 3]> = geometry
         .triangles
         .iter()

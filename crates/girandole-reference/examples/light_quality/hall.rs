@@ -9,13 +9,9 @@ const HALF: Vec3 = vec3(12.0, 2.0, 9.0);
 
 pub fn hall() -> Scene {
     let mut scene = Scene::default();
-    let material = |scene: &mut Scene, material| {
-        scene.materials.push(material);
-        scene.materials.len() as u32 - 1
-    };
-    let white = material(&mut scene, Material::diffuse("white", Vec3::splat(0.7)));
-    let wood = material(&mut scene, Material::diffuse("wood", vec3(0.5, 0.33, 0.2)));
-    let lamp = material(&mut scene, Material::emitter("lamp", vec3(1.0, 0.9, 0.7) * 60.0));
+    let white = scene.add_material(Material::diffuse("white", Vec3::splat(0.7)));
+    let wood = scene.add_material(Material::diffuse("wood", vec3(0.5, 0.33, 0.2)));
+    let lamp = scene.add_material(Material::emitter("lamp", vec3(1.0, 0.9, 0.7) * 60.0));
 
     // A box that faces inwards.
     let (mut outside, mut shell) = (Mesh::default(), Mesh::default());

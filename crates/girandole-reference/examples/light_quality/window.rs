@@ -3,7 +3,7 @@
 use girandole_core::glam::{DVec3, Vec3, vec3};
 use girandole_core::image::Image;
 use girandole_core::scene::{
-    Camera, Environment, Geometry, Material, Mesh, Projection, Scene, Sky, Transform,
+    Camera, Environment, Geometry, Material, MaterialId, Mesh, Projection, Scene, Sky, Transform,
 };
 use girandole_reference::Opening;
 
@@ -59,7 +59,7 @@ pub fn room(in_building: bool, environment: Environment) -> Scene {
         (vec3(0.1, 0.0, -0.6), vec3(0.2, 0.68, 0.4), wood),
         (vec3(0.4, 0.0, -2.4), vec3(1.2, 1.6, -1.9), white),
     ];
-    let mut add = |boxes: &[(Vec3, Vec3, u32)], at: Transform| {
+    let mut add = |boxes: &[(Vec3, Vec3, MaterialId)], at: Transform| {
         for &(low, high, material) in boxes {
             let mut mesh = Mesh::default();
             mesh.add_box(low, high, material);

@@ -25,7 +25,7 @@ pub(super) struct EmitterPoint {
 impl Emitters {
     pub(super) fn new(tracer: &SceneTracer) -> Self {
         let (scene, geometry) = (tracer.scene(), tracer.geometry());
-        let material = |i: u32| &scene.materials[geometry.triangles[i as usize].material as usize];
+        let material = |i: u32| &scene.materials[geometry.triangles[i as usize].material];
         let all = 0..geometry.triangles.len() as u32;
         let strength = |i: u32| f64::from(material(i).emission.max_element().max(0.0));
         let triangles: Vec<u32> = all.clone().filter(|&i| material(i).emits()).collect();
@@ -86,7 +86,7 @@ impl Punctual {
         let in_world = |(index, light): (usize, &PunctualLight)| {
             let affine = world_from_nodes[light.node.index()];
             Self {
-                position: tracer.geometry().light_position(index, &affine),
+                position: tracer.geometry().light_position(index.into(), &affine),
                 forward: affine.transform_vector3(DVec3::NEG_Z).normalize_or_zero().as_vec3(),
                 light: light.clone(),
             }

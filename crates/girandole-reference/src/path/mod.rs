@@ -172,7 +172,7 @@ impl<'a> Integrator<'a> {
 
     fn emits(&self, triangle: u32) -> bool {
         let material = self.tracer.geometry().triangles[triangle as usize].material;
-        self.tracer.scene().materials[material as usize].emits()
+        self.tracer.scene().materials[material].emits()
     }
 
     /// The radiance that one random path finds along a camera ray, which shows what is up to `reach`.

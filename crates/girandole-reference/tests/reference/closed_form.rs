@@ -3,7 +3,8 @@
 use crate::common::{Stage, assert_constant, look, trace};
 use girandole_core::glam::{DVec3, Vec3};
 use girandole_core::scene::{
-    ColorSpace, Filter, Geometry, Material, Mesh, MeshTriangle, PunctualKind, Texture, TextureRef, Wrap,
+    ColorSpace, Filter, Geometry, Material, MaterialId, Mesh, MeshTriangle, PunctualKind, Texture,
+    TextureRef, Wrap,
 };
 use girandole_reference::PathSettings;
 use std::f32::consts::PI;
@@ -16,7 +17,7 @@ fn settings(paths: u32, bounces: Option<u32>) -> PathSettings {
 }
 
 /// The unit sphere, seen from inside; its triangles' own normals, or the sphere's.
-fn sphere(material: u32, smooth: bool) -> Mesh {
+fn sphere(material: MaterialId, smooth: bool) -> Mesh {
     let (rings, segments) = (64, 128);
     let mut mesh = Mesh::default();
     let point = |ring: u32, segment: u32| {

@@ -2,7 +2,9 @@
 
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::image::Image;
-use girandole_core::scene::{Geometry, Material, Mesh, PunctualKind, PunctualLight, Scene, Transform, View};
+use girandole_core::scene::{
+    Geometry, Material, MaterialId, Mesh, PunctualKind, PunctualLight, Scene, Transform, View,
+};
 use girandole_core::trace::SceneTracer;
 use girandole_reference::{Estimate, PathSettings, path_trace};
 
@@ -13,7 +15,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    pub fn material(&mut self, material: Material) -> u32 {
+    pub fn material(&mut self, material: Material) -> MaterialId {
         self.scene.add_material(material)
     }
 
@@ -22,14 +24,14 @@ impl Stage {
     }
 
     /// A parallelogram that faces `u × v`, from its corner and two sides.
-    pub fn quad(&mut self, corner: Vec3, u: Vec3, v: Vec3, material: u32) {
+    pub fn quad(&mut self, corner: Vec3, u: Vec3, v: Vec3, material: MaterialId) {
         let mut mesh = Mesh::default();
         mesh.add_polygon(&[corner, corner + u, corner + u + v, corner + v], material);
         self.mesh(mesh);
     }
 
     /// A box seen from inside.
-    pub fn room(&mut self, min: Vec3, max: Vec3, material: u32) {
+    pub fn room(&mut self, min: Vec3, max: Vec3, material: MaterialId) {
         let mut mesh = Mesh::default();
         mesh.add_box(min, max, material);
         for triangle in &mut mesh.triangles {

@@ -3,13 +3,13 @@
 use crate::common::{Stage, assert_picture, look, trace};
 use girandole_core::glam::Vec3;
 use girandole_core::lights::{Clamp, LightSample, LightSet, Profile, SampleOrigin};
-use girandole_core::scene::{Material, Mesh, NONE, View};
+use girandole_core::scene::{LightId, Material, MaterialId, Mesh, NONE, View};
 use girandole_core::trace::SceneTracer;
 use girandole_reference::{OracleSettings, PathSettings, oracle, oracle_pixel, radiance, visible};
 use std::f32::consts::PI;
 
 const GLOW: Vec3 = Vec3::new(6.0, 4.0, 2.0);
-const LAMP: u32 = 1;
+const LAMP: MaterialId = MaterialId(1);
 
 /// A shiny floor, a lamp above it, and a block between them that the camera does not see.
 fn stage() -> Stage {
@@ -155,7 +155,7 @@ fn directional_lights_and_emitters_seen() {
         normal: Vec3::NEG_Y,
         intensity: Vec3::ONE,
         profile: Profile::Directional,
-        origin: SampleOrigin::Punctual { light: 0 },
+        origin: SampleOrigin::Punctual { light: LightId(0) },
         rectangle: None,
     };
     let set = LightSet::from_samples(&geometry, vec![sun]);

@@ -103,7 +103,7 @@ fn all(_: &Geometry, _: &LightSample) -> bool {
 fn by_matte_surfaces(scene: &Scene) -> impl Fn(&Geometry, &LightSample) -> bool {
     let is_shiny: Vec<bool> = scene.materials.iter().map(|m| m.specular > 0.0).collect();
     move |geometry, sample| {
-        let of = |triangle: u32| is_shiny[geometry.triangles[triangle as usize].material as usize];
+        let of = |triangle: u32| is_shiny[geometry.triangles[triangle as usize].material.index()];
         !matches!(sample.origin, SampleOrigin::Bounce { triangle, .. } if of(triangle))
     }
 }

@@ -5,7 +5,7 @@ use girandole_core::glam::{Quat, Vec3};
 use girandole_core::image::Image;
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::{
-    Geometry, Material, Mesh, PunctualKind, Scene, Transform, View, builtin::shapes,
+    Geometry, Material, MaterialId, Mesh, PunctualKind, Scene, Transform, View, builtin::shapes,
 };
 use girandole_core::trace::{SceneTracer, ray_offset_distance};
 use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
@@ -13,7 +13,7 @@ use girandole_reference::{OracleSettings, PathSettings, oracle, oracle_with_stat
 
 const SIZE: u32 = 48;
 
-fn cuboid(low: Vec3, high: Vec3, material: u32) -> Mesh {
+fn cuboid(low: Vec3, high: Vec3, material: MaterialId) -> Mesh {
     let mut mesh = Mesh::default();
     mesh.add_box(low, high, material);
     mesh
@@ -122,7 +122,7 @@ fn a_room_is_no_other_for_a_plain_outside() {
     // A stray box, and a thing that may move far.
     let mut stray = with_panel(room(false), 2.58);
     let far = Transform::translation(Vec3::new(3e3, 0.0, 0.0));
-    let moved = stray.scene.add_object("stray", cuboid(Vec3::splat(-1.0), Vec3::ONE, 0), far);
+    let moved = stray.scene.add_object("stray", cuboid(Vec3::splat(-1.0), Vec3::ONE, MaterialId(0)), far);
     stray.scene.objects[moved].dynamic = true;
     assert_alike("a stray box", [&stray.scene, &plain.scene, &dim.scene], difference, [1e-3, 0.01]);
 }

@@ -4,7 +4,7 @@ use crate::common::Stage;
 use girandole_core::glam::{Quat, Vec2, Vec3, vec3};
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSet, LightSettings};
-use girandole_core::scene::{Camera, Material, Mesh, Projection, Transform, View};
+use girandole_core::scene::{Camera, Material, MaterialId, Mesh, Projection, Transform, View};
 use girandole_core::trace::SceneTracer;
 use girandole_reference::metrics::{CompareOptions, compare};
 use girandole_reference::{OracleSettings, PathSettings, oracle, path_trace};
@@ -34,7 +34,7 @@ impl Random {
 }
 
 /// Boxes of one object, by corners.
-fn boxes(stage: &mut Stage, material: u32, at: Transform, boxes: &[(Vec3, Vec3)]) {
+fn boxes(stage: &mut Stage, material: MaterialId, at: Transform, boxes: &[(Vec3, Vec3)]) {
     let mut mesh = Mesh::default();
     for &(low, high) in boxes {
         mesh.add_box(low, high, material);
@@ -49,7 +49,7 @@ fn beside_wall(half: Vec3, wall: u32, along: f32, up: f32) -> Transform {
     Transform::rigid(turn, turn * vec3(along, up, -depth))
 }
 
-fn moulding(stage: &mut Stage, random: &mut Random, half: Vec3, height: f32, material: u32) {
+fn moulding(stage: &mut Stage, random: &mut Random, half: Vec3, height: f32, material: MaterialId) {
     let (step, count, into) = (random.between(0.01, 0.05), 2 + random.below(3), random.overlap());
     for wall in 0..4u32 {
         let length = if wall.is_multiple_of(2) { half.x } else { half.z };
@@ -176,7 +176,7 @@ fn are_suspicious(stage: &Stage, tracer: &SceneTracer, view: &View, image: &Imag
         image.pixels[i].max_element() > 5.0 * near[near.len() / 2] + 0.1
             && tracer.closest_visible(origin, direction).is_some_and(|hit| {
                 let material = tracer.geometry().triangles[hit.triangle as usize].material;
-                !stage.scene.materials[material as usize].emits()
+                !stage.scene.materials[material].emits()
             })
     })
 }

@@ -5,7 +5,7 @@ use girandole_core::glam::{DAffine3, DVec3, Vec2, Vec3};
 use girandole_core::lights::{Clamp, LightSample, LightSet, Profile, SampleOrigin};
 use girandole_core::math::{sequence, sh};
 use girandole_core::scene::builtin::shapes;
-use girandole_core::scene::{Geometry, Material, Mesh, ObjectId, Scene, Transform};
+use girandole_core::scene::{Geometry, LightId, Material, MaterialId, Mesh, ObjectId, Scene, Transform};
 use girandole_core::trace::SceneTracer;
 use girandole_core::transfer::{Gathering, ObjectTransfer, TransferSettings, TransferredLight};
 use girandole_reference::{Irradiance, PathSettings, irradiance};
@@ -145,7 +145,7 @@ fn without_shadows(scene: &Scene, environment: &[Vec3], truth: &[(usize, Irradia
 
 #[test]
 fn transfer_is_what_paths_bring() {
-    let torus = |albedo| alone(shapes::thesis_torus(0), Material::diffuse("", albedo));
+    let torus = |albedo| alone(shapes::thesis_torus(MaterialId(0)), Material::diffuse("", albedo));
     let colored = Vec3::new(0.8, 0.5, 0.2);
     for (albedo, bounces) in [(Vec3::splat(0.8), 0), (Vec3::splat(0.8), 1), (colored, 1), (colored, 3)] {
         let scene = torus(albedo);
@@ -172,7 +172,7 @@ fn transfer_is_what_paths_bring() {
 #[test]
 fn deep_hollows_receive_what_paths_bring() {
     let material = Material::diffuse("", Vec3::new(0.8, 0.5, 0.2));
-    let scene = alone(girandole_core::scene::builtin::teapot(6, 0), material);
+    let scene = alone(girandole_core::scene::builtin::teapot(6, MaterialId(0)), material);
     let simulate = |bounces| {
         let settings = TransferSettings { bounces, ..TransferSettings::default() };
         ObjectTransfer::simulate(&scene, ObjectId(0), &settings, &|_| {}).expect("transfer")
@@ -199,7 +199,7 @@ fn no_energy_is_created() {
         (0..transfer.vertex_count()).map(|v| transfer.irradiance(v, &environment).x).collect::<Vec<_>>()
     };
     // In a furnace all that is white receives π, and what has not been reflected often enough receives less.
-    let scene = white(shapes::thesis_torus(0));
+    let scene = white(shapes::thesis_torus(MaterialId(0)));
     let torus = received(&scene);
     assert!(torus.iter().all(|e| *e <= PI * (1.0 + 1e-4)), "{torus:?}");
     // Lost is only what paths lose too, as nothing is reflected from below a triangle where its normals are bent.
@@ -207,14 +207,14 @@ fn no_energy_is_created() {
     let mean = |value: &dyn Fn(&(usize, Irradiance)) -> f32| by_paths.iter().map(value).sum::<f32>() / 48.0;
     let (lost, by_paths) = (mean(&|(vertex, _)| PI - torus[*vertex]), mean(&|(_, found)| PI - found.mean.x));
     assert!((lost - by_paths).abs() < PI * 1e-3, "{lost} {by_paths}");
-    let finer = received(&white(shapes::torus(1.0, 0.4, 80, 40, 0)));
+    let finer = received(&white(shapes::torus(1.0, 0.4, 80, 40, MaterialId(0))));
     assert!(finer.iter().all(|e| (PI * 0.999..PI * (1.0 + 1e-4)).contains(e)), "{finer:?}");
     let mut cube = Mesh::default();
-    cube.add_box(Vec3::splat(-1.0), Vec3::ONE, 0);
+    cube.add_box(Vec3::splat(-1.0), Vec3::ONE, MaterialId(0));
     let cube = received(&white(cube));
     assert!(cube.iter().all(|e| (e / PI - 1.0).abs() < 1e-5), "{cube:?}");
     // The control: what is grey receives less.
-    let grey = received(&alone(shapes::thesis_torus(0), Material::diffuse("", Vec3::splat(0.5))));
+    let grey = received(&alone(shapes::thesis_torus(MaterialId(0)), Material::diffuse("", Vec3::splat(0.5))));
     assert!(grey.iter().any(|e| *e < PI * 0.95), "{grey:?}");
 }
 
@@ -238,17 +238,17 @@ fn lit(place: DAffine3, lights: DAffine3) -> Vec<Vec3> {
             normal: lights.transform_vector3(towards).normalize().as_vec3(),
             intensity: Vec3::new(s(3), s(4), s(5)) * (scale * scale) as f32,
             profile: Profile::Cosine,
-            origin: SampleOrigin::Punctual { light: 0 },
+            origin: SampleOrigin::Punctual { light: LightId(0) },
             rectangle: None,
         }
     };
     let samples = LightSet::from_samples(&geometry, (0..40).map(sample).collect());
     let settings = TransferSettings { directions: 256, bounces: 1, ..TransferSettings::default() };
-    let transfer = ObjectTransfer::simulate(&scene, torus.into(), &settings, &|_| {}).expect("transfer");
+    let transfer = ObjectTransfer::simulate(&scene, torus, &settings, &|_| {}).expect("transfer");
     let tracer = SceneTracer::new(&scene, &geometry);
     let mut light = TransferredLight::new();
     let grid = Gathering::Grid { points: 3 };
-    let object = (torus.into(), &transfer);
+    let object = (torus, &transfer);
     light.add(&tracer, (&samples, None), object, grid, Clamp::Off).expect("a torus");
     let at = |t: u32| light.irradiance(&geometry, (t, true), Vec2::ZERO).expect("of the torus");
     geometry.objects[torus.index()].triangles.clone().map(at).collect()

@@ -105,7 +105,7 @@ fn a_furnace_stays_one_behind_glass() {
         Material { double_sided: true, transmission: 0.5, ..Material::diffuse("", Vec3::ONE) },
     ] {
         let pane = stage.material(material);
-        stage.quad(Vec3::new(-1.0, -1.0, 0.1 * pane as f32), Vec3::X * 2.0, Vec3::Y * 2.0, pane);
+        stage.quad(Vec3::new(-1.0, -1.0, 0.1 * pane.0 as f32), Vec3::X * 2.0, Vec3::Y * 2.0, pane);
     }
     let geometry = stage.geometry();
     let view = look(Vec3::new(0.3, 0.2, 1.9), Vec3::ZERO, 0.5);

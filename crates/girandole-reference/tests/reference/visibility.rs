@@ -3,7 +3,7 @@
 use girandole_core::image::Image;
 use girandole_core::lights::{LightSet, LightSettings, Profile, SampleOrigin};
 use girandole_core::scene::builtin::{self, MovingObject};
-use girandole_core::scene::{Geometry, Scene, View};
+use girandole_core::scene::{Geometry, LightId, Scene, View};
 use girandole_core::trace::SceneTracer;
 use girandole_core::visibility::{State, VisibilityDatabase, VisibilitySettings};
 use girandole_reference::{OracleSettings, oracle, oracle_with_states};
@@ -89,7 +89,7 @@ fn lights_of_all_profiles() {
             _ => Profile::Directional,
         };
         if light.profile == Profile::Directional {
-            light.origin = SampleOrigin::Punctual { light: 0 };
+            light.origin = SampleOrigin::Punctual { light: LightId(0) };
         }
     }
     same_picture(&scene, Some(LightSet::from_samples(&geometry, samples)), 0.01..0.5);

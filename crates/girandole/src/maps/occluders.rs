@@ -58,7 +58,7 @@ impl Occluders {
             *blocks &= !geometry.is_transparent(scene, triangle);
         }
         let is_drawn = |triangle: u32, masked: bool| {
-            let material = &scene.materials[geometry.triangles[triangle as usize].material as usize];
+            let material = &scene.materials[geometry.triangles[triangle as usize].material];
             blocks[triangle as usize] && material.alpha_cutoff.is_some() == masked
         };
         let select = |masked: bool| {

@@ -227,12 +227,14 @@ enum Place {
 mod tests {
     use super::*;
     use crate::shader_constants::{COSINE, DIRECTIONAL};
+    use girandole_core::scene::MaterialId;
 
     /// A wall of 2 m × 2 m about the origin, across the x axis.
     fn wall(clusters: &[Bounds]) -> OcclusionCulling {
         let corner = |y, z| Vec3::new(0.0, y, z);
         let outline = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-        let patch = WorldPatch { object: 0, material: 0, outline, normal: Vec3::X, triangles: 0..2 };
+        let patch =
+            WorldPatch { object: 0, material: MaterialId(0), outline, normal: Vec3::X, triangles: 0..2 };
         OcclusionCulling::new(std::iter::once(&patch), [clusters, &[]])
     }
 

@@ -61,11 +61,11 @@ impl GpuScene {
         let triangles: Vec<Triangle> = geometry
             .triangles
             .iter()
-            .map(|t| Triangle { vertices: t.vertices, material: t.material })
+            .map(|t| Triangle { vertices: t.vertices, material: t.material.0 })
             .collect();
         let materials: Vec<GpuMaterial> = scene.materials.iter().map(GpuMaterial::from).collect();
         let kind = |t: u32| {
-            let material = &scene.materials[geometry.triangles[t as usize].material as usize];
+            let material = &scene.materials[geometry.triangles[t as usize].material];
             if material.is_transparent() { 2 } else { usize::from(material.alpha_cutoff.is_some()) }
         };
         let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
@@ -116,8 +116,8 @@ impl GpuScene {
         SceneChanges { moved, materials, .. }: &SceneChanges,
     ) -> Result<()> {
         for &material in materials {
-            let record = GpuMaterial::from(&scene.materials[material as usize]);
-            let at = material as usize * size_of::<GpuMaterial>();
+            let record = GpuMaterial::from(&scene.materials[material]);
+            let at = material.index() * size_of::<GpuMaterial>();
             queue.write_buffer(&self.materials, at as u64, bytemuck::bytes_of(&record));
         }
         let mut ranges: Vec<Range<u32>> =

@@ -3,7 +3,7 @@
 use crate::shader_constants::{CURVED, SHINY};
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::Vec3;
-use girandole_core::scene::{Geometry, Scene, Triangle};
+use girandole_core::scene::{Geometry, MaterialId, Scene, Triangle};
 use std::collections::HashMap;
 
 /// What tells surfaces apart.
@@ -14,7 +14,7 @@ struct Surface {
     /// Index of the plane, or of a curved object.
     number: u32,
     /// Of what reflects: different reflections are not interpolated between.
-    material: Option<u32>,
+    material: Option<MaterialId>,
 }
 
 /// The id of the surface of each triangle: surfaces are numbered from 1 in 22 bits, 0 is none, and the highest two bits
@@ -73,7 +73,7 @@ fn planes(scene: &Scene, geometry: &Geometry) -> Vec<Option<u32>> {
 }
 
 fn surface(scene: &Scene, triangle: &Triangle, plane: Option<u32>) -> Surface {
-    let material = &scene.materials[triangle.material as usize];
+    let material = &scene.materials[triangle.material];
     let reflects = material.specular > 0.0 || material.metallic > 0.0;
     // Sharp reflections change from pixel to pixel, and so do those of curved surfaces.
     let is_rough =
@@ -115,7 +115,7 @@ mod tests {
                     let ((n, d), (m, e)) = (plane(t), plane(other));
                     let is_plane = n.dot(m) > 0.9999 && (d - e).abs() < 1e-3;
                     let is_same = if id & CURVED == 0 { is_plane } else { t.object == other.object };
-                    let reflects = scene.materials[t.material as usize].specular > 0.0;
+                    let reflects = scene.materials[t.material].specular > 0.0;
                     !is_same || (reflects && t.material != other.material)
                 })
                 .count()

@@ -41,7 +41,7 @@ impl TransparentTriangles {
             TransparentTriangle {
                 corners: geometry.corners(index),
                 surface: if t.patch == NONE { geometry.patches.len() as u32 + index } else { t.patch },
-                single_sided: !scene.materials[t.material as usize].double_sided,
+                single_sided: !scene.materials[t.material].double_sided,
             }
         });
         Self { triangles: triangles.collect() }

@@ -5,7 +5,7 @@ use girandole::core::image::Image;
 use girandole::core::lights::{Clamp, LightSet, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject, shapes};
 use girandole::core::scene::{
-    Camera, Geometry, LocalView, Material, Mesh, MorphTarget, NodeId, Projection, PunctualKind,
+    Camera, Geometry, LocalView, Material, MaterialId, Mesh, MorphTarget, NodeId, Projection, PunctualKind,
     PunctualLight, Scene, Transform, View,
 };
 use girandole::core::trace::SceneTracer;
@@ -133,7 +133,7 @@ impl Context {
 }
 
 /// A room of this size with its floor's middle at the origin, made of single inward-facing quads.
-pub fn room(scene: &mut Scene, size: Vec3, material: u32, leave_out: Option<usize>) {
+pub fn room(scene: &mut Scene, size: Vec3, material: MaterialId, leave_out: Option<usize>) {
     let mut shell = Mesh::default();
     let (low, high) =
         (Vec3::new(-size.x * 0.5, 0.0, -size.z * 0.5), Vec3::new(size.x * 0.5, size.y, size.z * 0.5));
@@ -191,7 +191,7 @@ pub fn mean(image: &Image) -> f32 {
 }
 
 /// A ball that bends: its node, which has one morph target.
-pub fn bending_ball(scene: &mut Scene, material: u32, at: Vec3) -> NodeId {
+pub fn bending_ball(scene: &mut Scene, material: MaterialId, at: Vec3) -> NodeId {
     let mut ball = shapes::sphere(0.25, 16, 8, material);
     let shifts = ball.positions.iter().map(|p| *p * Vec3::new(0.3, -0.6, 0.8));
     ball.morph_targets = vec![MorphTarget { positions: shifts.collect(), normals: Vec::new() }];

@@ -6,7 +6,7 @@ use girandole::core::glam::{DVec3, Quat, Vec3};
 use girandole::core::image::Image;
 use girandole::core::lights::{BoundingSphere, LightSample, LightSet, LightSettings, Profile};
 use girandole::core::scene::builtin::shapes;
-use girandole::core::scene::{Environment, Geometry, Material, Mesh, Scene, Sky, Transform};
+use girandole::core::scene::{Environment, Geometry, Material, MaterialId, Mesh, Scene, Sky, Transform};
 use girandole::{Mode, RenderSettings, RendererOptions};
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 
@@ -115,7 +115,7 @@ fn errors<const N: usize>(
 fn fitted_maps(context: &Context) {
     let mut scene = sphere_and_box();
     let mut tower = Mesh::default();
-    tower.add_box(Vec3::new(-40.0, -1.0, -60.0), Vec3::new(40.0, 70.0, -50.0), 0);
+    tower.add_box(Vec3::new(-40.0, -1.0, -60.0), Vec3::new(40.0, 70.0, -50.0), MaterialId(0));
     scene.add_object("tower", tower, Transform::IDENTITY);
     // Only the floor is behind what stands on it.
     scene.cameras.clear();
@@ -139,8 +139,8 @@ fn cored_maps(context: &Context) {
     let mut scene = sphere_and_box();
     let mut ground = Mesh::default();
     let corners = [(-150.0, -150.0), (-150.0, 150.0), (150.0, 150.0), (150.0, -150.0)];
-    ground.add_polygon(&corners.map(|(x, z)| Vec3::new(x, -0.5, z)), 0);
-    ground.add_box(Vec3::new(-30.0, -1.0, -55.0), Vec3::new(30.0, 9.0, -50.0), 0);
+    ground.add_polygon(&corners.map(|(x, z)| Vec3::new(x, -0.5, z)), MaterialId(0));
+    ground.add_box(Vec3::new(-30.0, -1.0, -55.0), Vec3::new(30.0, 9.0, -50.0), MaterialId(0));
     scene.add_object("ground", ground, Transform::IDENTITY);
     scene.cameras.clear();
     camera(&mut scene, Vec3::new(0.6, 3.0, 4.2), Vec3::new(0.1, 0.3, 0.0), 1.05);

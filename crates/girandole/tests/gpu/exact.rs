@@ -4,7 +4,7 @@ use crate::common::{Context, Stage, Test, camera, exact, mean, room};
 use girandole::core::glam::Vec3;
 use girandole::core::lights::{LightSample, LightSet, Profile, SampleOrigin};
 use girandole::core::math::{sequence, warp};
-use girandole::core::scene::{Geometry, Material, Scene};
+use girandole::core::scene::{Geometry, LightId, Material, Scene};
 use girandole::{Error, MapUpdates, Mode, RenderSettings, RendererOptions, ShadowMap, Tier};
 
 pub fn tests() -> Vec<Test> {
@@ -87,7 +87,7 @@ fn scattered(count: u32, half: Vec3) -> Vec<LightSample> {
                 normal: warp::sphere(girandole::core::glam::Vec2::new(s(3), s(4))),
                 intensity: Vec3::ONE,
                 profile: Profile::Cosine,
-                origin: SampleOrigin::Punctual { light: 0 },
+                origin: SampleOrigin::Punctual { light: LightId(0) },
                 rectangle: None,
             }
         })

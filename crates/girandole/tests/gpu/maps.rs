@@ -5,7 +5,7 @@ use girandole::core::glam::{DMat3, DVec3, Quat, Vec3};
 use girandole::core::lights::{LightSample, LightSet, Profile, SampleOrigin};
 use girandole::core::math::{sequence, warp};
 use girandole::core::scene::builtin::shapes;
-use girandole::core::scene::{Geometry, Material, Mesh, Scene, Transform};
+use girandole::core::scene::{Geometry, LightId, Material, Mesh, Scene, Transform};
 use girandole::{MapUpdates, RendererOptions, ShadowMap};
 
 pub fn tests() -> Vec<Test> {
@@ -31,7 +31,7 @@ fn vector(case: u32, what: u32) -> Vec3 {
 }
 
 fn light(position: Vec3, normal: Vec3, profile: Profile) -> LightSample {
-    let origin = SampleOrigin::Punctual { light: 0 };
+    let origin = SampleOrigin::Punctual { light: LightId(0) };
     LightSample { position, normal, intensity: Vec3::ONE, profile, origin, rectangle: None }
 }
 

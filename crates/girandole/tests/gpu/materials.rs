@@ -148,13 +148,12 @@ fn tilted_normals(context: &Context) {
 /// A block on a table whose walls, floor and block have colours by where they are; one object is unlit.
 fn colored(is_colored: bool) -> Stage {
     let mut scene = builtin::build("table", MovingObject::Torus).expect("a room");
-    let unlit = scene.materials.len() as u32;
-    scene.add_material(Material {
+    let unlit = scene.add_material(Material {
         unlit: true,
         vertex_colors: is_colored,
         ..Material::diffuse("unlit", Vec3::new(0.9, 0.5, 0.2))
     });
-    for material in &mut scene.materials[..unlit as usize] {
+    for material in &mut scene.materials[..unlit.index()] {
         material.vertex_colors = is_colored && !material.emits();
     }
     if is_colored {
@@ -226,7 +225,7 @@ fn matte_walls(context: &Context) {
         let glossy = scene.add_material(Material {
             specular: if is_glossy { 1.0 } else { 0.0 },
             roughness: 0.6,
-            ..scene.materials[material as usize].clone()
+            ..scene.materials[material].clone()
         });
         let mesh = scene.objects[last].mesh;
         for triangle in &mut scene.meshes[mesh].triangles {

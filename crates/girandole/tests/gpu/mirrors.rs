@@ -4,6 +4,7 @@ use crate::common::{Context, Test};
 use girandole::core::glam::{Vec2, Vec3, Vec4};
 use girandole::core::lights::{BoundingSphere, Clamp, LightSample, Profile, Rectangle, SampleOrigin};
 use girandole::core::math::warp;
+use girandole::core::scene::LightId;
 use girandole::core::{brdf, math, tonemap};
 use std::f32::consts::PI;
 use wgpu::util::DeviceExt;
@@ -242,7 +243,7 @@ fn geometric_factor(context: &Context) {
     let kinds = [(Clamp::At(bound), true), (Clamp::Own, true), (Clamp::Own, false)];
     let cases = profiles.into_iter().enumerate().flat_map(|p| kinds.map(|kind| (p, kind)));
     for ((index, profile), (clamp, is_open)) in cases {
-        let origin = SampleOrigin::Punctual { light: 0 };
+        let origin = SampleOrigin::Punctual { light: LightId(0) };
         let sample = LightSample {
             position,
             normal,

@@ -212,8 +212,8 @@ fn many_frames_with(context: &Context, rewalk: Rewalk) {
     const FRAMES: u32 = 90;
     let mut scene = builtin::build("block", MovingObject::Torus).expect("a room");
     let torus = scene.objects.iter().position(|o| o.dynamic).expect("it is dynamic");
-    let lamp = scene.materials.iter().position(|m| m.emits()).expect("a lamp") as u32;
-    let emission = scene.materials[lamp as usize].emission;
+    let lamp = scene.materials.iter().position(|m| m.emits()).expect("a lamp");
+    let emission = scene.materials[lamp].emission;
     let gray = scene.add_material(Material::diffuse("gray", Vec3::splat(0.5)));
     let cube = {
         let mut mesh = Mesh::default();
@@ -239,7 +239,7 @@ fn many_frames_with(context: &Context, rewalk: Rewalk) {
         let node = if frame % 3 == 0 { cube } else { scene.objects[torus].node };
         scene.set_transform(node, Transform::rigid(turn, at)).expect("a place");
         if frame % 10 == 9 {
-            scene.set_emission(lamp, emission * (0.5 + random(frame, 5))).expect("an emission");
+            scene.set_emission(lamp.into(), emission * (0.5 + random(frame, 5))).expect("an emission");
         }
         let changes = scene.take_changes();
         renderer.update(&scene, &changes).expect("update");
@@ -385,9 +385,9 @@ fn held_lights(context: &Context) {
         }
     }
     // What is dimmed and coloured needs no map, and the next frame shows it.
-    let lamp = scene.materials.iter().position(|m| m.emits()).expect("a lamp") as u32;
+    let lamp = scene.materials.iter().position(|m| m.emits()).expect("a lamp");
     for emission in [Vec3::new(2.0, 9.0, 4.0), Vec3::ZERO] {
-        scene.set_emission(lamp, emission).expect("an emission");
+        scene.set_emission(lamp.into(), emission).expect("an emission");
         let changes = scene.take_changes();
         renderer.update(&scene, &changes).expect("update");
         load_anew(&mut other, &scene, &renderer);

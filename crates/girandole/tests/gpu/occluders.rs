@@ -6,7 +6,7 @@ use girandole::core::glam::{Quat, Vec3};
 use girandole::core::math::sequence;
 use girandole::core::scene::builtin::shapes;
 use girandole::core::scene::{
-    ColorSpace, Filter, Material, Mesh, NodeId, Scene, Texture, TextureRef, Transform, View, Wrap,
+    ColorSpace, Filter, Material, MaterialId, Mesh, NodeId, Scene, Texture, TextureRef, Transform, View, Wrap,
 };
 use girandole::{MapUpdates, RenderSettings, RendererOptions};
 
@@ -38,11 +38,11 @@ fn place(index: u32, shift: f32) -> Transform {
 fn tori(shift: f32) -> Scene {
     let mut scene = stage(12, 0.05, shift);
     let mut shelf = Mesh::default();
-    shelf.add_box(Vec3::new(-0.3, 0.5, -1.2), Vec3::new(0.3, 0.6, -0.7), 0);
+    shelf.add_box(Vec3::new(-0.3, 0.5, -1.2), Vec3::new(0.3, 0.6, -0.7), MaterialId(0));
     scene.add_object("shelf", shelf, Transform::IDENTITY);
     for index in 12..18 {
         let radius = 0.08 * (index - 11) as f32;
-        let torus = shapes::torus(radius, 0.35 * radius, 40, 24, 0);
+        let torus = shapes::torus(radius, 0.35 * radius, 40, 24, MaterialId(0));
         scene.add_object("torus", torus, place(index, shift));
         scene.objects.last_mut().expect("it was added").dynamic = true;
     }

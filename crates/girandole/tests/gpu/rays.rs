@@ -7,7 +7,7 @@ use girandole::core::illumination::IlluminationSettings;
 use girandole::core::lights::LightSettings;
 use girandole::core::math::warp;
 use girandole::core::scene::builtin::MovingObject;
-use girandole::core::scene::{Geometry, NONE, Scene, Transform};
+use girandole::core::scene::{Geometry, MaterialId, NONE, Scene, Transform};
 use girandole::core::trace::{Hit, Ray, SceneTracer, ray_offset_distance};
 use girandole::{Renderer, RendererOptions};
 
@@ -144,7 +144,7 @@ fn meet_what_the_tracer_says(context: &Context) {
 /// What moves, turns, and bends, is met where it is; the control: where it was it is no more.
 fn meet_what_moved(context: &Context) {
     let mut scene = with_object("table", MovingObject::Torus);
-    let ball = bending_ball(&mut scene, 0, Vec3::new(0.3, 0.4, 0.9));
+    let ball = bending_ball(&mut scene, MaterialId(0), Vec3::new(0.3, 0.4, 0.9));
     let torus = scene.objects.iter().position(|object| object.dynamic).expect("a dynamic object");
     let torus = scene.objects[torus].node;
     scene.take_changes();

@@ -8,7 +8,7 @@ use girandole::core::illumination::IlluminationSettings;
 use girandole::core::lights::LightSettings;
 use girandole::core::math::sequence;
 use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{Material, Scene, Transform, View};
+use girandole::core::scene::{Material, MaterialId, Scene, Transform, View};
 use girandole::core::tonemap::{Exposure, Tonemap};
 use girandole::{Mode, RenderSettings, Renderer, RendererOptions, Target};
 
@@ -381,10 +381,10 @@ fn updates(context: &Context) {
                     1 => {
                         let lamp = scene.materials.iter().position(Material::emits).expect("a lamp");
                         let emission = Vec3::new(next(20) as f32, next(20) as f32, 1.0 + next(20) as f32);
-                        scene.set_emission(lamp as u32, emission).expect("an emission");
+                        scene.set_emission(lamp.into(), emission).expect("an emission");
                     }
                     2 => {
-                        let ball = shapes::sphere(0.1 + next(20) as f32 * 0.01, 12, 8, 0);
+                        let ball = shapes::sphere(0.1 + next(20) as f32 * 0.01, 12, 8, MaterialId(0));
                         added.push(
                             scene
                                 .insert_object("ball", ball, Transform::translation(place), next(2) == 0)

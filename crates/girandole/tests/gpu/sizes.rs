@@ -6,7 +6,7 @@ use girandole::core::glam::{Quat, Vec3};
 use girandole::core::image::Image;
 use girandole::core::lights::{LightSet, LightSettings};
 use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{Geometry, Material, Mesh, Scene, Transform, View};
+use girandole::core::scene::{Geometry, Material, MaterialId, Mesh, Scene, Transform, View};
 use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole::{Mode, RenderSettings, RendererOptions};
 
@@ -39,7 +39,7 @@ fn far_away(context: &Context) {
         let mut scene = builtin::build("table", MovingObject::Torus).expect("a built-in scene");
         if let Some(x) = at {
             let mut mesh = Mesh::default();
-            mesh.add_box(Vec3::splat(-0.2), Vec3::splat(0.2), 0);
+            mesh.add_box(Vec3::splat(-0.2), Vec3::splat(0.2), MaterialId(0));
             scene.add_object("box", mesh, Transform::translation(Vec3::new(x, 0.5, 0.0)));
         }
         let geometry = Geometry::new(&scene);

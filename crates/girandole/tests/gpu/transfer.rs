@@ -166,7 +166,7 @@ fn compressed(context: &Context) {
     let object = mover(&stage.scene);
     // Coloured, so that its channels differ.
     let material = stage.geometry.objects[object.index()].triangles.start;
-    let material = stage.geometry.triangles[material as usize].material as usize;
+    let material = stage.geometry.triangles[material as usize].material.index();
     stage.scene.materials[material].base_color = Vec3::new(0.8, 0.5, 0.2);
     let stage = Stage::new(stage.scene, &LightSettings { count: 40, ..LightSettings::default() });
     let mask = mask(&stage, &view);

@@ -5,7 +5,7 @@ use crate::window::lamps::Lamp;
 use crate::window::session::Session;
 use egui::{Slider, Ui};
 use girandole_core::glam::Vec3;
-use girandole_core::scene::{Edit, NamedIndex, ObjectId, Shades};
+use girandole_core::scene::{Edit, MaterialId, NamedIndex, ObjectId, Shades};
 
 /// Of an object with more of them, the others are not shown.
 const MOST: usize = 8;
@@ -14,7 +14,7 @@ const MOST: usize = 8;
 pub fn show(ui: &mut Ui, session: &mut Session, id: ObjectId) {
     let of_object = |id: ObjectId| Some(&session.scene.meshes[session.scene.objects.get(id.index())?.mesh]);
     let Some(mesh) = of_object(id) else { return };
-    let mut materials: Vec<u32> = Vec::new();
+    let mut materials: Vec<MaterialId> = Vec::new();
     // Triangles of one material lie side by side as a rule.
     for run in mesh.triangles.chunk_by(|a, b| a.material == b.material) {
         if !materials.contains(&run[0].material) && materials.len() <= MOST {
@@ -22,15 +22,15 @@ pub fn show(ui: &mut Ui, session: &mut Session, id: ObjectId) {
         }
     }
     for &material in materials.iter().take(MOST) {
-        ui.push_id(material, |ui| one(ui, session, material));
+        ui.push_id(material.0, |ui| one(ui, session, material));
     }
     if materials.len() > MOST {
         ui.weak("It has more materials.");
     }
 }
 
-fn one(ui: &mut Ui, session: &mut Session, index: u32) {
-    let material = &session.scene.materials[index as usize];
+fn one(ui: &mut Ui, session: &mut Session, index: MaterialId) {
+    let material = &session.scene.materials[index];
     let mut shades = material.shades();
     let is_textured = material.base_color_texture.is_some();
     let name = Lamp::Material(index).name(&session.scene);
@@ -63,7 +63,7 @@ fn one(ui: &mut Ui, session: &mut Session, index: u32) {
     row(ui, "Metal", "0: reflects by its surface and from within; 1: mirrors in its own colour.", |ui| {
         ui.add(share(&mut shades.metallic))
     });
-    if shades != session.scene.materials[index as usize].shades() {
+    if shades != session.scene.materials[index].shades() {
         let Shades { metallic, roughness, specular, .. } = shades;
         let [metallic, roughness, specular] = [metallic, roughness, specular].map(|x| x.clamp(0.0, 1.0));
         let material = NamedIndex::material(&session.scene, index);

@@ -9,7 +9,8 @@ use crate::args::EnvironmentArg;
 use girandole_core::glam::Vec3;
 use girandole_core::illumination::Illumination;
 use girandole_core::scene::{
-    Edit, FieldOfView, Geometry, LightId, NamedIndex, PunctualKind, Shades, Shape, Transform, Viewpoint,
+    Edit, FieldOfView, Geometry, LightId, MaterialId, NamedIndex, PunctualKind, Shades, Shape, Transform,
+    Viewpoint,
 };
 use girandole_reference::{OracleSettings, oracle};
 
@@ -71,7 +72,7 @@ fn state(session: &Session) -> String {
 fn change(session: &mut Session, tools: &mut Tools, dice: &mut Dice) {
     let object = dice.below(session.scene.objects.len());
     let node = NamedIndex::node(&session.scene, session.scene.objects[object].node);
-    let material = dice.below(session.scene.materials.len()) as u32;
+    let material = MaterialId::from(dice.below(session.scene.materials.len()));
     let named = NamedIndex::material(&session.scene, material);
     tools.select(Some(Selected::Object(object.into())));
     match dice.below(14) {

@@ -1,7 +1,7 @@
 //! Light samples are placed for views, and for those to come.
 
 use super::*;
-use crate::scene::Shades;
+use crate::scene::{MaterialId, Shades};
 
 #[test]
 fn placing_for_a_view_is_deriving_for_it() {
@@ -21,7 +21,7 @@ fn placing_for_a_view_is_deriving_for_it() {
     assert!(for_view != by_power, "the view counts");
     // Views stay what they are through updates.
     let _ = scene.take_changes();
-    let lamp = scene.materials.iter().position(Material::emits).expect("a lamp") as u32;
+    let lamp = scene.materials.iter().position(Material::emits).expect("a lamp").into();
     scene.set_emission(lamp, vec3(1.0, 2.0, 3.0)).expect("an emission");
     let changes = scene.take_changes();
     assert!(held.place_for(&scene, &[]).is_err(), "the scene has changed since");
@@ -77,8 +77,8 @@ fn what_is_smooth_enough_for_mirrored_rays_follows_the_materials() {
         (0..database.receivers().leaves.len() as u32).filter(|leaf| database.is_mirror(*leaf)).collect()
     };
     assert!(mirrors(&held).is_empty());
-    for material in 0..scene.materials.len() as u32 {
-        let shades = Shades { roughness: 0.1, ..scene.materials[material as usize].shades() };
+    for material in (0..scene.materials.len()).map(MaterialId::from) {
+        let shades = Shades { roughness: 0.1, ..scene.materials[material].shades() };
         scene.set_shades(material, shades).expect("a material");
     }
     let changes = scene.take_changes();

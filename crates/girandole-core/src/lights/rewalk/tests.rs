@@ -3,8 +3,8 @@
 use super::*;
 use crate::lights::tests::{agrees, flux, over_seeds};
 use crate::lights::walk::Path;
-use crate::scene::Transform;
 use crate::scene::builtin::{self, MovingObject};
+use crate::scene::{MaterialId, Transform};
 use crate::trace::SceneTracer;
 use glam::{DVec3, Quat, vec3};
 
@@ -223,11 +223,11 @@ fn samples_come_and_go_little_by_little_and_come_to_rest() {
 
 #[test]
 fn what_is_dimmed_is_not_walked_and_stays_dimmed_when_it_is() {
-    let lamp_of = |scene: &Scene| scene.materials.iter().position(|m| m.emits()).expect("a lamp") as u32;
+    let lamp_of = |scene: &Scene| scene.materials.iter().position(|m| m.emits()).expect("a lamp");
     let mut scene = room();
     pose(&mut scene, 0, true);
-    let lamp = lamp_of(&scene);
-    let emission = scene.materials[lamp as usize].emission;
+    let lamp = MaterialId::from(lamp_of(&scene));
+    let emission = scene.materials[lamp].emission;
     let (mut walk, bright) = opened(&scene, &settings(60, 2), ALL);
     let factor = vec3(0.5, 0.25, 0.0);
     scene.set_emission(lamp, emission * factor).expect("an emission");
@@ -248,7 +248,7 @@ fn what_is_dimmed_is_not_walked_and_stays_dimmed_when_it_is() {
     let ratio = flux(lit.samples()) / flux(bright.samples());
     assert!((ratio - 1.0).abs().max_element() < 0.2, "{ratio}");
     // What emits in a channel for the first time makes all anew.
-    let wall = scene.materials.iter().position(|m| !m.emits()).expect("a wall") as u32;
-    scene.set_emission(wall, Vec3::X).expect("an emission");
+    let wall = scene.materials.iter().position(|m| !m.emits()).expect("a wall");
+    scene.set_emission(wall.into(), Vec3::X).expect("an emission");
     assert!(walk.follow(&scene, &Geometry::new(&scene)).is_none());
 }

@@ -9,7 +9,7 @@ fn direct_only(count: u32, seed: u32) -> LightSettings {
 #[test]
 fn a_quad_gives_even_samples_of_its_radiance_times_area_over_n() {
     let mut mesh = Mesh::default();
-    square(&mut mesh, vec3(3.0, 2.0, -1.0), 2.0, false, 0);
+    square(&mut mesh, vec3(3.0, 2.0, -1.0), 2.0, false, MaterialId(0));
     let (scene, geometry) = scene_of(mesh, vec![Material::emitter("light", vec3(5.0, 3.0, 1.0))]);
     let set = LightSet::sample(&scene, &geometry, &direct_only(64, 3)).unwrap();
     assert_eq!((set.samples.len(), set.direct, set.paths), (64, 64, 0));
@@ -30,7 +30,7 @@ fn a_quad_gives_even_samples_of_its_radiance_times_area_over_n() {
 fn no_emitter_loses_energy_however_small_its_share() {
     let mut mesh = Mesh::default();
     for (i, (size, material)) in [(2.0, 0), (0.1, 1), (1.0, 1)].into_iter().enumerate() {
-        square(&mut mesh, vec3(3.0 * i as f32, 0.0, 0.0), size, true, material);
+        square(&mut mesh, vec3(3.0 * i as f32, 0.0, 0.0), size, true, material.into());
     }
     let mut scene = Scene::default();
     scene.add_material(Material::emitter("a", Vec3::new(9.0, 1.0, 1.0)));
@@ -87,7 +87,7 @@ fn texture(alpha: impl Fn(u32, u32) -> u8) -> Texture {
 fn textured_and_masked_emitters_keep_their_power_and_black_points_get_no_samples() {
     for masked in [false, true] {
         let mut mesh = Mesh::default();
-        square(&mut mesh, Vec3::ZERO, 1.0, true, 0);
+        square(&mut mesh, Vec3::ZERO, 1.0, true, MaterialId(0));
         let mut material = Material::emitter("screen", Vec3::splat(4.0));
         material.emission_texture = Some(TextureRef::new(0));
         if masked {
@@ -117,7 +117,7 @@ fn textured_and_masked_emitters_keep_their_power_and_black_points_get_no_samples
 #[test]
 fn a_double_sided_emitter_emits_from_both_sides() {
     let mut mesh = Mesh::default();
-    square(&mut mesh, Vec3::ZERO, 1.0, true, 0);
+    square(&mut mesh, Vec3::ZERO, 1.0, true, MaterialId(0));
     let mut material = Material::emitter("sheet", Vec3::ONE);
     material.double_sided = true;
     let (scene, geometry) = scene_of(mesh, vec![material]);
@@ -130,7 +130,7 @@ fn a_double_sided_emitter_emits_from_both_sides() {
 
 #[test]
 fn a_mesh_of_many_triangles_is_covered_evenly() {
-    let sphere = crate::scene::builtin::shapes::sphere(1.0, 32, 16, 0);
+    let sphere = crate::scene::builtin::shapes::sphere(1.0, 32, 16, MaterialId(0));
     let (scene, geometry) = scene_of(sphere, vec![Material::emitter("lamp", Vec3::ONE)]);
     let area: f64 = (0..geometry.triangles.len() as u32).map(|t| f64::from(geometry.area(t))).sum();
     let set = LightSet::sample(&scene, &geometry, &direct_only(256, 5)).unwrap();
@@ -143,8 +143,8 @@ fn a_mesh_of_many_triangles_is_covered_evenly() {
 #[test]
 fn punctual_lights_come_first_and_keep_their_profiles() {
     let mut mesh = Mesh::default();
-    square(&mut mesh, Vec3::ZERO, 4.0, true, 0);
-    square(&mut mesh, Vec3::Y * 2.0, 1.0, false, 1);
+    square(&mut mesh, Vec3::ZERO, 4.0, true, MaterialId(0));
+    square(&mut mesh, Vec3::Y * 2.0, 1.0, false, MaterialId(1));
     let (mut scene, _) = scene_of(mesh, vec![Material::default(), Material::emitter("light", Vec3::ONE)]);
     let node = scene.add_node("lamp", Transform::looking_at(vec3(0.5, 1.0, 0.0), vec3(0.5, 0.0, 0.0)));
     for kind in [
@@ -212,7 +212,7 @@ fn a_spots_cone_integrates_and_samples_its_profile() {
 fn a_tree_chooses_in_proportion_and_stays_uniform() {
     let mut mesh = Mesh::default();
     for (i, size) in [1.0_f32, 2.0, 0.5, 0.25, 1.5].into_iter().enumerate() {
-        square(&mut mesh, vec3(i as f32 * 3.0, 0.0, 0.0), size, true, 0);
+        square(&mut mesh, vec3(i as f32 * 3.0, 0.0, 0.0), size, true, MaterialId(0));
     }
     let (scene, geometry) = scene_of(mesh, vec![Material::emitter("light", Vec3::ONE)]);
     let tree =

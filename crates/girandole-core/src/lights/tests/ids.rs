@@ -8,8 +8,8 @@ fn settings() -> LightSettings {
     LightSettings { count: 200, direct_share: Some(0.25), ..LightSettings::default() }
 }
 
-fn by_id(set: &LightSet) -> BTreeMap<LightId, LightSample> {
-    let all: BTreeMap<LightId, LightSample> =
+fn by_id(set: &LightSet) -> BTreeMap<SampleId, LightSample> {
+    let all: BTreeMap<SampleId, LightSample> =
         set.ids().iter().copied().zip(set.samples().iter().copied()).collect();
     assert_eq!((all.len(), set.ids().len()), (set.len(), set.len()), "no two are equal");
     all
@@ -44,7 +44,7 @@ fn no_two_samples_have_the_same_id() {
 #[test]
 fn ids_say_where_samples_come_from() {
     let mut mesh = closed_box();
-    square(&mut mesh, Vec3::splat(0.5), 0.1, false, 2);
+    square(&mut mesh, Vec3::splat(0.5), 0.1, false, MaterialId(2));
     let lamp = Material { double_sided: true, ..Material::emitter("lamp", Vec3::ONE) };
     let (mut scene, _) =
         scene_of(mesh, vec![Material::emitter("floor", Vec3::ONE), Material::default(), lamp]);
@@ -56,14 +56,17 @@ fn ids_say_where_samples_come_from() {
     let mut sides = BTreeSet::new();
     for (id, sample) in by_id(&set) {
         match (id, sample.origin) {
-            (LightId::Punctual { light: 0, index }, SampleOrigin::Punctual { light: 0 }) => {
+            (
+                SampleId::Punctual { light: LightId(0), index },
+                SampleOrigin::Punctual { light: LightId(0) },
+            ) => {
                 assert_eq!(sample.normal.y > 0.0, index == 0);
             }
-            (LightId::Emitter { object: 0, material, back, .. }, SampleOrigin::Emitter { triangle, .. }) => {
+            (SampleId::Emitter { object: 0, material, back, .. }, SampleOrigin::Emitter { triangle, .. }) => {
                 assert_eq!(geometry.triangles[triangle as usize].material, material);
-                sides.insert((material, back));
+                sides.insert((material.0, back));
             }
-            (LightId::Bounce { path, bounce, .. }, SampleOrigin::Bounce { path: p, bounce: b, .. }) => {
+            (SampleId::Bounce { path, bounce, .. }, SampleOrigin::Bounce { path: p, bounce: b, .. }) => {
                 assert_eq!((path, bounce), (p, b));
             }
             other => panic!("{other:?}"),
@@ -86,12 +89,12 @@ fn ids_survive_changes_elsewhere() {
     let set = LightSet::sample(&scene, &geometry, &settings()).unwrap();
     let after = by_id(&set);
     // All direct ones, to the bit; and half of the walk's, as each is chosen among all of its paths.
-    let direct = |id: &LightId| !matches!(id, LightId::Bounce { .. });
+    let direct = |id: &SampleId| !matches!(id, SampleId::Bounce { .. });
     assert_eq!(set.direct, 50);
     for (id, sample) in before.iter().filter(|(id, _)| direct(id)) {
         assert_eq!(after.get(id), Some(sample));
     }
-    let kept = |a: &BTreeMap<LightId, LightSample>| {
+    let kept = |a: &BTreeMap<SampleId, LightSample>| {
         let bounces = before.iter().filter(|(id, _)| !direct(id));
         let both = bounces.filter_map(|(id, s)| Some((s, a.get(id)?)));
         both.filter(|(a, b)| a.position == b.position && a.normal == b.normal).count()
@@ -113,7 +116,7 @@ fn what_does_not_belong_together_is_refused() {
     assert!(set.belongs_to(&geometry).is_ok() && set.belongs_to(&geometry.clone()).is_ok());
     assert!(set == again && set.generation() != again.generation());
     assert_eq!(set.clone().generation(), set.generation());
-    scene.set_emission(0, Vec3::splat(2.0)).unwrap();
+    scene.set_emission(MaterialId(0), Vec3::splat(2.0)).unwrap();
     assert!(set.belongs_to(&Geometry::new(&scene)).unwrap_err().to_string().contains("earlier version"));
     assert!(LightSet::sample(&scene, &geometry, &settings()).unwrap_err().to_string().contains("geometry"));
     // Another scene that is the same to the bit is another one.

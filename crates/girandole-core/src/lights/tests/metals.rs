@@ -15,7 +15,7 @@ fn settings(bounces: u32, seed: u32) -> LightSettings {
 
 /// A hollow sphere about a point light of 1 W/sr.
 fn cavity(wall: Material) -> (Scene, Geometry) {
-    let mut mesh = shapes::sphere(1.0, 64, 32, 0);
+    let mut mesh = shapes::sphere(1.0, 64, 32, MaterialId(0));
     mesh.triangles.iter_mut().for_each(|t| t.vertices.swap(1, 2));
     mesh.normals.iter_mut().for_each(|n| *n = -*n);
     let (mut scene, _) = scene_of(mesh, vec![wall]);

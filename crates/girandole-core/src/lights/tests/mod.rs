@@ -15,7 +15,7 @@ use super::emission::{Emission, Emissions};
 use super::walk::{Pilot, Walk, walk};
 use super::*;
 use crate::math::sequence;
-use crate::scene::{Material, Mesh, Texture, Transform};
+use crate::scene::{Material, MaterialId, Mesh, Texture, Transform};
 use crate::trace::SceneTracer;
 use glam::{DVec3, vec3};
 
@@ -31,18 +31,18 @@ pub(super) fn scene_of(mesh: Mesh, materials: Vec<Material>) -> (Scene, Geometry
 /// A unit cube that faces inwards; its floor has material 0, the rest material 1.
 pub(super) fn closed_box() -> Mesh {
     let mut outside = Mesh::default();
-    outside.add_box(Vec3::ZERO, Vec3::ONE, 1);
+    outside.add_box(Vec3::ZERO, Vec3::ONE, MaterialId(1));
     let mut mesh = Mesh::default();
     for patch in &outside.patches {
         let corners: Vec<Vec3> = patch.outline.iter().rev().map(|&v| outside.positions[v as usize]).collect();
         let floor = corners.iter().all(|p| p.y == 0.0);
-        mesh.add_polygon(&corners, u32::from(!floor));
+        mesh.add_polygon(&corners, MaterialId(u32::from(!floor)));
     }
     mesh
 }
 
 /// A horizontal square of side `size` about `center` that faces up, or down.
-pub(super) fn square(mesh: &mut Mesh, center: Vec3, size: f32, up: bool, material: u32) {
+pub(super) fn square(mesh: &mut Mesh, center: Vec3, size: f32, up: bool, material: MaterialId) {
     let h = size * 0.5;
     let mut corners =
         [vec3(-h, 0.0, h), vec3(h, 0.0, h), vec3(h, 0.0, -h), vec3(-h, 0.0, -h)].map(|p| p + center);

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 /// Closed rooms of 1 m, 0.2 m apart, each with a lamp; the first one is about (0.5, 0.5, 0.5).
 fn rooms(count: u32) -> (Scene, Geometry) {
     let mut mesh = closed_box();
-    square(&mut mesh, vec3(0.5, 0.9, 0.5), 0.2, false, 2);
+    square(&mut mesh, vec3(0.5, 0.9, 0.5), 0.2, false, MaterialId(2));
     let mut scene = Scene::default();
     scene.materials = vec![
         Material::diffuse("floor", Vec3::splat(0.5)),
@@ -120,7 +120,7 @@ fn what_is_far_away_takes_no_samples() {
     let mut scene = builtin::build("table", MovingObject::None).unwrap();
     scene.ensure_camera();
     let mut far = Mesh::default();
-    far.add_box(Vec3::splat(-0.2), Vec3::splat(0.2), 0);
+    far.add_box(Vec3::splat(-0.2), Vec3::splat(0.2), MaterialId(0));
     scene.add_object("far", far, Transform::translation(vec3(100.0, 0.0, 0.0)));
     let geometry = Geometry::new(&scene);
     let view = View::new(&scene, &scene.cameras[0], 1.3);
@@ -148,7 +148,7 @@ fn most_samples_stay_when_the_view_moves_a_little() {
             .zip(set.samples().iter().map(|s| s.position.to_array().map(f32::to_bits)))
             .collect()
     };
-    let kept = |a: &BTreeSet<(LightId, [u32; 3])>, b: &BTreeSet<_>| a.intersection(b).count();
+    let kept = |a: &BTreeSet<(SampleId, [u32; 3])>, b: &BTreeSet<_>| a.intersection(b).count();
     let first: BTreeSet<_> = sample(0.0, 1);
     let (moved, other) = (sample(0.02, 1), sample(0.0, 2));
     println!("{} of 300 stay", kept(&first, &moved));

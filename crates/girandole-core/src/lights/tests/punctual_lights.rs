@@ -11,8 +11,8 @@ const PANEL: f32 = 3.0;
 fn room(lights: u32, kinds: &[PunctualKind], panel: bool) -> Scene {
     let mut mesh = closed_box();
     if panel {
-        square(&mut mesh, vec3(0.5, 0.95, 0.5), 0.3, false, 1);
-        square(&mut mesh, vec3(0.5, 0.9, 0.5), 0.3, false, 2);
+        square(&mut mesh, vec3(0.5, 0.95, 0.5), 0.3, false, MaterialId(1));
+        square(&mut mesh, vec3(0.5, 0.9, 0.5), 0.3, false, MaterialId(2));
     }
     let gray = Material::diffuse("gray", Vec3::splat(0.5));
     let materials = vec![gray.clone(), gray, Material::emitter("panel", Vec3::splat(PANEL))];
@@ -89,7 +89,7 @@ fn lights_at_one_place_are_told_apart() {
     let set = LightSet::sample(&scene, &geometry, &settings(60, 2, 0)).unwrap();
     let keys: BTreeSet<_> = of_lights(&set).iter().filter_map(punctual::key).collect();
     assert_eq!((keys.len(), of_lights(&set).len()), (12, 12));
-    let ids: BTreeSet<LightId> = set.ids().iter().copied().collect();
+    let ids: BTreeSet<SampleId> = set.ids().iter().copied().collect();
     assert_eq!(ids.len(), set.len());
 }
 

@@ -73,7 +73,7 @@ fn sample_at(position: Vec3, normal: Vec3) -> LightSample {
         normal,
         intensity: Vec3::ONE,
         profile: Profile::Cosine,
-        origin: SampleOrigin::Punctual { light: 0 },
+        origin: SampleOrigin::Punctual { light: LightId(0) },
         rectangle: None,
     }
 }
@@ -176,7 +176,7 @@ fn samples_have_the_mean_colour_of_their_plane() {
         })
         .collect();
     let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
-    let sources = vec![Emission::Material(0); deposits.len()];
+    let sources = vec![Emission::Material(MaterialId(0)); deposits.len()];
     let candidates = Candidates { samples: &deposits, sources: &sources, weights: &weights };
     for Chosen { sample, .. } in resample(candidates, (6, &importance::Importance::uniform()), 0.5, 1).0 {
         let [red, green, blue] = sample.intensity.to_array();

@@ -65,7 +65,7 @@ fn scenes_that_reflect_nothing_end_with_a_warning_and_no_light_is_an_error() {
     assert!((flux(&set.samples).x - std::f64::consts::PI).abs() < 1e-4);
     // An emitter under an open sky.
     let mut mesh = Mesh::default();
-    square(&mut mesh, Vec3::ZERO, 1.0, true, 0);
+    square(&mut mesh, Vec3::ZERO, 1.0, true, MaterialId(0));
     let (scene, geometry) = scene_of(mesh, vec![Material::emitter("light", Vec3::ONE)]);
     let set = LightSet::sample(&scene, &geometry, &LightSettings::default()).unwrap();
     assert_eq!((set.samples.len(), set.direct, set.warnings.len()), (300, 300, 1));
@@ -78,7 +78,10 @@ fn scenes_that_reflect_nothing_end_with_a_warning_and_no_light_is_an_error() {
     let first = mesh.positions.len() as u32;
     mesh.positions.extend([Vec3::ZERO, Vec3::X, Vec3::X * 0.5]);
     mesh.normals.extend([Vec3::Y; 3]);
-    mesh.triangles.push(crate::scene::MeshTriangle { vertices: [first, first + 1, first + 2], material: 2 });
+    mesh.triangles.push(crate::scene::MeshTriangle {
+        vertices: [first, first + 1, first + 2],
+        material: MaterialId(2),
+    });
     let materials = vec![Material::default(), Material::default(), Material::emitter("lamp", Vec3::ONE)];
     let (flat, flat_geometry) = scene_of(mesh, materials);
     let error = LightSet::sample(&flat, &flat_geometry, &LightSettings::default()).unwrap_err();

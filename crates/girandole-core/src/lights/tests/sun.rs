@@ -21,8 +21,8 @@ fn sunny_picture() -> Environment {
 /// A cube on a floor.
 fn outdoors(environment: Environment) -> (Scene, Geometry, View) {
     let mut mesh = Mesh::default();
-    square(&mut mesh, Vec3::ZERO, 6.0, true, 0);
-    mesh.add_box(vec3(-0.5, 0.0, -0.5), vec3(0.5, 1.0, 0.5), 0);
+    square(&mut mesh, Vec3::ZERO, 6.0, true, MaterialId(0));
+    mesh.add_box(vec3(-0.5, 0.0, -0.5), vec3(0.5, 1.0, 0.5), MaterialId(0));
     let (mut scene, _) = scene_of(mesh, vec![Material::diffuse("white", Vec3::splat(0.7))]);
     scene.environment = Some(environment);
     let forward = vec3(0.0, -0.5, -1.0).normalize();
@@ -81,7 +81,7 @@ fn where_it_does_not_shine_the_sun_has_hardly_a_sample() {
         for [low, high] in [[-40.0, -gap], [gap, 40.0]] {
             let mut wall = Mesh::default();
             let corners = [(low, -1.0), (high, -1.0), (high, 60.0), (low, 60.0)];
-            wall.add_polygon(&corners.map(|(x, y)| vec3(x, y, -4.0)), 0);
+            wall.add_polygon(&corners.map(|(x, y)| vec3(x, y, -4.0)), MaterialId(0));
             scene.add_object("wall", wall, Transform::IDENTITY);
         }
         let geometry = Geometry::new(&scene);
@@ -134,7 +134,7 @@ fn skies_without_a_sun_have_no_samples_of_one() {
 fn the_sun_keeps_its_strata_while_things_move() {
     let (mut scene, _, view) = outdoors(sky(30.0));
     let mut mover = Mesh::default();
-    mover.add_box(Vec3::splat(-0.2), Vec3::splat(0.2), 0);
+    mover.add_box(Vec3::splat(-0.2), Vec3::splat(0.2), MaterialId(0));
     scene.add_object("mover", mover, Transform::IDENTITY);
     scene.objects[1].dynamic = true;
     let node = scene.objects[1].node;

@@ -88,7 +88,7 @@ fn a_closed_room_holds_the_geometric_series_of_light() {
 
 /// A sphere from the inside with a hole: what leaves any of its points lands evenly all over it.
 fn sphere_with_hole(rho: f32) -> (Scene, Geometry, f64) {
-    let mut mesh = shapes::sphere(1.0, 48, 24, 1);
+    let mut mesh = shapes::sphere(1.0, 48, 24, MaterialId(1));
     mesh.triangles.iter_mut().for_each(|t| t.vertices.swap(1, 2));
     mesh.normals.iter_mut().for_each(|n| *n = -*n);
     let height = |t: &crate::scene::MeshTriangle| {
@@ -98,7 +98,7 @@ fn sphere_with_hole(rho: f32) -> (Scene, Geometry, f64) {
     mesh.triangles = kept;
     for t in &mut mesh.triangles {
         let low = t.vertices.iter().all(|&v| mesh.positions[v as usize].y < -0.9);
-        t.material = u32::from(!low);
+        t.material = MaterialId(u32::from(!low));
     }
     let mut light = Material::emitter("light", vec3(3.0, 2.0, 1.0));
     light.base_color = Vec3::splat(rho);
@@ -146,8 +146,8 @@ fn a_half_open_cavity_loses_the_same_share_at_every_bounce() {
 fn two_plates_exchange_what_their_form_factor_says() {
     // Unit squares one unit apart: F = 0.19982 (Howell's catalogue, C-11).
     let mut mesh = Mesh::default();
-    square(&mut mesh, Vec3::ZERO, 1.0, true, 0);
-    square(&mut mesh, Vec3::Y, 1.0, false, 1);
+    square(&mut mesh, Vec3::ZERO, 1.0, true, MaterialId(0));
+    square(&mut mesh, Vec3::Y, 1.0, false, MaterialId(1));
     let materials = vec![Material::emitter("light", Vec3::ONE), Material::diffuse("plate", Vec3::splat(0.5))];
     let (scene, geometry) = scene_of(mesh, materials);
     let expected = DVec3::splat(std::f64::consts::PI * 0.19982 * 0.5);
@@ -194,7 +194,7 @@ fn punctual_lights_start_paths_with_their_own_flux() {
     assert!(!agrees(mean, color * 2.0 * pi * (1.0 - co) * series, 0.0), "negative control");
     // The sun at 60° from the zenith on a plate of 4 m²: half its irradiance.
     let mut plate = Mesh::default();
-    square(&mut plate, Vec3::ZERO, 2.0, true, 0);
+    square(&mut plate, Vec3::ZERO, 2.0, true, MaterialId(0));
     let from = vec3(3.0_f32.sqrt(), 1.0, 0.0);
     let mean = lit(PunctualKind::Directional, from, Vec3::ZERO, plate, 1);
     assert!(agrees(mean, color * 4.0 * 0.5 * rho, 0.0), "{mean:?}");
@@ -232,7 +232,7 @@ fn choosing_among_deposits_changes_no_expected_light() {
     };
     let choose = |deposits: &[LightSample], count, seed| {
         let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
-        let sources = vec![Emission::Material(0); deposits.len()];
+        let sources = vec![Emission::Material(MaterialId(0)); deposits.len()];
         let candidates = Candidates { samples: deposits, sources: &sources, weights: &weights };
         resample(candidates, (count, &importance::Importance::uniform()), 0.7, seed)
             .0
@@ -286,7 +286,7 @@ fn samples_lie_on_surfaces_that_reflect_and_face_away_from_them() {
         let height = (s.position - a).dot(geometry.normal(triangle));
         assert!((height - offset).abs() < offset * 0.3, "{height} {offset}");
         assert!((s.normal - geometry.normal(triangle)).length() < 1e-6, "single-sided: from the front");
-        let material = &scene.materials[geometry.triangles[triangle as usize].material as usize];
+        let material = &scene.materials[geometry.triangles[triangle as usize].material];
         assert!(material.base_color.max_element() > 0.0);
     }
     assert!(bounces[0] == 0 && (1..5).all(|b| bounces[b] > bounces[b + 1]), "{bounces:?}");
@@ -311,7 +311,7 @@ fn smooth_normals_do_not_change_the_light_that_a_surface_reflects_on_average() {
     // A coarse sphere around a lamp, once flat and once with smooth normals: bent normals move light between its
     // facets, but what a closed grey cavity holds after one bounce stays within a few percent.
     let reflected = |smooth: bool| {
-        let mut mesh = shapes::sphere(1.0, 12, 6, 0);
+        let mut mesh = shapes::sphere(1.0, 12, 6, MaterialId(0));
         mesh.triangles.iter_mut().for_each(|t| t.vertices.swap(1, 2));
         mesh.normals.iter_mut().for_each(|n| *n = -*n);
         if !smooth {

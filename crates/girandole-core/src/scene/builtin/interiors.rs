@@ -4,7 +4,9 @@
 use super::rooms::Room;
 use super::{MovingObject, shapes};
 use crate::Result;
-use crate::scene::{Environment, Material, Mesh, PunctualKind, PunctualLight, Scene, Sky, Transform};
+use crate::scene::{
+    Environment, Material, MaterialId, Mesh, PunctualKind, PunctualLight, Scene, Sky, Transform,
+};
 use glam::{Quat, Vec3, vec3};
 
 const WHITE: Vec3 = Vec3::new(0.74, 0.73, 0.7);
@@ -71,7 +73,7 @@ pub(super) fn blinds(object: MovingObject) -> Result<Scene> {
 }
 
 /// The left wall of a room around its window.
-fn window_wall(room: &Room, material: u32) -> Mesh {
+fn window_wall(room: &Room, material: MaterialId) -> Mesh {
     let ([near, far], [low, high]) = (WINDOW_ALONG, WINDOW_HEIGHT);
     let (columns, rows) = ([-room.half.z, near, far, room.half.z], [0.0, low, high, room.height]);
     let mut mesh = Mesh::default();
@@ -83,7 +85,7 @@ fn window_wall(room: &Room, material: u32) -> Mesh {
 }
 
 /// What is seen of the wall's thickness in its window.
-fn reveals(room: &Room, material: u32) -> Mesh {
+fn reveals(room: &Room, material: MaterialId) -> Mesh {
     let ([near, far], [low, high]) = (WINDOW_ALONG, WINDOW_HEIGHT);
     let (inner, outer) = (-room.half.x, -room.half.x - WALL);
     let mut mesh = Mesh::default();
@@ -99,7 +101,7 @@ fn reveals(room: &Room, material: u32) -> Mesh {
 }
 
 /// Slats between a head rail and a bottom rail, in the middle of the wall's thickness.
-fn blind(room: &Room, material: u32) -> Mesh {
+fn blind(room: &Room, material: MaterialId) -> Mesh {
     let ([near, far], [low, high]) = (WINDOW_ALONG, WINDOW_HEIGHT);
     let (x, from, length) = (-room.half.x - 0.5 * WALL, near + 0.005, far - near - 0.01);
     let rail = 0.04;
@@ -116,7 +118,7 @@ fn blind(room: &Room, material: u32) -> Mesh {
 }
 
 /// A slat along +Z from the middle of its end.
-fn add_slat(mesh: &mut Mesh, middle: Vec3, length: f32, material: u32) {
+fn add_slat(mesh: &mut Mesh, middle: Vec3, length: f32, material: MaterialId) {
     let half = f64::from(-TILT).to_radians() * 0.5;
     let turned = Quat::from_xyzw(0.0, 0.0, libm::sin(half) as f32, libm::cos(half) as f32);
     let size = vec3(SLAT[0], SLAT[1], 0.0) * 0.5;

@@ -31,7 +31,7 @@ pub(super) fn room(object: MovingObject) -> Result<Scene> {
     let mut room = Room::new("mirrors", 2.6, 2.8, 2.4, [RED, BLUE, WHITE, WHITE]);
     room.light("light", [0.0, 0.3], [1.4, 1.0], WARM * 16.0);
     let (floor, wood) = (room.scene.objects[0].mesh, room.diffuse(WOOD));
-    let polished = Material { roughness: 0.08, specular: 1.0, ..room.scene.materials[wood as usize].clone() };
+    let polished = Material { roughness: 0.08, specular: 1.0, ..room.scene.materials[wood].clone() };
     let polished = room.scene.add_material(Material { name: "polished wood".into(), ..polished });
     let mesh = &mut room.scene.meshes[floor];
     mesh.triangles.iter_mut().for_each(|triangle| triangle.material = polished);

@@ -2,8 +2,8 @@
 
 use super::{MovingObject, shapes, teapot};
 use crate::scene::{
-    Animation, Camera, Channel, Interpolation, Keyframes, Material, Mesh, ObjectId, Projection, Scene,
-    Transform,
+    Animation, Camera, Channel, Interpolation, Keyframes, Material, MaterialId, Mesh, ObjectId, Projection,
+    Scene, Transform,
 };
 use crate::{Error, Result};
 use glam::{Quat, Vec3, vec3};
@@ -51,7 +51,7 @@ impl Room {
         room
     }
 
-    pub fn diffuse(&mut self, color: Vec3) -> u32 {
+    pub fn diffuse(&mut self, color: Vec3) -> MaterialId {
         let known = self.scene.materials.iter().position(|m| m.base_color == color && !m.emits());
         known.map_or_else(
             || {
@@ -68,7 +68,7 @@ impl Room {
                 };
                 self.scene.add_material(Material::diffuse(name, color))
             },
-            |i| i as u32,
+            MaterialId::from,
         )
     }
 
@@ -120,7 +120,7 @@ impl Room {
     pub fn light(&mut self, name: &str, center: [f32; 2], size: [f32; 2], radiance: Vec3) {
         let known = self.scene.materials.iter().position(|m| m.emission == radiance);
         let light = match known {
-            Some(i) => i as u32,
+            Some(i) => i.into(),
             None => self.scene.add_material(Material::emitter("light", radiance)),
         };
         let white = self.diffuse(WHITE);
@@ -159,10 +159,10 @@ impl Room {
                 let yaw = about_y(yaw);
                 // about_y(yaw) · a quarter turn about x, written out.
                 let q = Quat::from_xyzw(yaw.w * half, yaw.y * half, -yaw.y * half, yaw.w * half);
-                ("torus", shapes::thesis_torus(0), q)
+                ("torus", shapes::thesis_torus(MaterialId(0)), q)
             }
-            MovingObject::Teapot => ("teapot", teapot(6, 0), about_y(yaw)),
-            MovingObject::Balloon => ("balloon", shapes::balloon(0), about_y(yaw)),
+            MovingObject::Teapot => ("teapot", teapot(6, MaterialId(0)), about_y(yaw)),
+            MovingObject::Balloon => ("balloon", shapes::balloon(MaterialId(0)), about_y(yaw)),
             MovingObject::Model(mesh) => ("model", *mesh, about_y(yaw)),
         };
         let material =

@@ -3,7 +3,7 @@
 //! Curved surfaces share their vertices all around and have smooth normals and no texture coordinates; flat ones are
 //! patches. All faces point outwards.
 
-use crate::scene::{Mesh, MeshTriangle};
+use crate::scene::{MaterialId, Mesh, MeshTriangle};
 use glam::Vec3;
 
 /// Sine and cosine of `i / n` of a full turn, exact at quarters and the same on every machine.
@@ -14,14 +14,14 @@ pub(in crate::scene) fn turn(i: u32, n: u32) -> (f32, f32) {
 }
 
 /// Two triangles of the quad `a b c d`, counter-clockwise seen from its front.
-pub(super) fn quad(mesh: &mut Mesh, [a, b, c, d]: [u32; 4], material: u32) {
+pub(super) fn quad(mesh: &mut Mesh, [a, b, c, d]: [u32; 4], material: MaterialId) {
     mesh.triangles.push(MeshTriangle { vertices: [a, b, c], material });
     mesh.triangles.push(MeshTriangle { vertices: [a, c, d], material });
 }
 
 /// An axis-aligned box of six patches, corners in metres.
 #[cfg(test)]
-pub(crate) fn cuboid(min: Vec3, max: Vec3, material: u32) -> Mesh {
+pub(crate) fn cuboid(min: Vec3, max: Vec3, material: MaterialId) -> Mesh {
     let mut mesh = Mesh { name: "box".into(), ..Mesh::default() };
     mesh.add_box(min, max, material);
     mesh
@@ -29,7 +29,7 @@ pub(crate) fn cuboid(min: Vec3, max: Vec3, material: u32) -> Mesh {
 
 /// A torus about the Y axis, centred: `major` is the radius of its centre line, `minor` that of its tube (metres).
 /// It has `major_segments × minor_segments` vertices; at least 3 segments each way are used.
-pub fn torus(major: f32, minor: f32, major_segments: u32, minor_segments: u32, material: u32) -> Mesh {
+pub fn torus(major: f32, minor: f32, major_segments: u32, minor_segments: u32, material: MaterialId) -> Mesh {
     let (around, tube) = (major_segments.max(3), minor_segments.max(3));
     let mut mesh = Mesh { name: "torus".into(), ..Mesh::default() };
     for i in 0..around {
@@ -52,7 +52,7 @@ pub fn torus(major: f32, minor: f32, major_segments: u32, minor_segments: u32, m
 }
 
 /// A square of 1 m × 1 m about the origin that faces −Z, as lights do.
-pub fn panel(material: u32) -> Mesh {
+pub fn panel(material: MaterialId) -> Mesh {
     let mut mesh = Mesh { name: "panel".into(), ..Mesh::default() };
     let corner = |x: f32, y: f32| Vec3::new(x, y, 0.0);
     mesh.add_polygon(&[corner(-0.5, -0.5), corner(-0.5, 0.5), corner(0.5, 0.5), corner(0.5, -0.5)], material);
@@ -60,13 +60,13 @@ pub fn panel(material: u32) -> Mesh {
 }
 
 /// The torus of the thesis's experiments: 820 vertices, largest extent 1 m, axis along Y.
-pub fn thesis_torus(material: u32) -> Mesh {
+pub fn thesis_torus(material: MaterialId) -> Mesh {
     torus(0.36, 0.14, 41, 20, material)
 }
 
 /// A sphere about the origin, radius in metres; `segments` around the Y axis (at least 3), `rings` of faces from pole
 /// to pole (at least 2).
-pub fn sphere(radius: f32, segments: u32, rings: u32, material: u32) -> Mesh {
+pub fn sphere(radius: f32, segments: u32, rings: u32, material: MaterialId) -> Mesh {
     let (segments, rings) = (segments.max(3), rings.max(2));
     let mut mesh = Mesh { name: "sphere".into(), ..Mesh::default() };
     mesh.normals.push(Vec3::Y);
@@ -94,7 +94,7 @@ pub fn sphere(radius: f32, segments: u32, rings: u32, material: u32) -> Mesh {
 
 /// An upright cylinder that stands on y = 0, sizes in metres: two patches as caps, a smooth mantle of `segments`
 /// faces (at least 3).
-pub fn cylinder(radius: f32, height: f32, segments: u32, material: u32) -> Mesh {
+pub fn cylinder(radius: f32, height: f32, segments: u32, material: MaterialId) -> Mesh {
     let segments = segments.max(3);
     let mut mesh = Mesh { name: "cylinder".into(), ..Mesh::default() };
     let rim = |i: u32, y: f32| {
@@ -122,7 +122,7 @@ pub fn cylinder(radius: f32, height: f32, segments: u32, material: u32) -> Mesh 
 /// What an outline sweeps that is turned once about the Y axis: radius and height of its points in metres, from
 /// bottom to top with the outside to the right, in `segments` faces (at least 3). Outlines from axis to axis
 /// enclose a solid. Surfaces are smooth; a point that is given twice is an edge.
-pub fn revolved(outline: &[[f32; 2]], segments: u32, material: u32) -> Mesh {
+pub fn revolved(outline: &[[f32; 2]], segments: u32, material: MaterialId) -> Mesh {
     let (segments, count) = (segments.max(3), outline.len());
     let mut mesh = Mesh { name: "revolved".into(), ..Mesh::default() };
     // Before and after a point, as far as the outline is smooth there.
@@ -161,7 +161,7 @@ pub fn revolved(outline: &[[f32; 2]], segments: u32, material: u32) -> Mesh {
 
 /// A box with round edges and corners that stands on y = 0 about the Y axis: sizes and radius in metres, `steps`
 /// faces around a quarter of an edge.
-pub fn rounded_box(size: Vec3, radius: f32, steps: u32, material: u32) -> Mesh {
+pub fn rounded_box(size: Vec3, radius: f32, steps: u32, material: MaterialId) -> Mesh {
     let mut mesh = Mesh { name: "rounded box".into(), ..Mesh::default() };
     let half = size * 0.5;
     let inner = (half - radius).max(Vec3::ZERO);
@@ -197,7 +197,7 @@ pub fn rounded_box(size: Vec3, radius: f32, steps: u32, material: u32) -> Mesh {
 
 /// A pillow that lies on y = 0 about the Y axis: a superellipsoid of this size in metres, `steps` faces from its
 /// middle to a pole.
-pub fn pillow(size: Vec3, steps: u32, material: u32) -> Mesh {
+pub fn pillow(size: Vec3, steps: u32, material: MaterialId) -> Mesh {
     let mut mesh = Mesh { name: "pillow".into(), ..Mesh::default() };
     let (half, around, rings) = (size * 0.5, 4 * steps, 2 * steps);
     let power = |x: f32, exponent: f32| libm::powf(x.abs(), exponent).copysign(x);
@@ -224,7 +224,7 @@ pub fn pillow(size: Vec3, steps: u32, material: u32) -> Mesh {
 }
 
 /// A cylinder from one point to another.
-pub fn rod(from: Vec3, to: Vec3, radius: f32, segments: u32, material: u32) -> Mesh {
+pub fn rod(from: Vec3, to: Vec3, radius: f32, segments: u32, material: MaterialId) -> Mesh {
     let along = to - from;
     let mut mesh = cylinder(radius, along.length(), segments, material);
     let turned = glam::Quat::from_rotation_arc(Vec3::Y, along.normalize_or(Vec3::Y));
@@ -235,7 +235,7 @@ pub fn rod(from: Vec3, to: Vec3, radius: f32, segments: u32, material: u32) -> M
 }
 
 /// A toy balloon on a string, which hangs down to y = 0: 80 cm high.
-pub fn balloon(material: u32) -> Mesh {
+pub fn balloon(material: MaterialId) -> Mesh {
     let mut outline = vec![[0.0, 0.338], [0.024, 0.342], [0.01, 0.368]];
     for i in 1..18 {
         // From the knot to the top.

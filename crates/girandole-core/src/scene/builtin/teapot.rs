@@ -4,7 +4,7 @@
 //! two patches each and their mirror images. Original axes: x from handle to spout, z up.
 
 use super::shapes::quad;
-use crate::scene::{Mesh, MeshTriangle};
+use crate::scene::{MaterialId, Mesh, MeshTriangle};
 use glam::Vec3;
 
 /// Profiles `(radius, height)` from the bottom's centre up to the rim's inner edge: bottom, lower and upper body, rim.
@@ -60,7 +60,7 @@ fn mix<const N: usize>(weights: [f32; 4], points: [[f32; N]; 4]) -> [f32; N] {
 
 /// The teapot standing on y = 0, spout along +X, largest extent 1 m, smooth normals: 1178 vertices at `segments` = 6
 /// per patch edge (at least 2). The gap between lid and rim is closed; the spout is open, as in the original.
-pub fn teapot(segments: u32, material: u32) -> Mesh {
+pub fn teapot(segments: u32, material: MaterialId) -> Mesh {
     let n = segments.max(2);
     let mut mesh = Mesh { name: "teapot".into(), ..Mesh::default() };
     let rim = turned(&mut mesh, &BODY, n, true, material);
@@ -97,7 +97,13 @@ fn bounds(mesh: &Mesh) -> (Vec3, Vec3) {
 
 /// Turns profiles about z. One end lies on the axis: the first if `pole_first`, else the last. Returns the first
 /// vertex of the ring at the other end.
-fn turned(mesh: &mut Mesh, profiles: &[[[f32; 2]; 4]], n: u32, pole_first: bool, material: u32) -> u32 {
+fn turned(
+    mesh: &mut Mesh,
+    profiles: &[[[f32; 2]; 4]],
+    n: u32,
+    pole_first: bool,
+    material: MaterialId,
+) -> u32 {
     let rings = profiles.len() as u32 * n;
     let around = 4 * n;
     let first = mesh.positions.len() as u32;
@@ -153,7 +159,7 @@ fn quarter_turn(j: u32, n: u32) -> ([f32; 2], [f32; 2]) {
 }
 
 /// A tube of two patches along and two around.
-fn tube(mesh: &mut Mesh, half: &HalfTube, n: u32, material: u32) {
+fn tube(mesh: &mut Mesh, half: &HalfTube, n: u32, material: MaterialId) {
     let first = mesh.positions.len() as u32;
     let around = 2 * n;
     for i in 0..=2 * n {

@@ -1,5 +1,5 @@
 use super::*;
-use crate::scene::{Geometry, NONE};
+use crate::scene::{Geometry, MaterialId, NONE};
 use crate::trace::SceneTracer;
 use glam::{DVec3, Vec3};
 
@@ -39,23 +39,27 @@ fn normals_agree(mesh: &Mesh, cosine: f64) -> bool {
 fn shapes_are_closed_face_outwards_and_have_their_volume() {
     let pi = std::f64::consts::PI;
     let cases = [
-        (shapes::cuboid(Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0), 0), 6.0, 0.0),
-        (shapes::torus(2.0, 0.5, 200, 100, 0), 2.0 * pi * pi * 2.0 * 0.25, 0.002),
-        (shapes::sphere(1.0, 200, 100, 0), 4.0 / 3.0 * pi, 0.002),
-        (shapes::cylinder(0.5, 2.0, 200, 0), 0.5 * pi, 0.002),
-        (shapes::rod(Vec3::X, Vec3::new(1.0, -1.0, 2.0), 0.5, 200, 0), 0.25 * pi * f64::sqrt(5.0), 0.002),
+        (shapes::cuboid(Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0), MaterialId(0)), 6.0, 0.0),
+        (shapes::torus(2.0, 0.5, 200, 100, MaterialId(0)), 2.0 * pi * pi * 2.0 * 0.25, 0.002),
+        (shapes::sphere(1.0, 200, 100, MaterialId(0)), 4.0 / 3.0 * pi, 0.002),
+        (shapes::cylinder(0.5, 2.0, 200, MaterialId(0)), 0.5 * pi, 0.002),
+        (
+            shapes::rod(Vec3::X, Vec3::new(1.0, -1.0, 2.0), 0.5, 200, MaterialId(0)),
+            0.25 * pi * f64::sqrt(5.0),
+            0.002,
+        ),
         // A cone on a drum.
         (
             shapes::revolved(
                 &[[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [1.0, 2.0], [1.0, 2.0], [0.0, 3.0]],
                 200,
-                0,
+                MaterialId(0),
             ),
             7.0 / 3.0 * pi,
             0.002,
         ),
         (
-            shapes::rounded_box(Vec3::new(1.0, 2.0, 3.0), 0.4, 40, 0),
+            shapes::rounded_box(Vec3::new(1.0, 2.0, 3.0), 0.4, 40, MaterialId(0)),
             0.528 + 0.8 * 3.32 + 0.16 * 3.6 * pi + 0.064 * 4.0 / 3.0 * pi,
             0.01,
         ),
@@ -76,10 +80,10 @@ fn shapes_are_closed_face_outwards_and_have_their_volume() {
 
 #[test]
 fn the_torus_has_820_vertices_and_the_teapot_about_as_many_as_newells() {
-    let torus = shapes::thesis_torus(0);
+    let torus = shapes::thesis_torus(MaterialId(0));
     assert_eq!(torus.positions.len(), 820);
     assert!(is_closed(&torus) && normals_agree(&torus, 0.9) && volume(&torus) > 0.0);
-    let pot = teapot(6, 0);
+    let pot = teapot(6, MaterialId(0));
     assert_eq!(pot.positions.len(), 1178);
     let low = pot.positions.iter().copied().reduce(Vec3::min).unwrap();
     let high = pot.positions.iter().copied().reduce(Vec3::max).unwrap();
@@ -109,7 +113,7 @@ fn every_room_is_closed_lit_and_seen_from_inside() {
             // Closed but for a window, in which a pane is put.
             let mut pane = Mesh::default();
             let [low, high] = [Vec3::new(-1.8, 0.0, -2.2), Vec3::new(-1.8, 2.5, 2.2)];
-            pane.add_polygon(&[low, low.with_y(high.y), high, high.with_y(low.y)], 0);
+            pane.add_polygon(&[low, low.with_y(high.y), high, high.with_y(low.y)], MaterialId(0));
             scene.add_object("pane", pane, crate::scene::Transform::IDENTITY);
         }
         let geometry = Geometry::new(&scene);
@@ -163,7 +167,7 @@ fn the_sun_comes_between_the_slats_in_whole_stripes() {
 
 #[test]
 fn moving_objects_are_dynamic_and_stand_where_they_should() {
-    let model = shapes::sphere(7.0, 12, 8, 5);
+    let model = shapes::sphere(7.0, 12, 8, MaterialId(5));
     for name in EXPERIMENTS {
         let none = build(name, MovingObject::None).unwrap();
         assert!(none.objects.iter().all(|o| !o.dynamic));

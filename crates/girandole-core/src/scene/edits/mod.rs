@@ -31,7 +31,8 @@ mod format;
 
 use super::builtin::{shapes, teapot};
 use super::{
-    LightId, MAX_EXTENT, Material, Mesh, NodeId, ObjectId, PunctualKind, Scene, Shades, Transform, Viewpoint,
+    LightId, MAX_EXTENT, Material, MaterialId, Mesh, NodeId, ObjectId, PunctualKind, Scene, Shades,
+    Transform, Viewpoint,
 };
 use crate::{Error, Result};
 use format::{KindFormat, ShadesFormat, TransformFormat, ViewpointFormat};
@@ -171,9 +172,9 @@ impl Shape {
     /// Those of reading its file.
     pub fn mesh(&self, read_model: &ReadModel) -> Result<Mesh> {
         match self {
-            Self::Torus => Ok(shapes::thesis_torus(0)),
-            Self::Teapot => Ok(teapot(6, 0)),
-            Self::Panel => Ok(shapes::panel(0)),
+            Self::Torus => Ok(shapes::thesis_torus(MaterialId(0))),
+            Self::Teapot => Ok(teapot(6, MaterialId(0))),
+            Self::Panel => Ok(shapes::panel(MaterialId(0))),
             Self::File(path) => read_model(path),
         }
     }
@@ -204,8 +205,8 @@ impl NamedIndex {
     }
 
     /// A material of the scene.
-    pub fn material(scene: &Scene, index: u32) -> Self {
-        Self::new(index as usize, &scene.materials, |material| &material.name)
+    pub fn material(scene: &Scene, material: MaterialId) -> Self {
+        Self::new(material.index(), &scene.materials, |material| &material.name)
     }
 
     /// A punctual light of the scene.
@@ -305,8 +306,8 @@ fn find_light(light: &NamedIndex, scene: &Scene) -> Result<LightId> {
     light.find("light", &scene.lights, |l| &l.name).map(Into::into)
 }
 
-fn find_material(material: &NamedIndex, scene: &Scene) -> Result<u32> {
-    Ok(material.find("material", &scene.materials, |m| &m.name)? as u32)
+fn find_material(material: &NamedIndex, scene: &Scene) -> Result<MaterialId> {
+    material.find("material", &scene.materials, |m| &m.name).map(Into::into)
 }
 
 /// Gives a mesh its material. A new one is made only for what can be inserted.
@@ -326,10 +327,10 @@ fn with_material(
     }
     let index = match material {
         Some(material) => find_material(material, scene)?,
-        None => scene.materials.len() as u32,
+        None => scene.materials.len().into(),
     };
     mesh.triangles.iter_mut().for_each(|triangle| triangle.material = index);
-    mesh.check(index as usize + 1)?;
+    mesh.check(index.index() + 1)?;
     if material.is_none() {
         let vertex_colors = !mesh.colors.is_empty();
         scene.add_material(Material { name: name.into(), vertex_colors, ..Material::default() });

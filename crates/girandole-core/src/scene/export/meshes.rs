@@ -93,7 +93,7 @@ impl Exporter<'_> {
 
     fn primitive(&mut self, mesh: &Mesh, run: &[MeshTriangle], vertices: &Vertices) -> Primitive {
         let material = run[0].material;
-        let shown = &self.scene.materials[material as usize];
+        let shown = &self.scene.materials[material];
         let mut attributes = BTreeMap::from([(Valid(Semantic::Positions), vertices.positions)]);
         if !stays_flat(mesh, &run[0]) {
             attributes.insert(Valid(Semantic::Normals), vertices.normals);
@@ -118,7 +118,7 @@ impl Exporter<'_> {
         Primitive {
             attributes,
             indices: Some(self.buffers.indices(&mut self.root, &indices)),
-            material: Some(Index::new(material)),
+            material: Some(Index::new(material.0)),
             mode: Valid(Mode::Triangles),
             targets: (!vertices.targets.is_empty()).then(|| vertices.targets.clone()),
             extensions: None,

@@ -16,7 +16,7 @@ fn triangles(scene: &Scene) -> Vec<(u32, [[u32; 3]; 3])> {
         let mut corners: Vec<[u32; 3]> = triangle.vertices.iter().map(corner).collect();
         let least = (0..3).min_by_key(|&i| corners[i]).unwrap_or_default();
         corners.rotate_left(least);
-        (triangle.material, [corners[0], corners[1], corners[2]])
+        (triangle.material.0, [corners[0], corners[1], corners[2]])
     };
     let mut all: Vec<_> = geometry.triangles.iter().map(triangle).collect();
     all.sort_unstable();
@@ -164,7 +164,7 @@ fn everything() -> Scene {
     }
     let parent = scene.add_node("parent", Transform::translation(Vec3::new(1.0, 2.0, 3.0)));
     for material in 0..6 {
-        let mut mesh = shapes::thesis_torus(material);
+        let mut mesh = shapes::thesis_torus(MaterialId(material));
         mesh.name = format!("mesh {material}");
         mesh.uvs = mesh.positions.iter().map(|p| [p.truncate(), Vec2::new(p.z, p.x)]).collect();
         if material == 0 {
@@ -172,7 +172,7 @@ fn everything() -> Scene {
         }
         // Every other triangle is of a further material.
         if material == 3 {
-            mesh.triangles.iter_mut().step_by(2).for_each(|triangle| triangle.material = 5);
+            mesh.triangles.iter_mut().step_by(2).for_each(|triangle| triangle.material = MaterialId(5));
         }
         let place = DAffine3::from_translation(DVec3::X * f64::from(material));
         let object = scene.add_object(&format!("object {material}"), mesh, Transform::Affine(place));
@@ -265,7 +265,7 @@ fn everything_comes_back() {
 fn bent_meshes_come_back() {
     let mut scene = Scene::default();
     scene.add_material(Material { specular: 1.0, ..Material::default() });
-    let mut mesh = shapes::thesis_torus(0);
+    let mut mesh = shapes::thesis_torus(MaterialId(0));
     let count = mesh.positions.len();
     let bent = mesh.positions.iter().map(|p| *p * 0.5).collect();
     mesh.morph_targets =

@@ -2,7 +2,7 @@
 //! see `material_extensions`.
 
 use super::{Importer, Parsed};
-use crate::scene::{ColorSpace, Material, NormalTexture, TextureRef};
+use crate::scene::{ColorSpace, Material, MaterialId, NormalTexture, TextureRef};
 use glam::Vec3;
 use gltf::json;
 use gltf::json::extensions::texture::TextureTransform;
@@ -28,7 +28,7 @@ impl Importer<'_> {
     }
 
     /// The material of a primitive that names none.
-    pub(super) fn default_material(&mut self) -> u32 {
+    pub(super) fn default_material(&mut self) -> MaterialId {
         if let Some(known) = self.default_material {
             return known;
         }

@@ -5,7 +5,7 @@ use super::document::{lookup, shorten};
 use super::texture::MAX_COORDINATE;
 use super::{Importer, MAX_TRIANGLES, MAX_VERTICES, Parsed, budget, tangents};
 use crate::scene::repair::{drop_duplicates, smooth_normals, turn_normals};
-use crate::scene::{Mesh, MeshTriangle, TextureRef};
+use crate::scene::{MaterialId, Mesh, MeshTriangle, TextureRef};
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
@@ -93,7 +93,8 @@ impl<'d> Importer<'d> {
         }
         let Some(attributes) = self.attributes(json)? else { return Ok(()) };
         let material = json.material.map(|m| m.value());
-        let known = material.map(|m| lookup(&self.document.root.materials, m, "material").map(|_| m as u32));
+        let known = material
+            .map(|m| lookup(&self.document.root.materials, m, "material").map(|_| MaterialId::from(m)));
         let material = match known {
             Some(known) => {
                 self.or_without("material", || format!("{}", material.unwrap_or_default()), known)?
@@ -117,7 +118,7 @@ impl<'d> Importer<'d> {
                 mesh.name
             ));
         }
-        let normal_map = self.scene.materials[material as usize].normal_texture;
+        let normal_map = self.scene.materials[material].normal_texture;
         match normal_map {
             Some(map) => self.tangents(&attributes, &mut part, map.texture),
             None => part.tangents.clear(),
@@ -130,7 +131,7 @@ impl<'d> Importer<'d> {
         let alphas = colors.map(|colors| part.sources.iter().map(|v| alpha(colors, v)).collect());
         let alphas: Vec<f32> = alphas.unwrap_or_default();
         let material = self.faded(material, &mut part, &alphas)?;
-        self.scene.materials[material as usize].vertex_colors |= !part.colors.is_empty();
+        self.scene.materials[material].vertex_colors |= !part.colors.is_empty();
         self.document.budget.take(part.positions.len().saturating_sub(vertices), budget::MESH_VERTEX)?;
         self.deformation(json, &part.sources, attributes.positions.count, mesh)?;
         if attributes.normals.is_none() {
@@ -352,7 +353,7 @@ impl Part {
 }
 
 /// Adds a part to a mesh, whose optional vertex arrays are as long as its positions or empty.
-fn append(mesh: &mut Mesh, part: Part, material: u32) {
+fn append(mesh: &mut Mesh, part: Part, material: MaterialId) {
     let first = mesh.positions.len();
     let count = first + part.positions.len();
     mesh.positions.extend(part.positions);

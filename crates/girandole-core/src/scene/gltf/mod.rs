@@ -37,7 +37,7 @@ pub use animation::RESTING;
 pub(super) use picture::decode_alone as decode_picture;
 pub(super) use tangents::generate as generate_tangents;
 
-use super::{Camera, NodeId, Scene, View};
+use super::{Camera, MaterialId, NodeId, Scene, View};
 use crate::slices::{complete, pause};
 use crate::{Error, Result};
 use document::Document;
@@ -120,9 +120,9 @@ struct Importer<'d> {
     /// Of textures of the scene.
     alphas: HashMap<u32, material::Alphas>,
     /// The material of primitives without one.
-    default_material: Option<u32>,
+    default_material: Option<MaterialId>,
     /// Materials for vertices whose colours have an alpha.
-    faded: HashMap<(u32, vertex_alpha::Fading), u32>,
+    faded: HashMap<(MaterialId, vertex_alpha::Fading), MaterialId>,
     /// Their texture.
     ramp: Option<u32>,
     /// Scene node by glTF node.

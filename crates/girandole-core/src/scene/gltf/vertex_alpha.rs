@@ -5,7 +5,7 @@
 use super::material::OPAQUE;
 use super::mesh::Part;
 use super::{Importer, Parsed};
-use crate::scene::{ColorSpace, Filter, Texture, TextureRef, Wrap};
+use crate::scene::{ColorSpace, Filter, MaterialId, Texture, TextureRef, Wrap};
 use glam::{Affine2, Vec2};
 use gltf::json::material::AlphaMode;
 use gltf::json::validation::Checked;
@@ -24,10 +24,15 @@ pub(super) enum Fading {
 
 impl Importer<'_> {
     /// The material of a part whose vertices have these alphas, instead of that one.
-    pub(super) fn faded(&mut self, material: u32, part: &mut Part, alphas: &[f32]) -> Parsed<u32> {
+    pub(super) fn faded(
+        &mut self,
+        material: MaterialId,
+        part: &mut Part,
+        alphas: &[f32],
+    ) -> Parsed<MaterialId> {
         let (least, most) =
             alphas.iter().fold((1.0_f32, 0.0_f32), |(low, high), &a| (low.min(a), high.max(a)));
-        let json = self.document.root.materials.get(material as usize);
+        let json = self.document.root.materials.get(material.index());
         let mode = json.map_or(AlphaMode::Opaque, |json| match json.alpha_mode {
             Checked::Valid(mode) => mode,
             Checked::Invalid => AlphaMode::Opaque,
@@ -36,7 +41,7 @@ impl Importer<'_> {
             return Ok(material);
         }
         let mean = alphas.iter().sum::<f32>() / alphas.len() as f32;
-        let base = &self.scene.materials[material as usize];
+        let base = &self.scene.materials[material];
         let free = (0..2).find(|&set| base.textures().all(|texture| texture.uv_set != set));
         let fading = match free {
             _ if most - least < 1.0 / 512.0 => Fading::Even(mean.to_bits()),
@@ -60,7 +65,7 @@ impl Importer<'_> {
             return Ok(known);
         }
         let cutoff = json.and_then(|json| json.alpha_cutoff).map_or(0.5, |c| c.0.clamp(0.0, 2.0));
-        let mut result = self.scene.materials[material as usize].clone();
+        let mut result = self.scene.materials[material].clone();
         match fading {
             Fading::Even(bits) => result.alpha *= f32::from_bits(bits),
             Fading::Ramp(uv_set) => {

@@ -17,7 +17,7 @@ mod tangents;
 mod text;
 
 use super::gltf::{load_gltf, load_gltf_slice};
-use super::{Geometry, Material, Mesh, MeshTriangle, NONE, Scene, Transform, repair};
+use super::{Geometry, Material, MaterialId, Mesh, MeshTriangle, NONE, Scene, Transform, repair};
 use crate::{Error, Result};
 use glam::Vec3;
 use materials::{Materials, clay};
@@ -130,7 +130,7 @@ impl Kind {
             );
         }
         let mut mesh = model.polygons.mesh()?;
-        mesh.triangles.iter_mut().for_each(|triangle| triangle.material = 0);
+        mesh.triangles.iter_mut().for_each(|triangle| triangle.material = MaterialId(0));
         Ok(mesh)
     }
 }
@@ -142,7 +142,7 @@ fn scene(model: Model, folder: Option<&Path>) -> Parsed<Scene> {
     let mut mesh = model.polygons.mesh()?;
     let mut materials = Materials::new(&mut scene, folder);
     materials.add_libraries(&model.materials, &model.libraries);
-    if mesh.triangles.iter().any(|triangle| triangle.material == NONE) {
+    if mesh.triangles.iter().any(|triangle| triangle.material == MaterialId(NONE)) {
         match &model.texture {
             Some(picture) => materials.add_textured(picture),
             None => {
@@ -150,8 +150,8 @@ fn scene(model: Model, folder: Option<&Path>) -> Parsed<Scene> {
                 scene.add_material(Material { base_color: white, ..clay() });
             }
         }
-        let last = (scene.materials.len() - 1) as u32;
-        for triangle in mesh.triangles.iter_mut().filter(|triangle| triangle.material == NONE) {
+        let last = (scene.materials.len() - 1).into();
+        for triangle in mesh.triangles.iter_mut().filter(|triangle| triangle.material == MaterialId(NONE)) {
             triangle.material = last;
         }
     }
@@ -186,7 +186,7 @@ fn merge(scene: &Scene) -> Mesh {
         triangles: geometry
             .triangles
             .iter()
-            .map(|t| MeshTriangle { vertices: t.vertices, material: 0 })
+            .map(|t| MeshTriangle { vertices: t.vertices, material: MaterialId(0) })
             .collect(),
         ..Mesh::default()
     }

@@ -2,7 +2,7 @@
 
 use super::polygons::{Corner, Polygons, Smoothing};
 use super::text::{decode, numbers, statements};
-use super::{Model, Parsed, named};
+use super::{MaterialId, Model, Parsed, named};
 use crate::scene::NONE;
 use crate::tonemap::srgb_decode;
 use glam::{Vec2, Vec3};
@@ -26,7 +26,7 @@ struct Reader {
     materials: FxHashMap<String, u32>,
     names: Vec<String>,
     libraries: Vec<String>,
-    material: u32,
+    material: MaterialId,
     smoothing: Smoothing,
     left_out: BTreeSet<&'static str>,
     unknown: BTreeSet<String>,
@@ -42,7 +42,7 @@ pub(super) fn read(bytes: &[u8]) -> Parsed<Model> {
         materials: FxHashMap::default(),
         names: Vec::new(),
         libraries: Vec::new(),
-        material: NONE,
+        material: MaterialId(NONE),
         smoothing: Smoothing::ByAngle,
         left_out: BTreeSet::new(),
         unknown: BTreeSet::new(),
@@ -136,16 +136,16 @@ impl Reader {
         Ok(Corner { position, uv, normal })
     }
 
-    fn named_material(&mut self, name: &str) -> u32 {
+    fn named_material(&mut self, name: &str) -> MaterialId {
         if name.is_empty() {
-            return NONE;
+            return MaterialId(NONE);
         }
         let next = self.names.len() as u32;
         let index = *self.materials.entry(name.to_owned()).or_insert(next);
         if index == next {
             self.names.push(name.to_owned());
         }
-        index
+        MaterialId(index)
     }
 
     fn finish(self) -> Model {

@@ -1,7 +1,7 @@
 //! PLY files, ASCII or binary.
 
 use super::polygons::{Corner, Polygons, Smoothing};
-use super::{Model, Parsed, named};
+use super::{MaterialId, Model, Parsed, named};
 use crate::scene::NONE;
 use crate::tonemap::srgb_decode;
 use glam::{Vec2, Vec3};
@@ -185,7 +185,7 @@ fn add_face(polygons: &mut Polygons, face: &Element, coordinates: fn(u32) -> u32
         Ok(Corner { position, uv, normal: position })
     };
     let corners = face.corners.iter().enumerate().map(corner).collect::<Parsed<Vec<_>>>()?;
-    polygons.add_face(corners, NONE, Smoothing::ByAngle)?;
+    polygons.add_face(corners, MaterialId(NONE), Smoothing::ByAngle)?;
     Ok(())
 }
 
@@ -201,7 +201,7 @@ fn add_strips(polygons: &mut Polygons, strips: &[i64], coordinates: fn(u32) -> u
                 corners.swap(0, 1);
             }
             let corners = corners.map(|v| Corner { position: v, uv: coordinates(v), normal: v });
-            polygons.add_face(corners, NONE, Smoothing::ByAngle)?;
+            polygons.add_face(corners, MaterialId(NONE), Smoothing::ByAngle)?;
         }
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! Faces as files list them, and how they are cut into triangles.
 
-use super::Parsed;
+use super::{MaterialId, Parsed};
 use crate::scene::gltf::MAX_TRIANGLES;
 use earcut::Earcut;
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -38,7 +38,7 @@ pub(super) struct Corner {
 pub(super) struct Face {
     /// Where its corners end; they begin where those of the face before do.
     pub end: u32,
-    pub material: u32,
+    pub material: MaterialId,
     pub smoothing: Smoothing,
 }
 
@@ -66,7 +66,7 @@ impl Polygons {
     pub fn add_face(
         &mut self,
         corners: impl IntoIterator<Item = Corner>,
-        material: u32,
+        material: MaterialId,
         smoothing: Smoothing,
     ) -> Parsed<bool> {
         let first = self.corners.len();

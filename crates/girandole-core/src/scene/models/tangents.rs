@@ -1,13 +1,13 @@
 //! Tangents of meshes with normal maps.
 
 use crate::scene::gltf::generate_tangents;
-use crate::scene::{Material, Mesh};
+use crate::scene::{Material, MaterialId, Mesh};
 use glam::{Affine2, Vec4};
 use rustc_hash::FxHashMap;
 
 /// Adds tangents where a material needs them, and splits vertices that have several.
 pub(super) fn add(mesh: &mut Mesh, materials: &[Material]) {
-    let has_map = |material: u32| materials[material as usize].normal_texture.is_some();
+    let has_map = |material: MaterialId| materials[material.index()].normal_texture.is_some();
     if mesh.uvs.is_empty() || !mesh.triangles.iter().any(|t| has_map(t.material)) {
         return;
     }

@@ -24,20 +24,20 @@ fn each_change_is_a_version_and_is_written_down_once() {
     let second = scene.generation();
     scene.set_transform(node, Transform::translation(vec3(0.0, 2.0, 0.0))).unwrap();
     scene.set_transform(node, Transform::translation(vec3(0.0, 2.0, 0.0))).unwrap();
-    scene.set_emission(1, Vec3::splat(3.0)).unwrap();
+    scene.set_emission(MaterialId(1), Vec3::splat(3.0)).unwrap();
     assert!(first != second && second != scene.generation() && scene.is_open());
     assert_eq!((place(&scene, 1).y, scene.materials[1].emission.x), (2.0, 3.0));
     let copy = scene.clone();
     let changes = scene.take_changes();
     assert_eq!((changes.from, changes.to), (first, scene.generation()));
-    assert_eq!((changes.moved, changes.materials), (ids(&[1]), vec![1]));
+    assert_eq!((changes.moved, changes.materials), (ids(&[1]), vec![MaterialId(1)]));
     assert!(changes.added.is_empty() && changes.removed.is_empty() && changes.lights.is_empty());
     assert!(!changes.reopened && !changes.everything);
     assert!(scene.take_changes().is_empty());
     assert_eq!(scene.frame_of_reference(), frame);
     // A copy is the same version until either changes.
     assert_eq!(copy.generation(), scene.generation());
-    scene.set_emission(1, Vec3::ZERO).unwrap();
+    scene.set_emission(MaterialId(1), Vec3::ZERO).unwrap();
     assert_ne!(copy.generation(), scene.generation());
     assert!(Geometry::new(&copy).belongs_to(&copy).is_ok());
     refused(Geometry::new(&copy).belongs_to(&scene), "earlier version");
@@ -46,7 +46,7 @@ fn each_change_is_a_version_and_is_written_down_once() {
 #[test]
 fn what_stood_still_and_is_moved_is_dynamic_from_then_on() {
     let mut scene = room();
-    let still = scene.insert_object("still", cube(0), Transform::IDENTITY, false).unwrap();
+    let still = scene.insert_object("still", cube(MaterialId(0)), Transform::IDENTITY, false).unwrap();
     scene.take_changes();
     for (step, made_dynamic) in [(1.0, vec![still]), (2.0, vec![])] {
         let node = scene.objects[still.index()].node;
@@ -97,8 +97,8 @@ fn nodes_take_what_is_below_them_along() {
 #[test]
 fn ids_are_never_used_again() {
     let mut scene = room();
-    let added = scene.insert_object("a", cube(0), Transform::IDENTITY, false).unwrap();
-    let gone = scene.insert_object("b", cube(0), Transform::IDENTITY, true).unwrap();
+    let added = scene.insert_object("a", cube(MaterialId(0)), Transform::IDENTITY, false).unwrap();
+    let gone = scene.insert_object("b", cube(MaterialId(0)), Transform::IDENTITY, true).unwrap();
     scene.set_transform(scene.objects[added.index()].node, Transform::translation(Vec3::Y)).unwrap();
     scene.remove_object(gone).unwrap();
     scene.set_transform(scene.objects[1].node, Transform::translation(Vec3::Y)).unwrap();
@@ -106,7 +106,10 @@ fn ids_are_never_used_again() {
     refused(scene.remove_object(ObjectId(1)), "no object 1");
     let changes = scene.take_changes();
     assert_eq!((changes.added, changes.removed, changes.moved), (vec![added], ids(&[1]), vec![]));
-    assert_eq!(scene.insert_object("c", cube(0), Transform::IDENTITY, false).unwrap(), ObjectId(4));
+    assert_eq!(
+        scene.insert_object("c", cube(MaterialId(0)), Transform::IDENTITY, false).unwrap(),
+        ObjectId(4)
+    );
     let geometry = Geometry::new(&scene);
     assert_eq!((geometry.objects.len(), scene.placed_objects().count()), (5, 3));
     for (range, object) in geometry.objects.iter().zip(&scene.objects) {
@@ -146,7 +149,9 @@ fn what_leaves_the_bounds_opens_the_scene_anew() {
     assert_eq!((geometry.origin, geometry.diagonal()), (after.origin, after.scale));
     assert_ne!(after, FrameOfReference::of(&scene), "the control: it is not the frame of the moment");
     // Something new far away.
-    scene.insert_object("far", cube(0), Transform::translation(vec3(500.0, 0.0, 0.0)), false).unwrap();
+    scene
+        .insert_object("far", cube(MaterialId(0)), Transform::translation(vec3(500.0, 0.0, 0.0)), false)
+        .unwrap();
     assert!(scene.take_changes().reopened);
     assert!(
         scene
@@ -177,21 +182,27 @@ fn what_is_not_possible_is_refused_and_changes_nothing() {
     refused(scene.set_transform(node, unturned), "not finite");
     refused(scene.set_transform(node, parts(vec3(1e30, 0.0, 0.0), 1.0)), "scale it to metres");
     refused(scene.set_transform(node, parts(Vec3::ZERO, 1e30)), "scale it to metres");
-    refused(scene.set_emission(7, Vec3::ONE), "no material 7");
+    refused(scene.set_emission(MaterialId(7), Vec3::ONE), "no material 7");
     for light in [vec3(0.0, -0.1, 0.0), Vec3::NAN, vec3(0.0, 0.0, f32::INFINITY)] {
-        refused(scene.set_emission(1, light), "0 up");
+        refused(scene.set_emission(MaterialId(1), light), "0 up");
     }
     refused(scene.set_intensity(LightId(0), Vec3::ONE), "no light 0");
     refused(scene.remove_object(ObjectId(2)), "no object 2");
-    refused(scene.insert_object("", cube(2), Transform::IDENTITY, false), "material that does not exist");
-    let mut broken = cube(0);
+    refused(
+        scene.insert_object("", cube(MaterialId(2)), Transform::IDENTITY, false),
+        "material that does not exist",
+    );
+    let mut broken = cube(MaterialId(0));
     broken.triangles[3].vertices[1] = 1000;
     refused(scene.insert_object("", broken, Transform::IDENTITY, false), "vertex that does not exist");
-    let mut bare = cube(0);
+    let mut bare = cube(MaterialId(0));
     bare.normals.pop();
     refused(scene.insert_object("", bare, Transform::IDENTITY, false), "normal");
-    refused(scene.insert_object("", cube(0), parts(Vec3::NAN, 1.0), false), "not finite");
-    refused(scene.insert_object("", cube(0), parts(vec3(0.0, 1e30, 0.0), 1.0), false), "scale it to metres");
+    refused(scene.insert_object("", cube(MaterialId(0)), parts(Vec3::NAN, 1.0), false), "not finite");
+    refused(
+        scene.insert_object("", cube(MaterialId(0)), parts(vec3(0.0, 1e30, 0.0), 1.0), false),
+        "scale it to metres",
+    );
     assert_eq!((scene.generation(), scene.frame_of_reference()), (generation, frame));
     assert_eq!((scene.objects.len(), scene.meshes.len(), scene.nodes.len()), (2, 2, 2));
     assert!(scene.take_changes().is_empty() && place(&scene, 1) == DVec3::new(0.5, 1.0, 0.0));
@@ -204,7 +215,7 @@ fn what_is_not_possible_is_refused_and_changes_nothing() {
 fn what_is_changed_by_hand_counts_as_everything() {
     let mut scene = room();
     let built = scene.generation();
-    scene.add_object("building", cube(0), Transform::IDENTITY);
+    scene.add_object("building", cube(MaterialId(0)), Transform::IDENTITY);
     scene.add_material(Material::default());
     assert!(scene.generation() == built && scene.take_changes().is_empty(), "building is no change");
     scene.open();
@@ -215,7 +226,7 @@ fn what_is_changed_by_hand_counts_as_everything() {
     // Builders are seen in an open scene too.
     let material = scene.add_material(Material::default());
     assert_eq!(scene.take_changes().materials, [material]);
-    scene.add_object("late", cube(0), Transform::translation(vec3(9.0, 0.0, 0.0)));
+    scene.add_object("late", cube(MaterialId(0)), Transform::translation(vec3(9.0, 0.0, 0.0)));
     let changes = scene.take_changes();
     assert!(changes.everything && changes.reopened);
 }
@@ -223,7 +234,7 @@ fn what_is_changed_by_hand_counts_as_everything() {
 #[test]
 fn changes_add_up_in_order() {
     let mut scene = room();
-    let added = scene.insert_object("a", cube(0), Transform::IDENTITY, false).unwrap();
+    let added = scene.insert_object("a", cube(MaterialId(0)), Transform::IDENTITY, false).unwrap();
     let mut all = scene.take_changes();
     scene.set_transform(scene.objects[added.index()].node, Transform::translation(Vec3::Y)).unwrap();
     scene.remove_object(ObjectId(1)).unwrap();

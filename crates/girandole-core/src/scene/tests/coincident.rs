@@ -7,7 +7,7 @@ const CORNERS: [Vec3; 3] = [vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 
 /// Orders of the corners: the first three with the same front, the last with the other.
 const ORDERS: [[usize; 3]; 4] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1]];
 
-fn triangle(order: [usize; 3], material: u32) -> Mesh {
+fn triangle(order: [usize; 3], material: MaterialId) -> Mesh {
     let mut mesh = Mesh::default();
     mesh.add_polygon(&order.map(|corner| CORNERS[corner]), material);
     mesh
@@ -27,15 +27,15 @@ fn materials() -> Scene {
     scene
 }
 
-const ONE: u32 = 0;
-const BOTH: u32 = 1;
-const ONE_ELSE: u32 = 2;
-const BOTH_ELSE: u32 = 3;
-const HOLES: u32 = 4;
-const GLASS: u32 = 5;
+const ONE: MaterialId = MaterialId(0);
+const BOTH: MaterialId = MaterialId(1);
+const ONE_ELSE: MaterialId = MaterialId(2);
+const BOTH_ELSE: MaterialId = MaterialId(3);
+const HOLES: MaterialId = MaterialId(4);
+const GLASS: MaterialId = MaterialId(5);
 
 /// Which of some triangles, by order and material, stay; each is an object of its own, or all are one.
-fn staying(triangles: &[(usize, u32)], apart: bool) -> Vec<usize> {
+fn staying(triangles: &[(usize, MaterialId)], apart: bool) -> Vec<usize> {
     let mut scene = materials();
     // Which is which is told by its texture coordinates.
     let tagged = triangles.iter().enumerate().map(|(tag, &(order, material))| {
@@ -65,7 +65,7 @@ fn staying(triangles: &[(usize, u32)], apart: bool) -> Vec<usize> {
 }
 
 /// Triangles by order of corners and material, and which of them stay.
-type Case<'a> = (&'a [(usize, u32)], &'a [usize]);
+type Case<'a> = (&'a [(usize, MaterialId)], &'a [usize]);
 
 #[test]
 fn a_side_counts_once() {
@@ -170,7 +170,7 @@ fn indices_stay_consistent() {
             let mut mesh = Mesh::default();
             let low = vec3(i as f32, 0.0, 0.0);
             for _ in 0..copies[i % copies.len()] {
-                mesh.add_box(low, low + vec3(0.5, 0.7, 0.9), i as u32 % 4);
+                mesh.add_box(low, low + vec3(0.5, 0.7, 0.9), (i % 4).into());
             }
             scene.add_object("", mesh, Transform::IDENTITY);
         }

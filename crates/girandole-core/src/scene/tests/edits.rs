@@ -145,12 +145,12 @@ fn edits_are_the_scene_s_own_calls() {
     let mut scene = lit_room();
     scene.set_time(1.3).expect("a time");
     scene.set_transform(NodeId(1), turned(0.1)).expect("a node");
-    scene.set_emission(1, vec3(0.1, 2.0, 1e-7)).expect("a material");
+    scene.set_emission(MaterialId(1), vec3(0.1, 2.0, 1e-7)).expect("a material");
     scene.set_intensity(LightId(0), Vec3::splat(1.0 / 3.0)).expect("a light");
     let Edit::InsertObject { transform, .. } = &edits().0[4] else { unreachable!() };
     let own = scene.add_material(Material { name: "ring \"1\"\n".into(), ..Material::default() });
     scene.insert_object("ring \"1\"\n", shapes::thesis_torus(own), *transform, true).expect("fits");
-    scene.insert_object("pot", builtin::teapot(6, 0), turned(-1.0), false).expect("fits");
+    scene.insert_object("pot", builtin::teapot(6, MaterialId(0)), turned(-1.0), false).expect("fits");
     scene.set_emission(own, Vec3::X).expect("a material");
     scene.remove_object(ObjectId(1)).expect("an object");
     assert_eq!(bits(&by_edits), bits(&scene));
@@ -164,7 +164,7 @@ fn scenes_are_furnished_by_their_own_calls() {
     let mut scene = applied(&edits(), lit_room());
     scene.duplicate_object(ObjectId(2), "ring 2", turned(0.4)).expect("an object");
     let Edit::SetShades { shades, .. } = furnishings().0[1] else { unreachable!() };
-    scene.set_shades(0, shades).expect("a material");
+    scene.set_shades(MaterialId(0), shades).expect("a material");
     let Edit::InsertLight { kind, intensity, transform, .. } = furnishings().0[2] else { unreachable!() };
     let spot = scene.insert_light("spot", kind, intensity, transform).expect("a light");
     scene.set_cone(spot, 0.2, 0.6).expect("a spot");
@@ -242,7 +242,7 @@ fn a_step_back_changes_no_more_than_it_must() {
     let bulb = back(Edit::SetTransform { node: named(2, "bulb"), transform: turned(0.1) });
     assert_eq!((bulb.lights.as_slice(), bulb.is_motion()), ([LightId(0)].as_slice(), true));
     let lamp = back(Edit::SetEmission { material: named(1, "lamp"), emission: Vec3::ZERO });
-    assert_eq!((lamp.materials.as_slice(), lamp.is_motion()), ([1].as_slice(), true));
+    assert_eq!((lamp.materials.as_slice(), lamp.is_motion()), ([MaterialId(1)].as_slice(), true));
     // What stood still is no longer dynamic, and what came goes.
     let wall = back(Edit::SetTransform { node: named(0, "room"), transform: turned(0.1) });
     assert!(wall.everything && !back(Edit::RemoveObject { object: named(1, "box") }).is_motion());
@@ -257,11 +257,11 @@ fn only_a_lobe_that_comes_or_goes_changes_everything() {
     scene.open();
     let shades = scene.materials[0].shades();
     let mut set = |shades| {
-        scene.set_shades(0, shades).expect("possible");
+        scene.set_shades(MaterialId(0), shades).expect("possible");
         scene.take_changes()
     };
     let painted = set(Shades { base_color: Vec3::X, ..shades });
-    assert!(painted.is_motion() && painted.reflectance && painted.materials == [0]);
+    assert!(painted.is_motion() && painted.reflectance && painted.materials == [MaterialId(0)]);
     assert!(set(Shades { base_color: Vec3::X, specular: 1.0, ..shades }).everything);
     assert!(set(Shades { base_color: Vec3::X, specular: 1.0, roughness: 0.2, ..shades }).is_motion());
     assert!(set(Shades { base_color: Vec3::X, specular: 1.0, roughness: 0.2, ..shades }).is_empty());
@@ -270,9 +270,9 @@ fn only_a_lobe_that_comes_or_goes_changes_everything() {
         Shades { metallic: -0.1, ..shades },
         Shades { base_color: Vec3::NAN, ..shades },
     ] {
-        assert!(scene.set_shades(0, wrong).is_err() && scene.take_changes().is_empty());
+        assert!(scene.set_shades(MaterialId(0), wrong).is_err() && scene.take_changes().is_empty());
     }
-    assert!(scene.set_shades(9, shades).is_err());
+    assert!(scene.set_shades(MaterialId(9), shades).is_err());
 }
 
 #[test]

@@ -1,5 +1,5 @@
 use crate::scene::builtin::{self, MovingObject};
-use crate::scene::{Environment, Material, Scene, Transform};
+use crate::scene::{Environment, Material, MaterialId, Scene, Transform};
 use glam::{Vec3, vec3};
 
 fn table() -> Scene {
@@ -24,7 +24,7 @@ fn contents_count_and_names_do_not() {
     assert!(!changed(|scene| scene.materials.push(Material::default())));
     assert!(changed(|scene| scene.meshes[3].positions[0].x += 1e-6));
     assert!(changed(|scene| scene.meshes[3].normals[0].x += 1e-6));
-    assert!(changed(|scene| scene.meshes[3].triangles[0].material += 1));
+    assert!(changed(|scene| scene.meshes[3].triangles[0].material.0 += 1));
     assert!(changed(|scene| scene.materials[0].roughness = 0.5));
     assert!(changed(|scene| scene.environment = Environment::constant(Vec3::ONE).ok()));
     assert!(changed(|scene| scene.animations.clear()));
@@ -36,7 +36,7 @@ fn contents_count_and_names_do_not() {
 #[test]
 fn what_was_added_and_removed_again_leaves_nothing() {
     let mut scene = table();
-    let mesh = builtin::shapes::torus(0.2, 0.1, 8, 6, 0);
+    let mesh = builtin::shapes::torus(0.2, 0.1, 8, 6, MaterialId(0));
     let before = (scene.content(), scene.placement(None));
     let id = scene.insert_object("ring", mesh, Transform::IDENTITY, true).expect("inserted");
     assert!(scene.content() != before.0 && scene.placement(None) != before.1);

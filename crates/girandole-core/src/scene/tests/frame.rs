@@ -81,7 +81,7 @@ fn outliers_change_neither_origin_nor_scale() {
     // A box beside a room is none, to the bit, from four times the room's size on.
     for x in [20.0, 50.0, 100.0, 1e6] {
         let mut scene = plain.clone();
-        let cuboid = shapes::cuboid(Vec3::splat(-0.2), Vec3::splat(0.2), 0);
+        let cuboid = shapes::cuboid(Vec3::splat(-0.2), Vec3::splat(0.2), MaterialId(0));
         scene.add_object("", cuboid, Transform::translation(vec3(x, 0.5, 0.0)));
         let frame = FrameOfReference::of(&scene);
         let same = (frame.origin, frame.scale) == (expected.origin, expected.scale);
@@ -97,12 +97,12 @@ fn outliers_change_neither_origin_nor_scale() {
         }),
         ("a corner of a wall", |scene, far| scene.meshes[0].positions[0] = far),
         ("a tiny ball", |scene, far| {
-            scene.add_object("", shapes::sphere(0.01, 8, 6, 0), Transform::translation(far));
+            scene.add_object("", shapes::sphere(0.01, 8, 6, MaterialId(0)), Transform::translation(far));
         }),
         ("balls ever farther away", |scene, far| {
             for i in 0..5 {
                 let at = far * 10_f32.powi(i);
-                scene.add_object("", shapes::sphere(0.3, 8, 6, 0), Transform::translation(at));
+                scene.add_object("", shapes::sphere(0.3, 8, 6, MaterialId(0)), Transform::translation(at));
             }
         }),
     ];
@@ -198,11 +198,15 @@ fn small_distances_do_not_follow_what_is_large() {
     let mut plain = alone.clone();
     plain.add_object(
         "",
-        shapes::cuboid(vec3(-4e3, -1.0, -4e3), vec3(4e3, -0.5, 4e3), 0),
+        shapes::cuboid(vec3(-4e3, -1.0, -4e3), vec3(4e3, -0.5, 4e3), MaterialId(0)),
         Transform::IDENTITY,
     );
     let mut terrain = alone.clone();
-    terrain.add_object("", shapes::sphere(4e3, 96, 64, 0), Transform::translation(vec3(0.0, -4e3, 0.0)));
+    terrain.add_object(
+        "",
+        shapes::sphere(4e3, 96, 64, MaterialId(0)),
+        Transform::translation(vec3(0.0, -4e3, 0.0)),
+    );
     let mut town = alone.clone();
     for i in 1..100 {
         let other = room(Vec3::ZERO);

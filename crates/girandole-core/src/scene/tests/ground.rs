@@ -37,7 +37,7 @@ fn models_stand_on_a_ground_that_ends_nowhere() {
         (polar[1].sin().powi(2) - polar[0].sin().powi(2)) * std::f64::consts::PI / f64::from(image.width)
     };
     let irradiance: f64 = (0..half).map(|i| f64::from(image.pixels[i].x) * cell(i)).sum();
-    let reflectance = scene.materials[mesh.triangles[0].material as usize].base_color.x;
+    let reflectance = scene.materials[mesh.triangles[0].material].base_color.x;
     let radiance = f64::from(reflectance) * irradiance / std::f64::consts::PI;
     assert!((radiance / f64::from(below.x) - 1.0).abs() < 0.01, "{radiance} instead of {below}");
     assert!((0.1..0.9).contains(&reflectance), "{reflectance}");

@@ -30,7 +30,7 @@ fn room() -> Scene {
 }
 
 /// A cube with sides of 0.4 m.
-fn cube(material: u32) -> Mesh {
+fn cube(material: MaterialId) -> Mesh {
     shapes::cuboid(Vec3::splat(-0.2), Vec3::splat(0.2), material)
 }
 

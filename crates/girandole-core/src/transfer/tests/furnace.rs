@@ -9,9 +9,9 @@ fn received(transfer: &ObjectTransfer, environment: &[Vec3]) -> Vec<Vec3> {
 #[test]
 fn what_is_convex_receives_all_of_the_light() {
     let radiance = Vec3::new(1.0, 2.0, 0.5);
-    let sphere = alone(shapes::sphere(1.0, 16, 8, 0), Material::default(), Transform::IDENTITY);
+    let sphere = alone(shapes::sphere(1.0, 16, 8, MaterialId(0)), Material::default(), Transform::IDENTITY);
     let mut block = Mesh::default();
-    block.add_box(Vec3::splat(-1.0), Vec3::new(1.0, 2.0, 3.0), 0);
+    block.add_box(Vec3::splat(-1.0), Vec3::new(1.0, 2.0, 3.0), MaterialId(0));
     let block = alone(block, Material::default(), Transform::IDENTITY);
     let is_whole = |scene: &Scene| {
         let all = received(&simulate(scene, &few(2)), &constant(radiance));
@@ -43,8 +43,11 @@ fn no_energy_is_created() {
     // White, it is a furnace after many bounces, where its triangles are small (what is between a triangle and the horizon of its bent
     // normals is lost); black, it is not.
     let mean = |all: &[Vec3]| all.iter().map(|e| e.x).sum::<f32>() / all.len() as f32 / PI;
-    let finer =
-        alone(shapes::torus(0.36, 0.14, 100, 48, 0), Material::diffuse("", Vec3::ONE), Transform::IDENTITY);
+    let finer = alone(
+        shapes::torus(0.36, 0.14, 100, 48, MaterialId(0)),
+        Material::diffuse("", Vec3::ONE),
+        Transform::IDENTITY,
+    );
     let finer = received(&simulate(&finer, &few(6)), &one);
     assert!(mean(&finer) > 0.9999, "{}", mean(&finer));
     let black = received(&simulate(&torus(Vec3::ZERO, Transform::IDENTITY), &few(20)), &one);

@@ -1,7 +1,7 @@
 //! Where objects are, what they are made of, and which cannot have transfer.
 
 use super::*;
-use crate::scene::{ColorSpace, Filter, MeshTriangle, MorphTarget, Texture, TextureRef, Wrap};
+use crate::scene::{ColorSpace, Filter, MaterialId, MeshTriangle, MorphTarget, Texture, TextureRef, Wrap};
 use glam::{Affine2, DAffine3, DQuat, DVec3, Quat, Vec2};
 
 fn place(scale: DVec3) -> DAffine3 {
@@ -82,7 +82,8 @@ fn what_is_stretched_is_simulated_as_it_is() {
         let error = transfer.frame(&at(place(other)), ObjectId(0)).expect_err("another shape");
         assert!(error.to_string().contains("stretched"), "{error}");
     }
-    let smaller = alone(shapes::torus(0.36, 0.14, 12, 12, 0), Material::default(), Transform::IDENTITY);
+    let smaller =
+        alone(shapes::torus(0.36, 0.14, 12, 12, MaterialId(0)), Material::default(), Transform::IDENTITY);
     let error = transfer.frame(&smaller, ObjectId(0)).expect_err("another mesh");
     assert!(error.to_string().contains("vertices"), "{error}");
     // Its sphere is about its own shape.
@@ -110,7 +111,7 @@ fn what_bends_lets_light_through_or_is_not_there_is_refused() {
     glass.materials[0].transmission = 0.5;
     refused(&glass, &usual, "lets light through");
     let mut broken = good.clone();
-    broken.meshes[0].triangles.push(MeshTriangle { vertices: [0, 1, 9999], material: 0 });
+    broken.meshes[0].triangles.push(MeshTriangle { vertices: [0, 1, 9999], material: MaterialId(0) });
     refused(&broken, &usual, "vertex that does not exist");
     refused(&at(place(DVec3::new(1.0, 0.0, 1.0))), &usual, "flattened");
     let compressed = |clusters, bases| Some(Compression { clusters, bases });
@@ -140,7 +141,7 @@ fn plates(side: u32, upper_faces_down: bool) -> Mesh {
             if i + 1 < side && j + 1 < side {
                 let [a, b, c, d] = [0, 1, side + 1, side].map(|k| first + i * side + j + k);
                 let fan = if up { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] };
-                mesh.triangles.extend(fan.map(|vertices| MeshTriangle { vertices, material: 0 }));
+                mesh.triangles.extend(fan.map(|vertices| MeshTriangle { vertices, material: MaterialId(0) }));
             }
         }
     }
@@ -201,10 +202,10 @@ fn textures_color_what_is_reflected() {
 fn feet_of_walls_are_beside_them() {
     // A floor with a long wall as high at its edge, whose plane holds the corners there: half of what is above them is hidden.
     let mut mesh = Mesh::default();
-    mesh.add_polygon(&[Vec3::ZERO, Vec3::Z * 4.0, Vec3::new(4.0, 0.0, 4.0), Vec3::X * 4.0], 0);
+    mesh.add_polygon(&[Vec3::ZERO, Vec3::Z * 4.0, Vec3::new(4.0, 0.0, 4.0), Vec3::X * 4.0], MaterialId(0));
     let (start, end) = (Vec3::Z * -50.0, Vec3::Z * 54.0);
     let wall = [start, start + Vec3::Y * 4.0, end + Vec3::Y * 4.0, end];
-    mesh.add_polygon(&wall, 0);
+    mesh.add_polygon(&wall, MaterialId(0));
     let scene = alone(mesh, Material::default(), Transform::rigid(Quat::IDENTITY, Vec3::ONE));
     let transfer = simulate(&scene, &TransferSettings { directions: 1024, ..few(0) });
     let received = |v| transfer.irradiance(v, &constant(Vec3::ONE)).x / PI;

@@ -20,7 +20,7 @@ fn cones_contain_the_rays() {
         let corner = |u: f32, v: f32| vec3(0.0, 1.0, 0.0) + a * u + b * v;
         add(
             &mut scene,
-            polygon(&[corner(0.0, 0.0), corner(1.0, 0.0), corner(1.3, 1.0), corner(0.0, 1.0)], 0),
+            polygon(&[corner(0.0, 0.0), corner(1.0, 0.0), corner(1.3, 1.0), corner(0.0, 1.0)], MaterialId(0)),
         );
     }
     let geometry = Geometry::new(&scene);
@@ -154,9 +154,9 @@ fn convexity_is_found_by_few_visits() {
         add(&mut scene, mesh);
         Surfaces::new(&scene, &Geometry::new(&scene), &VisibilitySettings::default())
     };
-    let ball = surfaces(shapes::sphere(1.0, 80, 40, 0));
+    let ball = surfaces(shapes::sphere(1.0, 80, 40, MaterialId(0)));
     assert!(ball.meshes[0].convex);
-    assert!(!surfaces(shapes::torus(1.0, 0.4, 40, 20, 0)).meshes[0].convex);
+    assert!(!surfaces(shapes::torus(1.0, 0.4, 40, 20, MaterialId(0))).meshes[0].convex);
     let tree = &ball.meshes[0].tree;
     let up = glam::DVec3::Y;
     let mut visits = 1000;

@@ -7,9 +7,9 @@ use crate::visibility::{Blocker, LeafKind};
 /// The state of the whole front of object 0, a square of ±1 at the origin that faces +Y, under a light.
 fn of_floor(mut others: Vec<Mesh>, light: LightSample) -> State {
     let mut scene = empty_scene();
-    add(&mut scene, square(vec3(0.0, 0.0, 0.0), 1.0, 0));
+    add(&mut scene, square(vec3(0.0, 0.0, 0.0), 1.0, MaterialId(0)));
     // Something far away, so that the scene is as large in every case.
-    others.push(square(vec3(0.0, -3.0, 0.0), 4.0, 0));
+    others.push(square(vec3(0.0, -3.0, 0.0), 4.0, MaterialId(0)));
     for mesh in others {
         add(&mut scene, mesh);
     }
@@ -34,7 +34,7 @@ fn of_floor(mut others: Vec<Mesh>, light: LightSample) -> State {
 }
 
 /// A horizontal square that faces up.
-fn square(center: Vec3, half: f32, material: u32) -> Mesh {
+fn square(center: Vec3, half: f32, material: MaterialId) -> Mesh {
     let at = |x: f32, z: f32| center + vec3(x * half, 0.0, z * half);
     polygon(&[at(-1., -1.), at(-1., 1.), at(1., 1.), at(1., -1.)], material)
 }
@@ -46,19 +46,19 @@ fn above(y: f32) -> LightSample {
 #[test]
 fn states_of_a_square() {
     use State::{Full, Partial, Unoccluded};
-    let at = |y: f32, half: f32, material: u32| vec![square(vec3(0.0, y, 0.0), half, material)];
+    let at = |y: f32, half: f32, material: MaterialId| vec![square(vec3(0.0, y, 0.0), half, material)];
     assert_eq!(of_floor(vec![], above(2.0)), Unoccluded);
     // Half way to the light the pyramid is ±0.5 wide.
-    assert_eq!(of_floor(at(1.0, 0.51, 0), above(2.0)), Full);
-    assert_eq!(of_floor(at(1.0, 0.49, 0), above(2.0)), Partial);
-    assert_eq!(of_floor(at(1.0, 0.51, 2), above(2.0)), Partial);
-    let beside = |x: f32| vec![square(vec3(x, 1.0, 0.0), 0.2, 0)];
+    assert_eq!(of_floor(at(1.0, 0.51, MaterialId(0)), above(2.0)), Full);
+    assert_eq!(of_floor(at(1.0, 0.49, MaterialId(0)), above(2.0)), Partial);
+    assert_eq!(of_floor(at(1.0, 0.51, MaterialId(2)), above(2.0)), Partial);
+    let beside = |x: f32| vec![square(vec3(x, 1.0, 0.0), 0.2, MaterialId(0))];
     assert_eq!(of_floor(beside(0.71), above(2.0)), Unoccluded);
     assert_eq!(of_floor(beside(0.69), above(2.0)), Partial);
     // Behind the light, below the floor, in its plane.
-    assert_eq!(of_floor(at(2.1, 9.0, 0), above(2.0)), Unoccluded);
-    assert_eq!(of_floor(at(-0.1, 9.0, 0), above(2.0)), Unoccluded);
-    assert_eq!(of_floor(vec![square(vec3(2.0, 0.0, 0.0), 1.0, 0)], above(2.0)), Unoccluded);
+    assert_eq!(of_floor(at(2.1, 9.0, MaterialId(0)), above(2.0)), Unoccluded);
+    assert_eq!(of_floor(at(-0.1, 9.0, MaterialId(0)), above(2.0)), Unoccluded);
+    assert_eq!(of_floor(vec![square(vec3(2.0, 0.0, 0.0), 1.0, MaterialId(0))], above(2.0)), Unoccluded);
     // The light behind the floor, and the floor behind the light, for every profile that has a plane.
     let spot = Profile::Spot { scale: 2.0, offset: -1.0 };
     for profile in [Profile::Cosine, Profile::Hemisphere, spot] {
@@ -67,13 +67,14 @@ fn states_of_a_square() {
         assert_eq!(of_floor(vec![], light(vec3(0.0, 2.0, 0.0), Vec3::X, profile)), Unoccluded);
     }
     // A large triangle that is no patch serves as one, and covers it or does not.
-    let mut triangle = polygon(&[vec3(-1.1, 1.0, -1.1), vec3(-1.1, 1.0, 2.2), vec3(2.2, 1.0, -1.1)], 0);
+    let mut triangle =
+        polygon(&[vec3(-1.1, 1.0, -1.1), vec3(-1.1, 1.0, 2.2), vec3(2.2, 1.0, -1.1)], MaterialId(0));
     triangle.patches.clear();
     assert_eq!(of_floor(vec![triangle.clone()], above(2.0)), Full);
     triangle.positions.iter_mut().for_each(|p| p.x += 0.7);
     assert_eq!(of_floor(vec![triangle], above(2.0)), Partial);
     // No single polygon covers it, though two do.
-    let halves = [-1.0, 1.0].map(|s| square(vec3(s * 0.6, 1.0, 0.0), 0.6, 0));
+    let halves = [-1.0, 1.0].map(|s| square(vec3(s * 0.6, 1.0, 0.0), 0.6, MaterialId(0)));
     assert_eq!(of_floor(halves.to_vec(), above(2.0)), Partial);
 }
 
@@ -81,7 +82,7 @@ fn states_of_a_square() {
 fn parallel_light() {
     use State::{Full, Partial, Unoccluded};
     let sun = |normal: Vec3| light(vec3(0.0, 90.0, 0.0), normal.normalize(), Profile::Directional);
-    let board = |x: f32, half: f32| vec![square(vec3(x, 1.0, 0.0), half, 0)];
+    let board = |x: f32, half: f32| vec![square(vec3(x, 1.0, 0.0), half, MaterialId(0))];
     assert_eq!(of_floor(board(0.0, 1.01), sun(Vec3::NEG_Y)), Full);
     assert_eq!(of_floor(board(0.0, 0.99), sun(Vec3::NEG_Y)), Partial);
     assert_eq!(of_floor(board(2.01, 1.0), sun(Vec3::NEG_Y)), Unoccluded);
@@ -94,7 +95,7 @@ fn parallel_light() {
 #[test]
 fn meshes_as_blockers_and_receivers() {
     let ball = |x: f32, y: f32, rings: u32| {
-        let mut mesh = shapes::sphere(0.3, 2 * rings, rings, 0);
+        let mut mesh = shapes::sphere(0.3, 2 * rings, rings, MaterialId(0));
         mesh.positions.iter_mut().for_each(|p| *p += vec3(x, y, 0.0));
         mesh
     };
@@ -102,7 +103,7 @@ fn meshes_as_blockers_and_receivers() {
     assert_eq!(of_floor(vec![ball(0.95, 1.0, 12)], above(2.0)), State::Unoccluded);
     // A ball under a board and one beside it; their undersides face away from the light.
     let mut scene = empty_scene();
-    let board = add(&mut scene, square(vec3(0.0, 1.0, 0.0), 0.5, 0));
+    let board = add(&mut scene, square(vec3(0.0, 1.0, 0.0), 0.5, MaterialId(0)));
     let hidden = add(&mut scene, ball(0.0, 0.0, 12));
     let lit = add(&mut scene, ball(3.0, 0.0, 40));
     let geometry = Geometry::new(&scene);
@@ -158,7 +159,7 @@ fn the_walls_of_an_empty_room_block_nothing() {
         assert!(counts.by_state[State::Unoccluded as usize] > 900 && counts.leaves == 6);
         // Negative control: with a box in it they still do not, but the box does.
         let mut furniture = Mesh::default();
-        furniture.add_box(vec3(-0.5, 0.0, -0.5), vec3(0.5, 0.5, 0.5), 0);
+        furniture.add_box(vec3(-0.5, 0.0, -0.5), vec3(0.5, 0.5, 0.5), MaterialId(0));
         let node = scene.objects[object].node;
         scene.meshes.push(furniture);
         let mesh = scene.meshes.len() - 1;
@@ -197,7 +198,7 @@ fn odd_input() {
         assert_eq!(database.receivers().leaf_at(0, Vec3::ZERO, true), None);
     }
     let mut scene = empty_scene();
-    add(&mut scene, square(Vec3::ZERO, 1.0, 0));
+    add(&mut scene, square(Vec3::ZERO, 1.0, MaterialId(0)));
     let geometry = Geometry::new(&scene);
     assert_eq!(build(&scene, &geometry, vec![]).counts().leaves, 1);
     // The back of what has none.
@@ -208,8 +209,8 @@ fn odd_input() {
     let odd = [vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 1.0), vec3(1.0, 1e-6, 0.0), vec3(9.0, 0.0, 0.0)];
     let odd = odd.map(|p| light(p, Vec3::NEG_Y, Profile::Hemisphere)).to_vec();
     let mut scene = empty_scene();
-    add(&mut scene, square(Vec3::ZERO, 1.0, 1));
-    add(&mut scene, shapes::sphere(0.3, 12, 6, 1));
+    add(&mut scene, square(Vec3::ZERO, 1.0, MaterialId(1)));
+    add(&mut scene, shapes::sphere(0.3, 12, 6, MaterialId(1)));
     let geometry = Geometry::new(&scene);
     let database = build(&scene, &geometry, odd.clone());
     let verdict = verify(&scene, &geometry, &odd, &database, 2000, &mut Numbers(5));
@@ -218,7 +219,7 @@ fn odd_input() {
     for scale in [1e-12, 1e-5, 1e6, 1e12] {
         let mut scene = empty_scene();
         let mut mesh = room(-Vec3::ONE, Vec3::ONE);
-        mesh.add_box(vec3(-0.3, -1.0, -0.3), vec3(0.3, 0.0, 0.3), 0);
+        mesh.add_box(vec3(-0.3, -1.0, -0.3), vec3(0.3, 0.0, 0.3), MaterialId(0));
         mesh.positions.iter_mut().for_each(|p| *p *= scale);
         add(&mut scene, mesh);
         let geometry = Geometry::new(&scene);

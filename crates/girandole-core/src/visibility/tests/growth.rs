@@ -21,7 +21,7 @@ pub fn grown(growth: Growth, count: u32) -> Scene {
     let half = if growth == Growth::Hall { count as f32 } else { 4.0 };
     add(&mut scene, room(vec3(-half, 0.0, -half), vec3(half, 3.0, half)));
     if growth == Growth::Mesh {
-        let mut torus = shapes::torus(1.0, 0.4, 10 * count, 5 * count, 0);
+        let mut torus = shapes::torus(1.0, 0.4, 10 * count, 5 * count, MaterialId(0));
         torus.positions.iter_mut().for_each(|p| p.y += 1.4);
         add(&mut scene, torus);
     } else {
@@ -30,7 +30,7 @@ pub fn grown(growth: Growth, count: u32) -> Scene {
             let at = vec3((i % count) as f32, 0.0, (i / count) as f32) * step - vec3(half, 0.0, half) * 0.75;
             let mut furniture = Mesh::default();
             let size = step * 0.5;
-            furniture.add_box(at, at + vec3(size, size, size), 0);
+            furniture.add_box(at, at + vec3(size, size, size), MaterialId(0));
             add(&mut scene, furniture);
         }
     }

@@ -27,10 +27,13 @@ fn object_of(id: LeafId) -> u32 {
 fn ids_survive_other_objects_and_lights() {
     let mut scene = builtin::build("pillars", MovingObject::Teapot).expect("it is built in");
     // A triangle that is part of no patch and large enough to be one; and a patch that moves too.
-    let mut lone = polygon(&[vec3(0.0, 1.0, 0.0), vec3(1.0, 1.0, 0.0), vec3(0.0, 2.0, 0.3)], 0);
+    let mut lone = polygon(&[vec3(0.0, 1.0, 0.0), vec3(1.0, 1.0, 0.0), vec3(0.0, 2.0, 0.3)], MaterialId(0));
     lone.patches.clear();
     let lone = add(&mut scene, lone);
-    let board = add(&mut scene, polygon(&[Vec3::ZERO, Vec3::X, vec3(1.0, 0.6, 0.0), vec3(0.0, 0.6, 0.0)], 0));
+    let board = add(
+        &mut scene,
+        polygon(&[Vec3::ZERO, Vec3::X, vec3(1.0, 0.6, 0.0), vec3(0.0, 0.6, 0.0)], MaterialId(0)),
+    );
     scene.objects[board].dynamic = true;
     scene.set_transform(scene.objects[board].node, Transform::translation(vec3(0.2, 0.4, 0.1))).unwrap();
     let settings = VisibilitySettings::default();
@@ -83,7 +86,7 @@ fn ids_survive_other_objects_and_lights() {
     println!("{} with other lights", kept(&other));
     assert!(kept(&other) * 10 > before.len() * 3, "{} of {}", kept(&other), before.len());
     // An object that comes and goes.
-    let ball = builtin::shapes::sphere(0.1, 8, 6, 0);
+    let ball = builtin::shapes::sphere(0.1, 8, 6, MaterialId(0));
     let ball = scene.insert_object("ball", ball, Transform::translation(Vec3::Y), false).unwrap();
     assert!(make(&scene, 0).keys().any(|id| object_of(*id) == ball.0));
     scene.remove_object(ball).unwrap();
@@ -110,7 +113,7 @@ fn what_does_not_belong_together_is_refused() {
         sentence.contains("16384") && sentence.contains("16385") && !sentence.contains("--"),
         "{sentence}"
     );
-    scene.set_emission(0, Vec3::ONE).unwrap();
+    scene.set_emission(MaterialId(0), Vec3::ONE).unwrap();
     let moved = Geometry::new(&scene);
     assert!(database.belongs_to(&moved, &lights).is_err());
     assert!(VisibilityDatabase::build(&scene, &moved, &lights, &settings).is_err());

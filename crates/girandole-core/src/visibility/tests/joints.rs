@@ -10,7 +10,7 @@ fn floor_and_wall([gap, width]: [f32; 2], (turn, to): (Quat, Vec3)) -> Scene {
     let side = 0.5 * width;
     let wall = [at(0.3, gap, -side), at(0.3, gap, side), at(0.3, 2.6, side), at(0.3, 2.6, -side)];
     for corners in [floor, wall] {
-        scene.add_object("", polygon(&corners, 1), Transform::rigid(turn, to));
+        scene.add_object("", polygon(&corners, MaterialId(1)), Transform::rigid(turn, to));
     }
     scene
 }

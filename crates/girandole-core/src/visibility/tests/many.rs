@@ -12,19 +12,25 @@ fn furnished() -> Scene {
     let mut scene = empty_scene();
     add(&mut scene, room(vec3(-2.0, 0.0, -3.0), vec3(2.0, 2.5, 3.0)));
     let mut furniture = Mesh::default();
-    furniture.add_box(vec3(-0.6, 0.6, -0.4), vec3(0.6, 0.7, 0.4), 0);
-    furniture.add_box(vec3(1.0, 0.0, -2.0), vec3(1.1, 2.0, 0.5), 0);
+    furniture.add_box(vec3(-0.6, 0.6, -0.4), vec3(0.6, 0.7, 0.4), MaterialId(0));
+    furniture.add_box(vec3(1.0, 0.0, -2.0), vec3(1.1, 2.0, 0.5), MaterialId(0));
     add(&mut scene, furniture);
-    add(&mut scene, shapes::cylinder(0.2, 1.8, 13, 0));
+    add(&mut scene, shapes::cylinder(0.2, 1.8, 13, MaterialId(0)));
     scene
 }
 
 /// Small things of four kinds that are free to move: on the table, under it, and all about.
 fn add_small(scene: &mut Scene, count: usize, numbers: &mut Numbers) -> Vec<ObjectId> {
     let mut cube = Mesh::default();
-    cube.add_box(Vec3::splat(-0.025), Vec3::splat(0.025), 0);
-    let leaf = polygon(&[vec3(-0.04, -0.02, 0.0), vec3(0.04, -0.02, 0.0), vec3(0.0, 0.04, 0.0)], 1);
-    let kinds = [shapes::torus(0.03, 0.012, 8, 6, 0), cube, shapes::sphere(0.03, 8, 5, 0), leaf];
+    cube.add_box(Vec3::splat(-0.025), Vec3::splat(0.025), MaterialId(0));
+    let leaf =
+        polygon(&[vec3(-0.04, -0.02, 0.0), vec3(0.04, -0.02, 0.0), vec3(0.0, 0.04, 0.0)], MaterialId(1));
+    let kinds = [
+        shapes::torus(0.03, 0.012, 8, 6, MaterialId(0)),
+        cube,
+        shapes::sphere(0.03, 8, 5, MaterialId(0)),
+        leaf,
+    ];
     (0..count)
         .map(|i| {
             let about = numbers.vector();
@@ -138,7 +144,7 @@ fn what_is_hidden_from_a_light_blocks_nothing_of_it() {
         let geometry = Geometry::new(&scene);
         let samples = random_lights(&scene, &geometry, &mut numbers, 60);
         let database = build(&scene, &geometry, samples);
-        for (light, is_hidden) in database.hidden_from(mover.into()).into_iter().enumerate() {
+        for (light, is_hidden) in database.hidden_from(mover).into_iter().enumerate() {
             let is_other =
                 |leaf: u32| database.leaf_states(leaf)[light] != database.standing_states(leaf)[light];
             let changed = (0..database.first_dynamic_leaf()).filter(|&leaf| is_other(leaf)).count();

@@ -16,7 +16,7 @@ mod transparency;
 use super::light_points::LightPoint;
 use super::{State, VisibilityDatabase, VisibilitySettings};
 use crate::lights::{Clamp, LightChanges, LightSample, LightSet, LightSettings, Profile, SampleOrigin};
-use crate::scene::{Geometry, Material, Mesh, NONE, ObjectId, Scene, Transform};
+use crate::scene::{Geometry, LightId, Material, MaterialId, Mesh, NONE, ObjectId, Scene, Transform};
 use crate::trace::SceneTracer;
 use glam::{Quat, Vec2, Vec3, vec3};
 
@@ -55,7 +55,7 @@ pub fn empty_scene() -> Scene {
 /// A box seen from inside.
 pub fn room(min: Vec3, max: Vec3) -> Mesh {
     let mut mesh = Mesh::default();
-    mesh.add_box(min, max, 0);
+    mesh.add_box(min, max, MaterialId(0));
     for triangle in &mut mesh.triangles {
         triangle.vertices.swap(1, 2);
     }
@@ -68,7 +68,7 @@ pub fn room(min: Vec3, max: Vec3) -> Mesh {
     mesh
 }
 
-pub fn polygon(corners: &[Vec3], material: u32) -> Mesh {
+pub fn polygon(corners: &[Vec3], material: MaterialId) -> Mesh {
     let mut mesh = Mesh::default();
     mesh.add_polygon(corners, material);
     mesh
@@ -80,7 +80,7 @@ pub fn add(scene: &mut Scene, mesh: Mesh) -> ObjectId {
 
 /// A light of no surface.
 pub fn light(position: Vec3, normal: Vec3, profile: Profile) -> LightSample {
-    let origin = SampleOrigin::Punctual { light: 0 };
+    let origin = SampleOrigin::Punctual { light: LightId(0) };
     LightSample { position, normal, intensity: Vec3::ONE, profile, origin, rectangle: None }
 }
 
@@ -156,7 +156,7 @@ pub fn verify(
     for _ in 0..points {
         let triangle = numbers.below(geometry.triangles.len()) as u32;
         let at = barycentric(numbers);
-        let material = &scene.materials[geometry.triangles[triangle as usize].material as usize];
+        let material = &scene.materials[geometry.triangles[triangle as usize].material];
         let front = !material.double_sided || numbers.unit() < 0.5;
         let normal = geometry.normal(triangle) * if front { 1.0 } else { -1.0 };
         let position = geometry.point(triangle, at);

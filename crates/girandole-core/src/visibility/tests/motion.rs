@@ -147,20 +147,20 @@ fn after_long_sequences_it_is_one_from_scratch() {
         let mut scene = empty_scene();
         add(&mut scene, room(vec3(-2.0, 0.0, -3.0), vec3(2.0, 2.5, 3.0)));
         let mut table = Mesh::default();
-        table.add_box(vec3(-0.6, 0.6, -0.4), vec3(0.6, 0.7, 0.4), 0);
+        table.add_box(vec3(-0.6, 0.6, -0.4), vec3(0.6, 0.7, 0.4), MaterialId(0));
         add(&mut scene, table);
         // A door, a box, a torus, a cylinder and a two-sided board.
         let mut door = Mesh::default();
-        door.add_box(vec3(0.0, 0.0, -0.02), vec3(0.9, 2.0, 0.02), 0);
+        door.add_box(vec3(0.0, 0.0, -0.02), vec3(0.9, 2.0, 0.02), MaterialId(0));
         let mut cube = Mesh::default();
-        cube.add_box(Vec3::splat(-0.2), Vec3::splat(0.2), 0);
+        cube.add_box(Vec3::splat(-0.2), Vec3::splat(0.2), MaterialId(0));
         let board = [vec3(-0.5, -0.5, 0.0), vec3(0.5, -0.5, 0.0), vec3(0.5, 0.5, 0.0), vec3(-0.5, 0.5, 0.0)];
         let meshes = [
             door,
             cube,
-            shapes::torus(0.3, 0.1, 14, 9, 0),
-            shapes::cylinder(0.2, 0.5, 11, 0),
-            polygon(&board, 1),
+            shapes::torus(0.3, 0.1, 14, 9, MaterialId(0)),
+            shapes::cylinder(0.2, 0.5, 11, MaterialId(0)),
+            polygon(&board, MaterialId(1)),
         ];
         for (i, mesh) in meshes.into_iter().enumerate() {
             let at = vec3(i as f32 * 0.6 - 1.2, 0.9, 1.2 - i as f32 * 0.4);
@@ -210,12 +210,12 @@ fn receivers_on_what_rests_are_not_tested_again() {
     for i in 0..12 {
         // Furniture, so that what stands blocks something.
         let (foot, mut post) = (vec3(i as f32 * 0.3 - 1.8, 0.0, -1.0), Mesh::default());
-        post.add_box(foot, foot + vec3(0.1, 2.0, 0.1), 0);
+        post.add_box(foot, foot + vec3(0.1, 2.0, 0.1), MaterialId(0));
         add(&mut scene, post);
         let mut cube = Mesh::default();
-        cube.add_box(Vec3::splat(-0.1), Vec3::splat(0.1), 0);
+        cube.add_box(Vec3::splat(-0.1), Vec3::splat(0.1), MaterialId(0));
         // Boxes, whose receivers may be split otherwise in another place, and meshes.
-        let mesh = if i % 2 == 0 { cube } else { shapes::torus(0.1, 0.04, 14, 9, 0) };
+        let mesh = if i % 2 == 0 { cube } else { shapes::torus(0.1, 0.04, 14, 9, MaterialId(0)) };
         let at = vec3(i as f32 * 0.3 - 1.7, 1.0, numbers.unit());
         let index = scene.add_object("", mesh, Transform::rigid(Quat::IDENTITY, at));
         scene.objects[index].dynamic = true;

@@ -8,14 +8,14 @@ fn scene(far: Option<f32>) -> Scene {
     let mut scene = builtin::build("table", MovingObject::Torus).expect("it is built in");
     let low = 0.004;
     let shelf = [vec3(-1.5, low, 0.5), vec3(-1.5, low, 1.5), vec3(-0.5, low, 1.5), vec3(-0.5, low, 0.5)];
-    add(&mut scene, polygon(&shelf, 0));
+    add(&mut scene, polygon(&shelf, MaterialId(0)));
     if let Some(far) = far {
         let at = |i: f32| Transform::translation(vec3(far, 0.3 * far, far * 0.1 * i));
-        scene.add_object("ball", shapes::sphere(0.2, 12, 8, 0), at(1.0));
-        scene.add_object("box", shapes::cuboid(Vec3::splat(-0.3), Vec3::splat(0.3), 0), at(-1.0));
+        scene.add_object("ball", shapes::sphere(0.2, 12, 8, MaterialId(0)), at(1.0));
+        scene.add_object("box", shapes::cuboid(Vec3::splat(-0.3), Vec3::splat(0.3), MaterialId(0)), at(-1.0));
         scene.add_object(
             "shade",
-            shapes::cuboid(vec3(-0.5, -0.02, -0.5), vec3(0.5, 0.02, 0.5), 0),
+            shapes::cuboid(vec3(-0.5, -0.02, -0.5), vec3(0.5, 0.02, 0.5), MaterialId(0)),
             at(-1.001),
         );
     }

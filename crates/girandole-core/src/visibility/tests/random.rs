@@ -41,7 +41,11 @@ pub fn random_room(numbers: &mut Numbers) -> Scene {
                     at.x = -half.x;
                 }
                 let mut mesh = Mesh::default();
-                mesh.add_box(vec3(-size.x, 0.0, -size.z), vec3(size.x, size.y * 3.0, size.z), material);
+                mesh.add_box(
+                    vec3(-size.x, 0.0, -size.z),
+                    vec3(size.x, size.y * 3.0, size.z),
+                    material.into(),
+                );
                 place(&mut scene, mesh, Quat::IDENTITY, at, dynamic);
             }
             1 => {
@@ -53,7 +57,7 @@ pub fn random_room(numbers: &mut Numbers) -> Scene {
                     vec3(0., y * 1.5, 0.),
                     vec3(-x, y, 0.),
                 ];
-                place(&mut scene, polygon(&corners, material), numbers.rotation(), at, dynamic);
+                place(&mut scene, polygon(&corners, material.into()), numbers.rotation(), at, dynamic);
             }
             2 => {
                 // Two large triangles in different planes.
@@ -61,17 +65,17 @@ pub fn random_room(numbers: &mut Numbers) -> Scene {
                 let mut mesh = Mesh::default();
                 let (a, b, c, d) =
                     (corner(-1., -1., 0.), corner(-1., 1., 0.3), corner(1., 1., 0.), corner(1., -1., 0.2));
-                mesh.add_polygon(&[a, b, c], material);
-                mesh.add_polygon(&[a, c, d], material);
+                mesh.add_polygon(&[a, b, c], material.into());
+                mesh.add_polygon(&[a, c, d], material.into());
                 mesh.patches.clear();
                 place(&mut scene, mesh, numbers.rotation(), at, dynamic);
             }
             3 => {
-                let mesh = shapes::torus(size.x, size.x * 0.4, 14, 9, material);
+                let mesh = shapes::torus(size.x, size.x * 0.4, 14, 9, material.into());
                 place(&mut scene, mesh, numbers.rotation(), at, dynamic);
             }
             _ => {
-                let mesh = shapes::cylinder(size.x * 0.5, size.y, 11, material);
+                let mesh = shapes::cylinder(size.x * 0.5, size.y, 11, material.into());
                 place(&mut scene, mesh, numbers.rotation(), at, dynamic);
             }
         }

@@ -30,7 +30,7 @@ pub fn add_walls(scene: &mut Scene, numbers: &mut Numbers) {
                 at + turn * vec3((x * (1.0 + gap) + u - 1.0) * half, (y + v - 1.0) * half, 0.0)
             };
             let corners = [corner(0., 0.), corner(1., 0.), corner(1., 1.), corner(0., 1.)];
-            add(scene, polygon(&corners, material));
+            add(scene, polygon(&corners, material.into()));
         }
     }
 }

@@ -395,6 +395,6 @@ fn is_plain(scene: &Scene, geometry: &Geometry, database: &VisibilityDatabase, l
     let tree = database.receivers();
     let LeafKind::Patch { grid, .. } = tree.leaves[leaf].kind else { return false };
     let Some(patch) = geometry.patches.get(tree.grids[grid as usize].patch as usize) else { return false };
-    let material = &scene.materials[patch.material as usize];
+    let material = &scene.materials[patch.material];
     geometry.is_flat(scene, patch) && material.specular == 0.0 && material.metallic == 0.0
 }

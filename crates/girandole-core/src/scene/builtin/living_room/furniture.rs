@@ -5,7 +5,7 @@ use super::{
     tilted,
 };
 use crate::scene::builtin::teapot;
-use crate::scene::{Mesh, MeshTriangle};
+use crate::scene::{MaterialId, Mesh, MeshTriangle};
 use glam::{Quat, Vec2, Vec3, vec2, vec3};
 
 pub fn add(room: &mut Room, palette: &Palette) {
@@ -199,7 +199,7 @@ fn within(p: Vec3, margin: Vec2) -> Vec3 {
 }
 
 /// A leaf from its stem along a direction, hanging: length and half its width in metres. Its top is its front.
-fn leaf(stem: Vec3, along: Vec3, size: Vec2, material: u32) -> Mesh {
+fn leaf(stem: Vec3, along: Vec3, size: Vec2, material: MaterialId) -> Mesh {
     const STEPS: u32 = 6;
     let side = Vec3::Y.cross(along).normalize();
     let up = along.cross(side);

@@ -10,7 +10,9 @@ mod textures;
 use super::rooms::{Room, about_y};
 use super::{MovingObject, shapes};
 use crate::Result;
-use crate::scene::{ColorSpace, Filter, Material, Mesh, Scene, Texture, TextureRef, Transform, Wrap};
+use crate::scene::{
+    ColorSpace, Filter, Material, MaterialId, Mesh, Scene, Texture, TextureRef, Transform, Wrap,
+};
 use glam::{Quat, Vec3, vec3};
 
 /// Half of the width, the height, and where the back and the front wall are.
@@ -27,31 +29,31 @@ const SIDEBOARD: f32 = 0.6305;
 
 /// Materials by what they are on.
 struct Palette {
-    floor: u32,
-    white: u32,
-    trim: u32,
-    accent: u32,
-    curtain: u32,
-    sky: u32,
-    cream: u32,
-    teal: u32,
-    mustard: u32,
-    walnut: u32,
-    brass: u32,
-    black: u32,
-    rug: u32,
-    rug_edge: u32,
-    porcelain: u32,
-    glass: u32,
-    leaf: u32,
-    shade: u32,
-    paper: u32,
-    pictures: [u32; 2],
-    books: [u32; 7],
+    floor: MaterialId,
+    white: MaterialId,
+    trim: MaterialId,
+    accent: MaterialId,
+    curtain: MaterialId,
+    sky: MaterialId,
+    cream: MaterialId,
+    teal: MaterialId,
+    mustard: MaterialId,
+    walnut: MaterialId,
+    brass: MaterialId,
+    black: MaterialId,
+    rug: MaterialId,
+    rug_edge: MaterialId,
+    porcelain: MaterialId,
+    glass: MaterialId,
+    leaf: MaterialId,
+    shade: MaterialId,
+    paper: MaterialId,
+    pictures: [MaterialId; 2],
+    books: [MaterialId; 7],
 }
 
 impl Room {
-    fn glossy(&mut self, name: &str, color: [f32; 3], roughness: f32) -> u32 {
+    fn glossy(&mut self, name: &str, color: [f32; 3], roughness: f32) -> MaterialId {
         self.scene.add_material(Material {
             roughness,
             specular: 0.5,
@@ -59,7 +61,7 @@ impl Room {
         })
     }
 
-    fn matte(&mut self, name: &str, color: [f32; 3]) -> u32 {
+    fn matte(&mut self, name: &str, color: [f32; 3]) -> MaterialId {
         self.scene.add_material(Material::diffuse(name, color.into()))
     }
 
@@ -87,12 +89,12 @@ impl Room {
         TextureRef::new(self.scene.textures.len() as u32 - 1)
     }
 
-    fn textured(&mut self, name: &str, texture: TextureRef) -> u32 {
+    fn textured(&mut self, name: &str, texture: TextureRef) -> MaterialId {
         let base_color_texture = Some(texture);
         self.scene.add_material(Material { base_color_texture, ..Material::diffuse(name, Vec3::ONE) })
     }
 
-    fn luminous(&mut self, name: &str, emission: Vec3, texture: TextureRef) -> u32 {
+    fn luminous(&mut self, name: &str, emission: Vec3, texture: TextureRef) -> MaterialId {
         let emission_texture = Some(texture);
         self.scene.add_material(Material { emission_texture, ..Material::emitter(name, emission) })
     }
@@ -118,14 +120,14 @@ impl Palette {
         let [ribs, glow] =
             [room.texture("ribs", [4, 128], textures::ribs), room.texture("glow", [4, 64], textures::glow)];
         let floor = room.textured("oak planks", planks);
-        let floor_finish = &mut room.scene.materials[floor as usize];
+        let floor_finish = &mut room.scene.materials[floor];
         (floor_finish.roughness, floor_finish.specular) = (0.38, 0.5);
         let brass = room.glossy("brass", [0.83, 0.62, 0.3], 0.28);
-        room.scene.materials[brass as usize].metallic = 1.0;
+        room.scene.materials[brass].metallic = 1.0;
         let leaf = room.glossy("leaf", [0.13, 0.3, 0.09], 0.5);
         let shade = room.luminous("lamp shade", vec3(5.0, 3.3, 1.8), glow);
         for thin in [leaf, shade] {
-            room.scene.materials[thin as usize].double_sided = true;
+            room.scene.materials[thin].double_sided = true;
         }
         let spines = [
             [0.55, 0.16, 0.12],
@@ -193,7 +195,7 @@ fn tilted(pitch: f32, yaw: f32) -> Quat {
 }
 
 /// Boxes by their lowest corners and sizes, as patches; `hidden` says which faces nobody sees, by where they face.
-fn boxes(boxes: &[(Vec3, Vec3)], material: u32, hidden: impl Fn(Vec3, Vec3) -> bool) -> Mesh {
+fn boxes(boxes: &[(Vec3, Vec3)], material: MaterialId, hidden: impl Fn(Vec3, Vec3) -> bool) -> Mesh {
     let mut mesh = Mesh::default();
     for &(low, size) in boxes {
         let mut all = Mesh::default();

@@ -1,7 +1,7 @@
 //! Floor, walls, windows and what hangs on them.
 
 use super::{BACK, FRONT, HALF, HEIGHT, Palette, Room, boxes, none, shapes, sin_cos};
-use crate::scene::{Mesh, MeshTriangle};
+use crate::scene::{MaterialId, Mesh, MeshTriangle};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::TAU;
 
@@ -62,7 +62,7 @@ pub fn add(room: &mut Room, palette: &Palette) {
     }
 }
 
-fn quad(corners: [Vec3; 4], material: u32, uvs: [Vec2; 4]) -> Mesh {
+fn quad(corners: [Vec3; 4], material: MaterialId, uvs: [Vec2; 4]) -> Mesh {
     let mut mesh = Mesh::default();
     mesh.add_polygon(&corners, material);
     mesh.uvs = uvs.map(|uv| [uv; 2]).into();
@@ -70,7 +70,7 @@ fn quad(corners: [Vec3; 4], material: u32, uvs: [Vec2; 4]) -> Mesh {
 }
 
 /// A grid without the two openings, so that no corner lies on another part's edge.
-fn window_wall(material: u32) -> Mesh {
+fn window_wall(material: MaterialId) -> Mesh {
     let [[a, b], [c, d]] = WINDOWS;
     let (columns, rows) = ([BACK, a, b, c, d, FRONT], [0.0, SILL, LINTEL, HEIGHT]);
     let mut mesh = Mesh::default();
@@ -134,7 +134,7 @@ fn skirting(room: &mut Room, palette: &Palette) {
 }
 
 /// A solid sheet in waves before the left wall.
-fn curtain([from, to]: [f32; 2], waves: u32, phase: f32, material: u32) -> Mesh {
+fn curtain([from, to]: [f32; 2], waves: u32, phase: f32, material: MaterialId) -> Mesh {
     const THICK: f32 = 0.012;
     const DEEP: f32 = 0.035;
     let (low, high, count) = (0.03, 2.5, waves * 8);
