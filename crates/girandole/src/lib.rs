@@ -7,7 +7,7 @@
 //!
 //! ```no_run
 //! use girandole::core::illumination::IlluminationSettings;
-//! use girandole::core::scene::View;
+//! use girandole::core::scene::{MaterialId, View};
 //! use girandole::core::scene::builtin::{self, MovingObject};
 //! use girandole::{RenderSettings, Renderer, RendererOptions, Target};
 //!
@@ -23,7 +23,7 @@
 //! queue.submit([encoder.finish()]);
 //!
 //! // What changes is followed.
-//! scene.set_emission(0, girandole::core::glam::Vec3::ONE)?;
+//! scene.set_emission(MaterialId(0), girandole::core::glam::Vec3::ONE)?;
 //! let changes = scene.take_changes();
 //! renderer.update(&scene, &changes)?;
 //! # Ok(())

@@ -10,14 +10,15 @@
 //!
 //! ```
 //! use girandole_core::glam::vec3;
-//! use girandole_core::scene::{Geometry, ObjectId, Transform, builtin};
+//! use girandole_core::scene::{Geometry, Transform, builtin};
 //!
 //! let mut scene = builtin::build("table", builtin::MovingObject::Torus)?;
 //! let before = Geometry::new(&scene);
-//! let torus = scene.objects.iter().position(|o| o.dynamic).unwrap();
-//! scene.set_transform(scene.objects[torus].node, Transform::translation(vec3(0.0, 1.5, 0.0)))?;
+//! let (torus, object) = scene.placed_objects().find(|(_, object)| object.dynamic).unwrap();
+//! let node = object.node;
+//! scene.set_transform(node, Transform::translation(vec3(0.0, 1.5, 0.0)))?;
 //! let changes = scene.take_changes();
-//! assert_eq!(changes.moved, [ObjectId::from(torus)]);
+//! assert_eq!(changes.moved, [torus]);
 //! assert!(before.belongs_to(&scene).is_err());
 //! assert_eq!(before.origin, Geometry::new(&scene).origin);
 //! # Ok::<(), girandole_core::Error>(())

@@ -8,12 +8,12 @@
 //!
 //! ```
 //! use girandole_core::glam::Vec3;
-//! use girandole_core::scene::{Edits, Snapshot, builtin};
+//! use girandole_core::scene::{Edits, MaterialId, Snapshot, builtin};
 //!
 //! let mut scene = builtin::build("table", builtin::MovingObject::Torus)?;
 //! let (mut edits, before) = (Edits::default(), scene.materials.clone());
 //! let snapshot = Snapshot::of(&scene, &edits);
-//! scene.set_emission(0, Vec3::ONE)?;
+//! scene.set_emission(MaterialId(0), Vec3::ONE)?;
 //! let mut step = snapshot.step(&scene, &edits).unwrap();
 //! step.exchange(&mut scene, &mut edits);
 //! assert_eq!(scene.materials, before);
