@@ -1,7 +1,7 @@
-//! Lights a scene made in code and writes `headless.ppm`: a lamp over a ball in a room that is open to the front.
+//! Lights a scene made in code and writes `headless.png`: a lamp over a ball in a room that is open to the front.
 
-#[path = "shared/ppm.rs"]
-mod ppm;
+#[path = "shared/png.rs"]
+mod png;
 
 use girandole::core::glam::{Vec3, vec3};
 use girandole::core::illumination::IlluminationSettings;
@@ -47,5 +47,5 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     renderer.open(&scene, &IlluminationSettings { views, ..IlluminationSettings::default() })?;
     renderer.render(&view, [640, 480], &RenderSettings::default())?;
     let image = gpu.block_on(renderer.radiance())??;
-    Ok(ppm::write_ppm("headless.ppm", &image)?)
+    Ok(png::write_png("headless.png", &image)?)
 }

@@ -1,5 +1,5 @@
 //! One encoder, two renderers: a triangle of the program's own with depth, then a lit room round it, into an HDR target.
-//! `own_frame.ppm` shows both.
+//! `own_frame.png` shows both.
 
 mod shared;
 
@@ -94,5 +94,5 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // One submit for both.
     queue.submit([encoder.finish()]);
-    Ok(shared::write_ppm("own_frame.ppm", &shared::read_back(&gpu, &hdr)?)?)
+    Ok(shared::write_png("own_frame.png", &shared::read_back(&gpu, &hdr)?)?)
 }

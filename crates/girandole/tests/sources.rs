@@ -158,3 +158,29 @@ fn comments_point_to_what_exists() {
         assert!(found.iter().any(|p| !exists(p)), "{text}: {found:?}");
     }
 }
+
+#[test]
+fn the_readme_has_a_program_that_is_compiled_and_names_what_it_needs() {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |path: PathBuf| std::fs::read_to_string(path).expect("a file");
+    let readme = read(package.join("../../README.md"));
+    let block = |language: &str| {
+        let (_, after) = readme.split_once(&format!("```{language}\n")).expect("a block");
+        after.split_once("```").expect("its end").0.to_owned()
+    };
+    let example = read(package.join("examples/picture.rs"));
+    let (_, program) = example.split_once("\n\n").expect("what it does, and how");
+    assert_eq!(block("rust"), program);
+    // What it calls is what its `Cargo.toml` has, in the versions of ours.
+    let workspace = read(package.join("../../Cargo.toml"));
+    for (name, version) in
+        block("toml").lines().filter(|line| !line.contains("git")).filter_map(|line| line.split_once(" = \""))
+    {
+        assert!(program.contains(&format!("{name}::")), "{name}");
+        let ours = [format!("{name} = \"{version}"), format!("{name} = {{ version = \"{version}")];
+        assert!(ours.iter().any(|ours| workspace.contains(ours)), "{name} {version}");
+    }
+    for (told, held) in [("wgpu 30", "wgpu = { version = \"30\""), ("Rust 1.95", "rust-version = \"1.95\"")] {
+        assert!(readme.contains(told) && workspace.contains(held), "{told}");
+    }
+}

@@ -1,7 +1,7 @@
 //! What examples share that draw into a texture of their own.
 
-mod ppm;
-pub use ppm::write_ppm;
+mod png;
+pub use png::write_png;
 
 use girandole::core::glam::Vec3;
 use girandole::core::image::Image;
