@@ -144,26 +144,16 @@ impl Lit {
         })
     }
 
-    /// Returns whether what was made, or is next, takes longer than a slice.
+    /// Returns whether the renderer loaded something, which takes longer than slices do.
     fn make(&mut self, view: View, has_time: impl Fn() -> bool) -> Result<bool> {
         self.ensure_renderer()?;
         self.begin(view);
-        let hands_over = |lit: &Self| lit.opening.as_ref().is_some_and(Opening::hands_over);
-        while self.opening.is_some() {
-            let is_long = hands_over(self);
-            if let Err(error) = self.make_slice() {
-                // It begins anew, to say the same again.
-                self.forget_light();
-                return Err(error);
-            }
-            if is_long || hands_over(self) {
-                return Ok(true);
-            }
-            if !has_time() {
-                break;
-            }
+        let made = self.make_slices(has_time);
+        if made.is_err() {
+            // It begins anew, to say the same again.
+            self.forget_light();
         }
-        Ok(false)
+        made
     }
 
     fn ensure_renderer(&mut self) -> Result<()> {
@@ -192,29 +182,29 @@ impl Lit {
         }
     }
 
-    fn make_slice(&mut self) -> Result<()> {
+    fn make_slices(&mut self, has_time: impl Fn() -> bool) -> Result<bool> {
         let (Some(opening), Some(renderer), Some(scene)) =
             (&mut self.opening, &mut self.renderer, &self.scene)
         else {
-            return Ok(());
+            return Ok(false);
         };
-        match opening.step(scene)? {
-            Stage::Slice => return Ok(()),
+        match opening.step(scene, has_time)? {
+            Stage::Slice => return Ok(false),
             Stage::Lights(mut illumination) => {
                 self.lit = Some(FIRST).filter(|first| *first < illumination.lights().len());
                 illumination.light(scene, self.lit)?;
                 renderer.open_with(scene, *illumination)?;
                 self.drawn = None;
-                return Ok(());
+                return Ok(true);
             }
             Stage::Visibility(database) => {
                 renderer.set_visibility(scene, database)?;
-                self.drawn = None;
+                (self.opening, self.drawn) = (None, None);
+                return Ok(true);
             }
-            Stage::Done => {}
+            Stage::Done => self.opening = None,
         }
-        self.opening = None;
-        Ok(())
+        Ok(false)
     }
 
     /// Draws the picture where it is another one. Returns whether it is the last one for now.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// An [`Illumination`] in the making: what does not fit between two frames is made in slices of work, on all cores, some
 /// milliseconds each as a rule. The first ones sample the light; with that the naive mode has a picture. The others determine
-/// visibility. The library reads no clock: whoever calls makes as many slices as there is time for. Dropping it gives it up.
+/// visibility. The library reads no clock: whoever calls says whether there is time for more. Dropping it gives it up.
 ///
 /// ```
 /// use girandole_core::illumination::{Illumination, IlluminationSettings, Opening, Stage};
@@ -23,7 +23,7 @@ use std::sync::Arc;
 /// let mut opening = Opening::new(settings.clone());
 /// let mut opened: Option<Illumination> = None;
 /// loop {
-///     match opening.step(&scene)? {
+///     match opening.step(&scene, || false)? {
 ///         Stage::Lights(illumination) => opened = Some(*illumination),
 ///         Stage::Slice => {}
 ///         Stage::Visibility(database) => {
@@ -85,17 +85,23 @@ impl Opening {
         }
     }
 
-    /// Whether the next slice hands light or visibility over: a renderer takes longer to load them than a slice takes.
-    pub fn hands_over(&self) -> bool {
-        matches!(self.state, State::Sampled(_) | State::Determined(_))
-    }
-
-    /// Goes on by a slice. The scene is held until visibility is begun.
+    /// Goes on by a slice, and by more while there is time. Light and visibility are handed over by themselves: a renderer takes longer
+    /// to load them than a slice takes. The scene is held until visibility is begun.
     ///
     /// # Errors
     /// As [`Illumination::new`]; and [`Error::Invalid`](crate::Error::Invalid) where the scene has changed since the first one:
     /// then begin anew.
-    pub fn step(&mut self, scene: &Arc<Scene>) -> Result<Stage> {
+    pub fn step(&mut self, scene: &Arc<Scene>, has_time: impl Fn() -> bool) -> Result<Stage> {
+        loop {
+            let stage = self.slice(scene)?;
+            let hands_over = matches!(self.state, State::Sampled(_) | State::Determined(_));
+            if hands_over || !matches!(stage, Stage::Slice) || !has_time() {
+                return Ok(stage);
+            }
+        }
+    }
+
+    fn slice(&mut self, scene: &Arc<Scene>) -> Result<Stage> {
         match std::mem::replace(&mut self.state, State::Done) {
             State::New => {
                 self.settings.lights.validate()?;

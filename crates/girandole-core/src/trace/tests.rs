@@ -1,8 +1,7 @@
 use super::hierarchy::{MAX_DEPTH, boxes, clustered, depth, has_long_chains, is_long};
 use super::*;
-use crate::scene::{
-    ColorSpace, Filter, Material, MaterialId, Mesh, MeshTriangle, Texture, TextureRef, Transform, Wrap,
-};
+use crate::scene::{ColorSpace, Filter, Material, MaterialId, Mesh, MeshTriangle};
+use crate::scene::{Texture, TextureRef, Transform, Wrap};
 
 struct Numbers(u64);
 

@@ -114,7 +114,7 @@ fn grows(context: &Context) {
     let mut opening = Opening::new(settings.clone());
     let drawn = |renderer: &girandole::Renderer| context.wait(renderer.stats()).expect("stats").maps_drawn;
     loop {
-        match opening.step(&scene).expect("a slice") {
+        match opening.step(&scene, || false).expect("a slice") {
             Stage::Lights(mut illumination) => {
                 illumination.light(&scene, Some(16)).expect("light");
                 renderer.open_with(&scene, *illumination).expect("open");

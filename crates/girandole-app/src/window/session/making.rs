@@ -163,25 +163,17 @@ impl Session {
                 drawn: FIRST,
             });
         }
-        loop {
-            let Some(making) = self.making.as_mut().filter(|making| !making.paused) else { return Ok(false) };
-            if making.lit.is_some() {
-                return self.add_maps();
-            }
-            // What takes longer than a slice has its time for itself.
-            let is_long = making.opening.hands_over();
-            self.make_slice()?;
-            let is_long = is_long || self.making.as_ref().is_some_and(|making| making.opening.hands_over());
-            if is_long || Instant::now() >= until {
-                return Ok(false);
-            }
+        match &self.making {
+            Some(making) if making.paused => Ok(false),
+            Some(Making { lit: Some(_), .. }) => self.add_maps(),
+            _ => self.make_slices(until).map(|()| false),
         }
     }
 
-    /// A slice before maps are drawn.
-    fn make_slice(&mut self) -> Result<()> {
+    /// Slices before maps are drawn.
+    fn make_slices(&mut self, until: Instant) -> Result<()> {
         let (Some(making), Some(renderer)) = (&mut self.making, &mut self.renderer) else { return Ok(()) };
-        match making.opening.step(&self.scene)? {
+        match making.opening.step(&self.scene, || Instant::now() < until)? {
             Stage::Lights(illumination) if making.behind => making.held = Some(illumination),
             Stage::Lights(mut illumination) => {
                 self.notice = illumination.lights().warnings.first().cloned();

@@ -15,10 +15,7 @@ fn in_slices(
         assert!(opening.progress() >= before, "{} after {before}", opening.progress());
         before = opening.progress();
         slices[1] += 1;
-        let is_at_hand = opening.hands_over();
-        let stage = opening.step(scene).expect("a slice");
-        assert_eq!(is_at_hand, matches!(stage, Stage::Lights(_) | Stage::Visibility(_)));
-        match (stage, &mut opened) {
+        match (opening.step(scene, || false).expect("a slice"), &mut opened) {
             (Stage::Lights(mut illumination), none) => {
                 illumination.light(scene, most).expect("light");
                 *none = Some(*illumination);
@@ -57,8 +54,8 @@ fn slices_of_another_version_are_refused() {
     // While light is sampled, and after.
     for sampled in [false, true] {
         let mut opening = Opening::new(settings());
-        while !matches!(opening.step(&scene).expect("a slice"), Stage::Lights(_)) && sampled {}
-        assert!(opening.step(&changed).is_err());
+        while !matches!(opening.step(&scene, || false).expect("a slice"), Stage::Lights(_)) && sampled {}
+        assert!(opening.step(&changed, || false).is_err());
     }
 }
 
@@ -82,4 +79,24 @@ fn few_lit_samples_have_the_visibility_of_all_and_become_all() {
     assert_eq!(lit(&few), 8);
     few.light(&scene, None).expect("light");
     assert_eq!(contents(&few), contents(&all));
+}
+
+#[test]
+fn what_is_handed_over_has_its_time_for_itself() {
+    let scene = Arc::new(builtin::build("gap", MovingObject::Torus).expect("a room"));
+    let mut opening = Opening::new(settings());
+    let mut stages = Vec::new();
+    while stages.last() != Some(&"done") {
+        stages.push(match opening.step(&scene, || true).expect("a slice") {
+            Stage::Slice => "slices",
+            Stage::Lights(_) => "light",
+            Stage::Visibility(_) => "visibility",
+            Stage::Done => "done",
+        });
+    }
+    assert_eq!(
+        stages,
+        ["slices", "light", "slices", "visibility", "done"],
+        "with all the time that there is"
+    );
 }

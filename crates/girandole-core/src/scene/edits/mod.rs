@@ -220,7 +220,7 @@ impl NamedIndex {
     }
 
     /// The index, where the scene has the same name there.
-    fn find<T>(&self, kind: &str, list: &[T], name: impl Fn(&T) -> &str) -> Result<usize> {
+    fn find<T, Id: From<usize>>(&self, kind: &str, list: &[T], name: impl Fn(&T) -> &str) -> Result<Id> {
         let Self { index, name: expected } = self;
         let Some(found) = list.get(*index) else {
             let sentence = format!("there is no {kind} {index} `{expected}`; the scene has {}", list.len());
@@ -232,7 +232,7 @@ impl NamedIndex {
                 name(found)
             )));
         }
-        Ok(*index)
+        Ok((*index).into())
     }
 }
 
@@ -245,7 +245,7 @@ impl Edit {
     pub fn apply(&self, scene: &mut Scene, read_model: &ReadModel) -> Result<()> {
         match self {
             Self::SetTransform { node, transform } => {
-                scene.set_transform(node.find("node", &scene.nodes, |n| &n.name)?.into(), *transform)
+                scene.set_transform(node.find("node", &scene.nodes, |n| &n.name)?, *transform)
             }
             Self::SetEmission { material, emission } => {
                 scene.set_emission(find_material(material, scene)?, *emission)
@@ -299,15 +299,15 @@ impl Edit {
 }
 
 fn find_object(object: &NamedIndex, scene: &Scene) -> Result<ObjectId> {
-    object.find("object", &scene.objects, |o| &o.name).map(Into::into)
+    object.find("object", &scene.objects, |o| &o.name)
 }
 
 fn find_light(light: &NamedIndex, scene: &Scene) -> Result<LightId> {
-    light.find("light", &scene.lights, |l| &l.name).map(Into::into)
+    light.find("light", &scene.lights, |l| &l.name)
 }
 
 fn find_material(material: &NamedIndex, scene: &Scene) -> Result<MaterialId> {
-    material.find("material", &scene.materials, |m| &m.name).map(Into::into)
+    material.find("material", &scene.materials, |m| &m.name)
 }
 
 /// Gives a mesh its material. A new one is made only for what can be inserted.

@@ -61,3 +61,9 @@ fn placement_is_that_of_a_moment() {
     assert!(first != second && first == scene.camera_placement(&scene.cameras[0], Some(3.0)));
     assert_eq!(first.to_string().len(), 32);
 }
+
+#[test]
+fn ids_are_printed_as_the_indices_that_they_are() {
+    let node = crate::scene::Node { parent: Some(7.into()), ..Default::default() };
+    assert!(format!("{node:?}").contains("parent: Some(7)"), "or fingerprints of scenes would change");
+}
