@@ -5,6 +5,7 @@ use crate::layout::Light;
 use crate::maps::atlas::Atlas;
 use crate::maps::cache::{MapCache, MapUpdate};
 use crate::maps::layout::{AtlasLayout, largest_chosen};
+use crate::maps::map_view::ShownSquare;
 use crate::maps::non_blockers::NonBlockers;
 use crate::maps::occluders::Occluders;
 use crate::maps::occlusion_culling::OccludedObjects;
@@ -354,9 +355,8 @@ impl Resident {
             _ => self.look(view),
         };
         for (index, sun) in &seen.suns {
-            if self.lights.show(*index, sun) {
-                self.atlas.cache.invalidate(*index);
-            }
+            self.lights.show(*index, sun);
+            self.atlas.cache.show(*index, ShownSquare::of(sun));
         }
         self.atlas.cache.want(&seen.spans);
         self.seen.insert(seen)

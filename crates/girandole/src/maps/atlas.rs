@@ -110,23 +110,19 @@ impl Atlas {
             }
         }
         let covered_after = boxes(occluders);
-        let indices: Vec<usize> = (0..cache.len()).collect();
-        let stale = in_order(&indices, |&index| {
-            let (slot, stale) = cache.shown(index)?;
-            let light = &lights[index];
-            let map = MapView { light, size: cache.layout().size(slot.span), is_octahedral };
+        moved_lights.iter().for_each(|&light| cache.invalidate(light as usize));
+        let shown = cache.all_shown();
+        let stale = in_order(&shown, |&index| {
+            let (shows, slot, stale) = cache.holds(index)?;
+            let light = shows.shown_by(&lights[index.light]);
+            let map = MapView { light: &light, size: cache.layout().size(slot.span), is_octahedral };
             let covered = [&covered_before, &covered_after].into_iter().zip(hidden);
-            moved_lights.binary_search(&(index as u32)).is_err().then(|| {
-                covered.fold(stale, |stale, (covered, hidden)| {
-                    covered.stale(&map, stale, |object| hidden.is_hidden(object, index))
-                })
-            })
+            Some(covered.fold(stale, |stale, (covered, hidden)| {
+                covered.stale(&map, stale, |object| hidden.is_hidden(object, index.light))
+            }))
         });
-        for (index, stale) in stale.into_iter().enumerate() {
-            match stale {
-                Some(stale) => cache.mark(index, stale),
-                None => cache.invalidate(index),
-            }
+        for (index, stale) in shown.into_iter().zip(stale) {
+            stale.into_iter().for_each(|stale| cache.mark(index, stale));
         }
     }
 

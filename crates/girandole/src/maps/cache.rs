@@ -7,10 +7,11 @@
 //! A light whose map is missing lights nothing that it might be hidden from. Lest lights go out in between, maps of those that moved
 //! themselves are drawn in any case, and so are all that the first frame looks up.
 //!
-//! Maps that no frame looks up any longer stay until others need their place: those that were looked up longest ago go first.
+//! Views look a light's map up in several sizes, and parallel light's for several parts of the scene: what one view has no use for stays for
+//! the others, as maps do that no frame looks up any longer, until others need their place: those that were looked up longest ago go first.
 
 use super::layout::{AtlasLayout, MapSlot};
-use super::map_view::TexelRect;
+use super::map_view::{ShownSquare, TexelRect};
 use super::snapshot::Snapshot;
 use crate::layout::Light;
 use crate::settings::{MapPriority, MapUpdates};
@@ -22,8 +23,18 @@ use std::collections::BTreeSet;
 /// The shadow maps of all lights.
 #[derive(Debug)]
 pub(crate) struct MapCache {
+    /// Those that frames look up.
     maps: Vec<MapRecord>,
+    /// For each light those that other frames looked up, of other sizes or of other parts of the scene: all have a place and show something.
+    others: Vec<Vec<MapRecord>>,
     layout: AtlasLayout,
+}
+
+/// Which of the maps: of a light, the one that frames look up or one of the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct MapIndex {
+    pub light: usize,
+    other: Option<usize>,
 }
 
 /// One light's map.
@@ -41,6 +52,7 @@ struct MapRecord {
     wanted: u32,
     /// Frames since one looked it up.
     idle: u32,
+    shows: ShownSquare,
     /// Where dynamic objects were when it was drawn.
     transforms: Snapshot,
 }
@@ -68,9 +80,26 @@ fn is_lit(light: &Light) -> bool {
     light.intensity != Vec3::ZERO
 }
 
+impl MapIndex {
+    /// The map of a light that frames look up.
+    pub fn of_frames(light: usize) -> Self {
+        Self { light, other: None }
+    }
+}
+
 impl MapRecord {
     fn is_drawn(&self) -> bool {
         self.stale != EVERYWHERE
+    }
+
+    fn is_of(&self, shows: ShownSquare, span: u32) -> bool {
+        self.shows == shows && self.slot.is_some_and(|slot| slot.span == span)
+    }
+
+    /// One for the same light, that is not drawn yet.
+    fn anew(&self) -> Self {
+        let Self { is_due, waited, wanted, shows, .. } = *self;
+        Self { stale: EVERYWHERE, is_due, waited, wanted, shows, ..Self::default() }
     }
 
     fn lose_place(&mut self) {
@@ -82,7 +111,7 @@ impl MapCache {
     /// For so many lights, none of whose maps was drawn yet.
     pub fn new(layout: &AtlasLayout, lights: usize) -> Self {
         let undrawn = MapRecord { stale: EVERYWHERE, is_due: true, ..MapRecord::default() };
-        Self { maps: vec![undrawn; lights], layout: layout.clone() }
+        Self { maps: vec![undrawn; lights], others: vec![Vec::new(); lights], layout: layout.clone() }
     }
 
     pub fn layout(&self) -> &AtlasLayout {
@@ -111,9 +140,42 @@ impl MapCache {
 
     /// Takes note of what a frame looks up: for each light, units across that it wants, or 0.
     pub fn want(&mut self, spans: &[u32]) {
-        for (map, &span) in self.maps.iter_mut().zip(spans) {
+        self.others.iter_mut().flatten().for_each(|map| map.idle = map.idle.saturating_add(1));
+        for (light, &span) in spans.iter().enumerate() {
+            let shows = self.maps[light].shows;
+            if span > 0 && !self.maps[light].is_of(shows, span) {
+                self.turn_to(light, |map| map.is_of(shows, span));
+            }
+            let map = &mut self.maps[light];
             map.wanted = span;
             map.idle = if span > 0 { 0 } else { map.idle.saturating_add(1) };
+        }
+    }
+
+    /// A map of parallel light is to show another part of the scene.
+    pub fn show(&mut self, light: usize, shows: ShownSquare) {
+        if self.maps[light].shows == shows || self.turn_to(light, |map| map.shows == shows) {
+            return;
+        }
+        let map = &self.maps[light];
+        let anew = MapRecord { is_due: map.is_due || map.is_drawn() && map.wanted > 0, shows, ..map.anew() };
+        self.replace(light, anew);
+    }
+
+    /// Has frames look up another of a light's maps, if there is such a one.
+    fn turn_to(&mut self, light: usize, is_it: impl FnMut(&MapRecord) -> bool) -> bool {
+        let Some(at) = self.others[light].iter().position(is_it) else { return false };
+        let other = self.others[light].swap_remove(at);
+        let MapRecord { waited, wanted, .. } = self.maps[light];
+        self.replace(light, MapRecord { waited, wanted, ..other });
+        true
+    }
+
+    /// Has frames look another map of a light up; the one before stays, if it shows something.
+    fn replace(&mut self, light: usize, map: MapRecord) {
+        let before = std::mem::replace(&mut self.maps[light], map);
+        if before.slot.is_some() && before.is_drawn() {
+            self.others[light].push(MapRecord { is_due: false, waited: 0, wanted: 0, ..before });
         }
     }
 
@@ -121,6 +183,27 @@ impl MapCache {
     pub fn shown(&self, light: usize) -> Option<(MapSlot, TexelRect)> {
         let map = self.maps.get(light).filter(|map| map.is_drawn())?;
         Some((map.slot?, map.stale))
+    }
+
+    /// All maps that show something.
+    pub fn all_shown(&self) -> Vec<MapIndex> {
+        let lights = 0..self.len();
+        let of = |light: usize| {
+            let others = (0..self.others[light].len()).map(Some);
+            let looked_up = self.maps[light].is_drawn().then_some(None);
+            looked_up.into_iter().chain(others).map(move |other| MapIndex { light, other })
+        };
+        lights.flat_map(of).collect()
+    }
+
+    fn record(&self, index: MapIndex) -> &MapRecord {
+        index.other.map_or(&self.maps[index.light], |other| &self.others[index.light][other])
+    }
+
+    /// What a map shows, its place and what of it is stale.
+    pub fn holds(&self, index: MapIndex) -> Option<(ShownSquare, MapSlot, TexelRect)> {
+        let map = self.record(index);
+        Some((map.shows, map.slot?, map.stale))
     }
 
     /// Texels across a map, its first texel in its page, and the page.
@@ -133,16 +216,18 @@ impl MapCache {
         self.maps.get(light)?.slot
     }
 
-    /// Something moved: this of a light's map, which shows something, is stale now.
-    pub fn mark(&mut self, light: usize, stale: TexelRect) {
-        self.maps[light].stale = stale;
+    /// Something moved: this of a map, which shows something, is stale now.
+    pub fn mark(&mut self, index: MapIndex, stale: TexelRect) {
+        let of_light = &mut self.others[index.light];
+        index.other.map_or(&mut self.maps[index.light], |other| &mut of_light[other]).stale = stale;
     }
 
-    /// A light moved: its map shows nothing of use.
+    /// A light moved: its maps show nothing of use.
     pub fn invalidate(&mut self, light: usize) {
         let map = &mut self.maps[light];
         map.is_due |= map.is_drawn() && map.wanted > 0;
         map.stale = EVERYWHERE;
+        self.others[light].clear();
     }
 
     /// All lights are others: their maps show nothing of use.
@@ -150,6 +235,7 @@ impl MapCache {
         for map in &mut self.maps {
             (map.stale, map.is_due) = (EVERYWHERE, true);
         }
+        self.others.iter_mut().for_each(Vec::clear);
     }
 
     /// What the next frame draws, in the order of lights, in places that are found for it. Maps of lights that are dark are left until
@@ -157,9 +243,9 @@ impl MapCache {
     pub fn plan(&mut self, updates: &MapUpdates, lights: &[Light]) -> Vec<MapUpdate> {
         let mut chosen = self.choose(updates, lights);
         for &light in &chosen {
-            let map = &mut self.maps[light];
+            let map = &self.maps[light];
             if map.slot.is_some_and(|slot| slot.span != map.wanted) {
-                map.lose_place();
+                self.replace(light, map.anew());
             }
         }
         // Large ones first: what gives way to them is smaller, or not as it is wanted.
@@ -172,45 +258,54 @@ impl MapCache {
             }
             for (light, (slot, held)) in waiting.into_iter().zip(self.places(span)) {
                 for lost in held {
-                    self.maps[lost].lose_place();
-                    if updates.most.is_none() && self.maps[lost].wanted > 0 && is_lit(&lights[lost]) {
-                        chosen.insert(lost);
+                    match lost.other {
+                        Some(other) => self.others[lost.light][other].lose_place(),
+                        None => self.maps[lost.light].lose_place(),
+                    }
+                    let is_looked_up = lost.other.is_none() && self.maps[lost.light].wanted > 0;
+                    if updates.most.is_none() && is_looked_up && is_lit(&lights[lost.light]) {
+                        chosen.insert(lost.light);
                     }
                 }
                 self.maps[light].slot = Some(slot);
             }
+            self.others.iter_mut().for_each(|maps| maps.retain(|map| map.slot.is_some()));
         }
         let placed = chosen.into_iter().filter(|light| self.maps[*light].slot.is_some());
         placed.map(|light| MapUpdate { light: light as u32, part: self.lack(light) }).collect()
     }
 
-    /// Places for maps of so many units across, each with the lights that have maps there. Those come first whose maps were looked up
+    /// Places for maps of so many units across, each with the maps that are there. Those come first whose maps were looked up
     /// longest ago, after those that are free; what is as it is wanted, and no smaller, stays.
-    fn places(&self, span: u32) -> impl Iterator<Item = (MapSlot, Vec<usize>)> + use<> {
+    fn places(&self, span: u32) -> impl Iterator<Item = (MapSlot, Vec<MapIndex>)> + use<> {
         let [columns, rows] = self.layout.per_page(span);
         let mut held = vec![Vec::new(); (self.layout.pages * rows * columns) as usize];
-        for (light, map) in self.maps.iter().enumerate() {
-            let Some(slot) = map.slot else { continue };
+        let of_frames = (0..self.len()).map(MapIndex::of_frames);
+        let others = (0..self.len()).flat_map(|light| {
+            (0..self.others[light].len()).map(move |other| MapIndex { light, other: Some(other) })
+        });
+        for index in of_frames.chain(others) {
+            let Some(slot) = self.record(index).slot else { continue };
             let [across, down] = slot.at.map(|at| at / span..(at + slot.span).div_ceil(span));
             for row in down.start..down.end.min(rows) {
                 let first = (slot.page * rows + row) * columns;
                 for column in across.start..across.end.min(columns) {
-                    held[(first + column) as usize].push(light);
+                    held[(first + column) as usize].push(index);
                 }
             }
         }
-        let idle = |light: &usize| {
-            let MapRecord { slot, wanted, idle, .. } = &self.maps[*light];
+        let idle = |index: &MapIndex| {
+            let MapRecord { slot, wanted, idle, .. } = self.record(*index);
             slot.filter(|slot| slot.span != *wanted || slot.span < span).map(|_| *idle)
         };
-        let all = (0..).zip(held).filter_map(|(index, lights)| {
+        let all = (0..).zip(held).filter_map(|(index, maps)| {
             let at = [index % columns, index / columns % rows].map(|place| place * span);
-            let idle = lights.iter().map(idle).fold(Some(u32::MAX), Option::min)?;
-            Some((idle, MapSlot { at, page: index / columns / rows, span }, lights))
+            let idle = maps.iter().map(idle).fold(Some(u32::MAX), Option::min)?;
+            Some((idle, MapSlot { at, page: index / columns / rows, span }, maps))
         });
         let mut places: Vec<_> = all.collect();
         places.sort_by_key(|(idle, ..)| Reverse(*idle));
-        places.into_iter().map(|(_, slot, lights)| (slot, lights))
+        places.into_iter().map(|(_, slot, maps)| (slot, maps))
     }
 
     /// What of a light's map has to be drawn for it to be as it is wanted.

@@ -1,8 +1,8 @@
 //! The cache over many frames.
 
-use super::cache::{MapCache, MapUpdate, StaleCounts};
+use super::cache::{MapCache, MapIndex, MapUpdate, StaleCounts};
 use super::layout::{AtlasLayout, MapSlot};
-use super::map_view::TexelRect;
+use super::map_view::{ShownSquare, TexelRect};
 use super::snapshot::Snapshot;
 use crate::layout::Light;
 use crate::settings::{MapPriority, MapUpdates, RendererOptions};
@@ -41,7 +41,7 @@ fn square(side: u32) -> TexelRect {
 }
 
 fn mark_all(cache: &mut MapCache) {
-    (0..cache.len()).for_each(|light| cache.mark(light, square(7)));
+    (0..cache.len()).for_each(|light| cache.mark(MapIndex::of_frames(light), square(7)));
 }
 
 /// A frame: what it draws.
@@ -66,7 +66,7 @@ fn bright_lights_come_first_and_those_with_much_that_is_stale() {
     for (priority, first) in [(MapPriority::Brightness, [1, 3]), (MapPriority::BrightnessAndExtent, [0, 3])] {
         let (mut cache, lights) = drawn(&[2.0, 3.0, 1.0, 4.0, 9.0]);
         for (light, part) in [square(24), square(4), square(4), square(16)].into_iter().enumerate() {
-            cache.mark(light, part);
+            cache.mark(MapIndex::of_frames(light), part);
         }
         assert_eq!(frame(&mut cache, &lights, &MapUpdates { priority, ..few(2) }), first);
         assert_eq!(cache.counts(&lights), StaleCounts { maps: 2, oldest: 1 });
@@ -89,7 +89,7 @@ fn none_starves_and_each_gets_its_turn_by_its_brightness() {
 #[test]
 fn maps_of_dark_lights_wait_until_those_shine() {
     let (mut cache, mut lights) = drawn(&[2.0, 0.0]);
-    cache.mark(0, square(7));
+    cache.mark(MapIndex::of_frames(0), square(7));
     let both = cache.regular_spans(&lights);
     cache.want(&[both[0], 0]);
     assert_eq!(frame(&mut cache, &lights, &MapUpdates::default()), [0]);
@@ -120,7 +120,7 @@ fn no_map_is_older_than_allowed() {
 fn what_is_drawn_covers_all_that_became_stale_and_lights_that_moved_are_drawn_as_a_whole() {
     let (mut cache, lights) = drawn(&[1.0, 1.0]);
     let part = TexelRect { first: [3, 1], end: [30, 7] };
-    cache.mark(0, part);
+    cache.mark(MapIndex::of_frames(0), part);
     cache.invalidate(1);
     // The one that moved takes all of the budget.
     let moved = MapUpdate { light: 1, part: TexelRect::whole(SIZE) };
@@ -138,7 +138,7 @@ fn maps_come_within_the_budget_and_lights_without_one_have_no_place() {
     let unit = cache.layout().regular[0];
     cache.want(&[0, 0, unit, 0]);
     frame(&mut cache, &lights, &MapUpdates::default());
-    cache.mark(2, square(60));
+    cache.mark(MapIndex::of_frames(2), square(60));
     let three = [unit, unit, unit, 0];
     for (wanted, drawn, seen, left) in [
         (three, vec![1], 2, 2),
@@ -210,8 +210,11 @@ fn frames_do_not_depend_on_what_was_there_and_cuts_are_over_soon() {
             let mut taken = BTreeSet::new();
             for light in 0..1200 {
                 assert_eq!(words[light] == NO_MAP, wanted[light] == 0, "{cut}");
-                let Some(MapSlot { at, page, span }) = cache.slot(light) else { continue };
-                assert!(wanted[light] == 0 || wanted[light] == span, "{cut}");
+                let is_as_wanted = |slot: MapSlot| wanted[light] == 0 || wanted[light] == slot.span;
+                assert!(cache.slot(light).is_none_or(is_as_wanted), "{cut}");
+            }
+            for index in cache.all_shown() {
+                let Some((_, MapSlot { at, page, span }, _)) = cache.holds(index) else { continue };
                 let [columns, rows] = cache.layout().per_page(1);
                 assert!(at[0] + span <= columns && at[1] + span <= rows && page < cache.layout().pages);
                 let units = (0..span * span).map(|unit| (page, at[0] + unit % span, at[1] + unit / span));
@@ -221,5 +224,43 @@ fn frames_do_not_depend_on_what_was_there_and_cuts_are_over_soon() {
         // The controls: what is seen again is there still, often, and there is not always room for large maps.
         assert!(brought_in < looked_up * 4 / 5 && brought_in > looked_up / 4, "{brought_in} of {looked_up}");
         assert!(enlarged > 20 && enlarged < 60, "{enlarged}");
+    }
+}
+
+/// Two views in turn, which want other sizes of the same maps, and a sun's map for other parts of the scene.
+#[test]
+fn views_in_turn_draw_nothing_anew_where_there_is_room_for_both() {
+    let square = |x: f32| ShownSquare::of(&Light { profile: DIRECTIONAL, scale: x, ..Light::default() });
+    for (of_sun, has_room) in [(200.0, true), (1000.0, false)] {
+        let mut lights = lights_of(&[1.0; 40]);
+        lights[0].profile = DIRECTIONAL;
+        let kinds: Vec<bool> = (0..40).map(|light| light == 0).collect();
+        let mut cache = cache(&kinds, RendererOptions::default());
+        let view = |cache: &mut MapCache, wide: bool| {
+            let texels = |light| match light {
+                0 => of_sun,
+                _ if (light % 2 == 0) == wide => 200.0,
+                _ => 90.0,
+            };
+            let wanted = cache.spans(&(0..40).map(texels).collect::<Vec<_>>(), &lights);
+            cache.show(0, square(if wide { 1.0 } else { 2.0 }));
+            cache.want(&wanted);
+            let drawn = frame(cache, &lights, &MapUpdates::default());
+            let is_as_wanted =
+                |light: usize| cache.shown(light).is_some_and(|(slot, _)| slot.span == wanted[light]);
+            assert!((0..40).all(is_as_wanted), "{of_sun}");
+            drawn.len()
+        };
+        assert_eq!([true, false].map(|wide| view(&mut cache, wide)), [40; 2]);
+        let drawn: usize = (0..20).map(|frame| view(&mut cache, frame % 2 == 0)).sum();
+        assert_eq!(drawn == 0, has_room, "{of_sun}: {drawn}");
+        if !has_room {
+            continue;
+        }
+        // What moves makes all of a light's maps stale, and a light that moves itself leaves none.
+        cache.all_shown().into_iter().for_each(|index| cache.mark(index, self::square(7)));
+        assert_eq!([true, false, true, false].map(|wide| view(&mut cache, wide)), [40, 40, 0, 0]);
+        cache.invalidate(3);
+        assert_eq!([true, false, true, false].map(|wide| view(&mut cache, wide)), [1, 1, 0, 0]);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::bounds::Bounds;
 use crate::layout::Light;
-use girandole_core::glam::Vec4;
+use girandole_core::glam::{Vec3, Vec4};
 
 /// Texels of a map, from the first column and row up to before the last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -129,6 +129,24 @@ impl MapView<'_> {
             }
             rect.union(&TexelRect::between([low, high], size))
         })
+    }
+}
+
+/// What part of the scene a map shows, bit for bit: of parallel light with a large map; all others show all directions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct ShownSquare([u32; 4]);
+
+impl ShownSquare {
+    /// What the map of a light shows.
+    pub fn of(light: &Light) -> Self {
+        let middle_and_scale = light.position.extend(light.scale).to_array();
+        if light.has_large_map() { Self(middle_and_scale.map(f32::to_bits)) } else { Self::default() }
+    }
+
+    /// The light, with a map that shows this.
+    pub fn shown_by(self, light: &Light) -> Light {
+        let [x, y, z, scale] = self.0.map(f32::from_bits);
+        if light.has_large_map() { Light { position: Vec3::new(x, y, z), scale, ..*light } } else { *light }
     }
 }
 

@@ -58,13 +58,12 @@ impl GpuLights {
         self.samples = samples;
     }
 
-    /// Has the map of parallel light show what another one's does; whether that is something else than before.
-    pub fn show(&mut self, index: usize, as_of: &Light) -> bool {
+    /// Has the map of parallel light show what another one's does.
+    pub fn show(&mut self, index: usize, as_of: &Light) {
         let light = &mut self.samples[index];
         let is_other = (light.position, light.scale) != (as_of.position, as_of.scale);
         (light.position, light.scale) = (as_of.position, as_of.scale);
         self.shows_others |= is_other;
-        is_other
     }
 
     /// Gives each its place in the atlas, which the next frame puts on the device: others that are recorded have their own.
