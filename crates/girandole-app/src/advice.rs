@@ -1,9 +1,9 @@
 //! The library's errors in the program's terms: what went wrong is the library's half of the sentence, what to do is said
 //! in options of the command line, or of a page's address.
 
-use girandole::core::scene::gltf::RESTING;
-use girandole::core::scene::{HARDLY_METRES, LIKELY_Z_UP};
 use girandole::{Error, Remedy};
+use girandole_core::scene::gltf::RESTING;
+use girandole_core::scene::{HARDLY_METRES, LIKELY_Z_UP};
 
 /// Where options are given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

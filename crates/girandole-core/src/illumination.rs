@@ -251,6 +251,23 @@ impl Illumination {
         Ok(())
     }
 
+    /// Brings everything up to the scene after these changes as [`Illumination::update`] does, with samples for other views where all are
+    /// sampled anew.
+    ///
+    /// # Errors
+    /// As [`Illumination::update`]; then the views are those before, too.
+    pub fn update_for(&mut self, scene: &Scene, changes: &SceneChanges, views: &[View]) -> Result<()> {
+        if self.settings.rewalk != Rewalk::All {
+            return self.update(scene, changes);
+        }
+        let before = std::mem::replace(&mut self.settings.views, views.to_vec());
+        let updated = self.update(scene, changes);
+        if updated.is_err() {
+            self.settings.views = before;
+        }
+        updated
+    }
+
     /// Takes the scene, with this geometry if it is another one, and these light samples, after changes of places and of what is
     /// emitted alone.
     fn follow(

@@ -1,12 +1,12 @@
 //! What experiments are made on: a device, a scale, models, and scenes on the device.
 
 use anyhow::{Context, Result};
-use girandole::core::illumination::{Illumination, IlluminationSettings, Rewalk};
-use girandole::core::image::Image;
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{ObjectId, Scene, View, load_model};
-use girandole::{FrameStats, Gpu, RenderSettings, Renderer, RendererOptions};
+use girandole::{FrameStats, Gpu, RenderSettings, Renderer, RendererOptions, Viewport};
+use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
+use girandole_core::image::Image;
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::builtin::{self, MovingObject};
+use girandole_core::scene::{ObjectId, Scene, View, load_model};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -133,7 +133,7 @@ impl Bench {
     ) -> Result<Stage<'_>> {
         let mut renderer = self.compiled.another(options)?;
         renderer.open_with(scene, illumination)?;
-        Ok(Stage { gpu: &self.gpu, renderer, view, size })
+        Ok(Stage { gpu: &self.gpu, renderer, viewport: Viewport::default(), view, size })
     }
 }
 
@@ -161,6 +161,8 @@ pub struct Stage<'a> {
     gpu: &'a Gpu,
     /// It has the scene open.
     pub renderer: Renderer,
+    /// Where its pictures are.
+    pub viewport: Viewport,
     /// From where it is seen.
     pub view: View,
     /// In so many pixels.
@@ -179,7 +181,7 @@ impl Stage<'_> {
     /// Those of [`Renderer::render`].
     pub fn frame(&mut self, settings: &RenderSettings) -> Result<f64> {
         let start = Instant::now();
-        self.renderer.render(&self.view, self.size, settings)?;
+        self.renderer.render(&mut self.viewport, &self.view, self.size, settings)?;
         self.gpu.wait()?;
         Ok(start.elapsed().as_secs_f64() * 1e3)
     }
@@ -221,7 +223,7 @@ impl Stage<'_> {
     /// Those of [`Renderer::render`] and of reading back.
     pub fn picture(&mut self, settings: &RenderSettings) -> Result<Image> {
         self.frame(settings)?;
-        Ok(self.gpu.block_on(self.renderer.radiance())??)
+        Ok(self.gpu.block_on(self.renderer.radiance(&self.viewport))??)
     }
 
     /// What the last frame did.
@@ -229,7 +231,7 @@ impl Stage<'_> {
     /// # Errors
     /// Where the device was lost.
     pub fn stats(&self) -> Result<FrameStats> {
-        Ok(self.gpu.block_on(self.renderer.stats())??)
+        Ok(self.gpu.block_on(self.renderer.stats(&self.viewport))??)
     }
 }
 

@@ -1,10 +1,10 @@
 //! The class `Girandole`, as JavaScript sees it.
 
 use crate::{Camera, Lit, Settings};
-use girandole::core::files;
-use girandole::core::scene::{LoadOptions, Scene, builtin};
-use girandole::core::slices::Slices;
 use girandole::{Gpu, wgpu};
+use girandole_core::files;
+use girandole_core::scene::{LoadOptions, Scene, builtin};
+use girandole_core::slices::Slices;
 use js_sys::{JSON, Promise, Uint8Array};
 use serde::Serialize;
 use serde::de::DeserializeOwned;

@@ -1,10 +1,10 @@
 //! A scene on a device, lit bit by bit: what fits between two frames is made, and the picture grows with it.
 
 use crate::settings::{Camera, Chosen, Settings};
-use girandole::core::illumination::{IlluminationSettings, Opening, Stage};
-use girandole::core::scene::{Scene, View, Viewpoint};
-use girandole::core::visibility::VisibilitySettings;
-use girandole::{Error, Mode, RenderSettings, Renderer, Result, Target, wgpu};
+use girandole::{Error, Mode, RenderSettings, Renderer, Result, Target, Viewport, wgpu};
+use girandole_core::illumination::{IlluminationSettings, Opening, Stage};
+use girandole_core::scene::{Scene, View, Viewpoint};
+use girandole_core::visibility::VisibilitySettings;
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -22,6 +22,7 @@ pub struct Lit {
     scene: Option<Arc<Scene>>,
     eye: Option<Viewpoint>,
     renderer: Option<Renderer>,
+    viewport: Viewport,
     /// Whether the renderer has the scene, and what its light was asked to be.
     opened: Option<IlluminationSettings>,
     opening: Option<Opening>,
@@ -65,6 +66,7 @@ impl Lit {
             scene: None,
             eye: None,
             renderer: None,
+            viewport: Viewport::default(),
             opened: None,
             opening: None,
             lit: None,
@@ -248,7 +250,13 @@ impl Lit {
         }
         let Some(target) = target() else { return Ok(false) };
         let mut encoder = self.device.create_command_encoder(&Default::default());
-        renderer.record(&mut encoder, &view, &Target::new(&target, format, size), &settings)?;
+        renderer.record(
+            &mut self.viewport,
+            &mut encoder,
+            &view,
+            &Target::new(&target, format, size),
+            &settings,
+        )?;
         self.queue.submit([encoder.finish()]);
         self.drawn = Some(picture);
         Ok(true)
@@ -277,5 +285,5 @@ impl Lit {
 }
 
 fn nothing() -> Error {
-    Error::Scene(girandole::core::Error::Invalid("load a scene first".into()))
+    Error::Scene(girandole_core::Error::Invalid("load a scene first".into()))
 }

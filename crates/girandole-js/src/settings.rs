@@ -1,11 +1,11 @@
 //! What a page chooses, by the names of JavaScript.
 
-use girandole::core::glam::DVec3;
-use girandole::core::illumination::IlluminationSettings;
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::{FieldOfView, Viewpoint};
-use girandole::core::tonemap::{Exposure, Tonemap};
 use girandole::{Mode, RenderSettings, RendererOptions};
+use girandole_core::glam::DVec3;
+use girandole_core::illumination::IlluminationSettings;
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::{FieldOfView, Viewpoint};
+use girandole_core::tonemap::{Exposure, Tonemap};
 use serde::{Deserialize, Serialize};
 
 /// Settings; what is left out stays as it is.

@@ -1,6 +1,6 @@
 use crate::{Camera, Lit, Settings};
-use girandole::core::scene::builtin::{self, MovingObject};
 use girandole::wgpu;
+use girandole_core::scene::builtin::{self, MovingObject};
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Bgra8Unorm;
 const SIZE: [u32; 2] = [32, 24];

@@ -3,11 +3,11 @@
 //!
 //! `cargo run --release --example embed -p girandole -- 10` closes the window after 10 frames.
 
-use girandole::core::glam::{Quat, Vec3};
-use girandole::core::illumination::{IlluminationSettings, Rewalk};
-use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{Scene, Transform, View};
-use girandole::{MapUpdates, RenderSettings, Renderer, RendererOptions, Target, wgpu};
+use girandole::glam::{Quat, Vec3};
+use girandole::light::{IlluminationSettings, Rewalk};
+use girandole::scene::builtin::{self, MovingObject};
+use girandole::scene::{Scene, Transform, View};
+use girandole::{MapUpdates, RenderSettings, Renderer, RendererOptions, Target, Viewport, wgpu};
 use std::error::Error;
 use std::sync::Arc;
 use winit::application::ApplicationHandler;
@@ -24,6 +24,7 @@ struct Program {
     queue: wgpu::Queue,
     scene: Scene,
     renderer: Renderer,
+    viewport: Viewport,
     frame: u32,
 }
 
@@ -53,7 +54,8 @@ impl Program {
         let light = IlluminationSettings { rewalk: Rewalk::Off, ..Default::default() };
         scene.take_changes();
         renderer.open(&scene, &light)?;
-        Ok(Self { window, surface, config, device, queue, scene, renderer, frame: 0 })
+        let viewport = Viewport::default();
+        Ok(Self { window, surface, config, device, queue, scene, renderer, viewport, frame: 0 })
     }
 
     fn resize(&mut self, width: u32, height: u32) {
@@ -102,7 +104,7 @@ impl Program {
         // A hundred shadow maps a frame keep up well enough, and take a third of the time of all.
         let updates = MapUpdates { most: Some(100), ..Default::default() };
         let settings = RenderSettings { updates, ..Default::default() };
-        self.renderer.record(&mut encoder, &view, &target, &settings)?;
+        self.renderer.record(&mut self.viewport, &mut encoder, &view, &target, &settings)?;
         self.window.pre_present_notify();
         self.queue.submit([encoder.finish()]);
         self.queue.present(surface);

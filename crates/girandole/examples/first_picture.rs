@@ -3,11 +3,12 @@
 //!
 //! `cargo run --release --example first_picture -- [scene, default table] [lights, 300] [width, 1024] [height, 768] [adapter]`
 
-use girandole::core::lights::{LightSet, LightSettings};
-use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{Geometry, Scene, View};
-use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
-use girandole::{Gpu, RenderSettings, Renderer, RendererOptions};
+use girandole::scene::builtin::{self, MovingObject};
+use girandole::scene::{Scene, View};
+use girandole::{Gpu, RenderSettings, Renderer, RendererOptions, Viewport};
+use girandole_core::lights::{LightSet, LightSettings};
+use girandole_core::scene::Geometry;
+use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
 use std::error::Error;
 use std::process::Command;
 use std::sync::Arc;
@@ -55,6 +56,7 @@ fn picture(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     let opening = Instant::now();
     let gpu = pollster::block_on(Gpu::new(arguments.get(4).map(String::as_str)))?;
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, RendererOptions::default())?;
+    let mut viewport = Viewport::default();
     let open_ms = since(opening);
 
     // As early as possible.
@@ -72,7 +74,7 @@ fn picture(arguments: &[String]) -> Result<(), Box<dyn Error>> {
         renderer.load(&scene, &geometry, &lights)?;
         renderer.load_visibility(&scene, &geometry, &lights, database.clone())?;
         renderer.time_passes(std::env::var_os("KERNELS").is_some());
-        renderer.render(&view, size, &RenderSettings::default())?;
+        renderer.render(&mut viewport, &view, size, &RenderSettings::default())?;
         gpu.wait()?;
         Ok(since(start))
     };

@@ -3,11 +3,11 @@
 #[path = "shared/png.rs"]
 mod png;
 
-use girandole::core::glam::{Vec3, vec3};
-use girandole::core::illumination::IlluminationSettings;
-use girandole::core::scene::builtin::shapes;
-use girandole::core::scene::{Camera, Material, Mesh, Projection, Scene, Transform, View};
-use girandole::{Gpu, RenderSettings, Renderer, RendererOptions};
+use girandole::glam::{Vec3, vec3};
+use girandole::light::IlluminationSettings;
+use girandole::scene::builtin::shapes;
+use girandole::scene::{Camera, Material, Mesh, Projection, Scene, Transform, View};
+use girandole::{Gpu, RenderSettings, Renderer, RendererOptions, Viewport};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A scene: three walls, a floor, a lamp that faces down, a ball, a camera.
@@ -42,10 +42,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Its light as 300 samples, and a device of our own; a program with a window hands in the one it has.
     let gpu = pollster::block_on(Gpu::new(None))?;
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, RendererOptions::default())?;
+    let mut viewport = Viewport::default();
     let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
     let views = vec![view];
     renderer.open(&scene, &IlluminationSettings { views, ..IlluminationSettings::default() })?;
-    renderer.render(&view, [640, 480], &RenderSettings::default())?;
-    let image = gpu.block_on(renderer.radiance())??;
+    renderer.render(&mut viewport, &view, [640, 480], &RenderSettings::default())?;
+    let image = gpu.block_on(renderer.radiance(&viewport))??;
     Ok(png::write_png("headless.png", &image)?)
 }

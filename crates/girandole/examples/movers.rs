@@ -5,14 +5,15 @@
 //! cargo run --release -p girandole --example movers -- [room] [lights] [frames] [torus|box|large] [counts, as 1,200]
 //! ```
 
-use girandole::core::glam::{Quat, Vec3, vec3};
-use girandole::core::illumination::{Illumination, IlluminationSettings, Rewalk};
-use girandole::core::lights::LightSettings;
-use girandole::core::math::sequence;
-use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{Geometry, MaterialId, Mesh, Scene, Transform, View};
-use girandole::core::visibility::VisibilityDatabase;
-use girandole::{Gpu, MapUpdates, RenderSettings, Renderer, RendererOptions};
+use girandole::glam::{Quat, Vec3, vec3};
+use girandole::light::LightSettings;
+use girandole::light::{Illumination, IlluminationSettings, Rewalk};
+use girandole::scene::builtin::{self, MovingObject, shapes};
+use girandole::scene::{MaterialId, Mesh, Scene, Transform, View};
+use girandole::{Gpu, MapUpdates, RenderSettings, Renderer, RendererOptions, Viewport};
+use girandole_core::math::sequence;
+use girandole_core::scene::Geometry;
+use girandole_core::visibility::VisibilityDatabase;
 use std::time::Instant;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -90,6 +91,7 @@ fn measure(
     let view = View::new(&scene, &scene.cameras[0], SIZE[0] as f32 / SIZE[1] as f32);
     let options = RendererOptions { map_size: Some(64), ..RendererOptions::default() };
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, options)?;
+    let mut viewport = Viewport::default();
     scene.take_changes();
     renderer.open(&scene, &settings)?;
     let mut illumination = Illumination::new(&scene, &settings)?;
@@ -111,7 +113,7 @@ fn measure(
         let update_ms = milliseconds(start);
         let mut frame = || -> Result<f64> {
             let start = Instant::now();
-            renderer.render(&view, SIZE, &moving)?;
+            renderer.render(&mut viewport, &view, SIZE, &moving)?;
             gpu.wait()?;
             Ok(milliseconds(start))
         };

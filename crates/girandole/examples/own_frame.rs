@@ -3,12 +3,12 @@
 
 mod shared;
 
-use girandole::core::glam::{DVec3, Vec3, camera::rh::proj::directx::perspective_infinite_reverse};
-use girandole::core::illumination::IlluminationSettings;
-use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{Transform, View};
-use girandole::core::tonemap::{Exposure, Tonemap};
-use girandole::{Gpu, RenderSettings, Renderer, RendererOptions, Target, wgpu};
+use girandole::glam::{DVec3, Vec3, camera::rh::proj::directx::perspective_infinite_reverse};
+use girandole::image::{Exposure, Tonemap};
+use girandole::light::IlluminationSettings;
+use girandole::scene::builtin::{self, MovingObject};
+use girandole::scene::{Transform, View};
+use girandole::{Gpu, RenderSettings, Renderer, RendererOptions, Target, Viewport, wgpu};
 use wgpu::{TextureFormat, TextureUsages};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -84,13 +84,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // Our picture round it, through the same camera: where the triangle is nearer, it stays.
     let mut renderer = Renderer::new(device, queue, RendererOptions::default())?;
+    let mut viewport = Viewport::default();
     renderer.open(&builtin::build("table", MovingObject::Torus)?, &IlluminationSettings::default())?;
     let view = View::from_matrices(view_from_world, clip_from_view)?;
     let target = Target::new(&color, hdr.format(), [640, 480]);
     let target = Target { keep_background: true, depth_in: Some(&depth), ..target };
     let settings =
         RenderSettings { exposure: Exposure::Ev(0.0), tonemap: Tonemap::None, ..Default::default() };
-    renderer.record(&mut encoder, &view, &target, &settings)?;
+    renderer.record(&mut viewport, &mut encoder, &view, &target, &settings)?;
 
     // One submit for both.
     queue.submit([encoder.finish()]);

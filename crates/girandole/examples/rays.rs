@@ -4,13 +4,14 @@
 //!
 //! Rays start on what the first camera sees, once as a mirror reflects them, once in all directions, and end where they meet something.
 
-use girandole::core::lights::{LightSet, LightSettings};
-use girandole::core::math::warp;
-use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{Geometry, MaterialId, Scene, Transform, View};
-use girandole::core::trace::{Hit, Ray, SceneTracer, ray_offset_distance};
-use girandole::core::{glam::Vec2, glam::Vec3};
-use girandole::{Gpu, Renderer, RendererOptions};
+use girandole::scene::builtin::{self, MovingObject, shapes};
+use girandole::scene::{MaterialId, Scene, Transform, View};
+use girandole::{Gpu, Renderer, RendererOptions, Viewport};
+use girandole_core::lights::{LightSet, LightSettings};
+use girandole_core::math::warp;
+use girandole_core::scene::Geometry;
+use girandole_core::trace::{Hit, Ray, SceneTracer, ray_offset_distance};
+use girandole_core::{glam::Vec2, glam::Vec3};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -82,7 +83,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let start = Instant::now();
             let hits = gpu.block_on(renderer.closest_hits(&scene, &geometry, &rays)?)??;
             let by_kernels = start.elapsed().as_secs_f64();
-            let in_kernels = gpu.block_on(renderer.stats())??.gpu_ms.get("rays_gpu_ms").copied();
+            let in_kernels =
+                gpu.block_on(renderer.stats(&Viewport::default()))??.gpu_ms.get("rays_gpu_ms").copied();
             let start = Instant::now();
             let trace = |r: &Ray| tracer.closest_hit(r.origin, r.direction, r.t_max, r.ignored);
             let expected: Vec<_> = rays.par_iter().map(trace).collect();

@@ -2,11 +2,12 @@
 //!
 //! `cargo run --release -p girandole --example shadow_maps -- [SCENE|heavy] [LIGHTS] [TEXELS] [ROUNDS] [ADAPTER]`
 
-use girandole::core::glam::Vec3;
-use girandole::core::lights::{LightSet, LightSettings};
-use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{Geometry, MaterialId, Scene, Transform};
+use girandole::glam::Vec3;
+use girandole::scene::builtin::{self, MovingObject, shapes};
+use girandole::scene::{MaterialId, Scene, Transform};
 use girandole::{Gpu, MapUpdates, Renderer, RendererOptions};
+use girandole_core::lights::{LightSet, LightSettings};
+use girandole_core::scene::Geometry;
 use std::time::Instant;
 
 /// The table's room with a torus of 250 000 triangles.

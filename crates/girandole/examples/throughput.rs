@@ -3,12 +3,13 @@
 //! The bare loop sums 300 lights over a plane, each tested against a map of 256² in one atlas of 8192², with nothing
 //! skipped; the renderer's pairs are counted only where both cosines are positive. Give an adapter's name to choose one.
 
-use girandole::core::glam::Vec2;
-use girandole::core::lights::{LightSet, LightSettings};
-use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{Geometry, View};
-use girandole::core::trace::SceneTracer;
-use girandole::{Gpu, Mode, RenderSettings, Renderer, RendererOptions};
+use girandole::glam::Vec2;
+use girandole::scene::View;
+use girandole::scene::builtin::{self, MovingObject};
+use girandole::{Gpu, Mode, RenderSettings, Renderer, RendererOptions, Viewport};
+use girandole_core::lights::{LightSet, LightSettings};
+use girandole_core::scene::Geometry;
+use girandole_core::trace::SceneTracer;
 use std::time::Instant;
 use wgpu::util::DeviceExt;
 
@@ -54,6 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         &gpu.queue,
         RendererOptions { map_size: Some(256), ..Default::default() },
     )?;
+    let mut viewport = Viewport::default();
     renderer.load(&scene, &geometry, &lights)?;
 
     // How many pairs face each other: counted on every fourth pixel in x and y.
@@ -66,12 +68,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
             let s = geometry.surface(&scene, hit.triangle, hit.barycentric, -direction.normalize());
             let pair = |l: &&_| {
-                girandole::core::lights::LightSample::geometric_factor(
+                girandole_core::lights::LightSample::geometric_factor(
                     l,
                     s.position,
                     s.geometric_normal,
                     s.shading_normal,
-                    girandole::core::lights::Clamp::Off,
+                    girandole_core::lights::Clamp::Off,
                 )
                 .is_some()
             };
@@ -83,7 +85,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut times = [Vec::new(), Vec::new()];
     for _ in 0..6 {
         let start = Instant::now();
-        renderer.render(&view, SIZE, &RenderSettings { mode: Mode::Naive, ..Default::default() })?;
+        renderer.render(
+            &mut viewport,
+            &view,
+            SIZE,
+            &RenderSettings { mode: Mode::Naive, ..Default::default() },
+        )?;
         gpu.wait()?;
         times[0].push(start.elapsed().as_secs_f64());
         let start = Instant::now();

@@ -14,12 +14,13 @@
 #[path = "../../girandole-reference/examples/light_motion/way.rs"]
 mod way;
 
-use girandole::core::image::Image;
-use girandole::core::lights::{LightSet, LightSettings};
-use girandole::core::scene::{Geometry, Scene, View};
-use girandole::core::trace::SceneTracer;
-use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
-use girandole::{Gpu, MapUpdates, RenderSettings, Renderer, RendererOptions};
+use girandole::image::Image;
+use girandole::scene::{Scene, View};
+use girandole::{Gpu, MapUpdates, RenderSettings, Renderer, RendererOptions, Viewport};
+use girandole_core::lights::{LightSet, LightSettings};
+use girandole_core::scene::Geometry;
+use girandole_core::trace::SceneTracer;
+use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::sync::Arc;
@@ -59,26 +60,28 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let all = RenderSettings::default();
     let some = RenderSettings { updates: MapUpdates { most: Some(most), ..MapUpdates::default() }, ..all };
-    let frame =
-        |renderer: &mut Renderer, view: &View, settings: &RenderSettings| -> Result<Frame, Box<dyn Error>> {
-            let start = Instant::now();
-            renderer.render(view, size, settings)?;
-            gpu.wait()?;
-            let ms = start.elapsed().as_secs_f64() * 1e3;
-            let stats = renderer.stats();
-            let drawn = gpu.block_on(stats)??.maps_drawn;
-            let picture = renderer.radiance();
-            Ok(Frame { drawn, ms, picture: gpu.block_on(picture)?? })
-        };
+    let frame = |lit: &mut Lit, view: &View, settings: &RenderSettings| -> Result<Frame, Box<dyn Error>> {
+        let Lit { renderer, viewport } = lit;
+        let start = Instant::now();
+        renderer.render(viewport, view, size, settings)?;
+        gpu.wait()?;
+        let ms = start.elapsed().as_secs_f64() * 1e3;
+        let stats = renderer.stats(viewport);
+        let drawn = gpu.block_on(stats)??.maps_drawn;
+        let picture = renderer.radiance(viewport);
+        Ok(Frame { drawn, ms, picture: gpu.block_on(picture)?? })
+    };
     let options = RendererOptions { memory_mib, ..RendererOptions::default() };
-    let mut following = Renderer::new(&gpu.device, &gpu.queue, options)?;
-    let (mut sparing, mut alone) = (following.another(options)?, following.another(options)?);
-    load(&mut following)?;
-    load(&mut sparing)?;
+    let lit = |renderer| Lit { renderer, viewport: Viewport::default() };
+    let mut following = lit(Renderer::new(&gpu.device, &gpu.queue, options)?);
+    let [mut sparing, mut alone] =
+        [following.renderer.another(options)?, following.renderer.another(options)?].map(lit);
+    load(&mut following.renderer)?;
+    load(&mut sparing.renderer)?;
     println!("{:>5} {:>8} {:>8} {:>8} {:>8} {:>8}", "frame", "drawn", "ms", "alone", "ms", "updates");
     let (mut drawn, mut drawn_alone, mut longest) = (0, 0, 0);
     for (index, view) in (0..).zip(&views) {
-        load(&mut alone)?;
+        load(&mut alone.renderer)?;
         let fresh = frame(&mut alone, view, &all)?;
         let now = frame(&mut following, view, &all)?;
         let little = frame(&mut sparing, view, &some)?;
@@ -116,6 +119,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         views.len()
     );
     Ok(())
+}
+
+struct Lit {
+    renderer: Renderer,
+    viewport: Viewport,
 }
 
 struct Frame {

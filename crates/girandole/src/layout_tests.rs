@@ -11,7 +11,9 @@ use crate::records::{
     StalePart, TextureEntry,
 };
 use crate::tier::{Kernels, Tier};
-use crate::{DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap, shaders};
+use crate::{
+    DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap, Viewport, shaders,
+};
 use girandole_core::lights::{LightSet, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject};
 use girandole_core::scene::{Geometry, Material, Texture, TextureRef, View};
@@ -294,6 +296,7 @@ fn a_whole_frame_records_without_error() {
         let error = first_error(&device, || {
             let options = RendererOptions { shadow_map, pcf: 2, tier: Some(tier), ..Default::default() };
             let mut renderer = Renderer::new(&device, &queue, options).expect("renderer");
+            let mut viewport = Viewport::default();
             let settings = RenderSettings {
                 mode: Mode::Naive,
                 samples_per_axis: 2,
@@ -301,12 +304,12 @@ fn a_whole_frame_records_without_error() {
                 ..Default::default()
             };
             renderer.load(&scene, &geometry, &lights).expect("load");
-            renderer.render(&view, [96, 64], &settings).expect("render");
+            renderer.render(&mut viewport, &view, [96, 64], &settings).expect("render");
             renderer.load_visibility(&scene, &geometry, &lights, visibility.clone()).expect("visibility");
             for mode in [Mode::Visibility, Mode::LowResolution, Mode::Full] {
                 for shading in [Shading::Fused, Shading::Multipass { lights_per_pass: 7 }] {
                     let settings = RenderSettings { mode, shading, ..settings };
-                    renderer.render(&view, [96, 64], &settings).expect("render");
+                    renderer.render(&mut viewport, &view, [96, 64], &settings).expect("render");
                 }
             }
             for debug in [
@@ -319,7 +322,7 @@ fn a_whole_frame_records_without_error() {
                 DebugView::Atlas,
             ] {
                 let settings = RenderSettings { mode: Mode::Full, debug: Some(debug), ..settings };
-                renderer.render(&view, [96, 64], &settings).expect("render");
+                renderer.render(&mut viewport, &view, [96, 64], &settings).expect("render");
             }
             for format in [
                 wgpu::TextureFormat::Rgba8UnormSrgb,
@@ -336,7 +339,9 @@ fn a_whole_frame_records_without_error() {
                     usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
                     view_formats: &[],
                 });
-                renderer.show(&settings, &target.create_view(&Default::default()), format).expect("show");
+                renderer
+                    .show(&viewport, &settings, &target.create_view(&Default::default()), format)
+                    .expect("show");
             }
         });
         assert!(error.is_none(), "{shadow_map:?}: {error:?}");

@@ -20,7 +20,7 @@ const ROOMS: [&str; 23] = [
     "maps",
     "stats",
     "rays",
-    "scene",
+    "gpu_scene",
     "points",
     "resident",
     "passes",

@@ -4,6 +4,10 @@ mod order;
 
 use crate::device::context::Context;
 use crate::device::kernel::Shared;
+use crate::gpu_scene::light_maps::LightMapChanges;
+use crate::gpu_scene::previous_transforms::{GpuPreviousTransforms, PreviousTransforms};
+use crate::gpu_scene::receivers::Receivers;
+use crate::gpu_scene::transfer::GpuTransfer;
 use crate::maps::cache::MapUpdate;
 use crate::passes::Compiler;
 use crate::passes::append_all_points::AppendAllPoints;
@@ -31,11 +35,9 @@ use crate::points::lists::PointLists;
 use crate::points::multipass_plan::{MultipassKey, MultipassPlan};
 use crate::points::targets::{Drawn, Targets};
 use crate::rays::RayHierarchies;
+use crate::renderer::nothing_rendered;
+use crate::renderer::viewport::Viewport;
 use crate::resident::{Resident, SceneFeatures};
-use crate::scene::light_maps::LightMapChanges;
-use crate::scene::previous_transforms::{GpuPreviousTransforms, PreviousTransforms};
-use crate::scene::receivers::Receivers;
-use crate::scene::transfer::GpuTransfer;
 use crate::settings::{DebugView, Mode, RenderSettings, Shading};
 use crate::{Error, Result};
 use girandole_core::scene::LocalView;
@@ -285,18 +287,20 @@ impl Adaptive<'_> {
 pub(crate) fn allocate(
     context: &Context,
     scene: &mut Resident,
-    (targets, lists): (&mut Option<Targets>, &mut Option<PointLists>),
+    viewport: &mut Viewport,
     view: &LocalView,
     size: [u32; 2],
     settings: &RenderSettings,
 ) -> Result<()> {
     let device = &context.device;
+    let Viewport { targets, lists, multipass, seen, .. } = viewport;
     if targets.as_ref().is_none_or(|t| t.size != size) {
         *targets = None;
     }
     let targets = targets.get_or_insert_with(|| Targets::new(device, size));
     targets.drawn = Drawn::new(size, settings.region, scene.mirrors(settings) > 0);
-    let in_view = scene.see(Some((view, settings))).leaves.clone();
+    let now = scene.see(seen.take(), Some((view, settings)));
+    let seen = seen.insert(now);
     if settings.mode == Mode::Naive {
         return Ok(());
     }
@@ -305,13 +309,14 @@ pub(crate) fn allocate(
     };
     if let Shading::Multipass { lights_per_pass } = settings.shading {
         let key = MultipassKey {
+            version: scene.version(),
             lights_per_pass,
             light_maps: settings.uses_light_maps(),
             optimised: settings.mode == Mode::Full,
-            in_view,
+            in_view: seen.leaves.clone(),
         };
-        if scene.multipass.as_ref().is_none_or(|m| m.key != key) {
-            scene.multipass = Some(MultipassPlan::new(device, receivers, key)?);
+        if multipass.as_ref().is_none_or(|m| m.key != key) {
+            *multipass = Some(MultipassPlan::new(device, receivers, key)?);
         }
     }
     let capacity = PointLists::capacity(targets);
@@ -331,21 +336,22 @@ pub(crate) fn prepare<'a>(
     context: &'a Context,
     (passes, scene_passes): (&'a Passes, &'a ScenePasses),
     scene: &'a Resident,
-    (targets, lists): (&'a Targets, Option<&'a PointLists>),
+    viewport: &'a Viewport,
     settings: &RenderSettings,
 ) -> Result<Prepared<'a>> {
+    let targets = viewport.targets.as_ref().ok_or_else(nothing_rendered)?;
     let compiler = Compiler::new(context, scene.features);
     passes.order(&context.shared);
     scene_passes.order(context, settings);
     let map_updates = &scene.map_updates;
-    let mode = match (settings.mode, &scene.receivers, lists) {
+    let mode = match (settings.mode, &scene.receivers, &viewport.lists) {
         (Mode::Naive, ..) => {
             PreparedMode::Naive(scene_passes.naive.get_or_init(|| ShadeNaive::new(&compiler)))
         }
         (_, Some(receivers), Some(lists)) => {
             let passes = scene_passes.adaptive.get_or_init(|| AdaptivePasses::new(&compiler));
             // Debug views show what fused shading leaves.
-            let multipass = match (settings.shading, settings.debug, &scene.multipass) {
+            let multipass = match (settings.shading, settings.debug, &viewport.multipass) {
                 (Shading::Multipass { .. }, None, Some(plan)) => {
                     Some((scene_passes.multipass.get_or_init(|| Multipass::new(&compiler)), plan))
                 }
@@ -387,7 +393,9 @@ pub(crate) fn prepare<'a>(
             previous_transforms,
         }
     });
+    let may_show = viewport.seen.as_ref().is_none_or(|seen| seen.has_mirrors);
     let mirrors = prepared_mirrors(&compiler, scene_passes, scene, &mode, settings);
+    let mirrors = mirrors.filter(|_| may_show);
     let has_surroundings = settings.debug.is_none_or(|view| view == DebugView::LightPositions);
     let environment = scene.geometry.environment.as_ref();
     let shows_background = environment.is_some_and(|e| e.shown.is_some()) && has_surroundings;
@@ -408,7 +416,7 @@ pub(crate) fn prepare<'a>(
     })
 }
 
-/// What adds mirror images, if the view may show any: the ends of rays are shaded as what the camera sees, by kernels of their own, which
+/// What adds mirror images: the ends of rays are shaded as what the camera sees, by kernels of their own, which
 /// are compiled at once, lest the first mirror that comes into view be waited for.
 fn prepared_mirrors<'a>(
     compiler: &Compiler,
@@ -443,5 +451,5 @@ fn prepared_mirrors<'a>(
     };
     let transfer = || passes.transfer_mirrored.get_or_init(|| Transfer::new(&compiler));
     let transfer = scene.transfer.is_some().then(transfer);
-    scene.shows_mirrors().then_some(PreparedMirrors { pass, hierarchies, mode, transfer, count })
+    Some(PreparedMirrors { pass, hierarchies, mode, transfer, count })
 }

@@ -7,6 +7,7 @@ mod readback;
 mod refinement;
 mod stats;
 mod transfer;
+pub(crate) mod viewport;
 
 use crate::checks::{check, check_display};
 use crate::device::compiled::Compiled;
@@ -16,27 +17,27 @@ use crate::device::loop_steps;
 use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
 use crate::frame::record_frame;
+use crate::gpu_scene::receivers::{Receivers, Sources};
+use crate::gpu_scene::transfer::Transfers;
 use crate::maps::cache::StaleCounts;
 use crate::maps::occlusion_culling::OccludedObjects;
 use crate::passes::tonemap;
 use crate::passes::trace_rays::TraceRays;
-use crate::points::lists::PointLists;
-use crate::points::targets::Targets;
 use crate::prepare::{Passes, ScenePasses, allocate, prepare};
 use crate::resident::Resident;
-use crate::scene::receivers::{Receivers, Sources};
-use crate::scene::transfer::Transfers;
 use crate::settings::{MapUpdates, RenderSettings, RendererOptions, Target};
 use crate::tier::{Kernels, Tier};
 use crate::{Error, Remedy, Result};
+use girandole_core::Generation;
 use girandole_core::illumination::{Illumination, IlluminationSettings};
 use girandole_core::image::Region;
 use girandole_core::lights::LightSet;
-use girandole_core::scene::{Geometry, LocalView, Scene, SceneChanges, View};
+use girandole_core::scene::{Geometry, Scene, SceneChanges, View};
 use girandole_core::tonemap::Exposure;
 use girandole_core::visibility::VisibilityDatabase;
-use refinement::{Picture, Refinement};
+use refinement::{Picture, SetAside};
 use std::sync::{Arc, OnceLock};
+use viewport::{LastFrame, Viewport};
 
 /// Lights a scene; see the [crate's front page](crate) for an example.
 ///
@@ -55,13 +56,12 @@ pub struct Renderer {
     illumination: Option<Illumination>,
     /// Which objects are lit by transfer.
     transfers: Transfers,
-    targets: Option<Targets>,
-    lists: Option<PointLists>,
-    /// How the last frame was recorded.
-    last: Option<RenderSettings>,
-    /// Its view, while scene and shadow maps are those that it shows.
-    last_view: Option<LocalView>,
-    refinement: Refinement,
+    /// While the light samples of a later set of a refined picture are on the device.
+    set_aside: Option<SetAside>,
+    /// Another one whenever the scene or its light changes.
+    version: Generation,
+    /// The last frame, while scene and shadow maps are those that it shows.
+    last_frame: Option<Generation>,
     /// Compiled when somebody asks about rays.
     trace_rays: OnceLock<TraceRays>,
 }
@@ -120,11 +120,9 @@ impl Renderer {
             scene: None,
             illumination: None,
             transfers: Transfers::new(),
-            targets: None,
-            lists: None,
-            last: None,
-            last_view: None,
-            refinement: Refinement::default(),
+            set_aside: None,
+            version: Generation::fresh(),
+            last_frame: None,
             trace_rays: OnceLock::new(),
         })
     }
@@ -160,20 +158,28 @@ impl Renderer {
     /// [`Error::Scene`] before [`Renderer::open`] and for changes that do not follow what was loaded (nothing changes
     /// then); otherwise as for [`Renderer::open`], and the scene has to be opened again.
     pub fn update(&mut self, scene: &Scene, changes: &SceneChanges) -> Result<()> {
+        self.update_with(|illumination| illumination.update(scene, changes), scene, changes)
+    }
+
+    fn update_with(
+        &mut self,
+        update: impl FnOnce(&mut Illumination) -> girandole_core::Result<()>,
+        scene: &Scene,
+        changes: &SceneChanges,
+    ) -> Result<()> {
         let Some(illumination) = &mut self.illumination else {
             return Err(Error::invalid("open a scene before updating it"));
         };
         let lights = illumination.lights().generation();
         let resident = &mut self.scene;
         hold(resident, None);
-        let updated = illumination.update(scene, changes);
+        let updated = update(illumination);
         hold(resident, illumination.visibility());
         updated?;
         if changes.is_empty() && illumination.lights().generation() == lights {
             return Ok(());
         }
-        self.restart(None);
-        self.last_view = None;
+        self.change();
         let illumination = self.illumination.take().ok_or_else(nothing_loaded)?;
         let follows = match &mut self.scene {
             Some(resident) if changes.is_motion() => {
@@ -195,8 +201,7 @@ impl Renderer {
 
     /// Shadow maps that the last frame left stale: frames to come draw them, as far as their budgets allow.
     pub fn stale(&self) -> StaleCounts {
-        let scene = self.scene.as_ref();
-        scene.map_or_else(Default::default, |scene| scene.atlas.cache.counts(&scene.lights.samples))
+        self.scene.as_ref().map(Resident::stale).unwrap_or_default()
     }
 
     fn load_illumination(&mut self, scene: &Scene, illumination: Illumination) -> Result<()> {
@@ -225,8 +230,8 @@ impl Renderer {
         // What was there leaves first: two atlases may not fit.
         self.scene = None;
         self.illumination = None;
-        self.refinement = Refinement::default();
-        self.last_view = None;
+        self.set_aside = None;
+        self.change();
         let resident = Resident::new(&self.context, scene, geometry, lights)?;
         if self.scene_passes.as_ref().is_none_or(|p| p.features != resident.features) {
             self.scene_passes = Some(ScenePasses::new(resident.features));
@@ -259,7 +264,7 @@ impl Renderer {
         lights: &LightSet,
         database: &Arc<VisibilityDatabase>,
     ) -> Result<()> {
-        self.restart(None);
+        self.change();
         let Some(resident) = &mut self.scene else {
             return Err(Error::invalid("load the scene before its visibility"));
         };
@@ -268,7 +273,6 @@ impl Renderer {
         if resident.generations != [geometry.generation(), lights.generation()] {
             return Err(Error::invalid("this visibility database belongs to another scene or other lights"));
         }
-        self.last_view = None;
         let Context { device, queue, .. } = &self.context;
         let sources = Sources { scene, geometry, lights, database };
         let receivers = Receivers::new((device, queue), sources)?;
@@ -295,12 +299,11 @@ impl Renderer {
     }
 
     fn draw_maps(&mut self, seen: Option<(&View, &RenderSettings)>, updates: &MapUpdates) -> Result<()> {
-        self.restart(None);
-        self.last_view = None;
+        self.change();
         let Context { device, queue, shared, timers, .. } = &self.context;
         let scene = self.scene.as_mut().ok_or_else(nothing_loaded)?;
         let seen = seen.map(|(view, settings)| (view.relative_to(scene.origin), settings));
-        scene.see(seen.as_ref().map(|(view, settings)| (view, *settings)));
+        scene.see(None, seen.as_ref().map(|(view, settings)| (view, *settings)));
         scene.plan_maps(device, updates);
         let mut recorder = Recorder::submitting(device, queue, &shared.frame, timers);
         self.passes.shadow_maps.record(&mut recorder, scene, &scene.map_updates)?;
@@ -330,6 +333,7 @@ impl Renderer {
     /// range or before [`Renderer::load`].
     pub fn record(
         &mut self,
+        viewport: &mut Viewport,
         encoder: &mut wgpu::CommandEncoder,
         view: &View,
         target: &Target,
@@ -340,23 +344,30 @@ impl Renderer {
             return Err(no_part());
         }
         check_display(settings.exposure, target.format)?;
-        self.restart(None);
-        self.frame(Some(encoder), view, target.size, settings, Some(target))
+        self.restart(viewport, None);
+        self.frame(viewport, Some(encoder), view, target.size, settings, Some(target))
     }
 
     /// Renders a picture of `size` pixels: radiance in linear floating point. Work is submitted in parts, not waited for.
     ///
     /// # Errors
     /// As for [`Renderer::record`].
-    pub fn render(&mut self, view: &View, size: [u32; 2], settings: &RenderSettings) -> Result<()> {
-        self.restart(None);
-        self.frame(None, view, size, settings, None)?;
-        self.restart(Some(Picture { view: *view, size, settings: settings.of_radiance() }));
+    pub fn render(
+        &mut self,
+        viewport: &mut Viewport,
+        view: &View,
+        size: [u32; 2],
+        settings: &RenderSettings,
+    ) -> Result<()> {
+        self.restart(viewport, None);
+        self.frame(viewport, None, view, size, settings, None)?;
+        self.restart(viewport, Some(Picture { view: *view, size, settings: settings.of_radiance() }));
         Ok(())
     }
 
     fn frame(
         &mut self,
+        viewport: &mut Viewport,
         encoder: Option<&mut wgpu::CommandEncoder>,
         view: &View,
         size: [u32; 2],
@@ -371,12 +382,12 @@ impl Renderer {
         loop_steps::check(context.shared.kernels.tier, context.options.pcf, scene.lights.count())?;
         let view = &view.relative_to(scene.origin);
         context.timers.reset();
-        (self.last, self.last_view) = (None, None);
-        allocate(context, scene, (&mut self.targets, &mut self.lists), view, size, settings)?;
+        viewport.move_to(&context.device);
+        (self.last_frame, viewport.last) = (None, None);
+        allocate(context, scene, viewport, view, size, settings)?;
         scene.plan_maps(&context.device, &settings.updates);
-        let targets = self.targets.as_ref().ok_or_else(nothing_rendered)?;
         let passes = (&self.passes, scene_passes);
-        let prepared = prepare(context, passes, scene, (targets, self.lists.as_ref()), settings)?;
+        let prepared = prepare(context, passes, scene, viewport, settings)?;
         let Context { device, queue, shared, timers, .. } = context;
         let mut recorder = match encoder {
             Some(encoder) => Recorder::into_encoder(device, &shared.frame, timers, encoder),
@@ -390,7 +401,10 @@ impl Renderer {
         if let Some(changes) = light_map_changes {
             scene.count_light_maps(changes, settings.clamp);
         }
-        (self.last, self.last_view) = (Some(*settings), Some(*view));
+        let id = Generation::fresh();
+        let is_stale = scene.stale().maps > 0;
+        self.last_frame = Some(id);
+        viewport.last = Some(LastFrame { id, settings: *settings, view: *view, is_stale });
         Ok(())
     }
 
@@ -401,12 +415,13 @@ impl Renderer {
     /// # Errors
     /// [`Error::Scene`] before the first frame, for an exposure out of range, or a format that holds no colours.
     pub fn show(
-        &mut self,
+        &self,
+        viewport: &Viewport,
         settings: &RenderSettings,
         target: &wgpu::TextureView,
         format: wgpu::TextureFormat,
     ) -> Result<()> {
-        let targets = self.targets.as_ref().ok_or_else(nothing_rendered)?;
+        let targets = viewport.targets.as_ref().ok_or_else(nothing_rendered)?;
         if targets.drawn.region != Region::whole(targets.size) {
             return Err(no_part());
         }
@@ -421,20 +436,6 @@ impl Renderer {
         tonemap::record(&mut recorder, shared, targets, stops, settings, &target);
         recorder.finish();
         Ok(())
-    }
-
-    pub(crate) fn parts(&self) -> (&Context, Option<&Resident>, Option<&Targets>, Option<&PointLists>) {
-        (&self.context, self.scene.as_ref(), self.targets.as_ref(), self.lists.as_ref())
-    }
-
-    /// How the last frame was recorded.
-    pub(crate) fn last(&self) -> Option<&RenderSettings> {
-        self.last.as_ref()
-    }
-
-    /// What shows the last frame's scene from its view once more; nothing where scene or shadow maps have changed since.
-    pub(crate) fn last_view(&self) -> Option<(&Passes, &ScenePasses, &LocalView)> {
-        Some((&self.passes, self.scene_passes.as_ref()?, self.last_view.as_ref()?))
     }
 }
 
@@ -453,6 +454,6 @@ fn no_part() -> Error {
     Error::invalid("a part of a picture is not shown; read its radiance back, or render the whole")
 }
 
-fn nothing_rendered() -> Error {
+pub(crate) fn nothing_rendered() -> Error {
     Error::invalid("render before showing or reading back")
 }

@@ -1,9 +1,15 @@
 //! A scene with its light on the GPU.
 
 use crate::device::context::Context;
+use crate::gpu_scene::geometry::{GpuScene, gpu_lights, reflects_environment};
+use crate::gpu_scene::light_source::LightSource;
+use crate::gpu_scene::lights::GpuLights;
+use crate::gpu_scene::previous_transforms::PreviousTransforms;
+use crate::gpu_scene::receivers::{Receivers, Sources};
+use crate::gpu_scene::transfer::GpuTransfer;
 use crate::layout::Light;
 use crate::maps::atlas::Atlas;
-use crate::maps::cache::{MapCache, MapUpdate};
+use crate::maps::cache::{MapCache, MapUpdate, StaleCounts};
 use crate::maps::layout::{AtlasLayout, largest_chosen};
 use crate::maps::map_view::ShownSquare;
 use crate::maps::non_blockers::NonBlockers;
@@ -11,14 +17,7 @@ use crate::maps::occluders::Occluders;
 use crate::maps::occlusion_culling::OccludedObjects;
 use crate::maps::snapshot::Snapshot;
 use crate::parallel::both;
-use crate::points::multipass_plan::MultipassPlan;
 use crate::rays::RayHierarchies;
-use crate::scene::geometry::{GpuScene, gpu_lights, reflects_environment};
-use crate::scene::light_source::LightSource;
-use crate::scene::lights::GpuLights;
-use crate::scene::previous_transforms::PreviousTransforms;
-use crate::scene::receivers::{Receivers, Sources};
-use crate::scene::transfer::GpuTransfer;
 use crate::settings::{MapUpdates, Mode, RenderSettings, Shading, ShadowMap};
 use crate::shader_constants::NO_MAP;
 use crate::{Error, Result};
@@ -67,8 +66,6 @@ pub(crate) struct Resident {
     pub generations: [Generation; 2],
     /// What visibility determination says; every mode but the naive one needs it.
     pub receivers: Option<Receivers>,
-    /// What multipass shading draws.
-    pub multipass: Option<MultipassPlan>,
     /// Dynamic objects that lights cannot see.
     pub hidden: OccludedObjects,
     /// Objects that are lit by precomputed radiance transfer, if there are any.
@@ -77,8 +74,8 @@ pub(crate) struct Resident {
     pub rays: Option<RayHierarchies>,
     /// Where dynamic objects are.
     transforms: Snapshot,
-    /// What the last frame saw, while nothing else changed.
-    seen: Option<Seen>,
+    /// Another one whenever views may see something else than before.
+    version: Generation,
     /// What of the shadow maps the next frame draws.
     pub map_updates: Vec<MapUpdate>,
     /// Surfaces that stay out of shadow maps.
@@ -122,12 +119,11 @@ impl Resident {
             receivers: None,
             transfer: None,
             rays: rays.transpose()?,
-            multipass: None,
             maps_drawn: 0,
             texels_drawn: 0,
             hidden: OccludedObjects::default(),
             transforms,
-            seen: None,
+            version: Generation::fresh(),
             map_updates: Vec::new(),
             non_blockers,
             light_map_changes: 0,
@@ -187,9 +183,8 @@ impl Resident {
         );
         self.hidden = hidden;
         self.transforms = Snapshot::new(self.transforms.moment + 1, scene, geometry);
-        self.seen = None;
+        self.version = Generation::fresh();
         self.lights.follow((device, queue), samples, &light_changes.changed());
-        self.multipass = None;
         self.receivers = receivers?;
         if let (Some(database), None) = (illumination.visibility(), &self.receivers) {
             let sources = Sources { scene, geometry, lights, database };
@@ -250,8 +245,7 @@ impl Resident {
     /// Takes other light samples, whose shadow maps are all stale then; returns those before.
     pub fn swap_lighting(&mut self, lighting: Lighting) -> Lighting {
         self.atlas.cache.invalidate_all();
-        self.seen = None;
-        self.multipass = None;
+        self.version = Generation::fresh();
         Lighting {
             lights: std::mem::replace(&mut self.lights, lighting.lights),
             receivers: std::mem::replace(&mut self.receivers, lighting.receivers),
@@ -281,7 +275,7 @@ impl Resident {
     /// [`crate::Error::TooLarge`] beyond the device's limits.
     pub fn transfer(&mut self, context: &Context, source: LightSource) -> Result<()> {
         self.transfer = GpuTransfer::new(context, source)?;
-        self.seen = None;
+        self.version = Generation::fresh();
         let triangles = self.transfer.iter().flat_map(GpuTransfer::triangles).collect();
         self.geometry.leave_out(&context.queue, triangles);
         Ok(())
@@ -325,12 +319,14 @@ struct Looks {
 
 /// What a frame sees.
 pub(crate) struct Seen {
+    /// Of which version of the scene.
+    version: Generation,
     /// Its view, and whether only leaves look shadow maps up; nothing where all of it is looked up.
     view: Option<(LocalView, Looks)>,
     /// For each leaf, whether it may be in view.
     pub leaves: Vec<bool>,
     /// Whether some surface in view may mirror others.
-    has_mirrors: bool,
+    pub has_mirrors: bool,
     /// For each light, units across that its map is to have; 0 where it is not looked up.
     spans: Vec<u32>,
     /// Directional lights with maps that show what is looked up in them.
@@ -341,25 +337,23 @@ impl Resident {
     /// Takes other receivers.
     pub fn set_receivers(&mut self, receivers: Receivers, hidden: OccludedObjects) {
         (self.receivers, self.hidden) = (Some(receivers), hidden);
-        (self.multipass, self.seen) = (None, None);
+        self.version = Generation::fresh();
     }
 
     /// Finds what a frame sees, and which shadow maps it looks up: without a view all of them, and so it is with debug views and with
-    /// objects that are lit by transfer.
-    pub fn see(&mut self, view: Option<(&LocalView, &RenderSettings)>) -> &Seen {
+    /// objects that are lit by transfer. What was found `before` for such a view holds until something changes.
+    pub fn see(&mut self, before: Option<Seen>, view: Option<(&LocalView, &RenderSettings)>) -> Seen {
         let is_picture = |settings: &RenderSettings| settings.debug.is_none() && self.transfer.is_none();
         let view = view.filter(|(_, settings)| is_picture(settings) && self.receivers.is_some());
         let view = view.map(|(view, settings)| (*view, self.looks(settings)));
-        let seen = match self.seen.take() {
-            Some(seen) if seen.view == view => seen,
-            _ => self.look(view),
-        };
+        let is_same = |seen: &Seen| seen.version == self.version && seen.view == view;
+        let seen = before.filter(is_same).unwrap_or_else(|| self.look(view));
         for (index, sun) in &seen.suns {
             self.lights.show(*index, sun);
             self.atlas.cache.show(*index, ShownSquare::of(sun));
         }
         self.atlas.cache.want(&seen.spans);
-        self.seen.insert(seen)
+        seen
     }
 
     /// How many mirrored rays follow one another from a pixel of frames with these settings.
@@ -368,9 +362,9 @@ impl Resident {
         if is_possible && self.features.mirrors { settings.mirrors } else { 0 }
     }
 
-    /// Whether the view that was [seen](Resident::see) last may show mirrors.
-    pub fn shows_mirrors(&self) -> bool {
-        self.seen.as_ref().is_none_or(|seen| seen.has_mirrors)
+    /// Which version of the scene, its light and what is known of it this is.
+    pub fn version(&self) -> Generation {
+        self.version
     }
 
     fn looks(&self, settings: &RenderSettings) -> Looks {
@@ -386,7 +380,7 @@ impl Resident {
             let whole = |light: &Light| light.showing(Vec2::ZERO, 1.0 / light.offset);
             let suns = suns.map(|(index, light)| (index, whole(light))).collect();
             let leaves = vec![true; leaves as usize];
-            return Seen { view, leaves, has_mirrors: true, spans: regular, suns };
+            return Seen { version: self.version, view, leaves, has_mirrors: true, spans: regular, suns };
         };
         // What is behind the camera may be seen in a mirror.
         let (leaves, has_mirrors) = receivers.shown(of, *mirrors);
@@ -396,7 +390,8 @@ impl Resident {
             let unused = texels.iter_mut().zip(regular).filter(|(texels, _)| **texels == 0.0);
             unused.for_each(|(texels, regular)| *texels = cache.layout().size(regular) as f32);
         }
-        Seen { view, leaves, has_mirrors, spans: cache.spans(&texels, &lights.samples), suns }
+        let spans = cache.spans(&texels, &lights.samples);
+        Seen { version: self.version, view, leaves, has_mirrors, spans, suns }
     }
 
     /// Decides what of the shadow maps the next frame draws, and where.
@@ -417,6 +412,11 @@ impl Resident {
         if !updates.is_empty() {
             self.texels_drawn = updates.iter().map(|update| update.part.texels()).sum();
         }
+    }
+
+    /// Shadow maps that the last frame left stale.
+    pub fn stale(&self) -> StaleCounts {
+        self.atlas.cache.counts(&self.lights.samples)
     }
 
     /// Counts a frame.

@@ -73,7 +73,7 @@ pub(crate) const CORE: f32 = 0.5;
 /// Columns and rows of the texture array that holds the texels of all textures.
 pub(crate) const TEXEL_COLUMNS: u32 = 4096;
 pub(crate) const TEXEL_ROWS: u32 = 4096;
-/// Parts of a list of lights, see `scene/receivers/mod.rs`; `NO_PART`: the light does not light the leaf.
+/// Parts of a list of lights, see `gpu_scene/receivers/mod.rs`; `NO_PART`: the light does not light the leaf.
 pub(crate) const MAPPED_UNSHADOWED: u32 = 0;
 pub(crate) const UNSHADOWED: u32 = 1;
 pub(crate) const NEAR_UNSHADOWED: u32 = 2;

@@ -184,3 +184,31 @@ fn the_readme_has_a_program_that_is_compiled_and_names_what_it_needs() {
         assert!(readme.contains(told) && workspace.contains(held), "{told}");
     }
 }
+
+/// The names that a crate's first file shows, but for those that are hidden from its documents.
+fn shown(text: &str) -> Vec<String> {
+    let items = text.split("pub use ").skip(1).zip(text.split("pub use "));
+    let shown = items.filter(|(_, before)| !before.trim_end().ends_with("#[doc(hidden)]"));
+    shown
+        .flat_map(|(item, _)| {
+            let path = item.split(';').next().unwrap_or_default();
+            let names = path.rsplit_once("::").map_or(path, |(_, names)| names);
+            names.trim_matches(['{', '}']).split(',').map(|name| name.trim().to_string()).collect::<Vec<_>>()
+        })
+        .filter(|name| !name.is_empty())
+        .collect()
+}
+
+#[test]
+fn the_face_has_what_users_need_and_no_more() {
+    let hidden =
+        "pub use a::{B, C};\n#[doc(hidden)]\npub use d::E;\npub use wgpu;\npub use f::{\n    G,\n    H,\n};";
+    assert_eq!(shown(hidden), ["B", "C", "wgpu", "G", "H"]);
+    let face =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).expect("a file");
+    let names = shown(&face);
+    assert!((50..=60).contains(&names.len()), "{}: {names:?}", names.len());
+    for name in ["Scene", "View", "Renderer", "Viewport", "IlluminationSettings", "Image"] {
+        assert!(names.iter().any(|shown| shown == name), "{name} is not shown");
+    }
+}

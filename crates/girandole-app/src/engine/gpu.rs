@@ -7,7 +7,7 @@ use crate::output::{Progress, Stats, say};
 use crate::transfer::{Transferred, light_by};
 use anyhow::{Result, anyhow};
 use girandole::wgpu;
-use girandole::{FrameStats, Gpu, MapUpdates, RenderSettings, Renderer};
+use girandole::{FrameStats, Gpu, MapUpdates, RenderSettings, Renderer, Viewport};
 use girandole_core::illumination::IlluminationSettings;
 use girandole_core::image::{Image, Region};
 use girandole_core::lights::LightSet;
@@ -30,6 +30,7 @@ pub struct Device {
     gpu: Gpu,
     /// Kept from picture to picture, as it holds what was compiled.
     renderer: Option<Renderer>,
+    viewport: Viewport,
     /// What a shadow map took lately, if some were drawn.
     ms_per_map: Option<f64>,
     /// Whether it was said that memory makes shadow maps small.
@@ -39,7 +40,8 @@ pub struct Device {
 impl Device {
     /// Opens the adapter whose name contains `name`, or the best one.
     pub fn open(name: Option<&str>) -> Result<Self, Error> {
-        block_on(Gpu::new(name)).map(|gpu| Self { gpu, renderer: None, ms_per_map: None, said_small: false })
+        let gpu = block_on(Gpu::new(name))?;
+        Ok(Self { gpu, renderer: None, viewport: Viewport::default(), ms_per_map: None, said_small: false })
     }
 
     /// The adapter's name, and how it is reached.
@@ -124,7 +126,13 @@ impl Device {
     }
 
     pub(super) fn opened(&mut self) -> Result<&mut Renderer> {
-        self.renderer.as_mut().ok_or_else(|| anyhow!("no scene is open"))
+        self.with_viewport().map(|(renderer, _)| renderer)
+    }
+
+    /// The renderer with the scene that is open, and where its pictures are.
+    pub(super) fn with_viewport(&mut self) -> Result<(&mut Renderer, &mut Viewport)> {
+        let renderer = self.renderer.as_mut().ok_or_else(|| anyhow!("no scene is open"))?;
+        Ok((renderer, &mut self.viewport))
     }
 
     /// A picture of what was loaded or opened.
@@ -158,8 +166,8 @@ impl Device {
         self.opened()?.draw_shadow_maps_for(view, &RenderSettings { updates, ..settings })?;
         self.wait()?;
         let shadow_maps_ms = milliseconds(start);
-        let renderer = self.opened()?;
-        let maps = renderer.stats();
+        let (renderer, viewport) = self.with_viewport()?;
+        let maps = renderer.stats(viewport);
         let maps = self.gpu.block_on(maps)??;
         self.say_if_small(&maps);
         if maps.maps_drawn > 0 {
@@ -167,12 +175,14 @@ impl Device {
             self.ms_per_map = Some(self.ms_per_map.map_or(now, |before| (before + now) * 0.5));
         }
         let start = Instant::now();
-        self.opened()?.render(view, size, &settings)?;
+        let (renderer, viewport) = self.with_viewport()?;
+        renderer.render(viewport, view, size, &settings)?;
         self.gpu.wait()?;
         let shading_ms = milliseconds(start);
 
         let pixels = size.map(u64::from).iter().product();
-        let (frame, radiance) = (self.opened()?.stats(), self.opened()?.radiance());
+        let (renderer, viewport) = self.with_viewport()?;
+        let (frame, radiance) = (renderer.stats(viewport), renderer.radiance(viewport));
         let mut stats = statistics(&self.gpu.block_on(frame)??, pixels);
         for (pass, ms) in maps.gpu_ms {
             stats.insert(pass.into(), ms.into());
@@ -208,6 +218,7 @@ impl Device {
     pub fn time(&self, trial: &Trial, progress: &dyn Fn(f32)) -> Result<Vec<Stats>> {
         let Trial { scene, geometry, lights, view, args, .. } = trial;
         let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, args.quality.options())?;
+        let mut viewport = Viewport::default();
         let target = self.target(args.size);
         let clamp = args.quality.clamp.0;
         // One round to warm up, and one for pass timestamps, which would slow the others down.
@@ -236,8 +247,8 @@ impl Device {
                     ..args.quality.settings(mode, clamp, args.aa)
                 };
                 let start = Instant::now();
-                renderer.render(view, args.size, &settings)?;
-                renderer.show(&settings, &target, FORMAT)?;
+                renderer.render(&mut viewport, view, args.size, &settings)?;
+                renderer.show(&viewport, &settings, &target, FORMAT)?;
                 let recorded = milliseconds(start);
                 self.gpu.wait()?;
                 if round > 0 && round + 1 < rounds {
@@ -246,7 +257,7 @@ impl Device {
                 }
                 if round + 1 == rounds {
                     let pixels = u64::from(args.size[0]) * u64::from(args.size[1]);
-                    results[index] = statistics(&self.gpu.block_on(renderer.stats())??, pixels);
+                    results[index] = statistics(&self.stats(&renderer, &viewport)?, pixels);
                 }
                 progress(
                     (round as f32 * args.modes.len() as f32 + index as f32 + 1.0)
@@ -283,12 +294,12 @@ impl Device {
         Ok(self.gpu.block_on(future)??)
     }
 
-    pub(super) fn stats(&self, renderer: &Renderer) -> Result<FrameStats> {
-        Ok(self.gpu.block_on(renderer.stats())??)
+    pub(super) fn stats(&self, renderer: &Renderer, viewport: &Viewport) -> Result<FrameStats> {
+        Ok(self.gpu.block_on(renderer.stats(viewport))??)
     }
 
-    pub(super) fn stale_error(&self, renderer: &Renderer) -> Result<f64> {
-        Ok(self.gpu.block_on(renderer.stale_error())??.unwrap_or(0.0))
+    pub(super) fn stale_error(&self, renderer: &Renderer, viewport: &Viewport) -> Result<f64> {
+        Ok(self.gpu.block_on(renderer.stale_error(viewport))??.unwrap_or(0.0))
     }
 
     pub(super) fn target(&self, [width, height]: [u32; 2]) -> wgpu::TextureView {

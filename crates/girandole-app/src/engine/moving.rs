@@ -4,7 +4,7 @@ use super::gpu::{Device, FORMAT, median, milliseconds, statistics};
 use crate::args::{BenchArgs, Mode, RewalkArg, UpdatesArg};
 use crate::output::Stats;
 use anyhow::Result;
-use girandole::{MapUpdates, RenderSettings, Renderer};
+use girandole::{MapUpdates, RenderSettings, Renderer, Viewport};
 use girandole_core::illumination::{Illumination, IlluminationSettings};
 use girandole_core::lights::{LightSettings, Pace};
 use girandole_core::scene::{Scene, View};
@@ -61,15 +61,17 @@ impl Device {
         };
         let most = trial.updates.most(None);
         let moving = RenderSettings { updates: MapUpdates { most, ..MapUpdates::default() }, ..still };
-        let frame = |renderer: &mut Renderer, settings: &RenderSettings| -> Result<f64> {
-            let start = Instant::now();
-            renderer.render(&trial.view, args.size, settings)?;
-            renderer.show(settings, &target, FORMAT)?;
-            self.wait()?;
-            Ok(milliseconds(start))
-        };
-        frame(&mut renderer, &RenderSettings { updates: MapUpdates::default(), ..moving })?;
-        let all = self.stats(&renderer)?;
+        let mut viewport = Viewport::default();
+        let frame =
+            |renderer: &mut Renderer, viewport: &mut Viewport, settings: &RenderSettings| -> Result<f64> {
+                let start = Instant::now();
+                renderer.render(viewport, &trial.view, args.size, settings)?;
+                renderer.show(viewport, settings, &target, FORMAT)?;
+                self.wait()?;
+                Ok(milliseconds(start))
+            };
+        frame(&mut renderer, &mut viewport, &RenderSettings { updates: MapUpdates::default(), ..moving })?;
+        let all = self.stats(&renderer, &viewport)?;
         let mut result = statistics(&all, u64::from(args.size[0]) * u64::from(args.size[1]));
         let mut times = [const { Vec::new() }; TIMES.len()];
         let mut counts = [const { Vec::new() }; COUNTS.len()];
@@ -86,16 +88,16 @@ impl Device {
             renderer.update(&trial.scene, &changes)?;
             self.wait()?;
             let update_ms = milliseconds(start);
-            let frame_ms = frame(&mut renderer, &moving)?;
-            let stats = self.stats(&renderer)?;
-            let stale_error = self.stale_error(&renderer)?;
+            let frame_ms = frame(&mut renderer, &mut viewport, &moving)?;
+            let stats = self.stats(&renderer, &viewport)?;
+            let stale_error = self.stale_error(&renderer, &viewport)?;
             if round == last {
                 for (pass, ms) in stats.gpu_ms {
                     result.insert(pass.into(), ms.into());
                 }
                 break;
             }
-            let static_ms = frame(&mut renderer, &still)?;
+            let static_ms = frame(&mut renderer, &mut viewport, &still)?;
             let start = Instant::now();
             if let Some(database) = beside.visibility().filter(|_| round % 4 == 2) {
                 let (geometry, lights) = (beside.geometry(), beside.lights());

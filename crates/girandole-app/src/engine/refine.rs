@@ -48,7 +48,8 @@ impl Device {
         let mut stats = match stats {
             Some(stats) => stats,
             None => {
-                let frame = self.opened()?.stats();
+                let (renderer, viewport) = self.with_viewport()?;
+                let frame = renderer.stats(viewport);
                 statistics(&self.block_on(frame)?, pixels)
             }
         };
@@ -64,8 +65,9 @@ impl Device {
         for window in Window::all(args.size, args.piece.region) {
             let settings = RenderSettings { region: window.part(), ..picture_settings(args) };
             let view = window.view(&job.view, args.size);
-            self.opened()?.render_set(job.scene, &view, window.size(), &settings, set)?;
-            let radiance = self.opened()?.radiance();
+            let (renderer, viewport) = self.with_viewport()?;
+            renderer.render_set(viewport, job.scene, &view, window.size(), &settings, set)?;
+            let radiance = renderer.radiance(viewport);
             window.put(&self.block_on(radiance)?, asked, &mut picture);
         }
         Ok(picture)

@@ -294,7 +294,7 @@ impl App {
         }
         let Self { session, tools, .. } = self;
         tools.truth.step(session, tools.picture_size, self.gui.context());
-        self.frames.ask(self.session.renderer(), self.session.is_hurried());
+        self.frames.ask(self.session.shown_by(), self.session.is_hurried());
         self.save();
         #[cfg(target_arch = "wasm32")]
         self.follow_address();
@@ -452,11 +452,11 @@ impl App {
             self.tools.copies = false;
             self.copy_command();
         }
-        if let Some(renderer) = self.session.renderer().filter(|_| self.tools.saves && is_there) {
+        if let Some(shown_by) = self.session.shown_by().filter(|_| self.tools.saves && is_there) {
             self.tools.saves = false;
             let path = Path::new(&self.tools.file);
             match shot::made_by(&self.session, size, path) {
-                Ok(made_by) => self.shots.take(renderer, self.session.shown(), (path, made_by)),
+                Ok(made_by) => self.shots.take(shown_by, self.session.shown(), (path, made_by)),
                 Err(error) => self.session.notice = Some(crate::sentence(&error)),
             }
         }

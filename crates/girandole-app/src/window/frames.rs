@@ -3,7 +3,7 @@
 use super::clock::{Duration, Instant, milliseconds};
 use super::pending::{self, Pending};
 use crate::output::say;
-use girandole::{FrameStats, Renderer, Result, wgpu};
+use girandole::{FrameStats, Renderer, Result, Viewport, wgpu};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -100,19 +100,17 @@ impl Frames {
 
     /// Asks what the last picture did, if somebody looks and it is not known yet; where there is no `hurry`, now and then also how
     /// wrong it is for its shadow maps, which takes as long as a small frame.
-    pub fn ask(&mut self, renderer: Option<&Renderer>, hurry: bool) {
-        let Some(renderer) = renderer.filter(|_| self.wants_stats && self.has_news && self.pending.is_none())
-        else {
-            return;
-        };
+    pub fn ask(&mut self, shown_by: Option<(&Renderer, &Viewport)>, hurry: bool) {
+        let wanted = shown_by.filter(|_| self.wants_stats && self.has_news && self.pending.is_none());
+        let Some((renderer, viewport)) = wanted else { return };
         self.has_news = false;
-        self.pending = Some(Pending::new(renderer.stats()));
+        self.pending = Some(Pending::new(renderer.stats(viewport)));
         let is_due = self.estimated.is_none_or(|at| at.elapsed() >= BETWEEN_ESTIMATES);
         if renderer.stale().maps == 0 {
             self.stale_error = Some(0.0);
         } else if is_due && !hurry && self.pending_error.is_none() {
             self.estimated = Some(Instant::now());
-            self.pending_error = Some(Pending::new(renderer.stale_error()));
+            self.pending_error = Some(Pending::new(renderer.stale_error(viewport)));
         }
     }
 

@@ -59,7 +59,7 @@ impl Session {
 
     /// Light sets in the picture.
     pub fn refined_sets(&self) -> u32 {
-        self.renderer().map_or(0, |renderer| renderer.refined_sets())
+        self.shown_by().map_or(0, |(renderer, viewport)| renderer.refined_sets(viewport))
     }
 
     /// Goes on to refine the picture that is shown, until then. Returns whether it is another one now, which the device is at.
@@ -74,16 +74,16 @@ impl Session {
 
     fn refined(&mut self, target: &mut PictureTarget, until: Instant) -> Result<bool> {
         let (view, shown, settings) = (self.view(target.size), self.shown(), self.settings);
-        let Some((renderer, scene)) = self.renderer_and_scene() else { return Ok(false) };
-        while !renderer.refine(scene, &view, target.size, &settings)? {
+        let Some((renderer, viewport, scene)) = self.renderer_and_scene() else { return Ok(false) };
+        while !renderer.refine(viewport, scene, &view, target.size, &settings)? {
             if Instant::now() >= until {
                 return Ok(false);
             }
         }
         let settings = RenderSettings { exposure: shown.exposure, tonemap: shown.tonemap, ..settings };
         let (size, format) = (target.size, target.format);
-        target.draw(size, |view| renderer.show(&settings, view, format))?;
-        let (sets, error) = (renderer.refined_sets(), renderer.refined_error());
+        target.draw(size, |view| renderer.show(viewport, &settings, view, format))?;
+        let (sets, error) = (renderer.refined_sets(viewport), renderer.refined_error(viewport));
         if !self.refinement.is_waiting() {
             self.refinement.pending = Some((sets, Pending::new(error)));
         }

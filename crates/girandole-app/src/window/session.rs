@@ -19,7 +19,7 @@ use super::target::PictureTarget;
 use crate::args::LoadArgs;
 use crate::picture::Shown;
 use anyhow::Result;
-use girandole::{Mode, RenderSettings, Renderer, RendererOptions};
+use girandole::{Mode, RenderSettings, Renderer, RendererOptions, Viewport};
 use girandole_core::Generation;
 use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
 use girandole_core::image::Image;
@@ -121,6 +121,7 @@ pub struct Session {
     /// Whether the first scene is not there yet.
     pub is_blank: bool,
     renderer: Option<Renderer>,
+    viewport: Viewport,
     /// Whether the renderer has the scene.
     is_open: bool,
     /// The version of the scene whose light was sampled, where samples are still those.
@@ -159,6 +160,7 @@ impl Session {
             notice,
             is_blank: false,
             renderer: None,
+            viewport: Viewport::default(),
             is_open: false,
             sampled: None,
             is_outdated: false,
@@ -235,7 +237,8 @@ impl Session {
             true => Arc::make_mut(&mut self.scene).take_changes(),
             false => SceneChanges::none(self.scene.generation()),
         };
-        let settled = renderer.illumination().is_none_or(|i| i.is_settled());
+        let held = renderer.illumination();
+        let settled = held.is_none_or(|i| i.is_settled());
         if !(changes.is_empty() && settled) {
             self.shown = None;
             match self.light.rewalk {
@@ -243,15 +246,23 @@ impl Session {
                 Rewalk::Paths(_) => self.sampled = None,
                 Rewalk::All => self.sampled = Some(self.scene.generation()),
             }
-            if let Err(error) = renderer.update(&self.scene, &changes) {
-                self.notice = Some(crate::sentence(&error.into()));
-                self.is_open = renderer.illumination().is_some();
+        }
+        let is_as_wanted = held.is_some_and(|i| *i.settings() == self.light);
+        if let Err(error) = renderer.follow(&self.scene, &changes, &[view]) {
+            self.notice = Some(crate::sentence(&error.into()));
+            self.is_open = renderer.illumination().is_some();
+        }
+        // Other changes of the light make it anew, and place it on that occasion.
+        if let Some(held) = renderer.illumination().filter(|_| is_as_wanted) {
+            let views = &held.settings().views;
+            if self.light.views != *views {
+                self.light.views.clone_from(views);
+                self.sampled = self.sampled.filter(|_| self.light.rewalk == Rewalk::All);
             }
         }
         if has_changed {
             self.forget_making();
         }
-        self.place_along(view);
     }
 
     /// So many seconds of real time have passed: what rests may have fresh light by now.
@@ -299,25 +310,6 @@ impl Session {
             self.light.views = vec![self.view(size)];
         }
         self.is_outdated = true;
-    }
-
-    /// Visibility is determined for what is seen now, and light samples that follow little by little go over to it.
-    fn place_along(&mut self, view: View) {
-        let Some(renderer) = self.renderer.as_mut().filter(|_| self.is_open) else { return };
-        if let Err(error) = renderer.determine_for(&self.scene, &view) {
-            self.notice = Some(crate::sentence(&error.into()));
-        }
-        let follows = matches!(self.light.rewalk, Rewalk::Paths(_)) && !self.light.views.is_empty();
-        let held = renderer.illumination().map(|i| i.settings());
-        // Other changes of the light make it anew, and place it on that occasion.
-        if !follows || held != Some(&self.light) || self.light.views == [view] {
-            return;
-        }
-        self.light.views = vec![view];
-        self.sampled = None;
-        if let Err(error) = renderer.place_for(&self.scene, &self.light.views) {
-            self.notice = Some(crate::sentence(&error.into()));
-        }
     }
 
     /// Whether the picture is another one by now.
@@ -372,25 +364,25 @@ impl Session {
         let is_there = self.shown.is_some_and(|shown| shown.has_radiance_of(&picture));
         let is_stale = renderer.stale().maps > 0;
         self.shown = Some(picture);
-        let (transfers, scene) = (&mut self.transfers, &self.scene);
+        let Self { transfers, scene, viewport, .. } = self;
         let mut draw = || -> Result<()> {
             transfers.apply(renderer, scene)?;
             if !is_there || is_stale {
                 let settings = picture.quality.settings(&picture.settings);
-                renderer.render(&picture.view, picture.quality.size(picture.size), &settings)?;
+                renderer.render(viewport, &picture.view, picture.quality.size(picture.size), &settings)?;
                 self.pictures += 1;
             }
             let Shown { exposure, tonemap } = picture.settings_shown();
             let settings = RenderSettings { exposure, tonemap, ..picture.settings };
             let (size, format) = (picture.quality.size(picture.size), target.format);
-            Ok(target.draw(size, |view| renderer.show(&settings, view, format))?)
+            Ok(target.draw(size, |view| renderer.show(viewport, &settings, view, format))?)
         };
         if let Err(error) = draw() {
             self.notice = Some(crate::sentence(&error));
         }
     }
 
-    /// The radiance of the naive mode's picture, which is rendered now; the next frame renders the other one again.
+    /// The radiance of the naive mode's picture, which is rendered now.
     pub fn naive_radiance(
         &mut self,
         size: [u32; 2],
@@ -405,8 +397,9 @@ impl Session {
             ..RenderSettings::default()
         };
         let renderer = self.renderer.as_mut().filter(|_| self.is_open)?;
-        self.shown = None;
-        let rendered = renderer.render(&view, size, &settings).map(|()| renderer.radiance());
+        let mut beside = Viewport::default();
+        let rendered =
+            renderer.render(&mut beside, &view, size, &settings).map(|()| renderer.radiance(&beside));
         match rendered {
             Ok(radiance) => Some(radiance),
             Err(error) => {
@@ -441,9 +434,10 @@ impl Session {
         Shown::new(self.settings.exposure, self.settings.tonemap, self.settings.debug)
     }
 
-    /// What draws, once there is a picture.
-    pub fn renderer(&self) -> Option<&Renderer> {
-        self.renderer.as_ref().filter(|_| self.shown.is_some())
+    /// What draws, and where its picture is, once there is one.
+    pub fn shown_by(&self) -> Option<(&Renderer, &Viewport)> {
+        let renderer = self.renderer.as_ref().filter(|_| self.shown.is_some())?;
+        Some((renderer, &self.viewport))
     }
 
     /// The light of the scene that is open, whether there is a picture of it or not.
@@ -452,9 +446,9 @@ impl Session {
     }
 
     /// What draws, with what it draws.
-    pub(super) fn renderer_and_scene(&mut self) -> Option<(&mut Renderer, &Scene)> {
-        let Self { renderer, scene, .. } = self;
-        renderer.as_mut().filter(|_| self.is_open).map(|renderer| (renderer, &**scene))
+    pub(super) fn renderer_and_scene(&mut self) -> Option<(&mut Renderer, &mut Viewport, &Scene)> {
+        let Self { renderer, viewport, scene, .. } = self;
+        renderer.as_mut().filter(|_| self.is_open).map(|renderer| (renderer, viewport, &**scene))
     }
 
     /// What draws, to be timed or not.

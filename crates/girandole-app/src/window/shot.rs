@@ -7,7 +7,7 @@ use crate::args::Engine;
 use crate::picture::{self, Shown};
 use crate::provenance::Maker;
 use anyhow::Result;
-use girandole::Renderer;
+use girandole::{Renderer, Viewport};
 use girandole_core::image::Image;
 use girandole_reference::Provenance;
 use std::path::{Path, PathBuf};
@@ -32,9 +32,14 @@ impl Shots {
     }
 
     /// Saves the last picture.
-    pub fn take(&mut self, renderer: &Renderer, shown: Shown, (path, made_by): (&Path, Provenance)) {
-        let radiance = Some(Pending::new(renderer.radiance()));
-        let light_sets = renderer.refined_sets();
+    pub fn take(
+        &mut self,
+        (renderer, viewport): (&Renderer, &Viewport),
+        shown: Shown,
+        (path, made_by): (&Path, Provenance),
+    ) {
+        let radiance = Some(Pending::new(renderer.radiance(viewport)));
+        let light_sets = renderer.refined_sets(viewport);
         self.0.push(Shot { path: path.into(), shown, made_by, light_sets, radiance });
     }
 

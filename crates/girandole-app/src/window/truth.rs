@@ -187,7 +187,8 @@ impl Truth {
         let number = session.picture_number();
         if self.number != Some(number) && self.ours.pending.is_none() && is_due {
             self.number = Some(number);
-            self.ours.pending = session.renderer().map(|renderer| Pending::new(renderer.radiance()));
+            self.ours.pending =
+                session.shown_by().map(|(renderer, viewport)| Pending::new(renderer.radiance(viewport)));
         }
         // The device is given one picture after the other.
         let naive = matches!(&self.subject, Some(Subject { of: Kind::Naive { .. }, .. }));

@@ -5,15 +5,15 @@ use super::views::{Point, around, looking, mean, part, points, put, within};
 use crate::bench::{Bench, Stage, moving_object};
 use crate::report::{Outcome, Picture, Table, Verdict, number};
 use anyhow::{Context, Result};
-use girandole::core::glam::{DVec3, dvec3};
-use girandole::core::illumination::{Illumination, IlluminationSettings, Rewalk};
-use girandole::core::image::Image;
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{Geometry, ObjectId, Scene, View};
-use girandole::core::tonemap::Exposure;
-use girandole::core::trace::SceneTracer;
 use girandole::{RenderSettings, RendererOptions};
+use girandole_core::glam::{DVec3, dvec3};
+use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
+use girandole_core::image::Image;
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::builtin::{self, MovingObject};
+use girandole_core::scene::{Geometry, ObjectId, Scene, View};
+use girandole_core::tonemap::Exposure;
+use girandole_core::trace::SceneTracer;
 use girandole_reference::{PathSettings, path_trace};
 
 pub const FIGURE: Figure = Figure {

@@ -5,14 +5,14 @@ use super::views::{Point, around, mean, part, points, within};
 use crate::bench::{Bench, first_view, moving_object};
 use crate::report::{Outcome, Picture, Plot, Table, Verdict, magnified, number};
 use anyhow::{Context, Result};
-use girandole::core::glam::Vec3;
-use girandole::core::image::{Image, Region, luminance};
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::builtin;
-use girandole::core::scene::{Geometry, ObjectId, Scene, View};
-use girandole::core::tonemap::Exposure;
-use girandole::core::trace::SceneTracer;
 use girandole::{RenderSettings, RendererOptions};
+use girandole_core::glam::Vec3;
+use girandole_core::image::{Image, Region, luminance};
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::builtin;
+use girandole_core::scene::{Geometry, ObjectId, Scene, View};
+use girandole_core::tonemap::Exposure;
+use girandole_core::trace::SceneTracer;
 use girandole_reference::{PathSettings, path_trace};
 
 pub const FIGURE: Figure = Figure {
@@ -159,9 +159,9 @@ impl Floor {
 
 /// Points just below what emits: corners and middles of so many by so many cells.
 fn lamp(scene: &Scene, geometry: &Geometry, cells: u32) -> Vec<Vec3> {
-    let emits = |t: &&girandole::core::scene::Triangle| scene.materials[t.material].emits();
+    let emits = |t: &&girandole_core::scene::Triangle| scene.materials[t.material].emits();
     let triangles = geometry.triangles.iter().filter(emits);
-    let on = |t: &girandole::core::scene::Triangle| -> Vec<Vec3> {
+    let on = |t: &girandole_core::scene::Triangle| -> Vec<Vec3> {
         let [a, b, c] = t.vertices.map(|v| geometry.positions[v as usize]);
         let weights =
             (0..=cells).flat_map(|i| (0..=cells - i).map(move |j| [i, j].map(|k| k as f32 / cells as f32)));

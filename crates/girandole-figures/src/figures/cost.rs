@@ -7,11 +7,11 @@ use super::swarm::swarm;
 use crate::bench::{Bench, first_view};
 use crate::report::{Outcome, Plot, Table, Verdict, number};
 use anyhow::Result;
-use girandole::core::illumination::{Illumination, IlluminationSettings, Rewalk};
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{MaterialId, Scene};
 use girandole::{MapUpdates, Mode, RenderSettings, RendererOptions};
+use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::builtin::{self, MovingObject};
+use girandole_core::scene::{MaterialId, Scene};
 use std::time::Instant;
 
 pub const FIGURE: Figure = Figure {

@@ -6,11 +6,11 @@ use super::low_resolution::{Interpolated, Surfaces, error, percent, relative_err
 use crate::bench::{Bench, Stage};
 use crate::report::{Outcome, Picture, Plot, Table, Verdict, magnified, number};
 use anyhow::Result;
-use girandole::core::glam::Vec3;
-use girandole::core::image::{Image, Region, luminance};
-use girandole::core::lights::LightSettings;
-use girandole::core::tonemap::Exposure;
 use girandole::{DebugView, Mode, RenderSettings, RendererOptions};
+use girandole_core::glam::Vec3;
+use girandole_core::image::{Image, Region, luminance};
+use girandole_core::lights::LightSettings;
+use girandole_core::tonemap::Exposure;
 
 /// Pixels from point to point.
 const SPACING: u32 = 4;

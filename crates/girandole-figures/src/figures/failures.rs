@@ -6,11 +6,11 @@ use super::variants::{BOUNCES, Contributions, Error, Truth, Variant, points, row
 use crate::bench::{Bench, first_view};
 use crate::report::{Outcome, Picture, magnified, number};
 use anyhow::Result;
-use girandole::core::glam::Vec3;
-use girandole::core::image::{Image, Region};
-use girandole::core::scene::{Scene, View, builtin};
-use girandole::core::tonemap::Exposure;
-use girandole::core::trace::SceneTracer;
+use girandole_core::glam::Vec3;
+use girandole_core::image::{Image, Region};
+use girandole_core::scene::{Scene, View, builtin};
+use girandole_core::tonemap::Exposure;
+use girandole_core::trace::SceneTracer;
 
 pub const FIGURE: Figure = Figure {
     id: "6-1",

@@ -6,17 +6,17 @@ use super::Figure;
 use crate::bench::{Bench, Stage, first_view};
 use crate::report::{Outcome, Picture, Plot, Table, Verdict, number};
 use anyhow::{Context, Result};
-use girandole::core::glam::{Vec2, Vec3, vec3};
-use girandole::core::illumination::{Illumination, IlluminationSettings};
-use girandole::core::image::Image;
-use girandole::core::lights::{Clamp, LightSample, LightSettings};
-use girandole::core::scene::{
+use girandole::{Mode, RenderSettings, RendererOptions, ShadowMap};
+use girandole_core::glam::{Vec2, Vec3, vec3};
+use girandole_core::illumination::{Illumination, IlluminationSettings};
+use girandole_core::image::Image;
+use girandole_core::lights::{Clamp, LightSample, LightSettings};
+use girandole_core::scene::{
     Camera, ClipPlanes, Geometry, Material, MaterialId, Mesh, MeshTriangle, NONE, Projection, PunctualKind,
     PunctualLight, Scene, Transform, View,
 };
-use girandole::core::tonemap::{Exposure, Tonemap};
-use girandole::core::trace::SceneTracer;
-use girandole::{Mode, RenderSettings, RendererOptions, ShadowMap};
+use girandole_core::tonemap::{Exposure, Tonemap};
+use girandole_core::trace::SceneTracer;
 
 /// The room: x and z about 0, y from 0 on, metres.
 const ROOM: Vec3 = Vec3::new(6.0, 3.0, 5.0);

@@ -5,9 +5,9 @@ use super::low_resolution::{Surfaces, error};
 use crate::bench::Bench;
 use crate::report::{Outcome, Picture, Plot, Table, Verdict, number};
 use anyhow::Result;
-use girandole::core::image::Image;
-use girandole::core::lights::LightSettings;
 use girandole::{DebugView, Mode, RenderSettings, RendererOptions};
+use girandole_core::image::Image;
+use girandole_core::lights::LightSettings;
 use girandole_reference::metrics::{CompareOptions, HeatMap, heat_map};
 
 const ROOMS: [&str; 2] = ["table", "pillars"];

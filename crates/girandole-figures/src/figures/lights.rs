@@ -6,9 +6,9 @@ use super::scenes::ROOMS;
 use crate::bench::Bench;
 use crate::report::{Outcome, Plot, Table, number};
 use anyhow::Result;
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::Scene;
 use girandole::{Mode, RenderSettings, RendererOptions};
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::Scene;
 
 pub const SCENES: Figure = Figure {
     id: "5-2",

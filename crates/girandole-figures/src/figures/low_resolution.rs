@@ -4,10 +4,10 @@
 //! Girandole has several grids and decides by the light itself; this is what it is compared with.
 
 use anyhow::Result;
-use girandole::core::glam::{Vec2, Vec3};
-use girandole::core::image::Image;
-use girandole::core::scene::{Geometry, Scene, View};
-use girandole::core::trace::SceneTracer;
+use girandole_core::glam::{Vec2, Vec3};
+use girandole_core::image::Image;
+use girandole_core::scene::{Geometry, Scene, View};
+use girandole_core::trace::SceneTracer;
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 use std::f32::consts::PI;
 
@@ -164,7 +164,7 @@ pub fn wrong(full: &Image, test: &Image) -> Vec<bool> {
 
 /// By how much of it the luminance of each pixel is off.
 pub fn relative_errors(full: &Image, test: &Image) -> Vec<f32> {
-    let luminance = girandole::core::image::luminance;
+    let luminance = girandole_core::image::luminance;
     let pairs = full.pixels.iter().zip(&test.pixels);
     pairs
         .map(|(&full, &test)| (luminance(test) - luminance(full)).abs() / luminance(full).max(1e-3))

@@ -1,9 +1,9 @@
 //! Pictures by Mitsuba 3 (Jakob et al. 2022), where the system's Python has it.
 
 use anyhow::{Context, Result, ensure};
-use girandole::core::glam::Vec3;
-use girandole::core::image::Image;
-use girandole::core::scene::{Geometry, MaterialId, Scene, View};
+use girandole_core::glam::Vec3;
+use girandole_core::image::Image;
+use girandole_core::scene::{Geometry, MaterialId, Scene, View};
 use girandole_reference::image_file::read_exr;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

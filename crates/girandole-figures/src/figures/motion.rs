@@ -2,12 +2,12 @@
 
 use crate::bench::{Bench, Stage, first_view};
 use anyhow::Result;
-use girandole::core::illumination::{Illumination, IlluminationSettings, Rewalk};
-use girandole::core::image::Image;
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::{Scene, View};
 use girandole::wgpu::{DeviceType, Features};
 use girandole::{MapUpdates, RenderSettings, RendererOptions};
+use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
+use girandole_core::image::Image;
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::{Scene, View};
 use std::time::Instant;
 
 /// Frames a second of the path.
@@ -180,7 +180,7 @@ impl<'a> Motion<'a> {
 
     /// Radiance of the last frame.
     pub fn picture(&self) -> Result<Image> {
-        Ok(self.bench.gpu.block_on(self.stage.renderer.radiance())??)
+        Ok(self.bench.gpu.block_on(self.stage.renderer.radiance(&self.stage.viewport))??)
     }
 
     /// So many frames from the path's start, with so many shadow maps drawn a frame at most.

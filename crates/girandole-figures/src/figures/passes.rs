@@ -5,13 +5,13 @@ use super::views::{looking, mean, points};
 use crate::bench::{Bench, Stage, median};
 use crate::report::{Outcome, Picture, Plot, Table, Verdict, number};
 use anyhow::{Context, Result};
-use girandole::core::glam::dvec3;
-use girandole::core::illumination::{Illumination, IlluminationSettings, Rewalk};
-use girandole::core::image::Image;
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::{Geometry, ObjectId, Scene, View};
-use girandole::core::trace::SceneTracer;
 use girandole::{DebugView, Mode, RenderSettings, RendererOptions, Shading};
+use girandole_core::glam::dvec3;
+use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
+use girandole_core::image::Image;
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::{Geometry, ObjectId, Scene, View};
+use girandole_core::trace::SceneTracer;
 
 pub const VIEWS: Figure = Figure {
     id: "4-11",

@@ -7,10 +7,10 @@ use super::views::looking;
 use crate::bench::Bench;
 use crate::report::{Outcome, Picture, Plot, Table, number};
 use anyhow::Result;
-use girandole::core::glam::Vec3;
-use girandole::core::image::Image;
-use girandole::core::scene::{Scene, View};
-use girandole::core::tonemap::Exposure;
+use girandole_core::glam::Vec3;
+use girandole_core::image::Image;
+use girandole_core::scene::{Scene, View};
+use girandole_core::tonemap::Exposure;
 use girandole_reference::metrics::Comparison;
 
 pub const FIGURE: Figure = Figure {

@@ -4,8 +4,8 @@ use super::Figure;
 use crate::bench::Bench;
 use crate::report::{Outcome, Picture, Verdict};
 use anyhow::Result;
-use girandole::core::lights::LightSettings;
 use girandole::{RenderSettings, RendererOptions};
+use girandole_core::lights::LightSettings;
 
 /// The rooms whose frames are timed, and the views of them.
 pub const ROOMS: [&str; 3] = ["area-lights", "table", "pillars"];

@@ -8,14 +8,14 @@ use super::views::{looking, stand};
 use crate::bench::{Bench, median, moving_object};
 use crate::report::{Outcome, Picture, Table, magnified, number};
 use anyhow::{Context, Result};
-use girandole::core::glam::{DVec3, Vec3};
-use girandole::core::illumination::Illumination;
-use girandole::core::image::{Image, Region, luminance};
-use girandole::core::lights::Clamp;
-use girandole::core::scene::{Scene, View, builtin};
-use girandole::core::tonemap::{Exposure, srgb_decode};
-use girandole::core::trace::SceneTracer;
 use girandole::{DebugView, RenderSettings, RendererOptions};
+use girandole_core::glam::{DVec3, Vec3};
+use girandole_core::illumination::Illumination;
+use girandole_core::image::{Image, Region, luminance};
+use girandole_core::lights::Clamp;
+use girandole_core::scene::{Scene, View, builtin};
+use girandole_core::tonemap::{Exposure, srgb_decode};
+use girandole_core::trace::SceneTracer;
 
 pub const FIGURE: Figure = Figure {
     id: "6-2",

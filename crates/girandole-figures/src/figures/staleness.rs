@@ -6,10 +6,10 @@ use super::motion::{FPS, Motion};
 use crate::bench::Bench;
 use crate::report::{Outcome, Picture, Table, magnified, number};
 use anyhow::{Context, Result};
-use girandole::core::image::{Image, Region};
-use girandole::core::scene::builtin;
-use girandole::core::tonemap::Exposure;
 use girandole::{MapPriority, MapUpdates, RenderSettings};
+use girandole_core::image::{Image, Region};
+use girandole_core::scene::builtin;
+use girandole_core::tonemap::Exposure;
 use girandole_reference::metrics::{CompareOptions, HeatMap, compare, heat_map};
 
 pub const FIGURE: Figure = Figure {

@@ -1,8 +1,8 @@
 //! How much of a picture's structure is another one, as structural similarity sees it: details hide what is weaker
 //! than they are.
 
-use girandole::core::image::{Image, luminance};
-use girandole::core::tonemap::srgb_encode;
+use girandole_core::image::{Image, luminance};
+use girandole_core::tonemap::srgb_encode;
 
 /// Pixels across a window, and from one to the next.
 const WINDOW: usize = 8;

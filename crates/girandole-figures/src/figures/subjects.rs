@@ -2,9 +2,9 @@
 
 use crate::bench::{Bench, first_view, shared_file};
 use anyhow::{Context, Result, ensure};
-use girandole::core::image::Image;
-use girandole::core::scene::{Environment, Geometry, LoadOptions, Scene, View};
-use girandole::core::trace::SceneTracer;
+use girandole_core::image::Image;
+use girandole_core::scene::{Environment, Geometry, LoadOptions, Scene, View};
+use girandole_core::trace::SceneTracer;
 use girandole_reference::image_file::{read, read_environment};
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 use girandole_reference::{PathSettings, path_trace};

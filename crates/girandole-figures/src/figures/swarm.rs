@@ -1,9 +1,9 @@
 //! A room in which many small things move.
 
-use girandole::core::glam::{Vec3, vec3};
-use girandole::core::math::sequence;
-use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{
+use girandole_core::glam::{Vec3, vec3};
+use girandole_core::math::sequence;
+use girandole_core::scene::builtin::{self, MovingObject, shapes};
+use girandole_core::scene::{
     Animation, Channel, Geometry, Interpolation, Keyframes, MaterialId, Mesh, Scene, Transform,
 };
 
@@ -18,7 +18,7 @@ const CLEAR: f32 = REACH + 0.15;
 ///
 /// # Errors
 /// Those of [`builtin::build`].
-pub fn swarm(count: usize) -> girandole::core::Result<Scene> {
+pub fn swarm(count: usize) -> girandole_core::Result<Scene> {
     let mut scene = builtin::build(ROOM, MovingObject::None)?;
     let mut channels = Vec::new();
     for (index, center) in places(&scene, count).into_iter().enumerate() {

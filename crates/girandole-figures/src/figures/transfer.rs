@@ -7,15 +7,15 @@ use super::views::{mean, put};
 use crate::bench::{Bench, moving_object};
 use crate::report::{Outcome, Picture, Plot, Verdict, number};
 use anyhow::Result;
-use girandole::core::glam::{DVec3, Vec2, Vec3, dvec3, vec3};
-use girandole::core::image::{Image, luminance};
-use girandole::core::lights::Clamp;
-use girandole::core::math::{sequence, sh, warp};
-use girandole::core::scene::builtin;
-use girandole::core::scene::{Geometry, ObjectId, Scene};
-use girandole::core::tonemap::{Exposure, srgb_decode};
-use girandole::core::trace::SceneTracer;
-use girandole::core::transfer::{Gathering, IncidentLight, ObjectTransfer, TransferSettings};
+use girandole_core::glam::{DVec3, Vec2, Vec3, dvec3, vec3};
+use girandole_core::image::{Image, luminance};
+use girandole_core::lights::Clamp;
+use girandole_core::math::{sequence, sh, warp};
+use girandole_core::scene::builtin;
+use girandole_core::scene::{Geometry, ObjectId, Scene};
+use girandole_core::tonemap::{Exposure, srgb_decode};
+use girandole_core::trace::SceneTracer;
+use girandole_core::transfer::{Gathering, IncidentLight, ObjectTransfer, TransferSettings};
 use std::f32::consts::PI;
 
 pub const SELF_SHADOWS: Figure = Figure {
@@ -290,7 +290,7 @@ fn sides(subject: &Subject) -> Result<[Vec<bool>; 2]> {
     let Subject { scene, object, points, within, light, .. } = subject;
     let geometry = light.geometry();
     let tracer = SceneTracer::without(scene, geometry, *object);
-    let emits = |t: &&girandole::core::scene::Triangle| scene.materials[t.material].emits();
+    let emits = |t: &&girandole_core::scene::Triangle| scene.materials[t.material].emits();
     let lamp: Vec<[Vec3; 3]> = geometry
         .triangles
         .iter()

@@ -8,8 +8,8 @@ use crate::bench::{Bench, moving_object};
 use crate::report::{Outcome, Plot, Table, number};
 use anyhow::{Context, Result};
 use girandole::RenderSettings;
-use girandole::core::scene::builtin::{self, MovingObject};
 use girandole::wgpu::DeviceType;
+use girandole_core::scene::builtin::{self, MovingObject};
 
 pub const FRAMES: Figure = Figure {
     id: "5-4",

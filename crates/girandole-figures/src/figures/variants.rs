@@ -3,14 +3,14 @@
 use crate::bench::{Bench, Stage};
 use crate::report::{Table, number};
 use anyhow::Result;
-use girandole::core::brdf::Surface;
-use girandole::core::glam::{Vec2, Vec3};
-use girandole::core::illumination::{Illumination, IlluminationSettings, Rewalk};
-use girandole::core::image::{Image, luminance};
-use girandole::core::lights::{Clamp, LightSample, LightSettings};
-use girandole::core::scene::{Geometry, Scene, View};
-use girandole::core::trace::SceneTracer;
 use girandole::{Mode, RenderSettings, RendererOptions};
+use girandole_core::brdf::Surface;
+use girandole_core::glam::{Vec2, Vec3};
+use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
+use girandole_core::image::{Image, luminance};
+use girandole_core::lights::{Clamp, LightSample, LightSettings};
+use girandole_core::scene::{Geometry, Scene, View};
+use girandole_core::trace::SceneTracer;
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 use girandole_reference::{PathSettings, path_trace, visible};
 
@@ -91,11 +91,11 @@ impl Variant {
     /// Those of [`girandole::Renderer::refine`].
     pub fn picture(&self, bench: &Bench, scene: &Scene, stage: &mut Stage) -> Result<Image> {
         let (view, size) = (stage.view, stage.size);
-        while self.sets > 1 && stage.renderer.refined_sets() < self.sets {
-            stage.renderer.refine(scene, &view, size, &self.settings())?;
+        while self.sets > 1 && stage.renderer.refined_sets(&stage.viewport) < self.sets {
+            stage.renderer.refine(&mut stage.viewport, scene, &view, size, &self.settings())?;
         }
         if self.sets > 1 {
-            return Ok(bench.gpu.block_on(stage.renderer.radiance())??);
+            return Ok(bench.gpu.block_on(stage.renderer.radiance(&stage.viewport))??);
         }
         stage.picture(&self.settings())
     }

@@ -1,12 +1,10 @@
 //! Views of an experiment's own, and what their pixels show.
 
 use anyhow::{Context, Result};
-use girandole::core::glam::{DAffine3, DVec3, Vec2, Vec3};
-use girandole::core::image::{Image, Region};
-use girandole::core::scene::{
-    ClipPlanes, FieldOfView, Geometry, ObjectId, Scene, Transform, View, Viewpoint,
-};
-use girandole::core::trace::SceneTracer;
+use girandole_core::glam::{DAffine3, DVec3, Vec2, Vec3};
+use girandole_core::image::{Image, Region};
+use girandole_core::scene::{ClipPlanes, FieldOfView, Geometry, ObjectId, Scene, Transform, View, Viewpoint};
+use girandole_core::trace::SceneTracer;
 use girandole_reference::metrics::CompareOptions;
 
 /// The view from a point to another one, with a vertical angle in degrees.

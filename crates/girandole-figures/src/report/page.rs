@@ -3,7 +3,7 @@
 use super::{Outcome, Verdict};
 use crate::figures::Figure;
 use anyhow::Result;
-use girandole::core::files;
+use girandole_core::files;
 use girandole_reference::image_file::write_png;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! Pictures of a report.
 
-use girandole::core::glam::Vec3;
-use girandole::core::image::{Image, Region};
-use girandole::core::tonemap::{Exposure, Tonemap, to_srgb8};
+use girandole_core::glam::Vec3;
+use girandole_core::image::{Image, Region};
+use girandole_core::tonemap::{Exposure, Tonemap, to_srgb8};
 
 /// A picture with what is written below it.
 #[derive(Clone, Debug, PartialEq)]

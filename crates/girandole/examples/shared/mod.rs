@@ -3,8 +3,8 @@
 mod png;
 pub use png::write_png;
 
-use girandole::core::glam::Vec3;
-use girandole::core::image::Image;
+use girandole::glam::Vec3;
+use girandole::image::Image;
 use girandole::{Gpu, wgpu};
 
 /// Reads an `Rgba32Float` texture back, whose width is a multiple of 16.

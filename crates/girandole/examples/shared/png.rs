@@ -1,7 +1,6 @@
 //! What all examples share: a picture file.
 
-use girandole::core::image::Image;
-use girandole::core::tonemap::{Exposure, Tonemap, to_srgb8};
+use girandole::image::{Exposure, Image, Tonemap, to_srgb8};
 
 /// Writes a picture, tone-mapped, as a PNG file.
 pub fn write_png(path: &str, image: &Image) -> image::ImageResult<()> {

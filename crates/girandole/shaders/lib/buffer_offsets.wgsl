@@ -1,4 +1,4 @@
-// Where things are in buffers of words (Rust: scene/receivers/mod.rs, points/lists.rs).
+// Where things are in buffers of words (Rust: gpu_scene/receivers/mod.rs, points/lists.rs).
 
 struct BufferOffsets {
   grids_at: u32, // in `receivers`: grids of patches

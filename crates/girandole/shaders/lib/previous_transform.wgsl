@@ -1,4 +1,4 @@
-// Where dynamic objects were when maps were drawn (Rust: scene/previous_transforms.rs).
+// Where dynamic objects were when maps were drawn (Rust: gpu_scene/previous_transforms.rs).
 
 // Rows of the matrix that takes points of an object to where they were.
 struct PreviousTransform { x: vec4f, y: vec4f, z: vec4f }

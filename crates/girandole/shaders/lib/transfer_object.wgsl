@@ -1,4 +1,4 @@
-// An object that is lit by precomputed radiance transfer (Rust: scene/transfer.rs), and the grid of points in its box that light
+// An object that is lit by precomputed radiance transfer (Rust: gpu_scene/transfer.rs), and the grid of points in its box that light
 // arrives at.
 
 struct TransferObject {

@@ -1,4 +1,4 @@
-// Shadows on dynamic objects are looked up where the object was when the light's map was drawn (Rust: scene/previous_transforms.rs). A pass
+// Shadows on dynamic objects are looked up where the object was when the light's map was drawn (Rust: gpu_scene/previous_transforms.rs). A pass
 // that uses it binds `light_lists`, and has `previous_row`: the first of a light's places, NONE where its map is up to date.
 
 // Which of the dynamic objects a leaf is on, or NONE.

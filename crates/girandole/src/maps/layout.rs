@@ -178,7 +178,9 @@ impl AtlasLayout {
         };
         let suns = directional.iter().filter(|&&d| d).count();
         let counts = [directional.len() - suns, suns].map(|count| count as u32);
-        let of_size = |size| layouts(counts, [least, size, most], [max_page, max_pages]);
+        let with_suns = |suns, size| layouts([counts[0], suns], [least, size, most], [max_page, max_pages]);
+        // Where there is memory, each sun has room for two maps: two views in turn see other parts of the scene.
+        let of_size = |size| with_suns(2 * counts[1], size).chain(with_suns(counts[1], size));
         let budget = u64::from(options.memory_mib) << 20;
         let mut all = (least..most + 1).step_by(least as usize).rev().flat_map(of_size);
         all.find(|layout| layout.bytes() <= budget).ok_or_else(|| {

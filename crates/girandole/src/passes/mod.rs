@@ -27,18 +27,18 @@ pub(crate) mod trace_rays;
 pub(crate) mod transfer;
 pub(crate) mod visibility_buffer;
 
+pub(crate) use crate::gpu_scene::receivers::LightMapsView;
 pub(crate) use crate::maps::atlas::MapsView;
 pub(crate) use crate::points::targets::GridView;
-pub(crate) use crate::scene::receivers::LightMapsView;
 
 use crate::device::context::Context;
 use crate::device::kernel::{Binding, Kernel, Shared, texture};
 use crate::device::loop_steps;
 use crate::device::recorder::Recorder;
+use crate::gpu_scene::geometry::GpuScene;
 use crate::layout::Frame;
 use crate::points::targets::Targets;
 use crate::resident::SceneFeatures;
-use crate::scene::geometry::GpuScene;
 use crate::settings::RendererOptions;
 use crate::shader_constants::BATCH;
 use crate::shaders::Source;

@@ -6,9 +6,9 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView, MapsView};
 use crate::device::kernel::{Draw, Groups, Kernel, RenderKernel, buffer, texture};
 use crate::device::recorder::Recorder;
+use crate::gpu_scene::lights::GpuLights;
 use crate::points::lists::CHUNKS_AT;
 use crate::points::multipass_plan::MultipassPlan;
-use crate::scene::lights::GpuLights;
 use crate::shaders;
 
 pub(crate) struct Multipass {

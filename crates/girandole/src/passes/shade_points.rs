@@ -5,8 +5,8 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, LightMapsView, MapsView};
 use crate::device::kernel::{Groups, Kernel, Shared, buffer, texture};
 use crate::device::recorder::Recorder;
+use crate::gpu_scene::previous_transforms::PreviousTransformsBinding;
 use crate::points::lists::{COOPERATIVE_AT, SHADE_AT};
-use crate::scene::previous_transforms::PreviousTransformsBinding;
 use crate::shaders;
 use crate::tier::Tier;
 

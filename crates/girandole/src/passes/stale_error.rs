@@ -7,12 +7,12 @@ use crate::device::buffers::storage;
 use crate::device::kernel::{Groups, Kernel, buffer, texture};
 use crate::device::readback::TextureCopy;
 use crate::device::recorder::Recorder;
+use crate::gpu_scene::lights::GpuLights;
+use crate::gpu_scene::previous_transforms::PreviousTransforms;
 use crate::maps::atlas::Atlas;
 use crate::maps::occluders::CLUSTER;
 use crate::points::lists::PointLists;
 use crate::points::targets::GRID;
-use crate::scene::lights::GpuLights;
-use crate::scene::previous_transforms::PreviousTransforms;
 use crate::{Result, shaders};
 
 /// Pixels that are looked at: this number squared.

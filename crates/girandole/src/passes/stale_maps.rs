@@ -5,12 +5,12 @@
 //! each [`BLOCKER_GROUP`] of them is all that it takes. Those of static objects come first; those of dynamic ones begin with
 //! a group of their own.
 
+use crate::gpu_scene::previous_transforms::PreviousTransforms;
 use crate::layout::Light;
 use crate::maps::atlas::Atlas;
 use crate::maps::bounds::Bounds;
 use crate::maps::occluders::{CLUSTER, Clusters};
 use crate::records::{OccluderBox, StaleMapsHeader, StalePart};
-use crate::scene::previous_transforms::PreviousTransforms;
 use crate::shader_constants::NONE;
 use girandole_core::glam::Vec3;
 

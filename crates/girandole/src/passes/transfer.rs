@@ -5,9 +5,9 @@ use super::visibility_buffer::Seen;
 use super::{BandSample, Compiler, GridView, MapsView, batches};
 use crate::device::kernel::{Groups, Kernel, buffer, texture};
 use crate::device::recorder::Recorder;
-use crate::scene::lights::GpuLights;
-use crate::scene::previous_transforms::GpuPreviousTransforms;
-use crate::scene::transfer::GpuTransfer;
+use crate::gpu_scene::lights::GpuLights;
+use crate::gpu_scene::previous_transforms::GpuPreviousTransforms;
+use crate::gpu_scene::transfer::GpuTransfer;
 use crate::shader_constants::{BATCH, GROUPS_PER_ROW, WORKGROUP};
 use crate::shaders;
 

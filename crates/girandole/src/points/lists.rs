@@ -1,9 +1,9 @@
 //! Buffers that hold what the picture needs: they depend on its size and on the number of leaf receivers.
 
+use crate::gpu_scene::receivers::Receivers;
 use crate::layout::{BufferOffsets, CandidatesHeader, DispatchArguments, PointQueueHeader, ShadeListHeader};
 use crate::points::targets::Targets;
 use crate::records::ShadePoint;
-use crate::scene::receivers::Receivers;
 use crate::shader_constants::{CHUNK, TALLY_ROWS};
 use crate::{Error, Remedy, Result};
 use std::mem::offset_of;

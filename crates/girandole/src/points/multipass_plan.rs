@@ -3,10 +3,11 @@
 
 use crate::Result;
 use crate::device::buffers::storage;
+use crate::gpu_scene::receivers::Receivers;
 use crate::layout::{DrawArguments, MultipassParams};
 use crate::records::{Element, Member};
-use crate::scene::receivers::Receivers;
 use crate::shader_constants::{MAPPED_UNSHADOWED, NO_PART, UNSHADOWED};
+use girandole_core::Generation;
 use girandole_core::elements::{LightSets, optimise, unmerged};
 use wgpu::util::DeviceExt;
 
@@ -34,6 +35,8 @@ pub(crate) struct MultipassPlan {
 /// What draws depend on, beside the receivers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct MultipassKey {
+    /// Of the scene.
+    pub version: Generation,
     pub lights_per_pass: u32,
     pub light_maps: bool,
     pub optimised: bool,

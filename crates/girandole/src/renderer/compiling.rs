@@ -1,6 +1,7 @@
 //! Compilation ahead of frames.
 
-use super::{Renderer, nothing_loaded, nothing_rendered};
+use super::viewport::Viewport;
+use super::{Renderer, nothing_loaded};
 use crate::Result;
 use crate::checks::check;
 use crate::device::compiled::{Compilation, CompiledKernel};
@@ -44,7 +45,7 @@ impl Renderer {
     /// # Errors
     /// As for [`Renderer::render`].
     pub fn rehearse(&mut self, view: &View, size: [u32; 2], settings: &RenderSettings) -> Result<()> {
-        self.restart(None);
+        self.change();
         let context = &self.context;
         let (Some(scene), Some(scene_passes)) = (&mut self.scene, &self.scene_passes) else {
             return Err(nothing_loaded());
@@ -53,12 +54,11 @@ impl Renderer {
         loop_steps::check(context.shared.kernels.tier, context.options.pcf, scene.lights.count())?;
         let view = &view.relative_to(scene.origin);
         context.timers.reset();
-        (self.last, self.last_view) = (None, None);
-        allocate(context, scene, (&mut self.targets, &mut self.lists), view, size, settings)?;
-        let targets = self.targets.as_ref().ok_or_else(nothing_rendered)?;
+        let mut viewport = Viewport::default();
+        allocate(context, scene, &mut viewport, view, size, settings)?;
         let passes = (&self.passes, scene_passes);
         scene.map_updates.clear();
-        let prepared = prepare(context, passes, scene, (targets, self.lists.as_ref()), settings)?;
+        let prepared = prepare(context, passes, scene, &viewport, settings)?;
         let Context { device, queue, shared, timers, .. } = context;
         let mut recorder = Recorder::submitting(device, queue, &shared.frame, timers);
         recorder.is_rehearsal = true;

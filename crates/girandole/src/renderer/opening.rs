@@ -2,7 +2,7 @@
 
 use super::{Renderer, hold, nothing_loaded};
 use crate::{Error, Result};
-use girandole_core::illumination::Illumination;
+use girandole_core::illumination::{Illumination, IlluminationSettings, Rewalk};
 use girandole_core::scene::{Scene, SceneChanges, View};
 use girandole_core::visibility::VisibilityDatabase;
 
@@ -23,7 +23,7 @@ impl Renderer {
     /// [`Error::Scene`] before [`Renderer::open_with`], and where it was determined for another version of the scene;
     /// [`Error::TooLarge`] where it exceeds the device's limits.
     pub fn set_visibility(&mut self, scene: &Scene, database: Box<VisibilityDatabase>) -> Result<()> {
-        self.restart(None);
+        self.change();
         let Some(mut illumination) = self.illumination.take() else {
             return Err(Error::invalid("open a scene before its visibility"));
         };
@@ -39,13 +39,57 @@ impl Renderer {
     /// # Errors
     /// [`Error::Scene`] before [`Renderer::open`] and where the scene has changed since.
     pub fn light(&mut self, scene: &Scene, most: Option<usize>) -> Result<()> {
-        self.restart(None);
+        self.change();
         let Some(mut illumination) = self.illumination.take() else {
             return Err(Error::invalid("open a scene before choosing its light samples"));
         };
         hold(&mut self.scene, None);
         illumination.light(scene, most)?;
         self.relight(scene, illumination)
+    }
+
+    /// Follows the changes of the scene that is open as [`Renderer::update`] does, and where views go: the one call before the frames of a
+    /// moving camera, or of several. Without changes too ([`Scene::take_changes`] returns them all the same); before the first frame in
+    /// any case.
+    ///
+    /// Visibility is determined of what these views need and no view before needed, so that they are as fast as those that the scene was
+    /// opened for. Samples that were placed for views are placed for these where that costs nothing more: little by little where they
+    /// [follow paths](girandole_core::illumination::Rewalk::Paths), and with changes that have them [all sampled
+    /// anew](girandole_core::illumination::Rewalk::All). Else they stay; [`Renderer::place_for`] has them sampled for other views.
+    ///
+    /// ```no_run
+    /// # use girandole::scene::{Scene, View};
+    /// # use girandole::{Renderer, RenderSettings, Result, Viewport};
+    /// # fn frame(renderer: &mut Renderer, viewport: &mut Viewport, scene: &mut Scene, view: View) -> Result<()> {
+    /// let changes = scene.take_changes();
+    /// renderer.follow(scene, &changes, &[view])?;
+    /// renderer.render(viewport, &view, [1024, 768], &RenderSettings::default())?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Renderer::update`].
+    pub fn follow(&mut self, scene: &Scene, changes: &SceneChanges, views: &[View]) -> Result<()> {
+        let Some(illumination) = &mut self.illumination else {
+            return Err(Error::invalid("open a scene before following it"));
+        };
+        let IlluminationSettings { rewalk, views: placed_for, .. } = illumination.settings();
+        let is_placed = !placed_for.is_empty() && !views.is_empty();
+        let follows_paths = is_placed && matches!(rewalk, Rewalk::Paths(_));
+        if is_placed && *rewalk == Rewalk::All && !changes.is_empty() {
+            self.update_with(|illumination| illumination.update_for(scene, changes, views), scene, changes)?;
+        } else if follows_paths && changes.is_empty() {
+            // These views are those of which pixels must not change at once.
+            self.place_for(scene, views)?;
+            self.update(scene, changes)?;
+        } else {
+            self.update(scene, changes)?;
+            if follows_paths {
+                self.place_for(scene, views)?;
+            }
+        }
+        if views.is_empty() { Ok(()) } else { self.determine_for(scene, views) }
     }
 
     /// Places the light samples of the scene that is open for other views, all alike (none = by power): the next frame is, bit
@@ -88,21 +132,16 @@ impl Renderer {
         }
     }
 
-    /// Determines the visibility of what a view needs and no view before needed: views that light samples are not placed for are so
-    /// as fast as the others. Without it their pictures are right, too, but all that is in them is looked up in shadow maps.
-    ///
-    /// # Errors
-    /// [`Error::Scene`] before [`Renderer::open`] and where the scene has changed since; [`Error::TooLarge`] beyond the device's
-    /// limits.
-    pub fn determine_for(&mut self, scene: &Scene, view: &View) -> Result<()> {
+    /// Determines the visibility of what views need and no view before needed.
+    fn determine_for(&mut self, scene: &Scene, views: &[View]) -> Result<()> {
         let Some(mut illumination) = self.illumination.take() else {
             return Err(Error::invalid("open a scene before its visibility"));
         };
         hold(&mut self.scene, None);
-        let is_more = illumination.determine_for(std::slice::from_ref(view));
+        let is_more = illumination.determine_for(views);
         hold(&mut self.scene, illumination.visibility());
         if is_more {
-            self.restart(None);
+            self.change();
             return self.relight(scene, illumination);
         }
         self.illumination = Some(illumination);
@@ -111,7 +150,7 @@ impl Renderer {
 
     /// Takes samples that are where they were, as bright as they may be.
     fn relight(&mut self, scene: &Scene, illumination: Illumination) -> Result<()> {
-        self.last_view = None;
+        self.change();
         let still = SceneChanges::none(scene.generation());
         let Some(resident) = &mut self.scene else { return Err(nothing_loaded()) };
         if !resident.follow(&self.context, scene, &illumination, &still)? {

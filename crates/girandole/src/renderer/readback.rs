@@ -1,5 +1,6 @@
 //! Pictures and shadow maps, read back from the device.
 
+use super::viewport::Viewport;
 use super::{Renderer, nothing_rendered};
 use crate::device::context::Context;
 use crate::device::readback::TextureCopy;
@@ -9,14 +10,14 @@ use girandole_core::image::Image;
 use std::future::Future;
 
 impl Renderer {
-    /// Reads the last picture back, or the [part](crate::RenderSettings::region) that was drawn: linear radiance. The future completes while the device is polled; it owns what it
+    /// Reads a viewport's last picture back, or the [part](crate::RenderSettings::region) that was drawn: linear radiance. The future completes while the device is polled; it owns what it
     /// needs. What was recorded into an encoder of the caller's has to be submitted before.
     ///
     /// # Errors
     /// [`Error::Scene`] before the first frame; [`Error::Device`] where the device was lost.
-    pub fn radiance(&self) -> impl Future<Output = Result<Image>> + use<> {
+    pub fn radiance(&self, viewport: &Viewport) -> impl Future<Output = Result<Image>> + use<> {
         let Context { device, queue, .. } = &self.context;
-        let copy = self.targets.as_ref().map(|targets| {
+        let copy = viewport.targets.as_ref().map(|targets| {
             let mut encoder = device.create_command_encoder(&Default::default());
             // Bands keep each buffer small.
             let region = targets.drawn.region;

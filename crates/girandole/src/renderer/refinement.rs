@@ -4,15 +4,17 @@
 //! ([`RenderSettings::of_set`], [`LightSet::sample_set`]), by rays that go through other points of their pixels: edges
 //! are smooth in the end. Set 0 is the ordinary picture, bit for bit.
 
+use super::viewport::Viewport;
 use super::{Renderer, nothing_loaded, nothing_rendered};
 use crate::device::context::Context;
 use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
+use crate::gpu_scene::light_source::LightSource;
 use crate::points::average::Average;
 use crate::resident::{Lighting, Resident};
-use crate::scene::light_source::LightSource;
 use crate::settings::RenderSettings;
 use crate::{Error, Result};
+use girandole_core::Generation;
 use girandole_core::glam::DVec2;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Scene, View};
@@ -40,29 +42,32 @@ struct NextSet {
 }
 
 /// What of set 0 was on the device before a later set came there.
-enum SetAside {
+pub(super) enum SetAside {
     /// Its light; the scene and its shadow atlas stay where they are.
     Lighting(Box<Lighting>),
     /// All of it, where a later set differs in more: in its number of samples, or in what may block them.
     Resident(Box<Resident>),
 }
 
-/// How far the picture is refined.
+/// How far a viewport's picture is refined.
 #[derive(Default)]
 pub(super) struct Refinement {
-    /// The picture that is refined; none where there is none that can be.
-    picture: Option<Picture>,
+    /// The picture that is refined, and which version of scene and light it shows; none where there is none that can be.
+    picture: Option<(Picture, Generation)>,
     average: Option<Average>,
     next: Option<NextSet>,
-    /// While the light samples of a later set are on the device.
-    set_aside: Option<SetAside>,
 }
 
 impl Refinement {
+    /// The picture, if it shows this version of scene and light.
+    fn picture_of(&self, version: Generation) -> Option<&Picture> {
+        self.picture.as_ref().filter(|(_, of)| *of == version).map(|(picture, _)| picture)
+    }
+
     /// Sets in the picture.
-    fn sets(&self) -> u32 {
+    fn sets(&self, version: Generation) -> u32 {
         let averaged = self.average.as_ref().map_or(0, |average| average.sets);
-        if self.picture.is_some() { averaged.max(1) } else { 0 }
+        if self.picture_of(version).is_some() { averaged.max(1) } else { 0 }
     }
 }
 
@@ -76,11 +81,11 @@ impl Renderer {
     /// stale, it begins anew; so it does after each [`Renderer::render`]. As often as it is called, so far the error falls:
     ///
     /// ```no_run
-    /// # use girandole::core::scene::{Scene, View};
-    /// # use girandole::{Renderer, RenderSettings, Result};
-    /// # fn refined(renderer: &mut Renderer, scene: &Scene, view: &View) -> Result<()> {
-    /// while renderer.refined_sets() < 16 {
-    ///     renderer.refine(scene, view, [1024, 768], &RenderSettings::default())?;
+    /// # use girandole::scene::{Scene, View};
+    /// # use girandole::{Renderer, RenderSettings, Result, Viewport};
+    /// # fn refined(renderer: &mut Renderer, viewport: &mut Viewport, scene: &Scene, view: &View) -> Result<()> {
+    /// while renderer.refined_sets(viewport) < 16 {
+    ///     renderer.refine(viewport, scene, view, [1024, 768], &RenderSettings::default())?;
     /// }
     /// # Ok(())
     /// # }
@@ -91,6 +96,7 @@ impl Renderer {
     /// [debug views](RenderSettings::debug); otherwise as for [`Renderer::render`] and [`Renderer::open`].
     pub fn refine(
         &mut self,
+        viewport: &mut Viewport,
         scene: &Scene,
         view: &View,
         size: [u32; 2],
@@ -105,25 +111,27 @@ impl Renderer {
             return Err(Error::invalid("a part of a picture is not refined; render its sets one by one"));
         }
         let picture = Picture { view: *view, size, settings: settings.of_radiance() };
-        if self.refinement.picture != Some(picture) || self.stale().maps > 0 {
-            self.render(view, size, settings)?;
+        let is_stale = viewport.last.as_ref().is_none_or(|last| last.is_stale);
+        if viewport.refinement.picture_of(self.version) != Some(&picture) || is_stale {
+            self.render(viewport, view, size, settings)?;
             return Ok(true);
         }
         let (geometry, light) = (illumination.geometry(), illumination.settings());
-        let mut next = match self.refinement.next.take() {
+        let mut next = match viewport.refinement.next.take() {
             Some(next) => next,
             None => {
-                let set = self.refinement.sets();
+                let set = viewport.refinement.sets(self.version);
                 let lights = LightSet::sample_set(scene, geometry, &light.lights, &light.views, set)?;
                 let determined = light.visibility.as_ref();
                 let begin = |wanted| VisibilityBuild::new((scene, geometry), &lights, wanted, &[*view]);
                 let build = determined.map(begin);
-                self.refinement.next = Some(NextSet { lights, build: build.transpose()?, visibility: None });
+                viewport.refinement.next =
+                    Some(NextSet { lights, build: build.transpose()?, visibility: None });
                 return Ok(false);
             }
         };
         let Some(mut build) = next.build.take() else {
-            self.average_in(scene, &next, &picture)?;
+            self.average_in(viewport, scene, &next, &picture)?;
             return Ok(true);
         };
         if build.is_done() {
@@ -132,7 +140,7 @@ impl Renderer {
             build.step();
             next.build = Some(build);
         }
-        self.refinement.next = Some(next);
+        viewport.refinement.next = Some(next);
         Ok(false)
     }
 
@@ -143,6 +151,7 @@ impl Renderer {
     /// As for [`Renderer::refine`], which begins anew afterwards.
     pub fn render_set(
         &mut self,
+        viewport: &mut Viewport,
         scene: &Scene,
         view: &View,
         size: [u32; 2],
@@ -153,7 +162,7 @@ impl Renderer {
         let (geometry, light) = (illumination.geometry(), illumination.settings());
         geometry.belongs_to(scene)?;
         if set == 0 {
-            return self.render(view, size, settings);
+            return self.render(viewport, view, size, settings);
         }
         let lights = LightSet::sample_set(scene, geometry, &light.lights, &light.views, set)?;
         let determined = light.visibility.as_ref();
@@ -161,17 +170,16 @@ impl Renderer {
             VisibilityBuild::new((scene, geometry), &lights, wanted, &[*view])?.end(scene, geometry)
         });
         let next = NextSet { build: None, visibility: build.transpose()?.map(Arc::new), lights };
-        // What is set aside stays there until set 0 comes back.
-        self.refinement = Refinement { set_aside: self.refinement.set_aside.take(), ..Refinement::default() };
+        viewport.refinement = Refinement::default();
         self.light_with(scene, &next)?;
         let picture = Picture { view: *view, size, settings: *settings };
-        self.frame(None, &jittered(&picture, set), size, &settings.of_set(set), None)
+        self.frame(viewport, None, &jittered(&picture, set), size, &settings.of_set(set), None)
     }
 
-    /// How many light sets are averaged in the last picture: 1 unless it was [refined](Renderer::refine), 0 without a picture of
+    /// How many light sets are averaged in a viewport's last picture: 1 unless it was [refined](Renderer::refine), 0 without a picture of
     /// [`Renderer::render`].
-    pub fn refined_sets(&self) -> u32 {
-        self.refinement.sets()
+    pub fn refined_sets(&self, viewport: &Viewport) -> u32 {
+        viewport.refinement.sets(self.version)
     }
 
     /// The error of the refined picture, estimated by how much its sets differ: the mean over pixels and channels of σ² / (L² +
@@ -181,10 +189,11 @@ impl Renderer {
     ///
     /// # Errors
     /// [`Error::Device`] where the device was lost.
-    pub fn refined_error(&self) -> impl Future<Output = Result<Option<f64>>> + use<> {
+    pub fn refined_error(&self, viewport: &Viewport) -> impl Future<Output = Result<Option<f64>>> + use<> {
         let Context { device, queue, shared, .. } = &self.context;
-        let average = self.refinement.average.as_ref().filter(|average| average.sets > 1);
-        let parts = average.zip(self.targets.as_ref());
+        let average = viewport.refinement.average.as_ref();
+        let average = average.filter(|average| average.sets > 1 && self.refined_sets(viewport) > 1);
+        let parts = average.zip(viewport.targets.as_ref());
         let estimate = parts.map(|(average, targets)| {
             let pass = self.passes.averaging(&self.context);
             let timers = Timers::none();
@@ -201,31 +210,49 @@ impl Renderer {
         }
     }
 
-    /// The picture is drawn from the start: by set 0, and if it is given, to be refined.
-    pub(super) fn restart(&mut self, picture: Option<Picture>) {
-        match (self.refinement.set_aside.take(), &mut self.scene) {
+    /// A viewport's picture is drawn from the start: by set 0, and if it is given, to be refined.
+    pub(super) fn restart(&mut self, viewport: &mut Viewport, picture: Option<Picture>) {
+        self.bring_set_0_back();
+        let average = viewport.refinement.average.take().map(|average| Average { sets: 0, ..average });
+        let picture = picture.map(|picture| (picture, self.version));
+        viewport.refinement = Refinement { picture, average, next: None };
+    }
+
+    /// Scene or light become others: no viewport's picture shows them.
+    pub(super) fn change(&mut self) {
+        self.bring_set_0_back();
+        self.version = Generation::fresh();
+        self.last_frame = None;
+    }
+
+    fn bring_set_0_back(&mut self) {
+        match (self.set_aside.take(), &mut self.scene) {
             (Some(SetAside::Lighting(lighting)), Some(scene)) => drop(scene.swap_lighting(*lighting)),
             (Some(SetAside::Resident(resident)), scene) => *scene = Some(*resident),
             _ => {}
         }
-        let average = self.refinement.average.take().map(|average| Average { sets: 0, ..average });
-        self.refinement = Refinement { picture, average, ..Refinement::default() };
     }
 
     /// Renders the next set of a picture and averages it in.
-    fn average_in(&mut self, scene: &Scene, next: &NextSet, picture: &Picture) -> Result<()> {
-        let set = self.refinement.sets();
+    fn average_in(
+        &mut self,
+        viewport: &mut Viewport,
+        scene: &Scene,
+        next: &NextSet,
+        picture: &Picture,
+    ) -> Result<()> {
+        let set = viewport.refinement.sets(self.version);
         if set == 1 {
-            self.add_picture()?;
+            self.add_picture(viewport)?;
         }
         let settings = picture.settings.of_set(set);
         let rendered = self
             .light_with(scene, next)
-            .and_then(|()| self.frame(None, &jittered(picture, set), picture.size, &settings, None))
-            .and_then(|()| self.add_picture());
+            .and_then(|()| self.frame(viewport, None, &jittered(picture, set), picture.size, &settings, None))
+            .and_then(|()| self.add_picture(viewport));
         if rendered.is_err() {
             // The picture may be that of one set alone by now.
-            self.restart(None);
+            self.restart(viewport, None);
         }
         rendered
     }
@@ -242,7 +269,7 @@ impl Renderer {
             transfers: &self.transfers,
         };
         let resident = self.scene.as_mut().ok_or_else(nothing_loaded)?;
-        let aside = &mut self.refinement.set_aside;
+        let aside = &mut self.set_aside;
         if let Some(lighting) = resident.lighting(&self.context, source)? {
             let before = resident.swap_lighting(lighting);
             aside.get_or_insert(SetAside::Lighting(Box::new(before)));
@@ -259,10 +286,10 @@ impl Renderer {
     }
 
     /// Averages the picture with those before it, and has the average take its place.
-    fn add_picture(&mut self) -> Result<()> {
+    fn add_picture(&self, viewport: &mut Viewport) -> Result<()> {
         let Context { device, queue, shared, timers, .. } = &self.context;
-        let targets = self.targets.as_ref().ok_or_else(nothing_rendered)?;
-        let average = &mut self.refinement.average;
+        let targets = viewport.targets.as_ref().ok_or_else(nothing_rendered)?;
+        let average = &mut viewport.refinement.average;
         if average.as_ref().is_some_and(|average| average.size != targets.size) {
             *average = None;
         }
@@ -325,7 +352,7 @@ mod tests {
                 let now = held(&renderer);
                 assert!(now.0 == count as usize && now.1 != before.1 && !now.2, "{counts:?}: {now:?}");
             }
-            renderer.restart(None);
+            renderer.bring_set_0_back();
             assert_eq!(held(&renderer), before, "{counts:?}");
             assert_eq!(renderer.stale().maps, 8, "{counts:?}");
         }

@@ -1,18 +1,19 @@
 //! What is counted of a frame, and read back.
 
 use super::Renderer;
+use super::viewport::{LastFrame, Viewport};
 use crate::Result;
 use crate::device::readback;
 use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
 use crate::frame::first_samples;
+use crate::gpu_scene::previous_transforms::PreviousTransforms;
+use crate::gpu_scene::receivers::Receivers;
+use crate::gpu_scene::transfer::GpuTransfer;
 use crate::passes::LightMapsView;
 use crate::passes::stale_error::PixelErrors;
 use crate::passes::visibility_buffer::DepthUse;
 use crate::points::lists::PointLists;
-use crate::scene::previous_transforms::PreviousTransforms;
-use crate::scene::receivers::Receivers;
-use crate::scene::transfer::GpuTransfer;
 use crate::settings::{Mode, RenderSettings, Shading};
 use crate::shader_constants::{
     JOINTED, MAPPED_SHADOWED, MAPPED_UNSHADOWED, NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART, SHADOWED,
@@ -22,13 +23,15 @@ use crate::stats::FrameStats;
 use std::future::Future;
 
 impl Renderer {
-    /// What the last frame did. The future completes while the device is polled; it owns what it needs. What was recorded
+    /// What a viewport's last frame did; shadow maps that were drawn or left stale, and milliseconds, are those of the renderer's last frame,
+    /// whichever viewport it was for. The future completes while the device is polled; it owns what it needs. What was recorded
     /// into an encoder of the caller's has to be submitted before.
     ///
     /// # Errors
     /// [`Error::Device`](crate::Error::Device) where the device was lost.
-    pub fn stats(&self) -> impl Future<Output = Result<FrameStats>> + use<> {
-        let (context, scene, targets, lists) = self.parts();
+    pub fn stats(&self, viewport: &Viewport) -> impl Future<Output = Result<FrameStats>> + use<> {
+        let (context, scene) = (&self.context, self.scene.as_ref());
+        let Viewport { targets, lists, multipass, .. } = viewport;
         let mut stats = FrameStats::default();
         if let Some(scene) = scene {
             stats.lights = scene.lights.count();
@@ -41,11 +44,12 @@ impl Renderer {
             stats.texels_drawn = scene.texels_drawn;
             stats.light_map_changes = scene.light_map_changes;
             stats.transfer = scene.transfer.as_ref().map(GpuTransfer::counts).unwrap_or_default();
-            stats.stale = self.stale();
+            stats.stale = scene.stale();
         }
         let mut encoder = context.device.create_command_encoder(&Default::default());
         let mut tally = None;
-        match (self.last(), targets, scene.and_then(|s| s.receivers.as_ref()), lists) {
+        let settings = viewport.last.as_ref().map(|last| &last.settings);
+        match (settings, targets, scene.and_then(|s| s.receivers.as_ref()), lists) {
             (Some(settings), Some(targets), ..) if settings.mode == Mode::Naive => {
                 let samples = u64::from(settings.samples_per_axis).pow(2);
                 stats.points[0] = samples * targets.size.map(u64::from).iter().product::<u64>();
@@ -53,8 +57,7 @@ impl Renderer {
             }
             (Some(settings), _, Some(receivers), Some(lists)) => {
                 stats.leaves = [receivers.leaves, receivers.mapped];
-                let plan = scene.and_then(|s| s.multipass.as_ref());
-                if let (Shading::Multipass { .. }, Some(plan)) = (settings.shading, plan) {
+                if let (Shading::Multipass { .. }, Some(plan)) = (settings.shading, multipass) {
                     stats.passes = [plan.count, plan.unmerged];
                 }
                 tally = Some(Tally::record(&context.device, &mut encoder, receivers, lists, settings));
@@ -74,20 +77,20 @@ impl Renderer {
         }
     }
 
-    /// An estimate of the error that [stale](FrameStats::stale) shadow maps make in the last frame: the mean over the picture's
+    /// An estimate of the error that [stale](FrameStats::stale) shadow maps make in a viewport's last frame: the mean over the picture's
     /// pixels of |L − L′|, over the mean of L, where L is the luminance of the frame's linear radiance and L′ what it would be with
     /// all shadow maps up to date. 0 where none is stale. It looks at 1024 fixed pixels, spread evenly, whatever the picture's size,
-    /// which takes as long as a small frame. Interpolation and filters of shadow maps are not part of it. `None` without a
-    /// frame since scene or shadow maps were changed, for debug views, and where the picture is black. The future is like that of
+    /// which takes as long as a small frame. Interpolation and filters of shadow maps are not part of it. `None` where
+    /// scene or shadow maps were changed since, by a frame in another viewport even, for debug views, and where the picture is black. The future is like that of
     /// [`Renderer::stats`].
     ///
     /// # Errors
     /// [`Error::Device`](crate::Error::Device) where the device was lost, [`Error::TooLarge`](crate::Error::TooLarge) where a
     /// scene exceeds its limits.
-    pub fn stale_error(&self) -> impl Future<Output = Result<Option<f64>>> + use<> {
-        let (context, ..) = self.parts();
+    pub fn stale_error(&self, viewport: &Viewport) -> impl Future<Output = Result<Option<f64>>> + use<> {
+        let context = &self.context;
         let mut encoder = context.device.create_command_encoder(&Default::default());
-        let errors = self.record_stale_error(&mut encoder);
+        let errors = self.record_stale_error(viewport, &mut encoder);
         context.queue.submit([encoder.finish()]);
         async move {
             match errors? {
@@ -110,17 +113,23 @@ enum StaleError {
 
 impl Renderer {
     /// Compares the last frame with one whose shadow maps are all up to date.
-    fn record_stale_error(&self, encoder: &mut wgpu::CommandEncoder) -> Result<StaleError> {
-        let (context, scene, targets, lists) = self.parts();
-        let ((Some(scene), Some(targets)), (Some((passes, scene_passes, view)), Some(settings))) =
-            ((scene, targets), (self.last_view(), self.last()))
+    fn record_stale_error(
+        &self,
+        viewport: &Viewport,
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<StaleError> {
+        let Self { context, passes, .. } = self;
+        let Viewport { targets, lists, last, .. } = viewport;
+        let last = last.as_ref().filter(|last| self.last_frame == Some(last.id));
+        let (Some(scene), Some(scene_passes), Some(targets), Some(LastFrame { settings, view, .. })) =
+            (&self.scene, &self.scene_passes, targets, last)
         else {
             return Ok(StaleError::Unknown);
         };
         if settings.debug.is_some() {
             return Ok(StaleError::Unknown);
         }
-        if scene.atlas.cache.counts(&scene.lights.samples).maps == 0 {
+        if scene.stale().maps == 0 {
             return Ok(StaleError::Nothing);
         }
         // The frame's own passes alone are timed.
@@ -129,7 +138,7 @@ impl Renderer {
         // What is left of the frame's visibility buffer is a band of its last samples.
         let whole = first_samples(view, (scene, targets), settings);
         let seen = passes.visibility_buffer.record(&mut recorder, &whole, DepthUse::Discard);
-        let listed = scene.receivers.as_ref().zip(lists).filter(|_| settings.mode != Mode::Naive);
+        let listed = scene.receivers.as_ref().zip(lists.as_ref()).filter(|_| settings.mode != Mode::Naive);
         let listed = listed
             .map(|(receivers, lists)| (LightMapsView { receivers, used: settings.uses_light_maps() }, lists));
         let pass = scene_passes.stale_error(context, settings.mode);

@@ -2,9 +2,9 @@
 
 use super::Renderer;
 use crate::Result;
+use crate::gpu_scene::light_source::LightSource;
+use crate::gpu_scene::transfer::Transferred;
 use crate::resident::Resident;
-use crate::scene::light_source::LightSource;
-use crate::scene::transfer::Transferred;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, ObjectId, Scene};
 use girandole_core::transfer::{Gathering, ObjectTransfer};
@@ -68,8 +68,7 @@ impl Renderer {
         if self.scene.as_ref().is_none_or(is_unused) {
             return Ok(());
         }
-        self.restart(None);
-        self.last_view = None;
+        self.change();
         let Some(resident) = &mut self.scene else { return Ok(()) };
         let source = LightSource { scene, geometry, lights, visibility, transfers: &self.transfers };
         resident.transfer(&self.context, source)

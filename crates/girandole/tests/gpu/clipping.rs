@@ -1,11 +1,11 @@
 //! What a view cuts off is not drawn, and is in shadow maps.
 
 use crate::common::{Context, Stage, Test, camera, exact, lamp, room};
-use girandole::core::glam::{Quat, Vec2, Vec3};
-use girandole::core::image::Image;
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::{ClipPlanes, Material, Mesh, Scene, Transform, View};
 use girandole::{RenderSettings, RendererOptions};
+use girandole_core::glam::{Quat, Vec2, Vec3};
+use girandole_core::image::Image;
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::{ClipPlanes, Material, Mesh, Scene, Transform, View};
 
 pub fn tests() -> Vec<Test> {
     vec![("what_views_cut_off_is_not_drawn", cut)]

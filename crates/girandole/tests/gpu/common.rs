@@ -1,18 +1,21 @@
 //! What the tests share.
 
-use girandole::core::glam::{Quat, Vec3};
-use girandole::core::image::Image;
-use girandole::core::lights::{Clamp, LightSet, LightSettings};
-use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{
+use girandole::{
+    FrameStats, Gpu, Mode, RenderSettings, Renderer, RendererOptions, Result, Target, Tier, Viewport, wgpu,
+};
+use girandole_core::glam::{Quat, Vec3};
+use girandole_core::image::Image;
+use girandole_core::lights::{Clamp, LightSet, LightSettings};
+use girandole_core::scene::builtin::{self, MovingObject, shapes};
+use girandole_core::scene::{
     Camera, Geometry, LocalView, Material, MaterialId, Mesh, MorphTarget, NodeId, Projection, PunctualKind,
     PunctualLight, Scene, Transform, View,
 };
-use girandole::core::trace::SceneTracer;
-use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
-use girandole::{Gpu, Mode, RenderSettings, Renderer, RendererOptions, Tier};
+use girandole_core::trace::SceneTracer;
+use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole_reference::OracleSettings;
 use std::future::Future;
+use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
 /// A test and its name.
@@ -26,6 +29,101 @@ pub struct Context {
     pub tier: Option<Tier>,
     /// All others share what is compiled for it, which takes seconds on software devices.
     pub first: Arc<Renderer>,
+}
+
+/// A renderer with one viewport.
+pub struct OneView {
+    renderer: Renderer,
+    viewport: Viewport,
+}
+
+impl OneView {
+    pub fn new(renderer: Renderer) -> Self {
+        Self { renderer, viewport: Viewport::default() }
+    }
+
+    /// For viewports of the caller's.
+    pub fn into_renderer(self) -> Renderer {
+        self.renderer
+    }
+
+    pub fn record(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &View,
+        target: &Target,
+        settings: &RenderSettings,
+    ) -> Result<()> {
+        self.renderer.record(&mut self.viewport, encoder, view, target, settings)
+    }
+
+    pub fn render(&mut self, view: &View, size: [u32; 2], settings: &RenderSettings) -> Result<()> {
+        self.renderer.render(&mut self.viewport, view, size, settings)
+    }
+
+    pub fn render_set(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        size: [u32; 2],
+        settings: &RenderSettings,
+        set: u32,
+    ) -> Result<()> {
+        self.renderer.render_set(&mut self.viewport, scene, view, size, settings, set)
+    }
+
+    pub fn refine(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        size: [u32; 2],
+        settings: &RenderSettings,
+    ) -> Result<bool> {
+        self.renderer.refine(&mut self.viewport, scene, view, size, settings)
+    }
+
+    pub fn refined_sets(&self) -> u32 {
+        self.renderer.refined_sets(&self.viewport)
+    }
+
+    pub fn refined_error(&self) -> impl Future<Output = Result<Option<f64>>> + use<> {
+        self.renderer.refined_error(&self.viewport)
+    }
+
+    pub fn show(
+        &self,
+        settings: &RenderSettings,
+        target: &wgpu::TextureView,
+        format: wgpu::TextureFormat,
+    ) -> Result<()> {
+        self.renderer.show(&self.viewport, settings, target, format)
+    }
+
+    pub fn radiance(&self) -> impl Future<Output = Result<Image>> + use<> {
+        self.renderer.radiance(&self.viewport)
+    }
+
+    pub fn stats(&self) -> impl Future<Output = Result<FrameStats>> + use<> {
+        self.renderer.stats(&self.viewport)
+    }
+
+    pub fn stale_error(&self) -> impl Future<Output = Result<Option<f64>>> + use<> {
+        self.renderer.stale_error(&self.viewport)
+    }
+}
+
+impl Deref for OneView {
+    type Target = Renderer;
+
+    fn deref(&self) -> &Renderer {
+        &self.renderer
+    }
+}
+
+impl DerefMut for OneView {
+    fn deref_mut(&mut self) -> &mut Renderer {
+        &mut self.renderer
+    }
 }
 
 /// Every light at every pixel, without a bound on the geometric factor.
@@ -94,9 +192,9 @@ impl Context {
         self.gpu.block_on(future).expect("the device")
     }
 
-    pub fn renderer(&self, options: RendererOptions) -> Renderer {
+    pub fn renderer(&self, options: RendererOptions) -> OneView {
         let options = RendererOptions { tier: options.tier.or(self.tier), ..options };
-        self.first.another(options).expect("a renderer")
+        OneView::new(self.first.another(options).expect("a renderer"))
     }
 
     /// A picture with exact settings.
@@ -107,7 +205,7 @@ impl Context {
     }
 
     /// A renderer with a scene and its visibility.
-    pub fn loaded(&self, stage: &Stage, options: RendererOptions) -> Renderer {
+    pub fn loaded(&self, stage: &Stage, options: RendererOptions) -> OneView {
         let mut renderer = self.renderer(options);
         self.load(&mut renderer, stage);
         renderer
@@ -122,7 +220,7 @@ impl Context {
 
     pub fn frame(
         &self,
-        renderer: &mut Renderer,
+        renderer: &mut OneView,
         view: &View,
         size: [u32; 2],
         settings: &RenderSettings,

@@ -2,12 +2,12 @@
 
 use crate::common::{Context, Stage, Test, camera, exact, mean, room};
 use crate::selected::{bounded, flip};
-use girandole::core::glam::{DVec3, Quat, Vec3};
-use girandole::core::image::Image;
-use girandole::core::lights::{BoundingSphere, LightSample, LightSet, LightSettings, Profile};
-use girandole::core::scene::builtin::shapes;
-use girandole::core::scene::{Environment, Geometry, Material, MaterialId, Mesh, Scene, Sky, Transform};
 use girandole::{Mode, RenderSettings, RendererOptions};
+use girandole_core::glam::{DVec3, Quat, Vec3};
+use girandole_core::image::Image;
+use girandole_core::lights::{BoundingSphere, LightSample, LightSet, LightSettings, Profile};
+use girandole_core::scene::builtin::shapes;
+use girandole_core::scene::{Environment, Geometry, Material, MaterialId, Mesh, Scene, Sky, Transform};
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 
 pub fn tests() -> Vec<Test> {

@@ -1,11 +1,11 @@
 //! What is promised to the bit, and holes in maps.
 
 use crate::common::{Context, Stage, Test, camera, exact, mean, room};
-use girandole::core::glam::Vec3;
-use girandole::core::lights::{LightSample, LightSet, Profile, SampleOrigin};
-use girandole::core::math::{sequence, warp};
-use girandole::core::scene::{Geometry, LightId, Material, Scene};
 use girandole::{Error, MapUpdates, Mode, RenderSettings, RendererOptions, ShadowMap, Tier};
+use girandole_core::glam::Vec3;
+use girandole_core::lights::{LightSample, LightSet, Profile, SampleOrigin};
+use girandole_core::math::{sequence, warp};
+use girandole_core::scene::{Geometry, LightId, Material, Scene};
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -84,7 +84,7 @@ fn scattered(count: u32, half: Vec3) -> Vec<LightSample> {
             let position = (Vec3::new(s(0), s(1), s(2)) * 2.0 - 1.0) * half * 0.98;
             LightSample {
                 position,
-                normal: warp::sphere(girandole::core::glam::Vec2::new(s(3), s(4))),
+                normal: warp::sphere(girandole_core::glam::Vec2::new(s(3), s(4))),
                 intensity: Vec3::ONE,
                 profile: Profile::Cosine,
                 origin: SampleOrigin::Punctual { light: LightId(0) },

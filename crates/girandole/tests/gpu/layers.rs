@@ -3,14 +3,14 @@
 use crate::common::{Context, Stage, Test, camera, exact, mean};
 use crate::motion::{held, updated};
 use crate::selected::{bounded, flip};
-use girandole::core::glam::{Quat, Vec3};
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{
+use girandole::{Mode, RenderSettings, RendererOptions, Shading};
+use girandole_core::glam::{Quat, Vec3};
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::builtin::{self, MovingObject, shapes};
+use girandole_core::scene::{
     ColorSpace, Environment, Filter, Material, Mesh, ObjectId, Scene, Texture, TextureRef, Transform, View,
     Wrap,
 };
-use girandole::{Mode, RenderSettings, RendererOptions, Shading};
 use girandole_reference::metrics::{CompareOptions, compare};
 
 pub fn tests() -> Vec<Test> {

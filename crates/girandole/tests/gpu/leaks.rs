@@ -1,10 +1,10 @@
 //! No light through walls, however thin and however they stand.
 
 use crate::common::{Context, Stage, Test, camera, lamp, mean, room, sun};
-use girandole::core::glam::{Quat, UVec2, Vec3};
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::{Material, Mesh, Scene, Transform};
 use girandole::{Mode, RenderSettings, RendererOptions, ShadowMap};
+use girandole_core::glam::{Quat, UVec2, Vec3};
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::{Material, Mesh, Scene, Transform};
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -66,7 +66,7 @@ fn leak(context: &Context, stage: &Stage, shadow_map: ShadowMap, thickness: f32,
             continue;
         }
         let at =
-            girandole::core::glam::Vec2::new((i as u32 % size[0]) as f32, (i as u32 / size[0]) as f32) + 0.5;
+            girandole_core::glam::Vec2::new((i as u32 % size[0]) as f32, (i as u32 / size[0]) as f32) + 0.5;
         let (origin, direction) = view.pixel_ray(at, size);
         let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
         let s = stage.geometry.surface(&stage.scene, hit.triangle, hit.barycentric, -direction.normalize());

@@ -1,13 +1,13 @@
 //! Lights that move, are dimmed and are switched off while light samples are held: they cost only themselves.
 
-use crate::common::{Context, Test, camera, room};
+use crate::common::{Context, OneView, Test, camera, room};
 use crate::motion::{SIZE, held, updated};
-use girandole::core::glam::{Quat, Vec3};
-use girandole::core::illumination::IlluminationSettings;
-use girandole::core::scene::builtin::shapes;
-use girandole::core::scene::{LightId, Material, Mesh, PunctualKind, PunctualLight, Scene, Transform, View};
-use girandole::core::visibility::VisibilitySettings;
-use girandole::{FrameStats, MapUpdates, RenderSettings, Renderer, RendererOptions};
+use girandole::{FrameStats, MapUpdates, RenderSettings, RendererOptions};
+use girandole_core::glam::{Quat, Vec3};
+use girandole_core::illumination::IlluminationSettings;
+use girandole_core::scene::builtin::shapes;
+use girandole_core::scene::{LightId, Material, Mesh, PunctualKind, PunctualLight, Scene, Transform, View};
+use girandole_core::visibility::VisibilitySettings;
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -46,7 +46,7 @@ fn place_of(lamp: usize) -> Vec3 {
 }
 
 /// A renderer that has drawn a scene, another one, and a view.
-fn opened(context: &Context, scene: &Scene, settings: &IlluminationSettings) -> ([Renderer; 2], View) {
+fn opened(context: &Context, scene: &Scene, settings: &IlluminationSettings) -> ([OneView; 2], View) {
     let options = RendererOptions { map_size: Some(32), ..Default::default() };
     let [mut renderer, other] = [context.renderer(options), context.renderer(options)];
     renderer.open(scene, settings).expect("open");
@@ -55,7 +55,7 @@ fn opened(context: &Context, scene: &Scene, settings: &IlluminationSettings) -> 
     ([renderer, other], view)
 }
 
-fn stats(context: &Context, renderer: &Renderer) -> FrameStats {
+fn stats(context: &Context, renderer: &OneView) -> FrameStats {
     context.wait(renderer.stats()).expect("stats")
 }
 

@@ -30,6 +30,7 @@ mod spheres;
 mod staleness;
 mod transfer;
 mod truth;
+mod viewports;
 
 use common::{Context, Test};
 use girandole::Tier;
@@ -80,6 +81,7 @@ fn pictures() -> Vec<(Test, Requirement)> {
         staleness::tests(),
         transfer::tests(),
         truth::tests(),
+        viewports::tests(),
     ]
     .concat();
     let of_some_devices = [

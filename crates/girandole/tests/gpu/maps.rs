@@ -1,12 +1,12 @@
 //! Shadow maps against rays in double precision, and against themselves: drawn in parts, in batches, alone and among others.
 
 use crate::common::{Context, Test, lamp, room};
-use girandole::core::glam::{DMat3, DVec3, Quat, Vec3};
-use girandole::core::lights::{LightSample, LightSet, Profile, SampleOrigin};
-use girandole::core::math::{sequence, warp};
-use girandole::core::scene::builtin::shapes;
-use girandole::core::scene::{Geometry, LightId, Material, Mesh, Scene, Transform};
 use girandole::{MapUpdates, RendererOptions, ShadowMap};
+use girandole_core::glam::{DMat3, DVec3, Quat, Vec3};
+use girandole_core::lights::{LightSample, LightSet, Profile, SampleOrigin};
+use girandole_core::math::{sequence, warp};
+use girandole_core::scene::builtin::shapes;
+use girandole_core::scene::{Geometry, LightId, Material, Mesh, Scene, Transform};
 
 pub fn tests() -> Vec<Test> {
     vec![

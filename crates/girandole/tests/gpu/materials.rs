@@ -2,14 +2,14 @@
 
 use crate::common::{Context, Stage, Test, beyond_storage, camera, exact, mean, room};
 use crate::selected::{bounded, flip, glossy};
-use girandole::core::glam::{Vec2, Vec3};
-use girandole::core::image::Image;
-use girandole::core::lights::{LightSet, LightSettings};
-use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{
+use girandole::{Mode, RenderSettings, RendererOptions};
+use girandole_core::glam::{Vec2, Vec3};
+use girandole_core::image::Image;
+use girandole_core::lights::{LightSet, LightSettings};
+use girandole_core::scene::builtin::{self, MovingObject, shapes};
+use girandole_core::scene::{
     ColorSpace, Filter, Geometry, Material, NormalTexture, Scene, Texture, TextureRef, Transform, Wrap,
 };
-use girandole::{Mode, RenderSettings, RendererOptions};
 use girandole_reference::metrics::{CompareOptions, compare};
 use girandole_reference::{PathSettings, path_trace};
 

@@ -3,12 +3,12 @@
 use crate::common::{Context, Stage, Test, camera, with_object};
 use crate::motion::{held, updated};
 use crate::selected::{bounded, flip};
-use girandole::core::glam::{DAffine3, DVec3, vec3};
-use girandole::core::image::Image;
-use girandole::core::lights::{Clamp, LightSettings};
-use girandole::core::scene::builtin::MovingObject;
-use girandole::core::scene::{Transform, View};
 use girandole::{MapUpdates, Mode, RenderSettings, RendererOptions, Shading};
+use girandole_core::glam::{DAffine3, DVec3, vec3};
+use girandole_core::image::Image;
+use girandole_core::lights::{Clamp, LightSettings};
+use girandole_core::scene::builtin::MovingObject;
+use girandole_core::scene::{Transform, View};
 use girandole_reference::OracleSettings;
 use girandole_reference::metrics::{CompareOptions, compare};
 

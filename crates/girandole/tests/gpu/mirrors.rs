@@ -1,11 +1,11 @@
 //! Small functions that stand in Rust and in WGSL under one name, compared on dense grids.
 
 use crate::common::{Context, Test};
-use girandole::core::glam::{Vec2, Vec3, Vec4};
-use girandole::core::lights::{BoundingSphere, Clamp, LightSample, Profile, Rectangle, SampleOrigin};
-use girandole::core::math::warp;
-use girandole::core::scene::LightId;
-use girandole::core::{brdf, math, tonemap};
+use girandole_core::glam::{Vec2, Vec3, Vec4};
+use girandole_core::lights::{BoundingSphere, Clamp, LightSample, Profile, Rectangle, SampleOrigin};
+use girandole_core::math::warp;
+use girandole_core::scene::LightId;
+use girandole_core::{brdf, math, tonemap};
 use std::f32::consts::PI;
 use wgpu::util::DeviceExt;
 

@@ -1,12 +1,12 @@
 //! Scenes in which things move while light samples are held.
 
-use crate::common::{Context, Test, bending_ball, camera, lamp, room};
-use girandole::core::glam::{Quat, Vec3};
-use girandole::core::illumination::{IlluminationSettings, Rewalk};
-use girandole::core::lights::{LightSettings, Pace};
-use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{Material, Mesh, Scene, Transform, View};
-use girandole::{FrameStats, MapUpdates, Mode, RenderSettings, Renderer, RendererOptions};
+use crate::common::{Context, OneView, Test, bending_ball, camera, lamp, room};
+use girandole::{FrameStats, MapUpdates, Mode, RenderSettings, RendererOptions};
+use girandole_core::glam::{Quat, Vec3};
+use girandole_core::illumination::{IlluminationSettings, Rewalk};
+use girandole_core::lights::{LightSettings, Pace};
+use girandole_core::scene::builtin::{self, MovingObject, shapes};
+use girandole_core::scene::{Material, Mesh, Scene, Transform, View};
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -24,7 +24,7 @@ pub fn tests() -> Vec<Test> {
 pub const SIZE: [u32; 2] = [64, 48];
 
 /// A renderer that loads geometry and lights as they are, and determines visibility from scratch on the same hierarchy.
-fn load_anew(renderer: &mut Renderer, scene: &Scene, follower: &Renderer) {
+fn load_anew(renderer: &mut OneView, scene: &Scene, follower: &OneView) {
     let illumination = follower.illumination().expect("it is open");
     let (geometry, lights) = (illumination.geometry().clone(), illumination.lights().clone());
     let held = illumination.visibility().expect("it was determined");
@@ -36,7 +36,7 @@ fn load_anew(renderer: &mut Renderer, scene: &Scene, follower: &Renderer) {
 /// A full frame after the scene's changes, with what a fresh renderer with the same light set makes of it; and what was counted.
 pub fn updated(
     context: &Context,
-    [renderer, other]: [&mut Renderer; 2],
+    [renderer, other]: [&mut OneView; 2],
     (scene, view): (&mut Scene, &View),
     settings: &RenderSettings,
 ) -> ([Vec<Vec3>; 2], FrameStats) {
@@ -188,7 +188,7 @@ fn rewalked(context: &Context) {
         pictures.push(after);
     }
     // Updates of no changes bring the light to rest, and then change nothing.
-    let is_settled = |renderer: &Renderer| renderer.illumination().expect("it is open").is_settled();
+    let is_settled = |renderer: &OneView| renderer.illumination().expect("it is open").is_settled();
     assert!(!is_settled(&renderer));
     for _ in 0..200 {
         let still = scene.take_changes();
@@ -321,7 +321,7 @@ fn few_updates(context: &Context) {
         updates: MapUpdates { most, oldest, ..MapUpdates::default() },
         ..RenderSettings::default()
     };
-    let frame = |renderer: &mut Renderer, scene: &mut Scene, seconds: Option<f64>, settings| {
+    let frame = |renderer: &mut OneView, scene: &mut Scene, seconds: Option<f64>, settings| {
         if let Some(seconds) = seconds {
             scene.set_time(seconds).expect("a moment");
             let changes = scene.take_changes();

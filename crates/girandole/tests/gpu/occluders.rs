@@ -2,13 +2,13 @@
 
 use crate::common::{Context, Test, camera, lamp, room};
 use crate::motion::{SIZE, held, updated};
-use girandole::core::glam::{Quat, Vec3};
-use girandole::core::math::sequence;
-use girandole::core::scene::builtin::shapes;
-use girandole::core::scene::{
+use girandole::{MapUpdates, RenderSettings, RendererOptions};
+use girandole_core::glam::{Quat, Vec3};
+use girandole_core::math::sequence;
+use girandole_core::scene::builtin::shapes;
+use girandole_core::scene::{
     ColorSpace, Filter, Material, MaterialId, Mesh, NodeId, Scene, Texture, TextureRef, Transform, View, Wrap,
 };
-use girandole::{MapUpdates, RenderSettings, RendererOptions};
 
 pub fn tests() -> Vec<Test> {
     vec![("parts_of_maps_that_are_drawn_again_show_what_whole_maps_do", refreshed)]

@@ -1,12 +1,12 @@
 //! A scene that is opened slice by slice, lit by more and more of its samples, and determined for one view after the other.
 
-use super::common::{Context, Test, camera, lamp, mean, room};
-use girandole::core::glam::{Quat, Vec3, vec3};
-use girandole::core::illumination::{Illumination, IlluminationSettings, Opening, Rewalk, Stage};
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::{Material, Mesh, Scene, Transform, View, builtin};
-use girandole::core::visibility::{LeafKind, VisibilityDatabase, VisibilitySettings};
+use super::common::{Context, OneView, Test, camera, lamp, mean, room};
 use girandole::{Mode, RenderSettings, RendererOptions};
+use girandole_core::glam::{Quat, Vec3, vec3};
+use girandole_core::illumination::{Illumination, IlluminationSettings, Opening, Rewalk, Stage};
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::{Material, Mesh, Scene, SceneChanges, Transform, View, builtin};
+use girandole_core::visibility::{LeafKind, VisibilityDatabase, VisibilitySettings};
 use std::sync::Arc;
 
 const SIZE: [u32; 2] = [96, 72];
@@ -59,7 +59,7 @@ fn rooms(context: &Context) {
     of_all.load_visibility(&scene, geometry, lights, all.expect("visibility")).expect("visibility");
     let mut renderer = context.renderer(options);
     renderer.open(&scene, &settings).expect("open");
-    let has_rest = |renderer: &girandole::Renderer| {
+    let has_rest = |renderer: &OneView| {
         let database = renderer.illumination().and_then(Illumination::visibility).expect("visibility");
         database.receivers().leaves[0].kind == LeafKind::Undetermined
     };
@@ -71,13 +71,14 @@ fn rooms(context: &Context) {
     // Before it is determined, the other room is lit by all lights through their maps.
     let [before, _] = of_both(&there);
     let exact = context.frame(&mut of_all, &there, SIZE, &naive);
-    let difference = |picture: &girandole::core::image::Image| {
+    let difference = |picture: &girandole_core::image::Image| {
         let pairs = picture.pixels.iter().zip(&exact.pixels);
         pairs.map(|(a, b)| (*a - *b).abs().max_element()).sum::<f32>()
             / exact.pixels.len() as f32
             / mean(&exact)
     };
-    renderer.determine_for(&scene, &there).expect("it is open");
+    let changes = SceneChanges::none(scene.generation());
+    renderer.follow(&scene, &changes, &[there]).expect("it is open");
     let mut of_both =
         |view: &View| [&mut renderer, &mut of_all].map(|renderer| context.frame(renderer, view, SIZE, &full));
     for view in [&there, &here] {
@@ -112,7 +113,7 @@ fn grows(context: &Context) {
 
     let mut renderer = context.renderer(options);
     let mut opening = Opening::new(settings.clone());
-    let drawn = |renderer: &girandole::Renderer| context.wait(renderer.stats()).expect("stats").maps_drawn;
+    let drawn = |renderer: &OneView| context.wait(renderer.stats()).expect("stats").maps_drawn;
     loop {
         match opening.step(&scene, || false).expect("a slice") {
             Stage::Lights(mut illumination) => {

@@ -1,18 +1,18 @@
 //! The GPU's picture against the exact sum over the very same samples with traced visibility.
 
 use crate::common::{Context, Stage, Test, camera, exact, lamp, room, sun};
-use girandole::core::brdf::Surface;
-use girandole::core::glam::{Quat, Vec2, Vec3};
-use girandole::core::image::Image;
-use girandole::core::lights::{Clamp, LightSample, LightSet, LightSettings};
-use girandole::core::math::{octahedral, warp};
-use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{
+use girandole::{RendererOptions, ShadowMap};
+use girandole_core::brdf::Surface;
+use girandole_core::glam::{Quat, Vec2, Vec3};
+use girandole_core::image::Image;
+use girandole_core::lights::{Clamp, LightSample, LightSet, LightSettings};
+use girandole_core::math::{octahedral, warp};
+use girandole_core::scene::builtin::{self, MovingObject};
+use girandole_core::scene::{
     ColorSpace, Filter, Material, Mesh, PunctualKind, PunctualLight, Scene, Texture, TextureRef, Transform,
     Wrap,
 };
-use girandole::core::trace::{Hit, SceneTracer};
-use girandole::{RendererOptions, ShadowMap};
+use girandole_core::trace::{Hit, SceneTracer};
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 
 pub fn tests() -> Vec<Test> {

@@ -1,11 +1,11 @@
 //! What a caller's target gets, and what is refused.
 
 use crate::common::{Context, Stage, Test, exact};
-use girandole::core::glam::Vec3;
-use girandole::core::image::Image;
-use girandole::core::lights::Clamp;
-use girandole::core::tonemap::{Exposure, Tonemap, to_srgb8};
 use girandole::{RenderSettings, RendererOptions};
+use girandole_core::glam::Vec3;
+use girandole_core::image::Image;
+use girandole_core::lights::Clamp;
+use girandole_core::tonemap::{Exposure, Tonemap, to_srgb8};
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -163,7 +163,7 @@ fn refuses(context: &Context) {
     // The control: what is right is not refused, and is a picture.
     let image = context.frame(&mut renderer, &view, [64, 64], &exact());
     assert!(image.mean().cmpgt(Vec3::splat(1e-3)).all());
-    let mut show = |ev, format| {
+    let show = |ev, format| {
         let target = target(context, [64, 64], wgpu::TextureFormat::Rgba8Unorm);
         let settings = RenderSettings { exposure: Exposure::Ev(ev), ..exact() };
         renderer.show(&settings, &target.create_view(&Default::default()), format)

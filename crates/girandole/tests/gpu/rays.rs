@@ -1,15 +1,15 @@
 //! Rays on the device, against those of the CPU.
 
-use crate::common::{Context, Test, bending_ball, with_object};
+use crate::common::{Context, OneView, Test, bending_ball, with_object};
 use crate::spheres::{Surroundings, spheres};
-use girandole::core::glam::{DAffine3, DVec3, Vec3};
-use girandole::core::illumination::IlluminationSettings;
-use girandole::core::lights::LightSettings;
-use girandole::core::math::warp;
-use girandole::core::scene::builtin::MovingObject;
-use girandole::core::scene::{Geometry, MaterialId, NONE, Scene, Transform};
-use girandole::core::trace::{Hit, Ray, SceneTracer, ray_offset_distance};
-use girandole::{Renderer, RendererOptions};
+use girandole::RendererOptions;
+use girandole_core::glam::{DAffine3, DVec3, Vec3};
+use girandole_core::illumination::IlluminationSettings;
+use girandole_core::lights::LightSettings;
+use girandole_core::math::warp;
+use girandole_core::scene::builtin::MovingObject;
+use girandole_core::scene::{Geometry, MaterialId, NONE, Scene, Transform};
+use girandole_core::trace::{Hit, Ray, SceneTracer, ray_offset_distance};
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -91,7 +91,7 @@ fn disagreements(
 
 fn traced(
     context: &Context,
-    renderer: &mut Renderer,
+    renderer: &mut OneView,
     (scene, geometry): (&Scene, &Geometry),
     rays: &[Ray],
 ) -> Vec<Option<Hit>> {
@@ -102,7 +102,7 @@ fn traced(
 /// What a renderer answers of the scene that it has opened.
 fn compare(
     context: &Context,
-    renderer: &mut Renderer,
+    renderer: &mut OneView,
     scene: &Scene,
     rays: u32,
 ) -> (Vec<Ray>, Vec<Option<Hit>>, usize) {
@@ -115,7 +115,7 @@ fn compare(
     (rays, hits, differ)
 }
 
-fn opened(context: &Context, scene: &Scene) -> Renderer {
+fn opened(context: &Context, scene: &Scene) -> OneView {
     let mut renderer = context.renderer(RendererOptions { map_size: Some(16), ..RendererOptions::default() });
     let lights = LightSettings { count: 8, ..LightSettings::default() };
     let settings = IlluminationSettings { lights, visibility: None, ..IlluminationSettings::default() };

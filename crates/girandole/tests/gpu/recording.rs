@@ -1,16 +1,16 @@
 //! Frames in somebody else's encoder, with his projection, depth and targets; and scenes that change.
 
-use crate::common::{Context, Stage, Test, camera, exact, lamp};
+use crate::common::{Context, OneView, Stage, Test, camera, exact, lamp};
 use crate::selected::bounded;
-use girandole::core::glam::camera::rh::proj::directx as proj;
-use girandole::core::glam::{DAffine3, Quat, Vec3};
-use girandole::core::illumination::IlluminationSettings;
-use girandole::core::lights::LightSettings;
-use girandole::core::math::sequence;
-use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{Material, MaterialId, Scene, Transform, View};
-use girandole::core::tonemap::{Exposure, Tonemap};
 use girandole::{Mode, RenderSettings, Renderer, RendererOptions, Target};
+use girandole_core::glam::camera::rh::proj::directx as proj;
+use girandole_core::glam::{DAffine3, Quat, Vec3};
+use girandole_core::illumination::IlluminationSettings;
+use girandole_core::lights::LightSettings;
+use girandole_core::math::sequence;
+use girandole_core::scene::builtin::{self, MovingObject, shapes};
+use girandole_core::scene::{Material, MaterialId, Scene, Transform, View};
+use girandole_core::tonemap::{Exposure, Tonemap};
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -38,9 +38,10 @@ fn lost_device(_: &Context) {
         let view = View::new(&scene, &scene.cameras[0], 1.0);
         let lights = LightSettings { count: 4, ..LightSettings::default() };
         let light = IlluminationSettings { lights, ..IlluminationSettings::default() };
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, RendererOptions::default())?;
+        let renderer = Renderer::new(&gpu.device, &gpu.queue, RendererOptions::default())?;
+        let mut renderer = OneView::new(renderer);
         renderer.open(&scene, &light)?;
-        let radiance = |renderer: &mut Renderer| {
+        let radiance = |renderer: &mut OneView| {
             renderer.render(&view, [32, 32], &RenderSettings::default())?;
             gpu.block_on(renderer.radiance())?.map(|image| image.pixels)
         };
@@ -246,7 +247,7 @@ fn depth(context: &Context) {
             let tracer = stage.tracer();
             let (mut near, mut far, mut differing) = (0, 0, 0.0);
             for i in 0..open.len() {
-                let at = girandole::core::glam::Vec2::new((i % 128) as f32, (i / 128) as f32) + 0.5;
+                let at = girandole_core::glam::Vec2::new((i % 128) as f32, (i / 128) as f32) + 0.5;
                 let (origin, direction) = local.pixel_ray(at, size);
                 let Some(hit) = tracer.closest_visible(origin, direction) else { continue };
                 let point = stage.geometry.point(hit.triangle, hit.barycentric);
@@ -345,7 +346,7 @@ fn illumination(count: u32) -> IlluminationSettings {
     IlluminationSettings { lights, ..IlluminationSettings::default() }
 }
 
-fn open(context: &Context, scene: &Scene) -> Renderer {
+fn open(context: &Context, scene: &Scene) -> OneView {
     let mut renderer = context.renderer(RendererOptions { map_size: Some(64), ..Default::default() });
     renderer.open(scene, &illumination(24)).expect("open");
     renderer
@@ -399,11 +400,18 @@ fn updates(context: &Context) {
                 }
             }
             let changes = scene.take_changes();
-            renderer.update(&scene, &changes).expect("update");
             let camera = &scene.cameras[next(scene.cameras.len() as u32) as usize];
             let view = View::new(&scene, camera, 4.0 / 3.0);
-            // Light samples are placed for the view of some steps, and stay so.
-            if step % 2 == 1 {
+            // Light samples are placed for the view of some steps, and stay so; or they follow it with what changed.
+            match step {
+                3 => {
+                    renderer.follow(&scene, &changes, &[view]).expect("follow");
+                    assert!(views != [view], "{name}: the control is another view");
+                    views = vec![view];
+                }
+                _ => renderer.update(&scene, &changes).expect("update"),
+            }
+            if step == 1 {
                 views = vec![view];
                 renderer.place_for(&scene, &views).expect("place");
             }
@@ -437,6 +445,7 @@ fn wrong_changes(context: &Context) {
     let nothing = scene.take_changes();
     refuse(renderer.update(&scene, &nothing), "open a scene");
     refuse(renderer.place_for(&scene, &[]), "open a scene");
+    refuse(renderer.follow(&scene, &nothing, &[]), "open a scene");
     renderer.open(&scene, &illumination(8)).expect("open");
     let node = scene.objects.last().expect("an object").node;
     let mut move_to = |x: f32| {

@@ -1,14 +1,14 @@
 //! Pictures of further light sets, averaged: they converge to the path tracer's.
 
-use crate::common::{Context, Stage, Test, camera, exact, room};
-use girandole::core::glam::{Quat, Vec3};
-use girandole::core::illumination::IlluminationSettings;
-use girandole::core::image::Image;
-use girandole::core::lights::{LightSet, LightSettings};
-use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{Geometry, Material, PunctualKind, PunctualLight, Scene, Transform, View};
-use girandole::core::tonemap::Exposure;
-use girandole::{DebugView, RenderSettings, Renderer, RendererOptions};
+use crate::common::{Context, OneView, Stage, Test, camera, exact, room};
+use girandole::{DebugView, RenderSettings, RendererOptions};
+use girandole_core::glam::{Quat, Vec3};
+use girandole_core::illumination::IlluminationSettings;
+use girandole_core::image::Image;
+use girandole_core::lights::{LightSet, LightSettings};
+use girandole_core::scene::builtin::{self, MovingObject};
+use girandole_core::scene::{Geometry, Material, PunctualKind, PunctualLight, Scene, Transform, View};
+use girandole_core::tonemap::Exposure;
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 use girandole_reference::{Estimate, PathSettings, PictureSum, path_trace};
 use std::sync::OnceLock;
@@ -41,14 +41,14 @@ impl Room {
         Self { scene, view, light }
     }
 
-    fn opened(&self, context: &Context) -> Renderer {
+    fn opened(&self, context: &Context) -> OneView {
         let mut renderer = context.renderer(RendererOptions::default());
         renderer.open(&self.scene, &self.light).expect("open");
         renderer
     }
 
     /// Goes on until so many sets are averaged.
-    fn refine(&self, context: &Context, renderer: &mut Renderer, sets: u32) -> Image {
+    fn refine(&self, context: &Context, renderer: &mut OneView, sets: u32) -> Image {
         loop {
             let settings = RenderSettings::default();
             renderer.refine(&self.scene, &self.view, SIZE, &settings).expect("refine");
@@ -63,7 +63,7 @@ impl Room {
         static TRUTH: OnceLock<(Image, f64)> = OnceLock::new();
         TRUTH.get_or_init(|| {
             let geometry = Geometry::new(&self.scene);
-            let tracer = girandole::core::trace::SceneTracer::new(&self.scene, &geometry);
+            let tracer = girandole_core::trace::SceneTracer::new(&self.scene, &geometry);
             let settings = PathSettings { paths: 1024, bounces: Some(5), seed: 3 };
             let Estimate { mean, variance } = path_trace(&tracer, &self.view, SIZE, &settings, &|_| {});
             let relative = |(m, v): (&Vec3, &Vec3)| f64::from((*v / (*m * *m + 0.01)).element_sum() / 3.0);
@@ -162,7 +162,7 @@ fn repeats(context: &Context) {
 fn refuses(context: &Context) {
     let room = Room::new();
     let mut renderer = context.renderer(RendererOptions::default());
-    let refine = |renderer: &mut Renderer, settings: &RenderSettings| {
+    let refine = |renderer: &mut OneView, settings: &RenderSettings| {
         renderer.refine(&room.scene, &room.view, SIZE, settings).err().map(|error| error.to_string())
     };
     let said = refine(&mut renderer, &RenderSettings::default());
@@ -178,7 +178,7 @@ fn lit_by_a_point() -> Scene {
     let mut scene = Scene::default();
     let white = scene.add_material(Material::diffuse("white", Vec3::splat(0.7)));
     room(&mut scene, Vec3::new(4.0, 3.0, 4.0), white, None);
-    let mut block = girandole::core::scene::Mesh::default();
+    let mut block = girandole_core::scene::Mesh::default();
     block.add_box(Vec3::new(-0.4, 0.0, -0.4), Vec3::new(0.4, 0.8, 0.4), white);
     scene.add_object("block", block, Transform::rigid(Quat::from_rotation_y(0.4), Vec3::ZERO));
     let node = scene.add_node("bulb", Transform::translation(Vec3::new(0.7, 2.2, 0.5)));

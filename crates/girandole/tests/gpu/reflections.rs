@@ -3,11 +3,11 @@
 use crate::common::{Context, Stage, Test, camera};
 use crate::selected::{bounded, flip};
 use crate::spheres::{Surroundings, gradient, spheres};
-use girandole::core::glam::Vec3;
-use girandole::core::image::Image;
-use girandole::core::lights::{Clamp, LightSettings};
-use girandole::core::scene::{Material, Mesh, Scene, Transform, View};
 use girandole::{Mode, RenderSettings, RendererOptions, Shading};
+use girandole_core::glam::Vec3;
+use girandole_core::image::Image;
+use girandole_core::lights::{Clamp, LightSettings};
+use girandole_core::scene::{Material, Mesh, Scene, Transform, View};
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 use girandole_reference::{OracleSettings, Reflected};
 

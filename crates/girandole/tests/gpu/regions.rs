@@ -1,10 +1,10 @@
 //! Parts of pictures: to the bit what the whole has there, and for less.
 
-use crate::common::{Context, Stage, Test, with_object};
-use girandole::core::image::{Image, Region};
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::builtin::MovingObject;
-use girandole::{DebugView, Mode, RenderSettings, Renderer, RendererOptions, Shading};
+use crate::common::{Context, OneView, Stage, Test, with_object};
+use girandole::{DebugView, Mode, RenderSettings, RendererOptions, Shading};
+use girandole_core::image::{Image, Region};
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::builtin::MovingObject;
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -24,7 +24,7 @@ fn cut(whole: &Image, region: Region) -> Vec<[u32; 3]> {
     region.rows(whole.width).flat_map(bits).collect()
 }
 
-fn points(context: &Context, renderer: &Renderer) -> u64 {
+fn points(context: &Context, renderer: &OneView) -> u64 {
     context.wait(renderer.stats()).expect("stats").points.iter().sum()
 }
 

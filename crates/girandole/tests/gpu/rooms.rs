@@ -1,13 +1,13 @@
 //! Shadow maps in a building: drawn only for lights that leave something to what is seen, and kept for the next frame.
 
-use crate::common::{Context, Stage, Test, camera, lamp, mean};
+use crate::common::{Context, OneView, Stage, Test, camera, lamp, mean};
 use crate::selected::flip;
-use girandole::core::glam::{Quat, Vec3};
-use girandole::core::image::Image;
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::{Material, Mesh, Scene, Transform, View};
-use girandole::core::visibility::VisibilityDatabase;
-use girandole::{MapUpdates, Mode, RenderSettings, Renderer, RendererOptions};
+use girandole::{MapUpdates, Mode, RenderSettings, RendererOptions};
+use girandole_core::glam::{Quat, Vec3};
+use girandole_core::image::Image;
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::{Material, Mesh, Scene, Transform, View};
+use girandole_core::visibility::VisibilityDatabase;
 use std::sync::Arc;
 
 pub fn tests() -> Vec<Test> {
@@ -91,7 +91,7 @@ fn views(stage: &Stage) -> Vec<View> {
     .collect()
 }
 
-fn load(renderer: &mut Renderer, stage: &Stage, database: &Arc<VisibilityDatabase>) {
+fn load(renderer: &mut OneView, stage: &Stage, database: &Arc<VisibilityDatabase>) {
     renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
     let (scene, geometry, lights) = (&stage.scene, &stage.geometry, &stage.lights);
     renderer.load_visibility(scene, geometry, lights, database.clone()).expect("visibility");
@@ -112,7 +112,7 @@ fn walk(context: &Context) {
     load(&mut sparing, &stage, &database);
     let all = RenderSettings::default();
     let few = RenderSettings { updates: MapUpdates { most: Some(FEW), ..MapUpdates::default() }, ..all };
-    let frame = |renderer: &mut Renderer, view: &View, settings: &RenderSettings| -> (Image, u32) {
+    let frame = |renderer: &mut OneView, view: &View, settings: &RenderSettings| -> (Image, u32) {
         let picture = context.frame(renderer, view, SIZE, settings);
         (picture, context.wait(renderer.stats()).expect("stats").maps_drawn)
     };

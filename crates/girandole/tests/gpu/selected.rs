@@ -1,12 +1,12 @@
 //! Frames that shade only what the picture needs, beside the naive one.
 
 use crate::common::{Context, Stage, Test, beyond_storage, exact, mean};
-use girandole::core::glam::Vec2;
-use girandole::core::image::Image;
-use girandole::core::lights::{Clamp, LightSet, LightSettings};
-use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{Material, Scene};
 use girandole::{DebugView, Mode, RenderSettings, RendererOptions, Shading, Tier};
+use girandole_core::glam::Vec2;
+use girandole_core::image::Image;
+use girandole_core::lights::{Clamp, LightSet, LightSettings};
+use girandole_core::scene::builtin::{self, MovingObject};
+use girandole_core::scene::{Material, Scene};
 use girandole_reference::metrics::{CompareOptions, compare};
 use std::path::Path;
 

@@ -2,9 +2,9 @@
 
 use crate::common::{Context, Stage, Test};
 use crate::selected::{bounded, flip, glossy, truth};
-use girandole::core::image::Image;
-use girandole::core::lights::LightSet;
 use girandole::{Gpu, Mode, RenderSettings, RendererOptions, Shading, WANTED_FEATURES};
+use girandole_core::image::Image;
+use girandole_core::lights::LightSet;
 
 pub fn tests() -> Vec<Test> {
     vec![("fused_is_about_multipass_in_16_bits", fused_is_about_multipass_in_16_bits)]

@@ -2,13 +2,13 @@
 
 use crate::common::{Context, Stage, Test, camera, lamp, mean, room};
 use crate::selected::{bounded, flip};
-use girandole::core::glam::{Quat, Vec3};
-use girandole::core::image::Image;
-use girandole::core::lights::{LightSet, LightSettings};
-use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{Geometry, Material, MaterialId, Mesh, Scene, Transform, View};
-use girandole::core::visibility::{VisibilityDatabase, VisibilitySettings};
 use girandole::{Mode, RenderSettings, RendererOptions};
+use girandole_core::glam::{Quat, Vec3};
+use girandole_core::image::Image;
+use girandole_core::lights::{LightSet, LightSettings};
+use girandole_core::scene::builtin::{self, MovingObject};
+use girandole_core::scene::{Geometry, Material, MaterialId, Mesh, Scene, Transform, View};
+use girandole_core::visibility::{VisibilityDatabase, VisibilitySettings};
 
 pub fn tests() -> Vec<Test> {
     vec![

@@ -1,17 +1,17 @@
 //! What is said of the error that shadow maps make which are not up to date.
 
-use crate::common::{Context, Test, camera, lamp, room};
-use girandole::core::glam::{Quat, Vec2, Vec3};
-use girandole::core::illumination::{IlluminationSettings, Rewalk};
-use girandole::core::image::{Image, luminance};
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::builtin::{self, MovingObject, shapes};
-use girandole::core::scene::{
+use crate::common::{Context, OneView, Test, camera, lamp, room};
+use girandole::{MapUpdates, Mode, RenderSettings, RendererOptions, Shading, ShadowMap};
+use girandole_core::glam::{Quat, Vec2, Vec3};
+use girandole_core::illumination::{IlluminationSettings, Rewalk};
+use girandole_core::image::{Image, luminance};
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::builtin::{self, MovingObject, shapes};
+use girandole_core::scene::{
     ColorSpace, Filter, Material, Mesh, PunctualKind, PunctualLight, Scene, Texture, TextureRef, Transform,
     View, Wrap,
 };
-use girandole::core::trace::SceneTracer;
-use girandole::{MapUpdates, Mode, RenderSettings, Renderer, RendererOptions, Shading, ShadowMap};
+use girandole_core::trace::SceneTracer;
 
 pub fn tests() -> Vec<Test> {
     vec![
@@ -49,7 +49,7 @@ struct Motion<'a> {
     scene: Scene,
     lights: IlluminationSettings,
     settings: RenderSettings,
-    renderers: [Renderer; 2],
+    renderers: [OneView; 2],
 }
 
 impl<'a> Motion<'a> {
@@ -170,7 +170,7 @@ fn last_frame(context: &Context) {
     let mut scene = builtin::build("block", MovingObject::Torus).expect("a room");
     let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
     let mut renderer = context.renderer(RendererOptions { map_size: Some(32), ..Default::default() });
-    let estimate = |renderer: &Renderer| context.wait(renderer.stale_error()).expect("an estimate");
+    let estimate = |renderer: &OneView| context.wait(renderer.stale_error()).expect("an estimate");
     assert_eq!(estimate(&renderer), None);
     renderer.open(&scene, &held(20)).expect("open");
     assert_eq!(estimate(&renderer), None);

@@ -1,14 +1,14 @@
 //! Objects that are lit by precomputed radiance transfer.
 
-use crate::common::{Context, Stage, Test, exact};
-use girandole::core::glam::{DAffine3, DMat3, DVec3, Vec3};
-use girandole::core::illumination::{IlluminationSettings, Rewalk};
-use girandole::core::image::Image;
-use girandole::core::lights::{Clamp, LightSettings};
-use girandole::core::scene::builtin::{self, MovingObject};
-use girandole::core::scene::{ObjectId, Scene, Transform, View};
-use girandole::core::transfer::{Compression, Gathering, ObjectTransfer, TransferSettings, TransferredLight};
-use girandole::{MapUpdates, Mode, RenderSettings, Renderer, RendererOptions, Shading};
+use crate::common::{Context, OneView, Stage, Test, exact};
+use girandole::{MapUpdates, Mode, RenderSettings, RendererOptions, Shading};
+use girandole_core::glam::{DAffine3, DMat3, DVec3, Vec3};
+use girandole_core::illumination::{IlluminationSettings, Rewalk};
+use girandole_core::image::Image;
+use girandole_core::lights::{Clamp, LightSettings};
+use girandole_core::scene::builtin::{self, MovingObject};
+use girandole_core::scene::{ObjectId, Scene, Transform, View};
+use girandole_core::transfer::{Compression, Gathering, ObjectTransfer, TransferSettings, TransferredLight};
 use girandole_reference::{OracleSettings, oracle_with_transfer};
 use std::sync::Arc;
 
@@ -51,8 +51,8 @@ fn close(scene: &Scene, radius: f32) -> View {
     let mut posed = scene.clone();
     let eye = center + DVec3::new(1.1, 0.9, 1.3) * f64::from(radius) * 2.0;
     let eye_node = posed.add_node("eye", Transform::looking_at(eye.as_vec3(), center.as_vec3()));
-    let projection = girandole::core::scene::Projection::Perspective { yfov: 0.7 };
-    let camera = girandole::core::scene::Camera {
+    let projection = girandole_core::scene::Projection::Perspective { yfov: 0.7 };
+    let camera = girandole_core::scene::Camera {
         name: String::new(),
         node: eye_node,
         projection,
@@ -65,7 +65,7 @@ fn close(scene: &Scene, radius: f32) -> View {
 fn mask(stage: &Stage, view: &View) -> Vec<bool> {
     let (tracer, object) = (stage.tracer(), mover(&stage.scene).0);
     let view = stage.local(view);
-    let pixel = |i: u32| girandole::core::glam::Vec2::new((i % SIZE[0]) as f32, (i / SIZE[0]) as f32) + 0.5;
+    let pixel = |i: u32| girandole_core::glam::Vec2::new((i % SIZE[0]) as f32, (i / SIZE[0]) as f32) + 0.5;
     let shows = |i: u32| {
         let (origin, direction) = view.pixel_ray(pixel(i), SIZE);
         let hit = tracer.closest_visible(origin, direction);
@@ -128,7 +128,7 @@ fn mirrored(context: &Context) {
     let (object, transfer) = simulated(&stage.scene);
     let (tracer, local) = (stage.tracer(), stage.local(&view));
     let shows = |i: u32| {
-        let pixel = girandole::core::glam::Vec2::new((i % LARGE[0]) as f32, (i / LARGE[0]) as f32) + 0.5;
+        let pixel = girandole_core::glam::Vec2::new((i % LARGE[0]) as f32, (i / LARGE[0]) as f32) + 0.5;
         let (origin, direction) = local.pixel_ray(pixel, LARGE);
         let hit = tracer.closest_visible(origin, direction)?;
         let surface =
@@ -231,7 +231,7 @@ fn modes(context: &Context) {
     assert!(difference(&fine, &naive, &mask).0 > 0.001, "the control");
 }
 
-fn opened(context: &Context, scene: &Scene, lights: &IlluminationSettings) -> Renderer {
+fn opened(context: &Context, scene: &Scene, lights: &IlluminationSettings) -> OneView {
     let mut renderer = context.renderer(RendererOptions::default());
     renderer.open(scene, lights).expect("open");
     renderer
@@ -248,7 +248,7 @@ fn follows(context: &Context) {
     let (object, transfer) = simulated(&scene);
     let view = close(&scene, 0.35);
     let mut renderer = opened(context, &scene, &settings(60));
-    let frame = |renderer: &mut Renderer| context.frame(renderer, &view, SIZE, &RenderSettings::default());
+    let frame = |renderer: &mut OneView| context.frame(renderer, &view, SIZE, &RenderSettings::default());
     let before = frame(&mut renderer);
     for gathering in [Gathering::Center, Gathering::GRID] {
         let lit = || Some((transfer.clone(), gathering));
@@ -303,8 +303,8 @@ fn stale(context: &Context) {
     };
     let held = frame(Some(0));
     let current = frame(None);
-    let geometry = girandole::core::scene::Geometry::new(&scene);
-    let lights = girandole::core::lights::LightSet::from_samples(&geometry, Vec::new());
+    let geometry = girandole_core::scene::Geometry::new(&scene);
+    let lights = girandole_core::lights::LightSet::from_samples(&geometry, Vec::new());
     let mask = mask(&Stage { scene: scene.clone(), geometry, lights }, &view);
     let (apart, energy) = difference(&held, &current, &mask);
     assert!(apart < 0.02 && (energy - 1.0).abs() < 0.01, "{apart} {energy}");

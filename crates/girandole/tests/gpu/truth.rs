@@ -3,9 +3,9 @@
 
 use crate::common::{Context, Stage, Test};
 use girandole::RendererOptions;
-use girandole::core::image::Image;
-use girandole::core::lights::LightSettings;
-use girandole::core::scene::Scene;
+use girandole_core::image::Image;
+use girandole_core::lights::LightSettings;
+use girandole_core::scene::Scene;
 use girandole_reference::image_file::read_exr;
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
 use std::path::{Path, PathBuf};

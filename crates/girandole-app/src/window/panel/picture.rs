@@ -222,7 +222,8 @@ pub const DEBUG_VIEWS: [(Option<DebugView>, &str, &str); 7] = [
 
 /// The choice of a debug view.
 pub fn debug(ui: &mut Ui, session: &mut Session) {
-    let lights = session.renderer().and_then(|r| r.illumination()).map_or(0, |i| i.lights().len() as u32);
+    let lights =
+        session.shown_by().and_then(|(r, _)| r.illumination()).map_or(0, |i| i.lights().len() as u32);
     let settings = &mut session.settings;
     for (view, name, explanation) in DEBUG_VIEWS {
         let possible = has_debug_view(settings.mode, view);

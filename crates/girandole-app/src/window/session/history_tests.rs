@@ -250,7 +250,7 @@ fn all_lamps_off_is_dark_and_one_on_is_light_again() {
     session.light.lights.dark = true;
     session.light.views = vec![session.view(SIZE)];
     let lit = |session: &Session| {
-        let light = session.renderer().unwrap().illumination().unwrap();
+        let light = session.shown_by().unwrap().0.illumination().unwrap();
         light.lights().samples().iter().any(|sample| sample.intensity.max_element() > 0.0)
     };
     let all = lamps::Lamp::all(&session);

@@ -191,7 +191,7 @@ fn objects_are_lit_by_transfer_as_long_as_it_is_chosen() {
     let transfer = ObjectTransfer::simulate(&session.scene, object, &settings, &|_| ()).unwrap().into();
     let transferred = crate::transfer::Transferred { object, transfer, gathering: Gathering::GRID };
     session.transfers = Transfers::new(crate::args::TransferArgs::default(), vec![transferred]);
-    let lit = |session: &Session| session.renderer().unwrap().transferred().collect::<Vec<_>>();
+    let lit = |session: &Session| session.shown_by().unwrap().0.transferred().collect::<Vec<_>>();
     let mut draw = |session: &mut Session| {
         assert!(session.wants_picture(SIZE));
         session.draw(&mut target);
@@ -253,7 +253,7 @@ fn transfer_is_simulated_beside_what_is_shown() {
     wait_until(&mut || session.collect_transfer());
     assert!(session.progress().is_none() && session.wants_picture(SIZE));
     session.draw(&mut target);
-    assert_eq!(session.renderer().unwrap().transferred().collect::<Vec<_>>(), [object]);
+    assert_eq!(session.shown_by().unwrap().0.transferred().collect::<Vec<_>>(), [object]);
     assert_eq!(session.transfers.gathering(object), Some(Gathering::GRID));
     session.set_transfer(object, None);
     // What fails is said, and what was removed meanwhile is forgotten.

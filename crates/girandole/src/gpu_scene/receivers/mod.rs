@@ -19,10 +19,10 @@ mod look_ups;
 
 use self::leaf::{LeafLight, LeafPlace, Relation, is_dark};
 use crate::device::mirror::Mirror;
+use crate::gpu_scene::geometry::gpu_lights;
+use crate::gpu_scene::light_maps::{LightMapChanges, LightMaps, WantedMaps, is_mapped};
 use crate::layout::{BufferOffsets, Light};
 use crate::records::{LeafRange, LeafRecord, ReceiverGrid};
-use crate::scene::geometry::gpu_lights;
-use crate::scene::light_maps::{LightMapChanges, LightMaps, WantedMaps, is_mapped};
 use crate::shader_constants::{BATCH, CLUSTERED, NO_PART, NONE};
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::Vec3;

@@ -2,11 +2,11 @@
 
 use crate::device::buffers::storage;
 use crate::device::kernel::{GroupLayout, buffer, texture};
+use crate::gpu_scene::environment::GpuEnvironment;
+use crate::gpu_scene::surface_ids::surface_ids;
+use crate::gpu_scene::transparent::TransparentTriangles;
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
 use crate::records::TextureEntry;
-use crate::scene::environment::GpuEnvironment;
-use crate::scene::surface_ids::surface_ids;
-use crate::scene::transparent::TransparentTriangles;
 use crate::shader_constants::{TEXEL_COLUMNS, TEXEL_ROWS};
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::{Vec2, Vec3, Vec4};

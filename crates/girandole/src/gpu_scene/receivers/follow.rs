@@ -3,7 +3,7 @@
 use super::leaf::{LeafLight, LightsThenNow};
 use super::{Receivers, Sources, receiver_words};
 use crate::Result;
-use crate::scene::geometry::gpu_lights;
+use crate::gpu_scene::geometry::gpu_lights;
 use girandole_core::lights::{LightChanges, LightSample};
 use girandole_core::visibility::State;
 

@@ -3,8 +3,8 @@
 //! blocks as a whole.
 
 use super::exact_sum::ExactSum;
+use crate::gpu_scene::previous_transforms::mover_of;
 use crate::records::LeafRecord;
-use crate::scene::previous_transforms::mover_of;
 use crate::shader_constants::{
     JOINTED, MAPPED_SHADOWED, MAPPED_UNSHADOWED, NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART, NONE, SHADOWED,
     SIDE, UNSHADOWED,

@@ -3,8 +3,8 @@
 use super::light_source::LightSource;
 use crate::device::buffers::{check_bytes, storage, uniform};
 use crate::device::context::Context;
+use crate::gpu_scene::previous_transforms::mover_of;
 use crate::layout::{TransferObject, VertexRange};
-use crate::scene::previous_transforms::mover_of;
 use crate::shader_constants::{BATCH, NONE};
 use crate::stats::TransferCounts;
 use crate::{Error, Result};
