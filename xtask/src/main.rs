@@ -4,6 +4,7 @@ mod adapter;
 mod apt;
 mod figures;
 mod gallery;
+mod release_check;
 mod swiftshader;
 mod test;
 mod test_farm;
@@ -69,6 +70,8 @@ enum Task {
     },
     /// Prints how far renderer and path tracer are from pictures by an independent renderer
     Truth(truth::Arguments),
+    /// Checks what is published: packages, licences, advisories, interfaces, the oldest compiler and dependencies
+    ReleaseCheck(release_check::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -82,6 +85,7 @@ fn main() -> ExitCode {
         Task::Figures { arguments } => figures::run(&arguments),
         Task::Gallery { arguments } => gallery::run(&arguments),
         Task::Truth(arguments) => truth::run(&arguments),
+        Task::ReleaseCheck(arguments) => release_check::run(&arguments),
     };
     result.unwrap_or_else(|error| {
         eprintln!("error: {error:#}");
