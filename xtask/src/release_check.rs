@@ -21,7 +21,7 @@ pub struct Arguments {
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Check {
-    /// `cargo package`: what would be published is complete, and builds from what it contains
+    /// `cargo package`: all manifests; what is published builds from what its packages contain
     Package,
     /// `cargo deny`: licences, and which crate may depend on which
     Licences,
@@ -65,7 +65,7 @@ impl Check {
 
     fn run(self, workspace: &Workspace, baseline: Option<&str>) -> Result<Outcome> {
         match self {
-            Check::Package => passes(cargo().arg("package").args(workspace.published())),
+            Check::Package => package(workspace),
             Check::Licences => deny(&["licenses", "bans"]),
             Check::Advisories => advisories(),
             Check::Semver => semver(workspace, baseline),
@@ -124,6 +124,16 @@ fn output(command: &mut Command) -> Option<String> {
 fn missing(subcommand: &str) -> Option<Outcome> {
     let why = || format!("cargo-{subcommand} is missing; cargo install cargo-{subcommand} --locked");
     (!succeeds(cargo().args([subcommand, "--version"]))).then(|| Outcome::NotRun(why()))
+}
+
+/// Manifests of all crates, then what is published, built from its packages alone.
+fn package(workspace: &Workspace) -> Result<Outcome> {
+    let manifests = passes(cargo().args(["package", "--locked", "--workspace", "--no-verify"]))?;
+    let Outcome::Passed = manifests else { return Ok(manifests) };
+    // Otherwise each would build its dependencies anew.
+    let mut command = cargo();
+    command.env("CARGO_TARGET_DIR", &workspace.target);
+    passes(command.args(["package", "--locked"]).args(workspace.published()))
 }
 
 fn deny(which: &[&str]) -> Result<Outcome> {
