@@ -171,7 +171,7 @@ fn rust_version(workspace: &Workspace) -> Result<Outcome> {
     passes(cargo.args(["check", "--locked", "--all-features"]).args(workspace.published()))
 }
 
-/// In a copy, whose `Cargo.lock` has the lowest versions of what the manifests name themselves.
+/// In a copy of the last commit, whose `Cargo.lock` has the lowest versions of what the manifests name themselves.
 fn minimal_versions(workspace: &Workspace) -> Result<Outcome> {
     let Some(mut nightly) = cargo_of("nightly") else { return Ok(toolchain_is_missing("nightly")) };
     let folder = tempfile::tempdir()?;
