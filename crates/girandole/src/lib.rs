@@ -118,6 +118,11 @@ pub mod image {
     pub use girandole_core::tonemap::{Exposure, Tonemap, to_srgb8};
 }
 
+/// What the README shows compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 #[cfg(all(target_arch = "wasm32", feature = "webgpu"))]
 pub mod browser;
 mod checks;
