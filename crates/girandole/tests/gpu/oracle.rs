@@ -253,15 +253,17 @@ fn sun_over_a_fence(context: &Context) {
     let picture = context.frame(&mut renderer, &near, SIZE, &exact());
     let c = against(&oracle, &picture);
     assert!((c.energy_ratio - 1.0).abs() < 0.005 && c.flip < 0.02, "{c:?}");
-    // Whatever was in view before; a camera that rests draws none.
-    context.frame(&mut renderer, &far, SIZE, &exact());
-    let drawn = |renderer: &mut _| {
-        let picture = context.frame(renderer, &near, SIZE, &exact());
-        (context.wait(renderer.stats()).expect("stats").maps_drawn, picture.pixels)
-    };
-    assert!(
-        drawn(&mut renderer) == (1, picture.pixels.clone()) && drawn(&mut renderer) == (0, picture.pixels)
-    );
+    // Whatever was in view before, with room for two maps and for one; a camera that rests draws none.
+    for (memory_mib, again) in [(RendererOptions::default().memory_mib, 0), (12, 1)] {
+        let mut renderer = context.loaded(&stage, RendererOptions { memory_mib, ..Default::default() });
+        let mut drawn = |view| {
+            let picture = context.frame(&mut renderer, view, SIZE, &exact());
+            (context.wait(renderer.stats()).expect("stats").maps_drawn, picture.pixels)
+        };
+        let (first, picture) = drawn(&near);
+        assert_eq!((first, drawn(&far).0), (1, 1), "{memory_mib} MiB");
+        assert!(drawn(&near) == (again, picture.clone()) && drawn(&near) == (0, picture), "{memory_mib} MiB");
+    }
     // The control: a map of all of the scene.
     let whole = against(&oracle, &context.picture(&stage, RendererOptions::default(), &near, SIZE));
     assert!(whole.flip > 5.0 * c.flip, "{whole:?} {c:?}");
