@@ -93,7 +93,7 @@ fn triangles(mesh: &Mesh, vertices: usize) -> Result<Vec<[u32; 3]>, &'static str
 mod tests {
     use super::*;
     use bevy::asset::RenderAssetUsages;
-    use bevy::math::primitives::Cuboid;
+    use bevy::prelude::Cuboid;
     use bevy::mesh::Indices;
 
     fn strip() -> Mesh {

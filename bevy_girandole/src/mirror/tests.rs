@@ -2,7 +2,7 @@ use super::*;
 use crate::lights::{Shape, Source};
 use bevy::asset::RenderAssetUsages;
 use bevy::math::Vec3 as BevyVec3;
-use bevy::math::primitives::Cuboid;
+use bevy::prelude::Cuboid;
 use girandole::core::glam::Vec3;
 use girandole::core::scene::{LightId, PunctualKind};
 
