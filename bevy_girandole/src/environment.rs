@@ -12,6 +12,8 @@ use std::sync::Arc;
 
 /// Rows of the picture of all directions at most: finer detail than that lights nothing.
 const MOST_ROWS: u32 = 512;
+/// The same at least: faces of one texel have edges, too.
+const LEAST_ROWS: u32 = 32;
 
 /// The largest level of six faces.
 struct Cube {
@@ -26,7 +28,7 @@ struct Cube {
 /// The second half of a sentence about a cube map that cannot be taken.
 pub fn convert(image: &Image, nits: f32, rotation: Quat) -> Result<Environment, String> {
     let cube = Cube::new(image)?;
-    let height = (cube.side * 2).clamp(1, MOST_ROWS);
+    let height = cube.side.saturating_mul(2).clamp(LEAST_ROWS, MOST_ROWS);
     let width = height * 2;
     let from_world = rotation.inverse();
     let radiance = |column: f32, row: f32| {
@@ -37,7 +39,7 @@ pub fn convert(image: &Image, nits: f32, rotation: Quat) -> Result<Environment, 
         cube.sample(glam::vec3(turned.x, turned.y, -turned.z))
     };
     // As many samples along a pixel as it has texels, lest a sun between two of them be lost.
-    let each = (cube.side * 2).div_ceil(height);
+    let each = cube.side.saturating_mul(2).div_ceil(height);
     let mut picture = image::Image::new(width, height);
     for (pixel, at) in picture.pixels.iter_mut().zip(0..) {
         let place = |start: u32, i: u32| start as f32 + (i as f32 + 0.5) / each as f32;

@@ -93,8 +93,8 @@ fn triangles(mesh: &Mesh, vertices: usize) -> Result<Vec<[u32; 3]>, &'static str
 mod tests {
     use super::*;
     use bevy::asset::RenderAssetUsages;
-    use bevy::prelude::Cuboid;
     use bevy::mesh::Indices;
+    use bevy::prelude::Cuboid;
 
     fn strip() -> Mesh {
         let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];

@@ -10,7 +10,7 @@ pub const TARGET: [f32; 3] = [0.0, 1.0, 0.0];
 pub const FOV: f32 = 0.85;
 pub const EV100: f32 = 7.0;
 /// Lumens of all lamps together.
-const LUMENS: f32 = 40_000.0;
+const LUMENS: f32 = 120_000.0;
 /// Farther than that nothing is: Bevy's lamps end at a range, Girandole's do not.
 const RANGE: f32 = 1000.0;
 

@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use bevy::render::RenderApp;
 use bevy::render::gpu_readback::{Readback, ReadbackComplete};
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
-use bevy::render::render_resource::{TextureFormat, TextureUsages};
+use bevy::render::render_resource::{PipelineCache, TextureFormat, TextureUsages};
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_girandole::SceneMirror;
@@ -20,7 +20,7 @@ use std::time::Instant;
 const FRAMES_A_SECOND: f32 = 60.0;
 /// Frames at rest before the picture is taken, in which light samples catch up.
 const AT_REST: u32 = 20;
-/// Frames at the beginning whose time does not count: everything is made then.
+/// Frames in which nothing is compiled any more, before time is counted.
 const WARM_UP: u32 = 4;
 
 #[derive(Resource, Default)]
@@ -47,11 +47,15 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let target = app.world_mut().resource_mut::<Assets<Image>>().add(image);
     spawn_camera(&mut app.world_mut().commands(), options, Some(target.clone()));
 
-    let mut start = Instant::now();
+    // Everything is made now, and Bevy compiles its pipelines beside the frames.
+    let mut ready = 0;
+    while ready < WARM_UP {
+        app.update();
+        let pipelines = app.sub_app(RenderApp).world().resource::<PipelineCache>();
+        ready = if pipelines.waiting_pipelines().next().is_none() { ready + 1 } else { 0 };
+    }
+    let start = Instant::now();
     for frame in 0..options.frames + AT_REST {
-        if frame == WARM_UP {
-            start = Instant::now();
-        }
         let seconds = frame.min(options.frames) as f32 / FRAMES_A_SECOND;
         app.world_mut().run_system_cached_with(put_cubes, seconds).map_err(|error| error.to_string())?;
         app.update();
@@ -67,7 +71,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     while app.world().resource::<Picture>().0.is_none() {
         app.update();
     }
-    let counted = (options.frames + AT_REST).saturating_sub(WARM_UP).max(1);
+    let counted = options.frames + AT_REST;
     println!(
         "{} point lights, {} × {height} pixels: {:.1} ms a frame over {counted} frames",
         options.lamps,
