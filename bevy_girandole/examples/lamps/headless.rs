@@ -18,8 +18,6 @@ use std::path::Path;
 use std::time::Instant;
 
 const FRAMES_A_SECOND: f32 = 60.0;
-/// Frames at rest before the picture is taken, in which light samples catch up.
-const AT_REST: u32 = 20;
 /// Frames in which nothing is compiled any more, before time is counted.
 const WARM_UP: u32 = 4;
 
@@ -55,11 +53,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         ready = if pipelines.waiting_pipelines().next().is_none() { ready + 1 } else { 0 };
     }
     let start = Instant::now();
-    for frame in 0..options.frames + AT_REST {
+    for frame in 0..options.frames + options.rest {
         let seconds = frame.min(options.frames) as f32 / FRAMES_A_SECOND;
         app.world_mut().run_system_cached_with(put_cubes, seconds).map_err(|error| error.to_string())?;
         app.update();
-        if let Some(path) = options.export.as_ref().filter(|_| frame + 1 == options.frames + AT_REST) {
+        if let Some(path) = options.export.as_ref().filter(|_| frame + 1 == options.frames + options.rest) {
             export(&app, path)?;
         }
     }
@@ -71,7 +69,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     while app.world().resource::<Picture>().0.is_none() {
         app.update();
     }
-    let counted = options.frames + AT_REST;
+    let counted = options.frames + options.rest;
     println!(
         "{} point lights, {} × {height} pixels: {:.1} ms a frame over {counted} frames",
         options.lamps,

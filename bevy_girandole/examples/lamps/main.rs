@@ -3,7 +3,8 @@
 //! ```text
 //! cargo run --release --example lamps                                  a window
 //! cargo run --release --example lamps -- --headless lamps.png          a picture
-//!     --frames N       frames until the cubes stop and the picture is taken (60)
+//!     --frames N       frames until the cubes stop (60)
+//!     --rest N         frames from then on until the picture is taken (20)
 //!     --size WxH       pixels (960x540)
 //!     --lamps N        point lights (64)
 //!     --samples N      Girandole's light samples (1024)

@@ -11,6 +11,8 @@ pub struct Options {
     pub hdr: Option<PathBuf>,
     pub export: Option<PathBuf>,
     pub frames: u32,
+    /// Frames after that before the picture is taken, in which light samples catch up.
+    pub rest: u32,
     pub size: [u32; 2],
     pub lamps: u32,
     pub samples: u32,
@@ -26,6 +28,7 @@ impl Options {
             hdr: None,
             export: None,
             frames: 60,
+            rest: 20,
             size: [960, 540],
             lamps: 64,
             samples: 1024,
@@ -44,6 +47,7 @@ impl Options {
                 }
                 "--export" => options.export = Some(value()?.into()),
                 "--frames" => options.frames = value()?.parse()?,
+                "--rest" => options.rest = value()?.parse()?,
                 "--size" => {
                     let text = value()?;
                     let (width, height) = text.split_once('x').ok_or("give --size as 960x540")?;
