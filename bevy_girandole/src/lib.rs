@@ -8,7 +8,7 @@
 //! App::new()
 //!     .add_plugins((DefaultPlugins, GirandolePlugin::default()))
 //!     .add_systems(Startup, |mut commands: Commands| {
-//!         commands.spawn((Camera3d::default(), Girandole::default(), Msaa::Off));
+//!         commands.spawn((Camera3d::default(), Girandole::default()));
 //!     })
 //!     .run();
 //! ```
@@ -42,7 +42,9 @@ use bevy::app::{App, Plugin, PostUpdate};
 use bevy::camera::{Camera3d, Hdr};
 use bevy::core_pipeline::core_3d::{main_opaque_pass_3d, main_transparent_pass_3d};
 use bevy::core_pipeline::schedule::{Core3d, Core3dSystems};
+use bevy::ecs::lifecycle::HookContext;
 use bevy::ecs::prelude::*;
+use bevy::ecs::world::DeferredWorld;
 use bevy::log::warn;
 use bevy::pbr::main_transmissive_pass_3d;
 use bevy::render::render_asset::AssetExtractionSystems;
@@ -75,12 +77,17 @@ impl Default for GirandolePlugin {
     }
 }
 
-/// Has a 3D camera lit by Girandole. It has to be [`Hdr`], which this component adds, without [`Msaa`].
+/// Has a 3D camera lit by Girandole. It has to be [`Hdr`], without [`Msaa`]: this component adds the one and turns the other off.
 #[derive(Component, Clone, Copy, Debug, Default)]
-#[require(Camera3d, Hdr, Msaa = Msaa::Off)]
+#[require(Camera3d, Hdr)]
+#[component(on_add = turn_msaa_off)]
 pub struct Girandole {
     /// How frames are drawn. Exposure and tone curve are Bevy's, whatever they say.
     pub settings: RenderSettings,
+}
+
+fn turn_msaa_off(mut world: DeferredWorld, context: HookContext) {
+    world.commands().entity(context.entity).insert(Msaa::Off);
 }
 
 impl Plugin for GirandolePlugin {

@@ -211,3 +211,36 @@ fn emissive_things_light_others_and_the_rest_stays_bevys() {
         |picture: &[Vec3]| picture.iter().filter(|p| p.min_element() > 3.9 && p.max_element() < 4.5).count();
     assert!(glows(&bevy) > 20 && glows(&girandole).abs_diff(glows(&bevy)) <= glows(&bevy) / 5);
 }
+
+#[test]
+fn the_component_brings_what_its_camera_needs() {
+    let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let (mut app, _) = app(true);
+    let world = app.world_mut();
+    for camera in [
+        world.spawn((Camera3d::default(), Girandole::default())).id(),
+        world.spawn((Girandole::default(), Camera3d::default())).id(),
+        world.spawn(Girandole::default()).id(),
+    ] {
+        let camera = world.entity(camera);
+        assert_eq!(camera.get::<Msaa>(), Some(&Msaa::Off));
+        assert!(camera.contains::<Hdr>() && camera.contains::<Camera3d>());
+    }
+}
+
+#[test]
+fn a_camera_with_msaa_is_left_to_bevy() {
+    let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let show = |is_girandole: bool| {
+        let (mut app, target) = app(is_girandole);
+        hall(&mut app, 0.0);
+        lamps(&mut app);
+        let mut cameras = app.world_mut().query_filtered::<&mut Msaa, With<Camera3d>>();
+        for mut msaa in cameras.iter_mut(app.world_mut()) {
+            *msaa = Msaa::Sample4;
+        }
+        picture(&mut app, &target)
+    };
+    let (asked, bevys) = (show(true), show(false));
+    assert!(error(&bevys, &asked) < 1e-6 && pixel(&bevys, 0.5, 0.9).x > 0.02);
+}

@@ -10,7 +10,7 @@
 //!     --samples N      Girandole's light samples (1024)
 //!     --bounces N      bounces of indirect light (5)
 //!     --anew           all light is sampled anew each frame, as `girandole render` does, instead of a few paths
-//!     --bevy           lit by Bevy alone
+//!     --bevy           lit by Bevy alone; with --bounces 0 without ambient light
 //!     --hdr FILE.exr   linear radiance in place of a .png, before exposure and without the UI
 //!     --export FILE.glb  the scene as Girandole has it, for `girandole render`
 //! ```
@@ -59,8 +59,11 @@ fn add_hall(app: &mut App, options: &Options) {
         if options.anew {
             plugin.illumination.rewalk = Rewalk::All;
         }
-        // Girandole's indirect light takes the place of a guess at it.
-        app.add_plugins(plugin).insert_resource(GlobalAmbientLight::NONE);
+        app.add_plugins(plugin);
+    }
+    // Girandole's indirect light takes the place of a guess at it.
+    if !options.bevy || options.bounces == 0 {
+        app.insert_resource(GlobalAmbientLight::NONE);
     }
 }
 
