@@ -244,3 +244,46 @@ fn a_camera_with_msaa_is_left_to_bevy() {
     let (asked, bevys) = (show(true), show(false));
     assert!(error(&bevys, &asked) < 1e-6 && pixel(&bevys, 0.5, 0.9).x > 0.02);
 }
+
+#[test]
+fn lights_of_all_kinds_are_as_bright_as_bevys() {
+    let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let down = |at: Vec3| Transform::from_translation(at).looking_at(vec3(at.x, 0.0, at.z), Vec3::X);
+    let above = down(vec3(0.0, 3.0, 3.0));
+    for kind in ["sun", "spot", "rectangle", "environment"] {
+        let [ours, bevys] = [true, false].map(|is_girandole| {
+            let (mut app, target) = app(is_girandole);
+            hall(&mut app, 0.0);
+            let world = app.world_mut();
+            match kind {
+                "sun" => {
+                    world.spawn((DirectionalLight { illuminance: 500.0, ..default() }, above));
+                }
+                "spot" => {
+                    let light =
+                        SpotLight { intensity: 50_000.0, range: 100.0, outer_angle: 1.0, ..default() };
+                    world.spawn((light, above));
+                }
+                "rectangle" => {
+                    let light =
+                        RectLight { intensity: 20_000.0, range: 100.0, width: 1.0, height: 0.5, ..default() };
+                    world.spawn((light, above));
+                }
+                _ => {
+                    let mut images = world.resource_mut::<Assets<Image>>();
+                    let light =
+                        EnvironmentMapLight::solid_color(&mut images, Color::WHITE).with_intensity(500.0);
+                    let mut cameras = world.query_filtered::<Entity, With<Camera3d>>();
+                    let cameras: Vec<_> = cameras.iter(world).collect();
+                    cameras.into_iter().for_each(|camera| {
+                        world.entity_mut(camera).insert(light.clone());
+                    });
+                }
+            }
+            pixel(&picture(&mut app, &target), 0.5, 0.92)
+        });
+        let ratio = ours / bevys;
+        // Girandole adds what the walls reflect, and takes what they are in the way of.
+        assert!(ratio.min_element() > 0.75 && ratio.max_element() < 1.4, "{kind}: {ours} of {bevys}");
+    }
+}
