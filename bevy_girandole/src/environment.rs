@@ -3,9 +3,9 @@
 use bevy::image::Image;
 use bevy::math::Quat;
 use bevy::render::render_resource::{TextureDataOrder, TextureFormat};
-use girandole::core::glam::{self, Vec3};
-use girandole::core::image;
-use girandole::core::scene::{Environment, EnvironmentMap};
+use girandole_core::glam::{self, Vec3};
+use girandole_core::image;
+use girandole_core::scene::{Environment, EnvironmentMap};
 use half::f16;
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
@@ -131,7 +131,7 @@ fn decode(texel: &[u8], format: TextureFormat) -> Vec3 {
             std::array::from_fn(|i| ((bits >> (9 * i)) & 511) as f32 * scale)
         }
         TextureFormat::Rgba8UnormSrgb => {
-            std::array::from_fn(|i| girandole::core::tonemap::srgb_decode(f32::from(texel[i]) / 255.0))
+            std::array::from_fn(|i| girandole_core::tonemap::srgb_decode(f32::from(texel[i]) / 255.0))
         }
         _ => std::array::from_fn(|i| f32::from(texel[i]) / 255.0),
     };

@@ -274,8 +274,8 @@ pub fn follow_cameras(
             );
         }
         let settings = RenderSettings {
-            exposure: girandole::core::tonemap::Exposure::Ev(crate::units::stops(exposure)),
-            tonemap: girandole::core::tonemap::Tonemap::None,
+            exposure: girandole_core::tonemap::Exposure::Ev(crate::units::stops(exposure)),
+            tonemap: girandole_core::tonemap::Tonemap::None,
             region: None,
             ..girandole.settings
         };

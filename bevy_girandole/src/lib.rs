@@ -19,7 +19,7 @@
 //! bloom, tone mapping and the UI. What is not supported is warned of once; the README has a table.
 //!
 //! Light samples are placed for what the cameras see and follow the world a few paths a frame
-//! ([`Rewalk::Paths`](girandole::core::illumination::Rewalk::Paths)); [`GirandolePlugin::illumination`] chooses otherwise.
+//! ([`Rewalk::Paths`](girandole::light::Rewalk::Paths)); [`GirandolePlugin::illumination`] chooses otherwise.
 //!
 //! [Girandole]: https://github.com/girandole/girandole
 #![deny(missing_docs)]
@@ -51,8 +51,8 @@ use bevy::render::render_asset::AssetExtractionSystems;
 use bevy::render::render_resource::TextureUsages;
 use bevy::render::view::Msaa;
 use bevy::render::{ExtractSchedule, Render, RenderApp, RenderSystems};
-use girandole::core::illumination::{IlluminationSettings, Rewalk};
-use girandole::core::lights::{LightSettings, Pace};
+use girandole::light::{IlluminationSettings, Rewalk};
+use girandole::light::{LightSettings, Pace};
 use girandole::{RenderSettings, RendererOptions};
 
 /// Light samples that are there unless [`GirandolePlugin::illumination`] says otherwise.

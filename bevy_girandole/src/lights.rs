@@ -3,8 +3,8 @@
 use crate::units;
 use bevy::light::{DirectionalLight, PointLight, RectLight, SpotLight};
 use bevy::transform::components::GlobalTransform;
-use girandole::core::glam::{DAffine3, DVec3, Vec3};
-use girandole::core::scene::{MaterialId, Mesh, PunctualKind};
+use girandole_core::glam::{DAffine3, DVec3, Vec3};
+use girandole_core::scene::{MaterialId, Mesh, PunctualKind};
 use std::f32::consts::FRAC_PI_2;
 
 /// What Bevy narrows cones to, and widens them by.

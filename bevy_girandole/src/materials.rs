@@ -8,8 +8,8 @@ use bevy::material::AlphaMode;
 use bevy::mesh::UvChannel;
 use bevy::pbr::StandardMaterial;
 use bevy::render::render_resource::Face;
-use girandole::core::glam::Vec3;
-use girandole::core::scene::{Material, NormalTexture, TextureRef};
+use girandole_core::glam::Vec3;
+use girandole_core::scene::{Material, NormalTexture, TextureRef};
 
 /// Alpha below which Bevy's `AlphaToCoverage` is no surface, without the samples that it needs.
 const COVERAGE_CUTOFF: f32 = 0.5;

@@ -1,8 +1,8 @@
 //! Bevy's meshes in Girandole's terms.
 
 use bevy::mesh::{Mesh, PrimitiveTopology, VertexAttributeValues};
-use girandole::core::glam::{Vec2, Vec3, Vec4};
-use girandole::core::scene::{self, MaterialId, MeshTriangle, mark_patches};
+use girandole_core::glam::{Vec2, Vec3, Vec4};
+use girandole_core::scene::{self, MaterialId, MeshTriangle, mark_patches};
 
 /// Flat parts of at least this share of the square of a mesh's extent are lit as a whole.
 const PATCH_SHARE: f32 = 1e-4;

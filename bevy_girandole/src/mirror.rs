@@ -15,8 +15,8 @@ use bevy::image::Image;
 use bevy::math::Affine3A;
 use bevy::mesh::Mesh;
 use bevy::pbr::StandardMaterial;
-use girandole::core::glam::DAffine3;
-use girandole::core::scene::{Material, MaterialId, NodeId, Object, ObjectId, Scene, Transform};
+use girandole_core::glam::DAffine3;
+use girandole_core::scene::{Material, MaterialId, NodeId, Object, ObjectId, Scene, Transform};
 use lamps::Lamp;
 use std::collections::{HashMap, HashSet};
 
@@ -229,7 +229,7 @@ impl SceneMirror {
         self.report(done);
     }
 
-    fn report(&mut self, result: girandole::core::Result<()>) {
+    fn report(&mut self, result: girandole_core::Result<()>) {
         if let Err(error) = result {
             self.notices.say(format!("Girandole's scene keeps what it had: {error}"));
         }

@@ -12,12 +12,12 @@ use bevy::render::render_phase::ViewBinnedRenderPhases;
 use bevy::render::render_resource::StoreOp;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
 use bevy::render::view::{ExtractedView, RetainedViewEntity, ViewDepthStencilTexture, ViewTarget};
-use girandole::core::Generation;
-use girandole::core::glam::DAffine3;
-use girandole::core::illumination::{IlluminationSettings, Rewalk};
-use girandole::core::scene::{Scene, View};
-use girandole::{Renderer, RendererOptions, Target, wgpu};
-use std::collections::HashSet;
+use girandole::{Renderer, RendererOptions, Target, Viewport, wgpu};
+use girandole_core::Generation;
+use girandole_core::glam::DAffine3;
+use girandole_core::illumination::{IlluminationSettings, Rewalk};
+use girandole_core::scene::{Scene, View};
+use std::collections::{HashMap, HashSet};
 
 /// Girandole's renderer, in the render world, with the scene that it has.
 #[derive(Resource)]
@@ -31,13 +31,13 @@ pub struct Lighting {
     latest: Option<Generation>,
     /// The version of a scene that could not be lit or drawn: it is not tried again.
     refused: Option<Generation>,
-    /// Views whose meshes Bevy does not draw.
-    views: HashSet<RetainedViewEntity>,
+    /// Views whose meshes Bevy does not draw, with their pictures.
+    views: HashMap<RetainedViewEntity, Viewport>,
 }
 
 impl Lighting {
     pub fn new(options: RendererOptions, illumination: IlluminationSettings) -> Self {
-        let (latest, refused, views) = (None, None, HashSet::new());
+        let (latest, refused, views) = (None, None, HashMap::new());
         Self { options, illumination, renderer: None, is_open: false, latest, refused, views }
     }
 
@@ -71,17 +71,12 @@ impl Lighting {
             return Ok(());
         }
         let changes = scene.take_changes();
-        if changes.is_empty() {
-            renderer.place_for(scene, views)?;
-            return renderer.update(scene, &changes);
-        }
-        renderer.update(scene, &changes)?;
-        renderer.place_for(scene, views)
+        renderer.follow(scene, &changes, views)
     }
 }
 
 /// The view of a camera.
-fn view_of(view: &ExtractedView) -> girandole::core::Result<View> {
+fn view_of(view: &ExtractedView) -> girandole_core::Result<View> {
     let (_, rotation, translation) = view.world_from_view.to_scale_rotation_translation();
     let unscaled = bevy::math::Affine3A::from_rotation_translation(rotation.normalize(), translation);
     let world_from_view: DAffine3 = units::affine(&unscaled);
@@ -113,12 +108,15 @@ pub fn share_out(
     cameras: Query<&ExtractedView, With<LitCamera>>,
     mut dirty: ResMut<DirtySpecializations>,
 ) {
-    let now = match lighting.is_open {
+    let lit: HashSet<RetainedViewEntity> = match lighting.is_open {
         true => cameras.iter().map(|view| view.retained_view_entity).collect(),
         false => HashSet::new(),
     };
-    let before = std::mem::replace(&mut lighting.views, now);
-    dirty.views.extend(before.difference(&lighting.views).copied());
+    dirty.views.extend(lighting.views.keys().filter(|view| !lit.contains(view)));
+    lighting.views.retain(|view, _| lit.contains(view));
+    for view in lit {
+        lighting.views.entry(view).or_default();
+    }
 }
 
 /// Empties Bevy's opaque phases of what Girandole draws.
@@ -128,7 +126,7 @@ pub fn take_from_bevy(
     mut opaque: ResMut<ViewBinnedRenderPhases<Opaque3d>>,
     mut masked: ResMut<ViewBinnedRenderPhases<AlphaMask3d>>,
 ) {
-    for view in &lighting.views {
+    for view in lighting.views.keys() {
         for entity in mirror.taken() {
             if let Some(phase) = opaque.get_mut(view) {
                 phase.remove(entity.into());
@@ -177,7 +175,10 @@ pub fn draw(
 ) {
     let (extracted, target, depth, camera) = view.into_inner();
     let lighting = &mut *lighting;
-    let (true, Some(renderer)) = (lighting.is_open, &mut lighting.renderer) else { return };
+    let viewport = lighting.views.get_mut(&extracted.retained_view_entity);
+    let (true, Some(renderer), Some(viewport)) = (lighting.is_open, &mut lighting.renderer, viewport) else {
+        return;
+    };
     let texture = target.main_texture();
     let attachment = depth.get_attachment(StoreOp::Store);
     let recorded = view_of(extracted).map_err(girandole::Error::from).and_then(|view| {
@@ -189,7 +190,7 @@ pub fn draw(
             depth_in: (!camera.has_prepass).then_some(attachment.view),
             depth_out: Some((attachment.view, CORE_3D_DEPTH_FORMAT)),
         };
-        renderer.record(context.command_encoder(), &view, &target, &camera.settings)
+        renderer.record(viewport, context.command_encoder(), &view, &target, &camera.settings)
     });
     if let Err(problem) = recorded {
         lighting.refuse(&problem);

@@ -2,7 +2,7 @@
 
 use bevy::image::{Image, ImageAddressMode, ImageFilterMode, ImageSampler, ImageSamplerDescriptor};
 use bevy::render::render_resource::TextureFormat;
-use girandole::core::scene::{ColorSpace, Filter, Texture, Wrap};
+use girandole_core::scene::{ColorSpace, Filter, Texture, Wrap};
 
 /// A texture of an image's largest level. With `flips_green`, of a normal map whose y points down.
 ///

@@ -3,7 +3,7 @@
 
 use bevy::color::{Color, ColorToComponents, LinearRgba};
 use bevy::math::{Affine2, Affine3A, Mat4};
-use girandole::core::glam;
+use girandole::glam;
 use std::f32::consts::PI;
 
 /// Intensity of a point light or a spot light of so many lumens, candela: Bevy spreads them over the whole sphere for both.

@@ -10,7 +10,7 @@ use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_resource::{PipelineCache, TextureFormat, TextureUsages};
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
-use bevy_girandole::girandole::core::illumination::Rewalk;
+use bevy_girandole::girandole::light::Rewalk;
 use bevy_girandole::{Girandole, GirandolePlugin};
 use half::f16;
 use std::sync::Mutex;

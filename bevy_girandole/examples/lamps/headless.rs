@@ -12,8 +12,8 @@ use bevy::render::render_resource::{PipelineCache, TextureFormat, TextureUsages}
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_girandole::SceneMirror;
-use bevy_girandole::girandole::core::glam;
-use bevy_girandole::girandole::core::scene;
+use bevy_girandole::girandole::glam;
+use bevy_girandole::girandole::scene;
 use std::path::Path;
 use std::time::Instant;
 

@@ -23,7 +23,7 @@ mod pictures;
 use bevy::camera::{Exposure, Hdr};
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::prelude::*;
-use bevy_girandole::girandole::core::illumination::Rewalk;
+use bevy_girandole::girandole::light::Rewalk;
 use bevy_girandole::{Girandole, GirandolePlugin};
 use options::Options;
 

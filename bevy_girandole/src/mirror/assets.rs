@@ -7,7 +7,7 @@ use bevy::ecs::entity::Entity;
 use bevy::image::Image;
 use bevy::mesh::Mesh;
 use bevy::pbr::StandardMaterial;
-use girandole::core::scene::{Material, MaterialId};
+use girandole_core::scene::{Material, MaterialId};
 
 impl SceneMirror {
     /// The exposure that shows what is not exposed; materials follow it.

@@ -7,8 +7,8 @@ use bevy::asset::AssetId;
 use bevy::ecs::entity::Entity;
 use bevy::image::Image;
 use bevy::math::Quat;
-use girandole::core::glam::Vec3;
-use girandole::core::scene::{LightId, Material, MaterialId, NodeId, ObjectId, PunctualLight, Transform};
+use girandole_core::glam::Vec3;
+use girandole_core::scene::{LightId, Material, MaterialId, NodeId, ObjectId, PunctualLight, Transform};
 
 /// Which component a light is of: an entity may have several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

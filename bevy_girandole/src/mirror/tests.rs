@@ -3,8 +3,8 @@ use crate::lights::{Shape, Source};
 use bevy::asset::RenderAssetUsages;
 use bevy::math::Vec3 as BevyVec3;
 use bevy::prelude::Cuboid;
-use girandole::core::glam::Vec3;
-use girandole::core::scene::{LightId, PunctualKind};
+use girandole_core::glam::Vec3;
+use girandole_core::scene::{LightId, PunctualKind};
 
 struct World {
     meshes: Assets<Mesh>,

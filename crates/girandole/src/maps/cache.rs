@@ -304,6 +304,10 @@ impl MapCache {
             Some((idle, MapSlot { at, page: index / columns / rows, span }, maps))
         });
         let mut places: Vec<_> = all.collect();
+        // From the other end, lest small ones take the room of large ones that other views look up.
+        if span < self.layout.regular[1] {
+            places.reverse();
+        }
         places.sort_by_key(|(idle, ..)| Reverse(*idle));
         places.into_iter().map(|(_, slot, maps)| (slot, maps))
     }
