@@ -7,6 +7,7 @@ mod gallery;
 mod release_check;
 mod swiftshader;
 mod test;
+mod test_bevy;
 mod test_farm;
 mod test_window;
 mod truth;
@@ -52,6 +53,8 @@ enum Task {
     },
     /// Drives the window by keys and mouse under Xvfb; needs Xvfb, xdotool and a graphics adapter
     TestWindow,
+    /// Tests bevy_girandole, and compares its picture with the program's; needs Rust 1.97 and a graphics adapter
+    TestBevy,
     /// Renders on a farm of two Slurm workers, of which one dies, and by Open Job Description; needs slurm-wlm
     TestFarm(test_farm::Arguments),
     /// Makes the figures of the thesis, and of what was added to it, as one HTML page
@@ -81,6 +84,7 @@ fn main() -> ExitCode {
         Task::Web { arguments } => web::build(&arguments),
         Task::TestWeb { arguments } => web::test(&arguments),
         Task::TestWindow => test_window::run(),
+        Task::TestBevy => test_bevy::run(),
         Task::TestFarm(arguments) => test_farm::run(&arguments),
         Task::Figures { arguments } => figures::run(&arguments),
         Task::Gallery { arguments } => gallery::run(&arguments),

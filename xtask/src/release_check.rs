@@ -198,7 +198,7 @@ fn minimal_versions(workspace: &Workspace) -> Result<Outcome> {
 }
 
 /// Cargo of another toolchain, in the workspace's root.
-fn cargo_of(version: &str) -> Option<Command> {
+pub fn cargo_of(version: &str) -> Option<Command> {
     let installed = output(Command::new("rustup").args(["toolchain", "list", "--quiet"]))?;
     let mut command = Command::new("rustup");
     command.current_dir(root()).args(["run", toolchain(&installed, version)?, "cargo"]);
