@@ -51,6 +51,7 @@ pub(crate) fn bytes(path: &Path) -> std::io::Result<Vec<u8>> {
 }
 
 /// Whether there is such a file.
+#[cfg(any(feature = "import", test))]
 pub(crate) fn is_file(path: &Path) -> bool {
     #[cfg(target_family = "wasm")]
     return held::is_file(path);

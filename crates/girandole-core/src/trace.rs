@@ -12,11 +12,12 @@ mod hierarchy;
 mod wide;
 
 pub use hierarchy::HeldHierarchies;
+pub(crate) use hierarchy::aabb;
 pub use wide::{WideHierarchy, WideNode};
 
 use crate::scene::{Geometry, NONE, ObjectId, Scene};
 use crate::slices::{complete, pause};
-use glam::{DVec2, DVec3, Vec2, Vec3, Vec3A};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use hierarchy::{Hierarchy, MARGIN};
 use obvhs::BvhBuildParams;
 use obvhs::ray::{Ray as TreeRay, RayHit};
@@ -143,7 +144,12 @@ impl Traversal {
         let offset = BACK_UP - skipped * scale;
         let per_t = length * scale;
         // `obvhs` is not consistent about the sign of −0: adding 0 makes it +0.
-        let ray = TreeRay::new(start.as_vec3a(), unit.as_vec3a() + Vec3A::ZERO, 0.0, f32::INFINITY);
+        let ray = TreeRay::new(
+            start.as_vec3().to_array().into(),
+            (unit.as_vec3() + Vec3::ZERO).to_array().into(),
+            0.0,
+            f32::INFINITY,
+        );
         let mut this = Self { ray, per_t, offset };
         this.ray.tmax = this.reach(t_max);
         this

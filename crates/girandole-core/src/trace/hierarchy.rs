@@ -4,7 +4,7 @@ use super::SceneTracer;
 use crate::generation::Generation;
 use crate::scene::{Geometry, ObjectRange, Scene};
 use crate::slices::{complete, pause};
-use glam::{DVec3, Vec3, Vec3A};
+use glam::{DVec3, Vec3};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::node::Bvh2Node;
@@ -137,15 +137,18 @@ pub(super) fn scale(geometry: &Geometry) -> f64 {
     libm::exp2(-libm::floor(libm::log2(f64::from(geometry.extent()))))
 }
 
+/// A box from its smallest corner to its largest. By numbers alone: the library's vectors may be of another version than ours, as it takes
+/// several.
+pub(crate) fn aabb(low: Vec3, high: Vec3) -> Aabb {
+    Aabb::new(low.to_array().into(), high.to_array().into())
+}
+
 /// Triangles' boxes in the hierarchies' space.
 pub(super) fn boxes(geometry: &Geometry, triangles: &[u32]) -> Vec<Aabb> {
     let scale = scale(geometry);
     let bounds = |&triangle: &u32| {
-        let corners = geometry.corners(triangle).map(|p| (p.as_dvec3() * scale).as_vec3a());
-        let mut aabb = Aabb::from_points(&corners);
-        aabb.min -= Vec3A::splat(MARGIN);
-        aabb.max += Vec3A::splat(MARGIN);
-        aabb
+        let [a, b, c] = geometry.corners(triangle).map(|p| (p.as_dvec3() * scale).as_vec3());
+        aabb(a.min(b).min(c) - MARGIN, a.max(b).max(c) + MARGIN)
     };
     triangles.iter().map(bounds).collect()
 }
@@ -212,12 +215,12 @@ pub(super) fn is_long(clustered: &Bvh2) -> bool {
 
 /// The boxes' indices in the order of their centres along Morton's curve.
 fn along_curve(boxes: &[Aabb]) -> Vec<u32> {
-    let centers = || boxes.iter().map(|b| b.center().as_dvec3());
+    let centers = || boxes.iter().map(|b| DVec3::from(b.center().to_array().map(f64::from)));
     let low = centers().fold(DVec3::INFINITY, DVec3::min);
     let size = centers().fold(DVec3::NEG_INFINITY, DVec3::max) - low;
     // Codes are of what is below 1.
     let cells = size.map(|s| if s > 0.0 { (1.0 - 1e-9) / s } else { 0.0 });
-    let codes = centers().map(|center| morton_encode_u64_unorm((center - low) * cells));
+    let codes = centers().map(|center| morton_encode_u64_unorm(((center - low) * cells).to_array().into()));
     let mut order: Vec<(u64, u32)> = codes.zip(0..).collect();
     order.sort_unstable();
     order.into_iter().map(|(_, index)| index).collect()

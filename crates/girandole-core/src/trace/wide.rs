@@ -1,6 +1,6 @@
 //! Hierarchies as kernels of the renderer walk them: eight children a node, boxes in bytes (Ylitie, Karras and Laine 2017, section 3).
 
-use super::hierarchy::{balanced_wide, depth, wide};
+use super::hierarchy::{aabb, balanced_wide, depth, wide};
 use crate::slices::complete;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -40,7 +40,7 @@ impl WideHierarchy {
     /// Over boxes, each with its smallest and its largest corner, with `levels` of nodes at most; nothing where not even a balanced one
     /// has so few.
     pub fn over(boxes: &[(Vec3, Vec3)], levels: usize) -> Option<Self> {
-        let boxes: Vec<Aabb> = boxes.iter().map(|&(low, high)| Aabb::new(low.into(), high.into())).collect();
+        let boxes: Vec<Aabb> = boxes.iter().map(|&(low, high)| aabb(low, high)).collect();
         if boxes.is_empty() {
             return Some(Self::default());
         }
@@ -65,7 +65,7 @@ impl WideHierarchy {
                 Child::Node(index) => bounds[index],
                 Child::Boxes(range) => {
                     let of = self.boxes[range].iter().map(|&i| boxes[i as usize]);
-                    of.fold(Aabb::empty(), |all, (low, high)| all.union(&Aabb::new(low.into(), high.into())))
+                    of.fold(Aabb::empty(), |all, (low, high)| all.union(&aabb(low, high)))
                 }
             });
             bounds[at] = children.iter().fold(Aabb::empty(), |all, child| all.union(child));
@@ -97,7 +97,7 @@ impl WideNode {
 
     /// Takes other boxes of its children, all of them in `whole`.
     fn hold(&mut self, whole: &Aabb, children: &[Aabb; 8]) {
-        self.origin = whole.min.into();
+        self.origin = whole.min.to_array().into();
         let extent = whole.max - whole.min;
         for axis in 0..3 {
             // The least power of two of which 255 are enough, and a little more for rounding.
@@ -119,7 +119,7 @@ impl From<&CwBvhNode> for WideNode {
     fn from(node: &CwBvhNode) -> Self {
         let [x, y, z] = node.e;
         Self {
-            origin: node.p,
+            origin: node.p.to_array().into(),
             units: [x, y, z, node.imask],
             first_node: node.child_base_idx,
             first_box: node.primitive_base_idx,

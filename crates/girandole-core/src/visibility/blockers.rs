@@ -8,7 +8,8 @@ use super::pyramid::{Occlusion, Pyramid, Scratch};
 use super::shapes::Apex;
 use super::surfaces::{SimplePatch, Surfaces};
 use crate::scene::NONE;
-use glam::{DVec3, Vec3A};
+use crate::trace::aabb;
+use glam::DVec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
@@ -82,8 +83,8 @@ impl BlockerTree {
         let boxes: Vec<Aabb> = bounds
             .iter()
             .map(|(low, high)| {
-                let scaled = |p: &DVec3| Vec3A::from((*p * scale).as_vec3());
-                Aabb::new(scaled(low), scaled(high))
+                let scaled = |p: &DVec3| (*p * scale).as_vec3();
+                aabb(scaled(low), scaled(high))
             })
             .collect();
         let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
