@@ -53,13 +53,19 @@ fn lamps(app: &mut App) {
 
 /// An app with a camera that looks at the hall; what it draws into.
 fn app(is_girandole: bool) -> (App, Handle<Image>) {
+    // What a renderer makes that has just opened the scene.
+    let mut app = without_cameras(Rewalk::All);
+    let target = camera(&mut app, is_girandole, vec3(0.0, 2.0, 6.0));
+    (app, target)
+}
+
+fn without_cameras(rewalk: Rewalk) -> App {
     let mut app = App::new();
     let windowless =
         WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() };
     let plugins = DefaultPlugins.build().disable::<WinitPlugin>().disable::<PipelinedRenderingPlugin>();
     let mut plugin = GirandolePlugin::default();
-    // What a renderer makes that has just opened the scene.
-    plugin.illumination.rewalk = Rewalk::All;
+    plugin.illumination.rewalk = rewalk;
     plugin.illumination.lights.count = 200;
     app.add_plugins(plugins.set(windowless).disable::<bevy::log::LogPlugin>()).add_plugins(plugin);
     app.insert_resource(ClearColor(Color::linear_rgb(0.0, 0.0, 0.25)))
@@ -70,6 +76,11 @@ fn app(is_girandole: bool) -> (App, Handle<Image>) {
     }
     app.finish();
     app.cleanup();
+    app
+}
+
+/// A camera that looks at the hall from there; what it draws into.
+fn camera(app: &mut App, is_girandole: bool, from: Vec3) -> Handle<Image> {
     let mut image = Image::new_target_texture(SIZE[0], SIZE[1], TextureFormat::Rgba16Float, None);
     image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
     let target = app.world_mut().resource_mut::<Assets<Image>>().add(image);
@@ -80,12 +91,12 @@ fn app(is_girandole: bool) -> (App, Handle<Image>) {
         Tonemapping::None,
         Exposure { ev100: 7.0 },
         RenderTarget::from(target.clone()),
-        Transform::from_xyz(0.0, 2.0, 6.0).looking_at(vec3(0.0, 1.0, 0.0), Vec3::Y),
+        Transform::from_translation(from).looking_at(vec3(0.0, 1.0, 0.0), Vec3::Y),
     ));
     if is_girandole {
         camera.insert(Girandole::default());
     }
-    (app, target)
+    target
 }
 
 /// What the camera shows by now.
@@ -226,6 +237,28 @@ fn the_component_brings_what_its_camera_needs() {
         assert_eq!(camera.get::<Msaa>(), Some(&Msaa::Off));
         assert!(camera.contains::<Hdr>() && camera.contains::<Camera3d>());
     }
+}
+
+#[test]
+fn cameras_have_pictures_of_their_own() {
+    let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let places = [vec3(0.0, 2.0, 6.0), vec3(3.0, 1.2, 4.0)];
+    let show = |places: &[Vec3]| -> Vec<Vec<Vec3>> {
+        // Samples that are the same for any view.
+        let mut app = without_cameras(Rewalk::Off);
+        hall(&mut app, 0.0);
+        lamps(&mut app);
+        let targets: Vec<_> = places.iter().map(|&place| camera(&mut app, true, place)).collect();
+        targets.iter().map(|target| picture(&mut app, target)).collect()
+    };
+    let both = show(&places);
+    for (place, seen) in places.iter().zip(&both) {
+        let alone = show(&[*place]);
+        let same = error(&alone[0], seen);
+        assert!(same < 1e-6, "from {place}: {same}");
+    }
+    let other = error(&both[0], &both[1]);
+    assert!(other > 0.01, "the control: they are two pictures, {other}");
 }
 
 #[test]
