@@ -42,7 +42,7 @@ use viewport::{LastFrame, Viewport};
 /// Lights a scene; see the [crate's front page](crate) for an example.
 ///
 /// 1. [`Renderer::new`] compiles what is fixed.
-/// 2. [`Renderer::open`] takes a scene, [`Renderer::update`] its changes.
+/// 2. [`Renderer::open`] takes a scene, [`Renderer::follow`] its changes and where cameras go.
 /// 3. [`Renderer::record`] records a frame into the caller's encoder and target. Or [`Renderer::render`] submits a frame by
 ///    itself, in parts, and [`Renderer::show`] tone-maps it into a texture view of the caller.
 /// 4. [`Renderer::radiance`] and [`Renderer::stats`] read back.

@@ -48,9 +48,8 @@ impl Renderer {
         self.relight(scene, illumination)
     }
 
-    /// Follows the changes of the scene that is open as [`Renderer::update`] does, and where views go: the one call before the frames of a
-    /// moving camera, or of several. Without changes too ([`Scene::take_changes`] returns them all the same); before the first frame in
-    /// any case.
+    /// Follows the changes of the scene that is open as [`Renderer::update`] does, and where views go: the one call before each frame of a
+    /// moving camera, or of several, without changes too.
     ///
     /// Visibility is determined of what these views need and no view before needed, so that they are as fast as those that the scene was
     /// opened for. Samples that were placed for views are placed for these where that costs nothing more: little by little where they
