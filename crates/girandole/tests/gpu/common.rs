@@ -218,6 +218,21 @@ impl Context {
         renderer.load_visibility(scene, geometry, lights, stage.visibility()).expect("visibility");
     }
 
+    /// A texture that can be drawn to, bound and read back.
+    pub fn target(&self, [width, height]: [u32; 2], format: wgpu::TextureFormat) -> wgpu::Texture {
+        use wgpu::TextureUsages as U;
+        self.gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: U::RENDER_ATTACHMENT | U::TEXTURE_BINDING | U::COPY_SRC,
+            view_formats: &[],
+        })
+    }
+
     pub fn frame(
         &self,
         renderer: &mut OneView,

@@ -15,19 +15,6 @@ pub fn tests() -> Vec<Test> {
     ]
 }
 
-fn target(context: &Context, [width, height]: [u32; 2], format: wgpu::TextureFormat) -> wgpu::Texture {
-    context.gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    })
-}
-
 /// The bytes of a target after `show`, and the picture.
 fn shown(
     context: &Context,
@@ -40,7 +27,7 @@ fn shown(
     renderer.load(&stage.scene, &stage.geometry, &stage.lights).expect("load");
     let image = context.frame(&mut renderer, &stage.view(0, size), size, settings);
     let device = &context.gpu.device;
-    let target = target(context, size, format);
+    let target = context.target(size, format);
     let bytes = format.block_copy_size(None).expect("a plain format");
     renderer.show(settings, &target.create_view(&Default::default()), format).expect("show");
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
@@ -164,7 +151,7 @@ fn refuses(context: &Context) {
     let image = context.frame(&mut renderer, &view, [64, 64], &exact());
     assert!(image.mean().cmpgt(Vec3::splat(1e-3)).all());
     let show = |ev, format| {
-        let target = target(context, [64, 64], wgpu::TextureFormat::Rgba8Unorm);
+        let target = context.target([64, 64], wgpu::TextureFormat::Rgba8Unorm);
         let settings = RenderSettings { exposure: Exposure::Ev(ev), ..exact() };
         renderer.show(&settings, &target.create_view(&Default::default()), format)
     };

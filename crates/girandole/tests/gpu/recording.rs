@@ -59,21 +59,6 @@ fn lost_device(_: &Context) {
 const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// A texture that can be drawn to, bound and read back.
-fn texture(context: &Context, size: [u32; 2], format: wgpu::TextureFormat) -> wgpu::Texture {
-    use wgpu::TextureUsages as U;
-    context.gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: U::RENDER_ATTACHMENT | U::TEXTURE_BINDING | U::COPY_SRC,
-        view_formats: &[],
-    })
-}
-
 /// What is in a texture of 32-bit channels; widths are multiples of 64.
 fn read(context: &Context, texture: &wgpu::Texture) -> Vec<f32> {
     let device = &context.gpu.device;
@@ -121,7 +106,7 @@ fn recorded_is_rendered(context: &Context) {
             ..plain(RenderSettings { samples_per_axis, ..bounded(mode) })
         };
         let mut renderer = context.loaded(&stage, RendererOptions::default());
-        let target = texture(context, size, COLOR);
+        let target = context.target(size, COLOR);
         let target_view = target.create_view(&Default::default());
         let mut encoder = context.gpu.device.create_command_encoder(&Default::default());
         renderer
@@ -152,7 +137,7 @@ fn two_views(context: &Context) {
     for order in [[0, 1], [1, 0]] {
         let mut renderer = context.loaded(&stage, RendererOptions::default());
         let mut encoder = context.gpu.device.create_command_encoder(&Default::default());
-        let targets = sizes.map(|size| texture(context, size, COLOR));
+        let targets = sizes.map(|size| context.target(size, COLOR));
         for i in order {
             let target = targets[i].create_view(&Default::default());
             let target = Target::new(&target, COLOR, sizes[i]);
@@ -212,9 +197,9 @@ fn depth(context: &Context) {
         for (mode, samples_per_axis) in [(Mode::Naive, 1), (Mode::Naive, 2), (Mode::Full, 1), (Mode::Full, 2)]
         {
             let settings = plain(RenderSettings { samples_per_axis, ..bounded(mode) });
-            let color = texture(context, size, COLOR);
+            let color = context.target(size, COLOR);
             let frame = |near: Option<f32>| {
-                let depth = texture(context, size, DEPTH);
+                let depth = context.target(size, DEPTH);
                 let depth_view = depth.create_view(&Default::default());
                 let color_view = color.create_view(&Default::default());
                 let mut encoder = context.gpu.device.create_command_encoder(&Default::default());
@@ -305,7 +290,7 @@ fn background(context: &Context) {
     let behind = wgpu::Color { r: 0.2, g: 0.3, b: 0.4, a: 1.0 };
     for (mode, samples_per_axis) in [(Mode::Naive, 2), (Mode::Full, 1), (Mode::Full, 2)] {
         let settings = plain(RenderSettings { samples_per_axis, ..bounded(mode) });
-        let target = texture(context, size, wgpu::TextureFormat::Rgba32Float);
+        let target = context.target(size, wgpu::TextureFormat::Rgba32Float);
         let color = target.create_view(&Default::default());
         let mut renderer = context.loaded(&stage, RendererOptions::default());
         let mut encoder = context.gpu.device.create_command_encoder(&Default::default());

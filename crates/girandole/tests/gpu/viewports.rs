@@ -129,19 +129,7 @@ fn together(context: &Context) {
     let format = wgpu::TextureFormat::Rgba16Float;
     let mut viewports = [Viewport::default(), Viewport::default()];
     let settings = RenderSettings::default();
-    let targets = SIZES.map(|[width, height]| {
-        let texture = context.gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-            view_formats: &[],
-        });
-        texture.create_view(&Default::default())
-    });
+    let targets = SIZES.map(|size| context.target(size, format).create_view(&Default::default()));
     let mut encoder = context.gpu.device.create_command_encoder(&Default::default());
     for round in 0..2 {
         for view in 0..2 {
