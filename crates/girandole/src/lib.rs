@@ -148,6 +148,7 @@ mod shader_constants;
 mod shaders;
 mod stats;
 mod tier;
+mod viewport;
 
 #[cfg(test)]
 mod layout_tests;
@@ -165,8 +166,8 @@ pub use tier::Tier;
 
 pub use maps::cache::StaleCounts;
 pub use renderer::Renderer;
-pub use renderer::viewport::Viewport;
 pub use settings::{
     DebugView, MapPriority, MapUpdates, Mode, RenderSettings, RendererOptions, Shading, ShadowMap, Target,
 };
 pub use stats::{FrameStats, PairCounts, TransferCounts};
+pub use viewport::Viewport;

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 /// From the ground up.
-const ROOMS: [&str; 23] = [
+const ROOMS: [&str; 24] = [
     "browser",
     "error",
     "shader_constants",
@@ -24,6 +24,7 @@ const ROOMS: [&str; 23] = [
     "points",
     "resident",
     "passes",
+    "viewport",
     "checks",
     "prepare",
     "frame",

@@ -35,10 +35,9 @@ use crate::points::lists::PointLists;
 use crate::points::multipass_plan::{MultipassKey, MultipassPlan};
 use crate::points::targets::{Drawn, Targets};
 use crate::rays::RayHierarchies;
-use crate::renderer::nothing_rendered;
-use crate::renderer::viewport::Viewport;
 use crate::resident::{Resident, SceneFeatures};
 use crate::settings::{DebugView, Mode, RenderSettings, Shading};
+use crate::viewport::Viewport;
 use crate::{Error, Result};
 use girandole_core::scene::LocalView;
 use std::sync::OnceLock;
@@ -339,7 +338,7 @@ pub(crate) fn prepare<'a>(
     viewport: &'a Viewport,
     settings: &RenderSettings,
 ) -> Result<Prepared<'a>> {
-    let targets = viewport.targets.as_ref().ok_or_else(nothing_rendered)?;
+    let targets = viewport.rendered()?;
     let compiler = Compiler::new(context, scene.features);
     passes.order(&context.shared);
     scene_passes.order(context, settings);

@@ -7,7 +7,6 @@ mod readback;
 mod refinement;
 mod stats;
 mod transfer;
-pub(crate) mod viewport;
 
 use crate::checks::{check, check_display};
 use crate::device::compiled::Compiled;
@@ -27,6 +26,7 @@ use crate::prepare::{Passes, ScenePasses, allocate, prepare};
 use crate::resident::Resident;
 use crate::settings::{MapUpdates, RenderSettings, RendererOptions, Target};
 use crate::tier::{Kernels, Tier};
+use crate::viewport::{LastFrame, Picture, Viewport};
 use crate::{Error, Remedy, Result};
 use girandole_core::Generation;
 use girandole_core::illumination::{Illumination, IlluminationSettings};
@@ -35,9 +35,8 @@ use girandole_core::lights::LightSet;
 use girandole_core::scene::{Geometry, Scene, SceneChanges, View};
 use girandole_core::tonemap::Exposure;
 use girandole_core::visibility::VisibilityDatabase;
-use refinement::{Picture, SetAside};
+use refinement::SetAside;
 use std::sync::{Arc, OnceLock};
-use viewport::{LastFrame, Viewport};
 
 /// Lights a scene; see the [crate's front page](crate) for an example.
 ///
@@ -421,7 +420,7 @@ impl Renderer {
         target: &wgpu::TextureView,
         format: wgpu::TextureFormat,
     ) -> Result<()> {
-        let targets = viewport.targets.as_ref().ok_or_else(nothing_rendered)?;
+        let targets = viewport.rendered()?;
         if targets.drawn.region != Region::whole(targets.size) {
             return Err(no_part());
         }
@@ -452,8 +451,4 @@ fn nothing_loaded() -> Error {
 
 fn no_part() -> Error {
     Error::invalid("a part of a picture is not shown; read its radiance back, or render the whole")
-}
-
-pub(crate) fn nothing_rendered() -> Error {
-    Error::invalid("render before showing or reading back")
 }

@@ -1,6 +1,5 @@
 //! Compilation ahead of frames.
 
-use super::viewport::Viewport;
 use super::{Renderer, nothing_loaded};
 use crate::Result;
 use crate::checks::check;
@@ -12,6 +11,7 @@ use crate::frame::record_frame;
 use crate::prepare::{ScenePasses, allocate, prepare};
 use crate::resident::SceneFeatures;
 use crate::settings::RenderSettings;
+use crate::viewport::Viewport;
 use girandole_core::scene::{Geometry, Scene, View};
 
 impl Renderer {

@@ -1,10 +1,10 @@
 //! Pictures and shadow maps, read back from the device.
 
-use super::viewport::Viewport;
-use super::{Renderer, nothing_rendered};
+use super::Renderer;
 use crate::device::context::Context;
 use crate::device::readback::TextureCopy;
 use crate::packed::unpack_radiance;
+use crate::viewport::{Viewport, nothing_rendered};
 use crate::{Error, Result};
 use girandole_core::image::Image;
 use std::future::Future;

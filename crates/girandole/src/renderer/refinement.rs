@@ -4,8 +4,7 @@
 //! ([`RenderSettings::of_set`], [`LightSet::sample_set`]), by rays that go through other points of their pixels: edges
 //! are smooth in the end. Set 0 is the ordinary picture, bit for bit.
 
-use super::viewport::Viewport;
-use super::{Renderer, nothing_loaded, nothing_rendered};
+use super::{Renderer, nothing_loaded};
 use crate::device::context::Context;
 use crate::device::recorder::Recorder;
 use crate::device::timers::Timers;
@@ -13,33 +12,18 @@ use crate::gpu_scene::light_source::LightSource;
 use crate::points::average::Average;
 use crate::resident::{Lighting, Resident};
 use crate::settings::RenderSettings;
+use crate::viewport::{NextSet, Picture, Refinement, Viewport, nothing_rendered};
 use crate::{Error, Result};
 use girandole_core::Generation;
 use girandole_core::glam::DVec2;
 use girandole_core::lights::LightSet;
 use girandole_core::scene::{Scene, View};
-use girandole_core::visibility::{VisibilityBuild, VisibilityDatabase};
+use girandole_core::visibility::VisibilityBuild;
 use std::future::Future;
 use std::sync::Arc;
 
 /// Distances of the rays of one set from those of the one before, pixels (the R2 sequence: Roberts 2018).
 const JITTER: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-
-/// What a picture shows and how.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) struct Picture {
-    pub view: View,
-    pub size: [u32; 2],
-    pub settings: RenderSettings,
-}
-
-/// Light samples of a set that is not rendered yet.
-struct NextSet {
-    lights: LightSet,
-    /// While visibility is being determined.
-    build: Option<VisibilityBuild>,
-    visibility: Option<Arc<VisibilityDatabase>>,
-}
 
 /// What of set 0 was on the device before a later set came there.
 pub(super) enum SetAside {
@@ -47,28 +31,6 @@ pub(super) enum SetAside {
     Lighting(Box<Lighting>),
     /// All of it, where a later set differs in more: in its number of samples, or in what may block them.
     Resident(Box<Resident>),
-}
-
-/// How far a viewport's picture is refined.
-#[derive(Default)]
-pub(super) struct Refinement {
-    /// The picture that is refined, and which version of scene and light it shows; none where there is none that can be.
-    picture: Option<(Picture, Generation)>,
-    average: Option<Average>,
-    next: Option<NextSet>,
-}
-
-impl Refinement {
-    /// The picture, if it shows this version of scene and light.
-    fn picture_of(&self, version: Generation) -> Option<&Picture> {
-        self.picture.as_ref().filter(|(_, of)| *of == version).map(|(picture, _)| picture)
-    }
-
-    /// Sets in the picture.
-    fn sets(&self, version: Generation) -> u32 {
-        let averaged = self.average.as_ref().map_or(0, |average| average.sets);
-        if self.picture_of(version).is_some() { averaged.max(1) } else { 0 }
-    }
 }
 
 impl Renderer {
@@ -288,8 +250,8 @@ impl Renderer {
     /// Averages the picture with those before it, and has the average take its place.
     fn add_picture(&self, viewport: &mut Viewport) -> Result<()> {
         let Context { device, queue, shared, timers, .. } = &self.context;
-        let targets = viewport.targets.as_ref().ok_or_else(nothing_rendered)?;
-        let average = &mut viewport.refinement.average;
+        let Viewport { targets, refinement: Refinement { average, .. }, .. } = viewport;
+        let targets = targets.as_ref().ok_or_else(nothing_rendered)?;
         if average.as_ref().is_some_and(|average| average.size != targets.size) {
             *average = None;
         }

@@ -1,7 +1,6 @@
 //! What is counted of a frame, and read back.
 
 use super::Renderer;
-use super::viewport::{LastFrame, Viewport};
 use crate::Result;
 use crate::device::readback;
 use crate::device::recorder::Recorder;
@@ -20,6 +19,7 @@ use crate::shader_constants::{
     UNSHADOWED,
 };
 use crate::stats::FrameStats;
+use crate::viewport::{LastFrame, Viewport};
 use std::future::Future;
 
 impl Renderer {
