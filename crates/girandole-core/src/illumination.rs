@@ -257,7 +257,8 @@ impl Illumination {
     /// # Errors
     /// As [`Illumination::update`]; then the views are those before, too.
     pub fn update_for(&mut self, scene: &Scene, changes: &SceneChanges, views: &[View]) -> Result<()> {
-        if self.settings.rewalk != Rewalk::All {
+        // What is held already is not sampled for them.
+        if self.settings.rewalk != Rewalk::All || changes.to == self.generation() {
             return self.update(scene, changes);
         }
         let before = std::mem::replace(&mut self.settings.views, views.to_vec());

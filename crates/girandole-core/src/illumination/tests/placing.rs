@@ -32,6 +32,32 @@ fn placing_for_a_view_is_deriving_for_it() {
 }
 
 #[test]
+fn what_is_sampled_anew_is_placed_for_the_views_of_now() {
+    let mut scene = builtin::build("table", MovingObject::None).expect("a room");
+    let [then, now] = [1.3, 0.2].map(|aspect| View::new(&scene, &scene.cameras[0], aspect));
+    let placed = |view| {
+        let lights = LightSettings { candidates: 64, ..settings().lights };
+        IlluminationSettings { lights, views: vec![view], ..settings() }
+    };
+    let held_already = scene.take_changes();
+    let mut held = Illumination::new(&scene, &placed(then)).expect("there is light");
+    let before = contents(&held);
+    // Nothing is sampled for what is held already, nor for changes that do not follow it: then the views stay, too.
+    let all = SceneChanges { everything: true, ..held_already.clone() };
+    held.update_for(&scene, &all, &[now]).expect("nothing is to be done");
+    let lamp = scene.materials.iter().position(Material::emits).expect("a lamp").into();
+    scene.set_emission(lamp, vec3(1.0, 2.0, 3.0)).expect("an emission");
+    assert!(held.update_for(&scene, &held_already, &[now]).is_err(), "other changes");
+    assert!(contents(&held) == before && held.settings().views == [then]);
+    let changes = scene.take_changes();
+    held.update_for(&scene, &changes, &[now]).expect("they follow");
+    let [of_then, of_now] =
+        [then, now].map(|view| contents(&Illumination::new(&scene, &placed(view)).expect("there is light")));
+    assert!(contents(&held) == of_now && held.settings().views == [now]);
+    assert!(of_then != of_now, "the control: the view counts");
+}
+
+#[test]
 fn samples_wait_in_rooms_that_will_be_seen() {
     let mut scene = builtin::build("gap", MovingObject::None).expect("a room");
     let [there, _, here] = [0, 1, 2].map(|camera| View::new(&scene, &scene.cameras[camera], 1.3));
