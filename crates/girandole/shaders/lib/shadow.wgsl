@@ -181,11 +181,30 @@ fn plane_at(light: Light, r: Receiver, texel: vec2u) -> f32 {
 // light grazes, its own surface may be what is seen past an edge.
 struct Slope { gradient: vec2f, footprints: f32 }
 
+// Of four axes the two along which the surface is straightest: in a corner of walls it reaches two texels along few.
 fn slope_at(light: Light, at: vec2i, stored: f32, is_before: bool) -> Slope {
-  let x = gradient_along(light, at, vec2i(1, 0), stored);
-  let y = gradient_along(light, at, vec2i(0, 1), stored);
-  let is_straight = max(x.y, y.y) <= STRAIGHT * stored && is_before;
-  return Slope(vec2f(x.x, y.x), select(HOLLOW, FOOTPRINT, is_straight));
+  let level = straighter(along_axis(light, at, vec2i(1, 0), stored), along_axis(light, at, vec2i(0, 1), stored));
+  let diagonal = straighter(along_axis(light, at, vec2i(1, 1), stored), along_axis(light, at, vec2i(1, -1), stored));
+  let swapped = diagonal.a.w < level.a.w;
+  let first = AxisPair(select(level.a, diagonal.a, swapped), select(level.b, diagonal.b, swapped));
+  let second = select(diagonal.a, level.a, swapped);
+  let a = first.a;
+  let b = select(first.b, second, vec4<bool>(second.w < first.b.w));
+  let gradient = vec2f(a.z * b.y - b.z * a.y, a.x * b.z - b.x * a.z) / (a.x * b.y - b.x * a.y);
+  let is_straight = b.w <= STRAIGHT * stored && is_before;
+  return Slope(gradient, select(HOLLOW, FOOTPRINT, is_straight));
+}
+
+// Axes, with the change along them and its second difference; the straighter one first.
+struct AxisPair { a: vec4f, b: vec4f }
+
+fn straighter(a: vec4f, b: vec4f) -> AxisPair {
+  if b.w < a.w { return AxisPair(b, a); }
+  return AxisPair(a, b);
+}
+
+fn along_axis(light: Light, at: vec2i, axis: vec2i, stored: f32) -> vec4f {
+  return vec4f(vec2f(axis), gradient_along(light, at, axis, stored));
 }
 
 // The same along one axis, and the second difference: of the two sides, the one that continues more nearly straight.
