@@ -60,7 +60,7 @@ fn blur_mirrors(@builtin(global_invocation_id) invocation: vec3u) {
     let cosine = dot(normal, hit.wo);
     let reflected = mirror_fresnel(r, cosine) * mirror_share(r, cosine);
     var blurred = vec4f(own.xyz, select(0.0, 1.0, own.w > 0.0));
-    if any(reflected > vec3f(0.0)) && r.alpha >= WIDE_ALPHA {
+    if any(reflected > vec3f(0.0)) && r.alpha >= WIDE_ALPHA && !is_spread(r) {
       let radius = vec2f(
         radius_along(pixel, vec2i(1, 0), surface_id, hit.position, normal, hit.wo, r.alpha),
         radius_along(pixel, vec2i(0, 1), surface_id, hit.position, normal, hit.wo, r.alpha),

@@ -292,12 +292,13 @@ pub(crate) fn allocate(
     settings: &RenderSettings,
 ) -> Result<()> {
     let device = &context.device;
-    let Viewport { targets, lists, multipass, seen, .. } = viewport;
+    let Viewport { targets, lists, multipass, seen, light_set, .. } = viewport;
     if targets.as_ref().is_none_or(|t| t.size != size) {
         *targets = None;
     }
     let targets = targets.get_or_insert_with(|| Targets::new(device, size));
     targets.drawn = Drawn::new(size, settings.region, scene.mirrors(settings) > 0);
+    targets.light_set = *light_set;
     let now = scene.see(seen.take(), Some((view, settings)));
     let seen = seen.insert(now);
     if settings.mode == Mode::Naive {

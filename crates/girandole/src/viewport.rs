@@ -46,6 +46,8 @@ pub struct Viewport {
     pub(crate) seen: Option<Seen>,
     pub(crate) last: Option<LastFrame>,
     pub(crate) refinement: Refinement,
+    /// Which light set of a refinement is rendered; 0 = the picture's own.
+    pub(crate) light_set: u32,
 }
 
 /// How a viewport's last frame was recorded.

@@ -51,3 +51,19 @@ fn specular_brdf(normal: vec3f, wo: vec3f, wi: vec3f, f0: vec3f, f90: f32, alpha
   let x5 = x * x * x * x * x;
   return (f0 + (vec3f(f90) - f0) * x5) * (distribution * 0.5 / max(smith, 1e-7));
 }
+
+// Smith's Λ for GGX (Heitz 2014, eq. 72).
+fn smith_lambda(cosine: f32, alpha: f32) -> f32 {
+  let nv = max(cosine, 1e-4);
+  return 0.5 * sqrt(1.0 + alpha * alpha * max(1.0 / (nv * nv) - 1.0, 0.0)) - 0.5;
+}
+
+// How many of the directions that the facets seen from `wo` reflect lie about `wi`, 1/sr (Heitz 2018).
+fn lobe_density(normal: vec3f, wo: vec3f, wi: vec3f, alpha: f32) -> f32 {
+  let h = normalize(wo + wi);
+  let nxh = cross(normal, h);
+  let nh = dot(normal, h);
+  let d = dot(nxh, nxh) + alpha * alpha * nh * nh;
+  let nv = max(dot(normal, wo), 1e-4);
+  return alpha * alpha / (PI * d * d) * 0.25 / (nv * (1.0 + smith_lambda(nv, alpha)));
+}

@@ -8,6 +8,3 @@
 @group(2) @binding(3) var<storage, read_write> mirror_image: array<vec4f>;
 
 fn mirror_image_at(pixel: vec2u) -> u32 { return 4u * band_index(pixel); }
-
-// Lobes from here on are wider than a pixel: further samples of a surface take what the first ones' rays brought.
-const WIDE_ALPHA = 0.004;

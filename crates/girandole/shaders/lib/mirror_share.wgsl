@@ -2,6 +2,16 @@
 
 override HAS_MIRRORS: bool = false; // whether any surface is smooth enough
 
+// Lobes from here on are wider than a pixel: further samples of a pixel take what the first ones' rays brought.
+const WIDE_ALPHA = 0.004;
+
+// In further light sets of a refinement, rays are spread over such lobes. Both they and light samples bring all that is reflected, and are
+// weighed against each other by their densities (Veach's balance heuristic): what a lobe shows is neither widened nor blurred.
+fn is_spread(r: Reflection) -> bool { return frame.light_set > 0u && r.alpha >= WIDE_ALPHA; }
+
+// The weight of light samples in a direction where rays have this density, 1/sr, and samples about one in this solid angle.
+fn samples_weight(density: f32, solid_angle: f32) -> f32 { return 1.0 / (1.0 + density * solid_angle); }
+
 // Schlick's Fresnel where a mirror reflects.
 fn mirror_fresnel(r: Reflection, cosine: f32) -> vec3f {
   let x = 1.0 - clamp(cosine, 0.0, 1.0);
@@ -13,6 +23,7 @@ fn mirror_share(r: Reflection, cosine: f32) -> f32 {
   let unresolved = 1.0 - resolved_share(r.alpha, frame.mirror_solid_angle);
   let fresnel = mirror_fresnel(r, cosine);
   let strength = max(fresnel.x, max(fresnel.y, fresnel.z));
-  return max(unresolved - MIRROR_LEAST, 0.0) / (1.0 - MIRROR_LEAST)
+  let share = max(unresolved - MIRROR_LEAST, 0.0) / (1.0 - MIRROR_LEAST)
     * clamp((strength - MIRROR_LEAST_FRESNEL) / (2.0 * MIRROR_LEAST_FRESNEL), 0.0, 1.0);
+  return select(share, 1.0, share > 0.0 && is_spread(r));
 }

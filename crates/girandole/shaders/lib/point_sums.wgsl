@@ -56,11 +56,24 @@ fn arriving_in_full(light: Light, s: Shading) -> Arriving {
   return a;
 }
 
+// What a light of the mean size would subtend in its place.
+fn mean_solid_angle(light: Light, position: vec3f) -> f32 {
+  if !ONLY_COSINE_LIGHTS && light.profile == DISTANT { return frame.sample_solid_angle; }
+  let to_light = light.position - position;
+  let r2 = dot(to_light, to_light);
+  return max(-dot(light.normal, to_light), 0.0) * frame.sample_area / (r2 * sqrt(r2));
+}
+
 fn specular_radiance(light: Light, a: Arriving, s: Shading) -> vec3f {
   let r = s.reflection;
-  let alpha = widened_alpha(r.alpha, solid_angle_of(light, s.position));
+  let wi = normalize(a.to_light);
+  let solid_angle = solid_angle_of(light, s.position);
+  let is_weighed = HAS_MIRRORS && s.sampled < 1.0 && is_spread(r) && solid_angle > 0.0;
+  let mean = select(0.0, mean_solid_angle(light, s.position), is_weighed);
+  let alpha = widened_alpha(r.alpha, select(solid_angle, 0.0, is_weighed));
   let g = a.g * widened_gain(dot(s.ns, s.wo), r.alpha, alpha);
-  let sent = light.intensity * (g * specular_brdf(s.ns, s.wo, normalize(a.to_light), r.f0, r.f90, alpha));
+  let sent = light.intensity * (g * specular_brdf(s.ns, s.wo, wi, r.f0, r.f90, alpha));
+  if is_weighed { return sent * samples_weight(lobe_density(s.ns, s.wo, wi, r.alpha), mean); }
   if HAS_MIRRORS && s.sampled < 1.0 { return sent * s.sampled; }
   if !REFLECTS_ENVIRONMENT { return sent; }
   return sent * select(1.0, resolved_share(r.alpha, frame.sample_solid_angle), light.profile == DISTANT);

@@ -66,6 +66,13 @@ impl GpuLights {
         self.shows_others |= is_other;
     }
 
+    /// Of what samples on surfaces stand for, m²: the mean over all that they cover; 0 without any.
+    pub fn mean_area(&self) -> f32 {
+        let areas = self.samples.iter().map(Light::area);
+        let [sum, squares] = areas.fold([0.0; 2], |[sum, squares], area| [sum + area, squares + area * area]);
+        if sum > 0.0 { squares / sum } else { 0.0 }
+    }
+
     /// Gives each its place in the atlas, which the next frame puts on the device: others that are recorded have their own.
     pub fn place(&mut self, device: &wgpu::Device, words: &[u32]) {
         let is_placed = self.samples.iter().map(|light| light.atlas_slot).eq(words.iter().copied());

@@ -75,6 +75,8 @@ pub(crate) struct Targets {
     pub size: [u32; 2],
     /// By the last frame.
     pub drawn: Drawn,
+    /// Which light set of a refinement is rendered; 0 = the picture's own.
+    pub light_set: u32,
     pub band_rows: u32,
     pub triangle_ids: wgpu::TextureView,
     /// Surfaces and materials.
@@ -208,6 +210,7 @@ impl Targets {
         Self {
             size,
             drawn: Drawn::new(size, None, false),
+            light_set: 0,
             band_rows,
             triangle_ids: attachment("triangle ids", TRIANGLE_IDS),
             surface_ids: attachment("surface ids", SURFACE_IDS),

@@ -135,7 +135,15 @@ impl Renderer {
         viewport.refinement = Refinement::default();
         self.light_with(scene, &next)?;
         let picture = Picture { view: *view, size, settings: *settings };
-        self.frame(viewport, None, &jittered(&picture, set), size, &settings.of_set(set), None)
+        self.frame_of_set(viewport, &picture, set)
+    }
+
+    fn frame_of_set(&mut self, viewport: &mut Viewport, picture: &Picture, set: u32) -> Result<()> {
+        let Picture { size, settings, .. } = picture;
+        viewport.light_set = set;
+        let done = self.frame(viewport, None, &jittered(picture, set), *size, &settings.of_set(set), None);
+        viewport.light_set = 0;
+        done
     }
 
     /// How many light sets are averaged in a viewport's last picture: 1 unless it was [refined](Renderer::refine), 0 without a picture of
@@ -207,10 +215,9 @@ impl Renderer {
         if set == 1 {
             self.add_picture(viewport)?;
         }
-        let settings = picture.settings.of_set(set);
         let rendered = self
             .light_with(scene, next)
-            .and_then(|()| self.frame(viewport, None, &jittered(picture, set), picture.size, &settings, None))
+            .and_then(|()| self.frame_of_set(viewport, picture, set))
             .and_then(|()| self.add_picture(viewport));
         if rendered.is_err() {
             // The picture may be that of one set alone by now.
