@@ -105,9 +105,10 @@ pub(super) fn place(candidate: &LightSample, normal_scale: f32) -> Place {
 }
 
 /// What light from each place brings, per unit of power.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Importance {
-    /// Runs of neighbours, as halves of halves; none, where all places count alike.
+    /// Finds the run of a place; `None` where all places count alike.
+    tree: Option<Node>,
     runs: Vec<Run>,
     /// Over all candidates that it was measured with.
     mean: f64,
@@ -122,41 +123,48 @@ pub(super) struct Importance {
     pub of_points: Option<Brightness>,
 }
 
-/// Neighbours, or two halves of them.
+/// Runs of neighbours, as halves of halves.
 #[derive(Clone, Debug)]
-enum Run {
+enum Node {
     /// Up to where along an axis the first half goes, and both.
-    Halves { axis: usize, border: f32, halves: [usize; 2] },
-    /// Candidates that the run was made of, what one brings per unit of power, and the bound on `G` that that was measured with.
-    Whole { members: Vec<u32>, importance: f64, bound: f32 },
+    Halves { axis: usize, border: f32, halves: Box<[Node; 2]> },
+    /// One of the runs.
+    Run(usize),
+}
+
+/// Neighbours.
+#[derive(Clone, Debug)]
+struct Run {
+    /// Candidates that it was made of.
+    members: Vec<u32>,
+    /// What one brings per unit of power.
+    importance: f64,
+    /// The bound on `G` that that was measured with.
+    bound: f32,
 }
 
 impl Importance {
     /// Where all places count alike.
     pub fn uniform() -> Self {
-        Self { runs: Vec::new(), mean: 1.0, brightness: 0.0, of_sun: 0.0, seen: None, of_points: None }
+        Self { mean: 1.0, ..Self::default() }
     }
 
     /// At a [place], as a multiple of the mean.
     pub fn relative_at(&self, place: Place) -> f64 {
-        self.at(place) / self.mean
-    }
-
-    fn at(&self, place: Place) -> f64 {
-        self.run_at(place).map_or(1.0, |(importance, _)| importance)
+        self.run_at(place).map_or(1.0, |run| run.importance) / self.mean
     }
 
     /// The bound on `G` that it was measured with at a [place].
     pub fn bound_at(&self, place: Place) -> f32 {
-        self.run_at(place).map_or(f32::MAX, |(_, bound)| bound)
+        self.run_at(place).map_or(f32::MAX, |run| run.bound)
     }
 
-    fn run_at(&self, place: Place) -> Option<(f64, f32)> {
-        let mut run = 0;
+    fn run_at(&self, place: Place) -> Option<&Run> {
+        let mut node = self.tree.as_ref()?;
         loop {
-            match self.runs.get(run)? {
-                Run::Halves { axis, border, halves } => run = halves[usize::from(place[*axis] >= *border)],
-                Run::Whole { importance, bound, .. } => return Some((*importance, *bound)),
+            match node {
+                Node::Halves { axis, border, halves } => node = &halves[usize::from(place[*axis] >= *border)],
+                Node::Run(run) => return self.runs.get(*run),
             }
         }
     }
@@ -165,9 +173,7 @@ impl Importance {
     pub fn weights(&self, candidates: &[LightSample]) -> Vec<f64> {
         let mut weights: Vec<f64> = candidates.iter().map(power).collect();
         for run in &self.runs {
-            if let Run::Whole { members, importance, .. } = run {
-                members.iter().for_each(|&i| weights[i as usize] *= importance);
-            }
+            run.members.iter().for_each(|&i| weights[i as usize] *= run.importance);
         }
         weights
     }
@@ -182,135 +188,164 @@ pub(super) async fn measure(
     places: &[Place],
     is_guided: bool,
 ) -> Importance {
-    let alike = Importance::uniform();
     if points.is_empty() {
-        return alike;
+        return Importance::uniform();
     }
     let power: Vec<f64> = candidates.iter().map(power).collect();
-    let [tested, longest] = if is_guided { GUIDED_PAIRS_AND_RUN } else { PAIRS_AND_RUN };
+    let [per_test, longest] = if is_guided { GUIDED_PAIRS_AND_RUN } else { PAIRS_AND_RUN };
     let lights = candidates.iter().filter(|c| c.punctual().is_some()).count();
-    let times = (PUNCTUAL_PAIRS / (tested * lights.max(1))).clamp(1, longest);
-    let runs = split_into_runs(candidates, places, [longest, longest / times]);
+    let times = (PUNCTUAL_PAIRS / (per_test * lights.max(1))).clamp(1, longest);
+    let (tree, mut runs) = split_into_runs(candidates, places, [longest, longest / times]);
     let seen = Seen::new(points, candidates, places);
-    let mut result = Importance { runs, seen, ..alike.clone() };
-    let of = |run: &Run| if let Run::Whole { members, .. } = run { Some(members.clone()) } else { None };
-    let mut runs: Vec<Vec<u32>> = result.runs.iter().filter_map(of).collect();
-    // The power that a test stands for.
-    let mut parts = power.clone();
-    repeat_punctual(candidates, &mut runs, &mut parts, times);
-    let order: Vec<u32> = runs.concat();
-    let run_bounds: Vec<f32> = runs.iter().map(|run| bound(candidates, &power, run)).collect();
-    let bounds: Vec<f32> =
-        runs.iter().zip(&run_bounds).flat_map(|(run, &bound)| vec![bound; run.len()]).collect();
+    let mut tests = Vec::new();
+    for (index, run) in runs.iter_mut().enumerate() {
+        let times = if candidates[run.members[0] as usize].punctual().is_some() { times } else { 1 };
+        let tested: Vec<u32> = run.members.iter().flat_map(|&i| std::iter::repeat_n(i, times)).collect();
+        run.bound = bound(candidates, &power, &tested);
+        tests.extend(tested.into_iter().map(|i| {
+            let (candidate, power) = (&candidates[i as usize], power[i as usize] / times as f64);
+            Test { candidate, power, run: index }
+        }));
+    }
     pause().await;
-    let pairs = in_slices(order.len() * tested, SLICE, |i| {
-        let (at, point) = (i / tested, &points[i % points.len()]);
-        reflected(tracer, point, &candidates[order[at] as usize], bounds[at])
+    let reflected = in_slices(tests.len() * per_test, SLICE, |i| {
+        let Test { candidate, run, .. } = tests[i / per_test];
+        reflected(tracer, &points[i % points.len()], candidate, runs[run].bound)
     })
     .await;
     pause().await;
-    result.of_points = is_guided.then(|| {
-        // Each pair stands for as many as a candidate could have been tested by.
-        let stands_for = points.len() as f64 / tested as f64;
-        let pairs = pairs.iter().enumerate().map(|(i, &pair)| {
-            let (candidate, point) = (order[i / tested] as usize, i % points.len());
-            let scale = (stands_for * parts[candidate] / power[candidate].max(f64::MIN_POSITIVE)) as f32;
-            (
-                &candidates[candidate],
-                point,
-                reflected_light(&points[point], &candidates[candidate], pair) * scale,
-            )
-        });
-        Brightness::of(points.len(), pairs)
-    });
-
-    // What a point counts for.
-    let brightness = |counts: &dyn Fn(&LightSample) -> bool| {
-        let mut brightness = vec![0.0; points.len()];
-        for (i, &pair) in pairs.iter().enumerate() {
-            let candidate = order[i / tested] as usize;
-            if counts(&candidates[candidate]) {
-                brightness[i % points.len()] += f64::from(pair) * parts[candidate];
-            }
-        }
-        brightness
-    };
-    let is_near = |candidate: &LightSample| !candidate.profile.is_parallel();
-    let without_parallel = if is_guided { brightness(&is_near) } else { Vec::new() };
-    let is_lit = without_parallel.iter().any(|&b| b > 0.0);
-    let brightness = if is_lit { without_parallel } else { brightness(&|_| true) };
-    let mean = brightness.iter().sum::<f64>() / points.len() as f64;
-    if mean <= 0.0 {
-        return alike;
-    }
-    let seen = points.iter().filter(|point| point.is_seen).count();
-    // Each point is one of so many that a candidate could have been tested against.
-    let each = points.len() as f64 / (tested * seen.max(1)) as f64;
-    let shown = |(i, pair): (usize, &f32)| {
-        let candidate = order[i / tested] as usize;
-        let is_seen = points[i % points.len()].is_seen;
-        f64::from(*pair) * parts[candidate] * if is_seen { grayness(&candidates[candidate]) } else { 0.0 }
-    };
-    result.brightness = pairs.iter().enumerate().map(shown).sum::<f64>() * each;
-    let counts: Vec<f64> = brightness.iter().map(|b| 1.0 / (b + DARK * mean)).collect();
-
-    // What a run brings, per unit of power.
-    let mut importances = Vec::with_capacity(runs.len());
-    let (mut first, mut total) = (0, 0.0);
-    // All that is brought in the mean, and by the sun.
-    let (mut all, mut of_sun) = (0.0, 0.0);
-    // An environment's light and all other light, each with its power.
-    let mut kinds = [(0.0, 0.0); 2];
-    let is_distant = |run: &[u32]| run.first().is_some_and(|&i| candidates[i as usize].profile.is_parallel());
-    for run in &runs {
-        let (mut sum, mut run_power) = (0.0, 0.0);
-        for (at, &candidate) in (first..).zip(run) {
-            let brought = |i| f64::from(pairs[i]) * counts[i % points.len()];
-            let seen = (at * tested..(at + 1) * tested).map(brought);
-            let part = parts[candidate as usize];
-            let light = seen.clone().sum::<f64>() * part;
-            all += light;
-            of_sun += if candidates[candidate as usize].is_of_sun() { light } else { 0.0 };
-            sum += if is_guided { seen.map(|x| x * x).sum::<f64>() * part } else { light };
-            run_power += part;
-        }
-        if is_guided {
-            sum = (sum * run_power * tested as f64).sqrt();
-        }
-        importances.push(sum / run_power);
-        total += sum;
-        let kind = &mut kinds[usize::from(is_distant(run))];
-        *kind = (kind.0 + sum, kind.1 + run_power);
-        first += run.len();
-    }
-    result.of_sun = if all > 0.0 { of_sun / all } else { 0.0 };
-    let mean = total / power.iter().sum::<f64>();
-    result.mean = mean;
-    let is_mixed = kinds.iter().all(|(_, power)| *power > 0.0);
-    let plain = kinds.map(|(sum, power)| if is_mixed { (sum / power).max(LEAST_PLAIN * mean) } else { mean });
-    // Where paths are guided (`guide.rs`), those that start where little is seen from are few and strong: candidates count alike.
-    let each = power.iter().sum::<f64>() / power.len() as f64;
-    let alike = |run: &[u32]| {
-        let own = run.iter().map(|&i| power[i as usize]).sum::<f64>() / run.len() as f64;
-        if is_guided && own > 0.0 { each / own } else { 1.0 }
-    };
-    let mut found = importances.into_iter().zip(run_bounds);
-    for run in &mut result.runs {
-        if let Run::Whole { importance, members, bound } = run {
-            let plain = plain[usize::from(is_distant(members))] * alike(members);
-            (*importance, *bound) = found
-                .next()
-                .map_or((plain, f32::MAX), |(own, bound)| (PLAIN * plain + (1.0 - PLAIN) * own, bound));
-        }
-    }
-    result
+    let pairs = Pairs { points, candidates, is_guided, tests, per_test, reflected };
+    let Some(counts) = pairs.point_weights() else { return Importance::uniform() };
+    let light = pairs.by_test(&counts, |light| light);
+    let of_sun = pairs.share_of_sun(&light);
+    let brought = if is_guided { pairs.by_test(&counts, |light| light * light) } else { light };
+    let mean = pairs.weigh(&mut runs, &brought);
+    let of_points = is_guided.then(|| pairs.brightness_by_kind());
+    Importance { tree, runs, mean, brightness: pairs.brightness(), of_sun, seen, of_points }
 }
 
-/// Tests punctual lights so many times, each time with a part of their power.
-fn repeat_punctual(candidates: &[LightSample], runs: &mut [Vec<u32>], power: &mut [f64], times: usize) {
-    for run in runs.iter_mut().filter(|run| candidates[run[0] as usize].punctual().is_some()) {
-        run.iter().for_each(|&light| power[light as usize] /= times as f64);
-        *run = run.iter().flat_map(|&light| std::iter::repeat_n(light, times)).collect();
+/// Candidates that are tested against points.
+struct Pairs<'a> {
+    points: &'a [ViewPoint],
+    candidates: &'a [LightSample],
+    is_guided: bool,
+    /// Run by run.
+    tests: Vec<Test<'a>>,
+    /// How many points each of them is against.
+    per_test: usize,
+    /// What is [reflected], test by test.
+    reflected: Vec<f32>,
+}
+
+/// A test of a candidate: punctual lights may have several.
+struct Test<'a> {
+    candidate: &'a LightSample,
+    /// What it stands for.
+    power: f64,
+    run: usize,
+}
+
+/// What candidates bring together, and their power.
+#[derive(Clone, Copy, Default)]
+struct Brought {
+    light: f64,
+    power: f64,
+}
+
+impl Pairs<'_> {
+    /// The test and the point of each pair, and what is reflected.
+    fn iter(&self) -> impl Iterator<Item = (&Test<'_>, usize, f32)> {
+        let pairs = self.reflected.iter().enumerate();
+        pairs.map(|(i, &reflected)| (&self.tests[i / self.per_test], i % self.points.len(), reflected))
+    }
+
+    /// What all candidates bring to each point.
+    fn brightness_by_kind(&self) -> Brightness {
+        // Each pair stands for as many as a candidate could have been tested by.
+        let stands_for = self.points.len() as f64 / self.per_test as f64;
+        let pairs = self.iter().map(|(Test { candidate, power: part, .. }, point, reflected)| {
+            let scale = (stands_for * part / power(candidate).max(f64::MIN_POSITIVE)) as f32;
+            (*candidate, point, reflected_light(&self.points[point], candidate, reflected) * scale)
+        });
+        Brightness::of(self.points.len(), pairs)
+    }
+
+    /// The light that points that are seen reflect in the mean.
+    fn brightness(&self) -> f64 {
+        let seen = self.points.iter().filter(|point| point.is_seen).count();
+        // Each point is one of so many that a candidate could have been tested against.
+        let each = self.points.len() as f64 / (self.per_test * seen.max(1)) as f64;
+        let shown = self.iter().map(|(test, point, reflected)| {
+            let share = if self.points[point].is_seen { grayness(test.candidate) } else { 0.0 };
+            f64::from(reflected) * test.power * share
+        });
+        shown.sum::<f64>() * each
+    }
+
+    /// What each point counts for; `None` where no light reaches them.
+    fn point_weights(&self) -> Option<Vec<f64>> {
+        let brightness = |counts: fn(&LightSample) -> bool| {
+            let mut brightness = vec![0.0; self.points.len()];
+            for (test, point, reflected) in self.iter().filter(|(test, ..)| counts(test.candidate)) {
+                brightness[point] += f64::from(reflected) * test.power;
+            }
+            brightness
+        };
+        let near = if self.is_guided { brightness(|c| !c.profile.is_parallel()) } else { Vec::new() };
+        let is_lit = near.iter().any(|&b| b > 0.0);
+        let brightness = if is_lit { near } else { brightness(|_| true) };
+        let mean = brightness.iter().sum::<f64>() / self.points.len() as f64;
+        let weights = || brightness.iter().map(|b| 1.0 / (b + DARK * mean)).collect();
+        if mean <= 0.0 { None } else { Some(weights()) }
+    }
+
+    /// By test, the sum of `f` of what its pairs bring to points that count for so much.
+    fn by_test(&self, counts: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> {
+        let sum = |(at, test): (usize, &Test)| {
+            let pairs = at * self.per_test..(at + 1) * self.per_test;
+            let brought = |i| f(f64::from(self.reflected[i]) * counts[i % self.points.len()]);
+            pairs.map(brought).sum::<f64>() * test.power
+        };
+        self.tests.iter().enumerate().map(sum).collect()
+    }
+
+    /// The sun's part of the light that tests bring.
+    fn share_of_sun(&self, light: &[f64]) -> f64 {
+        let all: f64 = light.iter().sum();
+        let of_sun = self.tests.iter().zip(light).filter(|(test, _)| test.candidate.is_of_sun());
+        if all > 0.0 { of_sun.map(|(_, light)| light).sum::<f64>() / all } else { 0.0 }
+    }
+
+    /// Gives runs their importance, and returns the mean over all candidates. `brought` is by test: squares where light is guided.
+    fn weigh(&self, runs: &mut [Run], brought: &[f64]) -> f64 {
+        let mut by_run = vec![Brought::default(); runs.len()];
+        for (test, light) in self.tests.iter().zip(brought) {
+            by_run[test.run].light += light;
+            by_run[test.run].power += test.power;
+        }
+        for run in by_run.iter_mut().filter(|_| self.is_guided) {
+            run.light = (run.light * run.power * self.per_test as f64).sqrt();
+        }
+        let all = self.candidates.iter().map(power).sum::<f64>();
+        let mean = by_run.iter().map(|run| run.light).sum::<f64>() / all;
+        let kind = |run: &Run| usize::from(self.candidates[run.members[0] as usize].profile.is_parallel());
+        let mut kinds = [Brought::default(); 2];
+        for (run, own) in runs.iter().zip(&by_run) {
+            kinds[kind(run)].light += own.light;
+            kinds[kind(run)].power += own.power;
+        }
+        let is_mixed = kinds.iter().all(|kind| kind.power > 0.0);
+        let plain = kinds.map(|k| if is_mixed { (k.light / k.power).max(LEAST_PLAIN * mean) } else { mean });
+        // Where paths are guided (`guide.rs`), those that start where little is seen from are few and strong: candidates count alike.
+        let each = all / self.candidates.len() as f64;
+        for (run, brought) in runs.iter_mut().zip(by_run) {
+            let members = run.members.iter().map(|&i| power(&self.candidates[i as usize]));
+            let own = members.sum::<f64>() / run.members.len() as f64;
+            let alike = if self.is_guided && own > 0.0 { each / own } else { 1.0 };
+            let plain = plain[kind(run)] * alike;
+            run.importance = PLAIN * plain + (1.0 - PLAIN) * (brought.light / brought.power);
+        }
+        mean
     }
 }
 
@@ -406,47 +441,39 @@ fn bound(candidates: &[LightSample], power: &[f64], run: &[u32]) -> f32 {
     (1.0 / (2.0 * variance)).min(f64::from(f32::MAX)) as f32
 }
 
-/// Runs of neighbours by position and normal: halves of halves. The sun is a run of its own: all of it brings the same but for
-/// the edges of shadows. The `longest` are of so many candidates, or so many punctual lights.
-fn split_into_runs(candidates: &[LightSample], places: &[Place], longest: [usize; 2]) -> Vec<Run> {
+/// Runs of neighbours by position and normal. The sun is a run of its own: all of it brings the same but for the edges of shadows.
+/// The `longest` are of so many candidates, or so many punctual lights.
+fn split_into_runs(
+    candidates: &[LightSample],
+    places: &[Place],
+    longest: [usize; 2],
+) -> (Option<Node>, Vec<Run>) {
     let is_sun = |&i: &u32| candidates[i as usize].is_of_sun();
     let is_punctual = |&i: &u32| candidates[i as usize].punctual().is_some();
     let (punctual, others): (Vec<u32>, Vec<u32>) = (0..places.len() as u32).partition(is_punctual);
     let (sun, others): (Vec<u32>, Vec<u32>) = others.into_iter().partition(is_sun);
-    let mut parts = vec![(others, 0), (sun, 0), (punctual, punctual::AXIS)];
-    parts.retain(|(part, _)| !part.is_empty());
-    let mut runs: Vec<Run> = Vec::new();
-    let mut open = Vec::new();
+    let parts = [(others, 0, longest[0]), (sun, 0, usize::MAX), (punctual, punctual::AXIS, longest[1])];
+    let (mut tree, mut runs) = (None, Vec::new());
     // Each lies beyond all that come before it.
-    let mut parent = None;
-    for (part, axis) in parts.drain(1.min(parts.len())..).rev() {
+    for (part, axis, longest) in parts.into_iter().filter(|(part, ..)| !part.is_empty()) {
         let border = part.iter().map(|&i| places[i as usize][axis]).fold(f32::INFINITY, f32::min);
-        let node = runs.len();
-        if let Some(Run::Halves { halves, .. }) = runs.last_mut() {
-            halves[0] = node;
-        }
-        runs.push(Run::Halves { axis, border, halves: [0; 2] });
-        open.push((part, Some((node, 1))));
-        parent = Some((node, 0));
+        let part = split(part, places, longest, &mut runs);
+        tree = Some(match tree.take() {
+            Some(before) => Node::Halves { axis, border, halves: Box::new([before, part]) },
+            None => part,
+        });
     }
-    open.extend(parts.into_iter().map(|(part, _)| (part, parent)));
-    while let Some((mut run, parent)) = open.pop() {
-        let node = runs.len();
-        if let Some((parent, side)) = parent
-            && let Some(Run::Halves { halves, .. }) = runs.get_mut::<usize>(parent)
-        {
-            halves[side] = node;
-        }
-        if run.len() <= longest[usize::from(is_punctual(&run[0]))] || is_sun(&run[0]) {
-            runs.push(Run::Whole { members: run, importance: 1.0, bound: f32::MAX });
-            continue;
-        }
-        let (axis, border, second) = halve(&mut run, places);
-        runs.push(Run::Halves { axis, border, halves: [node; 2] });
-        open.push((second, Some((node, 1))));
-        open.push((run, Some((node, 0))));
+    (tree, runs)
+}
+
+fn split(mut members: Vec<u32>, places: &[Place], longest: usize, runs: &mut Vec<Run>) -> Node {
+    if members.len() <= longest {
+        runs.push(Run { members, importance: 1.0, bound: f32::MAX });
+        return Node::Run(runs.len() - 1);
     }
-    runs
+    let (axis, border, second) = halve(&mut members, places);
+    let halves = [members, second].map(|half| split(half, places, longest, runs));
+    Node::Halves { axis, border, halves: Box::new(halves) }
 }
 
 /// Takes the second half, by place along the axis of largest variance, and returns it with that axis and where it begins.
