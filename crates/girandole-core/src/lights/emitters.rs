@@ -233,6 +233,11 @@ pub(super) fn groups(scene: &Scene, geometry: &Geometry, emissions: &Emissions) 
     groups.into_values().chain(distant.filter(|sources| !sources.is_empty())).collect()
 }
 
+/// The power of each emitter by luminance, watts.
+pub(super) fn power(groups: &[Vec<Source>]) -> Vec<f64> {
+    groups.iter().map(|sources| sources.iter().map(|source| source.weight).sum()).collect()
+}
+
 /// Emitters that have sequences of their own, at most; if there are more, neighbours in the scene share one.
 const MOST_EMITTERS: usize = 512;
 

@@ -389,7 +389,7 @@ impl LightSet {
         for warning in &sampling.warnings {
             tracing::warn!("{warning}");
         }
-        Ok(Self { paths: sampling.walked.walked, warnings: sampling.warnings, ..set })
+        Ok(Self { paths: sampling.indirect.walked.walked, warnings: sampling.warnings, ..set })
     }
 
     /// A set that lights nothing, with what is wrong as its warning; `None` where there is no surface.

@@ -160,8 +160,9 @@ impl IncrementalWalk {
             let weights = weights.iter().map(|weight| weight * scale).collect();
             Known { places: places.to_vec(), weights, is_new: false }
         };
-        let direct = take(if sampling.all_alike { sampling.direct.len() } else { 0 }, 1.0);
-        let walked = &sampling.walked;
+        let direct =
+            take(if sampling.direct.are_candidates { sampling.direct.samples.len() } else { 0 }, 1.0);
+        let walked = &sampling.indirect.walked;
         let count_of = |path: &Path| f64::from(walked.counts[path.emitter(walked.counts.len())]);
         let paths = walked.paths.iter().map(|p| (take(p.deposits.len(), count_of(p)), None)).collect();
         let placement = Placement::of(scene, geometry);
@@ -175,7 +176,7 @@ impl IncrementalWalk {
             latest: placement.clone(),
             sampled: placement,
             boxes: boxes(geometry),
-            at_rest: sampling.direct.clone(),
+            at_rest: sampling.direct.samples.clone(),
             emitter_counts: Vec::new(),
             views: views.to_vec(),
             placed: 0,
@@ -185,7 +186,7 @@ impl IncrementalWalk {
             is_outdated: false,
             moved: None,
             is_still: true,
-            targets: sampling.walked.counts.clone(),
+            targets: sampling.indirect.walked.counts.clone(),
             sampling,
             direct,
             paths,
@@ -223,7 +224,7 @@ impl IncrementalWalk {
         let groups = emitters::groups(scene, geometry, self.sampled.emissions());
         let punctual = emitters::punctual_sources(scene, geometry, self.sampled.emissions());
         let trees = emitters::trees(&groups, &punctual);
-        if trees.len() != self.sampling.walked.counts.len() && !self.paths.is_empty() {
+        if trees.len() != self.sampling.indirect.walked.counts.len() && !self.paths.is_empty() {
             return None;
         }
         let has_moved = moved.contains(&true) || moved_lights.contains(&true);
@@ -252,7 +253,7 @@ impl IncrementalWalk {
             && !self.is_outdated
             && self.slots.is_settled()
             && self.waiting().paths == 0
-            && self.targets == self.sampling.walked.counts
+            && self.targets == self.sampling.indirect.walked.counts
     }
 
     /// What waits to be walked again.
@@ -275,7 +276,7 @@ impl IncrementalWalk {
             .map(|[low, high]| [low - margin, high + margin])
             .collect();
         let emitters = moved_trees.len();
-        for ((_, since), path) in self.paths.iter_mut().zip(&self.sampling.walked.paths) {
+        for ((_, since), path) in self.paths.iter_mut().zip(&self.sampling.indirect.walked.paths) {
             let meets = || {
                 let points: Vec<Vec3> = path.points().collect();
                 let touches = |ends: &[Vec3]| in_the_way.iter().any(|b| touches(*b, [ends[0], ends[1]]));
@@ -290,12 +291,12 @@ impl IncrementalWalk {
 
     /// Takes what lies on moving surfaces along. `None` where a surface collapses.
     fn carry(&mut self, to: &Placement, geometry: &Geometry) -> Option<()> {
-        for path in &mut self.sampling.walked.paths {
+        for path in &mut self.sampling.indirect.walked.paths {
             for deposit in &mut path.deposits {
                 *deposit = self.latest.carry(to, geometry, deposit)?;
             }
         }
-        for (sample, at_rest) in self.sampling.direct.iter_mut().zip(&self.at_rest) {
+        for (sample, at_rest) in self.sampling.direct.samples.iter_mut().zip(&self.at_rest) {
             *sample = self.sampled.carry(to, geometry, at_rest)?;
         }
         self.slots.carry(|sample| self.latest.carry(to, geometry, sample));
@@ -321,13 +322,13 @@ impl IncrementalWalk {
             emitters: trees,
             guides: &self.sampling.guides,
             settings: &self.settings,
-            seed: self.sampling.walk_seed,
+            seed: self.sampling.indirect.seed,
         };
-        let indices = waiting.iter().map(|&(_, i)| self.sampling.walked.paths[i].index).collect();
+        let indices = waiting.iter().map(|&(_, i)| self.sampling.indirect.walked.paths[i].index).collect();
         let (again, more) = (complete(walk.paths(indices)), complete(walk.paths(more)));
         for (path, (_, i)) in again.into_iter().zip(waiting) {
             self.paths[i] = (self.know(geometry, &path), None);
-            self.sampling.walked.paths[i] = path;
+            self.sampling.indirect.walked.paths[i] = path;
         }
         self.add_paths(geometry, more);
     }
@@ -363,7 +364,7 @@ impl IncrementalWalk {
 
     /// By path, its part of the light of its emitter.
     fn scales(&self) -> impl Iterator<Item = f64> + '_ {
-        let Walked { paths, counts, .. } = &self.sampling.walked;
+        let Walked { paths, counts, .. } = &self.sampling.indirect.walked;
         paths.iter().map(|path| 1.0 / f64::from(counts[path.emitter(counts.len())]))
     }
 
@@ -420,7 +421,7 @@ impl IncrementalWalk {
         let mut samples: Vec<LightSample> = given.chain(self.slots.samples(emissions)).collect();
         self.sampling.shown.fit(&mut samples);
         spread(&self.hierarchies.tracer(scene, geometry), &mut samples);
-        LightSet { paths: self.sampling.walked.walked, ..LightSet::from_samples(geometry, samples) }
+        LightSet { paths: self.sampling.indirect.walked.walked, ..LightSet::from_samples(geometry, samples) }
     }
 }
 

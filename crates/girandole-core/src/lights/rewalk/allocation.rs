@@ -3,6 +3,7 @@
 use super::{IncrementalWalk, Known};
 use crate::lights::direct::{allocate, area, worth};
 use crate::lights::importance::{self, place, power};
+use crate::lights::sampling::Direct;
 use crate::lights::sun::limited_candidates;
 use crate::lights::view_points::{self, POINTS, view_points};
 use crate::lights::walk::Path;
@@ -83,9 +84,10 @@ impl IncrementalWalk {
             let places: Vec<_> = samples.iter().map(|s| place(s, self.sampling.normal_scale)).collect();
             complete(importance::measure(&tracer, &points, samples, &places, is_guided)).weights(samples)
         };
-        let on_emitters = weigh(&self.sampling.emitter_pilot.concat());
+        let on_emitters = weigh(&self.sampling.direct.pilot.concat());
         // Pilots have seeds of their own: how many candidates there are must not depend on them.
-        if let Some(pilot) = self.sampling.pilot.as_ref().filter(|pilot| !pilot.deposits.is_empty()) {
+        if let Some(pilot) = self.sampling.indirect.pilot.as_ref().filter(|pilot| !pilot.deposits.is_empty())
+        {
             blend(&mut self.pilot_weights[0], weigh(&pilot.deposits), share);
             let counts = pilot.counts(&self.pilot_weights[0]);
             for (target, count) in self.targets.iter_mut().zip(counts) {
@@ -108,11 +110,10 @@ impl IncrementalWalk {
 
     /// Makes other candidates on emitters, if some should have many more or fewer.
     fn allocate_emitters(&mut self, scene: &Scene, geometry: &Geometry) {
-        let (count, seed) = self.sampling.emitter_candidates;
+        let Direct { are_candidates, ref pilot, count, seed, .. } = self.sampling.direct;
         let emissions = self.sampled.emissions();
         let groups = emitters::groups(scene, geometry, emissions);
-        let pilot = &self.sampling.emitter_pilot;
-        if !self.sampling.all_alike || groups.is_empty() || groups.len() > count as usize {
+        if !are_candidates || groups.is_empty() || groups.len() > count as usize {
             return;
         }
         let power: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
@@ -128,17 +129,17 @@ impl IncrementalWalk {
                 .concat();
         let at_rest = |s: &LightSample| self.latest.carry(&self.sampled, geometry, s).unwrap_or(*s);
         // Punctual lights stay.
-        self.at_rest.truncate(self.sampling.punctual);
-        self.sampling.direct.truncate(self.sampling.punctual);
+        self.at_rest.truncate(self.sampling.direct.punctual);
+        self.sampling.direct.samples.truncate(self.sampling.direct.punctual);
         self.at_rest.extend(samples.iter().map(at_rest));
-        self.sampling.direct.extend(samples);
+        self.sampling.direct.samples.extend(samples);
         let places = self.at_rest.iter().map(|s| place(s, self.sampling.normal_scale)).collect();
         self.direct = Known { places, weights: self.weigh(&self.at_rest), is_new: true };
     }
 
     /// Takes paths away that there are too many of.
     pub(super) fn drop_paths(&mut self) {
-        let walked = &mut self.sampling.walked;
+        let walked = &mut self.sampling.indirect.walked;
         let all = walked.counts.len();
         let are_too_many = |(count, target): (&u32, &u32)| count > target;
         if !walked.counts.iter().zip(&self.targets).any(are_too_many) {
@@ -154,7 +155,7 @@ impl IncrementalWalk {
 
     /// Which paths to walk beside, so many at most; they count from now on.
     pub(super) fn more_paths(&mut self, most: u32) -> Vec<u32> {
-        let walked = &mut self.sampling.walked;
+        let walked = &mut self.sampling.indirect.walked;
         let all = walked.counts.len() as u32;
         let mut lacking: Vec<usize> = (0..walked.counts.len()).collect();
         lacking.retain(|&e| walked.counts[e] < self.targets[e]);
@@ -177,7 +178,7 @@ impl IncrementalWalk {
             return;
         }
         let known: Vec<Known> = more.iter().map(|path| self.know(geometry, path)).collect();
-        let walked = &mut self.sampling.walked;
+        let walked = &mut self.sampling.indirect.walked;
         let held = std::mem::take(&mut walked.paths).into_iter().zip(std::mem::take(&mut self.paths));
         let new = more.into_iter().zip(known.into_iter().map(|known| (known, None)));
         let mut all: Vec<_> = held.chain(new).collect();

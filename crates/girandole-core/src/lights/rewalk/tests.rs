@@ -60,7 +60,7 @@ fn wrong_paths(scene: &Scene, walk: &IncrementalWalk) -> usize {
     let groups = emitters::groups(scene, &geometry, emissions);
     let trees = emitters::trees(&groups, &emitters::punctual_sources(scene, &geometry, emissions));
     let tracer = SceneTracer::new(scene, &geometry);
-    let (walked, seed) = (&walk.sampling.walked, walk.sampling.walk_seed);
+    let (walked, seed) = (&walk.sampling.indirect.walked, walk.sampling.indirect.seed);
     let fresh = Walk {
         tracer: &tracer,
         world_from_nodes: &scene.world_from_nodes(),

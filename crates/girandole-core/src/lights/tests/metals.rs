@@ -70,7 +70,7 @@ fn paths_go_on_by_the_lobe() {
         let (mut count, mut sum) = (0, 0.0);
         let tracer = SceneTracer::new(&scene, &geometry);
         let sampling = complete(Sampling::new(&tracer, &settings, &[]));
-        for path in &sampling.walked.paths {
+        for path in &sampling.indirect.walked.paths {
             if let [first, second] = &path.deposits[..] {
                 count += 1;
                 sum += first.normal.dot(second.normal);
