@@ -149,9 +149,10 @@ impl Importance {
         Self { mean: 1.0, ..Self::default() }
     }
 
-    /// At a [place], as a multiple of the mean.
-    pub fn relative_at(&self, place: Place) -> f64 {
-        self.run_at(place).map_or(1.0, |run| run.importance) / self.mean
+    /// Weights of candidates at these [places](place).
+    pub fn weights_at(&self, candidates: &[LightSample], places: &[Place]) -> Vec<f64> {
+        let at = |place| self.run_at(place).map_or(1.0, |run| run.importance) / self.mean;
+        candidates.iter().zip(places).map(|(candidate, place)| power(candidate) * at(*place)).collect()
     }
 
     /// The bound on `G` that it was measured with at a [place].
@@ -292,8 +293,7 @@ impl Pairs<'_> {
             brightness
         };
         let near = if self.is_guided { brightness(|c| !c.profile.is_parallel()) } else { Vec::new() };
-        let is_lit = near.iter().any(|&b| b > 0.0);
-        let brightness = if is_lit { near } else { brightness(|_| true) };
+        let brightness = if near.iter().any(|&b| b > 0.0) { near } else { brightness(|_| true) };
         let mean = brightness.iter().sum::<f64>() / self.points.len() as f64;
         let weights = || brightness.iter().map(|b| 1.0 / (b + DARK * mean)).collect();
         if mean <= 0.0 { None } else { Some(weights()) }

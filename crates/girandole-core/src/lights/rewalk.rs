@@ -17,7 +17,7 @@
 //! mean over seeds.
 
 use super::ids::origin;
-use super::importance::{Place, place, power};
+use super::importance::{Place, place};
 use super::motion::Placement;
 use super::resample::{Candidates, Chosen, choose, stand_in, strata};
 use super::sampling::Sampling;
@@ -37,6 +37,9 @@ use glam::Vec3;
 mod ahead;
 mod allocation;
 mod watch;
+
+use self::ahead::Views;
+use self::allocation::Allocation;
 
 /// One slot more for so many samples is dark at rest, for samples that come while others go.
 const SPARE: u32 = 4;
@@ -74,42 +77,31 @@ pub struct WaitingPaths {
 pub(crate) struct IncrementalWalk {
     settings: LightSettings,
     pace: Pace,
-    /// Where everything was when light was sampled, and at the last frame.
+    placements: Placements,
+    sampling: Sampling,
+    views: Views,
+    allocation: Allocation,
+    /// What is known of direct samples, if they are candidates.
+    direct: Known,
+    /// By path, of its deposits, and the frame in which it was found to be another one by now.
+    paths: Vec<(Known, Option<u32>)>,
+    strata: Strata,
+    slots: Slots,
+    frame: u32,
+    hierarchies: HeldHierarchies,
+}
+
+/// Where everything was when light was sampled, and at the last frame.
+#[derive(Clone, Debug)]
+struct Placements {
     sampled: Placement,
     latest: Placement,
     /// By object, a box about it at the last frame.
     boxes: Vec<Option<Box3>>,
-    sampling: Sampling,
-    /// What is seen, as from which frame; and what may be seen soon.
-    views: Vec<View>,
-    placed: u32,
-    ahead: Vec<View>,
-    /// What will be seen, as far as that is known, and not guessed.
-    known_ahead: Vec<View>,
-    /// The frame in which it was last measured what places bring to those, and whether something has moved since.
-    measured: u32,
-    is_outdated: bool,
+    /// Direct samples, where they were when light was sampled.
+    at_rest: Vec<LightSample>,
     /// The frame in which something moved last.
     moved: Option<u32>,
-    /// Whether samples are placed for views that do not move.
-    is_still: bool,
-    /// Direct samples, where they were when light was sampled; of those that are candidates, what is known of them.
-    at_rest: Vec<LightSample>,
-    direct: Known,
-    /// By path, of its deposits, and the frame in which it was found to be another one by now.
-    paths: Vec<(Known, Option<u32>)>,
-    /// How many candidates lie on each emitter.
-    emitter_counts: Vec<u32>,
-    /// How many paths each emitter is to have.
-    targets: Vec<u32>,
-    /// Of deposits and samples on emitters of pilots, as a mean over the last frames.
-    pilot_weights: [Vec<f64>; 2],
-    strata: Strata,
-    slots: Slots,
-    /// Whether strata need not be merged and split as things are.
-    is_balanced: bool,
-    frame: u32,
-    hierarchies: HeldHierarchies,
 }
 
 /// What is known of candidates.
@@ -143,25 +135,22 @@ impl IncrementalWalk {
         let mut hierarchies = HeldHierarchies::default();
         let mut sampling = Sampling::new(&hierarchies.tracer(scene, geometry), settings, views).await;
         pause().await;
-        let (samples, _) = sampling.candidates(geometry);
+        let (samples, sources) = sampling.candidates(geometry);
         let places: Vec<Place> = samples.iter().map(|s| place(s, sampling.normal_scale)).collect();
-        let weigh = |(s, at): (&LightSample, &Place)| power(s) * sampling.importance.relative_at(*at);
-        let weights: Vec<f64> = samples.iter().zip(&places).map(weigh).collect();
+        let weights = sampling.importance.weights_at(&samples, &places);
         let [count, spare] =
             shown(sampling.wanted, MOST_LIGHTS.saturating_sub(sampling.given(geometry).count()));
         let strata = strata(&samples, &places, &weights, (count, &sampling.importance));
         let warning = punctual::warning(&samples, &strata.clusters());
         sampling.warnings.extend(warning);
-        let mut rest = (&places[..], &weights[..]);
+        let mut rest = places.into_iter().zip(weights);
         let mut take = |count: usize, scale: f64| {
-            let ((places, other_places), (weights, others)) =
-                (rest.0.split_at(count), rest.1.split_at(count));
-            rest = (other_places, others);
-            let weights = weights.iter().map(|weight| weight * scale).collect();
-            Known { places: places.to_vec(), weights, is_new: false }
+            let taken = rest.by_ref().take(count).map(|(place, weight)| (place, weight * scale));
+            let (places, weights) = taken.unzip();
+            Known { places, weights, is_new: false }
         };
-        let direct =
-            take(if sampling.direct.are_candidates { sampling.direct.samples.len() } else { 0 }, 1.0);
+        let candidates = sampling.direct.samples.iter().filter(|_| sampling.direct.are_candidates);
+        let direct = take(candidates.count(), 1.0);
         let walked = &sampling.indirect.walked;
         let count_of = |path: &Path| f64::from(walked.counts[path.emitter(walked.counts.len())]);
         let paths = walked.paths.iter().map(|p| (take(p.deposits.len(), count_of(p)), None)).collect();
@@ -173,31 +162,26 @@ impl IncrementalWalk {
         let mut result = Self {
             settings: *settings,
             pace,
-            latest: placement.clone(),
-            sampled: placement,
-            boxes: boxes(geometry),
-            at_rest: sampling.direct.samples.clone(),
-            emitter_counts: Vec::new(),
-            views: views.to_vec(),
-            placed: 0,
-            ahead: Vec::new(),
-            known_ahead: Vec::new(),
-            measured: 0,
-            is_outdated: false,
-            moved: None,
-            is_still: true,
-            targets: sampling.indirect.walked.counts.clone(),
+            placements: Placements {
+                latest: placement.clone(),
+                sampled: placement,
+                boxes: boxes(geometry),
+                at_rest: sampling.direct.samples.clone(),
+                moved: None,
+            },
+            views: Views { seen: views.to_vec(), is_still: true, ..Views::default() },
+            allocation: Allocation {
+                targets: sampling.indirect.walked.counts.clone(),
+                ..Allocation::default()
+            },
             sampling,
             direct,
             paths,
             strata,
             slots: Slots::new(Vec::new(), 0, 0),
-            is_balanced: true,
             frame: 0,
             hierarchies,
-            pilot_weights: [Vec::new(), Vec::new()],
         };
-        let (samples, sources) = result.sampling.candidates(geometry);
         let (places, weights) = result.known();
         // In the order that they will have from now on.
         result.strata.distribute(&places, &weights);
@@ -215,21 +199,21 @@ impl IncrementalWalk {
     /// or something emits in a channel in which it did not: then light is to be sampled anew.
     pub fn follow(&mut self, scene: &Scene, geometry: &Geometry) -> Option<LightSet> {
         let to = Placement::of(scene, geometry);
-        if !self.sampled.leads_to(&to) {
+        let Placements { sampled, latest, .. } = &self.placements;
+        if !sampled.leads_to(&to) {
             return None;
         }
         self.frame += 1;
-        let moved = self.latest.moved_objects(&to);
-        let moved_lights = self.latest.moved_lights(&to);
-        let groups = emitters::groups(scene, geometry, self.sampled.emissions());
-        let punctual = emitters::punctual_sources(scene, geometry, self.sampled.emissions());
+        let (moved, moved_lights) = (latest.moved_objects(&to), latest.moved_lights(&to));
+        let groups = emitters::groups(scene, geometry, sampled.emissions());
+        let punctual = emitters::punctual_sources(scene, geometry, sampled.emissions());
         let trees = emitters::trees(&groups, &punctual);
         if trees.len() != self.sampling.indirect.walked.counts.len() && !self.paths.is_empty() {
             return None;
         }
         let has_moved = moved.contains(&true) || moved_lights.contains(&true);
         if has_moved {
-            self.moved = Some(self.frame);
+            self.placements.moved = Some(self.frame);
             let is_moved = |source: &emitters::Source| match (source.triangle(), source.punctual()) {
                 (Some(triangle), _) => moved[geometry.triangles[triangle as usize].object as usize],
                 (_, Some(light)) => moved_lights[light.index()],
@@ -240,7 +224,7 @@ impl IncrementalWalk {
             self.find_changed(&moved_trees, &moved, geometry);
             self.carry(&to, geometry)?;
         }
-        self.latest = to;
+        self.placements.latest = to;
         self.measure_moved(scene, geometry, has_moved);
         self.walk(scene, geometry, &trees);
         self.choose(scene, geometry);
@@ -249,11 +233,11 @@ impl IncrementalWalk {
 
     /// Whether nothing is on its way: as long as nothing else changes, the set stays as it is.
     pub fn is_settled(&self) -> bool {
-        self.is_balanced
-            && !self.is_outdated
+        self.strata.is_balanced()
+            && !self.allocation.is_outdated
             && self.slots.is_settled()
             && self.waiting().paths == 0
-            && self.targets == self.sampling.indirect.walked.counts
+            && self.allocation.targets == self.sampling.indirect.walked.counts
     }
 
     /// What waits to be walked again.
@@ -270,7 +254,7 @@ impl IncrementalWalk {
         let after = boxes(geometry);
         let margin =
             4.0 * ray_offset_distance(geometry, geometry.bounds.0.abs().max(geometry.bounds.1.abs()));
-        let in_the_way: Vec<Box3> = [&self.boxes, &after]
+        let in_the_way: Vec<Box3> = [&self.placements.boxes, &after]
             .into_iter()
             .flat_map(|boxes| boxes.iter().zip(moved).filter(|(_, moved)| **moved).filter_map(|(b, _)| *b))
             .map(|[low, high]| [low - margin, high + margin])
@@ -286,20 +270,21 @@ impl IncrementalWalk {
                 *since = Some(self.frame);
             }
         }
-        self.boxes = after;
+        self.placements.boxes = after;
     }
 
     /// Takes what lies on moving surfaces along. `None` where a surface collapses.
     fn carry(&mut self, to: &Placement, geometry: &Geometry) -> Option<()> {
+        let Placements { sampled, latest, at_rest, .. } = &self.placements;
         for path in &mut self.sampling.indirect.walked.paths {
             for deposit in &mut path.deposits {
-                *deposit = self.latest.carry(to, geometry, deposit)?;
+                *deposit = latest.carry(to, geometry, deposit)?;
             }
         }
-        for (sample, at_rest) in self.sampling.direct.samples.iter_mut().zip(&self.at_rest) {
-            *sample = self.sampled.carry(to, geometry, at_rest)?;
+        for (sample, at_rest) in self.sampling.direct.samples.iter_mut().zip(at_rest) {
+            *sample = sampled.carry(to, geometry, at_rest)?;
         }
-        self.slots.carry(|sample| self.latest.carry(to, geometry, sample));
+        self.slots.carry(|sample| latest.carry(to, geometry, sample));
         Some(())
     }
 
@@ -318,7 +303,7 @@ impl IncrementalWalk {
         let walk = Walk {
             tracer: &tracer,
             world_from_nodes: &scene.world_from_nodes(),
-            emissions: self.sampled.emissions(),
+            emissions: self.placements.sampled.emissions(),
             emitters: trees,
             guides: &self.sampling.guides,
             settings: &self.settings,
@@ -336,13 +321,13 @@ impl IncrementalWalk {
     /// What there is to know of a path that was just walked.
     fn know(&self, geometry: &Geometry, path: &Path) -> Known {
         // Where a deposit would lie, had nothing moved.
+        let Placements { sampled, latest, .. } = &self.placements;
         let at_rest = |deposit: &LightSample| {
-            let back = self.latest.carry(&self.sampled, geometry, deposit).unwrap_or(*deposit);
+            let back = latest.carry(sampled, geometry, deposit).unwrap_or(*deposit);
             place(&back, self.sampling.normal_scale)
         };
         let places: Vec<Place> = path.deposits.iter().map(at_rest).collect();
-        let weigh = |(d, at): (&LightSample, &Place)| power(d) * self.sampling.importance.relative_at(*at);
-        let weights = path.deposits.iter().zip(&places).map(weigh).collect();
+        let weights = self.sampling.importance.weights_at(&path.deposits, &places);
         Known { weights, places, is_new: true }
     }
 
@@ -372,16 +357,13 @@ impl IncrementalWalk {
     fn choose(&mut self, scene: &Scene, geometry: &Geometry) {
         let (places, mut weights) = self.known();
         let (samples, sources) = self.sampling.candidates(geometry);
-        let weigh =
-            |(sample, at): (&LightSample, &Place)| power(sample) * self.sampling.importance.relative_at(*at);
-        let now: Vec<f64> = samples.iter().zip(&places).map(weigh).collect();
+        let now = self.sampling.importance.weights_at(&samples, &places);
         let held = weights.clone();
         self.strata.distribute(&places, &weights);
         self.strata.weigh_alike(&places, &mut weights, &now, &self.is_new());
         // Each takes up to three.
         let most = self.slots.free() / 3;
         let lineage = self.strata.rebalance(most, &places, &mut weights, &now);
-        self.is_balanced = lineage.is_empty() && most > 0;
         self.keep_weights(&held, &weights);
         self.direct.is_new = false;
         self.paths.iter_mut().for_each(|(known, _)| known.is_new = false);
@@ -413,7 +395,8 @@ impl IncrementalWalk {
 
     /// All samples as they are shown.
     fn set(&mut self, scene: &Scene, geometry: &Geometry) -> LightSet {
-        let emissions = [self.sampled.emissions(), self.latest.emissions()];
+        let Placements { sampled, latest, .. } = &self.placements;
+        let emissions = [sampled.emissions(), latest.emissions()];
         let given = self.sampling.given(geometry).map(|Chosen { sample, shares }| {
             let intensity = emissions[0].carried(emissions[1], sample.intensity, &shares);
             LightSample { intensity: intensity.unwrap_or(sample.intensity), ..sample }

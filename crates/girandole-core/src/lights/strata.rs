@@ -199,6 +199,8 @@ pub(super) struct Strata {
     next_id: u64,
     /// Where what is seen is, by which distances count.
     seen: Option<Seen>,
+    /// Whether they need not be merged and split as things are.
+    is_balanced: bool,
 }
 
 /// Relative variance of what a candidate brings by the weights that there are now, chosen by those held.
@@ -227,7 +229,7 @@ impl Strata {
             .map(|(index, (&at, &weight))| Item { index, weight, at })
             .filter(|i| i.weight > 0.0)
             .collect();
-        let mut result = Self { nodes: Vec::new(), free: Vec::new(), next_id: 0, seen };
+        let mut result = Self { nodes: Vec::new(), free: Vec::new(), next_id: 0, seen, is_balanced: true };
         if items.is_empty() || count == 0 {
             return result;
         }
@@ -324,7 +326,12 @@ impl Strata {
 
     /// Distances count by what is seen there from now on, where strata are split and merged.
     pub fn look_at(&mut self, seen: Option<Seen>) {
-        self.seen = seen;
+        (self.seen, self.is_balanced) = (seen, false);
+    }
+
+    /// Whether none would be merged and split, were nothing to change.
+    pub fn is_balanced(&self) -> bool {
+        self.is_balanced
     }
 
     /// Gives other candidates to the same strata: those at these places, with these weights.
@@ -425,6 +432,7 @@ impl Strata {
                 self.note_error(node, (weights, now), (&mut leaves, &mut pairs));
             }
         }
+        self.is_balanced = lineage.is_empty() && most > 0;
         if !lineage.is_empty() {
             self.distribute(places, weights);
         }

@@ -1,6 +1,5 @@
 //! Where a moving camera will be: samples that it will need are to stand before it sees them.
 
-use super::IncrementalWalk;
 use crate::scene::{NONE, View};
 use crate::trace::SceneTracer;
 use glam::{Vec2, Vec3};
@@ -13,18 +12,35 @@ const KEPT_OFF: f32 = 0.1;
 /// Share of that time in which it may as well have turned to either side.
 const SOON: f32 = 0.33;
 
-impl IncrementalWalk {
-    /// Takes note of views, and tells what will be seen around the places that they are on their way to, look at, or may turn to:
-    /// whoever goes into a room may turn there, too.
-    pub(super) fn look_ahead(&mut self, tracer: &SceneTracer, views: &[View]) -> Vec<View> {
-        let frames = (self.frame - self.placed).max(1) as f32;
-        let before = std::mem::replace(&mut self.views, views.to_vec());
-        self.placed = self.frame;
+/// What samples are placed for.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Views {
+    /// What is seen, and as from which frame.
+    pub seen: Vec<View>,
+    pub placed: u32,
+    /// What may be seen soon.
+    pub ahead: Vec<View>,
+    /// What will be seen, as far as that is known, and not guessed.
+    pub to_come: Vec<View>,
+    /// Whether views that do not move are known not to.
+    pub is_still: bool,
+}
+
+impl Views {
+    /// Takes note of views, and of what will be seen: around the places that they are on their way to, look at, or may turn to, unless
+    /// it is known. Whoever goes into a room may turn there, too.
+    pub fn go_on(&mut self, tracer: &SceneTracer, views: &[View], to_come: &[View], frame: u32) {
+        let frames = (frame - self.placed).max(1) as f32;
+        let before = std::mem::replace(&mut self.seen, views.to_vec());
+        (self.placed, self.to_come) = (frame, to_come.to_vec());
         let pairs = views.iter().zip(&before).filter(|(view, _)| !view.orthographic);
         let of = |(view, before): (&View, &View)| {
             stations(tracer, view, (view.eye - before.eye).as_vec3() * (LEAD / frames))
         };
-        pairs.flat_map(of).flat_map(|view| around(&view)).collect()
+        self.ahead = match to_come {
+            [] => pairs.flat_map(of).flat_map(|view| around(&view)).collect(),
+            _ => to_come.to_vec(),
+        };
     }
 }
 

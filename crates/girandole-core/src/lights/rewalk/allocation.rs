@@ -1,8 +1,8 @@
 //! Where candidates are made: what lights nothing that is seen gets few, until the view moves to where it does.
 
-use super::{IncrementalWalk, Known};
+use super::{IncrementalWalk, Known, Placements};
 use crate::lights::direct::{allocate, area, worth};
-use crate::lights::importance::{self, place, power};
+use crate::lights::importance::{self, place};
 use crate::lights::sampling::Direct;
 use crate::lights::sun::limited_candidates;
 use crate::lights::view_points::{self, POINTS, view_points};
@@ -19,6 +19,20 @@ const POINTS_AHEAD: u32 = POINTS;
 const EVERY: u32 = 8;
 /// Share of the last frame in the weights of pilots: single ones are noisy.
 const LAST: f64 = 0.2;
+
+/// How many candidates are made where.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Allocation {
+    /// How many lie on each emitter.
+    pub emitter_counts: Vec<u32>,
+    /// How many paths each emitter is to have.
+    pub targets: Vec<u32>,
+    /// Of deposits and samples on emitters of pilots, as a mean over the last frames.
+    pub pilot_weights: [Vec<f64>; 2],
+    /// The frame in which it was last measured what places bring to the views, and whether something has moved since.
+    pub measured: u32,
+    pub is_outdated: bool,
+}
 
 /// Whether a number should be another one.
 fn differs(is: u32, should: u32) -> bool {
@@ -39,17 +53,13 @@ impl IncrementalWalk {
     /// Takes other views for those that samples are placed for, and looks ahead from these, unless it is known which views
     /// come. Views that stay where they are do so once more: they are on their way to nowhere then.
     pub fn place_for(&mut self, scene: &Scene, geometry: &Geometry, views: &[View], to_come: &[View]) {
-        let is_still = self.views == views && self.known_ahead == to_come;
-        if is_still && self.is_still {
+        let is_still = self.views.seen == views && self.views.to_come == to_come;
+        if is_still && self.views.is_still {
             return;
         }
-        self.is_still = is_still;
-        self.known_ahead = to_come.to_vec();
         let tracer = self.hierarchies.tracer(scene, geometry);
-        self.ahead = self.look_ahead(&tracer, views);
-        if !to_come.is_empty() {
-            self.ahead = to_come.to_vec();
-        }
+        self.views.go_on(&tracer, views, to_come, self.frame);
+        self.views.is_still = is_still;
         if scene.environment.is_some() {
             self.sampling.shown = self.sampling.shown.or_seen(&tracer, views);
         }
@@ -59,82 +69,73 @@ impl IncrementalWalk {
     /// Measures anew what places bring to the views, where something moved: as often as that may be while it moves, and once it
     /// has come to rest.
     pub(super) fn measure_moved(&mut self, scene: &Scene, geometry: &Geometry, has_moved: bool) {
-        self.is_outdated |= has_moved && !self.views.is_empty();
-        if self.is_outdated && (!has_moved || self.frame - self.measured >= EVERY) {
+        self.allocation.is_outdated |= has_moved && !self.views.seen.is_empty();
+        let is_due = !has_moved || self.frame - self.allocation.measured >= EVERY;
+        if self.allocation.is_outdated && is_due {
             self.measure(scene, geometry, if has_moved { LAST } else { 1.0 });
         }
     }
 
     /// Measures what places bring to the views, of pilots with this share in the mean.
     fn measure(&mut self, scene: &Scene, geometry: &Geometry, share: f64) {
-        (self.measured, self.is_outdated) = (self.frame, false);
+        (self.allocation.measured, self.allocation.is_outdated) = (self.frame, false);
         let tracer = self.hierarchies.tracer(scene, geometry);
         let (samples, _) = self.sampling.candidates(geometry);
         let points = view_points::with_ahead(
-            view_points(&tracer, &self.views, POINTS),
-            view_points(&tracer, &self.ahead, POINTS_AHEAD),
+            view_points(&tracer, &self.views.seen, POINTS),
+            view_points(&tracer, &self.views.ahead, POINTS_AHEAD),
         );
         let is_guided = !self.sampling.guides.is_empty();
         self.sampling.importance =
             complete(importance::measure(&tracer, &points, &samples, &self.known().0, is_guided));
         self.strata.look_at(self.sampling.importance.seen);
-        self.is_balanced = false;
         // What pilots left is weighed by itself: where candidates are few, these say little of places.
         let weigh = |samples: &[LightSample]| {
             let places: Vec<_> = samples.iter().map(|s| place(s, self.sampling.normal_scale)).collect();
             complete(importance::measure(&tracer, &points, samples, &places, is_guided)).weights(samples)
         };
         let on_emitters = weigh(&self.sampling.direct.pilot.concat());
+        let Allocation { targets, pilot_weights: [of_deposits, of_emitters], .. } = &mut self.allocation;
         // Pilots have seeds of their own: how many candidates there are must not depend on them.
-        if let Some(pilot) = self.sampling.indirect.pilot.as_ref().filter(|pilot| !pilot.deposits.is_empty())
-        {
-            blend(&mut self.pilot_weights[0], weigh(&pilot.deposits), share);
-            let counts = pilot.counts(&self.pilot_weights[0]);
-            for (target, count) in self.targets.iter_mut().zip(counts) {
+        let pilot = self.sampling.indirect.pilot.as_ref();
+        if let Some(pilot) = pilot.filter(|pilot| !pilot.deposits.is_empty()) {
+            blend(of_deposits, weigh(&pilot.deposits), share);
+            for (target, count) in targets.iter_mut().zip(pilot.counts(of_deposits)) {
                 if differs(*target, count) {
                     *target = count;
                 }
             }
         }
-        blend(&mut self.pilot_weights[1], on_emitters, share);
+        blend(of_emitters, on_emitters, share);
         self.allocate_emitters(scene, geometry);
-    }
-
-    fn weigh(&self, samples: &[LightSample]) -> Vec<f64> {
-        let at = |sample: &LightSample| place(sample, self.sampling.normal_scale);
-        samples
-            .iter()
-            .map(|sample| power(sample) * self.sampling.importance.relative_at(at(sample)))
-            .collect()
     }
 
     /// Makes other candidates on emitters, if some should have many more or fewer.
     fn allocate_emitters(&mut self, scene: &Scene, geometry: &Geometry) {
         let Direct { are_candidates, ref pilot, count, seed, .. } = self.sampling.direct;
-        let emissions = self.sampled.emissions();
-        let groups = emitters::groups(scene, geometry, emissions);
+        let Placements { sampled, latest, at_rest, .. } = &mut self.placements;
+        let groups = emitters::groups(scene, geometry, sampled.emissions());
         if !are_candidates || groups.is_empty() || groups.len() > count as usize {
             return;
         }
-        let power: Vec<f64> = groups.iter().map(|g| g.iter().map(|s| s.weight).sum()).collect();
-        let weights = limited_candidates(&groups, worth(&power, pilot, &self.pilot_weights[1]));
+        let Allocation { emitter_counts, pilot_weights: [_, pilot_weights], .. } = &mut self.allocation;
+        let weights = limited_candidates(&groups, worth(&emitters::power(&groups), pilot, pilot_weights));
         let counts = allocate(&weights, count);
-        let is_other = counts.iter().zip(&self.emitter_counts).any(|(&should, &is)| differs(is, should));
-        if !is_other && counts.len() == self.emitter_counts.len() {
+        let is_other = counts.iter().zip(&*emitter_counts).any(|(&should, &is)| differs(is, should));
+        if !is_other && counts.len() == emitter_counts.len() {
             return;
         }
-        self.emitter_counts = counts;
-        let samples =
-            area((scene, geometry), emissions, (&groups, &self.sampling.guides), &weights, count, seed)
-                .concat();
-        let at_rest = |s: &LightSample| self.latest.carry(&self.sampled, geometry, s).unwrap_or(*s);
+        *emitter_counts = counts;
+        let groups = (&groups[..], &self.sampling.guides);
+        let samples = area((scene, geometry), sampled.emissions(), groups, &weights, count, seed).concat();
         // Punctual lights stay.
-        self.at_rest.truncate(self.sampling.direct.punctual);
+        at_rest.truncate(self.sampling.direct.punctual);
         self.sampling.direct.samples.truncate(self.sampling.direct.punctual);
-        self.at_rest.extend(samples.iter().map(at_rest));
+        at_rest.extend(samples.iter().map(|s| latest.carry(sampled, geometry, s).unwrap_or(*s)));
         self.sampling.direct.samples.extend(samples);
-        let places = self.at_rest.iter().map(|s| place(s, self.sampling.normal_scale)).collect();
-        self.direct = Known { places, weights: self.weigh(&self.at_rest), is_new: true };
+        let places: Vec<_> = at_rest.iter().map(|s| place(s, self.sampling.normal_scale)).collect();
+        let weights = self.sampling.importance.weights_at(at_rest, &places);
+        self.direct = Known { places, weights, is_new: true };
     }
 
     /// Takes paths away that there are too many of.
@@ -142,14 +143,18 @@ impl IncrementalWalk {
         let walked = &mut self.sampling.indirect.walked;
         let all = walked.counts.len();
         let are_too_many = |(count, target): (&u32, &u32)| count > target;
-        if !walked.counts.iter().zip(&self.targets).any(are_too_many) {
+        if !walked.counts.iter().zip(&self.allocation.targets).any(are_too_many) {
             return;
         }
-        let is_kept = |path: &Path| path.index / (all as u32) < self.targets[path.emitter(all)];
+        let is_kept = |path: &Path| path.index / (all as u32) < self.allocation.targets[path.emitter(all)];
         let mut kept = walked.paths.iter().map(is_kept);
         self.paths.retain(|_| kept.next().unwrap_or(false));
         walked.paths.retain(is_kept);
-        walked.counts.iter_mut().zip(&self.targets).for_each(|(count, &target)| *count = target.min(*count));
+        walked
+            .counts
+            .iter_mut()
+            .zip(&self.allocation.targets)
+            .for_each(|(count, &target)| *count = target.min(*count));
         walked.walked = walked.counts.iter().sum();
     }
 
@@ -158,13 +163,13 @@ impl IncrementalWalk {
         let walked = &mut self.sampling.indirect.walked;
         let all = walked.counts.len() as u32;
         let mut lacking: Vec<usize> = (0..walked.counts.len()).collect();
-        lacking.retain(|&e| walked.counts[e] < self.targets[e]);
-        let lack = |&e: &usize| f64::from(self.targets[e]) / f64::from(walked.counts[e]);
+        lacking.retain(|&e| walked.counts[e] < self.allocation.targets[e]);
+        let lack = |&e: &usize| f64::from(self.allocation.targets[e]) / f64::from(walked.counts[e]);
         lacking.sort_by(|a, b| lack(b).total_cmp(&lack(a)));
         let mut more = Vec::new();
         for emitter in lacking {
             let count = &mut walked.counts[emitter];
-            let added = (self.targets[emitter] - *count).min(most - more.len() as u32);
+            let added = (self.allocation.targets[emitter] - *count).min(most - more.len() as u32);
             more.extend((*count..*count + added).map(|index| index * all + emitter as u32));
             *count += added;
         }

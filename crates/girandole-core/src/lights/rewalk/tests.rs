@@ -56,7 +56,7 @@ fn after(
 /// How many paths are not what a walk from scratch makes of them.
 fn wrong_paths(scene: &Scene, walk: &IncrementalWalk) -> usize {
     let geometry = Geometry::new(scene);
-    let emissions = walk.sampled.emissions();
+    let emissions = walk.placements.sampled.emissions();
     let groups = emitters::groups(scene, &geometry, emissions);
     let trees = emitters::trees(&groups, &emitters::punctual_sources(scene, &geometry, emissions));
     let tracer = SceneTracer::new(scene, &geometry);

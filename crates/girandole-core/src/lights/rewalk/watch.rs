@@ -34,10 +34,11 @@ const HURRY: u32 = 6;
 impl IncrementalWalk {
     /// Lets samples come and go as far as what is seen may change in a frame.
     pub(super) fn advance(&mut self, scene: &Scene, geometry: &Geometry) {
-        let is_watched = !self.views.is_empty() && !self.slots.is_settled();
+        let is_watched = !self.views.seen.is_empty() && !self.slots.is_settled();
         let tracer = is_watched.then(|| self.hierarchies.tracer(scene, geometry));
         let brightness = self.sampling.importance.brightness;
-        let in_hurry = self.moved.is_some_and(|moved| self.frame - moved <= HURRY * self.pace.fade);
+        let in_hurry =
+            self.placements.moved.is_some_and(|moved| self.frame - moved <= HURRY * self.pace.fade);
         let mut points: Vec<ViewPoint> = Vec::new();
         let (mut reach, mut is_lit) = (0.0, false);
         self.slots.advance(in_hurry, |changes, around| {
@@ -45,16 +46,16 @@ impl IncrementalWalk {
             let before = points.len();
             if let Some(around) = around {
                 let parents = around.iter().map(|&point| &points[point]);
-                let more = points_around(tracer, &self.views, parents, (CLOSE_POINTS, reach));
+                let more = points_around(tracer, &self.views.seen, parents, (CLOSE_POINTS, reach));
                 points.extend(more);
                 if !is_lit {
-                    let lit = most_lit_points(tracer, &self.views, changes, LIT_RAYS[1]);
+                    let lit = most_lit_points(tracer, &self.views.seen, changes, LIT_RAYS[1]);
                     points.extend(lit.take(most_watched(changes.len())));
                     is_lit = true;
                 }
                 reach *= CLOSER;
             } else {
-                points = watched_points(tracer, &self.views, changes);
+                points = watched_points(tracer, &self.views.seen, changes);
                 // As far apart as they are.
                 reach = 2.0 / (points.len() as f32).sqrt();
             }
