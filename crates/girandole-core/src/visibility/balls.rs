@@ -138,7 +138,9 @@ impl Search<'_> {
     fn occlusion(&mut self, blocker: u32) -> Occlusion {
         let surfaces = self.ball.context.surfaces;
         match surfaces.patches.get(blocker as usize) {
-            Some(patch) => self.of_polygon(&patch.corners, (patch.normal, patch.offset), patch.opaque),
+            Some(patch) => {
+                self.of_polygon(&patch.corners, (patch.plane.normal, patch.plane.offset), patch.opaque)
+            }
             None => {
                 let tree = &surfaces.meshes[blocker as usize - surfaces.patches.len()].tree;
                 match self.touches(&tree.nodes[0]) {

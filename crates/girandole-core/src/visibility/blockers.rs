@@ -5,7 +5,7 @@ use super::cones::{ShadowCone, Sphere};
 use super::node_visibility::Workspace;
 use super::primitives::box_extent;
 use super::pyramid::{Occlusion, Pyramid, Scratch};
-use super::shapes::Apex;
+use super::shapes::{Apex, PatchPlane};
 use super::surfaces::{SimplePatch, Surfaces};
 use crate::scene::NONE;
 use crate::trace::aabb;
@@ -173,7 +173,8 @@ impl BlockerTree {
         patch: &'a SimplePatch,
     ) -> impl Iterator<Item = (DVec3, f64)> + 'a {
         [1.0, -1.0].into_iter().filter_map(|sign| {
-            let (normal, offset) = (patch.normal * sign, patch.offset * sign + surfaces.tolerance.coordinate);
+            let PatchPlane { normal, offset, .. } = patch.plane.turned(sign);
+            let offset = offset + surfaces.tolerance.coordinate;
             (!self.extends_beyond(surfaces, normal, offset)).then_some((normal, offset))
         })
     }

@@ -45,8 +45,8 @@ impl ConeBase {
     pub fn new(shape: &Shape, tolerance: &Tolerance) -> Self {
         let (center, radius) = shape.sphere(tolerance);
         let (mut normal, mut inscribed) = (DVec3::ZERO, 0.0);
-        if let Shape::Patch { corners, normal: of_patch, .. } = shape {
-            normal = *of_patch;
+        if let Shape::Patch { corners, plane } = shape {
+            normal = plane.normal;
             let distance = |i: usize| {
                 let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
                 normal.cross(b - a).normalize_or_zero().dot(center - a)

@@ -8,7 +8,7 @@ use super::blockers::BlockerTree;
 use super::database::VisibilityDatabase;
 use super::primitives::{Tolerance, area_vector, clip};
 use super::pyramid::{Containment, Facing, Pyramid};
-use super::shapes::{Apex, Shape};
+use super::shapes::{Apex, PatchPlane, Shape};
 use super::surfaces::{SimplePatch, Surfaces};
 use crate::scene::NONE;
 use glam::DVec3;
@@ -132,7 +132,7 @@ impl<'a> Cutter<'a> {
                 };
                 if accept(blocker, patch) {
                     let to = apex.towards((patch.low + patch.high) * 0.5);
-                    let seeming = patch.area * patch.normal.dot(to.normalize_or_zero()).abs();
+                    let seeming = patch.area * patch.plane.normal.dot(to.normalize_or_zero()).abs();
                     let size = if apex.finite { seeming / to.length_squared().max(1e-12) } else { seeming };
                     self.polygons.push((size, blocker));
                 }
@@ -216,7 +216,7 @@ fn middle(corners: &[DVec3]) -> DVec3 {
 
 /// Planes through an apex and the edges of a polygon, with the polygon before them: normals and offsets.
 fn edges<'a>(patch: &'a SimplePatch, apex: &'a Apex) -> impl Iterator<Item = (DVec3, f64)> + 'a {
-    let height = apex.towards(patch.corners[0]).dot(patch.normal);
+    let height = apex.towards(patch.corners[0]).dot(patch.plane.normal);
     let next = patch.corners.iter().cycle().skip(1);
     patch.corners.iter().zip(next).map(move |(a, b)| {
         let normal = (*b - *a).cross(apex.towards(*a)) * -height.signum();
@@ -224,15 +224,14 @@ fn edges<'a>(patch: &'a SimplePatch, apex: &'a Apex) -> impl Iterator<Item = (DV
     })
 }
 
-/// The plane of a polygon, as its normal away from an apex and the offset.
-fn away(patch: &SimplePatch, apex: &Apex) -> (DVec3, f64) {
-    let sign = -apex.towards(patch.corners[0]).dot(patch.normal).signum();
-    (patch.normal * sign, patch.offset * sign)
+/// The plane of a polygon, with its normal away from an apex.
+fn away(patch: &SimplePatch, apex: &Apex) -> PatchPlane {
+    patch.plane.turned(-apex.towards(patch.corners[0]).dot(patch.plane.normal).signum())
 }
 
 /// Whether a polygon lies between an apex and a point.
 pub(super) fn is_beyond(patch: &SimplePatch, apex: &Apex, point: DVec3, tolerance: &Tolerance) -> bool {
-    let (normal, offset) = away(patch, apex);
+    let PatchPlane { normal, offset, .. } = away(patch, apex);
     normal.dot(point) >= offset + tolerance.coordinate
         && edges(patch, apex).all(|(normal, offset)| normal.dot(point) >= offset)
 }
@@ -246,7 +245,7 @@ fn cut(
     spare: &mut Vec<DVec3>,
     mut left: impl FnMut(Vec<DVec3>),
 ) {
-    let (normal, offset) = away(patch, apex);
+    let PatchPlane { normal, offset, .. } = away(patch, apex);
     let planes = || edges(patch, apex).chain([(normal, offset + tolerance.coordinate)]);
     // Where nothing is hidden, it stays in one piece.
     let mut inner = piece.clone();

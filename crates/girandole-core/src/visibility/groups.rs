@@ -207,5 +207,5 @@ impl ReceiverGroup {
 }
 
 fn normal(surfaces: &Surfaces, (simple, back): PatchSide) -> DVec3 {
-    surfaces.patches[simple as usize].normal * if back { -1.0 } else { 1.0 }
+    surfaces.patches[simple as usize].plane.normal * if back { -1.0 } else { 1.0 }
 }

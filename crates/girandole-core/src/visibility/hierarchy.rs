@@ -41,7 +41,7 @@ pub(crate) struct Frame {
 impl Frame {
     /// Of a patch.
     pub fn of(patch: &SimplePatch) -> Self {
-        Self::new(&patch.corners, patch.normal)
+        Self::new(&patch.corners, patch.plane.normal)
     }
 
     /// Along the longest edge; the second side is chosen so that the two and the normal are right-handed.
@@ -107,7 +107,7 @@ impl PatchRoot<'_> {
             corners = self.frame.corners(cells, f64::from(self.finest())).to_vec();
             // The frame lies in the plane only up to rounding: project its corners.
             for corner in &mut corners {
-                *corner -= patch.normal * (patch.normal.dot(*corner) - patch.offset);
+                *corner -= patch.plane.normal * patch.plane.height(*corner);
             }
         }
         if self.back {

@@ -4,7 +4,7 @@
 use super::cover::is_beyond;
 use super::database::VisibilityDatabase;
 use super::primitives::Tolerance;
-use super::shapes::{Apex, Shape};
+use super::shapes::{Apex, PatchPlane, Shape};
 use super::surfaces::SimplePatch;
 use crate::lights::LightSample;
 use crate::scene::NONE;
@@ -35,7 +35,7 @@ impl VisibilityDatabase {
         if leaf >= self.first_dynamic_leaf() {
             return Vec::new();
         }
-        let Some(shape @ Shape::Patch { corners, normal, offset, .. }) = self.leaf_shape(leaf) else {
+        let Some(shape @ Shape::Patch { corners, plane }) = self.leaf_shape(leaf) else {
             return Vec::new();
         };
         let tolerance = shape.tolerance(&surfaces.tolerance);
@@ -58,14 +58,14 @@ impl VisibilityDatabase {
             }
             let items = &groups.items[node.first as usize..(node.first + node.count) as usize];
             for patch in items.iter().filter_map(|&blocker| surfaces.patches.get(blocker as usize)) {
-                let heights = || patch.corners.iter().map(|corner| normal.dot(*corner) - offset);
+                let heights = || patch.corners.iter().map(|corner| plane.height(*corner));
                 let is_flush = heights().all(|height| height.abs() <= near);
                 if is_apart(patch.low, patch.high) || is_flush {
                     continue;
                 }
-                let along = normal.cross(patch.normal).normalize_or_zero();
-                let of_patch = contact(&patch.corners, (normal, offset), near, along);
-                let of_leaf = contact(corners, (patch.normal, patch.offset), near, along);
+                let along = plane.normal.cross(patch.plane.normal).normalize_or_zero();
+                let of_patch = contact(&patch.corners, &plane, near, along);
+                let of_leaf = contact(corners, &patch.plane, near, along);
                 let reaches = |([a, b], [c, d]): &([f64; 2], [f64; 2])| *a <= c + near && *b >= d - near;
                 if of_patch.zip(of_leaf).filter(reaches).is_some() {
                     found.push(Joint { polygon: patch.clone(), points: points.clone(), tolerance });
@@ -77,10 +77,10 @@ impl VisibilityDatabase {
 }
 
 /// How far a polygon's border reaches along a direction within so much of a plane, if it does at all.
-fn contact(corners: &[DVec3], (normal, offset): (DVec3, f64), near: f64, along: DVec3) -> Option<[f64; 2]> {
+fn contact(corners: &[DVec3], plane: &PatchPlane, near: f64, along: DVec3) -> Option<[f64; 2]> {
     let mut range: Option<[f64; 2]> = None;
     for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
-        let [from, to] = [a, b].map(|corner| normal.dot(*corner) - offset);
+        let [from, to] = [a, b].map(|corner| plane.height(*corner));
         let at = |height: f64| if from == to { 0.0 } else { ((height - from) / (to - from)).clamp(0.0, 1.0) };
         for t in [0.0, at(-near), at(near), 1.0] {
             if (from + t * (to - from)).abs() <= near * (1.0 + 1e-9) {

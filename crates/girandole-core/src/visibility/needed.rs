@@ -9,7 +9,7 @@ use super::database::{VisibilityDatabase, is_dynamic};
 use super::hierarchy::Frame;
 use super::receivers::{Source, cluster_of, patch_shape};
 use super::seen::{cut_off, hides};
-use super::shapes::{Apex, MAX_CORNERS, Shape};
+use super::shapes::{Apex, MAX_CORNERS, PatchPlane, Shape};
 use super::sources::{Root, Sources};
 use super::surfaces::{MeshPart, SimplePatch, Surfaces};
 use crate::parallel::map;
@@ -176,7 +176,7 @@ impl Needs<'_> {
 
     fn add_plane(&self, root: &Root, planes: &mut Vec<(DVec3, f64)>) {
         let &Root::Patch { simple, .. } = root else { return };
-        let SimplePatch { normal, offset, .. } = self.surfaces.patches[simple as usize];
+        let PatchPlane { normal, offset, .. } = self.surfaces.patches[simple as usize].plane;
         let near = self.surfaces.tolerance.side;
         let is_known =
             |(other, at): &(DVec3, f64)| normal.dot(*other) > 1.0 - 1e-9 && (offset - at).abs() < near;

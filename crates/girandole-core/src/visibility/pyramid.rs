@@ -300,7 +300,7 @@ impl Pyramid {
     /// How much of the pyramid a patch occludes.
     pub fn test_patch(&self, patch: &SimplePatch, scratch: &mut Scratch) -> Occlusion {
         scratch.tests.blockers += 1;
-        let heights = self.heights(patch.normal, patch.offset);
+        let heights = self.heights(patch.plane.normal, patch.plane.offset);
         if !self.intersects_polygon(&patch.corners, &heights, scratch) {
             return Occlusion::None;
         }

@@ -205,9 +205,8 @@ pub(crate) fn patch_shape<'a>(
     back: bool,
     corners: &'a [DVec3],
 ) -> Shape<'a> {
-    let patch = &surfaces.patches[simple as usize];
     let sign = if back { -1.0 } else { 1.0 };
-    Shape::Patch { corners, normal: patch.normal * sign, offset: patch.offset * sign, tilt: patch.tilt }
+    Shape::Patch { corners, plane: surfaces.patches[simple as usize].plane.turned(sign) }
 }
 
 pub(crate) fn cluster_of(surfaces: &Surfaces, mesh: u32, cluster: u32) -> &Cluster {

@@ -71,7 +71,7 @@ fn half_about_axis(view: &LocalView) -> Vec2 {
 
 /// Whether a polygon hides what is behind it: not from behind if it has one side, nor if it may be cut off.
 pub(super) fn hides(patch: &SimplePatch, eye: &Apex, cut: f64) -> bool {
-    let height = patch.normal.dot(eye.position) - patch.offset;
+    let height = patch.plane.height(eye.position);
     height > cut || patch.double_sided && height < -cut
 }
 

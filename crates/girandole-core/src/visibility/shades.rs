@@ -230,16 +230,16 @@ fn touches(
     apex: &Apex,
     (shape, receiver, cone_base): (&Shape, &Receiver, &ConeBase),
 ) -> Option<bool> {
-    let Shape::Patch { corners, normal, offset, .. } = *shape else {
+    let Shape::Patch { corners, plane } = *shape else {
         return Some(ShadowCone::new(apex, cone_base).may_touch(sphere));
     };
     let room = receiver.tolerance.room();
     let is_in_front = match apex.finite {
-        true => normal.dot(apex.position) - offset > room,
-        false => -normal.dot(apex.normal) > LEAST_COSINE,
+        true => plane.height(apex.position) > room,
+        false => -plane.normal.dot(apex.normal) > LEAST_COSINE,
     };
     let sphere = Sphere { radius: sphere.radius + room, ..*sphere };
-    is_in_front.then(|| may_hide(&sphere, apex, corners, normal))
+    is_in_front.then(|| may_hide(&sphere, apex, corners, plane.normal))
 }
 
 /// The tests of a receiver and a light.

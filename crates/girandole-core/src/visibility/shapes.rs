@@ -37,15 +37,34 @@ impl Apex {
     }
 }
 
+/// The plane of a patch: `normal · x = offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PatchPlane {
+    pub normal: DVec3,
+    pub offset: f64,
+    /// Largest difference of its unit normal and the triangles'.
+    pub tilt: f64,
+}
+
+impl PatchPlane {
+    /// The same turned round where `sign` is −1.
+    pub fn turned(self, sign: f64) -> Self {
+        Self { normal: self.normal * sign, offset: self.offset * sign, ..self }
+    }
+
+    /// How far in front of it a point is.
+    pub fn height(&self, point: DVec3) -> f64 {
+        self.normal.dot(point) - self.offset
+    }
+}
+
 /// The receiver at the base of a pyramid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Shape<'a> {
+    /// The corners lie on the surface, counter-clockwise about the normal, at most [`MAX_CORNERS`].
     Patch {
-        /// On the surface, counter-clockwise about the normal, at most [`MAX_CORNERS`].
         corners: &'a [DVec3],
-        normal: DVec3,
-        offset: f64,
-        tilt: f64,
+        plane: PatchPlane,
     },
     Cluster(&'a Cluster),
     Group(&'a ReceiverGroup),

@@ -3,6 +3,7 @@
 use super::VisibilitySettings;
 use super::clusters::ClusterTree;
 use super::primitives::{Tolerance, area_vector};
+use super::shapes::PatchPlane;
 use crate::parallel::{in_slices, map};
 use crate::scene::{Geometry, NONE, ObjectRange, Scene, WorldPatch};
 use crate::slices::{complete, pause};
@@ -29,13 +30,9 @@ pub(crate) struct SimplePatch {
     pub object: u32,
     /// Its triangles in [`Geometry::triangles`].
     pub triangles: Range<u32>,
-    /// Counter-clockwise about `normal`.
+    /// Counter-clockwise about the plane's normal.
     pub corners: Vec<DVec3>,
-    pub normal: DVec3,
-    /// The plane is `normal · x = offset`.
-    pub offset: f64,
-    /// Largest difference of its unit normal and its triangles'.
-    pub tilt: f64,
+    pub plane: PatchPlane,
     pub double_sided: bool,
     /// Whether its triangles fill the outline and have no holes.
     pub opaque: bool,
@@ -261,6 +258,7 @@ impl SimplePatch {
         }
         let normal = vector / area;
         let offset = corners.iter().map(|c| normal.dot(*c)).sum::<f64>() / corners.len() as f64;
+        let mut plane = PatchPlane { normal, offset, tilt: 0.0 };
         // All vertices in the plane and within the outline.
         let slack = tolerance.coordinate * 0.5;
         let edges: Vec<(DVec3, f64)> = (0..corners.len())
@@ -274,15 +272,14 @@ impl SimplePatch {
             (normal.dot(p) - offset).abs() <= slack && edges.iter().all(|(m, d)| m.dot(p) - d >= -slack)
         };
         let mut filled = 0.0;
-        let mut tilt: f64 = 0.0;
         let mut within = corners.iter().all(|&c| fits(c));
         for triangle in triangles.clone() {
             let points = geometry.corners(triangle).map(|p| p.as_dvec3());
             within &= points.into_iter().all(fits);
             filled += area_vector(&points).dot(normal);
-            tilt = tilt.max((geometry.normal(triangle).as_dvec3() - normal).length());
+            plane.tilt = plane.tilt.max((geometry.normal(triangle).as_dvec3() - normal).length());
         }
-        if !within || tilt > MAX_TILT || tilt.is_nan() {
+        if !within || plane.tilt > MAX_TILT || plane.tilt.is_nan() {
             return None;
         }
         let material = &scene.materials[material];
@@ -293,9 +290,7 @@ impl SimplePatch {
             low: corners.iter().copied().fold(DVec3::INFINITY, DVec3::min),
             high: corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
             corners,
-            normal,
-            offset,
-            tilt,
+            plane,
             double_sided: material.double_sided,
             transparent: material.is_transparent(),
             opaque: material.alpha_cutoff.is_none()

@@ -5,7 +5,7 @@ use crate::visibility::boxes::SweptBox;
 use crate::visibility::clusters::Cluster;
 use crate::visibility::groups::ReceiverGroup;
 use crate::visibility::primitives::{ROUNDING, Tolerance, box_extent};
-use crate::visibility::shapes::{Apex, Hull, MAX_CORNERS, Shape};
+use crate::visibility::shapes::{Apex, Hull, MAX_CORNERS, PatchPlane, Shape};
 use crate::visibility::surfaces::MAX_TILT;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
@@ -32,9 +32,7 @@ impl Pyramid {
         (self.swept, self.sphere_axis, self.axis) = (None, None, None);
         (self.apex, self.tolerance, self.count) = (*apex, *tolerance, 0);
         match shape {
-            Shape::Patch { corners, normal, offset, tilt } => {
-                self.set_patch(apex, corners, normal, offset, tilt, tolerance)
-            }
+            Shape::Patch { corners, plane } => self.set_patch(apex, corners, &plane, tolerance),
             Shape::Cluster(cluster) => {
                 let room = tolerance.ray_offset + tolerance.coordinate;
                 if self.needs_planes {
@@ -52,15 +50,8 @@ impl Pyramid {
         self.count += 1;
     }
 
-    fn set_patch(
-        &mut self,
-        apex: &Apex,
-        corners: &[DVec3],
-        normal: DVec3,
-        offset: f64,
-        tilt: f64,
-        t: &Tolerance,
-    ) -> Facing {
+    fn set_patch(&mut self, apex: &Apex, corners: &[DVec3], plane: &PatchPlane, t: &Tolerance) -> Facing {
+        let PatchPlane { normal, offset, tilt } = *plane;
         let n = corners.len().min(MAX_CORNERS);
         let mut origins = [DVec3::ZERO; MAX_CORNERS];
         let mut floor = t.ray_offset - t.coordinate;
@@ -76,7 +67,7 @@ impl Pyramid {
                 (low, high) = (low.min(z), high.max(z));
             }
             reach = reach.sqrt();
-            let height = normal.dot(apex.position) - offset;
+            let height = plane.height(apex.position);
             let uncertainty = t.coordinate + ROUNDING * reach;
             if height < -(uncertainty + tilt * reach) || high <= -uncertainty {
                 return Facing::None;

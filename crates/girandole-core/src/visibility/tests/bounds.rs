@@ -6,7 +6,7 @@ use crate::visibility::boxes::SweptBox;
 use crate::visibility::cones::{ConeBase, ShadowCone, Sphere};
 use crate::visibility::primitives::Tolerance;
 use crate::visibility::pyramid::Containment;
-use crate::visibility::shapes::{Apex, Shape};
+use crate::visibility::shapes::{Apex, PatchPlane, Shape};
 use crate::visibility::surfaces::Surfaces;
 use glam::DVec3;
 
@@ -27,12 +27,7 @@ fn cones_contain_the_rays() {
     let surfaces = Surfaces::new(&scene, &geometry, &VisibilitySettings::default());
     let (mut on_rays, mut beside, mut missed) = (0, 0, 0);
     for patch in &surfaces.patches {
-        let shape = Shape::Patch {
-            corners: &patch.corners,
-            normal: patch.normal,
-            offset: patch.offset,
-            tilt: patch.tilt,
-        };
+        let shape = Shape::Patch { corners: &patch.corners, plane: patch.plane };
         let (center, radius) = shape.sphere(&surfaces.tolerance);
         for profile in [Profile::Cosine, Profile::Directional] {
             for _ in 0..20 {
@@ -42,7 +37,7 @@ fn cones_contain_the_rays() {
                 let touches = |center: DVec3, radius: f64| cone.may_touch(&Sphere { center, radius });
                 for corner in &patch.corners {
                     // From the corner itself to the light, or on for as long as one likes.
-                    let start = *corner + patch.normal * surfaces.tolerance.ray_offset;
+                    let start = *corner + patch.plane.normal * surfaces.tolerance.ray_offset;
                     for t in [0.0, 0.001, 0.3, 0.9, 1.0] {
                         let point = start + apex.towards(start) * if apex.finite { t } else { t * 50.0 };
                         on_rays += 1;
@@ -82,7 +77,8 @@ fn what_is_inside_a_cone_is_on_rays_of_the_receiver() {
     let mut found = [0; 3];
     for _ in 0..20_000 {
         let (corners, normal, apex) = random_pair(&mut numbers);
-        let shape = Shape::Patch { corners: &corners, normal, offset: 0.0, tilt: 0.0 };
+        let plane = PatchPlane { normal, offset: 0.0, tilt: 0.0 };
+        let shape = Shape::Patch { corners: &corners, plane };
         let base = ConeBase::new(&shape, &tolerance);
         let cone = ShadowCone::new(&apex, &base);
         let center = numbers.vector().as_dvec3() + normal * f64::from(numbers.unit());
@@ -116,7 +112,8 @@ fn cones_and_swept_boxes_shrink_to_the_light() {
     let (mut beside, mut finite) = (0, 0);
     for _ in 0..2000 {
         let (corners, normal, apex) = random_pair(&mut numbers);
-        let shape = Shape::Patch { corners: &corners, normal, offset: 0.0, tilt: 0.0 };
+        let plane = PatchPlane { normal, offset: 0.0, tilt: 0.0 };
+        let shape = Shape::Patch { corners: &corners, plane };
         let (low, high) = corners
             .iter()
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), c| (low.min(*c), high.max(*c)));
