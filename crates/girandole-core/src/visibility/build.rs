@@ -2,7 +2,7 @@
 
 use super::assembly::Assembly;
 use super::blockers::BlockerTree;
-use super::database::{MOST_LIGHTS, is_dynamic};
+use super::database::{MOST_LIGHTS, StaticReceivers, is_dynamic};
 use super::growth::{Growth, Soil};
 use super::light_points::LightPoint;
 use super::movers::Movers;
@@ -138,23 +138,20 @@ impl VisibilityBuild {
         let mut assembly = Assembly::new(&surfaces, geometry, lights.len(), chosen.contains(&false));
         let grown = growth.end(lights.len());
         let tests = grown.tests;
-        let mut static_roots = vec![None; chosen.len()];
+        let mut roots = vec![None; chosen.len()];
         for (root, nodes) in assembly.append(geometry, &surfaces, &settings, &sources, grown) {
-            static_roots[root] = Some(nodes);
+            roots[root] = Some(nodes);
         }
+        let undetermined = vec![State::Partial; lights.len()];
+        let end = assembly.end();
         let mut result = VisibilityDatabase {
-            undetermined: vec![State::Partial; lights.len()],
             settings,
             surfaces,
             lights,
             groups,
-            sources,
-            static_roots,
-            mirrors,
+            static_receivers: StaticReceivers { sources, roots, undetermined, mirrors, threshold, end },
             segments: Vec::new(),
-            still: assembly.end(),
             assembly,
-            threshold,
             movers: Movers::default(),
             dynamic: None,
             tests,

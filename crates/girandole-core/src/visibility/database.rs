@@ -33,21 +33,11 @@ pub struct VisibilityDatabase {
     pub(super) lights: Vec<LightPoint>,
     /// Over static blockers.
     pub(super) groups: BlockerTree,
-    /// What static receivers are made of.
-    pub(super) sources: Sources,
-    /// By their roots, the nodes of those that are determined.
-    pub(super) static_roots: Vec<Option<Range<usize>>>,
-    pub(super) mirrors: Mirrors,
-    /// Of the leaf of all that is not determined.
-    pub(super) undetermined: Vec<State>,
+    pub(super) static_receivers: StaticReceivers,
     /// Dynamic ones, in the order of objects.
     pub(super) segments: Vec<Segment>,
     /// With the visibility of each node that static blockers leave.
     pub(super) assembly: Assembly,
-    /// Where static receivers end.
-    pub(super) still: End,
-    /// Area × partially occluded lights above which patches are split.
-    pub(super) threshold: f64,
     /// Over dynamic blockers.
     pub(super) movers: Movers,
     /// The visibility with dynamic blockers too, if there are any.
@@ -55,6 +45,22 @@ pub struct VisibilityDatabase {
     pub(super) tests: Tests,
     pub(super) of_geometry: Generation,
     pub(super) of_lights: Generation,
+}
+
+/// The receivers on static surfaces.
+#[derive(Clone, Debug)]
+pub(super) struct StaticReceivers {
+    pub sources: Sources,
+    /// By root of the sources, the nodes of those that are determined.
+    pub roots: Vec<Option<Range<usize>>>,
+    /// Of the leaf of all that is not determined.
+    pub undetermined: Vec<State>,
+    /// What shows them besides the views.
+    pub mirrors: Mirrors,
+    /// Area × partially occluded lights above which patches are split, by the area of all of them.
+    pub threshold: f64,
+    /// Where they end.
+    pub end: End,
 }
 
 /// The receivers on one dynamic object.
@@ -119,7 +125,7 @@ impl VisibilityDatabase {
 
     /// Where the leaves of dynamic objects begin in [`Receivers::leaves`]; before are those of static ones.
     pub fn first_dynamic_leaf(&self) -> u32 {
-        self.still.leaves as u32
+        self.static_receivers.end.leaves as u32
     }
 
     /// Whether it was built for this geometry and these lights.
@@ -171,7 +177,7 @@ impl VisibilityDatabase {
 
     fn states_in<'a>(&'a self, states: &'a StateMatrix, leaf: u32) -> &'a [State] {
         match self.assembly.receivers.leaves[leaf as usize].node {
-            NONE => &self.undetermined,
+            NONE => &self.static_receivers.undetermined,
             node => states.row(node as usize),
         }
     }
@@ -221,8 +227,8 @@ impl VisibilityDatabase {
         let Ok(index) = self.segments.binary_search_by_key(&object.0, |segment| segment.object) else {
             return vec![false; self.lights.len()];
         };
-        let start = index.checked_sub(1).map_or(self.still, |before| self.segments[before].end).nodes;
-        let of_object = start..self.segments[index].end.nodes;
+        let before = index.checked_sub(1).map_or(self.static_receivers.end, |i| self.segments[i].end);
+        let of_object = before.nodes..self.segments[index].end.nodes;
         let roots: Vec<usize> = of_object.filter(|&node| nodes[node].parent == NONE).collect();
         let is_mesh = |node: &usize| matches!(nodes[*node].source, Source::Cluster { .. });
         let mut hidden = vec![!roots.is_empty() && roots.iter().all(is_mesh); self.lights.len()];

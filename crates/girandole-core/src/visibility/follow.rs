@@ -3,7 +3,7 @@
 use super::assembly::Assembly;
 use super::blockers::BlockerTree;
 use super::cells::CellVisibility;
-use super::database::{Segment, VisibilityDatabase, is_dynamic};
+use super::database::{Segment, StaticReceivers, VisibilityDatabase, is_dynamic};
 use super::dynamic::DynamicPass;
 use super::growth::{Grown, Soil};
 use super::held::HeldPass;
@@ -42,7 +42,7 @@ impl VisibilityDatabase {
         {
             return false;
         }
-        self.mirrors.follow(scene, geometry, &self.surfaces);
+        self.static_receivers.mirrors.follow(scene, geometry, &self.surfaces);
         let points = LightPoint::of(lights.samples(), &self.surfaces, &self.groups);
         let changed = changes.moved();
         self.lights = points;
@@ -77,9 +77,10 @@ impl VisibilityDatabase {
         self.belongs_to(geometry, lights)?;
         let surfaces = Surfaces::new(scene, geometry, &self.settings);
         let groups = BlockerTree::with_clusters(&surfaces, |object| !is_dynamic(scene, object));
+        let sources = Sources::of(&surfaces, |object| !is_dynamic(scene, object));
         let mut result = Self {
             lights: LightPoint::of(lights.samples(), &surfaces, &groups),
-            sources: Sources::of(&surfaces, |object| !is_dynamic(scene, object)),
+            static_receivers: StaticReceivers { sources, ..self.static_receivers.clone() },
             segments: self
                 .segments
                 .iter()
@@ -100,27 +101,31 @@ impl VisibilityDatabase {
     /// For each static root, whether these views need it and it is not determined.
     fn missing(&self, geometry: &Geometry, views: &[View]) -> Vec<bool> {
         let needed = self.needs().of(&local(views, geometry)).into_iter();
-        needed.zip(&self.static_roots).map(|(is_needed, root)| is_needed && root.is_none()).collect()
+        needed
+            .zip(&self.static_receivers.roots)
+            .map(|(is_needed, root)| is_needed && root.is_none())
+            .collect()
     }
 
     /// Whether these views need what is not determined.
     pub(crate) fn lacks(&self, geometry: &Geometry, views: &[View]) -> bool {
-        self.static_roots.contains(&None) && self.missing(geometry, views).contains(&true)
+        self.static_receivers.roots.contains(&None) && self.missing(geometry, views).contains(&true)
     }
 
     /// Determines what these views need besides what is determined.
     pub(crate) fn determine_for(&mut self, geometry: &Geometry, views: &[View]) {
         let missing = self.missing(geometry, views);
-        let Self { surfaces, settings, sources, .. } = self;
+        let Self { surfaces, settings, static_receivers, .. } = self;
+        let StaticReceivers { sources, roots, threshold, end, .. } = static_receivers;
         let context = SceneContext { surfaces, lights: &self.lights, blockers: &self.groups };
-        let soil = Soil { context: &context, settings, threshold: self.threshold };
+        let soil = Soil { context: &context, settings, threshold: *threshold };
         let grown = Grown::new(&soil, sources, &missing, None);
-        let (first, tests) = (self.still, grown.tests);
+        let (first, tests) = (*end, grown.tests);
         let taken = self.assembly.split_off(first);
         for (root, nodes) in self.assembly.append(geometry, surfaces, settings, sources, grown) {
-            self.static_roots[root] = Some(nodes);
+            roots[root] = Some(nodes);
         }
-        (self.still, self.tests) = (self.assembly.end(), tests);
+        (*end, self.tests) = (self.assembly.end(), tests);
         let mut from = first;
         for segment in &mut self.segments {
             let to = segment.end;
@@ -134,7 +139,8 @@ impl VisibilityDatabase {
     /// Puts the receivers on dynamic objects after the static ones: those on objects that moved are made anew, the others are
     /// held.
     pub(super) fn lay_dynamic(&mut self, geometry: &Geometry, objects: &[u32], has_moved: &[bool]) {
-        let (surfaces, settings, threshold) = (&self.surfaces, &self.settings, self.threshold);
+        let (surfaces, settings) = (&self.surfaces, &self.settings);
+        let StaticReceivers { threshold, end, .. } = self.static_receivers;
         let context = SceneContext { surfaces, lights: &self.lights, blockers: &self.groups };
         let places: Vec<(usize, u32)> = objects.iter().copied().enumerate().collect();
         let made = map(&places, |&(index, object)| {
@@ -154,13 +160,13 @@ impl VisibilityDatabase {
         });
         let taken = if made.iter().all(Option::is_some) {
             // Nothing of it is held.
-            self.assembly.truncate(self.still);
+            self.assembly.truncate(end);
             Assembly::default()
         } else {
-            self.assembly.split_off(self.still)
+            self.assembly.split_off(end)
         };
         let mut before = std::mem::take(&mut self.segments).into_iter();
-        let mut from = self.still;
+        let mut from = end;
         for (&object, made) in objects.iter().zip(made) {
             let held = before.next();
             let to = held.as_ref().map_or(from, |held| held.end);
@@ -171,7 +177,7 @@ impl VisibilityDatabase {
                     (sources, cell)
                 }
                 (None, Some(Segment { sources, cell, .. })) => {
-                    self.assembly.append_held(surfaces, &sources, &taken, [self.still, from, to]);
+                    self.assembly.append_held(surfaces, &sources, &taken, [end, from, to]);
                     (sources, cell)
                 }
                 (None, None) => Default::default(),
@@ -218,9 +224,10 @@ impl VisibilityDatabase {
             }
             of_cells.push(found.map(|(_, above, _)| above));
         }
-        let of_segments = self.assembly.receivers.roots(self.still.nodes);
+        let fixed = &self.static_receivers;
+        let of_segments = self.assembly.receivers.roots(fixed.end.nodes);
         let mut rest = of_segments.into_iter().map(Some);
-        let mut held = vec![(&self.sources, self.static_roots.clone(), None)];
+        let mut held = vec![(&fixed.sources, fixed.roots.clone(), None)];
         for (Segment { object, sources, .. }, above) in self.segments.iter().zip(of_cells) {
             let own: Vec<_> = rest.by_ref().take(sources.roots().len()).collect();
             if !has_moved[*object as usize] {

@@ -5,7 +5,7 @@
 
 use super::blockers::BlockerTree;
 use super::cover::Cutter;
-use super::database::{VisibilityDatabase, is_dynamic};
+use super::database::{StaticReceivers, VisibilityDatabase, is_dynamic};
 use super::hierarchy::Frame;
 use super::receivers::{Source, cluster_of, patch_shape};
 use super::seen::{cut_off, hides};
@@ -267,7 +267,7 @@ impl VisibilityDatabase {
         let needed = self.needs().of(std::slice::from_ref(view));
         let receivers = self.receivers();
         let mut leaves = vec![true; receivers.leaves.len()];
-        for (range, is_needed) in self.static_roots.iter().zip(&needed) {
+        for (range, is_needed) in self.static_receivers.roots.iter().zip(&needed) {
             for node in range.clone().into_iter().flatten() {
                 if let Some(leaf) = leaves.get_mut(receivers.nodes[node].leaf as usize) {
                     *leaf = *is_needed;
@@ -276,7 +276,7 @@ impl VisibilityDatabase {
         }
         if let Some(rest) = leaves.first_mut().filter(|_| self.has_undetermined_leaf()) {
             let is_missing = |(range, is_needed): (&Option<_>, &bool)| *is_needed && range.is_none();
-            *rest = self.static_roots.iter().zip(&needed).any(is_missing);
+            *rest = self.static_receivers.roots.iter().zip(&needed).any(is_missing);
         }
         leaves
     }
@@ -287,9 +287,9 @@ impl VisibilityDatabase {
         let receivers = self.receivers();
         let kind = match receivers.nodes.get(receivers.leaves[leaf as usize].node as usize).map(|n| &n.source)
         {
-            Some(Source::Patch { simple, .. }) => self.mirrors.patches[*simple as usize],
-            Some(Source::Cluster { mesh, .. }) => self.mirrors.meshes[*mesh as usize],
-            None => return self.mirrors.are_there(),
+            Some(Source::Patch { simple, .. }) => self.static_receivers.mirrors.patches[*simple as usize],
+            Some(Source::Cluster { mesh, .. }) => self.static_receivers.mirrors.meshes[*mesh as usize],
+            None => return self.static_receivers.mirrors.are_there(),
         };
         kind != Mirror::No
     }
@@ -300,7 +300,8 @@ impl VisibilityDatabase {
     }
 
     pub(super) fn needs(&self) -> Needs<'_> {
-        let Self { surfaces, groups, sources, mirrors, .. } = self;
+        let Self { surfaces, groups, static_receivers, .. } = self;
+        let StaticReceivers { sources, mirrors, .. } = static_receivers;
         Needs { surfaces, groups, sources, mirrors }
     }
 }
