@@ -1,7 +1,7 @@
 //! Occlusion of one node of the receiver hierarchy from each light.
 
 use super::State;
-use super::blockers::BlockerTree;
+use super::blockers::{BlockerNode, BlockerTree};
 use super::boxes::FullCoverHint;
 use super::light_points::LightPoint;
 use super::pyramid::{Containment, Facing, Occlusion, Pyramid, Scratch};
@@ -240,17 +240,16 @@ impl SceneContext<'_> {
                         Some(part) => pyramid.classify_cluster(&part.tree.nodes[node.cluster as usize]),
                         None => pyramid.classify_box(node.low, node.high),
                     };
-                    match containment {
-                        Containment::Outside => continue,
-                        Containment::Crossing => {}
-                        // Whatever is in a box inside the pyramid blocks a part.
-                        Containment::Inside => {
-                            if !pyramid.may_be_fully_covered(bounds, &mut hint, scratch) {
-                                found.push(Entry { hint, ..Entry::new(index, group, false) });
-                                state = State::Partial;
-                                continue;
-                            }
-                        }
+                    if containment == Containment::Outside {
+                        continue;
+                    }
+                    // Whatever is in a box inside the pyramid blocks a part.
+                    if containment == Containment::Inside
+                        && !pyramid.may_be_fully_covered(bounds, &mut hint, scratch)
+                    {
+                        found.push(Entry { hint, ..Entry::new(index, group, false) });
+                        state = State::Partial;
+                        continue;
                     }
                 }
                 let mut order = [node.first + 1, node.first];
@@ -261,33 +260,46 @@ impl SceneContext<'_> {
                 open.extend(order.map(|child| (child, hint)));
                 continue;
             }
-            if node.mesh != NONE {
-                let tree = &self.surfaces.meshes[node.mesh as usize].tree;
-                if pyramid.intersects_cluster(tree, node.cluster, scratch) {
+            match self.test_leaf(node, light, own_mesh, pyramid, scratch) {
+                Occlusion::None => {}
+                Occlusion::Partial => {
                     found.push(Entry::new(index, group, false));
                     state = State::Partial;
                 }
-                continue;
-            }
-            let mut partial = false;
-            for &blocker in &self.blockers.items[node.first as usize..(node.first + node.count) as usize] {
-                match self.surfaces.test(blocker, pyramid, own_mesh, scratch) {
-                    Occlusion::None => {}
-                    // The triangle that a light lies on does not block it.
-                    Occlusion::Full if light.own != blocker => {
-                        found.clear();
-                        found.push(Entry::new(index, group, true));
-                        return State::Full;
-                    }
-                    Occlusion::Full | Occlusion::Partial => partial = true,
+                Occlusion::Full => {
+                    found.clear();
+                    found.push(Entry::new(index, group, true));
+                    return State::Full;
                 }
-            }
-            if partial {
-                found.push(Entry::new(index, group, false));
-                state = State::Partial;
             }
         }
         state
+    }
+
+    /// How much of the pyramid the blockers of a leaf of their hierarchy occlude, each by itself.
+    #[inline]
+    fn test_leaf(
+        &self,
+        leaf: &BlockerNode,
+        light: &LightPoint,
+        own_mesh: Option<u32>,
+        pyramid: &mut Pyramid,
+        scratch: &mut Scratch,
+    ) -> Occlusion {
+        if let Some(part) = self.surfaces.meshes.get(leaf.mesh as usize) {
+            let is_touched = pyramid.intersects_cluster(&part.tree, leaf.cluster, scratch);
+            return if is_touched { Occlusion::Partial } else { Occlusion::None };
+        }
+        let mut occlusion = Occlusion::None;
+        for &blocker in &self.blockers.items[leaf.first as usize..(leaf.first + leaf.count) as usize] {
+            match self.surfaces.test(blocker, pyramid, own_mesh, scratch) {
+                Occlusion::None => {}
+                // The triangle that a light lies on does not block it.
+                Occlusion::Full if light.own != blocker => return Occlusion::Full,
+                Occlusion::Full | Occlusion::Partial => occlusion = Occlusion::Partial,
+            }
+        }
+        occlusion
     }
 }
 
