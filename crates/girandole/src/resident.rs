@@ -375,7 +375,7 @@ impl Resident {
         let Self { lights, atlas: Atlas { cache, .. }, .. } = self;
         let regular = cache.regular_spans(&lights.samples);
         let (Some((of, Looks { lists, mirrors })), Some(receivers)) = (&view, &self.receivers) else {
-            let leaves = self.receivers.as_ref().map_or(0, |receivers| receivers.leaves);
+            let leaves = self.receivers.as_ref().map_or(0, Receivers::leaf_count);
             let suns = lights.samples.iter().enumerate().filter(|(_, light)| light.has_large_map());
             let whole = |light: &Light| light.showing(Vec2::ZERO, 1.0 / light.offset);
             let suns = suns.map(|(index, light)| (index, whole(light))).collect();

@@ -93,19 +93,21 @@ impl Debug {
 
 /// A colour for each leaf, linear.
 fn leaf_colors(view: DebugView, receivers: &Receivers) -> Vec<[f32; 4]> {
-    let lights = receivers.lights as usize;
-    (0..receivers.leaves as usize)
+    (0..receivers.leaf_count() as usize)
         .map(|leaf| match view {
-            DebugView::States(Some(light)) => match receivers.states[leaf * lights + light as usize] {
-                State::Unoccluded => [0.05, 0.6, 0.1, 1.0],
-                State::Partial => [0.9, 0.6, 0.02, 1.0],
-                State::Full => [0.25, 0.03, 0.05, 1.0],
-            },
+            DebugView::States(Some(light)) => {
+                match receivers.pairs.states[receivers.pairs.row(leaf)][light as usize] {
+                    State::Unoccluded => [0.05, 0.6, 0.1, 1.0],
+                    State::Partial => [0.9, 0.6, 0.02, 1.0],
+                    State::Full => [0.25, 0.03, 0.05, 1.0],
+                }
+            }
             // From black by way of red and yellow to white: the share of lights that need a look.
             DebugView::States(None) => {
                 let parts = [NEAR_SHADOWED, JOINTED, SHADOWED, MAPPED_SHADOWED];
-                let looked_up: u32 = parts.iter().map(|&part| receivers.parts[leaf][part as usize]).sum();
-                let share = looked_up as f32 / receivers.lights.max(1) as f32 * 3.0;
+                let looked_up: u32 =
+                    parts.iter().map(|&part| receivers.lists.parts[leaf][part as usize]).sum();
+                let share = looked_up as f32 / receivers.light_count().max(1) as f32 * 3.0;
                 let [r, g, b] = [0.0, 1.0, 2.0].map(|from| (share - from).clamp(0.0, 1.0));
                 [r, g, b, 1.0]
             }

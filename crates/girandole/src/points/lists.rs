@@ -42,12 +42,12 @@ impl PointLists {
     /// Where things are in the buffers for so many points.
     pub fn offsets_for(receivers: &Receivers, capacity: u32) -> BufferOffsets {
         // The first chunk of each leaf and their number come before.
-        let chunks_at = 2 * receivers.room;
-        let chunks = capacity / CHUNK + receivers.room;
+        let chunks_at = 2 * receivers.offsets.leaves;
+        let chunks = capacity / CHUNK + receivers.offsets.leaves;
         BufferOffsets {
             chunks_at,
             sorted_at: chunks_at + chunks,
-            points_at: receivers.room,
+            points_at: receivers.offsets.leaves,
             ..receivers.offsets
         }
     }

@@ -48,14 +48,14 @@ impl MultipassPlan {
     /// # Errors
     /// [`crate::Error::TooLarge`] where a table exceeds the device's limits.
     pub fn new(device: &wgpu::Device, receivers: &Receivers, key: MultipassKey) -> Result<Self> {
-        let lights = receivers.lights as usize;
+        let lights = receivers.light_count() as usize;
         // A light that its light map holds and nothing blocks is done.
         let first_part = if key.light_maps { UNSHADOWED } else { MAPPED_UNSHADOWED };
         let counts = |kind: u8| (first_part..NO_PART).contains(&u32::from(kind));
-        let mut sets = LightSets::new(receivers.leaves as usize, lights);
+        let mut sets = LightSets::new(receivers.leaf_count() as usize, lights);
         // Objects are leaves in their shading order, in which neighbours have lights in common.
-        for (object, &leaf) in receivers.shading_order.iter().enumerate() {
-            let kinds = &receivers.kinds[leaf as usize * lights..][..lights];
+        for (object, &leaf) in receivers.order.leaves.iter().enumerate() {
+            let kinds = &receivers.pairs.kinds[receivers.pairs.row(leaf as usize)];
             for (light, _) in kinds.iter().enumerate().filter(|&(_, &kind)| counts(kind)) {
                 if key.in_view[leaf as usize] {
                     sets.insert(object as u32, light as u32);
@@ -69,7 +69,7 @@ impl MultipassPlan {
         let mut words = vec![0u32; Element::WORDS * elements.len()];
         for (index, element) in elements.iter().enumerate() {
             let member =
-                |&object: &u32| Member { leaf: receivers.shading_order[object as usize], chunks_before: 0 };
+                |&object: &u32| Member { leaf: receivers.order.leaves[object as usize], chunks_before: 0 };
             let members: Vec<Member> = element.objects.iter().map(member).collect();
             let members_at = words.len() as u32;
             words.extend_from_slice(bytemuck::cast_slice(&members));
@@ -87,10 +87,11 @@ impl MultipassPlan {
         let passes = MultipassParams {
             elements: elements.len() as u32,
             lights_per_pass: key.lights_per_pass,
-            lights_in_all: receivers.lights,
+            lights_in_all: receivers.light_count(),
             padding: 0,
         };
         let parts: Vec<u32> = receivers
+            .pairs
             .kinds
             .chunks(8)
             .map(|kinds| kinds.iter().rev().fold(0, |word, &kind| word << 4 | u32::from(kind)))

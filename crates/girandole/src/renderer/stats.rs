@@ -56,7 +56,7 @@ impl Renderer {
                 stats.pairs.looked_up = stats.points[0] * u64::from(stats.lights);
             }
             (Some(settings), _, Some(receivers), Some(lists)) => {
-                stats.leaves = [receivers.leaves, receivers.mapped];
+                stats.leaves = [receivers.leaf_count(), receivers.mapped()];
                 if let (Shading::Multipass { .. }, Some(plan)) = (settings.shading, multipass) {
                     stats.passes = [plan.count, plan.unmerged];
                 }
@@ -173,7 +173,8 @@ impl Tally {
             mapped_at_creation: false,
         });
         encoder.copy_buffer_to_buffer(&lists.tally, 0, &buffer, 0, lists.tally.size());
-        let leaves = receivers.parts.iter().copied().zip(receivers.skipped.iter().copied()).collect();
+        let leaves =
+            receivers.lists.parts.iter().copied().zip(receivers.lists.skipped.iter().copied()).collect();
         Self { buffer, leaves, light_maps: settings.uses_light_maps() }
     }
 

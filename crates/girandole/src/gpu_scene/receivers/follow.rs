@@ -1,7 +1,7 @@
 //! Receivers after dynamic objects and lights changed: lights that stay, and leaves that none of this concerns, cost nothing.
 
 use super::leaf::{LeafLight, LightsThenNow};
-use super::{Receivers, Sources, receiver_words};
+use super::{LeafReceiver, Pairs, Receivers, Sources, receiver_words};
 use crate::Result;
 use crate::gpu_scene::geometry::gpu_lights;
 use girandole_core::lights::{LightChanges, LightSample};
@@ -23,16 +23,16 @@ impl Receivers {
         let (count, still) = (database.receivers().leaves.len(), self.still as usize);
         let receiver_words = receiver_words(&sources);
         let is_same = database.first_dynamic_leaf() as usize == still
-            && sources.lights.len() == self.samples.len()
-            && (0..still).all(|leaf| self.places[leaf].stays(geometry, database, leaf));
-        let has_room = count <= self.room as usize && receiver_words.len() <= self.receivers.room();
+            && sources.lights.len() == self.pairs.lights
+            && (0..still).all(|leaf| self.leaves[leaf].place.stays(geometry, database, leaf));
+        let has_room = count <= self.offsets.leaves as usize && receiver_words.len() <= self.receivers.room();
         if !(is_same && has_room) {
             return Ok(false);
         }
         self.database = Some(database.clone());
         self.receivers.set(0, &receiver_words);
-        self.gpu_lights = gpu_lights(sources.lights, geometry.radius());
-        let before = std::mem::replace(&mut self.samples, sources.lights.samples().to_vec());
+        self.lights.on_gpu = gpu_lights(sources.lights, geometry.radius());
+        let before = std::mem::replace(&mut self.lights.samples, sources.lights.samples().to_vec());
         let changed = changes.changed();
         self.light_maps.mark_lights(&changed);
 
@@ -45,10 +45,10 @@ impl Receivers {
                 }
             }
         }
-        let held = count.min(self.leaves as usize);
+        let held = count.min(self.leaves.len());
         self.resize(count);
         for leaf in still..count {
-            if leaf < held && self.places[leaf].stays(geometry, database, leaf) {
+            if leaf < held && self.leaves[leaf].place.stays(geometry, database, leaf) {
                 self.follow_leaf(&sources, &before, &changed, leaf);
             } else {
                 self.place(&sources, leaf);
@@ -60,7 +60,7 @@ impl Receivers {
         } else {
             self.lay_out(device)?;
         }
-        self.order();
+        self.sort();
         self.flush(queue);
         Ok(true)
     }
@@ -75,44 +75,46 @@ impl Receivers {
     ) -> bool {
         let (states, standing) =
             (sources.database.leaf_states(leaf as u32), sources.database.standing_states(leaf as u32));
-        let row = self.row(leaf);
-        let states_stay = self.states[row.clone()] == *states;
-        let standing_stay = self.standing[row.clone()] == *standing;
+        let Self { leaves, lights, pairs, units, light_maps, .. } = self;
+        let (row, samples) = (pairs.row(leaf), &lights.samples);
+        let Pairs { states: states_then, standing: standing_then, relations, .. } = pairs;
+        let (states_then, standing_then) = (&mut states_then[row.clone()], &mut standing_then[row.clone()]);
+        let states_stay = *states_then == *states;
+        let standing_stay = *standing_then == *standing;
         if changed.is_empty() && states_stay && standing_stay {
             return false;
         }
-        let all = 0..self.samples.len();
+        let all = 0..samples.len();
         // Lights that moved may change how others are tested.
         let mut with_states = Vec::new();
         let concerned = if standing_stay {
             changed
         } else {
-            let then = &self.standing[row.clone()];
             let is_full = |state: State| state == State::Full;
             let differs = |light: &usize| {
-                is_full(then[*light]) != is_full(standing[*light]) || before[*light] != self.samples[*light]
+                is_full(standing_then[*light]) != is_full(standing[*light])
+                    || before[*light] != samples[*light]
             };
             with_states.extend(all.clone().filter(differs));
             &with_states
         };
-        let (place, light) = (&self.places[leaf], &mut self.leaf_lights[leaf]);
-        let relations = &mut self.relations[row.clone()];
+        let LeafReceiver { place, light } = &mut leaves[leaf];
+        let relations = &mut relations[row];
         let mut others_differ = false;
-        if concerned.len() * 2 > self.samples.len() {
-            *light = LeafLight::new(place, &self.samples, standing, relations);
+        if concerned.len() * 2 > samples.len() {
+            *light = LeafLight::new(place, samples, standing, relations);
             others_differ = true;
         } else if !concerned.is_empty() {
-            let lights = LightsThenNow { then: before, now: &self.samples };
-            let states = [&self.standing[row.clone()], standing];
-            others_differ = light.follow(place, lights, states, concerned, relations);
+            let lights = LightsThenNow { then: before, now: samples };
+            others_differ = light.follow(place, lights, [standing_then, standing], concerned, relations);
         }
-        let units = if place.has_map { light.units() } else { 0.0 };
-        if self.units[leaf] != units {
-            self.units[leaf] = units;
-            self.light_maps.mark(leaf, true);
+        let wanted = if place.has_map { light.units() } else { 0.0 };
+        if units[leaf] != wanted {
+            units[leaf] = wanted;
+            light_maps.mark(leaf, true);
         }
-        self.states[row.clone()].copy_from_slice(states);
-        self.standing[row].copy_from_slice(standing);
+        states_then.copy_from_slice(states);
+        standing_then.copy_from_slice(standing);
         if others_differ || !states_stay {
             return self.choose_parts(leaf, all);
         }

@@ -20,26 +20,26 @@ impl Receivers {
     /// # Errors
     /// [`crate::Error::TooLarge`] beyond the device's limits.
     pub(super) fn lay_out(&mut self, device: &wgpu::Device) -> Result<()> {
-        let (still, room) = (self.still as usize, self.room as usize);
+        let (still, room) = (self.still as usize, self.offsets.leaves as usize);
         let mut at =
             self.offsets.ranges_at as usize + room * self.offsets.batches as usize * LeafRange::WORDS;
-        self.lists_at.clear();
+        self.lists.at.clear();
         for leaf in 0..still {
-            let row = self.row(leaf);
-            let standing = self.standing[row.clone()].chunks(BATCH as usize);
-            for (standing, kinds) in standing.zip(self.kinds[row].chunks(BATCH as usize)) {
-                self.lists_at.push(at as u32);
+            let row = self.pairs.row(leaf);
+            let standing = self.pairs.standing[row.clone()].chunks(BATCH as usize);
+            for (standing, kinds) in standing.zip(self.pairs.kinds[row].chunks(BATCH as usize)) {
+                self.lists.at.push(at as u32);
                 at += room_for(standing, kinds);
             }
         }
-        self.moving_at = at as u32;
-        let pairs = (room - still) * self.lights as usize;
+        self.lists.moving_at = at as u32;
+        let pairs = (room - still) * self.pairs.lights;
         let list_room = at + self.moving_entries().max(pairs.min(MOVING_ENTRIES));
         self.light_lists = Mirror::new(device, "lists of lights", Vec::new(), list_room)?;
         let mut light_map = 0;
         for leaf in 0..still {
             self.write_record(leaf, light_map);
-            light_map += u32::from(self.places[leaf].has_map);
+            light_map += u32::from(self.leaves[leaf].place.has_map);
             self.list(leaf);
         }
         self.list_moving();
@@ -48,52 +48,52 @@ impl Receivers {
 
     /// Writes records and lists of leaves on dynamic objects.
     pub(super) fn list_moving(&mut self) {
-        let (still, count) = (self.still as usize, self.leaves as usize);
-        self.lists_at.truncate(still * self.offsets.batches as usize);
-        self.parts[still..].fill([0; NO_PART as usize]);
-        self.skipped[still..].fill(0);
-        let mut at = self.moving_at;
+        let (still, count) = (self.still as usize, self.leaves.len());
+        self.lists.at.truncate(still * self.offsets.batches as usize);
+        self.lists.parts[still..].fill([0; NO_PART as usize]);
+        self.lists.skipped[still..].fill(0);
+        let (mut at, static_maps) = (self.lists.moving_at, self.static_maps());
         for leaf in still..count {
-            for kinds in self.kinds[self.row(leaf)].chunks(BATCH as usize) {
-                self.lists_at.push(at);
+            for kinds in self.pairs.kinds[self.pairs.row(leaf)].chunks(BATCH as usize) {
+                self.lists.at.push(at);
                 at += entries(kinds) as u32;
             }
-            self.write_record(leaf, self.static_maps + (leaf - still) as u32);
+            self.write_record(leaf, static_maps + (leaf - still) as u32);
             self.list(leaf);
         }
     }
 
     /// Whether there is room for the lists of leaves on dynamic objects.
     pub(super) fn moving_lists_fit(&self) -> bool {
-        self.moving_at as usize + self.moving_entries() <= self.light_lists.room()
+        self.lists.moving_at as usize + self.moving_entries() <= self.light_lists.room()
     }
 
     fn moving_entries(&self) -> usize {
-        entries(&self.kinds[self.still as usize * self.lights as usize..])
+        entries(&self.pairs.kinds[self.pairs.row(self.still as usize).start..])
     }
 
     /// Whether there is room for the lists of a static leaf.
     pub(super) fn lists_fit(&self, leaf: usize) -> bool {
         let batches = self.offsets.batches as usize;
-        let mut lists = self.kinds[self.row(leaf)].chunks(BATCH as usize).zip(leaf * batches..);
+        let mut lists = self.pairs.kinds[self.pairs.row(leaf)].chunks(BATCH as usize).zip(leaf * batches..);
         lists.all(|(kinds, list)| {
-            let end = self.lists_at.get(list + 1).filter(|_| list + 1 < self.still as usize * batches);
-            self.lists_at[list] as usize + entries(kinds) <= *end.unwrap_or(&self.moving_at) as usize
+            let end = self.lists.at.get(list + 1).filter(|_| list + 1 < self.still as usize * batches);
+            self.lists.at[list] as usize + entries(kinds) <= *end.unwrap_or(&self.lists.moving_at) as usize
         })
     }
 
     fn write_record(&mut self, leaf: usize, light_map: u32) {
-        let record = self.places[leaf].record(light_map * SIDE * SIDE);
+        let record = self.leaves[leaf].place.record(light_map * SIDE * SIDE);
         self.light_lists.set(leaf * LeafRecord::WORDS, bytemuck::cast_slice(&[record]));
     }
 
     /// Writes the lists of a leaf.
     pub(super) fn list(&mut self, leaf: usize) {
         let batches = self.offsets.batches as usize;
-        let row = self.row(leaf);
+        let row = self.pairs.row(leaf);
         let mut counts = [0; NO_PART as usize + 1];
-        for (batch, kinds) in self.kinds[row].chunks(BATCH as usize).enumerate() {
-            let at = self.lists_at[leaf * batches + batch];
+        for (batch, kinds) in self.pairs.kinds[row].chunks(BATCH as usize).enumerate() {
+            let at = self.lists.at[leaf * batches + batch];
             // The parts' first entries, in order, and the end.
             let mut bounds = [at; NO_PART as usize + 1];
             let mut entries = Vec::with_capacity(kinds.len());
@@ -107,22 +107,21 @@ impl Receivers {
             self.light_lists.set(range, &bounds);
             self.light_lists.set(at as usize, &entries);
         }
-        self.parts[leaf].copy_from_slice(&counts[..NO_PART as usize]);
-        self.skipped[leaf] = self.lights - counts.iter().sum::<u32>();
+        self.lists.parts[leaf].copy_from_slice(&counts[..NO_PART as usize]);
+        self.lists.skipped[leaf] = self.light_count() - counts.iter().sum::<u32>();
     }
 
-    /// Sorts leaves, and counts those with light maps.
-    pub(super) fn order(&mut self) {
+    /// Sorts leaves.
+    pub(super) fn sort(&mut self) {
         // Leaves with lists of equal length lie side by side: neighbours finish together.
-        let mut order: Vec<u32> = (0..self.leaves).collect();
+        let mut order: Vec<u32> = (0..self.leaf_count()).collect();
         let is_partial = |state: &&State| **state == State::Partial;
         order.sort_by_cached_key(|&leaf| {
-            self.states[self.row(leaf as usize)].iter().filter(is_partial).count()
+            self.pairs.states[self.pairs.row(leaf as usize)].iter().filter(is_partial).count()
         });
-        self.shading_order.clone_from(&order);
-        order.extend(self.leaves..self.room);
-        self.order_words.set(0, &order);
-        self.mapped = self.places.iter().filter(|place| place.has_map).count() as u32;
+        self.order.leaves.clone_from(&order);
+        order.extend(self.leaf_count()..self.offsets.leaves);
+        self.order.words.set(0, &order);
     }
 }
 

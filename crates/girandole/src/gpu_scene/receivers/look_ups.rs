@@ -19,7 +19,7 @@ const TEXEL_WIDTH: f32 = 2.506_628_3;
 impl Receivers {
     /// For each leaf, whether a view may show it, in mirrors too if they are asked for; and whether it shows mirrors.
     pub fn shown(&self, view: &LocalView, mirrors: bool) -> (Vec<bool>, bool) {
-        let all = || (vec![true; self.leaves as usize], mirrors);
+        let all = || (vec![true; self.leaves.len()], mirrors);
         self.database.as_ref().map_or_else(all, |database| database.shown_leaves(view, mirrors))
     }
 
@@ -33,14 +33,15 @@ impl Receivers {
     ) -> Vec<(usize, Light)> {
         let of = |(index, light): (usize, &Light)| {
             let is_shown = |leaf: &usize| {
-                in_view[*leaf] && (!looks_up_lists || is_looked_up(self.kinds[self.row(*leaf)][index]))
+                in_view[*leaf]
+                    && (!looks_up_lists || is_looked_up(self.pairs.kinds[self.pairs.row(*leaf)][index]))
             };
-            let leaves = (0..self.leaves as usize).filter(is_shown);
+            let leaves = (0..self.leaves.len()).filter(is_shown);
             let none = [Vec2::INFINITY, Vec2::NEG_INFINITY];
             let [low, high] = leaves.fold(none, |range, leaf| {
                 let database = self.database.as_ref().filter(|_| !in_mirrors);
                 let polygon = database.and_then(|d| d.seen_polygon(leaf as u32, view));
-                let (center, radius) = self.bounds[leaf];
+                let (center, radius) = self.leaves[leaf].place.bounds();
                 let (places, around) = polygon.map_or((vec![center], radius), |polygon| (polygon, 0.0));
                 places
                     .iter()
@@ -50,26 +51,26 @@ impl Receivers {
             let (middle, half) = shown_square(low, high, 1.0 / light.offset);
             (index, light.showing(middle, half))
         };
-        let suns = self.gpu_lights.iter().enumerate().filter(|(_, light)| light.has_large_map());
+        let suns = self.lights.on_gpu.iter().enumerate().filter(|(_, light)| light.has_large_map());
         suns.map(of).collect()
     }
 
     /// For each light, how many texels across its map should have for what leaves in view look up in it; 0 where none does.
     pub fn look_ups(&self, in_view: &[bool], view: &LocalView, suns: &[(usize, Light)]) -> Vec<f32> {
-        let mut of_view = self.gpu_lights.clone();
+        let mut of_view = self.lights.on_gpu.clone();
         suns.iter().for_each(|&(index, sun)| of_view[index] = sun);
         let pixel = 2.0 * view.half_extent.y / PICTURE_HEIGHT;
-        let lights = self.lights as usize;
+        let lights = self.pairs.lights;
         let coarseness = coarseness(&of_view);
-        let leaves: Vec<usize> = (0..self.leaves as usize).filter(|leaf| in_view[*leaf]).collect();
+        let leaves: Vec<usize> = (0..self.leaves.len()).filter(|leaf| in_view[*leaf]).collect();
         let of_leaves = |leaves: &&[usize]| {
             let mut most = vec![0.0_f32; lights];
             for &leaf in *leaves {
-                let (center, radius) = self.bounds[leaf];
+                let (center, radius) = self.leaves[leaf].place.bounds();
                 let distance = (center.distance(view.eye) - radius).max(0.1 * radius);
                 let per_metre =
                     1.0 / (PIXELS_PER_TEXEL[0] * pixel * if view.orthographic { 1.0 } else { distance });
-                let kinds = &self.kinds[self.row(leaf)];
+                let kinds = &self.pairs.kinds[self.pairs.row(leaf)];
                 let pairs = kinds.iter().zip(&of_view).zip(&mut most);
                 for ((_, light), most) in pairs.filter(|((kind, _), _)| is_looked_up(**kind)) {
                     let coarser = if light.is_sample() { coarseness } else { 1.0 };
@@ -89,7 +90,7 @@ impl Receivers {
 
     /// Whether static polygons leave anything of a light to those of these leaves that look it up.
     fn reaches(&self, light: usize, leaves: &[usize]) -> bool {
-        let is_looked_up = |leaf: usize| is_looked_up(self.kinds[leaf * self.lights as usize + light]);
+        let is_looked_up = |leaf: usize| is_looked_up(self.pairs.kinds[self.pairs.row(leaf).start + light]);
         let covered = |leaf: usize| {
             self.database.as_ref().is_some_and(|database| database.is_covered(leaf as u32, light as u32))
         };

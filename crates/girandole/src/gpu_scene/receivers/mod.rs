@@ -25,7 +25,6 @@ use crate::layout::{BufferOffsets, Light};
 use crate::records::{LeafRange, LeafRecord, ReceiverGrid};
 use crate::shader_constants::{BATCH, CLUSTERED, NO_PART, NONE};
 use crate::{Error, Remedy, Result};
-use girandole_core::glam::Vec3;
 use girandole_core::lights::{Clamp, LightSample, LightSet};
 use girandole_core::scene::{Geometry, Scene};
 use girandole_core::visibility::{State, TriangleReceiver, VisibilityDatabase};
@@ -43,51 +42,77 @@ pub(crate) struct Receivers {
     database: Option<Arc<VisibilityDatabase>>,
     receivers: Mirror,
     light_lists: Mirror,
-    order_words: Mirror,
     pub light_maps: LightMaps,
-    /// How many there are.
-    pub leaves: u32,
-    /// How many there is room for: the others have no points.
-    pub room: u32,
-    /// How many of them are on static objects.
-    still: u32,
-    /// How many light maps static leaves have; all others have room for one.
-    static_maps: u32,
-    /// Offsets in the buffers; those that depend on the picture are missing.
+    /// Offsets in the buffers; those that depend on the picture are missing. There is room for so many leaves: beyond those
+    /// that there are, they have no points.
     pub offsets: BufferOffsets,
-    /// For each leaf, how many lights are in each part of its lists.
-    pub parts: Vec<[u32; NO_PART as usize]>,
-    /// For each leaf, how many lights cannot light it at all.
-    pub skipped: Vec<u32>,
-    places: Vec<LeafPlace>,
-    /// For each leaf, what decides about its light map.
-    leaf_lights: Vec<LeafLight>,
+    /// How many leaves are on static objects.
+    still: u32,
+    leaves: Vec<LeafReceiver>,
     /// For each leaf, the units of its light map; 0 where it has none.
     units: Vec<f32>,
-    /// How many leaves have a light map.
-    pub mapped: u32,
-    /// For each leaf, the state of each light.
+    lights: Lights,
+    pub pairs: Pairs,
+    pub lists: Lists,
+    pub order: ShadingOrder,
+}
+
+struct LeafReceiver {
+    place: LeafPlace,
+    /// What decides about its light map.
+    light: LeafLight,
+}
+
+struct Lights {
+    samples: Vec<LightSample>,
+    /// The same, without places in the atlas.
+    on_gpu: Vec<Light>,
+}
+
+/// Of leaves and lights, leaf by leaf.
+pub(crate) struct Pairs {
+    /// How many lights there are.
+    lights: usize,
     pub states: Vec<State>,
     /// The same, whatever dynamic objects do.
     standing: Vec<State>,
-    /// For each leaf and light, how they lie to each other.
+    /// How they lie to each other.
     relations: Vec<Relation>,
-    /// For each leaf and light, the part of the list that it is in, or [`NO_PART`].
+    /// The part of the leaf's list that the light is in, or [`NO_PART`].
     pub kinds: Vec<u8>,
-    /// For each leaf, centre and radius of a sphere around it.
-    bounds: Vec<(Vec3, f32)>,
-    /// Lights.
-    pub lights: u32,
-    samples: Vec<LightSample>,
-    /// The same, without places in the atlas.
-    gpu_lights: Vec<Light>,
-    /// Leaves in the order in which their points are shaded.
-    pub shading_order: Vec<u32>,
-    /// Where the lists of each leaf and batch begin; those of static leaves have room for whatever dynamic objects do, and for
-    /// some lights more.
-    lists_at: Vec<u32>,
+}
+
+/// Where the lists of leaves and batches lie, and how long they are.
+pub(crate) struct Lists {
+    /// Where each begins; those of static leaves have room for whatever dynamic objects do, and for some lights more.
+    at: Vec<u32>,
     /// Where those of leaves on dynamic objects begin.
     moving_at: u32,
+    /// For each leaf, how many lights are in each part.
+    pub parts: Vec<[u32; NO_PART as usize]>,
+    /// For each leaf, how many lights cannot light it at all.
+    pub skipped: Vec<u32>,
+}
+
+/// The order in which leaves' points are shaded.
+pub(crate) struct ShadingOrder {
+    words: Mirror,
+    pub leaves: Vec<u32>,
+}
+
+impl Pairs {
+    /// Those of a leaf.
+    pub fn row(&self, leaf: usize) -> Range<usize> {
+        leaf * self.lights..(leaf + 1) * self.lights
+    }
+
+    fn resize(&mut self, leaves: usize) {
+        let pairs = leaves * self.lights;
+        self.states.resize(pairs, State::Full);
+        self.standing.resize(pairs, State::Full);
+        self.relations.resize(pairs, Relation::default());
+        self.kinds.resize(pairs, NO_PART as u8);
+    }
 }
 
 /// Receivers whose light maps, if the frame has any, hold this frame's lights.
@@ -137,100 +162,110 @@ impl Receivers {
                 cells_at + with_spare(tree.cells.len()),
             )?,
             light_lists: Mirror::new(device, "lists of lights", Vec::new(), 0)?,
-            order_words: Mirror::new(device, "shading order", Vec::new(), room)?,
             light_maps: LightMaps::new(device, 0)?,
-            leaves: 0,
-            room: room as u32,
             still: still as u32,
-            static_maps: 0,
-            parts: vec![[0; NO_PART as usize]; room],
-            skipped: vec![0; room],
-            places: Vec::new(),
-            leaf_lights: Vec::new(),
+            leaves: Vec::new(),
             units: Vec::new(),
-            mapped: 0,
-            states: Vec::new(),
-            standing: Vec::new(),
-            relations: Vec::new(),
-            kinds: Vec::new(),
-            bounds: Vec::new(),
-            lights: lights as u32,
-            samples: sources.lights.samples().to_vec(),
-            gpu_lights: gpu_lights(sources.lights, sources.geometry.radius()),
-            shading_order: Vec::new(),
-            lists_at: Vec::new(),
-            moving_at: 0,
+            lights: Lights {
+                samples: sources.lights.samples().to_vec(),
+                on_gpu: gpu_lights(sources.lights, sources.geometry.radius()),
+            },
+            pairs: Pairs {
+                lights,
+                states: Vec::new(),
+                standing: Vec::new(),
+                relations: Vec::new(),
+                kinds: Vec::new(),
+            },
+            lists: Lists {
+                at: Vec::new(),
+                moving_at: 0,
+                parts: vec![[0; NO_PART as usize]; room],
+                skipped: vec![0; room],
+            },
+            order: ShadingOrder {
+                words: Mirror::new(device, "shading order", Vec::new(), room)?,
+                leaves: Vec::new(),
+            },
         };
         result.resize(count);
         (0..count).for_each(|leaf| result.place(&sources, leaf));
-        result.static_maps = result.places[..still].iter().filter(|place| place.has_map).count() as u32;
-        result.light_maps = LightMaps::new(device, result.static_maps + (room - still) as u32)?;
+        result.light_maps = LightMaps::new(device, result.static_maps() + (room - still) as u32)?;
         result.lay_out(device)?;
-        result.order();
+        result.sort();
         result.flush(queue);
         Ok(result)
     }
 
     /// Makes room for so many leaves, and forgets others.
     fn resize(&mut self, count: usize) {
-        let pairs = count * self.lights as usize;
-        self.leaves = count as u32;
-        self.places.truncate(count);
-        self.leaf_lights.resize_with(count, LeafLight::default);
+        self.leaves.truncate(count);
         self.units.resize(count, 0.0);
-        self.bounds.resize(count, (Vec3::ZERO, 0.0));
-        self.states.resize(pairs, State::Full);
-        self.standing.resize(pairs, State::Full);
-        self.relations.resize(pairs, Relation::default());
-        self.kinds.resize(pairs, NO_PART as u8);
+        self.pairs.resize(count);
     }
 
     /// Takes a leaf that was not there, or was another one.
     fn place(&mut self, sources: &Sources, leaf: usize) {
         let Sources { scene, geometry, database, .. } = *sources;
         let place = LeafPlace::of((scene, geometry), database, leaf);
-        let row = self.row(leaf);
-        self.states[row.clone()].copy_from_slice(database.leaf_states(leaf as u32));
-        self.standing[row.clone()].copy_from_slice(database.standing_states(leaf as u32));
-        let relations = &mut self.relations[row.clone()];
-        let light = LeafLight::new(&place, &self.samples, &self.standing[row], relations);
+        let row = self.pairs.row(leaf);
+        let Pairs { states, standing, relations, .. } = &mut self.pairs;
+        states[row.clone()].copy_from_slice(database.leaf_states(leaf as u32));
+        standing[row.clone()].copy_from_slice(database.standing_states(leaf as u32));
+        let (standing, relations) = (&standing[row.clone()], &mut relations[row]);
+        let light = LeafLight::new(&place, &self.lights.samples, standing, relations);
         self.units[leaf] = if place.has_map { light.units() } else { 0.0 };
-        self.bounds[leaf] = place.bounds();
-        self.leaf_lights[leaf] = light;
-        match self.places.get_mut(leaf) {
-            Some(before) => *before = place,
-            None => self.places.push(place),
+        let placed = LeafReceiver { place, light };
+        match self.leaves.get_mut(leaf) {
+            Some(before) => *before = placed,
+            None => self.leaves.push(placed),
         }
-        self.choose_parts(leaf, 0..self.lights as usize);
+        self.choose_parts(leaf, 0..self.pairs.lights);
     }
 
     /// Decides in which parts of a leaf's list these lights are. Whether any of them is in another one than before.
-    fn choose_parts(&mut self, leaf: usize, lights: impl IntoIterator<Item = usize>) -> bool {
-        let first = leaf * self.lights as usize;
+    fn choose_parts(&mut self, leaf: usize, chosen: impl IntoIterator<Item = usize>) -> bool {
+        let Self { lights, pairs, light_maps, .. } = self;
+        let first = pairs.row(leaf).start;
         let mut differ = false;
-        for light in lights {
+        for light in chosen {
             let pair = first + light;
             // What is dark is in none.
-            let part = match is_dark(&self.samples[light]) {
+            let part = match is_dark(&lights.samples[light]) {
                 true => NO_PART,
-                false => self.relations[pair].part(self.states[pair]),
+                false => pairs.relations[pair].part(pairs.states[pair]),
             };
-            let before = std::mem::replace(&mut self.kinds[pair], part as u8);
+            let before = std::mem::replace(&mut pairs.kinds[pair], part as u8);
             differ |= before != part as u8;
             if is_mapped(before) != is_mapped(part as u8) {
-                self.light_maps.mark(leaf, false);
+                light_maps.mark(leaf, false);
             }
         }
         differ
     }
 
-    /// The pairs of a leaf.
-    fn row(&self, leaf: usize) -> Range<usize> {
-        leaf * self.lights as usize..(leaf + 1) * self.lights as usize
+    /// How many leaves there are.
+    pub fn leaf_count(&self) -> u32 {
+        self.leaves.len() as u32
+    }
+
+    /// How many lights there are.
+    pub fn light_count(&self) -> u32 {
+        self.pairs.lights as u32
+    }
+
+    /// How many leaves have a light map.
+    pub fn mapped(&self) -> u32 {
+        maps_of(&self.leaves)
+    }
+
+    /// How many static ones do; all others have room for one.
+    fn static_maps(&self) -> u32 {
+        maps_of(&self.leaves[..self.still as usize])
     }
 
     fn flush(&mut self, queue: &wgpu::Queue) {
-        for words in [&mut self.receivers, &mut self.light_lists, &mut self.order_words] {
+        for words in [&mut self.receivers, &mut self.light_lists, &mut self.order.words] {
             words.flush(queue);
         }
     }
@@ -247,12 +282,12 @@ impl Receivers {
 
     /// Takes note that light maps are up to date.
     pub fn advance_light_maps(&mut self, bound: Clamp) {
-        let Self { light_maps, gpu_lights, kinds, units, .. } = self;
-        light_maps.advance(&WantedMaps { lights: gpu_lights, kinds, units }, bound);
+        let Self { light_maps, lights, pairs, units, .. } = self;
+        light_maps.advance(&WantedMaps { lights: &lights.on_gpu, kinds: &pairs.kinds, units }, bound);
     }
 
     fn wanted_maps(&self) -> WantedMaps<'_> {
-        WantedMaps { lights: &self.gpu_lights, kinds: &self.kinds, units: &self.units }
+        WantedMaps { lights: &self.lights.on_gpu, kinds: &self.pairs.kinds, units: &self.units }
     }
 
     /// Where pixels find their leaf.
@@ -267,8 +302,12 @@ impl Receivers {
 
     /// Leaves in their shading order.
     pub fn shading_order(&self) -> &wgpu::Buffer {
-        &self.order_words.buffer
+        &self.order.words.buffer
     }
+}
+
+fn maps_of(leaves: &[LeafReceiver]) -> u32 {
+    leaves.iter().filter(|leaf| leaf.place.has_map).count() as u32
 }
 
 /// Where pixels find their leaf: triangles, grids, cells.
