@@ -24,8 +24,7 @@ fn collect(index: u32, leaf: u32) {
   if offsets.light_maps != 0u && has_light_map(leaf) {
     irradiance += mapped_irradiance(leaf, hit_at(pixel, triangle).position);
   }
-  let surface_id = spaced_surface_id(textureLoad(surface_ids, pixel, 0).x, pixel, triangle, leaf);
-  textureStore(fine_irradiance, point, vec4f(max(irradiance, vec3f(0.0)), surface_id));
+  textureStore(fine_irradiance, point, vec4f(max(irradiance, vec3f(0.0)), f32(textureLoad(surface_ids, pixel, 0).x)));
   if HAS_CURVED || HAS_SPECULAR {
     let summed = textureLoad(summed_directional, point, 0);
     var reflects = false;

@@ -91,7 +91,6 @@ const LIBRARY: &[(&str, &str)] = lib!(
     transforms_previous,
     point_queue,
     point_queue_atomic,
-    point_spacing,
     point_sums,
     prefix_scan,
     ray_stack_array,
@@ -174,22 +173,22 @@ sources! {
     SHADE_POINTS = shade_points [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
         atlas parallel_map shadow rectangle transforms_current mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
-        diffuse_material packed samples branch loads point_queue point_spacing shade_chunk
+        diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PREVIOUS = shade_points [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
         atlas parallel_map shadow rectangle previous_transform transforms_previous sums_previous mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
-        diffuse_material packed samples branch loads point_queue point_spacing shade_chunk
+        diffuse_material packed samples branch loads point_queue shade_chunk
     ];
     SHADE_POINTS_PERSISTENT = "software" / shade_points_persistent [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
         atlas parallel_map shadow rectangle transforms_current mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
-        diffuse_material packed samples branch loads point_queue_atomic point_spacing shade_chunk workgroups_persistent
+        diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     SHADE_POINTS_PREVIOUS_PERSISTENT = "software" / shade_points_persistent [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
         atlas parallel_map shadow rectangle previous_transform transforms_previous sums_previous mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
-        diffuse_material packed samples branch loads point_queue_atomic point_spacing shade_chunk workgroups_persistent
+        diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
     ];
     INCIDENT_LIGHT = incident_light [
         frame light lights maps octahedral parameterisation atlas parallel_map shadow previous_transform brdf rectangle branch harmonics transfer_object
@@ -207,7 +206,7 @@ sources! {
     ];
     MULTIPASS_COLLECT = multipass_collect [
         frame scene texture texture_entry_at surface hit reflection brdf color light mirror_share environment_share buffer_offsets
-        point_queue point_spacing light_lists leaf_record_at leaf_range_at light_map
+        point_queue light_lists leaf_record_at leaf_range_at light_map
     ];
     LIGHT_MAPS = light_maps [frame light buffer_offsets light_lists leaf_record_at leaf_range_at];
     LAYERS = layers [

@@ -58,12 +58,16 @@ fn smith_lambda(cosine: f32, alpha: f32) -> f32 {
   return 0.5 * sqrt(1.0 + alpha * alpha * max(1.0 / (nv * nv) - 1.0, 0.0)) - 0.5;
 }
 
-// How many of the directions that the facets seen from `wo` reflect lie about `wi`, 1/sr (Heitz 2018).
+// How many of the directions that the facets seen from `wo` reflect lie about `wi`, 1/sr (Heitz 2018). Its terms are those of
+// `specular_brdf`, so that compilers find them once.
 fn lobe_density(normal: vec3f, wo: vec3f, wi: vec3f, alpha: f32) -> f32 {
-  let h = normalize(wo + wi);
-  let nxh = cross(normal, h);
-  let nh = dot(normal, h);
-  let d = dot(nxh, nxh) + alpha * alpha * nh * nh;
+  let sum = wo + wi;
+  let h = select(vec3f(0.0), normalize(sum), dot(sum, sum) > 0.0);
   let nv = max(dot(normal, wo), 1e-4);
-  return alpha * alpha / (PI * d * d) * 0.25 / (nv * (1.0 + smith_lambda(nv, alpha)));
+  let nh = clamp(dot(normal, h), 0.0, 1.0);
+  let nxh = cross(normal, h);
+  let a2 = alpha * alpha;
+  let d = dot(nxh, nxh) + a2 * nh * nh;
+  let distribution = a2 / (PI * d * d);
+  return distribution * 0.25 / (nv * (1.0 + smith_lambda(nv, alpha)));
 }

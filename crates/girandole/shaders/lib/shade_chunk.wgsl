@@ -43,7 +43,7 @@ fn begin(index: u32, leaf: u32) -> PointSums {
   return sums;
 }
 
-fn end(index: u32, leaf: u32, sums: PointSums) {
+fn end(index: u32, sums: PointSums) {
   if !sums.is_surface { return; }
   let directional = directional_of(sums);
   if branch_value(frame.debug | (frame.last_batch ^ 1u), index) != 0u {
@@ -60,8 +60,7 @@ fn end(index: u32, leaf: u32, sums: PointSums) {
       add_sample(pixel, radiance_of(diffuse_material(surface.y), irradiance, directional), true);
     } else {
       let point = (at + frame.step - 1u) / frame.step;
-      let triangle = textureLoad(triangle_ids, pixel, 0).x - 1u;
-      textureStore(fine_irradiance, point, vec4f(irradiance, spaced_surface_id(surface.x, pixel, triangle, leaf)));
+      textureStore(fine_irradiance, point, vec4f(irradiance, f32(surface.x)));
       if HAS_CURVED || HAS_SPECULAR { textureStore(fine_directional, point, directional); }
     }
   }
@@ -155,7 +154,7 @@ fn shade_chunk(index: u32) {
     first_near = list.shadowed;
   }
   for (var i = chunk_points(chunk); i > 0u; i--) {
-    end(point_queue.words[slot + chunk_points(chunk) - i], leaf, one);
+    end(point_queue.words[slot + chunk_points(chunk) - i], one);
     one = other;
   }
 }
