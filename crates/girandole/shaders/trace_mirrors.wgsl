@@ -49,7 +49,7 @@ fn trace_mirrors(@builtin(global_invocation_id) invocation: vec3u) {
   }
   // A first ray brings all of it: what the surface makes of that comes at the end.
   if frame.batch > 0u { left *= mirror_image[at + 1u].xyz; }
-  let is_known = frame.light_set == 0u && frame.sample > 0u && frame.batch == 0u && alpha >= WIDE_ALPHA && mirror_image[at + 3u].w == f32(surface_id);
+  let is_known = frame.sample > 0u && frame.batch == 0u && alpha >= WIDE_ALPHA && mirror_image[at + 3u].w == f32(surface_id);
   let is_sent = any(left > vec3f(0.0)) && !is_known;
   var ended = RayHit(0.0, NONE, 0.0, 0.0);
   if is_sent { ended = trace_ray(origin, direction, MAX_CLAMP, id - 1u, false); }

@@ -399,7 +399,7 @@ fn frame_uniform(
         ray_offset: scene.detail * RAY_OFFSET,
         columns: targets.drawn.columns(),
         light_set: targets.light_set,
-        sample_area: scene.lights.mean_area(),
+        sample_area: scene.lights.mean_area,
         ..Frame::default()
     }
 }

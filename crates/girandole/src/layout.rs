@@ -9,7 +9,7 @@ use crate::shader_constants::{
 use bytemuck::{Pod, Zeroable};
 use girandole_core::brdf::Surface;
 use girandole_core::glam::{Affine2, Vec2, Vec3, Vec4};
-use girandole_core::lights::{Clamp, LightSample, Profile, Rectangle, SPREAD};
+use girandole_core::lights::{Clamp, LightSample, Profile, Rectangle};
 use girandole_core::scene::{Material, NONE, TextureRef};
 use girandole_core::trace::Ray;
 
@@ -360,13 +360,6 @@ impl Light {
     /// Whether it stands for a part of a surface, one of many: a lamp's or a lit wall's.
     pub fn is_sample(&self) -> bool {
         self.profile == COSINE
-    }
-
-    /// Of what it stands for, m²; 0 where that is no part of a surface. As in `shaders/lib/light.wgsl`.
-    pub fn area(&self) -> f32 {
-        let side = if self.offset < 0.0 { 2.0 / SPREAD } else { 2.0 };
-        let [z, w] = [self.rectangle.z, self.rectangle.w];
-        if self.is_sample() { side * side * (z * z + w * w) * self.scale.abs() } else { 0.0 }
     }
 
     /// Whether its map has to show the whole scene sharply: it stands for all light from its direction, not for a part of a sky.

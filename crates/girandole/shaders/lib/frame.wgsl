@@ -37,7 +37,7 @@ struct Frame {
   ray_offset: f32, // how far rays start off surfaces at least, metres
   columns: u32, // the first one that is drawn, and one past the last in the upper half
   light_set: u32, // which light set of a refinement: mirrored rays of all but 0 are spread over lobes
-  sample_area: f32, // of light samples on surfaces, mean, m²
+  sample_area: f32, // of light samples on surfaces, mean over all that they cover, m²
   padding_a: u32,
   padding_b: u32,
 }

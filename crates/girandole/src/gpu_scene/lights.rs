@@ -5,6 +5,7 @@ use crate::device::buffers::check_size;
 use crate::layout::Light;
 use crate::shader_constants::{BATCH, DISTANT};
 use girandole_core::glam::Vec3;
+use girandole_core::lights::SPREAD;
 use wgpu::util::DeviceExt;
 
 /// Light samples with their places in the atlas.
@@ -12,6 +13,8 @@ pub(crate) struct GpuLights {
     pub samples: Vec<Light>,
     /// Of samples of the environment, sr, as [`girandole_core::lights::mean_solid_angle`].
     pub mean_solid_angle: f32,
+    /// Of what samples on surfaces stand for, m²: the mean over all that they cover; 0 without any.
+    pub mean_area: f32,
     /// For shadow maps as a whole, for shading in batches: it goes on for a batch behind the last one.
     pub buffer: wgpu::Buffer,
     /// The same without those that are dark, if there are any, and how many are left.
@@ -32,6 +35,7 @@ impl GpuLights {
             lit: lit(device, &samples),
             buffer: buffer(device, &padded),
             mean_solid_angle: mean_solid_angle(&samples),
+            mean_area: mean_area(&samples),
             samples,
             next: Vec::new(),
             shows_others: false,
@@ -55,6 +59,7 @@ impl GpuLights {
             self.next.clear();
         }
         self.mean_solid_angle = mean_solid_angle(&samples);
+        self.mean_area = mean_area(&samples);
         self.samples = samples;
     }
 
@@ -64,13 +69,6 @@ impl GpuLights {
         let is_other = (light.position, light.scale) != (as_of.position, as_of.scale);
         (light.position, light.scale) = (as_of.position, as_of.scale);
         self.shows_others |= is_other;
-    }
-
-    /// Of what samples on surfaces stand for, m²: the mean over all that they cover; 0 without any.
-    pub fn mean_area(&self) -> f32 {
-        let areas = self.samples.iter().map(Light::area);
-        let [sum, squares] = areas.fold([0.0; 2], |[sum, squares], area| [sum + area, squares + area * area]);
-        if sum > 0.0 { squares / sum } else { 0.0 }
     }
 
     /// Gives each its place in the atlas, which the next frame puts on the device: others that are recorded have their own.
@@ -137,6 +135,18 @@ fn mean_solid_angle(samples: &[Light]) -> f32 {
     };
     let count = samples.iter().filter_map(of).count();
     (samples.iter().filter_map(of).sum::<f64>() / count.max(1) as f64) as f32
+}
+
+fn mean_area(samples: &[Light]) -> f32 {
+    // As in `shaders/lib/light.wgsl`.
+    let area = |light: &Light| {
+        let side = if light.offset < 0.0 { 2.0 / SPREAD } else { 2.0 };
+        let [z, w] = [light.rectangle.z, light.rectangle.w];
+        side * side * (z * z + w * w) * light.scale.abs()
+    };
+    let areas = samples.iter().filter(|light| light.is_sample()).map(area);
+    let [sum, squares] = areas.fold([0.0; 2], |[sum, squares], area| [sum + area, squares + area * area]);
+    if sum > 0.0 { squares / sum } else { 0.0 }
 }
 
 fn padded(samples: &[Light]) -> Vec<Light> {

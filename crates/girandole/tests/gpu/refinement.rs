@@ -17,6 +17,7 @@ pub fn tests() -> Vec<Test> {
     vec![
         ("refined_pictures_converge_to_the_path_tracers", converges),
         ("what_is_glossy_converges_to_the_path_tracers_picture", glossy_converges),
+        ("what_is_glossy_shows_points_of_light_in_all_sets", glossy_shows_points),
         ("refined_pictures_repeat_and_begin_anew", repeats),
         ("refined_pictures_are_refused_with_a_sentence", refuses),
         ("turned_shadow_maps_show_the_same", turned),
@@ -42,8 +43,8 @@ impl Room {
         Self { scene, view, light }
     }
 
-    /// A lamp that stands before the viewer, on a floor of rough metal.
-    fn glossy() -> Self {
+    /// A lamp, or a point of light in its place, that stands before the viewer, on a floor of rough metal.
+    fn glossy(is_point: bool) -> Self {
         let mut scene = Scene::default();
         let metal = Material {
             metallic: 1.0,
@@ -59,8 +60,14 @@ impl Room {
             metal,
         );
         scene.add_object("floor", floor, Transform::IDENTITY);
-        let upright = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
-        lamp(&mut scene, 0.4, 4.0, upright, Vec3::new(0.0, 0.4, -1.0));
+        let place = Vec3::new(0.0, 0.4, -1.0);
+        if is_point {
+            let node = scene.add_node("bulb", Transform::translation(place));
+            let (name, intensity) = (String::new(), Vec3::ONE);
+            scene.lights.push(PunctualLight { name, node, kind: PunctualKind::Point, intensity });
+        } else {
+            lamp(&mut scene, 0.4, 4.0, Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2), place);
+        }
         camera(&mut scene, Vec3::new(0.0, 0.8, 2.0), Vec3::new(0.0, 0.0, -0.1), 0.6);
         let view = View::new(&scene, &scene.cameras[0], SIZE[0] as f32 / SIZE[1] as f32);
         let lights = LightSettings { count: 64, bounces: 0, ..LightSettings::default() };
@@ -155,13 +162,25 @@ fn converges(context: &Context) {
 /// Rays that are spread over lobes: a single set's blur is the same in all of them, and no mean of sets gets rid of it.
 fn glossy_converges(context: &Context) {
     static TRUTH: OnceLock<(Image, f64)> = OnceLock::new();
-    let room = Room::glossy();
+    let room = Room::glossy(false);
     let (truth, noise) = TRUTH.get_or_init(|| room.truth(0));
     let mut renderer = room.opened(context);
     let mut rel_mse = |sets| against(truth, &room.refine(context, &mut renderer, sets)).rel_mse - noise;
     let errors = [1, 8, 64].map(&mut rel_mse);
     // Without that it stays at nine tenths of what one set is wrong by, as was tried.
     assert!(errors[1] < 0.2 * errors[0] && errors[2] < 0.2 * errors[1], "{noise}: {errors:?}");
+}
+
+/// No ray meets a point of light: samples bring all that is reflected of it.
+fn glossy_shows_points(context: &Context) {
+    let room = Room::glossy(true);
+    let (truth, _) = room.truth(0);
+    let mut renderer = room.opened(context);
+    let energy = |picture: &Image| against(&truth, picture).energy_ratio;
+    let settings = RenderSettings::default();
+    renderer.render_set(&room.scene, &room.view, SIZE, &settings, 1).expect("a set");
+    let further = energy(&context.wait(renderer.radiance()).expect("radiance"));
+    assert!((further - 1.0).abs() < 0.01, "{further}");
 }
 
 fn repeats(context: &Context) {
