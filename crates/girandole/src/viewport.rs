@@ -72,7 +72,7 @@ impl Viewport {
     /// Lets go of what is on another device.
     pub(crate) fn move_to(&mut self, device: &wgpu::Device) {
         if self.device.as_ref() != Some(device) {
-            *self = Self { device: Some(device.clone()), ..Self::default() };
+            *self = Self { device: Some(device.clone()), light_set: self.light_set, ..Self::default() };
         }
     }
 }
