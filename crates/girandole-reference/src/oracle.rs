@@ -311,9 +311,10 @@ impl<'a> Sum<'a> {
                     Clamp::Own => widened_alpha(surface.alpha, light.solid_angle(surface.position)),
                     _ => surface.alpha,
                 };
-                let resolved = match (&reflection, light.profile) {
-                    _ if mirror.is_some() => mirror.as_ref().map_or(1.0, |mirror| 1.0 - mirror.share),
-                    (Some(reflection), Profile::Distant { .. }) => reflection.resolved,
+                let resolved = match (&mirror, &reflection, light.profile) {
+                    // No ray meets what is punctual.
+                    (Some(mirror), _, Profile::Cosine | Profile::Distant { .. }) => 1.0 - mirror.share,
+                    (None, Some(reflection), Profile::Distant { .. }) => reflection.resolved,
                     _ => 1.0,
                 };
                 let share = resolved * widened_gain(surface.shading_normal.dot(wo), surface.alpha, alpha);

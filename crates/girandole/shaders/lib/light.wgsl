@@ -24,11 +24,15 @@ fn is_near(light: Light, r2: f32) -> bool {
 // Whether its rectangle lights what its place lies behind.
 fn is_open(light: Light) -> bool { return light.scale > 0.0; }
 
+// Whether it is a point of light or a sun without extent, which no ray meets.
+fn is_punctual(light: Light) -> bool {
+  return !ONLY_COSINE_LIGHTS && light.profile != COSINE && light.profile != DISTANT;
+}
+
 // The solid angle of what a light stands for (core: LightSample::solid_angle), where it is not taken for a point.
 fn solid_angle_of(light: Light, position: vec3f) -> f32 {
-  if frame.clamp != OWN_CLAMP { return 0.0; }
+  if frame.clamp != OWN_CLAMP || is_punctual(light) { return 0.0; }
   if !ONLY_COSINE_LIGHTS && light.profile == DISTANT { return light.rectangle.x; }
-  if !ONLY_COSINE_LIGHTS && light.profile != COSINE { return 0.0; }
   let to_light = light.position - position;
   let r2 = dot(to_light, to_light);
   let side = select(2.0, 2.0 / RECTANGLE_SPREAD, light.offset < 0.0);

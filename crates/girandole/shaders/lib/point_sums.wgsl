@@ -72,11 +72,8 @@ fn specular_radiance(light: Light, a: Arriving, s: Shading) -> vec3f {
   let alpha = widened_alpha(r.alpha, select(solid_angle, 0.0, is_weighed));
   let g = a.g * widened_gain(dot(s.ns, s.wo), r.alpha, alpha);
   let sent = light.intensity * (g * specular_brdf(s.ns, s.wo, wi, r.f0, r.f90, alpha));
-  if is_weighed {
-    // No ray meets a point of light.
-    let mean = select(0.0, mean_solid_angle(light, s.position), solid_angle > 0.0);
-    return sent * samples_weight(lobe_density(s.ns, s.wo, wi, alpha), mean);
-  }
+  if HAS_MIRRORS && s.sampled < 1.0 && is_punctual(light) { return sent; }
+  if is_weighed { return sent * samples_weight(lobe_density(s.ns, s.wo, wi, alpha), mean_solid_angle(light, s.position)); }
   if HAS_MIRRORS && s.sampled < 1.0 { return sent * s.sampled; }
   if !REFLECTS_ENVIRONMENT { return sent; }
   return sent * select(1.0, resolved_share(r.alpha, frame.sample_solid_angle), light.profile == DISTANT);

@@ -1,16 +1,16 @@
 //! Pictures of further light sets, averaged: they converge to the path tracer's.
 
 use crate::common::{Context, OneView, Stage, Test, camera, exact, lamp, room};
-use girandole::{DebugView, RenderSettings, RendererOptions};
+use girandole::{DebugView, Mode, RenderSettings, RendererOptions};
 use girandole_core::glam::{Quat, Vec3};
 use girandole_core::illumination::IlluminationSettings;
 use girandole_core::image::Image;
-use girandole_core::lights::{LightSet, LightSettings};
+use girandole_core::lights::{Clamp, LightSet, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject};
 use girandole_core::scene::{Geometry, Material, Mesh, PunctualKind, PunctualLight, Scene, Transform, View};
 use girandole_core::tonemap::Exposure;
 use girandole_reference::metrics::{CompareOptions, Comparison, compare};
-use girandole_reference::{Estimate, PathSettings, PictureSum, path_trace};
+use girandole_reference::{Estimate, OracleSettings, PathSettings, PictureSum, path_trace};
 use std::sync::OnceLock;
 
 pub fn tests() -> Vec<Test> {
@@ -175,12 +175,21 @@ fn glossy_converges(context: &Context) {
 fn glossy_shows_points(context: &Context) {
     let room = Room::glossy(true);
     let (truth, _) = room.truth(0);
+    let energy_of = |picture: &Image| against(&truth, picture).energy_ratio;
+    let stage = Stage::new(room.scene.clone(), &room.light.lights);
+    let settings = OracleSettings { clamp: Clamp::Own, ..OracleSettings::default() };
+    let sum =
+        girandole_reference::oracle(&stage.tracer(), &stage.lights, &room.view, SIZE, &settings, &|_| {});
+    assert!((energy_of(&sum) - 1.0).abs() < 0.01, "the oracle: {}", energy_of(&sum));
     let mut renderer = room.opened(context);
-    let energy = |picture: &Image| against(&truth, picture).energy_ratio;
-    let settings = RenderSettings::default();
-    renderer.render_set(&room.scene, &room.view, SIZE, &settings, 1).expect("a set");
-    let further = energy(&context.wait(renderer.radiance()).expect("radiance"));
-    assert!((further - 1.0).abs() < 0.01, "{further}");
+    for mode in [Mode::Naive, Mode::Full] {
+        let settings = RenderSettings { mode, ..RenderSettings::default() };
+        let energy = [0, 1].map(|set| {
+            renderer.render_set(&room.scene, &room.view, SIZE, &settings, set).expect("a set");
+            energy_of(&context.wait(renderer.radiance()).expect("radiance"))
+        });
+        assert!(energy.iter().all(|ratio| (ratio - 1.0).abs() < 0.01), "{mode:?}: {energy:?}");
+    }
 }
 
 fn repeats(context: &Context) {
