@@ -1,20 +1,38 @@
-//! What static blockers leave of lights to all that is in a ball: cheaper than to the receivers in it, which start from there.
+//! What static blockers leave of lights to a ball about a small object holds for all receivers on it: these start from there, which is
+//! cheaper than to test each from the start.
 
 use super::State;
 use super::blockers::BlockerNode;
 use super::clusters::{Cluster, ClusterTree};
 use super::cones::{ConeBase, ShadowCone, Sphere};
 use super::light_points::LightPoint;
-use super::node_visibility::{Entry, NodeVisibility, SceneContext, split_off_light};
+use super::node_visibility::{Entry, NodeVisibility, SceneContext};
 use super::primitives::Tolerance;
 use super::pyramid::{Occlusion, Tests};
 use super::shadows::{Bounds, Shadow};
 use super::shapes::Apex;
+use super::sources::Sources;
+use super::surfaces::Surfaces;
 use crate::scene::NONE;
 use glam::DVec3;
 
+/// Radius of what is small, as a share of the extent that surfaces of the scene have, at most.
+const LARGEST: f64 = 0.05;
+
+/// Whether what has this radius is small.
+pub(super) fn is_small(surfaces: &Surfaces, radius: f64) -> bool {
+    radius <= LARGEST * surfaces.typical_extent
+}
+
+/// What static blockers leave to a ball about these receivers, if they are small, and the tests made.
+pub(super) fn visibility_about(context: &SceneContext, sources: &Sources) -> Option<(NodeVisibility, Tests)> {
+    let (sphere, half) = bounds_of(context.surfaces, sources)?;
+    let is_small = sphere.radius > 0.0 && is_small(context.surfaces, sphere.radius);
+    is_small.then(|| Ball::new(context, sphere, half).visibility())
+}
+
 /// A ball that receivers are in, or the part of one that is in a box about the same middle.
-pub(super) struct Ball<'a> {
+struct Ball<'a> {
     context: &'a SceneContext<'a>,
     /// With room for ray origins.
     sphere: Sphere,
@@ -24,7 +42,7 @@ pub(super) struct Ball<'a> {
 }
 
 impl<'a> Ball<'a> {
-    pub fn new(context: &'a SceneContext, sphere: Sphere, half_extent: DVec3) -> Self {
+    fn new(context: &'a SceneContext, sphere: Sphere, half_extent: DVec3) -> Self {
         let (low, high) = (sphere.center - sphere.radius, sphere.center + sphere.radius);
         let tolerance = context.surfaces.tolerance.within(low, high);
         let sphere = Sphere { radius: sphere.radius + tolerance.room(), ..sphere };
@@ -32,37 +50,23 @@ impl<'a> Ball<'a> {
         Self { context, sphere, half_extent: half_extent + tolerance.room(), base, tolerance }
     }
 
-    /// For each light, starting from what is left undecided of something that this is a part of.
-    pub fn visibility(&self, above: Option<&NodeVisibility>) -> (NodeVisibility, Tests) {
+    /// For each light, and the tests made.
+    fn visibility(&self) -> (NodeVisibility, Tests) {
         let SceneContext { lights, blockers, .. } = *self.context;
-        let mut rest: &[Entry] = above.map_or(&[], |above| &above.entries);
         let mut result = NodeVisibility {
             states: vec![State::Unoccluded; lights.len()],
-            entries: Vec::with_capacity(lights.len() + rest.len()),
+            entries: Vec::with_capacity(lights.len()),
         };
         let (mut open, mut tests) = (Vec::new(), Tests::default());
         for (index, light) in (0..).zip(lights) {
-            let inherited = split_off_light(&mut rest, index);
             let state = &mut result.states[index as usize];
-            if let Some(above) = above
-                && inherited.iter().all(|e| e.full())
-            {
-                *state = above.states[index as usize];
-                result.entries.extend_from_slice(inherited);
-                continue;
-            }
             tests.boxes += 1;
             let Some(beam) = Shadow::new(&light.apex, &self.sphere) else {
                 *state = State::Full;
                 continue;
             };
             open.clear();
-            if above.is_some() {
-                let partial = inherited.iter().filter(|e| !e.full() && !e.is_partly_facing());
-                open.extend(partial.rev().map(|e| e.blocker()));
-            } else if !blockers.is_empty() {
-                open.push(0);
-            }
+            open.extend((!blockers.is_empty()).then_some(0));
             let first = result.entries.len();
             let mut search = Search { ball: self, index, light, beam, tests: &mut tests };
             *state = search.run(&mut open, &mut result.entries);
@@ -209,4 +213,16 @@ impl Search<'_> {
         }
         if is_covered { Occlusion::Full } else { Occlusion::Partial }
     }
+}
+
+/// A sphere about some receivers, if there are any, and half the extent of a box about the same middle.
+fn bounds_of(surfaces: &Surfaces, sources: &Sources) -> Option<(Sphere, DVec3)> {
+    let cluster = |&mesh: &u32| &surfaces.meshes[mesh as usize].tree.nodes[0];
+    if let Some(cluster) = sources.one_mesh().as_ref().map(cluster) {
+        return Some((cluster.sphere(), (cluster.high - cluster.low) * 0.5));
+    }
+    let meshes = sources.meshes().iter().map(cluster).map(|m| (m.low, m.high));
+    let patches = sources.patches().map(|patch| &surfaces.patches[patch as usize]).map(|p| (p.low, p.high));
+    let (low, high) = patches.chain(meshes).reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))?;
+    Some((Sphere::of_box(low, high), (high - low) * 0.5))
 }

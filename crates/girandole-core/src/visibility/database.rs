@@ -3,7 +3,6 @@
 use super::assembly::{Assembly, End};
 use super::blockers::{Blocker, BlockerTree};
 use super::build::VisibilityBuild;
-use super::cells::CellVisibility;
 use super::cover::Cutter;
 use super::light_points::LightPoint;
 use super::movers::Movers;
@@ -68,8 +67,6 @@ pub(super) struct StaticReceivers {
 pub(super) struct Segment {
     pub object: u32,
     pub sources: Sources,
-    /// What static blockers leave where it is, if it is small.
-    pub cell: Option<CellVisibility>,
     /// Where they end.
     pub end: End,
 }

@@ -1,8 +1,8 @@
 //! How a database follows lights that change and objects that move, on the hierarchy of receivers that it has.
 
 use super::assembly::Assembly;
+use super::balls::visibility_about;
 use super::blockers::BlockerTree;
-use super::cells::CellVisibility;
 use super::database::{Segment, StaticReceivers, VisibilityDatabase, is_dynamic};
 use super::dynamic::DynamicPass;
 use super::growth::{Grown, Soil};
@@ -10,7 +10,7 @@ use super::held::HeldPass;
 use super::light_points::LightPoint;
 use super::movers::Movers;
 use super::needed::local;
-use super::node_visibility::{NodeVisibility, SceneContext};
+use super::node_visibility::SceneContext;
 use super::pyramid::Tests;
 use super::sources::Sources;
 use super::state_matrix::StateMatrix;
@@ -142,20 +142,15 @@ impl VisibilityDatabase {
         let (surfaces, settings) = (&self.surfaces, &self.settings);
         let StaticReceivers { threshold, end, .. } = self.static_receivers;
         let context = SceneContext { surfaces, lights: &self.lights, blockers: &self.groups };
-        let places: Vec<(usize, u32)> = objects.iter().copied().enumerate().collect();
-        let made = map(&places, |&(index, object)| {
+        let made = map(objects, |&object| {
             has_moved[object as usize].then(|| {
                 let sources = Sources::of_object(surfaces, object);
-                let held = self.segments.get(index).and_then(|segment| segment.cell.as_ref());
-                let (cell, of_cell) = CellVisibility::of(&context, &sources, held);
-                let above = cell.as_ref().map(|cell| cell.within(&context, &sources));
-                let (above, of_ball) = above.unzip();
+                let (above, of_ball) = visibility_about(&context, &sources).unzip();
                 let soil = Soil { context: &context, settings, threshold };
                 let mut grown =
                     Grown::new(&soil, &sources, &vec![true; sources.roots().len()], above.map(Arc::new));
-                grown.tests += of_cell;
                 grown.tests += of_ball.unwrap_or_default();
-                (sources, cell, grown)
+                (sources, grown)
             })
         });
         let taken = if made.iter().all(Option::is_some) {
@@ -170,19 +165,19 @@ impl VisibilityDatabase {
         for (&object, made) in objects.iter().zip(made) {
             let held = before.next();
             let to = held.as_ref().map_or(from, |held| held.end);
-            let (sources, cell) = match (made, held) {
-                (Some((sources, cell, grown)), _) => {
+            let sources = match (made, held) {
+                (Some((sources, grown)), _) => {
                     self.tests += grown.tests;
                     self.assembly.append(geometry, surfaces, settings, &sources, grown);
-                    (sources, cell)
+                    sources
                 }
-                (None, Some(Segment { sources, cell, .. })) => {
+                (None, Some(Segment { sources, .. })) => {
                     self.assembly.append_held(surfaces, &sources, &taken, [end, from, to]);
-                    (sources, cell)
+                    sources
                 }
                 (None, None) => Default::default(),
             };
-            self.segments.push(Segment { object, sources, cell, end: self.assembly.end() });
+            self.segments.push(Segment { object, sources, end: self.assembly.end() });
             from = to;
         }
     }
@@ -208,33 +203,23 @@ impl VisibilityDatabase {
         let points: Vec<LightPoint> = lights.iter().map(|&light| self.lights[light as usize]).collect();
         let context = SceneContext { surfaces: &self.surfaces, lights: &points, blockers: &self.groups };
         let pass = HeldPass { context: &context, receivers: &self.assembly.receivers };
-        // Those of cells, which receivers start from, unless their objects left them.
-        let of_cell = |segment: &Segment| {
-            let held = segment.cell.as_ref().filter(|cell| cell.holds(&self.surfaces, &segment.sources))?;
-            let (columns, mut tests) = held.of_lights(&context);
-            let (above, of_ball) = columns.within(&context, &segment.sources);
-            tests += of_ball;
-            Some((columns, Arc::new(above), tests))
-        };
-        let mut of_cells: Vec<Option<Arc<NodeVisibility>>> = Vec::with_capacity(self.segments.len());
-        for (found, segment) in map(&self.segments, of_cell).into_iter().zip(&mut self.segments) {
-            if let (Some((columns, _, tests)), Some(held)) = (&found, &mut segment.cell) {
-                held.set_columns(lights, columns);
-                self.tests += *tests;
-            }
-            of_cells.push(found.map(|(_, above, _)| above));
-        }
         let fixed = &self.static_receivers;
         let of_segments = self.assembly.receivers.roots(fixed.end.nodes);
         let mut rest = of_segments.into_iter().map(Some);
-        let mut held = vec![(&fixed.sources, fixed.roots.clone(), None)];
-        for (Segment { object, sources, .. }, above) in self.segments.iter().zip(of_cells) {
+        let mut held = vec![(&fixed.sources, fixed.roots.clone(), false)];
+        for Segment { object, sources, .. } in &self.segments {
             let own: Vec<_> = rest.by_ref().take(sources.roots().len()).collect();
             if !has_moved[*object as usize] {
-                held.push((sources, own, above));
+                held.push((sources, own, true));
             }
         }
-        let found = map(&held, |(sources, roots, above)| pass.run((sources, roots), above.clone()));
+        let found = map(&held, |(sources, roots, is_dynamic)| {
+            let about = is_dynamic.then(|| visibility_about(&context, sources)).flatten();
+            let (above, of_ball) = about.unzip();
+            let (columns, mut tests) = pass.run((sources, roots), above.map(Arc::new));
+            tests += of_ball.unwrap_or_default();
+            (columns, tests)
+        });
         for (columns, tests) in found {
             for (first, columns) in columns {
                 self.assembly.visibility.set_columns(first, lights, &columns);

@@ -26,8 +26,7 @@
 //! leaf, that is tested: against the sphere alone where both it and the shadow are small; else by the cone about all rays between
 //! the light and the leaf, and by the pyramid where the cone does not decide. An inner node is partial if one of its leaves is.
 //!
-//! Receivers on small dynamic objects start from what static blockers leave of a light to the cell of space that the object is in,
-//! and then to a ball about the object. What is left to a cell is kept for as long as the object stays in it.
+//! Receivers on small dynamic objects start from what static blockers leave of a light to a ball about the object.
 //!
 //! Patches that face the same way and are near each other form groups too, above the hierarchy of receivers: a light
 //! behind all of a group is behind each member, and a blocker outside the group's pyramid is outside of the members'.
@@ -58,7 +57,6 @@ mod balls;
 mod blockers;
 mod boxes;
 mod build;
-mod cells;
 mod clusters;
 mod cones;
 mod cover;

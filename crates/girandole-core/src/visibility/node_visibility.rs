@@ -61,16 +61,6 @@ impl NodeVisibility {
         self.entries.iter().filter(|e| !e.full() && std::mem::replace(&mut last, e.light) != e.light).count()
     }
 
-    /// Replaces what is known of some lights, in ascending order.
-    pub fn set_columns(&mut self, lights: &[u32], columns: &Self) {
-        for (&light, state) in lights.iter().zip(&columns.states) {
-            self.states[light as usize] = *state;
-        }
-        self.entries.retain(|e| lights.binary_search(&e.light).is_err());
-        self.entries.extend(columns.entries.iter().map(|e| Entry { light: lights[e.light as usize], ..*e }));
-        self.entries.sort_by_key(|e| e.light);
-    }
-
     /// Drops what only the children's tests need, and keeps one deciding blocker for each light.
     pub fn compact(&mut self) {
         self.entries.retain(|e| !e.is_partly_facing());

@@ -1,7 +1,7 @@
 //! What dynamic blockers that cover nothing block of the light that others leave: parts of it.
 
 use super::State;
-use super::cells::is_small;
+use super::balls::is_small;
 use super::clusters::ClusterTree;
 use super::cones::{ConeBase, ShadowCone, Sphere};
 use super::light_points::LightPoint;
