@@ -9,7 +9,8 @@
 
 @compute @workgroup_size(TILE, TILE)
 fn append_all_points(@builtin(global_invocation_id) invocation: vec3u) {
-  if any(invocation.xy >= grid_size(frame.step)) { return; }
+  let size = grid_size(frame.step);
+  if any(invocation.xy >= size) { return; }
   let at = pixel_of_point(invocation.xy, frame.step);
   if !is_drawn(at.x) { return; }
   let surface_id = textureLoad(surface_ids, at + vec2u(0u, frame.band.x), 0).x;

@@ -21,7 +21,7 @@ fn add(@builtin(global_invocation_id) invocation: vec3u) {
   let at = 2u * band_index(pixel);
   var mean = vec4f(0.0);
   var squares = vec4f(0.0);
-  if frame.sample > 0u {
+  if branch_value(frame.sample, pixel.x) > 0u {
     mean = averages[at];
     squares = averages[at + 1u];
   }

@@ -45,7 +45,8 @@ fn seen_from(light: Light, index: u32, place: vec3f) -> f32 {
 fn arrival_at(position: vec3f, index: u32) -> Arrival {
   let light = lights[index];
   let nothing = Arrival(vec3f(0.0, 0.0, 1.0), 0.0, vec3f(0.0), 0.0);
-  if light_objects[frame.first_light + index] == object.index { return nothing; }
+  let sent_by = light_objects[frame.first_light + index];
+  if sent_by == object.index { return nothing; }
   var to_light = light.position - position;
   if is_parallel(light) { to_light = -light.normal; }
   let r2 = dot(to_light, to_light);

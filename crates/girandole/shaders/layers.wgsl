@@ -21,7 +21,8 @@ fn add_layer(@builtin(global_invocation_id) invocation: vec3u) {
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
   let at = 3u * band_index(pixel);
   var passed = vec4f(1.0);
-  if frame.batch > 0u { passed = layer_sums[at]; }
+  let batch = branch_value(frame.batch, pixel.x);
+  if batch > 0u { passed = layer_sums[at]; }
   var sent = vec4f(0.0);
   let id = textureLoad(triangle_ids, pixel, 0).x;
   if id > 0u {
@@ -37,13 +38,13 @@ fn add_layer(@builtin(global_invocation_id) invocation: vec3u) {
     passed *= vec4f(transmittance(r, abs(dot(shading_normal(hit, m), hit.wo))), 1.0);
   }
   layer_sums[at] = passed;
-  if frame.sample == 0u && frame.batch == 0u {
+  if branch_value(frame.sample, pixel.x) == 0u && batch == 0u {
     layer_sums[at + 1u] = sent;
     layer_sums[at + 2u] = vec4f(0.0);
   } else {
     layer_sums[at + 1u] += sent;
   }
-  if frame.last_batch != 0u { layer_sums[at + 2u] += passed; }
+  if branch_value(frame.last_batch, pixel.x) != 0u { layer_sums[at + 2u] += passed; }
 }
 
 @compute @workgroup_size(TILE, TILE)

@@ -21,16 +21,16 @@ fn collect(index: u32, leaf: u32) {
   let point = (at + frame.step - 1u) / frame.step;
   let triangle = textureLoad(triangle_ids, pixel, 0).x - 1u;
   var irradiance = textureLoad(summed_irradiance, point, 0).xyz;
-  if offsets.light_maps != 0u && has_light_map(leaf) {
-    irradiance += mapped_irradiance(leaf, hit_at(pixel, triangle).position);
-  }
-  textureStore(fine_irradiance, point, vec4f(max(irradiance, vec3f(0.0)), f32(textureLoad(surface_ids, pixel, 0).x)));
+  let place = hit_at(pixel, triangle);
+  if offsets.light_maps != 0u && has_light_map(leaf) { irradiance += mapped_irradiance(leaf, place.position); }
+  let surface_id = spaced_surface_id(textureLoad(surface_ids, pixel, 0).x, pixel, place.position, place.geometric_normal, leaf);
+  textureStore(fine_irradiance, point, vec4f(max(irradiance, vec3f(0.0)), surface_id));
   if HAS_CURVED || HAS_SPECULAR {
     let summed = textureLoad(summed_directional, point, 0);
     var reflects = false;
     var share = 0.0;
     if HAS_SPECULAR {
-      var hit = hit_at(pixel, triangle);
+      var hit = place;
       let m = materials[triangles[triangle].material];
       if varies(m) { hit = with_coordinates(pixel, hit); }
       let r = reflection(hit, m);

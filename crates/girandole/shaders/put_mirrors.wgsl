@@ -47,8 +47,9 @@ fn blur_mirrors(@builtin(global_invocation_id) invocation: vec3u) {
   let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
   let at = mirror_image_at(pixel);
+  let is_further_sample = branch_value(frame.sample, pixel.x) > 0u;
   var sum = vec4f(0.0);
-  if frame.sample > 0u { sum = mirror_image[at + 2u]; }
+  if is_further_sample { sum = mirror_image[at + 2u]; }
   let own = mirror_image[at];
   let id = textureLoad(triangle_ids, pixel, 0).x;
   if id > 0u {
@@ -67,7 +68,7 @@ fn blur_mirrors(@builtin(global_invocation_id) invocation: vec3u) {
       );
       let a2 = r.alpha * r.alpha;
       // A first sample has its own ray; further ones take that of the first for it, if it sent one.
-      if frame.sample > 0u && is_beside(vec2i(pixel), surface_id) { blurred += vec4f(image_at(pixel).xyz, 1.0); }
+      if is_further_sample && is_beside(vec2i(pixel), surface_id) { blurred += vec4f(image_at(pixel).xyz, 1.0); }
       let taps = u32(clamp(TAPS_PER_RADIUS * max(radius.x, radius.y), 0.0, MOST_TAPS));
       for (var i = 0u; i < taps; i++) {
         // Vogel's spiral.
@@ -82,7 +83,7 @@ fn blur_mirrors(@builtin(global_invocation_id) invocation: vec3u) {
     }
     sum += vec4f(reflected * blurred.xyz / max(blurred.w, 1e-6), 0.0);
   }
-  if frame.sample == 0u { mirror_image[at + 3u] = own; }
+  if !is_further_sample { mirror_image[at + 3u] = own; }
   mirror_image[at + 2u] = sum;
 }
 

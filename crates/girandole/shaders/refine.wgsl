@@ -66,7 +66,7 @@ fn interpolate_or_defer(
   if REFLECTS_ENVIRONMENT {
     range = max(range, vec4f(value.irradiance.xyz * (high.directional.w - low.directional.w), 0.0));
   }
-  let same = low.irradiance.w == high.irradiance.w && u32(low.irradiance.w) == surface_id
+  let same = low.irradiance.w == high.irradiance.w && low.irradiance.w == f32(surface_id)
     && (surface_id & (CURVED | SHINY)) == 0u;
   let is_even = same && max(range.x, max(range.y, range.z)) <= allowed_range(value.irradiance.xyz);
   store(point, pixel, value, surface, diffuse);
@@ -115,8 +115,10 @@ fn refine(@builtin(global_invocation_id) invocation: vec3u) {
       store(corner, pixel, a, textureLoad(surface_ids, pixel, 0).xy, &diffuse);
     }
   } else {
-    textureStore(fine_irradiance, corner, a.irradiance);
-    if HAS_SPECULAR || (HAS_CURVED && (u32(a.irradiance.w) & CURVED) != 0u) {
+    let surface_id = surface_id_of(a.irradiance.w);
+    // Edges are told by the last grid's ids.
+    textureStore(fine_irradiance, corner, vec4f(a.irradiance.xyz, select(a.irradiance.w, f32(surface_id), frame.step == 1u)));
+    if HAS_SPECULAR || (HAS_CURVED && (surface_id & CURVED) != 0u) {
       textureStore(fine_directional, corner, textureLoad(coarse_directional, invocation.xy, 0));
     }
   }

@@ -15,7 +15,7 @@ fn begin(pixel: vec2u) -> PointSums {
   let id = select(0u, textureLoad(triangle_ids, min(pixel, frame.size - 1u), 0).x, inside);
   sums.is_surface = id > 0u;
   if !sums.is_surface { return sums; }
-  if frame.first_light > 0u {
+  if branch_value(frame.first_light, pixel.x) > 0u {
     let index = 2u * band_index(pixel);
     sums.irradiance = partial_sums[index].xyz;
     sums.specular = partial_sums[index + 1u].xyz;
@@ -24,14 +24,14 @@ fn begin(pixel: vec2u) -> PointSums {
   }
   sums.shading = shading_at(pixel, id - 1u);
   if reflects_environment(sums) {
-    for (var i = 0u; i < frame.end_light - frame.first_light; i++) { sums.weight += weight_in(lights[i], sums.shading); }
+    for (var i = 0u; i < branch_value(frame.end_light - frame.first_light, pixel.x); i++) { sums.weight += weight_in(lights[i], sums.shading); }
   }
   return sums;
 }
 
 fn end(pixel: vec2u, sums: PointSums) {
   if !sums.is_surface { return; }
-  if frame.last_batch != 0u {
+  if branch_value(frame.last_batch, pixel.x) != 0u {
     let point = pixel - vec2u(0u, frame.band.x);
     textureStore(fine_irradiance, point, vec4f(sums.irradiance, 1.0));
     if HAS_SPECULAR { textureStore(fine_directional, point, directional_of(sums)); }
@@ -71,10 +71,11 @@ fn shade_naive(@builtin(global_invocation_id) invocation: vec3u) {
     lower = begin(select(lower_pixel, upper_pixel, i == 0u));
   }
   if !upper.is_surface && !lower.is_surface { return; }
-  for (var first = frame.first_light; first < frame.end_light; first += GROUP) {
+  let end_light = branch_value(frame.end_light, upper_pixel.x);
+  for (var first = branch_value(frame.first_light, upper_pixel.x); first < end_light; first += GROUP) {
     for (var word = 0u; word < GROUP / 32u; word++) {
       let start = first + 32u * word;
-      let end = min(start + 32u, frame.end_light);
+      let end = min(start + 32u, end_light);
       var upper_bits = 0u;
       var lower_bits = 0u;
       for (var i = start; i < end; i++) {

@@ -68,5 +68,5 @@ fn shade_points_cooperative(@builtin(workgroup_id) group: vec3u, @builtin(local_
       sums.weight += weights[local.x + i].y;
     }
   }
-  end(index, sums);
+  end(index, leaf, sums);
 }

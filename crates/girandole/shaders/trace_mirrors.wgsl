@@ -48,16 +48,18 @@ fn trace_mirrors(@builtin(global_invocation_id) invocation: vec3u) {
     origin = hit.position + hit.geometric_normal * offset;
   }
   // A first ray brings all of it: what the surface makes of that comes at the end.
-  if frame.batch > 0u { left *= mirror_image[at + 1u].xyz; }
-  let is_known = frame.sample > 0u && frame.batch == 0u && alpha >= WIDE_ALPHA && mirror_image[at + 3u].w == f32(surface_id);
+  let batch = branch_value(frame.batch, pixel.x);
+  let is_further_sample = branch_value(frame.sample, pixel.x) > 0u;
+  if batch > 0u { left *= mirror_image[at + 1u].xyz; }
+  let is_known = is_further_sample && batch == 0u && alpha >= WIDE_ALPHA && mirror_image[at + 3u].w == f32(surface_id);
   let is_sent = any(left > vec3f(0.0)) && !is_known;
   var ended = RayHit(0.0, NONE, 0.0, 0.0);
   if is_sent { ended = trace_ray(origin, direction, MAX_CLAMP, id - 1u, false); }
-  var weight = select(left, reflected, frame.batch == 0u);
+  var weight = select(left, reflected, batch == 0u);
   // What light samples bring of a direction that is met by chance.
   var solid_angle = frame.sample_solid_angle;
   var image = vec4f(0.0);
-  if frame.batch > 0u { image = mirror_image[at]; } else { image.w = select(0.0, f32(surface_id), is_sent); }
+  if batch > 0u { image = mirror_image[at]; } else { image.w = select(0.0, f32(surface_id), is_sent); }
   var end_id = 0u;
   var surface = vec2u(0u);
   var end = origin + direction * frame.far;

@@ -86,6 +86,8 @@ record! {
         normal: vec3f,
         /// Which of the dynamic objects it is on, or [`NONE`](crate::shader_constants::NONE).
         mover: u32,
+        /// Whether it is part of a patch that is split along u (1) and v (2).
+        split: u32,
     }
 }
 

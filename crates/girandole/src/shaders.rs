@@ -91,6 +91,7 @@ const LIBRARY: &[(&str, &str)] = lib!(
     transforms_previous,
     point_queue,
     point_queue_atomic,
+    point_spacing,
     point_sums,
     prefix_scan,
     ray_stack_array,
@@ -141,7 +142,7 @@ sources! {
     VISIBILITY_BUFFER = visibility_buffer [frame scene texture texture_entry_at];
     SHADE_NAIVE = shade_naive [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights_uniform maps octahedral
-        parameterisation atlas parallel_map shadow rectangle mirror_share environment_share point_sums
+        parameterisation atlas parallel_map shadow rectangle mirror_share environment_share point_sums branch
     ];
     APPEND_ALL_POINTS = append_all_points [
         frame scene texture texture_entry_at surface hit buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point
@@ -173,22 +174,22 @@ sources! {
     SHADE_POINTS = shade_points [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
         atlas parallel_map shadow rectangle transforms_current mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
-        diffuse_material packed samples branch loads point_queue shade_chunk
+        diffuse_material packed samples branch loads point_queue grid point_spacing shade_chunk
     ];
     SHADE_POINTS_PREVIOUS = shade_points [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
         atlas parallel_map shadow rectangle previous_transform transforms_previous sums_previous mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
-        diffuse_material packed samples branch loads point_queue shade_chunk
+        diffuse_material packed samples branch loads point_queue grid point_spacing shade_chunk
     ];
     SHADE_POINTS_PERSISTENT = "software" / shade_points_persistent [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
         atlas parallel_map shadow rectangle transforms_current mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
-        diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
+        diffuse_material packed samples branch loads point_queue_atomic grid point_spacing shade_chunk workgroups_persistent
     ];
     SHADE_POINTS_PREVIOUS_PERSISTENT = "software" / shade_points_persistent [
         frame scene texture texture_entry_at surface hit reflection brdf color light lights maps octahedral parameterisation
         atlas parallel_map shadow rectangle previous_transform transforms_previous sums_previous mirror_share environment_share point_sums buffer_offsets light_lists leaf_record_at leaf_range_at light_map
-        diffuse_material packed samples branch loads point_queue_atomic shade_chunk workgroups_persistent
+        diffuse_material packed samples branch loads point_queue_atomic grid point_spacing shade_chunk workgroups_persistent
     ];
     INCIDENT_LIGHT = incident_light [
         frame light lights maps octahedral parameterisation atlas parallel_map shadow previous_transform brdf rectangle branch harmonics transfer_object
@@ -206,14 +207,14 @@ sources! {
     ];
     MULTIPASS_COLLECT = multipass_collect [
         frame scene texture texture_entry_at surface hit reflection brdf color light mirror_share environment_share buffer_offsets
-        point_queue light_lists leaf_record_at leaf_range_at light_map
+        point_queue branch grid point_spacing light_lists leaf_record_at leaf_range_at light_map
     ];
     LIGHT_MAPS = light_maps [frame light buffer_offsets light_lists leaf_record_at leaf_range_at];
     LAYERS = layers [
-        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed no_reflected_environment
+        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed branch no_reflected_environment
     ];
     LAYERS_REFLECTING = layers [
-        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed environment_place
+        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed branch environment_place
         reflected_environment
     ];
     RESOLVE = resolve [
@@ -239,7 +240,7 @@ sources! {
     TRACE_RAYS = trace_rays [scene texture texture_entry_at alpha_mask ray_stack ray_texels rays];
     EXPOSURE = exposure [packed color];
     CALLER_DEPTH = caller_depth [frame];
-    AVERAGE = average [frame packed];
+    AVERAGE = average [frame packed branch];
     BACKGROUND = background [frame packed environment_place environment];
     TONEMAP = tonemap [tonemap packed];
     STALE_ERROR = stale_error [
@@ -258,11 +259,11 @@ sources! {
     DEBUG_LIGHTS = debug_lights [frame scene texture texture_entry_at surface hit light packed];
     DEBUG_ATLAS = debug_atlas [frame light maps atlas packed];
     TRACE_MIRRORS = trace_mirrors [
-        frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack ray_texels rays direction mirror_share mirror_image
+        frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack ray_texels rays direction mirror_share mirror_image branch
         no_reflected_environment
     ];
     TRACE_MIRRORS_REFLECTING = trace_mirrors [
-        frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack ray_texels rays direction mirror_share mirror_image
+        frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack ray_texels rays direction mirror_share mirror_image branch
         environment_place reflected_environment
     ];
     ADD_MIRRORED = add_mirrored [
@@ -273,7 +274,7 @@ sources! {
         reflected_environment
     ];
     PUT_MIRRORS = put_mirrors [
-        frame scene texture texture_entry_at surface hit reflection brdf packed mirror_share mirror_image
+        frame scene texture texture_entry_at surface hit reflection brdf packed mirror_share mirror_image branch
     ];
 }
 

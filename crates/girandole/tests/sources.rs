@@ -1,5 +1,5 @@
-//! What sources say: the libraries' messages speak of settings, never of a program's options, and comments that point
-//! to a file, a struct or a function point to one that is there.
+//! What sources say: the libraries' messages speak of settings, never of a program's options, comments that point to a file, a struct or a
+//! function point to one that is there, and kernels do not branch on what a software driver would compile them anew for.
 
 use std::path::{Path, PathBuf};
 
@@ -46,6 +46,40 @@ fn sources(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     };
     let is_source = |path: &PathBuf| extensions.iter().any(|&e| path.extension().is_some_and(|x| x == e));
     paths.flat_map(below).filter(is_source).collect()
+}
+
+/// Values that change from dispatch to dispatch of a frame.
+const CHANGING: [&str; 6] =
+    ["frame.batch", "frame.sample", "frame.step", "frame.first_light", "frame.last_batch", "frame.light_set"];
+
+/// Whether a line of WGSL branches on such a value alone, for which Mesa's software driver compiles the kernel anew.
+fn branches_on_a_uniform(line: &str) -> bool {
+    let code = line.split("//").next().unwrap_or_default();
+    let names = |name: &str| {
+        code.match_indices(name)
+            .any(|(at, _)| !code[at + name.len()..].starts_with(|c: char| c.is_alphanumeric() || c == '_'))
+    };
+    let branches = ["if ", "while ", "for (", "&&", "||"].iter().any(|word| code.contains(word));
+    branches && !code.contains("branch_value") && CHANGING.into_iter().any(names)
+}
+
+#[test]
+fn no_kernel_is_compiled_anew_for_values_that_change_in_a_frame() {
+    let files = sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders"), &["wgsl"]);
+    assert!(files.len() > 50, "{files:?}");
+    let mut found = Vec::new();
+    for file in files {
+        let text = std::fs::read_to_string(&file).expect("a shader");
+        let lines = text.lines().filter(|line| branches_on_a_uniform(line));
+        found.extend(lines.map(|line| format!("{}: {line}", file.display())));
+    }
+    assert!(found.is_empty(), "{found:#?}");
+    // The controls.
+    assert!(branches_on_a_uniform("  if frame.step == 1u { return; }"));
+    assert!(branches_on_a_uniform("  let a = b && frame.batch > 0u;"));
+    assert!(!branches_on_a_uniform("  if branch_value(frame.step, i) == 1u { return; }"));
+    assert!(!branches_on_a_uniform("  if frame.samples == 1u { return; }"));
+    assert!(!branches_on_a_uniform("  let wide = 2u * frame.step; // if any"));
 }
 
 fn that_name_options(package: &str) -> Vec<String> {

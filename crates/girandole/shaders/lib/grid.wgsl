@@ -21,3 +21,16 @@ fn allowed_range(value: vec3f) -> f32 {
   let by_step = select(select(1.0, 1.5, frame.step == 2u), 2.5, frame.step == 1u);
   return frame.tolerance * by_step * max(value.x, max(value.y, value.z));
 }
+
+// What a grid holds beside irradiance: the id of the surface that a point shows, times FAR_ACROSS where the next points across lie too
+// far away for anything to be interpolated, and negative where those below do.
+fn grid_surface_id(surface_id: u32, is_far: vec2<bool>) -> f32 {
+  return f32(surface_id) * select(1.0, FAR_ACROSS, is_far.x) * select(1.0, -1.0, is_far.y);
+}
+
+// More than any surface id.
+const FAR_ACROSS = 16777216.0;
+
+fn is_far_of(held: f32) -> vec2<bool> { return vec2<bool>(abs(held) >= FAR_ACROSS, held < 0.0); }
+
+fn surface_id_of(held: f32) -> u32 { return u32(abs(held) * select(1.0, 1.0 / FAR_ACROSS, abs(held) >= FAR_ACROSS)); }

@@ -2,6 +2,15 @@
 
 fn hit_at(pixel: vec2u, triangle: u32) -> Hit { return hit_of_ray(triangle, pixel_ray(vec2f(pixel) + frame.offset)); }
 
+// Where a pixel shows the plane through a position.
+fn place_beside(pixel: vec2u, position: vec3f, normal: vec3f) -> vec3f {
+  let ray = pixel_ray(vec2f(pixel) + frame.offset);
+  let cosine = dot(ray.direction, normal);
+  let t = dot(position - ray.origin, normal) / select(cosine, -1e-6, cosine == 0.0);
+  // Beyond the horizon it is as far as can be.
+  return select(vec3f(1e9), ray.origin + ray.direction * t, t > 0.0);
+}
+
 // Adds what varies from vertex to vertex. Derivatives of texture coordinates: the neighbouring pixels' rays meet the same
 // plane.
 fn with_coordinates(pixel: vec2u, hit: Hit) -> Hit {

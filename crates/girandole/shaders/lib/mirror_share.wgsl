@@ -7,7 +7,7 @@ const WIDE_ALPHA = 0.004;
 
 // In further light sets of a refinement, rays are spread over such lobes. Both they and light samples bring all that is reflected, and are
 // weighed against each other by their densities (Veach's balance heuristic): what a lobe shows is neither widened nor blurred.
-fn is_spread(r: Reflection) -> bool { return frame.light_set > 0u && r.alpha >= WIDE_ALPHA; }
+fn is_spread(r: Reflection) -> bool { return (frame.light_set > 0u) & (r.alpha >= WIDE_ALPHA); }
 
 // The weight of light samples in a direction where rays have this density, 1/sr, and samples about one in this solid angle.
 fn samples_weight(density: f32, solid_angle: f32) -> f32 { return 1.0 / (1.0 + density * solid_angle); }

@@ -43,7 +43,7 @@ fn begin(index: u32, leaf: u32) -> PointSums {
   return sums;
 }
 
-fn end(index: u32, sums: PointSums) {
+fn end(index: u32, leaf: u32, sums: PointSums) {
   if !sums.is_surface { return; }
   let directional = directional_of(sums);
   if branch_value(frame.debug | (frame.last_batch ^ 1u), index) != 0u {
@@ -60,7 +60,8 @@ fn end(index: u32, sums: PointSums) {
       add_sample(pixel, radiance_of(diffuse_material(surface.y), irradiance, directional), true);
     } else {
       let point = (at + frame.step - 1u) / frame.step;
-      textureStore(fine_irradiance, point, vec4f(irradiance, f32(surface.x)));
+      textureStore(fine_irradiance, point,
+        vec4f(irradiance, spaced_surface_id(surface.x, pixel, sums.shading.position, sums.shading.ng, leaf)));
       if HAS_CURVED || HAS_SPECULAR { textureStore(fine_directional, point, directional); }
     }
   }
@@ -69,7 +70,8 @@ fn end(index: u32, sums: PointSums) {
 // Adds the weights of the batch's samples of the environment, seen or not: those of one lane of `lanes`.
 fn add_weights(sums: ptr<function, PointSums>, lane: u32, lanes: u32) {
   if !reflects_environment(*sums) { return; }
-  for (var i = lane; i < frame.end_light - frame.first_light; i += lanes) {
+  let count = branch_value(frame.end_light - frame.first_light, lane);
+  for (var i = lane; i < count; i += lanes) {
     (*sums).weight += weight_in(lights[i], (*sums).shading);
   }
 }
@@ -154,7 +156,7 @@ fn shade_chunk(index: u32) {
     first_near = list.shadowed;
   }
   for (var i = chunk_points(chunk); i > 0u; i--) {
-    end(point_queue.words[slot + chunk_points(chunk) - i], one);
+    end(point_queue.words[slot + chunk_points(chunk) - i], leaf, one);
     one = other;
   }
 }

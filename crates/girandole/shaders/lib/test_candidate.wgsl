@@ -47,15 +47,17 @@ fn curved_point_at(at: vec2u) -> CurvedPoint {
     select(MIN_NORMAL_COSINE, MIN_NORMAL_COSINE_MAPPED, is_mapped));
 }
 
-// What a point of the coarser grid predicts for a pixel, and whether both lie on one surface.
-struct Neighbour { irradiance: vec3f, directional: vec3f, environment: f32, fits: bool, is_curved: bool }
+// What a point of the coarser grid predicts for a pixel, whether both lie on one surface, and whether the grid's points lie far apart there,
+// across and down.
+struct Neighbour { irradiance: vec3f, directional: vec3f, environment: f32, fits: bool, is_far: vec2<bool>, is_curved: bool }
 
 fn neighbour(point: vec2i, is_curved: bool, surface_id: u32) -> Neighbour {
   let size = vec2i(grid_size(2u * frame.step));
   let inside = all(point >= vec2i(0)) && all(point < size);
   let at = vec2u(clamp(point, vec2i(0), size - 1));
   let light = textureLoad(coarse_irradiance, at, 0);
-  var result = Neighbour(light.xyz, vec3f(0.0), 0.0, inside && u32(light.w) == surface_id, is_curved);
+  let fits = inside && surface_id_of(light.w) == surface_id;
+  var result = Neighbour(light.xyz, vec3f(0.0), 0.0, fits, is_far_of(light.w) | vec2<bool>(!fits), is_curved);
   if is_curved || HAS_SPECULAR {
     let directional = textureLoad(coarse_directional, at, 0);
     // On a plane the direction of light does not matter.
@@ -166,10 +168,13 @@ fn test_candidate(at: vec2u, is_curved: bool) {
   let all_fit = a.fits && b.fits && c.fits && d.fits;
   // Near an edge some neighbours lie elsewhere: three of four suffice where they agree, and from pixel to pixel of a
   // plane one.
-  let may_extrapolate = (surface_id & CURVED) == 0u && frame.tolerance > 0.0;
-  let min_weight = select(0.7, 0.2, may_extrapolate && frame.step == 1u);
-  var is_interpolated = weight > min_weight && range <= select(0.5, 1.0, all_fit) * allowed;
-  if !is_interpolated {
+  let may_extrapolate = ((surface_id & CURVED) == 0u) & (frame.tolerance > 0.0);
+  let min_weight = select(0.7, 0.2, may_extrapolate & (frame.step == 1u));
+  // Of the points that the coarser grid has anew, one at least is a neighbour.
+  let is_far = a.is_far & b.is_far & c.is_far & d.is_far;
+  let may_interpolate = !any(is_far & !on_grid);
+  var is_interpolated = may_interpolate && weight > min_weight && range <= select(0.5, 1.0, all_fit) * allowed;
+  if !is_interpolated && may_interpolate {
     let reach = select(vec2i(1), vec2i(0), on_grid);
     let far = ring(pa - reach, pb + vec2i(1, -1) * reach, pc + vec2i(-1, 1) * reach, pd + reach, curved, surface_id);
     let a2 = far.a;
@@ -197,7 +202,7 @@ fn test_candidate(at: vec2u, is_curved: bool) {
       textureStore(picture, pixel, pack_radiance(radiance_of(diffuse_material(surface.y), value, other)));
     } else {
       let point = (at + frame.step - 1u) / frame.step;
-      textureStore(fine_irradiance, point, vec4f(value, f32(surface_id)));
+      textureStore(fine_irradiance, point, vec4f(value, grid_surface_id(surface_id, is_far)));
       if HAS_CURVED || HAS_SPECULAR { textureStore(fine_directional, point, other); }
     }
   } else {

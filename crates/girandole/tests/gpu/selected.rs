@@ -19,6 +19,7 @@ pub fn tests() -> Vec<Test> {
         ("vd_differs_only_where_a_map_contradicts_a_ray", pair_by_pair),
         ("vd_is_naive_but_for_errors_of_maps", vd_is_naive),
         ("full_is_close_to_naive", full_is_close),
+        ("pools_of_light_far_away_are_not_interpolated_over", pools_far_away),
         ("tolerance_0_shades_all_that_differs", no_tolerance),
         ("light_maps_change_little", light_maps),
         ("selected_frames_repeat_bit_for_bit", repeats),
@@ -53,6 +54,25 @@ fn stages(count: u32) -> Vec<(String, Stage)> {
     let builtin = builtin::EXPERIMENTS.iter().map(|n| (n.to_string(), Stage::builtin(n, count)));
     let truth = ["cornell", "table", "punctual"].map(|n| (format!("truth/{n}"), truth(n, count)));
     builtin.chain(truth).collect()
+}
+
+/// A hall's floor with lamps above it: far away, a pool of light lies between one point of the coarsest grid and the next.
+fn pools_far_away(context: &Context) {
+    let size = [320, 240];
+    let stage = Stage::builtin("hall", 300);
+    let view = stage.view(0, size);
+    let mut renderer = context.loaded(&stage, RendererOptions::default());
+    let [naive, full] =
+        [Mode::Naive, Mode::Full].map(|mode| context.frame(&mut renderer, &view, size, &bounded(mode)));
+    // Rows with the floor from 4 m away to the far wall.
+    let floor = (size[0] * size[1] / 2) as usize..(size[0] * size[1] * 13 / 20) as usize;
+    let tolerance = RenderSettings::default().tolerance;
+    let is_off = |i: &usize| {
+        let [a, b] = [naive.pixels[*i], full.pixels[*i]];
+        (a - b).abs().max_element() > tolerance * a.max_element()
+    };
+    let share = floor.clone().filter(is_off).count() as f64 / floor.len() as f64;
+    assert!(share < 0.05, "{share} of the floor is off by more than the tolerance");
 }
 
 /// One light at a time: where the two modes differ, the naive map says the opposite of a ray, and the other mode says

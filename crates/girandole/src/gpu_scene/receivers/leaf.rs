@@ -111,6 +111,7 @@ impl LeafPlace {
             up: r.up.to_array(),
             normal: r.normal.to_array(),
             mover: self.mover,
+            split: u32::from(r.is_split[0]) | u32::from(r.is_split[1]) << 1,
         }
     }
 
@@ -325,6 +326,8 @@ struct LeafRectangle {
     across: Vec3,
     up: Vec3,
     normal: Vec3,
+    /// Whether it is shorter than its patch along either axis.
+    is_split: [bool; 2],
 }
 
 impl LeafRectangle {
@@ -385,6 +388,7 @@ impl LeafRectangle {
             across: cell[0] * (end_column - column) as f32,
             up: cell[1] * (end_row - row) as f32,
             normal: if back { -normal } else { normal },
+            is_split: [end_column - column < grid.columns, end_row - row < grid.rows],
         })
     }
 }
