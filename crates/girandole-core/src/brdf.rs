@@ -124,6 +124,8 @@ pub fn resolved_share(alpha: f32, solid_angle: f32) -> f32 {
 
 /// Shares of a lobe that light samples do not resolve of which no mirrored ray is sent.
 pub const MIRROR_LEAST: f32 = 0.1;
+/// Shares of a lobe that light samples resolve that are left to mirrored rays as well.
+pub const MIRROR_REST: f32 = 0.02;
 /// Fresnel reflectance that is not worth a mirrored ray.
 pub const MIRROR_LEAST_FRESNEL: f32 = 0.004;
 
@@ -134,7 +136,7 @@ pub fn mirror_solid_angle(lights: usize) -> f32 {
 }
 
 /// How much of what a surface reflects is found by rays that it mirrors, where light samples stand for `solid_angle`, sr, in the mean: what
-/// these do not [resolve](resolved_share), less a tenth, and less where hardly anything is reflected. `fresnel` is the largest component of
+/// these do not [resolve](resolved_share), less a tenth, all where they resolve next to nothing, and less where hardly anything is reflected. `fresnel` is the largest component of
 /// its reflectance.
 pub fn mirror_share(alpha: f32, fresnel: f32, solid_angle: f32) -> f32 {
     if solid_angle <= 0.0 {
@@ -142,7 +144,12 @@ pub fn mirror_share(alpha: f32, fresnel: f32, solid_angle: f32) -> f32 {
     }
     let unresolved = 1.0 - resolved_share(alpha, solid_angle);
     let worth = (fresnel - MIRROR_LEAST_FRESNEL) / (2.0 * MIRROR_LEAST_FRESNEL);
-    (unresolved - MIRROR_LEAST).max(0.0) / (1.0 - MIRROR_LEAST) * worth.clamp(0.0, 1.0)
+    ((unresolved - MIRROR_LEAST) / (1.0 - MIRROR_LEAST - MIRROR_REST)).clamp(0.0, 1.0) * worth.clamp(0.0, 1.0)
+}
+
+/// The largest alpha of lobes that mirrored rays show [all](mirror_share) of.
+pub fn polished_alpha(solid_angle: f32) -> f32 {
+    (0.25 * solid_angle * MIRROR_REST / (1.0 - MIRROR_REST)).sqrt()
 }
 
 /// What samples of an environment stand for at least where it is asked what lies behind a reflection, sr: what a texel of the
@@ -262,6 +269,16 @@ mod tests {
             let other = specular_brdf(Vec3::Z, a, direction(a.z * 0.5, 1.0), f0, 1.0, alpha);
             assert!((forth - other).abs().max_element() > 1e-5 * forth.max_element());
         }
+    }
+
+    #[test]
+    fn mirrored_rays_show_all_of_what_is_polished() {
+        for solid_angle in [0.01, 0.1] {
+            let share = |scale: f32| mirror_share(scale * polished_alpha(solid_angle), 0.04, solid_angle);
+            assert_eq!([0.1, 0.999].map(share), [1.0; 2]);
+            assert!((0.99..0.9999).contains(&share(1.1)), "{}", share(1.1));
+        }
+        assert_eq!(mirror_share(0.01, 0.04, 0.0), 0.0);
     }
 
     #[test]

@@ -26,7 +26,7 @@ fn edge_fallback(@builtin(global_invocation_id) invocation: vec3u) {
   let surface = textureLoad(surface_ids, at + vec2u(0u, frame.band.x), 0).xy;
   let side = side_of(shift_of_sample());
   var blend: Blend;
-  if (surface.x & SHINY) == 0u {
+  if !is_sharp(surface) {
     for (var i = 0u; i < 5u && blend.weight <= 0.0; i++) {
       add_first_sample(&blend, first_sample_at(vec2i(at) + OTHER_SIDES[i] * side), surface.x, 1.0);
     }

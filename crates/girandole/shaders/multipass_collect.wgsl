@@ -23,6 +23,12 @@ fn collect(index: u32, leaf: u32) {
   var irradiance = textureLoad(summed_irradiance, point, 0).xyz;
   let place = hit_at(pixel, triangle);
   if offsets.light_maps != 0u && has_light_map(leaf) { irradiance += mapped_irradiance(leaf, place.position); }
+  if HAS_MIRRORS {
+    var hit = place;
+    let m = materials[triangles[triangle].material];
+    if varies(m) { hit = with_coordinates(pixel, hit); }
+    if shows_no_light(reflection(hit, m)) { irradiance = vec3f(0.0); }
+  }
   let surface_id = spaced_surface_id(textureLoad(surface_ids, pixel, 0).x, pixel, place.position, place.geometric_normal, leaf);
   textureStore(fine_irradiance, point, vec4f(max(irradiance, vec3f(0.0)), surface_id));
   if HAS_CURVED || HAS_SPECULAR {

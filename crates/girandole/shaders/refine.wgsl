@@ -67,7 +67,7 @@ fn interpolate_or_defer(
     range = max(range, vec4f(value.irradiance.xyz * (high.directional.w - low.directional.w), 0.0));
   }
   let same = low.irradiance.w == high.irradiance.w && low.irradiance.w == f32(surface_id)
-    && (surface_id & (CURVED | SHINY)) == 0u;
+    && (surface_id & CURVED) == 0u && !is_sharp(surface);
   let is_even = same && max(range.x, max(range.y, range.z)) <= allowed_range(value.irradiance.xyz);
   store(point, pixel, value, surface, diffuse);
   let kind = select(CANDIDATE, CURVED_CANDIDATE, HAS_CURVED && (surface_id & CURVED) != 0u);

@@ -13,7 +13,7 @@ use crate::prepare::{Adaptive, PointPasses, Prepared, PreparedMode};
 use crate::resident::Resident;
 use crate::settings::{RenderSettings, Target};
 use crate::shader_constants::{BATCH, GROUP};
-use girandole_core::brdf::mirror_solid_angle;
+use girandole_core::brdf;
 use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::lights::Clamp;
 use girandole_core::scene::{ClipDepth, ClipPlanes, LocalView};
@@ -362,6 +362,12 @@ fn frame_uniform(
     };
     let (depth_bias, depth_scale, is_forward) = depth_mapping(view, scene.detail * 1e-5, deep);
     let sun = scene.geometry.environment.as_ref().and_then(|environment| environment.sun);
+    let mirror_solid_angle = match scene.mirrors(settings) {
+        0 => 0.0,
+        _ => brdf::mirror_solid_angle(scene.lights.count() as usize),
+    };
+    // What no ray meets, and what further sets weigh against rays.
+    let has_other_gloss = scene.lights.has_punctual || targets.light_set > 0;
     Frame {
         eye: view.eye,
         orthographic: u32::from(view.orthographic),
@@ -392,14 +398,12 @@ fn frame_uniform(
         sun_chord2: sun.map_or(0.0, |disc| disc.chord * disc.chord),
         sun_radiance: sun.map_or(Vec3::ZERO, |disc| disc.radiance),
         sample_solid_angle: if settings.clamp == Clamp::Own { scene.lights.mean_solid_angle } else { 0.0 },
-        mirror_solid_angle: match scene.mirrors(settings) {
-            0 => 0.0,
-            _ => mirror_solid_angle(scene.lights.count() as usize),
-        },
+        mirror_solid_angle,
         ray_offset: scene.detail * RAY_OFFSET,
         columns: targets.drawn.columns(),
         light_set: targets.light_set,
         sample_area: scene.lights.mean_area,
+        polished_alpha: if has_other_gloss { 0.0 } else { brdf::polished_alpha(mirror_solid_angle) },
         ..Frame::default()
     }
 }

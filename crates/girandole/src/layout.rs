@@ -54,7 +54,7 @@ pub(crate) struct Frame {
     pub columns: u32,
     pub light_set: u32,
     pub sample_area: f32,
-    pub padding_a: u32,
+    pub polished_alpha: f32,
     pub padding_b: u32,
 }
 

@@ -39,7 +39,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
             offset, first_light, end_light, clamp, far, sample, samples, last_row, step, batch, last_batch, tolerance,
             debug, center, depth_scale, forward_depth, environment, sun_direction, sun_chord2,
             sun_radiance, sample_solid_angle, writes_radiance, mirror_solid_angle, ray_offset, columns, light_set,
-            sample_area, padding_a, padding_b),
+            sample_area, polished_alpha, padding_b),
         fields!(BufferOffsets as "BufferOffsets": grids_at, cells_at, leaves, batches, ranges_at, chunks_at, sorted_at,
             points_at, light_maps, padding_a, padding_b, padding_c),
         fields!(MultipassParams as "MultipassParams": elements, lights_per_pass, lights_in_all, padding),

@@ -180,13 +180,14 @@ pub(crate) fn declarations() -> String {
         "const MIN_ALPHA = {:?};\nconst CORE = {CORE:?};\nconst OWN_CLAMP = {OWN_CLAMP:?};\nconst MAX_CLAMP = {MAX_CLAMP:?};\n\
          const RECTANGLE_NEAR = {near:?};\nconst RECTANGLE_FAR = {far:?};\nconst RECTANGLE_SPREAD = {:?};\n\
          const FIRST_LOBE_ALPHA = {:?};\n\
-         const LEAST_SOLID_ANGLE = {:?};\nconst MIRROR_LEAST = {:?};\nconst MIRROR_LEAST_FRESNEL = {:?};\n\
+         const LEAST_SOLID_ANGLE = {:?};\nconst MIRROR_LEAST = {:?};\nconst MIRROR_REST = {:?};\nconst MIRROR_LEAST_FRESNEL = {:?};\n\
          const RAY_OFFSET_BY_ROUNDING = {:?};\n",
         brdf::MIN_ALPHA,
         SPREAD,
         PrefilteredEnvironment::FIRST_ALPHA,
         brdf::LEAST_SOLID_ANGLE,
         brdf::MIRROR_LEAST,
+        brdf::MIRROR_REST,
         brdf::MIRROR_LEAST_FRESNEL,
         8.0 * f32::EPSILON,
     )

@@ -93,6 +93,7 @@ const LIBRARY: &[(&str, &str)] = lib!(
     point_queue_atomic,
     point_spacing,
     point_sums,
+    polished,
     prefix_scan,
     ray_stack_array,
     ray_texels_texture,
@@ -148,23 +149,23 @@ sources! {
         frame scene texture texture_entry_at surface hit buffer_offsets grid receiver receiver_grid_at shade_list set_shade_point
         append_point
     ];
-    REFINE = refine [frame scene brdf grid candidates_atomic diffuse_material packed workgroups];
+    REFINE = refine [frame scene brdf grid polished candidates_atomic diffuse_material packed workgroups];
     TEST_CANDIDATES = test_candidates [
-        frame scene texture texture_entry_at surface hit brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
+        frame scene texture texture_entry_at surface hit brdf buffer_offsets grid polished receiver receiver_grid_at diffuse_material
         packed branch shade_list set_shade_point append_point candidates test_candidate
     ];
     TEST_CANDIDATES_PERSISTENT = "software" / test_candidates_persistent [
-        frame scene texture texture_entry_at surface hit brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
+        frame scene texture texture_entry_at surface hit brdf buffer_offsets grid polished receiver receiver_grid_at diffuse_material
         packed branch shade_list set_shade_point append_point candidates test_candidate workgroups_persistent
     ];
     EDGES = edges [
-        frame scene brdf grid diffuse_material packed samples branch blend candidates_atomic edge_sample
+        frame scene brdf grid polished diffuse_material packed samples branch blend candidates_atomic edge_sample
     ];
     EDGES_RUNS = "software" / edges_runs [
-        frame scene brdf grid diffuse_material packed samples branch blend candidates_atomic edge_sample
+        frame scene brdf grid polished diffuse_material packed samples branch blend candidates_atomic edge_sample
     ];
     EDGE_FALLBACK = edge_fallback [
-        frame scene texture texture_entry_at surface hit brdf buffer_offsets grid receiver receiver_grid_at diffuse_material
+        frame scene texture texture_entry_at surface hit brdf buffer_offsets grid polished receiver receiver_grid_at diffuse_material
         packed samples branch blend shade_list set_shade_point append_point candidates
     ];
     PREFIX_SUM = prefix_sum [

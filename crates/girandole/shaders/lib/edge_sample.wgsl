@@ -38,7 +38,7 @@ fn interpolate_edge(at: vec2u, left: Column, right: Column, diffuse: ptr<functio
   add_first_sample(&blend, right.near, surface_id, (1.0 - weight_left) * (1.0 - t.y));
   add_first_sample(&blend, left.far, surface_id, weight_left * t.y);
   add_first_sample(&blend, right.far, surface_id, (1.0 - weight_left) * t.y);
-  let is_interpolated = surface_id == 0u || (blend.weight > 0.0 && (surface_id & SHINY) == 0u);
+  let is_interpolated = surface_id == 0u || (blend.weight > 0.0 && !is_sharp(surface));
   if is_interpolated { store_blend(at, surface, blend, diffuse); }
   return is_interpolated;
 }

@@ -38,7 +38,7 @@ struct Frame {
   columns: u32, // the first one that is drawn, and one past the last in the upper half
   light_set: u32, // which light set of a refinement: mirrored rays of all but 0 are spread over lobes
   sample_area: f32, // of light samples on surfaces, mean over all that they cover, m²
-  padding_a: u32,
+  polished_alpha: f32, // largest one of lobes that mirrored rays show all of; 0 = none
   padding_b: u32,
 }
 

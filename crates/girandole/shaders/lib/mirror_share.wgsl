@@ -23,7 +23,12 @@ fn mirror_share(r: Reflection, cosine: f32) -> f32 {
   let unresolved = 1.0 - resolved_share(r.alpha, frame.mirror_solid_angle);
   let fresnel = mirror_fresnel(r, cosine);
   let strength = max(fresnel.x, max(fresnel.y, fresnel.z));
-  let share = max(unresolved - MIRROR_LEAST, 0.0) / (1.0 - MIRROR_LEAST)
+  let share = clamp((unresolved - MIRROR_LEAST) / (1.0 - MIRROR_LEAST - MIRROR_REST), 0.0, 1.0)
     * clamp((strength - MIRROR_LEAST_FRESNEL) / (2.0 * MIRROR_LEAST_FRESNEL), 0.0, 1.0);
   return select(share, 1.0, share > 0.0 && is_spread(r));
+}
+
+// Whether neither its diffuse reflection nor light samples show anything of what a surface receives.
+fn shows_no_light(r: Reflection) -> bool {
+  return (r.alpha <= frame.polished_alpha) & all(r.albedo == vec3f(0.0));
 }

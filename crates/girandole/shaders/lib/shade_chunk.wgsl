@@ -54,7 +54,8 @@ fn end(index: u32, leaf: u32, sums: PointSums) {
   if branch_value(frame.last_batch, index) != 0u {
     let at = vec2u(index % frame.size.x, index / frame.size.x);
     let pixel = at + vec2u(0u, frame.band.x);
-    let irradiance = max(sums.irradiance, vec3f(0.0));
+    var irradiance = max(sums.irradiance, vec3f(0.0));
+    if HAS_MIRRORS && shows_no_light(sums.shading.reflection) { irradiance = vec3f(0.0); }
     let surface = textureLoad(surface_ids, pixel, 0).xy;
     if branch_value(frame.writes_radiance, index) != 0u {
       add_sample(pixel, radiance_of(diffuse_material(surface.y), irradiance, directional), true);

@@ -195,7 +195,7 @@ fn test_candidate(at: vec2u, is_curved: bool) {
         + w.z * (c.irradiance - c2.irradiance) + w.w * (d.irradiance - d2.irradiance)) * (0.5 * scale);
     }
   }
-  if is_interpolated && (surface_id & SHINY) == 0u {
+  if is_interpolated && !is_sharp(surface) {
     let other = vec4f(directional, select(environment, 1.0, is_curved));
     if branch_value(frame.writes_radiance, at.x) != 0u {
       let pixel = at + vec2u(0u, frame.band.x);

@@ -15,6 +15,8 @@ pub(crate) struct GpuLights {
     pub mean_solid_angle: f32,
     /// Of what samples on surfaces stand for, m²: the mean over all that they cover; 0 without any.
     pub mean_area: f32,
+    /// Whether some are punctual, which no ray meets.
+    pub has_punctual: bool,
     /// For shadow maps as a whole, for shading in batches: it goes on for a batch behind the last one.
     pub buffer: wgpu::Buffer,
     /// The same without those that are dark, if there are any, and how many are left.
@@ -36,6 +38,7 @@ impl GpuLights {
             buffer: buffer(device, &padded),
             mean_solid_angle: mean_solid_angle(&samples),
             mean_area: mean_area(&samples),
+            has_punctual: has_punctual(&samples),
             samples,
             next: Vec::new(),
             shows_others: false,
@@ -60,6 +63,7 @@ impl GpuLights {
         }
         self.mean_solid_angle = mean_solid_angle(&samples);
         self.mean_area = mean_area(&samples);
+        self.has_punctual = has_punctual(&samples);
         self.samples = samples;
     }
 
@@ -147,6 +151,10 @@ fn mean_area(samples: &[Light]) -> f32 {
     let areas = samples.iter().filter(|light| light.is_sample()).map(area);
     let [sum, squares] = areas.fold([0.0; 2], |[sum, squares], area| [sum + area, squares + area * area]);
     if sum > 0.0 { squares / sum } else { 0.0 }
+}
+
+fn has_punctual(samples: &[Light]) -> bool {
+    !samples.iter().all(|light| light.is_sample() || light.profile == DISTANT)
 }
 
 fn padded(samples: &[Light]) -> Vec<Light> {

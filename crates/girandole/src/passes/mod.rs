@@ -133,6 +133,7 @@ impl<'a> BandSample<'a> {
     /// The same where no mirrored rays follow.
     pub fn without_mirrors(mut self) -> Self {
         self.frame.mirror_solid_angle = 0.0;
+        self.frame.polished_alpha = 0.0;
         self
     }
 

@@ -8,7 +8,7 @@ use girandole_core::glam::{DAffine3, DVec3, vec3};
 use girandole_core::image::Image;
 use girandole_core::lights::{Clamp, LightSettings};
 use girandole_core::scene::builtin::MovingObject;
-use girandole_core::scene::{Transform, View};
+use girandole_core::scene::{PunctualKind, PunctualLight, Transform, View};
 use girandole_reference::OracleSettings;
 use girandole_reference::metrics::{CompareOptions, compare};
 
@@ -17,6 +17,7 @@ pub fn tests() -> Vec<Test> {
         ("mirror_images_are_the_oracles", oracle),
         ("mirror_images_in_all_modes", modes),
         ("mirror_images_follow_what_moves", follow),
+        ("what_is_polished_is_shaded_as_seldom_as_what_is_matt", polished),
     ]
 }
 
@@ -39,6 +40,10 @@ fn stage(name: &str, count: u32) -> (Stage, View) {
 
 fn mirrored(mode: Mode, mirrors: u32) -> RenderSettings {
     RenderSettings { mirrors, ..bounded(mode) }
+}
+
+fn smoothed(mode: Mode) -> RenderSettings {
+    RenderSettings { samples_per_axis: 2, ..mirrored(mode, 2) }
 }
 
 /// Every light at every pixel and at every end of a ray, as the CPU finds them.
@@ -75,13 +80,31 @@ fn modes(context: &Context) {
         // The same bits once more.
         assert_eq!(context.frame(&mut renderer, &view, SIZE, &mirrored(mode, 2)), picture, "{mode:?}");
     }
-    let smoothed = |mode| RenderSettings { samples_per_axis: 2, ..mirrored(mode, 2) };
     let [smooth, full] =
         [Mode::Naive, Mode::Full].map(|mode| context.frame(&mut renderer, &view, SIZE, &smoothed(mode)));
     assert!(flip(&smooth, &full) < 0.03, "{}", flip(&smooth, &full));
     // The control: without mirrors.
     let blurred = context.frame(&mut renderer, &view, SIZE, &mirrored(Mode::Full, 0));
     assert!(flip(&naive, &blurred) > 0.06, "{}", flip(&naive, &blurred));
+}
+
+/// Light samples show nothing of what a polished plane reflects, unless some are punctual: then each of its pixels is shaded.
+fn polished(context: &Context) {
+    let (mut stage, view) = stage("mirrors", 150);
+    let mut points_of = |stage: &Stage| {
+        let mut renderer = context.loaded(stage, RendererOptions::default());
+        let [naive, full] =
+            [Mode::Naive, Mode::Full].map(|mode| context.frame(&mut renderer, &view, SIZE, &smoothed(mode)));
+        assert!(flip(&naive, &full) < 0.03, "{}", flip(&naive, &full));
+        context.wait(renderer.stats()).expect("stats").points.iter().sum::<u64>()
+    };
+    let few = points_of(&stage);
+    let node = stage.scene.add_node("spark", Transform::translation(vec3(0.0, 1.5, 0.0)));
+    let (name, intensity) = (String::new(), vec3(1e-3, 1e-3, 1e-3));
+    stage.scene.lights.push(PunctualLight { name, node, kind: PunctualKind::Point, intensity });
+    let settings = LightSettings { count: 150, bounces: 2, ..LightSettings::default() };
+    let many = points_of(&Stage::new(stage.scene, &settings));
+    assert!(few > 0 && 2 * few < many, "{few} {many}");
 }
 
 /// The ceiling alone is in view: no rays are sent, and the same maps are drawn as without mirrors.
