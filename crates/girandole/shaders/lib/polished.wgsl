@@ -1,9 +1,11 @@
-// Where light samples show nothing of what a plane reflects, as mirrored rays find all of it: what it receives is as even as on any plane.
+// Where light samples show nothing of what a surface reflects, as mirrored rays find all of it: what a plane receives is as even as on any
+// other, and on metals nothing is seen of it.
 
 fn is_polished(surface: vec2u) -> bool {
   let roughness = materials[surface.y].roughness;
-  return (frame.polished_alpha > 0.0) & (roughness * roughness <= frame.polished_alpha) & ((surface.x & CURVED) == 0u)
-    & (materials[surface.y].metallic_roughness_texture.texture == NONE) & (materials[surface.y].normal_texture.texture == NONE);
+  let is_plane = ((surface.x & CURVED) == 0u) & (materials[surface.y].normal_texture.texture == NONE);
+  return (frame.polished_alpha > 0.0) & (max(roughness * roughness, MIN_ALPHA) <= frame.polished_alpha)
+    & (materials[surface.y].metallic_roughness_texture.texture == NONE) & (is_plane | (materials[surface.y].metallic >= 1.0));
 }
 
 // Whether what a surface (its id and material) reflects changes from pixel to pixel.
