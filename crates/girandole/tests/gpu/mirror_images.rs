@@ -91,7 +91,7 @@ fn modes(context: &Context) {
 /// Light samples show nothing of what a polished plane reflects, unless some are punctual: then each of its pixels is shaded.
 fn polished(context: &Context) {
     let (mut stage, view) = stage("mirrors", 150);
-    let mut points_of = |stage: &Stage| {
+    let points_of = |stage: &Stage| {
         let mut renderer = context.loaded(stage, RendererOptions::default());
         let [naive, full] =
             [Mode::Naive, Mode::Full].map(|mode| context.frame(&mut renderer, &view, SIZE, &smoothed(mode)));
