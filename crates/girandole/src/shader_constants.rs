@@ -53,7 +53,7 @@ pub(crate) const TALLY_ROWS: u32 = 5;
 pub(crate) const CLUSTERED: u32 = 1 << 31;
 /// Bit of a surface id: normals vary.
 pub(crate) const CURVED: u32 = 1 << 23;
-/// Bit of a surface id: its reflection cannot be interpolated.
+/// Bit of a surface id: what light samples show of its reflection cannot be interpolated.
 pub(crate) const SHINY: u32 = 1 << 22;
 /// Flags of materials: vertices' colours multiply their base colour; they are unlit; they are seen from both sides; light passes
 /// them, and what alpha leaves free is not there.
