@@ -1,6 +1,8 @@
 // Where light samples show nothing of what a surface reflects, as mirrored rays find all of it: what a plane receives is as even as on any
 // other, and on metals nothing is seen of it.
 
+override HAS_MIRRORS: bool = false; // whether any surface is smooth enough
+
 fn is_polished(surface: vec2u) -> bool {
   let roughness = materials[surface.y].roughness;
   let is_plane = ((surface.x & CURVED) == 0u) & (materials[surface.y].normal_texture.texture == NONE);
@@ -9,4 +11,7 @@ fn is_polished(surface: vec2u) -> bool {
 }
 
 // Whether what a surface (its id and material) reflects changes from pixel to pixel.
-fn is_sharp(surface: vec2u) -> bool { return (surface.x & SHINY) != 0u && !is_polished(surface); }
+fn is_sharp(surface: vec2u) -> bool {
+  if !HAS_MIRRORS { return (surface.x & SHINY) != 0u; }
+  return (surface.x & SHINY) != 0u && !is_polished(surface);
+}
