@@ -21,35 +21,29 @@ fn collect(index: u32, leaf: u32) {
   let point = (at + frame.step - 1u) / frame.step;
   let triangle = textureLoad(triangle_ids, pixel, 0).x - 1u;
   var irradiance = textureLoad(summed_irradiance, point, 0).xyz;
-  let place = hit_at(pixel, triangle);
-  if offsets.light_maps != 0u && has_light_map(leaf) { irradiance += mapped_irradiance(leaf, place.position); }
-  if HAS_MIRRORS {
-    var hit = place;
-    let m = materials[triangles[triangle].material];
+  var hit = hit_at(pixel, triangle);
+  if offsets.light_maps != 0u && has_light_map(leaf) { irradiance += mapped_irradiance(leaf, hit.position); }
+  let m = materials[triangles[triangle].material];
+  var r: Reflection;
+  if HAS_SPECULAR {
     if varies(m) { hit = with_coordinates(pixel, hit); }
-    if shows_no_light(reflection(hit, m)) { irradiance = vec3f(0.0); }
+    r = reflection(hit, m);
+    if HAS_MIRRORS && shows_no_light(r) { irradiance = vec3f(0.0); }
   }
-  let surface_id = spaced_surface_id(textureLoad(surface_ids, pixel, 0).x, pixel, place.position, place.geometric_normal, leaf);
+  let surface_id = spaced_surface_id(textureLoad(surface_ids, pixel, 0).x, pixel, hit.position, hit.geometric_normal, leaf);
   textureStore(fine_irradiance, point, vec4f(max(irradiance, vec3f(0.0)), surface_id));
   if HAS_CURVED || HAS_SPECULAR {
     let summed = textureLoad(summed_directional, point, 0);
-    var reflects = false;
+    let reflects = HAS_SPECULAR && r.f90 > 0.0;
     var share = 0.0;
-    if HAS_SPECULAR {
-      var hit = place;
-      let m = materials[triangles[triangle].material];
-      if varies(m) { hit = with_coordinates(pixel, hit); }
-      let r = reflection(hit, m);
-      reflects = r.f90 > 0.0;
-      if REFLECTS_ENVIRONMENT && reflects && frame.sample_solid_angle > 0.0 {
-        let normal = shading_normal(hit, m);
-        let reflected = reflect(-hit.wo, normal);
-        var weight = 0.0;
-        for (var i = 0u; i < frame.end_light; i++) { weight += weight_of(lights[i], reflected, r.alpha); }
-        share = environment_share(r.alpha, summed.w, weight);
-        // Else mirrored rays find out.
-        if mirror_share(r, dot(normal, hit.wo)) > 0.0 { share = 0.0; }
-      }
+    if REFLECTS_ENVIRONMENT && reflects && frame.sample_solid_angle > 0.0 {
+      let normal = shading_normal(hit, m);
+      let reflected = reflect(-hit.wo, normal);
+      var weight = 0.0;
+      for (var i = 0u; i < frame.end_light; i++) { weight += weight_of(lights[i], reflected, r.alpha); }
+      share = environment_share(r.alpha, summed.w, weight);
+      // Else mirrored rays find out.
+      if mirror_share(r, dot(normal, hit.wo)) > 0.0 { share = 0.0; }
     }
     textureStore(fine_directional, point, vec4f(summed.xyz, select(-share, 1.0, HAS_CURVED && !reflects)));
   }

@@ -2,8 +2,14 @@
 
 fn hit_at(pixel: vec2u, triangle: u32) -> Hit { return hit_of_ray(triangle, pixel_ray(vec2f(pixel) + frame.offset)); }
 
+// From a position to where the plane through it is seen so many pixels to the right, and so many below.
+fn steps_on_plane(pixel: vec2u, step: u32, position: vec3f, normal: vec3f) -> mat2x3f {
+  return mat2x3f(place_on_plane(pixel + vec2u(step, 0u), position, normal) - position,
+    place_on_plane(pixel + vec2u(0u, step), position, normal) - position);
+}
+
 // Where a pixel shows the plane through a position.
-fn place_beside(pixel: vec2u, position: vec3f, normal: vec3f) -> vec3f {
+fn place_on_plane(pixel: vec2u, position: vec3f, normal: vec3f) -> vec3f {
   let ray = pixel_ray(vec2f(pixel) + frame.offset);
   let cosine = dot(ray.direction, normal);
   let t = dot(position - ray.origin, normal) / select(cosine, -1e-6, cosine == 0.0);

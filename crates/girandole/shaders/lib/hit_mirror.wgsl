@@ -7,10 +7,8 @@ fn hit_at(pixel: vec2u, triangle: u32) -> Hit {
   return hit_of_ray(triangle, PixelRay(bitcast<vec3f>(words.xyz), unpack_direction(words.w)));
 }
 
-// Where a pixel's ray ends.
-fn place_beside(pixel: vec2u, position: vec3f, normal: vec3f) -> vec3f {
-  return bitcast<vec3f>(textureLoad(mirror_hits, min(pixel, frame.size - 1u), 0).xyz);
-}
+// As if neighbours lay close by: where rays end is not known of those that a part of a picture leaves out.
+fn steps_on_plane(pixel: vec2u, step: u32, position: vec3f, normal: vec3f) -> mat2x3f { return mat2x3f(); }
 
 // Adds what varies from vertex to vertex. A pixel covers about as much as it would cover if the camera saw it without a mirror.
 fn with_coordinates(pixel: vec2u, hit: Hit) -> Hit {

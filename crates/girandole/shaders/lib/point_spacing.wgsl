@@ -20,7 +20,6 @@ fn spaced_surface_id(surface_id: u32, pixel: vec2u, position: vec3f, normal: vec
   if branch_value(frame.step, pixel.x) == 1u { return id; }
   let record = leaf_record(leaf);
   if record.split == 0u { return id; }
-  let is_far_down = is_far_on(record, place_beside(pixel + vec2u(0u, frame.step), position, normal) - position);
-  let is_far_across = is_far_on(record, place_beside(pixel + vec2u(frame.step, 0u), position, normal) - position);
-  return grid_surface_id(surface_id, vec2<bool>(is_far_across, is_far_down));
+  let steps = steps_on_plane(pixel, frame.step, position, normal);
+  return grid_surface_id(surface_id, vec2<bool>(is_far_on(record, steps[0]), is_far_on(record, steps[1])));
 }
