@@ -8,7 +8,7 @@
 @group(2) @binding(0) var triangle_ids: texture_2d<u32>;
 @group(2) @binding(1) var irradiance: texture_2d<f32>;
 @group(2) @binding(2) var directional: texture_2d<f32>;
-@group(2) @binding(3) var<storage, read_write> layer_sums: array<vec4f>;
+@group(2) @binding(6) var<storage, read_write> layer_sums: array<vec4f>;
 @group(2) @binding(4) var picture: texture_2d<u32>;
 @group(2) @binding(5) var with_layers: texture_storage_2d<rg32uint, write>;
 
@@ -34,7 +34,7 @@ fn add_layer(@builtin(global_invocation_id) invocation: vec3u) {
     var other = vec4f(0.0);
     if HAS_SPECULAR { other = textureLoad(directional, point, 0); }
     let radiance = radiance_of(diffuse, textureLoad(irradiance, point, 0).xyz, other);
-    sent = passed * vec4f(radiance + reflected_environment(pixel, id - 1u, -other.w), 0.0);
+    sent = passed * vec4f(radiance + reflected_environment(pixel, id - 1u, -other.w) + mirrored_at(pixel), 0.0);
     passed *= vec4f(transmittance(r, abs(dot(shading_normal(hit, m), hit.wo))), 1.0);
   }
   layer_sums[at] = passed;

@@ -92,6 +92,6 @@ fn put_mirrors(@builtin(global_invocation_id) invocation: vec3u) {
   let pixel = vec2u(invocation.x, invocation.y + frame.band.x);
   if pixel.x >= frame.size.x || pixel.y >= frame.band.y { return; }
   let words = textureLoad(picture, pixel, 0).xy;
-  let reflected = mirror_image[mirror_image_at(pixel) + 2u].xyz / f32(frame.samples);
+  let reflected = mirrored_at(pixel) / f32(frame.samples);
   textureStore(with_mirrors, pixel, pack_pixel(unpack_radiance(words) + reflected, coverage_of(words)));
 }

@@ -1,24 +1,23 @@
 //! A frame on one page: from shadow maps to the caller's target.
 
+mod uniform;
+
 use crate::Result;
 use crate::device::recorder::Recorder;
-use crate::layout::{self, Frame};
 use crate::passes::debug::DebugInputs;
 use crate::passes::shade_naive::ShadeNaive;
 use crate::passes::sort_points::ListedPoints;
+use crate::passes::transfer::{LitVertices, Transfer};
 use crate::passes::visibility_buffer::{DepthUse, Seen};
 use crate::passes::{BandSample, GridView, LightMapsView, MapsView, batches, tonemap};
 use crate::points::targets::{COARSEST, Targets};
-use crate::prepare::{Adaptive, PointPasses, Prepared, PreparedMode};
+use crate::prepare::{Adaptive, PointPasses, Prepared, PreparedMirrors, PreparedMode};
 use crate::resident::Resident;
 use crate::settings::{RenderSettings, Target};
 use crate::shader_constants::{BATCH, GROUP};
-use girandole_core::brdf;
-use girandole_core::glam::{Vec2, Vec3};
-use girandole_core::lights::Clamp;
-use girandole_core::scene::{ClipDepth, ClipPlanes, LocalView};
+use girandole_core::scene::LocalView;
 use girandole_core::tonemap::Exposure;
-use girandole_core::trace::RAY_OFFSET;
+use uniform::frame_uniform;
 
 /// Pixels from point to point of the grids, from the coarsest.
 const GRIDS: [u32; 4] = [COARSEST, COARSEST / 2, COARSEST / 4, COARSEST / 8];
@@ -136,41 +135,25 @@ pub(crate) fn record_frame(
     }
 
     // What smooth surfaces mirror.
-    if let Some(mirrors) = &prepared.mirrors {
-        let lighting = match (&mirrors.mode, lighting) {
-            (PreparedMode::Naive(pass), _) => Lighting::Naive(pass),
-            (PreparedMode::Adaptive(adaptive), Lighting::Adaptive(_, light_maps)) => {
-                Lighting::Adaptive(adaptive, light_maps)
-            }
-            (PreparedMode::Adaptive(_), naive) => naive,
-        };
+    let inputs = prepared.mirrors.as_ref();
+    let inputs = inputs.map(|mirrors| MirrorInputs { prepared, mirrors, lighting, transfer, maps });
+    if let Some(inputs) = inputs.filter(|_| scene.features.mirrors) {
         for rows in targets.bands() {
             for sample in 0..samples {
                 let frame = frame_uniform(view, (scene, targets), settings, rows, sample);
                 let band = BandSample { frame, scene: &scene.geometry, targets };
                 let seen = passes.visibility_buffer.record(recorder, &band, depth);
-                let mut ends = seen;
-                for index in 0..mirrors.count {
-                    ends = mirrors.pass.trace(recorder, &band, mirrors.hierarchies, ends, index);
-                    // What the last one meets shows a blur of the light samples about it.
-                    let band = if index + 1 < mirrors.count { band } else { band.without_mirrors() };
-                    let lit = light(recorder, &band, lighting, prepared, settings, (ends, maps), false).0;
-                    if let (Some(pass), Some((_, vertices))) = (mirrors.transfer, transfer) {
-                        pass.put(recorder, &band, ends, (vertices, false), lit);
-                    }
-                    mirrors.pass.add(recorder, &band, ends, lit);
-                    recorder.split();
-                }
-                mirrors.pass.blur(recorder, &band, seen);
+                mirror_images(recorder, &band, inputs, settings, seen);
             }
             let frame = frame_uniform(view, (scene, targets), settings, rows, 0);
-            mirrors.pass.put(recorder, &BandSample { frame, scene: &scene.geometry, targets });
+            inputs.mirrors.pass.put(recorder, &BandSample { frame, scene: &scene.geometry, targets });
         }
     }
 
     // What is seen through.
     if let Some((layers, in_view)) = seen_through {
         let peeled = targets.layers(recorder.device);
+        let inputs = inputs.filter(|_| scene.features.mirrors_in_layers);
         let bands =
             targets.bands().map(|[first, end]| [first.max(in_view.rows.start), end.min(in_view.rows.end)]);
         for rows in bands.filter(|[first, end]| first < end) {
@@ -184,12 +167,15 @@ pub(crate) fn record_frame(
                 if samples > 1 {
                     passes.visibility_buffer.record(recorder, &band, depth);
                 }
-                // Layers send no rays.
-                let band = band.without_mirrors();
                 for layer in 0..in_view.count {
                     let seen = passes.visibility_buffer.record_layer(recorder, &band, peeled, layer);
+                    let band = if inputs.is_some() { band } else { band.without_mirrors() };
+                    if let Some(inputs) = inputs {
+                        mirror_images(recorder, &band.as_first_sample(), inputs, settings, seen);
+                    }
                     let lit = light(recorder, &band, lighting, prepared, settings, (seen, maps), false).0;
-                    layers.add(recorder, &band.with_layer(layer, layer + 1 == in_view.count), seen, lit);
+                    let band = band.with_layer(layer, layer + 1 == in_view.count);
+                    layers.add(recorder, &band, seen, lit, inputs.is_some());
                     recorder.split();
                 }
             }
@@ -233,6 +219,48 @@ struct ShadeInputs<'a> {
     seen: Seen<'a>,
     maps: MapsView<'a>,
     light_maps: LightMapsView<'a>,
+}
+
+/// What mirror images take.
+#[derive(Clone, Copy)]
+struct MirrorInputs<'a> {
+    prepared: &'a Prepared<'a>,
+    mirrors: &'a PreparedMirrors<'a>,
+    /// Of what the camera sees.
+    lighting: Lighting<'a>,
+    transfer: Option<(&'a Transfer, LitVertices<'a>)>,
+    maps: MapsView<'a>,
+}
+
+/// What rays bring that what is `seen` mirrors, and what it makes of that.
+fn mirror_images(
+    recorder: &mut Recorder,
+    band: &BandSample,
+    inputs: MirrorInputs,
+    settings: &RenderSettings,
+    seen: Seen,
+) {
+    let MirrorInputs { prepared, mirrors, lighting, transfer, maps } = inputs;
+    let lighting = match (&mirrors.mode, lighting) {
+        (PreparedMode::Naive(pass), _) => Lighting::Naive(pass),
+        (PreparedMode::Adaptive(adaptive), Lighting::Adaptive(_, light_maps)) => {
+            Lighting::Adaptive(adaptive, light_maps)
+        }
+        (PreparedMode::Adaptive(_), naive) => naive,
+    };
+    let mut ends = seen;
+    for index in 0..mirrors.count {
+        ends = mirrors.pass.trace(recorder, band, mirrors.hierarchies, ends, index);
+        // What the last one meets shows a blur of the light samples about it.
+        let band = if index + 1 < mirrors.count { *band } else { band.without_mirrors() };
+        let lit = light(recorder, &band, lighting, prepared, settings, (ends, maps), false).0;
+        if let (Some(pass), Some((_, vertices))) = (mirrors.transfer, transfer) {
+            pass.put(recorder, &band, ends, (vertices, false), lit);
+        }
+        mirrors.pass.add(recorder, &band, ends, lit);
+        recorder.split();
+    }
+    mirrors.pass.blur(recorder, band, seen);
 }
 
 /// What the pixels of a sample receive, and whether that is their radiance already, if it may be.
@@ -334,155 +362,4 @@ pub(crate) fn first_samples<'a>(
 ) -> BandSample<'a> {
     let frame = frame_uniform(view, (scene, targets), settings, [0, targets.size[1]], 0);
     BandSample { frame, scene: &scene.geometry, targets }
-}
-
-/// The uniform of a sub-pixel sample of a band of rows.
-fn frame_uniform(
-    view: &LocalView,
-    (scene, targets): (&Resident, &Targets),
-    settings: &RenderSettings,
-    band: [u32; 2],
-    sample: u32,
-) -> Frame {
-    let (n, size) = (settings.samples_per_axis, targets.size);
-    let center = |i: u32| (i as f32 + 0.5) / n as f32;
-    // The first sample is the one next to the pixel's centre.
-    let central = (n - 1) / 2 * (n + 1);
-    let place = match sample {
-        0 => central,
-        s if s == central => 0,
-        s => s,
-    };
-    // Far enough to see the whole scene from any eye that sees it at all.
-    let far = (view.eye.length() + scene.extent) * 2.0;
-    // Depth of parallel rays is as exact as what they cross is deep.
-    let deep = match view.orthographic {
-        true => farthest(view, scene.bounds) + scene.detail,
-        false => far,
-    };
-    let (depth_bias, depth_scale, is_forward) = depth_mapping(view, scene.detail * 1e-5, deep);
-    let sun = scene.geometry.environment.as_ref().and_then(|environment| environment.sun);
-    let mirror_solid_angle = match scene.mirrors(settings) {
-        0 => 0.0,
-        _ => brdf::mirror_solid_angle(scene.lights.count() as usize),
-    };
-    // What no ray meets, and what further sets weigh against rays.
-    let has_other_gloss = scene.lights.has_punctual || targets.light_set > 0;
-    Frame {
-        eye: view.eye,
-        orthographic: u32::from(view.orthographic),
-        right: view.right,
-        half_width: view.half_extent.x,
-        up: view.up,
-        half_height: view.half_extent.y,
-        forward: view.forward,
-        depth_bias,
-        size,
-        band,
-        offset: Vec2::new(center(place % n), center(place / n)),
-        end_light: scene.lights.count(),
-        clamp: layout::clamp(settings.clamp),
-        far,
-        sample,
-        samples: n * n,
-        last_row: band[1].min(size[1] - 1),
-        step: 1,
-        last_batch: 1,
-        tolerance: settings.tolerance,
-        debug: u32::from(settings.debug.is_some()),
-        center: view.center,
-        depth_scale,
-        forward_depth: u32::from(is_forward),
-        environment: scene.geometry.environment.as_ref().map_or(Vec2::ZERO, |e| e.uniform),
-        sun_direction: sun.map_or(Vec3::ZERO, |disc| disc.direction),
-        sun_chord2: sun.map_or(0.0, |disc| disc.chord * disc.chord),
-        sun_radiance: sun.map_or(Vec3::ZERO, |disc| disc.radiance),
-        sample_solid_angle: if settings.clamp == Clamp::Own { scene.lights.mean_solid_angle } else { 0.0 },
-        mirror_solid_angle,
-        ray_offset: scene.detail * RAY_OFFSET,
-        columns: targets.drawn.columns(),
-        light_set: targets.light_set,
-        sample_area: scene.lights.mean_area,
-        polished_alpha: if has_other_gloss { 0.0 } else { brdf::polished_alpha(mirror_solid_angle) },
-        ..Frame::default()
-    }
-}
-
-/// How far the farthest corner of a box is along a view's axis, metres; 0 if that is behind the eye.
-fn farthest(view: &LocalView, (low, high): (Vec3, Vec3)) -> f32 {
-    let corner = Vec3::select(view.forward.cmpge(Vec3::ZERO), high, low);
-    (corner - view.eye).dot(view.forward).max(0.0) * 1.001
-}
-
-/// [`Frame::depth_bias`], [`Frame::depth_scale`], and whether the caller's depth is greater for what is farther. `near`
-/// and `far` serve views that say nothing of depth.
-fn depth_mapping(view: &LocalView, near: f32, far: f32) -> (f32, f32, bool) {
-    let Some(ClipDepth { offset, factor }) = view.depth else {
-        let (bias, scale) = own_mapping(view, near, far);
-        return (bias, scale, false);
-    };
-    let is_forward = (factor > 0.0) == view.orthographic;
-    let (offset, factor) = if is_forward { (1.0 - offset, -factor) } else { (offset, factor) };
-    if view.orthographic { (offset, -1.0 / factor, is_forward) } else { (factor, -offset, is_forward) }
-}
-
-/// The mapping of views that say nothing of depth: reversed, and cut off where the view is.
-fn own_mapping(view: &LocalView, near: f32, far: f32) -> (f32, f32) {
-    let ClipPlanes { near: from, far: to } = view.clip;
-    if view.orthographic {
-        let to = if to.is_finite() { to } else { from + far };
-        return (1.0 + from / (to - from), to - from);
-    }
-    let near = if from > 0.0 { from } else { near };
-    // Depth is 1 at the near plane and 0 at the far one.
-    if to.is_finite() { (near * (to / (to - near)), near / (to - near)) } else { (near, 0.0) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use girandole_core::glam::camera::rh::proj::directx as proj;
-    use girandole_core::glam::{DAffine3, DVec3, Mat4};
-    use girandole_core::scene::View;
-
-    /// What the visibility buffer makes of a distance, as the caller's depth.
-    fn depth_at(view: &LocalView, z: f32) -> f32 {
-        let (bias, scale, is_forward) = depth_mapping(view, 1e-4, 50.0);
-        let reversed = if view.orthographic { bias - z / scale } else { (bias - z * scale) / z };
-        if is_forward { 1.0 - reversed } else { reversed }
-    }
-
-    #[test]
-    fn depth_is_the_callers() {
-        let swap = Mat4::from_cols_array_2d(&[
-            [1.0, 0.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0, 0.0],
-            [0.0, 0.0, -1.0, 0.0],
-            [0.0, 0.0, 1.0, 1.0],
-        ]);
-        let (near, far) = (0.25, 40.0);
-        for (clip_from_view, planes) in [
-            (proj::perspective(1.0, 1.5, near, far), [0.0, 1.0]),
-            (swap * proj::perspective(1.0, 1.5, near, far), [1.0, 0.0]),
-            (proj::perspective_infinite(1.0, 1.5, near), [0.0, 1.0 - near / far]),
-            (proj::perspective_infinite_reverse(1.0, 1.5, near), [1.0, near / far]),
-            (proj::orthographic(-3.0, 3.0, -2.0, 2.0, near, far), [0.0, 1.0]),
-            (swap * proj::orthographic(-3.0, 3.0, -2.0, 2.0, near, far), [1.0, 0.0]),
-        ] {
-            let view = View::from_matrices(DAffine3::IDENTITY, clip_from_view).expect("a view");
-            let local = view.relative_to(DVec3::ZERO);
-            for (z, depth) in [(near, planes[0]), (far, planes[1])] {
-                assert!((depth_at(&local, z) - depth).abs() < 1e-6, "{clip_from_view}: {z}");
-            }
-            for z in [0.3, 1.0, 7.0, 39.0] {
-                let expected = view.clip_depth(z).expect("it has depth");
-                assert!((depth_at(&local, z) - expected).abs() < 1e-6, "{clip_from_view}: {z}");
-            }
-            assert_eq!(depth_mapping(&local, 1e-4, 50.0).2, !view.is_reversed());
-            // Without the caller's depth, that of the renderer.
-            let own = LocalView { depth: None, clip: ClipPlanes::NONE, ..local };
-            let expected = if local.orthographic { (1.0, 50.0, false) } else { (1e-4, 0.0, false) };
-            assert_eq!(depth_mapping(&own, 1e-4, 50.0), expected);
-        }
-    }
 }

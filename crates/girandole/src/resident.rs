@@ -44,8 +44,10 @@ pub(crate) struct SceneFeatures {
     pub transparent: bool,
     /// Some material reflects an environment by its own maps.
     pub reflects_environment: bool,
-    /// Some material is smooth enough for mirrored rays.
+    /// Some opaque material is smooth enough for mirrored rays.
     pub mirrors: bool,
+    /// Some transparent material is.
+    pub mirrors_in_layers: bool,
 }
 
 /// A scene and its lights on the GPU, with what is derived from both.
@@ -99,7 +101,8 @@ impl Resident {
         let layout = AtlasLayout::new(&directional, largest_chosen(&samples), options, &device.limits())?;
         samples.iter_mut().for_each(|light| light.atlas_slot = NO_MAP);
         let features = SceneFeatures::of(scene, geometry, &samples);
-        let rays = features.mirrors.then(|| RayHierarchies::new((device, &context.queue), scene, geometry));
+        let rays =
+            features.sends_rays().then(|| RayHierarchies::new((device, &context.queue), scene, geometry));
         let non_blockers = NonBlockers::new(scene, geometry, &samples, options.skip_non_blockers);
         let occluders = Occluders::new(scene, geometry, &non_blockers, options.shadow_map);
         let transforms = Snapshot::new(0, scene, geometry);
@@ -359,7 +362,7 @@ impl Resident {
     /// How many mirrored rays follow one another from a pixel of frames with these settings.
     pub fn mirrors(&self, settings: &RenderSettings) -> u32 {
         let is_possible = settings.clamp == Clamp::Own && settings.debug.is_none() && self.rays.is_some();
-        if is_possible && self.features.mirrors { settings.mirrors } else { 0 }
+        if is_possible && self.features.sends_rays() { settings.mirrors } else { 0 }
     }
 
     /// Which version of the scene, its light and what is known of it this is.
@@ -445,6 +448,11 @@ impl Resident {
 }
 
 impl SceneFeatures {
+    /// Whether some material sends mirrored rays.
+    pub fn sends_rays(&self) -> bool {
+        self.mirrors || self.mirrors_in_layers
+    }
+
     /// What they will be, before light is sampled.
     pub fn expected(scene: &Scene, geometry: &Geometry) -> Self {
         let has_other_lights = !scene.lights.is_empty() || scene.environment.is_some();
@@ -460,7 +468,8 @@ impl SceneFeatures {
             curved: is_curved(scene, geometry),
             transparent: scene.materials.iter().any(Material::is_transparent),
             reflects_environment: reflects_environment(scene),
-            mirrors: scene.materials.iter().any(Material::is_smooth),
+            mirrors: scene.materials.iter().any(|m| m.is_smooth() && !m.is_transparent()),
+            mirrors_in_layers: scene.materials.iter().any(|m| m.is_smooth() && m.is_transparent()),
         }
     }
 }

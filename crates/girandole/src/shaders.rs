@@ -79,6 +79,7 @@ const LIBRARY: &[(&str, &str)] = lib!(
     map_texels,
     maps,
     mirror_image,
+    no_mirror_image,
     mirror_share,
     multipass_params,
     no_reflected_environment,
@@ -212,11 +213,20 @@ sources! {
     ];
     LIGHT_MAPS = light_maps [frame light buffer_offsets light_lists leaf_record_at leaf_range_at];
     LAYERS = layers [
-        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed branch no_reflected_environment
+        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed branch no_mirror_image
+        no_reflected_environment
     ];
     LAYERS_REFLECTING = layers [
-        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed branch environment_place
-        reflected_environment
+        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed branch no_mirror_image
+        environment_place reflected_environment
+    ];
+    LAYERS_MIRRORING = layers [
+        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed branch mirror_image
+        no_reflected_environment
+    ];
+    LAYERS_MIRRORING_REFLECTING = layers [
+        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed branch mirror_image
+        environment_place reflected_environment
     ];
     RESOLVE = resolve [
         frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed samples branch

@@ -8,3 +8,6 @@
 @group(2) @binding(3) var<storage, read_write> mirror_image: array<vec4f>;
 
 fn mirror_image_at(pixel: vec2u) -> u32 { return 4u * band_index(pixel); }
+
+// What the samples so far make of what their rays brought.
+fn mirrored_at(pixel: vec2u) -> vec3f { return mirror_image[mirror_image_at(pixel) + 2u].xyz; }

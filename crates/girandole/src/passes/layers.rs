@@ -9,27 +9,40 @@ use crate::shaders;
 
 pub(crate) struct Layers {
     add: Kernel,
+    /// With what mirrored rays brought to a layer, if any may be smooth enough.
+    add_mirrored: Option<Kernel>,
     put_before: Kernel,
 }
 
 impl Layers {
     pub fn new(compiler: &Compiler) -> Self {
-        let source = if compiler.features.reflects_environment {
-            &shaders::LAYERS_REFLECTING
+        let features = compiler.features;
+        let (source, mirroring) = if features.reflects_environment {
+            (&shaders::LAYERS_REFLECTING, &shaders::LAYERS_MIRRORING_REFLECTING)
         } else {
-            &shaders::LAYERS
+            (&shaders::LAYERS, &shaders::LAYERS_MIRRORING)
         };
-        let kernel = |entry| compiler.kernel(source, entry);
-        Self { add: kernel("add_layer"), put_before: kernel("put_before") }
+        Self {
+            add: compiler.kernel(source, "add_layer"),
+            add_mirrored: features.mirrors_in_layers.then(|| compiler.kernel(mirroring, "add_layer")),
+            put_before: compiler.kernel(source, "put_before"),
+        }
     }
 
     /// See [`Kernel::order`].
     pub fn order(&self, shared: &Shared) -> bool {
-        order_all([&self.add, &self.put_before], shared)
+        order_all([self.add_mirrored.as_ref().unwrap_or(&self.add), &self.put_before], shared)
     }
 
-    /// Adds the layer of `band`, from the nearest.
-    pub fn add(&self, recorder: &mut Recorder, band: &BandSample, seen: Seen, lit: GridView) {
+    /// Adds the layer of `band`, from the nearest; with mirror images, if there are any.
+    pub fn add(
+        &self,
+        recorder: &mut Recorder,
+        band: &BandSample,
+        seen: Seen,
+        lit: GridView,
+        has_mirror_images: bool,
+    ) {
         let mut resources = vec![
             texture("triangle_ids", seen.triangle_ids),
             texture("irradiance", lit.irradiance),
@@ -37,8 +50,12 @@ impl Layers {
             buffer("layer_sums", &band.targets.layers(recorder.device).sums),
         ];
         resources.extend(band.reflected_environment());
+        let mirrored = self.add_mirrored.as_ref().filter(|_| has_mirror_images);
+        if mirrored.is_some() {
+            resources.push(buffer("mirror_image", &band.targets.mirrors(recorder.device).image));
+        }
         let groups = Groups::tiles(band.size());
-        self.add.record(recorder, band.groups(), "layers_gpu_ms", &resources, groups);
+        mirrored.unwrap_or(&self.add).record(recorder, band.groups(), "layers_gpu_ms", &resources, groups);
     }
 
     /// Puts the layers of all samples of a band before its picture.

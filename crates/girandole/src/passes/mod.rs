@@ -86,7 +86,7 @@ impl<'a> Compiler<'a> {
             flag("ONLY_COSINE_LIGHTS", self.features.only_cosine_lights),
             flag("HAS_MASKED", self.features.masked),
             flag("HAS_TEXTURES", self.features.textures),
-            flag("HAS_MIRRORS", self.features.mirrors),
+            flag("HAS_MIRRORS", self.features.sends_rays()),
             flag("HAS_CURVED", self.features.curved),
             flag("HAS_TRANSPARENT", self.features.transparent),
             flag("REFLECTS_ENVIRONMENT", self.features.reflects_environment),
@@ -134,6 +134,12 @@ impl<'a> BandSample<'a> {
     pub fn without_mirrors(mut self) -> Self {
         self.frame.mirror_solid_angle = 0.0;
         self.frame.polished_alpha = 0.0;
+        self
+    }
+
+    /// The same as if it were the first sample of its pixels.
+    pub fn as_first_sample(mut self) -> Self {
+        self.frame.sample = 0;
         self
     }
 

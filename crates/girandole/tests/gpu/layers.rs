@@ -5,12 +5,14 @@ use crate::motion::{held, updated};
 use crate::selected::{bounded, flip};
 use girandole::{Mode, RenderSettings, RendererOptions, Shading};
 use girandole_core::glam::{Quat, Vec3};
-use girandole_core::lights::LightSettings;
+use girandole_core::image::Image;
+use girandole_core::lights::{Clamp, LightSettings};
 use girandole_core::scene::builtin::{self, MovingObject, shapes};
 use girandole_core::scene::{
     ColorSpace, Environment, Filter, Material, Mesh, ObjectId, Scene, Texture, TextureRef, Transform, View,
     Wrap,
 };
+use girandole_reference::OracleSettings;
 use girandole_reference::metrics::{CompareOptions, compare};
 
 pub fn tests() -> Vec<Test> {
@@ -18,6 +20,8 @@ pub fn tests() -> Vec<Test> {
         ("what_is_seen_through_is_the_oracles", oracle),
         ("seen_through_selected_points", selected),
         ("panes_that_move", moving),
+        ("panes_mirror_what_the_oracle_mirrors", mirroring),
+        ("panes_mirror_in_all_modes", mirroring_in_all_modes),
     ]
 }
 
@@ -152,4 +156,77 @@ fn moving(context: &Context) {
         assert!(pictures.last().is_none_or(|last| *last != after), "it does not move");
         pictures.push(after);
     }
+}
+
+/// A built-in room with a dark picture under glass, a pane aside before it, and one of frosted glass.
+pub fn glazed(name: &str) -> Scene {
+    let mut scene = builtin::build(name, MovingObject::None).expect("a room");
+    let dark = Material { double_sided: true, ..Material::diffuse("", Vec3::splat(0.02)) };
+    let glass = Material {
+        transmission: 0.9,
+        specular: 1.0,
+        roughness: 0.0,
+        double_sided: true,
+        ..Material::diffuse("", Vec3::splat(0.9))
+    };
+    let frosted = Material { roughness: 0.2, ..glass.clone() };
+    let view = View::new(&scene, &scene.cameras[0], 4.0 / 3.0);
+    let turn = f32::atan2(-view.forward.x, -view.forward.z);
+    let at = |away: f32, aside: f32| view.eye.as_vec3() + view.forward * away + view.right * aside;
+    pane(&mut scene, dark, turn + 0.4, at(1.7, -0.2));
+    pane(&mut scene, glass.clone(), turn + 0.4, at(1.6, -0.2));
+    pane(&mut scene, glass, turn - 0.6, at(1.3, 0.2));
+    pane(&mut scene, frosted, turn + 0.1, at(1.5, 0.8));
+    scene
+}
+
+/// What smooth panes mirror, alone and beside other mirrors, with samples between pixels.
+fn mirroring(context: &Context) {
+    let size = [160, 120];
+    let lights = LightSettings { count: 150, bounces: 2, ..LightSettings::default() };
+    for (name, samples_per_axis) in [("table", 1), ("table", 2), ("mirrors", 1)] {
+        let stage = Stage::new(glazed(name), &lights);
+        let view = stage.view(0, size);
+        let mut renderer = context.loaded(&stage, RendererOptions::default());
+        let mut picture = |mirrors| {
+            let settings = RenderSettings { samples_per_axis, mirrors, ..bounded(Mode::Naive) };
+            context.frame(&mut renderer, &view, size, &settings)
+        };
+        let settings = OracleSettings { samples_per_axis, clamp: Clamp::Own, ..OracleSettings::default() };
+        let sum =
+            girandole_reference::oracle(&stage.tracer(), &stage.lights, &view, size, &settings, &|_| {});
+        let compared = |picture: &Image| {
+            compare(&sum, picture, &CompareOptions { trim: 0.002, ..CompareOptions::default() })
+                .expect("comparable")
+        };
+        let found = compared(&picture(2));
+        assert!((found.energy_ratio - 1.0).abs() < 0.01 && found.flip < 0.03, "{name}: {found:?}");
+        // The control: blurs of light samples in their place.
+        let none = compared(&picture(0));
+        assert!(none.flip > 2.0 * found.flip, "{name}: {none:?}");
+    }
+}
+
+fn mirroring_in_all_modes(context: &Context) {
+    let size = [160, 120];
+    let lights = LightSettings { count: 150, bounces: 2, ..LightSettings::default() };
+    let stage = Stage::new(glazed("table"), &lights);
+    let view = stage.view(0, size);
+    let mut renderer = context.loaded(&stage, RendererOptions::default());
+    let mut picture = |settings| context.frame(&mut renderer, &view, size, &settings);
+    let naive = picture(bounded(Mode::Naive));
+    let passes = Shading::Multipass { lights_per_pass: 7 };
+    for (settings, most) in [
+        (bounded(Mode::Visibility), 0.003),
+        (RenderSettings { shading: passes, ..bounded(Mode::Visibility) }, 0.003),
+        (bounded(Mode::Full), 0.02),
+    ] {
+        let found = picture(settings);
+        assert!(flip(&naive, &found) < most, "{settings:?}: {}", flip(&naive, &found));
+        // The same bits once more.
+        assert_eq!(picture(settings), found, "{settings:?}");
+    }
+    // The control: without rays.
+    let blurred = picture(RenderSettings { mirrors: 0, ..bounded(Mode::Full) });
+    assert!(flip(&naive, &blurred) > 0.04, "{}", flip(&naive, &blurred));
 }

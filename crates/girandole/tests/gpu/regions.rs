@@ -1,6 +1,7 @@
 //! Parts of pictures: to the bit what the whole has there, and for less.
 
 use crate::common::{Context, OneView, Stage, Test, with_object};
+use crate::layers::glazed;
 use girandole::{DebugView, Mode, RenderSettings, RendererOptions, Shading};
 use girandole_core::image::{Image, Region};
 use girandole_core::lights::LightSettings;
@@ -45,8 +46,12 @@ fn parts(context: &Context) {
         ("pillars", RenderSettings { mode: Mode::LowResolution, samples_per_axis: 3, ..full }),
         ("mirrors", full),
         ("living-room", twice),
+        ("glazed", twice),
     ] {
-        let stage = Stage::builtin(name, 24);
+        let stage = match name {
+            "glazed" => Stage::new(glazed("table"), &LightSettings { count: 24, ..Default::default() }),
+            name => Stage::builtin(name, 24),
+        };
         let mut renderer =
             context.loaded(&stage, RendererOptions { map_size: Some(64), ..Default::default() });
         let view = stage.view(0, SIZE);
