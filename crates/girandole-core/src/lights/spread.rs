@@ -3,7 +3,7 @@
 //! Rectangles that are fitted to candidates leave gaps between each other, and overlap: close to them, in corners and at the feet of
 //! things, these are seen as dark and bright spots. So each is longer by half than what was fitted, as if what surfaces reflect were
 //! filtered; what emits has edges, and is not. Where something static stands in a rectangle's plane, seen from its sample, it ends
-//! there, lest light pass a wall. Its other end then goes less far, lest corners get too little light (or, if it did not go on at
+//! there, lest light pass a wall; in a narrow gap, as above a lamp that hangs close below a ceiling, it ends where its surface does. Its other end then goes less far, lest corners get too little light (or, if it did not go on at
 //! all, too much).
 
 use super::{LightSample, Rectangle, SampleOrigin};
@@ -24,6 +24,11 @@ const LEAST: [f32; 2] = [0.4, 0.1];
 const HEIGHT: f32 = 0.001;
 /// Cosine between a rectangle and what it ends at, above which both are one surface.
 const BENT: f32 = 0.7;
+/// What lies closer before a sample than this share of its rectangle's radius makes a narrow gap, out of which a rectangle must not stick: it
+/// would light what lies beside the gap as brightly as what lies in it.
+const NARROW: f32 = 0.2;
+/// How exactly the edge of a surface in a narrow gap is found: halvings of how far a rectangle would go.
+const EDGE_STEPS: u32 = 8;
 /// How far out it is looked for the surface below a rectangle's corners, as a share of its half axes.
 const CORNER: f32 = 0.98;
 
@@ -67,13 +72,34 @@ fn spread_out(tracer: &SceneTracer, sample: &LightSample, fitted: Rectangle) -> 
         });
         end.filter(|end| end.0 < length).unwrap_or((length, false))
     };
+    // How far it goes on its surface, in a narrow gap; else as far as may be.
+    let gap = NARROW * fitted.radius();
+    let is_narrow = tracer.closest_hit_where(origin, sample.normal, gap, is_static).is_some();
+    let on_surface = |towards: Vec3, length: f32| {
+        let is_there = |at: f32| {
+            tracer.closest_hit_where(origin + towards * at, -sample.normal, gap, |_, _| true).is_some()
+        };
+        if !is_narrow || is_there(length) {
+            return length;
+        }
+        let (mut low, mut high) = (0.0, length);
+        for _ in 0..EDGE_STEPS {
+            let middle = 0.5 * (low + high);
+            *(if is_there(middle) { &mut low } else { &mut high }) = middle;
+        }
+        low
+    };
     let axes = fitted.half_axes.map(|axis| {
         let (half, along) = (axis.length(), axis.normalize_or_zero());
         let at = (sample.position - fitted.center).dot(along).clamp(-half, half);
         let more = if sample.is_spread() { (SPREAD - 1.0) * half } else { 0.0 };
         // From the sample to either end: what was fitted, and how far it goes.
         let fitted = [half - at, half + at];
-        let ends = [0, 1].map(|side| free(origin, [along, -along][side], fitted[side] + more));
+        let ends = [0, 1].map(|side| {
+            let towards = [along, -along][side];
+            let (end, is_bent) = free(origin, towards, fitted[side] + more);
+            (on_surface(towards, end), is_bent)
+        });
         let is_open = [0, 1].map(|side| ends[side].0 >= fitted[side] + more);
         let end = |side: usize| {
             ends[side].0 - if is_open[side] && !is_open[1 - side] { (1.0 - BESIDE_WALL) * more } else { 0.0 }
@@ -108,9 +134,9 @@ fn spread_out(tracer: &SceneTracer, sample: &LightSample, fitted: Rectangle) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lights::{LightSet, LightSettings};
+    use crate::lights::{LightSet, LightSettings, Profile};
     use crate::scene::builtin::{self, MovingObject};
-    use crate::scene::{Geometry, MaterialId, Mesh, NONE, Transform};
+    use crate::scene::{Geometry, Material, MaterialId, Mesh, NONE, Scene, Transform};
     use glam::Quat;
 
     #[test]
@@ -174,5 +200,38 @@ mod tests {
         assert!(length(sample) > 0.1 && (share - 0.4).abs() < 1e-3, "{} {share}", length(sample));
         let off = (found.center - sample.position).dot(along);
         assert!(off.abs() < 1e-3, "{off} m beside the groove");
+    }
+
+    #[test]
+    fn they_do_not_stick_out_of_narrow_gaps() {
+        // A plate below a ceiling, and a sample close to its edge.
+        let end = |gap: f32| {
+            let plate = |half: f32| {
+                let mut mesh = Mesh::default();
+                mesh.add_box(Vec3::new(-half, -0.01, -half), Vec3::new(half, 0.0, half), MaterialId(0));
+                mesh
+            };
+            let mut scene = Scene::default();
+            scene.add_material(Material::diffuse("gray", Vec3::splat(0.5)));
+            scene.add_object("plate", plate(0.5), Transform::IDENTITY);
+            scene.add_object("ceiling", plate(2.0), Transform::translation(Vec3::Y * (gap + 0.01)));
+            let geometry = Geometry::new(&scene);
+            let position = Vec3::new(0.3, 0.0, 0.0) - geometry.origin.as_vec3();
+            let fitted = Rectangle::square(position, Vec3::Y, 0.36);
+            let sample = LightSample {
+                position,
+                normal: Vec3::Y,
+                intensity: Vec3::ONE,
+                profile: Profile::Cosine,
+                origin: SampleOrigin::Bounce { path: 0, bounce: 1, triangle: 0 },
+                rectangle: Some(fitted),
+            };
+            let found = spread_out(&SceneTracer::new(&scene, &geometry), &sample, fitted);
+            let half: f32 = found.half_axes.iter().map(|axis| axis.x.abs()).sum();
+            found.center.x + geometry.origin.as_vec3().x + half
+        };
+        assert!((end(0.01) - 0.5).abs() < 0.005, "{}", end(0.01));
+        // The control: where there is room the rectangle is filtered as elsewhere.
+        assert!((end(1.0) - 0.75).abs() < 0.005, "{}", end(1.0));
     }
 }
