@@ -73,7 +73,7 @@ impl Mirrors {
         let is_smooth = |triangle: u32| materials[geometry.triangles[triangle as usize].material.index()];
         let of_patch = |patch: &SimplePatch| match geometry.patches.get(patch.patch as usize) {
             _ if !is_smooth(patch.triangles.start) => Mirror::No,
-            Some(of) if geometry.is_flat(scene, of) && !patch.double_sided => Mirror::Flat,
+            Some(of) if geometry.is_flat(scene, of) => Mirror::Flat,
             _ => Mirror::Curved,
         };
         let of_mesh = |mesh: &MeshPart| match mesh.tree.order.iter().any(|&t| is_smooth(t)) {
@@ -175,8 +175,9 @@ impl Needs<'_> {
     }
 
     fn add_plane(&self, root: &Root, planes: &mut Vec<(DVec3, f64)>) {
-        let &Root::Patch { simple, .. } = root else { return };
+        let &Root::Patch { simple, back } = root else { return };
         let PatchPlane { normal, offset, .. } = self.surfaces.patches[simple as usize].plane;
+        let (normal, offset) = if back { (-normal, -offset) } else { (normal, offset) };
         let near = self.surfaces.tolerance.side;
         let is_known =
             |(other, at): &(DVec3, f64)| normal.dot(*other) > 1.0 - 1e-9 && (offset - at).abs() < near;
@@ -206,23 +207,26 @@ impl Needs<'_> {
 
     fn is_seen(&self, eye: &Eye, root: &Root, cutter: &mut Cutter) -> bool {
         let near = self.surfaces.tolerance.side;
+        // Of what is highest along the normal of the window; a mirror does not show itself, nor hide what it shows.
+        let reaches_before = |highest: &dyn Fn(DVec3) -> f64| {
+            eye.window.is_none_or(|(normal, offset)| highest(normal) > offset + near)
+        };
+        let reaches = |patch: &SimplePatch| {
+            let heights = |normal: DVec3| patch.corners.iter().map(move |corner| normal.dot(*corner));
+            reaches_before(&|normal| heights(normal).fold(f64::NEG_INFINITY, f64::max))
+        };
         let is_before = |patch: &SimplePatch| {
             let all = |(normal, offset): (DVec3, f64)| {
                 patch.corners.iter().all(|c| normal.dot(*c) >= offset - near)
             };
-            eye.window.is_none_or(all)
+            eye.window.is_none_or(all) && reaches(patch)
         };
         let accept = |_: u32, patch: &SimplePatch| is_before(patch) && hides(patch, &eye.apex, eye.cut);
-        let reaches_before = |low: DVec3, high: DVec3| {
-            eye.window.is_none_or(|(normal, offset)| {
-                let (middle, half) = ((low + high) * 0.5, (high - low) * 0.5);
-                normal.dot(middle) + normal.abs().dot(half) > offset + near
-            })
-        };
         match *root {
             Root::Mesh(mesh) => {
                 let cluster = cluster_of(self.surfaces, mesh, 0);
-                reaches_before(cluster.low, cluster.high)
+                let (middle, half) = ((cluster.low + cluster.high) * 0.5, (cluster.high - cluster.low) * 0.5);
+                reaches_before(&|normal| normal.dot(middle) + normal.abs().dot(half))
                     && !cutter.hides(&eye.apex, Shape::Cluster(cluster), accept)
             }
             Root::Patch { simple, back } => {
@@ -235,7 +239,7 @@ impl Needs<'_> {
                     corners.reverse();
                 }
                 let shape = patch_shape(self.surfaces, simple, back, &corners);
-                reaches_before(patch.low, patch.high) && !cutter.hides(&eye.apex, shape, accept)
+                reaches(patch) && !cutter.hides(&eye.apex, shape, accept)
             }
         }
     }

@@ -52,7 +52,9 @@ impl Hits {
             for mirrors in 0..9 {
                 let Some(hit) = tracer.closest_visible(origin, direction) else { break };
                 let (at, normal) = (origin + direction * hit.t, geometry.normal(hit.triangle));
-                let leaf = database.receivers().leaf_at(hit.triangle, at, normal.dot(direction) < 0.0);
+                let is_front = normal.dot(direction) < 0.0;
+                let normal = if is_front { normal } else { -normal };
+                let leaf = database.receivers().leaf_at(hit.triangle, at, is_front);
                 let Some(leaf) = leaf else { break };
                 self.all += 1;
                 self.mirrored += usize::from(mirrors > 0);
@@ -73,14 +75,15 @@ impl Hits {
 fn what_a_view_needs_is_determined_and_nothing_is_another_one_for_it() {
     let mut numbers = Numbers(47);
     let [mut needed, mut elsewhere] = [Hits::default(), Hits::default()];
-    let (mut leaves, mut left_out) = (0, 0);
+    let (mut leaves, mut left_out, mut beside_double_sided) = (0, 0, 0);
     for room in 0..120 {
         let mut scene = random_room(&mut numbers);
         add_walls(&mut scene, &mut numbers);
         add_walls(&mut scene, &mut numbers);
         if room % 2 == 0 {
-            let mirror =
-                scene.add_material(Material { specular: 1.0, roughness: 0.1, ..Material::default() });
+            let double_sided = room % 4 == 0;
+            let mirror = Material { specular: 1.0, roughness: 0.1, double_sided, ..Material::default() };
+            let mirror = scene.add_material(mirror);
             // Two that face each other, more or less.
             let turn = numbers.rotation();
             for turn in [turn, turn * Quat::from_rotation_x(std::f32::consts::PI)] {
@@ -106,6 +109,9 @@ fn what_a_view_needs_is_determined_and_nothing_is_another_one_for_it() {
         assert!(states(&database).iter().all(|(leaf, states)| of_all[leaf] == *states));
         leaves += all.counts().leaves;
         left_out += all.counts().leaves - database.counts().leaves;
+        if room % 4 == 0 {
+            beside_double_sided += all.counts().leaves - database.counts().leaves;
+        }
         database.determine_for(&geometry, &[other]);
         assert!(states(&database) == states(&both) && !database.lacks(&geometry, &[view, other]));
         needed.count(&database, &tracer, &other, &mut numbers);
@@ -119,6 +125,7 @@ fn what_a_view_needs_is_determined_and_nothing_is_another_one_for_it() {
     assert_eq!(needed.undetermined, 0, "of {}", needed.all);
     // The control: enough is left out, and missed where another view looks.
     assert!(8 * left_out > leaves, "{left_out} of {leaves}");
+    assert!(beside_double_sided > 100, "{beside_double_sided}");
     assert!(needed.mirrored > 200 && needed.deep > 40, "{} {}", needed.mirrored, needed.deep);
     assert!(elsewhere.undetermined > 100, "{} of {}", elsewhere.undetermined, elsewhere.all);
 }
