@@ -137,7 +137,7 @@ pub(crate) fn record_frame(
     // What smooth surfaces mirror.
     let inputs = prepared.mirrors.as_ref();
     let inputs = inputs.map(|mirrors| MirrorInputs { prepared, mirrors, lighting, transfer, maps });
-    if let Some(inputs) = inputs.filter(|_| scene.features.mirrors) {
+    if let Some(inputs) = inputs.filter(|_| !scene.features.only_layers_mirror) {
         for rows in targets.bands() {
             for sample in 0..samples {
                 let frame = frame_uniform(view, (scene, targets), settings, rows, sample);

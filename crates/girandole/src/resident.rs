@@ -21,11 +21,11 @@ use crate::rays::RayHierarchies;
 use crate::settings::{MapUpdates, Mode, RenderSettings, Shading, ShadowMap};
 use crate::shader_constants::NO_MAP;
 use crate::{Error, Result};
-use girandole_core::Generation;
 use girandole_core::glam::{DVec3, Vec2, Vec3};
 use girandole_core::illumination::Illumination;
 use girandole_core::lights::{Clamp, LightSet};
 use girandole_core::scene::{Geometry, LocalView, Material, NONE, Scene, SceneChanges};
+use girandole_core::{Generation, brdf};
 
 /// What a scene and its lights need of the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,10 +44,12 @@ pub(crate) struct SceneFeatures {
     pub transparent: bool,
     /// Some material reflects an environment by its own maps.
     pub reflects_environment: bool,
-    /// Some opaque material is smooth enough for mirrored rays.
+    /// Some material is smooth enough for mirrored rays.
     pub mirrors: bool,
     /// Some transparent material is.
     pub mirrors_in_layers: bool,
+    /// With so many lights no opaque one sends any.
+    pub only_layers_mirror: bool,
 }
 
 /// A scene and its lights on the GPU, with what is derived from both.
@@ -101,8 +103,7 @@ impl Resident {
         let layout = AtlasLayout::new(&directional, largest_chosen(&samples), options, &device.limits())?;
         samples.iter_mut().for_each(|light| light.atlas_slot = NO_MAP);
         let features = SceneFeatures::of(scene, geometry, &samples);
-        let rays =
-            features.sends_rays().then(|| RayHierarchies::new((device, &context.queue), scene, geometry));
+        let rays = features.mirrors.then(|| RayHierarchies::new((device, &context.queue), scene, geometry));
         let non_blockers = NonBlockers::new(scene, geometry, &samples, options.skip_non_blockers);
         let occluders = Occluders::new(scene, geometry, &non_blockers, options.shadow_map);
         let transforms = Snapshot::new(0, scene, geometry);
@@ -362,7 +363,7 @@ impl Resident {
     /// How many mirrored rays follow one another from a pixel of frames with these settings.
     pub fn mirrors(&self, settings: &RenderSettings) -> u32 {
         let is_possible = settings.clamp == Clamp::Own && settings.debug.is_none() && self.rays.is_some();
-        if is_possible && self.features.sends_rays() { settings.mirrors } else { 0 }
+        if is_possible && self.features.mirrors { settings.mirrors } else { 0 }
     }
 
     /// Which version of the scene, its light and what is known of it this is.
@@ -448,11 +449,6 @@ impl Resident {
 }
 
 impl SceneFeatures {
-    /// Whether some material sends mirrored rays.
-    pub fn sends_rays(&self) -> bool {
-        self.mirrors || self.mirrors_in_layers
-    }
-
     /// What they will be, before light is sampled.
     pub fn expected(scene: &Scene, geometry: &Geometry) -> Self {
         let has_other_lights = !scene.lights.is_empty() || scene.environment.is_some();
@@ -460,6 +456,12 @@ impl SceneFeatures {
     }
 
     fn of(scene: &Scene, geometry: &Geometry, lights: &[Light]) -> Self {
+        let solid_angle = brdf::mirror_solid_angle(lights.len());
+        let sends_rays = |m: &Material| {
+            let roughness = if m.metallic_roughness_texture.is_some() { 0.0 } else { m.roughness };
+            let reflects = m.specular > 0.0 || m.metallic > 0.0;
+            reflects && brdf::mirror_share(roughness * roughness, 1.0, solid_angle) > 0.0
+        };
         Self {
             specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),
             only_cosine_lights: lights.iter().all(Light::is_sample),
@@ -468,8 +470,9 @@ impl SceneFeatures {
             curved: is_curved(scene, geometry),
             transparent: scene.materials.iter().any(Material::is_transparent),
             reflects_environment: reflects_environment(scene),
-            mirrors: scene.materials.iter().any(|m| m.is_smooth() && !m.is_transparent()),
+            mirrors: scene.materials.iter().any(Material::is_smooth),
             mirrors_in_layers: scene.materials.iter().any(|m| m.is_smooth() && m.is_transparent()),
+            only_layers_mirror: scene.materials.iter().all(|m| m.is_transparent() || !sends_rays(m)),
         }
     }
 }

@@ -86,7 +86,7 @@ impl<'a> Compiler<'a> {
             flag("ONLY_COSINE_LIGHTS", self.features.only_cosine_lights),
             flag("HAS_MASKED", self.features.masked),
             flag("HAS_TEXTURES", self.features.textures),
-            flag("HAS_MIRRORS", self.features.sends_rays()),
+            flag("HAS_MIRRORS", self.features.mirrors),
             flag("HAS_CURVED", self.features.curved),
             flag("HAS_TRANSPARENT", self.features.transparent),
             flag("REFLECTS_ENVIRONMENT", self.features.reflects_environment),

@@ -38,7 +38,7 @@ impl ScenePasses {
         if self.features.transparent && settings.debug.is_none() {
             are_there &= self.layers.get_or_init(|| Layers::new(&compiler)).order(shared);
         }
-        if self.features.sends_rays() && settings.mirrors > 0 && settings.debug.is_none() {
+        if self.features.mirrors && settings.mirrors > 0 && settings.debug.is_none() {
             are_there &= self.mirrors.get_or_init(|| Mirrors::new(&compiler)).order(shared);
             let compiler = compiler.mirrored();
             are_there &= if settings.mode == Mode::Naive {

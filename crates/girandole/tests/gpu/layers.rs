@@ -22,6 +22,7 @@ pub fn tests() -> Vec<Test> {
         ("panes_that_move", moving),
         ("panes_mirror_what_the_oracle_mirrors", mirroring),
         ("panes_mirror_in_all_modes", mirroring_in_all_modes),
+        ("what_few_samples_leave_to_rays_is_not_lost_behind_panes", behind_panes),
     ]
 }
 
@@ -229,4 +230,23 @@ fn mirroring_in_all_modes(context: &Context) {
     // The control: without rays.
     let blurred = picture(RenderSettings { mirrors: 0, ..bounded(Mode::Full) });
     assert!(flip(&naive, &blurred) > 0.04, "{}", flip(&naive, &blurred));
+}
+
+/// Where lights are few, rays show a part of what rough metals reflect, too: as in a scene that has something smooth beside its panes.
+fn behind_panes(context: &Context) {
+    let size = [160, 120];
+    let pictures = [false, true].map(|has_chrome| {
+        let mut scene = glazed("table");
+        for material in scene.materials.iter_mut().filter(|m| !m.is_transparent()) {
+            (material.specular, material.metallic, material.roughness) = (1.0, 1.0, 0.85);
+        }
+        if has_chrome {
+            scene.add_material(Material { metallic: 1.0, roughness: 0.1, ..Material::default() });
+        }
+        let stage = Stage::new(scene, &LightSettings { count: 40, bounces: 2, ..LightSettings::default() });
+        let view = stage.view(0, size);
+        let mut renderer = context.loaded(&stage, RendererOptions::default());
+        context.frame(&mut renderer, &view, size, &bounded(Mode::Naive)).pixels
+    });
+    assert!(pictures[0] == pictures[1]);
 }
