@@ -3,8 +3,8 @@
 //! Rectangles that are fitted to candidates leave gaps between each other, and overlap: close to them, in corners and at the feet of
 //! things, these are seen as dark and bright spots. So each is longer by half than what was fitted, as if what surfaces reflect were
 //! filtered; what emits has edges, and is not. Where something static stands in a rectangle's plane, seen from its sample, it ends
-//! there, lest light pass a wall; in a narrow gap, as above a lamp that hangs close below a ceiling, it ends where its surface does. Its other end then goes less far, lest corners get too little light (or, if it did not go on at
-//! all, too much).
+//! there, lest light pass a wall; in a narrow gap, as above a lamp that hangs close below a ceiling, it ends where its surface does.
+//! Its other end then goes less far, lest corners get too little light (or, if it did not go on at all, too much).
 
 use super::{LightSample, Rectangle, SampleOrigin};
 use crate::parallel::in_order;
