@@ -122,8 +122,8 @@ const LIBRARY: &[(&str, &str)] = lib!(
 pub(crate) struct Source {
     pub name: &'static str,
     pub text: &'static str,
-    /// Files of the library; `atlas`, `lights`, `branch`, `loads`, `ray_stack`, `ray_texels` and `workgroups`, of which a device's tier chooses the variant;
-    /// records, as `name_at` to read and `set_name` to write them.
+    /// Files of the library; `atlas`, `lights`, `branch`, `loads`, `ray_stack`, `ray_texels`, `workgroups`, `hit` and `reflection_beyond`, of which
+    /// [`Kernels`] choose the variant; records, as `name_at` to read and `set_name` to write them.
     pub uses: &'static [&'static str],
 }
 
@@ -214,27 +214,15 @@ sources! {
     LIGHT_MAPS = light_maps [frame light buffer_offsets light_lists leaf_record_at leaf_range_at];
     LAYERS = layers [
         frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed branch no_mirror_image
-        no_reflected_environment
-    ];
-    LAYERS_REFLECTING = layers [
-        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed branch no_mirror_image
-        environment_place reflected_environment
+        reflection_beyond
     ];
     LAYERS_MIRRORING = layers [
         frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed branch mirror_image
-        no_reflected_environment
-    ];
-    LAYERS_MIRRORING_REFLECTING = layers [
-        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed branch mirror_image
-        environment_place reflected_environment
+        reflection_beyond
     ];
     RESOLVE = resolve [
         frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed samples branch
-        no_reflected_environment
-    ];
-    RESOLVE_REFLECTING = resolve [
-        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material packed samples branch
-        environment_place reflected_environment
+        reflection_beyond
     ];
     SMALL_MAP_TRIANGLES = small_map_triangles [parallel_map map_parts map_set_up map_opaque map_lists map_texels];
     SMALL_MAP_TRIANGLES_MASKED = small_map_triangles [
@@ -271,18 +259,10 @@ sources! {
     DEBUG_ATLAS = debug_atlas [frame light maps atlas packed];
     TRACE_MIRRORS = trace_mirrors [
         frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack ray_texels rays direction mirror_share mirror_image branch
-        no_reflected_environment
-    ];
-    TRACE_MIRRORS_REFLECTING = trace_mirrors [
-        frame scene texture texture_entry_at surface hit reflection brdf alpha_mask ray_stack ray_texels rays direction mirror_share mirror_image branch
-        environment_place reflected_environment
+        reflection_beyond
     ];
     ADD_MIRRORED = add_mirrored [
-        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material mirror_image no_reflected_environment
-    ];
-    ADD_MIRRORED_REFLECTING = add_mirrored [
-        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material mirror_image environment_place
-        reflected_environment
+        frame scene texture texture_entry_at surface hit reflection brdf diffuse_material mirror_image reflection_beyond
     ];
     PUT_MIRRORS = put_mirrors [
         frame scene texture texture_entry_at surface hit reflection brdf packed mirror_share mirror_image branch
@@ -319,7 +299,7 @@ pub(crate) fn edges(kernels: &Kernels) -> &'static Source {
     kernels.tier.choose(&EDGES, &EDGES_RUNS)
 }
 
-/// The file of the library that a device's kernels have.
+/// The file of the library that kernels have.
 fn variant(used: &'static str, kernels: &Kernels) -> &'static str {
     match used {
         "atlas" => kernels.tier.choose("atlas_texture", "atlas_image"),
@@ -332,6 +312,8 @@ fn variant(used: &'static str, kernels: &Kernels) -> &'static str {
                 "hit_camera"
             }
         }
+        "reflection_beyond" if kernels.reflects_environment => "reflected_environment",
+        "reflection_beyond" => "no_reflected_environment",
         "branch" => kernels.tier.choose("branch_uniform", "branch_non_uniform"),
         "loads" => kernels.tier.choose("loads_unordered", "loads_batched"),
         "ray_stack" => kernels.tier.choose("ray_stack_array", "ray_stack_registers"),
@@ -372,6 +354,9 @@ impl Source {
         }
         if kernels.mirrored && self.uses.contains(&"hit") && !self.uses.contains(&"direction") {
             text += library("direction").unwrap_or_default();
+        }
+        if kernels.reflects_environment && self.uses.contains(&"reflection_beyond") {
+            text += library("environment_place").unwrap_or_default();
         }
         for used in self.uses {
             text += library(variant(used, kernels)).unwrap_or_default();

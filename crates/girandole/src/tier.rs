@@ -41,21 +41,33 @@ pub(crate) struct Kernels {
     pub lights_in_storage: bool,
     /// Whether pixels show the ends of mirrored rays, not what the camera sees.
     pub mirrored: bool,
+    /// Whether surfaces show an environment beyond what light samples resolve.
+    pub reflects_environment: bool,
 }
 
 impl Kernels {
     pub fn new(tier: Tier, device: &wgpu::Device) -> Self {
         let has_room = device.limits().max_storage_buffers_per_shader_stage > 8;
-        Self { tier, lights_in_storage: tier == Tier::Gpu && has_room, mirrored: false }
+        Self::of(tier, tier == Tier::Gpu && has_room, [false, false])
+    }
+
+    const fn of(tier: Tier, lights_in_storage: bool, [mirrored, reflects_environment]: [bool; 2]) -> Self {
+        Self { tier, lights_in_storage, mirrored, reflects_environment }
     }
 
     /// All that there are.
-    pub const ALL: [Self; 6] = [
-        Self { tier: Tier::Gpu, lights_in_storage: true, mirrored: false },
-        Self { tier: Tier::Gpu, lights_in_storage: false, mirrored: false },
-        Self { tier: Tier::Gpu, lights_in_storage: true, mirrored: true },
-        Self { tier: Tier::Gpu, lights_in_storage: false, mirrored: true },
-        Self { tier: Tier::Software, lights_in_storage: false, mirrored: false },
-        Self { tier: Tier::Software, lights_in_storage: false, mirrored: true },
+    pub const ALL: [Self; 12] = [
+        Self::of(Tier::Gpu, true, [false, false]),
+        Self::of(Tier::Gpu, false, [false, false]),
+        Self::of(Tier::Gpu, true, [false, true]),
+        Self::of(Tier::Gpu, false, [false, true]),
+        Self::of(Tier::Gpu, true, [true, false]),
+        Self::of(Tier::Gpu, false, [true, false]),
+        Self::of(Tier::Gpu, true, [true, true]),
+        Self::of(Tier::Gpu, false, [true, true]),
+        Self::of(Tier::Software, false, [false, false]),
+        Self::of(Tier::Software, false, [false, true]),
+        Self::of(Tier::Software, false, [true, false]),
+        Self::of(Tier::Software, false, [true, true]),
     ];
 }

@@ -87,9 +87,10 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Compiled {
     pub(super) fn module(&self, source: &Source, kernels: &Kernels) -> (ModuleKey, Arc<LazyModule>) {
-        // What reads no hits is the same kernel for all.
+        // What reads no hits, or shows no environment, is the same kernel for all.
         let mirrored = kernels.mirrored && source.uses.contains(&"hit");
-        let kernels = Kernels { mirrored, ..*kernels };
+        let reflects_environment = kernels.reflects_environment && source.uses.contains(&"reflection_beyond");
+        let kernels = Kernels { mirrored, reflects_environment, ..*kernels };
         let key = (source.name, source.uses, kernels);
         let make = || Arc::new(LazyModule::new(source, &kernels));
         (key, locked(&self.0.memory).modules.entry(key).or_insert_with(make).clone())

@@ -16,16 +16,11 @@ pub(crate) struct Layers {
 
 impl Layers {
     pub fn new(compiler: &Compiler) -> Self {
-        let features = compiler.features;
-        let (source, mirroring) = if features.reflects_environment {
-            (&shaders::LAYERS_REFLECTING, &shaders::LAYERS_MIRRORING_REFLECTING)
-        } else {
-            (&shaders::LAYERS, &shaders::LAYERS_MIRRORING)
-        };
+        let add_mirrored = || compiler.kernel(&shaders::LAYERS_MIRRORING, "add_layer");
         Self {
-            add: compiler.kernel(source, "add_layer"),
-            add_mirrored: features.mirrors_in_layers.then(|| compiler.kernel(mirroring, "add_layer")),
-            put_before: compiler.kernel(source, "put_before"),
+            add: compiler.kernel(&shaders::LAYERS, "add_layer"),
+            add_mirrored: compiler.features.mirrors_in_layers.then(add_mirrored),
+            put_before: compiler.kernel(&shaders::LAYERS, "put_before"),
         }
     }
 

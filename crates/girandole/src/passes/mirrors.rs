@@ -19,15 +19,11 @@ pub(crate) struct Mirrors {
 
 impl Mirrors {
     pub fn new(compiler: &Compiler) -> Self {
-        let (trace, add) = if compiler.features.reflects_environment {
-            (&shaders::TRACE_MIRRORS_REFLECTING, &shaders::ADD_MIRRORED_REFLECTING)
-        } else {
-            (&shaders::TRACE_MIRRORS, &shaders::ADD_MIRRORED)
-        };
+        let further = compiler.mirrored();
         Self {
-            trace: compiler.kernel(trace, "trace_mirrors"),
-            trace_further: compiler.mirrored().kernel(trace, "trace_mirrors"),
-            add: compiler.mirrored().kernel(add, "add_mirrored"),
+            trace: compiler.kernel(&shaders::TRACE_MIRRORS, "trace_mirrors"),
+            trace_further: further.kernel(&shaders::TRACE_MIRRORS, "trace_mirrors"),
+            add: further.kernel(&shaders::ADD_MIRRORED, "add_mirrored"),
             blur: compiler.kernel(&shaders::PUT_MIRRORS, "blur_mirrors"),
             put: compiler.kernel(&shaders::PUT_MIRRORS, "put_mirrors"),
         }

@@ -66,7 +66,8 @@ impl<'a> Compiler<'a> {
     /// Of passes whose points are not the picture's pixels.
     pub fn new(context: &'a Context, features: SceneFeatures) -> Self {
         let Context { device, shared, options, .. } = context;
-        Self { device, shared, options, features, kernels: shared.kernels, writes_radiance: false }
+        let kernels = Kernels { reflects_environment: features.reflects_environment, ..shared.kernels };
+        Self { device, shared, options, features, kernels, writes_radiance: false }
     }
 
     /// An entry point of a compute shader.

@@ -12,12 +12,7 @@ pub(crate) struct Resolve {
 
 impl Resolve {
     pub fn new(compiler: &Compiler) -> Self {
-        let source = if compiler.features.reflects_environment {
-            &shaders::RESOLVE_REFLECTING
-        } else {
-            &shaders::RESOLVE
-        };
-        Self { kernel: compiler.kernel(source, "resolve") }
+        Self { kernel: compiler.kernel(&shaders::RESOLVE, "resolve") }
     }
 
     /// See [`Kernel::order`].
