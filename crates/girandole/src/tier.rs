@@ -31,7 +31,7 @@ impl Tier {
     }
 }
 
-/// The kernels of a tier on a device.
+/// Which variants of kernels: by the tier, the device, and what a pass or a scene needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Kernels {
     pub tier: Tier,
