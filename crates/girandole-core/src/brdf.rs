@@ -45,6 +45,8 @@ pub struct Surface {
 /// Smallest GGX α: a point light's reflection in a smoother surface would miss every pixel.
 pub const MIN_ALPHA: f32 = 0.002;
 
+/// What reflects more than this at normal incidence throws light as metals do.
+pub(crate) const METAL: f32 = 0.2;
 /// Mean of Schlick's (1 − v·h)⁵ over directions of light and view, both cosine-weighted.
 const MEAN_SCHLICK: f32 = 0.00367;
 

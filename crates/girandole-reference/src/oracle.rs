@@ -313,7 +313,9 @@ impl<'a> Sum<'a> {
                 };
                 let resolved = match (&mirror, &reflection, light.profile) {
                     // No ray meets what is punctual.
-                    (Some(mirror), _, Profile::Cosine | Profile::Distant { .. }) => 1.0 - mirror.share,
+                    (Some(mirror), _, Profile::Cosine | Profile::Lobe { .. } | Profile::Distant { .. }) => {
+                        1.0 - mirror.share
+                    }
                     (None, Some(reflection), Profile::Distant { .. }) => reflection.resolved,
                     _ => 1.0,
                 };

@@ -54,10 +54,11 @@ fn arrival_at(position: vec3f, index: u32) -> Arrival {
   if cos_light <= 0.0 || r2 <= 0.0 { return nothing; }
   let facing = to_light * inverseSqrt(r2);
   var wi = facing;
-  var g = geometric_factor(light, dot(facing, to_light), cos_light, r2);
+  let sent = sent_along(light, to_light, cos_light, r2);
+  var g = geometric_factor(light, dot(facing, to_light), sent, r2);
   if is_near(light, r2) {
     let mean = rectangle_mean(light, position, facing);
-    let vector = mix(mean.vector, to_light * (cos_light / (r2 * r2)), mean.point_share);
+    let vector = mix(mean.vector, to_light * (sent / (r2 * r2)), mean.point_share);
     g = max(dot(vector, facing), 0.0);
     if g <= 0.0 { return nothing; }
     wi = normalize(vector);

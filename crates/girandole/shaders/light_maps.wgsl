@@ -23,7 +23,8 @@ fn irradiance(light: Light, position: vec3f, normal: vec3f) -> vec3f {
   if !ONLY_COSINE_LIGHTS && light.profile >= DIRECTIONAL { to_light = -light.normal; }
   let cos_x = dot(normal, to_light);
   let cos_light = -dot(light.normal, to_light);
-  let g = geometric_factor(light, cos_x, cos_light, dot(to_light, to_light));
+  let r2 = dot(to_light, to_light);
+  let g = geometric_factor(light, cos_x, sent_along(light, to_light, cos_light, r2), r2);
   return light.intensity * select(0.0, g, min(cos_x, cos_light) > 0.0);
 }
 

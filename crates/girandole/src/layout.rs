@@ -221,6 +221,7 @@ pub(crate) struct Light {
     pub intensity: Vec3,
     pub atlas_slot: u32,
     pub rectangle: Vec4,
+    pub lobe: Vec4,
 }
 
 /// `PreviousTransform` in `lib/previous_transform.wgsl`.
@@ -373,7 +374,7 @@ impl Light {
     pub fn new(id: u32, set: u32, sample: &LightSample, radius: f32) -> Self {
         use girandole_core::math::warp;
         let (profile, scale, offset) = match sample.profile {
-            Profile::Cosine => (COSINE, 0.0, 0.0),
+            Profile::Cosine | Profile::Lobe { .. } => (COSINE, 0.0, 0.0),
             Profile::Hemisphere => (HEMISPHERE, 0.0, 0.0),
             Profile::Spot { scale, offset } => (SPOT, scale, offset),
             Profile::Directional => (DIRECTIONAL, 1.0 / radius, 1.0 / radius),
@@ -382,19 +383,19 @@ impl Light {
         let (x, y) = warp::frame(sample.normal);
         let turn = f64::from(id) * 0.618_033_988_75 + f64::from(set) * 0.414_213_562_37;
         let turn = turn.fract() as f32 * std::f32::consts::TAU;
-        let tangent = x * turn.cos() + y * turn.sin();
         let light = Self {
             position: sample.position,
             profile,
             normal: sample.normal,
             scale,
-            tangent,
+            tangent: x * turn.cos() + y * turn.sin(),
             offset,
             intensity: sample.intensity,
+            lobe: sample.profile.lobe().map_or(Vec4::W, |(axis, matt)| axis.extend(matt)),
             ..Self::default()
         };
         match (sample.profile, sample.rectangle) {
-            (Profile::Cosine, Some(rectangle)) => light.with_rectangle(&rectangle, sample.is_spread()),
+            (_, Some(rectangle)) if light.is_sample() => light.with_rectangle(&rectangle, sample.is_spread()),
             (Profile::Directional, _) => light.showing(Vec2::ZERO, radius),
             (Profile::Distant { solid_angle, shown, .. }, _) => {
                 let is_of_sun = f32::from(u8::from(sample.is_of_sun()));

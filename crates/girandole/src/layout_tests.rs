@@ -49,7 +49,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
         fields!(GpuMaterial as "Material": base_color, alpha, emission, alpha_cutoff, specular_color, specular,
             metallic, roughness, normal_scale, transmission, albedo, flags, base_color_texture, metallic_roughness_texture,
             specular_texture, specular_color_texture, normal_texture, emission_texture, transmission_texture),
-        fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, atlas_slot, rectangle),
+        fields!(Light as "Light": position, profile, normal, scale, tangent, offset, intensity, atlas_slot, rectangle, lobe),
         fields!(Maps as "Maps": page, unit, padding, sizes),
         fields!(PreviousTransform as "PreviousTransform": x, y, z),
         fields!(TransferObject as "TransferObject": box_from_world_x, box_from_world_y, box_from_world_z, world_from_box_x,

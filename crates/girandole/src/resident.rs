@@ -34,6 +34,7 @@ pub(crate) struct SceneFeatures {
     pub specular: bool,
     /// All lights fall off with the cosine.
     pub only_cosine_lights: bool,
+    pub lobes: bool,
     /// Some material has an alpha mask.
     pub masked: bool,
     /// Some material has a texture.
@@ -465,6 +466,9 @@ impl SceneFeatures {
         Self {
             specular: scene.materials.iter().any(|m| m.specular > 0.0 || m.metallic > 0.0),
             only_cosine_lights: lights.iter().all(Light::is_sample),
+            // Kernels are not to change with the light: what may throw lobes does so now and then.
+            lobes: scene.materials.iter().any(Material::throws_lobes)
+                || lights.iter().any(|light| light.lobe.w < 1.0),
             masked: scene.materials.iter().any(|m| m.alpha_cutoff.is_some()),
             textures: !scene.textures.is_empty() || scene.materials.iter().any(|m| m.vertex_colors),
             curved: is_curved(scene, geometry),

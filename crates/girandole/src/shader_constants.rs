@@ -1,7 +1,7 @@
 //! Numbers that both sides use, declared once: every shader starts with them as `const` declarations.
 
 use girandole_core::brdf;
-use girandole_core::lights::{Rectangle, SPREAD};
+use girandole_core::lights::{LOBE_SLOPE, Rectangle, SPREAD};
 use girandole_core::scene::PrefilteredEnvironment;
 
 /// Places of dynamic objects in stale maps, as many as a uniform buffer of 64 KiB holds.
@@ -179,7 +179,7 @@ pub(crate) fn declarations() -> String {
     ) + &format!(
         "const MIN_ALPHA = {:?};\nconst CORE = {CORE:?};\nconst OWN_CLAMP = {OWN_CLAMP:?};\nconst MAX_CLAMP = {MAX_CLAMP:?};\n\
          const RECTANGLE_NEAR = {near:?};\nconst RECTANGLE_FAR = {far:?};\nconst RECTANGLE_SPREAD = {:?};\n\
-         const FIRST_LOBE_ALPHA = {:?};\n\
+         const LOBE_SLOPE = {LOBE_SLOPE:?};\nconst FIRST_LOBE_ALPHA = {:?};\n\
          const LEAST_SOLID_ANGLE = {:?};\nconst MIRROR_LEAST = {:?};\nconst MIRROR_REST = {:?};\nconst MIRROR_LEAST_FRESNEL = {:?};\n\
          const RAY_OFFSET_BY_ROUNDING = {:?};\n",
         brdf::MIN_ALPHA,

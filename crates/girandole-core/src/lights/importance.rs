@@ -89,7 +89,7 @@ pub(super) fn place(candidate: &LightSample, normal_scale: f32) -> Place {
     if candidate.punctual().is_some() {
         return punctual::place(candidate, normal_scale);
     }
-    let n = candidate.normal * normal_scale;
+    let n = candidate.profile.lobe().map_or(candidate.normal, |(axis, _)| axis.normalize()) * normal_scale;
     let p = match candidate.profile {
         Profile::Distant { distance, .. } => {
             let direction = candidate.normal * (normal_scale / NORMAL_SCALE);

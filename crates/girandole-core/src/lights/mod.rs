@@ -33,7 +33,7 @@ mod view_points;
 mod walk;
 
 pub use changes::LightChanges;
-pub use geometric_factor::Clamp;
+pub use geometric_factor::{Clamp, LOBE_SLOPE};
 pub use ids::SampleId;
 pub(crate) use motion::Placement;
 pub(crate) use punctual::SpotCone;
@@ -61,6 +61,14 @@ use glam::Vec3;
 pub enum Profile {
     /// Falls with the cosine to the normal: light from or by way of a surface.
     Cosine,
+    /// What smooth metal throws: the cosine to the normal, times `matt + (axis · ω)⁴ / (1 + 2.5 · cosine)` (Phong 1975, made symmetric);
+    /// close to the sample's rectangle as [`Cosine`](Self::Cosine).
+    Lobe {
+        /// Where it is mirrored, of such a length that no light is lost.
+        axis: Vec3,
+        /// The share that is spread as from a matt surface.
+        matt: f32,
+    },
     /// Equal over the hemisphere about the normal: half of a point light.
     Hemisphere,
     /// glTF's spot: `saturate(cos · scale + offset)²` with the cosine to the normal.
@@ -87,6 +95,11 @@ impl Profile {
     /// Whether light is parallel.
     pub fn is_parallel(&self) -> bool {
         matches!(self, Self::Directional | Self::Distant { .. })
+    }
+
+    /// Axis and matt share of a lobe.
+    pub fn lobe(&self) -> Option<(Vec3, f32)> {
+        if let Self::Lobe { axis, matt } = *self { Some((axis, matt)) } else { None }
     }
 }
 
@@ -191,7 +204,7 @@ impl LightSample {
     pub fn solid_angle(&self, position: Vec3) -> f32 {
         match (self.profile, &self.rectangle) {
             (Profile::Distant { solid_angle, .. }, _) => solid_angle,
-            (Profile::Cosine, Some(rectangle)) => {
+            (Profile::Cosine | Profile::Lobe { .. }, Some(rectangle)) => {
                 let area = rectangle.area() / if self.is_spread() { SPREAD * SPREAD } else { 1.0 };
                 let to_light = self.position - position;
                 let r2 = to_light.length_squared();

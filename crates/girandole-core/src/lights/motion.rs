@@ -1,7 +1,7 @@
 //! Light samples that are kept while things move.
 
 use super::emission::Emissions;
-use super::{LightSample, LightSet, Rectangle, SampleOrigin, punctual};
+use super::{LightSample, LightSet, Profile, Rectangle, SampleOrigin, punctual};
 use crate::scene::{Geometry, ObjectRange, Scene, Triangle};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
@@ -163,11 +163,16 @@ fn carried(sample: &LightSample, map: DAffine3, origin: DVec3) -> LightSample {
         let half_axes = [u, across * across.dot(v).abs()].map(|axis| axis.as_vec3());
         Rectangle { center: place(r.center), half_axes, ..r }
     });
+    let mut profile = sample.profile;
+    if let Profile::Lobe { axis, .. } = &mut profile {
+        *axis = along(*axis).normalize().as_vec3() * axis.length();
+    }
     let is_emitter = matches!(sample.origin, SampleOrigin::Emitter { .. });
     LightSample {
         position: place(sample.position),
         normal: normal.as_vec3(),
         intensity: sample.intensity * if is_emitter { stretch } else { 1.0 },
+        profile,
         rectangle,
         ..*sample
     }

@@ -10,7 +10,7 @@
 //! A candidate is chosen with a probability proportional to its weight and multiplied by the inverse, so the expected light is
 //! that of all candidates: the stratified resampling of particle filters (Kitagawa 1996), with strata that are compact in
 //! position and normal like the clusters of lightcuts (Walter et al. 2005, §3). The mean colour keeps the light of the whole cluster
-//! in each channel (what is lost is only that its one end may be redder than the other), and takes a quarter off the error: each
+//! in each channel (what is lost is only that its one end may be redder than the other; lobes and matt light have a mean each), and takes a quarter off the error: each
 //! deposit has the colour of a single path.
 //!
 //! Which cluster is split decides where samples lie, on emitters or on what reflects. With clusters of equal weight a lamp
@@ -121,9 +121,11 @@ pub(super) fn stand_in(candidates: Candidates, cluster: &Cluster, index: usize) 
         }
         Rectangle::shares_plane(&sample, member(i), area)
     };
-    let coplanar: Vec<&Item> = cluster.items.iter().filter(in_plane).collect();
+    let mut coplanar: Vec<&Item> = cluster.items.iter().filter(in_plane).collect();
     let positions = coplanar.iter().map(|i| member(i).position);
     let rectangle = (!is_distant).then(|| Rectangle::about(&sample, positions, area));
+    // Lobes may have another colour than what is emitted there, and go elsewhere.
+    coplanar.retain(|i| member(i).profile.lobe().is_some() == sample.profile.lobe().is_some());
     // A candidate may be there in part.
     let part = |i: &Item| i.weight / weights[i.index as usize];
     let light: DVec3 = coplanar.iter().map(|i| member(i).intensity.as_dvec3() * part(i)).sum();

@@ -22,7 +22,7 @@ use super::guide::{Guides, Start};
 use super::punctual::SpotCone;
 use super::scattering::{Scattering, cosine_weighted};
 use super::source_tree::SourceTree;
-use super::{LightSample, LightSettings, Profile, SampleOrigin, Termination};
+use super::{LightSample, LightSettings, SampleOrigin, Termination};
 use crate::math::{sequence, warp};
 use crate::parallel::in_slices;
 use crate::scene::PunctualKind;
@@ -281,7 +281,7 @@ impl Walk<'_> {
                 position,
                 normal,
                 intensity: photon.flux * (rho / survival) / PI,
-                profile: Profile::Cosine,
+                profile: scattering.profile(),
                 origin: SampleOrigin::Bounce { path, bounce, triangle: hit.triangle },
                 rectangle: None,
             });

@@ -189,6 +189,12 @@ impl Material {
         reflects && (self.roughness < MIRROR_ROUGHNESS || self.metallic_roughness_texture.is_some())
     }
 
+    /// Whether it may throw light on others in a lobe about where it mirrors it: smooth metal, or what reflects as much.
+    pub fn throws_lobes(&self) -> bool {
+        let f0 = 0.04 * self.specular_color.max_element() * self.specular;
+        self.is_smooth() && (self.metallic > 0.0 || f0 > crate::brdf::METAL)
+    }
+
     /// Every texture that the material uses.
     pub fn textures(&self) -> impl Iterator<Item = TextureRef> + '_ {
         [

@@ -10,11 +10,22 @@ struct Light {
   intensity: vec3f,
   atlas_slot: u32, // of its shadow map in the atlas: (page << 24) | (log2 of its units across << 20) | (row << 10) | column, in units; or NO_MAP
   rectangle: vec4f, // cosine: from the position to the rectangle's centre, and half its width, along tangent and bitangent, m; distant: x = solid angle, sr; parallel light: z, see `parallel_map`
+  lobe: vec4f, // axis and matt share (core: Profile::Lobe); of what has none 0 and 1
 }
 
 const HEMISPHERE_SOLID_ANGLE = 6.28318530717959;
 
 override ONLY_COSINE_LIGHTS: bool = false; // whether all lights have the profile COSINE
+override HAS_LOBES: bool = false; // whether some of those may have lobes
+
+// The cosine at the light times the distance, and by what a lobe sends there (core: Profile::Lobe).
+fn sent_along(light: Light, to_light: vec3f, cos_light: f32, r2: f32) -> f32 {
+  if !HAS_LOBES { return cos_light; }
+  let along = max(-dot(light.lobe.xyz, to_light), 0.0);
+  let along2 = along * along / r2;
+  let cosine = max(cos_light, 0.0) * inverseSqrt(r2);
+  return cos_light * (light.lobe.w + along2 * along2 / (1.0 + LOBE_SLOPE * cosine));
+}
 
 // Whether a receiver is so near that the light's rectangle counts, or may be.
 fn is_near(light: Light, r2: f32) -> bool {
@@ -41,7 +52,7 @@ fn solid_angle_of(light: Light, position: vec3f) -> f32 {
 }
 
 // The geometric factor G of the light's place, bounded (core: LightSample::geometric_factor), where the pair faces each
-// other: `cos_x` and `cos_light` are both cosines times the distance, positive; `r2` is its square.
+// other: `cos_x` and `cos_light` are both cosines times the distance, positive, the latter by `sent_along`; `r2` is its square.
 fn geometric_factor(light: Light, cos_x: f32, cos_light: f32, r2: f32) -> f32 {
   let bound = select(frame.clamp, MAX_CLAMP, frame.clamp == OWN_CLAMP);
   if ONLY_COSINE_LIGHTS || light.profile == COSINE {

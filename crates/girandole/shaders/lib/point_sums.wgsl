@@ -34,7 +34,7 @@ fn arriving(light: Light, s: Shading) -> Arriving {
   let height = dot(s.ng, to_light);
   let is_before = min(cos_x, height) > 0.0;
   let r2 = dot(to_light, to_light);
-  let g = geometric_factor(light, cos_x, cos_light, r2);
+  let g = geometric_factor(light, cos_x, sent_along(light, to_light, cos_light, r2), r2);
   let may_be_near = cos_light > 0.0 && (is_before || is_open(light));
   return Arriving(select(0.0, g, is_before && cos_light > 0.0), to_light, may_be_near && is_near(light, r2), is_before);
 }
@@ -44,7 +44,8 @@ fn arriving_near(light: Light, s: Shading, is_before: bool) -> Arriving {
   let to_light = light.position - s.position;
   let r2 = dot(to_light, to_light);
   let mean = rectangle_mean(light, s.position, s.ns);
-  let of_place = to_light * select(0.0, -dot(light.normal, to_light) / (r2 * r2), is_before);
+  let sent = sent_along(light, to_light, -dot(light.normal, to_light), r2);
+  let of_place = to_light * select(0.0, sent / (r2 * r2), is_before);
   let vector = mix(mean.vector, of_place, mean.point_share);
   return Arriving(max(dot(vector, s.ns), 0.0), vector, true, is_before);
 }

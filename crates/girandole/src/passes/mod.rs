@@ -85,6 +85,7 @@ impl<'a> Compiler<'a> {
             ("MAX_ITEMS", f64::from(loop_steps::queue_items(self.options.pcf))),
             flag("HAS_SPECULAR", self.features.specular),
             flag("ONLY_COSINE_LIGHTS", self.features.only_cosine_lights),
+            flag("HAS_LOBES", self.features.lobes),
             flag("HAS_MASKED", self.features.masked),
             flag("HAS_TEXTURES", self.features.textures),
             flag("HAS_MIRRORS", self.features.mirrors),

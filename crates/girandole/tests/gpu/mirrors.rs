@@ -238,7 +238,8 @@ fn geometric_factor(context: &Context) {
         shown: BoundingSphere { center: Vec3::ZERO, radius: 1.0, core: 1.0 },
         solid_angle: 0.1,
     };
-    let profiles = [Profile::Cosine, Profile::Hemisphere, spot, Profile::Directional, distant];
+    let lobe = Profile::Lobe { axis: Vec3::new(0.9, -0.3, 0.8), matt: 0.2 };
+    let profiles = [Profile::Cosine, Profile::Hemisphere, spot, Profile::Directional, distant, lobe];
     // With a rectangle that is open and not.
     let kinds = [(Clamp::At(bound), true), (Clamp::Own, true), (Clamp::Own, false)];
     let cases = profiles.into_iter().enumerate().flat_map(|p| kinds.map(|kind| (p, kind)));
@@ -250,11 +251,14 @@ fn geometric_factor(context: &Context) {
             intensity: Vec3::ONE,
             profile,
             origin,
-            rectangle: (profile == Profile::Cosine).then_some(Rectangle { is_open, ..rectangle }),
+            rectangle: matches!(profile, Profile::Cosine | Profile::Lobe { .. })
+                .then_some(Rectangle { is_open, ..rectangle }),
         };
         let (scale, offset) = match profile {
             Profile::Spot { scale, offset } => (scale, offset),
-            Profile::Cosine => (0.25 / 0.4 * if is_open { 1.0 } else { -1.0 }, reach * reach),
+            Profile::Cosine | Profile::Lobe { .. } => {
+                (0.25 / 0.4 * if is_open { 1.0 } else { -1.0 }, reach * reach)
+            }
             _ => (0.0, 0.0),
         };
         let expected = inputs.iter().map(|[p, n]| {
@@ -267,19 +271,24 @@ fn geometric_factor(context: &Context) {
             _ => "vec4f(0.1, -0.05, 0.32, 0.24)",
         };
         let frame_clamp = if clamp == Clamp::Own { 0.0 } else { bound };
+        // Lobes are cosines with an axis.
+        let index = if index == 5 { 0 } else { index };
+        let (axis, matt) = profile.lobe().unwrap_or((Vec3::ZERO, 1.0));
         let vector = |v: Vec3| format!("vec3f({:?}, {:?}, {:?})", v.x, v.y, v.z);
         let source = format!(
             "struct Bound {{ clamp: f32 }} const frame = Bound({frame_clamp:?}); const PI = {PI:?}; {} {} \
              fn map(a: vec4f, b: vec4f) -> vec4f {{ \
              var light: Light; light.position = {}; light.profile = {index}u; light.normal = {}; light.tangent = {}; \
              light.scale = {scale:?}; light.offset = {offset:?}; light.rectangle = {seen_as}; \
+             light.lobe = vec4f({}, {matt:?}); \
              var to_light = light.position - a.xyz; if light.profile >= DIRECTIONAL {{ to_light = -light.normal; }} \
              let cosines = vec2f(dot(b.xyz, to_light), -dot(light.normal, to_light)); \
              let r2 = dot(to_light, to_light); \
              let is_before = cosines.x > 0.0; \
-             var g = select(0.0, geometric_factor(light, cosines.x, cosines.y, r2), is_before); \
+             let sent = sent_along(light, to_light, cosines.y, r2); \
+             var g = select(0.0, geometric_factor(light, cosines.x, sent, r2), is_before); \
              if is_near(light, r2) && (is_before || is_open(light)) {{ let mean = rectangle_mean(light, a.xyz, b.xyz); \
-             let of_place = to_light * select(0.0, cosines.y / (r2 * r2), is_before); \
+             let of_place = to_light * select(0.0, sent / (r2 * r2), is_before); \
              g = max(dot(mix(mean.vector, of_place, mean.point_share), b.xyz), 0.0); }} \
              return vec4f(select(0.0, g, cosines.y > 0.0), solid_angle_of(light, a.xyz), 0.0, 0.0); }}",
             include_str!("../../shaders/lib/light.wgsl"),
@@ -287,7 +296,9 @@ fn geometric_factor(context: &Context) {
             vector(position),
             vector(normal),
             vector(tangent),
-        );
+            vector(axis),
+        )
+        .replace("override HAS_LOBES: bool = false", "const HAS_LOBES = true");
         let difference = |source: &str| {
             let found = run(context, source, &inputs, &[]);
             let relative =
@@ -304,22 +315,23 @@ fn geometric_factor(context: &Context) {
             );
         }
         assert!(expected.clone().filter(|g| *g > 0.0).count() * 8 > inputs.len(), "{profile:?}: mostly dark");
-        // The controls: a fall-off that is not squared, no bound, the point instead of the rectangle.
+        // The controls: a fall-off that is not squared, no bound, the point instead of the rectangle, no lobe.
         let wrong = source
             .replace("falloff *= falloff;", "")
             .replace(", bound)", ", 1e30)")
-            .replace("if is_near(light, r2)", "if false");
+            .replace("if is_near(light, r2)", "if false")
+            .replace("along2 * along2", "0.0");
         let differs = match profile {
             Profile::Directional | Profile::Distant { .. } => false,
             Profile::Hemisphere => clamp != Clamp::Own,
-            Profile::Cosine | Profile::Spot { .. } => true,
+            Profile::Cosine | Profile::Lobe { .. } | Profile::Spot { .. } => true,
         };
         assert!(!differs || difference(&wrong) > 1e-3, "{profile:?} {clamp:?}");
         // One edge of the rectangle that is not cut.
         let uncut = source.replacen("add_clipped_edge(&sums, c - u - v", "add_edge(&sums, c - u - v", 1);
         let uncut = uncut.replacen("c + u - v, normal)", "c + u - v)", 1);
         // A light whose place counts behind the receiver, too.
-        let everywhere = source.replace("cosines.y / (r2 * r2), is_before)", "cosines.y / (r2 * r2), true)");
+        let everywhere = source.replace("sent / (r2 * r2), is_before)", "sent / (r2 * r2), true)");
         assert!(everywhere != source);
         let with_part_behind = source.replace("&& (is_before || is_open(light))", "");
         assert!(with_part_behind != source);

@@ -346,18 +346,20 @@ impl LeafRectangle {
     }
 
     /// The error of a light in a light map. That of bilinear interpolation is about h² / 8 · |G″| in either direction; over a
-    /// plane at distance z, z² / r⁴ has |G″| ≤ 4 / r⁴.
+    /// plane at distance z, z² / r⁴ has |G″| ≤ 4 / r⁴; lobes are the more curved the narrower they are.
     fn error(&self, light: &LightSample) -> f32 {
         match light.profile {
             Profile::Directional | Profile::Distant { .. } => 0.0,
             // Its cone has an edge.
             Profile::Spot { .. } => f32::INFINITY,
-            Profile::Cosine | Profile::Hemisphere => {
+            Profile::Cosine | Profile::Lobe { .. } | Profile::Hemisphere => {
                 let (u2, v2) = (self.across.length_squared(), self.up.length_squared());
                 let spacing2 = u2.max(v2) / ((SIDE - 1) * (SIDE - 1)) as f32;
                 let distance2 = (light.position - self.nearest(light.position)).length_squared();
                 let height = (light.position - self.corner).dot(self.normal);
-                luminance(light.intensity) * height * spacing2 / (distance2 * distance2 * distance2.sqrt())
+                let curvature = light.profile.lobe().map_or(1.0, |(_, matt)| 8.0 - 7.0 * matt);
+                curvature * luminance(light.intensity) * height * spacing2
+                    / (distance2 * distance2 * distance2.sqrt())
             }
         }
     }
