@@ -34,6 +34,7 @@ pub(crate) struct SceneFeatures {
     pub specular: bool,
     /// All lights fall off with the cosine.
     pub only_cosine_lights: bool,
+    /// Some light may have a lobe.
     pub lobes: bool,
     /// Some material has an alpha mask.
     pub masked: bool,
