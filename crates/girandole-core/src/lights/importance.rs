@@ -82,7 +82,7 @@ fn distance_squared(sample: &LightSample) -> f32 {
 /// Position and scaled normal, m.
 pub(super) type Place = [f32; 6];
 
-/// Where a candidate lies among others: its position, and its normal as a position on a sphere with a radius of `normal_scale`
+/// Where a candidate lies among others: its position, and its normal, or the axis of its lobe, as a position on a sphere with a radius of `normal_scale`
 /// metres. Those of an environment lie as far apart as light from them that comes as far as other light does, all far away from others,
 /// and its sun in a plane that is twice as far away.
 pub(super) fn place(candidate: &LightSample, normal_scale: f32) -> Place {
