@@ -34,6 +34,8 @@ impl Rectangle {
     /// that of the point beyond the second, and a mixture in between. With 2 and 3 relMSE is 4 % lower, for half as many pairs
     /// more that are near; with 1 and 2 it is a quarter higher.
     pub const NEAR: [f32; 2] = [1.5, 2.5];
+    /// Candidates in a plane that tell a rectangle.
+    pub(super) const FEWEST: usize = 3;
     /// A square of so many m² about a point.
     pub(super) fn square(center: Vec3, normal: Vec3, area: f32) -> Self {
         let half = 0.5 * area.sqrt();
@@ -48,7 +50,7 @@ impl Rectangle {
         let offsets: Vec<Vec3> = candidates.map(|position| position - sample.position).collect();
         let n = offsets.len() as f32;
         let square = Self::square(sample.position, sample.normal, area);
-        if offsets.len() < FEWEST {
+        if offsets.len() < Self::FEWEST {
             return square;
         }
         // Evenly spread points leave out 1 / (n + 1) of the whole on either side.
@@ -122,9 +124,6 @@ impl Rectangle {
         sum * (-0.5 / self.area())
     }
 }
-
-/// Candidates in a plane that tell a rectangle.
-const FEWEST: usize = 3;
 
 /// Unit vectors perpendicular to a normal, along the world's axes as far as they are.
 fn frames(normal: Vec3) -> impl Iterator<Item = Vec3> {

@@ -13,6 +13,10 @@
 //! in each channel (what is lost is only that its one end may be redder than the other; lobes and matt light have a mean each), and takes a quarter off the error: each
 //! deposit has the colour of a single path.
 //!
+//! A cluster may also hold a strip of a window's frame that brings little: were that chosen, all of the cluster's light would come from the
+//! strip, and what is close to it would be a hundred times too bright. So candidates that would outshine their plane by more than
+//! [`BRIGHTEST`] are passed over if there are others; their light comes from those.
+//!
 //! Which cluster is split decides where samples lie, on emitters or on what reflects. With clusters of equal weight a lamp
 //! that brings half of the light gets half of the samples, though it is small and any of its points would do nearly as well.
 
@@ -23,6 +27,13 @@ use super::{LightSample, Profile, Rectangle, SampleOrigin, punctual, sun};
 use crate::math::sequence;
 use glam::DVec3;
 use std::f64::consts::PI;
+
+/// How many times as bright as what lies in its plane a sample may be that stands for a cluster. In a bathroom 3, 8 and 24 leave a relMSE of
+/// .030, .035 and .211; 2 takes 3 % off the light of what is seen there, and 2 % off a classroom's.
+const BRIGHTEST: f64 = 8.0;
+
+/// How many times as much power as other candidates, for what it brings, one has that brings little.
+const BRINGS_LITTLE: f64 = 2.0;
 
 /// A sample that was chosen.
 #[derive(Clone, Debug)]
@@ -95,9 +106,43 @@ fn own_random(candidate: &LightSample, seed: u32) -> f64 {
 pub(super) fn choose(candidates: Candidates, cluster: &Cluster, seed: u32) -> Option<Chosen> {
     let samples = candidates.samples;
     let time = |i: &Item| -libm::log(1.0 - own_random(&samples[i.index as usize], seed)) / i.weight;
-    let times = cluster.items.iter().map(|i| (time(i), i.index));
-    let (_, index) = times.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
-    Some(stand_in(candidates, cluster, index as usize))
+    let mut order: Vec<(f64, usize)> = cluster.items.iter().map(|i| (time(i), i.index as usize)).collect();
+    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let is_even = |&&(_, index): &&(f64, usize)| !outshines(candidates, cluster, index);
+    let (_, index) = order.iter().find(is_even).or(order.first())?;
+    Some(stand_in(candidates, cluster, *index))
+}
+
+/// Whether a candidate that brings less than others for its power would be more than so many times as bright as what lies in its plane.
+fn outshines(candidates: Candidates, cluster: &Cluster, index: usize) -> bool {
+    let Candidates { samples, weights, .. } = candidates;
+    let sample = &samples[index];
+    if sample.punctual().is_some() || sample.profile.is_parallel() {
+        return false;
+    }
+    let power_of = |i: &Item| power(&samples[i.index as usize]) * i.weight / weights[i.index as usize];
+    let in_all: f64 = cluster.items.iter().map(power_of).sum();
+    let strength = power(sample) * cluster.weight / weights[index];
+    if strength <= BRINGS_LITTLE * in_all {
+        return false;
+    }
+    let coplanar = coplanar(samples, cluster, sample);
+    coplanar.len() >= Rectangle::FEWEST
+        && strength > BRIGHTEST * coplanar.into_iter().map(power_of).sum::<f64>()
+}
+
+/// Those of a cluster that lie in a sample's plane; where its light is parallel, those whose light is.
+fn coplanar<'a>(samples: &[LightSample], cluster: &'a Cluster, sample: &LightSample) -> Vec<&'a Item> {
+    let area = (PI * cluster.radius_squared) as f32;
+    let is_distant = sample.profile.is_parallel();
+    let in_plane = |i: &&Item| {
+        let member = &samples[i.index as usize];
+        if is_distant || member.profile.is_parallel() || member.punctual().is_some() {
+            return is_distant && matches!(member.profile, Profile::Distant { .. });
+        }
+        Rectangle::shares_plane(sample, member, area)
+    };
+    cluster.items.iter().filter(in_plane).collect()
 }
 
 /// Of the directions that a candidate stands for, sr; 0 where it has a position.
@@ -115,13 +160,7 @@ pub(super) fn stand_in(candidates: Candidates, cluster: &Cluster, index: usize) 
     let area = (PI * cluster.radius_squared) as f32;
     let member = |i: &Item| &samples[i.index as usize];
     let is_distant = sample.profile.is_parallel();
-    let in_plane = |i: &&Item| {
-        if is_distant || member(i).profile.is_parallel() || member(i).punctual().is_some() {
-            return is_distant && matches!(member(i).profile, Profile::Distant { .. });
-        }
-        Rectangle::shares_plane(&sample, member(i), area)
-    };
-    let mut coplanar: Vec<&Item> = cluster.items.iter().filter(in_plane).collect();
+    let mut coplanar = coplanar(samples, cluster, &sample);
     let positions = coplanar.iter().map(|i| member(i).position);
     let rectangle = (!is_distant).then(|| Rectangle::about(&sample, positions, area));
     // Lobes may have another colour than what is emitted there, and go elsewhere.

@@ -188,6 +188,35 @@ fn samples_have_the_mean_colour_of_their_plane() {
     }
 }
 
+#[test]
+fn what_brings_little_does_not_stand_for_what_brings_much() {
+    // A floor, and a board a metre above it; for few samples they are one cluster.
+    let chosen_on_board = |on_board: u32, weight: f64| {
+        let deposits: Vec<LightSample> = (0..60)
+            .map(|i| {
+                let height = if i < on_board { 1.0 } else { 0.0 };
+                let origin = SampleOrigin::Bounce { path: i, bounce: 1, triangle: 0 };
+                LightSample { origin, ..sample_at(vec3(random(i, 0), height, random(i, 1)), Vec3::Y) }
+            })
+            .collect();
+        let weights: Vec<f64> = (0..60).map(|i| if i < on_board { weight } else { 1.0 }).collect();
+        let sources = vec![Emission::Material(MaterialId(0)); deposits.len()];
+        let candidates = Candidates { samples: &deposits, sources: &sources, weights: &weights };
+        let one = |seed| resample(candidates, (1, &importance::Importance::uniform()), 0.5, seed).0.remove(0);
+        let on_board = |chosen: &Chosen| chosen.sample.position.y > 0.5;
+        (0..500).filter(|&seed| on_board(&one(seed))).count() as f64 / 500.0
+    };
+    // Ten of sixty that bring a tenth for their power would be fifty times as bright as what is about them.
+    assert_eq!(chosen_on_board(10, 0.1), 0.0);
+    // The controls: what brings as much as others, and what would be four times as bright, are chosen as often as they weigh.
+    for (count, weight, expected) in [(10, 1.0, 1.0 / 6.0), (30, 0.3, 9.0 / 39.0)] {
+        let share = chosen_on_board(count, weight);
+        assert!((share - expected).abs() < 0.06, "{share} for {expected}");
+    }
+    // Where there is nothing else it is chosen.
+    assert_eq!(chosen_on_board(60, 0.1), 1.0);
+}
+
 /// Light at points in a corner of a closed box, shadows not looked at.
 fn in_a_corner(geometry: &Geometry, samples: &[LightSample], clamp: Clamp) -> DVec3 {
     let points = [vec3(0.1, 0.001, 0.1), vec3(0.03, 0.001, 0.5), vec3(0.5, 0.001, 0.5)];
