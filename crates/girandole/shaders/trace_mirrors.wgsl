@@ -51,7 +51,9 @@ fn trace_mirrors(@builtin(global_invocation_id) invocation: vec3u) {
   let batch = branch_value(frame.batch, pixel.x);
   let is_further_sample = branch_value(frame.sample, pixel.x) > 0u;
   if batch > 0u { left *= mirror_image[at + 1u].xyz; }
-  let is_known = is_further_sample && batch == 0u && alpha >= WIDE_ALPHA && mirror_image[at + 3u].w == f32(surface_id);
+  // A lobe that is narrower than two pixels shows edges, which further samples smooth.
+  let is_wide = alpha >= max(WIDE_ALPHA, 4.0 * frame.half_height / f32(frame.size.y));
+  let is_known = is_further_sample && batch == 0u && is_wide && mirror_image[at + 3u].w == f32(surface_id);
   let is_sent = any(left > vec3f(0.0)) && !is_known;
   var ended = RayHit(0.0, NONE, 0.0, 0.0);
   if is_sent { ended = trace_ray(origin, direction, MAX_CLAMP, id - 1u, false); }

@@ -382,7 +382,8 @@ impl LightSet {
         let mut sampling = Sampling::new(tracer, settings, views).await;
         let (samples, sources) = sampling.candidates(geometry);
         let weights = sampling.importance.weights(&samples);
-        let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
+        let candidates =
+            Candidates { samples: &samples, sources: &sources, weights: &weights, tracer: Some(tracer) };
         let wanted = (sampling.wanted, &sampling.importance);
         pause().await;
         let (mut chosen, warning) = resample(candidates, wanted, sampling.normal_scale, sampling.seed);

@@ -126,7 +126,7 @@ pub(super) fn apart(candidates: &[LightSample], places: &[Place], count: u32) ->
 /// A punctual light of a cluster that shines for all of those: as it is, but stronger. Each of them is taken to emit its part
 /// of that in each channel.
 pub(super) fn stand_in(candidates: Candidates, cluster: &Cluster, index: usize) -> Chosen {
-    let Candidates { samples, sources, weights } = candidates;
+    let Candidates { samples, sources, weights, .. } = candidates;
     let sample = samples[index];
     let intensity = sample.intensity.as_dvec3() * (cluster.weight / weights[index]);
     let lights = || cluster.items.iter().filter(|item| samples[item.index as usize].punctual().is_some());

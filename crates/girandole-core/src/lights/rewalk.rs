@@ -28,6 +28,7 @@ use super::walk::{Path, Walk, Walked};
 use super::{LightSample, LightSet, LightSettings, emitters, punctual, source_tree};
 use crate::Result;
 use crate::math::sequence;
+use crate::parallel::in_order;
 use crate::scene::{Geometry, Scene, View};
 use crate::slices::{complete, pause};
 use crate::trace::{HeldHierarchies, ray_offset_distance};
@@ -185,7 +186,9 @@ impl IncrementalWalk {
         let (places, weights) = result.known();
         // In the order that they will have from now on.
         result.strata.distribute(&places, &weights);
-        let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
+        let tracer = result.hierarchies.tracer(scene, geometry);
+        let candidates =
+            Candidates { samples: &samples, sources: &sources, weights: &weights, tracer: Some(&tracer) };
         let wanted = wanted(&result.strata.clusters(), candidates, result.sampling.seed);
         result.slots = Slots::new(wanted, spare as usize, pace.fade);
         let set = result.set(scene, geometry);
@@ -367,7 +370,9 @@ impl IncrementalWalk {
         self.keep_weights(&held, &weights);
         self.direct.is_new = false;
         self.paths.iter_mut().for_each(|(known, _)| known.is_new = false);
-        let candidates = Candidates { samples: &samples, sources: &sources, weights: &weights };
+        let tracer = self.hierarchies.tracer(scene, geometry);
+        let candidates =
+            Candidates { samples: &samples, sources: &sources, weights: &weights, tracer: Some(&tracer) };
         let clusters = self.strata.clusters();
         let stay = |stratum: u64, shown: &LightSample| {
             let (_, cluster) = clusters.iter().find(|(id, _)| *id == stratum)?;
@@ -419,10 +424,11 @@ fn shown(wanted: u32, most: usize) -> [u32; 2] {
 
 /// A sample for each stratum.
 fn wanted(clusters: &[(u64, &Cluster)], candidates: Candidates, seed: u32) -> Vec<Wanted> {
-    let of = |&(stratum, cluster): &(u64, &Cluster)| {
+    let of = |i: usize| {
+        let (stratum, cluster) = clusters[i];
         choose(candidates, cluster, seed).map(|chosen| Wanted { stratum, chosen })
     };
-    clusters.iter().filter_map(of).collect()
+    in_order(clusters.len(), of).into_iter().flatten().collect()
 }
 
 /// By object, a box about it.

@@ -286,7 +286,7 @@ fn fewer_punctual(
     let sources: Vec<Emission> =
         punctual.iter().filter_map(|sample| Emission::of_direct(tracer.geometry(), sample)).collect();
     let weights = Importance::uniform().weights(punctual);
-    let candidates = Candidates { samples: punctual, sources: &sources, weights: &weights };
+    let candidates = Candidates { samples: punctual, sources: &sources, weights: &weights, tracer: None };
     let normal_scale = importance::NORMAL_SCALE * importance::free_path(tracer, punctual);
     let (chosen, warning) = resample(candidates, (count, &Importance::uniform()), normal_scale, seed);
     (chosen.into_iter().map(|chosen| chosen.sample).collect(), warning)

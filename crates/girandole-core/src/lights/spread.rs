@@ -8,6 +8,7 @@
 
 use super::{LightSample, Rectangle, SampleOrigin};
 use crate::parallel::in_order;
+use crate::scene::NONE;
 use crate::trace::SceneTracer;
 use glam::Vec3;
 
@@ -47,6 +48,21 @@ pub(super) fn spread(tracer: &SceneTracer, samples: &mut [LightSample]) {
     for (sample, rectangle) in samples.iter_mut().zip(found) {
         sample.rectangle = rectangle;
     }
+}
+
+/// Whether something static lies before a sample closer than [`NARROW`] of the radius, m, of what it stands for.
+pub(super) fn is_in_narrow_gap(tracer: &SceneTracer, sample: &LightSample, radius: f32) -> bool {
+    let own = sample.triangle();
+    if own == NONE {
+        return false;
+    }
+    let objects = &tracer.scene().objects;
+    let is_static = |triangle: u32, _| {
+        let object = tracer.geometry().triangles[triangle as usize].object;
+        !objects[object as usize].dynamic && triangle != own
+    };
+    let origin = tracer.offset_ray_origin(sample.position, sample.normal);
+    tracer.closest_hit_where(origin, sample.normal, NARROW * radius, is_static).is_some()
 }
 
 /// A larger rectangle than was fitted, which ends where something stands.
@@ -136,7 +152,7 @@ mod tests {
     use super::*;
     use crate::lights::{LightSet, LightSettings, Profile};
     use crate::scene::builtin::{self, MovingObject};
-    use crate::scene::{Geometry, Material, MaterialId, Mesh, NONE, Scene, Transform};
+    use crate::scene::{Geometry, Material, MaterialId, Mesh, Scene, Transform};
     use glam::Quat;
 
     #[test]

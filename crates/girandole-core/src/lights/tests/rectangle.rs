@@ -177,7 +177,7 @@ fn samples_have_the_mean_colour_of_their_plane() {
         .collect();
     let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
     let sources = vec![Emission::Material(MaterialId(0)); deposits.len()];
-    let candidates = Candidates { samples: &deposits, sources: &sources, weights: &weights };
+    let candidates = Candidates { samples: &deposits, sources: &sources, weights: &weights, tracer: None };
     for Chosen { sample, .. } in resample(candidates, (6, &importance::Importance::uniform()), 0.5, 1).0 {
         let [red, green, blue] = sample.intensity.to_array();
         if sample.normal == Vec3::Z {
@@ -201,7 +201,8 @@ fn what_brings_little_does_not_stand_for_what_brings_much() {
             .collect();
         let weights: Vec<f64> = (0..60).map(|i| if i < on_board { weight } else { 1.0 }).collect();
         let sources = vec![Emission::Material(MaterialId(0)); deposits.len()];
-        let candidates = Candidates { samples: &deposits, sources: &sources, weights: &weights };
+        let candidates =
+            Candidates { samples: &deposits, sources: &sources, weights: &weights, tracer: None };
         let one = |seed| resample(candidates, (1, &importance::Importance::uniform()), 0.5, seed).0.remove(0);
         let on_board = |chosen: &Chosen| chosen.sample.position.y > 0.5;
         (0..500).filter(|&seed| on_board(&one(seed))).count() as f64 / 500.0
@@ -215,6 +216,38 @@ fn what_brings_little_does_not_stand_for_what_brings_much() {
     }
     // Where there is nothing else it is chosen.
     assert_eq!(chosen_on_board(60, 0.1), 1.0);
+}
+
+#[test]
+fn what_lies_in_a_narrow_gap_does_not_stand_for_what_lies_beside_it() {
+    // A floor, half of it below a board.
+    let chosen_below = |height: f32, beside: u32| {
+        let mut mesh = Mesh::default();
+        square(&mut mesh, Vec3::ZERO, 2.0, true, MaterialId(0));
+        mesh.add_box(vec3(0.0, height, -1.0), vec3(1.0, height + 0.1, 1.0), MaterialId(0));
+        let (scene, geometry) = scene_of(mesh, vec![Material::default()]);
+        let tracer = SceneTracer::new(&scene, &geometry);
+        let deposits: Vec<LightSample> = (0..60)
+            .map(|i| {
+                let side = if i < beside { -1.0 } else { 1.0 };
+                let place = vec3(side * (0.1 + 0.9 * random(i, 0)), 0.0, 2.0 * random(i, 1) - 1.0);
+                let origin = SampleOrigin::Bounce { path: i, bounce: 1, triangle: 0 };
+                LightSample { origin, ..sample_at(place - geometry.origin.as_vec3(), Vec3::Y) }
+            })
+            .collect();
+        let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
+        let sources = vec![Emission::Material(MaterialId(0)); deposits.len()];
+        let candidates =
+            Candidates { samples: &deposits, sources: &sources, weights: &weights, tracer: Some(&tracer) };
+        let one = |seed| resample(candidates, (1, &importance::Importance::uniform()), 0.5, seed).0.remove(0);
+        let is_below = |chosen: &Chosen| chosen.sample.position.x + geometry.origin.as_vec3().x > 0.0;
+        f64::from((0..500).filter(|&seed| is_below(&one(seed))).count() as u32) / 500.0
+    };
+    // Eight are asked, and half of them lie beside: one in 256 finds none.
+    assert!(chosen_below(0.02, 30) < 0.02, "{}", chosen_below(0.02, 30));
+    // The controls: below a high board half of them, and in the gap where nothing else is.
+    assert!((chosen_below(0.8, 30) - 0.5).abs() < 0.08, "{}", chosen_below(0.8, 30));
+    assert_eq!(chosen_below(0.02, 0), 1.0);
 }
 
 /// Light at points in a corner of a closed box, shadows not looked at.
