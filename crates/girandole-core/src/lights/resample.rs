@@ -110,7 +110,8 @@ fn own_random(candidate: &LightSample, seed: u32) -> f64 {
 
 /// A candidate of the cluster in proportion to weight: the first to come, where each comes at a time distributed
 /// exponentially with its weight as the rate. Its random number is its own, so that what is chosen changes little if weights
-/// or clusters do (permanent random numbers: Ohlsson 1995).
+/// or clusters do (permanent random numbers: Ohlsson 1995). Of the first [`MOST_TRIES`], those that would be too bright close by are passed
+/// over.
 pub(super) fn choose(candidates: Candidates, cluster: &Cluster, seed: u32) -> Option<Chosen> {
     let samples = candidates.samples;
     let time = |i: &Item| -libm::log(1.0 - own_random(&samples[i.index as usize], seed)) / i.weight;
