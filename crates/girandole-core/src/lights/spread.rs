@@ -52,26 +52,22 @@ pub(super) fn spread(tracer: &SceneTracer, samples: &mut [LightSample]) {
 
 /// Whether something static lies before a sample closer than [`NARROW`] of the radius, m, of what it stands for.
 pub(super) fn is_in_narrow_gap(tracer: &SceneTracer, sample: &LightSample, radius: f32) -> bool {
-    let own = sample.triangle();
-    if own == NONE {
-        return false;
-    }
-    let objects = &tracer.scene().objects;
-    let is_static = |triangle: u32, _| {
-        let object = tracer.geometry().triangles[triangle as usize].object;
-        !objects[object as usize].dynamic && triangle != own
-    };
     let origin = tracer.offset_ray_origin(sample.position, sample.normal);
-    tracer.closest_hit_where(origin, sample.normal, NARROW * radius, is_static).is_some()
+    let is_other = |triangle, _| is_other_and_static(tracer, sample, triangle);
+    sample.triangle() != NONE
+        && tracer.closest_hit_where(origin, sample.normal, NARROW * radius, is_other).is_some()
+}
+
+/// Whether a triangle is static, and not the one that the sample lies on.
+fn is_other_and_static(tracer: &SceneTracer, sample: &LightSample, triangle: u32) -> bool {
+    let object = tracer.geometry().triangles[triangle as usize].object;
+    !tracer.scene().objects[object as usize].dynamic && triangle != sample.triangle()
 }
 
 /// A larger rectangle than was fitted, which ends where something stands.
 fn spread_out(tracer: &SceneTracer, sample: &LightSample, fitted: Rectangle) -> Rectangle {
-    let (scene, geometry) = (tracer.scene(), tracer.geometry());
-    let is_static = |triangle: u32, _| {
-        let object = geometry.triangles[triangle as usize].object;
-        !scene.objects[object as usize].dynamic && triangle != sample.triangle()
-    };
+    let geometry = tracer.geometry();
+    let is_static = |triangle, _| is_other_and_static(tracer, sample, triangle);
     let height = sample.normal * (HEIGHT * fitted.radius());
     let offset = tracer.offset_ray_origin(sample.position, sample.normal) - sample.position;
     let origin = sample.position + offset + height;
