@@ -35,6 +35,7 @@ struct Share {
 }
 
 const WORD = 4294967296.0;
+const MAP_LANES = SIDE * SIDE / 3u;
 
 // Once rounded, no operation loses a bit.
 fn in_units(irradiance: vec3f, units: f32) -> Share {
@@ -43,37 +44,52 @@ fn in_units(irradiance: vec3f, units: f32) -> Share {
   return Share(vec3u(rounded - high * WORD), vec3u(high));
 }
 
-@compute @workgroup_size(32)
+fn plus(a: Share, b: Share) -> Share {
+  let low = a.low + b.low;
+  return Share(low, a.high + b.high + vec3u(low < b.low));
+}
+
+fn minus(a: Share, b: Share) -> Share {
+  return Share(a.low - b.low, a.high - b.high - vec3u(a.low < b.low));
+}
+
+fn texel_position(record: LeafRecord, i: u32) -> vec3f {
+  let at = vec2f(vec2u(i % SIDE, i / SIDE)) / f32(SIDE - 1u);
+  return record.corner + record.across * at.x + record.up * at.y;
+}
+
+fn store(update: LightMapUpdate, texel: u32, change: Share) {
+  var sum = change;
+  if update.is_void == 0u {
+    let held = sums[texel];
+    let before = Share(vec3u(held[0], held[1], held[2]), vec3u(held[3], held[4], held[5]));
+    if (changes[update.first] & TAKEN_AWAY) != 0u { sum = minus(before, change); } else { sum = plus(before, change); }
+  }
+  sums[texel] = array<u32, 6>(sum.low.x, sum.low.y, sum.low.z, sum.high.x, sum.high.y, sum.high.z);
+  light_maps[texel] = vec4f((vec3f(sum.high) * WORD + vec3f(sum.low)) / update.units, 1.0);
+}
+
+// Each lane has three texels of the map, for one load of a light.
+@compute @workgroup_size(MAP_LANES)
 fn update_light_maps(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) lane: vec3u) {
   let index = group.y * GROUPS_PER_ROW + group.x;
   if index >= arrayLength(&updates) { return; }
   let update = updates[index];
   let record = leaf_record(update.leaf);
-  for (var i = lane.x; i < SIDE * SIDE; i += 32u) {
-    let at = vec2f(vec2u(i % SIDE, i / SIDE)) / f32(SIDE - 1u);
-    let position = record.corner + record.across * at.x + record.up * at.y;
-    let texel = record.light_map + i;
-    var low = vec3u(0u);
-    var high = vec3u(0u);
-    for (var c = update.first; c < update.end; c++) {
-      let light = lights[changes[c] & ~TAKEN_AWAY];
-      let share = in_units(irradiance(light, position, record.normal), update.units);
-      low += share.low;
-      high += share.high + vec3u(low < share.low);
-    }
-    if update.is_void == 0u {
-      let held = sums[texel];
-      let held_low = vec3u(held[0], held[1], held[2]);
-      let held_high = vec3u(held[3], held[4], held[5]);
-      if (changes[update.first] & TAKEN_AWAY) != 0u {
-        high = held_high - high - vec3u(held_low < low);
-        low = held_low - low;
-      } else {
-        low += held_low;
-        high += held_high + vec3u(low < held_low);
-      }
-    }
-    sums[texel] = array<u32, 6>(low.x, low.y, low.z, high.x, high.y, high.z);
-    light_maps[texel] = vec4f((vec3f(high) * WORD + vec3f(low)) / update.units, 1.0);
+  let texels = lane.x + vec3u(0u, MAP_LANES, 2u * MAP_LANES);
+  let positions = array<vec3f, 3>(
+    texel_position(record, texels.x), texel_position(record, texels.y), texel_position(record, texels.z));
+  let nothing = Share(vec3u(0u), vec3u(0u));
+  var a = nothing;
+  var b = nothing;
+  var c = nothing;
+  for (var i = update.first; i < update.end; i++) {
+    let light = lights[changes[i] & ~TAKEN_AWAY];
+    a = plus(a, in_units(irradiance(light, positions[0], record.normal), update.units));
+    b = plus(b, in_units(irradiance(light, positions[1], record.normal), update.units));
+    c = plus(c, in_units(irradiance(light, positions[2], record.normal), update.units));
   }
+  store(update, record.light_map + texels.x, a);
+  store(update, record.light_map + texels.y, b);
+  store(update, record.light_map + texels.z, c);
 }

@@ -42,14 +42,14 @@ fn shade_points_cooperative(@builtin(workgroup_id) group: vec3u, @builtin(local_
     add_looked_up_previously(&sums, leaf, all, lane, LANES);
     let list = remaining(leaf, all);
     for (var i = list.unshadowed + lane; i < list.near_unshadowed; i += LANES) {
-      let light = lights[light_lists[i]];
+      let light = lights[listed_light(i)];
       add(&sums, light, arriving(light, sums.shading), 1.0);
     }
     for (var i = list.near_unshadowed + lane; i < list.shadowed; i += LANES) {
-      add_in_full(&sums, lights[light_lists[i]], i >= list.near_shadowed, i >= list.jointed);
+      add_in_full(&sums, lights[listed_light(i)], i >= list.near_shadowed, i >= list.jointed);
     }
     for (var i = list.shadowed + lane; i < list.end; i += LANES) {
-      add_light(&sums, lights[light_lists[i]], select(0.0, 1.0, i >= list.subtracted));
+      add_light(&sums, lights[listed_light(i)], select(0.0, 1.0, i >= list.subtracted));
     }
   }
   let is_direction = HAS_CURVED && sums.shading.reflection.f90 <= 0.0;

@@ -141,7 +141,7 @@ fn of_listed_lights(@builtin(workgroup_id) group: vec3u, @builtin(local_invocati
     for (var batch = 0u; batch < offsets.batches; batch++) {
       let range = leaf_range_at(offsets.ranges_at + (leaf * offsets.batches + batch) * LEAF_RANGE_WORDS);
       for (var i = range.near_shadowed + lane; i < range.end; i += WORKGROUP) {
-        sum += excess(batch * BATCH + light_lists[i], p);
+        sum += excess(batch * BATCH + listed_light(i), p);
       }
     }
   }

@@ -92,7 +92,8 @@ record! {
 }
 
 record! {
-    /// The list of a leaf and batch of lights: where each of its seven parts begins in `light_lists`, see `gpu_scene/receivers/mod.rs`.
+    /// The list of a leaf and batch of lights: where each of its seven parts begins in `light_lists`, in entries of half a word, see
+    /// `gpu_scene/receivers/mod.rs`.
     LeafRange as leaf_range in "light_lists": Plain {
         mapped_unshadowed: u32,
         unshadowed: u32,

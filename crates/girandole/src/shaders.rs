@@ -244,7 +244,7 @@ sources! {
     TONEMAP = tonemap [tonemap packed];
     STALE_ERROR = stale_error [
         frame scene texture texture_entry_at surface hit reflection brdf color light maps octahedral parameterisation atlas
-        parallel_map shadow rectangle previous_transform transforms_previous mirror_share environment_share point_sums packed buffer_offsets receiver receiver_grid_at leaf_record_at leaf_range_at stale_maps_header_at
+        parallel_map shadow rectangle previous_transform transforms_previous mirror_share environment_share point_sums packed buffer_offsets receiver receiver_grid_at light_lists leaf_record_at leaf_range_at stale_maps_header_at
         stale_part_at occluder_box_at blockers
     ];
     DEBUG_LEAVES = debug_leaves [

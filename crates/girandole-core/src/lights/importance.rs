@@ -14,6 +14,11 @@
 //!
 //! Weights decide where samples are, never what light there is in the mean (`resample.rs`).
 
+mod runs;
+
+pub(super) use self::runs::halve;
+
+use self::runs::{Node, Run, split_into_runs};
 use super::brightness::Brightness;
 use super::nearness::Seen;
 use super::view_points::ViewPoint;
@@ -123,26 +128,6 @@ pub(super) struct Importance {
     pub of_points: Option<Brightness>,
 }
 
-/// Runs of neighbours, as halves of halves.
-#[derive(Clone, Debug)]
-enum Node {
-    /// Up to where along an axis the first half goes, and both.
-    Halves { axis: usize, border: f32, halves: Box<[Node; 2]> },
-    /// One of the runs.
-    Run(usize),
-}
-
-/// Neighbours.
-#[derive(Clone, Debug)]
-struct Run {
-    /// Candidates that it was made of.
-    members: Vec<u32>,
-    /// What one brings per unit of power.
-    importance: f64,
-    /// The bound on `G` that that was measured with.
-    bound: f32,
-}
-
 impl Importance {
     /// Where all places count alike.
     pub fn uniform() -> Self {
@@ -161,13 +146,7 @@ impl Importance {
     }
 
     fn run_at(&self, place: Place) -> Option<&Run> {
-        let mut node = self.tree.as_ref()?;
-        loop {
-            match node {
-                Node::Halves { axis, border, halves } => node = &halves[usize::from(place[*axis] >= *border)],
-                Node::Run(run) => return self.runs.get(*run),
-            }
-        }
+        self.runs.get(self.tree.as_ref()?.run_at(place))
     }
 
     /// The weight of each of the candidates that it was measured with.
@@ -439,61 +418,6 @@ fn bound(candidates: &[LightSample], power: &[f64], run: &[u32]) -> f32 {
     let mean = sum(&at) / total;
     let variance = sum(&|i| (at(i) - mean) * (at(i) - mean)).element_sum() / total;
     (1.0 / (2.0 * variance)).min(f64::from(f32::MAX)) as f32
-}
-
-/// Runs of neighbours by position and normal. The sun is a run of its own: all of it brings the same but for the edges of shadows.
-/// The `longest` are of so many candidates, or so many punctual lights.
-fn split_into_runs(
-    candidates: &[LightSample],
-    places: &[Place],
-    longest: [usize; 2],
-) -> (Option<Node>, Vec<Run>) {
-    let is_sun = |&i: &u32| candidates[i as usize].is_of_sun();
-    let is_punctual = |&i: &u32| candidates[i as usize].punctual().is_some();
-    let (punctual, others): (Vec<u32>, Vec<u32>) = (0..places.len() as u32).partition(is_punctual);
-    let (sun, others): (Vec<u32>, Vec<u32>) = others.into_iter().partition(is_sun);
-    let parts = [(others, 0, longest[0]), (sun, 0, usize::MAX), (punctual, punctual::AXIS, longest[1])];
-    let (mut tree, mut runs) = (None, Vec::new());
-    // Each lies beyond all that come before it.
-    for (part, axis, longest) in parts.into_iter().filter(|(part, ..)| !part.is_empty()) {
-        let border = part.iter().map(|&i| places[i as usize][axis]).fold(f32::INFINITY, f32::min);
-        let part = split(part, places, longest, &mut runs);
-        tree = Some(match tree.take() {
-            Some(before) => Node::Halves { axis, border, halves: Box::new([before, part]) },
-            None => part,
-        });
-    }
-    (tree, runs)
-}
-
-fn split(mut members: Vec<u32>, places: &[Place], longest: usize, runs: &mut Vec<Run>) -> Node {
-    if members.len() <= longest {
-        runs.push(Run { members, importance: 1.0, bound: f32::MAX });
-        return Node::Run(runs.len() - 1);
-    }
-    let (axis, border, second) = halve(&mut members, places);
-    let halves = [members, second].map(|half| split(half, places, longest, runs));
-    Node::Halves { axis, border, halves: Box::new(halves) }
-}
-
-/// Takes the second half, by place along the axis of largest variance, and returns it with that axis and where it begins.
-pub(super) fn halve(run: &mut Vec<u32>, places: &[Place]) -> (usize, f32, Vec<u32>) {
-    let variance = |axis: usize| {
-        let at = |&i: &u32| f64::from(places[i as usize][axis]);
-        let mean = run.iter().map(at).sum::<f64>() / run.len() as f64;
-        run.iter().map(|i| (at(i) - mean).powi(2)).sum::<f64>()
-    };
-    let variances: [f64; 6] = std::array::from_fn(variance);
-    let axis = (1..6).fold(0, |best, axis| if variances[axis] > variances[best] { axis } else { best });
-    let key = |i: u32| places[i as usize][axis];
-    let middle = run.len() / 2;
-    run.select_nth_unstable_by(middle, |&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
-    let border = key(run[middle]);
-    let mut second = run.split_off(middle);
-    // What select leaves within each half is not specified.
-    run.sort_unstable();
-    second.sort_unstable();
-    (axis, border, second)
 }
 
 #[cfg(test)]

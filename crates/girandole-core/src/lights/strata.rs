@@ -4,20 +4,22 @@
 //! frame the splits are held, so that what happens in one stratum changes no other; and a few strata a frame are merged and
 //! others split where that lowers the largest error.
 
-use super::importance::{NORMAL_SCALE, Place};
+mod cluster;
+
+pub(super) use self::cluster::{Cluster, Item};
+
+use self::cluster::{Border, Halves};
+use super::importance::Place;
 use super::nearness::Seen;
-use glam::DVec3;
+use crate::parallel::map;
+use rustc_hash::FxHashMap;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
-use std::f64::consts::PI;
 
-/// Power of a cluster's spread in its error. If light went unblocked, what a cluster brings to a point would differ in
-/// proportion to its spread, at shadow edges to its root; splitting the largest error of all then puts samples to
-/// the 2/3rd and 4/5th power of the density of light. In single rooms 0.75 to 2 are about equal, and 0, which is clusters of
-/// equal weight, has a quarter more error; in a building 0.75 has a fifth less than 1.5.
-const SPREAD_POWER: f64 = 0.75;
-/// How many candidates the half of the parent's area counts for beside a cluster's own few.
-const PRIOR: f64 = 1.0;
+/// Clusters that are split on all cores before it is their turn: all but the last ones are split in the end.
+const SPLIT_AHEAD: usize = 256;
+/// Candidates that are worth a piece of work of their own.
+const PIECE: usize = 4096;
 
 /// Strata are merged and others split where the error of the split one is so many times that of the merged ones.
 const HYSTERESIS: f64 = 1.2;
@@ -35,107 +37,6 @@ pub(super) struct Apart {
     /// How many strata, at least; or exactly so many, that stay as they are.
     pub count: u32,
     pub is_fixed: bool,
-}
-
-/// A candidate, or a part of one where clusters lie at one place.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Item {
-    pub index: u32,
-    pub weight: f64,
-    /// Position and scaled normal.
-    at: Place,
-}
-
-/// Candidates of which one sample is chosen.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Cluster {
-    pub items: Vec<Item>,
-    pub weight: f64,
-    /// Variance along each axis, by weight, of places as [near](Seen::nearness) as theirs count.
-    variance: [f64; 6],
-    /// r² of the disc that a sample of the cluster stands for, m².
-    pub radius_squared: f64,
-}
-
-impl Cluster {
-    fn new(items: Vec<Item>, parent_radius_squared: Option<f64>, seen: Option<Seen>) -> Self {
-        if items.is_empty() {
-            return Self::default();
-        }
-        let sum = |f: &dyn Fn(&Item) -> f64| items.iter().map(f).sum::<f64>();
-        let weight = sum(&|i| i.weight);
-        let mean: [f64; 6] = std::array::from_fn(|axis| sum(&|i| f64::from(i.at[axis]) * i.weight) / weight);
-        let mut variance: [f64; 6] = std::array::from_fn(|axis| {
-            sum(&|i| (f64::from(i.at[axis]) - mean[axis]).powi(2) * i.weight) / weight
-        });
-        // A disc's r² is twice the mean squared distance from its centre.
-        let own = 2.0 * variance[..3].iter().sum::<f64>();
-        // Few candidates say little of the area that they were left on: it is about half of the parent's.
-        let candidates = weight * weight / sum(&|i| i.weight * i.weight);
-        let radius_squared = match parent_radius_squared {
-            Some(parent) => (candidates * own + PRIOR * 0.5 * parent) / (candidates - 1.0 + PRIOR),
-            None => own,
-        };
-        let nearness = seen.map_or(1.0, |seen| seen.nearness(DVec3::new(mean[0], mean[1], mean[2])));
-        variance[..3].iter_mut().for_each(|v| *v *= nearness * nearness);
-        Self { items, weight, variance, radius_squared }
-    }
-
-    /// Where candidates are directions of an environment, what a sample of the cluster stands for, sr.
-    pub fn solid_angle(&self) -> f64 {
-        // They lie on a sphere, and so do their scaled normals.
-        let scaled_normal = |i: &Item| i.at[3..].iter().map(|&x| f64::from(x).powi(2)).sum::<f64>();
-        let sphere = self.items.first().map_or(1.0, scaled_normal) / f64::from(NORMAL_SCALE).powi(2);
-        (PI * self.radius_squared / sphere).min(4.0 * PI)
-    }
-
-    /// How much a sample of the cluster may be wrong by, in arbitrary units; less than nothing for what stands for itself alone.
-    fn error(&self) -> f64 {
-        if self.items.len() < 2 {
-            return -1.0;
-        }
-        self.weight * libm::pow(self.variance.iter().sum(), 0.5 * SPREAD_POWER)
-    }
-
-    /// Splits the cluster in two across the axis of largest variance, where that leaves the least variance on both sides. What
-    /// all lies at one place is halved in number, a single candidate in weight.
-    fn split(self, seen: Option<Seen>) -> ([Self; 2], Border) {
-        let Self { mut items, weight, variance, radius_squared } = self;
-        let axis = (1..6).fold(0, |best, axis| if variance[axis] > variance[best] { axis } else { best });
-        let at = |i: &Item| f64::from(i.at[axis]);
-        items.sort_unstable_by(|a, b| a.at[axis].total_cmp(&b.at[axis]).then(a.index.cmp(&b.index)));
-        let moment: f64 = items.iter().map(|i| at(i) * i.weight).sum();
-        // Between two different places: weights of both sides times the squared distance of their means (Otsu 1979).
-        let (mut best, mut most) = (None, 0.0);
-        let (mut left, mut left_moment) = (0.0, 0.0);
-        for (border, pair) in (1..).zip(items.windows(2)) {
-            left += pair[0].weight;
-            left_moment += at(&pair[0]) * pair[0].weight;
-            let right = weight - left;
-            let apart = left_moment / left - (moment - left_moment) / right;
-            let between = left * right * apart * apart;
-            if at(&pair[0]) < at(&pair[1]) && between > most {
-                (best, most) = (Some(border), between);
-            }
-        }
-        let (parts, border) = match best {
-            Some(first) => {
-                let border = (at(&items[first - 1]) + at(&items[first])) * 0.5;
-                let second = items.split_off(first);
-                ([items, second], Border::At { axis, border })
-            }
-            None if items.len() > 1 => {
-                let second = items.split_off(items.len() / 2);
-                let border = Border::After(second[0].index - 1);
-                ([items, second], border)
-            }
-            None => {
-                items.iter_mut().for_each(|i| i.weight *= 0.5);
-                ([items.clone(), items], Border::None)
-            }
-        };
-        (parts.map(|items| Self::new(items, Some(radius_squared), seen)), border)
-    }
 }
 
 /// A cluster that may be split, by error; of equal ones the older one comes first.
@@ -163,17 +64,6 @@ impl PartialEq for Open {
 }
 
 impl Eq for Open {}
-
-/// Where a cluster was split.
-#[derive(Clone, Copy, Debug)]
-enum Border {
-    /// Between two places along an axis.
-    At { axis: usize, border: f64 },
-    /// At one place, after a candidate.
-    After(u32),
-    /// Nowhere: both halves have all of it, with half the weight.
-    None,
-}
 
 /// A cluster, or the two that it was split into.
 #[derive(Clone, Debug)]
@@ -275,14 +165,41 @@ impl Strata {
     fn grow(&mut self, nodes: &[usize], count: u32) -> Vec<usize> {
         let mut open = BinaryHeap::new();
         open.extend(nodes.iter().map(|&node| Open { error: self.nodes[node].cluster.error(), node }));
+        let mut ahead = FxHashMap::default();
         while open.len() < count as usize
-            && let Some(Open { node, .. }) = open.pop()
+            && let Some(Open { node, .. }) = open.peek()
         {
-            for child in self.split(node) {
+            let node = *node;
+            if !ahead.contains_key(&node) {
+                let left = count as usize - open.len();
+                self.split_ahead(&mut open, left.min(SPLIT_AHEAD), &mut ahead);
+            }
+            open.pop();
+            for child in ahead.remove(&node).map(|halves| self.put_halves(node, halves)).into_iter().flatten()
+            {
                 open.push(Open { error: self.nodes[child].cluster.error(), node: child });
             }
         }
         open.into_iter().map(|Open { node, .. }| node).collect()
+    }
+
+    /// Finds what the first of these nodes would be split into, so many of them.
+    fn split_ahead(&self, open: &mut BinaryHeap<Open>, most: usize, ahead: &mut FxHashMap<usize, Halves>) {
+        let first: Vec<Open> = (0..most).map_while(|_| open.pop()).collect();
+        let mut pieces: Vec<(Vec<usize>, usize)> = vec![(Vec::new(), 0)];
+        for node in first.iter().map(|open| open.node).filter(|node| !ahead.contains_key(node)) {
+            if pieces.last().is_none_or(|(_, items)| *items >= PIECE) {
+                pieces.push((Vec::new(), 0));
+            }
+            if let Some((nodes, items)) = pieces.last_mut() {
+                nodes.push(node);
+                *items += self.nodes[node].cluster.items.len();
+            }
+        }
+        let halves = |node: &usize| (*node, self.nodes[*node].cluster.split(self.seen));
+        let of_piece = |(nodes, _): &(Vec<usize>, usize)| nodes.iter().map(halves).collect::<Vec<_>>();
+        ahead.extend(map(&pieces, of_piece).into_iter().flatten());
+        open.extend(first);
     }
 
     fn add(&mut self, parent: Option<usize>, prior: Option<f64>, cluster: Cluster) -> usize {
@@ -301,9 +218,12 @@ impl Strata {
     }
 
     fn split(&mut self, node: usize) -> [usize; 2] {
-        let cluster = std::mem::take(&mut self.nodes[node].cluster);
-        let prior = Some(cluster.radius_squared);
-        let (parts, border) = cluster.split(self.seen);
+        let halves = self.nodes[node].cluster.split(self.seen);
+        self.put_halves(node, halves)
+    }
+
+    fn put_halves(&mut self, node: usize, Halves { parts, border }: Halves) -> [usize; 2] {
+        let prior = Some(std::mem::take(&mut self.nodes[node].cluster).radius_squared);
         let children = parts.map(|part| self.add(Some(node), prior, part));
         self.nodes[node].split = Some((border, children));
         children

@@ -22,7 +22,7 @@ use std::ops::Range;
 
 /// With more lights visibility is not determined: a database holds five bytes for each node and light, and ten where something
 /// moves.
-pub const MOST_LIGHTS: usize = 16384;
+pub const MOST_LIGHTS: usize = 65536;
 
 /// For each node and light the state, and the blockers that decide it.
 #[derive(Clone, Debug)]

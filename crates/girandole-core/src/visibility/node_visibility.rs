@@ -7,9 +7,16 @@ use super::light_points::LightPoint;
 use super::pyramid::{Containment, Facing, Occlusion, Pyramid, Scratch};
 use super::shapes::{MAX_CORNERS, Shape};
 use super::surfaces::Surfaces;
+use crate::parallel::map;
 use crate::scene::NONE;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
+
+/// Lights that are worth a piece of work of their own.
+const LEAST_LIGHTS: usize = 128;
+/// Pieces into which those of a node are cut.
+const MOST_CHUNKS: usize = 64;
 
 /// A full or partial blocker of a pair: `light`, and an index into the blockers with the lowest bit set if full.
 #[derive(Clone, Copy, Debug)]
@@ -128,7 +135,8 @@ impl Workspace {
 }
 
 impl SceneContext<'_> {
-    /// Tests a node against the hierarchy of blockers, starting from those that its parent left undecided.
+    /// Tests a node against the hierarchy of blockers, starting from those that its parent left undecided: many lights on all cores, as a
+    /// large surface has most of the nodes, one after the other.
     pub fn visibility_by_groups(
         &self,
         shape: Shape,
@@ -136,18 +144,50 @@ impl SceneContext<'_> {
         parent: Option<&NodeVisibility>,
         workspace: &mut Workspace,
     ) -> NodeVisibility {
+        let count = self.lights.len();
+        let each = (count / MOST_CHUNKS).max(LEAST_LIGHTS);
+        if count < 2 * each {
+            return self.visibility_of_lights(0..count, (shape, node), parent, workspace);
+        }
+        let chunks: Vec<Range<usize>> =
+            (0..count).step_by(each).map(|first| first..count.min(first + each)).collect();
+        let mut result = NodeVisibility { states: Vec::with_capacity(count), entries: Vec::new() };
+        for (part, tests) in map(&chunks, |chunk| {
+            let mut workspace = Workspace::new();
+            let part = self.visibility_of_lights(chunk.clone(), (shape, node), parent, &mut workspace);
+            (part, workspace.scratch.tests)
+        }) {
+            result.states.extend(part.states);
+            result.entries.extend(part.entries);
+            workspace.scratch.tests += tests;
+        }
+        result
+    }
+
+    /// The same for some lights.
+    fn visibility_of_lights(
+        &self,
+        lights: Range<usize>,
+        (shape, node): (Shape, NodeContext),
+        parent: Option<&NodeVisibility>,
+        workspace: &mut Workspace,
+    ) -> NodeVisibility {
         let faces_all_ways = matches!(shape, Shape::Cluster(cluster) if cluster.angle >= FRAC_PI_2);
         let is_known = node.is_known && faces_all_ways;
-        let mut rest: &[Entry] = parent.map_or(&[], |p| &p.entries);
+        let mut rest: &[Entry] = parent.map_or(&[], |p| {
+            let [first, end] = [lights.start, lights.end]
+                .map(|light| p.entries.partition_point(|e| (e.light as usize) < light));
+            &p.entries[first..end]
+        });
         let tolerance = shape.tolerance(&self.surfaces.tolerance);
         let mut result = NodeVisibility {
-            states: vec![State::Unoccluded; self.lights.len()],
+            states: vec![State::Unoccluded; lights.len()],
             entries: Vec::with_capacity(rest.len()),
         };
-        for (index, light) in self.lights.iter().enumerate() {
+        for (state, index) in result.states.iter_mut().zip(lights) {
+            let light = &self.lights[index];
             let inherited = split_off_light(&mut rest, index as u32);
             let parent_state = parent.map_or(State::Unoccluded, |p| p.states[index]);
-            let state = &mut result.states[index];
             // Decided for the whole subtree, or for just this.
             let is_decided = inherited.iter().all(|e| e.full()) || is_known && parent_state != State::Partial;
             if parent.is_some() && is_decided {

@@ -1,5 +1,8 @@
 // Lists of lights by leaf and batch. A pass that uses it binds `light_lists`, which holds words: a `LeafRecord` for each
-// leaf, a `LeafRange` for each leaf and batch, and the lists themselves, indices of lights within their batch.
+// leaf, a `LeafRange` for each leaf and batch, and the lists themselves, indices of lights within their batch, two to a word.
+
+// Of the batch.
+fn listed_light(at: u32) -> u32 { return extractBits(light_lists[at >> 1u], 16u * (at & 1u), 16u); }
 
 fn leaf_record(leaf: u32) -> LeafRecord { return leaf_record_at(leaf * LEAF_RECORD_WORDS); }
 

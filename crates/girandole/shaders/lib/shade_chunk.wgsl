@@ -92,7 +92,7 @@ fn add_rare(
       var entry = near;
       if near < list.shadowed { near++; } else { entry = first + next_deferred(one); }
       let is_jointed = entry >= list.jointed && entry < list.shadowed;
-      add_in_full(one, lights[light_lists[entry]], entry >= list.near_shadowed, is_jointed);
+      add_in_full(one, lights[listed_light(entry)], entry >= list.near_shadowed, is_jointed);
     }
     exchange(one, other);
   }
@@ -115,7 +115,7 @@ fn shade_chunk(index: u32) {
   if !one.is_surface && !other.is_surface { return; }
   let list = remaining(leaf, all);
   for (var i = list.unshadowed; i < list.near_unshadowed; i++) {
-    let light = lights[light_lists[i]];
+    let light = lights[listed_light(i)];
     add(&one, light, arriving(light, one.shading), 1.0);
     add(&other, light, arriving(light, other.shading), 1.0);
   }
@@ -129,8 +129,8 @@ fn shade_chunk(index: u32) {
       // Two lights at a time, the last one alone where they are odd: four texels are fetched at once, as this loop is
       // bound by memory latency.
       for (var i = start; i < end; i += 2u) {
-        let light = lights[light_lists[i]];
-        let next = lights[light_lists[min(i + 1u, end - 1u)]];
+        let light = lights[listed_light(i)];
+        let next = lights[listed_light(min(i + 1u, end - 1u))];
         let bit = 1u << (i - start);
         let next_bit = select(0u, bit << 1u, i + 1u < end);
         let counted = select(0.0, 1.0, i >= list.subtracted);

@@ -11,7 +11,7 @@ fn add_looked_up_previously(sums: ptr<function, PointSums>, leaf: u32, list: Lig
   let mover = mover_of(leaf);
   let end = select(0u, list.end, mover != NONE && (*sums).is_surface);
   for (var i = list.near_shadowed + lane; i < end; i += lanes) {
-    let index = light_lists[i];
+    let index = listed_light(i);
     let light = lights[index];
     let a = arriving_in_full(light, (*sums).shading);
     let at = previous_shadow_texel(light, index, (*sums).shading, mover);

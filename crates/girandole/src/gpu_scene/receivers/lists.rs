@@ -9,7 +9,10 @@ use crate::shader_constants::{BATCH, NO_PART, SIDE};
 use girandole_core::visibility::State;
 
 /// Room that the lists of leaves on dynamic objects have, where they do not need more: 16 MiB.
-const MOVING_ENTRIES: usize = 4 << 20;
+const MOVING_ENTRIES: usize = 8 << 20;
+/// Entries of a word: indices of lights in their batch.
+const PER_WORD: usize = 2;
+const _: () = assert!(BATCH <= 1 << 16, "an entry has 16 bits");
 /// Lights more than now that the list of a static leaf and batch has room for; and a share of those that it has.
 const SPARE_ENTRIES: usize = 8;
 const SPARE_SHARE: usize = 8;
@@ -21,8 +24,8 @@ impl Receivers {
     /// [`crate::Error::TooLarge`] beyond the device's limits.
     pub(super) fn lay_out(&mut self, device: &wgpu::Device) -> Result<()> {
         let (still, room) = (self.still as usize, self.offsets.leaves as usize);
-        let mut at =
-            self.offsets.ranges_at as usize + room * self.offsets.batches as usize * LeafRange::WORDS;
+        let ranges = room * self.offsets.batches as usize * LeafRange::WORDS;
+        let mut at = (self.offsets.ranges_at as usize + ranges) * PER_WORD;
         self.lists.at.clear();
         for leaf in 0..still {
             let row = self.pairs.row(leaf);
@@ -34,8 +37,8 @@ impl Receivers {
         }
         self.lists.moving_at = at as u32;
         let pairs = (room - still) * self.pairs.lights;
-        let list_room = at + self.moving_entries().max(pairs.min(MOVING_ENTRIES));
-        self.light_lists = Mirror::new(device, "lists of lights", Vec::new(), list_room)?;
+        let end = at + self.moving_entries().max(pairs.min(MOVING_ENTRIES));
+        self.light_lists = Mirror::new(device, "lists of lights", Vec::new(), end.div_ceil(PER_WORD))?;
         let mut light_map = 0;
         for leaf in 0..still {
             self.write_record(leaf, light_map);
@@ -56,7 +59,7 @@ impl Receivers {
         for leaf in still..count {
             for kinds in self.pairs.kinds[self.pairs.row(leaf)].chunks(BATCH as usize) {
                 self.lists.at.push(at);
-                at += entries(kinds) as u32;
+                at += whole_words(entries(kinds)) as u32;
             }
             self.write_record(leaf, static_maps + (leaf - still) as u32);
             self.list(leaf);
@@ -65,11 +68,13 @@ impl Receivers {
 
     /// Whether there is room for the lists of leaves on dynamic objects.
     pub(super) fn moving_lists_fit(&self) -> bool {
-        self.lists.moving_at as usize + self.moving_entries() <= self.light_lists.room()
+        self.lists.moving_at as usize + self.moving_entries() <= self.light_lists.room() * PER_WORD
     }
 
     fn moving_entries(&self) -> usize {
-        entries(&self.pairs.kinds[self.pairs.row(self.still as usize).start..])
+        let rows = self.still as usize..self.leaves.len();
+        let lists = rows.flat_map(|leaf| self.pairs.kinds[self.pairs.row(leaf)].chunks(BATCH as usize));
+        lists.map(|kinds| whole_words(entries(kinds))).sum()
     }
 
     /// Whether there is room for the lists of a static leaf.
@@ -105,7 +110,8 @@ impl Receivers {
             }
             let range = self.offsets.ranges_at as usize + (leaf * batches + batch) * LeafRange::WORDS;
             self.light_lists.set(range, &bounds);
-            self.light_lists.set(at as usize, &entries);
+            let words = entries.chunks(PER_WORD).map(|pair| pair[0] | pair.get(1).unwrap_or(&0) << 16);
+            self.light_lists.set(at as usize / PER_WORD, &words.collect::<Vec<u32>>());
         }
         self.lists.parts[leaf].copy_from_slice(&counts[..NO_PART as usize]);
         self.lists.skipped[leaf] = self.light_count() - counts.iter().sum::<u32>();
@@ -133,7 +139,12 @@ fn room_for(standing: &[State], kinds: &[u8]) -> usize {
     let behind =
         behind.filter(|(state, kind)| **state == State::Full && u32::from(**kind) != NO_PART).count();
     let entries = left + behind;
-    standing.len().min(entries + entries / SPARE_SHARE + SPARE_ENTRIES)
+    whole_words(standing.len().min(entries + entries / SPARE_SHARE + SPARE_ENTRIES))
+}
+
+/// Room for so many entries: lists begin at words.
+fn whole_words(entries: usize) -> usize {
+    entries.next_multiple_of(PER_WORD)
 }
 
 /// How many lights are in a list.

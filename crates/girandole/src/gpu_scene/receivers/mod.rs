@@ -22,6 +22,7 @@ use crate::device::mirror::Mirror;
 use crate::gpu_scene::geometry::gpu_lights;
 use crate::gpu_scene::light_maps::{LightMapChanges, LightMaps, WantedMaps, is_mapped};
 use crate::layout::{BufferOffsets, Light};
+use crate::parallel::in_order;
 use crate::records::{LeafRange, LeafRecord, ReceiverGrid};
 use crate::shader_constants::{BATCH, CLUSTERED, NO_PART, NONE};
 use crate::{Error, Remedy, Result};
@@ -33,6 +34,8 @@ use std::sync::Arc;
 
 /// A leaf's index has 24 bits.
 const MAX_LEAVES: usize = 1 << 24;
+/// Leaves that wait to be put in their places.
+const LEAVES_AT_ONCE: usize = 64;
 const _: () = assert!(LeafRange::WORDS == NO_PART as usize + 1, "where each part begins, and the end");
 
 /// What visibility determination says, on the GPU. Leaves of static objects come first; while they are the same, only what
@@ -84,7 +87,7 @@ pub(crate) struct Pairs {
 
 /// Where the lists of leaves and batches lie, and how long they are.
 pub(crate) struct Lists {
-    /// Where each begins; those of static leaves have room for whatever dynamic objects do, and for some lights more.
+    /// Where each begins, in entries; those of static leaves have room for whatever dynamic objects do, and for some lights more.
     at: Vec<u32>,
     /// Where those of leaves on dynamic objects begin.
     moving_at: u32,
@@ -189,7 +192,11 @@ impl Receivers {
             },
         };
         result.resize(count);
-        (0..count).for_each(|leaf| result.place(&sources, leaf));
+        let leaves: Vec<usize> = (0..count).collect();
+        for leaves in leaves.chunks(LEAVES_AT_ONCE) {
+            let placed = in_order(leaves, |&leaf| result.placed(&sources, leaf));
+            leaves.iter().zip(placed).for_each(|(&leaf, placed)| result.put(&sources, leaf, placed));
+        }
         result.light_maps = LightMaps::new(device, result.static_maps() + (room - still) as u32)?;
         result.lay_out(device)?;
         result.sort();
@@ -206,16 +213,27 @@ impl Receivers {
 
     /// Takes a leaf that was not there, or was another one.
     fn place(&mut self, sources: &Sources, leaf: usize) {
+        let placed = self.placed(sources, leaf);
+        self.put(sources, leaf, placed);
+    }
+
+    /// What such a leaf is, and how lights lie to it.
+    fn placed(&self, sources: &Sources, leaf: usize) -> (LeafReceiver, Vec<Relation>) {
         let Sources { scene, geometry, database, .. } = *sources;
         let place = LeafPlace::of((scene, geometry), database, leaf);
+        let mut relations = vec![Relation::default(); self.pairs.lights];
+        let standing = database.standing_states(leaf as u32);
+        let light = LeafLight::new(&place, &self.lights.samples, standing, &mut relations);
+        (LeafReceiver { place, light }, relations)
+    }
+
+    fn put(&mut self, sources: &Sources, leaf: usize, (placed, relations): (LeafReceiver, Vec<Relation>)) {
+        let database = sources.database;
         let row = self.pairs.row(leaf);
-        let Pairs { states, standing, relations, .. } = &mut self.pairs;
-        states[row.clone()].copy_from_slice(database.leaf_states(leaf as u32));
-        standing[row.clone()].copy_from_slice(database.standing_states(leaf as u32));
-        let (standing, relations) = (&standing[row.clone()], &mut relations[row]);
-        let light = LeafLight::new(&place, &self.lights.samples, standing, relations);
-        self.units[leaf] = if place.has_map { light.units() } else { 0.0 };
-        let placed = LeafReceiver { place, light };
+        self.pairs.states[row.clone()].copy_from_slice(database.leaf_states(leaf as u32));
+        self.pairs.standing[row.clone()].copy_from_slice(database.standing_states(leaf as u32));
+        self.pairs.relations[row].copy_from_slice(&relations);
+        self.units[leaf] = if placed.place.has_map { placed.light.units() } else { 0.0 };
         match self.leaves.get_mut(leaf) {
             Some(before) => *before = placed,
             None => self.leaves.push(placed),
@@ -227,7 +245,7 @@ impl Receivers {
     fn choose_parts(&mut self, leaf: usize, chosen: impl IntoIterator<Item = usize>) -> bool {
         let Self { lights, pairs, light_maps, .. } = self;
         let first = pairs.row(leaf).start;
-        let mut differ = false;
+        let (mut differ, mut map_differs) = (false, false);
         for light in chosen {
             let pair = first + light;
             // What is dark is in none.
@@ -237,9 +255,10 @@ impl Receivers {
             };
             let before = std::mem::replace(&mut pairs.kinds[pair], part as u8);
             differ |= before != part as u8;
-            if is_mapped(before) != is_mapped(part as u8) {
-                light_maps.mark(leaf, false);
-            }
+            map_differs |= is_mapped(before) != is_mapped(part as u8);
+        }
+        if map_differs {
+            light_maps.mark(leaf, false);
         }
         differ
     }
