@@ -127,7 +127,8 @@ pub(super) fn choose(candidates: Candidates, cluster: &Cluster, seed: u32) -> Op
     Some(stand_in(candidates, cluster, *index))
 }
 
-/// Whether a candidate that brings less than others for its power would be more than so many times as bright as what lies in its plane.
+/// Whether a candidate that brings less than others for its power would be more than so many times as bright as what lies in its plane;
+/// where too few lie there to tell, whether most of the cluster lies in the plane of its strongest one.
 fn outshines(candidates: Candidates, cluster: &Cluster, index: usize) -> bool {
     let Candidates { samples, weights, .. } = candidates;
     let sample = &samples[index];
@@ -140,9 +141,14 @@ fn outshines(candidates: Candidates, cluster: &Cluster, index: usize) -> bool {
     if strength <= BRINGS_LITTLE * in_all {
         return false;
     }
-    let coplanar = coplanar(samples, cluster, sample);
-    coplanar.len() >= Rectangle::FEWEST
-        && strength > BRIGHTEST * coplanar.into_iter().map(power_of).sum::<f64>()
+    let in_plane = |sample: &LightSample| coplanar(samples, cluster, sample);
+    let own = in_plane(sample);
+    if own.len() < Rectangle::FEWEST {
+        let strongest = cluster.items.iter().max_by(|a, b| power_of(a).total_cmp(&power_of(b)));
+        let of_strongest = strongest.map(|item| in_plane(&samples[item.index as usize]));
+        return of_strongest.is_some_and(|items| 2.0 * items.into_iter().map(power_of).sum::<f64>() > in_all);
+    }
+    strength > BRIGHTEST * own.into_iter().map(power_of).sum::<f64>()
 }
 
 /// Those of a cluster that lie in a sample's plane; where its light is parallel, those whose light is.

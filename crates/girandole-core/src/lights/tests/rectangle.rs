@@ -209,8 +209,10 @@ fn what_brings_little_does_not_stand_for_what_brings_much() {
     };
     // Ten of sixty that bring a tenth for their power would be fifty times as bright as what is about them.
     assert_eq!(chosen_on_board(10, 0.1), 0.0);
+    // Nor do two, too few to tell how large the board is.
+    assert_eq!(chosen_on_board(2, 0.4), 0.0);
     // The controls: what brings as much as others, and what would be four times as bright, are chosen as often as they weigh.
-    for (count, weight, expected) in [(10, 1.0, 1.0 / 6.0), (30, 0.3, 9.0 / 39.0)] {
+    for (count, weight, expected) in [(10, 1.0, 1.0 / 6.0), (30, 0.3, 9.0 / 39.0), (2, 4.0, 8.0 / 66.0)] {
         let share = chosen_on_board(count, weight);
         assert!((share - expected).abs() < 0.06, "{share} for {expected}");
     }

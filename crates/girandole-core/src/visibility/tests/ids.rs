@@ -110,7 +110,7 @@ fn what_does_not_belong_together_is_refused() {
     let many = VisibilityDatabase::build(&scene, &geometry, &set(&geometry, many), &settings);
     let sentence = many.expect_err("too many").to_string();
     assert!(
-        sentence.contains("16384") && sentence.contains("16385") && !sentence.contains("--"),
+        sentence.contains("65536") && sentence.contains("65537") && !sentence.contains("--"),
         "{sentence}"
     );
     scene.set_emission(MaterialId(0), Vec3::ONE).unwrap();
