@@ -396,3 +396,6 @@ impl Strata {
         Cluster::new(parts.map(weighed).collect(), prior, self.seen)
     }
 }
+
+#[cfg(test)]
+mod tests;

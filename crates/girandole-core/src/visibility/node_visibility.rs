@@ -165,7 +165,7 @@ impl SceneContext<'_> {
     }
 
     /// The same for some lights.
-    fn visibility_of_lights(
+    pub(super) fn visibility_of_lights(
         &self,
         lights: Range<usize>,
         (shape, node): (Shape, NodeContext),

@@ -328,3 +328,36 @@ fn groups_of_receivers_find_what_each_of_them_does() {
         assert!(spared > 0.2, "{spared}");
     }
 }
+
+#[test]
+fn many_lights_on_all_cores_are_what_they_are_one_after_the_other() {
+    let scene = builtin::build("table", MovingObject::None).expect("it is built in");
+    let geometry = Geometry::new(&scene);
+    let lights = sampled(&scene, &geometry, 700);
+    let settings = VisibilitySettings::default();
+    let few = sampled(&scene, &geometry, 100);
+    let database = VisibilityDatabase::build(&scene, &geometry, &few, &settings).expect("a database");
+    let surfaces = Surfaces::new(&scene, &geometry, &settings);
+    let blockers = BlockerTree::new(&surfaces, |_| true);
+    let points = LightPoint::of(lights.samples(), &surfaces, &blockers);
+    let context = SceneContext { surfaces: &surfaces, lights: &points, blockers: &blockers };
+    let all = 0..points.len();
+    let (one_after_the_other, tests) =
+        determine(&context, database.receivers(), |_, shape, at, parent, workspace| {
+            context.visibility_of_lights(all.clone(), (shape, at), parent, workspace)
+        });
+    let (on_all_cores, tests_on_all) =
+        determine(&context, database.receivers(), |_, shape, at, parent, workspace| {
+            context.visibility_by_groups(shape, at, parent, workspace)
+        });
+    assert_eq!(tests_on_all, tests);
+    let entries = |node: &NodeVisibility| -> Vec<(u32, u32, bool)> {
+        node.entries.iter().map(|e| (e.light, e.blocker(), e.full())).collect()
+    };
+    let mut differ = [0; 3];
+    for (all, each) in on_all_cores.iter().zip(&one_after_the_other) {
+        assert!(all.states == each.states && entries(all) == entries(each));
+        each.states.iter().for_each(|state| differ[*state as usize] += 1);
+    }
+    assert!(differ.into_iter().all(|pairs| pairs > 10_000), "{differ:?}");
+}
