@@ -102,6 +102,7 @@ pub(crate) const MAX_CLAMP: f32 = 3.4e38;
 pub(crate) const NONE: u32 = girandole_core::scene::NONE;
 
 const _: () = assert!(BATCH.is_multiple_of(GROUP), "batches are whole groups");
+const _: () = assert!((SIDE * SIDE).is_multiple_of(3), "a lane of light_maps.wgsl has three texels");
 const _: () =
     assert!(GROUP == 4 * 32, "the lights of a group have a bit each in the four words of `deferred`");
 const _: () = assert!(EDGE_RUN <= 32, "the pixels of a run have a bit each in a word");

@@ -17,7 +17,7 @@ use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
 
 /// Clusters that are split on all cores before it is their turn: all but the last ones are split in the end.
-const SPLIT_AHEAD: usize = 256;
+const SPLIT_AHEAD: usize = if cfg!(feature = "parallel") { 256 } else { 1 };
 /// Candidates that are worth a piece of work of their own.
 const PIECE: usize = 4096;
 
