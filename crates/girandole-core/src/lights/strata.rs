@@ -186,7 +186,7 @@ impl Strata {
     /// Finds what the first of these nodes would be split into, so many of them.
     fn split_ahead(&self, open: &mut BinaryHeap<Open>, most: usize, ahead: &mut FxHashMap<usize, Halves>) {
         let first: Vec<Open> = (0..most).map_while(|_| open.pop()).collect();
-        let mut pieces: Vec<(Vec<usize>, usize)> = vec![(Vec::new(), 0)];
+        let mut pieces: Vec<(Vec<usize>, usize)> = Vec::new();
         for node in first.iter().map(|open| open.node).filter(|node| !ahead.contains_key(node)) {
             if pieces.last().is_none_or(|(_, items)| *items >= PIECE) {
                 pieces.push((Vec::new(), 0));
