@@ -29,9 +29,8 @@ fn report(scene: &Scene, count: u32, settings: &VisibilitySettings) -> Result<()
     let per_pair = [c.tests.total(), c.tests.blockers].map(|n| n as f64 / (c.nodes * lights.len()) as f64);
     let [n, p, f] = c.area_shares.map(|s| s * 100.0);
     println!(
-        "{:12} {:6} nodes {:6} leaves  N {n:5.1} % P {p:5.1} % F {f:5.1} %  {best:6.1} ms  {per_pair:.2?} tests a pair (all, \
-         of blockers), {} blockers",
-        scene.name, c.nodes, c.leaves, c.blockers
+        "{:12} {:6} nodes {:6} leaves  N {n:5.1} % P {p:5.1} % F {f:5.1} %  {best:6.1} ms  {per_pair:.2?} tests a pair (all, of blockers)",
+        scene.name, c.nodes, c.leaves
     );
     let [free, blocked, mixed] = partial_by_rays(scene, &geometry, &lights, &database);
     println!("{:12} of P rays find {free:.1} % free, {blocked:.1} % blocked, {mixed:.1} % both", "");

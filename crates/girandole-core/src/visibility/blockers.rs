@@ -17,20 +17,6 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 /// Share of the hierarchy's nodes that are reinserted to improve it.
 const REINSERTED: f32 = 0.5;
 
-/// Something that can block light: its index is the same as long as the scene's objects and meshes are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Blocker {
-    /// A planar patch: index into [`Geometry::patches`](crate::scene::Geometry::patches).
-    Patch(u32),
-    /// A large triangle that is part of no such patch: index into
-    /// [`Geometry::triangles`](crate::scene::Geometry::triangles).
-    Triangle(u32),
-    /// All triangles of an object that belong to none of those: index into the scene's objects.
-    Mesh(u32),
-    /// Several static blockers, or several dynamic ones: a node of the hierarchy over them.
-    Group(u32),
-}
-
 /// A node of the hierarchy of blockers.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockerNode {
@@ -243,33 +229,6 @@ impl BlockerTree {
         result
     }
 
-    /// The blocker of a node, or the group if it has several.
-    pub fn blocker(&self, surfaces: &Surfaces, node: u32) -> Blocker {
-        match &self.nodes[node as usize] {
-            BlockerNode { mesh, .. } if *mesh != NONE => {
-                surfaces.blocker(surfaces.patches.len() as u32 + mesh)
-            }
-            BlockerNode { count: 1, first, .. } => surfaces.blocker(self.items[*first as usize]),
-            _ => Blocker::Group(node),
-        }
-    }
-
-    /// All blockers below a node.
-    pub fn members(&self, node: u32) -> Vec<u32> {
-        let mut found = Vec::new();
-        let mut open = vec![node];
-        while let Some(node) = open.pop().and_then(|i| self.nodes.get(i as usize)) {
-            match node.count {
-                0 => open.extend([node.first + 1, node.first]),
-                count => found.extend(&self.items[node.first as usize..(node.first + count) as usize]),
-            }
-        }
-        // The clusters of a mesh are one blocker.
-        found.sort_unstable();
-        found.dedup();
-        found
-    }
-
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
@@ -296,14 +255,6 @@ impl BlockerTree {
 impl Surfaces {
     pub fn blocker_count(&self) -> u32 {
         (self.patches.len() + self.meshes.len()) as u32
-    }
-
-    pub fn blocker(&self, index: u32) -> Blocker {
-        match self.patches.get(index as usize) {
-            Some(patch) if patch.patch == NONE => Blocker::Triangle(patch.triangles.start),
-            Some(patch) => Blocker::Patch(patch.patch),
-            None => Blocker::Mesh(self.meshes[index as usize - self.patches.len()].object),
-        }
     }
 
     /// Whether any of it blocks light at all.

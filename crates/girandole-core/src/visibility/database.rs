@@ -1,13 +1,13 @@
-//! The visibility database: for each node and light the state, and the blockers that decide it.
+//! The visibility database: for each node and light the state.
 
 use super::assembly::{Assembly, End};
-use super::blockers::{Blocker, BlockerTree};
+use super::blockers::BlockerTree;
 use super::build::VisibilityBuild;
 use super::cover::Cutter;
 use super::light_points::LightPoint;
 use super::movers::Movers;
 use super::needed::Mirrors;
-use super::pyramid::Tests;
+use super::pyramid::{Pyramid, Tests};
 use super::receivers::{Receivers, Source};
 use super::shapes::Shape;
 use super::sources::Sources;
@@ -20,11 +20,10 @@ use crate::lights::LightSet;
 use crate::scene::{Geometry, NONE, ObjectId, Scene, View};
 use std::ops::Range;
 
-/// With more lights visibility is not determined: a database holds five bytes for each node and light, and ten where something
-/// moves.
+/// With more lights visibility is not determined: a database holds a byte for each node and light, and two where something moves.
 pub const MOST_LIGHTS: usize = 65536;
 
-/// For each node and light the state, and the blockers that decide it.
+/// For each node and light the state.
 #[derive(Clone, Debug)]
 pub struct VisibilityDatabase {
     pub(super) settings: VisibilitySettings,
@@ -84,8 +83,6 @@ pub struct Counts {
     pub by_state: [usize; 3],
     /// The same as shares, weighted by the leaves' areas.
     pub area_shares: [f64; 3],
-    /// Full and partial blockers that are stored, over all nodes.
-    pub blockers: usize,
     /// Tests made to build it, or by the update that changed it last.
     pub tests: Tests,
 }
@@ -190,33 +187,6 @@ impl VisibilityDatabase {
         Cutter::new(&self.surfaces, &self.groups)
     }
 
-    /// The blockers that decide the state of a node and a light, full (`true`) or partial: of static objects the one blocker
-    /// or [`Blocker::Group`]; where those block nothing, or a dynamic one blocks all, the one blocker or group of dynamic
-    /// objects. Below a full blocker nothing is tested again. If a node has none, its parent's decide, or the light and it do
-    /// not face each other.
-    pub fn blockers(&self, node: u32, light: u32) -> impl Iterator<Item = (Blocker, bool)> + '_ {
-        let decider = |states: &StateMatrix| states.decider(node as usize, light as usize);
-        let first_group = self.groups.nodes.len() as u32;
-        let fixed = decider(&self.assembly.visibility)
-            .map(|(blocker, is_full)| (self.groups.blocker(&self.surfaces, blocker), is_full));
-        let dynamic = self.dynamic.as_ref().and_then(decider).map(|(blocker, is_full)| {
-            match self.movers.blocker(&self.surfaces, blocker) {
-                Blocker::Group(group) => (Blocker::Group(group + first_group), is_full),
-                one => (one, is_full),
-            }
-        });
-        fixed.into_iter().chain(dynamic)
-    }
-
-    /// The blockers of a [`Blocker::Group`].
-    pub fn members(&self, group: u32) -> impl Iterator<Item = Blocker> + '_ {
-        let members = match group.checked_sub(self.groups.nodes.len() as u32) {
-            None => self.groups.members(group),
-            Some(of_movers) => self.movers.members(of_movers),
-        };
-        members.into_iter().map(|b| self.surfaces.blocker(b))
-    }
-
     /// For each light, whether one static polygon hides the whole of a dynamic mesh from it: then the mesh blocks none of its light
     /// that is not blocked already. Nothing is said of objects with patches: their sides turn away from some lights by themselves.
     pub fn hidden_from(&self, object: ObjectId) -> Vec<bool> {
@@ -228,20 +198,23 @@ impl VisibilityDatabase {
         let of_object = before.nodes..self.segments[index].end.nodes;
         let roots: Vec<usize> = of_object.filter(|&node| nodes[node].parent == NONE).collect();
         let is_mesh = |node: &usize| matches!(nodes[*node].source, Source::Cluster { .. });
-        let mut hidden = vec![!roots.is_empty() && roots.iter().all(is_mesh); self.lights.len()];
-        for (light, hidden) in hidden.iter_mut().enumerate() {
-            let covers =
-                |&node: &usize| self.assembly.visibility.decider(node, light).is_some_and(|(_, full)| full);
-            *hidden &= roots.iter().all(covers);
-        }
-        hidden
+        let is_possible = !roots.is_empty() && roots.iter().all(is_mesh);
+        let Assembly { receivers, visibility } = &self.assembly;
+        let mut pyramid = Pyramid::new();
+        let mut hides = |light: usize, root: usize| {
+            let (state, apex) = (visibility.row(root)[light], &self.lights[light].apex);
+            receivers.is_hidden(&self.surfaces, (root as u32, state), apex, &mut pyramid)
+        };
+        (0..self.lights.len())
+            .map(|light| is_possible && roots.iter().all(|root| hides(light, *root)))
+            .collect()
     }
 
-    fn states(&self) -> &StateMatrix {
+    pub(super) fn states(&self) -> &StateMatrix {
         self.dynamic.as_ref().unwrap_or(&self.assembly.visibility)
     }
 
-    /// The numbers of nodes, leaves, pairs by state, blockers and tests, of all that is determined.
+    /// The numbers of nodes, leaves, pairs by state and tests, of all that is determined.
     pub fn counts(&self) -> Counts {
         let first = usize::from(self.has_undetermined_leaf());
         let leaves = self.assembly.receivers.leaves.len() - first;
@@ -249,8 +222,6 @@ impl VisibilityDatabase {
             nodes: self.assembly.receivers.nodes.len(),
             leaves,
             pairs: leaves * self.lights.len(),
-            blockers: self.assembly.visibility.blockers()
-                + self.dynamic.as_ref().map_or(0, StateMatrix::blockers),
             tests: self.tests,
             ..Counts::default()
         };

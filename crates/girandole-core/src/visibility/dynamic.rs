@@ -26,13 +26,13 @@ pub(super) struct DynamicPass<'a> {
 }
 
 impl DynamicPass<'_> {
-    /// The states with dynamic blockers too, and those of them that decide: first those that may cover receivers, then of the
-    /// light that these leave all others. They are put into `before`, whose memory serves again.
+    /// The states with dynamic blockers too: first those that may cover receivers, then of the light that these leave all others. They
+    /// are put into `before`, whose memory serves again.
     pub fn run(&self, before: StateMatrix) -> (StateMatrix, Tests) {
         let Self { surfaces, lights, receivers, movers, fixed } = *self;
         let (mut states, mut tests) = (before, Tests::default());
         if movers.covers.is_empty() {
-            states.set_undecided(fixed);
+            states.copy_from(fixed);
         } else {
             let context = SceneContext { surfaces, lights, blockers: &movers.covers };
             (states, tests) = CoverPass { context: &context, receivers, fixed }.run();
@@ -41,7 +41,7 @@ impl DynamicPass<'_> {
             let pass = ShadePass { surfaces, lights, receivers, movers, fixed, left: &states };
             let (shades, of_shades) = pass.run();
             tests += of_shades;
-            shades.put_into(&mut states, movers);
+            shades.put_into(&mut states);
         }
         (states, tests)
     }
@@ -63,8 +63,7 @@ struct Above<'a> {
 }
 
 impl CoverPass<'_> {
-    /// Tests all nodes, each against what its parent's tests left: the states with these blockers too, and those of them that
-    /// decide.
+    /// Tests all nodes, each against what its parent's tests left: the states with these blockers too.
     fn run(&self) -> (StateMatrix, Tests) {
         let roots = self.receivers.roots(0);
         let (mut result, mut tests) = (StateMatrix::new(self.context.lights.len()), Tests::default());
@@ -92,14 +91,7 @@ impl CoverPass<'_> {
             });
             entries.push(self.test(index, above.as_ref(), own, &mut workspace));
         }
-        // Without what only the children's tests needed.
-        let mut result = StateMatrix::new(lights);
-        for (local, (entries, index)) in entries.iter().zip(range).enumerate() {
-            let fixed = self.fixed.row(index);
-            let decides = |e: &&Entry| e.full() || fixed[e.light as usize] == State::Unoccluded;
-            result.push_states(&states[local * lights..(local + 1) * lights], entries.iter().filter(decides));
-        }
-        (result, workspace.scratch.tests)
+        (StateMatrix::of(lights, states), workspace.scratch.tests)
     }
 
     /// Tests a node for each light of which static blockers leave something; `states` are those that they leave. Where they

@@ -61,7 +61,7 @@ impl VisibilityDatabase {
         true
     }
 
-    /// The states of all nodes and lights and the blockers that decide them, determined from scratch on this hierarchy of
+    /// The states of all nodes and lights, determined from scratch on this hierarchy of
     /// receivers. It is equal to this database, to the bit, however that came about: for checks, and for measurements of what
     /// following costs.
     ///

@@ -153,7 +153,7 @@ impl ReceiverGroups {
     ) -> Visited<T> {
         let group = &self.nodes[index as usize];
         let mut workspace = Workspace::new();
-        let node = NodeContext { is_root: true, ..NodeContext::default() };
+        let node = NodeContext::default();
         let visibility =
             Arc::new(context.visibility_by_groups(Shape::Group(group), node, above, &mut workspace));
         let tests = workspace.scratch.tests;

@@ -100,13 +100,14 @@ impl Growth {
 
     /// What has grown for so many lights, in the order of the sources' roots.
     pub fn end(self, lights: usize) -> Grown {
-        let mut visibility = StateMatrix::new(lights);
         let Self { mut done, patches: Descent { mut tests, .. }, .. } = self;
         done.sort_unstable_by_key(|(root, _)| *root);
         let mut roots = Vec::with_capacity(self.count);
+        let nodes = done.iter().map(|(_, subtree)| subtree.nodes.len()).sum();
+        let mut visibility = StateMatrix::with_room(nodes, lights);
         for (root, Subtree { mut nodes, tests: of_root, .. }) in done {
             for (node, _) in breadth_first(&nodes) {
-                visibility.push(&std::mem::take(&mut nodes[node].visibility));
+                visibility.push(&std::mem::take(&mut nodes[node].visibility).states);
             }
             roots.push((root, nodes));
             tests += of_root;

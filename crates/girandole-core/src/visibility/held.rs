@@ -55,7 +55,7 @@ impl HeldPass<'_> {
         (group, is_all): (Option<&NodeVisibility>, bool),
     ) -> (StateMatrix, Tests) {
         let mut workspace = Workspace::new();
-        let mut result = StateMatrix::new(self.context.lights.len());
+        let mut result = StateMatrix::with_room(range.len(), self.context.lights.len());
         // Until their children are tested.
         let mut open: Vec<NodeVisibility> = Vec::with_capacity(range.len());
         for index in range.clone() {
@@ -63,9 +63,9 @@ impl HeldPass<'_> {
             let local = |node: u32| node as usize - range.start;
             let above = if node.parent == NONE { group } else { Some(&open[local(node.parent)]) };
             let shape = self.receivers.shape(self.context.surfaces, index as u32);
-            let at = self.node_context(index, node, (group.is_some(), is_all));
+            let at = self.node_context(index, node, group.is_some() && is_all);
             let visibility = self.context.visibility_by_groups(shape, at, above, &mut workspace);
-            result.push(&visibility);
+            result.push(&visibility.states);
             open.push(if node.leaf == NONE { visibility } else { NodeVisibility::default() });
             if node.parent != NONE {
                 let parent = &self.receivers.nodes[node.parent as usize];
@@ -77,12 +77,10 @@ impl HeldPass<'_> {
         (result, workspace.scratch.tests)
     }
 
-    fn node_context(&self, index: usize, node: &Node, (has_group, is_all): (bool, bool)) -> NodeContext {
+    fn node_context(&self, index: usize, node: &Node, root_is_known: bool) -> NodeContext {
         let above = (node.parent != NONE).then(|| self.receivers.node_corners(node.parent));
-        let is_root = node.parent == NONE && has_group;
         NodeContext {
-            is_root,
-            is_known: is_root && is_all,
+            is_known: node.parent == NONE && root_is_known,
             own_mesh: self.receivers.mesh(index as u32),
             is_leaf: node.leaf != NONE,
             parent_corners: parent_corners(self.receivers.node_corners(index as u32), above),

@@ -119,8 +119,7 @@ impl PatchRoot<'_> {
         let above = parent.map_or(self.group_visibility, |p| &p.visibility);
         let is_leaf = area * above.undecided() as f64 <= self.threshold;
         let parent_corners = parent_corners(&corners, parent.map(|p| &p.corners[..]));
-        let node =
-            NodeContext { is_leaf, is_root: parent.is_none(), parent_corners, ..NodeContext::default() };
+        let node = NodeContext { is_leaf, parent_corners, ..NodeContext::default() };
         let visibility = self.context.visibility_by_groups(shape, node, Some(above), workspace);
         NodeBuilder {
             cells,
@@ -247,12 +246,10 @@ impl MeshRoot<'_> {
 
     fn node(&self, index: u32, parent: Option<&NodeVisibility>, workspace: &mut Workspace) -> NodeBuilder {
         let cluster = self.cluster(index);
-        let is_root = index == 0 && self.above.is_some();
         let node = NodeContext {
             own_mesh: Some(self.mesh),
             is_leaf: self.is_leaf(cluster),
-            is_root,
-            is_known: is_root && self.is_all,
+            is_known: index == 0 && self.above.is_some() && self.is_all,
             ..NodeContext::default()
         };
         NodeBuilder {
@@ -284,8 +281,8 @@ impl Subtree {
         !self.nodes.is_empty() && self.open.is_empty()
     }
 
-    /// Splits so many nodes at most until `split` returns none, from the root on, and compacts each node's visibility once its
-    /// children are built.
+    /// Splits so many nodes at most until `split` returns none, from the root on, and drops what only a node's children start from
+    /// once they are built.
     fn grow(
         &mut self,
         most: usize,
@@ -301,7 +298,7 @@ impl Subtree {
         for _ in 0..most {
             let Some(index) = open.pop() else { break };
             let children = split(&nodes[index], &mut workspace);
-            nodes[index].visibility.compact();
+            nodes[index].visibility.entries = Vec::new();
             if let Some(children) = children {
                 let indices = [nodes.len(), nodes.len() + 1];
                 nodes[index].children = Some(indices);

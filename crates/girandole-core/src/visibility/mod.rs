@@ -85,7 +85,6 @@ mod sources;
 mod state_matrix;
 mod surfaces;
 
-pub use blockers::Blocker;
 pub use build::VisibilityBuild;
 pub use database::{Counts, MOST_LIGHTS, VisibilityDatabase};
 pub use ids::LeafId;

@@ -1,10 +1,10 @@
 //! Dynamic blockers.
 
-use super::blockers::{Blocker, BlockerTree};
+use super::blockers::BlockerTree;
 use super::cones::Sphere;
 use super::surfaces::Surfaces;
 
-/// The dynamic blockers, numbered one after the other: nodes of a hierarchy, then single ones.
+/// The dynamic blockers.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Movers {
     /// Over opaque polygons, any of which may cover a receiver.
@@ -32,28 +32,5 @@ impl Movers {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.covers.is_empty() && self.others.is_empty()
-    }
-
-    /// The number that one of the others has among all.
-    pub fn number(&self, other: u32) -> u32 {
-        self.covers.nodes.len() as u32 + other
-    }
-
-    /// The blocker of a number, or the group if it has several.
-    pub fn blocker(&self, surfaces: &Surfaces, number: u32) -> Blocker {
-        match self.other(number) {
-            None => self.covers.blocker(surfaces, number),
-            Some(blocker) => surfaces.blocker(blocker),
-        }
-    }
-
-    /// All blockers of a number.
-    pub fn members(&self, number: u32) -> Vec<u32> {
-        self.other(number).map_or_else(|| self.covers.members(number), |blocker| vec![blocker])
-    }
-
-    fn other(&self, number: u32) -> Option<u32> {
-        let index = number.checked_sub(self.covers.nodes.len() as u32)?;
-        self.others.get(index as usize).copied()
     }
 }

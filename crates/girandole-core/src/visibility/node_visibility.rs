@@ -54,7 +54,7 @@ impl Entry {
     }
 }
 
-/// A node's state for each light, and the blockers that decide it, sorted by light.
+/// A node's state for each light, and, until its children are tested, the blockers that these start from, sorted by light.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct NodeVisibility {
     pub states: Vec<State>,
@@ -66,13 +66,6 @@ impl NodeVisibility {
     pub fn undecided(&self) -> usize {
         let mut last = NONE;
         self.entries.iter().filter(|e| !e.full() && std::mem::replace(&mut last, e.light) != e.light).count()
-    }
-
-    /// Drops what only the children's tests need, and keeps one deciding blocker for each light.
-    pub fn compact(&mut self) {
-        self.entries.retain(|e| !e.is_partly_facing());
-        self.entries.dedup_by_key(|e| e.light);
-        self.entries.shrink_to_fit();
     }
 }
 
@@ -90,8 +83,6 @@ pub(crate) struct NodeContext {
     pub own_mesh: Option<u32>,
     /// Whether it is certain to have no children.
     pub is_leaf: bool,
-    /// Whether only groups of receivers are above it: then it stores the full blockers of its group as its own.
-    pub is_root: bool,
     /// Whether what is above it is known of just as much: then it needs no tests unless it is partial, or may face away.
     pub is_known: bool,
     /// See [`parent_corners`].
@@ -192,9 +183,6 @@ impl SceneContext<'_> {
             let is_decided = inherited.iter().all(|e| e.full()) || is_known && parent_state != State::Partial;
             if parent.is_some() && is_decided {
                 *state = parent_state;
-                if node.is_root {
-                    result.entries.extend_from_slice(inherited);
-                }
                 continue;
             }
             workspace.open.clear();

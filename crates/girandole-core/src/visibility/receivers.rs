@@ -1,8 +1,10 @@
 //! The hierarchy of receivers, and which leaf a point of a surface belongs to.
 
+use super::State;
 use super::clusters::Cluster;
 use super::ids::LeafId;
-use super::shapes::Shape;
+use super::pyramid::{Facing, Pyramid};
+use super::shapes::{Apex, Shape};
 use super::surfaces::Surfaces;
 use crate::scene::NONE;
 use glam::{DVec3, Vec3};
@@ -179,6 +181,20 @@ impl Receivers {
             }
             Source::Cluster { mesh, cluster } => Shape::Cluster(cluster_of(surfaces, *mesh, *cluster)),
         }
+    }
+
+    /// Whether one static polygon hides a mesh as a whole from a light, given the state that static blockers leave to its root. Where
+    /// that does not face the light, it is full without a blocker.
+    pub(crate) fn is_hidden(
+        &self,
+        surfaces: &Surfaces,
+        (root, state): (u32, State),
+        apex: &Apex,
+        pyramid: &mut Pyramid,
+    ) -> bool {
+        let shape = self.shape(surfaces, root);
+        state == State::Full
+            && pyramid.facing(apex, shape, &shape.tolerance(&surfaces.tolerance)) != Facing::None
     }
 
     /// The object that a node is on.

@@ -32,13 +32,6 @@ pub(super) struct ShadePass<'a> {
     pub left: &'a StateMatrix,
 }
 
-/// A node that a light is blocked from in part, and which of the blockers does it.
-#[derive(Clone, Copy, Debug)]
-struct Shade {
-    node: u32,
-    blocker: u32,
-}
-
 /// A small thing's shadow that is smaller than this share of the leaf that it may fall on is that of a bounding sphere: which part of
 /// it blocks the light matters little.
 const SMALL: f64 = 0.5;
@@ -47,22 +40,18 @@ const LEAST_COSINE: f64 = 1e-3;
 
 /// All pairs that are partial because of these blockers.
 pub(super) struct Shades {
-    /// Receivers that a blocker is part of, which may block all light that comes to them itself.
-    own: Vec<(Range<usize>, u32)>,
-    /// By light, of all other receivers.
-    others: Vec<Vec<Shade>>,
+    /// Nodes of blockers that may block all light that comes to them themselves.
+    own: Vec<Range<usize>>,
+    /// By light, all other nodes.
+    others: Vec<Vec<u32>>,
 }
 
 impl Shades {
     /// Puts them into what all other blockers leave.
-    pub fn put_into(self, states: &mut StateMatrix, movers: &Movers) {
-        for (nodes, blocker) in self.own {
-            nodes.for_each(|node| states.set_all_partial(node, movers.number(blocker)));
-        }
-        for (light, shades) in self.others.into_iter().enumerate() {
-            for Shade { node, blocker } in shades {
-                states.set_partial(node as usize, light, movers.number(blocker));
-            }
+    pub fn put_into(self, states: &mut StateMatrix) {
+        self.own.into_iter().flatten().for_each(|node| states.set_all_partial(node));
+        for (light, nodes) in self.others.into_iter().enumerate() {
+            nodes.into_iter().for_each(|node| states.set_partial(node as usize, light));
         }
     }
 }
@@ -70,13 +59,8 @@ impl Shades {
 impl ShadePass<'_> {
     /// All of them, and the tests made.
     pub fn run(&self) -> (Shades, Tests) {
-        let (mut own, mut roots) = (Vec::new(), Vec::new());
-        for root in self.receivers.roots(0) {
-            match self.shades_itself(&root) {
-                Some(blocker) => own.push((root, blocker)),
-                None => roots.push(root),
-            }
-        }
+        let (own, roots): (Vec<_>, Vec<_>) =
+            self.receivers.roots(0).into_iter().partition(|root| self.shades_itself(root));
         let tree = ReceiverTree::new(self.surfaces, self.receivers, &roots);
         let own_roots = self.roots_of_blockers();
         let lights: Vec<usize> = (0..self.lights.len()).collect();
@@ -85,7 +69,7 @@ impl ShadePass<'_> {
             pass.run();
             (pass.shades, pass.workspace.scratch.tests)
         };
-        let (others, of_lights): (Vec<Vec<Shade>>, Vec<Tests>) = map(&lights, of_light).into_iter().unzip();
+        let (others, of_lights): (Vec<Vec<u32>>, Vec<Tests>) = map(&lights, of_light).into_iter().unzip();
         let mut tests = Tests::default();
         of_lights.into_iter().for_each(|of_light| tests += of_light);
         (Shades { own, others }, tests)
@@ -108,11 +92,11 @@ impl ShadePass<'_> {
         self.movers.others.binary_search(&blocker).ok()
     }
 
-    /// The blocker that a root is part of, if all light that comes to it may be blocked by that itself.
-    fn shades_itself(&self, root: &Range<usize>) -> Option<u32> {
-        let mesh = self.receivers.mesh(root.start as u32)?;
-        let index = self.blocker_of(root.start as u32)?;
-        (!self.surfaces.meshes[mesh as usize].convex).then_some(index as u32)
+    /// Whether a root is part of a blocker that may itself block all light that comes to it.
+    fn shades_itself(&self, root: &Range<usize>) -> bool {
+        let node = root.start as u32;
+        let is_concave = |mesh: u32| !self.surfaces.meshes[mesh as usize].convex;
+        self.blocker_of(node).is_some() && self.receivers.mesh(node).is_some_and(is_concave)
     }
 }
 
@@ -124,24 +108,28 @@ struct LightPass<'a> {
     own_roots: &'a [u32],
     light: usize,
     apex: &'a Apex,
-    /// By node, the index of the first blocker that was found to block a part, or [`NONE`].
-    found: Vec<u32>,
-    shades: Vec<Shade>,
+    /// By node, whether some blocker was found to block a part.
+    found: Vec<bool>,
+    /// Those nodes.
+    shades: Vec<u32>,
     workspace: Workspace,
 }
 
 impl<'a> LightPass<'a> {
     fn new(of: &'a ShadePass<'a>, (tree, own_roots): (&'a ReceiverTree, &'a [u32]), light: usize) -> Self {
         let apex = &of.lights[light].apex;
-        let found = vec![NONE; of.receivers.nodes.len()];
+        let found = vec![false; of.receivers.nodes.len()];
         let (shades, workspace) = (Vec::new(), Workspace::new());
         Self { of, tree, own_roots, light, apex, found, shades, workspace }
     }
 
     /// Whether one static polygon hides a blocker as a whole.
-    fn is_hidden(&self, blocker: u32) -> bool {
+    fn is_hidden(&mut self, blocker: u32) -> bool {
         let root = self.own_roots[blocker as usize];
-        root != NONE && self.of.fixed.decider(root as usize, self.light).is_some_and(|(_, is_full)| is_full)
+        let ShadePass { surfaces, receivers, fixed, .. } = *self.of;
+        let pyramid = &mut self.workspace.pyramid;
+        root != NONE
+            && receivers.is_hidden(surfaces, (root, fixed.row(root as usize)[self.light]), self.apex, pyramid)
     }
 
     fn left(&self, node: u32) -> State {
@@ -157,10 +145,10 @@ impl<'a> LightPass<'a> {
             let Some(shadow) = Shadow::new(self.apex, sphere) else { continue };
             let mut boxes = 0;
             self.tree.visit(&shadow, &mut open, &mut boxes, |leaf| {
-                let is_open = self.found[leaf as usize] == NONE && self.left(leaf) == State::Unoccluded;
+                let is_open = !self.found[leaf as usize] && self.left(leaf) == State::Unoccluded;
                 if is_open && self.is_shaded(leaf, blocker, &shadow) {
-                    self.found[leaf as usize] = blocker;
-                    self.shades.push(Shade { node: leaf, blocker });
+                    self.found[leaf as usize] = true;
+                    self.shades.push(leaf);
                 }
             });
             self.workspace.scratch.tests.boxes += boxes;
@@ -207,18 +195,17 @@ impl<'a> LightPass<'a> {
         }
     }
 
-    /// Gives each inner node what its leaves have, where nothing else blocks a part: the blocker of the first of them.
+    /// Gives each inner node what its leaves have, where nothing else blocks a part.
     fn pass_up(&mut self) {
-        self.shades.sort_unstable_by_key(|shade| shade.node);
         for index in 0..self.shades.len() {
-            let Shade { mut node, blocker } = self.shades[index];
+            let mut node = self.shades[index];
             loop {
                 node = self.of.receivers.nodes[node as usize].parent;
-                if node == NONE || self.found[node as usize] != NONE || self.left(node) != State::Unoccluded {
+                if node == NONE || self.found[node as usize] || self.left(node) != State::Unoccluded {
                     break;
                 }
-                self.found[node as usize] = blocker;
-                self.shades.push(Shade { node, blocker });
+                self.found[node as usize] = true;
+                self.shades.push(node);
             }
         }
     }

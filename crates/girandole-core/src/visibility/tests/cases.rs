@@ -1,8 +1,12 @@
 //! Cases with a known state.
 
+use super::database::each_alone;
 use super::*;
 use crate::scene::builtin::shapes;
-use crate::visibility::{Blocker, LeafKind};
+use crate::visibility::LeafKind;
+use crate::visibility::blockers::BlockerTree;
+use crate::visibility::node_visibility::SceneContext;
+use crate::visibility::surfaces::Surfaces;
 
 /// The state of the whole front of object 0, a square of ±1 at the origin that faces +Y, under a light.
 fn of_floor(mut others: Vec<Mesh>, light: LightSample) -> State {
@@ -103,7 +107,7 @@ fn meshes_as_blockers_and_receivers() {
     assert_eq!(of_floor(vec![ball(0.95, 1.0, 12)], above(2.0)), State::Unoccluded);
     // A ball under a board and one beside it; their undersides face away from the light.
     let mut scene = empty_scene();
-    let board = add(&mut scene, square(vec3(0.0, 1.0, 0.0), 0.5, MaterialId(0)));
+    add(&mut scene, square(vec3(0.0, 1.0, 0.0), 0.5, MaterialId(0)));
     let hidden = add(&mut scene, ball(0.0, 0.0, 12));
     let lit = add(&mut scene, ball(3.0, 0.0, 40));
     let geometry = Geometry::new(&scene);
@@ -124,21 +128,16 @@ fn meshes_as_blockers_and_receivers() {
     let count = |state| states(lit.index()).iter().filter(|&&s| s == state).count();
     assert!(count(State::Unoccluded) > 0 && count(State::Full) > 0, "{:?}", states(lit.index()));
     assert_eq!(count(State::Partial), 0);
-    // Its blockers by name.
-    let mut upper =
-        geometry.objects[hidden.index()].triangles.clone().filter(|&t| geometry.normal(t).y > 0.9);
-    let leaf = database.receivers().triangles[upper.next().expect("it is round") as usize];
-    let super::super::TriangleReceiver::Leaf(leaf) = leaf else { panic!("{leaf:?}") };
-    let node = database.receivers().leaves[leaf as usize].node;
-    let mut up = vec![node];
-    while let Some(&last) = up.last()
-        && database.receivers().nodes[last as usize].parent != NONE
-    {
-        up.push(database.receivers().nodes[last as usize].parent);
-    }
-    let found: Vec<_> = up.iter().flat_map(|&n| database.blockers(n, 0)).collect();
-    let expected = Blocker::Patch(geometry.objects[board.index()].patches.start);
-    assert!(found.contains(&(expected, true)), "{found:?}");
+    // The board covers one as a whole: not piece by piece.
+    let receivers = database.receivers();
+    let whole = |object: ObjectId| {
+        let of_object = |node: &usize| {
+            let is_root = receivers.nodes[*node].parent == NONE;
+            is_root && receivers.object(&database.surfaces, *node as u32) == object.0
+        };
+        (0..receivers.nodes.len()).find(of_object).map(|node| database.state(node as u32, 0))
+    };
+    assert_eq!([hidden, lit].map(whole), [Some(State::Full), Some(State::Unoccluded)]);
 }
 
 #[test]
@@ -174,16 +173,18 @@ fn the_walls_of_an_empty_room_block_nothing() {
         let geometry = Geometry::new(&scene);
         let database = build(&scene, &geometry, lights);
         assert!(database.counts().by_state[State::Partial as usize] > 100);
-        let patches = geometry.objects[object.index()].patches.clone();
-        assert_eq!(patches.len(), 6);
-        for node in 0..database.receivers().nodes.len() as u32 {
-            for index in 0..200 {
-                let walls = database
-                    .blockers(node, index)
-                    .filter(|(b, _)| matches!(b, Blocker::Patch(p) if patches.contains(p)));
-                assert_eq!(walls.count(), 0);
+        assert_eq!(geometry.objects[object.index()].patches.len(), 6);
+        let surfaces = Surfaces::new(&scene, &geometry, &VisibilitySettings::default());
+        let box_alone = BlockerTree::new(&surfaces, |of| of != object.0);
+        let context = SceneContext { surfaces: &surfaces, lights: &database.lights, blockers: &box_alone };
+        let (mut pairs, mut blocked) = (0, 0);
+        for (node, alone) in (0..).zip(each_alone(&context, database.receivers())) {
+            for (light, &state) in alone.states.iter().enumerate() {
+                pairs += 1;
+                blocked += usize::from(state < database.state(node, light as u32));
             }
         }
+        assert!(blocked * 1000 <= pairs, "without the walls {blocked} of {pairs} are less occluded");
     }
 }
 

@@ -4,20 +4,14 @@ use super::random::{random_lights, random_room};
 use super::*;
 use crate::scene::ObjectId;
 use crate::scene::builtin::{self, MovingObject, shapes};
-use crate::visibility::{Blocker, Counts, Tests};
+use crate::visibility::state_matrix::StateMatrix;
+use crate::visibility::{Counts, Tests};
 
-/// Everything that it says.
-pub type Contents = (crate::visibility::Receivers, Vec<State>, Vec<Vec<(Blocker, bool)>>);
+/// Everything that it says: the states of all nodes, and those that static blockers leave.
+pub type Contents = (crate::visibility::Receivers, StateMatrix, StateMatrix);
 
 pub fn contents(database: &VisibilityDatabase) -> Contents {
-    let nodes = 0..database.receivers().nodes.len() as u32;
-    let pairs =
-        || nodes.clone().flat_map(|node| (0..database.lights() as u32).map(move |light| (node, light)));
-    (
-        database.receivers().clone(),
-        pairs().map(|(node, light)| database.state(node, light)).collect(),
-        pairs().map(|(node, light)| database.blockers(node, light).collect()).collect(),
-    )
+    (database.receivers().clone(), database.states().clone(), database.assembly.visibility.clone())
 }
 
 /// How much there is of everything but tests.
@@ -85,12 +79,12 @@ fn follow(
     for leaf in 0..receivers.leaves.len() as u32 {
         let node = receivers.leaves[leaf as usize].node as usize;
         for (light, &now) in database.leaf_states(leaf).iter().enumerate() {
-            let index = node * samples.len() + light;
+            let then = (node < before.0.nodes.len()).then(|| before.1.row(node)[light]);
             if leaf >= database.first_dynamic_leaf() {
-                seen.on_movers += usize::from(before.1.get(index) != Some(&now));
-            } else if before.1[index] != now {
+                seen.on_movers += usize::from(then != Some(now));
+            } else if then != Some(now) {
                 seen.covered += usize::from(now == State::Full);
-                seen.uncovered += usize::from(before.1[index] == State::Full);
+                seen.uncovered += usize::from(then == Some(State::Full));
             }
         }
     }
@@ -257,12 +251,14 @@ fn a_mover_that_covers_nothing_blocks_for_a_node_what_it_blocks_for_its_leaves()
     let lights = sampled(&scene, &geometry, 60);
     let database = VisibilityDatabase::build(&scene, &geometry, &lights, &VisibilitySettings::default())
         .expect("a database");
-    let mover = Blocker::Mesh(dynamic_objects(&scene)[0] as u32);
     let nodes = &database.receivers().nodes;
     let (mut blocked, mut lit) = (0, 0);
     for (index, node) in nodes.iter().enumerate().filter(|(_, node)| node.leaf == NONE) {
         for light in 0..lights.len() as u32 {
-            let by_mover = |node: u32| database.blockers(node, light).any(|(b, _)| b == mover);
+            let standing = |node: u32| database.assembly.visibility.row(node as usize)[light as usize];
+            let by_mover = |node: u32| {
+                standing(node) == State::Unoccluded && database.state(node, light) == State::Partial
+            };
             match database.state(index as u32, light) {
                 State::Unoccluded => {
                     lit += 1;
@@ -310,4 +306,34 @@ fn what_is_hidden_is_seen_by_no_ray() {
     }
     // The control: most lights do see it.
     assert!(hidden > 20 && rays > 1000 && open > 20 * rays / hidden, "{hidden} {rays} {open}");
+}
+
+#[test]
+fn what_turns_away_from_a_light_is_not_hidden_from_it() {
+    // A shallow roof, too small to be patches, under a light and open to the floor or to the light.
+    let sees = |flipped: bool| {
+        let mut scene = empty_scene();
+        let floor = [vec3(-5., 0., -5.), vec3(-5., 0., 5.), vec3(5., 0., 5.), vec3(5., 0., -5.)];
+        add(&mut scene, polygon(&floor, MaterialId(0)));
+        let mut roof = Mesh::default();
+        for side in [-0.1, 0.1] {
+            let mut corners =
+                [vec3(0., 1.02, -0.1), vec3(0., 1.02, 0.1), vec3(side, 1., 0.1), vec3(side, 1., -0.1)];
+            if (side > 0.0) == flipped {
+                corners.reverse();
+            }
+            roof.add_polygon(&corners, MaterialId(0));
+        }
+        let roof = add(&mut scene, roof);
+        scene.objects[roof.index()].dynamic = true;
+        let geometry = Geometry::new(&scene);
+        let above = vec3(0.0, 2.0, 0.0) - geometry.origin.as_vec3();
+        let database = build(&scene, &geometry, vec![light(above, Vec3::NEG_Y, Profile::Cosine)]);
+        let of_roof = database.first_dynamic_leaf()..database.receivers().leaves.len() as u32;
+        let states: Vec<State> = of_roof.map(|leaf| database.leaf_states(leaf)[0]).collect();
+        assert_eq!(database.counts().by_state[State::Partial as usize], 1, "the floor");
+        (states, database.hidden_from(roof))
+    };
+    assert_eq!(sees(false), (vec![State::Unoccluded], vec![false]));
+    assert_eq!(sees(true), (vec![State::Full], vec![false]));
 }
