@@ -15,6 +15,8 @@
 // A texel for each pixel: how much its luminance is off, and its luminance.
 @group(2) @binding(9) var errors: texture_storage_2d<rgba32float, write>;
 
+// Whatever is hit may bend.
+const ANY_BEND = 1e9;
 // What depths differ by, as a share, that are the same but for rounding.
 const SAME_DEPTH = 1e-4;
 
@@ -69,11 +71,11 @@ fn would_be_lit(light: Light, at: ShadowTexel, stored: f32, is_lit: bool) -> boo
   let answer = depth_test(light, at.receiver, at.texel, now);
   if answer == AMBIGUOUS && is_parallel(light) {
     let here = nearest_blocker(texel_ray(light, at.receiver.uv), first_group);
-    return is_lit_behind(light, at.receiver, stored_nearness(light, here.nearness), HOLLOW);
+    return is_lit_behind(light, at.receiver, stored_nearness(light, here.nearness), ANY_BEND);
   }
   if answer == AMBIGUOUS {
     let extrapolated = NEAR * dot(blocker.plane, texel_ray(light, at.receiver.uv).direction);
-    return is_lit_behind(light, at.receiver, extrapolated, HOLLOW);
+    return is_lit_behind(light, at.receiver, extrapolated, ANY_BEND);
   }
   return answer == LIT;
 }

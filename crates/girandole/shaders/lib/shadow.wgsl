@@ -9,13 +9,16 @@
 override FILTER: u32; // percentage-closer filter: width in texels, 0 = the nearest texel
 
 const SLACK = 2e-5;
+// The same for parallel light, as a share of the scene's extent: of a large site it is to be thinner than a roof.
+const PARALLEL_SLACK = 2e-6;
 const FOOTPRINT = 0.002;
 // Blockers farther than this share of the distance in front of the receiver block without a slope-corrected test.
 const NEARBY = 0.95;
 // The same for parallel light, in texels.
 const CLOSE = 4.0;
-// What remains in hollows of finely tessellated surfaces, in texels' footprints.
+// What remains in hollows of finely tessellated surfaces at most, in texels' footprints: as much as the surface bends, and never more.
 const HOLLOW = 0.2;
+const PARALLEL_HOLLOW = 0.35;
 // Second differences of depths, as a share of them, that are rounding: those of a plane.
 const STRAIGHT = 1e-5;
 // Where light grazes, the allowances for rounding are no more than this share of the distance.
@@ -87,7 +90,7 @@ fn plane_depth(light: Light, r: Receiver, centre: vec2f) -> PlaneDepth {
   let shift = dot(r.normal.xy, across) / flat * r.slope;
   let here = 1.0 - r.height * 0.5;
   let texel = texel_width(light, centre) * r.slope;
-  return PlaneDepth(here, here - shift, SLACK + 0.5 * FOOTPRINT * texel / flat, texel);
+  return PlaneDepth(here, here - shift, PARALLEL_SLACK + 0.5 * FOOTPRINT * texel / flat, texel);
 }
 
 // One texel: LIT, DARK or AMBIGUOUS. A light without a map lights nothing that needs it.
@@ -140,19 +143,20 @@ fn is_lit_closely(light: Light, r: Receiver, texel: vec2u, stored: f32, is_joint
     let slope = slope_at(light, next, seen, seen >= plane);
     let at_receiver = seen + dot(slope.gradient, offset - vec2f(by));
     let counts = !is_jointed || seen - dot(slope.gradient, vec2f(by)) <= at_centre;
-    if counts && !is_lit_behind(light, r, at_receiver, slope.footprints) { return false; }
+    if counts && !is_lit_behind(light, r, at_receiver, slope.bend) { return false; }
   }
   return true;
 }
 
-// The slope-corrected test for what was extrapolated to the receiver's position, with so many texels' footprints allowed.
-fn is_lit_behind(light: Light, r: Receiver, extrapolated: f32, footprints: f32) -> bool {
+// The slope-corrected test for what was extrapolated to the receiver's position on a surface that bends by so much.
+fn is_lit_behind(light: Light, r: Receiver, extrapolated: f32, bend: f32) -> bool {
   if is_parallel(light) {
-    let hollow = footprints * texel_width(light, r.uv) / max(-r.normal.z, GRAZING) * r.slope;
-    return extrapolated <= 1.0 - r.height * 0.5 + SLACK + hollow;
+    let footprint = texel_width(light, r.uv) / max(-r.normal.z, GRAZING) * r.slope;
+    let allowance = clamp(bend, FOOTPRINT * footprint, PARALLEL_HOLLOW * footprint);
+    return extrapolated <= 1.0 - r.height * 0.5 + PARALLEL_SLACK + allowance;
   }
-  let allowance = min(footprints * map_texel(light), GRAZING * r.slope);
-  return extrapolated * r.height <= NEAR * (r.slope * (1.0 + SLACK) + allowance);
+  let hollow = clamp(bend * r.height / NEAR, FOOTPRINT * map_texel(light), HOLLOW * map_texel(light));
+  return extrapolated * r.height <= NEAR * (r.slope * (1.0 + SLACK) + min(hollow, GRAZING * r.slope));
 }
 
 // A texel of parallel light that looks past the receiver's plane, as beyond the edge of a roof, tells nothing of the receiver: those
@@ -177,44 +181,46 @@ fn plane_at(light: Light, r: Receiver, texel: vec2u) -> f32 {
   return NEAR * max(-dot(r.normal, decode(centre)), 0.0) / r.height;
 }
 
-// Change of stored depth a texel on the surface that `stored` belongs to, and what it may be wrong by. Beyond the receiver's plane, where
-// light grazes, its own surface may be what is seen past an edge.
-struct Slope { gradient: vec2f, footprints: f32 }
+// Change of stored depth a texel on the surface that `stored` belongs to, and by how much that bends about the texel: what is extrapolated
+// may be wrong by that. A surface that is straight and before the receiver's plane is not the receiver's own.
+struct Slope { gradient: vec2f, bend: f32 }
 
 // Of four axes the two along which the surface is straightest: in a corner of walls it reaches two texels along few.
 fn slope_at(light: Light, at: vec2i, stored: f32, is_before: bool) -> Slope {
   let level = straighter(along_axis(light, at, vec2i(1, 0), stored), along_axis(light, at, vec2i(0, 1), stored));
   let diagonal = straighter(along_axis(light, at, vec2i(1, 1), stored), along_axis(light, at, vec2i(1, -1), stored));
   let swapped = diagonal.a.w < level.a.w;
-  let first = AxisPair(select(level.a, diagonal.a, swapped), select(level.b, diagonal.b, swapped));
-  let second = select(diagonal.a, level.a, swapped);
-  let a = first.a;
-  let b = select(first.b, second, vec4<bool>(second.w < first.b.w));
+  let a = select(level.a, diagonal.a, swapped);
+  let second = select(level.b, diagonal.b, swapped);
+  let third = select(diagonal.a, level.a, swapped);
+  let b = select(second, third, vec4<bool>(third.w < second.w));
   let gradient = vec2f(a.z * b.y - b.z * a.y, a.x * b.z - b.x * a.z) / (a.x * b.y - b.x * a.y);
   let is_straight = b.w <= STRAIGHT * stored && is_before;
-  return Slope(gradient, select(HOLLOW, FOOTPRINT, is_straight));
+  let bend = max(level.bend, diagonal.bend) - STRAIGHT * stored;
+  return Slope(gradient, select(bend, 0.0, is_straight));
 }
 
-// Axes, with the change along them and its second difference; the straighter one first.
-struct AxisPair { a: vec4f, b: vec4f }
+// Axes, with the change along them and its second difference; the straighter one first. `bend` is the larger second difference across
+// the texel itself.
+struct AxisPair { a: vec4f, b: vec4f, bend: f32 }
 
-fn straighter(a: vec4f, b: vec4f) -> AxisPair {
-  if b.w < a.w { return AxisPair(b, a); }
-  return AxisPair(a, b);
+fn straighter(a: Axis, b: Axis) -> AxisPair {
+  let bend = max(a.bend, b.bend);
+  if b.along.w < a.along.w { return AxisPair(b.along, a.along, bend); }
+  return AxisPair(a.along, b.along, bend);
 }
 
-fn along_axis(light: Light, at: vec2i, axis: vec2i, stored: f32) -> vec4f {
-  return vec4f(vec2f(axis), gradient_along(light, at, axis, stored));
-}
+struct Axis { along: vec4f, bend: f32 }
 
-// The same along one axis, and the second difference: of the two sides, the one that continues more nearly straight.
-fn gradient_along(light: Light, at: vec2i, axis: vec2i, stored: f32) -> vec2f {
+// Of the two sides of an axis, the one that continues more nearly straight.
+fn along_axis(light: Light, at: vec2i, axis: vec2i, stored: f32) -> Axis {
   let ahead = at_texel(light, at + axis);
   let behind = at_texel(light, at - axis);
   let curvature_ahead = abs(at_texel(light, at + 2 * axis) - 2.0 * ahead + stored);
   let curvature_behind = abs(at_texel(light, at - 2 * axis) - 2.0 * behind + stored);
   let is_ahead = curvature_ahead < curvature_behind;
-  return vec2f(select(stored - behind, ahead - stored, is_ahead), min(curvature_ahead, curvature_behind));
+  let change = select(stored - behind, ahead - stored, is_ahead);
+  return Axis(vec4f(vec2f(axis), change, min(curvature_ahead, curvature_behind)), abs(ahead - 2.0 * stored + behind));
 }
 
 fn at_texel(light: Light, texel: vec2i) -> f32 {

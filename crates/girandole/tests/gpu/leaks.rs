@@ -4,13 +4,14 @@ use crate::common::{Context, Stage, Test, camera, lamp, mean, room, sun};
 use girandole::{Mode, RenderSettings, RendererOptions, ShadowMap};
 use girandole_core::glam::{Quat, UVec2, Vec3};
 use girandole_core::lights::LightSettings;
-use girandole_core::scene::{Material, Mesh, Scene, Transform};
+use girandole_core::scene::{Material, MaterialId, Mesh, Scene, Transform};
 
 pub fn tests() -> Vec<Test> {
     vec![
         ("closed_rooms_stay_dark", closed_rooms),
         ("joints_of_walls_stay_dark", joints),
         ("the_sun_enters_no_joint_of_walls", room_in_the_sun),
+        ("the_sun_shines_through_no_roof_into_joints_of_tiles", tiles_under_a_roof),
     ]
 }
 
@@ -153,21 +154,58 @@ fn joints(context: &Context) {
 /// The sun over a closed room whose walls have no thickness: within, nothing is lit that lies farther from the next wall than depths are
 /// rounded, 2e-5 of the scene's extent.
 fn room_in_the_sun(context: &Context) {
-    let (closed, open) = (farthest_in_the_sun(context, None), farthest_in_the_sun(context, Some(3)));
+    let farthest =
+        |left_out| lit_by_the_sun(context, (left_out, 128), |_, _| {}).into_iter().fold(0.0, f32::max);
+    let (closed, open) = (farthest(None), farthest(Some(3)));
     assert!(closed < 2e-5 * ROOM.length(), "{closed}");
     assert!(open > 0.5, "negative control: without its ceiling, the room is lit {open} m from its walls");
 }
 
-/// How far from the next wall a pixel is lit, m.
-fn farthest_in_the_sun(context: &Context, left_out: Option<usize>) -> f32 {
+/// Tiles whose bevelled edges end close below a roof that is flat: what is wide about the room does not make it thinner.
+fn tiles_under_a_roof(context: &Context) {
+    let tiles = |scene: &mut Scene, material| {
+        let mut mesh = Mesh::default();
+        let (half, inner, low, high) = (0.5, 0.485, ROOM.y - 0.03, ROOM.y - 0.004);
+        for (x, z) in (-2..3).flat_map(|x| (-2..2).map(move |z| (x as f32, z as f32 + 0.5))) {
+            let corner = |i: usize, by: f32, y: f32| {
+                Vec3::new(x + by * [-1.0, 1.0, 1.0, -1.0][i % 4], y, z + by * [-1.0, -1.0, 1.0, 1.0][i % 4])
+            };
+            mesh.add_polygon(&[0, 1, 2, 3].map(|i| corner(i, inner, low)), material);
+            for i in 0..4 {
+                let bevel = [(i, half, high), (i + 1, half, high), (i + 1, inner, low), (i, inner, low)];
+                mesh.add_polygon(&bevel.map(|(i, by, y)| corner(i, by, y)), material);
+            }
+        }
+        scene.add_object("tiles", mesh, Transform::IDENTITY);
+        let far = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
+        let mut ground = Mesh::default();
+        ground.add_polygon(&far.map(|(x, z)| Vec3::new(100.0 * x, -0.1, 100.0 * z)), material);
+        scene.add_object("ground", ground, Transform::IDENTITY);
+    };
+    // A few texels from where the roof ends.
+    let away = |left_out| {
+        lit_by_the_sun(context, (left_out, 512), tiles).into_iter().filter(|far| *far > 0.5).count()
+    };
+    let (closed, open) = (away(None), away(Some(3)));
+    assert!(closed < 1, "{closed}");
+    assert!(open > 1000, "negative control: without the roof {open} pixels are lit");
+}
+
+/// Of each pixel that is lit in a room, with something more in it, how far it is from the next wall, m.
+fn lit_by_the_sun(
+    context: &Context,
+    (left_out, map_size): (Option<usize>, u32),
+    furnish: impl FnOnce(&mut Scene, MaterialId),
+) -> Vec<f32> {
     let size = [800, 600];
     let mut scene = Scene::default();
     let white = scene.add_material(Material::diffuse("white", Vec3::splat(0.7)));
     room(&mut scene, ROOM, white, left_out);
+    furnish(&mut scene, white);
     camera(&mut scene, Vec3::new(-2.8, 2.5, 2.3), Vec3::new(0.5, 2.9, -0.6), 1.0);
     sun(&mut scene, Vec3::new(-0.87, 0.42, -0.26));
     let stage = Stage::new(scene, &LightSettings { count: 1, bounces: 0, ..Default::default() });
-    let options = RendererOptions { map_size: Some(128), ..Default::default() };
+    let options = RendererOptions { map_size: Some(map_size), ..Default::default() };
     let view = stage.view(0, size);
     let picture = context.picture(&stage, options, &view, size);
     let (tracer, view) = (stage.tracer(), stage.local(&view));
@@ -182,5 +220,5 @@ fn farthest_in_the_sun(context: &Context, left_out: Option<usize>) -> f32 {
         walls.sort_by(f32::total_cmp);
         Some(walls[1])
     };
-    lit.filter_map(from_wall).fold(0.0, f32::max)
+    lit.filter_map(from_wall).collect()
 }
