@@ -363,11 +363,6 @@ impl Light {
         self.profile == COSINE
     }
 
-    /// Whether its map has to show the whole scene sharply: it stands for all light from its direction, not for a part of a sky.
-    pub fn has_large_map(&self) -> bool {
-        self.profile == DIRECTIONAL
-    }
-
     /// A light sample without its place in the atlas. Maps are turned about their normals by the golden angle from
     /// one light to the next, so that the edges of their texels do not line up, and from one `set` of a refined picture to the
     /// next, so that those of lights that stay average out. `radius` is the scene's, in metres.

@@ -101,8 +101,8 @@ impl Resident {
         let Context { device, options, shared, .. } = context;
         let radius = geometry.radius();
         let mut samples = gpu_lights(lights, radius);
-        let directional: Vec<bool> = samples.iter().map(Light::has_large_map).collect();
-        let layout = AtlasLayout::new(&directional, largest_chosen(&samples), options, &device.limits())?;
+        let large: Vec<bool> = samples.iter().map(Light::has_large_map).collect();
+        let layout = AtlasLayout::new(&large, largest_chosen(&samples), options, &device.limits())?;
         samples.iter_mut().for_each(|light| light.atlas_slot = NO_MAP);
         let features = SceneFeatures::of(scene, geometry, &samples);
         let rays = features.mirrors.then(|| RayHierarchies::new((device, &context.queue), scene, geometry));
@@ -298,7 +298,7 @@ impl Resident {
         for (light, held) in samples.iter_mut().zip(&self.lights.samples) {
             light.atlas_slot = held.atlas_slot;
             let frame = |light: &Light| (light.normal, light.tangent, light.offset);
-            if light.has_large_map() && frame(light) == frame(held) {
+            if light.shows_square() && frame(light) == frame(held) {
                 (light.position, light.scale) = (held.position, held.scale);
             }
         }
@@ -382,7 +382,7 @@ impl Resident {
         let regular = cache.regular_spans(&lights.samples);
         let (Some((of, Looks { lists, mirrors })), Some(receivers)) = (&view, &self.receivers) else {
             let leaves = self.receivers.as_ref().map_or(0, Receivers::leaf_count);
-            let suns = lights.samples.iter().enumerate().filter(|(_, light)| light.has_large_map());
+            let suns = lights.samples.iter().enumerate().filter(|(_, light)| light.shows_square());
             let whole = |light: &Light| light.showing(Vec2::ZERO, 1.0 / light.offset);
             let suns = suns.map(|(index, light)| (index, whole(light))).collect();
             let leaves = vec![true; leaves as usize];

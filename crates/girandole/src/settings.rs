@@ -23,8 +23,9 @@ pub struct RendererOptions {
     /// Parameterisation of shadow maps. Default octahedral: no leaks, fewest passes.
     pub shadow_map: ShadowMap,
     /// Texels across each shadow map, rounded up to a multiple of 16, for cubes of 32; `None` (default) = as many as `memory_mib` holds,
-    /// 512 at most, 256 where there are more than 64 lights and none is parallel, and less for maps that only what is far from the camera
-    /// looks up. Larger maps have sharper shadow edges and take longer to draw; shading costs the same.
+    /// 512 at most, 256 where there are more than 64 lights and neither a sun nor many samples of a sky (whose few have four times as many),
+    /// and less for maps that only what is far from the camera looks up. Larger maps have sharper shadow edges and take longer to draw;
+    /// shading costs the same.
     pub map_size: Option<u32>,
     /// Budget of shadow maps in MiB, with what is beside them while they are drawn. Default 256, which every WebGPU device can hold.
     pub memory_mib: u32,

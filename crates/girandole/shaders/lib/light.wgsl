@@ -9,7 +9,7 @@ struct Light {
   offset: f32, // cosine: squared distance within which a receiver may be near, m², negative if its rectangle is spread; spot: −cos outer · scale; parallel light: 1 / radius of the scene, 1/m
   intensity: vec3f,
   atlas_slot: u32, // of its shadow map in the atlas: (page << 24) | (log2 of its units across << 20) | (row << 10) | column, in units; or NO_MAP
-  rectangle: vec4f, // cosine: from the position to the rectangle's centre, and half its width, along tangent and bitangent, m; distant: x = solid angle, sr; parallel light: z, see `parallel_map`
+  rectangle: vec4f, // cosine: from the position to the rectangle's centre, and half its width, along tangent and bitangent, m; distant: x = solid angle, sr, w: > 0 where its map is large; parallel light: z, see `parallel_map`
   lobe: vec4f, // axis and matt share (core: Profile::Lobe); of what has none 0 and 1
 }
 

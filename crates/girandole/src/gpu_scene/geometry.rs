@@ -7,7 +7,7 @@ use crate::gpu_scene::surface_ids::surface_ids;
 use crate::gpu_scene::transparent::TransparentTriangles;
 use crate::layout::{GpuMaterial, Light, Triangle, Vertex};
 use crate::records::TextureEntry;
-use crate::shader_constants::{TEXEL_COLUMNS, TEXEL_ROWS};
+use crate::shader_constants::{DISTANT, TEXEL_COLUMNS, TEXEL_ROWS};
 use crate::{Error, Remedy, Result};
 use girandole_core::glam::{Vec2, Vec3, Vec4};
 use girandole_core::lights::LightSet;
@@ -181,14 +181,19 @@ fn pack_unorm(v: Vec2) -> u32 {
     x | y << 16
 }
 
+/// Samples of a sky, each of which lights all that is seen by itself: with so many at most, each has a large map.
+const FEW_OF_SKY: usize = 256;
+
 /// Light samples for the GPU, without their places in the atlas. `radius` is the scene's.
 pub(crate) fn gpu_lights(lights: &LightSet, radius: f32) -> Vec<Light> {
-    lights
-        .samples()
-        .iter()
-        .enumerate()
-        .map(|(id, sample)| Light::new(id as u32, lights.set(), sample, radius))
-        .collect()
+    let samples = (0..).zip(lights.samples());
+    let mut result: Vec<Light> =
+        samples.map(|(id, sample)| Light::new(id, lights.set(), sample, radius)).collect();
+    let of_sky: Vec<&mut Light> = result.iter_mut().filter(|light| light.profile == DISTANT).collect();
+    if of_sky.len() <= FEW_OF_SKY {
+        of_sky.into_iter().for_each(|light| light.rectangle.w = 1.0);
+    }
+    result
 }
 
 /// The words of all textures in rows of a texture array.

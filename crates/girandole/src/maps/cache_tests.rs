@@ -6,8 +6,8 @@ use super::map_view::{ShownSquare, TexelRect};
 use super::snapshot::Snapshot;
 use crate::layout::Light;
 use crate::settings::{MapPriority, MapUpdates, RendererOptions};
-use crate::shader_constants::{DIRECTIONAL, NO_MAP};
-use girandole_core::glam::Vec3;
+use crate::shader_constants::{DIRECTIONAL, DISTANT, NO_MAP};
+use girandole_core::glam::{Vec3, Vec4};
 use girandole_core::math::sequence::sample;
 use std::collections::BTreeSet;
 
@@ -173,6 +173,24 @@ fn what_has_room_is_placed_whatever_was_there() {
         held += usize::from(has_room);
     }
     assert!((100..350).contains(&held), "{held}");
+}
+
+/// Few samples of a sky light all of a room, each by itself.
+#[test]
+fn maps_of_a_sky_of_few_samples_are_as_fine_as_a_suns() {
+    let across = |profile, flag| {
+        let mut lights = lights_of(&vec![1.0; 200]);
+        let of_sky = Light { profile, rectangle: Vec4::W * flag, ..lights[0] };
+        lights[..20].fill(of_sky);
+        let kinds: Vec<bool> = lights.iter().map(Light::has_large_map).collect();
+        let cache = cache(&kinds, RendererOptions::default());
+        let spans = cache.spans(&[1e4; 200], &lights);
+        [19, 20].map(|light| cache.layout().size(spans[light]))
+    };
+    for (profile, flag, times) in [(DISTANT, 1.0, 4), (DISTANT, 0.0, 1), (DIRECTIONAL, 0.0, 4)] {
+        let [of_sky, other] = across(profile, flag);
+        assert!(of_sky == times * other && other >= 160, "{profile} {flag}: {of_sky} {other}");
+    }
 }
 
 /// Walks through a house and looks up more lights or fewer, in maps of several sizes, in all more than there is room for.

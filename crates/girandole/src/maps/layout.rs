@@ -31,8 +31,9 @@ const MOST_TEXELS: u64 = 4 << 20;
 const FEW_TEXELS: u64 = 1 << 20;
 /// Texels beside the maps for each pair of a part and a cluster that is listed at most.
 const TEXELS_PER_PAIR: u64 = 4;
-/// A directional light's map covers the whole scene: its regular size is so many times that of others, where a page holds that.
-const DIRECTIONAL_TILES: u32 = 4;
+/// A large map shows all that is seen, of a sun or of a part of a sky: its regular size is so many times that of others, where a page holds
+/// that.
+const LARGE_TILES: u32 = 4;
 /// Units across a map of the regular size, unless all maps are to have that.
 const REGULAR_UNITS: u32 = 4;
 
@@ -44,11 +45,13 @@ pub(crate) fn coarseness(lights: &[Light]) -> f32 {
     (samples as f32 / MANY as f32).sqrt().clamp(1.0, 2.0)
 }
 
-/// Texels across the largest map that is chosen for these lights. Those of parallel light show all that is seen: they are not made
-/// smaller where there are many.
+/// Texels across the largest map that is chosen for these lights, but for large ones. A sun's, and those of a sky of many samples, are not
+/// made smaller where there are many.
 pub(crate) fn largest_chosen(lights: &[Light]) -> u32 {
     let [of_few, of_many] = MAX_CHOSEN;
-    if lights.len() <= FEW || lights.iter().any(Light::is_parallel) {
+    if lights.len() <= FEW
+        || lights.iter().any(|light| light.shows_square() || light.is_parallel() && !light.has_large_map())
+    {
         return of_few;
     }
     (of_many as f32 / coarseness(lights)) as u32
@@ -78,7 +81,7 @@ pub(crate) struct AtlasLayout {
     pub wanted_size: u32,
     /// Texels across a unit.
     pub unit: u32,
-    /// Units across the regular map of a light, and of one that is directional.
+    /// Units across the regular map of a light, and a large one.
     pub regular: [u32; 2],
     /// The same of the largest maps that are chosen where there is room.
     pub largest: [u32; 2],
@@ -154,16 +157,11 @@ impl AtlasLayout {
         span
     }
 
-    /// Lays out the maps of lights, of which `directional[i]` tells whether light i is a directional one, at most so many texels across.
+    /// Lays out the maps of lights, of which `large[i]` tells whether light i has a large one, at most so many texels across.
     ///
     /// # Errors
     /// [`Error::TooLarge`] where the budget or the device's limits do not suffice.
-    pub fn new(
-        directional: &[bool],
-        most: u32,
-        options: &RendererOptions,
-        limits: &wgpu::Limits,
-    ) -> Result<Self> {
+    pub fn new(large: &[bool], most: u32, options: &RendererOptions, limits: &wgpu::Limits) -> Result<Self> {
         let max_page = limits.max_texture_dimension_2d.min(MAX_PAGE);
         let max_pages = limits.max_texture_array_layers.min(MAX_PAGES);
         // Parts are drawn in whole blocks, in each of which maps are linear.
@@ -176,8 +174,8 @@ impl AtlasLayout {
             Some(size) => [size.next_multiple_of(granule).min(max_page); 2],
             None => [granule, most.min(max_page)],
         };
-        let suns = directional.iter().filter(|&&d| d).count();
-        let counts = [directional.len() - suns, suns].map(|count| count as u32);
+        let suns = large.iter().filter(|&&d| d).count();
+        let counts = [large.len() - suns, suns].map(|count| count as u32);
         let with_suns = |suns, size| layouts([counts[0], suns], [least, size, most], [max_page, max_pages]);
         // Where there is memory, each sun has room for two maps: two views in turn see other parts of the scene.
         let of_size = |size| with_suns(2 * counts[1], size).chain(with_suns(counts[1], size));
@@ -192,13 +190,13 @@ impl AtlasLayout {
                 (None, None) => Remedy::FewerLights,
             };
             let needs = mib.map_or(format!("more than {max_pages} pages"), |mib| format!("{mib} MiB"));
-            let lights = directional.len();
+            let lights = large.len();
             Error::too_large(format!("{lights} shadow maps of {least}² texels need {needs}"), remedy)
         })
     }
 }
 
-/// Layouts for so many points and suns (directional lights), in pages of whole tiles: regular maps of `size` texels across. Maps may have
+/// Layouts for so many points and suns (lights with large maps), in pages of whole tiles: regular maps of `size` texels across. Maps may have
 /// from `least` texels, of which all sizes are multiples, up to `most`. The fewest and largest pages come first.
 fn layouts(
     [points, suns]: [u32; 2],
@@ -207,7 +205,7 @@ fn layouts(
 ) -> impl Iterator<Item = AtlasLayout> {
     let per_side = max_page / size;
     // A sun's map is so many tiles across; the largest maps are so many times as wide as regular ones.
-    let block = 1 << DIRECTIONAL_TILES.min(per_side).ilog2();
+    let block = 1 << LARGE_TILES.min(per_side).ilog2();
     let times = 1 << (most / size).min(per_side / block).ilog2();
     let widest = if suns > 0 { block } else { 1 };
     let regular = if size / REGULAR_UNITS >= least { REGULAR_UNITS } else { 1 };
@@ -253,10 +251,11 @@ pub(crate) fn list_words(texels: u64, pairs: u64) -> u64 {
 mod tests {
     use super::*;
     use crate::shader_constants::{COSINE, DISTANT, HEMISPHERE};
+    use girandole_core::glam::Vec4;
 
-    fn layout(directional: &[bool], options: RendererOptions) -> Result<AtlasLayout> {
-        let most = MAX_CHOSEN[usize::from(directional.len() > FEW && !directional.contains(&true))];
-        AtlasLayout::new(directional, most, &options, &wgpu::Limits::default())
+    fn layout(large: &[bool], options: RendererOptions) -> Result<AtlasLayout> {
+        let most = MAX_CHOSEN[usize::from(large.len() > FEW && !large.contains(&true))];
+        AtlasLayout::new(large, most, &options, &wgpu::Limits::default())
     }
 
     #[test]
@@ -320,6 +319,9 @@ mod tests {
         let of = |profile, count| largest_chosen(&vec![Light { profile, ..Light::default() }; count]);
         let all = |count| [COSINE, HEMISPHERE, DISTANT].map(|profile| of(profile, count));
         assert_eq!([64, 400, 9999].map(all), [[512; 3], [256, 256, 512], [128, 256, 512]]);
+        // Of few samples of a sky, each has a large one.
+        let of_sky = Light { profile: DISTANT, rectangle: Vec4::W, ..Light::default() };
+        assert_eq!((largest_chosen(&[of_sky; 200]), of_sky.has_large_map()), (256, true));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::bounds::Bounds;
 use crate::layout::Light;
+use crate::shader_constants::{DIRECTIONAL, DISTANT};
 use girandole_core::glam::{Vec3, Vec4};
 
 /// Texels of a map, from the first column and row up to before the last.
@@ -132,6 +133,18 @@ impl MapView<'_> {
     }
 }
 
+impl Light {
+    /// Whether its map shows a square of the scene that views choose: it stands for all light from its direction, not for a part of a sky.
+    pub fn shows_square(&self) -> bool {
+        self.profile == DIRECTIONAL
+    }
+
+    /// Whether its map has to show all that is seen sharply: a sun's, and those of a sky of few samples.
+    pub fn has_large_map(&self) -> bool {
+        self.shows_square() || self.profile == DISTANT && self.rectangle.w > 0.0
+    }
+}
+
 /// What part of the scene a map shows, bit for bit: of parallel light with a large map; all others show all directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct ShownSquare([u32; 4]);
@@ -140,13 +153,13 @@ impl ShownSquare {
     /// What the map of a light shows.
     pub fn of(light: &Light) -> Self {
         let middle_and_scale = light.position.extend(light.scale).to_array();
-        if light.has_large_map() { Self(middle_and_scale.map(f32::to_bits)) } else { Self::default() }
+        if light.shows_square() { Self(middle_and_scale.map(f32::to_bits)) } else { Self::default() }
     }
 
     /// The light, with a map that shows this.
     pub fn shown_by(self, light: &Light) -> Light {
         let [x, y, z, scale] = self.0.map(f32::from_bits);
-        if light.has_large_map() { Light { position: Vec3::new(x, y, z), scale, ..*light } } else { *light }
+        if light.shows_square() { Light { position: Vec3::new(x, y, z), scale, ..*light } } else { *light }
     }
 }
 
@@ -154,7 +167,6 @@ impl ShownSquare {
 mod tests {
     use super::*;
     use crate::parallel_map::tests::found_by_halves;
-    use crate::shader_constants::DIRECTIONAL;
     use girandole_core::glam::Vec3;
     use girandole_core::math::sequence;
 

@@ -51,7 +51,7 @@ impl Receivers {
             let (middle, half) = shown_square(low, high, 1.0 / light.offset);
             (index, light.showing(middle, half))
         };
-        let suns = self.lights.on_gpu.iter().enumerate().filter(|(_, light)| light.has_large_map());
+        let suns = self.lights.on_gpu.iter().enumerate().filter(|(_, light)| light.shows_square());
         suns.map(of).collect()
     }
 
