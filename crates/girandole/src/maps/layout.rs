@@ -176,13 +176,18 @@ impl AtlasLayout {
         };
         let suns = large.iter().filter(|&&d| d).count();
         let counts = [large.len() - suns, suns].map(|count| count as u32);
-        let with_suns = |suns, size| layouts([counts[0], suns], [least, size, most], [max_page, max_pages]);
+        let with_suns =
+            |suns, size, tiles| layouts([counts[0], suns], [least, size, most], [max_page, max_pages], tiles);
         // Where there is memory, each sun has room for two maps: two views in turn see other parts of the scene.
-        let of_size = |size| with_suns(2 * counts[1], size).chain(with_suns(counts[1], size));
+        let of_size =
+            |size, tiles| with_suns(2 * counts[1], size, tiles).chain(with_suns(counts[1], size, tiles));
         let budget = u64::from(options.memory_mib) << 20;
-        let mut all = (least..most + 1).step_by(least as usize).rev().flat_map(of_size);
-        all.find(|layout| layout.bytes() <= budget).ok_or_else(|| {
-            let mib = of_size(least).map(|layout| layout.bytes().div_ceil(1 << 20)).min();
+        let of_tiles = |tiles| {
+            (least..most + 1).step_by(least as usize).rev().flat_map(move |size| of_size(size, tiles))
+        };
+        // Rather maps that are all alike than none.
+        of_tiles(LARGE_TILES).chain(of_tiles(1)).find(|layout| layout.bytes() <= budget).ok_or_else(|| {
+            let mib = of_size(least, 1).map(|layout| layout.bytes().div_ceil(1 << 20)).min();
             let remedy = match (mib, options.map_size) {
                 (Some(mib), Some(_)) => Remedy::MemoryOrSmallerMaps { mib },
                 (Some(mib), None) => Remedy::MemoryOrFewerLights { mib },
@@ -197,15 +202,16 @@ impl AtlasLayout {
 }
 
 /// Layouts for so many points and suns (lights with large maps), in pages of whole tiles: regular maps of `size` texels across. Maps may have
-/// from `least` texels, of which all sizes are multiples, up to `most`. The fewest and largest pages come first.
+/// from `least` texels, of which all sizes are multiples, up to `most`; large ones are so many tiles across where pages hold that. The fewest and largest pages come first.
 fn layouts(
     [points, suns]: [u32; 2],
     [least, size, most]: [u32; 3],
     [max_page, max_pages]: [u32; 2],
+    large_tiles: u32,
 ) -> impl Iterator<Item = AtlasLayout> {
     let per_side = max_page / size;
     // A sun's map is so many tiles across; the largest maps are so many times as wide as regular ones.
-    let block = 1 << LARGE_TILES.min(per_side).ilog2();
+    let block = 1 << large_tiles.min(per_side).ilog2();
     let times = 1 << (most / size).min(per_side / block).ilog2();
     let widest = if suns > 0 { block } else { 1 };
     let regular = if size / REGULAR_UNITS >= least { REGULAR_UNITS } else { 1 };
@@ -289,6 +295,19 @@ mod tests {
             }
         }
         assert!(laid_out > 500 && refused > 500, "{laid_out} {refused}");
+    }
+
+    #[test]
+    fn large_maps_are_no_larger_than_others_where_they_would_not_fit() {
+        let of = |memory_mib, map_size| {
+            let options = RendererOptions { memory_mib, map_size, ..Default::default() };
+            layout(&[true; 256], options).map(|l| (l.map_size, l.regular[1] / l.regular[0])).ok()
+        };
+        assert_eq!(
+            [64, 128, 256].map(|size| of(256, Some(size))),
+            [Some((64, 4)), Some((128, 1)), Some((256, 1))]
+        );
+        assert_eq!((of(2, None).map(|(_, times)| times), of(1, Some(256))), (Some(1), None));
     }
 
     #[test]
