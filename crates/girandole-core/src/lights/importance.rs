@@ -126,6 +126,8 @@ pub(super) struct Importance {
     pub seen: Option<Seen>,
     /// Where light is guided, what all candidates bring to the points.
     pub of_points: Option<Brightness>,
+    /// There, too, once it is known: the share of samples that are to be the [sky](super::sky)'s.
+    pub of_sky: Option<f64>,
 }
 
 impl Importance {
@@ -201,7 +203,7 @@ pub(super) async fn measure(
     let brought = if is_guided { pairs.by_test(&counts, |light| light * light) } else { light };
     let mean = pairs.weigh(&mut runs, &brought);
     let of_points = is_guided.then(|| pairs.brightness_by_kind());
-    Importance { tree, runs, mean, brightness: pairs.brightness(), of_sun, seen, of_points }
+    Importance { tree, runs, mean, brightness: pairs.brightness(), of_sun, seen, of_points, of_sky: None }
 }
 
 /// Candidates that are tested against points.

@@ -24,6 +24,7 @@ mod sampling;
 mod scattering;
 mod sets;
 mod shown;
+mod sky;
 mod slots;
 mod source_tree;
 mod spread;

@@ -14,7 +14,7 @@
 use super::emission::Shares;
 use super::importance::{ELSEWHERE, NORMAL_SCALE, Place, power};
 use super::resample::{Candidates, Chosen};
-use super::strata::{Apart, Cluster};
+use super::strata::{Apart, Cluster, Growth};
 use super::{LightId, LightSample, Profile, SampleOrigin};
 use crate::scene::{Geometry, PunctualKind, Scene};
 use glam::{DVec3, Vec3};
@@ -120,7 +120,12 @@ pub(super) fn apart(candidates: &[LightSample], places: &[Place], count: u32) ->
     }
     let border = (nearest[0] + nearest[1]) * 0.5;
     let own = (count / SHARE).max(1);
-    border.is_finite().then(|| Apart { axis: AXIS, border, count: own.min(lights), is_fixed: lights <= own })
+    border.is_finite().then(|| Apart {
+        axis: AXIS,
+        border,
+        count: own.min(lights),
+        growth: if lights <= own { Growth::Held } else { Growth::AtLeast },
+    })
 }
 
 /// A punctual light of a cluster that shines for all of those: as it is, but stronger. Each of them is taken to emit its part

@@ -24,7 +24,7 @@ use super::emission::{Emission, Shares};
 use super::importance::{Importance, Place, place, power};
 use super::spread::is_in_narrow_gap;
 use super::strata::{Apart, Cluster, Item, Strata};
-use super::{LightSample, Profile, Rectangle, SampleOrigin, punctual, sun};
+use super::{LightSample, Profile, Rectangle, SampleOrigin, punctual, sky, sun};
 use crate::math::sequence;
 use crate::parallel::in_order;
 use crate::trace::SceneTracer;
@@ -77,8 +77,7 @@ pub(super) fn resample(
     (chosen.into_iter().flatten().collect(), punctual::warning(candidates.samples, &clusters))
 }
 
-/// `count` strata of candidates with these places and weights: punctual lights and the sun, whose part of what is seen is known, have
-/// some of their own.
+/// `count` strata of candidates with these places and weights: punctual lights, the sun and the sky have some of their own.
 pub(super) fn strata(
     candidates: &[LightSample],
     places: &[Place],
@@ -87,7 +86,9 @@ pub(super) fn strata(
 ) -> Strata {
     let punctual = punctual::apart(candidates, places, count);
     let sun = sun::apart(candidates, places, weights, (count, importance.of_sun));
-    let mut apart: Vec<Apart> = punctual.into_iter().chain(sun).collect();
+    let others = count.saturating_sub(punctual.iter().chain(&sun).map(|part| part.count).sum());
+    let sky = sky::apart(candidates, places, (others, importance.of_sky));
+    let mut apart: Vec<Apart> = punctual.into_iter().chain(sun).chain(sky).collect();
     // Others have one at least.
     while apart.iter().map(|part| part.count).sum::<u32>() >= count.max(1) {
         apart.pop();

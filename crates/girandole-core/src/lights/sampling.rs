@@ -9,7 +9,8 @@ use super::source_tree::SourceTree;
 use super::view_points::{POINTS, ViewPoint, view_points};
 use super::walk::{Pilot, Walk, Walked};
 use super::{
-    BoundingSphere, LightSample, LightSettings, MAX_LIGHTS, direct, emitters, importance, punctual, sun, walk,
+    BoundingSphere, LightSample, LightSettings, MAX_LIGHTS, direct, emitters, importance, punctual, sky, sun,
+    walk,
 };
 use crate::math::sequence;
 use crate::scene::{Geometry, View};
@@ -211,13 +212,21 @@ impl Sampling {
             Sampler { tracer, settings, emissions, groups, guides: &guides, points: &points, numbers };
         let indirect = sampler.indirect(&trees).await;
         let (direct, warning) = sampler.direct(punctual, indirect.walked.deposits()).await;
-        let candidates = candidates(&direct, &indirect, geometry).0;
-        let (importance, normal_scale) = sampler.measure(&candidates).await;
+        let (candidates, sources) = candidates(&direct, &indirect, geometry);
+        let (mut importance, normal_scale) = sampler.measure(&candidates).await;
+        let seed = sequence::hash(indirect.seed);
+        if !guides.is_empty() {
+            pause().await;
+            let weights = importance.weights(&candidates);
+            let all = Candidates { samples: &candidates, sources: &sources, weights: &weights, tracer: None };
+            importance.of_sky =
+                sky::share(tracer, &points, all, (&importance, normal_scale), sequence::hash(seed)).await;
+        }
         let numbers = sampler.numbers;
         let wanted = if numbers.all_alike { settings.count } else { numbers.walked };
         let exhausted = exhausted(&indirect.walked, &numbers, !groups.is_empty());
         Self {
-            seed: sequence::hash(indirect.seed),
+            seed,
             direct,
             indirect,
             guides,

@@ -34,9 +34,27 @@ pub(super) struct Apart {
     /// They lie beyond this border along this axis of [places](Place).
     pub axis: usize,
     pub border: f64,
-    /// How many strata, at least; or exactly so many, that stay as they are.
     pub count: u32,
-    pub is_fixed: bool,
+    pub growth: Growth,
+}
+
+/// What becomes of strata that are apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Growth {
+    /// There are so many at least.
+    AtLeast,
+    /// There are so many, which stay as they are.
+    Held,
+    /// There are so many, and their errors count for as much more as makes that the right number.
+    Balanced,
+}
+
+/// Whose errors count so many times as much as others.
+#[derive(Clone, Copy, Debug)]
+struct Counted {
+    axis: usize,
+    border: f64,
+    times: f64,
 }
 
 /// A cluster that may be split, by error; of equal ones the older one comes first.
@@ -89,6 +107,7 @@ pub(super) struct Strata {
     next_id: u64,
     /// Where what is seen is, by which distances count.
     seen: Option<Seen>,
+    counted: Option<Counted>,
     /// Whether they need not be merged and split as things are.
     is_balanced: bool,
 }
@@ -119,7 +138,8 @@ impl Strata {
             .map(|(index, (&at, &weight))| Item { index, weight, at })
             .filter(|i| i.weight > 0.0)
             .collect();
-        let mut result = Self { nodes: Vec::new(), free: Vec::new(), next_id: 0, seen, is_balanced: true };
+        let mut result =
+            Self { nodes: Vec::new(), free: Vec::new(), next_id: 0, seen, counted: None, is_balanced: true };
         if items.is_empty() || count == 0 {
             return result;
         }
@@ -128,19 +148,37 @@ impl Strata {
         for &part in apart {
             own.extend(result.set_apart(&mut rest, part).map(|node| (node, part)));
         }
-        let (fixed, least): (Vec<_>, Vec<_>) = own.into_iter().partition(|(_, part)| part.is_fixed);
+        let (least, fixed): (Vec<_>, Vec<_>) =
+            own.into_iter().partition(|(_, part)| part.growth == Growth::AtLeast);
         let mut open = vec![rest];
         for (node, part) in least {
             open.extend(result.grow(&[node], part.count));
         }
-        result.grow(&open, count - fixed.iter().map(|(_, part)| part.count).sum::<u32>());
-        for (node, part) in fixed {
+        let others = result.grow(&open, count - fixed.iter().map(|(_, part)| part.count).sum::<u32>());
+        for (node, Apart { axis, border, count, growth }) in fixed {
             let first = result.nodes.len();
-            result.grow(&[node], part.count);
-            let held = std::iter::once(node).chain(first..result.nodes.len());
-            held.for_each(|node| result.nodes[node].is_held = true);
+            let grown = result.grow(&[node], count);
+            if growth == Growth::Held {
+                let held = std::iter::once(node).chain(first..result.nodes.len());
+                held.for_each(|node| result.nodes[node].is_held = true);
+            } else {
+                let times = result.largest_error(&others) / result.largest_error(&grown);
+                result.counted = Some(Counted { axis, border, times }).filter(|_| times.is_finite());
+            }
         }
         result
+    }
+
+    fn largest_error(&self, nodes: &[usize]) -> f64 {
+        nodes.iter().map(|&node| self.nodes[node].cluster.error()).fold(0.0, f64::max)
+    }
+
+    /// The error of a cluster, as far as it counts.
+    fn error(&self, cluster: &Cluster) -> f64 {
+        let is_counted = |counted: &Counted| {
+            cluster.items.first().is_some_and(|item| f64::from(item.at[counted.axis]) > counted.border)
+        };
+        cluster.error() * self.counted.filter(is_counted).map_or(1.0, |counted| counted.times)
     }
 
     /// Takes what is to have its own strata from the rest, and returns the node that it becomes, unless one of both is nothing.
@@ -369,7 +407,7 @@ impl Strata {
         match self.nodes[node].split {
             _ if self.nodes[node].is_held => {}
             None => {
-                leaves.insert(node, self.joined(&[node], None, weights).error());
+                leaves.insert(node, self.error(&self.joined(&[node], None, weights)));
             }
             Some((Border::At { .. } | Border::After(_), children))
                 if children.iter().all(|&child| self.nodes[child].split.is_none()) =>
@@ -377,7 +415,7 @@ impl Strata {
                 let is_empty = |&child: &usize| self.nodes[child].cluster.items.is_empty();
                 // To join nothing costs nothing.
                 let is_free = children.iter().any(is_empty);
-                let error = if is_free { 0.0 } else { self.joined(&children, None, weights).error() };
+                let error = if is_free { 0.0 } else { self.error(&self.joined(&children, None, weights)) };
                 pairs.insert(node, error);
             }
             Some(_) => {

@@ -10,7 +10,7 @@
 use super::LightSample;
 use super::emitters::Source;
 use super::importance::Place;
-use super::strata::Apart;
+use super::strata::{Apart, Growth};
 
 /// The most of all samples that are the sun's: one in so many.
 const SHARE: u32 = 10;
@@ -42,7 +42,7 @@ pub(super) fn apart(
     let border = (nearest[0] + nearest[1]) * 0.5;
     (sun > 0.0 && border.is_finite() && count > 1).then(|| {
         let share = (sun / all / f64::from(SHARE)).max(seen.min(1.0 / FIRST)) * f64::from(count);
-        Apart { axis: 0, border, count: (share.round() as u32).clamp(1, most(count)), is_fixed: true }
+        Apart { axis: 0, border, count: (share.round() as u32).clamp(1, most(count)), growth: Growth::Held }
     })
 }
 

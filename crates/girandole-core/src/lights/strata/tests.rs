@@ -30,3 +30,32 @@ fn what_is_split_ahead_is_what_is_split_in_its_turn() {
         assert!(all(&ahead) == all(&in_turn), "{count}");
     }
 }
+
+#[test]
+fn strata_that_count_for_more_are_not_merged_into_others() {
+    let place = |i: usize| -> Place {
+        let random = |d: u32| sequence::sample(i as u32, d, 3);
+        [random(0) + if i.is_multiple_of(4) { 10.0 } else { 0.0 }, random(1), random(2), 0.0, 0.0, 0.0]
+    };
+    let places: Vec<Place> = (0..4000).map(place).collect();
+    // Those apart have a tenth of the weight that would give them a quarter of the strata.
+    let mut weights: Vec<f64> =
+        (0..4000_usize).map(|i| if i.is_multiple_of(4) { 0.1 } else { 1.0 }).collect();
+    let count = |strata: &Strata| {
+        strata.clusters().iter().filter(|(_, cluster)| cluster.items[0].at[0] > 5.0).count()
+    };
+    for (growth, stays) in [(Growth::Balanced, true), (Growth::Held, true), (Growth::AtLeast, false)] {
+        let apart = Apart { axis: 0, border: 5.0, count: 40, growth };
+        let mut strata = Strata::new(&places, &weights, (100, None), &[apart]);
+        assert_eq!((count(&strata), strata.clusters().len()), (40, 100));
+        let now = weights.clone();
+        strata.rebalance(100, &places, &mut weights, &now);
+        let left = count(&strata);
+        assert_eq!((35..=45).contains(&left), stays, "{growth:?}: {left}");
+        // Where they come to bring nothing, others get theirs, unless they are held.
+        let dark: Vec<f64> =
+            now.iter().enumerate().map(|(i, w)| if i.is_multiple_of(4) { 1e-4 } else { *w }).collect();
+        strata.rebalance(100, &places, &mut weights.clone(), &dark);
+        assert_eq!(count(&strata) < 15, growth != Growth::Held, "{growth:?}: {}", count(&strata));
+    }
+}
