@@ -163,7 +163,8 @@ impl Strata {
                 held.for_each(|node| result.nodes[node].is_held = true);
             } else {
                 let times = result.largest_error(&others) / result.largest_error(&grown);
-                result.counted = Some(Counted { axis, border, times }).filter(|_| times.is_finite());
+                result.counted =
+                    Some(Counted { axis, border, times }).filter(|_| times.is_finite() && times > 0.0);
             }
         }
         result
