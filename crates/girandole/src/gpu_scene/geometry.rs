@@ -182,7 +182,7 @@ fn pack_unorm(v: Vec2) -> u32 {
 }
 
 /// Samples of a sky, each of which lights all that is seen by itself: with so many at most, each has a large map.
-const FEW_OF_SKY: usize = 256;
+const FEW_OF_SKY: usize = 512;
 
 /// Light samples for the GPU, without their places in the atlas. `radius` is the scene's.
 pub(crate) fn gpu_lights(lights: &LightSet, radius: f32) -> Vec<Light> {
