@@ -34,6 +34,7 @@ pub(super) struct Apart {
     /// They lie beyond this border along this axis of [places](Place).
     pub axis: usize,
     pub border: f64,
+    /// How many strata are theirs.
     pub count: u32,
     pub growth: Growth,
 }
