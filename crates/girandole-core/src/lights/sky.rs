@@ -18,7 +18,7 @@
 use super::LightSample;
 use super::brightness::Kind;
 use super::importance::{Importance, Place, light_at, place};
-use super::resample::{Candidates, choose};
+use super::resample::{Candidates, Chosen, choose};
 use super::strata::{Apart, Growth, Strata};
 use super::view_points::ViewPoint;
 use crate::math::sequence;
@@ -28,6 +28,8 @@ use crate::trace::SceneTracer;
 /// Strata of either kind in a pilot, and points that both are compared at.
 const PILOT_STRATA: u32 = 64;
 const PILOT_POINTS: usize = 256;
+/// Sums over a set, at a point, of a slice.
+const SLICE: usize = 16;
 /// A pilot has so many candidates at most: every second, third …
 const PILOT_CANDIDATES: usize = 1 << 15;
 /// Share of the mean brightness that is added to that of each point: what is dark need not be right by as little.
@@ -78,13 +80,14 @@ pub(super) async fn share(
         let clusters = strata.clusters();
         let set = |set: u32| {
             let chosen = |(_, cluster): &(u64, &_)| choose(candidates, cluster, sequence::hash(seed ^ set));
-            clusters.iter().filter_map(chosen).map(|chosen| chosen.sample).collect::<Vec<LightSample>>()
+            let with_bound =
+                |chosen: Chosen| (chosen.sample, importance.bound_at(place(&chosen.sample, normal_scale)));
+            clusters.iter().filter_map(chosen).map(with_bound).collect::<Vec<(LightSample, f32)>>()
         };
         let sets = [set(1), set(2)];
-        let light = in_slices(2 * count, 16, |i| {
-            let at = |sample: &LightSample| {
-                let bound = importance.bound_at(place(sample, normal_scale));
-                f64::from(light_at(tracer, points[i / 2], sample, bound).element_sum())
+        let light = in_slices(2 * count, SLICE, |i| {
+            let at = |(sample, bound): &(LightSample, f32)| {
+                f64::from(light_at(tracer, points[i / 2], sample, *bound).element_sum())
             };
             sets[i % 2].iter().map(at).sum::<f64>()
         })
