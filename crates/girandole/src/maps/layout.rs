@@ -31,9 +31,11 @@ const MOST_TEXELS: u64 = 4 << 20;
 const FEW_TEXELS: u64 = 1 << 20;
 /// Texels beside the maps for each pair of a part and a cluster that is listed at most.
 const TEXELS_PER_PAIR: u64 = 4;
-/// A large map shows all that is seen, of a sun or of a part of a sky: its regular size is so many times that of others, where a page holds
-/// that.
-const LARGE_TILES: u32 = 4;
+/// A large map shows all that is seen, of a sun or of a part of a sky: its regular size is one of so many times that of others, where a page
+/// holds that.
+const LARGE_TILES: [u32; 3] = [1, 2, 4];
+/// Large maps are so much smaller at most than they could be, where others are finer then.
+const LARGE_ENOUGH: f32 = 0.875;
 /// Units across a map of the regular size, unless all maps are to have that.
 const REGULAR_UNITS: u32 = 4;
 
@@ -45,11 +47,13 @@ pub(crate) fn coarseness(lights: &[Light]) -> f32 {
     (samples as f32 / MANY as f32).sqrt().clamp(1.0, 2.0)
 }
 
-/// Texels across the largest map that is chosen for these lights, but for large ones. A sun's, and those of a sky of many samples, are not
-/// made smaller where there are many.
+/// Texels across the largest map that is chosen for these lights, but for large ones. A sun's, those of a sky of many samples, and those of
+/// few lights beside a sky are not made smaller where there are many.
 pub(crate) fn largest_chosen(lights: &[Light]) -> u32 {
     let [of_few, of_many] = MAX_CHOSEN;
+    let others = lights.iter().filter(|light| !light.has_large_map()).count();
     if lights.len() <= FEW
+        || (1..=FEW).contains(&others)
         || lights.iter().any(|light| light.shows_square() || light.is_parallel() && !light.has_large_map())
     {
         return of_few;
@@ -128,6 +132,11 @@ impl AtlasLayout {
         span * self.unit / self.least * self.least
     }
 
+    /// Texels across a large map of the regular size.
+    fn large_size(&self) -> u32 {
+        self.size(self.regular[1])
+    }
+
     /// A slot in the words of the shaders, see `Light.atlas_slot`.
     pub fn word(slot: &MapSlot) -> u32 {
         (slot.page << 24) | (slot.span.ilog2() << 20) | (slot.at[1] << 10) | slot.at[0]
@@ -185,8 +194,14 @@ impl AtlasLayout {
         let of_tiles = |tiles| {
             (least..most + 1).step_by(least as usize).rev().flat_map(move |size| of_size(size, tiles))
         };
-        // Rather maps that are all alike than none.
-        of_tiles(LARGE_TILES).chain(of_tiles(1)).find(|layout| layout.bytes() <= budget).ok_or_else(|| {
+        let fitting: Vec<Self> = LARGE_TILES
+            .into_iter()
+            .filter_map(|tiles| of_tiles(tiles).find(|layout| layout.bytes() <= budget))
+            .collect();
+        let widest = fitting.iter().map(Self::large_size).max().unwrap_or(0) as f32;
+        let least_wide = if counts[0] > 0 { LARGE_ENOUGH * widest } else { widest };
+        let large_enough = fitting.into_iter().filter(|layout| layout.large_size() as f32 >= least_wide);
+        large_enough.max_by_key(|layout| layout.map_size).ok_or_else(|| {
             let mib = of_size(least, 1).map(|layout| layout.bytes().div_ceil(1 << 20)).min();
             let remedy = match (mib, options.map_size) {
                 (Some(mib), Some(_)) => Remedy::MemoryOrSmallerMaps { mib },
@@ -298,16 +313,20 @@ mod tests {
     }
 
     #[test]
-    fn large_maps_are_no_larger_than_others_where_they_would_not_fit() {
+    fn large_maps_are_only_as_much_larger_than_others_as_there_is_room_for() {
         let of = |memory_mib, map_size| {
             let options = RendererOptions { memory_mib, map_size, ..Default::default() };
             layout(&[true; 256], options).map(|l| (l.map_size, l.regular[1] / l.regular[0])).ok()
         };
         assert_eq!(
             [64, 128, 256].map(|size| of(256, Some(size))),
-            [Some((64, 4)), Some((128, 1)), Some((256, 1))]
+            [Some((64, 4)), Some((128, 2)), Some((256, 1))]
         );
         assert_eq!((of(2, None).map(|(_, times)| times), of(1, Some(256))), (Some(1), None));
+        // Where nearly all are large, the others are as fine as costs these nothing.
+        let mostly_large: Vec<bool> = (0..300).map(|light| light >= 7).collect();
+        let l = layout(&mostly_large, RendererOptions::default()).unwrap();
+        assert_eq!((l.large_size(), l.map_size), (448, 448));
     }
 
     #[test]
