@@ -1,8 +1,9 @@
 //! What light maps hold, and what has to be added to them and taken away. Their sums are integers, so that what is added and
 //! taken away again leaves nothing behind: after any changes a map is, to the bit, that of a fresh sum.
 
+use crate::gpu_scene::pairs::{Pair, Pairs};
 use crate::layout::{Light, LightMapUpdate};
-use crate::shader_constants::{BATCH, MAPPED_SHADOWED, MAPPED_UNSHADOWED, SIDE, TAKEN_AWAY};
+use crate::shader_constants::{BATCH, SIDE, TAKEN_AWAY};
 use crate::{Error, Remedy, Result};
 use girandole_core::lights::Clamp;
 use std::collections::{BTreeMap, BTreeSet};
@@ -22,8 +23,6 @@ pub(crate) struct LightMaps {
     lights: Vec<Light>,
     /// Those that are others by now.
     changed: BTreeSet<usize>,
-    /// For each leaf and light, whether it is in the leaf's map.
-    held: Vec<bool>,
     /// Leaves whose maps hold others than they should, and whether nothing in them counts.
     stale: BTreeMap<u32, bool>,
 }
@@ -32,8 +31,8 @@ pub(crate) struct LightMaps {
 pub(crate) struct WantedMaps<'a> {
     /// Their places in the atlas do not matter.
     pub lights: &'a [Light],
-    /// For each leaf and light, the part of the list that it is in.
-    pub kinds: &'a [u8],
+    /// Which lights they hold, and are to hold.
+    pub pairs: &'a Pairs,
     /// For each leaf, the units of its sums in 1 W/m²; 0 where it has no map.
     pub units: &'a [f32],
 }
@@ -74,7 +73,6 @@ impl LightMaps {
             bound: None,
             lights: Vec::new(),
             changed: BTreeSet::new(),
-            held: Vec::new(),
             stale: BTreeMap::new(),
         })
     }
@@ -126,13 +124,13 @@ impl LightMaps {
         if units == 0.0 {
             return;
         }
-        let row = leaf as usize * wanted.lights.len();
+        let pairs = wanted.pairs.row(leaf as usize);
         let LightMapChanges { updates, lights: indices, .. } = changes;
         for (batch, [taken_away, added]) in updates.iter_mut().enumerate() {
             let start = batch * BATCH as usize;
             let [from, to] = [start, start + BATCH as usize].map(|end| lights.partition_point(|&l| l < end));
-            let is_held = |light: usize| !all_void && self.held.get(row + light) == Some(&true);
-            let is_wanted = |light: usize| is_mapped(wanted.kinds[row + light]);
+            let is_held = |light: usize| !all_void && pairs[light].is_held();
+            let is_wanted = |light: usize| pairs[light].is_mapped();
             let differs = |light: usize| is_wanted(light) != is_held(light) || self.changed.contains(&light);
             let first = indices.len() as u32;
             let taken = lights[from..to].iter().filter(|light| is_held(**light) && differs(**light));
@@ -151,20 +149,16 @@ impl LightMaps {
         }
     }
 
-    /// Takes note that [`Self::changes`] were made.
-    pub fn advance(&mut self, wanted: &WantedMaps, bound: Clamp) {
+    /// Takes note that [`Self::changes`] were made, to the maps of so many leaves.
+    pub fn advance(&mut self, lights: &[Light], pairs: &mut Pairs, leaves: usize, bound: Clamp) {
         let all_new = self.bound != Some(bound);
-        self.held.resize(wanted.kinds.len(), false);
-        let stale = std::mem::take(&mut self.stale);
-        let every = 0..if all_new { wanted.units.len() } else { 0 };
-        let lights = wanted.lights.len();
-        for leaf in every.chain(stale.into_keys().map(|leaf| leaf as usize)) {
-            let row = leaf * lights..(leaf + 1) * lights;
-            if let Some(kinds) = wanted.kinds.get(row.clone()) {
-                self.held[row].iter_mut().zip(kinds).for_each(|(held, &kind)| *held = is_mapped(kind));
-            }
+        let stale = std::mem::take(&mut self.stale).into_keys().map(|leaf| leaf as usize);
+        let every = 0..if all_new { leaves } else { 0 };
+        // A leaf may be gone by now.
+        for leaf in every.chain(stale.filter(|leaf| *leaf < leaves)) {
+            pairs.row_mut(leaf).iter_mut().for_each(Pair::hold);
         }
-        wanted.lights.clone_into(&mut self.lights);
+        lights.clone_into(&mut self.lights);
         self.changed.clear();
         self.bound = Some(bound);
     }
@@ -174,9 +168,4 @@ impl LightMapChanges {
     pub fn is_empty(&self) -> bool {
         self.updates.iter().flatten().all(Vec::is_empty)
     }
-}
-
-/// Whether light maps hold the lights of this part of the lists.
-pub(super) fn is_mapped(kind: u8) -> bool {
-    matches!(u32::from(kind), MAPPED_UNSHADOWED | MAPPED_SHADOWED)
 }

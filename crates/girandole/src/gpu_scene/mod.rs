@@ -5,6 +5,7 @@ pub(crate) mod geometry;
 pub(crate) mod light_maps;
 pub(crate) mod light_source;
 pub(crate) mod lights;
+pub(crate) mod pairs;
 pub(crate) mod previous_transforms;
 pub(crate) mod receivers;
 pub(crate) mod surface_ids;

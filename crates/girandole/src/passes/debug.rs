@@ -95,13 +95,11 @@ impl Debug {
 fn leaf_colors(view: DebugView, receivers: &Receivers) -> Vec<[f32; 4]> {
     (0..receivers.leaf_count() as usize)
         .map(|leaf| match view {
-            DebugView::States(Some(light)) => {
-                match receivers.pairs.states[receivers.pairs.row(leaf)][light as usize] {
-                    State::Unoccluded => [0.05, 0.6, 0.1, 1.0],
-                    State::Partial => [0.9, 0.6, 0.02, 1.0],
-                    State::Full => [0.25, 0.03, 0.05, 1.0],
-                }
-            }
+            DebugView::States(Some(light)) => match receivers.pairs.row(leaf)[light as usize].state() {
+                State::Unoccluded => [0.05, 0.6, 0.1, 1.0],
+                State::Partial => [0.9, 0.6, 0.02, 1.0],
+                State::Full => [0.25, 0.03, 0.05, 1.0],
+            },
             // From black by way of red and yellow to white: the share of lights that need a look.
             DebugView::States(None) => {
                 let parts = [NEAR_SHADOWED, JOINTED, SHADOWED, MAPPED_SHADOWED];

@@ -51,12 +51,12 @@ impl MultipassPlan {
         let lights = receivers.light_count() as usize;
         // A light that its light map holds and nothing blocks is done.
         let first_part = if key.light_maps { UNSHADOWED } else { MAPPED_UNSHADOWED };
-        let counts = |kind: u8| (first_part..NO_PART).contains(&u32::from(kind));
+        let parts = first_part..NO_PART;
         let mut sets = LightSets::new(receivers.leaf_count() as usize, lights);
         // Objects are leaves in their shading order, in which neighbours have lights in common.
         for (object, &leaf) in receivers.order.leaves.iter().enumerate() {
-            let kinds = &receivers.pairs.kinds[receivers.pairs.row(leaf as usize)];
-            for (light, _) in kinds.iter().enumerate().filter(|&(_, &kind)| counts(kind)) {
+            let pairs = receivers.pairs.row(leaf as usize).iter();
+            for (light, _) in pairs.enumerate().filter(|(_, pair)| parts.contains(&pair.part())) {
                 if key.in_view[leaf as usize] {
                     sets.insert(object as u32, light as u32);
                 }
@@ -92,9 +92,9 @@ impl MultipassPlan {
         };
         let parts: Vec<u32> = receivers
             .pairs
-            .kinds
+            .all()
             .chunks(8)
-            .map(|kinds| kinds.iter().rev().fold(0, |word, &kind| word << 4 | u32::from(kind)))
+            .map(|pairs| pairs.iter().rev().fold(0, |word, pair| word << 4 | pair.part()))
             .collect();
         Ok(Self {
             params: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {

@@ -1,9 +1,10 @@
 //! Receivers after dynamic objects and lights changed: lights that stay, and leaves that none of this concerns, cost nothing.
 
 use super::leaf::{LeafLight, LightsThenNow};
-use super::{LeafReceiver, Pairs, Receivers, Sources, receiver_words};
+use super::{LeafReceiver, Receivers, Sources, receiver_words};
 use crate::Result;
 use crate::gpu_scene::geometry::gpu_lights;
+use crate::gpu_scene::pairs::{have_states, set_states};
 use girandole_core::lights::{LightChanges, LightSample};
 use girandole_core::visibility::State;
 
@@ -76,11 +77,8 @@ impl Receivers {
         let (states, standing) =
             (sources.database.leaf_states(leaf as u32), sources.database.standing_states(leaf as u32));
         let Self { leaves, lights, pairs, units, light_maps, .. } = self;
-        let (row, samples) = (pairs.row(leaf), &lights.samples);
-        let Pairs { states: states_then, standing: standing_then, relations, .. } = pairs;
-        let (states_then, standing_then) = (&mut states_then[row.clone()], &mut standing_then[row.clone()]);
-        let states_stay = *states_then == *states;
-        let standing_stay = *standing_then == *standing;
+        let (pairs, samples) = (pairs.row_mut(leaf), &lights.samples);
+        let [states_stay, standing_stay] = have_states(pairs, states, standing);
         if changed.is_empty() && states_stay && standing_stay {
             return false;
         }
@@ -92,29 +90,30 @@ impl Receivers {
         } else {
             let is_full = |state: State| state == State::Full;
             let differs = |light: &usize| {
-                is_full(standing_then[*light]) != is_full(standing[*light])
+                is_full(pairs[*light].standing()) != is_full(standing[*light])
                     || before[*light] != samples[*light]
             };
             with_states.extend(all.clone().filter(differs));
             &with_states
         };
         let LeafReceiver { place, light } = &mut leaves[leaf];
-        let relations = &mut relations[row];
-        let mut others_differ = false;
-        if concerned.len() * 2 > samples.len() {
-            *light = LeafLight::new(place, samples, standing, relations);
-            others_differ = true;
-        } else if !concerned.is_empty() {
+        let starts_anew = concerned.len() * 2 > samples.len();
+        let mut others_differ = starts_anew;
+        if !starts_anew && !concerned.is_empty() {
             let lights = LightsThenNow { then: before, now: samples };
-            others_differ = light.follow(place, lights, [standing_then, standing], concerned, relations);
+            others_differ = light.follow(place, lights, standing, concerned, pairs);
+        }
+        if !(states_stay && standing_stay) {
+            set_states(pairs, states, standing);
+        }
+        if starts_anew {
+            *light = LeafLight::new(place, samples, pairs);
         }
         let wanted = if place.has_map { light.units() } else { 0.0 };
         if units[leaf] != wanted {
             units[leaf] = wanted;
             light_maps.mark(leaf, true);
         }
-        states_then.copy_from_slice(states);
-        standing_then.copy_from_slice(standing);
         if others_differ || !states_stay {
             return self.choose_parts(leaf, all);
         }

@@ -3,12 +3,10 @@
 //! blocks as a whole.
 
 use super::exact_sum::ExactSum;
+use crate::gpu_scene::pairs::{IsCut, Pair, Relation};
 use crate::gpu_scene::previous_transforms::mover_of;
 use crate::records::LeafRecord;
-use crate::shader_constants::{
-    JOINTED, MAPPED_SHADOWED, MAPPED_UNSHADOWED, NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART, NONE, SHADOWED,
-    SIDE, UNSHADOWED,
-};
+use crate::shader_constants::{NONE, SIDE};
 use girandole_core::glam::Vec3;
 use girandole_core::image::luminance;
 use girandole_core::lights::{Clamp, LightSample, Profile};
@@ -19,29 +17,6 @@ use girandole_core::visibility::{Joint, Leaf, LeafId, LeafKind, State, Visibilit
 const INTERPOLATION_ERROR: f32 = 5e-4;
 /// Sums of light maps have no more bits, in their units.
 const SUM_BITS: i32 = 62;
-
-/// How a light lies to a leaf; the default where it is dark.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Relation {
-    /// Whether the leaf's light map has room for it.
-    pub in_map: bool,
-    /// Whether some point of the leaf may be near to what it stands for.
-    pub is_near: bool,
-    /// Whether a [`Joint`] of the leaf is between them.
-    pub is_jointed: bool,
-    /// Whether the light's place may lie behind the leaf while part of what it stands for lies before it.
-    pub is_cut: IsCut,
-}
-
-/// Whether a light's place lies behind a leaf and part of what it stands for before it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum IsCut {
-    #[default]
-    No,
-    /// At points of the leaf that only shading knows.
-    Somewhere,
-    Everywhere,
-}
 
 /// Which piece of surface a leaf is, and where.
 #[derive(Clone, Debug, PartialEq)]
@@ -187,83 +162,81 @@ pub(super) struct LeafLight {
 }
 
 impl LeafLight {
-    /// With the states that static blockers leave. Writes the leaf's relations.
-    pub fn new(
-        place: &LeafPlace,
-        lights: &[LightSample],
-        standing: &[State],
-        relations: &mut [Relation],
-    ) -> Self {
+    /// With the states of the leaf's pairs that static blockers leave. Writes their relations.
+    pub fn new(place: &LeafPlace, lights: &[LightSample], pairs: &mut [Pair]) -> Self {
         let mut result = Self::default();
-        for ((relation, light), standing) in relations.iter_mut().zip(lights).zip(standing) {
-            *relation = place.relation(light, *standing);
+        for (pair, light) in pairs.iter_mut().zip(lights) {
+            pair.set_relation(place.relation(light, pair.standing()));
         }
         if let Some(map) = place.mapped() {
             let visible = lights
                 .iter()
-                .zip(standing)
-                .filter(|(light, state)| !is_dark(light) && **state != State::Full);
+                .zip(&*pairs)
+                .filter(|(light, pair)| !is_dark(light) && pair.standing() != State::Full);
             result.received = visible.map(|(light, _)| map.received(light)).collect();
-            result.fill(map, lights, relations);
+            result.fill(map, lights, pairs);
         }
         result
     }
 
-    /// Follows lights that changed, or their states, with the leaf where it was. Whether the relations of any others changed.
+    /// Follows lights that changed, or their states, which are in the pairs as they were, with the leaf where it was. Whether the
+    /// relations of any others changed.
     pub fn follow(
         &mut self,
         place: &LeafPlace,
         lights: LightsThenNow,
-        [standing_then, standing]: [&[State]; 2],
+        standing: &[State],
         changed: &[usize],
-        relations: &mut [Relation],
+        pairs: &mut [Pair],
     ) -> bool {
         let map = place.mapped();
         for &index in changed {
             let (then, now) = (&lights.then[index], &lights.now[index]);
+            let pair = &mut pairs[index];
             if let Some(map) = map {
-                if standing_then[index] != State::Full {
+                if pair.standing() != State::Full {
                     self.received.subtract(map.received(then));
                 }
                 if standing[index] != State::Full {
                     self.received.add(map.received(now));
                 }
-                if relations[index].is_summed() {
+                if pair.relation().is_summed() {
                     self.most.subtract(map.most(then));
                 }
             }
-            relations[index] = place.relation(now, standing[index]);
+            pair.set_relation(place.relation(now, standing[index]));
         }
         let Some(map) = map else { return false };
         let bound = self.largest_error();
         if self.held_error > bound || self.excluded_error <= bound {
-            return self.fill(map, lights.now, relations);
+            return self.fill(map, lights.now, pairs);
         }
         for &index in changed {
-            self.decide(map, &lights.now[index], bound, &mut relations[index]);
+            self.decide(map, &lights.now[index], bound, &mut pairs[index]);
         }
         false
     }
 
     /// Decides for all lights whether the map holds them. Whether any did not have that relation before.
-    fn fill(&mut self, map: &LeafRectangle, lights: &[LightSample], relations: &mut [Relation]) -> bool {
+    fn fill(&mut self, map: &LeafRectangle, lights: &[LightSample], pairs: &mut [Pair]) -> bool {
         (self.most, self.held_error, self.excluded_error) =
             (ExactSum::default(), f32::NEG_INFINITY, f32::INFINITY);
         let (bound, mut differ) = (self.largest_error(), false);
-        for (light, relation) in lights.iter().zip(relations) {
-            let before = *relation;
-            self.decide(map, light, bound, relation);
-            differ |= before != *relation;
+        for (light, pair) in lights.iter().zip(pairs) {
+            let before = *pair;
+            self.decide(map, light, bound, pair);
+            differ |= before != *pair;
         }
         differ
     }
 
-    fn decide(&mut self, map: &LeafRectangle, light: &LightSample, bound: f32, relation: &mut Relation) {
+    fn decide(&mut self, map: &LeafRectangle, light: &LightSample, bound: f32, pair: &mut Pair) {
         if is_dark(light) {
             return;
         }
         let error = map.error(light);
-        relation.in_map = error <= bound;
+        let relation = Relation { in_map: error <= bound, ..pair.relation() };
+        pair.set_relation(relation);
         if relation.in_map {
             self.held_error = self.held_error.max(error);
         } else {
@@ -286,31 +259,6 @@ impl LeafLight {
         let exponent = ((1.001 * self.most.value()).to_bits() >> 23) as i32 - 126;
         let steps = (exponent - TOP + STEP - 1).div_euclid(STEP).clamp(-1, 2);
         2f32.powi(SUM_BITS - TOP - STEP * steps)
-    }
-}
-
-impl Relation {
-    /// Whether the light map holds the light where anything of it arrives.
-    fn is_summed(self) -> bool {
-        self.in_map && !self.is_near && !self.is_jointed
-    }
-
-    /// The part of the leaf's list that the light is in.
-    pub fn part(self, state: State) -> u32 {
-        match (state, self.in_map, self.is_near) {
-            (State::Full, ..) => match self.is_cut {
-                IsCut::No => NO_PART,
-                IsCut::Somewhere => NEAR_SHADOWED,
-                IsCut::Everywhere => NEAR_UNSHADOWED,
-            },
-            (State::Unoccluded, _, true) => NEAR_UNSHADOWED,
-            (State::Partial, ..) if self.is_jointed => JOINTED,
-            (State::Partial, _, true) => NEAR_SHADOWED,
-            (State::Unoccluded, true, false) => MAPPED_UNSHADOWED,
-            (State::Unoccluded, false, false) => UNSHADOWED,
-            (State::Partial, false, false) => SHADOWED,
-            (State::Partial, true, false) => MAPPED_SHADOWED,
-        }
     }
 }
 

@@ -1,12 +1,24 @@
 //! What is decided about a leaf is a function of the lights as they are, however they came there; and what its lists hold.
 
-use super::leaf::{LeafLight, LeafPlace, LightsThenNow, Relation};
+use super::leaf::{LeafLight, LeafPlace, LightsThenNow};
+use crate::gpu_scene::pairs::{Pair, Relation, set_states};
 use crate::shader_constants::{NEAR_SHADOWED, NEAR_UNSHADOWED, NO_PART};
 use girandole_core::glam::{Vec3, vec3};
 use girandole_core::lights::{Clamp, LightSample, LightSet, LightSettings};
 use girandole_core::scene::Geometry;
 use girandole_core::scene::builtin::{self, MovingObject};
 use girandole_core::visibility::{State, VisibilityDatabase, VisibilitySettings};
+
+/// Of lights of which static blockers leave this, and nothing else blocks any.
+fn pairs_of(standing: &[State]) -> Vec<Pair> {
+    let mut pairs = vec![Pair::default(); standing.len()];
+    set_states(&mut pairs, standing, standing);
+    pairs
+}
+
+fn relations(pairs: &[Pair]) -> Vec<Relation> {
+    pairs.iter().map(|pair| pair.relation()).collect()
+}
 
 #[test]
 fn leaves_follow_lights_without_a_trace() {
@@ -26,8 +38,8 @@ fn leaves_follow_lights_without_a_trace() {
         let place = LeafPlace::of((&scene, &geometry), &database, leaf);
         let mut then = lights.samples().to_vec();
         let mut standing_then = database.standing_states(leaf as u32).to_vec();
-        let mut relations = vec![Relation::default(); then.len()];
-        let mut light = LeafLight::new(&place, &then, &standing_then, &mut relations);
+        let mut pairs = pairs_of(&standing_then);
+        let mut light = LeafLight::new(&place, &then, &mut pairs);
         for step in 0..30 {
             let (mut now, mut standing) = (then.clone(), standing_then.clone());
             let mut changed = vec![random(now.len()), random(now.len())];
@@ -41,16 +53,17 @@ fn leaves_follow_lights_without_a_trace() {
                 now[index] = LightSample { position, normal, intensity, ..now[index] };
                 standing[index] = [State::Unoccluded, State::Partial, State::Full][random(3)];
             }
-            let (before, units) = (relations.clone(), light.units());
+            let (before, units) = (relations(&pairs), light.units());
             let samples = LightsThenNow { then: &then, now: &now };
-            let states = [&standing_then[..], &standing];
-            let differ = light.follow(&place, samples, states, &changed, &mut relations);
-            let mut fresh_relations = vec![Relation::default(); now.len()];
-            let fresh = LeafLight::new(&place, &now, &standing, &mut fresh_relations);
-            assert!(relations == fresh_relations, "leaf {leaf}, step {step}");
+            let differ = light.follow(&place, samples, &standing, &changed, &mut pairs);
+            set_states(&mut pairs, &standing, &standing);
+            let mut fresh_pairs = pairs_of(&standing);
+            let fresh = LeafLight::new(&place, &now, &mut fresh_pairs);
+            assert!(pairs == fresh_pairs, "leaf {leaf}, step {step}");
+            let after = relations(&pairs);
             assert_eq!(light.units(), fresh.units(), "leaf {leaf}, step {step}");
             let unchanged = (0..now.len()).filter(|index| !changed.contains(index));
-            let count = unchanged.filter(|&index| relations[index] != before[index]).count();
+            let count = unchanged.filter(|&index| after[index] != before[index]).count();
             assert!(differ || count == 0, "leaf {leaf}, step {step}");
             others += usize::from(count > 0);
             same += usize::from(count == 0);
@@ -84,8 +97,8 @@ fn lists_hold_lights_that_leaves_cut() {
     let [mut everywhere, mut somewhere, mut not] = [0; 3];
     for leaf in 0..database.receivers().leaves.len() {
         let place = LeafPlace::of((&scene, &geometry), &database, leaf);
-        let mut relations = vec![Relation::default(); lights.len()];
-        LeafLight::new(&place, lights.samples(), database.standing_states(leaf as u32), &mut relations);
+        let mut pairs = pairs_of(database.standing_states(leaf as u32));
+        LeafLight::new(&place, lights.samples(), &mut pairs);
         let record = place.record(0);
         let [corner, across, up, normal] =
             [record.corner, record.across, record.up, record.normal].map(Vec3::from);
@@ -103,7 +116,7 @@ fn lists_hold_lights_that_leaves_cut() {
             )
         };
         let points: Vec<(Vec3, Vec3)> = (0..16).map(|_| point_of()).collect();
-        for (light, relation) in lights.samples().iter().zip(&relations) {
+        for (light, relation) in lights.samples().iter().zip(relations(&pairs)) {
             let part = relation.part(State::Full);
             let is_lit = points.iter().any(|&(point, normal)| arrives(light, point, normal));
             if is_lit {

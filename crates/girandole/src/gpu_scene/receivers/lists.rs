@@ -4,6 +4,7 @@
 use super::Receivers;
 use crate::Result;
 use crate::device::mirror::Mirror;
+use crate::gpu_scene::pairs::Pair;
 use crate::records::{LeafRange, LeafRecord};
 use crate::shader_constants::{BATCH, NO_PART, SIDE};
 use girandole_core::visibility::State;
@@ -28,11 +29,9 @@ impl Receivers {
         let mut at = (self.offsets.ranges_at as usize + ranges) * PER_WORD;
         self.lists.at.clear();
         for leaf in 0..still {
-            let row = self.pairs.row(leaf);
-            let standing = self.pairs.standing[row.clone()].chunks(BATCH as usize);
-            for (standing, kinds) in standing.zip(self.pairs.kinds[row].chunks(BATCH as usize)) {
+            for pairs in self.pairs.batches(leaf) {
                 self.lists.at.push(at as u32);
-                at += room_for(standing, kinds);
+                at += room_for(pairs);
             }
         }
         self.lists.moving_at = at as u32;
@@ -57,9 +56,9 @@ impl Receivers {
         self.lists.skipped[still..].fill(0);
         let (mut at, static_maps) = (self.lists.moving_at, self.static_maps());
         for leaf in still..count {
-            for kinds in self.pairs.kinds[self.pairs.row(leaf)].chunks(BATCH as usize) {
+            for pairs in self.pairs.batches(leaf) {
                 self.lists.at.push(at);
-                at += whole_words(entries(kinds)) as u32;
+                at += whole_words(entries(pairs)) as u32;
             }
             self.write_record(leaf, static_maps + (leaf - still) as u32);
             self.list(leaf);
@@ -73,17 +72,17 @@ impl Receivers {
 
     fn moving_entries(&self) -> usize {
         let rows = self.still as usize..self.leaves.len();
-        let lists = rows.flat_map(|leaf| self.pairs.kinds[self.pairs.row(leaf)].chunks(BATCH as usize));
-        lists.map(|kinds| whole_words(entries(kinds))).sum()
+        let lists = rows.flat_map(|leaf| self.pairs.batches(leaf));
+        lists.map(|pairs| whole_words(entries(pairs))).sum()
     }
 
     /// Whether there is room for the lists of a static leaf.
     pub(super) fn lists_fit(&self, leaf: usize) -> bool {
         let batches = self.offsets.batches as usize;
-        let mut lists = self.pairs.kinds[self.pairs.row(leaf)].chunks(BATCH as usize).zip(leaf * batches..);
-        lists.all(|(kinds, list)| {
+        let mut lists = self.pairs.batches(leaf).zip(leaf * batches..);
+        lists.all(|(pairs, list)| {
             let end = self.lists.at.get(list + 1).filter(|_| list + 1 < self.still as usize * batches);
-            self.lists.at[list] as usize + entries(kinds) <= *end.unwrap_or(&self.lists.moving_at) as usize
+            self.lists.at[list] as usize + entries(pairs) <= *end.unwrap_or(&self.lists.moving_at) as usize
         })
     }
 
@@ -95,15 +94,14 @@ impl Receivers {
     /// Writes the lists of a leaf.
     pub(super) fn list(&mut self, leaf: usize) {
         let batches = self.offsets.batches as usize;
-        let row = self.pairs.row(leaf);
         let mut counts = [0; NO_PART as usize + 1];
-        for (batch, kinds) in self.pairs.kinds[row].chunks(BATCH as usize).enumerate() {
+        for (batch, pairs) in self.pairs.batches(leaf).enumerate() {
             let at = self.lists.at[leaf * batches + batch];
             // The parts' first entries, in order, and the end.
             let mut bounds = [at; NO_PART as usize + 1];
-            let mut entries = Vec::with_capacity(kinds.len());
+            let mut entries = Vec::with_capacity(pairs.len());
             for part in 0..NO_PART as usize {
-                let members = (0..).zip(kinds).filter(|(_, kind)| usize::from(**kind) == part);
+                let members = (0..).zip(pairs).filter(|(_, pair)| pair.part() == part as u32);
                 entries.extend(members.map(|(light, _)| light));
                 bounds[part + 1] = at + entries.len() as u32;
                 counts[part] += bounds[part + 1] - bounds[part];
@@ -121,9 +119,8 @@ impl Receivers {
     pub(super) fn sort(&mut self) {
         // Leaves with lists of equal length lie side by side: neighbours finish together.
         let mut order: Vec<u32> = (0..self.leaf_count()).collect();
-        let is_partial = |state: &&State| **state == State::Partial;
         order.sort_by_cached_key(|&leaf| {
-            self.pairs.states[self.pairs.row(leaf as usize)].iter().filter(is_partial).count()
+            self.pairs.row(leaf as usize).iter().filter(|pair| pair.state() == State::Partial).count()
         });
         self.order.leaves.clone_from(&order);
         order.extend(self.leaf_count()..self.offsets.leaves);
@@ -133,13 +130,10 @@ impl Receivers {
 
 /// Room for the list of a static leaf and batch, whatever dynamic objects do: for what static ones leave of the lights, and for those
 /// that it holds though their places lie behind the leaf.
-fn room_for(standing: &[State], kinds: &[u8]) -> usize {
-    let left = standing.iter().filter(|state| **state != State::Full).count();
-    let behind = standing.iter().zip(kinds);
-    let behind =
-        behind.filter(|(state, kind)| **state == State::Full && u32::from(**kind) != NO_PART).count();
-    let entries = left + behind;
-    whole_words(standing.len().min(entries + entries / SPARE_SHARE + SPARE_ENTRIES))
+fn room_for(pairs: &[Pair]) -> usize {
+    let is_left = |pair: &&Pair| pair.standing() != State::Full || pair.part() != NO_PART;
+    let entries = pairs.iter().filter(is_left).count();
+    whole_words(pairs.len().min(entries + entries / SPARE_SHARE + SPARE_ENTRIES))
 }
 
 /// Room for so many entries: lists begin at words.
@@ -148,8 +142,8 @@ fn whole_words(entries: usize) -> usize {
 }
 
 /// How many lights are in a list.
-fn entries(kinds: &[u8]) -> usize {
-    kinds.iter().filter(|kind| u32::from(**kind) != NO_PART).count()
+fn entries(pairs: &[Pair]) -> usize {
+    pairs.iter().filter(|pair| pair.part() != NO_PART).count()
 }
 
 #[cfg(test)]
@@ -159,13 +153,18 @@ mod tests {
 
     #[test]
     fn lists_have_room_for_lights_whose_places_lie_behind_the_leaf() {
-        let standing: Vec<State> =
-            (0..100).map(|i| if i < 30 { State::Partial } else { State::Full }).collect();
-        let part = |i: u32| if i < 80 { NEAR_SHADOWED } else { NO_PART } as u8;
-        let kinds: Vec<u8> = (0..100).map(part).collect();
-        assert!(room_for(&standing, &kinds) >= entries(&kinds));
+        let pairs = |part: u32, parts: u32| -> Vec<Pair> {
+            let pair = |i| {
+                let mut pair = Pair::default();
+                pair.set_states(State::Full, if i < 30 { State::Partial } else { State::Full });
+                pair.set_part(if i < parts { part } else { NO_PART });
+                pair
+            };
+            (0..100).map(pair).collect()
+        };
+        let all = pairs(NEAR_SHADOWED, 80);
+        assert!(room_for(&all) >= entries(&all));
         // Dynamic objects may take lights from a list, and give them back.
-        let fewer: Vec<u8> = (0..100).map(|i| if i < 10 { UNSHADOWED } else { NO_PART } as u8).collect();
-        assert!(room_for(&standing, &fewer) >= 30 + SPARE_ENTRIES);
+        assert!(room_for(&pairs(UNSHADOWED, 10)) >= 30 + SPARE_ENTRIES);
     }
 }

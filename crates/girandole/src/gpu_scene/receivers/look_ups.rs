@@ -4,7 +4,6 @@ use super::Receivers;
 use crate::layout::Light;
 use crate::maps::layout::coarseness;
 use crate::parallel::in_order;
-use crate::shader_constants::{JOINTED, MAPPED_SHADOWED, NEAR_SHADOWED, SHADOWED};
 use girandole_core::glam::{Vec2, Vec3};
 use girandole_core::scene::LocalView;
 use std::f32::consts::FRAC_1_SQRT_2;
@@ -33,8 +32,7 @@ impl Receivers {
     ) -> Vec<(usize, Light)> {
         let of = |(index, light): (usize, &Light)| {
             let is_shown = |leaf: &usize| {
-                in_view[*leaf]
-                    && (!looks_up_lists || is_looked_up(self.pairs.kinds[self.pairs.row(*leaf)][index]))
+                in_view[*leaf] && (!looks_up_lists || self.pairs.row(*leaf)[index].is_looked_up())
             };
             let leaves = (0..self.leaves.len()).filter(is_shown);
             let none = [Vec2::INFINITY, Vec2::NEG_INFINITY];
@@ -70,9 +68,8 @@ impl Receivers {
                 let distance = (center.distance(view.eye) - radius).max(0.1 * radius);
                 let per_metre =
                     1.0 / (PIXELS_PER_TEXEL[0] * pixel * if view.orthographic { 1.0 } else { distance });
-                let kinds = &self.pairs.kinds[self.pairs.row(leaf)];
-                let pairs = kinds.iter().zip(&of_view).zip(&mut most);
-                for ((_, light), most) in pairs.filter(|((kind, _), _)| is_looked_up(**kind)) {
+                let pairs = self.pairs.row(leaf).iter().zip(&of_view).zip(&mut most);
+                for ((_, light), most) in pairs.filter(|((pair, _), _)| pair.is_looked_up()) {
                     let coarser = if light.is_sample() { coarseness } else { 1.0 };
                     *most = most.max(extent(light, (center, radius)) * per_metre / coarser);
                 }
@@ -90,11 +87,10 @@ impl Receivers {
 
     /// Whether static polygons leave anything of a light to those of these leaves that look it up.
     fn reaches(&self, light: usize, leaves: &[usize]) -> bool {
-        let is_looked_up = |leaf: usize| is_looked_up(self.pairs.kinds[self.pairs.row(leaf).start + light]);
         let covered = |leaf: usize| {
             self.database.as_ref().is_some_and(|database| database.is_covered(leaf as u32, light as u32))
         };
-        leaves.iter().any(|&leaf| is_looked_up(leaf) && !covered(leaf))
+        leaves.iter().any(|&leaf| self.pairs.row(leaf)[light].is_looked_up() && !covered(leaf))
     }
 }
 
@@ -120,11 +116,6 @@ const MARGIN: f32 = 1.0 / 32.0;
 
 /// Leaves that one thread looks at.
 const LEAVES: usize = 64;
-
-/// Whether lights of this part of the lists are looked up.
-fn is_looked_up(kind: u8) -> bool {
-    matches!(u32::from(kind), NEAR_SHADOWED | JOINTED | SHADOWED | MAPPED_SHADOWED)
-}
 
 /// What a map's texels across cover together at a leaf, metres.
 fn extent(light: &Light, (center, radius): (Vec3, f32)) -> f32 {

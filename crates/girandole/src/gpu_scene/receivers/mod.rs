@@ -17,10 +17,11 @@ mod leaf_tests;
 mod lists;
 mod look_ups;
 
-use self::leaf::{LeafLight, LeafPlace, Relation, is_dark};
+use self::leaf::{LeafLight, LeafPlace, is_dark};
 use crate::device::mirror::Mirror;
 use crate::gpu_scene::geometry::gpu_lights;
-use crate::gpu_scene::light_maps::{LightMapChanges, LightMaps, WantedMaps, is_mapped};
+use crate::gpu_scene::light_maps::{LightMapChanges, LightMaps, WantedMaps};
+use crate::gpu_scene::pairs::{Pair, Pairs, set_states};
 use crate::layout::{BufferOffsets, Light};
 use crate::parallel::in_order;
 use crate::records::{LeafRange, LeafRecord, ReceiverGrid};
@@ -28,8 +29,7 @@ use crate::shader_constants::{BATCH, CLUSTERED, NO_PART, NONE};
 use crate::{Error, Remedy, Result};
 use girandole_core::lights::{Clamp, LightSample, LightSet};
 use girandole_core::scene::{Geometry, Scene};
-use girandole_core::visibility::{State, TriangleReceiver, VisibilityDatabase};
-use std::ops::Range;
+use girandole_core::visibility::{TriangleReceiver, VisibilityDatabase};
 use std::sync::Arc;
 
 /// A leaf's index has 24 bits.
@@ -72,19 +72,6 @@ struct Lights {
     on_gpu: Vec<Light>,
 }
 
-/// Of leaves and lights, leaf by leaf.
-pub(crate) struct Pairs {
-    /// How many lights there are.
-    lights: usize,
-    pub states: Vec<State>,
-    /// The same, whatever dynamic objects do.
-    standing: Vec<State>,
-    /// How they lie to each other.
-    relations: Vec<Relation>,
-    /// The part of the leaf's list that the light is in, or [`NO_PART`].
-    pub kinds: Vec<u8>,
-}
-
 /// Where the lists of leaves and batches lie, and how long they are.
 pub(crate) struct Lists {
     /// Where each begins, in entries; those of static leaves have room for whatever dynamic objects do, and for some lights more.
@@ -101,21 +88,6 @@ pub(crate) struct Lists {
 pub(crate) struct ShadingOrder {
     words: Mirror,
     pub leaves: Vec<u32>,
-}
-
-impl Pairs {
-    /// Those of a leaf.
-    pub fn row(&self, leaf: usize) -> Range<usize> {
-        leaf * self.lights..(leaf + 1) * self.lights
-    }
-
-    fn resize(&mut self, leaves: usize) {
-        let pairs = leaves * self.lights;
-        self.states.resize(pairs, State::Full);
-        self.standing.resize(pairs, State::Full);
-        self.relations.resize(pairs, Relation::default());
-        self.kinds.resize(pairs, NO_PART as u8);
-    }
 }
 
 /// Receivers whose light maps, if the frame has any, hold this frame's lights.
@@ -173,13 +145,7 @@ impl Receivers {
                 samples: sources.lights.samples().to_vec(),
                 on_gpu: gpu_lights(sources.lights, sources.geometry.radius()),
             },
-            pairs: Pairs {
-                lights,
-                states: Vec::new(),
-                standing: Vec::new(),
-                relations: Vec::new(),
-                kinds: Vec::new(),
-            },
+            pairs: Pairs::new(lights),
             lists: Lists {
                 at: Vec::new(),
                 moving_at: 0,
@@ -195,7 +161,7 @@ impl Receivers {
         let leaves: Vec<usize> = (0..count).collect();
         for leaves in leaves.chunks(LEAVES_AT_ONCE) {
             let placed = in_order(leaves, |&leaf| result.placed(&sources, leaf));
-            leaves.iter().zip(placed).for_each(|(&leaf, placed)| result.put(&sources, leaf, placed));
+            leaves.iter().zip(placed).for_each(|(&leaf, placed)| result.put(leaf, placed));
         }
         result.light_maps = LightMaps::new(device, result.static_maps() + (room - still) as u32)?;
         result.lay_out(device)?;
@@ -214,25 +180,21 @@ impl Receivers {
     /// Takes a leaf that was not there, or was another one.
     fn place(&mut self, sources: &Sources, leaf: usize) {
         let placed = self.placed(sources, leaf);
-        self.put(sources, leaf, placed);
+        self.put(leaf, placed);
     }
 
     /// What such a leaf is, and how lights lie to it.
-    fn placed(&self, sources: &Sources, leaf: usize) -> (LeafReceiver, Vec<Relation>) {
+    fn placed(&self, sources: &Sources, leaf: usize) -> (LeafReceiver, Vec<Pair>) {
         let Sources { scene, geometry, database, .. } = *sources;
         let place = LeafPlace::of((scene, geometry), database, leaf);
-        let mut relations = vec![Relation::default(); self.pairs.lights];
-        let standing = database.standing_states(leaf as u32);
-        let light = LeafLight::new(&place, &self.lights.samples, standing, &mut relations);
-        (LeafReceiver { place, light }, relations)
+        let mut pairs = vec![Pair::default(); self.pairs.lights];
+        set_states(&mut pairs, database.leaf_states(leaf as u32), database.standing_states(leaf as u32));
+        let light = LeafLight::new(&place, &self.lights.samples, &mut pairs);
+        (LeafReceiver { place, light }, pairs)
     }
 
-    fn put(&mut self, sources: &Sources, leaf: usize, (placed, relations): (LeafReceiver, Vec<Relation>)) {
-        let database = sources.database;
-        let row = self.pairs.row(leaf);
-        self.pairs.states[row.clone()].copy_from_slice(database.leaf_states(leaf as u32));
-        self.pairs.standing[row.clone()].copy_from_slice(database.standing_states(leaf as u32));
-        self.pairs.relations[row].copy_from_slice(&relations);
+    fn put(&mut self, leaf: usize, (placed, pairs): (LeafReceiver, Vec<Pair>)) {
+        self.pairs.row_mut(leaf).copy_from_slice(&pairs);
         self.units[leaf] = if placed.place.has_map { placed.light.units() } else { 0.0 };
         match self.leaves.get_mut(leaf) {
             Some(before) => *before = placed,
@@ -244,18 +206,18 @@ impl Receivers {
     /// Decides in which parts of a leaf's list these lights are. Whether any of them is in another one than before.
     fn choose_parts(&mut self, leaf: usize, chosen: impl IntoIterator<Item = usize>) -> bool {
         let Self { lights, pairs, light_maps, .. } = self;
-        let first = pairs.row(leaf).start;
+        let pairs = pairs.row_mut(leaf);
         let (mut differ, mut map_differs) = (false, false);
         for light in chosen {
-            let pair = first + light;
+            let pair = &mut pairs[light];
+            let before = *pair;
             // What is dark is in none.
-            let part = match is_dark(&lights.samples[light]) {
+            pair.set_part(match is_dark(&lights.samples[light]) {
                 true => NO_PART,
-                false => pairs.relations[pair].part(pairs.states[pair]),
-            };
-            let before = std::mem::replace(&mut pairs.kinds[pair], part as u8);
-            differ |= before != part as u8;
-            map_differs |= is_mapped(before) != is_mapped(part as u8);
+                false => pair.relation().part(pair.state()),
+            });
+            differ |= before != *pair;
+            map_differs |= before.is_mapped() != pair.is_mapped();
         }
         if map_differs {
             light_maps.mark(leaf, false);
@@ -296,17 +258,14 @@ impl Receivers {
 
     /// What brings light maps up to date, with this bound of the geometric factor.
     pub fn light_map_changes(&self, bound: Clamp) -> LightMapChanges {
-        self.light_maps.changes(&self.wanted_maps(), bound)
+        let wanted = WantedMaps { lights: &self.lights.on_gpu, pairs: &self.pairs, units: &self.units };
+        self.light_maps.changes(&wanted, bound)
     }
 
     /// Takes note that light maps are up to date.
     pub fn advance_light_maps(&mut self, bound: Clamp) {
         let Self { light_maps, lights, pairs, units, .. } = self;
-        light_maps.advance(&WantedMaps { lights: &lights.on_gpu, kinds: &pairs.kinds, units }, bound);
-    }
-
-    fn wanted_maps(&self) -> WantedMaps<'_> {
-        WantedMaps { lights: &self.lights.on_gpu, kinds: &self.pairs.kinds, units: &self.units }
+        light_maps.advance(&lights.on_gpu, pairs, units.len(), bound);
     }
 
     /// Where pixels find their leaf.
