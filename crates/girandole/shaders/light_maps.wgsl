@@ -1,5 +1,5 @@
 // Light maps (Barczak §4.3.2): for each leaf patch, the lights of its list that its map holds, without visibility. A workgroup adds
-// to one leaf's map, and takes away, what changed of a batch of lights (Rust: scene::light_maps). Sums are integers of 64 bits in
+// to one leaf's map, and takes away, what changed of a batch of lights (Rust: gpu_scene::light_maps). Sums are integers of 64 bits in
 // units of the map's own, so that no order and no history of changes matters.
 
 @group(2) @binding(0) var<uniform> lights: array<Light, BATCH>;
@@ -8,13 +8,13 @@
 @group(2) @binding(3) var<uniform> offsets: BufferOffsets;
 @group(2) @binding(4) var<storage, read_write> sums: array<array<u32, 6>>; // low words of three channels, then high ones
 @group(2) @binding(5) var<storage, read> updates: array<LightMapUpdate>;
-@group(2) @binding(6) var<storage, read> changes: array<u32>; // indices in the batch; all of an update have TAKEN_AWAY, or none
+@group(2) @binding(6) var<storage, read> changes: array<u32>; // indices in the batch, two a word
 
 struct LightMapUpdate {
   leaf: u32,
-  first: u32, // in `changes`
+  first: u32, // among the indices in `changes`
   end: u32,
-  is_void: u32, // whether nothing counts of what the map holds
+  kind: u32, // ADDS, TAKES_AWAY, or REPLACES what the map holds
   units: f32, // of sums, in 1 W/m²
 }
 
@@ -60,10 +60,10 @@ fn texel_position(record: LeafRecord, i: u32) -> vec3f {
 
 fn store(update: LightMapUpdate, texel: u32, change: Share) {
   var sum = change;
-  if update.is_void == 0u {
+  if update.kind != REPLACES {
     let held = sums[texel];
     let before = Share(vec3u(held[0], held[1], held[2]), vec3u(held[3], held[4], held[5]));
-    if (changes[update.first] & TAKEN_AWAY) != 0u { sum = minus(before, change); } else { sum = plus(before, change); }
+    if update.kind == TAKES_AWAY { sum = minus(before, change); } else { sum = plus(before, change); }
   }
   sums[texel] = array<u32, 6>(sum.low.x, sum.low.y, sum.low.z, sum.high.x, sum.high.y, sum.high.z);
   light_maps[texel] = vec4f((vec3f(sum.high) * WORD + vec3f(sum.low)) / update.units, 1.0);
@@ -84,7 +84,7 @@ fn update_light_maps(@builtin(workgroup_id) group: vec3u, @builtin(local_invocat
   var b = nothing;
   var c = nothing;
   for (var i = update.first; i < update.end; i++) {
-    let light = lights[changes[i] & ~TAKEN_AWAY];
+    let light = lights[changes[i / 2u] >> (i % 2u * 16u) & 0xffffu];
     a = plus(a, in_units(irradiance(light, positions[0], record.normal), update.units));
     b = plus(b, in_units(irradiance(light, positions[1], record.normal), update.units));
     c = plus(c, in_units(irradiance(light, positions[2], record.normal), update.units));

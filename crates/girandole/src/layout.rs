@@ -453,7 +453,7 @@ pub(crate) struct LightMapUpdate {
     pub leaf: u32,
     pub first: u32,
     pub end: u32,
-    pub is_void: u32,
+    pub kind: u32,
     pub units: f32,
 }
 

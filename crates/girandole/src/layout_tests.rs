@@ -56,7 +56,7 @@ fn declared() -> Vec<(&'static str, u32, Fields)> {
             world_from_box_y, world_from_box_z, transfer_from_world_x, bands, transfer_from_world_y, channels,
             transfer_from_world_z, index, points, first_vertex, margin, vertices, mover, sides, clusters, bases),
         fields!(VertexRange as "VertexRange": first, count, padding_a, padding_b),
-        fields!(LightMapUpdate as "LightMapUpdate": leaf, first, end, is_void, units),
+        fields!(LightMapUpdate as "LightMapUpdate": leaf, first, end, kind, units),
         fields!(MapOccluders as "Occluders": clusters, first_pair, slices),
         fields!(MapPart as "MapPart": position, parallel, x, first_listed, y, hidden, z, size, first, end, origin, page, texels),
         fields!(Display as "Display": size, exposure, automatic),

@@ -82,8 +82,10 @@ pub(crate) const JOINTED: u32 = 4;
 pub(crate) const SHADOWED: u32 = 5;
 pub(crate) const MAPPED_SHADOWED: u32 = 6;
 pub(crate) const NO_PART: u32 = 7;
-/// Bit of a change of a light map: the light is taken away.
-pub(crate) const TAKEN_AWAY: u32 = 1 << 31;
+/// What an update of a light map does with the lights that it names.
+pub(crate) const ADDS: u32 = 0;
+pub(crate) const TAKES_AWAY: u32 = 1;
+pub(crate) const REPLACES: u32 = 2;
 /// Parameterisations of shadow maps, as `ShadowMap` orders them.
 pub(crate) const OCTAHEDRAL: u32 = 0;
 pub(crate) const PARABOLIC: u32 = 1;
@@ -168,7 +170,9 @@ pub(crate) fn declarations() -> String {
         SHADOWED,
         MAPPED_SHADOWED,
         NO_PART,
-        TAKEN_AWAY,
+        ADDS,
+        TAKES_AWAY,
+        REPLACES,
         OCTAHEDRAL,
         PARABOLIC,
         CUBE,

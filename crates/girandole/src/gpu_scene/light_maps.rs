@@ -3,11 +3,12 @@
 
 use crate::gpu_scene::pairs::{Pair, Pairs};
 use crate::layout::{Light, LightMapUpdate};
-use crate::shader_constants::{BATCH, SIDE, TAKEN_AWAY};
+use crate::shader_constants::{ADDS, BATCH, REPLACES, SIDE, TAKES_AWAY};
 use crate::{Error, Remedy, Result};
 use girandole_core::lights::Clamp;
 use std::collections::{BTreeMap, BTreeSet};
 
+const _: () = assert!(BATCH <= 1 << 16, "an index in a batch has 16 bits");
 /// Words of a texel's sums: three channels of 64 bits.
 const SUM_WORDS: u32 = 6;
 
@@ -42,8 +43,8 @@ pub(crate) struct WantedMaps<'a> {
 pub(crate) struct LightMapChanges {
     /// For each batch of lights, leaves whose maps lose some; and those whose maps gain some, or are emptied.
     pub updates: Vec<[Vec<LightMapUpdate>; 2]>,
-    /// Indices of lights in their batches, with [`TAKEN_AWAY`].
-    pub lights: Vec<u32>,
+    /// Indices of lights in their batches.
+    pub lights: Vec<u16>,
     /// Lights as they were added, if any are taken away.
     pub former: Option<Vec<Light>>,
 }
@@ -134,17 +135,18 @@ impl LightMaps {
             let differs = |light: usize| is_wanted(light) != is_held(light) || self.changed.contains(&light);
             let first = indices.len() as u32;
             let taken = lights[from..to].iter().filter(|light| is_held(**light) && differs(**light));
-            indices.extend(taken.map(|light| (light - start) as u32 | TAKEN_AWAY));
+            indices.extend(taken.map(|light| (light - start) as u16));
             let middle = indices.len() as u32;
             let gained = lights[from..to].iter().filter(|light| is_wanted(**light) && differs(**light));
-            indices.extend(gained.map(|light| (light - start) as u32));
+            indices.extend(gained.map(|light| (light - start) as u16));
             let end = indices.len() as u32;
             if first < middle {
-                taken_away.push(LightMapUpdate { leaf, first, end: middle, is_void: 0, units });
+                taken_away.push(LightMapUpdate { leaf, first, end: middle, kind: TAKES_AWAY, units });
             }
             let is_void = all_void && batch == 0;
             if is_void || middle < end {
-                added.push(LightMapUpdate { leaf, first: middle, end, is_void: u32::from(is_void), units });
+                let kind = if is_void { REPLACES } else { ADDS };
+                added.push(LightMapUpdate { leaf, first: middle, end, kind, units });
             }
         }
     }
