@@ -30,8 +30,9 @@ const BENT: f32 = 0.7;
 const NARROW: f32 = 0.2;
 /// How exactly the edge of a surface in a narrow gap is found: halvings of how far a rectangle would go.
 const EDGE_STEPS: u32 = 8;
-/// How far out it is looked for the surface below a rectangle's corners, as a share of its half axes.
-const CORNER: f32 = 0.98;
+/// How far out it is looked for the surface below a rectangle's corners, as a share of its half axes: where the surface bends; and elsewhere,
+/// within what was fitted.
+const CORNERS: [f32; 2] = [0.98, 0.65];
 
 impl LightSample {
     /// Whether its rectangle is larger than what it stands for by [`SPREAD`], where nothing stands in the way.
@@ -124,7 +125,7 @@ fn spread_out(tracer: &SceneTracer, sample: &LightSample, fitted: Rectangle) -> 
         let (across, _, to_sides, _, _) = axes[1 - i];
         for side in (0..2).filter(|&side| is_bent[side]) {
             for from in [across * to_sides[0], across * -to_sides[1]] {
-                ends[side] = free(origin + from * CORNER, [along, -along][side], ends[side]).0;
+                ends[side] = free(origin + from * CORNERS[0], [along, -along][side], ends[side]).0;
             }
         }
         let [high, low] = ends;
@@ -132,14 +133,14 @@ fn spread_out(tracer: &SceneTracer, sample: &LightSample, fitted: Rectangle) -> 
         let least = LEAST[usize::from(!sample.is_spread())];
         along * (0.5 * (high + low)).max(least * half)
     });
-    let [u, v] = half_axes.map(|axis| axis * CORNER);
+    let is_bent = axes.iter().any(|axis| axis.3[0] || axis.3[1]);
+    let [u, v] = half_axes.map(|axis| axis * CORNERS[usize::from(!is_bent)]);
     let is_on_surface = |corner: &Vec3| {
         let (from, length) = (center + *corner + height + offset, 2.0 * (height + offset).length());
         tracer.closest_hit_where(from, -sample.normal, length, |_, _| true).is_some()
     };
-    let is_bent = axes.iter().any(|axis| axis.3[0] || axis.3[1]);
-    let is_open =
-        !is_bent || [u + v, u - v, v - u, -u - v].iter().filter(|corner| is_on_surface(corner)).count() > 2;
+    let corners = [u + v, u - v, v - u, -u - v];
+    let is_open = corners.iter().filter(|corner| is_on_surface(corner)).count() > corners.len() / 2;
     Rectangle { center, half_axes, is_open }
 }
 
@@ -212,6 +213,33 @@ mod tests {
         assert!(length(sample) > 0.1 && (share - 0.4).abs() < 1e-3, "{} {share}", length(sample));
         let off = (found.center - sample.position).dot(along);
         assert!(off.abs() < 1e-3, "{off} m beside the groove");
+    }
+
+    #[test]
+    fn what_mostly_floats_lights_nothing_that_its_sample_is_behind() {
+        // A beam, and a sample on it whose cluster goes on elsewhere: no wall reaches down past what is below the beam.
+        let is_open = |height: f32| {
+            let mut beam = Mesh::default();
+            beam.add_box(Vec3::new(-2.0, 0.0, -0.1), Vec3::new(2.0, height, 0.0), MaterialId(0));
+            let mut scene = Scene::default();
+            scene.add_material(Material::diffuse("gray", Vec3::splat(0.5)));
+            scene.add_object("beam", beam, Transform::IDENTITY);
+            let geometry = Geometry::new(&scene);
+            let position = Vec3::new(0.0, 0.5 * height, 0.0) - geometry.origin.as_vec3();
+            let fitted = Rectangle::square(position, Vec3::Z, 0.36);
+            let sample = LightSample {
+                position,
+                normal: Vec3::Z,
+                intensity: Vec3::ONE,
+                profile: Profile::Cosine,
+                origin: SampleOrigin::Bounce { path: 0, bounce: 1, triangle: 0 },
+                rectangle: Some(fitted),
+            };
+            spread_out(&SceneTracer::new(&scene, &geometry), &sample, fitted).is_open
+        };
+        assert!(!is_open(0.2));
+        // The control: it is spread by half, and what was fitted lies on the beam.
+        assert!(is_open(0.65));
     }
 
     #[test]

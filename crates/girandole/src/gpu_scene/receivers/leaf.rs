@@ -110,7 +110,7 @@ impl LeafPlace {
 
     /// Whether its plane cuts what a light stands for, with the light behind it.
     fn is_cut(&self, light: &LightSample) -> IsCut {
-        let Some(lit) = &light.rectangle else { return IsCut::No };
+        let Some(lit) = light.rectangle.as_ref().filter(|lit| lit.is_open) else { return IsCut::No };
         let Some(leaf) = &self.rectangle else {
             let is_lit = (self.center - light.position).dot(light.normal) > -self.radius;
             return if is_lit { IsCut::Somewhere } else { IsCut::No };
