@@ -47,7 +47,7 @@ pub use spread::SPREAD;
 pub(crate) use view_points::{SeenPoint, seen_points};
 
 use self::emission::Shares;
-use self::resample::{Candidates, Chosen, resample};
+use self::resample::{Chosen, resample};
 use self::sampling::Sampling;
 use crate::generation::Generation;
 use crate::scene::{Geometry, LightId, Scene, View};
@@ -383,8 +383,7 @@ impl LightSet {
         let mut sampling = Sampling::new(tracer, settings, views).await;
         let (samples, sources) = sampling.candidates(geometry);
         let weights = sampling.importance.weights(&samples);
-        let candidates =
-            Candidates { samples: &samples, sources: &sources, weights: &weights, tracer: Some(tracer) };
+        let candidates = sampling.among((&samples, &sources, &weights), tracer);
         let wanted = (sampling.wanted, &sampling.importance);
         pause().await;
         let (mut chosen, warning) = resample(candidates, wanted, sampling.normal_scale, sampling.seed);

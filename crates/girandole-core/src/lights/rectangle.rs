@@ -49,7 +49,8 @@ impl Rectangle {
     pub(super) fn about(sample: &LightSample, candidates: impl Iterator<Item = Vec3>, area: f32) -> Self {
         let offsets: Vec<Vec3> = candidates.map(|position| position - sample.position).collect();
         let n = offsets.len() as f32;
-        let square = Self::square(sample.position, sample.normal, area);
+        // Nothing tells that its surface goes on there.
+        let square = Self { is_open: false, ..Self::square(sample.position, sample.normal, area) };
         if offsets.len() < Self::FEWEST {
             return square;
         }

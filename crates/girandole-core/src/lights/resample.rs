@@ -57,6 +57,8 @@ pub(super) struct Candidates<'a> {
     pub sources: &'a [Emission],
     /// Not negative, and positive where there is light.
     pub weights: &'a [f64],
+    /// Whether their paths are [guided](super::guide): few of them are strong then.
+    pub is_guided: bool,
     /// Finds those that lie in narrow gaps, if these are to be told.
     pub tracer: Option<&'a SceneTracer<'a>>,
 }
@@ -128,10 +130,10 @@ pub(super) fn choose(candidates: Candidates, cluster: &Cluster, seed: u32) -> Op
     Some(stand_in(candidates, cluster, *index))
 }
 
-/// Whether a candidate that brings less than others for its power would be more than so many times as bright as what lies in its plane;
-/// where too few lie there to tell, whether most of the cluster lies in the plane of its strongest one.
+/// Whether a candidate that brings less than others for its power would be more than [`BRIGHTEST`] times as bright as what lies in its
+/// plane; where too few lie there to tell, whether most of the cluster lies in the plane of its strongest one, or, of guided paths, either.
 fn outshines(candidates: Candidates, cluster: &Cluster, index: usize) -> bool {
-    let Candidates { samples, weights, .. } = candidates;
+    let Candidates { samples, weights, is_guided, .. } = candidates;
     let sample = &samples[index];
     if sample.punctual().is_some() || sample.profile.is_parallel() {
         return false;
@@ -144,12 +146,14 @@ fn outshines(candidates: Candidates, cluster: &Cluster, index: usize) -> bool {
     }
     let in_plane = |sample: &LightSample| coplanar(samples, cluster, sample);
     let own = in_plane(sample);
-    if own.len() < Rectangle::FEWEST {
+    let is_few = own.len() < Rectangle::FEWEST;
+    let is_elsewhere = || {
         let strongest = cluster.items.iter().max_by(|a, b| power_of(a).total_cmp(&power_of(b)));
         let of_strongest = strongest.map(|item| in_plane(&samples[item.index as usize]));
-        return of_strongest.is_some_and(|items| 2.0 * items.into_iter().map(power_of).sum::<f64>() > in_all);
-    }
-    strength > BRIGHTEST * own.into_iter().map(power_of).sum::<f64>()
+        of_strongest.is_some_and(|items| 2.0 * items.into_iter().map(power_of).sum::<f64>() > in_all)
+    };
+    let is_too_bright = strength > BRIGHTEST * own.into_iter().map(power_of).sum::<f64>();
+    is_too_bright && (is_guided || !is_few) || is_few && is_elsewhere()
 }
 
 /// Those of a cluster that lie in a sample's plane; where its light is parallel, those whose light is.

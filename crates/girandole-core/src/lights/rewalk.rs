@@ -187,8 +187,7 @@ impl IncrementalWalk {
         // In the order that they will have from now on.
         result.strata.distribute(&places, &weights);
         let tracer = result.hierarchies.tracer(scene, geometry);
-        let candidates =
-            Candidates { samples: &samples, sources: &sources, weights: &weights, tracer: Some(&tracer) };
+        let candidates = result.sampling.among((&samples, &sources, &weights), &tracer);
         let wanted = wanted(&result.strata.clusters(), candidates, result.sampling.seed);
         result.slots = Slots::new(wanted, spare as usize, pace.fade);
         let set = result.set(scene, geometry);
@@ -371,8 +370,7 @@ impl IncrementalWalk {
         self.direct.is_new = false;
         self.paths.iter_mut().for_each(|(known, _)| known.is_new = false);
         let tracer = self.hierarchies.tracer(scene, geometry);
-        let candidates =
-            Candidates { samples: &samples, sources: &sources, weights: &weights, tracer: Some(&tracer) };
+        let candidates = self.sampling.among((&samples, &sources, &weights), &tracer);
         let clusters = self.strata.clusters();
         let stay = |stratum: u64, shown: &LightSample| {
             let (_, cluster) = clusters.iter().find(|(id, _)| *id == stratum)?;

@@ -218,7 +218,13 @@ impl Sampling {
         if !guides.is_empty() {
             pause().await;
             let weights = importance.weights(&candidates);
-            let all = Candidates { samples: &candidates, sources: &sources, weights: &weights, tracer: None };
+            let all = Candidates {
+                samples: &candidates,
+                sources: &sources,
+                weights: &weights,
+                is_guided: true,
+                tracer: None,
+            };
             importance.of_sky =
                 sky::share(tracer, &points, all, (&importance, normal_scale), sequence::hash(seed)).await;
         }
@@ -242,6 +248,15 @@ impl Sampling {
     /// All candidates, and where the light of each comes from: direct ones, then path by path.
     pub fn candidates(&self, geometry: &Geometry) -> (Vec<LightSample>, Vec<Emission>) {
         candidates(&self.direct, &self.indirect, geometry)
+    }
+
+    /// What samples are chosen among: these candidates with these weights, by what finds which lie in narrow gaps.
+    pub fn among<'a>(
+        &self,
+        (samples, sources, weights): (&'a [LightSample], &'a [Emission], &'a [f64]),
+        tracer: &'a SceneTracer<'a>,
+    ) -> Candidates<'a> {
+        Candidates { samples, sources, weights, is_guided: !self.guides.is_empty(), tracer: Some(tracer) }
     }
 
     /// Samples that there are in any case.
@@ -295,7 +310,13 @@ fn fewer_punctual(
     let sources: Vec<Emission> =
         punctual.iter().filter_map(|sample| Emission::of_direct(tracer.geometry(), sample)).collect();
     let weights = Importance::uniform().weights(punctual);
-    let candidates = Candidates { samples: punctual, sources: &sources, weights: &weights, tracer: None };
+    let candidates = Candidates {
+        samples: punctual,
+        sources: &sources,
+        weights: &weights,
+        is_guided: false,
+        tracer: None,
+    };
     let normal_scale = importance::NORMAL_SCALE * importance::free_path(tracer, punctual);
     let (chosen, warning) = resample(candidates, (count, &Importance::uniform()), normal_scale, seed);
     (chosen.into_iter().map(|chosen| chosen.sample).collect(), warning)

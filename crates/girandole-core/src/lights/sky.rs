@@ -167,8 +167,13 @@ mod tests {
             let weights = sampling.importance.weights(&samples);
             // At points, and how many samples are the sky's.
             let light = |count: u32, importance: &Importance| -> (Vec<f64>, usize) {
-                let candidates =
-                    Candidates { samples: &samples, sources: &sources, weights: &weights, tracer: None };
+                let candidates = Candidates {
+                    samples: &samples,
+                    sources: &sources,
+                    weights: &weights,
+                    is_guided: false,
+                    tracer: None,
+                };
                 let chosen =
                     resample(candidates, (count, importance), sampling.normal_scale, sampling.seed).0;
                 let samples: Vec<LightSample> = chosen.into_iter().map(|chosen| chosen.sample).collect();

@@ -12,6 +12,7 @@ mod sun;
 mod walk;
 
 use super::emission::{Emission, Emissions};
+use super::resample::Candidates;
 use super::walk::{Pilot, Walk, walk};
 use super::*;
 use crate::math::sequence;

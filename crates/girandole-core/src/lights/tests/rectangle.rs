@@ -177,7 +177,13 @@ fn samples_have_the_mean_colour_of_their_plane() {
         .collect();
     let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
     let sources = vec![Emission::Material(MaterialId(0)); deposits.len()];
-    let candidates = Candidates { samples: &deposits, sources: &sources, weights: &weights, tracer: None };
+    let candidates = Candidates {
+        samples: &deposits,
+        sources: &sources,
+        weights: &weights,
+        is_guided: false,
+        tracer: None,
+    };
     for Chosen { sample, .. } in resample(candidates, (6, &importance::Importance::uniform()), 0.5, 1).0 {
         let [red, green, blue] = sample.intensity.to_array();
         if sample.normal == Vec3::Z {
@@ -190,22 +196,30 @@ fn samples_have_the_mean_colour_of_their_plane() {
 
 #[test]
 fn what_brings_little_does_not_stand_for_what_brings_much() {
-    // A floor, and a board a metre above it; for few samples they are one cluster.
-    let chosen_on_board = |on_board: u32, weight: f64| {
-        let deposits: Vec<LightSample> = (0..60)
-            .map(|i| {
-                let height = if i < on_board { 1.0 } else { 0.0 };
+    // Deposits at these heights and of these weights, for one sample: how often it lies higher than half a metre.
+    let chosen_above = |deposits: &[(f32, f64)], is_guided: bool| {
+        let (samples, weights): (Vec<LightSample>, Vec<f64>) = (0..)
+            .zip(deposits)
+            .map(|(i, &(height, weight))| {
                 let origin = SampleOrigin::Bounce { path: i, bounce: 1, triangle: 0 };
-                LightSample { origin, ..sample_at(vec3(random(i, 0), height, random(i, 1)), Vec3::Y) }
+                (
+                    LightSample { origin, ..sample_at(vec3(random(i, 0), height, random(i, 1)), Vec3::Y) },
+                    weight,
+                )
             })
-            .collect();
-        let weights: Vec<f64> = (0..60).map(|i| if i < on_board { weight } else { 1.0 }).collect();
-        let sources = vec![Emission::Material(MaterialId(0)); deposits.len()];
+            .unzip();
+        let sources = vec![Emission::Material(MaterialId(0)); samples.len()];
         let candidates =
-            Candidates { samples: &deposits, sources: &sources, weights: &weights, tracer: None };
+            Candidates { samples: &samples, sources: &sources, weights: &weights, is_guided, tracer: None };
         let one = |seed| resample(candidates, (1, &importance::Importance::uniform()), 0.5, seed).0.remove(0);
-        let on_board = |chosen: &Chosen| chosen.sample.position.y > 0.5;
-        (0..500).filter(|&seed| on_board(&one(seed))).count() as f64 / 500.0
+        let is_above = |chosen: &Chosen| chosen.sample.position.y > 0.5;
+        (0..500).filter(|&seed| is_above(&one(seed))).count() as f64 / 500.0
+    };
+    // A floor, and a board a metre above it.
+    let chosen_on_board = |on_board: usize, weight: f64| {
+        let mut deposits = [(0.0, 1.0); 60];
+        deposits[..on_board].fill((1.0, weight));
+        chosen_above(&deposits, false)
     };
     // Ten of sixty that bring a tenth for their power would be fifty times as bright as what is about them.
     assert_eq!(chosen_on_board(10, 0.1), 0.0);
@@ -218,6 +232,15 @@ fn what_brings_little_does_not_stand_for_what_brings_much() {
     }
     // Where there is nothing else it is chosen.
     assert_eq!(chosen_on_board(60, 0.1), 1.0);
+    // Four boards with one each: of guided paths, the uppermost is not chosen where it would be eleven times as bright as it is.
+    let uppermost = |weight: f64, is_guided: bool| {
+        chosen_above(&[(2.0, weight), (-1.0, 1.0), (-2.0, 1.0), (-3.0, 1.0)], is_guided)
+    };
+    assert_eq!(uppermost(0.3, true), 0.0);
+    for (weight, is_guided, expected) in [(0.3, false, 0.3 / 3.3), (1.0, true, 0.25)] {
+        let share = uppermost(weight, is_guided);
+        assert!((share - expected).abs() < 0.06 && share > 0.0, "{share} for {expected}");
+    }
 }
 
 #[test]
@@ -239,8 +262,13 @@ fn what_lies_in_a_narrow_gap_does_not_stand_for_what_lies_beside_it() {
             .collect();
         let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
         let sources = vec![Emission::Material(MaterialId(0)); deposits.len()];
-        let candidates =
-            Candidates { samples: &deposits, sources: &sources, weights: &weights, tracer: Some(&tracer) };
+        let candidates = Candidates {
+            samples: &deposits,
+            sources: &sources,
+            weights: &weights,
+            is_guided: false,
+            tracer: Some(&tracer),
+        };
         let one = |seed| resample(candidates, (1, &importance::Importance::uniform()), 0.5, seed).0.remove(0);
         let is_below = |chosen: &Chosen| chosen.sample.position.x + geometry.origin.as_vec3().x > 0.0;
         f64::from((0..500).filter(|&seed| is_below(&one(seed))).count() as u32) / 500.0

@@ -233,7 +233,13 @@ fn choosing_among_deposits_changes_no_expected_light() {
     let choose = |deposits: &[LightSample], count, seed| {
         let weights: Vec<f64> = deposits.iter().map(importance::power).collect();
         let sources = vec![Emission::Material(MaterialId(0)); deposits.len()];
-        let candidates = Candidates { samples: deposits, sources: &sources, weights: &weights, tracer: None };
+        let candidates = Candidates {
+            samples: deposits,
+            sources: &sources,
+            weights: &weights,
+            is_guided: false,
+            tracer: None,
+        };
         resample(candidates, (count, &importance::Importance::uniform()), 0.7, seed)
             .0
             .into_iter()
