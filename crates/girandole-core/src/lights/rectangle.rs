@@ -21,8 +21,8 @@ pub struct Rectangle {
     pub center: Vec3,
     /// Half of its sides, perpendicular to each other, m.
     pub half_axes: [Vec3; 2],
-    /// Whether it may light what its sample is behind: not where it ends at a surface that bends, as within a thin shade about a lamp, and
-    /// sticks out of that.
+    /// Whether it may light what its sample is behind: not where it sticks out of its surface, and ends at one that bends, as within a thin
+    /// shade about a lamp, or too few candidates told how large it is.
     pub is_open: bool,
 }
 
