@@ -153,6 +153,18 @@ mod tests {
     use crate::scene::{Geometry, Material, MaterialId, Mesh, Scene, Transform};
     use glam::Quat;
 
+    /// A sample on the first triangle.
+    fn deposit(position: Vec3, normal: Vec3, fitted: Rectangle) -> LightSample {
+        LightSample {
+            position,
+            normal,
+            intensity: Vec3::ONE,
+            profile: Profile::Cosine,
+            origin: SampleOrigin::Bounce { path: 0, bounce: 1, triangle: 0 },
+            rectangle: Some(fitted),
+        }
+    }
+
     #[test]
     fn what_samples_stand_for_ends_at_walls_and_is_larger_elsewhere() {
         let scene = builtin::build("pillars", MovingObject::None).unwrap();
@@ -228,14 +240,7 @@ mod tests {
             let geometry = Geometry::new(&scene);
             let position = Vec3::new(0.0, 0.5 * height, 0.0) - geometry.origin.as_vec3();
             let fitted = Rectangle { is_open: is_known, ..Rectangle::square(position, Vec3::Z, 0.36) };
-            let sample = LightSample {
-                position,
-                normal: Vec3::Z,
-                intensity: Vec3::ONE,
-                profile: Profile::Cosine,
-                origin: SampleOrigin::Bounce { path: 0, bounce: 1, triangle: 0 },
-                rectangle: Some(fitted),
-            };
+            let sample = deposit(position, Vec3::Z, fitted);
             spread_out(&SceneTracer::new(&scene, &geometry), &sample, fitted).is_open
         };
         assert!(!is_open(0.2, false));
@@ -259,14 +264,7 @@ mod tests {
             let geometry = Geometry::new(&scene);
             let position = Vec3::new(0.3, 0.0, 0.0) - geometry.origin.as_vec3();
             let fitted = Rectangle::square(position, Vec3::Y, 0.36);
-            let sample = LightSample {
-                position,
-                normal: Vec3::Y,
-                intensity: Vec3::ONE,
-                profile: Profile::Cosine,
-                origin: SampleOrigin::Bounce { path: 0, bounce: 1, triangle: 0 },
-                rectangle: Some(fitted),
-            };
+            let sample = deposit(position, Vec3::Y, fitted);
             let found = spread_out(&SceneTracer::new(&scene, &geometry), &sample, fitted);
             let half: f32 = found.half_axes.iter().map(|axis| axis.x.abs()).sum();
             found.center.x + geometry.origin.as_vec3().x + half
