@@ -70,12 +70,6 @@ impl Rectangle {
         least.filter(|fitted| fitted.area() > 1e-3 * square.area()).unwrap_or(square)
     }
 
-    /// So many times as large, but no larger than so many m², if it is not already.
-    pub(super) fn grown(self, times: f32, area: f32) -> Self {
-        let times = times.min(area / self.area()).max(1.0);
-        Self { half_axes: self.half_axes.map(|axis| axis * times.sqrt()), ..self }
-    }
-
     /// Whether a candidate lies in the plane of a sample whose cluster is spread over `area` m².
     pub(super) fn shares_plane(sample: &LightSample, candidate: &LightSample, area: f32) -> bool {
         let height = (candidate.position - sample.position).dot(sample.normal).abs();

@@ -186,20 +186,15 @@ pub(super) fn stand_in(candidates: Candidates, cluster: &Cluster, index: usize) 
     let member = |i: &Item| &samples[i.index as usize];
     let is_distant = sample.profile.is_parallel();
     let mut coplanar = coplanar(samples, cluster, &sample);
-    // A candidate may be there in part.
-    let part = |i: &Item| i.weight / weights[i.index as usize];
-    let scale = power(&sample) * cluster.weight / weights[index];
-    let of_plane: f64 = coplanar.iter().map(|i| power(member(i)) * part(i)).sum();
     let positions = coplanar.iter().map(|i| member(i).position);
-    let rectangle = (!is_distant).then(|| {
-        // Lest it be brighter than its plane close by: what else it stands for lies beside that.
-        let times = if sample.is_spread() { (scale / of_plane).max(1.0) as f32 } else { 1.0 };
-        Rectangle::about(&sample, positions, area).grown(times, area)
-    });
+    let rectangle = (!is_distant).then(|| Rectangle::about(&sample, positions, area));
     // Lobes may have another colour than what is emitted there, and go elsewhere.
     coplanar.retain(|i| member(i).profile.lobe().is_some() == sample.profile.lobe().is_some());
+    // A candidate may be there in part.
+    let part = |i: &Item| i.weight / weights[i.index as usize];
     let light: DVec3 = coplanar.iter().map(|i| member(i).intensity.as_dvec3() * part(i)).sum();
     let in_all = coplanar.iter().map(|i| power(member(i)) * part(i)).sum::<f64>();
+    let scale = power(&sample) * cluster.weight / weights[index];
     let intensity = light / in_all * scale;
     // The same, by what emits.
     let scale = scale / in_all;

@@ -195,41 +195,6 @@ fn samples_have_the_mean_colour_of_their_plane() {
 }
 
 #[test]
-fn samples_are_as_bright_close_by_as_what_lies_in_their_plane() {
-    // A foot of a wall: a quarter of the light on the floor, and what stands for all of it.
-    let area_on_floor = |origin: fn(u32) -> SampleOrigin| {
-        let samples: Vec<LightSample> = (0..48)
-            .map(|i| {
-                let [u, v] = [0, 1].map(|d| random(i, d));
-                let (place, normal) = match i % 4 {
-                    0 => (0.5 * vec3(u, 0.0, v), Vec3::Y),
-                    _ => (vec3(0.0, u, v), Vec3::X),
-                };
-                LightSample { origin: origin(i), ..sample_at(place, normal) }
-            })
-            .collect();
-        let weights: Vec<f64> = samples.iter().map(importance::power).collect();
-        let sources = vec![Emission::Material(MaterialId(0)); samples.len()];
-        let candidates = Candidates {
-            samples: &samples,
-            sources: &sources,
-            weights: &weights,
-            is_guided: false,
-            tracer: None,
-        };
-        let one = |seed| resample(candidates, (1, &importance::Importance::uniform()), 0.5, seed).0.remove(0);
-        let on_floor = (0..100).map(one).find(|chosen| chosen.sample.normal == Vec3::Y).unwrap().sample;
-        (on_floor.rectangle.unwrap().area(), on_floor.intensity.x)
-    };
-    // What emits has edges, and keeps them: the control.
-    let (emitting, light) = area_on_floor(|i| SampleOrigin::Emitter { triangle: 0, point: i });
-    assert!((0.15..0.35).contains(&emitting) && (light - 48.0).abs() < 1e-3, "{emitting} m², {light}");
-    let (reflecting, light) = area_on_floor(|i| SampleOrigin::Bounce { path: i, bounce: 1, triangle: 0 });
-    assert!((reflecting / emitting - 4.0).abs() < 0.5, "{reflecting} m² for {emitting}");
-    assert!((light - 48.0).abs() < 1e-3, "{light}");
-}
-
-#[test]
 fn what_brings_little_does_not_stand_for_what_brings_much() {
     // Deposits at these heights and of these weights, for one sample: how often it lies higher than half a metre.
     let chosen_above = |deposits: &[(f32, f64)], is_guided: bool| {
